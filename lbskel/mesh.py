@@ -1,0 +1,302 @@
+"""Triangle meshes and point clouds as frozen values, validated once at the door.
+
+A ``Mesh`` holds only what the caller gave; what follows from it (edges, components, genus) is computed when asked for
+and kept. Nothing here changes a vertex or drops a face: repairs belong to :mod:`lbskel.preprocess`.
+"""
+
+from __future__ import annotations
+
+__all__ = ["Mesh", "PointCloud", "as_mesh", "first_few"]
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from lbskel.errors import MeshError
+
+
+def first_few(indices: ArrayLike, at_most: int = 5) -> str:
+    """The first of some indices as text for a message: ``3, 17, 40 and 12 more``."""
+    indices = np.asarray(indices).ravel()
+    shown = ", ".join(str(i) for i in indices[:at_most])
+    return shown if len(indices) <= at_most else f"{shown} and {len(indices) - at_most} more"
+
+
+def _coordinates(values: ArrayLike, what: str) -> NDArray[np.float64]:
+    """A read-only (n, 3) float64 copy, or a MeshError that says what is wrong with the values."""
+    try:
+        points = np.array(values, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise MeshError(f"{what} must be an (n, 3) array of numbers: {error}") from None
+    if points.size == 0:
+        raise MeshError(f"the mesh is empty: there are no {what}")
+    if points.ndim != 2 or points.shape[1] != 3:
+        hint = "; for a planar shape add a column of zeros" if points.ndim == 2 and points.shape[1] == 2 else ""
+        raise MeshError(f"{what} must have shape (n, 3), not {points.shape}{hint}")
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(bad):
+        raise MeshError(f"{what} {first_few(bad)} have NaN or infinite coordinates; remove them with their faces")
+    points.setflags(write=False)
+    return points
+
+
+def _triangles(values: ArrayLike, n_vertices: int) -> NDArray[np.int64]:
+    """A read-only (m, 3) int64 copy with every index in range, or a MeshError that names the faces."""
+    given = np.asarray(values)
+    if given.size == 0:
+        raise MeshError("the mesh is empty: it has no faces; a set of points is a PointCloud")
+    if given.ndim != 2 or given.shape[1] != 3:
+        raise MeshError(f"faces must have shape (m, 3), not {given.shape}; as_mesh() triangulates quads")
+    if given.dtype.kind not in "iu" and not (given.dtype.kind == "f" and np.all(given == np.floor(given))):
+        raise MeshError(f"faces must be whole numbers, not {given.dtype}")
+    faces = np.array(given, dtype=np.int64, order="C")
+    bad = np.flatnonzero(((faces < 0) | (faces >= n_vertices)).any(axis=1))
+    if len(bad):
+        raise MeshError(
+            f"faces {first_few(bad)} use a vertex index outside 0..{n_vertices - 1}; "
+            "indices are 0-based, subtract 1 from those of a 1-based file"
+        )
+    faces.setflags(write=False)
+    return faces
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A triangle mesh: what the caller gave, checked, read-only.
+
+    Parameters
+    ----------
+    vertices : (n, 3) array_like of float
+        Positions, in the caller's units.
+    faces : (m, 3) array_like of int
+        0-based vertex indices of each triangle.
+    notes : tuple of str
+        What was done to the input on its way in (quads triangulated, vertices merged), a sentence each.
+
+    Raises
+    ------
+    MeshError
+        If a coordinate is not finite, an index is out of range, or there is no vertex or face.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> tetrahedron = lbskel.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
+    ...                           [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    >>> tetrahedron.is_closed_manifold, tetrahedron.genus
+    (True, 0)
+    """
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", _coordinates(self.vertices, "vertices"))
+        object.__setattr__(self, "faces", _triangles(self.faces, len(self.vertices)))
+
+    def __repr__(self) -> str:
+        return f"Mesh({len(self.vertices)} vertices, {len(self.faces)} faces)"
+
+    @cached_property
+    def _edge_table(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Unique undirected edges, and for each of the 3m half-edges the row of its edge."""
+        n = len(self.vertices)
+        start, end = self.half_edges.T
+        key = np.minimum(start, end) * n + np.maximum(start, end)
+        unique, row = np.unique(key, return_inverse=True)
+        edges = np.stack([unique // n, unique % n], axis=1)
+        return edges, row
+
+    @cached_property
+    def half_edges(self) -> NDArray[np.int64]:
+        """(3m, 2) directed edges; half-edge ``k`` lies opposite corner ``k // m`` of face ``k % m``."""
+        F = self.faces
+        return np.concatenate([F[:, [1, 2]], F[:, [2, 0]], F[:, [0, 1]]])
+
+    @property
+    def edges(self) -> NDArray[np.int64]:
+        """(k, 2) unique undirected edges, smaller index first, in lexicographic order."""
+        return self._edge_table[0]
+
+    @property
+    def edge_of_half_edge(self) -> NDArray[np.int64]:
+        """(3m,) row of :attr:`edges` of each half-edge."""
+        return self._edge_table[1]
+
+    @cached_property
+    def faces_per_edge(self) -> NDArray[np.int64]:
+        """(k,) number of faces at each edge: 2 inside a surface, 1 on its boundary."""
+        return np.bincount(self.edge_of_half_edge, minlength=len(self.edges))
+
+    @cached_property
+    def face_areas(self) -> NDArray[np.float64]:
+        """(m,) area of each triangle."""
+        A, B, C = self.vertices[self.faces].transpose(1, 0, 2)
+        return 0.5 * np.linalg.norm(np.cross(B - A, C - A), axis=1)
+
+    @property
+    def area(self) -> float:
+        """Total area."""
+        return float(self.face_areas.sum())
+
+    @cached_property
+    def volume(self) -> float:
+        """Signed volume, positive where the faces are oriented outwards; of use for closed meshes only."""
+        A, B, C = (self.vertices - self.vertices.mean(axis=0))[self.faces].transpose(1, 0, 2)
+        return float(np.einsum("ij,ij->", A, np.cross(B, C)) / 6)
+
+    @cached_property
+    def diagonal(self) -> float:
+        """Length of the diagonal of the bounding box of the vertices that faces use."""
+        used = self.vertices[np.unique(self.faces)]
+        return float(np.linalg.norm(np.ptp(used, axis=0)))
+
+    @cached_property
+    def component_of_vertex(self) -> NDArray[np.int64]:
+        """(n,) number of the connected component of each vertex; components without a face come last."""
+        n = len(self.vertices)
+        pairs = self.edges
+        graph = coo_array((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+        labels = connected_components(graph, directed=False)[1]
+        has_face = np.zeros(labels.max() + 1, dtype=bool)
+        has_face[labels[self.faces[:, 0]]] = True
+        rank = np.argsort(np.argsort(~has_face, kind="stable"), kind="stable")
+        return rank[labels]
+
+    @cached_property
+    def n_components(self) -> int:
+        """Number of connected components that have a face."""
+        return int(self.component_of_vertex[self.faces[:, 0]].max()) + 1
+
+    @cached_property
+    def is_edge_manifold(self) -> bool:
+        """Whether no edge has more than two faces and no face uses a vertex twice."""
+        F = self.faces
+        distinct = (F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])
+        return bool(distinct.all() and self.faces_per_edge.max() <= 2)
+
+    @cached_property
+    def is_closed(self) -> bool:
+        """Whether no edge has exactly one face."""
+        return bool((self.faces_per_edge != 1).all())
+
+    @cached_property
+    def is_closed_manifold(self) -> bool:
+        """Whether the mesh is a closed, consistently oriented surface without pinched vertices."""
+        if not (self.is_edge_manifold and self.is_closed):
+            return False
+        start, end = self.half_edges.T
+        directed = start * len(self.vertices) + end
+        return len(np.unique(directed)) == len(directed) and self._vertices_have_one_fan
+
+    @property
+    def _vertices_have_one_fan(self) -> bool:
+        """Whether the faces around every vertex are joined through its edges (edge-manifold meshes only)."""
+        m = len(self.faces)
+        order = np.argsort(self.edge_of_half_edge, kind="stable")
+        inner = np.flatnonzero(np.diff(self.edge_of_half_edge[order]) == 0)
+        first, second = order[inner], order[inner + 1]
+        # A corner is numbered like the half-edge opposite it. The corners at both ends of a shared edge are joined.
+        links = []
+        for here, there in ((1, 2), (2, 1)):
+            a = (first // m + here) % 3 * m + first % m
+            b = (second // m + there) % 3 * m + second % m
+            links.append((a, b))
+        rows, columns = (np.concatenate(side) for side in zip(*links, strict=True))
+        graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(3 * m, 3 * m))
+        n_fans = connected_components(graph, directed=False)[0]
+        return n_fans == len(np.unique(self.faces))
+
+    @cached_property
+    def euler_characteristic(self) -> int:
+        """Vertices in use, less edges, plus faces."""
+        return len(np.unique(self.faces)) - len(self.edges) + len(self.faces)
+
+    @property
+    def genus(self) -> int | None:
+        """Number of handles, summed over the components; None unless the mesh is a closed manifold."""
+        return self.n_components - self.euler_characteristic // 2 if self.is_closed_manifold else None
+
+
+@dataclass(frozen=True, eq=False)
+class PointCloud:
+    """Points sampled from a surface: (n, 3) positions in the caller's units, checked, read-only.
+
+    Raises
+    ------
+    MeshError
+        If there is no point or a coordinate is not finite.
+    """
+
+    points: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", _coordinates(self.points, "points"))
+
+    def __repr__(self) -> str:
+        return f"PointCloud({len(self.points)} points)"
+
+
+def triangulate(faces: Any) -> tuple[NDArray[np.int64], int]:
+    """Triangles of polygons, each cut into a fan from its first corner, and how many polygons were cut.
+
+    Takes an (m, k) array, in which -1 at the end of a row means no corner, or a sequence of index sequences.
+    """
+    try:
+        given = np.asarray(faces)
+    except ValueError:  # polygons of several sizes
+        given = np.empty(0, dtype=object)
+    if given.dtype.kind in "iuf" and given.ndim == 2 and given.shape[1] == 3:
+        return given, 0
+    polygons = [np.asarray(polygon) for polygon in faces]
+    if any(polygon.ndim != 1 or len(polygon) < 3 for polygon in polygons):
+        raise MeshError("each face must be a sequence of at least three vertex indices")
+    polygons = [p[: len(p) - int(np.argmax(p[::-1] != -1))] if p[-1] == -1 else p for p in polygons]
+    fans = [np.stack([np.full(len(p) - 2, p[0]), p[1:-1], p[2:]], axis=1) for p in polygons]
+    triangles = np.concatenate(fans) if fans else np.empty((0, 3), dtype=np.int64)
+    return triangles, sum(len(p) > 3 for p in polygons)
+
+
+def _arrays_of(data: Any) -> tuple[Any, Any]:
+    """Vertices and faces of whatever users hold: a pair, or a mesh object of a package that is not imported here."""
+    if isinstance(data, tuple | list) and len(data) == 2:
+        return data[0], data[1]
+    if hasattr(data, "vertices") and hasattr(data, "faces"):  # trimesh, PyGEL, skeletor
+        return data.vertices, data.faces
+    if hasattr(data, "points") and hasattr(data, "cells_dict"):  # meshio
+        blocks = [data.cells_dict[kind] for kind in ("triangle", "quad") if kind in data.cells_dict]
+        return data.points, [row for block in blocks for row in block] if len(blocks) > 1 else (blocks or [[]])[0]
+    if hasattr(data, "points") and hasattr(data, "faces"):  # pyvista: a flat list of counts and indices
+        flat, rows, position = np.asarray(data.faces), [], 0
+        while position < len(flat):
+            rows.append(flat[position + 1 : position + 1 + flat[position]])
+            position += int(flat[position]) + 1
+        return data.points, rows
+    raise MeshError(
+        f"cannot take a mesh from {type(data).__name__}; "
+        "give (vertices, faces), a path, or an object with .vertices and .faces"
+    )
+
+
+def as_mesh(data: Any) -> Mesh:
+    """A Mesh from what users have: (vertices, faces), a trimesh, pyvista or meshio mesh, or a Mesh.
+
+    Polygons are cut into triangles, which ``notes`` then says. Paths are taken by :func:`lbskel.as_mesh`.
+
+    Raises
+    ------
+    MeshError
+        If it is no mesh, or Mesh refuses it.
+    """
+    if isinstance(data, Mesh):
+        return data
+    vertices, faces = _arrays_of(data)
+    triangles, n_cut = triangulate(faces)
+    notes = (f"{n_cut} polygons were cut into triangles",) if n_cut else ()
+    return Mesh(vertices, triangles, notes)

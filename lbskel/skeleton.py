@@ -1,0 +1,170 @@
+"""A curve skeleton: a graph in space with a radius on every node and a node for every vertex of the mesh.
+
+It is a graph and not a tree: a handle of the shape is a cycle of the skeleton.
+"""
+
+from __future__ import annotations
+
+__all__ = ["Skeleton"]
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from lbskel.errors import MeshError, MissingDependency
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """Nodes joined by straight edges, in the coordinates of the mesh that it came from.
+
+    Parameters
+    ----------
+    nodes : (k, 3) array of float
+        Positions.
+    edges : (e, 2) array of int
+        Pairs of nodes, smaller index first, each pair once, sorted.
+    radii : (k,) array of float
+        Thickness of the shape at each node, of the kind that ``radius_kind`` names.
+    node_of_vertex : (n,) array of int
+        For each vertex of the mesh, the node that stands for it. Empty where no mesh is known.
+    radius_kind : str
+        ``inscribed``: distance to the surface; ``mean``: mean distance to the vertices that the node stands for.
+    report : dict
+        What was done and checked on the way, ready for JSON.
+
+    Raises
+    ------
+    MeshError
+        If an edge or the map names a node that does not exist, or the lengths do not agree.
+    """
+
+    nodes: NDArray[np.float64]
+    edges: NDArray[np.int64]
+    radii: NDArray[np.float64]
+    node_of_vertex: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    radius_kind: str = "inscribed"
+    report: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def __post_init__(self) -> None:
+        nodes = np.array(self.nodes, dtype=np.float64, order="C").reshape(-1, 3)
+        edges = np.sort(np.array(self.edges, dtype=np.int64, order="C").reshape(-1, 2), axis=1)
+        radii = np.array(self.radii, dtype=np.float64).reshape(-1)
+        mapped = np.array(self.node_of_vertex, dtype=np.int64).reshape(-1)
+        if len(radii) != len(nodes):
+            raise MeshError(f"a skeleton of {len(nodes)} nodes needs as many radii, not {len(radii)}")
+        for what, indices in (("edges", edges), ("node_of_vertex", mapped)):
+            if indices.size and (indices.min() < 0 or indices.max() >= len(nodes)):
+                raise MeshError(f"{what} of the skeleton name a node outside 0..{len(nodes) - 1}")
+        edges = np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0)
+        for name, value in (("nodes", nodes), ("edges", edges), ("radii", radii), ("node_of_vertex", mapped)):
+            value.setflags(write=False)
+            object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        return (
+            f"Skeleton({len(self.nodes)} nodes, {len(self.edges)} edges, {len(self.tips)} tips, "
+            f"{len(self.junctions)} junctions, {self.cycle_rank} cycles)"
+        )
+
+    @cached_property
+    def degrees(self) -> NDArray[np.int64]:
+        """(k,) number of edges at each node."""
+        return np.bincount(self.edges.ravel(), minlength=len(self.nodes))
+
+    @property
+    def tips(self) -> NDArray[np.int64]:
+        """Nodes with one edge, the ends of the shape."""
+        return np.flatnonzero(self.degrees == 1)
+
+    @property
+    def junctions(self) -> NDArray[np.int64]:
+        """Nodes with three edges or more."""
+        return np.flatnonzero(self.degrees >= 3)
+
+    @cached_property
+    def edge_lengths(self) -> NDArray[np.float64]:
+        """(e,) length of each edge."""
+        start, end = self.nodes[self.edges].transpose(1, 0, 2)
+        return np.linalg.norm(end - start, axis=1)
+
+    @property
+    def length(self) -> float:
+        """Total length of the edges."""
+        return float(self.edge_lengths.sum())
+
+    @cached_property
+    def component_of_node(self) -> NDArray[np.int64]:
+        """(k,) number of the connected component of each node."""
+        k = len(self.nodes)
+        graph = coo_array((np.ones(len(self.edges), dtype=np.int8), tuple(self.edges.T)), shape=(k, k))
+        return connected_components(graph, directed=False)[1].astype(np.int64)
+
+    @property
+    def n_components(self) -> int:
+        """Number of connected components."""
+        return int(self.component_of_node.max()) + 1 if len(self.nodes) else 0
+
+    @property
+    def cycle_rank(self) -> int:
+        """Number of independent cycles: edges less nodes plus components."""
+        return len(self.edges) - len(self.nodes) + self.n_components
+
+    @cached_property
+    def neighbours(self) -> tuple[NDArray[np.int64], ...]:
+        """For each node, the nodes that share an edge with it, in ascending order."""
+        both = np.concatenate([self.edges, self.edges[:, ::-1]])
+        both = both[np.lexsort((both[:, 1], both[:, 0]))]
+        return tuple(np.split(both[:, 1], np.cumsum(self.degrees)[:-1]))
+
+    @cached_property
+    def branches(self) -> tuple[NDArray[np.int64], ...]:
+        """Polylines of node indices, each from a tip or junction to the next; a bare loop repeats its first node.
+
+        Together they use every edge exactly once. The order is that of their first nodes.
+        """
+        ends = np.flatnonzero((self.degrees != 2) & (self.degrees > 0))
+        used: set[tuple[int, int]] = set()
+        paths = [path for end in ends for path in self._walks_from(int(end), used)]
+        for node in np.flatnonzero(self.degrees == 2):  # what is left are loops without a junction
+            paths.extend(self._walks_from(int(node), used))
+        return tuple(paths)
+
+    def _walks_from(self, start: int, used: set[tuple[int, int]]) -> list[NDArray[np.int64]]:
+        """The unused walks that leave a node and end at the next node of another degree than two, or where they began."""
+        walks = []
+        for following in self.neighbours[start]:
+            if (start, int(following)) in used:
+                continue
+            walk = [start, int(following)]
+            while self.degrees[walk[-1]] == 2 and walk[-1] != start:
+                one, other = self.neighbours[walk[-1]]
+                walk.append(int(other if one == walk[-2] else one))
+            used.update(zip(walk[:-1], walk[1:], strict=True))
+            used.update(zip(walk[1:], walk[:-1], strict=True))
+            walks.append(np.array(walk, dtype=np.int64))
+        return walks
+
+    def to_networkx(self) -> Any:
+        """An undirected ``networkx.Graph`` with ``pos`` and ``radius`` on nodes and ``length`` on edges.
+
+        Raises
+        ------
+        MissingDependency
+            If networkx is not installed.
+        """
+        try:
+            import networkx
+        except ImportError:
+            raise MissingDependency("networkx", "graph", "to_networkx()") from None
+        graph = networkx.Graph()
+        for index, (position, radius) in enumerate(zip(self.nodes, self.radii, strict=True)):
+            graph.add_node(index, pos=tuple(position.tolist()), radius=float(radius))
+        for (start, end), length in zip(self.edges.tolist(), self.edge_lengths, strict=True):
+            graph.add_edge(start, end, length=float(length))
+        return graph

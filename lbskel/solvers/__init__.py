@@ -1,0 +1,43 @@
+"""Solvers of symmetric positive definite systems: factorize once, solve for several right-hand sides."""
+
+from __future__ import annotations
+
+__all__ = ["SOLVERS", "Factorization", "factorize"]
+
+from scipy.sparse import csc_array
+
+from lbskel.errors import choose
+from lbskel.solvers.cholmod import Cholmod
+from lbskel.solvers.factorization import Factorization
+from lbskel.solvers.superlu import SuperLU
+
+SOLVERS: dict[str, type[Factorization]] = {"cholmod": Cholmod, "superlu": SuperLU}
+
+
+def factorize(A: csc_array, solver: str = "cholmod", *, like: Factorization | None = None) -> Factorization:
+    """A factorization of a symmetric positive definite matrix.
+
+    Parameters
+    ----------
+    A : (n, n) csc_array
+        Both triangles given.
+    solver : str
+        A name in SOLVERS.
+    like : Factorization, optional
+        One by the same solver of a matrix of the same size, whose fill-reducing ordering serves again.
+
+    Raises
+    ------
+    UnknownChoice
+        If no solver has that name.
+    SolveError
+        If A is not numerically positive definite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from scipy.sparse import csc_array
+    >>> factorize(csc_array([[2.0, -1.0], [-1.0, 2.0]])).solve(np.array([[1.0], [1.0]])).ravel()
+    array([1., 1.])
+    """
+    return choose(SOLVERS, solver, "solver")(A, like)

@@ -1,0 +1,43 @@
+"""Supernodal sparse Cholesky: CHOLMOD, through cvxopt.
+
+Chen, Davis, Hager, Rajamanickam 2008, "Algorithm 887: CHOLMOD", https://doi.org/10.1145/1391989.1391995.
+"""
+
+from __future__ import annotations
+
+__all__ = ["Cholmod"]
+
+import numpy as np
+from cvxopt import amd, cholmod, matrix, spmatrix
+from numpy.typing import NDArray
+from scipy.sparse import csc_array, tril
+
+from lbskel.errors import SolveError
+from lbskel.solvers.factorization import Factorization
+
+
+class Cholmod(Factorization):
+    """L L^T of the permuted matrix; the ordering is found once and serves every matrix after it."""
+
+    def _factorize(self, A: csc_array, like: Factorization | None) -> None:
+        lower = tril(A, format="coo")
+        X = spmatrix(
+            matrix(lower.data), matrix(lower.row.astype(np.int64)), matrix(lower.col.astype(np.int64)), A.shape
+        )
+        self._ordering = like._ordering if isinstance(like, Cholmod) else amd.order(X)
+        self.ordering = np.array(self._ordering).ravel()
+        others = dict(cholmod.options)
+        cholmod.options["nmethods"] = 1  # keep to the ordering given, try no other beside it
+        try:
+            self._factor = cholmod.symbolic(X, self._ordering)
+            cholmod.numeric(X, self._factor)
+        except ArithmeticError as error:
+            raise SolveError(f"the matrix is not positive definite at column {error}") from None
+        finally:
+            cholmod.options.clear()
+            cholmod.options.update(others)
+
+    def _solve_once(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
+        X = matrix(np.asfortranarray(B, dtype=np.float64))
+        cholmod.solve(self._factor, X)
+        return np.array(X)
