@@ -7,6 +7,7 @@ from __future__ import annotations
 
 __all__ = ["Skeleton"]
 
+import itertools
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -136,7 +137,7 @@ class Skeleton:
         return tuple(paths)
 
     def _walks_from(self, start: int, used: set[tuple[int, int]]) -> list[NDArray[np.int64]]:
-        """The unused walks that leave a node and end at the next node of another degree than two, or where they began."""
+        """The unused walks that leave a node, each up to a node of another degree than two or back to the start."""
         walks = []
         for following in self.neighbours[start]:
             if (start, int(following)) in used:
@@ -145,8 +146,8 @@ class Skeleton:
             while self.degrees[walk[-1]] == 2 and walk[-1] != start:
                 one, other = self.neighbours[walk[-1]]
                 walk.append(int(other if one == walk[-2] else one))
-            used.update(zip(walk[:-1], walk[1:], strict=True))
-            used.update(zip(walk[1:], walk[:-1], strict=True))
+            used.update(itertools.pairwise(walk))
+            used.update(itertools.pairwise(reversed(walk)))
             walks.append(np.array(walk, dtype=np.int64))
         return walks
 

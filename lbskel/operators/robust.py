@@ -1,6 +1,7 @@
 """The tufted, mollified Laplacian: defined on any triangle soup, weights >= 0, no triangle too thin.
 
-Sharp, Crane 2020, "A Laplacian for nonmanifold triangle meshes", https://doi.org/10.1111/cgf.14069; by robust_laplacian.
+Sharp, Crane 2020, "A Laplacian for nonmanifold triangle meshes", https://doi.org/10.1111/cgf.14069; by
+robust_laplacian.
 """
 
 from __future__ import annotations
