@@ -1,0 +1,1 @@
+"""Measurements: ``python -m benchmarks NAME [--quick]`` writes JSON as measured, tables and pictures."""

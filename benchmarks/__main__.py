@@ -1,0 +1,35 @@
+"""``python -m benchmarks NAME [--quick] [--results DIRECTORY]``.
+
+A benchmark is a module of this package with ``run(quick, results)`` at its top level: no list to keep.
+"""
+
+from __future__ import annotations
+
+import argparse
+from importlib import import_module
+from pathlib import Path
+
+HERE = Path(__file__).parent
+
+
+def names() -> list[str]:
+    """The modules here that define ``run``; none is imported."""
+    return sorted(path.stem for path in HERE.glob("*.py") if "\ndef run(" in path.read_text(encoding="utf-8"))
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the benchmarks named on the command line."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("names", nargs="+", choices=names(), metavar="NAME", help=", ".join(names()))
+    parser.add_argument("--quick", action="store_true", help="small sizes, to see that it runs; numbers of no worth")
+    parser.add_argument("--results", type=Path, help="default: benchmarks/results, with --quick its directory quick")
+    chosen = parser.parse_args(arguments)
+    results = chosen.results or HERE / "results" / ("quick" if chosen.quick else "")
+    results.mkdir(parents=True, exist_ok=True)
+    for name in chosen.names:
+        import_module(f"benchmarks.{name}").run(chosen.quick, results)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

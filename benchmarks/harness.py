@@ -1,0 +1,178 @@
+"""What every benchmark needs: measuring, the machine and the versions, JSON as measured, Markdown tables, pictures."""
+
+from __future__ import annotations
+
+__all__ = [
+    "fitted_order",
+    "in_child",
+    "interleaved",
+    "machine",
+    "markdown_table",
+    "median_ratio",
+    "save_json",
+    "save_markdown",
+    "save_picture",
+]
+
+import gc
+import json
+import os
+import platform
+import time
+from collections.abc import Callable, Mapping, Sequence
+from datetime import datetime, timezone
+from importlib.metadata import PackageNotFoundError, version
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+PACKAGES = ("lbskel", "numpy", "scipy", "libigl", "robust_laplacian", "cvxopt")
+
+
+def _processor() -> str:
+    """The processor's name as the system tells it."""
+    cpuinfo = Path("/proc/cpuinfo")
+    if cpuinfo.exists():
+        lines = [line for line in cpuinfo.read_text().splitlines() if line.startswith("model name")]
+        if lines:
+            return lines[0].split(":", 1)[1].strip()
+    return platform.processor() or platform.machine()
+
+
+def machine(packages: Sequence[str] = ()) -> dict[str, Any]:
+    """When, on what and with which versions something was measured."""
+    versions = {}
+    for package in dict.fromkeys((*PACKAGES, *packages)):
+        try:
+            versions[package] = version(package)
+        except PackageNotFoundError:
+            versions[package] = "not installed"
+    return {
+        "date": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
+        "processor": _processor(),
+        "cores": os.cpu_count(),
+        "threads": os.environ.get("OMP_NUM_THREADS", "as many as the libraries take"),
+        "system": f"{platform.system()} {platform.machine()}",
+        "python": platform.python_version(),
+        "versions": versions,
+    }
+
+
+def interleaved(calls: Mapping[str, Callable[[], Any]], repeats: int = 5) -> dict[str, list[float]]:
+    """Seconds of each call, taken in turns, so that a busy machine slows all of them alike; one warm-up round first."""
+    seconds: dict[str, list[float]] = {name: [] for name in calls}
+    for turn in range(repeats + 1):
+        for name, call in calls.items():
+            gc.collect()
+            start = time.perf_counter()
+            call()
+            if turn > 0:
+                seconds[name].append(time.perf_counter() - start)
+    return seconds
+
+
+def median_ratio(ours: Sequence[float], theirs: Sequence[float]) -> float:
+    """Median over the turns of the ratio of two series of :func:`interleaved`."""
+    return float(np.median(np.divide(ours, theirs)))
+
+
+def _measure(connection: Any, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+    """In the child: call, and send back the value or the error, the seconds and the peak of resident memory."""
+    import resource
+
+    unit = 1 if platform.system() == "Darwin" else 1024
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    start = time.perf_counter()
+    try:
+        answer = {"value": function(*arguments)}
+    except Exception as error:
+        answer = {"error": f"{type(error).__name__}: {error}"}
+    answer["seconds"] = time.perf_counter() - start
+    after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    answer["megabytes"] = (after - before) * unit / 1e6
+    answer["peak_megabytes"] = after * unit / 1e6
+    connection.send(answer)
+
+
+def in_child(function: Callable[..., Any], *arguments: Any, timeout: float = 600.0) -> dict[str, Any]:
+    """Call a module-level function in a fresh process: its value or error, seconds, and peak memory.
+
+    Returns
+    -------
+    dict
+        ``value`` or ``error``; ``seconds``; ``megabytes``, by which the peak of resident memory grew during the call,
+        whatever the function builds for itself included; ``peak_megabytes``, that peak. After a crash or at the time
+        limit only ``error`` and ``seconds``.
+    """
+    context = get_context("spawn")
+    receiver, sender = context.Pipe(duplex=False)
+    process = context.Process(target=_measure, args=(sender, function, arguments))
+    start = time.perf_counter()
+    process.start()
+    sender.close()
+    try:
+        if receiver.poll(timeout):
+            return receiver.recv()
+        return {"error": f"over {timeout:g} s", "seconds": time.perf_counter() - start}
+    except EOFError:
+        process.join()
+        return {"error": f"the process ended with code {process.exitcode}", "seconds": time.perf_counter() - start}
+    finally:
+        process.kill()
+        process.join()
+
+
+def fitted_order(sizes: Sequence[float], errors: Sequence[float]) -> float:
+    """p of errors ~ sizes^p, by least squares in logarithms."""
+    return float(np.polyfit(np.log(sizes), np.log(errors), 1)[0])
+
+
+def _text(value: Any) -> str:
+    """A table cell: numbers to three digits, absent ones as a dash."""
+    if value is None:
+        return "-"
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    if isinstance(value, float | np.floating):
+        return f"{value:.3g}"
+    return str(value)
+
+
+def markdown_table(rows: Sequence[Mapping[str, Any]], columns: Sequence[str] | None = None) -> str:
+    """Rows as a Markdown table; columns default to the keys of all rows in the order of their appearance."""
+    columns = list(columns or dict.fromkeys(key for row in rows for key in row))
+    lines = ["| " + " | ".join(columns) + " |", "|" + " --- |" * len(columns)]
+    lines += ["| " + " | ".join(_text(row.get(column)) for column in columns) + " |" for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def _plain(value: Any) -> Any:
+    """What json does not know by itself: numpy's numbers and arrays."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} is no value for JSON")
+
+
+def save_json(path: Path, measured: Mapping[str, Any], *, packages: Sequence[str] = ()) -> None:
+    """Write what was measured under the header that tells the machine and the versions."""
+    document = {"machine": machine(packages), **measured}
+    path.write_text(json.dumps(document, indent=1, default=_plain) + "\n", encoding="utf-8")
+
+
+def save_markdown(path: Path, title: str, sections: Mapping[str, str]) -> None:
+    """Write a page: a title, the machine in one line, and a heading with its text for each section."""
+    here = machine()
+    where = f"{here['date']}, {here['processor']}, {here['cores']} cores, threads: {here['threads']}"
+    parts = [f"# {title}\n\n{where}.\n"] + [f"## {heading}\n\n{text}" for heading, text in sections.items()]
+    path.write_text("\n".join(parts), encoding="utf-8")
+
+
+def save_picture(path: Path, draw: Callable[[Any], None], *, size: tuple[float, float] = (8, 5)) -> None:
+    """A PNG of what ``draw(figure)`` draws on an empty matplotlib figure."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, dpi=110, layout="constrained")
+    draw(figure)
+    figure.savefig(path, metadata={"Software": None})
