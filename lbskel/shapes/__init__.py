@@ -1,0 +1,35 @@
+"""Shapes whose curve skeleton or spectrum is known exactly, for tests, benchmarks and the demo.
+
+``make(name)`` gives a :class:`Shape`, a mesh with the skeleton that it was built around; the meshes in closed form
+(:func:`sphere`, :func:`torus`, ...) need nothing but numpy and libigl.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "SHAPES",
+    "VARIANTS",
+    "Shape",
+    "Solid",
+    "Truth",
+    "capsule",
+    "chain_of_tori",
+    "cylinder",
+    "flat_grid",
+    "make",
+    "marching_cubes",
+    "mesh_solid",
+    "project",
+    "schwarz_lantern",
+    "solid_of",
+    "sphere",
+    "torus",
+    "tube",
+]
+
+from lbskel.shapes.catalogue import SHAPES, VARIANTS, make, mesh_solid
+from lbskel.shapes.primitives import capsule, cylinder, flat_grid, schwarz_lantern, sphere, torus, tube
+from lbskel.shapes.solid import Solid, solid_of
+from lbskel.shapes.solids import chain_of_tori
+from lbskel.shapes.surface import marching_cubes, project
+from lbskel.shapes.truth import Shape, Truth
