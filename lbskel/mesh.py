@@ -65,6 +65,19 @@ def _triangles(values: ArrayLike, n_vertices: int) -> NDArray[np.int64]:
     return faces
 
 
+_OF_CONNECTIVITY = (
+    "_edge_table",
+    "half_edges",
+    "faces_per_edge",
+    "component_of_vertex",
+    "n_components",
+    "is_edge_manifold",
+    "is_closed",
+    "is_closed_manifold",
+    "euler_characteristic",
+)
+
+
 @dataclass(frozen=True, eq=False)
 class Mesh:
     """A triangle mesh: what the caller gave, checked, read-only.
@@ -102,6 +115,13 @@ class Mesh:
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices)} vertices, {len(self.faces)} faces)"
+
+    def with_vertices(self, vertices: ArrayLike) -> Mesh:
+        """The same faces on other positions; what is known of the connectivity is kept."""
+        moved = Mesh(vertices, self.faces, self.notes)
+        if len(moved.vertices) == len(self.vertices):
+            moved.__dict__.update({name: self.__dict__[name] for name in _OF_CONNECTIVITY if name in self.__dict__})
+        return moved
 
     @cached_property
     def _edge_table(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
