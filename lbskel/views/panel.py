@@ -1,0 +1,60 @@
+"""What one drawing of a picture shows: finished values, checked, nothing drawn yet."""
+
+from __future__ import annotations
+
+__all__ = ["Panel"]
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lbskel.errors import MeshError
+from lbskel.mesh import Mesh, PointCloud
+from lbskel.skeleton import Skeleton
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """One drawing of a picture: a surface or points, a skeleton in it, or both.
+
+    Parameters
+    ----------
+    mesh : Mesh or PointCloud, optional
+    skeleton : Skeleton, optional
+    title : str
+    field : (n,) array_like of float, optional
+        A number for each vertex of the mesh, shown by colour. NaN is shown as no colour.
+    field_name : str
+        What the field is. Fields of the same name in one picture have the same colours for the same numbers.
+
+    Raises
+    ------
+    MeshError
+        If there is nothing to draw, or the field is not one number for each vertex of a mesh.
+    """
+
+    mesh: Mesh | PointCloud | None = None
+    skeleton: Skeleton | None = None
+    title: str = ""
+    field: NDArray[np.float64] | None = None
+    field_name: str = ""
+
+    def __post_init__(self) -> None:
+        if self.mesh is None and self.skeleton is None:
+            raise MeshError("a panel needs a mesh, a point cloud or a skeleton to draw")
+        if self.field is not None:
+            field = np.array(self.field, dtype=np.float64)
+            wanted = (len(self.mesh.vertices),) if isinstance(self.mesh, Mesh) else ()
+            if field.shape != wanted:
+                raise MeshError(f"the field must be one number for each vertex of a mesh, {wanted}, not {field.shape}")
+            field.setflags(write=False)
+            object.__setattr__(self, "field", field)
+
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """(n, 3) points that must fit into the drawing."""
+        surface = self.mesh.vertices[np.unique(self.mesh.faces)] if isinstance(self.mesh, Mesh) else None
+        cloud = self.mesh.points if isinstance(self.mesh, PointCloud) else None
+        nodes = self.skeleton.nodes if self.skeleton is not None else None
+        return np.concatenate([points for points in (surface, cloud, nodes) if points is not None])
