@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lbskel.errors import MeshError
 from lbskel.mesh import Mesh, PointCloud
 from lbskel.skeleton import Skeleton
+from lbskel.views.camera import Shape
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +51,13 @@ class Panel:
                 raise MeshError(f"the field must be one number for each vertex of a mesh, {wanted}, not {field.shape}")
             field.setflags(write=False)
             object.__setattr__(self, "field", field)
+
+    @property
+    def shape(self) -> Shape:
+        """What the direction of view is taken from: the mesh if there is one."""
+        shape = self.mesh if self.mesh is not None else self.skeleton
+        assert shape is not None  # see __post_init__
+        return shape
 
     @property
     def points(self) -> NDArray[np.float64]:

@@ -86,7 +86,7 @@ def draw(panels: Sequence[Panel], *, size: tuple[int, int] | None = None) -> byt
         raise MeshError("a picture needs at least one panel")
     from lbskel.views.drawing import draw_panel, lines_of_text
 
-    view = principal_view(next(shape for shape in (*(p.mesh for p in panels), *(p.skeleton for p in panels)) if shape))
+    view = principal_view(next((panel for panel in panels if panel.mesh is not None), panels[0]).shape)
     corners = np.concatenate([view.project(panel.points)[:, :2] for panel in panels])
     low, high = (corners.min(axis=0), corners.max(axis=0)) if len(corners) else np.zeros((2, 2))
     layout = arrange(high - low, [lines_of_text(panel) for panel in panels], size)
