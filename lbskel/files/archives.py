@@ -1,0 +1,103 @@
+"""JSON and NPZ with all that a skeleton holds: nodes, edges, radii, node_of_vertex, radius_kind and report.
+
+Both have an entry under each of these names; in NPZ the report is JSON text. What is not a finite number is null in
+JSON, which has no other word for it.
+"""
+
+from __future__ import annotations
+
+__all__ = ["read_json", "read_npz", "skeleton_json", "skeleton_npz"]
+
+import io
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lbskel.errors import FormatError
+from lbskel.files.reading import array_of, read_bytes, read_text, whole
+from lbskel.skeleton import Skeleton
+
+
+def skeleton_json(skeleton: Skeleton, path: Path) -> dict[Path, str]:
+    """A skeleton as JSON."""
+    return {path: _json({**_arrays(skeleton), "radius_kind": skeleton.radius_kind, "report": skeleton.report})}
+
+
+def skeleton_npz(skeleton: Skeleton, path: Path) -> dict[Path, bytes]:
+    """A skeleton as an archive of numpy arrays."""
+    buffer = io.BytesIO()
+    np.savez_compressed(
+        buffer, **_arrays(skeleton), radius_kind=np.array(skeleton.radius_kind), report=np.array(_json(skeleton.report))
+    )
+    return {path: buffer.getvalue()}
+
+
+def read_json(path: Path) -> Skeleton:
+    """The skeleton in a JSON file."""
+    try:
+        entries = json.loads(read_text(path))
+    except json.JSONDecodeError as error:
+        raise FormatError(f"line {error.lineno}: not JSON: {error.msg}") from None
+    return _skeleton_of(entries)
+
+
+def read_npz(path: Path) -> Skeleton:
+    """The skeleton in an archive of numpy arrays."""
+    with np.load(io.BytesIO(read_bytes(path)), allow_pickle=False) as archive:
+        if not isinstance(archive, Mapping):
+            raise FormatError("a single array and no archive")
+        entries: dict[str, Any] = dict(archive)
+    if "report" in entries:
+        entries["report"] = json.loads(str(entries["report"]))
+    if "radius_kind" in entries:
+        entries["radius_kind"] = str(entries["radius_kind"])
+    return _skeleton_of(entries)
+
+
+def _arrays(skeleton: Skeleton) -> dict[str, Any]:
+    return {name: getattr(skeleton, name) for name in ("nodes", "edges", "radii", "node_of_vertex")}
+
+
+def _skeleton_of(entries: Any) -> Skeleton:
+    """The skeleton of the entries, of which nodes and edges must be there."""
+    if not isinstance(entries, Mapping) or not {"nodes", "edges"} <= entries.keys():
+        raise FormatError("not a skeleton: no entries named nodes and edges")
+    nodes = array_of(entries["nodes"], "nodes", 3)
+    return Skeleton(
+        nodes,
+        whole(array_of(entries["edges"], "edges", 2), "edges"),
+        array_of(entries["radii"], "radii") if "radii" in entries else np.full(len(nodes), np.nan),
+        whole(array_of(entries.get("node_of_vertex", []), "node_of_vertex"), "node_of_vertex"),
+        _typed(entries, "radius_kind", str),
+        _typed(entries, "report", dict),
+    )
+
+
+def _typed(entries: Mapping[str, Any], name: str, kind: type) -> Any:
+    """The entry, or what a Skeleton has without; a FormatError if it is not of that type."""
+    value = entries.get(name, Skeleton.radius_kind if kind is str else {})
+    if not isinstance(value, kind):
+        raise FormatError(f"{name}: must be a {kind.__name__}, not {type(value).__name__}")
+    return value
+
+
+def _json(value: Any) -> str:
+    try:
+        return json.dumps(_plain(value), allow_nan=False, indent=1)
+    except (TypeError, ValueError) as error:
+        raise FormatError(f"the report of the skeleton is not ready for JSON: {error}") from None
+
+
+def _plain(value: Any) -> Any:
+    """The value with numpy's numbers and arrays as Python's, and None for what is not finite."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
