@@ -7,7 +7,7 @@ integrate a quadratic exactly. A distant viewer, so no perspective.
 
 from __future__ import annotations
 
-__all__ = ["Shape", "View", "bounding_diagonal", "principal_view"]
+__all__ = ["Shape", "View", "principal_view"]
 
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -24,6 +24,8 @@ Shape: TypeAlias = Mesh | PointCloud | Skeleton
 # right, and not along whatever rounding makes of it.
 PREFERENCE = np.diag([2e-3, 1e-3, 0.0])
 UPRIGHT = np.cos(np.radians(30))  # an axis of the caller is taken as up if it lies this near to the picture's plane
+
+FOOT = 0.05  # the part of a shape's height that touches the ground
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +51,10 @@ class View:
 def principal_view(shape: Shape) -> View:
     """Look along the axis of least variance.
 
-    Up is the caller's y or z axis where one lies close to the picture's plane (the one along which the shape is
-    shorter where both do), else the second principal axis, so that the longest is horizontal. Signs: the viewer is on
-    the positive side, and up is where y or z grows.
+    Up is the caller's y or z axis where one lies close to the picture's plane; where both do, that on which the shape
+    would stand rather than fall over, else that along which it is shorter. Where neither does, up is the second
+    principal axis, so that the longest is horizontal. Signs: the viewer is on the positive side, and up is where y or z
+    grows.
     """
     points, weights = _samples(shape)
     if not len(points):
@@ -63,15 +66,9 @@ def principal_view(shape: Shape) -> View:
     moment = (X * (weights / weights.sum())[:, None]).T @ X
     principal = np.linalg.eigh(moment + (np.trace(moment) or 1.0) * PREFERENCE)[1].T
     towards = _positive(principal[0], np.eye(3))
-    up = _up(towards, moment, principal[1])
+    up = _up(towards, X, moment, principal[1])
     right = np.cross(up, towards)
     return View((low + high) / 2, np.stack([right, up, towards]))
-
-
-def bounding_diagonal(shape: Shape) -> float:
-    """Length of the diagonal of the bounding box; 1 where it has none."""
-    points = _samples(shape)[0]
-    return float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0 if len(points) else 1.0
 
 
 def _samples(shape: Shape) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -89,7 +86,9 @@ def _samples(shape: Shape) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return points, weights / weights.max() if weights.any() else np.ones(len(points))
 
 
-def _up(towards: NDArray[np.float64], moment: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+def _up(
+    towards: NDArray[np.float64], X: NDArray[np.float64], moment: NDArray[np.float64], second: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """The unit vector across the direction of view that is shown upwards."""
     y_and_z = np.eye(3)[1:]
     in_plane = y_and_z - np.outer(y_and_z @ towards, towards)
@@ -98,7 +97,14 @@ def _up(towards: NDArray[np.float64], moment: NDArray[np.float64], second: NDArr
     if not len(upright):
         return _positive(second, y_and_z)
     variances = np.einsum("ij,jk,ik->i", upright, moment, upright)
-    return upright[0] if variances[0] <= variances[-1] * (1 + 1e-9) else upright[-1]  # y where rounding decides
+    falls = [not _stands(X @ up, X @ np.cross(up, towards)) for up in upright]
+    return upright[np.lexsort((variances.round(9), falls))[0]]  # y where rounding decides
+
+
+def _stands(height: NDArray[np.float64], across: NDArray[np.float64]) -> bool:
+    """Whether the centre, at 0, lies above the ground on which the lowest points stand."""
+    foot = across[height <= height.min() + FOOT * np.ptp(height)]
+    return bool(foot.min() <= 0 <= foot.max())
 
 
 def _positive(vector: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray[np.float64]:

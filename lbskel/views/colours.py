@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+UNKNOWN = "0.75"  # the grey of NaN
 OUTLIERS = 5.0  # per cent of a field at each end that may lie beyond its colours: curvature has a few huge values
 
 
@@ -47,20 +48,15 @@ class Scale:
         from matplotlib.colors import ListedColormap, Normalize
 
         listed = ListedColormap(colormaps[self.name](np.linspace(0, self.extent, 256)))
-        return ScalarMappable(Normalize(self.low, self.high), listed)
+        return ScalarMappable(Normalize(self.low, self.high), listed.with_extremes(bad=UNKNOWN))
 
     def colours(self, values: ArrayLike) -> NDArray[np.float32]:
-        """(n, 3) red, green and blue in [0, 1] of n numbers; light grey for NaN."""
-        values = np.asarray(values, dtype=np.float64)
-        mappable = self.mappable()
-        position = np.clip((values - self.low) / (self.high - self.low), 0, 1)
-        colours = mappable.cmap(position)[:, :3].astype(np.float32)
-        colours[np.isnan(values)] = 0.8
-        return colours
+        """(n, 3) red, green and blue in [0, 1] of n numbers."""
+        return self.mappable().to_rgba(np.asarray(values, dtype=np.float64))[:, :3].astype(np.float32)
 
 
 def radius_scale(radii: Iterable[NDArray[np.float64]]) -> Scale | None:
-    """One scale for the radii of all skeletons of a picture; None if there are none."""
+    """One scale for the radii of all skeletons of a picture; None if no radius is known."""
     together = np.concatenate([np.empty(0), *radii])
     together = together[np.isfinite(together)]
     return Scale(*_apart(together.min(), together.max()), "plasma", 0.88) if len(together) else None

@@ -20,6 +20,7 @@ from lbskel.views.layout import Frame, Layout
 from lbskel.views.panel import Panel
 from lbskel.views.shading import shade_mesh, shade_points
 
+LINE = (0.49, 0.01, 0.66)  # of a skeleton whose radii are not known, and in the counts
 TIP, JUNCTION, INK = "#d62728", "#1a1a2e", "#333333"
 FONT = "DejaVu Sans"  # comes with matplotlib, so the picture is the same everywhere
 VEIL = 0.7  # opacity of a surface with a skeleton in it
@@ -32,7 +33,8 @@ TITLE_LINES, COUNT_LINES, BAR_LINES = 2.2, 2.2, 2.6
 def lines_of_text(panel: Panel) -> tuple[float, float]:
     """Lines of text that a panel needs above and below its drawing."""
     counts = COUNT_LINES * (panel.skeleton is not None)
-    bars = BAR_LINES * (panel.skeleton is not None or panel.field is not None)
+    known = panel.skeleton is not None and np.isfinite(panel.skeleton.radii).any()
+    bars = BAR_LINES * bool(known or panel.field is not None)
     return TITLE_LINES * bool(panel.title), counts + bars
 
 
@@ -54,8 +56,8 @@ def draw_panel(
     if panel.field is not None and fields is not None:
         bars.append((panel.field_name, fields))
     if panel.skeleton is not None:
+        _draw_skeleton(axes, panel.skeleton, view, frame, radii)
         if radii is not None:
-            _draw_skeleton(axes, panel.skeleton, view, frame, radii)
             bars.append(("radius", radii))
         _write_counts(figure, panel.skeleton, left + width / 2, bottom - COUNT_LINES * layout.letter / 2, layout.letter)
     top = bottom - COUNT_LINES * layout.letter * (panel.skeleton is not None)
@@ -107,11 +109,9 @@ def _draw_surface(axes: Any, panel: Panel, view: View, frame: Frame, fields: Sca
         resample=False,
         zorder=1,
     )
-    axes.set_xlim(0, frame.width)
-    axes.set_ylim(0, frame.height)
 
 
-def _draw_skeleton(axes: Any, skeleton: Skeleton, view: View, frame: Frame, radii: Scale) -> None:
+def _draw_skeleton(axes: Any, skeleton: Skeleton, view: View, frame: Frame, radii: Scale | None) -> None:
     """Edges coloured by radius, near ones over far ones with a white halo; tips and junctions marked."""
     from matplotlib.collections import LineCollection
 
@@ -122,7 +122,7 @@ def _draw_skeleton(axes: Any, skeleton: Skeleton, view: View, frame: Frame, radi
     depth = ends[:, :, 2].mean(axis=1)
     # A halo lies a little behind its edge, so it is drawn over edges far behind and under those it is joined to.
     order = np.argsort(np.concatenate([depth - BEHIND * longer, depth]), kind="stable")
-    colours = radii.mappable().to_rgba(skeleton.radii[skeleton.edges].mean(axis=1))
+    colours = radii.colours(skeleton.radii[skeleton.edges].mean(axis=1)) if radii else np.tile(LINE, (len(ends), 1))
     axes.add_collection(
         LineCollection(
             list(np.concatenate([ends, ends])[order, :, :2]),
@@ -134,13 +134,20 @@ def _draw_skeleton(axes: Any, skeleton: Skeleton, view: View, frame: Frame, radi
     )
     lone = np.flatnonzero(skeleton.degrees == 0)
     for nodes, colour, marker, size in (
-        (lone, radii.mappable().to_rgba(skeleton.radii[lone]), "o", 2.2),
+        (lone, radii.colours(skeleton.radii[lone]) if radii else LINE, "o", 2.2),
         (skeleton.junctions, JUNCTION, "s", 1.7),
         (skeleton.tips, TIP, "o", 1.9),
     ):
         x, y, _ = points[nodes].T
         axes.scatter(
-            x, y, s=(size * width) ** 2, c=colour, marker=marker, edgecolors="white", linewidths=0.35 * width, zorder=3
+            x,
+            y,
+            s=(size * width) ** 2,
+            facecolors=colour,
+            marker=marker,
+            edgecolors="white",
+            linewidths=0.35 * width,
+            zorder=3,
         )
 
 
@@ -150,7 +157,7 @@ def _write_counts(figure: Any, skeleton: Skeleton, x: float, y: float, letter: f
 
     across, down = figure.get_size_inches() * figure.dpi
     counts = (
-        ("node", len(skeleton.nodes), {"color": "#7e03a8", "linewidth": 0.25 * letter}),
+        ("node", len(skeleton.nodes), {"color": LINE, "linewidth": 0.25 * letter}),
         ("tip", len(skeleton.tips), {"color": "none", "marker": "o", "markerfacecolor": TIP}),
         ("junction", len(skeleton.junctions), {"color": "none", "marker": "s", "markerfacecolor": JUNCTION}),
         (

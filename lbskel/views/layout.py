@@ -10,7 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.errors import FormatError
+
 LONGER_SIDE = {True: 900, False: 640}  # of a drawing, in pixels: of the only panel, of one of several
+SMALLEST = 20  # side of a drawing, in pixels
 MOST_OBLONG = 2.0  # a longer or taller shape is drawn with white beside it
 PICTURE = 1.6  # width over height that a picture of several panels tends to
 LETTERS = 50  # width of the text under a panel, in heights of a letter
@@ -49,7 +52,7 @@ class Layout:
     def drawing(self) -> tuple[int, int]:
         """Width and height of the drawing in each panel."""
         height = (self.height - sum(self.above) - sum(self.below)) // len(self.above)
-        return max(self.width // self.columns, 1), max(height, 1)
+        return self.width // self.columns, height
 
     def corner(self, panel: int) -> tuple[int, int]:
         """Lower left corner of the drawing of a panel, from the lower left corner of the picture."""
@@ -78,6 +81,11 @@ def arrange(extent: NDArray[np.float64], lines: Sequence[tuple[float, float]], s
         For each panel the lines of text above and below its drawing.
     size : pair of int, optional
         Width and height of the picture; by default as the shape needs.
+
+    Raises
+    ------
+    FormatError
+        If the picture is too small to show anything.
     """
     n = len(lines)
     tiny = extent.max() / MOST_OBLONG if extent.any() else 1.0
@@ -90,4 +98,7 @@ def arrange(extent: NDArray[np.float64], lines: Sequence[tuple[float, float]], s
     letter = float(np.clip(min(width, height * 2) / LETTERS, 6, 22))
     above, below = (tuple(round(max(panel[i] for panel in row) * letter) for row in rows) for i in (0, 1))
     width, height = size or (width * columns, height * len(rows) + sum(above) + sum(below))
-    return Layout(width, height, columns, letter, above, below)
+    layout = Layout(width, height, columns, letter, above, below)
+    if min(layout.drawing) < SMALLEST:
+        raise FormatError(f"{n} panels do not fit into {width} x {height} pixels; make the picture larger")
+    return layout

@@ -23,7 +23,7 @@ from lbskel.views.camera import principal_view
 from lbskel.views.colours import radius_scale
 from lbskel.views.panel import Panel
 
-SURFACE, TIP, JUNCTION = "#a8bad4", "#d62728", "#1a1a2e"
+SURFACE, LINE, TIP, JUNCTION = "#a8bad4", "#7e03a8", "#d62728", "#1a1a2e"
 
 
 def page(
@@ -61,7 +61,7 @@ def page(
         raise MissingDependency("plotly", "view", "writing an interactive page") from None
     panel = Panel(mesh, skeleton, title)
     view = principal_view(panel.shape)
-    size = np.ptp(panel.points, axis=0).max(initial=0.0) or 1.0
+    size = np.abs(view.project(panel.points)).max(initial=0.0) or 1.0
 
     def place(points: NDArray[np.float64]) -> dict[str, NDArray[np.float32]]:
         return dict(zip("xyz", (view.project(points) / size).astype(np.float32).T, strict=True))
@@ -101,25 +101,22 @@ def _skeleton_traces(skeleton: Skeleton, place: Any) -> list[dict[str, Any]]:
     from plotly.colors import sample_colorscale
 
     scale = radius_scale([skeleton.radii])
-    if scale is None:
-        return []
     words = [
         f"node {i}<br>({x:.6g}, {y:.6g}, {z:.6g})<br>{skeleton.radius_kind} radius {radius:.4g}"
         for i, ((x, y, z), radius) in enumerate(zip(skeleton.nodes, skeleton.radii, strict=True))
     ]
     nodes = place(skeleton.nodes)
-    colours = {
-        "colorscale": sample_colorscale(scale.name, np.linspace(0, scale.extent, 12)),
-        "cmin": scale.low,
-        "cmax": scale.high,
-    }
-    bar = {"title": {"text": "radius"}, "len": 0.5, "thickness": 14}
+    edge_look, node_look = {"width": 7, "color": LINE}, {"size": 3, "color": LINE}
+    if scale is not None:
+        colours = sample_colorscale(scale.name, np.linspace(0, scale.extent, 12))
+        shared = {"colorscale": colours, "cmin": scale.low, "cmax": scale.high}
+        bar = {"title": {"text": "radius"}, "len": 0.5, "thickness": 14}
+        edge_look |= {"color": np.repeat(skeleton.radii[skeleton.edges].mean(axis=1), 3), **shared}
+        node_look |= {"color": skeleton.radii, **shared, "colorbar": bar}
     # The three entries of an edge are its ends and a gap.
     ends = {axis: np.insert(values[skeleton.edges], 2, np.nan, axis=1).ravel() for axis, values in nodes.items()}
-    radii = np.repeat(skeleton.radii[skeleton.edges].mean(axis=1), 3)
-    edges = {"type": "scatter3d", **ends, "mode": "lines", "line": {"width": 7, "color": radii, **colours}}
-    look = {"size": 3, "color": skeleton.radii, **colours, "colorbar": bar}
-    every = {"type": "scatter3d", **nodes, "mode": "markers", "marker": look, "text": words, "hoverinfo": "text"}
+    edges = {"type": "scatter3d", **ends, "mode": "lines", "line": edge_look}
+    every = {"type": "scatter3d", **nodes, "mode": "markers", "marker": node_look, "text": words, "hoverinfo": "text"}
     traces = [
         {**edges, "name": f"{len(skeleton.edges)} edges, {skeleton.cycle_rank} cycles", "hoverinfo": "skip"},
         {**every, "name": f"{len(skeleton.nodes)} nodes"},

@@ -25,7 +25,7 @@ class Panel:
     skeleton : Skeleton, optional
     title : str
     field : (n,) array_like of float, optional
-        A number for each vertex of the mesh, shown by colour. NaN is shown as no colour.
+        A number for each vertex of the mesh, shown by colour. NaN and infinity are shown grey.
     field_name : str
         What the field is. Fields of the same name in one picture have the same colours for the same numbers.
 
@@ -49,6 +49,7 @@ class Panel:
             wanted = (len(self.mesh.vertices),) if isinstance(self.mesh, Mesh) else ()
             if field.shape != wanted:
                 raise MeshError(f"the field must be one number for each vertex of a mesh, {wanted}, not {field.shape}")
+            field[~np.isfinite(field)] = np.nan
             field.setflags(write=False)
             object.__setattr__(self, "field", field)
 
@@ -62,7 +63,11 @@ class Panel:
     @property
     def points(self) -> NDArray[np.float64]:
         """(n, 3) points that must fit into the drawing."""
-        surface = self.mesh.vertices[np.unique(self.mesh.faces)] if isinstance(self.mesh, Mesh) else None
-        cloud = self.mesh.points if isinstance(self.mesh, PointCloud) else None
-        nodes = self.skeleton.nodes if self.skeleton is not None else None
-        return np.concatenate([points for points in (surface, cloud, nodes) if points is not None])
+        points = [self.skeleton.nodes] if self.skeleton is not None else []
+        if isinstance(self.mesh, Mesh):
+            points.append(
+                self.mesh.vertices[np.bincount(self.mesh.faces.ravel(), minlength=len(self.mesh.vertices)) > 0]
+            )
+        elif self.mesh is not None:
+            points.append(self.mesh.points)
+        return np.concatenate(points)

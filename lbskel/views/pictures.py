@@ -46,7 +46,9 @@ def render(
     Raises
     ------
     FormatError
-        If the file exists and ``force`` is not set, or it cannot be written.
+        If the file exists and ``force`` is not set, it cannot be written, or the panels do not fit into the size.
+    MeshError
+        If there is no panel.
     MissingDependency
         If matplotlib is not installed.
     """
@@ -92,7 +94,9 @@ def draw(panels: Sequence[Panel], *, size: tuple[int, int] | None = None) -> byt
     layout = arrange(high - low, [lines_of_text(panel) for panel in panels], size)
     radii = radius_scale(panel.skeleton.radii for panel in panels if panel.skeleton is not None)
     fields = field_scales([(panel.field_name, panel.field) for panel in panels if panel.field is not None])
-    figure = Figure(figsize=(layout.width / 72, layout.height / 72), dpi=72)  # so that a point is a pixel
+    figure = Figure(
+        figsize=(layout.width / 72, layout.height / 72), dpi=72, facecolor="white"
+    )  # so that a point is a pixel
     canvas = FigureCanvasAgg(figure)
     for number, panel in enumerate(panels):
         draw_panel(figure, layout, number, panel, view, layout.frame(low, high), radii, fields.get(panel.field_name))

@@ -99,7 +99,7 @@ def _spans(triangles: NDArray[np.float64], width: int, height: int) -> Iterator[
     cuts = np.searchsorted(ends, np.arange(ROWS_AT_A_TIME, ends[-1], ROWS_AT_A_TIME))
     for chunk in np.split(np.arange(len(triangles)), cuts):
         owner, row = _expand(first[chunk], last[chunk])
-        owner, level = owner + chunk[0], row + 0.5
+        owner, level = chunk[owner], row + 0.5
         one = long_side[0][owner] + long_side[1][owner] * level
         short = np.where(level < y[1][owner], upper[:, owner], lower[:, owner])
         other = short[0] + short[1] * level

@@ -23,7 +23,8 @@ Shader: TypeAlias = Callable[[NDArray, NDArray, NDArray], NDArray]  # item, x an
 
 SAMPLES = 2  # per pixel and direction
 BASE = np.array([0.66, 0.73, 0.83], dtype=np.float32)
-LIGHT = np.array([-0.45, 0.65, 0.80], dtype=np.float32) / np.float32(np.linalg.norm([-0.45, 0.65, 0.80]))
+LIGHT = np.array([-0.40, 0.58, 0.71], dtype=np.float32)  # unit vectors: to the light,
+HALFWAY = np.array([-0.22, 0.31, 0.925], dtype=np.float32)  # and halfway from there to the viewer
 CREASE = np.cos(np.radians(45))  # of two faces that meet at a sharper angle, neither is smoothed into the other
 JUMP = 0.02  # of the picture's longer side: a step in depth that is drawn as a line
 DARKNESS = 0.45  # of that line
@@ -59,10 +60,11 @@ def shade_mesh(
         Red, green, blue and opacity in [0, 1].
     """
     triangles = points[faces] * SAMPLES
+    corners = triangles[:, :, :2].astype(np.float32)
     corner_normals = _corner_normals(triangles, points, faces)
 
     def colour_at(item: NDArray, x: NDArray, y: NDArray) -> NDArray[np.float32]:
-        weights = _barycentric(triangles, item, x, y)
+        weights = _barycentric(corners, item, x, y)
         normals = np.einsum("pi,pij->pj", weights, corner_normals[item])
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
         if field is None or paint is None:
@@ -89,9 +91,8 @@ def shade_points(points: NDArray[np.float64], radius: float, width: int, height:
     return _picture(item, np.zeros(item.shape, dtype=np.float32), colour_at)
 
 
-def _barycentric(triangles: NDArray, item: NDArray, x: NDArray, y: NDArray) -> NDArray[np.float32]:
+def _barycentric(corners: NDArray, item: NDArray, x: NDArray, y: NDArray) -> NDArray[np.float32]:
     """(p, 3) weights of the corners of a triangle at a point, none negative; equal where it is seen edge-on."""
-    corners = triangles[:, :, :2].astype(np.float32)
     (ax, ay), (bx, by), (cx, cy) = corners[item].transpose(1, 2, 0) - np.stack([x, y]).astype(np.float32)
     weights = np.stack([bx * cy - by * cx, cx * ay - cy * ax, ax * by - ay * bx], axis=1)
     weights = np.maximum(weights * np.sign(weights.sum(axis=1, keepdims=True)), 0)
@@ -120,14 +121,8 @@ def _lit(colours: NDArray, normals: NDArray[np.float32]) -> NDArray[np.float32]:
     diffuse = 0.5 + 0.5 * (normals @ LIGHT)  # wrapped around the shape: no side is black
     rim = (1 - np.clip(normals[:, 2], 0, 1)) ** 3
     brightness = 0.55 + 0.55 * diffuse**1.5 - 0.30 * rim
-    highlight = 0.12 * np.clip(normals @ _between(LIGHT), 0, 1) ** 30
+    highlight = 0.12 * np.clip(normals @ HALFWAY, 0, 1) ** 30
     return np.clip(colours * brightness[:, None] + highlight[:, None], 0, 1).astype(np.float32)
-
-
-def _between(light: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The direction halfway between the light and the viewer."""
-    half = light + np.array([0, 0, 1], dtype=np.float32)
-    return half / np.linalg.norm(half)
 
 
 def _outline(item: NDArray[np.int64], depth: NDArray[np.float32]) -> NDArray[np.float32]:
