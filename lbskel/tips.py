@@ -1,0 +1,107 @@
+"""Tips: every end branch carried on to one radius under the surface, which contraction had drawn it back from.
+
+From its last node an end follows the axis ahead, put back to the centroid of the section at each step, until the
+surface ahead is as near as the surface round it: there is the last inscribed ball.
+"""
+
+from __future__ import annotations
+
+__all__ = ["extend_tips"]
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lbskel.sections import Sections, cut
+from lbskel.skeleton import Skeleton
+from lbskel.surface import Surface
+
+STEP = 0.5  # of the local radius
+MOST_STEPS = 60
+SLACK = 1.05  # the surface ahead counts as near as the surface around within this factor
+WIDEST = 1.5  # a section that grows by more than this over a step is no longer the branch's own
+
+
+def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Add nodes at the ends until each tip is the centre of the last ball that fits.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        Recentred; its end branches follow the axis of the shape.
+    surface : Surface
+    """
+    ends = [b if skeleton.degrees[b[-1]] == 1 else b[::-1] for b in skeleton.branches]
+    ends = [b for b in ends if skeleton.degrees[b[-1]] == 1]
+    if len(skeleton.branches) == 1 and ends:  # one branch with two ends
+        ends = [ends[0], ends[0][::-1]]
+    if not ends:
+        return skeleton
+    last = np.array([b[-1] for b in ends])
+    directions = np.array([skeleton.nodes[b[-1]] - skeleton.nodes[b[max(-4, -len(b))]] for b in ends])
+    paths = _follow(surface, skeleton.nodes[last], directions)
+    return _with_paths(skeleton, surface, last, paths)
+
+
+def _follow(
+    surface: Surface, starts: NDArray[np.float64], directions: NDArray[np.float64]
+) -> list[list[NDArray[np.float64]]]:
+    """For each end, the points on its way to its tip, all ends at once."""
+    P = np.array(starts)
+    T = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    paths: list[list[NDArray[np.float64]]] = [[] for _ in P]
+    section = cut(surface.mesh, P, T)
+    width, radii = section.radii, _hydraulic_radii(section)
+    active = np.arange(len(P))
+    for _ in range(MOST_STEPS):
+        radius = radii[active]
+        ahead = surface.ahead(P[active], T[active])
+        goes_on = np.isfinite(ahead) & (ahead > SLACK * radius) & (radius > 0)
+        active, radius, ahead = active[goes_on], radius[goes_on], ahead[goes_on]
+        if len(active) == 0:
+            break
+        step = np.minimum(STEP * radius, ahead - radius)
+        forward = P[active] + step[:, None] * T[active]
+        section = cut(surface.mesh, forward, T[active])
+        is_own = section.surrounds & (section.radii < WIDEST * width[active])
+        moved = np.where(is_own[:, None], section.centroids, forward)
+        width[active] = np.where(is_own, section.radii, width[active])
+        radii[active] = np.where(is_own, _hydraulic_radii(section), radii[active])
+        turned = T[active] + (moved - P[active]) / step[:, None]
+        T[active] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+        P[active] = moved
+        for end, point in zip(active, moved, strict=True):
+            paths[end].append(point)
+    return paths
+
+
+def _hydraulic_radii(sections: Sections) -> NDArray[np.float64]:
+    """Twice the area over the length of each curve: the radius of a circle, and of a flat section about its thickness.
+
+    It averages over the curve, so that noise does not make it small as it does the distance to the nearest point.
+    """
+    return np.divide(2 * sections.areas, sections.lengths, out=np.zeros(len(sections.areas)), where=sections.lengths > 0)
+
+
+def _with_paths(
+    skeleton: Skeleton, surface: Surface, last: NDArray[np.int64], paths: list[list[NDArray[np.float64]]]
+) -> Skeleton:
+    """The skeleton with a chain of new nodes at each end; the end's vertices go to the nearest along the chain."""
+    nodes, edges, node_of_vertex = [skeleton.nodes], [skeleton.edges], np.array(skeleton.node_of_vertex)
+    n_nodes = len(skeleton.nodes)
+    for end, path in zip(last, paths, strict=True):
+        if not path:
+            continue
+        new = n_nodes + np.arange(len(path))
+        chain = np.concatenate([[end], new])
+        nodes.append(np.array(path))
+        edges.append(np.stack([chain[:-1], chain[1:]], axis=1))
+        n_nodes += len(path)
+        mine = np.flatnonzero(skeleton.node_of_vertex == end)
+        places = np.concatenate([skeleton.nodes[[end]], np.array(path)])
+        apart = np.linalg.norm(surface.mesh.vertices[mine][:, None, :] - places, axis=2)
+        node_of_vertex[mine] = chain[np.argmin(apart, axis=1)]
+    P = np.concatenate(nodes)
+    radii = np.concatenate([skeleton.radii, surface.distance(P[len(skeleton.nodes) :])])
+    return replace(skeleton, nodes=P, edges=np.concatenate(edges), radii=radii, node_of_vertex=node_of_vertex)
