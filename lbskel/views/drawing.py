@@ -120,8 +120,11 @@ def _draw_skeleton(axes: Any, skeleton: Skeleton, view: View, frame: Frame, radi
     points = frame.pixels(view.project(skeleton.nodes))
     ends = points[skeleton.edges]
     depth = ends[:, :, 2].mean(axis=1)
-    # A halo lies a little behind its edge, so it is drawn over edges far behind and under those it is joined to.
-    order = np.argsort(np.concatenate([depth - BEHIND * longer, depth]), kind="stable")
+    # The halo of an edge cuts through edges far behind it, but through none that it is joined to.
+    lowest = np.full(len(points), np.inf)
+    np.minimum.at(lowest, skeleton.edges, depth[:, None])
+    halo_depth = lowest[skeleton.edges].min(axis=1) - BEHIND * longer
+    order = np.argsort(np.concatenate([halo_depth, depth]), kind="stable")
     colours = radii.colours(skeleton.radii[skeleton.edges].mean(axis=1)) if radii else np.tile(LINE, (len(ends), 1))
     axes.add_collection(
         LineCollection(
