@@ -11,7 +11,12 @@ from lbskel.errors import MissingDependency
 
 
 def remesh_isotropic(
-    vertices: NDArray[np.float64], faces: NDArray[np.int64], *, target_length: float, iterations: int = 10
+    vertices: NDArray[np.float64],
+    faces: NDArray[np.int64],
+    *,
+    target_length: float,
+    iterations: int = 10,
+    feature_angle: float = 30.0,
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Nearly equilateral triangles on the same surface, by splits, collapses, flips and tangential smoothing.
 
@@ -23,6 +28,8 @@ def remesh_isotropic(
         A closed or open mesh.
     target_length : float
         Wanted length of the edges, in the units of the vertices.
+    feature_angle : float
+        Edges with a larger angle between their normals, in degrees, stay where they are; 180 for a surface without.
 
     Raises
     ------
@@ -36,7 +43,10 @@ def remesh_isotropic(
     meshes = pymeshlab.MeshSet(verbose=False)
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
     meshes.meshing_isotropic_explicit_remeshing(
-        targetlen=pymeshlab.PureValue(target_length), iterations=iterations, checksurfdist=False
+        targetlen=pymeshlab.PureValue(target_length),
+        iterations=iterations,
+        featuredeg=feature_angle,
+        checksurfdist=False,
     )
     remeshed = meshes.current_mesh()
     return remeshed.vertex_matrix(), remeshed.face_matrix().astype(np.int64)

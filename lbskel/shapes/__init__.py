@@ -1,7 +1,8 @@
 """Shapes whose curve skeleton or spectrum is known exactly, for tests, benchmarks and the demo.
 
-``make(name)`` gives a :class:`Shape`, a mesh with the skeleton that it was built around; the meshes in closed form
-(:func:`sphere`, :func:`torus`, ...) need nothing but numpy and libigl.
+``make(name)`` gives a :class:`Shape`, a mesh with the skeleton that it was built around, of any name in SHAPES and, by
+``make(name, **VARIANTS["noisy"])``, in any variant; ``mesh_solid(solid_of(branches))`` meshes one of your own. The
+meshes in closed form (:func:`sphere`, :func:`torus`, ...) and :func:`chain_of_tori` need nothing but numpy and libigl.
 """
 
 from __future__ import annotations
@@ -27,9 +28,8 @@ __all__ = [
     "tube",
 ]
 
-from lbskel.shapes.catalogue import SHAPES, VARIANTS, make, mesh_solid
+from lbskel.shapes.catalogue import SHAPES, VARIANTS, chain_of_tori, make, mesh_solid
 from lbskel.shapes.primitives import capsule, cylinder, flat_grid, schwarz_lantern, sphere, torus, tube
 from lbskel.shapes.solid import Solid, solid_of
-from lbskel.shapes.solids import chain_of_tori
 from lbskel.shapes.surface import marching_cubes, project
 from lbskel.shapes.truth import Shape, Truth

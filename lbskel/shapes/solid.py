@@ -1,13 +1,14 @@
 """Solids made of round cones along polylines, as implicit functions: negative inside, zero on the surface.
 
 A round cone is the union of the spheres whose centre and radius run linearly from one end of a segment to the other.
-With a point at height t along a segment of length l and at distance q from its line, and radii that fall by the slope
+For a point at height t along a segment of length l and at distance q from its line, with radii that fall by the slope
 ``sin a = (r0 - r1) / l``, the signed distance is the minimum over s in [0, l] of the convex function
-``hypot(t - s, q) - r(s)``, which lies at ``s = clip(t - q tan a, 0, l)``. (The same distance in another form: I. Quilez,
-"Distance functions", https://iquilezles.org/articles/distfunctions/.)
+``hypot(t - s, q) - r(s)``, which lies at ``s = clip(t - q tan a, 0, l)``. (The same distance in another form: I.
+Quilez, "Distance functions", https://iquilezles.org/articles/distfunctions/.)
 
 Segments of one branch are united by the plain minimum, so that nothing bulges along it; branches by the quadratic
-smooth minimum (I. Quilez, https://iquilezles.org/articles/smin/) over a width of BLEND times the smaller radius there.
+smooth minimum (I. Quilez, https://iquilezles.org/articles/smin/), the thickest branch first, each over a width of BLEND
+times its largest radius.
 """
 
 from __future__ import annotations
@@ -16,16 +17,16 @@ __all__ = ["BLEND", "Branch", "Solid", "solid_of"]
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lbskel.errors import MeshError
 from lbskel.shapes.truth import Truth
 
-Branch: TypeAlias = tuple[ArrayLike, ArrayLike]
+Branch: TypeAlias = tuple[Any, Any]  # two array_like: the (k, 3) points of a polyline; the radii there, or one
 
 BLEND = 0.5
 LONGEST_SEGMENT = 0.5  # in units of the smaller radius at its ends
@@ -35,7 +36,7 @@ FAR = 1e30
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """Round cones between spheres, grouped in branches.
+    """Round cones between spheres, grouped in branches of which the thickest comes first.
 
     Parameters
     ----------
@@ -52,16 +53,19 @@ class Solid:
     radii: NDArray[np.float64]
     branch_of_segment: NDArray[np.int64]
 
-    def _by_branch(self, points: NDArray[np.float64], reach: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(n, branches) distance to each branch, FAR where it is out of reach, and its radius at the foot point.
+    @property
+    def _thickest(self) -> NDArray[np.float64]:
+        """(branches,) largest radius of each branch."""
+        thickest = np.zeros(self.branch_of_segment.max() + 1)
+        np.maximum.at(thickest, self.branch_of_segment, self.radii.max(axis=1))
+        return thickest
 
-        In reach is a segment that can be nearer than ``reach``, or change a smooth union that is.
-        """
+    def _of_branches(self, points: NDArray[np.float64], reach: float) -> NDArray[np.float64]:
+        """(n, branches) distance to each branch; FAR where it is above ``reach`` and too far to blend."""
         start, end = self.centres[self.segments].transpose(1, 0, 2)
         lengths = np.linalg.norm(end - start, axis=1)
-        thickest = self.radii.max(axis=1)
-        influence = 1.25 * BLEND * thickest if self.branch_of_segment.any() else 0.0
-        outer = lengths / 2 + thickest + influence + reach
+        influence = 2.5 * BLEND * self._thickest[self.branch_of_segment] if self.branch_of_segment.any() else 0.0
+        outer = lengths / 2 + self.radii.max(axis=1) + influence + reach
         near = cKDTree(points).query_ball_point((start + end) / 2, outer)
         segment = np.repeat(np.arange(len(near)), [len(found) for found in near])
         point = np.concatenate([np.asarray(found, dtype=np.int64) for found in near])
@@ -73,19 +77,13 @@ class Solid:
         t = (offset * direction).sum(axis=1)
         q = np.linalg.norm(offset - t[:, None] * direction, axis=1)
         s = np.clip(t - q * (slopes / np.sqrt(1 - slopes**2))[segment], 0.0, lengths[segment])
-        r = self.radii[segment, 0] - s * slopes[segment]
-        d = np.hypot(t - s, q) - r
-
-        shape = (len(points), int(self.branch_of_segment.max()) + 1)
-        distance, radius = np.full(shape, FAR), np.zeros(shape)
-        cell = point * shape[1] + self.branch_of_segment[segment]
-        np.minimum.at(distance.reshape(-1), cell, d)
-        foot = d == distance.flat[cell]
-        radius.flat[cell[foot]] = r[foot]
-        return distance, radius
+        distances = np.full((len(points), len(self._thickest)), FAR)
+        cells = point * distances.shape[1] + self.branch_of_segment[segment]
+        np.minimum.at(distances.reshape(-1), cells, np.hypot(t - s, q) - (self.radii[segment, 0] - s * slopes[segment]))
+        return distances
 
     def distance(self, points: NDArray[np.float64], *, reach: float = 0.0) -> NDArray[np.float64]:
-        """(n,) value of the implicit function, reliable where it is less than ``reach`` and not less elsewhere.
+        """(n,) value of the implicit function, right where it is less than ``reach`` and not less than that elsewhere.
 
         Parameters
         ----------
@@ -93,13 +91,11 @@ class Solid:
         reach : float
             Not negative, in the units of the solid.
         """
-        distances, radii = self._by_branch(points, reach)
-        total, radius = distances[:, 0], radii[:, 0]
-        for other, other_radius in zip(distances.T[1:], radii.T[1:], strict=True):
-            width = np.maximum(BLEND * np.minimum(radius, other_radius), 1 / FAR)
+        total, *others = self._of_branches(points, reach).T
+        for other, thickest in zip(others, self._thickest[1:], strict=True):
+            width = BLEND * thickest
             share = np.clip(0.5 + 0.5 * (other - total) / width, 0.0, 1.0)
             total = share * total + (1 - share) * other - width * share * (1 - share)
-            radius = share * radius + (1 - share) * other_radius
         return total
 
     def gradient(self, points: NDArray[np.float64], *, step: float) -> NDArray[np.float64]:
@@ -110,8 +106,8 @@ class Solid:
 
     @property
     def truth(self) -> Truth:
-        """The axes of all branches; the radius at a node is that of the largest sphere of one branch that fits there."""
-        inscribed = -self._by_branch(self.centres, 0.0)[0].min(axis=1)
+        """The axes of all branches; the radius at a node is that of the largest sphere around it inside one branch."""
+        inscribed = -self._of_branches(self.centres, 0.0).min(axis=1)
         return Truth(self.centres, self.segments, inscribed)
 
 
@@ -125,23 +121,27 @@ def solid_of(branches: Sequence[Branch]) -> Solid:
     MeshError
         If one of two neighbouring spheres swallows the other, so that there is no cone between them.
     """
-    points, radii, segments, owners = [], [], [], []
-    for number, (polyline, thickness) in enumerate(branches):
-        P = np.atleast_2d(np.asarray(polyline, dtype=np.float64))
-        R = np.broadcast_to(np.asarray(thickness, dtype=np.float64), len(P))
-        lengths = np.linalg.norm(np.diff(P, axis=0), axis=1)
-        if (np.abs(np.diff(R)) >= lengths).any():
-            raise MeshError(f"branch {number} has a sphere inside its neighbour: place them further apart")
-        pieces = np.ceil(lengths / (LONGEST_SEGMENT * np.minimum(R[1:], R[:-1]))).astype(int)
-        at = np.concatenate([i + np.arange(k) / k for i, k in enumerate(pieces)] + [[len(P) - 1.0]])
-        first = sum(map(len, points))
-        points.append(np.stack([np.interp(at, np.arange(len(P)), axis) for axis in P.T], axis=1))
-        ends = (
-            np.stack([np.arange(len(at) - 1), np.arange(1, len(at))], axis=1) if len(at) > 1 else np.zeros((1, 2), int)
-        )
-        radii.append(np.interp(at, np.arange(len(P)), R)[ends])
-        segments.append(ends + first)
-        owners.append(np.full(len(ends), number))
-    rounded = np.round(np.concatenate(points), SAME_CENTRE) + 0.0  # no negative zeros
+    branches = [_finely(np.atleast_2d(P), np.ravel(R), f"branch {number}") for number, (P, R) in enumerate(branches)]
+    branches.sort(key=lambda branch: -branch[1].max())
+    sizes = [len(points) for points, _ in branches]
+    pairs = [
+        np.stack([np.arange(max(k - 1, 1)), np.minimum(np.arange(max(k - 1, 1)) + 1, k - 1)], axis=1) for k in sizes
+    ]
+    rounded = np.round(np.concatenate([points for points, _ in branches]), SAME_CENTRE) + 0.0  # no negative zeros
     centres, row = np.unique(rounded, axis=0, return_inverse=True)
-    return Solid(centres, row[np.concatenate(segments)], np.concatenate(radii), np.concatenate(owners))
+    segments = np.concatenate([first + pair for first, pair in zip(np.cumsum([0, *sizes]), pairs, strict=False)])
+    radii = np.concatenate([radii for _, radii in branches])
+    return Solid(centres, row[segments], radii[segments], np.repeat(np.arange(len(pairs)), list(map(len, pairs))))
+
+
+def _finely(points: NDArray, radii: NDArray, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The points and radii of a polyline whose segments are cut to LONGEST_SEGMENT."""
+    P, R = points.astype(np.float64), np.broadcast_to(radii.astype(np.float64), len(points))
+    lengths = np.linalg.norm(np.diff(P, axis=0), axis=1)
+    if (np.abs(np.diff(R)) >= lengths).any():
+        raise MeshError(f"{name} has a sphere inside its neighbour: place them further apart or make them more alike")
+    pieces = np.ceil(lengths / (LONGEST_SEGMENT * np.minimum(R[1:], R[:-1]))).astype(np.int64)
+    at = np.concatenate([*(i + np.arange(k) / k for i, k in enumerate(pieces)), [len(P) - 1.0]])
+    return np.stack([np.interp(at, np.arange(len(P)), axis) for axis in P.T], axis=1), np.interp(
+        at, np.arange(len(P)), R
+    )

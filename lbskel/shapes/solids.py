@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 __all__ = [
-    "chain_of_tori",
     "cube_frame",
     "dumbbell",
     "hand",
@@ -12,6 +11,7 @@ __all__ = [
     "ladder",
     "limbs",
     "octopus",
+    "rings",
     "spiked_ring",
     "tree",
     "tripod",
@@ -42,19 +42,19 @@ def limbs() -> Solid:
     """A thick body with six limbs of different lengths and radii, all from its two ends."""
     back, front = np.array([-0.45, 0, 0]), np.array([0.45, 0, 0])
     ends = [
-        (back, [-1.1, 0.75, -0.35], 0.17, 0.13),
-        (back, [-1.1, -0.75, -0.35], 0.11, 0.08),
-        (back, [-1.3, 0.0, 0.75], 0.07, 0.05),
-        (front, [1.2, 0.7, -0.3], 0.14, 0.12),
-        (front, [1.1, -0.8, -0.2], 0.08, 0.06),
-        (front, [1.35, 0.05, 0.7], 0.19, 0.16),
+        (back, [-1.1, 0.75, -0.35], 0.18, 0.14),
+        (back, [-1.1, -0.75, -0.35], 0.12, 0.10),
+        (back, [-1.3, 0.0, 0.75], 0.09, 0.08),
+        (front, [1.2, 0.7, -0.3], 0.15, 0.13),
+        (front, [1.1, -0.8, -0.2], 0.10, 0.09),
+        (front, [1.35, 0.05, 0.7], 0.20, 0.17),
     ]
     return solid_of([([back, front], 0.3)] + [([start, end], radii) for start, end, *radii in ends])
 
 
 def tripod() -> Solid:
     """Three legs of one radius and three lengths from a point."""
-    directions = _ring(3) + [0, 0, -0.5]
+    directions = _ring(3) + np.array([0, 0, -0.5])
     return solid_of([([ORIGIN, length * leg], 0.14) for length, leg in zip((0.8, 1.0, 1.2), directions, strict=True)])
 
 
@@ -81,7 +81,7 @@ def spiked_ring() -> Solid:
     ring = _ring(120)
     spikes = [(0, 0.9, 0.0), (24, 0.5, 0.5), (48, 0.75, -0.3), (72, 0.6, 0.6), (96, 1.05, 0.2)]
     axes = [[ring[i], (1 + length) * ring[i] + [0, 0, rise]] for i, length, rise in spikes]
-    return solid_of([(_loop(ring), 0.17)] + [(axis, [0.11, 0.05]) for axis in axes])
+    return solid_of([(_loop(ring), 0.17)] + [(axis, [0.12, 0.08]) for axis in axes])
 
 
 def ladder() -> Solid:
@@ -101,12 +101,11 @@ def cube_frame() -> Solid:
     return solid_of([(edge, 0.13) for edge in edges])
 
 
-def chain_of_tori(genus: int = 2) -> Solid:
+def rings(genus: int = 2) -> Solid:
     """Rings in a row, each touching the axis of the next; a rod where there is none."""
     if genus == 0:
         return solid_of([([[-0.8, 0, 0], [0.8, 0, 0]], 0.25)])
-    rings = [_ring(96) + [2 * i, 0, 0] for i in range(genus)]
-    return solid_of([(_loop(ring), 0.25) for ring in rings])
+    return solid_of([(_loop(_ring(96) + np.array([2 * i, 0, 0])), 0.25) for i in range(genus)])
 
 
 def octopus() -> Solid:
@@ -117,14 +116,14 @@ def octopus() -> Solid:
     for i in range(8):
         angle = 2 * np.pi * (i + 0.5) / 8 + 0.5 * s**2
         axis = np.stack([out * np.cos(angle), out * np.sin(angle), down], axis=1)
-        branches.append((axis, 0.14 - 0.09 * s))
+        branches.append((axis, 0.15 - 0.06 * s))
     return solid_of(branches)
 
 
 def hand() -> Solid:
     """A forearm, a palm and five fingers that all meet in the middle of the palm."""
     fingers = [(-62, 0.95, 0.13), (-21, 1.25, 0.11), (-3, 1.38, 0.115), (15, 1.28, 0.11), (34, 1.05, 0.095)]
-    branches: list[Branch] = [(ORIGIN, 0.36), ([ORIGIN, [0, 0, -1.1]], [0.27, 0.24])]
+    branches: list[Branch] = [(ORIGIN, 0.36), ([ORIGIN, [0, 0, -0.5], [0, 0, -1.15]], [0.3, 0.19, 0.24])]
     for degrees, length, radius in fingers:
         direction = np.array([np.sin(np.radians(degrees)), 0, np.cos(np.radians(degrees))])
         knuckle = 0.6 * length * direction
@@ -139,7 +138,7 @@ def _sprout(
 ) -> list[Branch]:
     """A bough with all that grows from it: three boughs at the first fork, two at the others."""
     end = start + length * direction
-    boughs: list[Branch] = [([start, end], [0.13 * 0.66**level, 0.11 * 0.66**level])]
+    boughs: list[Branch] = [([start, end], [0.14 * 0.8**level, 0.12 * 0.8**level])]
     if level == 3:
         return boughs
     n = 3 if level == 0 else 2
@@ -148,12 +147,11 @@ def _sprout(
         turn = 2 * np.pi * i / n + 0.9 * level
         aside = np.cos(turn) * side + np.sin(turn) * other
         heading = np.cos(0.62) * direction + np.sin(0.62) * aside
-        across = np.cross(heading, np.cross(aside, heading) + 0.0)
         normal = np.cross(heading, aside)
         boughs += _sprout(end, heading, normal / np.linalg.norm(normal), 0.72 * length, level + 1)
     return boughs
 
 
 def tree() -> Solid:
-    """A trunk that forks three times, in three and then in two and two: thirteen ends, radii that shrink by a third."""
+    """A trunk that forks three times, in three and then in two and two: thirteen ends, radii that shrink by a fifth."""
     return solid_of(_sprout(np.array([0, 0, -1.0]), np.array([0, 0, 1.0]), np.array([1.0, 0, 0]), 0.85, 0))

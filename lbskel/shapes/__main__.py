@@ -1,0 +1,34 @@
+"""``python -m lbskel.shapes FOLDER`` writes the example meshes there."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from lbskel.files import write_mesh
+from lbskel.shapes.catalogue import make
+
+EXAMPLES: dict[str, dict[str, Any]] = {
+    "dinosaur.ply": {"n_vertices": 3500},
+    "hand.ply": {"n_vertices": 2500},
+    "octopus.ply": {"n_vertices": 3000, "noise": 0.25},
+    "knot.off": {"n_vertices": 2500},
+    "ladder.obj": {"n_vertices": 2500},
+    "tree.stl": {"n_vertices": 2500},
+}
+
+
+def main(folder: Path) -> None:
+    """Write all of EXAMPLES into a folder and say what they are."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, options in EXAMPLES.items():
+        shape = make(Path(name).stem, **options)
+        write_mesh(folder / name, shape.mesh, force=True)
+        print(f"{folder / name}: {shape.mesh}, genus {shape.truth.genus}, {shape.truth.n_tips} tips")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(prog="python -m lbskel.shapes", description="Write the example meshes.")
+    parser.add_argument("folder", type=Path)
+    main(parser.parse_args().folder)
