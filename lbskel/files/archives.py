@@ -21,18 +21,22 @@ from lbskel.errors import FormatError
 from lbskel.files.reading import array_of, read_bytes, read_text, whole
 from lbskel.skeleton import Skeleton
 
+ZIP_MAGIC = b"PK"
+
 
 def skeleton_json(skeleton: Skeleton, path: Path) -> dict[Path, str]:
-    """A skeleton as JSON."""
-    return {path: _json({**_arrays(skeleton), "radius_kind": skeleton.radius_kind, "report": skeleton.report})}
+    """A skeleton as JSON, a line per entry."""
+    entries = {**_arrays(skeleton), "radius_kind": skeleton.radius_kind, "report": skeleton.report}
+    lines = ",\n".join(f'"{name}": {_json(value, name)}' for name, value in entries.items())
+    return {path: f"{{\n{lines}\n}}\n"}
 
 
 def skeleton_npz(skeleton: Skeleton, path: Path) -> dict[Path, bytes]:
     """A skeleton as an archive of numpy arrays."""
     buffer = io.BytesIO()
-    np.savez_compressed(
-        buffer, **_arrays(skeleton), radius_kind=np.array(skeleton.radius_kind), report=np.array(_json(skeleton.report))
-    )
+    report = _json(skeleton.report, "report")
+    entries = {**_arrays(skeleton), "radius_kind": np.array(skeleton.radius_kind), "report": np.array(report)}
+    np.savez_compressed(buffer, **entries)
     return {path: buffer.getvalue()}
 
 
@@ -47,9 +51,10 @@ def read_json(path: Path) -> Skeleton:
 
 def read_npz(path: Path) -> Skeleton:
     """The skeleton in an archive of numpy arrays."""
-    with np.load(io.BytesIO(read_bytes(path)), allow_pickle=False) as archive:
-        if not isinstance(archive, Mapping):
-            raise FormatError("a single array and no archive")
+    data = read_bytes(path)
+    if not data.startswith(ZIP_MAGIC):
+        raise FormatError("not an archive of numpy arrays")
+    with np.load(io.BytesIO(data), allow_pickle=False) as archive:
         entries: dict[str, Any] = dict(archive)
     if "report" in entries:
         entries["report"] = json.loads(str(entries["report"]))
@@ -59,6 +64,7 @@ def read_npz(path: Path) -> Skeleton:
 
 
 def _arrays(skeleton: Skeleton) -> dict[str, Any]:
+    """The arrays of a skeleton by name."""
     return {name: getattr(skeleton, name) for name in ("nodes", "edges", "radii", "node_of_vertex")}
 
 
@@ -85,11 +91,12 @@ def _typed(entries: Mapping[str, Any], name: str, kind: type) -> Any:
     return value
 
 
-def _json(value: Any) -> str:
+def _json(value: Any, name: str) -> str:
+    """The value as JSON, or a FormatError if it holds what has no place there."""
     try:
-        return json.dumps(_plain(value), allow_nan=False, indent=1)
-    except (TypeError, ValueError) as error:
-        raise FormatError(f"the report of the skeleton is not ready for JSON: {error}") from None
+        return json.dumps(_plain(value), allow_nan=False)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise FormatError(f"the {name} of the skeleton is not ready for JSON: {error}") from None
 
 
 def _plain(value: Any) -> Any:

@@ -44,6 +44,8 @@ def read_gltf(path: Path) -> Polygons:
     meshes = [mesh for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh)]
     if not meshes:
         raise FormatError("the scene holds no triangles")
+    order = {name: index for index, name in enumerate(scene.geometry)}  # of the file; dump() has that of the nodes
+    meshes.sort(key=lambda mesh: order[mesh.metadata["name"]])
     offsets = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
     corners = np.concatenate([_corners(mesh) + offset for mesh, offset in zip(meshes, offsets, strict=False)])
     notes = (f"{len(meshes)} meshes of the scene were joined into one",) if len(meshes) > 1 else ()

@@ -1,8 +1,8 @@
 """Meshes and point clouds from files and into files; what users have, a path included, as a Mesh.
 
 The vertices of a file keep their number and order, also those that no face uses, so that what is computed on them
-can be handed back. The text formats and PLY are read here and not through trimesh, which is silent about a truncated
-OFF or PLY file, sorts the faces of an OBJ file by material, takes its index 0 for 1 and splits vertices at seams.
+can be handed back. All but glTF is read here and not through trimesh, which (5.2) is silent about a truncated OFF or
+PLY file and, in OBJ, drops unused vertices, splits by material, takes index 0 for 1 and miscounts relative indices.
 """
 
 from __future__ import annotations

@@ -69,10 +69,10 @@ def parse_ply(data: bytes) -> PlyFile:
         If the header is not one of PLY or promises what does not follow.
     """
     end = re.search(rb"[\r\n]end_header[ \t]*(\r\n|\n|\r)", data)
-    if not data.startswith(b"ply") or end is None:
-        raise FormatError(
-            "not a PLY file: " + ("the header has no end" if data[:3] == b"ply" else "no ply at its start")
-        )
+    if not data.startswith(b"ply"):
+        raise FormatError("not a PLY file: it must begin with ply")
+    if end is None:
+        raise FormatError("the header has no end_header; is the file truncated?")
     lines = data[: end.start()].decode(errors="replace").splitlines()[1:]
     comments = [line.split(None, 1)[1] for line in lines if re.match(r"(comment|obj_info)\s+\S", line)]
     order, declared = _declarations(lines)
@@ -146,9 +146,9 @@ def _element(body: _Body, count: int, properties: Sequence[Property]) -> Element
     least = sum(body.dtype(p.count_kind or p.kind).itemsize for p in properties)
     if not count or not least:
         return {p.name: Lists(np.empty(0), np.empty(0)) if p.count_kind else np.empty(0) for p in properties}
-    if not body.holds(np.dtype((np.void, least)), count):
-        body.take(np.dtype((np.void, least)), count)  # raises
     start = body.position
+    body.take(np.dtype((np.void, least)), count)  # a view, which fails at once if more is promised than there is
+    body.position = start
     layout = np.dtype([field for index, p in enumerate(properties) for field in _fields(body, index, p)])
     body.position = start
     if body.holds(layout, count):
@@ -191,7 +191,7 @@ def _numbers(text: bytes, header_lines: int) -> NDArray[np.float64]:
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)  # what numpy before 2.3 makes of such a word
         try:
-            return np.fromstring(text, sep=" ")
+            return np.fromstring(text.strip(), sep=" ")  # of white space alone numpy makes a number
         except (ValueError, DeprecationWarning) as error:
             fault = error
     for word in re.finditer(rb"\S+", text):

@@ -15,6 +15,7 @@ from lbskel.mesh import Mesh, as_mesh, first_few
 
 
 def _no_indices() -> NDArray[np.int64]:
+    """What a file without faces has."""
     return np.empty(0, dtype=np.int64)
 
 

@@ -91,10 +91,10 @@ def _parents_first(
     if root is not None:
         roots[label[root]] = root
     # A node above all roots makes one tree of the forest, so that a single walk orders it.
-    start = np.concatenate([edges[:, 0], np.full(len(roots), k)])
-    end = np.concatenate([edges[:, 1], roots])
+    start = np.concatenate([edges[:, 0], edges[:, 1], np.full(len(roots), k)])
+    end = np.concatenate([edges[:, 1], edges[:, 0], roots])
     graph = coo_array((np.ones(len(start)), (start, end)), shape=(k + 1, k + 1)).tocsr()
-    order, parents = depth_first_order(graph, k, directed=False)
+    order, parents = depth_first_order(graph, k)
     return order[1:], np.where(parents[:k] == k, NO_PARENT, parents[:k])
 
 
@@ -105,9 +105,8 @@ def read_swc(path: Path) -> Skeleton:
     rows = table(lines, range(7), "id, type, x, y, z, radius and parent")
     ids, parents = (whole(rows[:, column], what, lines.numbers) for column, what in ((0, "ids"), (6, "parents")))
     unique, first = np.unique(ids, return_index=True)
-    if len(unique) < len(ids):
-        twice = np.setdiff1d(np.arange(len(ids)), first)[0]
-        raise FormatError(f"line {lines.numbers[twice]}: the id {ids[twice]} was given before")
+    for row in np.setdiff1d(np.arange(len(ids)), first)[:1]:
+        raise FormatError(f"line {lines.numbers[row]}: the id {ids[row]} was given before")
     children = np.flatnonzero(parents != NO_PARENT)
     pairs = np.stack([ids[children], parents[children]], axis=1)
     comments = [line.strip() for line in text.splitlines() if line.lstrip().startswith("#")]

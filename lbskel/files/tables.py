@@ -38,30 +38,31 @@ def skeleton_csv(skeleton: Skeleton, path: Path) -> dict[Path, str]:
 
 def read_csv(path: Path) -> Skeleton:
     """The skeleton in two tables; ids may be any whole numbers, other columns are passed over."""
-    nodes = _columns(read_text(path), NODE_COLUMNS)
-    ids = whole(nodes[:, 0], "ids")
+    nodes, lines = _columns(read_text(path), NODE_COLUMNS)
+    ids = whole(nodes[:, 0], "ids", lines)
     unique, first = np.unique(ids, return_index=True)
-    if len(unique) < len(ids):
-        raise FormatError(f"the id {ids[np.setdiff1d(np.arange(len(ids)), first)[0]]} is given twice")
+    for row in np.setdiff1d(np.arange(len(ids)), first)[:1]:
+        raise FormatError(f"line {lines[row]}: the id {ids[row]} was given before")
     try:
-        edges = whole(_columns(read_text(edges_path(path)), EDGE_COLUMNS), "edges")
+        ends, lines = _columns(read_text(edges_path(path)), EDGE_COLUMNS)
+        edges = whole(ends, "edges", lines)
+        for row in np.flatnonzero(~np.isin(edges, ids).all(axis=1))[:1]:
+            raise FormatError(f"line {lines[row]}: there is no node with the id {np.setdiff1d(edges[row], ids)[0]}")
     except FormatError as error:
         raise FormatError(f"its edges, {edges_path(path)}: {error}") from None
-    unknown = np.setdiff1d(edges, ids)
-    if len(unknown):
-        raise FormatError(f"its edges, {edges_path(path)}: there is no node with the id {unknown[0]}")
     return Skeleton(nodes[:, 1:4], first[np.searchsorted(unique, edges)], nodes[:, 4])
 
 
-def _columns(text: str, names: tuple[str, ...]) -> NDArray[np.float64]:
-    """The columns with these names; an empty radius is NaN."""
+def _columns(text: str, names: tuple[str, ...]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """The columns with these names, an empty radius as NaN, and the line of each row."""
     reader = csv.DictReader(text.splitlines(), skipinitialspace=True)
     if not set(names) <= set(reader.fieldnames or ()):
         raise FormatError(f"line 1: must name the columns {','.join(names)}")
-    rows = []
+    rows, lines = [], []
     for row in reader:
         try:
             rows.append([float(row[name] or ("nan" if name == "radius" else "")) for name in names])
         except ValueError:
             raise FormatError(f"line {reader.line_num}: numbers expected for {','.join(names)}") from None
-    return np.array(rows).reshape(-1, len(names))
+        lines.append(reader.line_num)
+    return np.array(rows).reshape(-1, len(names)), np.array(lines, dtype=np.int64)
