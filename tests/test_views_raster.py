@@ -9,11 +9,11 @@ from lbskel import Mesh, PointCloud, Skeleton
 from lbskel.views import camera, raster, shading
 
 
-def box(sides):
-    """A closed box of those side lengths around the origin."""
-    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * sides
+def box(sides, centre=(0, 0, 0)):
+    """A closed box of those side lengths around a centre."""
+    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
     quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-    return Mesh(corners, [triangle for a, b, c, d in quads for triangle in ((a, b, c), (a, c, d))])
+    return Mesh(corners * sides + centre, [triangle for a, b, c, d in quads for triangle in ((a, b, c), (a, c, d))])
 
 
 def sphere(n=40):
@@ -62,12 +62,13 @@ def test_view_does_not_depend_on_how_the_surface_is_cut():
 
 
 def test_a_shape_stands_on_the_axis_on_which_it_does_not_fall_over():
-    # A bar on a foot, seen along x. It is longer in z, but with y up it would lie on its side, off its balance.
-    foot = box([0.1, 1.0, 0.1]).vertices
-    bar = box([0.1, 0.2, 2.0]).vertices + [0, 0.9, 1.0]
-    faces = box([1, 1, 1]).faces
-    shape = Mesh(np.concatenate([foot + [0, 0.9, -0.1], bar]), np.concatenate([faces, faces + 8]))
-    np.testing.assert_allclose(camera.principal_view(shape).axes[1], [0, 0, 1], atol=0.05)  # z but for the tilt of PCA
+    # Seen along x: a pole on a plate, longer in z, with a spike on which it would have to stand if y were up.
+    parts = [box([0.1, 0.1, 2]), box([0.1, 0.7, 0.1], [0, -0.05, -0.95]), box([0.1, 0.8, 0.1], [0, -0.4, 0.95])]
+    gallows = Mesh(
+        np.concatenate([p.vertices for p in parts]), np.concatenate([parts[0].faces + 8 * i for i in range(3)])
+    )
+    # The direction of view is x but for what the numbers of PCA round to, so up is z exactly.
+    np.testing.assert_allclose(camera.principal_view(gallows).axes[1], [0, 0, 1], atol=1e-12)
 
 
 def test_view_of_point_clouds_and_skeletons():

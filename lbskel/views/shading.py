@@ -26,6 +26,7 @@ BASE = np.array([0.66, 0.73, 0.83], dtype=np.float32)
 LIGHT = np.array([-0.40, 0.58, 0.71], dtype=np.float32)  # unit vectors: to the light,
 HALFWAY = np.array([-0.22, 0.31, 0.925], dtype=np.float32)  # and halfway from there to the viewer
 CREASE = np.cos(np.radians(30))  # a smooth normal farther than this from that of the face is not used for the face
+SLIVER = 1e-6  # pixels: a smaller face has no direction of its own but that of its neighbours
 JUMP = 0.02  # of the picture's longer side: a step in depth that is drawn as a line
 DARKNESS = 0.45  # of that line
 HAZE = 0.5  # share of white in the farthest point of a cloud
@@ -105,16 +106,15 @@ def _corner_normals(triangles: NDArray, points: NDArray, faces: NDArray) -> NDAr
     A, B, C = triangles.transpose(1, 0, 2)
     N = np.cross(B - A, C - A) * [1, -1, 1]  # rows grow downwards
     doubled_area = np.linalg.norm(N, axis=1)
-    N /= np.maximum(doubled_area, 1e-30)[:, None]
+    flat = doubled_area < SLIVER  # its direction is rounding error
+    N = np.where(flat[:, None], 0.0, N / np.maximum(doubled_area, SLIVER)[:, None])
     # Weighted by the angle at the corner, they do not depend on how a flat side is cut into triangles.
     dots = [np.einsum("ij,ij->i", P - Q, R - Q) for P, Q, R in ((B, A, C), (C, B, A), (A, C, B))]
     angles = np.arctan2(doubled_area[:, None], np.stack(dots, axis=1))
     shares = (angles[:, :, None] * N[:, None]).reshape(-1, 3)
     per_vertex = np.stack([np.bincount(faces.ravel(), part, minlength=len(points)) for part in shares.T], axis=1)
-    per_vertex /= np.maximum(np.linalg.norm(per_vertex, axis=1, keepdims=True), 1e-30)
-    N, per_vertex = N.astype(np.float32), per_vertex.astype(np.float32)
-    corners = per_vertex[faces]
-    flat = ~N.any(axis=1)  # faces without area: whatever is around them
+    lengths = np.linalg.norm(per_vertex, axis=1, keepdims=True)
+    N, corners = N.astype(np.float32), (per_vertex / np.maximum(lengths, 1e-30)).astype(np.float32)[faces]
     smooth = (np.einsum("fij,fj->fi", corners, N) > CREASE) | flat[:, None]
     towards = np.where(flat, corners[:, :, 2].sum(axis=1), N[:, 2])
     corners = np.where(smooth[:, :, None], corners, N[:, None])
