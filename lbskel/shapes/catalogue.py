@@ -39,9 +39,7 @@ SHAPES: dict[str, Callable[[], Solid]] = {
 VARIANTS: dict[str, dict[str, Any]] = {"clean": {}, "noisy": {"noise": 0.25}, "coarse": {"n_vertices": 2000}}
 
 LENGTH_RATIO = 0.99  # of target to mean length of the edges that the remesher leaves; measured on all shapes
-LONGEST_EDGE = (
-    0.75  # of the smallest radius: at 0.9 the remesher begins to eat ends, at 1.3 it has eaten whole branches
-)
+LONGEST_EDGE = 0.75  # of the smallest radius; at 0.9 the remesher begins to eat ends, at 1.3 whole branches are gone
 
 
 def mesh_solid(solid: Solid, *, n_vertices: int = 5000) -> Mesh:
@@ -62,6 +60,11 @@ def mesh_solid(solid: Solid, *, n_vertices: int = 5000) -> Mesh:
     return Mesh(project(solid, V, step=length), F)
 
 
+def _edge_length(area: float, n_vertices: int) -> float:
+    """Edge length of twice as many equilateral triangles as vertices that have that area together."""
+    return np.sqrt(2 * area / (np.sqrt(3) * n_vertices))
+
+
 def chain_of_tori(genus: int = 2, *, step: float = 0.1) -> Mesh:
     """A closed surface of any genus, the vertices of marching cubes on it: no pymeshlab, and some slivers.
 
@@ -75,11 +78,6 @@ def chain_of_tori(genus: int = 2, *, step: float = 0.1) -> Mesh:
     solid = solids.rings(genus)
     raw = marching_cubes(solid, step)
     return Mesh(project(solid, raw.vertices, step=step), raw.faces)
-
-
-def _edge_length(area: float, n_vertices: int) -> float:
-    """Edge length of twice as many equilateral triangles as vertices that have that area together."""
-    return np.sqrt(2 * area / (np.sqrt(3) * n_vertices))
 
 
 def make(name: str, *, n_vertices: int = 5000, noise: float = 0.0, seed: int = 0) -> Shape:

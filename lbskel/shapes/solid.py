@@ -30,7 +30,8 @@ Branch: TypeAlias = tuple[Any, Any]  # two array_like: the (k, 3) points of a po
 
 BLEND = 0.5
 LONGEST_SEGMENT = 0.5  # in units of the smaller radius at its ends
-SAME_CENTRE = 9  # decimals; the shapes have sizes near 1
+SAME_POINT = 1e-9  # of the extent
+INFLUENCE = 2.5  # in blending widths: 1.25 for a smooth union of two that may be zero, and as much for a third
 FAR = 1e30
 
 
@@ -64,7 +65,7 @@ class Solid:
         """(n, branches) distance to each branch; FAR where it is above ``reach`` and too far to blend."""
         start, end = self.centres[self.segments].transpose(1, 0, 2)
         lengths = np.linalg.norm(end - start, axis=1)
-        influence = 2.5 * BLEND * self._thickest[self.branch_of_segment] if self.branch_of_segment.any() else 0.0
+        influence = INFLUENCE * BLEND * self._thickest[self.branch_of_segment] * self.branch_of_segment.any()
         outer = lengths / 2 + self.radii.max(axis=1) + influence + reach
         near = cKDTree(points).query_ball_point((start + end) / 2, outer)
         segment = np.repeat(np.arange(len(near)), [len(found) for found in near])
@@ -121,27 +122,27 @@ def solid_of(branches: Sequence[Branch]) -> Solid:
     MeshError
         If one of two neighbouring spheres swallows the other, so that there is no cone between them.
     """
-    branches = [_finely(np.atleast_2d(P), np.ravel(R), f"branch {number}") for number, (P, R) in enumerate(branches)]
-    branches.sort(key=lambda branch: -branch[1].max())
-    sizes = [len(points) for points, _ in branches]
-    pairs = [
-        np.stack([np.arange(max(k - 1, 1)), np.minimum(np.arange(max(k - 1, 1)) + 1, k - 1)], axis=1) for k in sizes
-    ]
-    rounded = np.round(np.concatenate([points for points, _ in branches]), SAME_CENTRE) + 0.0  # no negative zeros
-    centres, row = np.unique(rounded, axis=0, return_inverse=True)
-    segments = np.concatenate([first + pair for first, pair in zip(np.cumsum([0, *sizes]), pairs, strict=False)])
-    radii = np.concatenate([radii for _, radii in branches])
-    return Solid(centres, row[segments], radii[segments], np.repeat(np.arange(len(pairs)), list(map(len, pairs))))
+    cut = [_finely(np.atleast_2d(P), np.ravel(R), f"branch {number}") for number, (P, R) in enumerate(branches)]
+    cut.sort(key=lambda spheres: -spheres[:, 3].max())
+    branch = np.repeat(np.arange(len(cut)), list(map(len, cut)))
+    first = np.flatnonzero(np.diff(branch) == 0)
+    segments = np.stack([first, first + 1], axis=1)
+    spheres = np.concatenate(cut)
+    places = (
+        np.round(spheres[:, :3] / ((SAME_POINT * np.ptp(spheres[:, :3], axis=0).max()) or 1.0)) + 0.0
+    )  # no negative zeros
+    _, row_of_centre, centre = np.unique(places, axis=0, return_index=True, return_inverse=True)
+    return Solid(spheres[row_of_centre, :3], centre[segments], spheres[segments, 3], branch[first])
 
 
-def _finely(points: NDArray, radii: NDArray, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The points and radii of a polyline whose segments are cut to LONGEST_SEGMENT."""
-    P, R = points.astype(np.float64), np.broadcast_to(radii.astype(np.float64), len(points))
-    lengths = np.linalg.norm(np.diff(P, axis=0), axis=1)
-    if (np.abs(np.diff(R)) >= lengths).any():
+def _finely(points: NDArray, radii: NDArray, name: str) -> NDArray[np.float64]:
+    """(k, 4) centres and radii along a polyline whose segments are cut to LONGEST_SEGMENT; a ball's twice."""
+    spheres = np.column_stack([points, np.broadcast_to(radii, len(points))]).astype(np.float64)
+    if len(spheres) == 1:
+        return np.repeat(spheres, 2, axis=0)
+    lengths, radii = np.linalg.norm(np.diff(spheres[:, :3], axis=0), axis=1), spheres[:, 3]
+    if (np.abs(np.diff(radii)) >= lengths).any():
         raise MeshError(f"{name} has a sphere inside its neighbour: place them further apart or make them more alike")
-    pieces = np.ceil(lengths / (LONGEST_SEGMENT * np.minimum(R[1:], R[:-1]))).astype(np.int64)
-    at = np.concatenate([*(i + np.arange(k) / k for i, k in enumerate(pieces)), [len(P) - 1.0]])
-    return np.stack([np.interp(at, np.arange(len(P)), axis) for axis in P.T], axis=1), np.interp(
-        at, np.arange(len(P)), R
-    )
+    pieces = np.ceil(lengths / (LONGEST_SEGMENT * np.minimum(radii[1:], radii[:-1]))).astype(np.int64)
+    at = np.concatenate([*(i + np.arange(k) / k for i, k in enumerate(pieces)), [len(spheres) - 1.0]])
+    return np.stack([np.interp(at, np.arange(len(spheres)), column) for column in spheres.T], axis=1)
