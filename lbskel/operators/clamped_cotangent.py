@@ -7,26 +7,17 @@ their vertices sideways.
 
 from __future__ import annotations
 
-__all__ = ["clamped_cotangent", "corner_cotangents"]
+__all__ = ["ANGLE_TOLERANCE", "clamped_cotangent", "corner_cotangents"]
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lbskel.mesh import Mesh
-from lbskel.operators.graph import stiffness_of_edge_weights
+from lbskel.operators.assembly import stiffness_of_corner_weights
+from lbskel.operators.corners import corner_cotangents, touched_vertices
 from lbskel.operators.laplacian import Laplacian
 from lbskel.operators.masses import voronoi_mass
 
 ANGLE_TOLERANCE = np.radians(1.0)
-
-
-def corner_cotangents(mesh: Mesh) -> NDArray[np.float64]:
-    """(m, 3) cotangent of the angle at each corner of each face; infinite at 0 and 180 degrees, NaN at no angle."""
-    P = mesh.vertices[mesh.faces]
-    to_next = P[:, [1, 2, 0]] - P
-    to_previous = P[:, [2, 0, 1]] - P
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return (to_next * to_previous).sum(axis=2) / np.linalg.norm(np.cross(to_next, to_previous), axis=2)
 
 
 def clamped_cotangent(mesh: Mesh, *, angle_tolerance: float = ANGLE_TOLERANCE) -> Laplacian:
@@ -44,10 +35,9 @@ def clamped_cotangent(mesh: Mesh, *, angle_tolerance: float = ANGLE_TOLERANCE) -
     limit = 1 / np.tan(angle_tolerance)
     moved = ~(np.abs(cotangents) <= limit)
     clamped = np.clip(np.nan_to_num(cotangents, nan=0.0, posinf=limit, neginf=-limit), -limit, limit)
-    weights = np.bincount(mesh.edge_of_half_edge, weights=0.5 * clamped.T.ravel(), minlength=len(mesh.edges))
     return Laplacian(
-        stiffness_of_edge_weights(mesh, weights),
+        stiffness_of_corner_weights(mesh, clamped / 2),
         voronoi_mass(mesh),
-        treated_vertices=np.unique(mesh.faces[moved.any(axis=1)]),
+        treated_vertices=touched_vertices(mesh, moved),
         n_clamped_angles=int(moved.sum()),
     )

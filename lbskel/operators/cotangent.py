@@ -1,7 +1,7 @@
-"""The cotangent Laplacian, w_ij = (cot a_ij + cot b_ij) / 2 with the angles opposite the edge; by libigl.
+"""The cotangent Laplacian, w_ij = (cot a_ij + cot b_ij) / 2 with the angles opposite the edge; entries by libigl.
 
 Pinkall, Polthier 1993, "Computing discrete minimal surfaces and their conjugates",
-https://doi.org/10.1080/10586458.1993.10504266. libigl's ``cotmatrix`` is negative semidefinite and is negated here.
+https://doi.org/10.1080/10586458.1993.10504266. The sum of libigl's entries is its ``cotmatrix`` with the sign changed.
 """
 
 from __future__ import annotations
@@ -9,13 +9,20 @@ from __future__ import annotations
 __all__ = ["cotangent"]
 
 import igl
-from scipy.sparse import csc_array
 
 from lbskel.mesh import Mesh
+from lbskel.operators.assembly import stiffness_of_corner_weights
+from lbskel.operators.corners import touched_vertices, unit_scale, without_degenerate
 from lbskel.operators.laplacian import Laplacian
 from lbskel.operators.masses import voronoi_mass
 
 
 def cotangent(mesh: Mesh) -> Laplacian:
-    """The cotangent Laplacian with no guard at all: not finite where a triangle has no area."""
-    return Laplacian(-csc_array(igl.cotmatrix(mesh.vertices, mesh.faces)), voronoi_mass(mesh))
+    """The cotangent Laplacian with the Voronoi mass; a corner whose cotangent is not finite has no weight."""
+    entries = igl.cotmatrix_entries(unit_scale(mesh.vertices)[0], mesh.faces)
+    weights, degenerate = without_degenerate(entries)
+    return Laplacian(
+        stiffness_of_corner_weights(mesh, weights),
+        voronoi_mass(mesh),
+        treated_vertices=touched_vertices(mesh, degenerate),
+    )

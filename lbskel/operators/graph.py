@@ -1,31 +1,33 @@
-"""The graph Laplacian S = D - A, w_ij = 1: connectivity alone, blind to shape.
+"""The graph Laplacian S = D - A, w_ij = 1, and that of the random walk on it: connectivity alone, blind to shape.
 
 Taubin 1995, "A signal processing approach to fair surface design", https://doi.org/10.1145/218380.218473.
 """
 
 from __future__ import annotations
 
-__all__ = ["graph", "stiffness_of_edge_weights"]
+__all__ = ["graph", "random_walk"]
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import coo_array, csc_array
+from scipy.sparse import csc_array
 
 from lbskel.mesh import Mesh
+from lbskel.operators.assembly import diagonal_matrix, stiffness_of_pairs
 from lbskel.operators.laplacian import Laplacian
 from lbskel.operators.masses import voronoi_mass
 
 
-def stiffness_of_edge_weights(mesh: Mesh, weights: NDArray[np.float64]) -> csc_array:
-    """S with -w_ij off the diagonal and the sums of the weights on it, one weight for each of ``mesh.edges``."""
-    n = len(mesh.vertices)
+def _degrees_less_adjacency(mesh: Mesh) -> csc_array:
+    """D - A."""
     i, j = mesh.edges.T
-    rows = np.concatenate([i, j, i, j])
-    columns = np.concatenate([j, i, i, j])
-    entries = np.concatenate([-weights, -weights, weights, weights])
-    return coo_array((entries, (rows, columns)), shape=(n, n)).tocsc()
+    return stiffness_of_pairs(len(mesh.vertices), i, j, np.ones(len(i)))
 
 
 def graph(mesh: Mesh) -> Laplacian:
     """The graph Laplacian D - A with the Voronoi mass."""
-    return Laplacian(stiffness_of_edge_weights(mesh, np.ones(len(mesh.edges))), voronoi_mass(mesh))
+    return Laplacian(_degrees_less_adjacency(mesh), voronoi_mass(mesh))
+
+
+def random_walk(mesh: Mesh) -> Laplacian:
+    """D - A with the degrees as mass, so that the strong form is I - D^-1 A: a vertex less its neighbours' mean."""
+    stiffness = _degrees_less_adjacency(mesh)
+    return Laplacian(stiffness, diagonal_matrix(stiffness.diagonal()))

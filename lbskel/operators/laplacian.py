@@ -1,19 +1,22 @@
 """The value that every discrete Laplacian comes in: a stiffness matrix and a mass matrix.
 
 Weak form, positive semidefinite: ``stiffness`` S has -w_ij off its diagonal and rows that sum to zero, ``mass`` M holds
-the areas, and M^-1 S approximates minus the Laplace-Beltrami operator (algorithms.md of the project, section 0;
-Reuter et al. 2009, https://doi.org/10.1016/j.cag.2009.03.005).
+the areas, and M^-1 S approximates minus the Laplace-Beltrami operator (Reuter et al. 2009,
+https://doi.org/10.1016/j.cag.2009.03.005). libigl has the other sign: ``from_igl`` and ``to_igl`` convert.
 """
 
 from __future__ import annotations
 
-__all__ = ["Laplacian"]
+__all__ = ["Laplacian", "from_igl", "to_igl"]
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, diags_array
+
+from lbskel.errors import MeshError, UnknownChoice
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,9 +33,53 @@ class Laplacian:
         Vertices whose row a guard changed because a triangle there was degenerate; empty where none was needed.
     n_clamped_angles : int
         Number of angles that a guard moved.
+
+    Raises
+    ------
+    MeshError
+        If an entry is not finite: the squares of the coordinates overflow.
     """
 
     stiffness: csc_array
     mass: csc_array
     treated_vertices: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     n_clamped_angles: int = 0
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.stiffness.data).all() and np.isfinite(self.mass.data).all()):
+            raise MeshError(
+                "the operator has entries that are not finite: areas or lengths of this mesh overflow; "
+                "scale its coordinates to about unit size"
+            )
+
+    def strong(self) -> csc_array:
+        """M^-1 S, which takes the values of a function to those of minus its Laplacian; zero where M is.
+
+        Raises
+        ------
+        UnknownChoice
+            If the mass is not diagonal, so that its inverse is dense.
+        """
+        areas = self.mass.diagonal()
+        if self.mass.count_nonzero() != np.count_nonzero(areas):
+            raise UnknownChoice("the strong form needs a diagonal mass; choose 'voronoi' or 'barycentric'")
+        inverse = np.divide(1.0, areas, out=np.zeros_like(areas), where=areas > 0)
+        return (diags_array(inverse) @ self.stiffness).tocsc()
+
+    def delta(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """M^-1 S applied to (n,) or (n, k) values; of the positions: the delta-coordinates of Sorkine 2005."""
+        return self.strong() @ values
+
+    def mean_curvature_normals(self, vertices: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n, 3) H n at each vertex, H = (k1 + k2) / 2 and n outward: 1/R long and outward on a sphere of radius R."""
+        return self.delta(vertices) / 2
+
+
+def from_igl(L: Any, M: Any) -> Laplacian:
+    """The value of libigl's negative semidefinite ``cotmatrix`` and its ``massmatrix``."""
+    return Laplacian(-csc_array(L), csc_array(M))
+
+
+def to_igl(laplacian: Laplacian) -> tuple[csc_array, csc_array]:
+    """(L, M) in libigl's sign: L negative semidefinite."""
+    return -laplacian.stiffness, laplacian.mass

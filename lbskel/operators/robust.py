@@ -8,11 +8,14 @@ from __future__ import annotations
 
 __all__ = ["robust"]
 
+import igl
 import numpy as np
 import robust_laplacian
 from scipy.sparse import csc_array
 
 from lbskel.mesh import Mesh
+from lbskel.operators.corners import unit_scale
+from lbskel.operators.intrinsic_delaunay import shortfall
 from lbskel.operators.laplacian import Laplacian
 
 MOLLIFY_FACTOR = 1e-5
@@ -27,9 +30,12 @@ def robust(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
     mollify_factor : float
         Every triangle inequality is made to hold by at least this fraction of the mean edge length.
     """
-    F = mesh.faces
-    distinct = (F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])
-    stiffness, mass = robust_laplacian.mesh_laplacian(
-        np.array(mesh.vertices), np.ascontiguousarray(F[distinct]), mollify_factor=mollify_factor
-    )
-    return Laplacian(csc_array(stiffness), csc_array(mass))
+    V, k = unit_scale(mesh.vertices)
+    F, n = mesh.faces, len(mesh.vertices)
+    F = F[(F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])]
+    lengths = igl.edge_lengths(V, F)
+    if not lengths.any():
+        return Laplacian(csc_array((n, n)), csc_array((n, n)), treated_vertices=np.unique(mesh.faces))
+    stiffness, mass = robust_laplacian.mesh_laplacian(V, F, mollify_factor=mollify_factor)
+    treated = np.unique(F[shortfall(lengths, mollify_factor) > 0])
+    return Laplacian(csc_array(stiffness), np.ldexp(1.0, 2 * k) * csc_array(mass), treated_vertices=treated)

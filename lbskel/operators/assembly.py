@@ -1,0 +1,44 @@
+"""Stiffness matrices put together from weights of corners, or of pairs of vertices."""
+
+from __future__ import annotations
+
+__all__ = ["diagonal_matrix", "stiffness_of_corner_weights", "stiffness_of_pairs", "symmetric_matrix"]
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csc_array, diags_array
+
+from lbskel.mesh import Mesh
+
+
+def diagonal_matrix(values: NDArray[Any]) -> csc_array:
+    """The matrix with these values on its diagonal."""
+    return csc_array(diags_array(values, dtype=np.float64))
+
+
+def symmetric_matrix(mesh: Mesh, edge_entries: NDArray[np.float64], diagonal: NDArray[np.float64]) -> csc_array:
+    """The matrix with ``edge_entries[f, k]`` added at both places of the edge opposite corner k of face f."""
+    F = mesh.faces.astype(np.int32)  # scipy's choice for up to 2^31 vertices; half the memory to sort
+    n, i, j = len(diagonal), F[:, [1, 2, 0]].ravel(), F[:, [2, 0, 1]].ravel()
+    k = np.arange(n, dtype=np.int32)
+    rows = np.concatenate([np.minimum(i, j), k])
+    columns = np.concatenate([np.maximum(i, j), k])
+    upper = coo_array((np.concatenate([edge_entries.ravel(), diagonal / 2]), (rows, columns)), shape=(n, n)).tocsc()
+    return (upper + upper.T).tocsc()
+
+
+def stiffness_of_corner_weights(mesh: Mesh, weights: NDArray[np.float64]) -> csc_array:
+    """S of edge weights that are sums of (m, 3) weights: ``weights[f, k]`` goes to the edge opposite corner k of f."""
+    ends = weights[:, [1, 2, 0]] + weights[:, [2, 0, 1]]
+    diagonal = np.bincount(mesh.faces.ravel(), weights=ends.ravel(), minlength=len(mesh.vertices))
+    return symmetric_matrix(mesh, -weights, diagonal.astype(np.float64))
+
+
+def stiffness_of_pairs(n: int, i: NDArray[np.int64], j: NDArray[np.int64], weights: NDArray[np.float64]) -> csc_array:
+    """S of n vertices with a weight for each pair (i, j), named once; a vertex paired with itself has none."""
+    weights = np.where(i == j, 0.0, weights)
+    ends = np.bincount(i, weights, n) + np.bincount(j, weights, n)
+    upper = coo_array((-weights, (i, j)), shape=(n, n)).tocsc()
+    return (upper + upper.T + diagonal_matrix(ends)).tocsc()

@@ -1,0 +1,36 @@
+"""The cotangent Laplacian with an identity row at every vertex of a degenerate triangle.
+
+The second remedy that re-implementations of Au et al. 2008 (https://doi.org/10.1145/1399504.1360643) reach for: where
+the row cannot be trusted the equation becomes x_i = right-hand side. Neither symmetric nor free of constants there.
+"""
+
+from __future__ import annotations
+
+__all__ = ["cotangent_identity"]
+
+import numpy as np
+
+from lbskel.mesh import Mesh
+from lbskel.operators.assembly import diagonal_matrix, stiffness_of_corner_weights
+from lbskel.operators.clamped_cotangent import ANGLE_TOLERANCE
+from lbskel.operators.corners import corner_cotangents, touched_vertices, without_degenerate
+from lbskel.operators.laplacian import Laplacian
+from lbskel.operators.masses import voronoi_mass
+
+
+def cotangent_identity(mesh: Mesh, *, angle_tolerance: float = ANGLE_TOLERANCE) -> Laplacian:
+    """The cotangent Laplacian with identity rows, which ``treated_vertices`` lists, and the Voronoi mass.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    angle_tolerance : float
+        In radians: a triangle is degenerate that has an angle this close to 0 or pi.
+    """
+    cotangents = corner_cotangents(mesh)
+    rows = touched_vertices(mesh, ~(np.abs(cotangents) <= 1 / np.tan(angle_tolerance)))
+    kept = np.ones(len(mesh.vertices))
+    kept[rows] = 0
+    stiffness = stiffness_of_corner_weights(mesh, without_degenerate(cotangents)[0] / 2)
+    replaced = (diagonal_matrix(kept) @ stiffness + diagonal_matrix(1 - kept)).tocsc()
+    return Laplacian(replaced, voronoi_mass(mesh), treated_vertices=rows)

@@ -1,0 +1,113 @@
+"""Laplacians of point clouds: tufted, local Delaunay and heat kernel.
+
+``robust``: Sharp, Crane 2020, https://doi.org/10.1111/cgf.14069, by robust_laplacian. ``local_delaunay``: cotangents in
+the Delaunay star of each point among its neighbours, projected to their plane of least squares; one star fills one row,
+so it is not symmetric; Cao, Tagliasacchi, Olson, Zhang, Su 2010, https://doi.org/10.1109/SMI.2010.25.
+``heat_kernel``: Belkin, Sun, Wang 2009, https://doi.org/10.1137/1.9781611973068.112, with the areas of those stars.
+"""
+
+from __future__ import annotations
+
+__all__ = ["heat_kernel", "local_delaunay", "robust"]
+
+import numpy as np
+import robust_laplacian
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csc_array
+
+from lbskel.errors import MeshError
+from lbskel.mesh import Mesh, PointCloud
+from lbskel.operators.assembly import diagonal_matrix
+from lbskel.operators.corners import corner_cotangents, unit_scale, without_degenerate
+from lbskel.operators.heat_kernel import CUT_OFF, TIME, heat_kernel_stiffness
+from lbskel.operators.laplacian import Laplacian
+from lbskel.operators.masses import voronoi_corners
+from lbskel.operators.robust import MOLLIFY_FACTOR
+from lbskel.operators.robust import robust as robust_of_mesh
+from lbskel.operators.stars import delaunay_stars
+
+N_NEIGHBOURS = 30
+
+
+def _nothing(n: int) -> Laplacian:
+    """The operator of points that span no triangle."""
+    return Laplacian(csc_array((n, n)), csc_array((n, n)), treated_vertices=np.arange(n))
+
+
+def robust(cloud: PointCloud, *, n_neighbours: int = N_NEIGHBOURS, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
+    """The tufted Laplacian of the triangles of all local Delaunay stars, each counted a third, with its own mass."""
+    P, k = unit_scale(cloud.points)
+    if len(P) > n_neighbours:
+        try:
+            stiffness, mass = robust_laplacian.point_cloud_laplacian(
+                P, mollify_factor=mollify_factor, n_neighbors=n_neighbours
+            )
+            return Laplacian(csc_array(stiffness), np.ldexp(1.0, 2 * k) * csc_array(mass))
+        except (RuntimeError, MeshError):
+            pass  # it gives up where a point is in no triangle: doubled points, points on a line
+    stars = delaunay_stars(P, n_neighbours + 1)
+    if len(stars) == 0:
+        return _nothing(len(P))
+    soup = robust_of_mesh(Mesh(cloud.points, stars), mollify_factor=mollify_factor)
+    alone = np.setdiff1d(np.arange(len(P)), stars)
+    return Laplacian(soup.stiffness / 3, soup.mass / 3, treated_vertices=np.union1d(soup.treated_vertices, alone))
+
+
+def stars_of(cloud: PointCloud) -> NDArray[np.int64]:
+    """(t, 3) Delaunay stars of the points among their neighbours, 8 to 30 of them as in Cao et al. 2010."""
+    n_neighbours = int(np.clip(round(0.012 * len(cloud.points)), 8, 30))
+    return delaunay_stars(unit_scale(cloud.points)[0], n_neighbours)
+
+
+def _star_areas(cloud: PointCloud, stars: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(n,) Voronoi area of each point in its own star."""
+    corners = voronoi_corners(Mesh(cloud.points, stars))[:, 0]
+    return np.bincount(stars[:, 0], weights=corners, minlength=len(cloud.points)).astype(np.float64)
+
+
+def local_delaunay(cloud: PointCloud, *, stars: NDArray[np.int64] | None = None) -> Laplacian:
+    """The cotangents of each point's own star, with its Voronoi area in it as mass; not symmetric.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    stars : (t, 3) array of int, optional
+        Stars found before, of these points elsewhere: a contraction keeps those of its input.
+    """
+    n = len(cloud.points)
+    stars = stars_of(cloud) if stars is None else stars
+    if len(stars) == 0:
+        return _nothing(n)
+    mesh = Mesh(cloud.points, stars)
+    cotangents, degenerate = without_degenerate(corner_cotangents(mesh))
+    centre, first, second = stars.T
+    entries = np.concatenate([cotangents[:, 2], cotangents[:, 1]]) / 2
+    rows, columns = np.concatenate([centre, centre]), np.concatenate([first, second])
+    W = coo_array((entries, (rows, columns)), shape=(n, n)).tocsc()
+    stiffness = (diagonal_matrix(W.sum(axis=1)) - W).tocsc()
+    alone = np.bincount(centre, minlength=n) == 0
+    alone[centre[degenerate.any(axis=1)]] = True
+    areas = diagonal_matrix(_star_areas(cloud, stars))
+    return Laplacian(stiffness, areas, treated_vertices=np.flatnonzero(alone))
+
+
+def heat_kernel(cloud: PointCloud, *, time: float = TIME, cut_off: float = CUT_OFF) -> Laplacian:
+    """The heat kernel Laplacian with the points' Voronoi areas in their stars as mass.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    time : float
+        t in squares of the mean length of the stars' edges.
+    cut_off : float
+        Where the kernel ends, in sqrt(2t).
+    """
+    stars = stars_of(cloud)
+    if len(stars) == 0:
+        return _nothing(len(cloud.points))
+    P, k = unit_scale(cloud.points)
+    areas = _star_areas(cloud, stars)
+    edge = np.linalg.norm(P[stars[:, 1]] - P[stars[:, 0]], axis=1).mean()
+    stiffness = heat_kernel_stiffness(P, np.ldexp(areas, -2 * k), time * edge**2, cut_off)
+    treated = np.setdiff1d(np.arange(len(P)), stars[:, 0])
+    return Laplacian(stiffness, diagonal_matrix(areas), treated_vertices=treated)
