@@ -128,9 +128,8 @@ def solid_of(branches: Sequence[Branch]) -> Solid:
     first = np.flatnonzero(np.diff(branch) == 0)
     segments = np.stack([first, first + 1], axis=1)
     spheres = np.concatenate(cut)
-    places = (
-        np.round(spheres[:, :3] / ((SAME_POINT * np.ptp(spheres[:, :3], axis=0).max()) or 1.0)) + 0.0
-    )  # no negative zeros
+    extent = np.ptp(spheres[:, :3], axis=0).max() or 1.0
+    places = np.round(spheres[:, :3] / (SAME_POINT * extent)) + 0.0  # no negative zeros
     _, row_of_centre, centre = np.unique(places, axis=0, return_index=True, return_inverse=True)
     return Solid(spheres[row_of_centre, :3], centre[segments], spheres[segments, 3], branch[first])
 

@@ -1,4 +1,4 @@
-"""Solids around known axes, one function each; all have sizes near 2 and every end stands well clear of its trunk."""
+"""Solids around known axes, one function each: two to five units large, every end well clear of its trunk."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def knot() -> Solid:
 
 
 def spiked_ring() -> Solid:
-    """A ring with five spikes of different lengths, inwards and outwards, upwards and downwards."""
+    """A ring with five spikes of different lengths, all outwards and some upwards or downwards."""
     ring = _ring(120)
     spikes = [(0, 0.9, 0.0), (24, 0.5, 0.5), (48, 0.75, -0.3), (72, 0.6, 0.6), (96, 1.05, 0.2)]
     axes = [[ring[i], (1 + length) * ring[i] + [0, 0, rise]] for i, length, rise in spikes]
