@@ -1,5 +1,6 @@
 """lbskel: discrete Laplace-Beltrami operators and curve skeletons by Laplacian contraction."""
 
+from lbskel.contraction import PRESETS, Contraction, ContractionSettings, Status, Step, contract
 from lbskel.errors import (
     FormatError,
     LbskelError,
@@ -8,16 +9,25 @@ from lbskel.errors import (
     SolveError,
     UnknownChoice,
 )
+from lbskel.files import as_mesh, read_mesh, read_points, read_skeleton, write_mesh, write_skeleton
 from lbskel.mesh import Mesh, PointCloud
 from lbskel.operators import OPERATORS, Laplacian, laplacian
+from lbskel.pipeline import skeletonize
+from lbskel.pruning import merge_junctions, prune, resample
+from lbskel.quality import compare
 from lbskel.skeleton import Skeleton
 from lbskel.solvers import SOLVERS, factorize
+from lbskel.surgery import Collapsed, collapse
 
 __version__ = "0.1.0"
 
 __all__ = [
     "OPERATORS",
+    "PRESETS",
     "SOLVERS",
+    "Collapsed",
+    "Contraction",
+    "ContractionSettings",
     "FormatError",
     "Laplacian",
     "LbskelError",
@@ -27,7 +37,22 @@ __all__ = [
     "PointCloud",
     "Skeleton",
     "SolveError",
+    "Status",
+    "Step",
     "UnknownChoice",
+    "as_mesh",
+    "collapse",
+    "compare",
+    "contract",
     "factorize",
     "laplacian",
+    "merge_junctions",
+    "prune",
+    "read_mesh",
+    "read_points",
+    "read_skeleton",
+    "resample",
+    "skeletonize",
+    "write_mesh",
+    "write_skeleton",
 ]

@@ -28,7 +28,7 @@ from lbskel.errors import MeshError, SolveError, UnknownChoice, choose
 from lbskel.mesh import Mesh
 from lbskel.operators import Laplacian, Operator, operator_named
 from lbskel.operators.clamped_cotangent import corner_cotangents
-from lbskel.solvers import SOLVERS, Factorization, factorize
+from lbskel.solvers import SOLVERS, factorize
 
 THINNEST = 1e-12  # ring areas are not let fall below this share of their start, which bounds the hold
 
@@ -93,7 +93,9 @@ class ContractionSettings:
         if self.operator is not None:
             operator_named(self.operator)
         if self.degenerate != "none" and self.energy != "least_squares":
-            raise UnknownChoice("identity rows belong to the energy 'least_squares'; 'first_order' has no rows to replace")
+            raise UnknownChoice(
+                "identity rows belong to the energy 'least_squares'; 'first_order' has no rows to replace"
+            )
         for name in ("start_weight", "growth", "volume_ratio", "area_ratio", "max_steps"):
             if not getattr(self, name) > 0:
                 raise UnknownChoice(f"{name} must be positive, not {getattr(self, name)}")

@@ -160,4 +160,3 @@ def _extend(
         cochain[edges] = -own[:, None] * around
     rest = (sign[:, :, None] * cochain[edge_of]).sum(axis=0)
     return cochain if not rest.any() else None
-

@@ -15,6 +15,7 @@ from lbskel.surface import Surface
 
 SAMPLES = 8  # places along an edge at which it is tested
 ROUNDS = 5
+LEAST_DEPTH = 0.01  # of the diagonal
 
 
 def length_inside(skeleton: Skeleton, surface: Surface) -> float:
@@ -25,7 +26,7 @@ def length_inside(skeleton: Skeleton, surface: Surface) -> float:
 
 
 def _pushed_in(points: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
-    """Each outer point at the middle of the chord that enters the shape where it is nearest to the point."""
+    """Each outer point as far inside as it was outside, or a little more, but not past the middle of the shape."""
     _, nearest = surface.closest(points)
     inward = nearest - points
     far = np.linalg.norm(inward, axis=1, keepdims=True)
@@ -33,7 +34,8 @@ def _pushed_in(points: NDArray[np.float64], surface: Surface) -> NDArray[np.floa
     entry = nearest + 1e-6 * surface.mesh.diagonal * inward
     depth = surface.ahead(entry, inward)
     depth = np.where(np.isfinite(depth), depth, 0.0)
-    return entry + 0.5 * depth[:, None] * inward
+    depth = np.minimum(0.5 * depth, np.maximum(far[:, 0], LEAST_DEPTH * surface.mesh.diagonal))
+    return entry + depth[:, None] * inward
 
 
 def keep_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:

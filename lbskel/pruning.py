@@ -13,8 +13,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.errors import UnknownChoice
 from lbskel.mesh import Mesh
 from lbskel.skeleton import Skeleton
+
+MOST_PIECES = 5000  # edges of a resampled skeleton, however thin it is
 
 
 def _regroup(skeleton: Skeleton, group: NDArray[np.int64], keeper: NDArray[np.int64]) -> Skeleton:
@@ -82,11 +85,7 @@ def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
             a, b = pairs[index]
             if a == b or skeleton.degrees[a] < 3 or skeleton.degrees[b] < 3:
                 continue
-            beside = [
-                len(other)
-                for k, other in enumerate(skeleton.branches)
-                if k != index and set(pairs[k]) == {a, b}
-            ]
+            beside = [len(other) for k, other in enumerate(skeleton.branches) if k != index and set(pairs[k]) == {a, b}]
             if beside and min(beside) < 4:  # it would become a loop of fewer than three nodes
                 continue
             P = skeleton.nodes[branch]
@@ -109,15 +108,16 @@ def resample(skeleton: Skeleton, *, spacing: float) -> Skeleton:
     ----------
     skeleton : Skeleton
     spacing : float
-        Distance between nodes aimed at, in the skeleton's units.
+        Distance between nodes aimed at, in median radii of each branch.
 
     Raises
     ------
-    ValueError
+    UnknownChoice
         If the spacing is not positive.
     """
     if not spacing > 0:
-        raise ValueError(f"spacing must be positive, not {spacing}")
+        raise UnknownChoice(f"spacing must be positive, not {spacing}")
+    shortest = skeleton.length / MOST_PIECES
     fixed = np.flatnonzero(skeleton.degrees != 2)
     loops = [int(b[0]) for b in skeleton.branches if b[0] == b[-1] and skeleton.degrees[b[0]] == 2]
     fixed = np.union1d(fixed, np.array(loops, dtype=np.int64))
@@ -130,7 +130,8 @@ def resample(skeleton: Skeleton, *, spacing: float) -> Skeleton:
         along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(P, axis=0), axis=1))])
         least = 3 if len(ends) == 1 else 2 if ends in ends_seen else 1
         ends_seen.add(ends)
-        n_pieces = max(least, round(along[-1] / spacing))
+        apart = max(spacing * float(np.median(skeleton.radii[branch])), shortest)
+        n_pieces = max(least, round(along[-1] / apart)) if apart > 0 else least
         at = np.linspace(0, along[-1], n_pieces + 1)
         inner = at[1:-1]
         nodes.append(np.stack([np.interp(inner, along, P[:, axis]) for axis in range(3)], axis=1))

@@ -26,7 +26,12 @@ from lbskel.surface import Surface
 
 OWN = 0.85  # a section with less of its curve on its own branch is another branch's too
 STIFFNESS = 1.0  # of a branch against bending, beside a weight of 1 on each section's centroid
-ANCHOR = 1e-3  # weight on where a node is already, which counts where it has no section of its own
+ANCHOR = 1e-3  # weight on a node's contracted place, which counts where it has no section of its own
+LEAP = 1.3  # a branch of its own does not grow by this factor from one node to the next
+NEAR = 4  # sections that tell the axis of a branch at its junction
+FARTHEST = 3.0  # radii of a junction from which the axis of a branch still points to it
+FREE = 0.5  # radii by which a junction may leave its contracted place
+ANCHORED = 0.05  # weight of a junction's contracted place, beside the axes of its branches
 
 
 def inscribed_radii(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -101,71 +106,101 @@ def recenter(skeleton: Skeleton, surface: Surface, *, iterations: int = 4) -> Sk
         at = within[np.linalg.norm(tangents[within], axis=1) > 0]
         sections = cut(mesh, skeleton.nodes[at], tangents[at], face_labels=face_labels, labels=branch_of[at])
         good = np.zeros(len(skeleton.nodes), dtype=bool)
-        good[at] = _is_own(sections) & (skeleton.degrees[at] == 2)
-        target = np.array(skeleton.nodes)
-        target[at] = sections.centroids
-        target[~good] = skeleton.nodes[~good]
-        junctions = _place_junctions(start, target, good, surface)
-        skeleton = replace(skeleton, nodes=_fair(skeleton, target, good, junctions))
+        good[at] = _is_own(sections, start.nodes[at], surface) & (skeleton.degrees[at] == 2)
+        radii = np.zeros(len(skeleton.nodes))
+        radii[at] = sections.radii
+        good &= _grows_slowly(skeleton, good, radii)
+        target = np.array(start.nodes)
+        target[at[good[at]]] = sections.centroids[good[at]]
+        target[skeleton.degrees >= 3] = _place_junctions(start, target, good, surface)
+        weight = np.where(good, 1.0, ANCHOR)
+        weight[skeleton.degrees >= 3] = 1 / ANCHOR
+        faired = _fair(skeleton, target, weight, good)
+        outer = ~good & ~surface.contains(faired)
+        if outer.any():  # where the straight way leaves the shape, the way runs along the contracted one
+            kept = ~good & np.isin(branch_of, branch_of[outer])
+            faired[kept] = (start.nodes + _fair(skeleton, target - start.nodes, weight, good))[kept]
+        skeleton = replace(skeleton, nodes=faired)
     return skeleton
 
 
-def _is_own(sections: Sections) -> NDArray[np.bool_]:
-    """Which sections are cut across one branch alone."""
-    return sections.is_cut & (sections.own >= OWN)
+def _is_own(sections: Sections, contracted: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:
+    """Which sections are cut across one branch alone, about the place it was contracted to, and hold their centroid."""
+    shift = np.linalg.norm(sections.centroids - contracted, axis=1)
+    is_own = sections.is_cut & (sections.own >= OWN) & (shift <= sections.radii)
+    is_own[is_own] = surface.contains(sections.centroids[is_own])
+    return is_own
+
+
+def _grows_slowly(skeleton: Skeleton, good: NDArray[np.bool_], radii: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which nodes are reached from the middle of their branch without a leap in the size of the section.
+
+    Where a branch runs into another, its section becomes the other's within a step.
+    """
+    reached = np.zeros(len(good), dtype=bool)
+    for branch in skeleton.branches:
+        own = branch[good[branch]]
+        middle = len(own) // 2
+        for way in (own[middle:], own[: middle + 1][::-1]):
+            leaps = np.flatnonzero(radii[way[1:]] > LEAP * radii[way[:-1]])
+            reached[way[: leaps[0] + 1 if len(leaps) else len(way)]] = True
+    return reached
 
 
 def _place_junctions(
-    skeleton: Skeleton, target: NDArray[np.float64], good: NDArray[np.bool_], surface: Surface
-) -> dict[int, NDArray[np.float64]]:
-    """Where the axes of each junction's branches come nearest to one point."""
-    lines: dict[int, list[tuple[NDArray[np.float64], NDArray[np.float64]]]] = {}
-    for branch in skeleton.branches:
+    start: Skeleton, target: NDArray[np.float64], good: NDArray[np.bool_], surface: Surface
+) -> NDArray[np.float64]:
+    """Where the axes of each junction's branches come nearest to one point.
+
+    An axis counts from the first own sections of its branch, and only from near: it is not known to run straight for
+    longer. A junction moves by no more than FREE of its radius and never out of the shape.
+    """
+    junctions = start.junctions
+    placed = np.array(start.nodes[junctions])
+    radii = surface.distance(placed)
+    row_of = {int(junction): row for row, junction in enumerate(junctions)}
+    A = np.zeros((len(junctions), 3, 3))
+    b = np.zeros((len(junctions), 3))
+    n_axes = np.zeros(len(junctions), dtype=np.int64)
+    for branch in start.branches:
         for way in (branch, branch[::-1]):
-            if skeleton.degrees[way[0]] < 3:
+            row = row_of.get(int(way[0]))
+            own = way[1:-1][good[way[1:-1]]][:NEAR]
+            if row is None or len(own) < 2:
                 continue
-            own = way[1:-1][good[way[1:-1]]]
-            if len(own) < 2:
+            direction = target[own[0]] - target[own[-1]]
+            direction /= np.linalg.norm(direction)
+            to_axis = target[own].mean(axis=0) - start.nodes[way[0]]
+            far = float(np.linalg.norm(target[own[0]] - start.nodes[way[0]]))
+            if far > FARTHEST * radii[row]:
                 continue
-            near = own[: min(len(own), 4)]
-            direction = target[near[0]] - target[near[-1]]
-            lines.setdefault(int(way[0]), []).append((target[near].mean(axis=0), direction / np.linalg.norm(direction)))
-    placed = {}
-    for junction, meeting in lines.items():
-        start = skeleton.nodes[junction]
-        A, b = np.zeros((3, 3)), np.zeros(3)
-        for point, direction in meeting:
-            across = (np.eye(3) - np.outer(direction, direction)) / max(float(np.sum((point - start) ** 2)), 1e-300)
-            A += across
-            b += across @ (point - start)
-        A += 0.02 * np.trace(A) * np.eye(3)
-        if len(meeting) >= 2:
-            placed[junction] = start + np.linalg.solve(A, b)
-    if placed:
-        order = list(placed)
-        there = np.array([placed[junction] for junction in order])
-        inside = surface.contains(there)
-        return {j: p for j, p, keep in zip(order, there, inside, strict=True) if keep}
+            across = (np.eye(3) - np.outer(direction, direction)) / max(far, radii[row]) ** 2
+            A[row] += across
+            b[row] += across @ to_axis
+            n_axes[row] += 1
+    for row in np.flatnonzero(n_axes >= 2):
+        move = np.linalg.solve(A[row] + ANCHORED * np.trace(A[row]) * np.eye(3), b[row])
+        length = float(np.linalg.norm(move))
+        placed[row] += move * min(1.0, FREE * radii[row] / length) if length > 0 else 0.0
+    outer = ~surface.contains(placed) if len(placed) else np.empty(0, dtype=bool)
+    placed[outer] = start.nodes[junctions[outer]]
     return placed
 
 
 def _fair(
-    skeleton: Skeleton,
-    target: NDArray[np.float64],
-    good: NDArray[np.bool_],
-    junctions: dict[int, NDArray[np.float64]],
+    skeleton: Skeleton, target: NDArray[np.float64], weight: NDArray[np.float64], good: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Nodes near their targets on branches that bend little: a smoothing spline on each, ending at its junctions."""
-    k = len(skeleton.nodes)
-    weight = np.where(good, 1.0, ANCHOR)
-    target = np.array(target)
-    for junction, place in junctions.items():
-        target[junction] = place
-    weight[skeleton.degrees >= 3] = 1e3
+    """Nodes near their targets, by weight, on branches that bend little.
+
+    A branch is free to bend where its own sections end, so that from there it runs straight to its junction.
+    """
     before, middle, after = (np.concatenate(part) for part in _triples(skeleton))
-    rows = np.arange(len(middle))
-    values = np.concatenate([np.ones(len(rows)), -2 * np.ones(len(rows)), np.ones(len(rows))])
-    bend = coo_array((values, (np.tile(rows, 3), np.concatenate([before, middle, after]))), shape=(len(rows), k)).tocsc()
+    counts = (good[before] & good[after]) | ~good[middle]
+    before, middle, after = before[counts], middle[counts], after[counts]
+    rows = np.tile(np.arange(len(middle)), 3)
+    values = np.repeat([1.0, -2.0, 1.0], len(middle))
+    shape = (len(middle), len(skeleton.nodes))
+    bend = coo_array((values, (rows, np.concatenate([before, middle, after]))), shape=shape).tocsc()
     A = STIFFNESS * (bend.T @ bend) + diags_array(weight)
     return factorize(A.tocsc()).solve(weight[:, None] * target)
 

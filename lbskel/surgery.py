@@ -232,9 +232,7 @@ def _open_at(left: _Complex, free: int, n: int) -> _Complex:
     return _Complex(left.faces[~is_there], left.edges[stays], left.cochain[stays])
 
 
-def _loops_round_no_tunnel(
-    P: NDArray[np.float64], edges: NDArray[np.int64], cochain: NDArray[np.int64]
-) -> list[int]:
+def _loops_round_no_tunnel(P: NDArray[np.float64], edges: NDArray[np.int64], cochain: NDArray[np.int64]) -> list[int]:
     """Edges to leave out so that as many independent loops stay as there are independent tunnels.
 
     Off a tree of the shortest edges, each edge closes one loop with the loop's cochain; longer ways round are asked

@@ -19,8 +19,9 @@ from lbskel.surface import Surface
 
 STEP = 0.5  # of the local radius
 MOST_STEPS = 60
+STRAIGHT = 0.5  # cosine of the most that an end turns from where it set out
 SLACK = 1.05  # the surface ahead counts as near as the surface around within this factor
-WIDEST = 1.5  # a section that grows by more than this over a step is no longer the branch's own
+WIDEST = 1.5  # an end goes no further where its section is wider by this factor than at the step before
 
 
 def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -50,6 +51,7 @@ def _follow(
     """For each end, the points on its way to its tip, all ends at once."""
     P = np.array(starts)
     T = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    first = np.array(T)
     paths: list[list[NDArray[np.float64]]] = [[] for _ in P]
     section = cut(surface.mesh, P, T)
     width, radii = section.radii, _hydraulic_radii(section)
@@ -57,17 +59,17 @@ def _follow(
     for _ in range(MOST_STEPS):
         radius = radii[active]
         ahead = surface.ahead(P[active], T[active])
-        goes_on = np.isfinite(ahead) & (ahead > SLACK * radius) & (radius > 0)
+        is_straight = np.einsum("ki,ki->k", T[active], first[active]) > STRAIGHT
+        goes_on = is_straight & np.isfinite(ahead) & (ahead > SLACK * radius) & (radius > 0)
         active, radius, ahead = active[goes_on], radius[goes_on], ahead[goes_on]
         if len(active) == 0:
             break
         step = np.minimum(STEP * radius, ahead - radius)
         forward = P[active] + step[:, None] * T[active]
         section = cut(surface.mesh, forward, T[active])
-        is_own = section.surrounds & (section.radii < WIDEST * width[active])
-        moved = np.where(is_own[:, None], section.centroids, forward)
-        width[active] = np.where(is_own, section.radii, width[active])
-        radii[active] = np.where(is_own, _hydraulic_radii(section), radii[active])
+        is_own = section.surrounds & (section.radii < WIDEST * width[active]) & surface.contains(section.centroids)
+        active, moved, step = active[is_own], section.centroids[is_own], step[is_own]
+        width[active], radii[active] = section.radii[is_own], _hydraulic_radii(section)[is_own]
         turned = T[active] + (moved - P[active]) / step[:, None]
         T[active] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
         P[active] = moved
@@ -81,7 +83,9 @@ def _hydraulic_radii(sections: Sections) -> NDArray[np.float64]:
 
     It averages over the curve, so that noise does not make it small as it does the distance to the nearest point.
     """
-    return np.divide(2 * sections.areas, sections.lengths, out=np.zeros(len(sections.areas)), where=sections.lengths > 0)
+    return np.divide(
+        2 * sections.areas, sections.lengths, out=np.zeros(len(sections.areas)), where=sections.lengths > 0
+    )
 
 
 def _with_paths(

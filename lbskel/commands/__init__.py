@@ -1,0 +1,7 @@
+"""The commands of the command line, one module each: ``add_parser(subparsers)`` and ``run(arguments) -> int``."""
+
+__all__ = ["COMMANDS"]
+
+from lbskel.commands import info, skeletonize
+
+COMMANDS = (skeletonize, info)

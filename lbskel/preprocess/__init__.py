@@ -1,0 +1,5 @@
+"""From the mesh that a user has to one that the algorithms can take; the only place that may import pymeshlab."""
+
+__all__ = ["Preprocessed", "components", "tidy"]
+
+from lbskel.preprocess.tidying import Preprocessed, components, tidy
