@@ -334,7 +334,10 @@ def _failure(step: Step, before: Step | None) -> Status | None:
 
 
 def _success(step: Step, before: Step | None, settings: ContractionSettings) -> Status | None:
-    """Why a step is the last one needed, if it is. A signed volume may pass through zero early, so the area counts too."""
+    """Why a step is the last one needed, if it is.
+
+    A signed volume may pass through zero early, so the area must be small too.
+    """
     if step.volume_ratio <= settings.volume_ratio and step.area_ratio <= 0.1:
         return Status.VOLUME
     if not np.isfinite(step.volume_ratio) and step.area_ratio <= settings.area_ratio:

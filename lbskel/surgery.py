@@ -54,7 +54,7 @@ class Collapsed:
 
 @dataclass(frozen=True, eq=False)
 class _Complex:
-    """What is left of the mesh: faces with ascending corners, edges, and a cochain row per edge, lower to higher end."""
+    """What is left of the mesh: faces with ascending corners, edges, and their cochain from lower to higher end."""
 
     faces: NDArray[np.int64]
     edges: NDArray[np.int64]
