@@ -90,5 +90,5 @@ def anisotropic(mesh: Mesh, *, strength: float = STRENGTH) -> Laplacian:
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         halves = [-products(E[i], turned[j]) / (2 * double_area) for i, j in ((1, 2), (2, 0), (0, 1))]
     weights, degenerate = without_degenerate(np.stack(halves, axis=1))
-    stiffness = stiffness_of_corner_weights(mesh, weights)
+    stiffness = stiffness_of_corner_weights(len(mesh.vertices), mesh.faces, weights)
     return Laplacian(stiffness, voronoi_mass(mesh), treated_vertices=touched_vertices(mesh, degenerate))

@@ -10,17 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array, diags_array
 
-from lbskel.mesh import Mesh
-
 
 def diagonal_matrix(values: NDArray[Any]) -> csc_array:
     """The matrix with these values on its diagonal."""
     return csc_array(diags_array(values, dtype=np.float64))
 
 
-def symmetric_matrix(mesh: Mesh, edge_entries: NDArray[np.float64], diagonal: NDArray[np.float64]) -> csc_array:
+def symmetric_matrix(faces: NDArray[np.int64], edge_entries: NDArray[np.float64], diagonal: NDArray[Any]) -> csc_array:
     """The matrix with ``edge_entries[f, k]`` added at both places of the edge opposite corner k of face f."""
-    F = mesh.faces.astype(np.int32)  # scipy's choice for up to 2^31 vertices; half the memory to sort
+    F = faces.astype(np.int32)  # scipy's choice for up to 2^31 vertices; half the memory to sort
     n, i, j = len(diagonal), F[:, [1, 2, 0]].ravel(), F[:, [2, 0, 1]].ravel()
     k = np.arange(n, dtype=np.int32)
     rows = np.concatenate([np.minimum(i, j), k])
@@ -29,11 +27,10 @@ def symmetric_matrix(mesh: Mesh, edge_entries: NDArray[np.float64], diagonal: ND
     return (upper + upper.T).tocsc()
 
 
-def stiffness_of_corner_weights(mesh: Mesh, weights: NDArray[np.float64]) -> csc_array:
-    """S of edge weights that are sums of (m, 3) weights: ``weights[f, k]`` goes to the edge opposite corner k of f."""
+def stiffness_of_corner_weights(n: int, faces: NDArray[np.int64], weights: NDArray[np.float64]) -> csc_array:
+    """S of n vertices: ``weights[f, k]`` is added to the weight of the edge opposite corner k of face f."""
     ends = weights[:, [1, 2, 0]] + weights[:, [2, 0, 1]]
-    diagonal = np.bincount(mesh.faces.ravel(), weights=ends.ravel(), minlength=len(mesh.vertices))
-    return symmetric_matrix(mesh, -weights, diagonal.astype(np.float64))
+    return symmetric_matrix(faces, -weights, np.bincount(faces.ravel(), weights=ends.ravel(), minlength=n))
 
 
 def stiffness_of_pairs(n: int, i: NDArray[np.int64], j: NDArray[np.int64], weights: NDArray[np.float64]) -> csc_array:

@@ -36,7 +36,7 @@ def clamped_cotangent(mesh: Mesh, *, angle_tolerance: float = ANGLE_TOLERANCE) -
     moved = ~(np.abs(cotangents) <= limit)
     clamped = np.clip(np.nan_to_num(cotangents, nan=0.0, posinf=limit, neginf=-limit), -limit, limit)
     return Laplacian(
-        stiffness_of_corner_weights(mesh, clamped / 2),
+        stiffness_of_corner_weights(len(mesh.vertices), mesh.faces, clamped / 2),
         voronoi_mass(mesh),
         treated_vertices=touched_vertices(mesh, moved),
         n_clamped_angles=int(moved.sum()),

@@ -22,7 +22,7 @@ def cotangent(mesh: Mesh) -> Laplacian:
     entries = igl.cotmatrix_entries(unit_scale(mesh.vertices)[0], mesh.faces)
     weights, degenerate = without_degenerate(entries)
     return Laplacian(
-        stiffness_of_corner_weights(mesh, weights),
+        stiffness_of_corner_weights(len(mesh.vertices), mesh.faces, weights),
         voronoi_mass(mesh),
         treated_vertices=touched_vertices(mesh, degenerate),
     )

@@ -31,6 +31,6 @@ def cotangent_identity(mesh: Mesh, *, angle_tolerance: float = ANGLE_TOLERANCE) 
     rows = touched_vertices(mesh, ~(np.abs(cotangents) <= 1 / np.tan(angle_tolerance)))
     kept = np.ones(len(mesh.vertices))
     kept[rows] = 0
-    stiffness = stiffness_of_corner_weights(mesh, without_degenerate(cotangents)[0] / 2)
+    stiffness = stiffness_of_corner_weights(len(mesh.vertices), mesh.faces, without_degenerate(cotangents)[0] / 2)
     replaced = (diagonal_matrix(kept) @ stiffness + diagonal_matrix(1 - kept)).tocsc()
     return Laplacian(replaced, voronoi_mass(mesh), treated_vertices=rows)

@@ -56,7 +56,7 @@ def full_mass(mesh: Mesh) -> csc_array:
     diagonal = barycentric_mass(mesh).diagonal()
     V, k = unit_scale(mesh.vertices)
     twelfths = np.ldexp(igl.doublearea(V, mesh.faces) / 24, 2 * k)
-    return symmetric_matrix(mesh, np.repeat(twelfths[:, None], 3, axis=1), diagonal / 2)
+    return symmetric_matrix(mesh.faces, np.repeat(twelfths[:, None], 3, axis=1), diagonal / 2)
 
 
 def moment_mass(mesh: Mesh, stiffness: csc_array) -> csc_array:

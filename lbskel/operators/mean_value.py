@@ -62,5 +62,5 @@ def mean_value_symmetric(mesh: Mesh) -> Laplacian:
     """The weights (w_ij + w_ji) / 2, with the mass that gives them the scale of a Laplacian."""
     tangents, inverse, treated = _half_tangents(mesh)
     weights = (tangents[:, [1, 2, 0]] + tangents[:, [2, 0, 1]]) * inverse / 2
-    stiffness = stiffness_of_corner_weights(mesh, weights)
+    stiffness = stiffness_of_corner_weights(len(mesh.vertices), mesh.faces, weights)
     return Laplacian(stiffness, moment_mass(mesh, stiffness), treated_vertices=treated)

@@ -14,6 +14,7 @@ import robust_laplacian
 from scipy.sparse import csc_array
 
 from lbskel.mesh import Mesh
+from lbskel.operators.assembly import diagonal_matrix
 from lbskel.operators.corners import unit_scale
 from lbskel.operators.intrinsic_delaunay import shortfall
 from lbskel.operators.laplacian import Laplacian
@@ -36,6 +37,15 @@ def robust(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
     lengths = igl.edge_lengths(V, F)
     if not lengths.any():
         return Laplacian(csc_array((n, n)), csc_array((n, n)), treated_vertices=np.unique(mesh.faces))
-    stiffness, mass = robust_laplacian.mesh_laplacian(V, F, mollify_factor=mollify_factor)
     treated = np.unique(F[shortfall(lengths, mollify_factor) > 0])
-    return Laplacian(csc_array(stiffness), np.ldexp(1.0, 2 * k) * csc_array(mass), treated_vertices=treated)
+    stiffness, mass = robust_laplacian.mesh_laplacian(V, F, mollify_factor=mollify_factor)
+    while not (np.isfinite(stiffness.data).all() and np.isfinite(mass.data).all()) and mollify_factor < 1:
+        mollify_factor *= 10
+        stiffness, mass = robust_laplacian.mesh_laplacian(V, F, mollify_factor=mollify_factor)
+    absent = np.ones(n)
+    absent[F] = 0  # robust_laplacian gives vertices without a face a one on the diagonal
+    return Laplacian(
+        csc_array(stiffness) - diagonal_matrix(absent),
+        np.ldexp(1.0, 2 * k) * csc_array(mass),
+        treated_vertices=treated,
+    )
