@@ -335,6 +335,7 @@ def test_points_that_are_none(tmp_path, name, content, error, message):
 
 TRIANGLE_OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 TRIANGLE_OFF = "0 0 0\n1 0 0\n0 1 0\n"
+FACET = "solid\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid"
 FACE = "element face 1\nproperty list uchar int vertex_indices\n"
 
 WRONG = [
@@ -393,7 +394,8 @@ WRONG = [
     ("a.ply", ply("ascii", PLY_VERTEX.replace(" z", " w"), PLY_ROWS.encode()), FormatError, "properties x, y, z"),
     ("a.ply", ply("ascii", PLY_VERTEX.replace("float z", "list int int z"), b"0 0 0\n" * 5), FormatError, "x, y, z"),
     ("a.ply", ply("ascii", PLY_VERTEX, b"0 0 0\n1 nought 0\n"), FormatError, "line 9: 'nought' is no number"),
-    ("a.ply", ply("ascii", PLY_VERTEX, b" \n"), FormatError, "element vertex of 5: more is promised"),
+    ("a.ply", ply("ascii", PLY_VERTEX, b"1 2 3 4"), FormatError, "element vertex of 5: more is promised"),
+    ("a.ply", ply("ascii", "element a 1\nproperty int b\n", b" \n"), FormatError, "element a of 1: more is promised"),
     ("a.ply", ply("ascii", PLY_VERTEX + FACE, PLY_ROWS.encode() + b"-3 0 1 2"), FormatError, "cannot hold -3"),
     ("a.ply", ply("ascii", PLY_VERTEX + FACE, PLY_ROWS.encode() + b"3 0 1 2.5"), FormatError, "must be whole numbers"),
     ("a.ply", ply("ascii", PLY_VERTEX + FACE, PLY_ROWS.encode() + b"3 0 1 5"), MeshError, "faces 0 .*numbered 0 to 4"),
@@ -410,6 +412,7 @@ WRONG = [
     ("a.stl", "Dear reader,\n", FormatError, "neither STL text, which begins with solid, nor binary"),
     ("a.stl", b"\0" * 84, FormatError, "promises 0 triangles"),
     ("a.stl", "solid\nendsolid\n", MeshError, "empty"),
+    ("a.stl", FACET.removesuffix("endsolid"), FormatError, "ends at line 8 without endsolid"),
     (
         "a.stl",
         "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n",
@@ -419,13 +422,13 @@ WRONG = [
     ("a.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n", FormatError, "ends at line 4 without endsolid"),
     (
         "a.stl",
-        "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1\nendloop\nendfacet\nendsolid\n",
+        FACET.replace("0 1 0", "0 1"),
         FormatError,
         "line 6: vertex and three coordinates expected, found 'vertex 0 1'",
     ),
     (
         "a.stl",
-        "solid\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0 nan\nvertex 0 1 0\nendloop\nendfacet\nendsolid",
+        FACET.replace("1 0 0", "1 0 nan"),
         MeshError,
         "vertices 1 have NaN",
     ),

@@ -73,7 +73,7 @@ def _indices(statements: dict[str, Lines], word: str) -> tuple[NDArray[np.int64]
     sizes = np.array([len(line.split()) for line in lines.texts], dtype=np.int64)
     given = ragged(lines, sizes, 0, "vertex indices")
     seen = np.repeat(np.searchsorted(statements["v"].numbers, lines.numbers), sizes)
-    return np.where(given < 0, np.where(seen + given < 0, -1, seen + given), given - 1), sizes
+    return np.where(given < 0, seen + given, given - 1), sizes
 
 
 def obj_text(mesh: Mesh) -> str:

@@ -136,10 +136,9 @@ def _parse(texts: list[str], columns: range) -> NDArray[np.float64] | None:
     if not all(texts):  # loadtxt passes over empty lines
         return None
     try:
-        numbers = np.loadtxt(texts, usecols=columns, comments=None, ndmin=2)
+        return np.loadtxt(texts, usecols=columns, comments=None, ndmin=2)
     except ValueError:
         return None
-    return numbers if len(numbers) == len(texts) else None
 
 
 def ragged(lines: Lines, sizes: NDArray[np.int64], first: int, what: str) -> NDArray[np.int64]:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import depth_first_order, minimum_spanning_tree
 
 from lbskel.errors import FormatError
@@ -61,7 +61,7 @@ def skeleton_swc(
     ids = np.empty(k, dtype=np.int64)
     ids[order] = np.arange(1, k + 1)
     kinds = np.select([skeleton.degrees >= 3, skeleton.degrees == 1], [FORK, END], OTHER)
-    radii = np.nan_to_num(skeleton.radii, nan=0.0)
+    radii = np.where(np.isnan(skeleton.radii), 0.0, skeleton.radii)
     lines = [f"# radius_kind {' '.join(skeleton.radius_kind.split())}", "# id type x y z radius parent"]
     for node in order.tolist():
         x, y, z = skeleton.nodes[node].tolist()
@@ -78,7 +78,7 @@ def _spanning_edges(skeleton: Skeleton) -> NDArray[np.bool_]:
     """
     k, rank = len(skeleton.nodes), np.empty(len(skeleton.edges), dtype=np.int64)
     rank[np.argsort(skeleton.edge_lengths, kind="stable")] = np.arange(1, len(rank) + 1)
-    forest = minimum_spanning_tree(coo_array((rank, tuple(skeleton.edges.T)), shape=(k, k)).tocsr())
+    forest = minimum_spanning_tree(_graph(rank, skeleton.edges, k))
     return np.isin(rank, forest.data)
 
 
@@ -91,11 +91,15 @@ def _parents_first(
     if root is not None:
         roots[label[root]] = root
     # A node above all roots makes one tree of the forest, so that a single walk orders it.
-    start = np.concatenate([edges[:, 0], edges[:, 1], np.full(len(roots), k)])
-    end = np.concatenate([edges[:, 1], edges[:, 0], roots])
-    graph = coo_array((np.ones(len(start)), (start, end)), shape=(k + 1, k + 1)).tocsr()
-    order, parents = depth_first_order(graph, k)
+    downward = np.stack([np.full(len(roots), k), roots], axis=1)
+    pairs = np.concatenate([edges, edges[:, ::-1], downward])
+    order, parents = depth_first_order(_graph(np.ones(len(pairs)), pairs, k + 1), k)
     return order[1:], np.where(parents[:k] == k, NO_PARENT, parents[:k])
+
+
+def _graph(weights: NDArray, edges: NDArray[np.int64], k: int) -> csr_array:
+    """A graph of k nodes for scipy, which before 1.13 takes indices of 32 bits only."""
+    return coo_array((weights, tuple(edges.T.astype(np.int32))), shape=(k, k)).tocsr()
 
 
 def read_swc(path: Path) -> Skeleton:
