@@ -30,6 +30,8 @@ from lbskel.operators import Laplacian, Operator, operator_named
 from lbskel.operators.clamped_cotangent import corner_cotangents
 from lbskel.solvers import SOLVERS, factorize
 
+AREA_GROWTH = 1 + 1e-9  # over a step that is no more than rounding
+BOX_GROWTH = 1.01  # over a step that held vertices may cause and that does no harm
 THINNEST = 1e-12  # ring areas are not let fall below this share of their start, which bounds the hold
 
 
@@ -195,7 +197,8 @@ PRESETS: dict[str, ContractionSettings] = {
 
 def _ring_areas(mesh: Mesh) -> NDArray[np.float64]:
     """Total area of the triangles at each vertex."""
-    return np.bincount(mesh.faces.ravel(), weights=np.repeat(mesh.face_areas, 3), minlength=len(mesh.vertices))
+    sums = np.bincount(mesh.faces.ravel(), weights=np.repeat(mesh.face_areas, 3), minlength=len(mesh.vertices))
+    return np.asarray(sums, dtype=np.float64)
 
 
 def _start_weight(settings: ContractionSettings, ring_areas: NDArray[np.float64]) -> float:
@@ -275,7 +278,8 @@ def _flow(
     used = start_rings > 0
     start_mass = np.where(used, start_rings / 3, start_rings[used].mean() / 3)
     weight = _start_weight(settings, start_rings[used])
-    now, steps, factorization = start, [], None
+    now, factorization = start, None
+    steps: list[Step] = []
     while len(steps) < settings.max_steps:
         began = time.perf_counter()
         rings = np.maximum(_ring_areas(now), THINNEST * start_rings)
@@ -325,10 +329,9 @@ def _flow(
 
 def _failure(step: Step, before: Step | None) -> Status | None:
     """Why a step must be undone, if it must."""
-    rounding = 1 + 1e-9
-    if step.area_ratio > rounding * (before.area_ratio if before else 1.0):
+    if step.area_ratio > AREA_GROWTH * (before.area_ratio if before else 1.0):
         return Status.AREA_GREW
-    if step.box_ratio > rounding * (before.box_ratio if before else 1.0):
+    if step.box_ratio > BOX_GROWTH * (before.box_ratio if before else 1.0):
         return Status.BOX_GREW
     return None
 

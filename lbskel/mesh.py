@@ -118,7 +118,7 @@ class Mesh:
 
     def with_vertices(self, vertices: ArrayLike) -> Mesh:
         """The same faces on other positions; what is known of the connectivity is kept."""
-        moved = Mesh(vertices, self.faces, self.notes)
+        moved = Mesh(np.asarray(vertices), self.faces, self.notes)
         if len(moved.vertices) == len(self.vertices):
             moved.__dict__.update({name: self.__dict__[name] for name in _OF_CONNECTIVITY if name in self.__dict__})
         return moved

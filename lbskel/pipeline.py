@@ -146,7 +146,7 @@ def _settings(
 ) -> ContractionSettings:
     """The preset with what was asked for by name put in."""
     settings = preset if isinstance(preset, ContractionSettings) else choose(PRESETS, preset, "preset")
-    asked = {"operator": operator, "energy": energy, "solver": solver}
+    asked: dict[str, Any] = {"operator": operator, "energy": energy, "solver": solver}
     if energy is not None and energy != settings.energy:
         asked["degenerate"] = "none"
     return replace(settings, **{name: value for name, value in asked.items() if value is not None})

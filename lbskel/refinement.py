@@ -115,12 +115,7 @@ def recenter(skeleton: Skeleton, surface: Surface, *, iterations: int = 4) -> Sk
         target[skeleton.degrees >= 3] = _place_junctions(start, target, good, surface)
         weight = np.where(good, 1.0, ANCHOR)
         weight[skeleton.degrees >= 3] = 1 / ANCHOR
-        faired = _fair(skeleton, target, weight, good)
-        outer = ~good & ~surface.contains(faired)
-        if outer.any():  # where the straight way leaves the shape, the way runs along the contracted one
-            kept = ~good & np.isin(branch_of, branch_of[outer])
-            faired[kept] = (start.nodes + _fair(skeleton, target - start.nodes, weight, good))[kept]
-        skeleton = replace(skeleton, nodes=faired)
+        skeleton = replace(skeleton, nodes=_carried_on(start, target, weight, good, branch_of, surface))
     return skeleton
 
 
@@ -178,7 +173,7 @@ def _place_junctions(
             A[row] += across
             b[row] += across @ to_axis
             n_axes[row] += 1
-    for row in np.flatnonzero(n_axes >= 2):
+    for row in np.flatnonzero(n_axes >= 2).tolist():
         move = np.linalg.solve(A[row] + ANCHORED * np.trace(A[row]) * np.eye(3), b[row])
         length = float(np.linalg.norm(move))
         placed[row] += move * min(1.0, FREE * radii[row] / length) if length > 0 else 0.0
@@ -187,16 +182,50 @@ def _place_junctions(
     return placed
 
 
-def _fair(
-    skeleton: Skeleton, target: NDArray[np.float64], weight: NDArray[np.float64], good: NDArray[np.bool_]
+def _carried_on(
+    start: Skeleton,
+    target: NDArray[np.float64],
+    weight: NDArray[np.float64],
+    good: NDArray[np.bool_],
+    branch_of: NDArray[np.int64],
+    surface: Surface,
 ) -> NDArray[np.float64]:
-    """Nodes near their targets, by weight, on branches that bend little.
+    """Nodes near their targets; where a branch has no sections of its own it is carried on to its junction.
 
-    A branch is free to bend where its own sections end, so that from there it runs straight to its junction.
+    It goes straight or in a curve, whichever is nearer to the way it was contracted to; and where neither stays in the
+    shape, beside that way.
+    """
+    straight, curved = (_fair(start, target, weight, good, bends) for bends in (False, True))
+    gap = ~good & (branch_of >= 0)
+    n_branches = len(start.branches)
+    off = [
+        np.bincount(branch_of[gap], weights=((way - start.nodes)[gap] ** 2).sum(axis=1), minlength=n_branches)
+        for way in (straight, curved)
+    ]
+    curves = gap & (off[1] < off[0])[branch_of]
+    nodes = np.where(curves[:, None], curved, straight)
+    outer = gap & ~surface.contains(nodes)
+    if outer.any():
+        beside = gap & np.isin(branch_of, branch_of[outer])
+        nodes[beside] = (start.nodes + _fair(start, target - start.nodes, weight, good, False))[beside]
+    return nodes
+
+
+def _fair(
+    skeleton: Skeleton,
+    target: NDArray[np.float64],
+    weight: NDArray[np.float64],
+    good: NDArray[np.bool_],
+    bends: bool,
+) -> NDArray[np.float64]:
+    """Nodes near their targets, by weight, on branches that bend little: a smoothing spline.
+
+    Unless the branch ``bends`` there too, it is free to turn where its own sections end, and runs on straight.
     """
     before, middle, after = (np.concatenate(part) for part in _triples(skeleton))
-    counts = (good[before] & good[after]) | ~good[middle]
-    before, middle, after = before[counts], middle[counts], after[counts]
+    if not bends:
+        counts = (good[before] & good[after]) | ~good[middle]
+        before, middle, after = before[counts], middle[counts], after[counts]
     rows = np.tile(np.arange(len(middle)), 3)
     values = np.repeat([1.0, -2.0, 1.0], len(middle))
     shape = (len(middle), len(skeleton.nodes))

@@ -83,29 +83,31 @@ def cut(
     at_once = max(1, AT_ONCE // len(mesh.vertices))
     parts = [
         _segments(mesh, points[first : first + at_once], normals[first : first + at_once], first)
-        for first in range(0, len(points), at_once)
+        for first in range(0, max(1, len(points)), at_once)
     ]
-    plane, face, edges, ends = (
-        np.concatenate([getattr(part, name) for part in parts]) if parts else np.empty(0)
-        for name in ("plane", "face", "edges", "points")
+    joined = _Segments(
+        plane=np.concatenate([part.plane for part in parts]),
+        face=np.concatenate([part.face for part in parts]),
+        edges=np.concatenate([part.edges for part in parts]),
+        points=np.concatenate([part.points for part in parts]),
     )
-    return _measure(mesh, points, normals, _Segments(plane, face, edges, ends), face_labels, labels)
+    return _measure(mesh, points, normals, joined, face_labels, labels)
 
 
 def _segments(mesh: Mesh, points: NDArray[np.float64], normals: NDArray[np.float64], first: int) -> _Segments:
     """Every triangle cut by every plane."""
     F, m = mesh.faces, len(mesh.faces)
-    height = normals @ mesh.vertices.T - np.einsum("ki,ki->k", normals, points)[:, None]
+    height = mesh.vertices @ normals.T - np.einsum("ki,ki->k", normals, points)
     above = height >= 0
-    plane, face = np.nonzero((above[:, F[:, 0]] != above[:, F[:, 1]]) | (above[:, F[:, 0]] != above[:, F[:, 2]]))
-    corner_above = above[plane[:, None], F[face]]
+    face, plane = _crossings(np.packbits(above, axis=1), F)
+    corner_above = above[F[face], plane[:, None]]
     odd = corner_above == (corner_above.sum(axis=1, keepdims=True) == 1)
     lone = np.argmax(odd, axis=1)
     left, right = (lone + 1) % 3, (lone + 2) % 3
     ends, edges = [], []
     for other, opposite in ((left, right), (right, left)):
         start, end = F[face, lone], F[face, other]
-        h0, h1 = height[plane, start], height[plane, end]
+        h0, h1 = height[start, plane], height[end, plane]
         share = (h0 / (h0 - h1))[:, None]
         ends.append((1 - share) * mesh.vertices[start] + share * mesh.vertices[end])
         edges.append(mesh.edge_of_half_edge[opposite * m + face])
@@ -115,6 +117,15 @@ def _segments(mesh: Mesh, points: NDArray[np.float64], normals: NDArray[np.float
     runs_back = np.einsum("ij,ij->i", q[:, 1] - q[:, 0], np.cross(normals[plane], outward)) < 0
     q[runs_back], pairs[runs_back] = q[runs_back, ::-1], pairs[runs_back, ::-1]
     return _Segments(plane + first, face, pairs, q)
+
+
+def _crossings(above: NDArray[np.uint8], F: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Faces and planes that cross, from a bit per vertex and plane: eight planes are compared at a time."""
+    first = above[F[:, 0]]
+    differs = (first ^ above[F[:, 1]]) | (first ^ above[F[:, 2]])
+    face, byte = np.nonzero(differs)
+    row, bit = np.nonzero(np.unpackbits(differs[face, byte][:, None], axis=1))
+    return face[row], 8 * byte[row] + bit
 
 
 def _frames(normals: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -143,8 +154,8 @@ def _measure(
     plane_of_curve = np.zeros(n_curves, dtype=np.int64)
     plane_of_curve[curve] = plane
 
-    def total(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.bincount(curve, weights=values, minlength=n_curves)
+    def total(values: NDArray) -> NDArray[np.float64]:
+        return np.asarray(np.bincount(curve, weights=values, minlength=n_curves), dtype=np.float64)
 
     frames = _frames(normals)
     a, b = np.einsum("sij,sej->esi", frames[plane], segments.points - points[plane][:, None, :])

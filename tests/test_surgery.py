@@ -1,0 +1,89 @@
+"""Surgery: a graph with the tunnels of the surface, whatever the positions, and the same every time."""
+
+import numpy as np
+import pytest
+
+from lbskel import Mesh, Skeleton, collapse, contract
+from lbskel.shapes import capsule, chain_of_tori, cylinder, sphere, torus
+
+
+def as_skeleton(mesh, graph):
+    return Skeleton(mesh.vertices[graph.kept], graph.edges, np.zeros(len(graph.kept)), graph.node_of_vertex)
+
+
+def scattered(mesh, seed):
+    """The same connectivity with every vertex anywhere in a box: the hardest order of collapses."""
+    return mesh.with_vertices(np.random.default_rng(seed).normal(size=mesh.vertices.shape))
+
+
+@pytest.mark.parametrize("genus", [0, 1, 2, 4])
+def test_cycles_are_handles_after_a_contraction(genus):
+    mesh = chain_of_tori(genus) if genus else capsule(3.0, 0.4, 20)
+    contracted = contract(mesh).mesh
+    graph = collapse(contracted, mesh)
+    skeleton = as_skeleton(contracted, graph)
+    assert (skeleton.n_components, skeleton.cycle_rank) == (1, genus)
+    assert graph.is_guarded
+    assert len(graph.node_of_vertex) == len(mesh.vertices)
+    assert set(graph.node_of_vertex) == set(range(len(graph.kept)))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_tunnel_is_lost_and_no_loop_left_on_random_positions(seed):
+    for mesh in (torus(1.0, 0.4, 14, 6), sphere(2)):
+        graph = collapse(scattered(mesh, seed), mesh)
+        skeleton = as_skeleton(mesh, graph)
+        assert (skeleton.n_components, skeleton.cycle_rank) == (1, mesh.genus)
+
+
+def test_random_positions_at_higher_genus():
+    mesh = chain_of_tori(3)
+    graph = collapse(scattered(mesh, 1), mesh)
+    assert (as_skeleton(mesh, graph).n_components, as_skeleton(mesh, graph).cycle_rank) == (1, 3)
+
+
+def test_the_tunnel_that_is_kept_is_the_right_one():
+    # a flat torus contracted the wrong way: the long way round is short in space, yet it is what has to stay
+    n, m = 30, 8
+    mesh = torus(1.0, 0.3, n, m)
+    squeezed = mesh.with_vertices(mesh.vertices * [0.01, 0.01, 5.0])
+    graph = collapse(squeezed, mesh)
+    skeleton = as_skeleton(mesh, graph)
+    assert skeleton.cycle_rank == 1
+    loop = next(b for b in skeleton.branches if b[0] == b[-1]) if len(skeleton.junctions) == 0 else None
+    if loop is not None:
+        angle = np.unwrap(np.angle(skeleton.nodes[loop][:, :2] @ [1, 1j]))
+        assert abs(abs(angle[-1] - angle[0]) - 2 * np.pi) < 1e-9
+
+
+def test_regions_are_connected():
+    mesh = chain_of_tori(2)
+    graph = collapse(contract(mesh).mesh, mesh)
+    same = graph.node_of_vertex[mesh.edges[:, 0]] == graph.node_of_vertex[mesh.edges[:, 1]]
+    inner = Skeleton(mesh.vertices, mesh.edges[same], np.zeros(len(mesh.vertices)))
+    # each node's vertices hang together by edges between them, so there are as many pieces as nodes
+    assert inner.n_components == len(graph.kept)
+
+
+def test_open_meshes_collapse_without_a_guard():
+    mesh = cylinder(0.3, 4.0, 24, 41)
+    contracted = contract(mesh).mesh
+    graph = collapse(contracted, mesh)
+    assert not graph.is_guarded
+    assert as_skeleton(contracted, graph).n_components == 1
+
+
+def test_twice_gives_the_same_bytes():
+    mesh = torus(1.0, 0.3, 40, 16)
+    contracted = contract(mesh).mesh
+    first, second = collapse(contracted, mesh), collapse(contracted, mesh)
+    assert first.edges.tobytes() == second.edges.tobytes()
+    assert first.kept.tobytes() == second.kept.tobytes()
+
+
+def test_unused_vertices_have_no_node():
+    mesh = torus(1.0, 0.3, 12, 6)
+    more = Mesh(np.concatenate([mesh.vertices, [[9, 9, 9]]]), mesh.faces)
+    graph = collapse(more, more)
+    assert graph.node_of_vertex[-1] == -1
+    assert (graph.node_of_vertex[:-1] >= 0).all()
