@@ -84,7 +84,7 @@ def delaunay(triangulation: IntrinsicTriangulation) -> IntrinsicTriangulation:
     """The Delaunay triangulation of the same surface; after ROUNDS rounds as near to it as the flips have come."""
     F, L, T = triangulation.faces.flatten(), triangulation.lengths.flatten(), triangulation.twins.copy()
     C = cotangents_of_lengths(triangulation.lengths).ravel()
-    moved_to, taken = np.arange(len(T)), np.empty(len(T) // 3, dtype=np.int64)
+    moved_to, taken, is_next = np.arange(len(T)), np.empty(len(T) // 3, dtype=np.int64), np.zeros(len(T), dtype=bool)
     edges = np.flatnonzero(np.arange(len(T)) < T)
     for _ in range(ROUNDS):
         twins = T[edges]
@@ -99,7 +99,9 @@ def delaunay(triangulation: IntrinsicTriangulation) -> IntrinsicTriangulation:
         around = (3 * touched[:, None] + np.arange(3)).ravel()
         edges = np.concatenate([edges[~chosen], around])
         edges = edges[T[edges] >= 0]
-        edges = np.unique(np.minimum(edges, T[edges]))
+        is_next[np.minimum(edges, T[edges])] = True
+        edges = np.flatnonzero(is_next)
+        is_next[edges] = False
     return IntrinsicTriangulation(F.reshape(-1, 3), L.reshape(-1, 3), T)
 
 
