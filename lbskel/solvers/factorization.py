@@ -16,6 +16,8 @@ from scipy.sparse import csc_array
 
 from lbskel.errors import SolveError
 
+LARGEST_RESIDUAL = 1e-3  # above which a solution is of no use; sound systems stay below 1e-7
+
 
 class Factorization(ABC):
     """A factorized symmetric positive definite matrix.
@@ -47,18 +49,26 @@ class Factorization(ABC):
 
         Parameters
         ----------
-        B : (n, k) array of float
+        B : (n, k) or (n,) array of float
 
         Raises
         ------
         SolveError
-            If the result is not finite.
+            If the result is not finite or solves nothing: the matrix is singular to working accuracy or not symmetric.
         """
-        X = self._solve_once(B)
-        X = X + self._solve_once(B - self._matrix @ X)
+        columns = np.asarray(B, dtype=np.float64).reshape(len(B), -1)
+        X = self._solve_once(columns)
+        X = X + self._solve_once(columns - self._matrix @ X)
         if not np.isfinite(X).all():
             raise SolveError("the solution is not finite")
-        return X
+        residual = self.residual(X, columns)
+        if residual > LARGEST_RESIDUAL:
+            raise SolveError(
+                f"the solution leaves a residual of {residual:.1e}: the matrix is singular to working accuracy, or it is "
+                "not symmetric",
+                residual,
+            )
+        return X.reshape(np.shape(B))
 
     def residual(self, X: NDArray[np.float64], B: NDArray[np.float64]) -> float:
         """Largest |B - A X| relative to the largest |B|."""

@@ -29,6 +29,9 @@ class SuperLU(Factorization):
             self._factor = splu(A, permc_spec=method, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         except RuntimeError as error:
             raise SolveError(f"the matrix cannot be factorized: {error}") from None
+        is_symmetric_pivoting = np.array_equal(self._factor.perm_r, self._factor.perm_c)
+        if not (is_symmetric_pivoting and (self._factor.U.diagonal() > 0).all()):
+            raise SolveError("the matrix is not positive definite: a pivot is not positive")
         self._applied = self.ordering
         if method != "NATURAL":
             self.ordering = np.argsort(self._factor.perm_c)
