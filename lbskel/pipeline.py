@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from lbskel.contraction import PRESETS, ContractionSettings, Status, contract
+from lbskel.contraction import PRESETS, ContractionSettings, Status, Step, contract
 from lbskel.errors import MeshError, choose
 from lbskel.files import as_mesh
 from lbskel.inside import keep_inside, length_inside
@@ -185,7 +185,7 @@ def _skeleton_of_component(mesh: Mesh, settings: ContractionSettings, clock: _Cl
         "is_closed_manifold": mesh.is_closed_manifold,
         "genus": genus,
         "status": contraction.status.value,
-        "steps": [asdict(step) for step in contraction.steps],
+        "steps": [_record(step) for step in contraction.steps],
         "are_tunnels_guarded": graph.is_guarded,
         "loops_cut": graph.n_loops_cut,
         "cycle_rank": skeleton.cycle_rank,
@@ -194,6 +194,11 @@ def _skeleton_of_component(mesh: Mesh, settings: ContractionSettings, clock: _Cl
         "length_inside": inside,
         "checks": checks,
     }
+
+
+def _record(step: Step) -> dict[str, Any]:
+    """A step as JSON can hold it, which has no NaN: an open mesh has None for a volume."""
+    return {name: None if value != value else value for name, value in asdict(step).items()}
 
 
 def _pruned(skeleton: Skeleton, surface: Surface) -> Skeleton:

@@ -64,8 +64,8 @@ class Factorization(ABC):
         residual = self.residual(X, columns)
         if residual > LARGEST_RESIDUAL:
             raise SolveError(
-                f"the solution leaves a residual of {residual:.1e}: the matrix is singular to working accuracy, or it is "
-                "not symmetric",
+                f"the solution leaves a residual of {residual:.1e}: the matrix is singular to working accuracy, "
+                "or it is not symmetric",
                 residual,
             )
         return X.reshape(np.shape(B))
