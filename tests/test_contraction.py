@@ -114,9 +114,7 @@ def test_degenerate_triangles_get_identity_rows_and_are_counted():
     V[17] = V[16]  # an edge of no length, and two faces of no area
     counts = {}
     for treatment in DEGENERATE:
-        chosen = settings(
-            operator="clamped_cotangent", energy="least_squares", degenerate=treatment, max_steps=1
-        )
+        chosen = settings(operator="clamped_cotangent", energy="least_squares", degenerate=treatment, max_steps=1)
         counts[treatment] = contract(mesh.with_vertices(V), chosen).steps[0].n_identity_rows
     assert counts["none"] == 0
     assert counts["identity"] == counts["identity_zero"] >= 4

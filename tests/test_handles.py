@@ -1,4 +1,4 @@
-"""The tunnel cochain: zero round faces and limbs, not zero round tunnels, complete, and never for what is not embedded."""
+"""The tunnel cochain: zero round faces and limbs, not zero round tunnels, and never for what is not embedded."""
 
 import numpy as np
 import pytest

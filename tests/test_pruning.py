@@ -1,0 +1,110 @@
+"""Pruning, merging, resampling: what stays, where the vertices go, and that no cycle is ever lost."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from lbskel import Mesh, Skeleton, UnknownChoice, merge_junctions, prune, resample
+
+
+def star(lengths, radius=0.5):
+    """A junction at the origin with arms along different directions, a node each 0.25, and a vertex at each node."""
+    directions = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]])
+    nodes, edges = [np.zeros(3)], []
+    for direction, length in zip(directions, lengths, strict=False):
+        last = 0
+        for s in np.arange(0.25, length + 1e-9, 0.25):
+            nodes.append(direction * s)
+            edges.append((last, len(nodes) - 1))
+            last = len(nodes) - 1
+    nodes = np.array(nodes)
+    mesh = Mesh(nodes, [[0, 1, 2]])
+    return Skeleton(nodes, np.array(edges), np.full(len(nodes), radius), np.arange(len(nodes))), mesh
+
+
+def theta(lengths=(4, 4, 4)):
+    """Two junctions joined by three paths of so many edges."""
+    nodes, edges = [[0.0, 0, 0], [4.0, 0, 0]], []
+    for number, n in enumerate(lengths):
+        chain = [0]
+        for k in range(1, n):
+            nodes.append([4 * k / n, np.sin(np.pi * k / n) * (number - 1), 0.1 * number])
+            chain.append(len(nodes) - 1)
+        chain.append(1)
+        edges += itertools.pairwise(chain)
+    nodes = np.array(nodes)
+    return Skeleton(nodes, np.array(edges), np.full(len(nodes), 0.1), np.arange(len(nodes)))
+
+
+def test_a_spur_goes_and_a_limb_stays():
+    skeleton, mesh = star([3, 3, 0.5, 2])
+    pruned = prune(skeleton, mesh, ratio=1.5)
+    assert len(pruned.tips) == 3
+    assert pruned.nodes[:, 1].max() == 0
+    assert pruned.nodes[:, 1].min() == -2
+    # the spur's vertices go to the junction
+    spur = np.flatnonzero(skeleton.nodes[:, 1] > 0)
+    assert np.array_equal(pruned.nodes[pruned.node_of_vertex[spur]], np.zeros((len(spur), 3)))
+
+
+def test_the_ratio_is_in_radii_of_the_junction():
+    for radius, n_tips in ((0.3, 4), (0.7, 3)):
+        skeleton, mesh = star([3, 3, 0.75, 2], radius)
+        assert len(prune(skeleton, mesh, ratio=1.5).tips) == n_tips
+
+
+def test_pruning_never_cuts_a_cycle():
+    skeleton = theta()
+    mesh = Mesh(skeleton.nodes, [[0, 1, 2]])
+    assert prune(skeleton, mesh, ratio=1e9).cycle_rank == 2
+
+
+def test_near_junctions_become_one():
+    nodes = np.array([[0.0, 0, 0], [0.3, 0, 0], [-1, 1, 0], [-1, -1, 0], [1.3, 1, 0], [1.3, -1, 0]])
+    skeleton = Skeleton(
+        nodes, [[0, 1], [0, 2], [0, 3], [1, 4], [1, 5]], np.array([0.5, 0.4, 0.1, 0.1, 0.1, 0.1]), [0, 1]
+    )
+    merged = merge_junctions(skeleton, ratio=1.0)
+    assert len(merged.junctions) == 1
+    assert np.array_equal(merged.nodes[merged.junctions[0]], [0, 0, 0])
+    assert len(set(merged.node_of_vertex)) == 1
+    assert len(merge_junctions(skeleton, ratio=0.5).junctions) == 2
+
+
+@pytest.mark.parametrize("lengths", [(1, 2, 3), (1, 4, 4), (2, 2, 2), (1, 3, 2)])
+def test_merging_keeps_the_cycles(lengths):
+    assert merge_junctions(theta(lengths), ratio=1e9).cycle_rank == 2
+
+
+@pytest.mark.parametrize("spacing", [0.01, 0.3, 1.0, 100.0])
+def test_resampling_keeps_the_graph(spacing):
+    for skeleton in (theta(), theta((1, 2, 3)), star([3, 3, 2, 2])[0]):
+        resampled = resample(skeleton, spacing=spacing)
+        assert resampled.cycle_rank == skeleton.cycle_rank
+        assert len(resampled.tips) == len(skeleton.tips)
+        assert np.array_equal(resampled.nodes[: len(skeleton.junctions)], skeleton.nodes[: len(skeleton.junctions)])
+        assert resampled.node_of_vertex.shape == skeleton.node_of_vertex.shape
+
+
+def test_resampling_spaces_evenly_and_maps_to_the_nearest():
+    line = np.array([[0.0, 0, 0], [0.1, 0, 0], [3, 0, 0], [4, 0, 0]])
+    skeleton = Skeleton(line, [[0, 1], [1, 2], [2, 3]], np.full(4, 1.0), [0, 1, 2, 3])
+    resampled = resample(skeleton, spacing=0.5)
+    assert len(resampled.edges) == 8
+    assert np.ptp(resampled.edge_lengths) < 1e-12
+    assert np.allclose(resampled.nodes[resampled.node_of_vertex][:, 0], [0, 0, 3, 4])
+
+
+def test_a_bare_loop_stays_a_loop():
+    angle = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    skeleton = Skeleton(
+        ring, np.stack([np.arange(12), (np.arange(12) + 1) % 12], axis=1), np.full(12, 50.0), np.arange(12)
+    )
+    assert resample(skeleton, spacing=1.0).cycle_rank == 1
+
+
+def test_a_spacing_must_be_positive():
+    with pytest.raises(UnknownChoice, match="positive"):
+        resample(theta(), spacing=0.0)

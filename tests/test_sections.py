@@ -1,0 +1,95 @@
+"""Plane sections: exact on polygons that are known, and of the right curve where a plane cuts several."""
+
+import numpy as np
+import pytest
+
+from lbskel import Mesh
+from lbskel.sections import cut
+from lbskel.shapes import capsule, cylinder, torus, tube
+
+Z = np.array([[0.0, 0.0, 1.0]])
+
+
+def polygon_area(n, radius):
+    return 0.5 * n * radius**2 * np.sin(2 * np.pi / n)
+
+
+def test_the_section_of_a_prism_is_its_polygon():
+    mesh = capsule(2.0, 0.5, 16)
+    section = cut(mesh, np.array([[0.1, -0.05, 0.2]]), Z)
+    # exact cuts of planar facets: only rounding is left
+    assert section.surrounds[0]
+    assert section.areas[0] == pytest.approx(polygon_area(16, 0.5), rel=1e-12)
+    assert np.abs(section.centroids[0] - [0, 0, 0.2]).max() < 1e-12
+    assert section.lengths[0] == pytest.approx(32 * 0.5 * np.sin(np.pi / 16), rel=1e-12)
+
+
+def test_of_two_curves_the_one_round_the_point_counts():
+    mesh = torus(1.0, 0.3, 64, 24)
+    points = np.array([[1.05, 0, 0.02], [-1.05, 0, 0.02]])
+    normals = np.array([[0.0, 1, 0], [0.0, 1, 0]])
+    section = cut(mesh, points, normals)
+    assert section.surrounds.all()
+    assert np.abs(section.centroids[:, 0] - [1, -1]).max() < 1e-12
+
+
+def test_from_outside_the_nearest_curve_counts():
+    mesh = torus(1.0, 0.3, 64, 24)
+    section = cut(mesh, np.array([[1.5, 0, 0]]), np.array([[0.0, 1, 0]]))
+    assert section.is_cut[0]
+    assert not section.surrounds[0]
+    assert np.abs(section.centroids[0] - [1, 0, 0]).max() < 1e-12
+
+
+def test_a_plane_that_misses_cuts_nothing():
+    section = cut(capsule(), np.array([[0, 0, 9.0]]), Z)
+    assert not section.is_cut[0]
+    assert np.array_equal(section.centroids[0], [0, 0, 9])
+
+
+def test_an_open_curve_has_the_centroid_of_its_points():
+    whole = cylinder(0.5, 2.0, 32, 5)
+    angle = np.arctan2(*whole.vertices[whole.faces].mean(axis=1)[:, [1, 0]].T)
+    half = Mesh(whole.vertices, whole.faces[np.abs(angle) < np.pi / 2])
+    section = cut(half, np.array([[0.1, 0.0, 0.13]]), Z)
+    # the centroid of a half circle's arc lies 2 r / pi from its centre; 16 chords come within a part in 100
+    assert section.centroids[0, 0] == pytest.approx(2 * 0.5 / np.pi, rel=0.01)
+    assert section.centroids[0, 1] == pytest.approx(0, abs=1e-12)
+
+
+def test_sampling_density_does_not_move_the_centroid():
+    angle = np.concatenate(
+        [np.linspace(0, np.pi, 40, endpoint=False), np.linspace(np.pi, 2 * np.pi, 5, endpoint=False)]
+    )
+    ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    n = len(ring)
+    V = np.concatenate([ring, ring + [0, 0, 1.0], [[0, 0, 0], [0, 0, 1.0]]])
+    i, j = np.arange(n), (np.arange(n) + 1) % n
+    side = np.concatenate([np.stack([i, j, n + i], 1), np.stack([j, n + j, n + i], 1)])
+    caps = np.concatenate([np.stack([j, i, 0 * i + 2 * n], 1), np.stack([n + i, n + j, 0 * i + 2 * n + 1], 1)])
+    mesh = Mesh(V, np.concatenate([side, caps]))
+    assert mesh.is_closed_manifold
+    section = cut(mesh, np.array([[0.0, 0, 0.4]]), Z)
+    a, b = ring[i, :2], ring[j, :2]
+    cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    exact = ((a + b) * cross[:, None]).sum(axis=0) / (3 * cross.sum())
+    assert np.abs(section.centroids[0, :2] - exact).max() < 1e-12
+    assert np.abs(exact).max() < 0.25 < np.abs(V[:n, :2].mean(axis=0)).max()
+
+
+def test_own_is_the_share_of_the_label():
+    mesh = capsule(2.0, 0.5, 16)
+    labels = (mesh.vertices[mesh.faces].mean(axis=1)[:, 0] > 0).astype(np.int64)
+    section = cut(mesh, np.array([[0, 0, 0.2]]), Z, face_labels=labels, labels=np.array([1]))
+    assert section.own[0] == pytest.approx(0.5, abs=1e-12)
+
+
+def test_many_planes_in_parts_give_what_one_by_one_gives(monkeypatch):
+    mesh = tube([[0, 0, 0], [1, 0.2, 0], [2, 0, 0.3]], 0.2)
+    points = np.linspace([0.1, 0, 0], [1.9, 0, 0.2], 17)
+    normals = np.tile([[1.0, 0, 0]], (17, 1))
+    together = cut(mesh, points, normals)
+    monkeypatch.setattr("lbskel.sections.AT_ONCE", 1)
+    apart = cut(mesh, points, normals)
+    for name in ("centroids", "areas", "lengths", "radii", "own", "surrounds"):
+        assert np.array_equal(getattr(together, name), getattr(apart, name))
