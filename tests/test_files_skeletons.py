@@ -1,9 +1,12 @@
 """Skeletons into files and back: round trips, by hand, with other programs, and every way to go wrong."""
 
+import base64
 import csv
 import json
 import re
 import sys
+import tracemalloc
+import zlib
 
 import numpy as np
 import pytest
@@ -479,6 +482,23 @@ def test_says_what_is_wrong_and_where(tmp_path, name, content, message):
     with pytest.raises(FormatError, match=message) as raised:
         read_skeleton(tmp_path / name)
     assert str(raised.value).startswith(str(tmp_path / name))
+
+
+def test_a_block_of_vtp_that_inflates_to_more_than_it_says_is_cut(tmp_path):
+    block = zlib.compress(np.array([[0, 0, 0], [1, 1, 1]], dtype="<f8").tobytes() + bytes(30_000_000))
+    head = np.array([1, 48, 48, len(block)], dtype="<u4").tobytes()
+    text = vtp(compressor="vtkZLibDataCompressor").replace(
+        '"ascii">0 0 0 1 1 1', f'"binary">{base64.b64encode(head).decode()}{base64.b64encode(block).decode()}'
+    )
+    (tmp_path / "a.vtp").write_text(text)
+    tracemalloc.start()
+    try:
+        skeleton = read_skeleton(tmp_path / "a.vtp")
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    np.testing.assert_array_equal(skeleton.nodes, [[0, 0, 0], [1, 1, 1]])
+    assert peak < 2_000_000  # bytes; the file has about 40,000 and would become 30 million
 
 
 def test_the_edges_of_a_csv_are_checked_too(tmp_path):
