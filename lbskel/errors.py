@@ -11,9 +11,10 @@ __all__ = [
     "SolveError",
     "UnknownChoice",
     "choose",
+    "first_few",
 ]
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
 Value = TypeVar("Value")
@@ -68,3 +69,10 @@ def choose(table: Mapping[str, Value], name: str, what: str) -> Value:
         return table[name]
     except (KeyError, TypeError):
         raise UnknownChoice(f"unknown {what} {name!r}; choose one of: {', '.join(table)}") from None
+
+
+def first_few(indices: Iterable[object], at_most: int = 5) -> str:
+    """The first of some indices as text for a message: ``3, 17, 40 and 12 more``."""
+    names = [str(index) for index in indices]
+    shown = ", ".join(names[:at_most])
+    return shown if len(names) <= at_most else f"{shown} and {len(names) - at_most} more"

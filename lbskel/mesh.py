@@ -6,8 +6,9 @@ and kept. Nothing here changes a vertex or drops a face: repairs belong to :mod:
 
 from __future__ import annotations
 
-__all__ = ["Mesh", "PointCloud", "as_mesh", "first_few"]
+__all__ = ["Mesh", "PointCloud", "as_mesh", "first_few", "read_only"]
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,14 +18,14 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from lbskel.errors import MeshError
+from lbskel.conversion import arrays_of, triangulate
+from lbskel.errors import MeshError, first_few
 
 
-def first_few(indices: ArrayLike, at_most: int = 5) -> str:
-    """The first of some indices as text for a message: ``3, 17, 40 and 12 more``."""
-    indices = np.asarray(indices).ravel()
-    shown = ", ".join(str(i) for i in indices[:at_most])
-    return shown if len(indices) <= at_most else f"{shown} and {len(indices) - at_most} more"
+def read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """The array itself, which nobody can write to from now on."""
+    array.setflags(write=False)
+    return array
 
 
 def _coordinates(values: ArrayLike, what: str) -> NDArray[np.float64]:
@@ -41,8 +42,7 @@ def _coordinates(values: ArrayLike, what: str) -> NDArray[np.float64]:
     bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
     if len(bad):
         raise MeshError(f"{what} {first_few(bad)} have NaN or infinite coordinates; remove them with their faces")
-    points.setflags(write=False)
-    return points
+    return read_only(points)
 
 
 def _triangles(values: ArrayLike, n_vertices: int) -> NDArray[np.int64]:
@@ -61,8 +61,7 @@ def _triangles(values: ArrayLike, n_vertices: int) -> NDArray[np.int64]:
             f"faces {first_few(bad)} use a vertex index outside 0..{n_vertices - 1}; "
             "indices are 0-based, subtract 1 from those of a 1-based file"
         )
-    faces.setflags(write=False)
-    return faces
+    return read_only(faces)
 
 
 _OF_CONNECTIVITY = (
@@ -131,13 +130,13 @@ class Mesh:
         key = np.minimum(start, end) * n + np.maximum(start, end)
         unique, row = np.unique(key, return_inverse=True)
         edges = np.stack([unique // n, unique % n], axis=1)
-        return edges, row
+        return read_only(edges), read_only(row)
 
     @cached_property
     def half_edges(self) -> NDArray[np.int64]:
         """(3m, 2) directed edges; half-edge ``k`` lies opposite corner ``k // m`` of face ``k % m``."""
         F = self.faces
-        return np.concatenate([F[:, [1, 2]], F[:, [2, 0]], F[:, [0, 1]]])
+        return read_only(np.concatenate([F[:, [1, 2]], F[:, [2, 0]], F[:, [0, 1]]]))
 
     @property
     def edges(self) -> NDArray[np.int64]:
@@ -152,13 +151,13 @@ class Mesh:
     @cached_property
     def faces_per_edge(self) -> NDArray[np.int64]:
         """(k,) number of faces at each edge: 2 inside a surface, 1 on its boundary."""
-        return np.bincount(self.edge_of_half_edge, minlength=len(self.edges))
+        return read_only(np.bincount(self.edge_of_half_edge, minlength=len(self.edges)))
 
     @cached_property
     def face_areas(self) -> NDArray[np.float64]:
         """(m,) area of each triangle."""
         A, B, C = self.vertices[self.faces].transpose(1, 0, 2)
-        return 0.5 * np.linalg.norm(np.cross(B - A, C - A), axis=1)
+        return read_only(0.5 * np.linalg.norm(np.cross(B - A, C - A), axis=1))
 
     @property
     def area(self) -> float:
@@ -175,7 +174,7 @@ class Mesh:
     def diagonal(self) -> float:
         """Length of the diagonal of the bounding box of the vertices that faces use."""
         used = self.vertices[np.unique(self.faces)]
-        return float(np.linalg.norm(np.ptp(used, axis=0)))
+        return math.hypot(*np.ptp(used, axis=0))
 
     @cached_property
     def component_of_vertex(self) -> NDArray[np.int64]:
@@ -187,7 +186,7 @@ class Mesh:
         has_face = np.zeros(labels.max() + 1, dtype=bool)
         has_face[labels[self.faces[:, 0]]] = True
         rank = np.argsort(np.argsort(~has_face, kind="stable"), kind="stable")
-        return rank[labels]
+        return read_only(rank[labels])
 
     @cached_property
     def n_components(self) -> int:
@@ -263,47 +262,6 @@ class PointCloud:
         return f"PointCloud({len(self.points)} points)"
 
 
-def triangulate(faces: Any) -> tuple[NDArray[np.int64], int]:
-    """Triangles of polygons, each cut into a fan from its first corner, and how many polygons were cut.
-
-    Takes an (m, k) array, in which -1 at the end of a row means no corner, or a sequence of index sequences.
-    """
-    try:
-        given = np.asarray(faces)
-    except ValueError:  # polygons of several sizes
-        given = np.empty(0, dtype=object)
-    if given.dtype.kind in "iuf" and given.ndim == 2 and given.shape[1] == 3:
-        return given, 0
-    polygons = [np.asarray(polygon) for polygon in faces]
-    if any(polygon.ndim != 1 or len(polygon) < 3 for polygon in polygons):
-        raise MeshError("each face must be a sequence of at least three vertex indices")
-    polygons = [p[: len(p) - int(np.argmax(p[::-1] != -1))] if p[-1] == -1 else p for p in polygons]
-    fans = [np.stack([np.full(len(p) - 2, p[0]), p[1:-1], p[2:]], axis=1) for p in polygons]
-    triangles = np.concatenate(fans) if fans else np.empty((0, 3), dtype=np.int64)
-    return triangles, sum(len(p) > 3 for p in polygons)
-
-
-def _arrays_of(data: Any) -> tuple[Any, Any]:
-    """Vertices and faces of whatever users hold: a pair, or a mesh object of a package that is not imported here."""
-    if isinstance(data, tuple | list) and len(data) == 2:
-        return data[0], data[1]
-    if hasattr(data, "vertices") and hasattr(data, "faces"):  # trimesh, PyGEL, skeletor
-        return data.vertices, data.faces
-    if hasattr(data, "points") and hasattr(data, "cells_dict"):  # meshio
-        blocks = [data.cells_dict[kind] for kind in ("triangle", "quad") if kind in data.cells_dict]
-        return data.points, [row for block in blocks for row in block] if len(blocks) > 1 else (blocks or [[]])[0]
-    if hasattr(data, "points") and hasattr(data, "faces"):  # pyvista: a flat list of counts and indices
-        flat, rows, position = np.asarray(data.faces), [], 0
-        while position < len(flat):
-            rows.append(flat[position + 1 : position + 1 + flat[position]])
-            position += int(flat[position]) + 1
-        return data.points, rows
-    raise MeshError(
-        f"cannot take a mesh from {type(data).__name__}; "
-        "give (vertices, faces), a path, or an object with .vertices and .faces"
-    )
-
-
 def as_mesh(data: Any) -> Mesh:
     """A Mesh from what users have: (vertices, faces), a trimesh, pyvista or meshio mesh, or a Mesh.
 
@@ -316,7 +274,7 @@ def as_mesh(data: Any) -> Mesh:
     """
     if isinstance(data, Mesh):
         return data
-    vertices, faces = _arrays_of(data)
+    vertices, faces = arrays_of(data)
     triangles, n_cut = triangulate(faces)
     notes = (f"{n_cut} polygons were cut into triangles",) if n_cut else ()
     return Mesh(vertices, triangles, notes)

@@ -13,11 +13,28 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from lbskel.errors import MeshError, MissingDependency
+from lbskel.mesh import read_only
+
+
+def _rows(values: ArrayLike, what: str, width: int, kind: type) -> NDArray[Any]:
+    """A copy of shape (k, width), also of nothing at all; a MeshError if it has another shape."""
+    try:
+        given = np.asarray(values)
+        rows: NDArray[Any] = np.array(given, dtype=kind, order="C")
+    except (TypeError, ValueError) as error:
+        raise MeshError(f"{what} of a skeleton must be an array of numbers: {error}") from None
+    if rows.size == 0:
+        return rows.reshape(0, width)
+    if rows.ndim != 2 or rows.shape[1] != width:
+        raise MeshError(f"{what} of a skeleton must have shape (k, {width}), not {rows.shape}")
+    if kind is np.int64 and (rows != given).any():
+        raise MeshError(f"{what} of a skeleton must be whole numbers")
+    return rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +70,8 @@ class Skeleton:
     report: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
-        nodes = np.array(self.nodes, dtype=np.float64, order="C").reshape(-1, 3)
-        edges = np.sort(np.array(self.edges, dtype=np.int64, order="C").reshape(-1, 2), axis=1)
+        nodes = _rows(self.nodes, "nodes", 3, np.float64)
+        edges = np.sort(_rows(self.edges, "edges", 2, np.int64), axis=1)
         radii = np.array(self.radii, dtype=np.float64).reshape(-1)
         mapped = np.array(self.node_of_vertex, dtype=np.int64).reshape(-1)
         if len(radii) != len(nodes):
@@ -64,8 +81,7 @@ class Skeleton:
                 raise MeshError(f"{what} of the skeleton name a node outside 0..{len(nodes) - 1}")
         edges = np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0)
         for name, value in (("nodes", nodes), ("edges", edges), ("radii", radii), ("node_of_vertex", mapped)):
-            value.setflags(write=False)
-            object.__setattr__(self, name, value)
+            object.__setattr__(self, name, read_only(value))
 
     def __repr__(self) -> str:
         return (
@@ -76,7 +92,7 @@ class Skeleton:
     @cached_property
     def degrees(self) -> NDArray[np.int64]:
         """(k,) number of edges at each node."""
-        return np.bincount(self.edges.ravel(), minlength=len(self.nodes))
+        return read_only(np.bincount(self.edges.ravel(), minlength=len(self.nodes)))
 
     @property
     def tips(self) -> NDArray[np.int64]:
@@ -92,7 +108,7 @@ class Skeleton:
     def edge_lengths(self) -> NDArray[np.float64]:
         """(e,) length of each edge."""
         start, end = self.nodes[self.edges].transpose(1, 0, 2)
-        return np.linalg.norm(end - start, axis=1)
+        return read_only(np.linalg.norm(end - start, axis=1))
 
     @property
     def length(self) -> float:
@@ -104,7 +120,7 @@ class Skeleton:
         """(k,) number of the connected component of each node."""
         k = len(self.nodes)
         graph = coo_array((np.ones(len(self.edges), dtype=np.int8), tuple(self.edges.T)), shape=(k, k))
-        return connected_components(graph, directed=False)[1].astype(np.int64)
+        return read_only(connected_components(graph, directed=False)[1].astype(np.int64))
 
     @property
     def n_components(self) -> int:
@@ -121,7 +137,7 @@ class Skeleton:
         """For each node, the nodes that share an edge with it, in ascending order."""
         both = np.concatenate([self.edges, self.edges[:, ::-1]])
         both = both[np.lexsort((both[:, 1], both[:, 0]))]
-        return tuple(np.split(both[:, 1], np.cumsum(self.degrees)[:-1]))
+        return tuple(np.split(read_only(both[:, 1]), np.cumsum(self.degrees))[:-1])
 
     @cached_property
     def branches(self) -> tuple[NDArray[np.int64], ...]:
@@ -148,7 +164,7 @@ class Skeleton:
                 walk.append(int(other if one == walk[-2] else one))
             used.update(itertools.pairwise(walk))
             used.update(itertools.pairwise(reversed(walk)))
-            walks.append(np.array(walk, dtype=np.int64))
+            walks.append(read_only(np.array(walk, dtype=np.int64)))
         return walks
 
     def to_networkx(self) -> Any:
