@@ -8,18 +8,27 @@ from __future__ import annotations
 __all__ = ["main"]
 
 import argparse
+import io
+import os
 import sys
+import traceback
 from collections.abc import Sequence
+from typing import NoReturn
 
 import lbskel
 from lbskel.commands import COMMANDS
 from lbskel.errors import LbskelError
 
 
+class _Parser(argparse.ArgumentParser):
+    """Wrong usage is told in one line, as every other error is."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"lbskel: {message}; see {self.prog} --help\n")
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="lbskel", description="Curve skeletons and discrete Laplace-Beltrami operators of meshes."
-    )
+    parser = _Parser(prog="lbskel", description="Curve skeletons and discrete Laplace-Beltrami operators of meshes.")
     parser.add_argument("--version", action="version", version=f"lbskel {lbskel.__version__}")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for command in COMMANDS:
@@ -29,18 +38,31 @@ def _parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; the exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a file's name may hold what the terminal cannot show
+            stream.reconfigure(errors="backslashreplace")
     parsed = _parser().parse_args(arguments)
     try:
-        return parsed.run(parsed)
-    except LbskelError as error:
-        print(f"lbskel: {error}", file=sys.stderr)
-        return 2
+        code = parsed.run(parsed)
+        sys.stdout.flush()
+        return code
     except BrokenPipeError:  # the reader of the output has gone
-        sys.stderr.close()
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except (LbskelError, OSError) as error:  # OSError: a name that the system refuses
+        return _failed(str(error))
     except KeyboardInterrupt:
         print("lbskel: interrupted, nothing half-written is left", file=sys.stderr)
         return 130
     except MemoryError:
-        print("lbskel: out of memory; simplify the mesh first", file=sys.stderr)
-        return 2
+        return _failed("out of memory; simplify the mesh first")
+    except Exception as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{os.path.basename(place.filename)} line {place.lineno}"
+        return _failed(f"internal error in {where}, please report it: {type(error).__name__}: {error}")
+
+
+def _failed(message: str) -> int:
+    """Say so in one line on stderr; the exit code of bad input."""
+    print(f"lbskel: {' '.join(message.splitlines())}", file=sys.stderr)
+    return 2

@@ -7,6 +7,7 @@ __all__ = ["add_parser", "run"]
 import argparse
 import json
 import sys
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -52,6 +53,10 @@ class _Job:
     picture: Path | None
     report: Path | None
 
+    def outputs(self) -> list[tuple[Path | None, Collection[str]]]:
+        """Each file to write, where it is wanted, with the extensions that it may have."""
+        return [(self.skeleton, FORMATS), (self.picture, ("png",)), (self.report, ("json",))]
+
 
 def run(arguments: argparse.Namespace) -> int:
     """Every input in turn; one that fails does not stop the rest."""
@@ -62,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
             codes.append(_run(job, arguments))
         except LbskelError as error:
             where = "" if str(job.mesh) in str(error) else f"{job.mesh}: "
-            print(f"lbskel: {where}{error}", file=sys.stderr)
+            print(f"lbskel: {where}{' '.join(str(error).splitlines())}", file=sys.stderr)
             codes.append(2)
     return max(codes)
 
@@ -80,12 +85,12 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
         )
         for mesh in inputs
     ]
-    outputs = [path for job in jobs for path in (job.skeleton, job.picture, job.report) if path is not None]
-    if len(set(outputs)) < len(outputs):
+    outputs = [(path, kinds) for job in jobs for path, kinds in job.outputs() if path is not None]
+    if len({path for path, _ in outputs}) < len(outputs):
         raise FormatError("two outputs have the same name; give inputs of different names, or make them one by one")
-    for path in outputs:
-        if path.suffix.lower().lstrip(".") not in (*FORMATS, "png", "json"):
-            raise FormatError(f"{path}: unknown format; known are {', '.join(FORMATS)}")
+    for path, kinds in outputs:
+        if path.suffix.lower().lstrip(".") not in kinds:
+            raise FormatError(f"{path}: the name must end in one of: {', '.join(kinds)}")
         if not path.parent.is_dir():
             raise FormatError(f"{path}: the folder {path.parent} does not exist")
         if path.exists() and not arguments.force:
