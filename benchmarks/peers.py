@@ -1,0 +1,60 @@
+"""Other curve skeletons, each called as its own documentation says; where one is not installed its rows say so."""
+
+from __future__ import annotations
+
+__all__ = ["PEERS", "Graph"]
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Graph: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
+
+
+def lbskel_flow(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Graph:
+    import lbskel
+
+    skeleton = lbskel.skeletonize((vertices, faces))
+    return skeleton.nodes, skeleton.edges
+
+
+def lbskel_au2008(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Graph:
+    import lbskel
+
+    skeleton = lbskel.skeletonize((vertices, faces), preset="au2008")
+    return skeleton.nodes, skeleton.edges
+
+
+def skeletor_edge_collapse(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Graph:
+    """Contraction to the area ratio 0.1 of its default, then edge collapse."""
+    import skeletor
+    import trimesh
+
+    mesh = trimesh.Trimesh(vertices, faces, process=False)
+    contracted = skeletor.pre.contract(mesh, progress=False)
+    skeleton = skeletor.skeletonize.by_edge_collapse(contracted, progress=False)
+    return np.asarray(skeleton.vertices), np.asarray(skeleton.edges, dtype=np.int64)
+
+
+def pygel_separators(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Graph:
+    """Multi-scale local separators on the graph of the mesh."""
+    from pygel3d import graph, hmesh
+
+    mesh = hmesh.Manifold.from_triangles(np.asarray(vertices), np.asarray(faces))
+    skeleton = graph.MSLS_skeleton(graph.from_mesh(mesh))
+    positions = np.array(skeleton.positions()).reshape(-1, 3)
+    used = np.array(list(skeleton.nodes()), dtype=np.int64)
+    pairs = [(i, j) for i in used for j in skeleton.neighbors(int(i)) if i < j]
+    new_of = np.full(len(positions), -1)
+    new_of[used] = np.arange(len(used))
+    return positions[used], new_of[np.array(pairs, dtype=np.int64).reshape(-1, 2)]
+
+
+PEERS: dict[str, Callable[[NDArray[np.float64], NDArray[np.int64]], Graph]] = {
+    "lbskel": lbskel_flow,
+    "lbskel au2008": lbskel_au2008,
+    "skeletor": skeletor_edge_collapse,
+    "PyGEL3D": pygel_separators,
+}

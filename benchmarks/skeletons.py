@@ -1,0 +1,151 @@
+"""Skeletons of shapes whose axis is known, by lbskel and by others, and of the repository's meshes.
+
+Distances are in units of the true local radius. A tool that fails has a row with its error, and counts as wrong.
+"""
+
+from __future__ import annotations
+
+__all__ = ["run"]
+
+import subprocess
+import sys
+import tempfile
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import lbskel
+from benchmarks.harness import in_child, interleaved, markdown_table, median_ratio, save_json, save_markdown
+from benchmarks.peers import PEERS
+from lbskel.inside import length_inside
+from lbskel.shapes import SHAPES, VARIANTS, Shape, make
+from lbskel.surface import Surface
+from lbskel.views import Panel, render
+
+MESHES = Path(__file__).parent.parent / "meshes"
+QUICK = ("limbs", "knot", "cube_frame")
+MEASURES = ("accuracy", "accuracy_95", "coverage", "coverage_95")
+
+SKELETOR_PROCESS = """
+import sys, trimesh, skeletor
+mesh = trimesh.load(sys.argv[1], process=False)
+contracted = skeletor.pre.contract(mesh, progress=False)
+skeletor.skeletonize.by_edge_collapse(contracted, progress=False).save_swc(sys.argv[2])
+"""
+
+
+def run(quick: bool, results: Path) -> None:
+    """Measure, and write skeletons.json, skeletons.md and pictures."""
+    shapes = {(name, variant): make(name, **VARIANTS[variant]) for variant in VARIANTS for name in SHAPES}
+    if quick:
+        shapes = {key: shape for key, shape in shapes.items() if key[0] in QUICK}
+    rows = [_row(tool, name, variant, shape) for (name, variant), shape in shapes.items() for tool in PEERS]
+    meshes = [_mesh_row(path) for path in sorted(MESHES.iterdir()) if path.suffix in (".ply", ".off", ".obj", ".stl")]
+    process = [_process_row(n) for n in ((3500,) if quick else (3500, 26000))]
+    save_json(
+        results / "skeletons.json",
+        {"shapes": rows, "meshes": meshes, "process": process},
+        packages=("skeletor", "PyGEL3D"),
+    )
+    summary = [_summary(rows, tool, variant) for variant in VARIANTS for tool in PEERS]
+    save_markdown(
+        results / "skeletons.md",
+        "Skeletons",
+        {
+            "Shapes with a known axis, means": markdown_table(summary),
+            "Each shape, lbskel": markdown_table([_brief(row) for row in rows if row["tool"] == "lbskel"]),
+            "Meshes of the repository": markdown_table(meshes),
+            "Whole processes, skeletor over lbskel": markdown_table(process),
+        },
+    )
+    for variant in VARIANTS:
+        panels = [
+            Panel(shape.mesh, lbskel.skeletonize(shape.mesh), name)
+            for (name, v), shape in shapes.items()
+            if v == variant
+        ]
+        for number, panel in enumerate(panels):
+            if variant == "clean":
+                render([panel], results / f"skeletons_{number:02}_{panel.title}.png", size=(500, 400), force=True)
+
+
+def _row(tool: str, name: str, variant: str, shape: Shape) -> dict[str, Any]:
+    """One tool on one shape."""
+    row: dict[str, Any] = {"tool": tool, "shape": name, "variant": variant, "vertices": len(shape.mesh.vertices)}
+    answer = in_child(PEERS[tool], np.array(shape.mesh.vertices), np.array(shape.mesh.faces), timeout=120)
+    row["seconds"] = answer["seconds"]
+    if "error" in answer:
+        return {**row, "error": answer["error"]}
+    nodes, edges = answer["value"]
+    if len(edges) == 0:
+        return {**row, "error": "no edges"}
+    skeleton = lbskel.Skeleton(nodes, edges, np.zeros(len(nodes)))
+    comparison = lbskel.compare(skeleton, shape.truth)
+    inside = length_inside(skeleton, Surface(shape.mesh))
+    return {**row, **asdict(comparison), "length_inside": inside}
+
+
+def _brief(row: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in row.items() if key not in ("tool", "seconds")}
+
+
+def _summary(rows: list[dict[str, Any]], tool: str, variant: str) -> dict[str, Any]:
+    """Means over the shapes that gave a skeleton, and counts over all."""
+    mine = [row for row in rows if row["tool"] == tool and row["variant"] == variant]
+    done = [row for row in mine if "error" not in row]
+    means = {measure: float(np.mean([row[measure] for row in done])) if done else None for measure in MEASURES}
+    return {
+        "variant": variant,
+        "tool": tool,
+        **means,
+        "topology right": f"{sum(row.get('is_topology_right', False) for row in mine)}/{len(mine)}",
+        "tips right": f"{sum('n_tips' in row and row['n_tips'] == row['n_true_tips'] for row in mine)}/{len(mine)}",
+        "length inside": float(np.mean([row["length_inside"] for row in done])) if done else None,
+        "median seconds": float(np.median([row["seconds"] for row in done])) if done else None,
+    }
+
+
+def _mesh_row(path: Path) -> dict[str, Any]:
+    """What the report says of one mesh of the repository."""
+    mesh = lbskel.read_mesh(path)
+    skeleton = lbskel.skeletonize(mesh)
+    (part,) = skeleton.report["components"]
+    areas = [1.0, *(step["area_ratio"] for step in part["steps"])]
+    return {
+        "mesh": path.name,
+        "faces": len(mesh.faces),
+        "steps": len(part["steps"]),
+        "status": part["status"],
+        "area never rises": bool(np.all(np.diff(areas) < 0)),
+        "genus": part["genus"],
+        "cycles": skeleton.cycle_rank,
+        "components": skeleton.n_components,
+        "tips": len(skeleton.tips),
+        "nodes inside": float(Surface(mesh).contains(skeleton.nodes).mean()),
+        "length inside": part["length_inside"],
+    }
+
+
+def _process_row(n_vertices: int) -> dict[str, Any]:
+    """Seconds of whole processes, start-up, reading and writing included, in turns."""
+    with tempfile.TemporaryDirectory() as folder:
+        mesh, swc = Path(folder) / "mesh.off", Path(folder) / "skeleton.swc"
+        shape = make("dinosaur", n_vertices=n_vertices)
+        lbskel.write_mesh(mesh, shape.mesh)
+        commands = {
+            "lbskel": [sys.executable, "-m", "lbskel", "skeletonize", str(mesh), "-o", str(swc), "--force", "--quiet"],
+            "skeletor": [sys.executable, "-c", SKELETOR_PROCESS, str(mesh), str(swc)],
+        }
+        calls = {
+            name: lambda command=command: subprocess.run(command, check=True, capture_output=True)
+            for name, command in commands.items()
+        }
+        row: dict[str, Any] = {"mesh": "dinosaur", "faces": len(shape.mesh.faces)}
+        try:
+            seconds = interleaved(calls, repeats=3)
+        except subprocess.CalledProcessError as error:
+            return {**row, "error": error.stderr.decode()[-200:]}
+    medians = {f"{name}, seconds": float(np.median(values)) for name, values in seconds.items()}
+    return {**row, **medians, "ratio": median_ratio(seconds["skeletor"], seconds["lbskel"])}
