@@ -1,0 +1,72 @@
+"""What several test files use: small shapes, made once, and a fresh interpreter."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from lbskel import Mesh
+from lbskel.shapes import capsule, chain_of_tori, make, torus
+
+
+@pytest.fixture(scope="session")
+def tetrahedron():
+    """The corner of the unit cube: closed, outwards, volume 1/6."""
+    return Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+
+
+@pytest.fixture(scope="session")
+def ring():
+    """A coarse torus, of genus 1: 128 vertices."""
+    return torus(1.0, 0.25, 16, 8)
+
+
+@pytest.fixture(scope="session")
+def rod():
+    """A coarse capsule along z, of genus 0 with two tips: 152 vertices."""
+    return capsule(3.0, 0.4, 10)
+
+
+@pytest.fixture(scope="session")
+def two_rings():
+    """Two rings in a row, of genus 2: 1,242 vertices."""
+    return chain_of_tori(2, step=0.15)
+
+
+@pytest.fixture(scope="session")
+def tripod():
+    """Three limbs of different lengths from one place, with no symmetry: 756 vertices."""
+    return make("tripod", n_vertices=800).mesh
+
+
+def joined(*meshes):
+    """Several meshes as one, their vertices one after the other."""
+    first = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    return Mesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.faces + offset for mesh, offset in zip(meshes, first[:-1], strict=True)]),
+    )
+
+
+def moved(mesh, by):
+    """The mesh moved along x."""
+    return mesh.with_vertices(mesh.vertices + [by, 0, 0])
+
+
+@pytest.fixture(scope="session")
+def python():
+    """Run a fresh interpreter, ``python("-m", "lbskel", cwd=...)``, on one thread unless told otherwise."""
+
+    def run(*arguments, cwd=None, **environment):
+        return subprocess.run(
+            [sys.executable, *map(str, arguments)],
+            cwd=cwd,
+            env={**os.environ, "OMP_NUM_THREADS": "1", **environment},
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
+
+    return run
