@@ -7,7 +7,7 @@ surface is solved for by itself, so that the eigenvalue zero comes as often as t
 
 from __future__ import annotations
 
-__all__ = ["eigenpairs"]
+__all__ = ["count_below", "eigenpairs"]
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,13 +118,13 @@ def _lanczos(S: csc_array, M: csc_array, k: int, solver: str) -> Pairs:
         values = np.concatenate([values, found])[order]
         X = np.concatenate([X, Y], axis=1)[:, order]
         below = values[-1] - 1e-6 * (values[-1] + sigma)
-        wanted = _count_below(S, M, below) - int((values < below).sum())
+        wanted = min(k, count_below(S, M, below) - int((values < below).sum()))
         if wanted <= 0:
             break
     return values, X
 
 
-def _count_below(S: csc_array, M: csc_array, bound: float) -> int:
+def count_below(S: csc_array, M: csc_array, bound: float) -> int:
     """How many eigenvalues are below a bound: the negative pivots of S - bound M, by Sylvester's law of inertia."""
     options = {"SymmetricMode": True}
     factor = splu((S - bound * M).tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)

@@ -1,9 +1,10 @@
 """The anisotropic Laplacian: diffusion slowed down along the directions in which the surface bends.
 
 Andreux, Rodola, Aubry, Cremers 2014, "Anisotropic Laplace-Beltrami operators for shape analysis",
-https://doi.org/10.1007/978-3-319-16220-1_21. In each triangle the gradient is multiplied by D = exp(-s |K|), with K the
-2 x 2 shape operator; S_ij = grad_i . D grad_j A. Strength s = 0, or a plane, gives the cotangent Laplacian. K is the
-least-squares fit to the differences of the vertex normals along the edges (Rusinkiewicz 2004,
+https://doi.org/10.1007/978-3-319-16220-1_21. In each triangle the gradient is multiplied by D = (I + s |K|)^-1, with K
+the 2 x 2 shape operator; S_ij = grad_i . D grad_j A. Strength s = 0, or a plane, gives the cotangent Laplacian. (LaPy
+damps by exp(-s |K|), which at a crease leaves entries of 1e-76 and a null space of any size.) K is the least-squares
+fit to the differences of the vertex normals along the edges (Rusinkiewicz 2004,
 https://doi.org/10.1109/TDPVT.2004.1335277), relative to the curvature of a sphere of the mesh's area.
 """
 
@@ -62,10 +63,10 @@ def shape_operators(mesh: Mesh) -> NDArray[np.float64]:
 
 
 def _diffusion(K: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(3, m) entries xx, xy, yy of exp(-|K|), from the eigenvalues mean + spread and mean - spread of K."""
+    """(3, m) entries xx, xy, yy of (I + |K|)^-1, from the eigenvalues mean + spread and mean - spread of K."""
     xx, xy, yy = K
     mean, spread = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
-    high, low = np.exp(-np.abs(mean + spread)), np.exp(-np.abs(mean - spread))
+    high, low = 1 / (1 + np.abs(mean + spread)), 1 / (1 + np.abs(mean - spread))
     slope = np.divide((high - low) / 2, spread, out=np.zeros_like(spread), where=spread > 0)
     middle = (high + low) / 2
     return np.stack([middle + slope * (xx - yy) / 2, slope * xy, middle - slope * (xx - yy) / 2])
