@@ -3,6 +3,8 @@
 Each message names the place (which vertices, which faces, which line) and the way out.
 """
 
+from __future__ import annotations
+
 __all__ = [
     "FormatError",
     "LbskelError",
@@ -55,6 +57,10 @@ class MissingDependency(LbskelError, ImportError):
 
     def __init__(self, package: str, extra: str, purpose: str):
         super().__init__(f"{purpose} needs {package}, which is not installed: pip install 'lbskel[{extra}]'")
+        self._given = package, extra, purpose
+
+    def __reduce__(self) -> tuple[type[MissingDependency], tuple[str, str, str]]:
+        return type(self), self._given  # so that it comes back from another process
 
 
 def choose(table: Mapping[str, Value], name: str, what: str) -> Value:

@@ -1,0 +1,175 @@
+"""Skeletons as graphs: degrees, branches, cycles, and what is refused."""
+
+import sys
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lbskel import MeshError, MissingDependency, Skeleton
+
+
+def skeleton_of(edges, n=None, **more):
+    """A skeleton of that graph, nodes on a parabola so that no two edges are of equal length."""
+    n = (max(map(max, edges)) + 1 if edges else 1) if n is None else n
+    x = np.arange(n, dtype=float)
+    return Skeleton(np.stack([x, x**2, 0 * x], axis=1), edges, 0.1 + x, **more)
+
+
+# by hand: edges, then tips, junctions, components, cycle rank and branches
+GRAPHS = {
+    "single node": ([], [], [], 1, 0, []),
+    "one edge": ([(0, 1)], [0, 1], [], 1, 0, [[0, 1]]),
+    "path": ([(0, 1), (1, 2), (2, 3)], [0, 3], [], 1, 0, [[0, 1, 2, 3]]),
+    "path out of order": ([(2, 0), (0, 3), (3, 1)], [1, 2], [], 1, 0, [[1, 3, 0, 2]]),
+    "star": ([(0, 1), (0, 2), (0, 3)], [1, 2, 3], [0], 1, 0, [[0, 1], [0, 2], [0, 3]]),
+    "loop": ([(0, 1), (1, 2), (2, 0)], [], [], 1, 1, [[0, 1, 2, 0]]),
+    "loop with a tail": ([(0, 1), (1, 2), (2, 0), (2, 3)], [3], [2], 1, 1, [[2, 0, 1, 2], [2, 3]]),
+    "theta": (
+        [(0, 1), (0, 2), (2, 1), (0, 3), (3, 1)],
+        [],
+        [0, 1],
+        1,
+        2,
+        [[0, 1], [0, 2, 1], [0, 3, 1]],
+    ),
+    "two loops that meet": (
+        [(0, 1), (1, 2), (2, 0), (2, 3), (3, 4), (4, 2)],
+        [],
+        [2],
+        1,
+        2,
+        [[2, 0, 1, 2], [2, 3, 4, 2]],
+    ),
+    "path beside a loop": ([(0, 1), (2, 3), (3, 4), (4, 2)], [0, 1], [], 2, 1, [[0, 1], [2, 3, 4, 2]]),
+}
+
+
+@pytest.mark.parametrize("name", GRAPHS)
+def test_graphs_by_hand(name):
+    edges, tips, junctions, n_components, cycle_rank, branches = GRAPHS[name]
+    skeleton = skeleton_of(edges)
+    assert skeleton.tips.tolist() == tips
+    assert skeleton.junctions.tolist() == junctions
+    assert skeleton.n_components == n_components
+    assert skeleton.cycle_rank == cycle_rank
+    assert [branch.tolist() for branch in skeleton.branches] == branches
+
+
+def test_a_lone_node_beside_a_path_is_a_component_and_no_branch():
+    skeleton = skeleton_of([(0, 1)], n=3)
+    assert (skeleton.n_components, skeleton.cycle_rank) == (2, 0)
+    assert skeleton.degrees.tolist() == [1, 1, 0]
+    assert [branch.tolist() for branch in skeleton.branches] == [[0, 1]]
+    assert [near.tolist() for near in skeleton.neighbours] == [[1], [0], []]
+
+
+def test_nothing_at_all():
+    skeleton = Skeleton([], [], [])
+    assert skeleton.nodes.shape == (0, 3)
+    assert skeleton.edges.shape == (0, 2)
+    assert (skeleton.n_components, skeleton.cycle_rank, skeleton.length) == (0, 0, 0.0)
+    assert (skeleton.neighbours, skeleton.branches) == ((), ())
+
+
+def test_edges_come_sorted_once_each_and_without_loops():
+    skeleton = skeleton_of([(3, 1), (1, 3), (2, 2), (1, 0)])
+    assert skeleton.edges.tolist() == [[0, 1], [1, 3]]
+
+
+def test_length_is_that_of_the_polyline():
+    skeleton = Skeleton([[0, 0, 0], [3, 4, 0], [3, 4, 12]], [[0, 1], [1, 2]], [1, 1, 1])
+    assert skeleton.edge_lengths.tolist() == [5, 12]
+    assert skeleton.length == 17
+
+
+def test_text():
+    skeleton = skeleton_of(GRAPHS["loop with a tail"][0])
+    assert repr(skeleton) == "Skeleton(4 nodes, 4 edges, 1 tips, 1 junctions, 1 cycles)"
+
+
+@st.composite
+def graphs(draw):
+    n = draw(st.integers(1, 12))
+    pairs = st.tuples(st.integers(0, n - 1), st.integers(0, n - 1))
+    return skeleton_of(draw(st.lists(pairs, max_size=25)), n=n)
+
+
+@given(graphs())
+def test_branches_use_every_edge_once_and_end_where_it_is_not_two(skeleton):
+    walked = [tuple(sorted(pair)) for branch in skeleton.branches for pair in pairwise(branch.tolist())]
+    assert sorted(walked) == [tuple(edge) for edge in skeleton.edges.tolist()]
+    for branch in skeleton.branches:
+        assert (skeleton.degrees[branch[1:-1]] == 2).all()
+        is_bare_loop = branch[0] == branch[-1] and skeleton.degrees[branch[0]] == 2
+        assert is_bare_loop or (skeleton.degrees[branch[[0, -1]]] != 2).all()
+    first = [branch[0] for branch in skeleton.branches if skeleton.degrees[branch[0]] != 2]
+    assert first == sorted(first)
+
+
+@given(graphs())
+def test_counts_agree_with_networkx(skeleton):
+    networkx = pytest.importorskip("networkx")
+    graph = skeleton.to_networkx()
+    assert networkx.number_connected_components(graph) == skeleton.n_components
+    assert len(networkx.cycle_basis(graph)) == skeleton.cycle_rank
+    assert [degree for _, degree in sorted(graph.degree)] == skeleton.degrees.tolist()
+    assert [sorted(graph[node]) for node in sorted(graph)] == [near.tolist() for near in skeleton.neighbours]
+    labels = skeleton.component_of_node
+    assert all(len(set(labels[list(part)])) == 1 for part in networkx.connected_components(graph))
+
+
+def test_networkx_attributes():
+    pytest.importorskip("networkx")
+    graph = Skeleton([[0, 0, 0], [3, 4, 0], [9, 9, 9]], [[1, 0]], [0.5, 0.25, 1]).to_networkx()
+    assert dict(graph.nodes(data=True)) == {
+        0: {"pos": (0.0, 0.0, 0.0), "radius": 0.5},
+        1: {"pos": (3.0, 4.0, 0.0), "radius": 0.25},
+        2: {"pos": (9.0, 9.0, 9.0), "radius": 1.0},
+    }
+    assert list(graph.edges(data=True)) == [(0, 1, {"length": 5.0})]
+    kinds = {type(value) for _, data in graph.nodes(data=True) for value in (*data["pos"], data["radius"])}
+    assert kinds == {float}
+
+
+def test_networkx_that_is_not_installed(monkeypatch):
+    monkeypatch.setitem(sys.modules, "networkx", None)
+    with pytest.raises(MissingDependency, match=r"to_networkx\(\) needs networkx.*pip install 'lbskel\[graph\]'"):
+        skeleton_of([(0, 1)]).to_networkx()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (([[0, 0, 0]], [], [1, 2]), "a skeleton of 1 nodes needs as many radii, not 2"),
+        (([[0, 0, 0]] * 3, [[0, 3]], [1, 1, 1]), r"edges of the skeleton name a node outside 0\.\.2"),
+        (([[0, 0, 0]] * 3, [[0, -1]], [1, 1, 1]), r"edges of the skeleton name a node outside 0\.\.2"),
+        (([[0, 0, 0]] * 3, [], [1, 1, 1], [0, 3]), r"node_of_vertex of the skeleton name a node outside 0\.\.2"),
+        (([[0, 0, 0]] * 3, [], [1, 1, 1], [-1]), r"node_of_vertex of the skeleton name a node outside 0\.\.2"),
+        (([[0, 0], [1, 1], [2, 2]], [], [1, 1]), r"nodes of a skeleton must have shape \(k, 3\), not \(3, 2\)"),
+        (([0, 0, 0], [], [1]), r"nodes of a skeleton must have shape \(k, 3\), not \(3,\)"),
+        (([[0, 0, 0]] * 3, [[0, 1, 2]], [1, 1, 1]), r"edges of a skeleton must have shape \(k, 2\), not \(1, 3\)"),
+        (([[0, 0, 0]] * 3, [[0, 0.5]], [1, 1, 1]), "edges of a skeleton must be whole numbers"),
+        (([[0, 0, 0], [1, 1]], [], [1, 1]), "nodes of a skeleton must be an array of numbers"),
+        ((["abc"], [], [1]), "nodes of a skeleton must be an array of numbers"),
+    ],
+)
+def test_what_is_refused(arguments, message):
+    with pytest.raises(MeshError, match=message):
+        Skeleton(*arguments)
+
+
+def test_arrays_are_copies_of_their_types_that_cannot_be_written_to():
+    nodes = np.zeros((3, 3), dtype=np.float32)
+    skeleton = Skeleton(nodes, np.array([[0, 1]], dtype=np.uint8), [1, 2, 3], [0, 1, 2, 2])
+    nodes[:] = 7
+    assert not skeleton.nodes.any()
+    kinds = {"nodes": np.float64, "edges": np.int64, "radii": np.float64, "node_of_vertex": np.int64}
+    assert {name: getattr(skeleton, name).dtype for name in kinds} == kinds
+    derived = [skeleton.degrees, skeleton.edge_lengths, skeleton.component_of_node]
+    for array in (*(getattr(skeleton, name) for name in kinds), *derived, *skeleton.neighbours, *skeleton.branches):
+        assert not array.flags.writeable
+    with pytest.raises(AttributeError):
+        skeleton.nodes = nodes
