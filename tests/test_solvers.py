@@ -1,0 +1,238 @@
+"""Solvers: every one against dense numpy, on ill-conditioned systems, and on those that have no solution."""
+
+import numpy as np
+import pytest
+from cvxopt import cholmod
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.sparse import csc_array, diags_array, eye_array
+
+from lbskel import SOLVERS, SolveError, factorize, laplacian
+from lbskel.shapes import flat_grid, torus
+from lbskel.solvers import Factorization
+
+EPSILON = np.finfo(float).eps
+every_solver = pytest.mark.parametrize("solver", SOLVERS)
+
+
+def shifted_laplacian(mesh, shift=0.1):
+    """The graph Laplacian plus a multiple of the identity: eigenvalues from the shift to shift + 12 on these meshes."""
+    S = laplacian(mesh, operator="graph").stiffness
+    return (S + shift * eye_array(S.shape[0])).tocsc()
+
+
+def right_hand_sides(n, columns=3):
+    return np.random.default_rng(0).normal(size=(n, columns))
+
+
+def ill_conditioned(n=2000):
+    """Fourth differences along a chain, as in Au's normal equations, and their condition number, 2.6e12."""
+    chain = diags_array([-np.ones(n - 1), np.full(n, 2.0), -np.ones(n - 1)], offsets=[-1, 0, 1])
+    extreme = 2 - 2 * np.cos(np.array([n, 1]) * np.pi / (n + 1))
+    return (chain @ chain).tocsc(), (extreme[0] / extreme[1]) ** 2
+
+
+@every_solver
+@pytest.mark.parametrize("columns", [1, 3, 7])
+def test_like_dense_numpy(solver, columns):
+    A = shifted_laplacian(torus(1.0, 0.3, 14, 9))
+    B = right_hand_sides(A.shape[0], columns)
+    X = factorize(A, solver).solve(B)
+    # condition 12.1 / 0.1, so that both solutions are good to some 100 roundings
+    assert np.abs(X - np.linalg.solve(A.toarray(), B)).max() < 1e3 * EPSILON * np.abs(X).max()
+    assert X.shape == B.shape
+
+
+@every_solver
+def test_by_hand(solver):
+    A = csc_array([[4.0, 2.0], [2.0, 5.0]])
+    assert factorize(A, solver).solve(np.array([[8.0, 4.0], [8.0, 2.0]])) == pytest.approx(np.array([[1.5, 1], [1, 0]]))
+    assert factorize(csc_array([[4.0]]), solver).solve(np.array([[2.0]])) == pytest.approx(0.5)
+
+
+@every_solver
+def test_one_column_may_be_a_vector(solver):
+    A = shifted_laplacian(flat_grid(6, 5))
+    b = right_hand_sides(30, 1)
+    vector = factorize(A, solver).solve(b[:, 0])
+    assert vector.shape == (30,)
+    assert (vector == factorize(A, solver).solve(b)[:, 0]).all()
+
+
+@every_solver
+def test_right_hand_sides_of_any_kind(solver):
+    A = shifted_laplacian(flat_grid(6, 5))
+    B = np.arange(90).reshape(30, 3)
+    X = factorize(A, solver).solve(B.astype(float))
+    for other in (B, np.asfortranarray(B), B.astype(np.float32), np.arange(180.0).reshape(30, 6)[:, ::2] // 2):
+        given = np.array(other)
+        assert np.abs(factorize(A, solver).solve(other) - np.linalg.solve(A.toarray(), given)).max() < 1e-10
+        assert (other == given).all()
+    assert X.shape == (30, 3)
+
+
+@every_solver
+def test_the_matrix_stays_as_it_was(solver):
+    A = shifted_laplacian(flat_grid(6, 5))
+    before = A.copy()
+    factorize(A, solver).solve(right_hand_sides(30))
+    assert abs(A - before).max() == 0
+
+
+@given(st.integers(1, 25), st.integers(0, 2**32 - 1), st.sampled_from(sorted(SOLVERS)))
+def test_random_patterns(n, seed, solver):
+    rng = np.random.default_rng(seed)
+    G = csc_array(rng.normal(size=(n, n)) * (rng.random((n, n)) < 0.2))
+    A = (G @ G.T + eye_array(n)).tocsc()  # eigenvalues of 1 and more
+    B = rng.normal(size=(n, 2))
+    X = factorize(A, solver).solve(B)
+    assert np.abs(A @ X - B).max() < 1e3 * EPSILON * np.abs(A).sum(axis=1).max() * max(np.abs(X).max(), 1)
+
+
+@every_solver
+def test_ordering_is_a_permutation(solver):
+    n = 20 * 20
+    first = factorize(shifted_laplacian(flat_grid(20, 20)), solver)
+    assert np.sort(first.ordering).tolist() == list(range(n))
+    again = factorize(shifted_laplacian(flat_grid(20, 20), 0.2), solver, like=first)
+    assert np.sort(again.ordering).tolist() == list(range(n))
+
+
+@every_solver
+@pytest.mark.parametrize("other", SOLVERS)
+def test_like_a_matrix_of_the_same_pattern_and_of_another(solver, other):
+    first = factorize(shifted_laplacian(torus(1.0, 0.3, 20, 10)), other)
+    B = right_hand_sides(200)
+    for A in (
+        shifted_laplacian(torus(1.0, 0.3, 20, 10), 0.3),  # the same pattern
+        shifted_laplacian(torus(1.0, 0.3, 10, 20), 0.3),  # another
+        eye_array(200, format="csc") * 2.0,  # nearly nothing of it
+    ):
+        again = factorize(A, solver, like=first)
+        assert again.residual(again.solve(B), B) < 1e2 * EPSILON  # as above: condition 120
+        once_more = factorize(A, solver, like=again)
+        assert once_more.residual(once_more.solve(B), B) < 1e2 * EPSILON
+
+
+def test_an_ordering_used_again_fills_no_more():
+    """The inverse of a permutation is one too, and gives right solutions of a matrix that fills up."""
+    A = shifted_laplacian(flat_grid(40, 40))
+    first = factorize(A, "superlu")
+    again = factorize(A, "superlu", like=first)
+    assert again._factor.L.nnz < 1.1 * first._factor.L.nnz
+
+
+@every_solver
+def test_ill_conditioned_systems_are_solved_backward_stably(solver):
+    A, condition = ill_conditioned()
+    B = A @ right_hand_sides(A.shape[0])
+    factorization = factorize(A, solver)
+    X = factorization.solve(B)
+    assert condition > 1e12
+    # Higham 2002, theorem 12.2: after one step the residual of each row is that of rounding its few terms
+    terms = abs(A) @ np.abs(X) + np.abs(B)
+    assert (np.abs(B - A @ X) <= 4 * EPSILON * terms).all()
+    assert factorization.residual(X, B) < 1e-13
+
+
+class Inexact(Factorization):
+    """A solver that is wrong by one part in ten thousand."""
+
+    def _factorize(self, A, like):
+        self._inverse = np.linalg.inv(A.toarray())
+        self.ordering = np.arange(A.shape[0])
+
+    def _solve_once(self, B):
+        return 1.0001 * (self._inverse @ B)
+
+
+def test_refinement_squares_the_error():
+    A = shifted_laplacian(flat_grid(6, 5))
+    B = right_hand_sides(30)
+    solver = Inexact(A)
+    assert solver.residual(solver._solve_once(B), B) == pytest.approx(1e-4, rel=1e-3)
+    assert solver.residual(solver.solve(B), B) == pytest.approx(1e-8, rel=1e-3)
+
+
+def test_a_solution_of_no_use_is_refused_with_its_residual():
+    class Useless(Inexact):
+        def _solve_once(self, B):
+            return 0.5 * (self._inverse @ B)
+
+    with pytest.raises(SolveError, match=r"a residual of 2\.5e-01.*singular to working accuracy") as caught:
+        Useless(shifted_laplacian(flat_grid(6, 5))).solve(right_hand_sides(30))
+    assert caught.value.residual == pytest.approx(0.25)
+
+
+def test_residual():
+    A = csc_array([[2.0, 0.0], [0.0, 4.0]])
+    factorization = factorize(A)
+    assert factorization.residual(np.array([[1.0], [1.0]]), np.array([[3.0], [4.0]])) == 0.25
+    assert factorization.residual(np.zeros((2, 1)), np.zeros((2, 1))) == 0.0
+
+
+def not_positive_definite():
+    S = laplacian(torus(1.0, 0.3, 20, 10), operator="graph").stiffness
+    n = S.shape[0]
+    return {
+        "no entries": csc_array((4, 4)),
+        "zero on the diagonal": csc_array([[0.0, 1.0], [1.0, 0.0]]),
+        "row of zeros": csc_array([[1.0, 0.0], [0.0, 0.0]]),
+        "all ones": csc_array(np.ones((3, 3))),
+        "singular Laplacian": S,
+        "indefinite of two rows": csc_array([[1.0, 2.0], [2.0, 1.0]]),
+        "indefinite": (S - 2 * eye_array(n)).tocsc(),
+        "negative definite": (-S - eye_array(n)).tocsc(),
+    }
+
+
+@every_solver
+@pytest.mark.parametrize("name", not_positive_definite())
+def test_what_is_not_positive_definite_is_refused(solver, name):
+    A = not_positive_definite()[name]
+    with pytest.raises(SolveError):
+        factorize(A, solver).solve(right_hand_sides(A.shape[0]))
+
+
+@every_solver
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_what_is_not_finite_is_refused(solver, value):
+    A = shifted_laplacian(flat_grid(4, 4))
+    B = right_hand_sides(16)
+    B[5, 1] = value
+    with pytest.raises(SolveError, match="solution is not finite"):
+        factorize(A, solver).solve(B)
+    A.data[7] = value
+    with pytest.raises(SolveError, match="entries that are not finite"):
+        factorize(A, solver)
+
+
+@every_solver
+def test_a_matrix_that_is_not_symmetric_is_solved_or_refused(solver):
+    A = shifted_laplacian(flat_grid(6, 5)).tolil()
+    A[3, 4] = A[8, 2] = 5.0
+    A = A.tocsc()
+    B = right_hand_sides(30)
+    try:
+        X = factorize(A, solver).solve(B)
+    except SolveError:
+        X = np.linalg.solve(A.toarray(), B)
+    assert np.abs(A @ X - B).max() < 1e-10  # 1e5 roundings
+
+
+@pytest.mark.parametrize("A", [shifted_laplacian(flat_grid(4, 4)), csc_array(np.ones((3, 3)))], ids=["good", "bad"])
+def test_options_of_cholmod_are_left_as_they_were(A, monkeypatch):
+    monkeypatch.setitem(cholmod.options, "print", 0)
+    before = dict(cholmod.options)
+    try:
+        factorize(A, "cholmod")
+    except SolveError:
+        assert A.shape == (3, 3)
+    assert cholmod.options == before
+
+
+@every_solver
+def test_two_solutions_are_the_same_to_the_last_bit(solver):
+    A = shifted_laplacian(torus(1.0, 0.3, 20, 10))
+    B = right_hand_sides(200)
+    assert factorize(A, solver).solve(B).tobytes() == factorize(A, solver).solve(B).tobytes()
