@@ -63,12 +63,10 @@ def test_one_column_may_be_a_vector(solver):
 def test_right_hand_sides_of_any_kind(solver):
     A = shifted_laplacian(flat_grid(6, 5))
     B = np.arange(90).reshape(30, 3)
-    X = factorize(A, solver).solve(B.astype(float))
     for other in (B, np.asfortranarray(B), B.astype(np.float32), np.arange(180.0).reshape(30, 6)[:, ::2] // 2):
-        given = np.array(other)
-        assert np.abs(factorize(A, solver).solve(other) - np.linalg.solve(A.toarray(), given)).max() < 1e-10
-        assert (other == given).all()
-    assert X.shape == (30, 3)
+        before = np.array(other)  # values to 90, condition 82: within 1e4 roundings
+        assert np.abs(factorize(A, solver).solve(other) - np.linalg.solve(A.toarray(), before)).max() < 1e-10
+        assert (other == before).all()
 
 
 @every_solver
