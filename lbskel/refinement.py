@@ -85,7 +85,7 @@ def _tangents(skeleton: Skeleton) -> NDArray[np.float64]:
     return np.divide(tangents, length, out=np.zeros_like(tangents), where=length > 0)
 
 
-def recenter(skeleton: Skeleton, surface: Surface, *, iterations: int = 4) -> Skeleton:
+def recenter(skeleton: Skeleton, surface: Surface, *, iterations: int = 2) -> Skeleton:
     """Move every node to the axis of the shape there; tips move with the end of their branch.
 
     Parameters
