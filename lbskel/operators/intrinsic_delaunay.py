@@ -56,10 +56,10 @@ def intrinsic_delaunay(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) ->
             "use the operator 'robust', which takes any mesh"
         )
     n, lengths = len(mesh.vertices), igl.edge_lengths(unit_scale(mesh.vertices)[0], faces)
-    missing = shortfall(lengths, mollify_factor)
-    treated = touched_vertices(mesh, (missing > 0)[:, None])
     if not lengths.any():
-        return Laplacian(csc_array((n, n)), voronoi_mass(mesh), treated_vertices=treated)
+        return Laplacian(csc_array((n, n)), voronoi_mass(mesh), treated_vertices=np.unique(faces))
+    missing = shortfall(lengths, mollify_factor)
     flipped = delaunay(IntrinsicTriangulation(faces, lengths + missing.max(), twins))
     stiffness = stiffness_of_corner_weights(n, flipped.faces, cotangents_of_lengths(flipped.lengths) / 2)
+    treated = touched_vertices(mesh, missing[:, None] > 0)
     return Laplacian(stiffness, voronoi_mass(mesh), treated_vertices=treated)

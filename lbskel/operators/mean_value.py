@@ -29,16 +29,17 @@ from lbskel.operators.masses import moment_mass
 def _half_tangents(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
     """(m, 3) tan(angle / 2) at the corners, (m, 3) 1 / length of the edges opposite them, and the vertices treated.
 
-    tan(angle / 2) = |a x b| / (|a| |b| + a . b). Both are zero in triangles where one of them has no finite value.
+    tan(angle / 2) = |a x b| / (|a| |b| + a . b) = (|a| |b| - a . b) / |a x b|, whichever adds and does not cancel. Both
+    are zero in triangles where one of them has no finite value.
     """
     a, b, c = edge_vectors(mesh)
     lengths = np.sqrt(np.stack([products(e, e) for e in (a, b, c)], axis=1))
-    cosines = -np.stack([products(b, c), products(c, a), products(a, b)], axis=1)
+    scalar = -np.stack([products(b, c), products(c, a), products(a, b)], axis=1)
+    sums = lengths[:, [1, 2, 0]] * lengths[:, [2, 0, 1]] + np.abs(scalar)
+    crosses = double_areas(a, b, c)[:, None]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        denominators = lengths[:, [1, 2, 0]] * lengths[:, [2, 0, 1]] + cosines
-        tangents = double_areas(a, b, c)[:, None] / np.maximum(denominators, 0.0)
+        tangents, flat = without_degenerate(np.where(scalar < 0, sums / crosses, crosses / sums))
         inverse, short = without_degenerate(1 / lengths)
-    tangents, flat = without_degenerate(tangents)
     degenerate = (short | flat).any(axis=1, keepdims=True)
     tangents, inverse = np.where(degenerate, 0.0, tangents), np.where(degenerate, 0.0, inverse)
     return tangents, np.ldexp(inverse, -unit_scale(mesh.vertices)[1]), touched_vertices(mesh, degenerate)
