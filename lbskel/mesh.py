@@ -66,6 +66,7 @@ def _triangles(values: ArrayLike, n_vertices: int) -> NDArray[np.int64]:
 
 _OF_CONNECTIVITY = (
     "_edge_table",
+    "used_vertices",
     "half_edges",
     "faces_per_edge",
     "component_of_vertex",
@@ -159,6 +160,11 @@ class Mesh:
         A, B, C = self.vertices[self.faces].transpose(1, 0, 2)
         return read_only(0.5 * np.linalg.norm(np.cross(B - A, C - A), axis=1))
 
+    @cached_property
+    def used_vertices(self) -> NDArray[np.int64]:
+        """(u,) vertices that belong to a face, in ascending order."""
+        return read_only(np.flatnonzero(np.bincount(self.faces.ravel(), minlength=len(self.vertices))))
+
     @property
     def area(self) -> float:
         """Total area."""
@@ -173,7 +179,7 @@ class Mesh:
     @cached_property
     def diagonal(self) -> float:
         """Length of the diagonal of the bounding box of the vertices that faces use."""
-        used = self.vertices[np.unique(self.faces)]
+        used = self.vertices[self.used_vertices]
         return math.hypot(*np.ptp(used, axis=0))
 
     @cached_property
@@ -230,12 +236,12 @@ class Mesh:
         rows, columns = (np.concatenate(side) for side in zip(*links, strict=True))
         graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(3 * m, 3 * m))
         n_fans = connected_components(graph, directed=False)[0]
-        return n_fans == len(np.unique(self.faces))
+        return n_fans == len(self.used_vertices)
 
     @cached_property
     def euler_characteristic(self) -> int:
         """Vertices in use, less edges, plus faces."""
-        return len(np.unique(self.faces)) - len(self.edges) + len(self.faces)
+        return len(self.used_vertices) - len(self.edges) + len(self.faces)
 
     @property
     def genus(self) -> int | None:

@@ -20,7 +20,7 @@ from lbskel.files import as_mesh
 from lbskel.inside import keep_inside, length_inside
 from lbskel.mesh import Mesh
 from lbskel.operators import Operator
-from lbskel.preprocess import components, tidy
+from lbskel.preprocess import Preprocessed, components, simplify, tidy
 from lbskel.pruning import merge_junctions, prune, resample
 from lbskel.refinement import inscribed_radii, mean_radii, recenter
 from lbskel.skeleton import Skeleton
@@ -33,6 +33,10 @@ MERGE = 0.7  # junctions nearer than this many radii are one
 SPACING = 0.5  # of the nodes along a branch, in radii
 FEWEST_FACES = 4  # of a component that can enclose anything
 INSIDE = 0.995  # share of the length that must lie inside for the check to pass
+
+MOST_FACES = 20_000  # of a component that is contracted as it is, unless in full
+
+RESOLUTIONS = ("auto", "full")
 
 Progress = Callable[[str], None]
 
@@ -60,6 +64,7 @@ def skeletonize(
     operator: str | Operator | None = None,
     energy: str | None = None,
     solver: str | None = None,
+    resolution: str = "auto",
     on_stage: Progress | None = None,
 ) -> Skeleton:
     """The curve skeleton of a mesh, checked.
@@ -72,6 +77,9 @@ def skeletonize(
         A name in PRESETS: ``flow`` is what measures best, ``au2008`` keeps to the paper.
     operator, energy, solver : str, optional
         Names in OPERATORS, ENERGIES and SOLVERS in place of the preset's.
+    resolution : str
+        ``auto`` contracts a simplified copy of components of more than 20,000 faces, and refines against the full
+        surface; ``full`` contracts every vertex.
     on_stage : callable, optional
         Called with the name of each stage as it begins.
 
@@ -102,6 +110,7 @@ def skeletonize(
     (1, 0, True)
     """
     settings = _settings(preset, operator, energy, solver)
+    choose(dict.fromkeys(RESOLUTIONS), resolution, "resolution")
     clock = _Clock(on_stage)
     given = clock("read", as_mesh, mesh)
     tidied = clock("check", tidy, given)
@@ -112,7 +121,7 @@ def skeletonize(
         if len(part.mesh.faces) < FEWEST_FACES or not part.mesh.area > 0:
             skipped.append(part.mesh)
             continue
-        parts.append((part, *_skeleton_of_component(part.mesh, settings, clock)))
+        parts.append((part, *_skeleton_of_component(part.mesh, settings, resolution, clock)))
     if not parts:
         raise MeshError(
             f"no component of the mesh has {FEWEST_FACES} faces and an area, so there is nothing that a skeleton could "
@@ -154,18 +163,26 @@ def _settings(
 
 def _box(mesh: Mesh) -> tuple[np.ndarray, float]:
     """Centre and diagonal of the bounding box of what the faces use."""
-    used = mesh.vertices[np.unique(mesh.faces)]
+    used = mesh.vertices[mesh.used_vertices]
     if not mesh.diagonal > 0:
         raise MeshError("all vertices of the mesh lie at one point")
     return (used.min(axis=0) + used.max(axis=0)) / 2, mesh.diagonal
 
 
-def _skeleton_of_component(mesh: Mesh, settings: ContractionSettings, clock: _Clock) -> tuple[Skeleton, dict[str, Any]]:
+def _skeleton_of_component(
+    mesh: Mesh, settings: ContractionSettings, resolution: str, clock: _Clock
+) -> tuple[Skeleton, dict[str, Any]]:
     """Contract, collapse, prune, refine and check one connected surface."""
-    contraction = clock("contract", contract, mesh, settings)
-    graph = clock("collapse", collapse, contraction.mesh, mesh)
+    proxy = Preprocessed(mesh, np.arange(len(mesh.vertices)))
+    if resolution == "auto":
+        proxy = clock("simplify", simplify, mesh, target_faces=MOST_FACES)
+    contraction = clock("contract", contract, proxy.mesh, settings)
+    graph = clock("collapse", collapse, contraction.mesh, proxy.mesh)
     skeleton = Skeleton(
-        contraction.mesh.vertices[graph.kept], graph.edges, np.zeros(len(graph.kept)), graph.node_of_vertex
+        contraction.mesh.vertices[graph.kept],
+        graph.edges,
+        np.zeros(len(graph.kept)),
+        graph.node_of_vertex[proxy.vertex_map],
     )
     surface = Surface(mesh)
     skeleton = clock("prune", _pruned, skeleton, surface)
@@ -182,6 +199,7 @@ def _skeleton_of_component(mesh: Mesh, settings: ContractionSettings, clock: _Cl
     return skeleton, {
         "vertices": len(mesh.vertices),
         "faces": len(mesh.faces),
+        "notes": list(proxy.notes),
         "is_closed_manifold": mesh.is_closed_manifold,
         "genus": genus,
         "status": contraction.status.value,

@@ -81,7 +81,7 @@ def collapse(contracted: Mesh, source: Mesh) -> Collapsed:
     is_guarded = cochain is not None
     if cochain is None:
         cochain = np.zeros((len(source.edges), 0), dtype=np.int64)
-    used = np.unique(source.faces)
+    used = source.used_vertices
     P = (contracted.vertices - contracted.vertices[used].mean(axis=0)) / source.diagonal
     left = _Complex(np.sort(source.faces, axis=1), source.edges, cochain)
     Q = _quadrics(P, left.edges)

@@ -44,7 +44,7 @@ def _facts(mesh: Mesh) -> dict[str, Any]:
         "genus": mesh.genus,
         "boundary_edges": int((mesh.faces_per_edge == 1).sum()),
         "nonmanifold_edges": int((mesh.faces_per_edge > 2).sum()),
-        "unused_vertices": len(mesh.vertices) - len(np.unique(mesh.faces)),
+        "unused_vertices": len(mesh.vertices) - len(mesh.used_vertices),
         "zero_area_faces": int((mesh.face_areas == 0).sum()),
         "bounding_box": [low.tolist(), high.tolist()],
         "diagonal": mesh.diagonal,

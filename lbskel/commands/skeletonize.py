@@ -16,7 +16,7 @@ from lbskel.contraction import ENERGIES, PRESETS
 from lbskel.errors import FormatError, LbskelError
 from lbskel.files import FORMATS, read_mesh, write_safely, write_skeleton
 from lbskel.operators import OPERATORS
-from lbskel.pipeline import skeletonize
+from lbskel.pipeline import RESOLUTIONS, skeletonize
 from lbskel.skeleton import Skeleton
 from lbskel.solvers import SOLVERS
 
@@ -35,6 +35,9 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("--operator", choices=OPERATORS, help="discrete Laplacian, instead of the preset's")
     parser.add_argument("--energy", choices=ENERGIES, help="what each step minimises, instead of the preset's")
     parser.add_argument("--solver", choices=SOLVERS, help="of the linear systems, instead of the preset's")
+    parser.add_argument(
+        "--resolution", default="auto", choices=RESOLUTIONS, help="full: contract every vertex (%(default)s)"
+    )
     parser.add_argument("--picture", metavar="PNG", help="draw mesh and skeleton; a folder, where inputs are several")
     parser.add_argument("--report", metavar="JSON", help="write the full report; a folder, where inputs are several")
     parser.add_argument("--json", action="store_true", help="print the full report as JSON, one line per input")
@@ -117,6 +120,7 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
             operator=arguments.operator,
             energy=arguments.energy,
             solver=arguments.solver,
+            resolution=arguments.resolution,
             on_stage=bar.show,
         )
     write_skeleton(job.skeleton, skeleton, force=arguments.force, cut_cycles=arguments.cut_cycles)
@@ -151,6 +155,7 @@ def _summary(job: _Job, skeleton: Skeleton) -> str:
             f"  component {part['faces']:,} faces, {genus}: {part['cycle_rank']} cycles, "
             f"{100 * part['length_inside']:.1f} % inside; {len(part['steps'])} steps, {part['status']}"
         )
+        lines.extend(f"  note      {note}" for note in part["notes"])
         lines.extend(f"  failed    {name}" for name, passed in part["checks"].items() if passed is False)
     lines.append(f"  wrote     {job.skeleton} in {sum(report['seconds'].values()):.1f} s")
     return "\n".join(lines)

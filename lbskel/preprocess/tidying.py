@@ -44,7 +44,7 @@ def tidy(mesh: Mesh) -> Preprocessed:
     if not mesh.is_closed_manifold:
         _, first, group = np.unique(mesh.vertices, axis=0, return_index=True, return_inverse=True)
         to_place = first[group.reshape(-1)]
-        used = np.unique(mesh.faces)
+        used = mesh.used_vertices
         if n_merged := len(used) - len(np.unique(to_place[used])):
             notes.append(f"{n_merged} vertices at the place of another were merged with it")
     F = to_place[mesh.faces]
@@ -59,7 +59,7 @@ def tidy(mesh: Mesh) -> Preprocessed:
         notes.append(f"{len(bad)} faces that copy another were left out: {first_few(bad)}")
     F = F[np.sort(first)]
     used = np.unique(F)
-    if n_unused := n - len(np.unique(mesh.faces)):
+    if n_unused := n - len(mesh.used_vertices):
         notes.append(f"{n_unused} vertices belong to no face and are mapped to the nearest node")
     if not notes or len(F) == 0:
         return Preprocessed(mesh, np.arange(n))
@@ -70,7 +70,7 @@ def tidy(mesh: Mesh) -> Preprocessed:
 
 def components(mesh: Mesh) -> list[Preprocessed]:
     """Each connected component as a mesh of its own, in the order of ``mesh.component_of_vertex``."""
-    if mesh.n_components == 1 and len(np.unique(mesh.faces)) == len(mesh.vertices):
+    if mesh.n_components == 1 and len(mesh.used_vertices) == len(mesh.vertices):
         return [Preprocessed(mesh, np.arange(len(mesh.vertices)))]
     label = mesh.component_of_vertex
     label_of_face = label[mesh.faces[:, 0]]
