@@ -49,7 +49,7 @@ def eigenpairs(laplacian: Laplacian, k: int, *, solver: str = "cholmod") -> Pair
     Raises
     ------
     MeshError
-        If the operator is not symmetric.
+        If the operator is not symmetric, or the mesh has no area.
     SolveError
         If it is not positive semidefinite.
 
@@ -63,6 +63,8 @@ def eigenpairs(laplacian: Laplacian, k: int, *, solver: str = "cholmod") -> Pair
     array([0., 2., 2., 2.])
     """
     S, M = laplacian.stiffness, laplacian.mass
+    if not M.sum() > 0:
+        raise MeshError("the mesh has no area: every face is degenerate, so there is no spectrum")
     if abs(S - S.T).max() > 1e-12 * abs(S).max():
         raise MeshError("the operator is not symmetric; take one that is, for example 'mean_value_symmetric'")
     component = connected_components(abs(S) + abs(M), directed=False)[1]
