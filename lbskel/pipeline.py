@@ -22,7 +22,7 @@ from lbskel.mesh import Mesh
 from lbskel.operators import Operator
 from lbskel.preprocess import Preprocessed, components, simplify, tidy
 from lbskel.pruning import merge_junctions, prune, resample
-from lbskel.refinement import inscribed_radii, mean_radii, recenter
+from lbskel.refinement import inscribed_radii, mean_radii, recenter, settle
 from lbskel.skeleton import Skeleton
 from lbskel.surface import Surface
 from lbskel.surgery import collapse
@@ -188,7 +188,7 @@ def _skeleton_of_component(
     skeleton = clock("prune", _pruned, skeleton, surface)
     skeleton = clock("recentre", recenter, skeleton, surface)
     skeleton = clock("extend", extend_tips, skeleton, surface)
-    skeleton = clock("check", lambda: inscribed_radii(keep_inside(skeleton, surface), surface))
+    skeleton = clock("check", lambda: inscribed_radii(settle(keep_inside(skeleton, surface), mesh), surface))
     inside = clock("check", length_inside, skeleton, surface)
     genus = mesh.genus
     checks = {

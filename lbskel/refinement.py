@@ -10,7 +10,7 @@ applications, and algorithms", https://doi.org/10.1109/TVCG.2007.1002, on centre
 
 from __future__ import annotations
 
-__all__ = ["inscribed_radii", "mean_radii", "recenter"]
+__all__ = ["inscribed_radii", "mean_radii", "recenter", "settle"]
 
 from dataclasses import replace
 
@@ -59,6 +59,23 @@ def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
         radii[fresh] = value[fresh] / near[fresh]
         known = known | fresh
     return replace(skeleton, radii=radii, radius_kind="mean")
+
+
+def settle(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
+    """The skeleton with each vertex handed on along the edges to a nearer node, as long as there is one next to it."""
+    degrees = skeleton.degrees
+    beside = np.tile(np.arange(len(degrees))[:, None], (1, int(degrees.max(initial=0)) + 1))
+    for node, neighbours in enumerate(skeleton.neighbours):
+        beside[node, 1 : 1 + len(neighbours)] = neighbours
+    node_of_vertex = np.array(skeleton.node_of_vertex)
+    moving = np.arange(len(node_of_vertex))
+    while len(moving):
+        choices = beside[node_of_vertex[moving]]
+        apart = np.linalg.norm(skeleton.nodes[choices] - mesh.vertices[moving, None, :], axis=2)
+        nearest = np.argmin(apart, axis=1)  # of equals the first, which is the node itself
+        node_of_vertex[moving] = choices[np.arange(len(moving)), nearest]
+        moving = moving[nearest > 0]
+    return replace(skeleton, node_of_vertex=node_of_vertex)
 
 
 def _branch_of_node(skeleton: Skeleton) -> NDArray[np.int64]:

@@ -5,7 +5,7 @@ import pytest
 
 from lbskel import Skeleton, contract
 from lbskel.inside import keep_inside, length_inside
-from lbskel.refinement import inscribed_radii, mean_radii, recenter
+from lbskel.refinement import inscribed_radii, mean_radii, recenter, settle
 from lbskel.shapes import capsule, make, sphere, torus, tube
 from lbskel.surface import Surface
 from lbskel.tips import extend_tips
@@ -129,3 +129,11 @@ def test_recentring_moves_a_contracted_shape_nearer_to_its_axis():
     raw = Skeleton(contracted.vertices[graph.kept], graph.edges, np.full(len(graph.kept), 0.3), graph.node_of_vertex)
     error = [np.abs(np.hypot(*s.nodes[:, :2].T) - 1).mean() for s in (raw, recenter(raw, Surface(mesh)))]
     assert error[1] < 0.5 * error[0]
+
+
+def test_vertices_settle_at_the_nearest_node_along_the_skeleton():
+    mesh = capsule(4.0, 0.5, 32)
+    path = chain(np.stack([np.zeros(9), np.zeros(9), np.linspace(-2, 2, 9)], axis=1), mesh)
+    nearest = path.node_of_vertex
+    astray = Skeleton(path.nodes, path.edges, path.radii, np.clip(nearest + 3, 0, 8))
+    assert np.array_equal(settle(astray, mesh).node_of_vertex, nearest)
