@@ -1,12 +1,16 @@
 """The health sheet: each measure on an operator and a mesh where its value is known."""
 
+import argparse
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.sparse import csc_array
 
-from lbskel import Mesh, laplacian
+from lbskel import FormatError, Mesh, MeshError, laplacian
+from lbskel.commands import laplacian as command
+from lbskel.files import write_mesh
 from lbskel.health import health
 from lbskel.operators import OPERATORS, Laplacian
 from lbskel.shapes import flat_grid, schwarz_lantern, sphere, torus
@@ -118,3 +122,40 @@ def test_any_mesh_gives_a_sheet_of_plain_numbers(name):
         for value in vars(found).values():
             assert value is None or (isinstance(value, float | int) and np.isfinite(value))
         assert all(value in (True, False, None) for value in found.passed.values())
+
+
+def run_command(*arguments):
+    parser = argparse.ArgumentParser()
+    command.add_parser(parser.add_subparsers())
+    parsed = parser.parse_args(["laplacian", *map(str, arguments)])
+    return parsed.run(parsed)
+
+
+def test_the_command_prints_every_operator_and_writes_what_is_asked_for(tmp_path, capsys):
+    path = tmp_path / "lantern.off"
+    write_mesh(path, schwarz_lantern(8, 30))
+    assert run_command(path, "--json", tmp_path / "health.json") == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[1 : 1 + len(OPERATORS)]] == list(OPERATORS)
+    assert "!" in next(line for line in lines if line.startswith("cotangent "))
+    assert "!" in next(line for line in lines if line.startswith("mean_value "))
+    written = json.loads((tmp_path / "health.json").read_text())
+    assert written["operators"]["cotangent"]["passed"]["positive"] is False
+    assert written["operators"]["graph"]["n_components"] == 1
+    assert run_command(path, "--operator", "robust", "--picture", tmp_path / "curvature.png") == 0
+    assert (tmp_path / "curvature.png").read_bytes()[:4] == b"\x89PNG"
+    with pytest.raises(FormatError, match="exists"):
+        run_command(path, "--json", tmp_path / "health.json")
+
+
+def test_the_command_goes_on_where_an_operator_is_not_defined(tmp_path, capsys):
+    path = tmp_path / "fin.off"
+    write_mesh(path, Mesh(np.eye(5, 3) + 1, [[0, 1, 2], [0, 1, 3], [0, 1, 4]]))
+    assert run_command(path, "--json", "-") == 0
+    document = json.loads(capsys.readouterr().out)
+    assert set(document["refused"]) == {"intrinsic_delaunay"}
+    assert set(document["operators"]) == set(OPERATORS) - {"intrinsic_delaunay"}
+    with pytest.raises(MeshError, match="use the operator 'robust'"):
+        run_command(path, "--operator", "intrinsic_delaunay")
+    assert run_command(path, "--operator", "graph") == 0
+    assert len(capsys.readouterr().out.splitlines()) == 2 + 1 + 5
