@@ -7,7 +7,7 @@ import pytest
 
 import lbskel
 
-HEAVY = ["fast_simplification", "matplotlib", "meshio", "networkx", "plotly", "pymeshlab", "trimesh", "vtk"]
+HEAVY = ["matplotlib", "meshio", "networkx", "plotly", "pymeshlab", "trimesh", "vtk"]
 
 LOADED = "import json, sys; {}; print(json.dumps(sorted(sys.modules)))"
 

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import trimesh
 from conftest import joined, moved
 from hypothesis import given
 from hypothesis import strategies as st
@@ -201,7 +202,6 @@ def test_a_mesh_is_itself(tetrahedron):
 
 
 def test_trimesh():
-    trimesh = pytest.importorskip("trimesh")
     same(trimesh.Trimesh(SQUARE, HALVES, process=False))
     same(SimpleNamespace(vertices=SQUARE, faces=HALVES))
 
@@ -232,11 +232,6 @@ def test_meshio():
     same(both, faces=[[0, 1, 2], *HALVES], notes=note)
     with pytest.raises(MeshError, match="it has no faces"):
         as_mesh(SimpleNamespace(points=points, cells_dict={"tetra": quad}))
-
-
-def test_meshio_itself():
-    meshio = pytest.importorskip("meshio")
-    same(meshio.Mesh(np.array(SQUARE, dtype=float), [("triangle", np.array(HALVES))]))
 
 
 @pytest.mark.parametrize("data", [5, None, "square", object(), (SQUARE,), (SQUARE, HALVES, HALVES)])

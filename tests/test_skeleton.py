@@ -3,6 +3,7 @@
 import sys
 from itertools import pairwise
 
+import networkx
 import numpy as np
 import pytest
 from hypothesis import given
@@ -111,7 +112,6 @@ def test_branches_use_every_edge_once_and_end_where_it_is_not_two(skeleton):
 
 @given(graphs())
 def test_counts_agree_with_networkx(skeleton):
-    networkx = pytest.importorskip("networkx")
     graph = skeleton.to_networkx()
     assert networkx.number_connected_components(graph) == skeleton.n_components
     assert len(networkx.cycle_basis(graph)) == skeleton.cycle_rank
@@ -122,7 +122,6 @@ def test_counts_agree_with_networkx(skeleton):
 
 
 def test_networkx_attributes():
-    pytest.importorskip("networkx")
     graph = Skeleton([[0, 0, 0], [3, 4, 0], [9, 9, 9]], [[1, 0]], [0.5, 0.25, 1]).to_networkx()
     assert dict(graph.nodes(data=True)) == {
         0: {"pos": (0.0, 0.0, 0.0), "radius": 0.5},
