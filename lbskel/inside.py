@@ -1,9 +1,10 @@
-"""Keeping a skeleton inside its surface: nodes pushed in, edges bent round what they would cut across."""
+"""Keeping a skeleton inside its surface: what would cut across the outside is led another way."""
 
 from __future__ import annotations
 
 __all__ = ["keep_inside", "length_inside"]
 
+import itertools
 from dataclasses import replace
 
 import igl
@@ -17,8 +18,9 @@ from lbskel.quality import sample_edges
 from lbskel.skeleton import Skeleton
 from lbskel.surface import Surface
 
-SAMPLES = 8  # places along an edge at which it is tested
-ROUNDS = 3
+SAMPLES = 12  # places along an edge at which it is tested
+JOINED = 4  # edges at most from one that leaves the shape to the next for both to be led another way together
+SMOOTHINGS = 10
 LEAST_LENGTH = 1e-12  # added to every edge, since no length would mean no edge
 LEAST_DEPTH = 0.01  # of the diagonal
 
@@ -44,74 +46,110 @@ def _pushed_in(points: NDArray[np.float64], surface: Surface) -> NDArray[np.floa
 
 
 def keep_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Push outer nodes in, and bend edges that leave the surface round what they would cut across.
+    """Lead every stretch of a branch that leaves the surface another way, inside.
 
-    An edge is first split at a point that is pushed in. One that is still outside after a few rounds spans a gap
-    between two parts of the shape, and goes the shortest way along the surface, under it, instead.
+    Junctions and tips outside are pushed in. A stretch from one inner node to the next then goes straight where that
+    stays inside, or else the shortest way under the surface.
     """
-    outer = np.flatnonzero(~surface.contains(skeleton.nodes))
-    if len(outer):
-        P = np.array(skeleton.nodes)
-        P[outer] = _pushed_in(P[outer], surface)
-        skeleton = replace(skeleton, nodes=P)
-    for _ in range(ROUNDS):
-        bent, outside, along = _bent(skeleton, surface)
-        if len(bent) == 0:
-            return skeleton
-        weights = outside / outside.sum(axis=1, keepdims=True)
-        middles = _pushed_in(np.einsum("es,esi->ei", weights, along), surface)
-        skeleton = _with_ways(skeleton, surface, bent, [middle[None] for middle in middles])
-    bent, _, _ = _bent(skeleton, surface)
-    return _with_ways(skeleton, surface, bent, _under_surface(skeleton, surface, bent))
+    P = np.array(skeleton.nodes)
+    ends = np.flatnonzero(skeleton.degrees != 2)
+    outer = ends[~surface.contains(P[ends])]
+    P[outer] = _pushed_in(P[outer], surface)
+    skeleton = replace(skeleton, nodes=P)
+    is_bent = _leaves(skeleton.nodes[skeleton.edges], surface)
+    if not is_bent.any():
+        return skeleton
+    bent = {tuple(edge) for edge in skeleton.edges[is_bent].tolist()}
+    stretches = [stretch for branch in skeleton.branches for stretch in _stretches(branch, bent)]
+    ways = _ways(skeleton.nodes, np.array([(stretch[0], stretch[-1]) for stretch in stretches]), surface)
+    return _rerouted(skeleton, surface, stretches, ways)
 
 
-def _bent(skeleton: Skeleton, surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.float64]]:
-    """Edges that are outside somewhere, and for each of them which samples are, and the samples."""
-    start, end = skeleton.nodes[skeleton.edges].transpose(1, 0, 2)
-    share = (np.arange(SAMPLES) + 0.5) / SAMPLES
-    along = start[:, None, :] + share[:, None] * (end - start)[:, None, :]
-    outside = ~surface.contains(along.reshape(-1, 3)).reshape(-1, SAMPLES)
-    bent = np.flatnonzero(outside.any(axis=1))
-    return bent, outside[bent], along[bent]
+def _leaves(segments: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:
+    """Which of (k, 2, 3) segments are outside somewhere."""
+    share = ((np.arange(SAMPLES) + 0.5) / SAMPLES)[:, None]
+    along = segments[:, :1] + share * (segments[:, 1:] - segments[:, :1])
+    return ~surface.contains(along.reshape(-1, 3)).reshape(-1, SAMPLES).all(axis=1)
 
 
-def _with_ways(
-    skeleton: Skeleton, surface: Surface, edges: NDArray[np.int64], ways: list[NDArray[np.float64]]
+def _stretches(branch: NDArray[np.int64], bent: set[tuple[int, int]]) -> list[NDArray[np.int64]]:
+    """The runs of nodes whose edges leave the surface, those that all but touch joined to one."""
+    is_bent = np.array([(min(a, b), max(a, b)) in bent for a, b in itertools.pairwise(branch.tolist())])
+    at = np.flatnonzero(is_bent)
+    runs = np.split(at, np.flatnonzero(np.diff(at) > JOINED) + 1) if len(at) else []
+    stretches = [branch[run[0] : run[-1] + 2] for run in runs]
+    if len(stretches) == 1 and stretches[0][0] == stretches[0][-1]:  # all of a loop, which has to stay one
+        third = len(branch) // 3
+        return [branch[: third + 1], branch[third : 2 * third + 1], branch[2 * third :]]
+    return stretches
+
+
+def _ways(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surface) -> list[NDArray[np.float64]]:
+    """For each pair of nodes the points between them of a way that stays inside, one in the middle if it is straight.
+
+    Otherwise the way runs along the edges of the mesh, its vertices pushed in to half the thickness of the shape, but
+    no deeper than the nodes lie at most.
+    """
+    leaves = _leaves(P[pairs], surface)
+    V, edges = surface.mesh.vertices, surface.mesh.edges
+    inward = -igl.per_vertex_normals(V, surface.mesh.faces, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_ANGLE)
+    inward = -inward if surface.mesh.volume < 0 else inward
+    entry = V + 1e-6 * surface.mesh.diagonal * inward
+    chord = surface.ahead(entry, inward)
+    half = 0.5 * np.where(np.isfinite(chord), chord, 0.0)
+    depths = surface.distance(P[pairs.ravel()]).reshape(-1, 2).max(axis=1)
+    ways = []
+    for (start, end), depth, is_outside in zip(pairs.tolist(), depths, leaves, strict=True):
+        if not is_outside:
+            ways.append(P[[start, end]].mean(axis=0, keepdims=True))
+            continue
+        under = entry + np.minimum(half, depth)[:, None] * inward
+        lengths = np.linalg.norm(under[edges[:, 0]] - under[edges[:, 1]], axis=1) + LEAST_LENGTH
+        graph = coo_array((lengths, (edges[:, 0], edges[:, 1])), shape=(len(V), len(V))).tocsr()
+        first, last = cKDTree(under).query(P[[start, end]])[1].tolist()
+        before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)[1]
+        walk = [last]
+        while walk[-1] != first and before[walk[-1]] >= 0:
+            walk.append(int(before[walk[-1]]))
+        ways.append(_smoothed(np.concatenate([P[[start]], under[walk[::-1]], P[[end]]]), surface)[1:-1])
+    return ways
+
+
+def _smoothed(way: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
+    """The way with each point at the mean of itself and its neighbours, as long as that is inside; its ends stay."""
+    for _ in range(SMOOTHINGS):
+        mean = np.array(way)
+        mean[1:-1] = (way[:-2] + way[1:-1] + way[2:]) / 3
+        if _leaves(np.stack([mean[:-1], mean[1:]], axis=1), surface).any():
+            break
+        way = mean
+    return way
+
+
+def _rerouted(
+    skeleton: Skeleton, surface: Surface, stretches: list[NDArray[np.int64]], ways: list[NDArray[np.float64]]
 ) -> Skeleton:
-    """Each of the edges replaced by a chain through the points of its way."""
-    chains = [np.delete(skeleton.edges, edges, axis=0)]
-    n_nodes = len(skeleton.nodes)
-    for (start, end), way in zip(skeleton.edges[edges].tolist(), ways, strict=True):
-        chain = np.concatenate([[start], n_nodes + np.arange(len(way)), [end]])
+    """The skeleton with the inner nodes of each stretch replaced by its way; their vertices go to its first node."""
+    target = np.arange(len(skeleton.nodes))
+    dropped = set()
+    chains, n_nodes = [], len(skeleton.nodes)
+    for stretch, way in zip(stretches, ways, strict=True):
+        target[stretch[1:-1]] = stretch[0]
+        dropped.update((min(a, b), max(a, b)) for a, b in itertools.pairwise(stretch.tolist()))
+        chain = np.concatenate([stretch[:1], n_nodes + np.arange(len(way)), stretch[-1:]])
         chains.append(np.stack([chain[:-1], chain[1:]], axis=1))
         n_nodes += len(way)
-    new = np.concatenate([np.empty((0, 3)), *ways])
+    kept = np.array([edge for edge in skeleton.edges.tolist() if tuple(edge) not in dropped]).reshape(-1, 2)
+    nodes = np.concatenate([skeleton.nodes, *ways])
+    outer = np.flatnonzero(~surface.contains(nodes))
+    nodes[outer] = _pushed_in(nodes[outer], surface)
+    edges = np.concatenate([kept, *chains]).astype(np.int64)
+    stays = np.concatenate([target == np.arange(len(target)), np.ones(n_nodes - len(target), dtype=bool)])
+    new_of = np.cumsum(stays) - 1
     return replace(
         skeleton,
-        nodes=np.concatenate([skeleton.nodes, new]),
-        edges=np.concatenate(chains),
-        radii=np.concatenate([skeleton.radii, surface.distance(new)]) if len(new) else skeleton.radii,
+        nodes=nodes[stays],
+        edges=new_of[edges],
+        radii=surface.distance(nodes[stays]),
+        node_of_vertex=new_of[target[skeleton.node_of_vertex]],
     )
-
-
-def _under_surface(skeleton: Skeleton, surface: Surface, edges: NDArray[np.int64]) -> list[NDArray[np.float64]]:
-    """For each edge, the shortest way along the edges of the mesh, pushed in as deep as its ends lie at most."""
-    V, pairs = surface.mesh.vertices, surface.mesh.edges
-    lengths = np.linalg.norm(V[pairs[:, 0]] - V[pairs[:, 1]], axis=1)
-    graph = coo_array((lengths + LEAST_LENGTH, (pairs[:, 0], pairs[:, 1])), shape=(len(V), len(V))).tocsr()
-    inward = -igl.per_vertex_normals(V, surface.mesh.faces, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_ANGLE)
-    if surface.mesh.volume < 0:
-        inward = -inward
-    ends = cKDTree(V).query(skeleton.nodes[skeleton.edges[edges]])[1].reshape(-1, 2)
-    depths = surface.distance(skeleton.nodes)[skeleton.edges[edges]].max(axis=1) if len(edges) else np.empty(0)
-    ways = []
-    for (start, end), depth in zip(ends.tolist(), depths, strict=True):
-        before = dijkstra(graph, directed=False, indices=start, return_predecessors=True)[1]
-        walk = [end]
-        while walk[-1] != start and before[walk[-1]] >= 0:
-            walk.append(int(before[walk[-1]]))
-        way = np.array(walk[::-1])
-        entry = V[way] + 1e-6 * surface.mesh.diagonal * inward[way]
-        chord = surface.ahead(entry, inward[way])
-        ways.append(entry + np.minimum(0.5 * np.where(np.isfinite(chord), chord, 0.0), depth)[:, None] * inward[way])
-    return ways
