@@ -44,7 +44,6 @@ LAYER_4_KNOWS = {0, 1, 2, 4}
 
 # heavy or optional: imported where they are used and nowhere else
 LAZY = {
-    "fast_simplification",
     "matplotlib",
     "meshio",
     "networkx",
