@@ -1,5 +1,6 @@
 """lbskel: discrete Laplace-Beltrami operators and curve skeletons by Laplacian contraction."""
 
+from lbskel.applications.spectrum import eigenpairs
 from lbskel.contraction import PRESETS, Contraction, ContractionSettings, Status, Step, contract
 from lbskel.errors import (
     FormatError,
@@ -10,6 +11,7 @@ from lbskel.errors import (
     UnknownChoice,
 )
 from lbskel.files import as_mesh, read_mesh, read_points, read_skeleton, write_mesh, write_skeleton
+from lbskel.health import Health, health
 from lbskel.mesh import Mesh, PointCloud
 from lbskel.operators import OPERATORS, Laplacian, laplacian
 from lbskel.pipeline import skeletonize
@@ -29,6 +31,7 @@ __all__ = [
     "Contraction",
     "ContractionSettings",
     "FormatError",
+    "Health",
     "Laplacian",
     "LbskelError",
     "Mesh",
@@ -44,7 +47,9 @@ __all__ = [
     "collapse",
     "compare",
     "contract",
+    "eigenpairs",
     "factorize",
+    "health",
     "laplacian",
     "merge_junctions",
     "prune",

@@ -2,6 +2,6 @@
 
 __all__ = ["COMMANDS"]
 
-from lbskel.commands import info, skeletonize
+from lbskel.commands import info, laplacian, skeletonize
 
-COMMANDS = (skeletonize, info)
+COMMANDS = (skeletonize, info, laplacian)
