@@ -9,6 +9,7 @@ __all__ = [
     "machine",
     "markdown_table",
     "median_ratio",
+    "peak_growth",
     "save_json",
     "save_markdown",
     "save_picture",
@@ -60,14 +61,23 @@ def machine(packages: Sequence[str] = ()) -> dict[str, Any]:
     }
 
 
-def interleaved(calls: Mapping[str, Callable[[], Any]], repeats: int = 5) -> dict[str, list[float]]:
-    """Seconds of each call, taken in turns, so that a busy machine slows all of them alike; one warm-up round first."""
+def interleaved(
+    calls: Mapping[str, Callable[..., Any]],
+    repeats: int = 5,
+    *,
+    prepare: Mapping[str, Callable[[], Any]] | None = None,
+) -> dict[str, list[float]]:
+    """Seconds of each call, taken in turns, so that a busy machine slows all of them alike; one warm-up round first.
+
+    A call that has a function in ``prepare`` gets what that returns, made anew each time and not timed.
+    """
     seconds: dict[str, list[float]] = {name: [] for name in calls}
     for turn in range(repeats + 1):
         for name, call in calls.items():
+            given = (prepare[name](),) if prepare and name in prepare else ()
             gc.collect()
             start = time.perf_counter()
-            call()
+            call(*given)
             if turn > 0:
                 seconds[name].append(time.perf_counter() - start)
     return seconds
@@ -122,6 +132,22 @@ def in_child(function: Callable[..., Any], *arguments: Any, timeout: float = 600
     finally:
         process.kill()
         process.join()
+
+
+def peak_growth(call: Callable[[], Any]) -> float | None:
+    """Megabytes that a call takes at its peak beyond what the process holds before; None where there is no /proc."""
+    reset, status = Path("/proc/self/clear_refs"), Path("/proc/self/status")
+    if not reset.exists():
+        return None
+
+    def kilobytes(name: str) -> int:
+        return next(int(line.split()[1]) for line in status.read_text().splitlines() if line.startswith(name))
+
+    gc.collect()
+    reset.write_text("5")
+    before = kilobytes("VmRSS")
+    call()
+    return (kilobytes("VmHWM") - before) * 1024 / 1e6
 
 
 def fitted_order(sizes: Sequence[float], errors: Sequence[float]) -> float:

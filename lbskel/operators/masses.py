@@ -34,9 +34,11 @@ def voronoi_corners(mesh: Mesh) -> NDArray[np.float64]:
     V, k = unit_scale(mesh.vertices)
     half_cotangents = without_degenerate(igl.cotmatrix_entries(V, mesh.faces))[0]
     pieces = igl.squared_edge_lengths(V, mesh.faces) * half_cotangents
-    obtuse = np.less(half_cotangents, 0.0)
-    quarters = igl.doublearea(V, mesh.faces)[:, None] / 8 * (1 + obtuse)
-    corners = np.where(obtuse.any(axis=1, keepdims=True), quarters, (pieces[:, [1, 2, 0]] + pieces[:, [2, 0, 1]]) / 4)
+    corners = np.stack([pieces[:, 1] + pieces[:, 2], pieces[:, 2] + pieces[:, 0], pieces[:, 0] + pieces[:, 1]], axis=1)
+    corners /= 4
+    is_obtuse = np.less(half_cotangents, 0.0)
+    obtuse = is_obtuse.any(axis=1)
+    corners[obtuse] = igl.doublearea(V, mesh.faces[obtuse])[:, None] / 8 * (1 + is_obtuse[obtuse])
     return np.ldexp(corners, 2 * k)
 
 

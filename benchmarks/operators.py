@@ -1,0 +1,29 @@
+"""Every operator: the properties that it keeps, how it converges, what it costs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from benchmarks import operators_convergence, operators_properties, operators_speed
+from benchmarks.harness import save_json, save_markdown, save_picture
+
+
+def run(quick: bool, results: Path) -> None:
+    """Write operators_properties, operators_convergence and operators_speed: JSON, Markdown, pictures."""
+    rows = operators_properties.measure(("good", "open") if quick else None)
+    save_json(results / "operators_properties.json", {"quick": quick, "rows": rows})
+    save_markdown(results / "operators_properties.md", "What each Laplacian keeps", operators_properties.tables(rows))
+
+    rows = operators_convergence.measure(range(3 if quick else 5))
+    save_json(results / "operators_convergence.json", {"quick": quick, "rows": rows})
+    tables = operators_convergence.tables(rows)
+    save_markdown(results / "operators_convergence.md", "How each Laplacian converges", tables)
+    save_picture(
+        results / "operators_convergence.png", lambda figure: operators_convergence.picture(rows, figure), size=(13, 13)
+    )
+
+    sizes = (2_000, 10_000) if quick else (10_000, 100_000, 1_000_000)
+    rows = operators_speed.measure(sizes, {n: 1 if quick else 3 if n > 500_000 else 5 for n in sizes})
+    save_json(results / "operators_speed.json", {"quick": quick, "rows": rows}, packages=operators_speed.PACKAGES)
+    save_markdown(results / "operators_speed.md", "What each Laplacian costs", operators_speed.tables(rows))
+    save_picture(results / "operators_speed.png", lambda figure: operators_speed.picture(rows, figure), size=(11, 6))

@@ -1,0 +1,156 @@
+"""The no-free-lunch table: the health of every operator on a fixed set of shapes, beside what theory says.
+
+Wardetzky, Mathur, Kaelberer, Grinspun 2007, https://doi.org/10.2312/SGP/SGP07/033-037. A property counts as kept when
+it holds on every shape where it is defined.
+"""
+
+from __future__ import annotations
+
+__all__ = ["measure", "shapes", "tables"]
+
+import os
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from benchmarks.harness import markdown_table
+from lbskel import Mesh, MeshError, laplacian
+from lbskel.files import read_mesh
+from lbskel.health import health
+from lbskel.operators import OPERATORS
+from lbskel.shapes import flat_grid, make, schwarz_lantern, sphere
+
+PROPERTIES = ("symmetric", "local", "constants", "linear", "positive", "semidefinite", "null space", "maximum")
+KEEPS = set(PROPERTIES)
+# Rows of the table of properties in the literature: what cannot be lost on any mesh.
+THEORY: dict[str, set[str]] = {
+    "graph": KEEPS - {"linear"},
+    "random_walk": KEEPS - {"linear"},
+    "inverse_distance": KEEPS - {"linear"},
+    "cotangent": KEEPS - {"positive", "maximum"},
+    "clamped_cotangent": {"symmetric", "local", "constants"},
+    "cotangent_identity": {"local"},
+    "mean_value": {"local", "constants", "linear", "positive", "maximum"},
+    "mean_value_symmetric": KEEPS - {"linear"},
+    "intrinsic_delaunay": KEEPS - {"local"},
+    "robust": KEEPS - {"local"},
+    "heat_kernel": KEEPS - {"local", "linear"},
+    "anisotropic": KEEPS - {"positive", "maximum"},
+}
+# Why a measurement differs from that row.
+EXPLAINED: dict[tuple[str, str], str] = {
+    (
+        "intrinsic_delaunay",
+        "positive",
+    ): "edges of a boundary are not flipped, and those see obtuse angles",
+    ("intrinsic_delaunay", "maximum"): "as for its weights",
+    (
+        "robust",
+        "linear",
+    ): "next to a boundary that sees obtuse angles its cover's edges reach round to the back",
+    ("anisotropic", "linear"): "the plane ends at a fold, where the vertex normals lean",
+}
+
+
+def oriented_hull(points: np.ndarray) -> Mesh:
+    """The convex hull of points around the origin, faces outwards."""
+    F = ConvexHull(points).simplices.astype(np.int64)
+    A, B, C = points[F].transpose(1, 0, 2)
+    inwards = np.einsum("fx,fx->f", np.cross(B - A, C - A), A) < 0
+    F[inwards] = F[inwards][:, ::-1]
+    return Mesh(points, F)
+
+
+def uneven_square(n: int, by: float = 0.3, seed: int = 0) -> Mesh:
+    """The unit square with its inner vertices moved by up to that share of the grid."""
+    grid = flat_grid(n, n)
+    V = grid.vertices.copy()
+    inner = ((V[:, :2] > 0) & (V[:, :2] < 1)).all(axis=1)
+    V[inner, :2] += np.random.default_rng(seed).uniform(-by, by, (int(inner.sum()), 2)) / (n - 1)
+    return grid.with_vertices(V)
+
+
+def book(pages: int = 3, n: int = 8) -> Mesh:
+    """Sheets that share an edge of the first: not a manifold there."""
+    grid = flat_grid(n, n)
+    spine = np.arange(n)
+    V, F = [grid.vertices[:n]], []
+    for page in range(pages):
+        angle = 2 * np.pi * page / pages
+        index = np.concatenate([spine, n + page * (n - 1) * n + np.arange((n - 1) * n)])
+        x, y = grid.vertices[n:, 0], grid.vertices[n:, 1]
+        V.append(np.column_stack([x * np.cos(angle), y, x * np.sin(angle)]))
+        F.append(index[grid.faces])
+    return Mesh(np.concatenate(V), np.concatenate(F))
+
+
+def shapes() -> dict[str, Mesh]:
+    """The fixed set; a real mesh beside them where the environment names one in BENCHMARK_MESH."""
+    random = np.random.default_rng(0)
+    points = random.normal(size=(1500, 3))
+    shear = np.array([[1, 0, 0], [1.4, 1, 0], [0, 0, 1]])
+    found = {
+        "good": sphere(3),
+        "anisotropic": uneven_square(20).with_vertices(uneven_square(20).vertices * [60, 1, 1]),
+        "obtuse": flat_grid(20, 20).with_vertices(flat_grid(20, 20).vertices @ shear),
+        "irregular": oriented_hull(points / np.linalg.norm(points, axis=1, keepdims=True)),
+        "lantern": schwarz_lantern(16, 60),
+        "open": uneven_square(20),
+        "non-manifold": book(),
+        "dinosaur": make("dinosaur", n_vertices=3000).mesh,
+    }
+    real = os.environ.get("BENCHMARK_MESH")
+    if real:
+        found[f"real ({Path(real).stem})"] = read_mesh(real)
+    return found
+
+
+def measure(names: Iterable[str] | None = None) -> list[dict[str, Any]]:
+    """One row for each operator on each shape, of those named or all."""
+    rows: list[dict[str, Any]] = []
+    chosen = {name: mesh for name, mesh in shapes().items() if names is None or name in names}
+    for name, mesh in chosen.items():
+        for operator in OPERATORS:
+            row: dict[str, Any] = {"shape": name, "vertices": len(mesh.vertices), "operator": operator}
+            try:
+                sheet = health(laplacian(mesh, operator=operator), mesh)
+                rows.append({**row, **asdict(sheet), "passed": sheet.passed})
+            except MeshError as error:
+                rows.append({**row, "refused": str(error)})
+    return rows
+
+
+def _kept(rows: list[dict[str, Any]], key: str) -> list[str]:
+    """The shapes on which a property fails."""
+    return [row["shape"] for row in rows if "passed" in row and row["passed"][key] is False]
+
+
+def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
+    """The summary against theory, the deviations, and the measures shape by shape, in Markdown."""
+    summary, deviations = [], []
+    for operator, expected in THEORY.items():
+        own = [row for row in rows if row["operator"] == operator]
+        line = {"operator": operator}
+        for key in PROPERTIES:
+            failing = _kept(own, key)
+            line[key] = "kept" if not failing else f"lost on {len(failing)}"
+            if failing and key in expected:
+                why = EXPLAINED.get((operator, key), "not explained")
+                deviations.append(f"- `{operator}` loses *{key}* on {', '.join(failing)}: {why}.")
+            if not failing and key not in expected:
+                line[key] = "kept here"
+        summary.append(line)
+    text = markdown_table(summary)
+    text += "\nKept: on every shape, as theory says; kept here: no shape of the set takes it away. Deviations:\n\n"
+    text += "\n".join(deviations or ["- none."]) + "\n"
+    columns = ["operator", "asymmetry", "off_edges", "linear_precision", "negative_share", "worst_negative"]
+    columns += ["smallest_eigenvalue", "n_zero_eigenvalues", "overshoot", "condition", "n_treated", "area_ratio"]
+    sections = {"Properties kept, over all shapes": text}
+    for shape in dict.fromkeys(row["shape"] for row in rows):
+        own = [row for row in rows if row["shape"] == shape]
+        sections[f"Measures: {shape}, {own[0]['vertices']:,} vertices"] = markdown_table(own, columns)
+    return sections
