@@ -1,19 +1,13 @@
 """Contraction of a surface to the neighbourhood of its curve skeleton by an implicit Laplacian flow.
 
-Each step minimises a pull along the Laplacian against a hold on every vertex, on operators rebuilt at each step:
-
-- ``first_order``:    tau V'^T S V' + (V' - V)^T H (V' - V),  H = M_0 A_0 / A_t
-- ``least_squares``:  W_L^2 ||L V'||^2 + (V' - V)^T W_H^2 (V' - V),  L = 2 S,  W_H^2 = A_0 / A_t
-
-A_0 and A_t are the areas of a vertex's ring of triangles at the start and now, M_0 the areas of the vertices: what has
-become thin is held harder. The second is Au, Tai, Chu, Cohen-Or, Lee 2008, "Skeleton extraction by mesh contraction",
-https://doi.org/10.1145/1399504.1360643, equations 4 to 6; the first holds the backward Euler flow of Desbrun, Meyer,
-Schroeder, Barr 1999, https://doi.org/10.1145/311535.311576, by the same weights. Both are solved for the displacement.
+Each step minimises one of the energies of :mod:`lbskel.energies` on operators rebuilt on the positions so far. Weights,
+their growth and the stop are those of Au, Tai, Chu, Cohen-Or, Lee 2008, "Skeleton extraction by mesh contraction",
+https://doi.org/10.1145/1399504.1360643, section 4, made free of units.
 """
 
 from __future__ import annotations
 
-__all__ = ["DEGENERATE", "ENERGIES", "PRESETS", "Contraction", "ContractionSettings", "Status", "Step", "contract"]
+__all__ = ["DEGENERATE", "PRESETS", "Contraction", "ContractionSettings", "Status", "Step", "contract"]
 
 import time
 from collections.abc import Callable
@@ -22,11 +16,11 @@ from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array, diags_array
 
+from lbskel.energies import ENERGIES, Pull
 from lbskel.errors import MeshError, SolveError, UnknownChoice, choose
 from lbskel.mesh import Mesh
-from lbskel.operators import Laplacian, Operator, operator_named
+from lbskel.operators import Operator, operator_named
 from lbskel.operators.clamped_cotangent import corner_cotangents
 from lbskel.solvers import SOLVERS, factorize
 
@@ -60,7 +54,7 @@ class ContractionSettings:
     energy : str
         A name in ENERGIES.
     start_weight : float
-        Reach of the first step, as a fraction of the bounding-box diagonal.
+        Reach of the first step, as a fraction of the mesh's extent.
     growth : float
         Factor on tau, or on W_L, after each step.
     degenerate : str
@@ -145,46 +139,6 @@ class Contraction:
     status: Status
 
 
-@dataclass(frozen=True, eq=False)
-class _Pull:
-    """What an energy needs to know to set up a step."""
-
-    laplacian: Laplacian
-    vertices: NDArray[np.float64]
-    weight: float
-    area_kept: NDArray[np.float64]  # A_0 / A_t, the square of Au's W_H
-    start_mass: NDArray[np.float64]
-    identity_rows: NDArray[np.int64]
-    holds_rows: bool
-
-
-System = tuple[csc_array, NDArray[np.float64], NDArray[np.float64]]
-
-
-def _first_order(pull: _Pull) -> System:
-    """(H + tau S) D = -tau S V."""
-    S = pull.laplacian.stiffness * pull.weight
-    H = pull.start_mass * pull.area_kept
-    return (S + diags_array(H, format="csc")).tocsc(), -(S @ pull.vertices), H
-
-
-def _least_squares(pull: _Pull) -> System:
-    """(W_H^2 + W_L^2 L^T L) D = -W_L^2 L^T (L V - target), where only identity rows have a target."""
-    V, rows = pull.vertices, pull.identity_rows
-    L = (2 * pull.laplacian.stiffness).tocsr()
-    if len(rows):
-        keep = np.ones(len(V))
-        keep[rows] = 0
-        L = (diags_array(keep) @ L + diags_array(1 - keep)).tocsr()
-    unexplained = L @ V
-    if len(rows) and pull.holds_rows:
-        unexplained[rows] -= V[rows]
-    H = pull.area_kept
-    A = diags_array(H, format="csc") + pull.weight * (L.T @ L)
-    return A.tocsc(), -pull.weight * (L.T @ unexplained), H
-
-
-ENERGIES: dict[str, Callable[[_Pull], System]] = {"first_order": _first_order, "least_squares": _least_squares}
 DEGENERATE = ("none", "identity", "identity_zero")
 
 PRESETS: dict[str, ContractionSettings] = {
@@ -202,7 +156,7 @@ def _ring_areas(mesh: Mesh) -> NDArray[np.float64]:
 
 
 def _start_weight(settings: ContractionSettings, ring_areas: NDArray[np.float64]) -> float:
-    """tau, or W_L^2, of the first step on a mesh of diagonal 1: a reach squared, for W_L per mean ring area."""
+    """tau, or W_L^2, of the first step on a mesh of extent 1: a reach squared, for W_L per mean ring area."""
     reach = settings.start_weight**2
     return reach if settings.energy == "first_order" else reach / float(ring_areas.mean())
 
@@ -230,7 +184,7 @@ def contract(
         One connected surface, closed or open.
     settings : ContractionSettings
     on_step : callable, optional
-        Called after each step that was kept, with its record and the mesh so far, scaled to diagonal 1.
+        Called after each step that was kept, with its record and the mesh so far, scaled to extent 1.
 
     Returns
     -------
@@ -253,7 +207,7 @@ def contract(
     >>> contraction.status.value, contraction.steps[-1].volume_ratio < 1e-4
     ('the volume fell below its target', True)
     """
-    centre, scale = mesh.vertices[mesh.faces].mean(axis=(0, 1)), mesh.diagonal
+    centre, scale = mesh.centroid, mesh.extent
     if not (scale > 0 and mesh.area > 0):
         raise MeshError("the mesh has no area: every face is degenerate, so there is nothing to contract")
     start = mesh.with_vertices((mesh.vertices - centre) / scale)
@@ -272,7 +226,7 @@ def _operator_for(mesh: Mesh, settings: ContractionSettings) -> str | Operator:
 def _flow(
     start: Mesh, settings: ContractionSettings, on_step: Callable[[Step, Mesh], None] | None
 ) -> tuple[tuple[Step, ...], Mesh, Status]:
-    """Steps until a reason to stop, on a mesh of diagonal 1."""
+    """Steps until a reason to stop, on a mesh of extent 1."""
     operator = operator_named(settings.operator or "robust")
     start_rings = _ring_areas(start)
     used = start_rings > 0
@@ -285,11 +239,10 @@ def _flow(
         rings = np.maximum(_ring_areas(now), THINNEST * start_rings)
         area_kept = np.where(used, start_rings / np.where(used, rings, 1.0), 1.0)
         angles = _smallest_angles(now)
-        rows = np.empty(0, dtype=np.int64)
-        if settings.degenerate != "none":
-            rows = np.unique(now.faces[angles < settings.degenerate_angle])
+        is_degenerate = angles < (0.0 if settings.degenerate == "none" else settings.degenerate_angle)
+        rows = np.unique(now.faces[is_degenerate])
         laplacian = operator(now)
-        pull = _Pull(laplacian, now.vertices, weight, area_kept, start_mass, rows, settings.degenerate == "identity")
+        pull = Pull(laplacian, now.vertices, weight, area_kept, start_mass, rows, settings.degenerate == "identity")
         try:
             A, B, H = ENERGIES[settings.energy](pull)
             factorization = factorize(A, settings.solver, like=factorization)
@@ -313,15 +266,12 @@ def _flow(
             seconds=time.perf_counter() - began,
         )
         before = steps[-1] if steps else None
-        failure = _failure(step, before)
-        if failure:
+        if failure := _failure(step, before):
             return tuple(steps), now, failure
-        steps.append(step)
-        now = following
+        steps, now = [*steps, step], following
         if on_step is not None:
             on_step(step, now)
-        success = _success(step, before, settings)
-        if success:
+        if success := _success(step, before, settings):
             return tuple(steps), now, success
         weight *= settings.growth if settings.energy == "first_order" else settings.growth**2
     return tuple(steps), now, Status.STEPS

@@ -22,14 +22,14 @@ SAMPLES = 12  # places along an edge at which it is tested
 JOINED = 4  # edges at most from one that leaves the shape to the next for both to be led another way together
 SMOOTHINGS = 10
 LEAST_LENGTH = 1e-12  # added to every edge, since no length would mean no edge
-LEAST_DEPTH = 0.01  # of the diagonal
+LEAST_DEPTH = 0.01  # of the extent
 
 
 def length_inside(skeleton: Skeleton, surface: Surface) -> float:
-    """Share of the length of the edges that lies inside, by samples a four-hundredth of the diagonal apart."""
+    """Share of the length of the edges that lies inside, by samples a four-hundredth of the extent apart."""
     if len(skeleton.edges) == 0:
         return float(surface.contains(skeleton.nodes).mean())
-    return float(surface.contains(sample_edges(skeleton, surface.mesh.diagonal / 400)[0]).mean())
+    return float(surface.contains(sample_edges(skeleton, surface.mesh.extent / 400)[0]).mean())
 
 
 def _pushed_in(points: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
@@ -38,10 +38,10 @@ def _pushed_in(points: NDArray[np.float64], surface: Surface) -> NDArray[np.floa
     inward = nearest - points
     far = np.linalg.norm(inward, axis=1, keepdims=True)
     inward = np.divide(inward, far, out=np.zeros_like(inward), where=far > 0)
-    entry = nearest + 1e-6 * surface.mesh.diagonal * inward
+    entry = nearest + 1e-6 * surface.mesh.extent * inward
     depth = surface.ahead(entry, inward)
     depth = np.where(np.isfinite(depth), depth, 0.0)
-    depth = np.minimum(0.5 * depth, np.maximum(far[:, 0], LEAST_DEPTH * surface.mesh.diagonal))
+    depth = np.minimum(0.5 * depth, np.maximum(far[:, 0], LEAST_DEPTH * surface.mesh.extent))
     return entry + depth[:, None] * inward
 
 
@@ -69,7 +69,8 @@ def _leaves(segments: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_
     """Which of (k, 2, 3) segments are outside somewhere."""
     share = ((np.arange(SAMPLES) + 0.5) / SAMPLES)[:, None]
     along = segments[:, :1] + share * (segments[:, 1:] - segments[:, :1])
-    return ~surface.contains(along.reshape(-1, 3)).reshape(-1, SAMPLES).all(axis=1)
+    inside = surface.contains(along.reshape(-1, 3)).reshape(-1, SAMPLES)
+    return np.asarray(~inside.all(axis=1))
 
 
 def _stretches(branch: NDArray[np.int64], bent: set[tuple[int, int]]) -> list[NDArray[np.int64]]:
@@ -94,7 +95,7 @@ def _ways(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surface) ->
     V, edges = surface.mesh.vertices, surface.mesh.edges
     inward = -igl.per_vertex_normals(V, surface.mesh.faces, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_ANGLE)
     inward = -inward if surface.mesh.volume < 0 else inward
-    entry = V + 1e-6 * surface.mesh.diagonal * inward
+    entry = V + 1e-6 * surface.mesh.extent * inward
     chord = surface.ahead(entry, inward)
     half = 0.5 * np.where(np.isfinite(chord), chord, 0.0)
     depths = surface.distance(P[pairs.ravel()]).reshape(-1, 2).max(axis=1)
@@ -131,7 +132,7 @@ def _rerouted(
 ) -> Skeleton:
     """The skeleton with the inner nodes of each stretch replaced by its way; their vertices go to its first node."""
     target = np.arange(len(skeleton.nodes))
-    dropped = set()
+    dropped: set[tuple[int, int]] = set()
     chains, n_nodes = [], len(skeleton.nodes)
     for stretch, way in zip(stretches, ways, strict=True):
         target[stretch[1:-1]] = stretch[0]

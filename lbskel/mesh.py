@@ -183,6 +183,20 @@ class Mesh:
         return math.hypot(*np.ptp(used, axis=0))
 
     @cached_property
+    def centroid(self) -> NDArray[np.float64]:
+        """(3,) centre of mass of the surface."""
+        centres = self.vertices[self.faces].mean(axis=1)
+        weights = self.face_areas if self.area > 0 else np.ones(len(centres))
+        return read_only(np.average(centres, axis=0, weights=weights))
+
+    @cached_property
+    def extent(self) -> float:
+        """Twice the distance from the centroid to the farthest vertex in use: a size that turning does not change."""
+        offsets = self.vertices[self.used_vertices] - self.centroid
+        largest = float(np.abs(offsets).max())
+        return 2 * largest * float(np.linalg.norm(offsets / largest, axis=1).max()) if largest > 0 else 0.0
+
+    @cached_property
     def component_of_vertex(self) -> NDArray[np.int64]:
         """(n,) number of the connected component of each vertex; components without a face come last."""
         n = len(self.vertices)

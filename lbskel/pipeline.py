@@ -114,7 +114,9 @@ def skeletonize(
     clock = _Clock(on_stage)
     given = clock("read", as_mesh, mesh)
     tidied = clock("check", tidy, given)
-    centre, scale = _box(tidied.mesh)
+    centre, scale = tidied.mesh.centroid, tidied.mesh.extent
+    if not scale > 0:
+        raise MeshError("all vertices of the mesh lie at one point")
     unit = tidied.mesh.with_vertices((tidied.mesh.vertices - centre) / scale)
     parts, skipped = [], []
     for part in components(unit):
@@ -161,14 +163,6 @@ def _settings(
     return replace(settings, **{name: value for name, value in asked.items() if value is not None})
 
 
-def _box(mesh: Mesh) -> tuple[np.ndarray, float]:
-    """Centre and diagonal of the bounding box of what the faces use."""
-    used = mesh.vertices[mesh.used_vertices]
-    if not mesh.diagonal > 0:
-        raise MeshError("all vertices of the mesh lie at one point")
-    return (used.min(axis=0) + used.max(axis=0)) / 2, mesh.diagonal
-
-
 def _skeleton_of_component(
     mesh: Mesh, settings: ContractionSettings, resolution: str, clock: _Clock
 ) -> tuple[Skeleton, dict[str, Any]]:
@@ -188,7 +182,9 @@ def _skeleton_of_component(
     skeleton = clock("prune", _pruned, skeleton, surface)
     skeleton = clock("recentre", recenter, skeleton, surface)
     skeleton = clock("extend", extend_tips, skeleton, surface)
-    skeleton = clock("check", lambda: inscribed_radii(settle(keep_inside(skeleton, surface), mesh), surface))
+    if mesh.is_closed:
+        skeleton = clock("lead inside", keep_inside, skeleton, surface)
+    skeleton = clock("map", settle, inscribed_radii(skeleton, surface), mesh)
     inside = clock("check", length_inside, skeleton, surface)
     genus = mesh.genus
     checks = {

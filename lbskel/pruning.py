@@ -17,7 +17,7 @@ from lbskel.errors import UnknownChoice
 from lbskel.mesh import Mesh
 from lbskel.skeleton import Skeleton
 
-MOST_PIECES = 5000  # edges of a resampled skeleton, however thin it is
+FINER = 4  # pieces at most for each that a branch had: what is flat has no radius to go by
 
 
 def _regroup(skeleton: Skeleton, group: NDArray[np.int64], keeper: NDArray[np.int64]) -> Skeleton:
@@ -117,7 +117,6 @@ def resample(skeleton: Skeleton, *, spacing: float) -> Skeleton:
     """
     if not spacing > 0:
         raise UnknownChoice(f"spacing must be positive, not {spacing}")
-    shortest = skeleton.length / MOST_PIECES
     fixed = np.flatnonzero(skeleton.degrees != 2)
     loops = [int(b[0]) for b in skeleton.branches if b[0] == b[-1] and skeleton.degrees[b[0]] == 2]
     fixed = np.union1d(fixed, np.array(loops, dtype=np.int64))
@@ -130,7 +129,7 @@ def resample(skeleton: Skeleton, *, spacing: float) -> Skeleton:
         along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(P, axis=0), axis=1))])
         least = 3 if len(ends) == 1 else 2 if ends in ends_seen else 1
         ends_seen.add(ends)
-        apart = max(spacing * float(np.median(skeleton.radii[branch])), shortest)
+        apart = max(spacing * float(np.median(skeleton.radii[branch])), along[-1] / (FINER * (len(branch) - 1)))
         n_pieces = max(least, round(along[-1] / apart)) if apart > 0 else least
         at = np.linspace(0, along[-1], n_pieces + 1)
         inner = at[1:-1]

@@ -82,7 +82,7 @@ def collapse(contracted: Mesh, source: Mesh) -> Collapsed:
     if cochain is None:
         cochain = np.zeros((len(source.edges), 0), dtype=np.int64)
     used = source.used_vertices
-    P = (contracted.vertices - contracted.vertices[used].mean(axis=0)) / source.diagonal
+    P = (contracted.vertices - contracted.vertices[used].mean(axis=0)) / source.extent
     left = _Complex(np.sort(source.faces, axis=1), source.edges, cochain)
     Q = _quadrics(P, left.edges)
     merged_into = np.arange(n)

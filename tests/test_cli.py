@@ -13,7 +13,8 @@ import pytest
 import lbskel
 from lbskel import pipeline, read_skeleton, write_mesh
 from lbskel.cli import main
-from lbskel.contraction import ENERGIES, PRESETS
+from lbskel.contraction import PRESETS
+from lbskel.energies import ENERGIES
 from lbskel.files import FORMATS
 from lbskel.operators import OPERATORS
 from lbskel.shapes import cylinder

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from lbskel import PRESETS, ContractionSettings, Mesh, MeshError, UnknownChoice, contract
-from lbskel.contraction import DEGENERATE, ENERGIES, Status, _least_squares, _Pull
+from lbskel.contraction import DEGENERATE, Status
+from lbskel.energies import ENERGIES, Pull, _least_squares
 from lbskel.operators import laplacian
 from lbskel.shapes import capsule, cylinder, torus
 
@@ -99,7 +100,7 @@ def test_identity_rows_hold_and_literal_ones_pull_to_the_origin():
     rows = np.arange(0, 200, 7)
     moves = {}
     for holds in (True, False):
-        pull = _Pull(laplacian(mesh), mesh.vertices, 1e9, np.ones(200), np.ones(200), rows, holds)
+        pull = Pull(laplacian(mesh), mesh.vertices, 1e9, np.ones(200), np.ones(200), rows, holds)
         A, B, _ = _least_squares(pull)
         moves[holds] = np.linalg.solve(A.toarray(), B)[rows]
     held, pulled = np.abs(moves[True]).max(), moves[False]

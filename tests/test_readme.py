@@ -98,7 +98,6 @@ def test_python(body, clone):
         assert any(check(text, line, doctest.ELLIPSIS) for line in printed.getvalue().splitlines()), text
 
 
-@pytest.mark.xfail(strict=True, reason="``lbskel laplacian`` is announced and not there yet")
 def test_commands_that_are_named_exist():
     named = set(re.findall(r"^lbskel (\w+)", "\n".join(body for language, body in BLOCKS if language == "text"), re.M))
     assert named == {command.__name__.rpartition(".")[2] for command in COMMANDS}

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from lbskel.contraction import ENERGIES, PRESETS
+from lbskel.contraction import PRESETS
+from lbskel.energies import ENERGIES
 from lbskel.errors import FormatError, LbskelError
 from lbskel.files import FORMATS, read_mesh, write_safely, write_skeleton
 from lbskel.operators import OPERATORS
