@@ -22,7 +22,7 @@ from benchmarks.peers import PEERS
 from lbskel.inside import length_inside
 from lbskel.shapes import SHAPES, VARIANTS, Shape, make
 from lbskel.surface import Surface
-from lbskel.views import Panel, render
+from lbskel.views import Panel, picture, render
 
 MESHES = Path(__file__).parent.parent / "meshes"
 QUICK = ("limbs", "knot", "cube_frame")
@@ -60,15 +60,14 @@ def run(quick: bool, results: Path) -> None:
             "Whole processes, skeletor over lbskel": markdown_table(process),
         },
     )
-    for variant in VARIANTS:
-        panels = [
-            Panel(shape.mesh, lbskel.skeletonize(shape.mesh), name)
-            for (name, v), shape in shapes.items()
-            if v == variant
-        ]
-        for number, panel in enumerate(panels):
-            if variant == "clean":
-                render([panel], results / f"skeletons_{number:02}_{panel.title}.png", size=(500, 400), force=True)
+    dinosaur = lbskel.read_mesh(MESHES / "dinosaur.ply")
+    picture(dinosaur, lbskel.skeletonize(dinosaur), results / "dinosaur.png", size=(900, 660), force=True)
+    clean = [
+        Panel(shape.mesh, lbskel.skeletonize(shape.mesh), name)
+        for (name, variant), shape in shapes.items()
+        if variant == "clean"
+    ]
+    render(clean, results / "skeletons.png", force=True)
 
 
 def _row(tool: str, name: str, variant: str, shape: Shape) -> dict[str, Any]:
