@@ -31,8 +31,8 @@ def rod():
 
 @pytest.fixture(scope="session")
 def two_rings():
-    """Two rings in a row, of genus 2: 1,242 vertices."""
-    return chain_of_tori(2, step=0.15)
+    """Two rings in a row, of genus 2: 576 vertices."""
+    return chain_of_tori(2, step=0.2)
 
 
 @pytest.fixture(scope="session")

@@ -111,13 +111,6 @@ raise SystemExit(cli.main(sys.argv[1:]))
     assert read_skeleton(folder / "rod.json").report["passed"] is False
 
 
-def test_nothing_is_overwritten_unasked(apart, folder):
-    (folder / "rod.swc").write_text("mine")
-    code, out, err = apart("skeletonize", "rod.off", "-o", "rod.swc")
-    assert (code, out, err) == (2, [], ["lbskel: rod.swc exists already; give --force to replace it"])
-    assert (folder / "rod.swc").read_text() == "mine"
-
-
 def test_wrong_usage_is_told_in_one_line(apart):
     code, out, err = apart("skeletonize", "rod.off", "-o", "rod.swc", "--preset", "nosuch")
     assert (code, out, len(err)) == (2, [], 1)
@@ -291,6 +284,13 @@ def test_all_is_refused_before_any_work(here, folder):
     code, out, err = here("skeletonize", "rod.off", "ring.obj", "-o", ".", "--report", ".", "--cut-cycles")
     assert (code, out, err) == (2, [], ["lbskel: ring.json exists already; give --force to replace it"])
     assert names(folder) == sorted([*GIVEN, "ring.json"])
+
+
+def test_nothing_is_overwritten_unasked(here, folder):
+    (folder / "rod.swc").write_text("mine")
+    code, out, err = here("skeletonize", "rod.off", "-o", "rod.swc")
+    assert (code, out, err) == (2, [], ["lbskel: rod.swc exists already; give --force to replace it"])
+    assert (folder / "rod.swc").read_text() == "mine"
 
 
 def test_force_replaces(here, folder):

@@ -1,6 +1,7 @@
 """The architecture as the imports show it: who may know whom, and the form of every module."""
 
 import ast
+import functools
 import importlib
 from pathlib import Path
 
@@ -57,8 +58,6 @@ LAZY = {
 
 MAY_PRINT = ("cli", "commands")
 
-TOO_LONG_YET: dict[str, str] = {}
-
 
 def name_of(path):
     return path.relative_to(PACKAGE).as_posix()
@@ -67,6 +66,12 @@ def name_of(path):
 def part_of(path):
     """The module or package right under lbskel that a file belongs to."""
     return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+@functools.cache
+def tree_of(path):
+    """The syntax of a file."""
+    return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def imports(tree):
@@ -81,13 +86,13 @@ def imports(tree):
 
 def imports_anywhere(path):
     """The packages that a file imports."""
-    return {name.split(".")[0] for name in imports(ast.parse(path.read_text(encoding="utf-8")))}
+    return {name.split(".")[0] for name in imports(tree_of(path))}
 
 
 def parts_known(path):
     """The parts of lbskel that a file imports; ``__init__`` for the package's own names."""
     known = set()
-    for name in imports(ast.parse(path.read_text(encoding="utf-8"))):
+    for name in imports(tree_of(path)):
         first, *rest = name.split(".")
         if first == "lbskel":
             is_part = rest and ((PACKAGE / rest[0]).is_dir() or (PACKAGE / f"{rest[0]}.py").exists())
@@ -122,7 +127,7 @@ def test_pymeshlab_is_known_to_preprocess_alone(path):
 
 @every_module
 def test_optional_packages_are_imported_where_they_are_used(path):
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = tree_of(path)
     inside = {id(node) for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) for node in ast.walk(f)}
     at_the_top = [n for n in ast.walk(tree) if isinstance(n, ast.Import | ast.ImportFrom) and id(n) not in inside]
     names = {name.split(".")[0] for node in at_the_top for name in imports(ast.Module([node], []))}
@@ -133,13 +138,13 @@ def test_optional_packages_are_imported_where_they_are_used(path):
 def test_only_the_command_line_prints(path):
     if part_of(path) in MAY_PRINT or path.name == "__main__.py":
         return
-    calls = [node.func for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Call)]
+    calls = [node.func for node in ast.walk(tree_of(path)) if isinstance(node, ast.Call)]
     assert not [call for call in calls if isinstance(call, ast.Name) and call.id == "print"]
 
 
 @every_module
 def test_every_module_opens_with_what_it_is(path):
-    first = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split("\n")[0]
+    first = (ast.get_docstring(tree_of(path)) or "").split("\n")[0]
     assert len(first.split()) > 3
 
 
@@ -158,15 +163,6 @@ def test_every_module_says_what_is_public(path):
         assert undocumented == []
 
 
-@pytest.mark.parametrize(
-    "path",
-    [
-        pytest.param(path, marks=pytest.mark.xfail(strict=True, reason=TOO_LONG_YET[name_of(path)]))
-        if name_of(path) in TOO_LONG_YET
-        else path
-        for path in MODULES
-    ],
-    ids=name_of,
-)
+@every_module
 def test_no_module_is_long(path):
     assert len(path.read_text(encoding="utf-8").splitlines()) <= LONGEST

@@ -25,7 +25,7 @@ from lbskel import (
 from lbskel.contraction import Step
 from lbskel.energies import ENERGIES
 from lbskel.operators import cotangent
-from lbskel.shapes import cylinder, flat_grid, make, sphere, tube
+from lbskel.shapes import chain_of_tori, cylinder, flat_grid, make, sphere, tube
 
 T = np.linspace(0, 6, 40)
 SHAPES = {
@@ -373,6 +373,14 @@ def test_zero_area_faces_within_the_surface_are_no_hindrance(rod):
     skeleton = skeletonize(given)
     assert is_whole(skeleton, given)
     assert (len(skeleton.tips), skeleton.cycle_rank, skeleton.report["passed"]) == (2, 0, True)
+
+
+@pytest.mark.xfail(strict=True, raises=ValueError, reason="no normals at vertices of nothing but flat faces")
+def test_vertices_on_a_coarse_grid_give_a_skeleton():
+    """Faces of no area, vertices in one place, and a surface that meets itself, in one closed manifold."""
+    mesh = chain_of_tori(2, step=0.25)
+    mesh = mesh.with_vertices(np.round(mesh.vertices))
+    assert is_whole(skeletonize(mesh), mesh)
 
 
 def test_quads_are_cut_and_it_is_said(ring):
