@@ -132,7 +132,7 @@ def _pointwise(h: float, found: Values, exact: Values, areas: Values, scaled: bo
 
 
 def sphere_spectrum(operator: Operator, level: int, scaled: bool) -> Errors:
-    mesh, degree = uneven_sphere(level), np.repeat([0, 1, 2], [1, 3, 5])
+    mesh, degree = uneven_sphere(level + 1), np.repeat([0, 1, 2], [1, 3, 5])
     return _spectral(edge_length(mesh), eigenvalues(operator(mesh)), degree * (degree + 1.0), scaled)
 
 
@@ -241,8 +241,16 @@ def measure(
 
 
 def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
-    """A table for each case: errors by mean edge length, and the order."""
-    sections = {}
+    """The orders of all operators in all cases, then a table for each case: errors by mean edge length."""
+    orders: dict[str, dict[str, str]] = {}
+    for row in rows:
+        line = orders.setdefault(row["operator"], {"operator": row["operator"]})
+        line[row["case"]] = " / ".join(filter(None, [line.get(row["case"]), f"{row['order']:.2f}"]))
+    note = (
+        "p of error ~ h^p, fitted without the coarsest mesh; in two norms: L2 / maximum. The anisotropic Laplacian has"
+    )
+    note += " other eigenvalues and normals by intent, except on a plane."
+    sections = {"Orders": f"{markdown_table(list(orders.values()))}\n{note}\n"}
     for case, (title, _) in CASES.items():
         lines = [
             {
@@ -270,6 +278,7 @@ def picture(rows: list[dict[str, Any]], figure: Any) -> None:
                 ax.loglog(row["h"], row["errors"], style, color=f"C{number % 10}", marker=".", label=row["operator"])
         h = np.array(rows[0]["h"] if not ax.lines else ax.lines[0].get_xdata())
         ax.loglog(h, 0.5 * ax.get_ylim()[1] * (h / h.max()) ** 2, color="0.6", linewidth=4, alpha=0.4, zorder=0)
+        ax.xaxis.set_minor_formatter("")
         ax.set_title(title, fontsize=9)
         ax.set_xlabel("mean edge length; grey: second order", fontsize=7)
     handles, labels = axes[2, 0].get_legend_handles_labels()
