@@ -148,28 +148,31 @@ WITHOUT_SYMMETRY = ["tripod", "two_rings", "helix"]
 def agrees_with_the_one_elsewhere(mesh, skeleton, R, scale, shift):
     """To 1e-6 of the diagonal, node to node: what rounding does to 16 digits on its way through ten linear systems."""
     other = skeletonize(Mesh(scale * mesh.vertices @ R.T + shift, mesh.faces))
-    assert graph(other) == graph(skeleton)
+    assert other.edges.tolist() == skeleton.edges.tolist()
     back = (other.nodes - shift) @ R / scale
     assert np.linalg.norm(back - skeleton.nodes, axis=1).max() < 1e-6 * mesh.diagonal
     assert np.abs(other.radii / scale - skeleton.radii).max() < 1e-6 * mesh.diagonal
+    return other
 
 
 @pytest.mark.parametrize("name", WITHOUT_SYMMETRY)
 @pytest.mark.parametrize("how", SIMILAR)
 def test_a_similar_shape_has_the_similar_skeleton(name, how, shape, skeleton_of):
-    agrees_with_the_one_elsewhere(shape(name), skeleton_of(name), *SIMILAR[how])
+    other = agrees_with_the_one_elsewhere(shape(name), skeleton_of(name), *SIMILAR[how])
+    assert other.node_of_vertex.tolist() == skeleton_of(name).node_of_vertex.tolist()
 
 
 @pytest.mark.parametrize("name", WITHOUT_SYMMETRY)
 @pytest.mark.parametrize("how", TURNED)
 def test_a_turned_shape_has_the_turned_skeleton(name, how, shape, skeleton_of):
-    agrees_with_the_one_elsewhere(shape(name), skeleton_of(name), *TURNED[how])
+    other = agrees_with_the_one_elsewhere(shape(name), skeleton_of(name), *TURNED[how])
+    assert other.node_of_vertex.tolist() == skeleton_of(name).node_of_vertex.tolist()
 
 
 @pytest.mark.xfail(strict=True, reason="of collapses of equal cost, rounding tells which is first")
-@pytest.mark.parametrize("name", ["sphere"])
-def test_a_symmetric_shape_moved_has_the_moved_skeleton(name, shape, skeleton_of):
-    agrees_with_the_one_elsewhere(shape(name), skeleton_of(name), np.eye(3), 1.0, [-5.5, 3.3, 1.1])
+def test_a_symmetric_shape_moved_has_the_moved_skeleton(shape, skeleton_of):
+    """Vertices that are as near to one node as to another may go to either."""
+    agrees_with_the_one_elsewhere(shape("sphere"), skeleton_of("sphere"), np.eye(3), 1.0, [-5.5, 3.3, 1.1])
 
 
 @pytest.mark.parametrize("name", WITHOUT_SYMMETRY)
