@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from benchmarks import operators_convergence, operators_properties, operators_speed
+from benchmarks import operators_convergence, operators_properties, operators_spectrum, operators_speed
 from benchmarks.harness import save_json, save_markdown, save_picture
 
 
 def run(quick: bool, results: Path) -> None:
-    """Write operators_properties, operators_convergence and operators_speed: JSON, Markdown, pictures."""
+    """Write operators_properties, _convergence, _spectrum and _speed: JSON as measured, Markdown, pictures."""
     rows = operators_properties.measure(("good", "open") if quick else None)
     save_json(results / "operators_properties.json", {"quick": quick, "rows": rows})
     save_markdown(results / "operators_properties.md", "What each Laplacian keeps", operators_properties.tables(rows))
@@ -21,6 +21,10 @@ def run(quick: bool, results: Path) -> None:
     save_picture(
         results / "operators_convergence.png", lambda figure: operators_convergence.picture(rows, figure), size=(13, 13)
     )
+
+    rows = operators_spectrum.measure((2_000,) if quick else (20_000, 80_000))
+    save_json(results / "operators_spectrum.json", {"quick": quick, "rows": rows}, packages=["lapy"])
+    save_markdown(results / "operators_spectrum.md", "The spectrum beside LaPy's", operators_spectrum.tables(rows))
 
     sizes = (2_000, 10_000) if quick else (10_000, 100_000, 1_000_000)
     rows = operators_speed.measure(sizes, {n: 1 if quick else 3 if n > 500_000 else 5 for n in sizes})

@@ -129,5 +129,5 @@ def _lanczos(S: csc_array, M: csc_array, k: int, solver: str) -> Pairs:
 def count_below(S: csc_array, M: csc_array, bound: float) -> int:
     """How many eigenvalues are below a bound: the negative pivots of S - bound M, by Sylvester's law of inertia."""
     options = {"SymmetricMode": True}
-    factor = splu((S - bound * M).tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+    factor = splu((S - bound * M).tocsc(), permc_spec="COLAMD", diag_pivot_thresh=0.0, options=options)
     return int((factor.U.diagonal() < 0).sum())
