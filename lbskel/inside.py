@@ -93,7 +93,8 @@ def _ways(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surface) ->
     """
     leaves = _leaves(P[pairs], surface)
     V, edges = surface.mesh.vertices, surface.mesh.edges
-    inward = -igl.per_vertex_normals(V, surface.mesh.faces, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_ANGLE)
+    outward = igl.per_vertex_normals(V, surface.mesh.faces, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_ANGLE)
+    inward = -np.nan_to_num(outward)  # a vertex all of whose faces are degenerate has none
     inward = -inward if surface.mesh.volume < 0 else inward
     entry = V + 1e-6 * surface.mesh.extent * inward
     chord = surface.ahead(entry, inward)

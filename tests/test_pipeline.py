@@ -387,7 +387,6 @@ def whole_or_refused(mesh):
     return is_whole(skeleton, mesh)
 
 
-no_normals = pytest.mark.xfail(strict=True, raises=ValueError, reason="no normals where all faces at a vertex are flat")
 overflows = pytest.mark.xfail(
     strict=True, raises=RuntimeWarning, reason="cotangents of infinity and minus infinity add"
 )
@@ -396,13 +395,13 @@ overflows = pytest.mark.xfail(
 @pytest.mark.parametrize(
     ("name", "height"),
     [
-        pytest.param("ring", 0.0, marks=no_normals),
+        ("ring", 0.0),
         ("ring", 1e-9),
         ("ring", 1e-3),
-        pytest.param("rod", 0.0, marks=no_normals),
+        ("rod", 0.0),
         pytest.param("rod", 1e-9, marks=overflows),
         ("rod", 1e-3),
-        pytest.param("sphere", 0.0, marks=no_normals),
+        ("sphere", 0.0),
         ("sphere", 1e-9),
     ],
 )
@@ -411,7 +410,6 @@ def test_flattened_shapes(name, height, shape):
     assert whole_or_refused(mesh.with_vertices(mesh.vertices * [1, 1, height]))
 
 
-@no_normals
 def test_vertices_on_a_coarse_grid():
     """Faces of no area, vertices in one place, and a surface that meets itself, in one closed manifold."""
     mesh = chain_of_tori(2, step=0.25)
