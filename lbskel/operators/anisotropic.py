@@ -12,6 +12,8 @@ from __future__ import annotations
 
 __all__ = ["anisotropic", "shape_operators"]
 
+from dataclasses import dataclass
+
 import igl
 import numpy as np
 from numpy.typing import NDArray
@@ -31,17 +33,24 @@ from lbskel.operators.masses import voronoi_mass
 
 STRENGTH = 1.0
 
-Edges = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+
+@dataclass(frozen=True, eq=False)
+class _Frames:
+    """Each triangle in an orthonormal frame of its own: (m, 3) axes, (3, m) coordinates of its edges."""
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    u: NDArray[np.float64]
+    v: NDArray[np.float64]
 
 
-def _in_plane(edges: Edges) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """(3, m, 2) the edges in an orthonormal frame of their triangle, and the frame's two (m, 3) axes."""
+def _frames(edges: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]) -> _Frames:
     a, _, c = edges
     with np.errstate(divide="ignore", invalid="ignore"):
         x = c / np.sqrt(products(c, c))[:, None]
         y = a - products(a, x)[:, None] * x
         y /= np.sqrt(products(y, y))[:, None]
-    return np.stack([np.stack([products(e, x), products(e, y)], axis=1) for e in edges]), x, y
+    return _Frames(x, y, np.stack([products(e, x) for e in edges]), np.stack([products(e, y) for e in edges]))
 
 
 def shape_operators(mesh: Mesh) -> NDArray[np.float64]:
@@ -49,16 +58,21 @@ def shape_operators(mesh: Mesh) -> NDArray[np.float64]:
 
     Curvatures are those of the mesh scaled by :func:`~lbskel.operators.corners.unit_scale`.
     """
-    F = mesh.faces
-    N = np.nan_to_num(igl.per_vertex_normals(unit_scale(mesh.vertices)[0], F))
-    E, x, y = _in_plane(edge_vectors(mesh))
-    turns = (N[F[:, 2]] - N[F[:, 1]], N[F[:, 0]] - N[F[:, 2]], N[F[:, 1]] - N[F[:, 0]])
-    T = np.stack([np.stack([products(t, x), products(t, y)], axis=1) for t in turns])
-    (uu, uv), (_, vv) = np.einsum("emi,emj->ijm", E, E)
-    (b_xx, b_xy), (b_yx, b_yy) = np.einsum("emi,emj->ijm", T, E)
+    return _shape_operators(mesh, _frames(edge_vectors(mesh)))
+
+
+def _shape_operators(mesh: Mesh, frames: _Frames) -> NDArray[np.float64]:
+    """The symmetric K with K e closest to the turn of the normal along each edge e: a system of three equations."""
+    N = np.nan_to_num(igl.per_vertex_normals(unit_scale(mesh.vertices)[0], mesh.faces))
+    A, B, C = (N[mesh.faces[:, k]] for k in range(3))
+    turns, u, v = (C - B, A - C, B - A), frames.u, frames.v
+    p, q = (np.stack([products(turn, axis) for turn in turns]) for axis in (frames.x, frames.y))
+    uu, uv, vv, pu, pv, qu, qv = (
+        np.einsum("em,em->m", s, t) for s, t in ((u, u), (u, v), (v, v), (p, u), (p, v), (q, u), (q, v))
+    )
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        xy = (b_xy + b_yx - uv * (b_xx / uu + b_yy / vv)) / ((uu + vv) * (1 - uv**2 / (uu * vv)))
-        K = np.stack([(b_xx - uv * xy) / uu, xy, (b_yy - uv * xy) / vv])
+        xy = (pv + qu - uv * (pu / uu + qv / vv)) / ((uu + vv) * (1 - uv**2 / (uu * vv)))
+        K = np.stack([(pu - uv * xy) / uu, xy, (qv - uv * xy) / vv])
     return np.where(np.isfinite(K).all(axis=0), K, 0.0)
 
 
@@ -82,14 +96,15 @@ def anisotropic(mesh: Mesh, *, strength: float = STRENGTH) -> Laplacian:
         s, the damping for each unit of curvature.
     """
     edges = edge_vectors(mesh)
-    E = _in_plane(edges)[0]
+    frames = _frames(edges)
     double_area = double_areas(*edges)
     radius = np.sqrt(double_area.sum() / (8 * np.pi))
-    xx, xy, yy = _diffusion(strength * radius * shape_operators(mesh))
+    xx, xy, yy = _diffusion(strength * radius * _shape_operators(mesh, frames))
     # The gradient of a hat function is the opposite edge turned by 90 degrees over twice the area, so D turns as well.
-    turned = np.stack([yy * E[..., 0] - xy * E[..., 1], xx * E[..., 1] - xy * E[..., 0]], axis=-1)
+    u, v = frames.u, frames.v
+    turned_u, turned_v = yy * u - xy * v, xx * v - xy * u
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        halves = [-products(E[i], turned[j]) / (2 * double_area) for i, j in ((1, 2), (2, 0), (0, 1))]
+        halves = [-(u[i] * turned_u[j] + v[i] * turned_v[j]) / (2 * double_area) for i, j in ((1, 2), (2, 0), (0, 1))]
     weights, degenerate = without_degenerate(np.stack(halves, axis=1))
     stiffness = stiffness_of_corner_weights(len(mesh.vertices), mesh.faces, weights)
     return Laplacian(stiffness, voronoi_mass(mesh), treated_vertices=touched_vertices(mesh, degenerate))
