@@ -27,7 +27,7 @@ def run(quick: bool, results: Path) -> None:
     save_markdown(results / "operators_spectrum.md", "The spectrum beside LaPy's", operators_spectrum.tables(rows))
 
     sizes = (2_000, 10_000) if quick else (10_000, 100_000, 1_000_000)
-    rows = operators_speed.measure(sizes, {n: 1 if quick else 3 if n > 500_000 else 5 for n in sizes})
+    rows = operators_speed.measure(sizes, {n: 1 if quick else 3 if n > 500_000 else 9 for n in sizes})
     save_json(results / "operators_speed.json", {"quick": quick, "rows": rows}, packages=operators_speed.PACKAGES)
     save_markdown(results / "operators_speed.md", "What each Laplacian costs", operators_speed.tables(rows))
     save_picture(results / "operators_speed.png", lambda figure: operators_speed.picture(rows, figure), size=(11, 6))
