@@ -14,7 +14,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from lbskel.quality import sample_edges
+from lbskel.sampling import sample_edges
 from lbskel.skeleton import Skeleton
 from lbskel.surface import Surface
 

@@ -7,14 +7,14 @@ https://doi.org/10.1111/j.1467-8659.2012.03178.x, with the radius in place of th
 
 from __future__ import annotations
 
-__all__ = ["Comparison", "compare", "sample_edges"]
+__all__ = ["Comparison", "compare"]
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from lbskel.sampling import sample_edges
 from lbskel.skeleton import Skeleton
 
 
@@ -38,25 +38,6 @@ class Comparison:
     is_topology_right: bool
     n_tips: int
     n_true_tips: int
-
-
-def sample_edges(skeleton: Skeleton, spacing: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Points along every edge, no further apart than the spacing, and the radii there.
-
-    Returns
-    -------
-    points : (p, 3) array of float
-    radii : (p,) array of float
-    """
-    if len(skeleton.edges) == 0:
-        return skeleton.nodes, skeleton.radii
-    n_pieces = np.maximum(1, np.ceil(skeleton.edge_lengths / spacing).astype(np.int64))
-    edge = np.repeat(np.arange(len(n_pieces)), n_pieces)
-    piece = np.arange(len(edge)) - np.repeat(np.cumsum(n_pieces) - n_pieces, n_pieces)
-    share = (piece + 0.5) / n_pieces[edge]
-    i, j = skeleton.edges[edge].T
-    points = (1 - share)[:, None] * skeleton.nodes[i] + share[:, None] * skeleton.nodes[j]
-    return points, (1 - share) * skeleton.radii[i] + share * skeleton.radii[j]
 
 
 def compare(skeleton: Skeleton, truth: Skeleton) -> Comparison:

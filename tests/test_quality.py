@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lbskel import Skeleton, compare
-from lbskel.quality import sample_edges
+from lbskel.sampling import sample_edges
 
 
 def line(z0, z1, x=0.0, radius=0.5):
