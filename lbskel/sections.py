@@ -39,7 +39,7 @@ class Sections:
     radii : (k,) array of float
         Mean distance of the curve from its centroid.
     own : (k,) array of float
-        Share of the curve's length on faces with the label of the plane.
+        Share of the curve's length on faces with the label of the plane, or with a negative one, which is nobody's.
     """
 
     is_cut: NDArray[np.bool_]
@@ -189,7 +189,8 @@ def _measure(
     radius = total(pieces * np.linalg.norm((a + b) / 2 - centroid[curve], axis=1)) / np.where(length > 0, length, 1)
     is_own = np.ones(len(plane), dtype=bool)
     if face_labels is not None and labels is not None:
-        is_own = face_labels[segments.face] == labels[plane]
+        label = face_labels[segments.face]
+        is_own = (label == labels[plane]) | (label < 0)
     moved = np.zeros((k, 2))
     moved[at] = centroid[chosen]
     return Sections(
