@@ -18,6 +18,8 @@ from lbskel.contraction import PRESETS, ContractionSettings, Status, Step, contr
 from lbskel.errors import MeshError, choose
 from lbskel.files import as_mesh
 from lbskel.inside import keep_inside, length_inside
+from lbskel.junctions import gather_junctions
+from lbskel.mapping import join_regions
 from lbskel.mesh import Mesh
 from lbskel.operators import Operator
 from lbskel.preprocess import Preprocessed, components, simplify, tidy
@@ -180,11 +182,13 @@ def _skeleton_of_component(
     )
     surface = Surface(mesh)
     skeleton = clock("prune", _pruned, skeleton, surface)
+    skeleton = clock("gather", _gathered, skeleton, surface)
     skeleton = clock("recentre", recenter, skeleton, surface)
     skeleton = clock("extend", extend_tips, skeleton, surface)
     if mesh.is_closed:
         skeleton = clock("lead inside", keep_inside, skeleton, surface)
     skeleton = clock("map", settle, inscribed_radii(skeleton, surface), mesh)
+    skeleton = clock("map", join_regions, skeleton, mesh)
     inside = clock("check", length_inside, skeleton, surface)
     genus = mesh.genus
     checks = {
@@ -220,6 +224,12 @@ def _pruned(skeleton: Skeleton, surface: Surface) -> Skeleton:
     skeleton = prune(mean_radii(skeleton, surface.mesh), surface.mesh, ratio=PRUNE)
     skeleton = merge_junctions(inscribed_radii(skeleton, surface), ratio=MERGE)
     return resample(skeleton, spacing=SPACING)
+
+
+def _gathered(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Junctions that are one made one, and the branches that lead there evenly spaced again."""
+    gathered = gather_junctions(inscribed_radii(skeleton, surface), surface)
+    return skeleton if len(gathered.nodes) == len(skeleton.nodes) else resample(gathered, spacing=SPACING)
 
 
 def _joined(skeletons: list[Skeleton]) -> Skeleton:
