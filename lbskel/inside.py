@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["keep_inside", "length_inside"]
+__all__ = ["keep_inside", "leaves", "length_inside"]
 
 import itertools
 from dataclasses import replace
@@ -56,7 +56,7 @@ def keep_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     outer = ends[~surface.contains(P[ends])]
     P[outer] = _pushed_in(P[outer], surface)
     skeleton = replace(skeleton, nodes=P)
-    is_bent = _leaves(skeleton.nodes[skeleton.edges], surface)
+    is_bent = leaves(skeleton.nodes[skeleton.edges], surface)
     if not is_bent.any():
         return skeleton
     bent = {tuple(edge) for edge in skeleton.edges[is_bent].tolist()}
@@ -65,8 +65,8 @@ def keep_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     return _rerouted(skeleton, surface, stretches, ways)
 
 
-def _leaves(segments: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:
-    """Which of (k, 2, 3) segments are outside somewhere."""
+def leaves(segments: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:
+    """(k,) which of (k, 2, 3) segments are outside somewhere."""
     share = ((np.arange(SAMPLES) + 0.5) / SAMPLES)[:, None]
     along = segments[:, :1] + share * (segments[:, 1:] - segments[:, :1])
     inside = surface.contains(along.reshape(-1, 3)).reshape(-1, SAMPLES)
@@ -91,7 +91,7 @@ def _ways(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surface) ->
     Otherwise the way runs along the edges of the mesh, its vertices pushed in to half the thickness of the shape, but
     no deeper than the nodes lie at most.
     """
-    leaves = _leaves(P[pairs], surface)
+    is_outside = leaves(P[pairs], surface)
     V, edges = surface.mesh.vertices, surface.mesh.edges
     outward = igl.per_vertex_normals(V, surface.mesh.faces, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_ANGLE)
     inward = -np.nan_to_num(outward)  # a vertex all of whose faces are degenerate has none
@@ -101,8 +101,8 @@ def _ways(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surface) ->
     half = 0.5 * np.where(np.isfinite(chord), chord, 0.0)
     depths = surface.distance(P[pairs.ravel()]).reshape(-1, 2).max(axis=1)
     ways = []
-    for (start, end), depth, is_outside in zip(pairs.tolist(), depths, leaves, strict=True):
-        if not is_outside:
+    for (start, end), depth, goes_out in zip(pairs.tolist(), depths, is_outside, strict=True):
+        if not goes_out:
             ways.append(P[[start, end]].mean(axis=0, keepdims=True))
             continue
         under = entry + np.minimum(half, depth)[:, None] * inward
@@ -122,7 +122,7 @@ def _smoothed(way: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]
     for _ in range(SMOOTHINGS):
         mean = np.array(way)
         mean[1:-1] = (way[:-2] + way[1:-1] + way[2:]) / 3
-        if _leaves(np.stack([mean[:-1], mean[1:]], axis=1), surface).any():
+        if leaves(np.stack([mean[:-1], mean[1:]], axis=1), surface).any():
             break
         way = mean
     return way

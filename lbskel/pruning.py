@@ -6,7 +6,7 @@ belongs to a cycle is never cut and a cycle never closed, so the cycle rank stay
 
 from __future__ import annotations
 
-__all__ = ["merge_junctions", "prune", "resample"]
+__all__ = ["merge_into", "merge_junctions", "prune", "resample"]
 
 from dataclasses import replace
 
@@ -31,7 +31,7 @@ def _regroup(skeleton: Skeleton, group: NDArray[np.int64], keeper: NDArray[np.in
     )
 
 
-def _merge_into(skeleton: Skeleton, target: NDArray[np.int64]) -> Skeleton:
+def merge_into(skeleton: Skeleton, target: NDArray[np.int64]) -> Skeleton:
     """Each node goes into its target, a node that is its own target."""
     keeper, group = np.unique(target, return_inverse=True)
     return _regroup(skeleton, group, keeper)
@@ -70,7 +70,7 @@ def prune(skeleton: Skeleton, mesh: Mesh, *, ratio: float = 1.5) -> Skeleton:
             return skeleton
         target = np.arange(len(skeleton.nodes))
         target[ends[shortest][1:]] = ends[shortest][0]
-        skeleton = _merge_into(skeleton, target)
+        skeleton = merge_into(skeleton, target)
 
 
 def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
@@ -98,7 +98,7 @@ def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
         keeper = branch[0] if skeleton.radii[branch[0]] >= skeleton.radii[branch[-1]] else branch[-1]
         target = np.arange(len(skeleton.nodes))
         target[branch] = keeper
-        skeleton = _merge_into(skeleton, target)
+        skeleton = merge_into(skeleton, target)
 
 
 def resample(skeleton: Skeleton, *, spacing: float) -> Skeleton:

@@ -25,6 +25,7 @@ LAYERS = {
         "handles",
         "health",
         "inside",
+        "junctions",
         "mapping",
         "pointclouds",
         "pruning",

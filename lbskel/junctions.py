@@ -1,0 +1,175 @@
+"""Junctions, placed by the branches that meet there.
+
+A junction has no section of its own. It goes where the axes of its branches, carried on from their own sections, come
+nearest to one point; and two junctions are one where all the branches that leave the pair point to one place.
+"""
+
+from __future__ import annotations
+
+__all__ = ["gather_junctions", "place_junctions"]
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lbskel.axes import Axes, find_axes
+from lbskel.inside import leaves
+from lbskel.pruning import merge_into
+from lbskel.skeleton import Skeleton
+from lbskel.surface import Surface
+
+NEAR = 4  # sections that tell the direction of a branch at its junction
+ANCHORED = 0.02  # weight of a junction's contracted place, beside the axes of its branches
+LONGEST = 3.0  # radii of the thicker of two junctions beyond which they are not taken for one
+MISSES = 1.0  # radii of a branch by which its axis may pass the place where all meet
+TILT = 0.3  # and the same as a sine of the angle between them
+
+
+@dataclass(frozen=True, eq=False)
+class _Lines:
+    """The axes of the branches at junctions, as lines: one row for each that has sections enough.
+
+    ``starts`` are the own sections nearest to the junction, ``means`` the centres of those that told the direction.
+    """
+
+    junctions: NDArray[np.int64]
+    branches: NDArray[np.int64]
+    starts: NDArray[np.float64]
+    means: NDArray[np.float64]
+    directions: NDArray[np.float64]
+
+    def take(self, rows: NDArray[np.bool_]) -> _Lines:
+        """Some of the rows."""
+        return _Lines(
+            self.junctions[rows], self.branches[rows], self.starts[rows], self.means[rows], self.directions[rows]
+        )
+
+
+def _lines(skeleton: Skeleton, axes: Axes) -> _Lines:
+    """The line of every branch at each of its junctions, pointing to the junction."""
+    rows: list[tuple[int, int, NDArray, NDArray, NDArray]] = []
+    for index, branch in enumerate(skeleton.branches):
+        for way in (branch, branch[::-1]):
+            own = way[1:-1][axes.is_known[way[1:-1]]][:NEAR]
+            if skeleton.degrees[way[0]] < 3 or len(own) < 2:
+                continue
+            P = axes.places[own]
+            direction = P[0] - P[-1]
+            length = np.linalg.norm(direction)
+            if length > 0:
+                rows.append((int(way[0]), index, P[0], P.mean(axis=0), direction / length))
+    junctions, branches, *vectors = zip(*rows, strict=True) if rows else ([], [], [], [], [])
+    starts, means, directions = (np.array(v, dtype=np.float64).reshape(-1, 3) for v in vectors)
+    return _Lines(np.array(junctions, dtype=np.int64), np.array(branches, dtype=np.int64), starts, means, directions)
+
+
+def _meeting(lines: _Lines, anchor: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
+    """The point nearest to all lines, each counted by the square of the distance over which it is carried on.
+
+    What the lines leave open the anchor decides.
+    """
+    far = np.linalg.norm(lines.starts - anchor, axis=1)
+    across = np.eye(3) - lines.directions[:, :, None] * lines.directions[:, None, :]
+    across /= np.maximum(far, radius)[:, None, None] ** 2
+    A = across.sum(axis=0)
+    b = np.einsum("lij,lj->i", across, lines.means - anchor)
+    return np.asarray(anchor + np.linalg.solve(A + ANCHORED * np.trace(A) * np.eye(3), b))
+
+
+def place_junctions(skeleton: Skeleton, axes: Axes, surface: Surface) -> NDArray[np.float64]:
+    """(j, 3) where the axes of each junction's branches come nearest to one point.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        At its contracted places.
+    axes : Axes
+    surface : Surface
+        A place outside of it is not taken, the junction stays.
+    """
+    junctions = skeleton.junctions
+    placed = np.array(skeleton.nodes[junctions])
+    if len(junctions) == 0:
+        return placed
+    radii = surface.distance(placed)
+    lines = _lines(skeleton, axes)
+    for row, junction in enumerate(junctions.tolist()):
+        mine = lines.take(lines.junctions == junction)
+        if len(mine.junctions) >= 2:
+            placed[row] = _meeting(mine, placed[row], radii[row])
+    outer = ~surface.contains(placed)
+    placed[outer] = skeleton.nodes[junctions[outer]]
+    return placed
+
+
+def gather_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Make one of two junctions where the branches that leave the pair all point to one place between them or beyond.
+
+    In a thick body several branches run together before they end, and contraction joins them two by two, in an order
+    that has nothing to do with where they come from: fingers in a palm. The best two go first.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With branches evenly sampled and inscribed radii.
+    surface : Surface
+    """
+    inner = _inner_branches(skeleton)
+    if not inner:
+        return skeleton
+    ends = np.unique([skeleton.branches[index][[0, -1]] for index in inner])
+    beside = [branch for branch in skeleton.branches if np.isin(branch[[0, -1]], ends).any()]
+    axes = find_axes(skeleton, skeleton.nodes, surface, np.concatenate(beside))
+    while inner:
+        lines = _lines(skeleton, axes)
+        found = [(*_common_place(skeleton, lines, index, surface), index) for index in inner]
+        tilt, place, index = min(found, key=lambda one: one[0])
+        if not np.isfinite(tilt):
+            return skeleton
+        branch = skeleton.branches[index]
+        target = np.arange(len(skeleton.nodes))
+        target[branch] = branch[0]
+        nodes, places = np.array(skeleton.nodes), np.array(axes.places)
+        nodes[branch[0]] = places[branch[0]] = place
+        kept = np.unique(target)
+        skeleton = merge_into(replace(skeleton, nodes=nodes), target)
+        axes = Axes(axes.is_known[kept], places[kept])
+        inner = _inner_branches(skeleton)
+    return skeleton
+
+
+def _inner_branches(skeleton: Skeleton) -> list[int]:
+    """Branches short enough for their two junctions to be one, and whose going closes no loop to fewer than 3 nodes."""
+    ends = [(int(branch[0]), int(branch[-1])) for branch in skeleton.branches]
+    found = []
+    for index, (a, b) in enumerate(ends):
+        if a == b or min(skeleton.degrees[[a, b]]) < 3:
+            continue
+        parallel = [len(skeleton.branches[k]) for k in range(len(ends)) if k != index and set(ends[k]) == {a, b}]
+        length = np.linalg.norm(np.diff(skeleton.nodes[skeleton.branches[index]], axis=0), axis=1).sum()
+        if min(parallel, default=4) >= 4 and length <= LONGEST * skeleton.radii[[a, b]].max():
+            found.append(index)
+    return found
+
+
+def _common_place(skeleton: Skeleton, lines: _Lines, index: int, surface: Surface) -> tuple[float, NDArray[np.float64]]:
+    """Where all branches at the two ends of an inner one meet, and the largest sine by which a line misses it.
+
+    Infinite where they do not meet: a line points away, passes too far, or would have to leave the surface.
+    """
+    branch = skeleton.branches[index]
+    middle = skeleton.nodes[branch[[0, -1]]].mean(axis=0)
+    outer = lines.take(np.isin(lines.junctions, branch[[0, -1]]) & (lines.branches != index))
+    if min((outer.junctions == end).sum() for end in branch[[0, -1]]) < 1 or len(outer.junctions) < 3:
+        return np.inf, middle
+    place = _meeting(outer, middle, 0.0)
+    way = place - outer.means
+    along = np.einsum("li,li->l", way, outer.directions)
+    miss = np.linalg.norm(way - along[:, None] * outer.directions, axis=1)
+    sine = miss / np.linalg.norm(way, axis=1)
+    meets = (along > 0) & (miss <= MISSES * surface.distance(outer.starts)) & (sine <= TILT)
+    ways = np.stack([outer.starts, np.broadcast_to(place, outer.starts.shape)], axis=1)
+    if not meets.all() or not surface.contains(place[None])[0] or leaves(ways, surface).any():
+        return np.inf, middle
+    return float(sine.max()), place
