@@ -1,4 +1,4 @@
-"""Other curve skeletons, each called as its own documentation says; where one is not installed its rows say so."""
+"""Other curve skeletons, each called as its own documentation says; where one is not there its rows say so."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+
+from benchmarks.cgal import cgal_medial
 
 Graph: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
 
@@ -57,4 +59,5 @@ PEERS: dict[str, Callable[[NDArray[np.float64], NDArray[np.int64]], Graph]] = {
     "lbskel au2008": lbskel_au2008,
     "skeletor": skeletor_edge_collapse,
     "PyGEL3D": pygel_separators,
+    "CGAL": cgal_medial,
 }

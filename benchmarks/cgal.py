@@ -1,0 +1,86 @@
+"""CGAL's mean curvature skeleton as a peer: a small driver of ours, built where a compiler and the headers are.
+
+The program is kept under the system's folder for temporary files, by the hash of its source, since building takes a
+minute.
+"""
+
+from __future__ import annotations
+
+__all__ = ["cgal_medial", "cgal_plain", "driver"]
+
+import functools
+import hashlib
+import os
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import lbskel
+
+SOURCE = Path(__file__).parent / "cgal_skeleton.cpp"
+FLAGS = ("-std=c++17", "-O3", "-DNDEBUG", "-DCGAL_EIGEN3_ENABLED")
+INCLUDES = ("/usr/include/eigen3", "/usr/local/include/eigen3", "/opt/homebrew/include/eigen3", "/opt/homebrew/include")
+LIBRARIES = ("-lmpfr", "-lgmp")
+
+
+@functools.cache
+def driver() -> Path:
+    """The program, built if it is not there yet.
+
+    Raises
+    ------
+    RuntimeError
+        If there is no compiler, or the headers of CGAL and Eigen are not where compilers look.
+    """
+    compiler = shutil.which(os.environ.get("CXX", "c++"))
+    if compiler is None:
+        raise RuntimeError("CGAL is not built: there is no C++ compiler")
+    recipe = SOURCE.read_bytes() + repr((compiler, FLAGS)).encode()
+    folder = Path(tempfile.gettempdir()) / f"lbskel-cgal-{os.getuid()}-{hashlib.sha256(recipe).hexdigest()[:16]}"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    program = folder / "cgal_skeleton"
+    if not program.exists():
+        unfinished = folder / f"unfinished-{os.getpid()}"
+        includes = [f"-I{path}" for path in INCLUDES if Path(path).is_dir()]
+        command = [compiler, *FLAGS, *includes, "-o", str(unfinished), str(SOURCE), *LIBRARIES]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode:
+            reason = next((line for line in done.stderr.splitlines() if "error" in line), "the compiler failed")
+            raise RuntimeError(f"CGAL is not built: {reason[-200:]}")
+        unfinished.replace(program)
+    return program
+
+
+def _skeleton(
+    vertices: NDArray[np.float64], faces: NDArray[np.int64], kind: str
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Nodes and edges by the driver, through files."""
+    program = driver()
+    with tempfile.TemporaryDirectory() as folder:
+        mesh, output = Path(folder) / "mesh.off", Path(folder) / "skeleton.txt"
+        lbskel.write_mesh(mesh, lbskel.Mesh(vertices, faces))
+        done = subprocess.run([program, mesh, output, kind], capture_output=True, text=True)
+        if done.returncode:
+            raise RuntimeError(f"CGAL: {(done.stderr.strip() or f'ended with code {done.returncode}')[-200:]}")
+        lines = output.read_text().splitlines()
+    n_nodes = int(lines[1].split()[0])
+    nodes = np.array([line.split() for line in lines[2 : 2 + n_nodes]], dtype=np.float64).reshape(-1, 3)
+    return nodes, np.array([line.split() for line in lines[2 + n_nodes :]], dtype=np.int64).reshape(-1, 2)
+
+
+def cgal_medial(
+    vertices: NDArray[np.float64], faces: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Mean curvature skeleton drawn to the medial axis, CGAL's default."""
+    return _skeleton(vertices, faces, "medial")
+
+
+def cgal_plain(
+    vertices: NDArray[np.float64], faces: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Mean curvature skeleton without poles."""
+    return _skeleton(vertices, faces, "plain")
