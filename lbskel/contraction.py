@@ -7,7 +7,7 @@ https://doi.org/10.1145/1399504.1360643, section 4, made free of units.
 
 from __future__ import annotations
 
-__all__ = ["DEGENERATE", "PRESETS", "Contraction", "ContractionSettings", "Status", "Step", "contract"]
+__all__ = ["PRESETS", "Contraction", "ContractionSettings", "Status", "Step", "contract"]
 
 import time
 from collections.abc import Callable
@@ -17,16 +17,19 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.energies import ENERGIES, Pull
-from lbskel.errors import MeshError, SolveError, UnknownChoice, choose
+from lbskel.degeneracy import DEGENERATE
+from lbskel.energies import ENERGIES, Pull, System
+from lbskel.errors import MeshError, SolveError, UnknownChoice
 from lbskel.mesh import Mesh
-from lbskel.operators import Operator, operator_named
+from lbskel.operators import Laplacian, Operator, operator_named
 from lbskel.operators.clamped_cotangent import corner_cotangents
-from lbskel.solvers import SOLVERS, factorize
+from lbskel.settings import PRESETS, ContractionSettings
+from lbskel.solvers import factorize
+from lbskel.weights import HOLDS, STARTS, mean_ring_area, ring_areas
 
 AREA_GROWTH = 1 + 1e-9  # over a step that is no more than rounding
 BOX_GROWTH = 1.01  # over a step that held vertices may cause and that does no harm
-THINNEST = 1e-12  # ring areas are not let fall below this share of their start, which bounds the hold
+ASYMMETRY = 1e-12  # of the largest entry, which rounding leaves in a symmetric matrix
 
 
 class Status(str, Enum):
@@ -42,59 +45,7 @@ class Status(str, Enum):
     NOT_SOLVED = "the system could no longer be solved, the last good step was kept"
 
 
-@dataclass(frozen=True)
-class ContractionSettings:
-    """Parameters of a contraction; none has a unit.
-
-    Parameters
-    ----------
-    operator : str, callable or None
-        A name in OPERATORS or a function. None takes ``intrinsic_delaunay`` on a closed edge-manifold mesh and
-        ``robust`` on any other.
-    energy : str
-        A name in ENERGIES.
-    start_weight : float
-        Reach of the first step, as a fraction of the mesh's extent.
-    growth : float
-        Factor on tau, or on W_L, after each step.
-    degenerate : str
-        What becomes of the rows of L at vertices of triangles with an angle under ``degenerate_angle``, for
-        ``least_squares``: ``none`` leaves them; ``identity`` puts an identity row with the right-hand side that holds
-        the vertex; ``identity_zero`` the one with right-hand side zero, which pulls it to the origin.
-    degenerate_angle : float
-        In radians.
-    volume_ratio, area_ratio : float
-        The contraction is done when the volume of a closed mesh, or the area of an open one, has fallen to this
-        fraction.
-    max_steps : int
-    solver : str
-        A name in SOLVERS.
-    """
-
-    operator: str | Operator | None = None
-    energy: str = "first_order"
-    start_weight: float = 0.02
-    growth: float = 2.0
-    degenerate: str = "none"
-    degenerate_angle: float = 1e-3
-    volume_ratio: float = 1e-4
-    area_ratio: float = 5e-3
-    max_steps: int = 30
-    solver: str = "cholmod"
-
-    def __post_init__(self) -> None:
-        choose(ENERGIES, self.energy, "energy")
-        choose(SOLVERS, self.solver, "solver")
-        choose(dict.fromkeys(DEGENERATE), self.degenerate, "treatment of degenerate triangles")
-        if self.operator is not None:
-            operator_named(self.operator)
-        if self.degenerate != "none" and self.energy != "least_squares":
-            raise UnknownChoice(
-                "identity rows belong to the energy 'least_squares'; 'first_order' has no rows to replace"
-            )
-        for name in ("start_weight", "growth", "volume_ratio", "area_ratio", "max_steps"):
-            if not getattr(self, name) > 0:
-                raise UnknownChoice(f"{name} must be positive, not {getattr(self, name)}")
+FAILURES = (Status.AREA_GREW, Status.BOX_GREW, Status.NOT_FINITE, Status.NOT_SOLVED)
 
 
 @dataclass(frozen=True)
@@ -102,7 +53,10 @@ class Step:
     """What one step did; ratios are to the start of the contraction.
 
     ``weight`` is tau or W_L^2, ``hold`` the smallest and largest entry of H or W_H^2, ``worst_angle`` the smallest
-    angle in degrees before the step.
+    angle in degrees before the step. ``n_treated`` counts the vertices that the operator's guard or the treatment of
+    degenerate triangles has touched, ``n_replaced_rows`` those of the treatment alone; ``drift`` is how far the
+    farthest of them went in this step, as a fraction of the extent. ``fault`` is why a guarded contraction would have
+    undone the step.
     """
 
     area_ratio: float
@@ -112,9 +66,12 @@ class Step:
     hold: tuple[float, float]
     worst_angle: float
     n_clamped_angles: int
-    n_identity_rows: int
+    n_treated: int
+    n_replaced_rows: int
+    drift: float
     residual: float
     seconds: float
+    fault: Status | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,34 +88,23 @@ class Contraction:
         The steps that were kept.
     status : Status
         Why it ended.
+    treated_vertices : tuple of (t,) arrays of int
+        Of each step, the vertices that ``n_treated`` counts.
     """
 
     source: Mesh
     mesh: Mesh
     steps: tuple[Step, ...]
     status: Status
+    treated_vertices: tuple[NDArray[np.int64], ...] = ()
 
-
-DEGENERATE = ("none", "identity", "identity_zero")
-
-PRESETS: dict[str, ContractionSettings] = {
-    "flow": ContractionSettings(),
-    "au2008": ContractionSettings(
-        operator="clamped_cotangent", energy="least_squares", degenerate="identity", volume_ratio=1e-6
-    ),
-}
-
-
-def _ring_areas(mesh: Mesh) -> NDArray[np.float64]:
-    """Total area of the triangles at each vertex."""
-    sums = np.bincount(mesh.faces.ravel(), weights=np.repeat(mesh.face_areas, 3), minlength=len(mesh.vertices))
-    return np.asarray(sums, dtype=np.float64)
-
-
-def _start_weight(settings: ContractionSettings, ring_areas: NDArray[np.float64]) -> float:
-    """tau, or W_L^2, of the first step on a mesh of extent 1: a reach squared, for W_L per mean ring area."""
-    reach = settings.start_weight**2
-    return reach if settings.energy == "first_order" else reach / float(ring_areas.mean())
+    @property
+    def broke_at(self) -> int | None:
+        """Number of the first step, from 1, that failed or was no step at all; None if there was none."""
+        faults = [number for number, step in enumerate(self.steps, 1) if step.fault]
+        if faults:
+            return faults[0]
+        return len(self.steps) + 1 if self.status in FAILURES else None
 
 
 def _smallest_angles(mesh: Mesh) -> NDArray[np.float64]:
@@ -176,7 +122,7 @@ def contract(
     """Contract a mesh until nearly nothing of its volume is left.
 
     A step after which the area or the bounding box has grown, or a number is not finite, is undone and ends the
-    contraction: what comes back is always the last good step.
+    contraction: what comes back is always the last good step, unless the settings take the guard away.
 
     Parameters
     ----------
@@ -194,6 +140,8 @@ def contract(
     ------
     MeshError
         If the mesh has no area, or the operator is not defined on it.
+    UnknownChoice
+        If the operator is not symmetric and the energy needs it to be.
 
     References
     ----------
@@ -212,8 +160,8 @@ def contract(
         raise MeshError("the mesh has no area: every face is degenerate, so there is nothing to contract")
     start = mesh.with_vertices((mesh.vertices - centre) / scale)
     settings = replace(settings, operator=_operator_for(start, settings))
-    steps, contracted, status = _flow(start, settings, on_step)
-    return Contraction(mesh, mesh.with_vertices(contracted.vertices * scale + centre), steps, status)
+    steps, treated, contracted, status = _flow(start, settings, on_step)
+    return Contraction(mesh, mesh.with_vertices(contracted.vertices * scale + centre), steps, status, treated)
 
 
 def _operator_for(mesh: Mesh, settings: ContractionSettings) -> str | Operator:
@@ -225,59 +173,97 @@ def _operator_for(mesh: Mesh, settings: ContractionSettings) -> str | Operator:
 
 def _flow(
     start: Mesh, settings: ContractionSettings, on_step: Callable[[Step, Mesh], None] | None
-) -> tuple[tuple[Step, ...], Mesh, Status]:
-    """Steps until a reason to stop, on a mesh of extent 1."""
+) -> tuple[tuple[Step, ...], tuple[NDArray[np.int64], ...], Mesh, Status]:
+    """Steps until a reason to stop, on a mesh of extent 1, and the vertices treated in each."""
     operator = operator_named(settings.operator or "robust")
-    start_rings = _ring_areas(start)
-    used = start_rings > 0
-    start_mass = np.where(used, start_rings / 3, start_rings[used].mean() / 3)
-    weight = _start_weight(settings, start_rings[used])
     now, factorization = start, None
+    weight, largest_weight = _weights(start, settings)
     steps: list[Step] = []
+    treated: list[NDArray[np.int64]] = []
+
+    def ended(status: Status) -> tuple[tuple[Step, ...], tuple[NDArray[np.int64], ...], Mesh, Status]:
+        return tuple(steps), tuple(treated), now, status
+
     while len(steps) < settings.max_steps:
         began = time.perf_counter()
-        rings = np.maximum(_ring_areas(now), THINNEST * start_rings)
-        area_kept = np.where(used, start_rings / np.where(used, rings, 1.0), 1.0)
         angles = _smallest_angles(now)
-        is_degenerate = angles < (0.0 if settings.degenerate == "none" else settings.degenerate_angle)
-        rows = np.unique(now.faces[is_degenerate])
+        degenerate = np.unique(now.faces[angles < settings.degenerate_angle])
         laplacian = operator(now)
-        pull = Pull(laplacian, now.vertices, weight, area_kept, start_mass, rows, settings.degenerate == "identity")
+        system = _system(start, now, laplacian, min(weight, largest_weight), degenerate, settings)
         try:
-            A, B, H = ENERGIES[settings.energy](pull)
-            factorization = factorize(A, settings.solver, like=factorization)
-            D = factorization.solve(B)
+            factorization = factorize(system.A, settings.solver, like=factorization)
+            D = factorization.solve(system.B)
         except SolveError:
-            return tuple(steps), now, Status.NOT_SOLVED
+            _require_symmetric(system, settings)
+            return ended(Status.NOT_SOLVED)
         moved = now.vertices + D
         if not np.isfinite(moved).all():
-            return tuple(steps), now, Status.NOT_FINITE
+            return ended(Status.NOT_FINITE)
         following = now.with_vertices(moved)
+        touched = np.union1d(laplacian.treated_vertices, system.replaced)
         step = Step(
             area_ratio=following.area / start.area,
             volume_ratio=abs(following.volume / start.volume) if start.is_closed and start.volume else float("nan"),
             box_ratio=following.diagonal / start.diagonal,
-            weight=weight,
-            hold=(float(H.min()), float(H.max())),
+            weight=min(weight, largest_weight),
+            hold=(float(system.hold.min()), float(system.hold.max())),
             worst_angle=float(np.degrees(angles.min())),
             n_clamped_angles=laplacian.n_clamped_angles,
-            n_identity_rows=len(rows),
-            residual=factorization.residual(D, B),
+            n_treated=len(touched),
+            n_replaced_rows=len(system.replaced),
+            drift=float(np.linalg.norm(D[touched], axis=1).max(initial=0.0)),
+            residual=factorization.residual(D, system.B),
             seconds=time.perf_counter() - began,
         )
         before = steps[-1] if steps else None
-        if failure := _failure(step, before):
-            return tuple(steps), now, failure
-        steps, now = [*steps, step], following
+        fault = _fault(step, before)
+        if fault and settings.guard:
+            return ended(fault)
+        steps, treated, now = [*steps, replace(step, fault=fault)], [*treated, touched], following
         if on_step is not None:
-            on_step(step, now)
-        if success := _success(step, before, settings):
-            return tuple(steps), now, success
+            on_step(steps[-1], now)
+        if not fault and (success := _success(step, before, settings)):
+            return ended(success)
         weight *= settings.growth if settings.energy == "first_order" else settings.growth**2
-    return tuple(steps), now, Status.STEPS
+    return ended(Status.STEPS)
 
 
-def _failure(step: Step, before: Step | None) -> Status | None:
+def _weights(start: Mesh, settings: ContractionSettings) -> tuple[float, float]:
+    """tau, or W_L^2, of the first step on a mesh of extent 1, and the largest that it may become."""
+    tau, mean_ring = STARTS[settings.start](start, settings.start_weight), mean_ring_area(start)
+    largest = float("inf") if settings.largest_pull is None else settings.largest_pull**2
+    return (tau, largest * mean_ring) if settings.energy == "first_order" else (tau / mean_ring, largest)
+
+
+def _system(
+    start: Mesh,
+    now: Mesh,
+    laplacian: Laplacian,
+    weight: float,
+    degenerate: NDArray[np.int64],
+    settings: ContractionSettings,
+) -> System:
+    """What a step solves; the energies know neither how areas are compared nor what is degenerate."""
+    rings = ring_areas(start)
+    start_mass = np.where(rings > 0, rings / 3, mean_ring_area(start) / 3)
+    area_kept = HOLDS[settings.hold](start, now)
+    if settings.largest_hold is not None:
+        area_kept = np.minimum(area_kept, settings.largest_hold**2)
+    treatment = DEGENERATE[settings.degenerate]
+    pull = Pull(laplacian, now.vertices, weight, area_kept, start_mass, lambda L: treatment(L, degenerate))
+    return ENERGIES[settings.energy](pull)
+
+
+def _require_symmetric(system: System, settings: ContractionSettings) -> None:
+    """Tell that the operator is what cannot be solved with, if it is."""
+    if abs(system.A - system.A.T).max() > ASYMMETRY * abs(system.A).max():
+        raise UnknownChoice(
+            f"the operator {settings.operator!r} is not symmetric, which the energy {settings.energy!r} needs; "
+            "use the energy 'least_squares', whose equations are symmetric for any operator, or another operator"
+        )
+
+
+def _fault(step: Step, before: Step | None) -> Status | None:
     """Why a step must be undone, if it must."""
     if step.area_ratio > AREA_GROWTH * (before.area_ratio if before else 1.0):
         return Status.AREA_GREW

@@ -1,26 +1,28 @@
 """What a step of the contraction minimises: a pull along the Laplacian against a hold on every vertex.
 
 - ``first_order``:    tau V'^T S V' + (V' - V)^T H (V' - V),  H = M_0 A_0 / A_t
-- ``least_squares``:  W_L^2 ||L V'||^2 + (V' - V)^T W_H^2 (V' - V),  L = 2 S,  W_H^2 = A_0 / A_t
+- ``least_squares``:  W_L^2 ||L V' - T||^2 + (V' - V)^T W_H^2 (V' - V),  L = 2 S,  W_H^2 = A_0 / A_t
 
 A_0 and A_t are the areas of a vertex's ring of triangles at the start and now, M_0 the areas of the vertices: what has
-become thin is held harder. The second is Au, Tai, Chu, Cohen-Or, Lee 2008, "Skeleton extraction by mesh contraction",
-https://doi.org/10.1145/1399504.1360643, equations 4 to 6; the first holds the backward Euler flow of Desbrun, Meyer,
-Schroeder, Barr 1999, https://doi.org/10.1145/311535.311576, by the same weights. Both are solved for the displacement.
+become thin is held harder; T is zero but for rows that :mod:`lbskel.degeneracy` puts into L. The second is Au, Tai,
+Chu, Cohen-Or, Lee 2008, "Skeleton extraction by mesh contraction", https://doi.org/10.1145/1399504.1360643, equations
+4 to 6; the first holds the backward Euler flow of Desbrun, Meyer, Schroeder, Barr 1999,
+https://doi.org/10.1145/311535.311576, by the same weights, and needs a symmetric S. Both are solved for the
+displacement.
 """
 
 from __future__ import annotations
 
-__all__ = ["ENERGIES", "Pull", "System"]
+__all__ = ["ENERGIES", "Pull", "System", "rectangular"]
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array, diags_array
+from scipy.sparse import csc_array, csr_array, diags_array, vstack
 
+from lbskel.degeneracy import Treatment
 from lbskel.operators import Laplacian
 
 
@@ -33,34 +35,50 @@ class Pull:
     weight: float
     area_kept: NDArray[np.float64]  # A_0 / A_t, the square of Au's W_H
     start_mass: NDArray[np.float64]
-    identity_rows: NDArray[np.int64]
-    holds_rows: bool
+    treatment: Callable[[csr_array], Treatment]
+
+    @property
+    def rows(self) -> tuple[csr_array, Treatment]:
+        """L as it is treated, and how."""
+        L = (2 * self.laplacian.stiffness).tocsr()
+        treatment = self.treatment(L)
+        return treatment.matrix(L), treatment
 
 
-System: TypeAlias = tuple[csc_array, NDArray[np.float64], NDArray[np.float64]]
+@dataclass(frozen=True, eq=False)
+class System:
+    """A D = B for the displacement D; ``hold`` is H or W_H^2, and ``replaced`` are the rows of L that were changed."""
+
+    A: csc_array
+    B: NDArray[np.float64]
+    hold: NDArray[np.float64]
+    replaced: NDArray[np.int64]
 
 
 def _first_order(pull: Pull) -> System:
     """(H + tau S) D = -tau S V."""
     S = pull.laplacian.stiffness * pull.weight
     H = pull.start_mass * pull.area_kept
-    return (S + diags_array(H, format="csc")).tocsc(), -(S @ pull.vertices), H
+    A = (S + diags_array(H, format="csc")).tocsc()
+    return System(A, -(S @ pull.vertices), H, np.empty(0, dtype=np.int64))
 
 
 def _least_squares(pull: Pull) -> System:
-    """(W_H^2 + W_L^2 L^T L) D = -W_L^2 L^T (L V - target), where only identity rows have a target."""
-    V, rows = pull.vertices, pull.identity_rows
-    L = (2 * pull.laplacian.stiffness).tocsr()
-    if len(rows):
-        keep = np.ones(len(V))
-        keep[rows] = 0
-        L = (diags_array(keep) @ L + diags_array(1 - keep)).tocsr()
-    unexplained = L @ V
-    if len(rows) and pull.holds_rows:
-        unexplained[rows] -= V[rows]
-    H = pull.area_kept
+    """(W_H^2 + W_L^2 L^T L) D = -W_L^2 L^T (L V - T)."""
+    V, H = pull.vertices, pull.area_kept
+    L, treatment = pull.rows
     A = diags_array(H, format="csc") + pull.weight * (L.T @ L)
-    return A.tocsc(), -pull.weight * (L.T @ unexplained), H
+    B = -pull.weight * (L.T @ (L @ V - treatment.target(V)))
+    return System(A.tocsc(), B, H, treatment.rows)
+
+
+def rectangular(pull: Pull) -> tuple[csr_array, NDArray[np.float64]]:
+    """K = [W_L L; W_H] and its right-hand side, whose least-squares solution is the displacement of a step."""
+    L, treatment = pull.rows
+    W = np.sqrt(pull.weight)
+    K = vstack([W * L, diags_array(np.sqrt(pull.area_kept))]).tocsr()
+    V = pull.vertices
+    return K, np.concatenate([-W * (L @ V - treatment.target(V)), np.zeros_like(V)])
 
 
 ENERGIES: dict[str, Callable[[Pull], System]] = {"first_order": _first_order, "least_squares": _least_squares}

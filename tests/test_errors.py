@@ -20,7 +20,7 @@ from lbskel import (
     laplacian,
     skeletonize,
 )
-from lbskel.contraction import DEGENERATE
+from lbskel.degeneracy import DEGENERATE
 from lbskel.energies import ENERGIES
 from lbskel.errors import choose
 from lbskel.files import FORMATS, MESH_READERS, read_mesh, read_skeleton

@@ -15,12 +15,13 @@ LONGEST = 300
 
 LAYERS = {
     0: ("errors",),
-    1: ("conversion", "mesh", "skeleton"),
+    1: ("blocks", "conversion", "fans", "mesh", "skeleton"),
     2: ("operators", "solvers"),
     3: (
         "applications",
         "bones",
         "contraction",
+        "degeneracy",
         "energies",
         "handles",
         "health",
@@ -34,9 +35,11 @@ LAYERS = {
         "sampling",
         "scoring",
         "sections",
+        "settings",
         "surface",
         "surgery",
         "tips",
+        "weights",
     ),
     4: ("files", "preprocess", "shapes", "views"),
     5: ("batch", "pipeline"),

@@ -34,6 +34,7 @@ from lbskel.operators.inverse_distance import inverse_distance
 from lbskel.operators.laplacian import Laplacian, from_igl, to_igl
 from lbskel.operators.masses import MASSES
 from lbskel.operators.mean_value import mean_value, mean_value_symmetric
+from lbskel.operators.mollified import mollified
 from lbskel.operators.polygons import PolygonMesh, polygon_cotangent
 from lbskel.operators.robust import robust
 
@@ -48,6 +49,7 @@ OPERATORS: dict[str, Operator] = {
     "cotangent_identity": cotangent_identity,
     "mean_value": mean_value,
     "mean_value_symmetric": mean_value_symmetric,
+    "mollified": mollified,
     "intrinsic_delaunay": intrinsic_delaunay,
     "robust": robust,
     "heat_kernel": heat_kernel,

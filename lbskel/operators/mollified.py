@@ -1,0 +1,38 @@
+"""The cotangent Laplacian of triangles made a little fatter: all edges longer by what mends the thinnest.
+
+Sharp, Crane 2020, "A Laplacian for nonmanifold triangle meshes", https://doi.org/10.1111/cgf.14069, section 4, without
+the intrinsic flips that follow there: finite and symmetric, but weights may be negative, as the cotangents' may.
+"""
+
+from __future__ import annotations
+
+__all__ = ["mollified"]
+
+import igl
+import numpy as np
+from scipy.sparse import csc_array
+
+from lbskel.mesh import Mesh
+from lbskel.operators.assembly import stiffness_of_corner_weights
+from lbskel.operators.corners import touched_vertices, unit_scale
+from lbskel.operators.flips import cotangents_of_lengths
+from lbskel.operators.intrinsic_delaunay import MOLLIFY_FACTOR, shortfall
+from lbskel.operators.laplacian import Laplacian
+from lbskel.operators.masses import voronoi_mass
+
+
+def mollified(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
+    """The cotangent Laplacian of mollified edge lengths with the Voronoi mass of the given triangles.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    mollify_factor : float
+        Every triangle inequality is made to hold by at least this fraction of the mean edge length.
+    """
+    n, lengths = len(mesh.vertices), igl.edge_lengths(unit_scale(mesh.vertices)[0], mesh.faces)
+    if not lengths.any():
+        return Laplacian(csc_array((n, n)), voronoi_mass(mesh), treated_vertices=np.unique(mesh.faces))
+    missing = shortfall(lengths, mollify_factor)
+    stiffness = stiffness_of_corner_weights(n, mesh.faces, cotangents_of_lengths(lengths + missing.max()) / 2)
+    return Laplacian(stiffness, voronoi_mass(mesh), treated_vertices=touched_vertices(mesh, missing[:, None] > 0))
