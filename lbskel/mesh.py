@@ -18,8 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from lbskel.blocks import Blocks, blocks_of
 from lbskel.conversion import arrays_of, triangulate
 from lbskel.errors import MeshError, first_few
+from lbskel.fans import count_fans
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
@@ -161,6 +163,11 @@ class Mesh:
         return read_only(0.5 * np.linalg.norm(np.cross(B - A, C - A), axis=1))
 
     @cached_property
+    def blocks(self) -> Blocks:
+        """The faces in groups that lie close together, for searches."""
+        return blocks_of(self.vertices[self.faces])
+
+    @cached_property
     def used_vertices(self) -> NDArray[np.int64]:
         """(u,) vertices that belong to a face, in ascending order."""
         return read_only(np.flatnonzero(np.bincount(self.faces.ravel(), minlength=len(self.vertices))))
@@ -231,26 +238,8 @@ class Mesh:
         if not (self.is_edge_manifold and self.is_closed):
             return False
         start, end = self.half_edges.T
-        directed = start * len(self.vertices) + end
-        return len(np.unique(directed)) == len(directed) and self._vertices_have_one_fan
-
-    @property
-    def _vertices_have_one_fan(self) -> bool:
-        """Whether the faces around every vertex are joined through its edges (edge-manifold meshes only)."""
-        m = len(self.faces)
-        order = np.argsort(self.edge_of_half_edge, kind="stable")
-        inner = np.flatnonzero(np.diff(self.edge_of_half_edge[order]) == 0)
-        first, second = order[inner], order[inner + 1]
-        # A corner is numbered like the half-edge opposite it. The corners at both ends of a shared edge are joined.
-        links = []
-        for here, there in ((1, 2), (2, 1)):
-            a = (first // m + here) % 3 * m + first % m
-            b = (second // m + there) % 3 * m + second % m
-            links.append((a, b))
-        rows, columns = (np.concatenate(side) for side in zip(*links, strict=True))
-        graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(3 * m, 3 * m))
-        n_fans = connected_components(graph, directed=False)[0]
-        return n_fans == len(self.used_vertices)
+        balance = np.bincount(self.edge_of_half_edge, weights=np.where(start < end, 1, -1))
+        return not balance.any() and count_fans(self.edge_of_half_edge) == len(self.used_vertices)
 
     @cached_property
     def euler_characteristic(self) -> int:

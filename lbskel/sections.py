@@ -3,22 +3,27 @@
 A section is cut exactly, triangle by triangle, so it does not depend on how densely the surface is sampled. Of the
 curves that a plane cuts, the smallest that goes round the point counts, or the nearest where none does. Area and
 centroid come from Green's theorem over its segments.
+
+Triangles are looked for near the point first. Curves of one plane do not cross, so a closed one round the point that
+lies there is inside of any that does not, and no more need be known; else the whole plane is cut.
 """
 
 from __future__ import annotations
 
 __all__ = ["Sections", "cut"]
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from lbskel.blocks import COARSE, FINE, within
 from lbskel.mesh import Mesh
 
-AT_ONCE = 8_000_000  # signed distances held at a time
+AT_ONCE = 4_000_000  # distances from planes to blocks of faces held at a time
+REACHES = (3.0, 9.0, np.inf)  # times the distance from a point to the nearest block: where its curve is looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,34 +85,77 @@ def cut(
     labels : (k,) array of int, optional
         With these, ``own`` tells how much of each curve lies on faces of the plane's own label.
     """
-    at_once = max(1, AT_ONCE // len(mesh.vertices))
-    parts = [
-        _segments(mesh, points[first : first + at_once], normals[first : first + at_once], first)
-        for first in range(0, max(1, len(points)), at_once)
-    ]
-    joined = _Segments(
-        plane=np.concatenate([part.plane for part in parts]),
-        face=np.concatenate([part.face for part in parts]),
-        edges=np.concatenate([part.edges for part in parts]),
-        points=np.concatenate([part.points for part in parts]),
-    )
-    return _measure(mesh, points, normals, joined, face_labels, labels)
+    at_once = max(1, AT_ONCE // len(mesh.blocks.coarse.radii))
+    reaches = REACHES if mesh.is_closed else REACHES[::2]  # a curve that is not closed is known as such only when whole
+    parts = []
+    for first in range(0, max(1, len(points)), at_once):
+        some = slice(first, first + at_once)
+        plane_labels = None if labels is None else labels[some]
+        parts.append(_cut(mesh, points[some], normals[some], face_labels, plane_labels, reaches))
+    return Sections(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(Sections)))
 
 
-def _segments(mesh: Mesh, points: NDArray[np.float64], normals: NDArray[np.float64], first: int) -> _Segments:
-    """Every triangle cut by every plane."""
-    F, m = mesh.faces, len(mesh.faces)
-    height = mesh.vertices @ normals.T - np.einsum("ki,ki->k", normals, points)
+def _cut(
+    mesh: Mesh,
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    face_labels: NDArray[np.int64] | None,
+    labels: NDArray[np.int64] | None,
+    reaches: tuple[float, ...],
+) -> Sections:
+    """The sections of a few planes: near their points where that is enough, farther out otherwise."""
+    balls = mesh.blocks.coarse
+    squared = (points**2).sum(axis=1)[:, None] - 2 * points @ balls.centres.T + (balls.centres**2).sum(axis=1)
+    beyond = np.sqrt(np.maximum(squared, 0.0)) - balls.radii
+    is_met = np.abs(normals @ balls.centres.T - np.einsum("ki,ki->k", normals, points)[:, None]) <= balls.radii
+    is_met &= beyond <= reaches[0] * (beyond + 2 * balls.radii).min(axis=1, keepdims=True)
+    sections, is_whole = _measured(mesh, points, normals, is_met, face_labels, labels)
+    rest = np.flatnonzero(~(sections.surrounds & is_whole))
+    if len(rest) and len(reaches) > 1:
+        rest_labels = None if labels is None else labels[rest]
+        farther = _cut(mesh, points[rest], normals[rest], face_labels, rest_labels, reaches[1:])
+        for each in fields(Sections):
+            getattr(sections, each.name)[rest] = getattr(farther, each.name)
+    return sections
+
+
+def _segments(
+    mesh: Mesh, points: NDArray[np.float64], normals: NDArray[np.float64], is_met: NDArray[np.bool_]
+) -> _Segments:
+    """Every triangle, of the blocks that each plane may meet, that it does cut."""
+    F, m, (X, Y, Z) = mesh.faces, len(mesh.faces), mesh.vertices.T
+    a, b, c = normals.T
+    offset = np.einsum("ki,ki->k", normals, points)
+    balls = mesh.blocks.fine
+    plane, block = np.nonzero(is_met)
+    row, ball = within(block, COARSE // FINE, len(balls.radii))
+    plane, (x, y, z) = plane[row], balls.centres[ball].T
+    is_met = np.abs(a[plane] * x + b[plane] * y + c[plane] * z - offset[plane]) <= balls.radii[ball]
+    row, face = within(ball[is_met], FINE, m)
+    plane, face = plane[is_met][row], mesh.blocks.order[face]
+
+    def heights(corner: NDArray[np.int64], plane: NDArray[np.int64]) -> NDArray[np.float64]:
+        """The same for a vertex whichever face it is asked for."""
+        return a[plane] * X[corner] + b[plane] * Y[corner] + c[plane] * Z[corner] - offset[plane]
+
+    height = np.stack([heights(F[face, corner], plane) for corner in range(3)], axis=1)
     above = height >= 0
-    face, plane = _crossings(np.packbits(above, axis=1), F)
-    corner_above = above[F[face], plane[:, None]]
-    odd = corner_above == (corner_above.sum(axis=1, keepdims=True) == 1)
-    lone = np.argmax(odd, axis=1)
+    n_above = above.sum(axis=1)
+    crosses = np.flatnonzero((n_above == 1) | (n_above == 2))
+    face, plane, height, above, n_above = (
+        face[crosses],
+        plane[crosses],
+        height[crosses],
+        above[crosses],
+        n_above[crosses],
+    )
+    lone = np.argmax(above == (n_above == 1)[:, None], axis=1)
+    at = np.arange(len(face))
     left, right = (lone + 1) % 3, (lone + 2) % 3
     ends, edges = [], []
     for other, opposite in ((left, right), (right, left)):
         start, end = F[face, lone], F[face, other]
-        h0, h1 = height[start, plane], height[end, plane]
+        h0, h1 = height[at, lone], height[at, other]
         share = (h0 / (h0 - h1))[:, None]
         ends.append((1 - share) * mesh.vertices[start] + share * mesh.vertices[end])
         edges.append(mesh.edge_of_half_edge[opposite * m + face])
@@ -116,16 +164,7 @@ def _segments(mesh: Mesh, points: NDArray[np.float64], normals: NDArray[np.float
     outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     runs_back = np.einsum("ij,ij->i", q[:, 1] - q[:, 0], np.cross(normals[plane], outward)) < 0
     q[runs_back], pairs[runs_back] = q[runs_back, ::-1], pairs[runs_back, ::-1]
-    return _Segments(plane + first, face, pairs, q)
-
-
-def _crossings(above: NDArray[np.uint8], F: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Faces and planes that cross, from a bit per vertex and plane: eight planes are compared at a time."""
-    first = above[F[:, 0]]
-    differs = (first ^ above[F[:, 1]]) | (first ^ above[F[:, 2]])
-    face, byte = np.nonzero(differs)
-    row, bit = np.nonzero(np.unpackbits(differs[face, byte][:, None], axis=1))
-    return face[row], 8 * byte[row] + bit
+    return _Segments(plane, face, pairs, q)
 
 
 def _frames(normals: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -136,15 +175,19 @@ def _frames(normals: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.stack([first, np.cross(normals, first)], axis=1)
 
 
-def _measure(
+def _measured(
     mesh: Mesh,
     points: NDArray[np.float64],
     normals: NDArray[np.float64],
-    segments: _Segments,
+    is_met: NDArray[np.bool_],
     face_labels: NDArray[np.int64] | None,
     labels: NDArray[np.int64] | None,
-) -> Sections:
-    """Join segments to curves, choose one for each plane, and measure it."""
+) -> tuple[Sections, NDArray[np.bool_]]:
+    """Join the segments in some blocks to curves, choose one for each plane, and measure it.
+
+    Also, whether the one chosen runs on nowhere outside of the blocks; such curves go first.
+    """
+    segments = _segments(mesh, points, normals, is_met)
     k, plane = len(points), segments.plane
     keys, ends = np.unique(plane[:, None] * len(mesh.edges) + segments.edges, return_inverse=True)
     ends = ends.reshape(-1, 2)
@@ -153,6 +196,8 @@ def _measure(
     curve = curve_of_end[ends[:, 0]] if len(ends) else np.empty(0, dtype=np.int64)
     plane_of_curve = np.zeros(n_curves, dtype=np.int64)
     plane_of_curve[curve] = plane
+    is_whole = np.ones(n_curves, dtype=bool)
+    is_whole[curve_of_end[np.bincount(ends.ravel()) < mesh.faces_per_edge[keys % len(mesh.edges)]]] = False
 
     def total(values: NDArray) -> NDArray[np.float64]:
         return np.asarray(np.bincount(curve, weights=values, minlength=n_curves), dtype=np.float64)
@@ -175,7 +220,7 @@ def _measure(
     np.minimum.at(nearest, curve, _distance_to_origin(a, b))
 
     surrounds = np.abs(winding) > 0.5
-    order = np.lexsort((np.where(surrounds, np.abs(area), nearest), ~surrounds, plane_of_curve))
+    order = np.lexsort((np.where(surrounds, np.abs(area), nearest), ~surrounds, ~is_whole, plane_of_curve))
     is_first = np.ones(n_curves, dtype=bool)
     is_first[1:] = np.diff(plane_of_curve[order]) > 0
     chosen = order[is_first]
@@ -193,7 +238,7 @@ def _measure(
         is_own = (label == labels[plane]) | (label < 0)
     moved = np.zeros((k, 2))
     moved[at] = centroid[chosen]
-    return Sections(
+    sections = Sections(
         is_cut=per_plane(np.ones(n_curves, dtype=bool)),
         surrounds=per_plane(surrounds),
         centroids=points + np.einsum("ki,kij->kj", moved, frames),
@@ -202,6 +247,7 @@ def _measure(
         radii=per_plane(radius),
         own=per_plane(total(pieces * is_own) / np.where(length > 0, length, 1)),
     )
+    return sections, per_plane(is_whole)
 
 
 def _distance_to_origin(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:

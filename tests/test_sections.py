@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from lbskel import Mesh
+from lbskel import sections
 from lbskel.sections import cut
-from lbskel.shapes import capsule, cylinder, torus, tube
+from lbskel.shapes import capsule, cylinder, make, torus, tube
 
 Z = np.array([[0.0, 0.0, 1.0]])
 
@@ -93,3 +94,21 @@ def test_many_planes_in_parts_give_what_one_by_one_gives(monkeypatch):
     apart = cut(mesh, points, normals)
     for name in ("centroids", "areas", "lengths", "radii", "own", "surrounds"):
         assert np.array_equal(getattr(together, name), getattr(apart, name))
+
+
+def test_looking_near_the_point_first_finds_what_the_whole_plane_has(monkeypatch):
+    """Planes of a knot cut several of its turns; from points beside the axis some have to look farther."""
+    shape = make("knot", n_vertices=4000)
+    rng = np.random.default_rng(0)
+    at = rng.integers(len(shape.truth.nodes), size=60)
+    points = shape.truth.nodes[at] + rng.normal(size=(60, 3)) * shape.truth.radii[at, None]
+    normals = rng.normal(size=(60, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    found = cut(shape.mesh, points, normals)
+    monkeypatch.setattr(sections, "REACHES", (np.inf,))
+    whole = cut(shape.mesh, points, normals)
+    assert 0.2 < whole.surrounds.mean() < 0.8
+    assert (found.surrounds == whole.surrounds).all()
+    # the same segments, summed in another order
+    assert np.abs(found.centroids - whole.centroids).max() < 1e-12 * shape.mesh.extent
+    assert found.areas == pytest.approx(whole.areas, rel=1e-9)

@@ -1,0 +1,76 @@
+"""Faces in blocks of neighbours, each in a ball, so that a search leaves out most of a mesh at a glance.
+
+Faces are put along a curve that fills space (Morton 1966, "A computer oriented geodetic data base") by their centres;
+each run of them is a block.
+"""
+
+from __future__ import annotations
+
+__all__ = ["COARSE", "FINE", "Balls", "Blocks", "blocks_of", "within"]
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FINE, COARSE = 4, 32  # faces to a ball, of the small ones and of the large ones, which hold whole small ones
+BITS = 10  # of each coordinate along the curve
+ROUNDING = 1e-12  # of the largest coordinate, by which each ball is larger, so that none is missed by rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Balls:
+    """Balls round consecutive runs of faces."""
+
+    centres: NDArray[np.float64]
+    radii: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Runs of faces with a ball round each, at two sizes.
+
+    Parameters
+    ----------
+    order : (m,) array of int
+        The faces along the curve.
+    coarse, fine : Balls
+        Round each COARSE and each FINE of them.
+    """
+
+    order: NDArray[np.int64]
+    coarse: Balls
+    fine: Balls
+
+
+def within(runs: NDArray[np.int64], size: int, n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """For some runs of ``size`` out of n things, the row of each thing among the runs, and the thing."""
+    things = size * runs[:, None] + np.arange(size)
+    row, column = np.nonzero(things < n)
+    return row, things[row, column]
+
+
+def _along_curve(points: NDArray[np.float64]) -> NDArray[np.int64]:
+    """(n,) place of points along the curve."""
+    low, size = points.min(axis=0), np.ptp(points, axis=0).max()
+    cells = ((points - low) * ((2**BITS - 1) / size if size > 0 else 0.0)).astype(np.int64)
+    code = np.zeros(len(points), dtype=np.int64)
+    for bit in range(BITS):
+        for axis in range(3):
+            code |= (cells[:, axis] >> bit & 1) << (3 * bit + axis)
+    return code
+
+
+def _balls(low: NDArray[np.float64], high: NDArray[np.float64], size: int, slack: float) -> Balls:
+    """Balls round the boxes of runs of ``size`` boxes."""
+    first = np.arange(0, len(low), size)
+    low, high = np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
+    return Balls((low + high) / 2, np.linalg.norm(high - low, axis=1) / 2 + slack)
+
+
+def blocks_of(corners: NDArray[np.float64]) -> Blocks:
+    """Blocks of triangles given by their (m, 3, 3) corners."""
+    order = np.argsort(_along_curve(corners.mean(axis=1)), kind="stable")
+    low, high = corners.min(axis=1)[order], corners.max(axis=1)[order]
+    slack = ROUNDING * float(np.abs(corners).max())
+    return Blocks(order, _balls(low, high, COARSE, slack), _balls(low, high, FINE, slack))
