@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from lbskel import Mesh
-from lbskel import sections
+from lbskel import Mesh, sections
 from lbskel.sections import cut
 from lbskel.shapes import capsule, cylinder, make, torus, tube
 
