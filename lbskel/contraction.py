@@ -24,7 +24,7 @@ from lbskel.mesh import Mesh
 from lbskel.operators import Laplacian, Operator, operator_named
 from lbskel.operators.clamped_cotangent import corner_cotangents
 from lbskel.settings import PRESETS, ContractionSettings
-from lbskel.solvers import factorize
+from lbskel.solvers import factorize, relative_residual, solve_once
 from lbskel.weights import HOLDS, STARTS, mean_ring_area, ring_areas
 
 AREA_GROWTH = 1 + 1e-9  # over a step that is no more than rounding
@@ -188,11 +188,19 @@ def _flow(
         began = time.perf_counter()
         angles = _smallest_angles(now)
         degenerate = np.unique(now.faces[angles < settings.degenerate_angle])
-        laplacian = operator(now)
+        try:
+            laplacian = operator(now)
+        except MeshError:
+            if not steps:
+                raise
+            return ended(Status.NOT_FINITE)
         system = _system(start, now, laplacian, min(weight, largest_weight), degenerate, settings)
         try:
-            factorization = factorize(system.A, settings.solver, like=factorization)
-            D = factorization.solve(system.B)
+            if settings.guard:
+                factorization = factorize(system.A, settings.solver, like=factorization)
+                D = factorization.solve(system.B)
+            else:
+                D = solve_once(system.A, system.positions) - now.vertices
         except SolveError:
             _require_symmetric(system, settings)
             return ended(Status.NOT_SOLVED)
@@ -212,7 +220,7 @@ def _flow(
             n_treated=len(touched),
             n_replaced_rows=len(system.replaced),
             drift=float(np.linalg.norm(D[touched], axis=1).max(initial=0.0)),
-            residual=factorization.residual(D, system.B),
+            residual=relative_residual(system.A, D, system.B),
             seconds=time.perf_counter() - began,
         )
         before = steps[-1] if steps else None

@@ -45,8 +45,9 @@ class ContractionSettings:
     degenerate_angle : float
         In radians.
     guard : bool
-        Whether a step after which the area or the bounding box has grown is undone and ends the contraction. Without
-        it the step is kept, marked, and the contraction goes on, which shows what breaks and how.
+        Whether steps are solved for the displacement and refined, and one after which the area or the bounding box has
+        grown is undone and ends the contraction. Without it they are as published: solved once for the positions, with
+        no look at the residual, and kept whatever they did, which ``Step.fault`` tells.
     volume_ratio, area_ratio : float
         The contraction is done when the volume of a closed mesh, or the area of an open one, has fallen to this
         fraction.

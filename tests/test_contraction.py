@@ -9,7 +9,8 @@ from lbskel import PRESETS, ContractionSettings, Mesh, MeshError, UnknownChoice,
 from lbskel.contraction import Status
 from lbskel.energies import ENERGIES
 from lbskel.operators import laplacian
-from lbskel.shapes import capsule, cylinder, torus
+from lbskel.shapes import capsule, chain_of_tori, cylinder, torus
+from lbskel.weights import HOLDS, WEIGHTS, mean_ring_area
 
 
 def settings(**changes):
@@ -130,3 +131,111 @@ def test_wrong_settings_say_what_is_right(changes, words):
 def test_a_mesh_without_area_is_refused():
     with pytest.raises(MeshError, match="no area"):
         contract(Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]]))
+
+
+def test_without_the_guard_plain_cotangents_break_and_intrinsic_delaunay_does_not():
+    mesh = chain_of_tori(2, step=0.15)  # marching cubes: slivers, as in the meshes that the method is known to break on
+    plain, cured = (
+        contract(
+            mesh, settings(operator=operator, energy="least_squares", guard=False, volume_ratio=1e-9, max_steps=14)
+        )
+        for operator in ("cotangent", "intrinsic_delaunay")
+    )
+    assert plain.broke_at is not None
+    first = plain.steps[plain.broke_at - 1]
+    assert first.fault in (Status.AREA_GREW, Status.BOX_GREW)
+    assert all(step.fault is None for step in plain.steps[: plain.broke_at - 1])
+    assert max(step.box_ratio for step in plain.steps) > 1.2  # well beyond what the guard lets pass
+    assert cured.broke_at is None
+    assert max(step.box_ratio for step in cured.steps) <= 1
+
+
+def test_the_guard_undoes_the_step_that_breaks():
+    mesh = chain_of_tori(2, step=0.15)
+    chosen = settings(operator="clamped_cotangent", energy="least_squares", volume_ratio=1e-9)
+    guarded, free = contract(mesh, chosen), contract(mesh, replace(chosen, guard=False, max_steps=8))
+    assert guarded.broke_at == len(guarded.steps) + 1
+    assert guarded.broke_at == free.broke_at
+    # the same energies up to there, one solved for displacements and one for positions, conditioned at up to 1e8
+    assert guarded.steps[-1].area_ratio == pytest.approx(free.steps[len(guarded.steps) - 1].area_ratio, rel=1e-4)
+
+
+@pytest.mark.parametrize("energy", ENERGIES)
+def test_without_the_guard_early_steps_are_the_same(energy):
+    mesh = torus(1.0, 0.3, 40, 16)
+    chosen = settings(energy=energy, max_steps=2)
+    guarded, free = contract(mesh, chosen), contract(mesh, replace(chosen, guard=False))
+    # conditioned at 1e6 at most, a thousand roundings
+    assert np.abs(guarded.mesh.vertices - free.mesh.vertices).max() < 1e-9
+
+
+def test_an_operator_that_is_not_symmetric_is_refused_where_it_must_be_symmetric():
+    mesh = capsule(3.0, 0.4, 20)
+    with pytest.raises(UnknownChoice, match=r"'mean_value' is not symmetric.*least_squares"):
+        contract(mesh, settings(operator="mean_value"))
+    assert len(contract(mesh, settings(operator="mean_value", energy="least_squares")).steps) > 0
+
+
+def test_treated_vertices_are_told_for_each_step_with_how_far_they_went():
+    mesh = torus(1.0, 0.3, 40, 16)
+    V = np.array(mesh.vertices)
+    V[17] = V[16]
+    chosen = settings(operator="cotangent", energy="least_squares", degenerate="identity_zero", max_steps=3)
+    given, seen = mesh.with_vertices(V), []
+    contraction = contract(given, chosen, on_step=lambda step, now: seen.append(now.vertices))
+    assert len(contraction.treated_vertices) == len(contraction.steps) == 3
+    first, touched = contraction.steps[0], contraction.treated_vertices[0]
+    assert first.n_treated == len(touched) >= first.n_replaced_rows >= 4
+    assert {16, 17} <= set(touched.tolist())
+    moves = np.linalg.norm(seen[0] - (V - given.centroid) / given.extent, axis=1)
+    assert first.drift == pytest.approx(moves[touched].max())
+    for step, touched in zip(contraction.steps[1:], contraction.treated_vertices[1:], strict=True):
+        assert step.n_treated == len(touched) == 0  # the identity rows have drawn the two apart
+        assert step.drift == 0
+
+
+def test_the_largest_pull_and_hold_are_kept_to():
+    mesh = torus(1.0, 0.3, 40, 16)
+    free = contract(mesh, settings(energy="least_squares", max_steps=6)).steps
+    capped = contract(mesh, settings(energy="least_squares", max_steps=6, largest_pull=4.0, largest_hold=3.0)).steps
+    assert [step.weight for step in capped] == pytest.approx([min(step.weight, 16.0) for step in free])
+    assert free[-1].weight > 16
+    assert free[-1].hold[1] > 9 >= max(step.hold[1] for step in capped)
+    first_order = contract(mesh, settings(max_steps=6, largest_pull=1.0)).steps
+    # tau is W_L^2 times the mean ring area, on the mesh of extent 1
+    assert first_order[-1].weight == pytest.approx(mean_ring_area(mesh) / mesh.extent**2)
+
+
+@pytest.mark.parametrize("weights", WEIGHTS)
+@pytest.mark.parametrize("energy", ENERGIES)
+def test_published_weights_do_not_depend_on_units(weights, energy):
+    mesh = capsule(3.0, 0.4, 12)
+    chosen = ContractionSettings(energy=energy, max_steps=4, **WEIGHTS[weights])
+    one, thousand = (contract(mesh.with_vertices(scale * mesh.vertices), chosen) for scale in (1.0, 1000.0))
+    assert [step.weight for step in one.steps] == pytest.approx([step.weight for step in thousand.steps])
+    assert [step.area_ratio for step in one.steps] == pytest.approx([step.area_ratio for step in thousand.steps])
+
+
+def test_published_weights_start_as_printed():
+    mesh = capsule(3.0, 0.4, 12)
+    average = mesh.area / mesh.extent**2 / len(mesh.faces)
+    side = np.ptp(mesh.vertices, axis=0).max() / mesh.extent
+    printed = {
+        "paper": 1e-3 * np.sqrt(average),
+        "report": 1e-3 * np.sqrt(average * len(mesh.faces)),
+        "program": 1 / (10 * np.sqrt(average)),
+        "cao": 1 / (10 * np.sqrt(average * (1.6 / side) ** 2)),
+    }
+    for name, pull in printed.items():
+        chosen = ContractionSettings(energy="least_squares", max_steps=2, volume_ratio=1e-12, **WEIGHTS[name])
+        steps = contract(mesh, chosen).steps
+        growth = 3 if name == "cao" else 2
+        assert [step.weight for step in steps] == pytest.approx([pull**2, (growth * pull) ** 2])
+
+
+def test_holds_compare_areas_as_they_say():
+    mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -3, 0]], [[0, 1, 2], [0, 3, 1]])
+    now = mesh.with_vertices([[0, 0, 0], [1, 0, 0], [0, 0.5, 0], [0, -0.75, 0]])
+    # faces of 1/2 and 3/2 shrink to 1/4 and 3/8
+    assert HOLDS["ring_areas"](mesh, now) == pytest.approx([2 / 0.625, 2 / 0.625, 2, 4])
+    assert HOLDS["face_areas"](mesh, now) == pytest.approx([1 / 0.375, 1 / 0.375, 2, 4])

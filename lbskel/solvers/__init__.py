@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-__all__ = ["SOLVERS", "Factorization", "factorize"]
+__all__ = ["SOLVERS", "Factorization", "factorize", "relative_residual", "solve_once"]
 
 from scipy.sparse import csc_array
 
 from lbskel.errors import choose
 from lbskel.solvers.cholmod import Cholmod
-from lbskel.solvers.factorization import Factorization
-from lbskel.solvers.superlu import SuperLU
+from lbskel.solvers.factorization import Factorization, relative_residual
+from lbskel.solvers.superlu import SuperLU, solve_once
 
 SOLVERS: dict[str, type[Factorization]] = {"cholmod": Cholmod, "superlu": SuperLU}
 

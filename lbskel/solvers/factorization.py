@@ -6,7 +6,7 @@ algorithms", chapter 12, https://doi.org/10.1137/1.9780898718027.
 
 from __future__ import annotations
 
-__all__ = ["Factorization"]
+__all__ = ["Factorization", "relative_residual"]
 
 from abc import ABC, abstractmethod
 
@@ -17,6 +17,12 @@ from scipy.sparse import csc_array
 from lbskel.errors import SolveError
 
 LARGEST_RESIDUAL = 1e-3  # above which a solution is of no use; sound systems stay below 1e-7
+
+
+def relative_residual(A: csc_array, X: NDArray[np.float64], B: NDArray[np.float64]) -> float:
+    """Largest |B - A X| relative to the largest |B|."""
+    scale = np.abs(B).max(initial=0.0)
+    return float(np.abs(B - A @ X).max(initial=0.0) / scale) if scale > 0 else 0.0
 
 
 class Factorization(ABC):
@@ -72,5 +78,4 @@ class Factorization(ABC):
 
     def residual(self, X: NDArray[np.float64], B: NDArray[np.float64]) -> float:
         """Largest |B - A X| relative to the largest |B|."""
-        scale = np.abs(B).max(initial=0.0)
-        return float(np.abs(B - self._matrix @ X).max(initial=0.0) / scale) if scale > 0 else 0.0
+        return relative_residual(self._matrix, X, B)

@@ -5,7 +5,7 @@ Li 2005, "An overview of SuperLU", https://doi.org/10.1145/1089014.1089017.
 
 from __future__ import annotations
 
-__all__ = ["SuperLU"]
+__all__ = ["SuperLU", "solve_once"]
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,3 +40,19 @@ class SuperLU(Factorization):
         X = np.empty_like(B, dtype=np.float64)
         X[self._applied] = self._factor.solve(np.ascontiguousarray(B[self._applied]))
         return X
+
+
+def solve_once(A: csc_array, B: NDArray[np.float64]) -> NDArray[np.float64]:
+    """X of A X = B for any square A, by one elimination with row pivots: unrefined, and of whatever residual.
+
+    Raises
+    ------
+    SolveError
+        If A has entries that are not finite, or a pivot is zero.
+    """
+    if not np.isfinite(A.data).all():
+        raise SolveError("the matrix has entries that are not finite")
+    try:
+        return splu(A).solve(B)
+    except RuntimeError as error:
+        raise SolveError(f"the matrix cannot be factorized: {error}") from None
