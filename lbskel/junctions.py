@@ -22,8 +22,9 @@ from lbskel.surface import Surface
 NEAR = 4  # sections that tell the direction of a branch at its junction
 ANCHORED = 0.02  # weight of a junction's contracted place, beside the axes of its branches
 LONGEST = 3.0  # radii of the thicker of two junctions beyond which they are not taken for one
-MISSES = 1.0  # radii of a branch by which its axis may pass the place where all meet
-TILT = 0.3  # and the same as a sine of the angle between them
+MISSES = 1.5  # radii of a branch by which its axis may pass the place where all meet
+TILT = 0.4  # and the same as a sine of the angle between them
+FREE = 0.5  # radii by which a junction may leave its contracted place though its branches do not all lead there
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,8 +78,10 @@ def _meeting(lines: _Lines, anchor: NDArray[np.float64], radius: float) -> NDArr
     return np.asarray(anchor + np.linalg.solve(A + ANCHORED * np.trace(A) * np.eye(3), b))
 
 
-def place_junctions(skeleton: Skeleton, axes: Axes, surface: Surface) -> NDArray[np.float64]:
-    """(j, 3) where the axes of each junction's branches come nearest to one point.
+def place_junctions(skeleton: Skeleton, axes: Axes, surface: Surface) -> Axes:
+    """The axes with each junction where those of its branches come nearest to one point.
+
+    Sections beyond that point belong to the junction and are no longer known.
 
     Parameters
     ----------
@@ -91,16 +94,36 @@ def place_junctions(skeleton: Skeleton, axes: Axes, surface: Surface) -> NDArray
     junctions = skeleton.junctions
     placed = np.array(skeleton.nodes[junctions])
     if len(junctions) == 0:
-        return placed
+        return axes
     radii = surface.distance(placed)
     lines = _lines(skeleton, axes)
     for row, junction in enumerate(junctions.tolist()):
         mine = lines.take(lines.junctions == junction)
-        if len(mine.junctions) >= 2:
-            placed[row] = _meeting(mine, placed[row], radii[row])
+        if len(mine.junctions) < 2:
+            continue
+        place = _meeting(mine, placed[row], radii[row])
+        move = place - placed[row]
+        far = float(np.linalg.norm(move))
+        if far > FREE * radii[row] and not np.isfinite(_misses(mine, place, surface)):
+            move *= FREE * radii[row] / far
+        placed[row] += move
     outer = ~surface.contains(placed)
     placed[outer] = skeleton.nodes[junctions[outer]]
-    return placed
+    places = np.array(axes.places)
+    places[junctions] = placed
+    return Axes(axes.is_known & ~_passed(skeleton, axes, lines, places), places)
+
+
+def _passed(skeleton: Skeleton, axes: Axes, lines: _Lines, places: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(k,) which sections a junction has moved past, along the direction of its branch."""
+    passed = np.zeros(len(places), dtype=bool)
+    for junction, index, direction in zip(lines.junctions.tolist(), lines.branches, lines.directions, strict=True):
+        branch = skeleton.branches[index]
+        way = branch if branch[0] == junction else branch[::-1]
+        own = way[axes.is_known[way]]
+        is_beyond = (places[own] - places[junction]) @ direction >= 0
+        passed[own[: len(own) if is_beyond.all() else np.argmin(is_beyond)]] = True
+    return passed
 
 
 def gather_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -154,22 +177,29 @@ def _inner_branches(skeleton: Skeleton) -> list[int]:
 
 
 def _common_place(skeleton: Skeleton, lines: _Lines, index: int, surface: Surface) -> tuple[float, NDArray[np.float64]]:
-    """Where all branches at the two ends of an inner one meet, and the largest sine by which a line misses it.
-
-    Infinite where they do not meet: a line points away, passes too far, or would have to leave the surface.
-    """
+    """Where all branches at the two ends of an inner one meet, and by how much they miss it."""
     branch = skeleton.branches[index]
     middle = skeleton.nodes[branch[[0, -1]]].mean(axis=0)
     outer = lines.take(np.isin(lines.junctions, branch[[0, -1]]) & (lines.branches != index))
-    if min((outer.junctions == end).sum() for end in branch[[0, -1]]) < 1 or len(outer.junctions) < 3:
+    if not np.isin(branch[[0, -1]], outer.junctions).all():
         return np.inf, middle
     place = _meeting(outer, middle, 0.0)
-    way = place - outer.means
-    along = np.einsum("li,li->l", way, outer.directions)
-    miss = np.linalg.norm(way - along[:, None] * outer.directions, axis=1)
+    return _misses(outer, place, surface), place
+
+
+def _misses(lines: _Lines, place: NDArray[np.float64], surface: Surface) -> float:
+    """The largest sine of an angle by which a line misses a place, if all of them lead there.
+
+    Infinite where one has sections well beyond, passes too far, or would have to leave the surface; and for fewer than
+    three lines, since two nearly meet somewhere in any case.
+    """
+    way = place - lines.means
+    along = np.einsum("li,li->l", place - lines.starts, lines.directions)
+    miss = np.linalg.norm(np.cross(way, lines.directions), axis=1)
     sine = miss / np.linalg.norm(way, axis=1)
-    meets = (along > 0) & (miss <= MISSES * surface.distance(outer.starts)) & (sine <= TILT)
-    ways = np.stack([outer.starts, np.broadcast_to(place, outer.starts.shape)], axis=1)
-    if not meets.all() or not surface.contains(place[None])[0] or leaves(ways, surface).any():
-        return np.inf, middle
-    return float(sine.max()), place
+    radii = surface.distance(lines.starts)
+    leads = (along > -radii) & (miss <= MISSES * radii) & (sine <= TILT)
+    ways = np.stack([lines.starts, np.broadcast_to(place, lines.starts.shape)], axis=1)
+    if len(leads) < 3 or not leads.all() or not surface.contains(place[None])[0] or leaves(ways, surface).any():
+        return np.inf
+    return float(sine.max())

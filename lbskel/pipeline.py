@@ -23,7 +23,7 @@ from lbskel.mapping import join_regions
 from lbskel.mesh import Mesh
 from lbskel.operators import Operator
 from lbskel.preprocess import Preprocessed, components, simplify, tidy
-from lbskel.pruning import merge_junctions, prune, resample
+from lbskel.pruning import cut_swallowed, merge_junctions, prune, resample
 from lbskel.refinement import inscribed_radii, mean_radii, recenter, settle
 from lbskel.skeleton import Skeleton
 from lbskel.surface import Surface
@@ -185,8 +185,7 @@ def _skeleton_of_component(
     skeleton = clock("gather", _gathered, skeleton, surface)
     skeleton = clock("recentre", recenter, skeleton, surface)
     skeleton = clock("extend", extend_tips, skeleton, surface)
-    if mesh.is_closed:
-        skeleton = clock("lead inside", keep_inside, skeleton, surface)
+    skeleton = clock("lead inside", _led_inside, skeleton, surface)
     skeleton = clock("map", settle, inscribed_radii(skeleton, surface), mesh)
     skeleton = clock("map", join_regions, skeleton, mesh)
     inside = clock("check", length_inside, skeleton, surface)
@@ -222,14 +221,26 @@ def _record(step: Step) -> dict[str, Any]:
 def _pruned(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Spurs cut, near junctions merged, nodes evenly spaced."""
     skeleton = prune(mean_radii(skeleton, surface.mesh), surface.mesh, ratio=PRUNE)
-    skeleton = merge_junctions(inscribed_radii(skeleton, surface), ratio=MERGE)
-    return resample(skeleton, spacing=SPACING)
+    return _spaced(merge_junctions(inscribed_radii(skeleton, surface), ratio=MERGE), surface)
 
 
 def _gathered(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Junctions that are one made one, and the branches that lead there evenly spaced again."""
     gathered = gather_junctions(inscribed_radii(skeleton, surface), surface)
-    return skeleton if len(gathered.nodes) == len(skeleton.nodes) else resample(gathered, spacing=SPACING)
+    return skeleton if len(gathered.nodes) == len(skeleton.nodes) else _spaced(gathered, surface)
+
+
+def _led_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Every branch inside a closed surface and evenly spaced; what lies within a junction's ball is no branch."""
+    if surface.mesh.is_closed:
+        skeleton = keep_inside(skeleton, surface)
+    skeleton = _spaced(cut_swallowed(inscribed_radii(skeleton, surface)), surface)
+    return keep_inside(skeleton, surface) if surface.mesh.is_closed else skeleton  # where even spacing cut a corner
+
+
+def _spaced(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Nodes evenly spaced by mean radii: by inscribed ones what is flat would have a node for every thickness."""
+    return resample(mean_radii(skeleton, surface.mesh), spacing=SPACING)
 
 
 def _joined(skeletons: list[Skeleton]) -> Skeleton:

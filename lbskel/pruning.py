@@ -6,7 +6,7 @@ belongs to a cycle is never cut and a cycle never closed, so the cycle rank stay
 
 from __future__ import annotations
 
-__all__ = ["merge_into", "merge_junctions", "prune", "resample"]
+__all__ = ["cut_swallowed", "merge_into", "merge_junctions", "prune", "resample"]
 
 from dataclasses import replace
 
@@ -71,6 +71,23 @@ def prune(skeleton: Skeleton, mesh: Mesh, *, ratio: float = 1.5) -> Skeleton:
         target = np.arange(len(skeleton.nodes))
         target[ends[shortest][1:]] = ends[shortest][0]
         skeleton = merge_into(skeleton, target)
+
+
+def cut_swallowed(skeleton: Skeleton) -> Skeleton:
+    """Cut the end branches that never leave the inscribed ball of their junction.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With inscribed radii.
+    """
+    target = np.arange(len(skeleton.nodes))
+    for branch in skeleton.branches:
+        way = branch if skeleton.degrees[branch[-1]] == 1 else branch[::-1]
+        far = np.linalg.norm(skeleton.nodes[way] - skeleton.nodes[way[0]], axis=1).max()
+        if skeleton.degrees[way[-1]] == 1 and skeleton.degrees[way[0]] >= 3 and far < skeleton.radii[way[0]]:
+            target[way] = way[0]
+    return merge_into(skeleton, target)
 
 
 def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:

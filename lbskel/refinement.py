@@ -84,13 +84,11 @@ def recenter(skeleton: Skeleton, surface: Surface, *, iterations: int = 2) -> Sk
     is_junction = skeleton.degrees >= 3
     start = skeleton
     for _ in range(iterations):
-        axes = find_axes(skeleton, start.nodes, surface)
-        target = np.array(axes.places)
-        target[is_junction] = place_junctions(start, axes, surface)
+        axes = place_junctions(start, find_axes(skeleton, start.nodes, surface), surface)
         weight = np.where(axes.is_known, 1.0, ANCHOR)
         weight[is_junction] = 1 / ANCHOR
         gap = ~(axes.is_known | is_junction)
-        skeleton = replace(skeleton, nodes=_carried_on(start, target, weight, gap, surface))
+        skeleton = replace(skeleton, nodes=_carried_on(start, axes.places, weight, gap, surface))
     return skeleton
 
 

@@ -19,10 +19,12 @@ LAYERS = {
     2: ("operators", "solvers"),
     3: (
         "applications",
+        "axes",
         "bones",
         "contraction",
         "degeneracy",
         "energies",
+        "extremities",
         "handles",
         "health",
         "inside",
@@ -42,7 +44,7 @@ LAYERS = {
         "weights",
     ),
     4: ("files", "preprocess", "shapes", "views"),
-    5: ("batch", "pipeline"),
+    5: ("batch", "comparison", "pipeline"),
     6: ("__init__", "__main__", "cli", "commands"),
 }
 LAYER_OF = {part: layer for layer, parts in LAYERS.items() for part in parts}

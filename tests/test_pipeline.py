@@ -112,8 +112,11 @@ def test_the_nodes_of_a_ring_are_on_its_circle(skeleton_of):
     assert np.abs(np.hypot(x, y) - 1).max() < 2 * sagitta  # half of it is the polygon's, the rest that of oblique cuts
     assert np.abs(z).max() < 1e-3
     assert skeleton_of("ring").length == pytest.approx(2 * np.pi, rel=0.03)
-    # inscribed in sections that are octagons
-    assert skeleton_of("ring").radii == pytest.approx(0.25 * np.cos(np.pi / 8), rel=0.05)
+    # inscribed in sections that are octagons; between two of them the outer wall is nearer by its sagitta
+    inscribed = 0.25 * np.cos(np.pi / 8)
+    radii = skeleton_of("ring").radii
+    assert (radii <= inscribed + 2 * sagitta).all()
+    assert (radii >= inscribed - 1.25 * sagitta).all()
 
 
 def test_the_nodes_of_a_rod_are_on_its_axis_up_to_the_centres_of_its_caps(skeleton_of):
