@@ -16,7 +16,7 @@ from lbskel.mesh import Mesh, PointCloud
 from lbskel.operators import OPERATORS, Laplacian, laplacian
 from lbskel.pipeline import skeletonize
 from lbskel.pruning import merge_junctions, prune, resample
-from lbskel.quality import compare
+from lbskel.quality import Score, compare, score
 from lbskel.skeleton import Skeleton
 from lbskel.solvers import SOLVERS, factorize
 from lbskel.surgery import Collapsed, collapse
@@ -38,6 +38,7 @@ __all__ = [
     "MeshError",
     "MissingDependency",
     "PointCloud",
+    "Score",
     "Skeleton",
     "SolveError",
     "Status",
@@ -57,6 +58,7 @@ __all__ = [
     "read_points",
     "read_skeleton",
     "resample",
+    "score",
     "skeletonize",
     "write_mesh",
     "write_skeleton",

@@ -7,7 +7,7 @@ https://doi.org/10.1111/j.1467-8659.2012.03178.x, with the radius in place of th
 
 from __future__ import annotations
 
-__all__ = ["Comparison", "compare"]
+__all__ = ["Comparison", "Score", "compare", "score"]
 
 from dataclasses import dataclass
 
@@ -15,6 +15,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from lbskel.sampling import sample_edges
+from lbskel.scoring import Score, score
 from lbskel.skeleton import Skeleton
 
 

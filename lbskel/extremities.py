@@ -1,0 +1,172 @@
+"""The ends of a shape, found on its surface alone: where a skeleton has to have a tip.
+
+The mean geodesic distance to the rest of the surface is largest at the ends of limbs (Hilaga, Shinagawa, Kohmura, Kunii
+2001, https://doi.org/10.1145/383259.383282). From every maximum a limb grows downwards until it meets another one, by
+union and find over the vertices in falling order. With its length l from end to border and its area A it counts where
+
+    2 pi l^2 / A > ELONGATION
+
+(a round limb of radius r has A = 2 pi r l, so this is l / r), where it falls off by a share of its length, and where
+it is a disc: what is cut out of a ring has a maximum too, but no end.
+
+Distances run along the edges between CELLS cells of the surface, so that neither noise nor the size of the mesh counts.
+"""
+
+from __future__ import annotations
+
+__all__ = ["Extremities", "extremities"]
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components, dijkstra
+
+from lbskel.mesh import Mesh
+
+CELLS = 2000
+SOURCES = 60  # cells to which the mean distance is taken
+FEWEST_CELLS = 6  # of a limb whose length and area can be told
+ELONGATION = 3.0  # a half ball has 2.5, a ball on a stalk half its radius long 2.9
+FALL = 0.15  # of its length by which the mean distance falls along a limb; on a rod it is one half, on a ball nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Extremities:
+    """The ends of a shape.
+
+    Parameters
+    ----------
+    vertices : (e,) array of int
+        The vertex at each end.
+    lengths : (e,) array of float
+        Of each limb, along the surface from its end to where it meets another one.
+    radii : (e,) array of float
+        Of a round limb of that length and area.
+    """
+
+    vertices: NDArray[np.int64]
+    lengths: NDArray[np.float64]
+    radii: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """Vertices grouped about seeds, with their areas and the lengths of the ways between neighbouring seeds."""
+
+    seeds: NDArray[np.int64]
+    cell_of_vertex: NDArray[np.int64]
+    areas: NDArray[np.float64]
+    graph: csr_array
+
+
+def extremities(mesh: Mesh) -> Extremities:
+    """Find the ends of limbs.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Of any number of components; those that are small beside the whole are not looked at closely.
+    """
+    cells = _cells(mesh)
+    k = len(cells.seeds)
+    sources = np.unique(np.linspace(0, k - 1, SOURCES).astype(np.int64))
+    far = dijkstra(cells.graph, directed=False, indices=sources)
+    is_reached = np.isfinite(far)
+    height = np.where(is_reached, far, 0).sum(axis=0) / np.maximum(is_reached.sum(axis=0), 1)
+    limbs = [limb for limb in _limbs(cells, height) if _is_disc(mesh, np.isin(cells.cell_of_vertex, limb[0]))]
+    return Extremities(
+        vertices=cells.seeds[[limb[0][0] for limb in limbs]] if limbs else np.empty(0, dtype=np.int64),
+        lengths=np.array([length for _, length, _ in limbs]),
+        radii=np.array([area / (2 * np.pi * length) for _, length, area in limbs]),
+    )
+
+
+def _graph(edges: NDArray[np.int64], lengths: NDArray[np.float64], n: int) -> csr_array:
+    """Symmetric weights, the shortest of several edges between the same two."""
+    low, high = np.sort(edges, axis=1).T
+    order = np.lexsort((lengths, high, low))
+    _, first = np.unique((low * n + high)[order], return_index=True)
+    one = order[first]
+    graph = coo_array((lengths[one], (low[one], high[one])), shape=(n, n)).tocsr()
+    return graph + graph.T
+
+
+def _cells(mesh: Mesh) -> _Cells:
+    """Each vertex with the seed that is nearest along edges; seeds are evenly taken from the list of vertices."""
+    n, used = len(mesh.vertices), mesh.used_vertices
+    start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
+    lengths = np.linalg.norm(end - start, axis=1) + 1e-12 * mesh.extent  # no length would mean no edge
+    seeds = used[np.unique(np.linspace(0, len(used) - 1, CELLS).astype(np.int64))]
+    far, _, source = dijkstra(
+        _graph(mesh.edges, lengths, n), directed=False, indices=seeds, min_only=True, return_predecessors=True
+    )
+    cell = np.where(source >= 0, np.searchsorted(seeds, source), -1)
+    ends = cell[mesh.edges]
+    crosses = (ends[:, 0] != ends[:, 1]) & (ends >= 0).all(axis=1)
+    ways = (lengths + far[mesh.edges].sum(axis=1))[crosses]
+    corners = cell[mesh.faces.ravel()]
+    areas = np.bincount(corners, weights=np.repeat(mesh.face_areas / 3, 3), minlength=len(seeds)).astype(np.float64)
+    return _Cells(seeds, cell, areas, _graph(ends[crosses], ways, len(seeds)))
+
+
+def _limbs(cells: _Cells, height: NDArray[np.float64]) -> list[tuple[NDArray[np.int64], float, float]]:
+    """The cells of each limb, its end first, with its length and area."""
+    pointers, neighbours = cells.graph.indptr, cells.graph.indices
+    group = np.full(len(height), -1)
+    members: dict[int, list[int]] = {}
+    is_body: dict[int, bool] = {}  # more than one limb
+    limbs: list[tuple[NDArray[np.int64], float, float]] = []
+    for cell in np.argsort(-height, kind="stable").tolist():
+        meeting = sorted(set(group[neighbours[pointers[cell] : pointers[cell + 1]]].tolist()) - {-1})
+        if not meeting:
+            group[cell], members[cell], is_body[cell] = cell, [cell], False
+            continue
+        into = max(meeting, key=lambda g: height[members[g][0]])
+        if len(meeting) > 1:
+            found = {g: limb for g in meeting if not is_body[g] and (limb := _limb(cells, height, members[g], cell))}
+            largest = max(meeting, key=lambda g: len(members[g]))
+            is_body[into] = (
+                any(is_body[g] for g in meeting) or len(found) > 1 or (len(found) == 1 and largest not in found)
+            )
+            if is_body[into]:
+                limbs.extend(found.values())
+            elif found:  # a limb takes up what is smaller and does not stand out
+                into = largest
+                is_body[into] = False
+            for other in meeting:
+                if other != into:
+                    group[members[other]] = into
+                    members[into] += members.pop(other)
+        group[cell] = into
+        members[into].append(cell)
+    return limbs
+
+
+def _limb(
+    cells: _Cells, height: NDArray[np.float64], members: list[int], border: int
+) -> tuple[NDArray[np.int64], float, float] | None:
+    """A group of cells as a limb that meets another one at the border; None where it does not stand out."""
+    if len(members) < FEWEST_CELLS:
+        return None
+    inner = np.array(members)
+    far = dijkstra(cells.graph, directed=False, indices=members[0])
+    is_outer = np.ones(len(height), dtype=bool)
+    is_outer[inner] = False
+    length, area = float(far[is_outer].min()), float(cells.areas[inner].sum())
+    falls = height[members[0]] - height[border] > FALL * length
+    return (inner, length, area) if falls and 2 * np.pi * length**2 > ELONGATION * area else None
+
+
+def _is_disc(mesh: Mesh, within: NDArray[np.bool_]) -> bool:
+    """Whether some vertices, with what they cut off from the rest of their component filled in, are a disc."""
+    n = len(within)
+    component = mesh.component_of_vertex
+    outside = ~within & (component == component[np.flatnonzero(within)[0]])
+    i, j = mesh.edges[outside[mesh.edges].all(axis=1)].T
+    graph = coo_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=(n, n))
+    piece = connected_components(graph, directed=False)[1]
+    within = within | (outside & (piece != np.bincount(piece[outside], minlength=1).argmax()))
+    n_edges = np.count_nonzero(within[mesh.edges].all(axis=1))
+    return bool(np.count_nonzero(within) - n_edges + np.count_nonzero(within[mesh.faces].all(axis=1)) == 1)

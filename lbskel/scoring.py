@@ -1,0 +1,299 @@
+"""How good a skeleton is where no truth is known: measured on its mesh, with a verdict for each measure.
+
+The measures follow the properties of Cornea, Silver, Min 2007, https://doi.org/10.1109/TVCG.2007.1002: homotopic to the
+shape, inside, centred, reaching every part, smooth, and standing part by part for the shape. Lengths are in units of
+the local radius, the distance from a node to the surface, whatever radii the skeleton came with.
+"""
+
+from __future__ import annotations
+
+__all__ = ["MEASURES", "Measure", "Score", "score"]
+
+from dataclasses import asdict, dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial.distance import cdist
+
+from lbskel.axes import find_axes
+from lbskel.errors import MeshError, first_few
+from lbskel.extremities import extremities
+from lbskel.inside import length_inside
+from lbskel.mapping import is_in_largest_piece, parted_edges
+from lbskel.mesh import Mesh
+from lbskel.refinement import inscribed_radii, mean_radii
+from lbskel.skeleton import Skeleton
+from lbskel.surface import Surface
+
+COVERED = 2.0  # radii of its node within which a vertex is covered
+REACH = 3.0  # radii of a limb from its end within which a tip reaches it; measured up to 2.5 where the tip is right
+STANDS_OUT = 2.0  # radii of every node, and of its limb, from which on an end that has no tip is missed
+PRESSED = (
+    0.2  # of the mean distance of its vertices: with a smaller radius a node is at the wall; in a flat limb it has 0.3
+)
+SPUR = 1.2  # radii of its junction that all balls of a spur stay within
+MOST_SECTIONS = 150  # cutting takes long: of more nodes than that as many are taken, evenly
+FEWEST_SECTIONS = 5  # that tell whether a branch is off its axis
+
+
+class Measure(NamedTuple):
+    """What a measure tells and what its verdict is.
+
+    Parameters
+    ----------
+    text : str
+    passes, fails : float
+        Sizes up to which it passes and from which on it fails; between them it warns. Chosen so that the 39 shapes of
+        the catalogue pass or warn, and that skeletons of them spoilt in one respect fail.
+    """
+
+    text: str
+    passes: float
+    fails: float
+
+    def verdict(self, value: float | None) -> str:
+        """``pass``, ``warn`` or ``fail``; ``not measured`` for None."""
+        if value is None:
+            return "not measured"
+        sign = 1 if self.passes < self.fails else -1
+        past, lost = sign * (abs(value) - self.passes), sign * (abs(value) - self.fails)
+        return "pass" if past <= 0 else "fail" if lost >= 0 else "warn"
+
+
+MEASURES = {
+    "nodes_inside": Measure("share of the nodes inside the surface", 0.995, 0.97),
+    "length_inside": Measure("share of the length inside the surface", 0.995, 0.97),
+    "off_centre": Measure("mean distance from the middle of the section, in radii", 0.1, 0.25),
+    "off_centre_branch": Measure("the same, median over the worst branch", 0.2, 0.4),
+    "at_the_wall": Measure("share of the length that runs close under the surface", 0.05, 0.25),
+    "covered": Measure("share of the surface within two radii of its node", 0.9, 0.5),
+    "ends_missed": Measure("ends of the shape that no tip reaches", 0, 1),
+    "bending": Measure("root mean square curvature, in turns by 1 radian per radius", 1.0, 5.0),
+    "extra_components": Measure("components, more or less than the surface has", 0, 1),
+    "extra_cycles": Measure("cycles, more or less than the surface has handles", 0, 1),
+    "in_one_piece": Measure("share of the vertices in the largest piece of their node's region", 0.98, 0.6),
+    "touching": Measure("share of the edges that join regions that touch", 0.9, 0.6),
+    "bridges": Measure("edges that cross to a part of the surface far away", 0, 1),
+    "spurs": Measure("end branches that stay within their junction's ball", 0, 6),
+}
+
+
+@dataclass(frozen=True)
+class Score:
+    """What :func:`score` measured; :data:`MEASURES` says what each is. None where it could not be told.
+
+    Parameters
+    ----------
+    nodes_inside, length_inside, off_centre, off_centre_branch, at_the_wall, covered : float
+    ends : int
+        Ends of the shape, found on its surface.
+    ends_missed : int
+    bending : float
+    extra_components, extra_cycles : int
+    in_one_piece, touching : float
+    bridges, spurs : int
+    """
+
+    nodes_inside: float
+    length_inside: float
+    off_centre: float | None
+    off_centre_branch: float | None
+    at_the_wall: float
+    covered: float
+    ends: int
+    ends_missed: int
+    bending: float
+    extra_components: int
+    extra_cycles: int | None
+    in_one_piece: float | None
+    touching: float | None
+    bridges: int
+    spurs: int
+
+    @property
+    def verdicts(self) -> dict[str, str]:
+        """``pass``, ``warn``, ``fail`` or ``not measured`` for each measure."""
+        values = asdict(self)
+        return {name: measure.verdict(values[name]) for name, measure in MEASURES.items()}
+
+    @property
+    def verdict(self) -> str:
+        """The worst of the verdicts."""
+        found = self.verdicts.values()
+        return next((verdict for verdict in ("fail", "warn") if verdict in found), "pass")
+
+    @property
+    def passed(self) -> bool:
+        """Whether no measure fails; some may warn."""
+        return self.verdict != "fail"
+
+    def report(self) -> dict[str, Any]:
+        """The verdict, the measures and their verdicts, ready for JSON."""
+        return {"verdict": self.verdict, "measures": asdict(self), "verdicts": self.verdicts}
+
+
+def score(skeleton: Skeleton, mesh: Mesh) -> Score:
+    """Measure a skeleton on its mesh.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        In the coordinates of the mesh. Without a map, each vertex goes to the nearest ball, and the map is not judged.
+    mesh : Mesh
+
+    Raises
+    ------
+    MeshError
+        If the skeleton has no nodes or some that are not finite, its map is for another mesh, or the mesh is a point.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> mesh = torus(1.0, 0.2)
+    >>> skeleton = lbskel.skeletonize(mesh)
+    >>> lbskel.score(skeleton, mesh).verdict
+    'pass'
+    >>> cut = lbskel.Skeleton(skeleton.nodes, skeleton.edges[1:], skeleton.radii, skeleton.node_of_vertex)
+    >>> lbskel.score(cut, mesh).extra_cycles
+    -1
+    """
+    has_map = _check(skeleton, mesh)
+    unit = mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.extent)
+    surface = Surface(unit)
+    skeleton = inscribed_radii(replace(skeleton, nodes=(skeleton.nodes - mesh.centroid) / mesh.extent), surface)
+    if not has_map:
+        skeleton = replace(skeleton, node_of_vertex=_nearest_balls(skeleton, unit))
+    node = skeleton.node_of_vertex
+    far = np.linalg.norm(unit.vertices - skeleton.nodes[node], axis=1)
+    area = np.bincount(unit.faces.ravel(), weights=np.repeat(unit.face_areas, 3), minlength=len(unit.vertices))
+    ends, ends_missed = _ends(skeleton, unit)
+    widths = mean_radii(skeleton, unit).radii
+    off_centre, off_centre_branch = _off_centre(skeleton, widths, surface)
+    parted = parted_edges(skeleton, unit)
+    return Score(
+        nodes_inside=float(surface.contains(skeleton.nodes).mean()),
+        length_inside=length_inside(skeleton, surface),
+        off_centre=off_centre,
+        off_centre_branch=off_centre_branch,
+        at_the_wall=_share_of_length(skeleton, skeleton.radii < PRESSED * widths),
+        covered=float(area[far <= COVERED * skeleton.radii[node]].sum() / area.sum()),
+        ends=ends,
+        ends_missed=ends_missed,
+        bending=_bending(skeleton),
+        extra_components=skeleton.n_components - unit.n_components,
+        extra_cycles=_extra_cycles(skeleton, unit),
+        in_one_piece=float(is_in_largest_piece(node, unit)[unit.used_vertices].mean()) if has_map else None,
+        touching=1 - len(parted) / max(1, len(skeleton.edges)) if has_map else None,
+        bridges=_bridges(skeleton, widths, parted),
+        spurs=_spurs(skeleton),
+    )
+
+
+def _check(skeleton: Skeleton, mesh: Mesh) -> bool:
+    """Whether the skeleton has a map; refuse what cannot be measured."""
+    if len(skeleton.nodes) == 0:
+        raise MeshError("the skeleton has no nodes, so there is nothing to score")
+    bad = np.flatnonzero(~np.isfinite(skeleton.nodes).all(axis=1))
+    if len(bad):
+        raise MeshError(f"nodes {first_few(bad)} of the skeleton have NaN or infinite coordinates")
+    if not (mesh.extent > 0 and mesh.area > 0):
+        raise MeshError("the mesh has no area, so there is nothing to score a skeleton on")
+    n_mapped = len(skeleton.node_of_vertex)
+    if n_mapped not in (0, len(mesh.vertices)):
+        raise MeshError(
+            f"the skeleton's map is for {n_mapped} vertices, but the mesh has {len(mesh.vertices)}: give the mesh that "
+            "it was made from, or a skeleton without a map"
+        )
+    return n_mapped > 0
+
+
+def _nearest_balls(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
+    """The node whose inscribed ball is nearest to each vertex."""
+    at_once = max(1, 4_000_000 // len(skeleton.nodes))
+    parts = [mesh.vertices[first : first + at_once] for first in range(0, len(mesh.vertices), at_once)]
+    return np.concatenate([np.argmin(cdist(part, skeleton.nodes) - skeleton.radii, axis=1) for part in parts])
+
+
+def _share_of_length(skeleton: Skeleton, is_chosen: NDArray[np.bool_]) -> float:
+    """How much of the length of all edges belongs to some nodes, half an edge to each end; of nodes without any."""
+    length = np.bincount(skeleton.edges.ravel(), weights=np.repeat(skeleton.edge_lengths, 2), minlength=len(is_chosen))
+    return float(np.average(is_chosen, weights=length if length.any() else None))
+
+
+def _off_centre(skeleton: Skeleton, widths: NDArray[np.float64], surface: Surface) -> tuple[float | None, float | None]:
+    """Distances of nodes from the centroids of their own sections, in radii: the mean, and the worst branch's median.
+
+    The radius is the mean distance of the node's vertices, or that from the centroid to the surface if it is larger.
+    """
+    inner = np.flatnonzero(skeleton.degrees == 2)
+    if len(inner) > MOST_SECTIONS:
+        inner = inner[np.linspace(0, len(inner) - 1, MOST_SECTIONS).astype(np.int64)]
+    axes = find_axes(skeleton, skeleton.nodes, surface, inner)
+    at = inner[axes.is_known[inner]]
+    if len(at) == 0:
+        return None, None
+    radii = np.maximum(surface.distance(axes.places[at]), widths[at])
+    off = np.full(len(skeleton.nodes), np.nan)
+    off[at] = np.linalg.norm(axes.places[at] - skeleton.nodes[at], axis=1) / radii
+    known = [off[branch][~np.isnan(off[branch])] for branch in skeleton.branches]
+    medians = [float(np.median(values)) for values in known if len(values) >= FEWEST_SECTIONS]
+    return float(off[at].mean()), max(medians, default=None)
+
+
+def _ends(skeleton: Skeleton, mesh: Mesh) -> tuple[int, int]:
+    """The number of ends of the shape, and of those that have no tip near and stand out of the nearest ball."""
+    found = extremities(mesh)
+    ends = mesh.vertices[found.vertices]
+    if len(ends) == 0:
+        return 0, 0
+    apart = cdist(ends, skeleton.nodes)
+    has_tip = (apart[:, skeleton.degrees <= 1] <= REACH * found.radii[:, None]).any(axis=1)
+    limit = STANDS_OUT * np.maximum(skeleton.radii[apart.argmin(axis=1)], found.radii)
+    return len(ends), int((~has_tip & (apart.min(axis=1) > limit)).sum())
+
+
+def _bending(skeleton: Skeleton) -> float:
+    """Root of the mean square, along the length, of the turn at each node per length of one radius."""
+    turns, weights = [0.0], [0.0]
+    for branch in skeleton.branches:
+        closed = branch[0] == branch[-1] and skeleton.degrees[branch[0]] == 2
+        walk = np.concatenate([branch[-2:-1], branch]) if closed else branch
+        steps = np.diff(skeleton.nodes[walk], axis=0)
+        length = np.linalg.norm(steps, axis=1)
+        apart = (length[1:] + length[:-1]) / 2
+        cosine = np.einsum("ij,ij->i", steps[1:], steps[:-1])
+        sine = np.linalg.norm(np.cross(steps[1:], steps[:-1]), axis=1)
+        is_long = apart > 0
+        turn = np.arctan2(sine, cosine)[is_long] * skeleton.radii[walk[1:-1]][is_long] / apart[is_long]
+        turns.extend(turn)
+        weights.extend(apart[is_long])
+    return float(np.sqrt(np.average(np.square(turns), weights=weights))) if any(weights) else 0.0
+
+
+def _extra_cycles(skeleton: Skeleton, mesh: Mesh) -> int | None:
+    """Cycles less the handles of the surface with its holes closed; None where more than two faces meet at an edge."""
+    if not mesh.is_edge_manifold:
+        return None
+    border = mesh.edges[mesh.faces_per_edge == 1]
+    rim, ends = np.unique(border, return_inverse=True)
+    graph = coo_array((np.ones(len(border), dtype=np.int8), tuple(ends.reshape(-1, 2).T)), shape=(len(rim), len(rim)))
+    n_holes = connected_components(graph, directed=False)[0] if len(rim) else 0
+    return skeleton.cycle_rank - (mesh.n_components - (mesh.euler_characteristic + n_holes) // 2)
+
+
+def _bridges(skeleton: Skeleton, widths: NDArray[np.float64], parted: NDArray[np.int64]) -> int:
+    """Of the edges between regions that do not touch, those that are longer than the regions are wide."""
+    length = np.linalg.norm(skeleton.nodes[parted[:, 0]] - skeleton.nodes[parted[:, 1]], axis=1)
+    return int((length > widths[parted].sum(axis=1)).sum())
+
+
+def _spurs(skeleton: Skeleton) -> int:
+    """End branches whose balls hardly leave the ball of their junction."""
+    ends = [b if skeleton.degrees[b[0]] > 1 else b[::-1] for b in skeleton.branches]
+    ends = [b for b in ends if skeleton.degrees[b[-1]] == 1 and skeleton.degrees[b[0]] >= 3]
+    reached = [np.linalg.norm(skeleton.nodes[b] - skeleton.nodes[b[0]], axis=1) + skeleton.radii[b] for b in ends]
+    return sum(float(r.max()) < SPUR * float(skeleton.radii[b[0]]) for r, b in zip(reached, ends, strict=True))
