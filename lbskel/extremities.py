@@ -75,7 +75,7 @@ def extremities(mesh: Mesh) -> Extremities:
     far = dijkstra(cells.graph, directed=False, indices=sources)
     is_reached = np.isfinite(far)
     height = np.where(is_reached, far, 0).sum(axis=0) / np.maximum(is_reached.sum(axis=0), 1)
-    limbs = [limb for limb in _limbs(cells, height) if _is_disc(mesh, np.isin(cells.cell_of_vertex, limb[0]))]
+    limbs = [limb for limb in _limbs(cells, height) if _is_disc(mesh, cells, limb[0])]
     return Extremities(
         vertices=cells.seeds[[limb[0][0] for limb in limbs]] if limbs else np.empty(0, dtype=np.int64),
         lengths=np.array([length for _, length, _ in limbs]),
@@ -104,7 +104,7 @@ def _cells(mesh: Mesh) -> _Cells:
     )
     cell = np.where(source >= 0, np.searchsorted(seeds, source), -1)
     ends = cell[mesh.edges]
-    crosses = (ends[:, 0] != ends[:, 1]) & (ends >= 0).all(axis=1)
+    crosses = (ends[:, 0] != ends[:, 1]) & (ends[:, 0] >= 0) & (ends[:, 1] >= 0)
     ways = (lengths + far[mesh.edges].sum(axis=1))[crosses]
     corners = cell[mesh.faces.ravel()]
     areas = np.bincount(corners, weights=np.repeat(mesh.face_areas / 3, 3), minlength=len(seeds)).astype(np.float64)
@@ -159,14 +159,17 @@ def _limb(
     return (inner, length, area) if falls and 2 * np.pi * length**2 > ELONGATION * area else None
 
 
-def _is_disc(mesh: Mesh, within: NDArray[np.bool_]) -> bool:
-    """Whether some vertices, with what they cut off from the rest of their component filled in, are a disc."""
-    n = len(within)
-    component = mesh.component_of_vertex
-    outside = ~within & (component == component[np.flatnonzero(within)[0]])
-    i, j = mesh.edges[outside[mesh.edges].all(axis=1)].T
-    graph = coo_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=(n, n))
-    piece = connected_components(graph, directed=False)[1]
-    within = within | (outside & (piece != np.bincount(piece[outside], minlength=1).argmax()))
-    n_edges = np.count_nonzero(within[mesh.edges].all(axis=1))
-    return bool(np.count_nonzero(within) - n_edges + np.count_nonzero(within[mesh.faces].all(axis=1)) == 1)
+def _is_disc(mesh: Mesh, cells: _Cells, limb: NDArray[np.int64]) -> bool:
+    """Whether the vertices of some cells, with the cells that they cut off from the rest filled in, are a disc."""
+    parts = connected_components(cells.graph, directed=False)[1]
+    outside = parts == parts[limb[0]]
+    outside[limb] = False
+    rest = np.flatnonzero(outside)
+    piece = connected_components(cells.graph[rest][:, rest], directed=False)[1]
+    is_in = np.zeros(len(outside) + 1, dtype=bool)  # the last is that of vertices without a cell
+    is_in[limb] = True
+    is_in[rest[piece != np.bincount(piece).argmax()]] = True
+    within = is_in[cells.cell_of_vertex]
+    (i, j), (a, b, c) = mesh.edges.T, mesh.faces.T
+    n_edges = np.count_nonzero(within[i] & within[j])
+    return bool(np.count_nonzero(within) - n_edges + np.count_nonzero(within[a] & within[b] & within[c]) == 1)

@@ -11,7 +11,7 @@ differentiation: a part of the skeleton stands for a part of the shape.
 
 from __future__ import annotations
 
-__all__ = ["is_in_largest_piece", "join_regions", "parted_edges"]
+__all__ = ["is_in_largest_piece", "join_regions", "nearest_balls", "parted_edges"]
 
 from dataclasses import replace
 
@@ -19,12 +19,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial.distance import cdist
 
 from lbskel.mesh import Mesh
 from lbskel.skeleton import Skeleton
 
 ROUNDS = 4  # of ways laid between regions: measured, the number of parted edges hardly falls after them
+AT_ONCE = 4_000_000  # distances held at a time
 AROUND = 3  # edges of the skeleton from the two nodes within which the way between their regions is looked for
+
+
+def nearest_balls(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
+    """(n,) the node whose ball is nearest to each vertex: a map for a skeleton that has none."""
+    at_once = max(1, AT_ONCE // len(skeleton.nodes))
+    parts = [mesh.vertices[first : first + at_once] for first in range(0, len(mesh.vertices), at_once)]
+    return np.concatenate([np.argmin(cdist(part, skeleton.nodes) - skeleton.radii, axis=1) for part in parts])
 
 
 def is_in_largest_piece(node_of_vertex: NDArray[np.int64], mesh: Mesh) -> NDArray[np.bool_]:

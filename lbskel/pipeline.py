@@ -12,6 +12,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lbskel.contraction import PRESETS, ContractionSettings, Status, Step, contract
@@ -25,6 +26,7 @@ from lbskel.operators import Operator
 from lbskel.preprocess import Preprocessed, components, simplify, tidy
 from lbskel.pruning import cut_swallowed, merge_junctions, prune, resample
 from lbskel.refinement import inscribed_radii, mean_radii, recenter, settle
+from lbskel.scoring import FEWEST_FACES, Score, score
 from lbskel.skeleton import Skeleton
 from lbskel.surface import Surface
 from lbskel.surgery import collapse
@@ -33,7 +35,6 @@ from lbskel.tips import extend_tips
 PRUNE = 1.5  # an end branch must stand out this many radii from its junction
 MERGE = 0.7  # junctions nearer than this many radii are one
 SPACING = 0.5  # of the nodes along a branch, in radii
-FEWEST_FACES = 4  # of a component that can enclose anything
 INSIDE = 0.995  # share of the length that must lie inside for the check to pass
 
 MOST_FACES = 20_000  # of a component that is contracted as it is, unless in full
@@ -89,7 +90,7 @@ def skeletonize(
     -------
     Skeleton
         In the caller's coordinates, with inscribed radii; ``node_of_vertex`` has a node for each of the caller's
-        vertices, and ``report`` tells what was done, what was checked and how long it took.
+        vertices, and ``report`` tells what was done, what was checked, the :func:`lbskel.score` and how long it took.
 
     Raises
     ------
@@ -138,10 +139,9 @@ def skeletonize(
         mine = part.vertex_map >= 0
         node_of[mine] = skeleton.node_of_vertex[part.vertex_map[mine]] + first
         first += len(skeleton.nodes)
-    node_of_given = np.where(tidied.vertex_map >= 0, node_of[tidied.vertex_map], -1)
-    lost = np.flatnonzero(node_of_given < 0)
-    if len(lost):
-        node_of_given[lost] = cKDTree(whole.nodes).query((given.vertices[lost] - centre) / scale)[1]
+    whole = replace(whole, node_of_vertex=_filled(node_of, unit.vertices, whole.nodes))
+    scored = clock("score", score, whole, unit)
+    node_of_given = np.where(tidied.vertex_map >= 0, whole.node_of_vertex[tidied.vertex_map], -1)
     notes = [*given.notes, *tidied.notes]
     if skipped:
         notes.append(f"{len(skipped)} components of too few faces or no area have no skeleton of their own")
@@ -149,8 +149,8 @@ def skeletonize(
         whole,
         nodes=whole.nodes * scale + centre,
         radii=whole.radii * scale,
-        node_of_vertex=node_of_given,
-        report=_report(given, settings, [report for _, _, report in parts], notes, clock.seconds),
+        node_of_vertex=_filled(node_of_given, (given.vertices - centre) / scale, whole.nodes),
+        report=_report(given, settings, [report for _, _, report in parts], notes, scored, clock.seconds),
     )
 
 
@@ -243,6 +243,12 @@ def _spaced(skeleton: Skeleton, surface: Surface) -> Skeleton:
     return resample(mean_radii(skeleton, surface.mesh), spacing=SPACING)
 
 
+def _filled(node_of: NDArray[np.int64], vertices: NDArray[np.float64], nodes: NDArray[np.float64]) -> NDArray[np.int64]:
+    """The map with the nearest node for the vertices that have none."""
+    lost = node_of < 0
+    return np.where(lost, cKDTree(nodes).query(vertices)[1], node_of) if lost.any() else node_of
+
+
 def _joined(skeletons: list[Skeleton]) -> Skeleton:
     """Several skeletons as one graph, without maps."""
     first = np.cumsum([0, *(len(s.nodes) for s in skeletons)])
@@ -259,6 +265,7 @@ def _report(
     settings: ContractionSettings,
     parts: list[dict[str, Any]],
     notes: list[str],
+    scored: Score,
     seconds: dict[str, float],
 ) -> dict[str, Any]:
     """What was done, plain enough for JSON."""
@@ -271,6 +278,7 @@ def _report(
         "notes": notes,
         "components": parts,
         "passed": all(check is not False for part in parts for check in part["checks"].values()),
+        "score": scored.report(),
         "seconds": seconds,
         "versions": _versions(),
     }

@@ -22,7 +22,7 @@ from lbskel.axes import find_axes
 from lbskel.errors import MeshError, first_few
 from lbskel.extremities import extremities
 from lbskel.inside import length_inside
-from lbskel.mapping import is_in_largest_piece, parted_edges
+from lbskel.mapping import is_in_largest_piece, nearest_balls, parted_edges
 from lbskel.mesh import Mesh
 from lbskel.refinement import inscribed_radii, mean_radii
 from lbskel.skeleton import Skeleton
@@ -35,7 +35,8 @@ PRESSED = (
     0.2  # of the mean distance of its vertices: with a smaller radius a node is at the wall; in a flat limb it has 0.3
 )
 SPUR = 1.2  # radii of its junction that all balls of a spur stay within
-MOST_SECTIONS = 150  # cutting takes long: of more nodes than that as many are taken, evenly
+MOST_SECTIONS = 100  # cutting takes long: of more nodes than that as many are taken, evenly
+FEWEST_FACES = 4  # of a component that can enclose anything
 FEWEST_SECTIONS = 5  # that tell whether a branch is off its axis
 
 
@@ -166,7 +167,7 @@ def score(skeleton: Skeleton, mesh: Mesh) -> Score:
     surface = Surface(unit)
     skeleton = inscribed_radii(replace(skeleton, nodes=(skeleton.nodes - mesh.centroid) / mesh.extent), surface)
     if not has_map:
-        skeleton = replace(skeleton, node_of_vertex=_nearest_balls(skeleton, unit))
+        skeleton = replace(skeleton, node_of_vertex=nearest_balls(skeleton, unit))
     node = skeleton.node_of_vertex
     far = np.linalg.norm(unit.vertices - skeleton.nodes[node], axis=1)
     area = np.bincount(unit.faces.ravel(), weights=np.repeat(unit.face_areas, 3), minlength=len(unit.vertices))
@@ -184,7 +185,7 @@ def score(skeleton: Skeleton, mesh: Mesh) -> Score:
         ends=ends,
         ends_missed=ends_missed,
         bending=_bending(skeleton),
-        extra_components=skeleton.n_components - unit.n_components,
+        extra_components=skeleton.n_components - _n_bodies(unit),
         extra_cycles=_extra_cycles(skeleton, unit),
         in_one_piece=float(is_in_largest_piece(node, unit)[unit.used_vertices].mean()) if has_map else None,
         touching=1 - len(parted) / max(1, len(skeleton.edges)) if has_map else None,
@@ -209,13 +210,6 @@ def _check(skeleton: Skeleton, mesh: Mesh) -> bool:
             "it was made from, or a skeleton without a map"
         )
     return n_mapped > 0
-
-
-def _nearest_balls(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
-    """The node whose inscribed ball is nearest to each vertex."""
-    at_once = max(1, 4_000_000 // len(skeleton.nodes))
-    parts = [mesh.vertices[first : first + at_once] for first in range(0, len(mesh.vertices), at_once)]
-    return np.concatenate([np.argmin(cdist(part, skeleton.nodes) - skeleton.radii, axis=1) for part in parts])
 
 
 def _share_of_length(skeleton: Skeleton, is_chosen: NDArray[np.bool_]) -> float:
@@ -272,6 +266,12 @@ def _bending(skeleton: Skeleton) -> float:
         turns.extend(turn)
         weights.extend(apart[is_long])
     return float(np.sqrt(np.average(np.square(turns), weights=weights))) if any(weights) else 0.0
+
+
+def _n_bodies(mesh: Mesh) -> int:
+    """Components that a skeleton can stand for: crumbs of a few faces or without area are none."""
+    component = mesh.component_of_vertex[mesh.faces[:, 0]]
+    return int(((np.bincount(component) >= FEWEST_FACES) & (np.bincount(component, mesh.face_areas) > 0)).sum())
 
 
 def _extra_cycles(skeleton: Skeleton, mesh: Mesh) -> int | None:

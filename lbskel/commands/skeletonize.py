@@ -158,6 +158,11 @@ def _summary(job: _Job, skeleton: Skeleton) -> str:
         )
         lines.extend(f"  note      {note}" for note in part["notes"])
         lines.extend(f"  failed    {name}" for name, passed in part["checks"].items() if passed is False)
+    scored = report["score"]
+    faults = [
+        f"{name} {scored['measures'][name]:.3g}" for name, v in scored["verdicts"].items() if v in ("warn", "fail")
+    ]
+    lines.append(f"  score     {scored['verdict']}{': ' if faults else ''}{', '.join(faults)}")
     lines.append(f"  wrote     {job.skeleton} in {sum(report['seconds'].values()):.1f} s")
     return "\n".join(lines)
 
