@@ -18,6 +18,7 @@ LAYERS = {
     1: ("blocks", "conversion", "fans", "mesh", "skeleton"),
     2: ("operators", "solvers"),
     3: (
+        "anchors",
         "applications",
         "axes",
         "bones",
@@ -34,6 +35,7 @@ LAYERS = {
         "pruning",
         "quality",
         "refinement",
+        "resampling",
         "sampling",
         "scoring",
         "sections",
@@ -44,7 +46,7 @@ LAYERS = {
         "weights",
     ),
     4: ("files", "preprocess", "shapes", "views"),
-    5: ("batch", "comparison", "pipeline"),
+    5: ("batch", "comparison", "pipeline", "stages"),
     6: ("__init__", "__main__", "cli", "commands"),
 }
 LAYER_OF = {part: layer for layer, parts in LAYERS.items() for part in parts}
@@ -56,6 +58,8 @@ LAYER_4_KNOWS = {0, 1, 2, 4}
 
 # heavy or optional: imported where they are used and nowhere else
 LAZY = {
+    "dask",
+    "distributed",
     "matplotlib",
     "meshio",
     "networkx",

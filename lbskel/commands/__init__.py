@@ -2,6 +2,6 @@
 
 __all__ = ["COMMANDS"]
 
-from lbskel.commands import info, laplacian, skeletonize
+from lbskel.commands import batch, info, laplacian, score, skeletonize
 
-COMMANDS = (skeletonize, info, laplacian)
+COMMANDS = (skeletonize, batch, score, info, laplacian)

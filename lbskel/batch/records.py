@@ -1,0 +1,110 @@
+"""What became of each input of a batch: a line of JSON in the manifest as it ends, and a table of all at the end."""
+
+from __future__ import annotations
+
+__all__ = ["MANIFEST", "SUMMARY", "Outcome", "Record", "append", "known", "summary"]
+
+import csv
+import io
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, fields
+from enum import Enum
+from pathlib import Path
+
+MANIFEST, SUMMARY = "manifest.jsonl", "summary.csv"  # in the folder of the outputs
+
+
+class Outcome(str, Enum):
+    """How the work on one input ended."""
+
+    PASSED = "passed"
+    FAILED_CHECKS = "failed its checks"
+    REFUSED = "refused"
+    OVER_TIME = "over time"
+    OVER_MEMORY = "over memory"
+    ENDED = "process ended"
+
+
+SETTLED = (Outcome.PASSED, Outcome.FAILED_CHECKS, Outcome.REFUSED)  # the same input would end the same way again
+
+
+@dataclass(frozen=True)
+class Record:
+    """One input of a batch.
+
+    Parameters
+    ----------
+    input, output : str
+        The mesh as it was given; the skeleton, relative to the folder of the outputs.
+    outcome : Outcome
+    message : str
+        Why there is no skeleton, or which checks it fails.
+    key : str
+        Hash of the content of the input and of all parameters; empty where the input could not be read.
+    seconds : float
+    vertices, faces, nodes, tips, junctions, cycles : int or None
+        None where there is no skeleton.
+    length_inside : float or None
+        The least of its components.
+    """
+
+    input: str
+    output: str
+    outcome: Outcome
+    message: str = ""
+    key: str = ""
+    seconds: float = 0.0
+    vertices: int | None = None
+    faces: int | None = None
+    nodes: int | None = None
+    tips: int | None = None
+    junctions: int | None = None
+    cycles: int | None = None
+    length_inside: float | None = None
+
+
+def known(folder: Path) -> dict[str, Record]:
+    """The last record of each output in a folder's manifest; a line that was cut short by a crash is passed over."""
+    try:
+        lines = (folder / MANIFEST).read_text(encoding="utf-8").splitlines()
+    except FileNotFoundError:
+        return {}
+    records = {}
+    for line in lines:
+        try:
+            told = json.loads(line)
+            record = Record(**{**told, "outcome": Outcome(told["outcome"])})
+        except (ValueError, TypeError, KeyError):
+            continue
+        records[record.output] = record
+    return records
+
+
+def append(folder: Path, record: Record) -> None:
+    """Add a record to the manifest, on a line of its own whatever the last one ended with."""
+    with open(folder / MANIFEST, "a+b") as file:
+        if file.tell() > 0:
+            file.seek(-1, io.SEEK_END)
+            if file.read(1) != b"\n":
+                file.write(b"\n")
+        file.write(json.dumps(asdict(record)).encode() + b"\n")
+
+
+def is_settled(record: Record | None, key: str, folder: Path) -> bool:
+    """Whether a record is of the same content and parameters, and what it tells of is still there."""
+    if record is None or record.key != key or record.outcome not in SETTLED:
+        return False
+    return record.outcome is Outcome.REFUSED or (folder / record.output).is_file()
+
+
+def summary(records: Iterable[Record]) -> str:
+    """The records as CSV, a row each."""
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(field.name for field in fields(Record))
+    rows.writerows(
+        [value.value if isinstance(value, Outcome) else value for value in asdict(record).values()]
+        for record in records
+    )
+    return text.getvalue()
