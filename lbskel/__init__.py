@@ -1,6 +1,7 @@
 """lbskel: discrete Laplace-Beltrami operators and curve skeletons by Laplacian contraction."""
 
 from lbskel.applications.spectrum import eigenpairs
+from lbskel.batch import skeletonize_many
 from lbskel.contraction import PRESETS, Contraction, ContractionSettings, Status, Step, contract
 from lbskel.errors import (
     FormatError,
@@ -60,6 +61,7 @@ __all__ = [
     "resample",
     "score",
     "skeletonize",
+    "skeletonize_many",
     "write_mesh",
     "write_skeleton",
 ]
