@@ -1,11 +1,13 @@
-"""``python -m benchmarks NAME [--quick] [--results DIRECTORY]``.
+"""``python -m benchmarks NAME [--quick] [--results DIRECTORY] [--meshes FOLDER]``.
 
-A benchmark is a module of this package with ``run(quick, results)`` at its top level: no list to keep.
+A benchmark is a module of this package with ``run(quick, results)`` at its top level: no list to keep. One that can
+take further meshes has a third argument ``meshes``, the paths of their files.
 """
 
 from __future__ import annotations
 
 import argparse
+import inspect
 from importlib import import_module
 from pathlib import Path
 
@@ -23,11 +25,14 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("names", nargs="+", choices=names(), metavar="NAME", help=", ".join(names()))
     parser.add_argument("--quick", action="store_true", help="small sizes, to see that it runs; numbers of no worth")
     parser.add_argument("--results", type=Path, help="default: benchmarks/results, with --quick its directory quick")
+    parser.add_argument("--meshes", type=Path, help="a folder of further meshes, for benchmarks that take them")
     chosen = parser.parse_args(arguments)
     results = chosen.results or HERE / "results" / ("quick" if chosen.quick else "")
     results.mkdir(parents=True, exist_ok=True)
     for name in chosen.names:
-        import_module(f"benchmarks.{name}").run(chosen.quick, results)
+        run = import_module(f"benchmarks.{name}").run
+        takes_meshes = chosen.meshes and "meshes" in inspect.signature(run).parameters
+        run(chosen.quick, results, *([sorted(chosen.meshes.iterdir())] if takes_meshes else []))
     return 0
 
 

@@ -1,0 +1,91 @@
+"""The cases of the influence benchmark and their rows: one mesh, one choice of settings, what came of it."""
+
+from __future__ import annotations
+
+__all__ = ["OTHERS", "WEIGHT_CASES", "measure", "prepared", "tables"]
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from benchmarks.harness import markdown_table
+from lbskel import OPERATORS, ContractionSettings, Skeleton
+from lbskel.comparison import CASES, outcome, record, representative
+from lbskel.energies import ENERGIES
+from lbskel.mesh import Mesh
+from lbskel.settings import STRATEGIES
+from lbskel.weights import WEIGHTS
+
+_COMPARED = {changes["operator"] for changes in STRATEGIES.values()}
+OTHERS = {
+    f"{operator}; {energy.replace('_', ' ')}": ContractionSettings(operator=operator, energy=energy)
+    for operator in OPERATORS
+    if operator not in _COMPARED
+    for energy in ENERGIES
+}
+WEIGHT_CASES = {
+    f"{name}, growth {growth:g}; {energy.replace('_', ' ')}": ContractionSettings(
+        energy=energy, **{**weights, "growth": growth}
+    )
+    for energy in ENERGIES
+    for name, weights in WEIGHTS.items()
+    for growth in (2.0, 3.0)
+}
+
+
+def measure(
+    meshes: Mapping[str, tuple[Mesh, Skeleton | None]], cases: Mapping[str, ContractionSettings]
+) -> list[dict[str, Any]]:
+    """One row for each mesh and case."""
+    rows = []
+    for name, (mesh, truth) in meshes.items():
+        reference = outcome(mesh, CASES["flow"]).skeleton if cases else None
+        for case, settings in cases.items():
+            row = record(outcome(mesh, settings), truth=truth, reference=reference)
+            rows.append({"mesh": name, "vertices": len(mesh.vertices), "case": case, **row})
+    return rows
+
+
+def prepared(meshes: Mapping[str, tuple[Mesh, Skeleton | None]]) -> dict[str, tuple[Mesh, Skeleton | None]]:
+    """The largest component of each, simplified if it is large."""
+    return {name: (representative(mesh), truth) for name, (mesh, truth) in meshes.items()}
+
+
+def _share(rows: Iterable[Mapping[str, Any]], key: str) -> str:
+    """How many of the rows that know it say yes."""
+    known = [row[key] for row in rows if row.get(key) is not None]
+    return f"{sum(map(bool, known))}/{len(known)}" if known else "-"
+
+
+def _median(rows: Iterable[Mapping[str, Any]], key: str) -> float | None:
+    values = [row[key] for row in rows if row.get(key) is not None]
+    return float(np.median(values)) if values else None
+
+
+def summary(rows: list[dict[str, Any]], case: str) -> dict[str, Any]:
+    """A case over all meshes: what the steps do without a guard, then what a user gets with it."""
+    mine = [row for row in rows if row["case"] == case]
+    free = [row for row in mine if "free steps" in row]
+    broken = [row for row in free if row["broke at"] is not None]
+    boxes = [row["largest box"] for row in free]
+    return {
+        "case": case,
+        "breaks on": f"{len(broken)}/{len(free)}" if free else "not defined",
+        "first at step": min((row["broke at"] for row in broken), default=None),
+        "largest box": max(boxes) if boxes else None,
+        "steps": _median(mine, "steps"),
+        "contracted": _share(mine, "contracted"),
+        "accuracy": _median(mine, "accuracy"),
+        "coverage": _median(mine, "coverage"),
+        "topology": _share(mine, "topology right"),
+        "tips": _share(mine, "tips right"),
+        "inside": _median(mine, "inside"),
+        "from default": _median(mine, "from default"),
+        "seconds": _median(mine, "seconds"),
+    }
+
+
+def tables(rows: list[dict[str, Any]]) -> str:
+    """One line for each case, in the order given."""
+    return markdown_table([summary(rows, case) for case in dict.fromkeys(row["case"] for row in rows)])

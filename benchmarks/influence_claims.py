@@ -1,0 +1,125 @@
+"""What Au et al. 2008 claim of their skeletons, measured: steps, noise, rotation, pose, homotopy, thin regions first.
+
+Distances between skeletons are means in units of the true local radius.
+"""
+
+from __future__ import annotations
+
+__all__ = ["measure", "tables"]
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from scipy.stats import spearmanr
+
+from benchmarks.harness import markdown_table
+from lbskel import PRESETS, Mesh, Skeleton, compare, contract, skeletonize
+from lbskel.sampling import sample_edges
+from lbskel.shapes import Shape, make
+
+BEND = np.radians(60)  # of the whole length of the shape
+COLLAPSED = 0.2  # of its first distance to the axis: a vertex so near has been drawn in
+PRESETS_MEASURED = ("flow", "au2008", "au_program")
+
+
+def bent(points: NDArray[np.float64], axis: Mesh) -> NDArray[np.float64]:
+    """Points bent in the plane of the shape's two longest sides, so that its length turns by ``BEND``.
+
+    The longest side becomes an arc of its own length; across it, distances from that arc stay.
+    """
+    low, high = axis.vertices.min(axis=0), axis.vertices.max(axis=0)
+    long, across = np.argsort(high - low)[::-1][:2]
+    R = (high - low)[long] / BEND
+    angle = (points[:, long] - low[long]) / R - BEND / 2
+    away = R + points[:, across] - high[across]
+    result = np.array(points)
+    result[:, long], result[:, across] = away * np.sin(angle), away * np.cos(angle) - R
+    return result
+
+
+def _rotation() -> NDArray[np.float64]:
+    """A turn about an axis in no special direction."""
+    Q = np.linalg.qr(np.random.default_rng(7).normal(size=(3, 3)))[0]
+    return Q * np.sign(np.linalg.det(Q))
+
+
+def _moved(skeleton: Skeleton, nodes: NDArray[np.float64]) -> Skeleton:
+    return Skeleton(nodes, skeleton.edges, skeleton.radii)
+
+
+def _thin_first(mesh: Mesh, truth: Skeleton, preset: str) -> float:
+    """Rank correlation of the local radius with the step that has drawn a vertex in: 1 is thin regions first."""
+    axis, radii = sample_edges(truth, truth.length / 5000)
+    tree = cKDTree(axis)
+    first, nearest = tree.query(mesh.vertices)
+    when = np.full(len(mesh.vertices), np.inf)
+
+    def watch(step: Any, now: Mesh) -> None:
+        watched.append(tree.query(now.vertices * mesh.extent + mesh.centroid)[0])
+
+    watched: list[NDArray[np.float64]] = []
+    contract(mesh, PRESETS[preset], on_step=watch)
+    for number, distance in reversed(list(enumerate(watched, 1))):
+        when[distance < COLLAPSED * first] = number
+    drawn_in = np.isfinite(when)
+    return float(spearmanr(radii[nearest[drawn_in]], when[drawn_in]).statistic)
+
+
+def _row(shape: Shape, preset: str, noisy: Mesh) -> dict[str, Any]:
+    """All claims on one shape."""
+    mesh, truth, Q = shape.mesh, shape.truth, _rotation()
+    skeleton = skeletonize(mesh, preset=preset)
+    turned = skeletonize(mesh.with_vertices(mesh.vertices @ Q.T), preset=preset)
+    posed = skeletonize(mesh.with_vertices(bent(mesh.vertices, mesh)), preset=preset)
+    bent_truth = Skeleton(bent(truth.nodes, mesh), truth.edges, truth.radii)
+    measured = compare(skeleton, truth)
+    part = skeleton.report["components"][0]
+    return {
+        "shape": shape.name,
+        "preset": preset,
+        "steps": len(part["steps"]),
+        "accuracy": measured.accuracy,
+        "accuracy, noisy": compare(skeletonize(noisy, preset=preset), truth).accuracy,
+        "turned, apart": compare(_moved(turned, turned.nodes @ Q), truth).accuracy - measured.accuracy,
+        "accuracy, bent": compare(posed, bent_truth).accuracy,
+        "bent, tips alike": len(posed.tips) == len(skeleton.tips),
+        "homotopic": measured.is_topology_right,
+        "thin first": _thin_first(mesh, truth, preset),
+    }
+
+
+def measure(names: Iterable[str], n_vertices: int) -> list[dict[str, Any]]:
+    """One row for each shape and preset."""
+    rows: list[dict[str, Any]] = []
+    for name in names:
+        shape, noisy = make(name, n_vertices=n_vertices), make(name, n_vertices=n_vertices, noise=0.25).mesh
+        rows.extend(_row(shape, preset, noisy) for preset in PRESETS_MEASURED)
+    return rows
+
+
+def tables(rows: list[dict[str, Any]]) -> str:
+    """Each preset over all shapes, then every row."""
+    lines: list[dict[str, Any]] = []
+    for preset in PRESETS_MEASURED:
+        mine = [row for row in rows if row["preset"] == preset]
+
+        def over(key: str, how: Callable[[list[float]], float], mine: list[dict[str, Any]] = mine) -> float:
+            return float(how([row[key] for row in mine]))
+
+        lines.append(
+            {
+                "preset": preset,
+                "most steps": over("steps", max),
+                "accuracy": over("accuracy", np.mean),
+                "noisy": over("accuracy, noisy", np.mean),
+                "bent": over("accuracy, bent", np.mean),
+                "tips alike when bent": f"{sum(row['bent, tips alike'] for row in mine)}/{len(mine)}",
+                "turned, largest difference": max(abs(row["turned, apart"]) for row in mine),
+                "homotopic": f"{sum(row['homotopic'] for row in mine)}/{len(mine)}",
+                "thin first, rank correlation": over("thin first", np.median),
+            }
+        )
+    return f"{markdown_table(lines)}\n{markdown_table(rows)}"

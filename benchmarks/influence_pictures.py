@@ -1,0 +1,114 @@
+"""The pictures of the influence benchmark: the four stages by each strategy, what breaks beside its cure, curves."""
+
+from __future__ import annotations
+
+__all__ = ["blow_up", "curves", "stages"]
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.harness import save_picture
+from lbskel import Mesh
+from lbskel.comparison import Outcome, outcome
+from lbskel.settings import STRATEGIES, ContractionSettings
+from lbskel.views import Panel, render
+
+REACH = 0.8  # of the extent from the centre, beyond which a vertex is drawn at the edge of the picture
+
+
+def _cut(mesh: Mesh, start: Mesh) -> Mesh:
+    """A contracted mesh in the coordinates of its start, without what flew far away."""
+    V = mesh.vertices
+    far = np.linalg.norm(V, axis=1, keepdims=True)
+    return start.with_vertices(V * np.minimum(1.0, REACH / np.maximum(far, 1e-300)) * start.extent + start.centroid)
+
+
+def stages(mesh: Mesh, path: Path) -> None:
+    """Mesh, after one step, after more, skeleton: a line of four for each strategy."""
+    panels = []
+    for strategy, changes in STRATEGIES.items():
+        panels += _four(mesh, outcome(mesh, ContractionSettings(energy="least_squares", **changes)), strategy)
+    render(panels, path, size=(1500, 235 * len(STRATEGIES)), force=True)
+
+
+def _four(mesh: Mesh, result: Outcome, title: str) -> list[Panel]:
+    """Without the guard, up to the first step that breaks, or the last; the skeleton is the guarded one's."""
+    panels = [Panel(mesh, title=title)]
+    free = result.free
+    assert free is not None  # least squares takes every operator
+    for number in (1, min(free.broke_at or len(free.steps), len(free.steps))):
+        fault = free.steps[number - 1].fault
+        broken = f": {fault.name.lower().replace('_', ' ')}" if fault else ""
+        panels.append(Panel(_cut(result.meshes[number - 1], mesh), title=f"after {number}{broken}"))
+    return [*panels, Panel(mesh, result.skeleton, "skeleton, guarded" if result.skeleton else result.error)]
+
+
+PAIRS = (("none", "intrinsic Delaunay"), ("identity row, right-hand side zero", "identity row, held"))
+
+
+def blow_up(meshes: Mapping[str, Mesh], path: Path) -> list[dict[str, Any]]:
+    """What breaks, at its worst step, beside its cure after as many; and the numbers of the steps."""
+    panels, rows = [], []
+    for name, mesh in meshes.items():
+        for bad, good in PAIRS:
+            results = {
+                strategy: outcome(mesh, ContractionSettings(energy="least_squares", **STRATEGIES[strategy]))
+                for strategy in (bad, good)
+            }
+            free = results[bad].free
+            assert free is not None
+            boxes = [step.box_ratio for step in free.steps]
+            drifts = [step.drift for step in free.steps]
+            number = 1 + int(np.argmax(drifts if "zero" in bad else boxes))
+            for strategy, result in results.items():
+                assert result.free is not None
+                shown = min(number, len(result.meshes))
+                step = result.free.steps[shown - 1]
+                panels.append(Panel(_cut(result.meshes[shown - 1], mesh), title=f"{name}: {strategy}, step {shown}"))
+                rows.append(
+                    {
+                        "mesh": name,
+                        "strategy": strategy,
+                        "step": shown,
+                        "area": step.area_ratio,
+                        "box": step.box_ratio,
+                        "treated": step.n_treated,
+                        "drift of treated": step.drift,
+                        "first broken step": result.free.broke_at,
+                    }
+                )
+    render(panels, path, force=True)
+    return rows
+
+
+def curves(rows: list[dict[str, Any]], mesh: str, path: Path) -> None:
+    """Area and bounding box by step for each strategy, without the guard."""
+
+    names = list(dict.fromkeys(row["case"].split(";")[0] for row in rows if ";" in row["case"]))
+
+    def draw(figure: Any) -> None:
+        axes = figure.subplots(2, 2, sharex=True)
+        for column, energy in enumerate(("least squares", "first order")):
+            mine = [row for row in rows if row["mesh"] == mesh and row["case"].endswith(energy) and "areas" in row]
+            for row in mine:
+                strategy = row["case"].split(";")[0]
+                number = names.index(strategy)
+                steps = np.arange(1, 1 + len(row["areas"]))
+                style = {"color": f"C{number % 10}", "linestyle": "-" if number < 10 else "--", "marker": "."}
+                axes[0, column].semilogy(steps, row["areas"], label=strategy, **style)
+                axes[1, column].semilogy(steps, row["boxes"], **style)
+            axes[0, column].set_title(f"{mesh}, {energy}, without the guard")
+            axes[1, column].set_xlabel("step")
+            axes[0, column].set_ylim(1e-5, 30)
+            axes[1, column].set_ylim(0.2, 100)
+        axes[0, 0].set_ylabel("area over that at the start")
+        axes[1, 0].set_ylabel("bounding box over that at the start")
+        for ax in axes.flat:
+            ax.grid(alpha=0.3)
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside right upper", fontsize=8)
+
+    save_picture(path, draw, size=(14, 8))
