@@ -16,8 +16,9 @@ from lbskel.health import Health, health
 from lbskel.mesh import Mesh, PointCloud
 from lbskel.operators import OPERATORS, Laplacian, laplacian
 from lbskel.pipeline import skeletonize
-from lbskel.pruning import merge_junctions, prune, resample
+from lbskel.pruning import merge_junctions, prune
 from lbskel.quality import Score, compare, score
+from lbskel.resampling import resample
 from lbskel.skeleton import Skeleton
 from lbskel.solvers import SOLVERS, factorize
 from lbskel.surgery import Collapsed, collapse

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["keep_inside", "leaves", "length_inside"]
+__all__ = ["keep_inside", "leaves", "length_inside", "ways_inside"]
 
 import itertools
 from dataclasses import replace
@@ -61,7 +61,7 @@ def keep_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
         return skeleton
     bent = {tuple(edge) for edge in skeleton.edges[is_bent].tolist()}
     stretches = [stretch for branch in skeleton.branches for stretch in _stretches(branch, bent)]
-    ways = _ways(skeleton.nodes, np.array([(stretch[0], stretch[-1]) for stretch in stretches]), surface)
+    ways = ways_inside(skeleton.nodes, np.array([(stretch[0], stretch[-1]) for stretch in stretches]), surface)
     return _rerouted(skeleton, surface, stretches, ways)
 
 
@@ -85,8 +85,8 @@ def _stretches(branch: NDArray[np.int64], bent: set[tuple[int, int]]) -> list[ND
     return stretches
 
 
-def _ways(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surface) -> list[NDArray[np.float64]]:
-    """For each pair of nodes the points between them of a way that stays inside, one in the middle if it is straight.
+def ways_inside(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surface) -> list[NDArray[np.float64]]:
+    """For each pair of points those between them on a way that stays inside, one in the middle if it is straight.
 
     Otherwise the way runs along the edges of the mesh, its vertices pushed in to half the thickness of the shape, but
     no deeper than the nodes lie at most.
@@ -153,5 +153,6 @@ def _rerouted(
         nodes=nodes[stays],
         edges=new_of[edges],
         radii=surface.distance(nodes[stays]),
+        anchors=new_of[target[skeleton.anchors]],
         node_of_vertex=new_of[target[skeleton.node_of_vertex]],
     )

@@ -53,6 +53,10 @@ class Skeleton:
         For each vertex of the mesh, the node that stands for it. Empty where no mesh is known.
     radius_kind : str
         ``inscribed``: distance to the surface; ``mean``: mean distance to the vertices that the node stands for.
+    mean_radii : (k,) array of float
+        Of the kind ``mean``, beside radii of another kind. Empty where they are not known.
+    anchors : (a,) array of int
+        Nodes that the caller asked for: nothing that simplifies the graph removes or moves them.
     report : dict
         What was done and checked on the way, ready for JSON.
 
@@ -67,20 +71,35 @@ class Skeleton:
     radii: NDArray[np.float64]
     node_of_vertex: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     radius_kind: str = "inscribed"
+    mean_radii: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    anchors: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     report: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         nodes = _rows(self.nodes, "nodes", 3, np.float64)
         edges = np.sort(_rows(self.edges, "edges", 2, np.int64), axis=1)
         radii = np.array(self.radii, dtype=np.float64).reshape(-1)
+        mean_radii = np.array(self.mean_radii, dtype=np.float64).reshape(-1)
         mapped = np.array(self.node_of_vertex, dtype=np.int64).reshape(-1)
+        anchors = np.unique(np.array(self.anchors, dtype=np.int64))
         if len(radii) != len(nodes):
             raise MeshError(f"a skeleton of {len(nodes)} nodes needs as many radii, not {len(radii)}")
-        for what, indices in (("edges", edges), ("node_of_vertex", mapped)):
+        if len(mean_radii) not in (0, len(nodes)):
+            raise MeshError(
+                f"a skeleton of {len(nodes)} nodes needs as many mean radii, or none, not {len(mean_radii)}"
+            )
+        for what, indices in (("edges", edges), ("node_of_vertex", mapped), ("anchors", anchors)):
             if indices.size and (indices.min() < 0 or indices.max() >= len(nodes)):
                 raise MeshError(f"{what} of the skeleton name a node outside 0..{len(nodes) - 1}")
         edges = np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0)
-        for name, value in (("nodes", nodes), ("edges", edges), ("radii", radii), ("node_of_vertex", mapped)):
+        for name, value in {
+            "nodes": nodes,
+            "edges": edges,
+            "radii": radii,
+            "node_of_vertex": mapped,
+            "mean_radii": mean_radii,
+            "anchors": anchors,
+        }.items():
             object.__setattr__(self, name, read_only(value))
 
     def __repr__(self) -> str:

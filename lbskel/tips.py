@@ -6,7 +6,7 @@ surface ahead is as near as the surface round it: there is the last inscribed ba
 
 from __future__ import annotations
 
-__all__ = ["extend_tips"]
+__all__ = ["extend_tips", "tips_at_surface"]
 
 from dataclasses import replace
 
@@ -21,6 +21,7 @@ STEP = 0.5  # of the local radius
 MOST_STEPS = 60
 STRAIGHT = 0.5  # cosine of the most that an end turns from where it set out
 SLACK = 1.05  # the surface ahead counts as near as the surface around within this factor
+FARTHEST = 2.0  # radii of the last ball within which the surface ahead is the end of a branch
 WIDEST = 1.5  # an end goes no further where its section is wider by this factor than at the step before
 
 
@@ -43,6 +44,27 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
     directions = np.array([skeleton.nodes[b[-1]] - skeleton.nodes[b[max(-4, -len(b))]] for b in ends])
     paths = _follow(surface, skeleton.nodes[last], directions)
     return _with_paths(skeleton, surface, last, paths)
+
+
+def tips_at_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Carry every tip on to the surface: straight ahead, or where that is far to the nearest place.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With its tips at the centres of the last balls.
+    surface : Surface
+    """
+    tips = skeleton.tips
+    if len(tips) == 0:
+        return skeleton
+    P = skeleton.nodes[tips]
+    directions = P - skeleton.nodes[[int(skeleton.neighbours[tip][0]) for tip in tips]]
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    ahead, (radii, nearest) = surface.ahead(P, directions), surface.closest(P)
+    goes_on = ahead < FARTHEST * radii
+    ends = np.where(goes_on[:, None], P + np.where(goes_on, ahead, 0)[:, None] * directions, nearest)
+    return _with_paths(skeleton, surface, tips, [[end] for end in ends])
 
 
 def _follow(

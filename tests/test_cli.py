@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import lbskel
-from lbskel import pipeline, read_skeleton, write_mesh
+from lbskel import read_skeleton, stages, write_mesh
 from lbskel.cli import main
 from lbskel.contraction import PRESETS
 from lbskel.energies import ENERGIES
@@ -101,8 +101,8 @@ def test_one_bad_input_does_not_stop_the_others(apart, folder):
 def test_a_result_that_fails_its_own_checks_exits_with_one(folder, python):
     code = """
 import sys
-from lbskel import cli, pipeline
-pipeline.INSIDE = 2.0  # no share is that large
+from lbskel import cli, stages
+stages.INSIDE = 2.0  # no share is that large
 raise SystemExit(cli.main(sys.argv[1:]))
 """
     result = python("-c", code, "skeletonize", "rod.off", "-o", "rod.json", cwd=folder)
@@ -336,15 +336,23 @@ def test_choices_reach_the_contraction(here):
 
 
 def test_failed_checks_are_named_and_the_result_is_written(here, folder, monkeypatch):
-    monkeypatch.setattr(pipeline, "INSIDE", 2.0)
+    monkeypatch.setattr(stages, "INSIDE", 2.0)
     code, out, err = here("skeletonize", "rod.off", "-o", "rod.swc")
     assert (code, err) == (1, [])
     assert "  failed    is_inside" in out
     assert (folder / "rod.swc").exists()
 
 
+def test_knobs(here, folder):
+    options = ("--root", "0", "--anchor", "0,0,0.5", "--nodes", "9", "--tips", "surface", "--prune", "2")
+    assert here("skeletonize", "rod.off", "-o", "rod.json", *options)[0] == 0
+    skeleton = read_skeleton(folder / "rod.json")
+    assert (len(skeleton.nodes), len(skeleton.anchors)) == (9, 1)
+    assert here("skeletonize", "rod.off", "-o", "rod.json", "--force", "--anchor", "99999")[0] == 2
+
+
 def test_the_worst_exit_code_counts(here, monkeypatch):
-    monkeypatch.setattr(pipeline, "INSIDE", 2.0)
+    monkeypatch.setattr(stages, "INSIDE", 2.0)
     assert here("skeletonize", "rod.off", "nosuch.off", "-o", ".", "--quiet")[0] == 2
 
 

@@ -7,6 +7,7 @@ import re
 import sys
 import tracemalloc
 import zlib
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -29,6 +30,8 @@ MANY = Skeleton(
     np.arange(9) / 7,
     np.array([8, 0, 3, 3, 5, 1]),
     radius_kind="mean",
+    mean_radii=np.arange(9) / 3,
+    anchors=np.array([2, 7]),
     report={"stop": "volume", "steps": [1, 2.5, None], "fine": True, "nested": {"a": 0.1}},
 )
 TREE = Skeleton(NODES[:6], [[0, 2], [1, 2], [2, 3], [3, 4], [4, 5]], [1, 2, 3, 4, 5, 6])
@@ -65,6 +68,9 @@ def check_round_trip(back, skeleton, loses):
     else:
         np.testing.assert_array_equal(back.node_of_vertex, skeleton.node_of_vertex)
     assert back.radius_kind == ("inscribed" if "radius_kind" in loses else skeleton.radius_kind)
+    for name in ("mean_radii", "anchors"):
+        kept = getattr(back, name)
+        np.testing.assert_array_equal(kept, [] if "extras" in loses else getattr(skeleton, name))
     assert back.report == ({} if "report" in loses else skeleton.report)
 
 
@@ -231,7 +237,7 @@ def test_json_is_strict_json_of_plain_names(tmp_path):
         raise AssertionError(f"{word} is no JSON")
 
     entries = json.loads((tmp_path / "a.json").read_text(), parse_constant=refuse)
-    assert set(entries) == {"nodes", "edges", "radii", "node_of_vertex", "radius_kind", "report"}
+    assert set(entries) == {field.name for field in fields(Skeleton)}
     assert entries["radii"] == [None, 1.0]
     assert entries["report"] == {"a": 0.1, "b": [0, 1], "c": None, "4": [3, True]}
     np.testing.assert_array_equal(read_skeleton(tmp_path / "a.json").radii, [np.nan, 1])

@@ -17,9 +17,10 @@ from lbskel.energies import ENERGIES
 from lbskel.errors import FormatError, LbskelError
 from lbskel.files import FORMATS, read_mesh, write_safely, write_skeleton
 from lbskel.operators import OPERATORS
-from lbskel.pipeline import RESOLUTIONS, skeletonize
+from lbskel.pipeline import skeletonize
 from lbskel.skeleton import Skeleton
 from lbskel.solvers import SOLVERS
+from lbskel.stages import RESOLUTIONS, TIPS
 
 
 def add_parser(subparsers: Any) -> None:
@@ -39,6 +40,20 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--resolution", default="auto", choices=RESOLUTIONS, help="full: contract every vertex (%(default)s)"
     )
+    parser.add_argument(
+        "--prune", type=float, default=1.5, metavar="RADII", help="how far an end branch must stand out (%(default)s)"
+    )
+    parser.add_argument("--tips", default="inside", choices=TIPS, help="where branches end (%(default)s)")
+    parser.add_argument("--nodes", type=int, metavar="N", help="number of nodes to have")
+    parser.add_argument(
+        "--root",
+        type=_place,
+        metavar="PLACE",
+        help="first node, the root in swc: a vertex's index, or a point as X,Y,Z",
+    )
+    parser.add_argument(
+        "--anchor", type=_place, action="append", default=[], metavar="PLACE", help="have a node there; may be repeated"
+    )
     parser.add_argument("--picture", metavar="PNG", help="draw mesh and skeleton; a folder, where inputs are several")
     parser.add_argument("--report", metavar="JSON", help="write the full report; a folder, where inputs are several")
     parser.add_argument("--json", action="store_true", help="print the full report as JSON, one line per input")
@@ -46,6 +61,11 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("--force", action="store_true", help="replace files that exist")
     parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
     parser.set_defaults(run=run)
+
+
+def _place(text: str) -> int | list[float]:
+    """The index of a vertex, or a point."""
+    return [float(part) for part in text.split(",")] if "," in text else int(text)
 
 
 @dataclass(frozen=True)
@@ -122,6 +142,11 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
             energy=arguments.energy,
             solver=arguments.solver,
             resolution=arguments.resolution,
+            prune=arguments.prune,
+            tips=arguments.tips,
+            anchors=arguments.anchor,
+            root=arguments.root,
+            n_nodes=arguments.nodes,
             on_stage=bar.show,
         )
     write_skeleton(job.skeleton, skeleton, force=arguments.force, cut_cycles=arguments.cut_cycles)

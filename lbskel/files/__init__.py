@@ -15,20 +15,21 @@ Point clouds are read from xyz, ply and off.
 Skeletons are written and read as below. Positions, edges and cycles always come back exactly, the rest where it says
 so. What is lost is empty when read, or NaN for radii.
 
-=========  =======  =======  ==============  ===========  =======  ===================================
-skeletons  radii    order    node_of_vertex  radius_kind  report   remarks
-=========  =======  =======  ==============  ===========  =======  ===================================
-swc        kept     lost     lost            kept         lost     a tree: cycles cut, the cuts noted
-json       kept     kept     kept            kept         kept
-npz        kept     kept     kept            kept         kept
-ply        kept     kept     kept            kept         lost     elements vertex, edge, mesh_vertex
-vtp        kept     kept     kept            kept         lost     a polyline per branch
-graphml    kept     kept     lost            kept         lost     through networkx
-csv        kept     kept     lost            lost         lost     two files, nodes and edges
-obj        lost     kept     lost            lost         lost     a polyline per branch
-=========  =======  =======  ==============  ===========  =======  ===================================
+=========  =======  =======  ==============  ===========  =======  =======  ===================================
+skeletons  radii    order    node_of_vertex  radius_kind  extras   report   remarks
+=========  =======  =======  ==============  ===========  =======  =======  ===================================
+swc        kept     lost     lost            kept         lost     lost     a tree: cycles cut, the cuts noted
+json       kept     kept     kept            kept         kept     kept
+npz        kept     kept     kept            kept         kept     kept
+ply        kept     kept     kept            kept         lost     lost     elements vertex, edge, mesh_vertex
+vtp        kept     kept     kept            kept         lost     lost     a polyline per branch
+graphml    kept     kept     lost            kept         lost     lost     through networkx
+csv        kept     kept     lost            lost         lost     lost     two files, nodes and edges
+obj        lost     kept     lost            lost         lost     lost     a polyline per branch
+=========  =======  =======  ==============  ===========  =======  =======  ===================================
 
-``order`` is the order of the nodes. JSON has no NaN and no infinity: in the report they become null.
+``order`` is the order of the nodes, ``extras`` are the mean radii and the anchors.
+JSON has no NaN and no infinity: in the report they become null.
 """
 
 __all__ = [

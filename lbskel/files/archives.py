@@ -1,4 +1,4 @@
-"""JSON and NPZ with all that a skeleton holds: nodes, edges, radii, node_of_vertex, radius_kind and report.
+"""JSON and NPZ with all that a skeleton holds, from its nodes to its report.
 
 Both have an entry under each of these names; in NPZ the report is JSON text. What is not a finite number is null in
 JSON, which has no other word for it.
@@ -65,7 +65,8 @@ def read_npz(path: Path) -> Skeleton:
 
 def _arrays(skeleton: Skeleton) -> dict[str, Any]:
     """The arrays of a skeleton by name."""
-    return {name: getattr(skeleton, name) for name in ("nodes", "edges", "radii", "node_of_vertex")}
+    names = ("nodes", "edges", "radii", "node_of_vertex", "mean_radii", "anchors")
+    return {name: getattr(skeleton, name) for name in names}
 
 
 def _skeleton_of(entries: Any) -> Skeleton:
@@ -79,6 +80,8 @@ def _skeleton_of(entries: Any) -> Skeleton:
         array_of(entries["radii"], "radii") if "radii" in entries else np.full(len(nodes), np.nan),
         whole(array_of(entries.get("node_of_vertex", []), "node_of_vertex"), "node_of_vertex"),
         _typed(entries, "radius_kind", str),
+        array_of(entries.get("mean_radii", []), "mean_radii"),
+        whole(array_of(entries.get("anchors", []), "anchors"), "anchors"),
         _typed(entries, "report", dict),
     )
 

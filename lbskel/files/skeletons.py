@@ -35,7 +35,8 @@ class Format(NamedTuple):
     contents : callable
         From a Skeleton and a path to the content of each file to be written.
     loses : tuple of str
-        What does not come back: ``radii``, ``order`` (of the nodes), ``node_of_vertex``, ``radius_kind``, ``report``.
+        What does not come back: ``radii``, ``order`` (of the nodes), ``node_of_vertex``, ``radius_kind``, ``extras``
+        (mean radii and anchors), ``report``.
     only_trees : bool
         Whether cycles must be cut; ``contents`` then takes ``cut_cycles`` and ``root``.
     """
@@ -47,14 +48,14 @@ class Format(NamedTuple):
 
 
 FORMATS: dict[str, Format] = {
-    "swc": Format(read_swc, skeleton_swc, ("order", "node_of_vertex", "report"), only_trees=True),
+    "swc": Format(read_swc, skeleton_swc, ("order", "node_of_vertex", "extras", "report"), only_trees=True),
     "json": Format(read_json, skeleton_json),
     "npz": Format(read_npz, skeleton_npz),
-    "ply": Format(read_ply_skeleton, skeleton_ply, ("report",)),
-    "vtp": Format(read_vtp, skeleton_vtp, ("report",)),
-    "graphml": Format(read_graphml, skeleton_graphml, ("node_of_vertex", "report")),
-    "csv": Format(read_csv, skeleton_csv, ("node_of_vertex", "radius_kind", "report")),
-    "obj": Format(read_obj_skeleton, skeleton_obj, ("radii", "node_of_vertex", "radius_kind", "report")),
+    "ply": Format(read_ply_skeleton, skeleton_ply, ("extras", "report")),
+    "vtp": Format(read_vtp, skeleton_vtp, ("extras", "report")),
+    "graphml": Format(read_graphml, skeleton_graphml, ("node_of_vertex", "extras", "report")),
+    "csv": Format(read_csv, skeleton_csv, ("node_of_vertex", "radius_kind", "extras", "report")),
+    "obj": Format(read_obj_skeleton, skeleton_obj, ("radii", "node_of_vertex", "radius_kind", "extras", "report")),
 }
 
 

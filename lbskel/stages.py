@@ -1,0 +1,171 @@
+"""From one connected surface to its skeleton: the stages in their order, each timed."""
+
+from __future__ import annotations
+
+__all__ = ["RESOLUTIONS", "TIPS", "Clock", "Options", "Progress", "skeleton_of_component"]
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lbskel.anchors import attach_anchors
+from lbskel.contraction import ContractionSettings, Status, Step, contract
+from lbskel.errors import UnknownChoice, choose
+from lbskel.inside import keep_inside, length_inside
+from lbskel.junctions import gather_junctions
+from lbskel.mapping import join_regions
+from lbskel.mesh import Mesh
+from lbskel.preprocess import Preprocessed, simplify
+from lbskel.pruning import cut_swallowed, merge_junctions, prune
+from lbskel.refinement import inscribed_radii, mean_radii, recenter, settle
+from lbskel.resampling import resample
+from lbskel.skeleton import Skeleton
+from lbskel.surface import Surface
+from lbskel.surgery import collapse
+from lbskel.tips import extend_tips, tips_at_surface
+
+MERGE = 0.7  # junctions nearer than this many radii are one
+SPACING = 0.5  # of the nodes along a branch, in radii
+INSIDE = 0.995  # share of the length that must lie inside for the check to pass
+
+MOST_FACES = 20_000  # of a component that is contracted as it is, unless in full
+
+RESOLUTIONS = ("auto", "full")
+TIPS = ("inside", "surface")
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the caller may choose; see :func:`lbskel.skeletonize`."""
+
+    settings: ContractionSettings
+    resolution: str = "auto"
+    prune: float = 1.5
+    tips: str = "inside"
+
+    def __post_init__(self) -> None:
+        choose(dict.fromkeys(RESOLUTIONS), self.resolution, "resolution")
+        choose(dict.fromkeys(TIPS), self.tips, "place of the tips")
+        if not self.prune >= 0:
+            raise UnknownChoice(f"prune must be a number of radii, 0 or more, not {self.prune}")
+
+
+@dataclass
+class Clock:
+    """Seconds spent in each stage, and the caller told of each as it begins."""
+
+    on_stage: Progress | None
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def __call__(self, stage: str, function: Callable, *arguments: Any, **options: Any) -> Any:
+        if self.on_stage is not None:
+            self.on_stage(stage)
+        began = time.perf_counter()
+        result = function(*arguments, **options)
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - began
+        return result
+
+
+def skeleton_of_component(
+    mesh: Mesh, options: Options, anchors: tuple[NDArray[np.int64], NDArray[np.float64]], clock: Clock
+) -> tuple[Skeleton, dict[str, Any]]:
+    """Contract, collapse, prune, refine and check one connected surface.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Of about unit extent.
+    options : Options
+    anchors : pair of (a,) array of int and (a, 3) array of float
+        The vertices at or near the anchors, and their places.
+    clock : Clock
+
+    Returns
+    -------
+    skeleton : Skeleton
+    report : dict
+        What was done and checked, ready for JSON.
+    """
+    proxy = Preprocessed(mesh, np.arange(len(mesh.vertices)))
+    if options.resolution == "auto":
+        proxy = clock("simplify", simplify, mesh, target_faces=MOST_FACES)
+    contraction = clock("contract", contract, proxy.mesh, options.settings)
+    coarse, vertex_map = contraction.coarse, contraction.vertex_map
+    graph = clock("collapse", collapse, coarse, proxy.mesh, vertex_map=vertex_map)
+    skeleton = Skeleton(
+        coarse.vertices[graph.kept],
+        graph.edges,
+        np.zeros(len(graph.kept)),
+        graph.node_of_vertex[proxy.vertex_map],
+    )
+    surface = Surface(mesh)
+    skeleton = clock("prune", _pruned, skeleton, surface, options.prune)
+    skeleton = clock("gather", _gathered, skeleton, surface)
+    skeleton = clock("recentre", recenter, skeleton, surface)
+    skeleton = clock("extend", extend_tips, skeleton, surface)
+    skeleton = clock("lead inside", _led_inside, skeleton, surface)
+    if options.tips == "surface":
+        skeleton = clock("extend", tips_at_surface, skeleton, surface)
+    skeleton = clock("anchor", attach_anchors, inscribed_radii(skeleton, surface), surface, *anchors)
+    skeleton = clock("map", settle, skeleton, mesh)
+    skeleton = clock("map", join_regions, skeleton, mesh)
+    skeleton = replace(skeleton, mean_radii=mean_radii(skeleton, mesh).radii)
+    inside = clock("check", length_inside, skeleton, surface)
+    genus = mesh.genus
+    checks = {
+        "is_topology_right": None if genus is None else (skeleton.n_components, skeleton.cycle_rank) == (1, genus),
+        "is_inside": inside >= INSIDE if mesh.is_closed else None,
+        "is_contracted": contraction.status in (Status.VOLUME, Status.AREA, Status.STALLED),
+    }
+    return skeleton, {
+        "vertices": len(mesh.vertices),
+        "faces": len(mesh.faces),
+        "notes": list(proxy.notes),
+        "is_closed_manifold": mesh.is_closed_manifold,
+        "genus": genus,
+        "status": contraction.status.value,
+        "steps": [_record(step) for step in contraction.steps],
+        "are_tunnels_guarded": graph.is_guarded,
+        "loops_cut": graph.n_loops_cut,
+        "cycle_rank": skeleton.cycle_rank,
+        "tips": len(skeleton.tips),
+        "junctions": len(skeleton.junctions),
+        "length_inside": inside,
+        "checks": checks,
+    }
+
+
+def _record(step: Step) -> dict[str, Any]:
+    """A step as JSON can hold it, which has no NaN: an open mesh has None for a volume."""
+    return {name: None if value != value else value for name, value in asdict(step).items()}
+
+
+def _pruned(skeleton: Skeleton, surface: Surface, ratio: float) -> Skeleton:
+    """Spurs cut, near junctions merged, nodes evenly spaced."""
+    skeleton = prune(mean_radii(skeleton, surface.mesh), surface.mesh, ratio=ratio)
+    return _spaced(merge_junctions(inscribed_radii(skeleton, surface), ratio=MERGE), surface)
+
+
+def _gathered(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Junctions that are one made one, and the branches that lead there evenly spaced again."""
+    gathered = gather_junctions(inscribed_radii(skeleton, surface), surface)
+    return skeleton if len(gathered.nodes) == len(skeleton.nodes) else _spaced(gathered, surface)
+
+
+def _led_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Every branch inside a closed surface and evenly spaced; what lies within a junction's ball is no branch."""
+    if surface.mesh.is_closed:
+        skeleton = keep_inside(skeleton, surface)
+    skeleton = _spaced(cut_swallowed(inscribed_radii(skeleton, surface)), surface)
+    return keep_inside(skeleton, surface) if surface.mesh.is_closed else skeleton  # where even spacing cut a corner
+
+
+def _spaced(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Nodes evenly spaced by mean radii: by inscribed ones what is flat would have a node for every thickness."""
+    return resample(mean_radii(skeleton, surface.mesh), spacing=SPACING)
