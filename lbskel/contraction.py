@@ -11,12 +11,12 @@ __all__ = ["PRESETS", "Contraction", "ContractionSettings", "Status", "Step", "c
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from enum import Enum
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.coarsening import Coarsened, coarsen
 from lbskel.degeneracy import DEGENERATE
 from lbskel.energies import ENERGIES, Pull, System
 from lbskel.errors import MeshError, SolveError, UnknownChoice
@@ -25,86 +25,10 @@ from lbskel.operators import Laplacian, Operator, operator_named
 from lbskel.operators.clamped_cotangent import corner_cotangents
 from lbskel.settings import PRESETS, ContractionSettings
 from lbskel.solvers import factorize, relative_residual, solve_once
-from lbskel.weights import HOLDS, STARTS, mean_ring_area, ring_areas
+from lbskel.steps import Contraction, Status, Step, fault_of, success_of
+from lbskel.weights import HOLDS, STARTS, mean_ring_area, ratio_of_areas, ring_areas
 
-AREA_GROWTH = 1 + 1e-9  # over a step that is no more than rounding
-BOX_GROWTH = 1.01  # over a step that held vertices may cause and that does no harm
 ASYMMETRY = 1e-12  # of the largest entry, which rounding leaves in a symmetric matrix
-
-
-class Status(str, Enum):
-    """Why a contraction ended, as a sentence that a person reads."""
-
-    VOLUME = "the volume fell below its target"
-    AREA = "the area fell below its target"
-    STALLED = "the area no longer falls"
-    STEPS = "the number of steps allowed was reached"
-    AREA_GREW = "the area began to grow, the last good step was kept"
-    BOX_GREW = "the bounding box began to grow, the last good step was kept"
-    NOT_FINITE = "a coordinate was no longer finite, the last good step was kept"
-    NOT_SOLVED = "the system could no longer be solved, the last good step was kept"
-
-
-FAILURES = (Status.AREA_GREW, Status.BOX_GREW, Status.NOT_FINITE, Status.NOT_SOLVED)
-
-
-@dataclass(frozen=True)
-class Step:
-    """What one step did; ratios are to the start of the contraction.
-
-    ``weight`` is tau or W_L^2, ``hold`` the smallest and largest entry of H or W_H^2, ``worst_angle`` the smallest
-    angle in degrees before the step. ``n_treated`` counts the vertices that the operator's guard or the treatment of
-    degenerate triangles has touched, ``n_replaced_rows`` those of the treatment alone; ``drift`` is how far the
-    farthest of them went in this step, as a fraction of the extent. ``fault`` is why a guarded contraction would have
-    undone the step.
-    """
-
-    area_ratio: float
-    volume_ratio: float
-    box_ratio: float
-    weight: float
-    hold: tuple[float, float]
-    worst_angle: float
-    n_clamped_angles: int
-    n_treated: int
-    n_replaced_rows: int
-    drift: float
-    residual: float
-    seconds: float
-    fault: Status | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Contraction:
-    """A contracted mesh, with the record of how it came about.
-
-    Parameters
-    ----------
-    source : Mesh
-        The mesh given.
-    mesh : Mesh
-        The same faces on the contracted vertices, in the coordinates of the source.
-    steps : tuple of Step
-        The steps that were kept.
-    status : Status
-        Why it ended.
-    treated_vertices : tuple of (t,) arrays of int
-        Of each step, the vertices that ``n_treated`` counts.
-    """
-
-    source: Mesh
-    mesh: Mesh
-    steps: tuple[Step, ...]
-    status: Status
-    treated_vertices: tuple[NDArray[np.int64], ...] = ()
-
-    @property
-    def broke_at(self) -> int | None:
-        """Number of the first step, from 1, that failed or was no step at all; None if there was none."""
-        faults = [number for number, step in enumerate(self.steps, 1) if step.fault]
-        if faults:
-            return faults[0]
-        return len(self.steps) + 1 if self.status in FAILURES else None
 
 
 def _smallest_angles(mesh: Mesh) -> NDArray[np.float64]:
@@ -118,6 +42,7 @@ def contract(
     settings: ContractionSettings = PRESETS["flow"],
     *,
     on_step: Callable[[Step, Mesh], None] | None = None,
+    time_limit: float | None = None,
 ) -> Contraction:
     """Contract a mesh until nearly nothing of its volume is left.
 
@@ -131,6 +56,8 @@ def contract(
     settings : ContractionSettings
     on_step : callable, optional
         Called after each step that was kept, with its record and the mesh so far, scaled to extent 1.
+    time_limit : float, optional
+        Seconds after which no step is begun.
 
     Returns
     -------
@@ -160,8 +87,10 @@ def contract(
         raise MeshError("the mesh has no area: every face is degenerate, so there is nothing to contract")
     start = mesh.with_vertices((mesh.vertices - centre) / scale)
     settings = replace(settings, operator=_operator_for(start, settings))
-    steps, treated, contracted, status = _flow(start, settings, on_step)
-    return Contraction(mesh, mesh.with_vertices(contracted.vertices * scale + centre), steps, status, treated)
+    end = float("inf") if time_limit is None else time.perf_counter() + time_limit
+    steps, treated, now, status = _flow(start, settings, on_step, end)
+    coarse = now.mesh.with_vertices(now.mesh.vertices * scale + centre)
+    return Contraction(mesh, coarse, now.vertex_map, steps, status, treated)
 
 
 def _operator_for(mesh: Mesh, settings: ContractionSettings) -> str | Operator:
@@ -172,24 +101,31 @@ def _operator_for(mesh: Mesh, settings: ContractionSettings) -> str | Operator:
 
 
 def _flow(
-    start: Mesh, settings: ContractionSettings, on_step: Callable[[Step, Mesh], None] | None
-) -> tuple[tuple[Step, ...], tuple[NDArray[np.int64], ...], Mesh, Status]:
+    start: Mesh, settings: ContractionSettings, on_step: Callable[[Step, Mesh], None] | None, end: float
+) -> tuple[tuple[Step, ...], tuple[NDArray[np.int64], ...], Coarsened, Status]:
     """Steps until a reason to stop, on a mesh of extent 1, and the vertices treated in each."""
     operator = operator_named(settings.operator or "robust")
-    now, factorization = start, None
+    rings, everything = ring_areas(start), np.arange(len(start.vertices))
+    now, factorization = Coarsened(start, everything, everything, rings), None
+    limits = settings.coarsen * np.sqrt(rings) if _may_coarsen(start, settings) else None
     weight, largest_weight = _weights(start, settings)
     steps: list[Step] = []
     treated: list[NDArray[np.int64]] = []
 
-    def ended(status: Status) -> tuple[tuple[Step, ...], tuple[NDArray[np.int64], ...], Mesh, Status]:
+    def ended(status: Status) -> tuple[tuple[Step, ...], tuple[NDArray[np.int64], ...], Coarsened, Status]:
         return tuple(steps), tuple(treated), now, status
 
     while len(steps) < settings.max_steps:
         began = time.perf_counter()
-        angles = _smallest_angles(now)
-        degenerate = np.unique(now.faces[angles < settings.degenerate_angle])
+        if began > end:
+            return ended(Status.TIME_LIMIT)
+        if steps and limits is not None:
+            now = coarsen(now, limits)
+        mesh = now.mesh
+        angles = _smallest_angles(mesh)
+        degenerate = np.unique(mesh.faces[angles < settings.degenerate_angle])
         try:
-            laplacian = operator(now)
+            laplacian = operator(mesh)
         except MeshError:
             if not steps:
                 raise
@@ -200,14 +136,14 @@ def _flow(
                 factorization = factorize(system.A, settings.solver, like=factorization)
                 D = factorization.solve(system.B)
             else:
-                D = solve_once(system.A, system.positions) - now.vertices
+                D = solve_once(system.A, system.positions) - mesh.vertices
         except SolveError:
             _require_symmetric(system, settings)
             return ended(Status.NOT_SOLVED)
-        moved = now.vertices + D
+        moved = mesh.vertices + D
         if not np.isfinite(moved).all():
             return ended(Status.NOT_FINITE)
-        following = now.with_vertices(moved)
+        following = mesh.with_vertices(moved)
         touched = np.union1d(laplacian.treated_vertices, system.replaced)
         step = Step(
             area_ratio=following.area / start.area,
@@ -216,6 +152,7 @@ def _flow(
             weight=min(weight, largest_weight),
             hold=(float(system.hold.min()), float(system.hold.max())),
             worst_angle=float(np.degrees(angles.min())),
+            n_vertices=len(mesh.vertices),
             n_clamped_angles=laplacian.n_clamped_angles,
             n_treated=len(touched),
             n_replaced_rows=len(system.replaced),
@@ -224,16 +161,23 @@ def _flow(
             seconds=time.perf_counter() - began,
         )
         before = steps[-1] if steps else None
-        fault = _fault(step, before)
+        fault = fault_of(step, before)
         if fault and settings.guard:
             return ended(fault)
-        steps, treated, now = [*steps, replace(step, fault=fault)], [*treated, touched], following
+        now = replace(now, mesh=following)
+        steps, treated = [*steps, replace(step, fault=fault)], [*treated, now.kept[touched]]
         if on_step is not None:
-            on_step(steps[-1], now)
-        if not fault and (success := _success(step, before, settings)):
+            on_step(steps[-1], start.with_vertices(following.vertices[now.vertex_map]))
+        if not fault and (success := success_of(step, before, settings)):
             return ended(success)
         weight *= settings.growth if settings.energy == "first_order" else settings.growth**2
     return ended(Status.STEPS)
+
+
+def _may_coarsen(start: Mesh, settings: ContractionSettings) -> bool:
+    """Whether vertices may be merged: where the energy and the hold know how merged ones count."""
+    knows_sums = settings.energy == "first_order" and settings.hold == "ring_areas" and settings.guard
+    return knows_sums and start.is_closed_manifold and len(start.used_vertices) == len(start.vertices)
 
 
 def _weights(start: Mesh, settings: ContractionSettings) -> tuple[float, float]:
@@ -245,20 +189,20 @@ def _weights(start: Mesh, settings: ContractionSettings) -> tuple[float, float]:
 
 def _system(
     start: Mesh,
-    now: Mesh,
+    now: Coarsened,
     laplacian: Laplacian,
     weight: float,
     degenerate: NDArray[np.int64],
     settings: ContractionSettings,
 ) -> System:
     """What a step solves; the energies know neither how areas are compared nor what is degenerate."""
-    rings = ring_areas(start)
-    start_mass = np.where(rings > 0, rings / 3, mean_ring_area(start) / 3)
-    area_kept = HOLDS[settings.hold](start, now)
+    start_mass = np.where(now.weights > 0, now.weights / 3, mean_ring_area(start) / 3)
+    is_whole = len(now.kept) == len(start.vertices)
+    area_kept = HOLDS[settings.hold](start, now.mesh) if is_whole else ratio_of_areas(now.weights, now.mesh)
     if settings.largest_hold is not None:
         area_kept = np.minimum(area_kept, settings.largest_hold**2)
     treatment = DEGENERATE[settings.degenerate]
-    pull = Pull(laplacian, now.vertices, weight, area_kept, start_mass, lambda L: treatment(L, degenerate))
+    pull = Pull(laplacian, now.mesh.vertices, weight, area_kept, start_mass, lambda L: treatment(L, degenerate))
     return ENERGIES[settings.energy](pull)
 
 
@@ -269,26 +213,3 @@ def _require_symmetric(system: System, settings: ContractionSettings) -> None:
             f"the operator {settings.operator!r} is not symmetric, which the energy {settings.energy!r} needs; "
             "use the energy 'least_squares', whose equations are symmetric for any operator, or another operator"
         )
-
-
-def _fault(step: Step, before: Step | None) -> Status | None:
-    """Why a step must be undone, if it must."""
-    if step.area_ratio > AREA_GROWTH * (before.area_ratio if before else 1.0):
-        return Status.AREA_GREW
-    if step.box_ratio > BOX_GROWTH * (before.box_ratio if before else 1.0):
-        return Status.BOX_GREW
-    return None
-
-
-def _success(step: Step, before: Step | None, settings: ContractionSettings) -> Status | None:
-    """Why a step is the last one needed, if it is.
-
-    A signed volume may pass through zero early, so the area must be small too.
-    """
-    if step.volume_ratio <= settings.volume_ratio and step.area_ratio <= 0.1:
-        return Status.VOLUME
-    if not np.isfinite(step.volume_ratio) and step.area_ratio <= settings.area_ratio:
-        return Status.AREA
-    if before is not None and step.area_ratio > 0.999 * before.area_ratio and step.area_ratio <= 0.1:
-        return Status.STALLED
-    return None

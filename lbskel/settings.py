@@ -48,6 +48,10 @@ class ContractionSettings:
         Whether steps are solved for the displacement and refined, and one after which the area or the bounding box has
         grown is undone and ends the contraction. Without it they are as published: solved once for the positions, with
         no look at the residual, and kept whatever they did, which ``Step.fault`` tells.
+    coarsen : float
+        Between steps, edges shorter than this fraction of the square root of the area that each end had round it at
+        the start are collapsed, so that later steps cost less. Only on closed manifolds, for ``first_order`` with
+        ``ring_areas`` and the guard.
     volume_ratio, area_ratio : float
         The contraction is done when the volume of a closed mesh, or the area of an open one, has fallen to this
         fraction.
@@ -67,6 +71,7 @@ class ContractionSettings:
     degenerate: str = "none"
     degenerate_angle: float = 1e-3
     guard: bool = True
+    coarsen: float = 0.3
     volume_ratio: float = 1e-4
     area_ratio: float = 5e-3
     max_steps: int = 30

@@ -21,9 +21,10 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
-from lbskel.handles import tunnel_cochain
+from lbskel.handles import carried, tunnel_cochain
 from lbskel.mesh import Mesh
 
+DIGITS = 11  # of a cost that count, on a mesh of extent 1: of equal ones the order does not depend on rounding
 SAMPLING = 0.1  # weight of the sampling cost beside the shape cost; Au et al. 2008
 
 
@@ -34,11 +35,11 @@ class Collapsed:
     Parameters
     ----------
     kept : (k,) array of int
-        Vertices of the mesh that became nodes.
+        Vertices of the contracted mesh that became nodes.
     edges : (e, 2) array of int
         Pairs of nodes.
     node_of_vertex : (n,) array of int
-        For each vertex, the node it was merged into.
+        For each vertex of the source, the node it was merged into.
     is_guarded : bool
         Whether the tunnels were known, so that none could be lost.
     n_loops_cut : int
@@ -61,7 +62,7 @@ class _Complex:
     cochain: NDArray[np.int64]
 
 
-def collapse(contracted: Mesh, source: Mesh) -> Collapsed:
+def collapse(contracted: Mesh, source: Mesh, *, vertex_map: NDArray[np.int64] | None = None) -> Collapsed:
     """Collapse a contracted mesh to a graph.
 
     Parameters
@@ -69,21 +70,25 @@ def collapse(contracted: Mesh, source: Mesh) -> Collapsed:
     contracted : Mesh
         One connected component after contraction.
     source : Mesh
-        The same faces on the surface, which tell the tunnels.
+        The same faces on the surface, which tell the tunnels; or those of before vertices were merged.
+    vertex_map : (n,) array of int, optional
+        For each vertex of the source the one it was merged into, where any were.
 
     Returns
     -------
     Collapsed
         Deterministic: ties go to the lower index.
     """
-    n = len(source.vertices)
+    n = len(contracted.vertices)
     cochain = tunnel_cochain(source) if source.is_closed_manifold else None
     is_guarded = cochain is not None
     if cochain is None:
-        cochain = np.zeros((len(source.edges), 0), dtype=np.int64)
-    used = source.used_vertices
+        cochain = np.zeros((len(contracted.edges), 0), dtype=np.int64)
+    elif vertex_map is not None:
+        cochain = carried(cochain, source, contracted, vertex_map)
+    used = contracted.used_vertices
     P = (contracted.vertices - contracted.vertices[used].mean(axis=0)) / source.extent
-    left = _Complex(np.sort(source.faces, axis=1), source.edges, cochain)
+    left = _Complex(np.sort(contracted.faces, axis=1), contracted.edges, cochain)
     Q = _quadrics(P, left.edges)
     merged_into = np.arange(n)
     blocked, has_progressed = np.empty(0, dtype=np.int64), False
@@ -109,6 +114,7 @@ def collapse(contracted: Mesh, source: Mesh) -> Collapsed:
     node_of[used] = node_of_vertex
     edges = np.searchsorted(kept, left.edges)
     needless = _loops_round_no_tunnel(P[kept], edges, left.cochain) if is_guarded else []
+    node_of = node_of if vertex_map is None else node_of[vertex_map]
     return Collapsed(kept, np.delete(edges, needless, axis=0), node_of, is_guarded, len(needless))
 
 
@@ -175,6 +181,7 @@ def _cheapest(
     H = np.concatenate([P, np.ones((n, 1))], axis=1)
     forward = np.einsum("ki,kij,kj->k", H[j], both, H[j]) + SAMPLING * length[candidates] * reach[i]
     backward = np.einsum("ki,kij,kj->k", H[i], both, H[i]) + SAMPLING * length[candidates] * reach[j]
+    forward, backward = np.round(forward, DIGITS), np.round(backward, DIGITS)
     rank = np.empty(len(candidates), dtype=np.int64)
     rank[np.argsort(np.minimum(forward, backward), kind="stable")] = np.arange(len(candidates))
     best = np.full(n, len(candidates))

@@ -8,7 +8,7 @@ https://doi.org/10.1109/SMI.2010.25, with the constants of the programs that go 
 
 from __future__ import annotations
 
-__all__ = ["HOLDS", "STARTS", "WEIGHTS", "mean_ring_area", "ring_areas"]
+__all__ = ["HOLDS", "STARTS", "WEIGHTS", "mean_ring_area", "ratio_of_areas", "ring_areas"]
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -73,12 +73,16 @@ STARTS: dict[str, Callable[[Mesh, float], float]] = {  # tau of the first step, 
 }
 
 
-def _ratio_of_rings(start: Mesh, now: Mesh) -> NDArray[np.float64]:
-    """The area of all triangles at the vertex, at the start over now."""
-    before = ring_areas(start)
+def ratio_of_areas(before: NDArray[np.float64], now: Mesh) -> NDArray[np.float64]:
+    """The area of all triangles at the vertex, which was so much before, over that now."""
     used = before > 0
     rings = np.maximum(ring_areas(now), THINNEST * before)
     return np.where(used, before / np.where(used, rings, 1.0), 1.0)
+
+
+def _ratio_of_rings(start: Mesh, now: Mesh) -> NDArray[np.float64]:
+    """The area of all triangles at the vertex, at the start over now."""
+    return ratio_of_areas(ring_areas(start), now)
 
 
 def _ratio_of_faces(start: Mesh, now: Mesh) -> NDArray[np.float64]:

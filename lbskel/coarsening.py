@@ -1,0 +1,113 @@
+"""Coarsening between the steps of a contraction: what has collapsed is collapsed, so that later steps cost less.
+
+Short edges become vertices, in rounds of collapses that do not touch each other. Only edges whose ends have no more
+than two neighbours in common collapse, the link condition: the surface keeps its topology, so every tunnel stays (Dey,
+Edelsbrunner, Guha, Nekhayev 1999, "Topology preserving edge contraction", Publ. Inst. Math. 66). A limb that has become
+thin keeps rings of three vertices.
+"""
+
+from __future__ import annotations
+
+__all__ = ["Coarsened", "coarsen"]
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
+
+from lbskel.mesh import Mesh
+
+ROUNDS = 6  # at most, at a time: what is left is for after the next step
+SELECTIONS = 3  # of collapses among the edges of one round
+WORTHWHILE = 0.02  # of the vertices must go in a round for another to pay
+FEWEST = 16  # vertices that are left at least
+
+
+@dataclass(frozen=True, eq=False)
+class Coarsened:
+    """A mesh of fewer vertices than the one it came from, and what they stand for.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    vertex_map : (n,) array of int
+        For each vertex of the first mesh, the one it went into.
+    kept : (k,) array of int
+        The vertex of the first mesh that each is named after; its place is the mean of all that went into it.
+    weights : (k,) array of float
+        Sums over these.
+    """
+
+    mesh: Mesh
+    vertex_map: NDArray[np.int64]
+    kept: NDArray[np.int64]
+    weights: NDArray[np.float64]
+
+
+def coarsen(before: Coarsened, limits: NDArray[np.float64]) -> Coarsened:
+    """Collapse edges that are shorter than the limits at both their ends.
+
+    Parameters
+    ----------
+    before : Coarsened
+        A closed manifold that uses all its vertices.
+    limits : (n,) array of float
+        For each vertex of the first mesh.
+    """
+    V, F, W = np.array(before.mesh.vertices), before.mesh.faces, np.array(before.weights)
+    kept, vertex_map = before.kept, before.vertex_map
+    for _ in range(ROUNDS):
+        if len(V) <= FEWEST:
+            break
+        gone, target = _round(V, F, limits[kept])
+        if len(gone) <= WORTHWHILE * len(V):
+            break
+        share = (W[gone] / (W[gone] + W[target]))[:, None]
+        V[target] += share * (V[gone] - V[target])
+        W[target] += W[gone]
+        stays = np.ones(len(V), dtype=bool)
+        stays[gone] = False
+        new_of = np.cumsum(stays) - 1
+        new_of[gone] = new_of[target]
+        F = new_of[F]
+        F = F[(F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])]
+        V, W, kept, vertex_map = V[stays], W[stays], kept[stays], new_of[vertex_map]
+    if len(V) == len(before.mesh.vertices):
+        return before
+    return Coarsened(Mesh(V, F), vertex_map, kept, W)
+
+
+def _round(
+    V: NDArray[np.float64], F: NDArray[np.int64], limits: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Vertices that go and those they go into: the shortest edges first, none next to another."""
+    n = len(V)
+    start, end = np.concatenate([F[:, [1, 2]], F[:, [2, 0]], F[:, [0, 1]]]).T
+    i, j = np.stack([start, end])[:, start < end]  # of the two sides of an edge, which run opposite ways
+    length = np.linalg.norm(V[i] - V[j], axis=1)
+    short = np.flatnonzero(length < np.minimum(limits[i], limits[j]))
+    short = short[np.argsort(length[short], kind="stable")]
+    beside = coo_array((np.ones(len(start), dtype=np.int8), (start, end)), shape=(n, n)).tocsr()
+    short = short[_common(beside, i[short], j[short]) == 2]
+    i, j = i[short], j[short]
+    chosen = []
+    for _ in range(SELECTIONS):
+        rank = np.arange(len(i))
+        least = np.full(n, len(i))
+        least[np.stack([i, j], axis=1)[::-1].ravel()] = np.repeat(rank[::-1], 2)  # of several written the last stays
+        around = np.minimum(least, np.minimum.reduceat(least[beside.indices], beside.indptr[:-1]))
+        is_least = (around[i] == rank) & (around[j] == rank)
+        chosen.append(np.stack([i[is_least], j[is_least]]))
+        taken = np.zeros(n, dtype=bool)
+        taken[chosen[-1]] = True
+        taken |= np.logical_or.reduceat(taken[beside.indices], beside.indptr[:-1])
+        is_free = ~(taken[i] | taken[j])
+        i, j = i[is_free], j[is_free]
+    target, gone = np.concatenate(chosen, axis=1)
+    return gone, target
+
+
+def _common(beside: csr_array, i: NDArray[np.int64], j: NDArray[np.int64]) -> NDArray[np.int64]:
+    """How many neighbours the vertices of each pair share."""
+    return np.asarray((beside[i] * beside[j]).sum(axis=1), dtype=np.int64).ravel()
