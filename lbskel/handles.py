@@ -88,7 +88,7 @@ def _is_crumpled(mesh: Mesh) -> bool:
 
 
 def _values_on_loops(loops: list[NDArray[np.int64]], mesh: Mesh) -> NDArray[np.int64] | None:
-    """(2g, g) linking numbers of a basis of loops with g independent loops outside; None if they are no such numbers."""
+    """(2g, g) linking numbers of a basis of loops with g independent loops outside; None if the surface has none."""
     genus = len(loops) // 2
     normals = igl.per_vertex_normals(mesh.vertices, mesh.faces, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_ANGLE)
     if mesh.volume < 0:
