@@ -1,0 +1,77 @@
+"""Conjugate gradients, by scipy, preconditioned by the diagonal or by algebraic multigrid.
+
+Hestenes, Stiefel 1952, https://doi.org/10.6028/jres.049.044; smoothed aggregation by pyamg: Vanek, Mandel, Brezina
+1996, https://doi.org/10.1007/BF02238511.
+"""
+
+from __future__ import annotations
+
+__all__ = ["ConjugateGradientsJacobi", "ConjugateGradientsMultigrid"]
+
+from abc import abstractmethod
+from importlib import import_module
+from itertools import count
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+from scipy.sparse.linalg import LinearOperator, cg
+
+from lbskel.errors import MissingDependency
+from lbskel.solvers.iterative import TOLERANCE, Iterative, Observer
+
+
+class _ConjugateGradients(Iterative):
+    """All right-hand sides as one vector, so that an iterate is one of all."""
+
+    @abstractmethod
+    def _precondition(self, R: NDArray[np.float64]) -> NDArray[np.float64]:
+        """About A^-1 R."""
+
+    def _iterate(self, B: NDArray[np.float64], iterations: int, observe: Observer) -> NDArray[np.float64]:
+        numbers = count(1)
+
+        def operator(function: Any) -> LinearOperator:
+            return LinearOperator(
+                (B.size, B.size), matvec=lambda x: function(x.reshape(B.shape)).ravel(), dtype=np.float64
+            )
+
+        x, _ = cg(
+            operator(lambda X: self._matrix @ X),
+            B.ravel(),
+            rtol=TOLERANCE,
+            maxiter=iterations,
+            M=operator(self._precondition),
+            callback=lambda x: observe(next(numbers), x.reshape(B.shape)),
+        )
+        return x.reshape(B.shape)
+
+
+class ConjugateGradientsJacobi(_ConjugateGradients):
+    """Preconditioned by the diagonal."""
+
+    def _prepare(self, A: Any) -> None:
+        self._inverse = (1 / A.diagonal())[:, None]
+
+    def _precondition(self, R: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self._inverse * R
+
+
+class ConjugateGradientsMultigrid(_ConjugateGradients):
+    """Preconditioned by one cycle of algebraic multigrid."""
+
+    def _prepare(self, A: Any) -> None:
+        try:
+            pyamg = import_module("pyamg")
+        except ImportError:
+            raise MissingDependency("pyamg", "multigrid", "the solver 'cg_amg'") from None
+        state = np.random.get_state()  # noqa: NPY002 - pyamg draws from numpy's old generator
+        np.random.seed(0)  # noqa: NPY002
+        try:
+            self._cycle = pyamg.smoothed_aggregation_solver(csr_matrix(A)).aspreconditioner()
+        finally:
+            np.random.set_state(state)  # noqa: NPY002
+
+    def _precondition(self, R: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.stack([self._cycle @ column for column in R.T], axis=1)
