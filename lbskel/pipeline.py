@@ -20,7 +20,7 @@ from lbskel.errors import MeshError, choose
 from lbskel.files import as_mesh
 from lbskel.mesh import Mesh
 from lbskel.operators import Operator
-from lbskel.preprocess import components, tidy
+from lbskel.preprocess import Pipeline, components, prepare
 from lbskel.resampling import resample
 from lbskel.scoring import FEWEST_FACES, Score, score
 from lbskel.skeleton import Skeleton
@@ -40,6 +40,7 @@ def skeletonize(
     anchors: Sequence[Any] = (),
     root: Any = None,
     n_nodes: int | None = None,
+    preprocess: str | Pipeline | None = "auto",
     on_stage: Progress | None = None,
 ) -> Skeleton:
     """The curve skeleton of a mesh, checked.
@@ -65,6 +66,9 @@ def skeletonize(
         A vertex or a point: the node that stands for it, or is nearest, comes first, and is the root in SWC.
     n_nodes : int, optional
         So many nodes, evenly spaced, in place of two for each local radius.
+    preprocess : str, Pipeline or None
+        What is done to the mesh first: ``auto`` only what it needs, None nothing; else a pipeline, its text, or its
+        name in PIPELINES.
     on_stage : callable, optional
         Called with the name of each stage as it begins.
 
@@ -97,14 +101,15 @@ def skeletonize(
     options = Options(_settings(preset, operator, energy, solver), resolution, prune, tips)
     clock = Clock(on_stage)
     given = clock("read", as_mesh, mesh)
-    tidied = clock("check", tidy, given)
+    tidied = clock("preprocess", prepare, given, preprocess)
     centre, scale = tidied.mesh.centroid, tidied.mesh.extent
     if not scale > 0:
         raise MeshError("all vertices of the mesh lie at one point")
     unit = tidied.mesh.with_vertices((tidied.mesh.vertices - centre) / scale)
     wanted = [place_of(anchor, given) for anchor in anchors]
-    near = np.array([tidied.vertex_map[vertex] for vertex, _ in wanted], dtype=np.int64)
     places = np.array([(point - centre) / scale for _, point in wanted]).reshape(-1, 3)
+    near = np.array([tidied.vertex_map[vertex] for vertex, _ in wanted], dtype=np.int64)
+    near = _filled(near, places, unit.vertices)
     parts, skipped = [], []
     for part in components(unit):
         if len(part.mesh.faces) < FEWEST_FACES or not part.mesh.area > 0:
@@ -139,7 +144,8 @@ def skeletonize(
         radii=whole.radii * scale,
         mean_radii=whole.mean_radii * scale,
         node_of_vertex=_filled(node_of_given, (given.vertices - centre) / scale, whole.nodes),
-        report=_report(given, options, [report for _, _, report in parts], notes, scored, clock.seconds),
+        report=_report(given, options, [report for _, _, report in parts], notes, scored, clock.seconds)
+        | {"preprocess": tidied.report},
     )
     return result if root is None else rooted(result, nearest_node(result, root, given))
 

@@ -365,7 +365,7 @@ def test_duplicate_and_flat_faces_change_nothing_but_the_notes(ring, skeleton_of
     skeleton = skeletonize((ring.vertices, F))
     assert graph(skeleton) == graph(skeleton_of("ring"))
     assert (skeleton.nodes == skeleton_of("ring").nodes).all()
-    assert skeleton.report["notes"] == [
+    assert skeleton.report["notes"][:2] == [
         "1 faces with a corner twice were left out: 260",
         "4 faces that copy another were left out: 256, 257, 258, 259",
     ]
@@ -395,11 +395,6 @@ def whole_or_refused(mesh):
     return is_whole(skeleton, mesh)
 
 
-overflows = pytest.mark.xfail(
-    strict=True, raises=RuntimeWarning, reason="cotangents of infinity and minus infinity add"
-)
-
-
 @pytest.mark.parametrize(
     ("name", "height"),
     [
@@ -407,7 +402,7 @@ overflows = pytest.mark.xfail(
         ("ring", 1e-9),
         ("ring", 1e-3),
         ("rod", 0.0),
-        pytest.param("rod", 1e-9, marks=overflows),
+        ("rod", 1e-9),
         ("rod", 1e-3),
         ("sphere", 0.0),
         ("sphere", 1e-9),
@@ -428,7 +423,7 @@ def test_quads_are_cut_and_it_is_said(ring):
     quads = np.stack([ring.faces[::2, 0], ring.faces[::2, 1], ring.faces[::2, 2], ring.faces[1::2, 2]], axis=1)
     skeleton = skeletonize((ring.vertices, quads))
     assert skeleton.cycle_rank == 1
-    assert skeleton.report["notes"] == ["128 polygons were cut into triangles"]
+    assert skeleton.report["notes"][0] == "128 polygons were cut into triangles"
 
 
 def test_components_are_one_graph(ring, rod, skeleton_of):
@@ -455,13 +450,15 @@ def test_components_that_enclose_nothing_are_said_and_mapped(rod):
     assert skeleton.node_of_vertex[:3].tolist() == nearest.tolist()
 
 
-def test_an_open_pipe():
+@pytest.mark.parametrize(("preprocess", "checked"), [(None, None), ("auto", True)])
+def test_an_open_pipe(preprocess, checked):
+    """Its ends are closed unless that is not wanted; then there is no inside to be checked."""
     mesh = cylinder(0.3, 3.0, 12, 16)
-    skeleton = skeletonize(mesh)
+    skeleton = skeletonize(mesh, preprocess=preprocess)
     assert is_whole(skeleton, mesh)
     assert (skeleton.n_components, skeleton.cycle_rank, len(skeleton.tips)) == (1, 0, 2)
     [part] = skeleton.report["components"]
-    assert part["checks"] == {"is_topology_right": None, "is_inside": None, "is_contracted": True}
+    assert part["checks"] == {"is_topology_right": checked, "is_inside": checked, "is_contracted": True}
     assert {step["volume_ratio"] for step in part["steps"]} == {None}
     off_axis = np.hypot(*skeleton.nodes.T[:2])
     assert off_axis[skeleton.degrees == 2].max() < 0.01 * 0.3
@@ -481,7 +478,8 @@ def test_a_flipped_face_is_no_hindrance(rod):
     F[40] = F[40, ::-1]
     skeleton = skeletonize((rod.vertices, F))
     assert (len(skeleton.tips), skeleton.cycle_rank) == (2, 0)
-    assert skeleton.report["components"][0]["checks"]["is_topology_right"] is None
+    assert skeleton.report["components"][0]["checks"]["is_topology_right"] is True
+    assert "1 faces were turned round" in skeleton.report["notes"]
 
 
 def test_turned_inside_out_it_is_the_same(ring):

@@ -17,7 +17,7 @@ from scipy.sparse import csc_array
 from lbskel.errors import MeshError
 from lbskel.mesh import Mesh
 from lbskel.operators.assembly import stiffness_of_corner_weights
-from lbskel.operators.corners import touched_vertices, unit_scale
+from lbskel.operators.corners import touched_vertices, unit_scale, without_degenerate
 from lbskel.operators.flips import IntrinsicTriangulation, cotangents_of_lengths, delaunay, glued
 from lbskel.operators.laplacian import Laplacian
 from lbskel.operators.masses import voronoi_mass
@@ -60,6 +60,8 @@ def intrinsic_delaunay(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) ->
         return Laplacian(csc_array((n, n)), voronoi_mass(mesh), treated_vertices=np.unique(faces))
     missing = shortfall(lengths, mollify_factor)
     flipped = delaunay(IntrinsicTriangulation(faces, lengths + missing.max(), twins))
-    stiffness = stiffness_of_corner_weights(n, flipped.faces, cotangents_of_lengths(flipped.lengths) / 2)
-    treated = touched_vertices(mesh, missing[:, None] > 0)
+    # mended triangles of no area may lose it again to the rounding of flips
+    cotangents, degenerate = without_degenerate(cotangents_of_lengths(flipped.lengths))
+    stiffness = stiffness_of_corner_weights(n, flipped.faces, cotangents / 2)
+    treated = np.union1d(touched_vertices(mesh, missing[:, None] > 0), flipped.faces[degenerate.any(axis=1)])
     return Laplacian(stiffness, voronoi_mass(mesh), treated_vertices=treated)

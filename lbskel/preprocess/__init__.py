@@ -1,6 +1,19 @@
 """From the mesh that a user has to one that the algorithms can take; the only place that may import pymeshlab."""
 
-__all__ = ["Preprocessed", "components", "simplify", "tidy"]
+__all__ = [
+    "PIPELINES",
+    "PREPARATIONS",
+    "STEPS",
+    "Pipeline",
+    "Preprocessed",
+    "components",
+    "prepare",
+    "simplify",
+    "tidy",
+]
 
+from lbskel.preprocess.automatic import PREPARATIONS, prepare
+from lbskel.preprocess.pipelines import PIPELINES, STEPS, Pipeline
+from lbskel.preprocess.preprocessed import Preprocessed
 from lbskel.preprocess.simplification import simplify
-from lbskel.preprocess.tidying import Preprocessed, components, tidy
+from lbskel.preprocess.tidying import components, tidy

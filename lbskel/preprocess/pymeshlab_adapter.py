@@ -1,13 +1,19 @@
-"""The filters of pymeshlab that lbskel uses; nothing else imports it, since their names change between releases."""
+"""The filters of pymeshlab that lbskel uses; nothing else imports it, since their names change between releases.
+
+Run as a script, this file takes one call from standard input and answers on standard output, as npz both: a process
+that pymeshlab may end without harm (see :mod:`lbskel.preprocess.children`). It must not import lbskel to be quick.
+"""
 
 from __future__ import annotations
 
-__all__ = ["remesh_isotropic"]
+__all__ = ["FILTERS", "remesh_isotropic"]
+
+import sys
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from lbskel.errors import MissingDependency
 
 
 def remesh_isotropic(
@@ -25,7 +31,7 @@ def remesh_isotropic(
     Parameters
     ----------
     vertices, faces
-        A closed or open mesh.
+        A closed or open mesh; pymeshlab may end the process on one that is not a manifold.
     target_length : float
         Wanted length of the edges, in the units of the vertices.
     feature_angle : float
@@ -36,17 +42,57 @@ def remesh_isotropic(
     MissingDependency
         If pymeshlab is not installed.
     """
-    try:
-        import pymeshlab
-    except ImportError:
-        raise MissingDependency("pymeshlab", "preprocess", "isotropic remeshing") from None
+    pymeshlab = _pymeshlab()
     meshes = pymeshlab.MeshSet(verbose=False)
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-    meshes.meshing_isotropic_explicit_remeshing(
-        targetlen=pymeshlab.PureValue(target_length),
+    absolute = _first_known(pymeshlab, "PureValue", "AbsoluteValue")  # the latter until 2023.12
+    remesh = _first_known(meshes, "meshing_isotropic_explicit_remeshing", "remeshing_isotropic_explicit_remeshing")
+    remesh(
+        targetlen=absolute(target_length),
         iterations=iterations,
         featuredeg=feature_angle,
         checksurfdist=False,
     )
     remeshed = meshes.current_mesh()
     return remeshed.vertex_matrix(), remeshed.face_matrix().astype(np.int64)
+
+
+def _pymeshlab() -> Any:
+    """The package, imported only now."""
+    try:
+        import pymeshlab
+    except ImportError:
+        from lbskel.errors import MissingDependency
+
+        raise MissingDependency("pymeshlab", "preprocess", "isotropic remeshing") from None
+    return pymeshlab
+
+
+def _first_known(owner: Any, *names: str) -> Any:
+    """The attribute under the first of its names, new and old, that this release has."""
+    return next(getattr(owner, name) for name in names if hasattr(owner, name))
+
+
+FILTERS: dict[str, Callable[..., tuple[NDArray[np.float64], NDArray[np.int64]]]] = {
+    "remesh_isotropic": remesh_isotropic,
+}
+
+
+def _answer_one_call() -> None:
+    """Read a filter's name, a mesh and options; write the mesh that comes out."""
+    import io
+    import os
+
+    answer = os.dup(1)
+    os.dup2(2, 1)  # what pymeshlab prints must not get into the answer
+    with np.load(io.BytesIO(sys.stdin.buffer.read()), allow_pickle=False) as call:
+        options = {name: call[name].item() for name in call.files if name not in ("filter", "vertices", "faces")}
+        V, F = FILTERS[str(call["filter"])](call["vertices"], call["faces"], **options)
+    data = io.BytesIO()
+    np.savez(data, vertices=V, faces=F)
+    with os.fdopen(answer, "wb") as stream:
+        stream.write(data.getbuffer())
+
+
+if __name__ == "__main__":
+    _answer_one_call()

@@ -2,31 +2,41 @@
 
 Collapses by quadric error, Garland, Heckbert 1997, https://doi.org/10.1145/258734.258849; by fast-simplification, which
 returns its collapses, so that the vertex map is exact. It may break topology or miss its target without a word, so both
-are compared afterwards, and a slower schedule is tried before giving up.
+are compared afterwards, and slower schedules are tried; then libigl's collapses of short edges, which keep topology.
 """
 
 from __future__ import annotations
 
 __all__ = ["simplify"]
 
+from collections.abc import Iterator
+
 import fast_simplification
+import igl
 import numpy as np
 
 from lbskel.errors import UnknownChoice
 from lbskel.mesh import Mesh
-from lbskel.preprocess.tidying import Preprocessed
+from lbskel.preprocess.placing import place_on
+from lbskel.preprocess.preprocessed import Preprocessed, distance_between, measured, unchanged
 
 AGGRESSIVENESS = (7.0, 4.0, 2.0)  # how fast the error allowed grows: fast-simplification's own, then slower
 MISSED = 1.1  # times the target that still counts as met
+FEWEST_FACES = 4
+SHORTER = 0.7  # of the faces of the last try, while an error is allowed
+FAR = 0.02  # of the diagonal: beyond, another surface has come out
 
 
-def simplify(mesh: Mesh, *, target_faces: int) -> Preprocessed:
-    """Collapse edges until about so many faces are left.
+@measured
+def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None = None) -> Preprocessed:
+    """Collapse edges until about so many faces are left, or until the surface has moved by so much.
 
     Parameters
     ----------
     mesh : Mesh
-    target_faces : int
+    target_faces : int, optional
+    error : float, optional
+        Largest distance of the surfaces, measured at samples, as a fraction of the diagonal; one of both is needed.
 
     Returns
     -------
@@ -36,27 +46,58 @@ def simplify(mesh: Mesh, *, target_faces: int) -> Preprocessed:
     Raises
     ------
     UnknownChoice
-        If the target is not positive.
+        If neither or both are given, or what is given is not positive.
     """
-    if not target_faces > 0:
-        raise UnknownChoice(f"target_faces must be positive, not {target_faces}")
-    n = len(mesh.vertices)
-    if len(mesh.faces) <= target_faces:
-        return Preprocessed(mesh, np.arange(n))
+    if target_faces is not None and error is None:
+        if not target_faces > 0:
+            raise UnknownChoice(f"target_faces must be positive, not {target_faces}")
+        return _to_target(mesh, target_faces, FAR)
+    if error is None or target_faces is not None:
+        raise UnknownChoice("give either target_faces or error")
+    if not error > 0:
+        raise UnknownChoice(f"error must be positive, not {error}")
+    best, target = unchanged(mesh), SHORTER * len(mesh.faces)
+    while target >= FEWEST_FACES:
+        tried = _to_target(mesh, int(target), error)
+        if tried.mesh is mesh:
+            break
+        best, target = tried, SHORTER * target
+    return best
+
+
+def _to_target(mesh: Mesh, target: int, error: float) -> Preprocessed:
+    """The first of the ways to simplify a mesh that keeps topology and distance; the mesh itself if none does."""
+    if len(mesh.faces) <= target:
+        return unchanged(mesh)
+    topology = _topology(mesh)
+    for simple in _candidates(mesh, target):
+        if len(simple.mesh.faces) > MISSED * target or _topology(simple.mesh) != topology:
+            continue
+        distance = distance_between(mesh, simple.mesh)
+        if distance <= error:
+            n_faces = f"{len(mesh.faces):,} faces were simplified to {len(simple.mesh.faces):,}"
+            note = f"{n_faces}{', '.join(('', *simple.notes))}"
+            return Preprocessed(simple.mesh, simple.vertex_map, (note,), simple.weights)
+    note = f"{len(mesh.faces):,} faces could not be simplified to {target:,} without breaking the topology or the shape"
+    return unchanged(mesh, note)
+
+
+def _candidates(mesh: Mesh, target: int) -> Iterator[Preprocessed]:
+    """Simplified meshes, made one after the other as they are asked for."""
     for aggressiveness in AGGRESSIVENESS:
         V, F = np.array(mesh.vertices), np.array(mesh.faces)  # it refuses read-only arrays
         *_, collapses = fast_simplification.simplify(
-            V, F, target_count=target_faces, agg=aggressiveness, return_collapses=True
+            V, F, target_count=target, agg=aggressiveness, return_collapses=True
         )
         V, F, vertex_map = fast_simplification.replay_simplification(V, F, collapses)
-        if len(F) == 0 or len(F) > MISSED * target_faces or vertex_map.min() < 0 or not np.isfinite(V).all():
-            continue
-        simple = Mesh(V, F, mesh.notes)
-        if _topology(simple) == _topology(mesh):
-            note = f"{len(mesh.faces):,} faces were simplified to {len(F):,}"
-            return Preprocessed(simple, np.asarray(vertex_map, dtype=np.int64), (note,))
-    note = f"{len(mesh.faces):,} faces could not be simplified to {target_faces:,} without breaking the topology"
-    return Preprocessed(mesh, np.arange(n), (note,))
+        if len(F) and vertex_map.min() >= 0 and np.isfinite(V).all():
+            yield Preprocessed(Mesh(V, F, mesh.notes), np.asarray(vertex_map, dtype=np.int64))
+    if mesh.is_closed_manifold:
+        V, F = np.asfortranarray(mesh.vertices), np.asfortranarray(mesh.faces, dtype=np.int32)
+        V, F, *_ = igl.decimate(V, F, target)
+        if len(F) and np.isfinite(V).all():
+            note = "by libigl, since fast-simplification missed the target or the topology"
+            yield place_on(mesh, Mesh(np.ascontiguousarray(V), np.ascontiguousarray(F), mesh.notes), note)
 
 
 def _topology(mesh: Mesh) -> tuple[int, int, int, bool, bool]:

@@ -1,0 +1,98 @@
+"""A surface meshed anew by pymeshlab, and noise smoothed away."""
+
+from __future__ import annotations
+
+__all__ = ["remesh_isotropic", "smooth_noise"]
+
+import numpy as np
+from scipy.sparse import coo_array, diags_array
+
+from lbskel.errors import MeshError, UnknownChoice, choose
+from lbskel.mesh import Mesh
+from lbskel.preprocess.children import in_child
+from lbskel.preprocess.placing import place_on
+from lbskel.preprocess.preprocessed import Preprocessed, measured, unchanged
+from lbskel.preprocess.thickness import local_thickness
+
+LENGTHS = ("diagonal", "thickness")
+THIN = 0.05  # share of the area that may be thinner than what the edges are fitted to
+MOST_FACES = 2_000_000
+
+TAUBIN = 0.5, -0.53  # steps there and back, so that low frequencies pass: lambda and mu with a pass band of 0.1
+
+
+@measured
+def remesh_isotropic(
+    mesh: Mesh, *, edge: float = 0.01, of: str = "diagonal", feature_angle: float = 30.0
+) -> Preprocessed:
+    """Nearly equilateral triangles of one size on the same surface, by pymeshlab in a process of its own.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    edge : float
+        Length of the edges, as a fraction of what ``of`` names.
+    of : str
+        ``diagonal``, or ``thickness``: of the thinnest parts, leaving out a twentieth of the area.
+    feature_angle : float
+        Edges with a larger angle between their normals, in degrees, stay.
+
+    Raises
+    ------
+    UnknownChoice
+        If the length is not positive, so small that millions of faces would come of it, or relative to something else.
+    MissingDependency
+        If pymeshlab is not installed.
+    """
+    choose(dict.fromkeys(LENGTHS), of, "length")
+    if not edge > 0:
+        raise UnknownChoice(f"edge must be positive, not {edge}")
+    length = edge * (mesh.diagonal if of == "diagonal" else _thin_part(mesh))
+    n_faces = mesh.area / max(length, 1e-300) / max(length, 1e-300) * 4 / np.sqrt(3)
+    if not n_faces < MOST_FACES:
+        raise UnknownChoice(f"edge={edge:g} would make more than {MOST_FACES:,} faces; make it larger")
+    try:
+        remeshed = in_child("remesh_isotropic", mesh, target_length=length, feature_angle=feature_angle)
+    except MeshError as error:
+        return unchanged(mesh, f"the mesh was not remeshed: {error}")
+    note = f"{len(mesh.faces):,} faces were remeshed to {len(remeshed.faces):,}"
+    return place_on(mesh, remeshed, note)
+
+
+def _thin_part(mesh: Mesh) -> float:
+    """The local thickness that all but a twentieth of the area has."""
+    thickness = np.minimum(local_thickness(mesh), mesh.diagonal)
+    order = np.argsort(thickness)
+    passed = np.cumsum(mesh.face_areas[order]) >= THIN * mesh.area
+    return float(thickness[order][passed.argmax()])
+
+
+@measured
+def smooth_noise(mesh: Mesh, *, iterations: int = 10) -> Preprocessed:
+    """Smooth noise of a few edge lengths away without shrinking the shape; rims stay.
+
+    Taubin 1995, "A signal processing approach to fair surface design", https://doi.org/10.1145/218380.218473.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    iterations : int
+        Times that every vertex is moved there and back.
+
+    Raises
+    ------
+    UnknownChoice
+        If it is negative.
+    """
+    if iterations < 0:
+        raise UnknownChoice(f"iterations must not be negative, as {iterations} is")
+    n, (i, j) = len(mesh.vertices), mesh.edges.T
+    adjacency = coo_array((np.ones(2 * len(i)), (np.concatenate([i, j]), np.concatenate([j, i]))), shape=(n, n)).tocsr()
+    mean = diags_array(1 / np.maximum(adjacency.sum(axis=1), 1)) @ adjacency
+    is_fixed = np.bincount(i, minlength=n) + np.bincount(j, minlength=n) == 0
+    is_fixed[mesh.edges[mesh.faces_per_edge != 2]] = True
+    V = np.array(mesh.vertices)
+    for _ in range(iterations):
+        for share in TAUBIN:
+            V = np.where(is_fixed[:, None], V, V + share * (mean @ V - V))
+    return Preprocessed(mesh.with_vertices(V), np.arange(n), (f"noise was smoothed by {iterations} iterations",))
