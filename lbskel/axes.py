@@ -107,13 +107,13 @@ def _is_own(sections: Sections, contracted: NDArray[np.float64], surface: Surfac
 def _grows_slowly(skeleton: Skeleton, good: NDArray[np.bool_], radii: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Which nodes are reached from the middle of their branch without a leap in the size of the section.
 
-    Where a branch runs into another, its section becomes the other's within a step.
+    Where a branch runs into another at a junction, its section becomes the other's within a step.
     """
     reached = np.zeros(len(good), dtype=bool)
     for branch in skeleton.branches:
         own = branch[good[branch]]
         middle = len(own) // 2
-        for way in (own[middle:], own[: middle + 1][::-1]):
-            leaps = np.flatnonzero(radii[way[1:]] > LEAP * radii[way[:-1]])
+        for way, end in ((own[middle:], branch[-1]), (own[: middle + 1][::-1], branch[0])):
+            leaps = np.flatnonzero(radii[way[1:]] > LEAP * radii[way[:-1]]) if skeleton.degrees[end] >= 3 else []
             reached[way[: leaps[0] + 1 if len(leaps) else len(way)]] = True
     return reached
