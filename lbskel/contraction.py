@@ -28,6 +28,7 @@ from lbskel.solvers import factorize, relative_residual, solve_once
 from lbskel.steps import Contraction, Status, Step, fault_of, success_of
 from lbskel.weights import HOLDS, STARTS, mean_ring_area, ratio_of_areas, ring_areas
 
+FINEST = 0.004  # of the extent: where vertices may be merged no shorter edge is kept after the first, smoothing step
 ASYMMETRY = 1e-12  # of the largest entry, which rounding leaves in a symmetric matrix
 
 
@@ -107,7 +108,7 @@ def _flow(
     operator = operator_named(settings.operator or "robust")
     rings, everything = ring_areas(start), np.arange(len(start.vertices))
     now, factorization = Coarsened(start, everything, everything, rings), None
-    limits = settings.coarsen * np.sqrt(rings) if _may_coarsen(start, settings) else None
+    limits = np.maximum(settings.coarsen * np.sqrt(rings), FINEST) if _may_coarsen(start, settings) else None
     weight, largest_weight = _weights(start, settings)
     steps: list[Step] = []
     treated: list[NDArray[np.int64]] = []
@@ -177,7 +178,12 @@ def _flow(
 def _may_coarsen(start: Mesh, settings: ContractionSettings) -> bool:
     """Whether vertices may be merged: where the energy and the hold know how merged ones count."""
     knows_sums = settings.energy == "first_order" and settings.hold == "ring_areas" and settings.guard
-    return knows_sums and start.is_closed_manifold and len(start.used_vertices) == len(start.vertices)
+    return (
+        settings.coarsen > 0
+        and knows_sums
+        and start.is_closed_manifold
+        and len(start.used_vertices) == len(start.vertices)
+    )
 
 
 def _weights(start: Mesh, settings: ContractionSettings) -> tuple[float, float]:
