@@ -2,6 +2,7 @@
 
 from lbskel.applications.spectrum import eigenpairs
 from lbskel.batch import skeletonize_many
+from lbskel.bones import simplify_branches
 from lbskel.contraction import PRESETS, Contraction, ContractionSettings, Status, Step, contract
 from lbskel.errors import (
     FormatError,
@@ -61,6 +62,7 @@ __all__ = [
     "read_skeleton",
     "resample",
     "score",
+    "simplify_branches",
     "skeletonize",
     "skeletonize_many",
     "write_mesh",
