@@ -17,6 +17,7 @@ from lbskel.health import Health, health
 from lbskel.mesh import Mesh, PointCloud
 from lbskel.operators import OPERATORS, Laplacian, laplacian
 from lbskel.pipeline import skeletonize
+from lbskel.preprocess import PIPELINES, MeshReport, Pipeline, Preprocessed, check
 from lbskel.pruning import merge_junctions, prune
 from lbskel.quality import Score, compare, score
 from lbskel.resampling import resample
@@ -28,6 +29,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "OPERATORS",
+    "PIPELINES",
     "PRESETS",
     "SOLVERS",
     "Collapsed",
@@ -39,8 +41,11 @@ __all__ = [
     "LbskelError",
     "Mesh",
     "MeshError",
+    "MeshReport",
     "MissingDependency",
+    "Pipeline",
     "PointCloud",
+    "Preprocessed",
     "Score",
     "Skeleton",
     "SolveError",
@@ -48,6 +53,7 @@ __all__ = [
     "Step",
     "UnknownChoice",
     "as_mesh",
+    "check",
     "collapse",
     "compare",
     "contract",

@@ -18,6 +18,7 @@ from lbskel.errors import FormatError, LbskelError
 from lbskel.files import FORMATS, read_mesh, write_safely, write_skeleton
 from lbskel.operators import OPERATORS
 from lbskel.pipeline import skeletonize
+from lbskel.preprocess import PREPARATIONS
 from lbskel.skeleton import Skeleton
 from lbskel.solvers import SOLVERS
 from lbskel.stages import RESOLUTIONS, TIPS
@@ -53,6 +54,12 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument(
         "--anchor", type=_place, action="append", default=[], metavar="PLACE", help="have a node there; may be repeated"
+    )
+    parser.add_argument(
+        "--preprocess",
+        default="auto",
+        metavar="HOW",
+        help=f"what is done to the mesh first: {', '.join(PREPARATIONS)}, or steps (%(default)s)",
     )
     parser.add_argument("--picture", metavar="PNG", help="draw mesh and skeleton; a folder, where inputs are several")
     parser.add_argument("--report", metavar="JSON", help="write the full report; a folder, where inputs are several")
@@ -142,6 +149,7 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
             energy=arguments.energy,
             solver=arguments.solver,
             resolution=arguments.resolution,
+            preprocess=arguments.preprocess,
             prune=arguments.prune,
             tips=arguments.tips,
             anchors=arguments.anchor,

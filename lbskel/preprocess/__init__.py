@@ -4,8 +4,10 @@ __all__ = [
     "PIPELINES",
     "PREPARATIONS",
     "STEPS",
+    "MeshReport",
     "Pipeline",
     "Preprocessed",
+    "check",
     "components",
     "prepare",
     "simplify",
@@ -13,6 +15,7 @@ __all__ = [
 ]
 
 from lbskel.preprocess.automatic import PREPARATIONS, prepare
+from lbskel.preprocess.checking import MeshReport, check
 from lbskel.preprocess.pipelines import PIPELINES, STEPS, Pipeline
 from lbskel.preprocess.preprocessed import Preprocessed
 from lbskel.preprocess.simplification import simplify

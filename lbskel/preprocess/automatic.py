@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-__all__ = ["AUTOMATIC", "PREPARATIONS", "is_coarse", "prepare"]
+__all__ = ["COARSE_EDGE", "COARSE_SHARE", "PREPARATIONS", "prepare"]
 
 import numpy as np
 
-from lbskel.errors import UnknownChoice
+from lbskel.errors import MeshError, UnknownChoice
 from lbskel.mesh import Mesh
 from lbskel.preprocess.degeneracy import remove_degenerate
 from lbskel.preprocess.holes import close_holes
@@ -14,14 +14,16 @@ from lbskel.preprocess.merging import merge_close, remove_duplicates
 from lbskel.preprocess.orientation import fix_orientation
 from lbskel.preprocess.pipelines import PIPELINES, Pipeline
 from lbskel.preprocess.preprocessed import Preprocessed, unchanged
-from lbskel.preprocess.refining import coarse_edges, refine, wanted_lengths
+from lbskel.preprocess.refining import coarse_share, refine
 from lbskel.preprocess.tidying import tidy
 
 AUTOMATIC = "auto"
 PREPARATIONS = (AUTOMATIC, "none", *PIPELINES)
 
+LARGEST = 1e75  # whose fourth powers, of sums over vertices, are finite
+
 COARSE_EDGE = 0.8  # of the local thickness; of low-poly shapes, 0.5 and 0.8 measured alike, and 0.8 has fewer faces
-COARSE_SHARE = 0.05  # of the edges; meshes with fewer measured no better for being refined
+COARSE_SHARE = 0.1  # of the faces; meshes with fewer measured no better for being refined
 LARGEST_HOLE = 1.0  # rim against diagonal: the ends of pipes too, since a capped end is a tip and gives an inside
 LINE = 0.01  # degrees: of faces that are no more than a line, as closing T-junctions makes them
 FEW_FACES = 20_000  # more are not too coarse, or long to measure
@@ -35,7 +37,20 @@ def prepare(mesh: Mesh, how: str | Pipeline | None = AUTOMATIC) -> Preprocessed:
     mesh : Mesh
     how : str, Pipeline or None
         ``auto`` for what it needs; ``none`` or None for nothing; a name in PIPELINES, or steps as text.
+
+    Raises
+    ------
+    MeshError
+        If coordinates are so large that areas and volumes overflow.
+    UnknownChoice
+        If there is no such pipeline or step.
     """
+    largest = float(np.abs(mesh.vertices).max())
+    if largest > LARGEST:
+        raise MeshError(
+            f"the coordinates of vertex {np.abs(mesh.vertices).max(axis=1).argmax()} are as large as {largest:.3g}: "
+            f"beyond {LARGEST:g} areas and volumes overflow; scale the mesh down"
+        )
     if how is None or how == "none":
         return unchanged(mesh)
     if how == AUTOMATIC:
@@ -54,13 +69,8 @@ def _needed(mesh: Mesh) -> Preprocessed:
         result = result.then(lambda given: remove_degenerate(given, angle=LINE))
     elif result.mesh.volume < 0:
         result = result.then(fix_orientation)
-    if len(result.mesh.faces) <= FEW_FACES and is_coarse(result.mesh):
+    if len(result.mesh.faces) <= FEW_FACES and coarse_share(result.mesh, COARSE_EDGE) > COARSE_SHARE:
         result = result.then(lambda given: refine(given, edge=COARSE_EDGE))
     steps = [step for step in result.report.get("steps", []) if step["notes"]]
     result.report.update(pipeline=AUTOMATIC, steps=steps)
     return result
-
-
-def is_coarse(mesh: Mesh) -> bool:
-    """Whether many edges are long against the thickness of the shape around them."""
-    return float(np.mean(coarse_edges(mesh, wanted_lengths(mesh, COARSE_EDGE)))) > COARSE_SHARE

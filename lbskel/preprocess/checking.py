@@ -17,7 +17,7 @@ from lbskel.preprocess.fans import fans_of
 from lbskel.preprocess.findings import advised, sentences
 from lbskel.preprocess.holes import boundary_loops
 from lbskel.preprocess.orientation import SHEET, openness
-from lbskel.preprocess.refining import coarse_edges, wanted_lengths
+from lbskel.preprocess.refining import coarse_share
 from lbskel.preprocess.tidying import components, tidy
 
 SHARP = 0.5  # degrees: of a corner that makes a face degenerate by its angles, as remove_degenerate has it
@@ -54,8 +54,8 @@ class MeshReport:
         Of each component, once duplicates are merged; None where it is not closed.
     sheets : int
         Components that enclose nothing to speak of.
-    coarse_edges : float
-        Share of the edges that are long against the thickness of the shape.
+    coarse_faces : float
+        Share of the faces with an edge that is long against the thickness of the shape, from a sample.
     diagonal, area : float
         In the units of the mesh.
     volume : float or None
@@ -91,7 +91,7 @@ class MeshReport:
     longest_edge: float
     genera: tuple[int | None, ...]
     sheets: int
-    coarse_edges: float
+    coarse_faces: float
     diagonal: float
     area: float
     volume: float | None
@@ -169,7 +169,7 @@ def check(mesh: Mesh) -> MeshReport:
         longest_edge=float(lengths.max()),
         genera=tuple(part.genus for part in parts),
         sheets=sum(openness(part) > SHEET for part in parts),
-        coarse_edges=float(coarse_edges(tidied, wanted_lengths(tidied, COARSE_EDGE)).mean()),
+        coarse_faces=coarse_share(tidied, COARSE_EDGE),
         diagonal=diagonal,
         area=mesh.area,
         volume=mesh.volume if mesh.is_closed_manifold else None,

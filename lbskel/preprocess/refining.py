@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["coarse_edges", "refine", "wanted_lengths"]
+__all__ = ["coarse_share", "refine"]
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from lbskel.preprocess.thickness import local_thickness
 
 MOST_FACES = 200_000
 ROUNDS = 8  # each halves the longest edges
+SAMPLE = 300  # faces that tell how many are coarse
 FLAT = 0.02  # of the diagonal: thinner parts are left as they are, being flat or too long to be worth their faces
 
 
@@ -35,11 +36,13 @@ def refine(mesh: Mesh, *, edge: float = 0.5) -> Preprocessed:
     """
     if not edge > 0:
         raise UnknownChoice(f"edge must be positive, not {edge}")
-    wanted = wanted_lengths(mesh, edge)
+    may_be = _may_be_coarse(mesh, edge)
+    wanted = np.full(len(mesh.faces), np.inf)
+    wanted[may_be] = _wanted(mesh, may_be, edge)
     V, F = mesh.vertices, mesh.faces
     for _ in range(ROUNDS):
         fine = Mesh(V, F)
-        is_long = coarse_edges(fine, wanted)
+        is_long = _is_long(fine, wanted)
         if not is_long.any() or len(F) + 2 * is_long.sum() > MOST_FACES:
             break
         V, F, parent = _split(fine, is_long)
@@ -50,13 +53,34 @@ def refine(mesh: Mesh, *, edge: float = 0.5) -> Preprocessed:
     return Preprocessed(Mesh(V, F, mesh.notes), np.arange(len(mesh.vertices)), (note,))
 
 
-def wanted_lengths(mesh: Mesh, edge: float) -> NDArray[np.float64]:
-    """(m,) the longest that an edge of each face should be: a fraction of the thickness; infinite in flat parts."""
-    thickness = local_thickness(mesh)
+def coarse_share(mesh: Mesh, edge: float) -> float:
+    """The share of the faces with an edge longer than a fraction of the thickness there, from a sample of them."""
+    may_be = _may_be_coarse(mesh, edge)
+    sample = may_be[:: 1 + len(may_be) // SAMPLE]
+    if len(sample) == 0:
+        return 0.0
+    is_coarse = _longest_edges(mesh)[sample] > _wanted(mesh, sample, edge)
+    return float(is_coarse.mean()) * len(may_be) / len(mesh.faces)
+
+
+def _longest_edges(mesh: Mesh) -> NDArray[np.float64]:
+    """(m,) length of the longest edge of each face."""
+    P = mesh.vertices[mesh.faces]
+    return np.linalg.norm(P - np.roll(P, 1, axis=1), axis=2).max(axis=1)
+
+
+def _may_be_coarse(mesh: Mesh, edge: float) -> NDArray[np.int64]:
+    """The faces that are large enough to be coarse where the shape is as thin as is looked at."""
+    return np.flatnonzero(_longest_edges(mesh) > edge * FLAT * mesh.diagonal)
+
+
+def _wanted(mesh: Mesh, faces: NDArray[np.int64], edge: float) -> NDArray[np.float64]:
+    """(k,) the longest that an edge of each face should be: a fraction of the thickness; infinite in flat parts."""
+    thickness = local_thickness(mesh, faces)
     return np.where(thickness > FLAT * mesh.diagonal, edge * thickness, np.inf)
 
 
-def coarse_edges(mesh: Mesh, wanted: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _is_long(mesh: Mesh, wanted: NDArray[np.float64]) -> NDArray[np.bool_]:
     """(k,) whether each edge is longer than what one of its faces wants."""
     start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
     least = np.full(len(mesh.edges), np.inf)

@@ -16,6 +16,8 @@ def tidy(mesh: Mesh) -> Preprocessed:
 
     Vertices are merged only where the mesh is not a closed manifold as it stands: what is one surface stays so.
     """
+    if mesh.is_closed_manifold and len(mesh.used_vertices) == len(mesh.vertices) and len(mesh.faces) > 2:
+        return unchanged(mesh)
     tidied = merge_close(mesh, tolerance=0.0).then(remove_duplicates)
     return tidied if tidied.notes else unchanged(mesh)
 
