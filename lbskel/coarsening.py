@@ -22,6 +22,7 @@ ROUNDS = 6  # at most, at a time: what is left is for after the next step
 SELECTIONS = 3  # of collapses among the edges of one round
 WORTHWHILE = 0.02  # of the vertices must go in a round for another to pay
 FEWEST = 16  # vertices that are left at least
+DIGITS = 11  # of a length that count, on a mesh of extent 1: of equal ones the order does not depend on rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +86,7 @@ def _round(
     n = len(V)
     start, end = np.concatenate([F[:, [1, 2]], F[:, [2, 0]], F[:, [0, 1]]]).T
     i, j = np.stack([start, end])[:, start < end]  # of the two sides of an edge, which run opposite ways
-    length = np.linalg.norm(V[i] - V[j], axis=1)
+    length = np.round(np.linalg.norm(V[i] - V[j], axis=1), DIGITS)
     short = np.flatnonzero(length < np.minimum(limits[i], limits[j]))
     short = short[np.argsort(length[short], kind="stable")]
     beside = coo_array((np.ones(len(start), dtype=np.int8), (start, end)), shape=(n, n)).tocsr()

@@ -18,7 +18,8 @@ def settings(**changes):
 
 
 def test_a_torus_shrinks_to_its_circle():
-    contraction = contract(torus(1.0, 0.2, 64, 24))
+    """Of every vertex, since a ring of the three that merging leaves may be three times as wide as one of many."""
+    contraction = contract(torus(1.0, 0.2, 64, 24), settings(coarsen=0.0))
     assert contraction.status is Status.VOLUME
     assert contraction.steps[-1].volume_ratio < PRESETS["flow"].volume_ratio
     V = contraction.mesh.vertices
