@@ -89,11 +89,11 @@ class Outcome:
     seconds: float
 
 
-def representative(mesh: Mesh) -> Mesh:
-    """The largest component of a mesh, tidied, and simplified if it is large: what is compared."""
+def representative(mesh: Mesh, *, most_faces: int = MOST_FACES) -> Mesh:
+    """The largest component of a mesh, tidied, and simplified if it has more faces: what is compared."""
     parts = [part.mesh for part in components(tidy(mesh).mesh)]
     largest = max(parts, key=lambda part: part.area)
-    return simplify(largest, target_faces=MOST_FACES).mesh
+    return simplify(largest, target_faces=most_faces).mesh
 
 
 def outcome(mesh: Mesh, settings: ContractionSettings) -> Outcome:
@@ -175,14 +175,19 @@ def _of_free(free: Contraction) -> dict[str, Any]:
         "how": _how(free),
         "free steps": len(steps),
         "free status": free.status.value,
-        "largest box": max((step.box_ratio for step in steps), default=1.0),
-        "areas": [step.area_ratio for step in steps],
-        "volumes": [None if np.isnan(step.volume_ratio) else step.volume_ratio for step in steps],
-        "boxes": [step.box_ratio for step in steps],
+        "largest box": _plain(max((step.box_ratio for step in steps), default=1.0)),
+        "areas": [_plain(step.area_ratio) for step in steps],
+        "volumes": [_plain(step.volume_ratio) for step in steps],
+        "boxes": [_plain(step.box_ratio) for step in steps],
         "treated": [step.n_treated for step in steps],
-        "drift": [step.drift for step in steps],
+        "drift": [_plain(step.drift) for step in steps],
         "worst angle": [step.worst_angle for step in steps],
     }
+
+
+def _plain(value: float) -> float | None:
+    """A number as JSON can hold it: open meshes have no volume, and what explodes may overflow."""
+    return value if np.isfinite(value) else None
 
 
 def _how(free: Contraction) -> str | None:

@@ -2,6 +2,6 @@
 
 __all__ = ["COMMANDS"]
 
-from lbskel.commands import batch, check, info, laplacian, preprocess, score, skeletonize
+from lbskel.commands import batch, check, compare, info, laplacian, preprocess, score, skeletonize
 
-COMMANDS = (skeletonize, batch, score, check, preprocess, info, laplacian)
+COMMANDS = (skeletonize, batch, score, check, preprocess, info, laplacian, compare)
