@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lbskel.anchors import nearest_node, place_of, rooted
+from lbskel.clock import Clock, Progress
 from lbskel.contraction import PRESETS, ContractionSettings
-from lbskel.errors import MeshError, choose
+from lbskel.errors import MeshError, UnknownChoice, choose
 from lbskel.files import as_mesh
 from lbskel.mesh import Mesh
 from lbskel.operators import Operator
@@ -24,7 +25,7 @@ from lbskel.preprocess import Pipeline, components, prepare
 from lbskel.resampling import resample
 from lbskel.scoring import FEWEST_FACES, Score, score
 from lbskel.skeleton import Skeleton
-from lbskel.stages import Clock, Options, Progress, skeleton_of_component
+from lbskel.stages import Options, skeleton_of_component
 
 
 def skeletonize(
@@ -42,6 +43,8 @@ def skeletonize(
     n_nodes: int | None = None,
     preprocess: str | Pipeline | None = "auto",
     on_stage: Progress | None = None,
+    time_limit: float | None = None,
+    profile: bool = False,
 ) -> Skeleton:
     """The curve skeleton of a mesh, checked.
 
@@ -71,6 +74,11 @@ def skeletonize(
         name in PIPELINES.
     on_stage : callable, optional
         Called with the name of each stage as it begins.
+    time_limit : float, optional
+        Seconds after which the best so far is taken: contraction ends at half of them, with a status that says so, and
+        what would refine the skeleton is left out as far as no time is left, which the notes tell.
+    profile : bool
+        Whether the report is to have the peak of memory in each stage, beside the seconds; on Linux only.
 
     Returns
     -------
@@ -99,7 +107,9 @@ def skeletonize(
     (1, 0, True)
     """
     options = Options(_settings(preset, operator, energy, solver), resolution, prune, tips)
-    clock = Clock(on_stage)
+    if time_limit is not None and not time_limit > 0:
+        raise UnknownChoice(f"time_limit must be positive, not {time_limit}")
+    clock = Clock(on_stage, time_limit, profile)
     given = clock("read", as_mesh, mesh)
     tidied = clock("preprocess", prepare, given, preprocess)
     centre, scale = tidied.mesh.centroid, tidied.mesh.extent
@@ -138,6 +148,8 @@ def skeletonize(
     notes = [*given.notes, *tidied.notes]
     if skipped:
         notes.append(f"{len(skipped)} components of too few faces or no area have no skeleton of their own")
+    if clock.left_out:
+        notes.append(f"the time allowed was over, so these stages were left out: {', '.join(clock.left_out)}")
     result = replace(
         whole,
         nodes=whole.nodes * scale + centre,
@@ -145,7 +157,8 @@ def skeletonize(
         mean_radii=whole.mean_radii * scale,
         node_of_vertex=_filled(node_of_given, (given.vertices - centre) / scale, whole.nodes),
         report=_report(given, options, [report for _, _, report in parts], notes, scored, clock.seconds)
-        | {"preprocess": tidied.report},
+        | {"preprocess": tidied.report}
+        | ({"megabytes": clock.megabytes} if profile else {}),
     )
     return result if root is None else rooted(result, nearest_node(result, root, given))
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-__all__ = ["RESOLUTIONS", "TIPS", "Clock", "Options", "Progress", "skeleton_of_component"]
+__all__ = ["RESOLUTIONS", "TIPS", "Options", "skeleton_of_component"]
 
-import time
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.anchors import attach_anchors
+from lbskel.clock import Clock
 from lbskel.contraction import ContractionSettings, Status, Step, contract
 from lbskel.errors import UnknownChoice, choose
 from lbskel.inside import keep_inside, length_inside
@@ -32,12 +31,11 @@ MERGE = 0.7  # junctions nearer than this many radii are one
 SPACING = 0.5  # of the nodes along a branch, in radii
 INSIDE = 0.995  # share of the length that must lie inside for the check to pass
 
+CONTRACTING = 0.5  # share of the time left that contraction may take where time is limited
 MOST_FACES = 20_000  # of a component that is contracted as it is, unless in full
 
 RESOLUTIONS = ("auto", "full")
 TIPS = ("inside", "surface")
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -54,22 +52,6 @@ class Options:
         choose(dict.fromkeys(TIPS), self.tips, "place of the tips")
         if not self.prune >= 0:
             raise UnknownChoice(f"prune must be a number of radii, 0 or more, not {self.prune}")
-
-
-@dataclass
-class Clock:
-    """Seconds spent in each stage, and the caller told of each as it begins."""
-
-    on_stage: Progress | None
-    seconds: dict[str, float] = field(default_factory=dict)
-
-    def __call__(self, stage: str, function: Callable, *arguments: Any, **options: Any) -> Any:
-        if self.on_stage is not None:
-            self.on_stage(stage)
-        began = time.perf_counter()
-        result = function(*arguments, **options)
-        self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - began
-        return result
 
 
 def skeleton_of_component(
@@ -95,7 +77,8 @@ def skeleton_of_component(
     proxy = Preprocessed(mesh, np.arange(len(mesh.vertices)))
     if options.resolution == "auto":
         proxy = clock("simplify", simplify, mesh, target_faces=MOST_FACES)
-    contraction = clock("contract", contract, proxy.mesh, options.settings)
+    limit = None if clock.time_limit is None else CONTRACTING * max(clock.seconds_left, 0.0)
+    contraction = clock("contract", contract, proxy.mesh, options.settings, time_limit=limit)
     coarse, vertex_map = contraction.coarse, contraction.vertex_map
     graph = clock("collapse", collapse, coarse, proxy.mesh, vertex_map=vertex_map)
     skeleton = Skeleton(
@@ -106,12 +89,12 @@ def skeleton_of_component(
     )
     surface = Surface(mesh)
     skeleton = clock("prune", _pruned, skeleton, surface, options.prune)
-    skeleton = clock("gather", _gathered, skeleton, surface)
-    skeleton = clock("recentre", recenter, skeleton, surface)
-    skeleton = clock("extend", extend_tips, skeleton, surface)
-    skeleton = clock("lead inside", _led_inside, skeleton, surface)
+    skeleton = clock.if_time("gather", _gathered, skeleton, surface)
+    skeleton = clock.if_time("recentre", recenter, skeleton, surface)
+    skeleton = clock.if_time("extend", extend_tips, skeleton, surface)
+    skeleton = clock.if_time("lead inside", _led_inside, skeleton, surface)
     if options.tips == "surface":
-        skeleton = clock("extend", tips_at_surface, skeleton, surface)
+        skeleton = clock.if_time("extend", tips_at_surface, skeleton, surface)
     skeleton = clock("anchor", attach_anchors, inscribed_radii(skeleton, surface), surface, *anchors)
     skeleton = clock("map", settle, skeleton, mesh)
     skeleton = clock("map", join_regions, skeleton, mesh)

@@ -22,6 +22,7 @@ LAYERS = {
         "applications",
         "axes",
         "bones",
+        "clock",
         "coarsening",
         "contraction",
         "degeneracy",

@@ -618,3 +618,27 @@ def test_a_wrong_anchor_is_refused(shape):
 def test_a_name_is_refused_before_the_file_is_read(tmp_path):
     with pytest.raises(UnknownChoice, match="unknown preset 'nosuch'; choose one of: flow, au2008"):
         skeletonize(tmp_path / "nosuch.obj", preset="nosuch")
+
+
+# --- time and memory
+
+
+def test_a_time_limit_gives_the_best_so_far_and_says_so(ring):
+    """No time at all is left after the first look at the clock: one step of none, and nothing refined."""
+    skeleton = skeletonize(ring, time_limit=1e-6)
+    assert is_whole(skeleton, ring)
+    [part] = skeleton.report["components"]
+    assert part["status"] == "the time allowed was over, the last good step was kept"
+    assert (part["checks"]["is_contracted"], skeleton.report["passed"]) == (False, False)
+    assert "left out: gather, recentre, extend, lead inside" in skeleton.report["notes"][-1]
+    assert everything(skeletonize(ring, time_limit=1e6)) == everything(skeletonize(ring))
+    with pytest.raises(UnknownChoice, match="time_limit must be positive"):
+        skeletonize(ring, time_limit=0)
+
+
+def test_a_profile_has_the_memory_of_each_stage(ring):
+    report = skeletonize(ring, profile=True).report
+    assert "megabytes" not in skeletonize(ring).report
+    if report["megabytes"]:  # where the system tells
+        assert set(report["megabytes"]) == set(report["seconds"])
+        assert all(10 < peak < 10_000 for peak in report["megabytes"].values())

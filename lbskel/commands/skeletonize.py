@@ -7,6 +7,7 @@ __all__ = ["add_parser", "run"]
 import argparse
 import json
 import sys
+import time
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
@@ -63,6 +64,8 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("--picture", metavar="PNG", help="draw mesh and skeleton; a folder, where inputs are several")
     parser.add_argument("--report", metavar="JSON", help="write the full report; a folder, where inputs are several")
+    parser.add_argument("--time-limit", type=float, metavar="SECONDS", help="after which the best so far is taken")
+    parser.add_argument("--profile", action="store_true", help="print the seconds and the memory of each stage")
     parser.add_argument("--json", action="store_true", help="print the full report as JSON, one line per input")
     parser.add_argument("--cut-cycles", action="store_true", help="let swc, which holds trees only, cut each cycle")
     parser.add_argument("--force", action="store_true", help="replace files that exist")
@@ -140,8 +143,11 @@ def _output(given: str, mesh: Path, suffix: str, are_several: bool) -> Path:
 
 
 def _run(job: _Job, arguments: argparse.Namespace) -> int:
-    mesh = read_mesh(job.mesh)
     with _Bar(job.mesh.name, arguments.quiet or arguments.json) as bar:
+        bar.show("read")
+        began = time.perf_counter()
+        mesh = read_mesh(job.mesh)
+        reading = time.perf_counter() - began
         skeleton = skeletonize(
             mesh,
             preset=arguments.preset,
@@ -156,12 +162,15 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
             root=arguments.root,
             n_nodes=arguments.nodes,
             on_stage=bar.show,
+            time_limit=arguments.time_limit,
+            profile=arguments.profile,
         )
     write_skeleton(job.skeleton, skeleton, force=arguments.force, cut_cycles=arguments.cut_cycles)
     if job.picture is not None:
         from lbskel.views import picture
 
         picture(mesh, skeleton, job.picture, force=arguments.force)
+    skeleton.report["seconds"]["read"] = reading
     report = {"mesh": str(job.mesh), **skeleton.report}
     if job.report is not None:
         write_safely(job.report, json.dumps(report, indent=1) + "\n", force=arguments.force)
@@ -196,6 +205,9 @@ def _summary(job: _Job, skeleton: Skeleton) -> str:
         f"{name} {scored['measures'][name]:.3g}" for name, v in scored["verdicts"].items() if v in ("warn", "fail")
     ]
     lines.append(f"  score     {scored['verdict']}{': ' if faults else ''}{', '.join(faults)}")
+    for stage, seconds in report["seconds"].items() if "megabytes" in report else ():
+        peak = report["megabytes"].get(stage)
+        lines.append(f"  {stage:<14}{seconds:8.2f} s" + (f"{peak:8.0f} MB at most" if peak else ""))
     lines.append(f"  wrote     {job.skeleton} in {sum(report['seconds'].values()):.1f} s")
     return "\n".join(lines)
 
