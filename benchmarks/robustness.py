@@ -1,0 +1,160 @@
+"""How far skeletons move when their meshes change and their shapes do not: noise, turns, other samplings, other poses.
+
+Distances are in local radii: from the changed skeleton to that of the unchanged mesh and back, the larger mean and the
+larger 95th percentile of the two. A shape in another pose has another skeleton, so there they are distances to its true
+axis. Noise is uniform along the normals; its height is in per cent of the diagonal of the bounding box.
+"""
+
+from __future__ import annotations
+
+__all__ = ["run"]
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import igl
+import numpy as np
+from numpy.typing import NDArray
+
+import lbskel
+from benchmarks.harness import markdown_table, save_json, save_markdown
+from lbskel.shapes import SHAPES, Solid, mesh_solid
+from lbskel.views import Panel, render
+
+NAMES, QUICK = ("limbs", "octopus", "hand", "spiked_ring", "ladder", "dinosaur"), ("limbs",)
+VERTICES = 4000
+NOISES = (0.5, 1.0, 2.0, 3.0)
+FACTORS = (0.25, 0.5, 2.0, 4.0)
+BENDS = (45.0, 90.0)  # degrees from one end of the shape to the other
+
+# mean and 95th percentile that a change may move a skeleton by, in radii
+LIMITS = {"noise": (0.5, 1.5), "turn": (0.05, 0.2), "sampling": (0.1, 0.5), "pose": (0.15, 0.5)}
+
+
+class Case(NamedTuple):
+    """A changed mesh, and what its skeleton is compared with: None for that of the unchanged mesh, turned back."""
+
+    kind: str
+    change: str
+    mesh: lbskel.Mesh
+    turn: NDArray[np.float64]
+    truth: lbskel.Skeleton | None = None
+
+
+def run(quick: bool, results: Path) -> None:
+    """Measure, and write robustness.json, robustness.md and a picture of the worst of each kind."""
+    rows: list[dict[str, Any]] = []
+    worst: dict[str, tuple[float, Panel]] = {}
+    for name in QUICK if quick else NAMES:
+        solid = SHAPES[name]()
+        mesh = mesh_solid(solid, n_vertices=1000 if quick else VERTICES)
+        reference = lbskel.skeletonize(mesh)
+        for case in _cases(solid, mesh):
+            row, skeleton = _row(name, case, reference)
+            rows.append(row)
+            if skeleton is not None and (case.kind not in worst or row["moved, 95 %"] > worst[case.kind][0]):
+                worst[case.kind] = row["moved, 95 %"], Panel(case.mesh, skeleton, f"{name}, {case.change}")
+    save_json(results / "robustness.json", {"limits": LIMITS, "rows": rows}, packages=("pymeshlab",))
+    save_markdown(
+        results / "robustness.md",
+        "Robustness",
+        {
+            "By change, over the shapes": markdown_table(_summary(rows)),
+            "Each shape": markdown_table(rows),
+        },
+    )
+    for kind, (_, panel) in worst.items():
+        render([panel], results / f"robustness_{kind}.png", force=True)
+
+
+def _cases(solid: Solid, mesh: lbskel.Mesh) -> Iterator[Case]:
+    """Every change of a shape."""
+    still = np.eye(3)
+    normals = igl.per_vertex_normals(mesh.vertices, mesh.faces)
+    for per_cent in NOISES:
+        heights = np.random.default_rng(0).uniform(-1, 1, size=len(normals)) * per_cent / 100 * mesh.diagonal
+        noisy = mesh.with_vertices(mesh.vertices + heights[:, None] * normals)
+        yield Case("noise", f"noise {per_cent:g} %", noisy, still)
+    for axis in range(3):
+        turn = _turn(axis, np.radians(45))
+        yield Case("turn", f"45 degrees about {'xyz'[axis]}", mesh.with_vertices(mesh.vertices @ turn.T), turn)
+    for factor in FACTORS:
+        yield Case("sampling", f"x {factor:g} vertices", _resampled(solid, mesh, factor), still)
+    for degrees in BENDS:
+        bent = replace(solid, centres=_bent(solid.centres, np.radians(degrees)))
+        yield Case("pose", f"bent by {degrees:g}", mesh_solid(bent, n_vertices=len(mesh.vertices)), still, bent.truth)
+
+
+def _resampled(solid: Solid, mesh: lbskel.Mesh, factor: float) -> lbskel.Mesh:
+    """The surface with more vertices, or the mesh with edges collapsed: thin limbs keep the remesher from fewer."""
+    if factor > 1:
+        return mesh_solid(solid, n_vertices=int(factor * len(mesh.vertices)))
+    V, F, *_ = igl.decimate(mesh.vertices, mesh.faces, int(factor * len(mesh.faces)), True)
+    return lbskel.Mesh(V, F)
+
+
+def _turn(axis: int, angle: float) -> NDArray[np.float64]:
+    """The rotation about an axis."""
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    turn = np.eye(3)
+    turn[[i, i, j, j], [i, j, i, j]] = np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)
+    return turn
+
+
+def _bent(points: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+    """Space bent along the longest side of the points' box, so that its ends are turned against each other."""
+    along, aside = np.argsort(-np.ptp(points, axis=0), kind="stable")[:2]
+    bent = np.array(points)
+    middle = (points.max(axis=0) + points.min(axis=0)) / 2
+    radius = np.ptp(points[:, along]) / angle
+    at, height = (points[:, along] - middle[along]) / radius, points[:, aside] - middle[aside]
+    bent[:, along] = middle[along] + (radius + height) * np.sin(at)
+    bent[:, aside] = middle[aside] + (radius + height) * np.cos(at) - radius
+    return bent
+
+
+def _row(name: str, case: Case, reference: lbskel.Skeleton) -> tuple[dict[str, Any], lbskel.Skeleton | None]:
+    """The changed skeleton beside what it should be."""
+    row: dict[str, Any] = {"kind": case.kind, "change": case.change, "shape": name, "vertices": len(case.mesh.vertices)}
+    try:
+        skeleton = lbskel.skeletonize(case.mesh)
+    except lbskel.LbskelError as error:
+        return {**row, "error": f"{type(error).__name__}: {error}"}, None
+    turned_back = replace(skeleton, nodes=skeleton.nodes @ case.turn)
+    found = lbskel.compare(turned_back, case.truth if case.truth is not None else reference)
+    limits = LIMITS[case.kind]
+    moved = max(found.accuracy, found.coverage), max(found.accuracy_95, found.coverage_95)
+    return {
+        **row,
+        "moved": moved[0],
+        "moved, 95 %": moved[1],
+        "within": moved[0] <= limits[0] and moved[1] <= limits[1],
+        "topology same": found.is_topology_right,
+        "tips": found.n_tips,
+        "tips before": found.n_true_tips,
+        "score": skeleton.report["score"]["verdict"],
+    }, skeleton
+
+
+def _summary(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """A row for each change: the mean and the worst over the shapes."""
+    summary = []
+    for change in dict.fromkeys(row["change"] for row in rows):
+        mine = [row for row in rows if row["change"] == change]
+        done = [row for row in mine if "error" not in row]
+        moved, moved_95 = ([row[key] for row in done] for key in ("moved", "moved, 95 %"))
+        summary.append(
+            {
+                "change": change,
+                "limits": "{} / {}".format(*LIMITS[mine[0]["kind"]]),
+                "moved, mean": float(np.mean(moved)) if done else None,
+                "moved, 95 %, mean": float(np.mean(moved_95)) if done else None,
+                "moved, 95 %, worst": max(moved_95, default=None),
+                "within": f"{sum(row['within'] for row in done)}/{len(mine)}",
+                "topology same": f"{sum(row['topology same'] for row in done)}/{len(mine)}",
+                "tips same": f"{sum(row['tips'] == row['tips before'] for row in done)}/{len(mine)}",
+            }
+        )
+    return summary
