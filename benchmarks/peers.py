@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["PEERS", "Graph"]
+__all__ = ["OURS", "PEERS", "Graph"]
 
 from collections.abc import Callable
 from typing import TypeAlias
@@ -61,3 +61,5 @@ PEERS: dict[str, Callable[[NDArray[np.float64], NDArray[np.int64]], Graph]] = {
     "PyGEL3D": pygel_separators,
     "CGAL": cgal_medial,
 }
+
+OURS = ("lbskel", "lbskel au2008")

@@ -18,7 +18,7 @@ import numpy as np
 
 import lbskel
 from benchmarks.harness import in_child, interleaved, markdown_table, median_ratio, save_json, save_markdown
-from benchmarks.peers import PEERS
+from benchmarks.peers import OURS, PEERS
 from lbskel.inside import length_inside
 from lbskel.shapes import SHAPES, VARIANTS, Shape, make
 from lbskel.surface import Surface
@@ -36,20 +36,21 @@ skeletor.skeletonize.by_edge_collapse(contracted, progress=False).save_swc(sys.a
 """
 
 
-def run(quick: bool, results: Path) -> None:
+def run(quick: bool, results: Path, peers: bool = False) -> None:
     """Measure, and write skeletons.json, skeletons.md and pictures."""
     shapes = {(name, variant): make(name, **VARIANTS[variant]) for variant in VARIANTS for name in SHAPES}
     if quick:
         shapes = {key: shape for key, shape in shapes.items() if key[0] in QUICK}
-    rows = [_row(tool, name, variant, shape) for (name, variant), shape in shapes.items() for tool in PEERS]
+    tools = [tool for tool in PEERS if peers or tool in OURS]
+    rows = [_row(tool, name, variant, shape) for (name, variant), shape in shapes.items() for tool in tools]
     meshes = [_mesh_row(path) for path in sorted(MESHES.iterdir()) if path.suffix in (".ply", ".off", ".obj", ".stl")]
-    process = [_process_row(n) for n in ((3500,) if quick else (3500, 26000))]
+    process = [_process_row(n) for n in ((3500,) if quick else (3500, 26000))] if peers else []
     save_json(
         results / "skeletons.json",
         {"shapes": rows, "meshes": meshes, "process": process},
         packages=("skeletor", "PyGEL3D"),
     )
-    summary = [_summary(rows, tool, variant) for variant in VARIANTS for tool in PEERS]
+    summary = [_summary(rows, tool, variant) for variant in VARIANTS for tool in tools]
     save_markdown(
         results / "skeletons.md",
         "Skeletons",
@@ -57,7 +58,7 @@ def run(quick: bool, results: Path) -> None:
             "Shapes with a known axis, means": markdown_table(summary),
             "Each shape, lbskel": markdown_table([_brief(row) for row in rows if row["tool"] == "lbskel"]),
             "Meshes of the repository": markdown_table(meshes),
-            "Whole processes, skeletor over lbskel": markdown_table(process),
+            **({"Whole processes, skeletor over lbskel": markdown_table(process)} if peers else {}),
         },
     )
     dinosaur = lbskel.read_mesh(MESHES / "dinosaur.ply")
