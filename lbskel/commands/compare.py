@@ -20,7 +20,7 @@ from lbskel.views import Panel, draw
 from lbskel.views.curves import draw_curves
 
 MOST_FACES = 6000  # that are compared: some thirty contractions, twice each, should not take minutes
-PICTURE = 1600, 2000  # pixels
+COLUMNS_DRAWN, WIDTH, HEIGHT = 5, 320, 400  # panels beside each other, and the pixels of each
 REACH = 0.8  # of the extent from the centre, beyond which a vertex is drawn at the edge of the picture
 
 COLUMNS = {  # of the table: the key of the record, and how to show it
@@ -102,10 +102,8 @@ def run(arguments: argparse.Namespace) -> int:
                 _page(records, title, what),
                 json.dumps({"mesh": Path(arguments.mesh).name, "cases": records}, indent=1) + "\n",
                 _curves(records),
-                draw(
-                    [_contracted(case, result, mesh) for case, result in results.items() if result.meshes], size=PICTURE
-                ),
-                draw([Panel(mesh, result.skeleton, _short(case)) for case, result in results.items()], size=PICTURE),
+                _drawn([_contracted(case, result, mesh) for case, result in results.items() if result.meshes]),
+                _drawn([Panel(mesh, result.skeleton, _short(case)) for case, result in results.items()]),
             ),
             strict=True,
         )
@@ -123,6 +121,12 @@ def _short(case: str) -> str:
     return (
         case.replace("right-hand side zero", "zero").replace("least squares", "l. s.").replace("first order", "f. o.")
     )
+
+
+def _drawn(panels: list[Panel]) -> bytes:
+    """A picture of many panels, each large enough for its title."""
+    n_rows = -(-len(panels) // COLUMNS_DRAWN)
+    return draw(panels, size=(WIDTH * min(len(panels), COLUMNS_DRAWN), HEIGHT * n_rows))
 
 
 def _curves(records: dict[str, dict[str, Any]]) -> bytes:
