@@ -1,0 +1,85 @@
+"""The tables of README.md, made from the results: what is between ``<!-- name -->`` and ``<!-- end -->``."""
+
+from __future__ import annotations
+
+__all__ = ["run"]
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.harness import markdown_table
+
+README = Path(__file__).parent.parent / "README.md"
+PROPERTIES = ("symmetric", "local", "linear", "positive", "semidefinite")
+
+
+def run(quick: bool, results: Path) -> None:
+    """Fill every table whose results are there; quick runs have no results worth showing."""
+    if quick:
+        return
+    text = README.read_text(encoding="utf-8")
+    for name, table in {"skeletons": _skeletons, "operators": _operators}.items():
+        pattern = re.compile(rf"(?<=<!-- {name} -->\n).*?(?=<!-- end -->)", re.S)
+        rows = table(results)
+        text = pattern.sub(lambda _, rows=rows: markdown_table(rows), text, count=1)
+    README.write_text(text, encoding="utf-8")
+
+
+def _rows(path: Path, key: str = "rows") -> list[dict[str, Any]]:
+    return json.loads(path.read_text(encoding="utf-8"))[key]
+
+
+def _skeletons(results: Path) -> list[dict[str, Any]]:
+    """Means over the shapes that gave a skeleton, and counts over all."""
+    rows = _rows(results / "skeletons.json", "shapes")
+    table = []
+    for variant, tool in dict.fromkeys((row["variant"], row["tool"]) for row in rows):
+        mine = [row for row in rows if (row["variant"], row["tool"]) == (variant, tool)]
+        done = [row for row in mine if "error" not in row]
+        means = {key: np.mean([row[key] for row in done]) if done else np.nan for key in ("accuracy", "coverage")}
+        worst = {key: np.mean([row[f"{key}_95"] for row in done]) if done else np.nan for key in means}
+        table.append(
+            {
+                "": variant,
+                "tool": tool,
+                "accuracy": f"{means['accuracy']:.3f}",
+                "its worst 5 %": f"{worst['accuracy']:.3f}",
+                "coverage": f"{means['coverage']:.3f}",
+                "its worst 5 % ": f"{worst['coverage']:.3f}",
+                "topology": f"{sum(row.get('is_topology_right', False) for row in mine)}/{len(mine)}",
+                "tips": f"{sum('n_tips' in row and row['n_tips'] == row['n_true_tips'] for row in mine)}/{len(mine)}",
+            }
+        )
+    order = {variant: k for k, variant in enumerate(dict.fromkeys(row[""] for row in table))}
+    return sorted(table, key=lambda row: order[row[""]])
+
+
+def _operators(results: Path) -> list[dict[str, Any]]:
+    """Orders of convergence, the properties kept on every shape, and what each operator costs on the largest mesh."""
+    orders = {
+        (row["case"], row["operator"].split(" (")[0], row["error"]): row["order"]
+        for row in _rows(results / "operators_convergence.json")
+    }
+    costs = _rows(results / "operators_speed.json")
+    largest = max(row["faces"] for row in costs)
+    ratios = {row["call"]: row["ratio to libigl"] for row in costs if row["faces"] == largest}
+    shapes = _rows(results / "operators_properties.json")
+    table = []
+    for operator in dict.fromkeys(row["operator"] for row in shapes):
+        passed = [row["passed"] for row in shapes if row["operator"] == operator and row.get("passed")]
+        kept = [name for name in PROPERTIES if all(each.get(name) is not False for each in passed)]
+        table.append(
+            {
+                "operator": f"`{operator}`",
+                "spectrum of a sphere": f"{orders['sphere spectrum', operator, 'eigenvalues']:.2f}",
+                "of a flat torus": f"{orders['torus spectrum', operator, 'eigenvalues']:.2f}",
+                "Poisson": f"{orders['sphere Poisson', operator, 'L2']:.2f}",
+                "keeps": ", ".join(kept),
+                "time": f"{ratios[operator]:.2g}",
+            }
+        )
+    return table
