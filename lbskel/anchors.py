@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from lbskel.errors import MeshError
 from lbskel.inside import ways_inside
 from lbskel.mesh import Mesh
+from lbskel.pruning import regroup
 from lbskel.skeleton import Skeleton
 from lbskel.surface import Surface
 
@@ -132,13 +133,4 @@ def nearest_node(skeleton: Skeleton, place: Any, mesh: Mesh) -> int:
 def rooted(skeleton: Skeleton, node: int) -> Skeleton:
     """The same skeleton with that node first, which is where a format of trees begins."""
     order = np.concatenate([[node], np.delete(np.arange(len(skeleton.nodes)), node)])
-    new_of = np.argsort(order)
-    return replace(
-        skeleton,
-        nodes=skeleton.nodes[order],
-        edges=new_of[skeleton.edges],
-        radii=skeleton.radii[order],
-        mean_radii=skeleton.mean_radii[order] if len(skeleton.mean_radii) else skeleton.mean_radii,
-        anchors=new_of[skeleton.anchors],
-        node_of_vertex=new_of[skeleton.node_of_vertex],
-    )
+    return regroup(skeleton, np.argsort(order), order)

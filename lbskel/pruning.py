@@ -6,7 +6,7 @@ belongs to a cycle is never cut and a cycle never closed, so the cycle rank stay
 
 from __future__ import annotations
 
-__all__ = ["cut_swallowed", "merge_into", "merge_junctions", "prune"]
+__all__ = ["cut_swallowed", "merge_into", "merge_junctions", "prune", "regroup"]
 
 from dataclasses import replace
 
@@ -17,8 +17,8 @@ from lbskel.mesh import Mesh
 from lbskel.skeleton import Skeleton
 
 
-def _regroup(skeleton: Skeleton, group: NDArray[np.int64], keeper: NDArray[np.int64]) -> Skeleton:
-    """Nodes of one group become one node, at the place of its keeper."""
+def regroup(skeleton: Skeleton, group: NDArray[np.int64], keeper: NDArray[np.int64]) -> Skeleton:
+    """Nodes of one group become one node, at the place of its keeper; also a new order, where each is its own group."""
     return replace(
         skeleton,
         nodes=skeleton.nodes[keeper],
@@ -33,7 +33,7 @@ def _regroup(skeleton: Skeleton, group: NDArray[np.int64], keeper: NDArray[np.in
 def merge_into(skeleton: Skeleton, target: NDArray[np.int64]) -> Skeleton:
     """Each node goes into its target, a node that is its own target."""
     keeper, group = np.unique(target, return_inverse=True)
-    return _regroup(skeleton, group, keeper)
+    return regroup(skeleton, group, keeper)
 
 
 def reaches(skeleton: Skeleton, mesh: Mesh, branch: NDArray[np.int64]) -> float:
