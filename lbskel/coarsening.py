@@ -64,7 +64,8 @@ def coarsen(before: Coarsened, limits: NDArray[np.float64]) -> Coarsened:
         gone, target = _round(V, F, limits[kept])
         if len(gone) <= WORTHWHILE * len(V):
             break
-        share = (W[gone] / (W[gone] + W[target]))[:, None]
+        both = W[gone] + W[target]
+        share = np.divide(W[gone], both, out=np.full(len(gone), 0.5), where=both > 0)[:, None]
         V[target] += share * (V[gone] - V[target])
         W[target] += W[gone]
         stays = np.ones(len(V), dtype=bool)

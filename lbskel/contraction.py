@@ -134,7 +134,9 @@ def _flow(
         system = _system(start, now, laplacian, min(weight, largest_weight), degenerate, settings)
         try:
             if settings.guard:
-                factorization = factorize(system.A, settings.solver, like=factorization)
+                is_same_size = factorization is not None and len(factorization.ordering) == len(mesh.vertices)
+                like = factorization if is_same_size else None
+                factorization = factorize(system.A, settings.solver, like=like)
                 D = factorization.solve(system.B)
             else:
                 D = solve_once(system.A, system.positions) - mesh.vertices

@@ -9,7 +9,7 @@ from __future__ import annotations
 __all__ = ["Surface"]
 
 from dataclasses import dataclass
-from functools import cached_property
+from typing import Any
 
 import igl
 import numpy as np
@@ -20,21 +20,25 @@ from lbskel.mesh import Mesh
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Queries on a mesh that share one search tree."""
+    """Queries on a mesh; all surfaces of one mesh share its search trees."""
 
     mesh: Mesh
 
-    @cached_property
-    def _boxes(self) -> igl.AABB:
-        tree = igl.AABB()
-        tree.init(self.mesh.vertices, self.mesh.faces)
-        return tree
+    def _tree(self, kind: type) -> Any:
+        """The mesh's tree of this kind, which the mesh keeps as it keeps all that follows from it."""
+        kept = self.mesh.__dict__.setdefault("_trees", {})
+        if kind not in kept:
+            kept[kind] = kind()
+            kept[kind].init(self.mesh.vertices, self.mesh.faces)
+        return kept[kind]
 
-    @cached_property
+    @property
+    def _boxes(self) -> igl.AABB:
+        return self._tree(igl.AABB)
+
+    @property
     def _windings(self) -> igl.FastWindingNumberBVH:
-        tree = igl.FastWindingNumberBVH()
-        tree.init(self.mesh.vertices, self.mesh.faces)
-        return tree
+        return self._tree(igl.FastWindingNumberBVH)
 
     def closest(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(k,) distance to the surface and (k, 3) the point on it that is nearest."""
