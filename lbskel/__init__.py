@@ -21,17 +21,23 @@ from lbskel.preprocess import PIPELINES, MeshReport, Pipeline, Preprocessed, che
 from lbskel.pruning import merge_junctions, prune
 from lbskel.quality import Score, compare, score
 from lbskel.resampling import resample
+from lbskel.settings import STRATEGIES
 from lbskel.skeleton import Skeleton
 from lbskel.solvers import SOLVERS, factorize
+from lbskel.solvers.least_squares import LEAST_SQUARES, lstsq
 from lbskel.surgery import Collapsed, collapse
+from lbskel.weights import WEIGHTS
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "LEAST_SQUARES",
     "OPERATORS",
     "PIPELINES",
     "PRESETS",
     "SOLVERS",
+    "STRATEGIES",
+    "WEIGHTS",
     "Collapsed",
     "Contraction",
     "ContractionSettings",
@@ -61,6 +67,7 @@ __all__ = [
     "factorize",
     "health",
     "laplacian",
+    "lstsq",
     "merge_junctions",
     "prune",
     "read_mesh",
