@@ -24,8 +24,8 @@ def run(quick: bool, results: Path) -> None:
     text = README.read_text(encoding="utf-8")
     for name, table in {"skeletons": _skeletons, "operators": _operators}.items():
         pattern = re.compile(rf"(?<=<!-- {name} -->\n).*?(?=<!-- end -->)", re.S)
-        rows = table(results)
-        text = pattern.sub(lambda _, rows=rows: markdown_table(rows), text, count=1)
+        before, after = pattern.split(text, maxsplit=1)
+        text = before + markdown_table(table(results)) + after
     README.write_text(text, encoding="utf-8")
 
 

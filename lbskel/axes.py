@@ -114,6 +114,6 @@ def _grows_slowly(skeleton: Skeleton, good: NDArray[np.bool_], radii: NDArray[np
         own = branch[good[branch]]
         middle = len(own) // 2
         for way, end in ((own[middle:], branch[-1]), (own[: middle + 1][::-1], branch[0])):
-            leaps = np.flatnonzero(radii[way[1:]] > LEAP * radii[way[:-1]]) if skeleton.degrees[end] >= 3 else []
+            leaps = np.flatnonzero((skeleton.degrees[end] >= 3) & (radii[way[1:]] > LEAP * radii[way[:-1]]))
             reached[way[: leaps[0] + 1 if len(leaps) else len(way)]] = True
     return reached
