@@ -28,7 +28,7 @@ from lbskel.mesh import Mesh
 CELLS = 2000
 SOURCES = 60  # cells to which the mean distance is taken
 FEWEST_CELLS = 6  # of a limb whose length and area can be told
-ELONGATION = 3.0  # a half ball has 2.5, a ball on a stalk half its radius long 2.9
+ELONGATION = 2.8  # a half ball has 2.5, a ball on a stalk half its radius long 2.9; shapes without ends have up to 2.7
 FALL = 0.15  # of its length by which the mean distance falls along a limb; on a rod it is one half, on a ball nothing
 
 

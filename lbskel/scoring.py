@@ -30,7 +30,7 @@ from lbskel.surface import Surface
 
 COVERED = 2.0  # radii of its node within which a vertex is covered
 REACH = 3.0  # radii of a limb from its end within which a tip reaches it; measured up to 2.5 where the tip is right
-STANDS_OUT = 2.0  # radii of every node, and of its limb, from which on an end that has no tip is missed
+STANDS_OUT = 1.75  # radii of the nearest node, and of its limb, from which on an end that has no tip is missed
 PRESSED = (
     0.2  # of the mean distance of its vertices: with a smaller radius a node is at the wall; in a flat limb it has 0.3
 )
