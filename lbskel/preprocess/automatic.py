@@ -5,15 +5,16 @@ from __future__ import annotations
 __all__ = ["COARSE_EDGE", "COARSE_SHARE", "PREPARATIONS", "prepare"]
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, UnknownChoice
 from lbskel.mesh import Mesh
 from lbskel.preprocess.degeneracy import remove_degenerate
 from lbskel.preprocess.holes import close_holes
-from lbskel.preprocess.merging import merge_close, remove_duplicates
-from lbskel.preprocess.orientation import fix_orientation
+from lbskel.preprocess.merging import merge_close, remove_duplicates, without_unused
+from lbskel.preprocess.orientation import fix_orientation, split_nonmanifold
 from lbskel.preprocess.pipelines import PIPELINES, Pipeline
-from lbskel.preprocess.preprocessed import Preprocessed, unchanged
+from lbskel.preprocess.preprocessed import Preprocessed, measured, unchanged
 from lbskel.preprocess.refining import coarse_share, refine
 from lbskel.preprocess.tidying import tidy
 
@@ -25,6 +26,7 @@ LARGEST = 1e75  # whose fourth powers, of sums over vertices, are finite
 COARSE_EDGE = 0.8  # of the local thickness; of low-poly shapes, 0.5 and 0.8 measured alike, and 0.8 has fewer faces
 COARSE_SHARE = 0.1  # of the faces; meshes with fewer measured no better for being refined
 LARGEST_HOLE = 1.0  # rim against diagonal: the ends of pipes too, since a capped end is a tip and gives an inside
+CRUMB = 0.01  # of the largest component's area: smaller open pieces are what fell off around holes
 LINE = 0.01  # degrees: of faces that are no more than a line, as closing T-junctions makes them
 FEW_FACES = 20_000  # more are not too coarse, or long to measure
 
@@ -65,8 +67,11 @@ def _needed(mesh: Mesh) -> Preprocessed:
     result = tidy(mesh)
     if not result.mesh.is_closed_manifold:
         result = result.then(merge_close).then(remove_duplicates).then(fix_orientation)
-        result = result.then(lambda given: close_holes(given, largest=LARGEST_HOLE))
+        result = result.then(_without_crumbs).then(lambda given: close_holes(given, largest=LARGEST_HOLE))
         result = result.then(lambda given: remove_degenerate(given, angle=LINE))
+        apart = result.then(split_nonmanifold)
+        if apart.mesh.is_closed_manifold and _areas(apart.mesh).min() >= CRUMB * _areas(apart.mesh).max():
+            result = apart  # bodies that touch; no wall, fin or crumb
     elif result.mesh.volume < 0:
         result = result.then(fix_orientation)
     if len(result.mesh.faces) <= FEW_FACES and coarse_share(result.mesh, COARSE_EDGE) > COARSE_SHARE:
@@ -74,3 +79,22 @@ def _needed(mesh: Mesh) -> Preprocessed:
     steps = [step for step in result.report.get("steps", []) if step["notes"]]
     result.report.update(pipeline=AUTOMATIC, steps=steps)
     return result
+
+
+def _areas(mesh: Mesh) -> NDArray[np.float64]:
+    """(c,) area of each component."""
+    return np.asarray(np.bincount(mesh.component_of_vertex[mesh.faces[:, 0]], mesh.face_areas), dtype=np.float64)
+
+
+@measured
+def _without_crumbs(mesh: Mesh) -> Preprocessed:
+    """The mesh without its smallest open components; small closed ones are bodies of their own."""
+    label = mesh.component_of_vertex[mesh.faces[:, 0]]
+    areas = _areas(mesh)
+    is_open = np.zeros(len(areas), dtype=bool)
+    is_open[mesh.component_of_vertex[mesh.edges[mesh.faces_per_edge == 1]]] = True
+    is_crumb = is_open & (areas < CRUMB * areas.max())
+    if not is_crumb.any():
+        return unchanged(mesh)
+    note = f"{is_crumb.sum()} open components of less than {CRUMB:g} of the largest one's area were left out"
+    return without_unused(mesh, mesh.faces[~is_crumb[label]], note)

@@ -15,7 +15,6 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, MissingDependency
 from lbskel.mesh import Mesh
@@ -58,9 +57,14 @@ def in_child(filter_name: str, mesh: Mesh, *, seconds: float | None = None, **op
         raise MeshError(f"pymeshlab's {filter_name} took more than {limit:.0f} s on this mesh and was ended") from None
     if done.returncode != 0:
         raise MeshError(f"pymeshlab's {filter_name} cannot take this mesh: {_reason(done)}")
-    with np.load(io.BytesIO(done.stdout), allow_pickle=False) as answer:
-        V, F = answer["vertices"], answer["faces"]
-    return Mesh(*_checked(V, F, filter_name), mesh.notes)
+    try:
+        with np.load(io.BytesIO(done.stdout), allow_pickle=False) as answer:
+            V, F = answer["vertices"], answer["faces"]
+    except (ValueError, EOFError, OSError, TypeError):
+        raise MeshError(f"pymeshlab's {filter_name} answered nothing that could be read") from None
+    if len(F) == 0 or not np.isfinite(V).all():
+        raise MeshError(f"pymeshlab's {filter_name} leaves nothing of this mesh that could be used")
+    return Mesh(V, F, mesh.notes)
 
 
 def _reason(done: subprocess.CompletedProcess[bytes]) -> str:
@@ -69,10 +73,3 @@ def _reason(done: subprocess.CompletedProcess[bytes]) -> str:
         return f"its process was ended by signal {-done.returncode}"
     lines = done.stderr.decode(errors="replace").strip().splitlines()
     return lines[-1] if lines else f"its process ended with code {done.returncode}"
-
-
-def _checked(V: NDArray, F: NDArray, filter_name: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """The arrays, refused where nothing is left or a number is none."""
-    if len(F) == 0 or not np.isfinite(V).all():
-        raise MeshError(f"pymeshlab's {filter_name} leaves nothing of this mesh that could be used")
-    return V, F

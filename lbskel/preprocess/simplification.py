@@ -90,7 +90,7 @@ def _candidates(mesh: Mesh, target: int) -> Iterator[Preprocessed]:
             V, F, target_count=target, agg=aggressiveness, return_collapses=True
         )
         V, F, vertex_map = fast_simplification.replay_simplification(V, F, collapses)
-        if len(F) and vertex_map.min() >= 0 and np.isfinite(V).all():
+        if len(F) and vertex_map.min() >= 0 and np.abs(V).max() <= 2 * np.abs(mesh.vertices).max():  # never of NaN
             yield Preprocessed(Mesh(V, F, mesh.notes), np.asarray(vertex_map, dtype=np.int64))
     if mesh.is_closed_manifold:
         V, F = np.asfortranarray(mesh.vertices), np.asfortranarray(mesh.faces, dtype=np.int32)

@@ -1,0 +1,170 @@
+"""What becomes of broken meshes: each kind of damage on three shapes, by lbskel, skeletor and PyGEL3D.
+
+Every tool runs in a process of its own with a time limit, and gets the same arrays or the same file. A skeleton is
+judged by :func:`lbskel.score` on the sound mesh, for all tools alike.
+"""
+
+from __future__ import annotations
+
+__all__ = ["run"]
+
+import tempfile
+import time
+from collections import Counter
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import lbskel
+from benchmarks.damage import DAMAGE, SHAPES, Broken, damaged
+from benchmarks.harness import markdown_table, save_json, save_markdown
+from benchmarks.peers import PEERS
+from lbskel.errors import LbskelError
+
+TOOLS = ("lbskel", "skeletor", "PyGEL3D")
+SECONDS = 60.0  # the limit for one mesh
+QUICK = ("NaN coordinate", "negative index", "duplicate faces", "soup", "truncated stl")
+
+OUTCOMES = {
+    "good": "a skeleton that passes the score",
+    "refused": "an error that says why",
+    "admitted": "a skeleton that fails the score, and the tool says so",
+    "poor": "a skeleton that fails the score, and nothing is said",
+    "nonsense": "a skeleton of what is no shape, and nothing is said",
+    "nothing": "no edges, or numbers that are none, and nothing is said",
+    "unexplained": "an error out of the inside of the program",
+    "crash": "the process ended",
+    "hang": f"over {SECONDS:.0f} s",
+}
+
+
+def run(quick: bool, results: Path) -> None:
+    """Measure, and write corruption.json and corruption.md."""
+    kinds = QUICK if quick else tuple(DAMAGE)
+    shapes = {name: make() for name, make in list(SHAPES.items())[: 1 if quick else None]}
+    rows = []
+    for tool in TOOLS:
+        with tempfile.TemporaryDirectory() as folder, _Worker(tool) as worker:
+            for shape, mesh in shapes.items():
+                for kind in kinds:
+                    broken = damaged(kind, mesh)
+                    answer = worker.ask(_given(broken, Path(folder)))
+                    rows.append({"tool": tool, "damage": kind, "shape": shape, **_outcome(broken, answer)})
+    counts = {tool: Counter(row["outcome"] for row in rows if row["tool"] == tool) for tool in TOOLS}
+    summary = [{"outcome": what, **{tool: counts[tool][what] for tool in TOOLS}} for what in OUTCOMES]
+    each = [{"damage": kind, **{tool: _together(rows, tool, kind) for tool in TOOLS}} for kind in kinds]
+    save_json(results / "corruption.json", {"rows": rows}, packages=("skeletor", "PyGEL3D", "trimesh"))
+    save_markdown(
+        results / "corruption.md",
+        "Broken meshes",
+        {
+            f"{len(kinds)} kinds of damage on {len(shapes)} shapes": markdown_table(summary)
+            + "\n"
+            + "\n".join(f"- *{what}*: {text}" for what, text in OUTCOMES.items())
+            + "\n",
+            "Each kind": markdown_table(each),
+        },
+    )
+
+
+def _together(rows: list[dict[str, Any]], tool: str, kind: str) -> str:
+    """The outcomes of one tool for one kind of damage, over the shapes."""
+    found = Counter(row["outcome"] for row in rows if (row["tool"], row["damage"]) == (tool, kind))
+    return ", ".join(what if len(found) == 1 else f"{count} {what}" for what, count in found.items())
+
+
+def _given(broken: Broken, folder: Path) -> Any:
+    """A pair of arrays, or the path of a file."""
+    if not broken.extension:
+        return broken.vertices, broken.faces
+    path = folder / f"broken.{broken.extension}"
+    path.write_bytes(broken.data)
+    return str(path)
+
+
+def _outcome(broken: Broken, answer: dict[str, Any]) -> dict[str, Any]:
+    """Which of OUTCOMES it is, with what was said."""
+    row = {"seconds": answer["seconds"], "said": answer.get("error", "")}
+    if "outcome" in answer:
+        return {"outcome": answer["outcome"], **row}
+    nodes, edges, says_failed = answer["value"]
+    if len(edges) == 0 or not np.isfinite(nodes).all():
+        return {"outcome": "admitted" if says_failed else "nothing", **row}
+    row["nodes"] = len(nodes)
+    if broken.reference is None:
+        return {"outcome": "admitted" if says_failed else "nonsense", **row}
+    scale = broken.reference.extent
+    reference = broken.reference.with_vertices(broken.reference.vertices / scale)
+    verdict = lbskel.score(lbskel.Skeleton(nodes / scale, edges, np.zeros(len(nodes))), reference).verdict
+    row["verdict"] = verdict
+    return {"outcome": "good" if verdict != "fail" else "admitted" if says_failed else "poor", **row}
+
+
+class _Worker:
+    """A process that makes skeletons by one tool until it crashes or takes too long, and then another one."""
+
+    def __init__(self, tool: str):
+        self.tool = tool
+        self._start()
+
+    def __enter__(self) -> _Worker:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stop()
+
+    def _start(self) -> None:
+        context = get_context("spawn")
+        self.pipe, child = context.Pipe()
+        self.process = context.Process(target=_serve, args=(child, self.tool))
+        self.process.start()
+        child.close()
+
+    def _stop(self) -> None:
+        self.process.kill()
+        self.process.join()
+        self.pipe.close()
+
+    def ask(self, given: Any) -> dict[str, Any]:
+        """The answer of the tool, or what became of its process."""
+        began = time.perf_counter()
+        self.pipe.send(given)
+        try:
+            if self.pipe.poll(SECONDS):
+                return self.pipe.recv()
+            ended = {"outcome": "hang", "error": f"over {SECONDS:.0f} s"}
+        except EOFError:
+            self.process.join()
+            ended = {"outcome": "crash", "error": f"the process ended with code {self.process.exitcode}"}
+        self._stop()
+        self._start()
+        return {**ended, "seconds": time.perf_counter() - began}
+
+
+def _serve(pipe: Any, tool: str) -> None:
+    """In the child: one mesh after the other."""
+    while True:
+        given = pipe.recv()
+        began = time.perf_counter()
+        try:
+            answer: dict[str, Any] = {"value": _skeleton(tool, given)}
+        except LbskelError as error:
+            answer = {"outcome": "refused", "error": str(error)}
+        except Exception as error:
+            answer = {"outcome": "unexplained", "error": f"{type(error).__name__}: {error}"[:300]}
+        pipe.send({**answer, "seconds": time.perf_counter() - began})
+
+
+def _skeleton(tool: str, given: Any) -> tuple[Any, Any, bool]:
+    """Nodes, edges, and whether the tool itself says that they are not good."""
+    if tool == "lbskel":
+        skeleton = lbskel.skeletonize(given)
+        return skeleton.nodes, skeleton.edges, skeleton.report["score"]["verdict"] == "fail"
+    if isinstance(given, str):  # both of the others leave files to trimesh
+        import trimesh
+
+        mesh: Any = trimesh.load(given, force="mesh", process=False)
+        given = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    return *PEERS[tool](*given), False
