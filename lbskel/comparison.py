@@ -17,7 +17,7 @@ import numpy as np
 
 from lbskel.contraction import Contraction, Step, contract
 from lbskel.energies import ENERGIES
-from lbskel.errors import LbskelError
+from lbskel.errors import LbskelError, MeshError
 from lbskel.mesh import Mesh
 from lbskel.operators import Laplacian, Operator, operator_named
 from lbskel.pipeline import skeletonize
@@ -90,9 +90,17 @@ class Outcome:
 
 
 def representative(mesh: Mesh, *, most_faces: int = MOST_FACES) -> Mesh:
-    """The largest component of a mesh, tidied, and simplified if it has more faces: what is compared."""
+    """The largest component of a mesh, tidied, and simplified if it has more faces: what is compared.
+
+    Raises
+    ------
+    MeshError
+        If no component has an area.
+    """
     parts = [part.mesh for part in components(tidy(mesh).mesh)]
     largest = max(parts, key=lambda part: part.area)
+    if not largest.area > 0:
+        raise MeshError("the mesh has no area: every face is degenerate, so there is nothing to compare")
     return simplify(largest, target_faces=most_faces).mesh
 
 

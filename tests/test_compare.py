@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from lbskel import PRESETS, Mesh, laplacian, write_mesh
+from lbskel import PRESETS, Mesh, MeshError, laplacian, write_mesh
 from lbskel.cli import main
 from lbskel.comparison import CASES, in_area_scale, outcome, record, representative
 from lbskel.contraction import Status
@@ -74,6 +74,11 @@ def test_the_largest_component_is_compared_and_large_ones_are_simplified(ring, r
     both = joined(moved(ring, 10.0), rod)
     assert representative(both).area == pytest.approx(max(ring.area, rod.area))
     assert len(representative(torus(1.0, 0.3, 60, 30), most_faces=500).faces) <= 500
+
+
+def test_a_mesh_without_area_is_refused():
+    with pytest.raises(MeshError, match="no area"):
+        representative(Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]]))
 
 
 def test_in_area_scale_density_does_not_matter():
