@@ -62,10 +62,12 @@ def folder(tmp_path_factory):
 def valid(folder):
     """A file of each extension by the function that reads it, as bytes."""
     trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("lxml")
     exported = trimesh.Trimesh(PYRAMID.vertices, PYRAMID.faces, process=False)
     files = {
         (read_mesh, "glb"): exported.export(file_type="glb"),
         (read_mesh, "gltf"): exported.export(file_type="gltf", embed_buffers=True)["model.gltf"],
+        (read_mesh, "3mf"): trimesh.Scene(exported).export(file_type="3mf"),
         (read_points, "xyz"): b"0 0 0\n1 0 0\n1 1 0\n",
     }
     for name in MESH_WRITERS:
@@ -102,6 +104,7 @@ HEADS = {
     "stl": [b"solid\nfacet"],
     "glb": [b"glTF\x02\x00\x00\x00"],
     "gltf": [b'{"asset": {}, "meshes": '],
+    "3mf": [b"PK\x03\x04"],
     "xyz": [b"0 0"],
     "swc": [b"1 0 0 0 0 1 -1\n"],
     "json": [b'{"edges": [], "nodes": '],

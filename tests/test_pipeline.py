@@ -487,14 +487,16 @@ def test_turned_inside_out_it_is_the_same(ring):
 
 
 def test_surfaces_that_share_a_vertex(rod):
-    """Two rods tip to tip: one component that is no manifold."""
+    """Two rods tip to tip are two bodies, taken apart where they touch unless that is not wanted."""
     top = int(np.argmax(rod.vertices[:, 2]))
     n = len(rod.vertices)
     mirrored = rod.vertices * [1, 1, -1] + [0, 0, 2 * rod.vertices[top, 2]]
     F = np.concatenate([rod.faces, np.where(rod.faces == top, top, rod.faces + n)[:, ::-1]])
-    skeleton = skeletonize((np.concatenate([rod.vertices, mirrored]), F))
-    assert (skeleton.n_components, skeleton.cycle_rank) == (1, 0)
-    assert len(skeleton.node_of_vertex) == 2 * n
+    both = np.concatenate([rod.vertices, mirrored])
+    for preprocess, n_components in (("auto", 2), (None, 1)):
+        skeleton = skeletonize((both, F), preprocess=preprocess)
+        assert (skeleton.n_components, skeleton.cycle_rank) == (n_components, 0)
+        assert len(skeleton.node_of_vertex) == 2 * n
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -16,7 +16,7 @@ from typing import Any
 from lbskel.contraction import PRESETS
 from lbskel.energies import ENERGIES
 from lbskel.errors import FormatError, LbskelError
-from lbskel.files import FORMATS, read_mesh, write_safely, write_skeleton
+from lbskel.files import FORMATS, MESH_READERS, read_mesh, write_safely, write_skeleton
 from lbskel.operators import OPERATORS
 from lbskel.pipeline import skeletonize
 from lbskel.preprocess import PREPARATIONS
@@ -27,7 +27,7 @@ from lbskel.stages import RESOLUTIONS, TIPS
 
 def add_parser(subparsers: Any) -> None:
     parser = subparsers.add_parser("skeletonize", help="make the curve skeleton of a mesh", description=__doc__)
-    parser.add_argument("input", nargs="+", help="meshes: obj, off, ply, stl, glb, gltf")
+    parser.add_argument("input", nargs="+", help=f"meshes: {', '.join(MESH_READERS)}")
     parser.add_argument(
         "-o",
         "--output",

@@ -1,8 +1,8 @@
 """Meshes and point clouds from files and into files; what users have, a path included, as a Mesh.
 
 The vertices of a file keep their number and order, also those that no face uses, so that what is computed on them
-can be handed back. All but glTF is read here and not through trimesh, which (5.2) is silent about a truncated OFF or
-PLY file and, in OBJ, drops unused vertices, splits by material, takes index 0 for 1 and miscounts relative indices.
+can be handed back. All but glTF and 3MF is read here and not through trimesh, which (5.2) is silent about a truncated
+OFF or PLY file and, in OBJ, drops unused vertices, splits by material, takes index 0 for 1 and miscounts relative ones.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from lbskel.files.polygons import Polygons, mesh_of
 from lbskel.files.reading import naming, reading, suffix_in
 from lbskel.files.safe import write_safely
 from lbskel.files.stl import mesh_stl, read_stl
+from lbskel.files.threemf import read_3mf
 from lbskel.files.xyz import read_xyz
 from lbskel.mesh import Mesh, PointCloud
 from lbskel.mesh import as_mesh as mesh_of_values
@@ -33,6 +34,7 @@ MESH_READERS: dict[str, Callable[[Path], Polygons]] = {
     "stl": read_stl,
     "glb": read_gltf,
     "gltf": read_gltf,
+    "3mf": read_3mf,
 }
 
 MESH_WRITERS: dict[str, Callable[[Mesh], str | bytes]] = {
