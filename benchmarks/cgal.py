@@ -6,7 +6,7 @@ minute.
 
 from __future__ import annotations
 
-__all__ = ["cgal_medial", "cgal_plain", "driver"]
+__all__ = ["Graph", "cgal_medial", "cgal_seconds", "driver"]
 
 import functools
 import hashlib
@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import tempfile
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,32 +56,38 @@ def driver() -> Path:
     return program
 
 
-def _skeleton(
-    vertices: NDArray[np.float64], faces: NDArray[np.int64], kind: str
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Nodes and edges by the driver, through files."""
+Graph: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
+
+
+def cgal_seconds(
+    vertices: NDArray[np.float64], faces: NDArray[np.int64], kind: str, timeout: float = 110.0
+) -> tuple[Graph, tuple[float, float, float]]:
+    """Nodes and edges by the driver, ``medial`` or ``plain``; its seconds of reading and of the rest, and megabytes.
+
+    Raises
+    ------
+    RuntimeError
+        If it is not built, refuses the mesh, or takes longer than ``timeout``: it would outlive a process that is
+        killed for that.
+    """
     program = driver()
     with tempfile.TemporaryDirectory() as folder:
         mesh, output = Path(folder) / "mesh.off", Path(folder) / "skeleton.txt"
         lbskel.write_mesh(mesh, lbskel.Mesh(vertices, faces))
-        done = subprocess.run([program, mesh, output, kind], capture_output=True, text=True)
+        try:
+            done = subprocess.run([program, mesh, output, kind], capture_output=True, text=True, timeout=timeout)
+        except subprocess.TimeoutExpired:
+            raise RuntimeError(f"over {timeout:g} s") from None
         if done.returncode:
             raise RuntimeError(f"CGAL: {(done.stderr.strip() or f'ended with code {done.returncode}')[-200:]}")
         lines = output.read_text().splitlines()
+    reading, rest, megabytes = map(float, lines[0].split())
     n_nodes = int(lines[1].split()[0])
     nodes = np.array([line.split() for line in lines[2 : 2 + n_nodes]], dtype=np.float64).reshape(-1, 3)
-    return nodes, np.array([line.split() for line in lines[2 + n_nodes :]], dtype=np.int64).reshape(-1, 2)
+    edges = np.array([line.split() for line in lines[2 + n_nodes :]], dtype=np.int64).reshape(-1, 2)
+    return (nodes, edges), (reading, rest, megabytes)
 
 
-def cgal_medial(
-    vertices: NDArray[np.float64], faces: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def cgal_medial(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Graph:
     """Mean curvature skeleton drawn to the medial axis, CGAL's default."""
-    return _skeleton(vertices, faces, "medial")
-
-
-def cgal_plain(
-    vertices: NDArray[np.float64], faces: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Mean curvature skeleton without poles."""
-    return _skeleton(vertices, faces, "plain")
+    return cgal_seconds(vertices, faces, "medial")[0]

@@ -4,18 +4,20 @@
 //
 // Mean curvature skeletons, Tagliasacchi, Alhashim, Olson, Zhang 2012, https://doi.org/10.1111/j.1467-8659.2012.03178.x,
 // with CGAL's own defaults; "plain" leaves the poles out. OUT.txt gets the seconds of reading and of everything after
-// it, the number of nodes and of edges, the nodes, and the edges.
+// it and the megabytes of memory at most, the number of nodes and of edges, the nodes, and the edges.
 
 #include <CGAL/Mean_curvature_flow_skeletonization.h>
 #include <CGAL/Simple_cartesian.h>
 #include <CGAL/Surface_mesh.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <exception>
 #include <fstream>
 #include <iostream>
+#include <string>
 
 using Kernel = CGAL::Simple_cartesian<double>;
 using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
@@ -23,6 +25,16 @@ using Flow = CGAL::Mean_curvature_flow_skeletonization<Mesh>;
 
 static double now() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+// Where the system does not tell, not a number.
+static double peak_megabytes() {
+    std::ifstream status("/proc/self/status");
+    for (std::string word; status >> word;) {
+        double kilobytes;
+        if (word == "VmHWM:" && status >> kilobytes) return kilobytes * 1024 / 1e6;
+    }
+    return std::nan("");
 }
 
 static int measure(const char* from, const char* to, bool is_medial) {
@@ -45,7 +57,7 @@ static int measure(const char* from, const char* to, bool is_medial) {
         std::cerr << "cannot write " << to << "\n";
         return 1;
     }
-    std::fprintf(output, "%.6f %.6f\n", read - start, done - read);
+    std::fprintf(output, "%.6f %.6f %.1f\n", read - start, done - read, peak_megabytes());
     std::fprintf(output, "%zu %zu\n", num_vertices(skeleton), num_edges(skeleton));
     for (const auto node : CGAL::make_range(vertices(skeleton))) {
         const auto& p = skeleton[node].point;

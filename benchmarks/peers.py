@@ -5,14 +5,11 @@ from __future__ import annotations
 __all__ = ["OURS", "PEERS", "Graph"]
 
 from collections.abc import Callable
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.cgal import cgal_medial
-
-Graph: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
+from benchmarks.cgal import Graph, cgal_medial
 
 
 def lbskel_flow(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Graph:

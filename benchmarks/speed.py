@@ -1,0 +1,150 @@
+"""Seconds, memory and score of whole skeletons from 5,000 to 5 million faces, by lbskel and by others, in one run.
+
+Each run is a process of its own that reads the mesh from a file; what it takes to start and to import does not count.
+Runs of one size are taken in turns, tool by tool. One that fails, or takes longer than is allowed, is a row that says
+so; a tool that ran out of time is not asked again at a larger size. The last rows tell the distance to the limit: how
+long it takes to read the file alone, to simplify it too, and to factorise the systems of the steps alone.
+"""
+
+from __future__ import annotations
+
+__all__ = ["run"]
+
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import fast_simplification
+import igl
+import numpy as np
+
+import lbskel
+from benchmarks.cgal import driver
+from benchmarks.harness import in_child, machine, markdown_table, save_json, save_markdown, save_picture
+from benchmarks.speed_tools import LIMITS, SCORED, TOOLS
+from lbskel.shapes import make
+
+SIZES = (5_000, 50_000, 90_000, 350_000, 1_400_000, 5_000_000)
+QUICK = (2_000, 5_000)
+ALLOWED = 300.0  # seconds for one run
+TURNS = {5_000: 3}  # of each size; one for the larger ones
+DIRECT = 50_000  # faces up to which the shape is meshed; beyond, it is subdivided, and simplified to the size
+TOLD = ("nodes", "cycles", "accuracy", "coverage", *SCORED)
+
+
+def run(quick: bool, results: Path) -> None:
+    """Measure, and write speed.json, speed.md and speed.png."""
+    rows: list[dict[str, Any]] = []
+    late: set[str] = set()
+    try:
+        driver()
+    except RuntimeError as error:
+        print(error, file=sys.stderr)
+    with tempfile.TemporaryDirectory() as folder:
+        for n_faces in QUICK if quick else SIZES:
+            mesh = Path(folder) / f"{n_faces}.ply"
+            _write_shape(mesh, n_faces)
+            rows += _rows(mesh, n_faces, 1 if quick else TURNS.get(n_faces, 1), late)
+            late |= {row["tool"] for row in rows if "over" in str(row.get("error"))}
+            mesh.unlink()
+            _write(rows, results)
+
+
+def _write_shape(path: Path, n_faces: int) -> None:
+    """The mesh and, beside it, its known axis."""
+    shape = make("dinosaur", n_vertices=min(n_faces, DIRECT) // 2)
+    V, F = np.array(shape.mesh.vertices), np.array(shape.mesh.faces)
+    while len(F) < 0.9 * n_faces:
+        V, F = igl.loop(V, F)
+    if len(F) > 1.2 * n_faces:
+        V, F = fast_simplification.simplify(V, F, target_count=n_faces)
+    lbskel.write_mesh(path, lbskel.Mesh(V, F))
+    lbskel.write_skeleton(path.with_suffix(".npz"), shape.truth)
+
+
+def _rows(mesh: Path, n_faces: int, turns: int, late: set[str]) -> list[dict[str, Any]]:
+    """All tools on one mesh, in turns."""
+    tools = {**TOOLS, **LIMITS}
+    answers: dict[str, list[dict[str, Any]]] = {tool: [] for tool in tools if tool not in late}
+    for _ in range(turns):
+        for tool, taken in answers.items():
+            if not any("error" in answer for answer in taken):
+                taken.append(in_child(tools[tool], mesh, timeout=ALLOWED))
+                print(
+                    f"{n_faces:>9,} faces  {tool:<16} {taken[-1].get('error') or taken[-1]['seconds']}", file=sys.stderr
+                )
+    rows: list[dict[str, Any]] = []
+    for tool in tools:
+        row: dict[str, Any] = {"faces": n_faces, "tool": tool}
+        if tool in late:
+            rows.append({**row, "error": f"over {ALLOWED:g} s at a smaller size"})
+        elif failed := [answer for answer in answers[tool] if "error" in answer]:
+            rows.append({**row, "error": failed[0]["error"]})
+        else:
+            values = [answer["value"] for answer in answers[tool]]
+            rows.append(
+                row
+                | {name: float(np.median([value[name] for value in values])) for name in ("seconds", "read")}
+                | {"megabytes": max(value["megabytes"] for value in values), "turns": turns}
+                | {name: values[0].get(name) for name in TOLD}
+            )
+    return rows
+
+
+def _exponents(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """p of seconds ~ faces^p, for each tool over the sizes it managed, from 50,000 on."""
+    found = []
+    for tool in (*TOOLS, *LIMITS):
+        mine = [row for row in rows if row["tool"] == tool and "seconds" in row and row["faces"] >= 50_000]
+        if len(mine) >= 2:
+            slope = np.polyfit(np.log([row["faces"] for row in mine]), np.log([row["seconds"] for row in mine]), 1)[0]
+            found.append({"tool": tool, "sizes": len(mine), "exponent": float(slope)})
+    return found
+
+
+def _ratios(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Seconds of each tool over those of lbskel at the same size."""
+    seconds = {(row["faces"], row["tool"]): row.get("seconds") for row in rows}
+    table = []
+    for faces in dict.fromkeys(row["faces"] for row in rows):
+        for ours in ("lbskel", "lbskel full"):
+            own = seconds.get((faces, ours))
+            others = {tool: seconds.get((faces, tool)) for tool in TOOLS if not tool.startswith("lbskel")}
+            ratios = {
+                f"{tool} / {ours}"[: len(tool)]: taken / own if own and taken else None
+                for tool, taken in others.items()
+            }
+            table.append({"faces": faces, "beside": ours, **ratios})
+    return table
+
+
+def _write(rows: list[dict[str, Any]], results: Path) -> None:
+    """What is measured so far."""
+    save_json(
+        results / "speed.json",
+        {"rows": rows, "exponents": _exponents(rows), "ratios": _ratios(rows)},
+        packages=("skeletor", "PyGEL3D"),
+    )
+    save_markdown(
+        results / "speed.md",
+        "Speed",
+        {
+            "Seconds of others over those of lbskel": markdown_table(_ratios(rows)),
+            "Medians; seconds with reading, without the start of the process": markdown_table(rows),
+            "Fitted exponents: seconds ~ faces^p": markdown_table(_exponents(rows)),
+        },
+    )
+    save_picture(results / "speed.png", lambda figure: _plot(figure, rows))
+
+
+def _plot(figure: Any, rows: list[dict[str, Any]]) -> None:
+    axes = figure.subplots()
+    for tool in (*TOOLS, *LIMITS):
+        mine = [row for row in rows if row["tool"] == tool and "seconds" in row]
+        style = "--" if tool in LIMITS else "-"
+        width = 2.5 if tool.startswith("lbskel") else 1.2
+        axes.loglog([row["faces"] for row in mine], [row["seconds"] for row in mine], f"o{style}", label=tool, lw=width)
+    axes.set(xlabel="faces", ylabel="seconds", title=f"One skeleton, {machine()['processor']}, one thread")
+    axes.grid(True, which="both", alpha=0.3)
+    axes.legend(fontsize=8)
