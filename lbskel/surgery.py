@@ -106,9 +106,8 @@ def collapse(contracted: Mesh, source: Mesh, *, vertex_map: NDArray[np.int64] | 
             blocked, has_progressed = blocked[:0], False
         elif len(free := _free_edges(left, n)):
             left, has_progressed = _open_at(left, int(free[0]), n), True
-        else:
-            left, blocked = _Complex(left.faces, left.edges, left.cochain[:, :0]), blocked[:0]
-            is_guarded = False
+        else:  # a closed surface of few vertices: a hole in it loses no tunnel, and loops too many are cut in the end
+            left, has_progressed = _Complex(left.faces[1:], left.edges, left.cochain), True
     kept, node_of_vertex = np.unique(merged_into[used], return_inverse=True)
     node_of = np.full(n, -1)
     node_of[used] = node_of_vertex

@@ -42,6 +42,14 @@ def test_surgery_keeps_every_tunnel_on_any_positions(genus, kind):
         assert cycles_and_components(mesh, positions) == (genus, 1)
 
 
+@pytest.mark.parametrize(("kind", "seed"), [("squeezed", 11), ("on a line", 15), ("on a grid", 46), ("scattered", 78)])
+def test_surgery_goes_on_where_no_edge_may_collapse_and_none_is_free(kind, seed):
+    # these come down to a torus of a few vertices, each of whose edges would close the tunnel
+    mesh = torus(1.0, 0.6, 20, 16)
+    positions = POSITIONS[kind](mesh.vertices, np.random.default_rng(seed))
+    assert cycles_and_components(mesh, positions) == (1, 1)
+
+
 @pytest.mark.parametrize("genus", [0, 1])
 def test_surgery_ends_where_all_vertices_are_one_point(genus):
     assert cycles_and_components(MESHES[genus], np.zeros(MESHES[genus].vertices.shape)) == (genus, 1)
