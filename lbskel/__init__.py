@@ -14,12 +14,13 @@ from lbskel.errors import (
 )
 from lbskel.files import as_mesh, read_mesh, read_points, read_skeleton, write_mesh, write_skeleton
 from lbskel.health import Health, health
+from lbskel.judging import score
 from lbskel.mesh import Mesh, PointCloud
 from lbskel.operators import OPERATORS, Laplacian, laplacian
 from lbskel.pipeline import skeletonize
 from lbskel.preprocess import PIPELINES, MeshReport, Pipeline, Preprocessed, check
 from lbskel.pruning import merge_junctions, prune
-from lbskel.quality import Score, compare, score
+from lbskel.quality import Score, compare
 from lbskel.resampling import resample
 from lbskel.settings import STRATEGIES
 from lbskel.skeleton import Skeleton

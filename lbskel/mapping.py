@@ -11,7 +11,7 @@ differentiation: a part of the skeleton stands for a part of the shape.
 
 from __future__ import annotations
 
-__all__ = ["is_in_largest_piece", "join_regions", "nearest_balls", "parted_edges"]
+__all__ = ["filled", "is_in_largest_piece", "join_regions", "nearest_balls", "parted_edges"]
 
 from dataclasses import replace
 
@@ -31,9 +31,10 @@ AROUND = 3  # edges of the skeleton from the two nodes within which the way betw
 
 def nearest_balls(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
     """(n,) the node whose ball is nearest to each vertex: a map for a skeleton that has none."""
+    radii = np.nan_to_num(skeleton.radii)  # unknown ones are NaN
     at_once = max(1, AT_ONCE // len(skeleton.nodes))
     parts = [mesh.vertices[first : first + at_once] for first in range(0, len(mesh.vertices), at_once)]
-    return np.concatenate([np.argmin(cdist(part, skeleton.nodes) - skeleton.radii, axis=1) for part in parts])
+    return np.concatenate([np.argmin(cdist(part, skeleton.nodes) - radii, axis=1) for part in parts])
 
 
 def is_in_largest_piece(node_of_vertex: NDArray[np.int64], mesh: Mesh) -> NDArray[np.bool_]:
@@ -68,7 +69,7 @@ def join_regions(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     The first holds for every node, unless its vertices lie on several components of the mesh; the second for nearly
     every edge.
     """
-    skeleton = _grown(skeleton, mesh)
+    skeleton = _whole(skeleton, mesh)
     parted = parted_edges(skeleton, mesh)
     if len(parted) == 0:
         return skeleton
@@ -77,7 +78,7 @@ def join_regions(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     graph = coo_array((length, (i, j)), shape=(len(mesh.vertices), len(mesh.vertices))).tocsr()
     graph = graph + graph.T
     for _ in range(ROUNDS):
-        tried = _grown(_with_ways(skeleton, graph, parted), mesh)
+        tried = _whole(_with_ways(skeleton, graph, parted), mesh)
         still_parted = parted_edges(tried, mesh)
         if len(still_parted) >= len(parted):
             break
@@ -85,18 +86,39 @@ def join_regions(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     return skeleton
 
 
-def _grown(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
-    """Every vertex outside the largest piece of its node given to a piece beside it, until none is left."""
-    node_of_vertex = np.array(skeleton.node_of_vertex)
-    is_placed = is_in_largest_piece(node_of_vertex, mesh)
+def filled(skeleton: Skeleton, node_of_vertex: NDArray[np.int64], mesh: Mesh) -> Skeleton:
+    """The skeleton with a map that is known in part, -1 elsewhere: regions grow, and what they do not reach is nearest.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With radii.
+    node_of_vertex : (n,) array of int
+    mesh : Mesh
+    """
+    grown = _grown(skeleton.nodes, node_of_vertex, node_of_vertex >= 0, mesh)
+    return replace(skeleton, node_of_vertex=np.where(grown < 0, nearest_balls(skeleton, mesh), grown))
+
+
+def _whole(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
+    """Every vertex outside the largest piece of its node given to a piece beside it."""
+    is_placed = is_in_largest_piece(skeleton.node_of_vertex, mesh)
+    return replace(skeleton, node_of_vertex=_grown(skeleton.nodes, skeleton.node_of_vertex, is_placed, mesh))
+
+
+def _grown(
+    nodes: NDArray[np.float64], node_of_vertex: NDArray[np.int64], is_placed: NDArray[np.bool_], mesh: Mesh
+) -> NDArray[np.int64]:
+    """The map with every vertex that is not placed given to the node of one beside it that is, as far as edges lead."""
+    node_of_vertex, is_placed = np.array(node_of_vertex), np.array(is_placed)
     both = np.concatenate([mesh.edges, mesh.edges[:, ::-1]])
     both = both[~is_placed[both[:, 0]]]
     while True:
         vertex, beside = both[is_placed[both[:, 1]]].T
         if len(vertex) == 0:
-            return replace(skeleton, node_of_vertex=node_of_vertex)
+            return node_of_vertex
         node = node_of_vertex[beside]
-        far = np.linalg.norm(mesh.vertices[vertex] - skeleton.nodes[node], axis=1)
+        far = np.linalg.norm(mesh.vertices[vertex] - nodes[node], axis=1)
         order = np.lexsort((node, far, vertex))
         reached, first = np.unique(vertex[order], return_index=True)
         node_of_vertex[reached] = node[order][first]

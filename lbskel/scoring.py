@@ -7,7 +7,7 @@ the local radius, the distance from a node to the surface, whatever radii the sk
 
 from __future__ import annotations
 
-__all__ = ["MEASURES", "Measure", "Score", "score"]
+__all__ = ["MEASURES", "Measure", "Score", "check", "score"]
 
 from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
@@ -137,32 +137,24 @@ class Score:
 
 
 def score(skeleton: Skeleton, mesh: Mesh) -> Score:
-    """Measure a skeleton on its mesh.
+    """Measure a skeleton on a mesh as it is; :func:`lbskel.score` prepares it as :func:`lbskel.skeletonize` does.
 
     Parameters
     ----------
     skeleton : Skeleton
         In the coordinates of the mesh. Without a map, each vertex goes to the nearest ball, and the map is not judged.
     mesh : Mesh
+        Whose equal vertices are one.
 
     Raises
     ------
     MeshError
         If the skeleton has no nodes or some that are not finite, its map is for another mesh, or the mesh is a point.
-
-    Examples
-    --------
-    >>> import lbskel
-    >>> from lbskel.shapes import torus
-    >>> mesh = torus(1.0, 0.2)
-    >>> skeleton = lbskel.skeletonize(mesh)
-    >>> lbskel.score(skeleton, mesh).verdict
-    'pass'
-    >>> cut = lbskel.Skeleton(skeleton.nodes, skeleton.edges[1:], skeleton.radii, skeleton.node_of_vertex)
-    >>> lbskel.score(cut, mesh).extra_cycles
-    -1
     """
-    has_map = _check(skeleton, mesh)
+    check(skeleton, mesh)
+    if not (mesh.extent > 0 and mesh.area > 0):
+        raise MeshError("the mesh has no area, so there is nothing to score a skeleton on")
+    has_map = len(skeleton.node_of_vertex) > 0
     unit = mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.extent)
     surface = Surface(unit)
     skeleton = inscribed_radii(replace(skeleton, nodes=(skeleton.nodes - mesh.centroid) / mesh.extent), surface)
@@ -194,22 +186,19 @@ def score(skeleton: Skeleton, mesh: Mesh) -> Score:
     )
 
 
-def _check(skeleton: Skeleton, mesh: Mesh) -> bool:
-    """Whether the skeleton has a map; refuse what cannot be measured."""
+def check(skeleton: Skeleton, mesh: Mesh) -> None:
+    """Refuse a skeleton that cannot be measured, or has a map for another mesh."""
     if len(skeleton.nodes) == 0:
         raise MeshError("the skeleton has no nodes, so there is nothing to score")
     bad = np.flatnonzero(~np.isfinite(skeleton.nodes).all(axis=1))
     if len(bad):
         raise MeshError(f"nodes {first_few(bad)} of the skeleton have NaN or infinite coordinates")
-    if not (mesh.extent > 0 and mesh.area > 0):
-        raise MeshError("the mesh has no area, so there is nothing to score a skeleton on")
     n_mapped = len(skeleton.node_of_vertex)
     if n_mapped not in (0, len(mesh.vertices)):
         raise MeshError(
             f"the skeleton's map is for {n_mapped} vertices, but the mesh has {len(mesh.vertices)}: give the mesh that "
             "it was made from, or a skeleton without a map"
         )
-    return n_mapped > 0
 
 
 def _share_of_length(skeleton: Skeleton, is_chosen: NDArray[np.bool_]) -> float:

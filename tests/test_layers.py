@@ -49,7 +49,7 @@ LAYERS = {
         "weights",
     ),
     4: ("files", "preprocess", "shapes", "views"),
-    5: ("batch", "comparison", "pipeline", "stages"),
+    5: ("batch", "comparison", "judging", "pipeline", "stages"),
     6: ("__init__", "__main__", "cli", "commands"),
 }
 LAYER_OF = {part: layer for layer, parts in LAYERS.items() for part in parts}

@@ -5,7 +5,7 @@ import pytest
 from conftest import joined, moved
 
 from lbskel import Skeleton, skeletonize
-from lbskel.mapping import is_in_largest_piece, join_regions, parted_edges
+from lbskel.mapping import filled, is_in_largest_piece, join_regions, nearest_balls, parted_edges
 from lbskel.shapes import capsule, make
 
 
@@ -81,3 +81,23 @@ def test_a_node_of_two_components_keeps_the_vertices_of_both():
     two = joined(mesh, moved(mesh, 5.0))
     path = chain(np.linspace(-2, 2, 5), two)
     assert np.array_equal(join_regions(path, two).node_of_vertex, path.node_of_vertex)
+
+
+def test_a_map_known_in_part_grows_over_its_component_and_is_nearest_elsewhere():
+    mesh = capsule(4.0, 0.5, 16)
+    two = joined(mesh, moved(mesh, 5.0))
+    path = chain(np.linspace(-2, 2, 5), two)
+    known = np.full(len(two.vertices), -1)
+    known[two.vertices[:, 2].argmax()] = 3  # one vertex of the first
+    found = filled(path, known, two).node_of_vertex
+    assert (found[: len(mesh.vertices)] == 3).all()
+    assert np.array_equal(found[len(mesh.vertices) :], path.node_of_vertex[len(mesh.vertices) :])
+
+
+def test_the_nearest_ball_is_that_of_the_smallest_gap():
+    mesh = capsule(4.0, 0.5, 16)
+    two_balls = Skeleton([[0, 0, -2], [0, 0, 2]], [[0, 1]], [0.5, 1.5])
+    # equal gaps where the distances differ by one: (z + 2) - (2 - z) = -1 at z = -0.5, on the axis
+    expected = (mesh.vertices[:, 2] > -0.6).astype(int)
+    is_clear = np.abs(mesh.vertices[:, 2] + 0.5) > 0.2  # the border is curved
+    assert np.array_equal(nearest_balls(two_balls, mesh)[is_clear], expected[is_clear])

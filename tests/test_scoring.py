@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import joined, moved
 
-from lbskel import MeshError, Skeleton, score, skeletonize
+from lbskel import Mesh, MeshError, Skeleton, score, skeletonize
 from lbskel.extremities import extremities
 from lbskel.mapping import is_in_largest_piece
 from lbskel.scoring import MEASURES
@@ -238,10 +238,23 @@ def test_moving_turning_and_scaling_change_nothing(limbs):
 
 def test_open_meshes_have_the_cycles_of_the_closed_surface():
     mesh = torus(1.0, 0.3, 48, 16)
-    holed = type(mesh)(mesh.vertices, mesh.faces[3:])
+    holed = Mesh(mesh.vertices, mesh.faces[3:])
     skeleton = skeletonize(mesh)
-    assert score(skeleton, holed).extra_cycles == 0
-    assert score(loop_cut(skeleton), holed).extra_cycles == -1
+    for preprocess in (None, "auto"):
+        assert score(skeleton, holed, preprocess=preprocess).extra_cycles == 0
+        assert score(loop_cut(skeleton), holed, preprocess=preprocess).extra_cycles == -1
+
+
+def test_the_mesh_is_prepared_as_it_is_for_the_skeleton(rings):
+    mesh, _ = rings
+    corners = mesh.faces.ravel()
+    soup = Mesh(mesh.vertices[corners], np.arange(len(corners)).reshape(-1, 3))  # as STL has it: no vertex is shared
+    skeleton = skeletonize(soup)
+    assert len(skeleton.node_of_vertex) == len(corners)
+    found = score(skeleton, soup)
+    assert found == score(skeleton, (soup.vertices, soup.faces))
+    assert (found.extra_components, found.extra_cycles, found.verdict) == (0, 0, "pass")
+    assert not score(skeleton, soup, preprocess=None).passed
 
 
 def test_components_are_counted():

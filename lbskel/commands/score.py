@@ -14,7 +14,8 @@ from typing import Any
 
 from lbskel.errors import MeshError
 from lbskel.files import read_mesh, read_skeleton
-from lbskel.scoring import MEASURES, Score, score
+from lbskel.judging import score
+from lbskel.scoring import MEASURES, Score
 
 
 def add_parser(subparsers: Any) -> None:
