@@ -33,7 +33,7 @@ class Axes:
     is_known : (k,) array of bool
         Whether the node has a section of its own.
     places : (k, 3) array of float
-        The centroid of that section; where there is none, the node's contracted place.
+        The centroid of that section; where there is none, the node's own place.
     """
 
     is_known: NDArray[np.bool_]
@@ -49,17 +49,13 @@ def branch_of_node(skeleton: Skeleton) -> NDArray[np.int64]:
     return branch_of
 
 
-def find_axes(
-    skeleton: Skeleton, contracted: NDArray[np.float64], surface: Surface, nodes: NDArray[np.int64] | None = None
-) -> Axes:
+def find_axes(skeleton: Skeleton, surface: Surface, nodes: NDArray[np.int64] | None = None) -> Axes:
     """Cut the surface across the branches and keep the sections that are their own.
 
     Parameters
     ----------
     skeleton : Skeleton
-        With branches evenly sampled.
-    contracted : (k, 3) array of float
-        Where contraction put the nodes: a section's centroid further off than its radius is not theirs.
+        With branches evenly sampled. A section's centroid further from its node than its radius is not the node's.
     surface : Surface
     nodes : array of int, optional
         The nodes to look at; all by default.
@@ -72,11 +68,11 @@ def find_axes(
     face_labels = branch_of[skeleton.node_of_vertex][surface.mesh.faces[:, 0]]
     sections = cut(surface.mesh, skeleton.nodes[at], tangents[at], face_labels=face_labels, labels=branch_of[at])
     is_known = np.zeros(len(skeleton.nodes), dtype=bool)
-    is_known[at] = _is_own(sections, contracted[at], surface)
+    is_known[at] = _is_own(sections, skeleton.nodes[at], surface)
     radii = np.zeros(len(skeleton.nodes))
     radii[at] = sections.radii
     is_known &= _grows_slowly(skeleton, is_known, radii)
-    places = np.array(contracted)
+    places = np.array(skeleton.nodes)
     places[at[is_known[at]]] = sections.centroids[is_known[at]]
     return Axes(is_known, places)
 
@@ -96,9 +92,9 @@ def _tangents(skeleton: Skeleton) -> NDArray[np.float64]:
     return np.divide(tangents, length, out=np.zeros_like(tangents), where=length > 0)
 
 
-def _is_own(sections: Sections, contracted: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:
-    """Which sections are cut across one branch alone, about the place it was contracted to, and hold their centroid."""
-    shift = np.linalg.norm(sections.centroids - contracted, axis=1)
+def _is_own(sections: Sections, nodes: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:
+    """Which sections are cut across one branch alone, about its node, and hold their centroid."""
+    shift = np.linalg.norm(sections.centroids - nodes, axis=1)
     is_own = sections.is_cut & (sections.own >= OWN) & (shift <= sections.radii)
     is_own[is_own] = surface.contains(sections.centroids[is_own])
     return is_own

@@ -143,7 +143,7 @@ def gather_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
         return skeleton
     ends = np.unique([skeleton.branches[index][[0, -1]] for index in inner])
     beside = [branch for branch in skeleton.branches if np.isin(branch[[0, -1]], ends).any()]
-    axes = find_axes(skeleton, skeleton.nodes, surface, np.concatenate(beside))
+    axes = find_axes(skeleton, surface, np.concatenate(beside))
     while inner:
         lines = _lines(skeleton, axes)
         found = [(*_common_place(skeleton, lines, index, surface), index) for index in inner]

@@ -70,7 +70,7 @@ def settle(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     return replace(skeleton, node_of_vertex=node_of_vertex)
 
 
-def recenter(skeleton: Skeleton, surface: Surface, *, iterations: int = 2) -> Skeleton:
+def recenter(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Move every node to the axis of the shape there; tips move with the end of their branch.
 
     Parameters
@@ -79,17 +79,13 @@ def recenter(skeleton: Skeleton, surface: Surface, *, iterations: int = 2) -> Sk
         With branches evenly sampled.
     surface : Surface
         In the same coordinates.
-    iterations : int
     """
+    axes = place_junctions(skeleton, find_axes(skeleton, surface), surface)
     is_junction = skeleton.degrees >= 3
-    start = skeleton
-    for _ in range(iterations):
-        axes = place_junctions(start, find_axes(skeleton, start.nodes, surface), surface)
-        weight = np.where(axes.is_known, 1.0, ANCHOR)
-        weight[is_junction] = 1 / ANCHOR
-        gap = ~(axes.is_known | is_junction)
-        skeleton = replace(skeleton, nodes=_carried_on(start, axes.places, weight, gap, surface))
-    return skeleton
+    weight = np.where(axes.is_known, 1.0, ANCHOR)
+    weight[is_junction] = 1 / ANCHOR
+    gap = ~(axes.is_known | is_junction)
+    return replace(skeleton, nodes=_carried_on(skeleton, axes.places, weight, gap, surface))
 
 
 def _carried_on(

@@ -215,7 +215,7 @@ def _off_centre(skeleton: Skeleton, widths: NDArray[np.float64], surface: Surfac
     inner = np.flatnonzero(skeleton.degrees == 2)
     if len(inner) > MOST_SECTIONS:
         inner = inner[np.linspace(0, len(inner) - 1, MOST_SECTIONS).astype(np.int64)]
-    axes = find_axes(skeleton, skeleton.nodes, surface, inner)
+    axes = find_axes(skeleton, surface, inner)
     at = inner[axes.is_known[inner]]
     if len(at) == 0:
         return None, None

@@ -58,7 +58,7 @@ def star_graph(mesh, centre, other=None):
 
 def test_axes_are_known_along_the_arms_and_not_where_they_meet(star):
     skeleton = star_graph(star, np.zeros(3))
-    axes = find_axes(skeleton, skeleton.nodes, Surface(star))
+    axes = find_axes(skeleton, Surface(star))
     far = np.linalg.norm(skeleton.nodes, axis=1)
     assert axes.is_known[(far > 0.4) & (skeleton.degrees == 2)].all()
     assert not axes.is_known[far < 0.8 * RADIUS].any()
@@ -68,7 +68,7 @@ def test_axes_are_known_along_the_arms_and_not_where_they_meet(star):
 @pytest.mark.parametrize("shift", [[0.1, 0.05, 0.02], [0, 0, 0.15], [-0.08, 0, -0.08]])
 def test_a_junction_goes_to_where_its_branches_meet(star, shift):
     skeleton = star_graph(star, np.array(shift))
-    axes = place_junctions(skeleton, find_axes(skeleton, skeleton.nodes, Surface(star)), Surface(star))
+    axes = place_junctions(skeleton, find_axes(skeleton, Surface(star)), Surface(star))
     # the weight of the contracted place leaves a part of the way; sections of oblique paths are off by a few hundredths
     assert np.linalg.norm(axes.places[skeleton.junctions]) < 0.25 * np.linalg.norm(shift)
 

@@ -458,7 +458,7 @@ def test_an_open_pipe(preprocess, checked):
     assert (skeleton.n_components, skeleton.cycle_rank, len(skeleton.tips)) == (1, 0, 2)
     [part] = skeleton.report["components"]
     assert part["checks"] == {"is_topology_right": checked, "is_inside": checked, "is_contracted": True}
-    assert {step["volume_ratio"] for step in part["steps"]} == {None}
+    assert all((step["volume_ratio"] is None) is (checked is None) for step in part["steps"])
     off_axis = np.hypot(*skeleton.nodes.T[:2])
     assert off_axis[skeleton.degrees == 2].max() < 0.01 * 0.3
     assert off_axis.max() < 0.3
