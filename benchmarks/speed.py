@@ -1,4 +1,4 @@
-"""Seconds, memory and score of whole skeletons from 5,000 to 5 million faces, by lbskel and by others, in one run.
+"""Processor seconds, memory and score of whole skeletons from 5,000 to 5 million faces, in one run.
 
 Each run is a process of its own that reads the mesh from a file; what it takes to start and to import does not count.
 Runs of one size are taken in turns, tool by tool. One that fails, or takes longer than is allowed, is a row that says
@@ -27,7 +27,7 @@ from lbskel.shapes import make
 
 SIZES = (5_000, 50_000, 90_000, 350_000, 1_400_000, 5_000_000)
 QUICK = (2_000, 5_000)
-ALLOWED = 300.0  # seconds for one run
+ALLOWED = 300.0  # seconds on the wall for one run
 TURNS = {5_000: 3}  # of each size; one for the larger ones
 DIRECT = 50_000  # faces up to which the shape is meshed; beyond, it is subdivided, and simplified to the size
 TOLD = ("nodes", "cycles", "accuracy", "coverage", *SCORED)
@@ -131,7 +131,7 @@ def _write(rows: list[dict[str, Any]], results: Path) -> None:
         "Speed",
         {
             "Seconds of others over those of lbskel": markdown_table(_ratios(rows)),
-            "Medians; seconds with reading, without the start of the process": markdown_table(rows),
+            "Medians; processor seconds with reading, without the start of the process": markdown_table(rows),
             "Fitted exponents: seconds ~ faces^p": markdown_table(_exponents(rows)),
         },
     )
@@ -145,6 +145,6 @@ def _plot(figure: Any, rows: list[dict[str, Any]]) -> None:
         style = "--" if tool in LIMITS else "-"
         width = 2.5 if tool.startswith("lbskel") else 1.2
         axes.loglog([row["faces"] for row in mine], [row["seconds"] for row in mine], f"o{style}", label=tool, lw=width)
-    axes.set(xlabel="faces", ylabel="seconds", title=f"One skeleton, {machine()['processor']}, one thread")
+    axes.set(xlabel="faces", ylabel="processor seconds", title=f"One skeleton, {machine()['processor']}, one thread")
     axes.grid(True, which="both", alpha=0.3)
     axes.legend(fontsize=8)
