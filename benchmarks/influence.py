@@ -43,8 +43,8 @@ def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
         "weights": measure(few, dict(list(WEIGHT_CASES.items())[::2]) if quick else WEIGHT_CASES),
     }
     exploding = {name: mesh for name, (mesh, _) in real.items() if name.startswith("dino")} or {"dinosaur": pictured}
-    broken = blow_up(exploding, results / "influence_blow_up.png")
-    stages(pictured, results / "influence_dinosaur.png")
+    broken = blow_up(exploding, results)
+    stages(pictured, results)
     curves(rows["strategies"], "dinosaur", results / "influence_curves.png")
     claims = influence_claims.measure(few, n_vertices)
     save_json(results / "influence.json", {"quick": quick, **rows, "blow-up": broken, "claims": claims})

@@ -16,6 +16,7 @@ from lbskel.comparison import Outcome, outcome
 from lbskel.settings import STRATEGIES, ContractionSettings
 from lbskel.views import Panel, render
 
+THIN = 0.05  # of the area, which shows the shape of what is left
 REACH = 0.8  # of the extent from the centre, beyond which a vertex is drawn at the edge of the picture
 
 
@@ -26,20 +27,23 @@ def _cut(mesh: Mesh, start: Mesh) -> Mesh:
     return start.with_vertices(V * np.minimum(1.0, REACH / np.maximum(far, 1e-300)) * start.extent + start.centroid)
 
 
-def stages(mesh: Mesh, path: Path) -> None:
-    """Mesh, after one step, after more, skeleton: a line of four for each strategy."""
-    panels = []
-    for strategy, changes in STRATEGIES.items():
-        panels += _four(mesh, outcome(mesh, ContractionSettings(energy="least_squares", **changes)), strategy)
-    render(panels, path, size=(1500, 235 * len(STRATEGIES)), force=True)
+def stages(mesh: Mesh, results: Path) -> None:
+    """Mesh, after one step, after more, skeleton: a line of four for each strategy, five strategies to a picture."""
+    chosen = list(STRATEGIES.items())
+    for number, first in enumerate(range(0, len(chosen), 5), 1):
+        panels = []
+        for strategy, changes in chosen[first : first + 5]:
+            panels += _four(mesh, outcome(mesh, ContractionSettings(energy="least_squares", **changes)), strategy)
+        render(panels, results / f"influence_dinosaur_{number}.png", size=(1300, 1600), force=True)
 
 
 def _four(mesh: Mesh, result: Outcome, title: str) -> list[Panel]:
-    """Without the guard, up to the first step that breaks, or the last; the skeleton is the guarded one's."""
+    """Without the guard, at the first step that breaks, or that leaves little; the skeleton is the guarded one's."""
     panels = [Panel(mesh, title=title)]
     free = result.free
     assert free is not None  # least squares takes every operator
-    for number in (1, min(free.broke_at or len(free.steps), len(free.steps))):
+    thin = [number for number, step in enumerate(free.steps, 1) if step.fault or step.area_ratio < THIN]
+    for number in (1, thin[0] if thin else len(free.steps)):
         fault = free.steps[number - 1].fault
         broken = f": {fault.name.lower().replace('_', ' ')}" if fault else ""
         panels.append(Panel(_cut(result.meshes[number - 1], mesh), title=f"after {number}{broken}"))
@@ -49,25 +53,26 @@ def _four(mesh: Mesh, result: Outcome, title: str) -> list[Panel]:
 PAIRS = (("none", "intrinsic Delaunay"), ("identity row, right-hand side zero", "identity row, held"))
 
 
-def blow_up(meshes: Mapping[str, Mesh], path: Path) -> list[dict[str, Any]]:
-    """What breaks, at its worst step, beside its cure after as many; and the numbers of the steps."""
-    panels, rows = [], []
+def blow_up(meshes: Mapping[str, Mesh], results: Path) -> list[dict[str, Any]]:
+    """What breaks, at its worst step, beside its cure after as many, a picture for each mesh; and their numbers."""
+    rows: list[dict[str, Any]] = []
     for name, mesh in meshes.items():
+        panels: list[Panel] = []
         for bad, good in PAIRS:
-            results = {
+            outcomes = {
                 strategy: outcome(mesh, ContractionSettings(energy="least_squares", **STRATEGIES[strategy]))
                 for strategy in (bad, good)
             }
-            free = results[bad].free
+            free = outcomes[bad].free
             assert free is not None
             boxes = [step.box_ratio for step in free.steps]
             drifts = [step.drift for step in free.steps]
             number = 1 + int(np.argmax(drifts if "zero" in bad else boxes))
-            for strategy, result in results.items():
+            for strategy, result in outcomes.items():
                 assert result.free is not None
                 shown = min(number, len(result.meshes))
                 step = result.free.steps[shown - 1]
-                panels.append(Panel(_cut(result.meshes[shown - 1], mesh), title=f"{name}: {strategy}, step {shown}"))
+                panels.append(Panel(_cut(result.meshes[shown - 1], mesh), title=f"{strategy}, step {shown}"))
                 rows.append(
                     {
                         "mesh": name,
@@ -80,7 +85,7 @@ def blow_up(meshes: Mapping[str, Mesh], path: Path) -> list[dict[str, Any]]:
                         "first broken step": result.free.broke_at,
                     }
                 )
-    render(panels, path, force=True)
+        render(panels, results / f"influence_blow_up_{Path(name).stem}.png", force=True)
     return rows
 
 
