@@ -89,7 +89,8 @@ def _round(
     i, j = np.stack([start, end])[:, start < end]  # of the two sides of an edge, which run opposite ways
     length = np.round(np.linalg.norm(V[i] - V[j], axis=1), DIGITS)
     short = np.flatnonzero(length < np.minimum(limits[i], limits[j]))
-    short = short[np.argsort(length[short], kind="stable")]
+    mixed = short * 2654435761 % 2**32  # of equal lengths in a row of edges more than the first can be the least about
+    short = short[np.lexsort((mixed, length[short]))]
     beside = coo_array((np.ones(len(start), dtype=np.int8), (start, end)), shape=(n, n)).tocsr()
     short = short[_common(beside, i[short], j[short]) == 2]
     i, j = i[short], j[short]
