@@ -1,5 +1,8 @@
 """Whatever bytes a file holds, reading gives a value or an error of lbskel, and never another."""
 
+import contextlib
+
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -11,12 +14,14 @@ from lbskel.files import (
     MESH_READERS,
     MESH_WRITERS,
     POINT_READERS,
+    as_mesh,
     read_mesh,
     read_points,
     read_skeleton,
     write_mesh,
     write_skeleton,
 )
+from lbskel.preprocess import prepare
 
 PYRAMID = Mesh(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]],
@@ -127,3 +132,20 @@ def test_any_bytes(folder, read, name, data):
 
 def test_every_reader_is_fuzzed(valid):
     assert set(valid) == set(READERS)
+
+
+numbers = st.one_of(
+    st.integers(-2, 9), st.floats(width=32), st.sampled_from([2**63, -(2**64), 1e308, None, "1", b"x", True])
+)
+rows = st.lists(st.one_of(st.lists(numbers, max_size=5), numbers), max_size=5)
+points = st.one_of(rows, st.lists(st.lists(st.integers(-3, 3), min_size=3, max_size=3), min_size=3, max_size=6))
+corners = st.one_of(rows, st.lists(st.lists(st.integers(-1, 6), min_size=3, max_size=4), min_size=1, max_size=6))
+
+
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(vertices=points, faces=corners)
+def test_as_mesh_of_anything(vertices, faces):
+    """Whatever lists are given, there is a mesh that can be prepared, or an error of lbskel."""
+    with contextlib.suppress(LbskelError):
+        mesh = as_mesh((vertices, faces))
+        assert np.isfinite(prepare(mesh).mesh.vertices).all()

@@ -1,0 +1,128 @@
+"""Coverage-guided fuzzing of the readers and of as_mesh, by atheris: no input may give another error than lbskel's.
+
+Each target runs in a process of its own for a fixed time; what it finds is written beside the results, as the bytes
+that did it. Needs atheris, which is installed for this alone.
+"""
+
+from __future__ import annotations
+
+__all__ = ["run"]
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.harness import markdown_table, save_json, save_markdown
+
+SECONDS, QUICK_SECONDS = 60, 3
+READERS = ("obj", "off", "ply", "stl", "glb", "gltf", "3mf", "xyz", "swc", "json", "npz", "vtp", "graphml")
+TARGETS = (*READERS, "as_mesh")
+MEMORY = 2048  # megabytes that one input may take
+ONE_INPUT = 20  # seconds
+
+
+def run(quick: bool, results: Path) -> None:
+    """Fuzz each target, and write fuzz.json and fuzz.md."""
+    rows = [_row(target, QUICK_SECONDS if quick else SECONDS, results) for target in TARGETS]
+    save_json(results / "fuzz.json", {"targets": rows}, packages=("atheris",))
+    save_markdown(results / "fuzz.md", "Fuzzing", {"Targets": markdown_table(rows)})
+
+
+def _row(target: str, seconds: int, results: Path) -> dict[str, Any]:
+    """One target in a process of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        _seed(target, Path(folder))
+        found = results / f"fuzz-{target}-"
+        done = subprocess.run(
+            [sys.executable, __file__, target, folder, str(seconds), str(found)],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=seconds + 300,
+        )
+    lines = done.stderr.splitlines()
+    runs = re.findall(r"Done (\d+) runs", done.stderr) or re.findall(r"#(\d+)\s", done.stderr)
+    wrong = [
+        line for line in lines if "Uncaught Python exception" in line or line.startswith("ERROR") or "ERROR:" in line
+    ]
+    after = lines[lines.index(wrong[0]) + 1 : lines.index(wrong[0]) + 3] if wrong else []
+    return {
+        "target": target,
+        "seconds": seconds,
+        "inputs": int(runs[-1]) if runs else 0,
+        "found": " ".join([*wrong[:1], *after]) or "nothing",
+        "code": done.returncode,
+    }
+
+
+def _seed(target: str, folder: Path) -> None:
+    """A valid file to begin with."""
+    import trimesh
+
+    import lbskel
+    from lbskel.shapes import torus
+
+    mesh = torus(1.0, 0.4, 4, 3)
+    skeleton = lbskel.Skeleton(np.eye(3), np.array([[0, 1], [1, 2]]), np.ones(3))
+    path = folder / f"seed.{target}"
+    if target in ("obj", "off", "ply", "stl"):
+        lbskel.write_mesh(path, mesh)
+    elif target in ("glb", "3mf"):
+        path.write_bytes(trimesh.Scene(trimesh.Trimesh(mesh.vertices, mesh.faces)).export(file_type=target))
+    elif target == "gltf":
+        exported: Any = trimesh.Trimesh(mesh.vertices, mesh.faces).export(file_type="gltf", embed_buffers=True)
+        path.write_bytes(exported["model.gltf"])
+    elif target in ("xyz", "as_mesh"):
+        path.write_bytes(b"0 0 0\n1 0 0\n1 1 0\n")
+    else:
+        lbskel.write_skeleton(path, skeleton)
+
+
+def _fuzz(target: str, folder: str, seconds: str, found: str) -> None:
+    """In the process of a target: never returns."""
+    import atheris  # type: ignore[import-untyped, import-not-found, unused-ignore]
+
+    with atheris.instrument_imports(include=["lbskel"]):
+        import lbskel
+        from lbskel.errors import LbskelError
+        from lbskel.preprocess import prepare
+
+    scratch = Path(tempfile.mkdtemp()) / f"input.{target}"
+    read = (
+        lbskel.read_mesh if target in READERS[:7] else lbskel.read_points if target == "xyz" else lbskel.read_skeleton
+    )
+
+    def read_bytes(data: bytes) -> None:
+        scratch.write_bytes(data)
+        with suppress(LbskelError):
+            read(scratch)
+
+    def take_values(data: bytes) -> None:
+        given = atheris.FuzzedDataProvider(data)
+        n, m, width = given.ConsumeIntInRange(0, 6), given.ConsumeIntInRange(0, 6), given.ConsumeIntInRange(0, 5)
+        vertices: Any = [[given.ConsumeFloat() for _ in range(given.PickValueInList([3, 3, 3, 2]))] for _ in range(n)]
+        faces: Any = [
+            [given.ConsumeIntInRange(-2, 7) for _ in range(given.PickValueInList([width, 3, 4]))] for _ in range(m)
+        ]
+        if given.ConsumeBool():
+            faces = np.array(faces, dtype=object)
+        with suppress(LbskelError):
+            prepare(lbskel.as_mesh((vertices, faces)))
+
+    limits = [f"-max_total_time={seconds}", f"-rss_limit_mb={MEMORY}", f"-timeout={ONE_INPUT}", "-max_len=4096"]
+    atheris.Setup(
+        [sys.argv[0], folder, *limits, f"-artifact_prefix={found}"], take_values if target == "as_mesh" else read_bytes
+    )
+    atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    sys.path[0] = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+    _fuzz(*sys.argv[1:])

@@ -1,0 +1,225 @@
+"""What preprocessing does to meshes, whether a scan's skeleton is that of its original, and that no filter harms.
+
+Distances are of the Hausdorff kind, between samples of both surfaces, as fractions of the diagonal.
+"""
+
+from __future__ import annotations
+
+__all__ = ["run"]
+
+import os
+import resource
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+import lbskel
+from benchmarks.damage import DAMAGE, damaged
+from benchmarks.harness import interleaved, markdown_table, save_json, save_markdown
+from lbskel.errors import LbskelError
+from lbskel.mesh import Mesh
+from lbskel.preprocess import PIPELINES, prepare, simplify
+from lbskel.preprocess.children import in_child
+from lbskel.shapes import SHAPES, make, torus
+
+MESHES = Path(__file__).parent.parent / "meshes"
+MORE_MESHES = "LBSKEL_MESHES"  # environment variable: a folder of more meshes to measure
+SCANNED = ("tree", "hand", "knot", "spiked_ring", "tripod", "dinosaur")
+RUNS, QUICK_RUNS = 1000, 20
+LIMIT = 2.0  # seconds for one run of a filter
+
+
+def run(quick: bool, results: Path) -> None:
+    """Measure, and write preprocessing.json and preprocessing.md."""
+    folders = [MESHES, *([Path(os.environ[MORE_MESHES])] if MORE_MESHES in os.environ else [])]
+    paths = [path for folder in folders for path in sorted(folder.iterdir()) if path.suffix in (".ply", ".off", ".obj")]
+    meshes = {path.name: lbskel.read_mesh(path) for path in paths if not path.name.startswith("points")}
+    if quick:
+        meshes = dict(list(meshes.items())[:1])
+    presets = [_preset_row(name, preset, mesh) for name, mesh in meshes.items() for preset in PIPELINES]
+    skeletons = [_skeleton_row(name, mesh) for name, mesh in meshes.items()]
+    scans = [_scan_row(name) for name in SCANNED[: 1 if quick else None]]
+    coarse = [] if quick else [_coarse_row(name, faces) for name in SHAPES for faces in (300, 600)]
+    cost = [_cost_row(name, mesh) for name, mesh in meshes.items() if mesh.is_closed_manifold]
+    hostile = _hostile(QUICK_RUNS if quick else RUNS)
+    measured = {
+        "presets": presets,
+        "skeletons": skeletons,
+        "scans": scans,
+        "coarse": coarse,
+        "cost": cost,
+        "hostile": hostile,
+    }
+    save_json(results / "preprocessing.json", measured, packages=("pymeshlab", "fast-simplification"))
+    save_markdown(
+        results / "preprocessing.md",
+        "Preprocessing",
+        {
+            "Each preset on each mesh": markdown_table(presets),
+            "Skeletons, prepared automatically": markdown_table(skeletons),
+            "Scans: noise, holes, crumbs; the skeleton against the clean original's": markdown_table(scans),
+            "Low-poly shapes, means": markdown_table(_coarse_summary(coarse)),
+            "What looking costs, on closed meshes": markdown_table(cost),
+            "Remeshing of broken meshes in children": markdown_table([hostile]),
+        },
+    )
+
+
+def _preset_row(name: str, preset: str, mesh: Mesh) -> dict[str, Any]:
+    """Sizes, topology and distance after a preset."""
+    began = time.perf_counter()
+    result = PIPELINES[preset](mesh)
+    return {
+        "mesh": name,
+        "preset": preset,
+        "faces": len(mesh.faces),
+        "faces after": len(result.mesh.faces),
+        "genus": mesh.genus,
+        "genus after": result.mesh.genus,
+        "components after": result.mesh.n_components,
+        "distance": result.report["distance"],
+        "seconds": time.perf_counter() - began,
+        "unmapped": int((result.vertex_map < 0).sum()),
+    }
+
+
+def _skeleton_row(name: str, mesh: Mesh) -> dict[str, Any]:
+    """What skeletonize makes of a mesh as it is."""
+    try:
+        skeleton = lbskel.skeletonize(mesh)
+    except LbskelError as error:
+        return {"mesh": name, "error": str(error)}
+    return {
+        "mesh": name,
+        "done": ", ".join(step["step"] for step in skeleton.report["preprocess"]["steps"]) or "nothing",
+        "components": skeleton.n_components,
+        "cycles": skeleton.cycle_rank,
+        "tips": len(skeleton.tips),
+        "passed": skeleton.report["passed"],
+        "score": skeleton.report["score"]["verdict"],
+        "seconds": sum(skeleton.report["seconds"].values()),
+    }
+
+
+def _scan(mesh: Mesh, seed: int = 0) -> Mesh:
+    """A mesh as a scanner gives it: noise of a tenth of an edge, twelve holes, crumbs, no shared vertices."""
+    rng = np.random.default_rng(seed)
+    start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
+    length = np.linalg.norm(end - start, axis=1).mean()
+    V = mesh.vertices + 0.1 * length * rng.standard_normal(mesh.vertices.shape)
+    centres = V[mesh.faces].mean(axis=1)
+    seeds = centres[rng.choice(len(centres), 12, replace=False)]
+    near = np.linalg.norm(centres[:, None] - seeds, axis=2).min(axis=1)
+    F = mesh.faces[near > 1.2 * length]
+    crumb = torus(length, 0.4 * length, 5, 4)
+    places = V[rng.choice(len(V), 8, replace=False)] + 5 * length * rng.standard_normal((8, 3))
+    corners = [V[F], *(crumb.vertices[crumb.faces] + place for place in places)]
+    soup = np.concatenate(corners).reshape(-1, 3)
+    return Mesh(soup, np.arange(len(soup)).reshape(-1, 3))
+
+
+def _scan_row(name: str) -> dict[str, Any]:
+    """The skeletons of a scan, prepared as one, and of the clean mesh: how far one is from the other."""
+    shape = make(name)
+    clean = lbskel.skeletonize(shape.mesh)
+    began = time.perf_counter()
+    skeleton = lbskel.skeletonize(_scan(shape.mesh), preprocess="scan")
+    seconds = time.perf_counter() - began
+    apart, node = cKDTree(clean.nodes).query(skeleton.nodes)
+    back, _ = cKDTree(skeleton.nodes).query(clean.nodes)
+    return {
+        "shape": name,
+        "mean, in radii": float(np.mean(apart / clean.radii[node])),
+        "worst twentieth, in radii": float(np.percentile(apart / clean.radii[node], 95)),
+        "worst twentieth back, in radii": float(np.percentile(back / clean.radii, 95)),
+        "worst, of the diagonal": float(max(apart.max(), back.max()) / shape.mesh.diagonal),
+        "cycles": f"{skeleton.cycle_rank} of {clean.cycle_rank}",
+        "tips": f"{len(skeleton.tips)} of {len(clean.tips)}",
+        "components": skeleton.n_components,
+        "seconds": seconds,
+    }
+
+
+def _coarse_row(name: str, faces: int) -> dict[str, Any]:
+    """A shape of few faces with and without what is done unasked."""
+    shape = make(name, n_vertices=2000)
+    mesh = simplify(shape.mesh, target_faces=faces).mesh
+    row: dict[str, Any] = {"shape": name, "faces": len(mesh.faces)}
+    for how in ("none", "auto"):
+        comparison = lbskel.compare(lbskel.skeletonize(mesh, preprocess=how), shape.truth)
+        row |= {f"accuracy, {how}": comparison.accuracy, f"coverage 95, {how}": comparison.coverage_95}
+        row[f"topology right, {how}"] = comparison.is_topology_right
+        row[f"tips right, {how}"] = comparison.n_tips == comparison.n_true_tips
+    return row
+
+
+def _coarse_summary(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Means, and counts of what is right, for each way."""
+    return [
+        {
+            "preprocess": how,
+            "shapes": len(rows),
+            "accuracy": float(np.mean([row[f"accuracy, {how}"] for row in rows])) if rows else None,
+            "coverage 95": float(np.mean([row[f"coverage 95, {how}"] for row in rows])) if rows else None,
+            "topology right": sum(row[f"topology right, {how}"] for row in rows),
+            "tips right": sum(row[f"tips right, {how}"] for row in rows),
+        }
+        for how in ("none", "auto")
+    ]
+
+
+def _cost_row(name: str, mesh: Mesh) -> dict[str, Any]:
+    """Seconds of looking whether anything must be done, beside those of a skeleton."""
+    seconds = interleaved({"look": lambda: prepare(Mesh(mesh.vertices, mesh.faces))}, repeats=3)["look"]
+    began = time.perf_counter()
+    lbskel.skeletonize(Mesh(mesh.vertices, mesh.faces))
+    return {
+        "mesh": name,
+        "faces": len(mesh.faces),
+        "look": float(np.median(seconds)),
+        "skeletonize": time.perf_counter() - began,
+    }
+
+
+def _hostile(runs: int) -> dict[str, Any]:
+    """Outcomes of remeshing broken meshes in children, and what memory of this process they leave behind."""
+    ring, rng = torus(1.0, 0.3, 16, 8), np.random.default_rng(0)
+    inputs = []
+    for kind in DAMAGE:
+        broken = damaged(kind, ring)
+        try:
+            inputs.append(Mesh(broken.vertices, broken.faces))
+        except (LbskelError, TypeError, ValueError):
+            continue
+    outcomes: Counter[str] = Counter()
+    before = _resident()
+    began = time.perf_counter()
+    for number in range(runs):
+        if number % 2:
+            mesh = inputs[number // 2 % len(inputs)]
+        else:
+            mesh = Mesh(rng.normal(size=(30, 3)), rng.integers(0, 30, size=(80, 3)))
+        length = max(mesh.diagonal, 1e-30) * 10.0 ** rng.uniform(-2, 0)
+        try:
+            in_child("remesh_isotropic", mesh, seconds=LIMIT, target_length=length)
+            outcomes["a mesh"] += 1
+        except LbskelError as error:
+            text = str(error)
+            outcomes[next((sign for sign in ("signal", "took more", "leaves nothing") if sign in text), "refused")] += 1
+    return {
+        "runs": runs,
+        **{name: outcomes[name] for name in ("a mesh", "refused", "leaves nothing", "signal", "took more")},
+        "megabytes kept": (_resident() - before) / 1e6,
+        "peak of a child, megabytes": resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024 / 1e6,
+        "seconds": time.perf_counter() - began,
+    }
+
+
+def _resident() -> float:
+    """Bytes of memory that this process holds; NaN where there is no /proc."""
+    statm = Path("/proc/self/statm")
+    return int(statm.read_text().split()[1]) * resource.getpagesize() if statm.exists() else float("nan")
