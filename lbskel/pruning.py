@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from lbskel.mesh import Mesh
 from lbskel.skeleton import Skeleton
 
+SWALLOWED = 1.75  # radii of a junction within which all balls of a branch lie that says nothing new
+
 
 def regroup(skeleton: Skeleton, group: NDArray[np.int64], keeper: NDArray[np.int64]) -> Skeleton:
     """Nodes of one group become one node, at the place of its keeper; also a new order, where each is its own group."""
@@ -74,7 +76,7 @@ def prune(skeleton: Skeleton, mesh: Mesh, *, ratio: float = 1.5) -> Skeleton:
 
 
 def cut_swallowed(skeleton: Skeleton) -> Skeleton:
-    """Cut the end branches that never leave the inscribed ball of their junction.
+    """Cut the end branches whose inscribed balls hardly stand out of that of their junction.
 
     Parameters
     ----------
@@ -85,8 +87,8 @@ def cut_swallowed(skeleton: Skeleton) -> Skeleton:
     for branch in skeleton.branches:
         way = branch if skeleton.degrees[branch[-1]] == 1 else branch[::-1]
         is_end = skeleton.degrees[way[-1]] == 1 and skeleton.degrees[way[0]] >= 3
-        far = np.linalg.norm(skeleton.nodes[way] - skeleton.nodes[way[0]], axis=1).max()
-        if is_end and far < skeleton.radii[way[0]] and not np.isin(way[1:], skeleton.anchors).any():
+        far = np.linalg.norm(skeleton.nodes[way] - skeleton.nodes[way[0]], axis=1) + skeleton.radii[way]
+        if is_end and far.max() < SWALLOWED * skeleton.radii[way[0]] and not np.isin(way[1:], skeleton.anchors).any():
             target[way] = way[0]
     return merge_into(skeleton, target)
 

@@ -1,11 +1,13 @@
 """Pruning, merging, resampling: what stays, where the vertices go, and that no cycle is ever lost."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from lbskel import Mesh, Skeleton, UnknownChoice, merge_junctions, prune, resample
+from lbskel.pruning import cut_swallowed
 
 
 def star(lengths, radius=0.5):
@@ -108,3 +110,35 @@ def test_a_bare_loop_stays_a_loop():
 def test_a_spacing_must_be_positive():
     with pytest.raises(UnknownChoice, match="positive"):
         resample(theta(), spacing=0.0)
+
+
+@pytest.mark.parametrize(
+    ("length", "radius", "is_cut"), [(0.4, 0.9, True), (0.7, 1.0, True), (0.9, 1.0, False), (2.0, 0.5, False)]
+)
+def test_an_end_branch_whose_balls_hardly_stand_out_of_the_junction_is_cut(length, radius, is_cut):
+    nodes = [[0, 0, 0], [-3, 0, 0], [3, 0, 0], [0, length / 2, 0], [0, length, 0]]
+    skeleton = Skeleton(nodes, [[0, 1], [0, 2], [0, 3], [3, 4]], [1, 1, 1, radius, radius], [0, 1, 2, 3, 4])
+    cut = cut_swallowed(skeleton)
+    assert len(cut.tips) == (2 if is_cut else 3)
+    assert cut.node_of_vertex[4] == (0 if is_cut else 4)
+    assert len(cut_swallowed(replace(skeleton, anchors=[4])).tips) == 3
+
+
+def test_resampling_keeps_anchors_and_makes_as_many_nodes_as_asked():
+    loop = Skeleton(
+        [[np.cos(a), np.sin(a), 0] for a in 2 * np.pi * np.arange(12) / 12],
+        [[k, (k + 1) % 12] for k in range(12)],
+        np.full(12, 0.2),
+        np.arange(12),
+        mean_radii=np.full(12, 0.3),
+        anchors=[5],
+    )
+    for n in (3, 4, 7, 50):
+        even = resample(loop, n_nodes=n)
+        assert (len(even.nodes), even.cycle_rank, even.n_components) == (n, 1, 1)
+        assert np.array_equal(even.nodes[even.anchors], loop.nodes[[5]])
+        assert even.mean_radii == pytest.approx(0.3)
+    with pytest.raises(UnknownChoice, match="at least 3"):
+        resample(loop, n_nodes=2)
+    with pytest.raises(UnknownChoice, match="either spacing or n_nodes"):
+        resample(loop)
