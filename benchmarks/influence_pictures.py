@@ -28,13 +28,11 @@ def _cut(mesh: Mesh, start: Mesh) -> Mesh:
 
 
 def stages(mesh: Mesh, results: Path) -> None:
-    """Mesh, after one step, after more, skeleton: a line of four for each strategy, five strategies to a picture."""
-    chosen = list(STRATEGIES.items())
-    for number, first in enumerate(range(0, len(chosen), 5), 1):
-        panels = []
-        for strategy, changes in chosen[first : first + 5]:
-            panels += _four(mesh, outcome(mesh, ContractionSettings(energy="least_squares", **changes)), strategy)
-        render(panels, results / f"influence_dinosaur_{number}.png", size=(1300, 1600), force=True)
+    """Mesh, after one step, after more, skeleton: a picture for each strategy."""
+    for strategy, changes in STRATEGIES.items():
+        result = outcome(mesh, ContractionSettings(energy="least_squares", **changes))
+        name = "_".join(strategy.lower().replace(",", "").replace("-", " ").split())
+        render(_four(mesh, result, strategy), results / f"influence_dinosaur_{name}.png", size=(1300, 260), force=True)
 
 
 def _four(mesh: Mesh, result: Outcome, title: str) -> list[Panel]:
@@ -85,7 +83,7 @@ def blow_up(meshes: Mapping[str, Mesh], results: Path) -> list[dict[str, Any]]:
                         "first broken step": result.free.broke_at,
                     }
                 )
-        render(panels, results / f"influence_blow_up_{Path(name).stem}.png", force=True)
+        render(panels, results / f"influence_blow_up_{Path(name).stem}.png", size=(1600, 520), force=True)
     return rows
 
 

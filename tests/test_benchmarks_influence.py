@@ -13,23 +13,27 @@ from lbskel.solvers.least_squares import lstsq
 
 
 def rows_of(case, **changes):
-    row = {"case": case, "free steps": 8, "broke at": None, "largest box": 1.0, "coverage": 0.1, "accuracy": 0.1}
-    return [row, {**row, **changes}]
+    row = {"case": case, "broke at": None, "contracted": True, "coverage": 0.1, "accuracy": 0.1, "steps": 8}
+    return [{"mesh": mesh, **row, **changes} for mesh in ("one", "two", "three")]
 
 
-def test_cases_are_ranked_by_what_they_come_to():
+def test_cases_are_ranked_by_where_they_are_sound():
+    once = rows_of("once")
+    once[1]["broke at"] = 7
     rows = [
-        *rows_of("without", coverage=None) * 2,
-        *rows_of("torn", coverage=2.0),
-        *rows_of("late", **{"broke at": 7, "largest box": 40.0}),
+        *rows_of("without", coverage=None),
+        *rows_of("torn", coverage=0.21),
+        *rows_of("stopped", contracted=False),
+        *rows_of("broken", **{"broke at": 7}),
+        *once,
         *rows_of("flow"),
     ]
-    for row in rows:
-        if row["case"] == "without":
-            row["coverage"] = None
-    lines = ranking(rows)
-    assert [(line["case"], line["rank"]) for line in lines] == [("flow", 1), ("late", 2), ("torn", 3), ("without", 4)]
-    assert lines[1]["breaks on"] == "1/2"
+    lines = {line["case"]: (line["rank"], line["sound on"]) for line in ranking(rows)}
+    assert list(lines) == ["once", "flow", "torn", "stopped", "broken", "without"]
+    assert lines["flow"] == (1, "3/3")
+    assert lines["once"] == (1, "2/3")
+    assert lines["torn"] == lines["stopped"] == lines["broken"] == (2, "0/3")
+    assert lines["without"] == (3, "0/3")
 
 
 def test_every_operator_and_weight_is_measured():
