@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array, load_npz, save_npz
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from benchmarks.harness import in_child, markdown_table, save_json, save_markdown, save_picture
+from benchmarks.harness import in_child, markdown_table, peak_growth, save_json, save_markdown, save_picture
 from lbskel import Mesh, factorize
 from lbskel.degeneracy import DEGENERATE
 from lbskel.energies import Pull, rectangular
@@ -108,15 +108,23 @@ def trial(n_vertices: int, when: str, method: str, cap: float, folder: Path) -> 
         if spent > cap:
             raise OutOfTimeError
 
+    found: list[NDArray[np.float64]] = []
+
+    def solve() -> None:
+        nonlocal began
+        began = time.perf_counter()
+        if method == "plain normal equations":
+            found.append(solve_once(csc_array(K.T @ K), K.T @ B))
+        else:
+            iterative = method not in ("qr", "svd", "augmented", *DIRECT)
+            options: dict[str, Any] = {"on_iterate": watch, "iterations": 2000} if iterative else {}
+            found.append(lstsq(K, B, method, **options))
+
     answer: dict[str, Any] = {}
     is_shown_by_restarts = method in ("lsqr", "lsmr")
     try:
-        if method == "plain normal equations":
-            X = solve_once(csc_array(K.T @ K), K.T @ B)
-        else:
-            iterative = method not in ("qr", "svd", "augmented", *DIRECT)
-            X = lstsq(K, B, method, on_iterate=watch if iterative else None, iterations=2000 if iterative else None)
-        error = float(np.linalg.norm(X - exact)) / size
+        answer["megabytes"] = peak_growth(solve)
+        error = float(np.linalg.norm(found[0] - exact)) / size
     except OutOfTimeError:
         answer["ended"] = f"cap of {cap:g} s"
         error = curve[-1][2]
@@ -132,7 +140,7 @@ def trial(n_vertices: int, when: str, method: str, cap: float, folder: Path) -> 
 def _row(n_vertices: int, when: str, method: str, cap: float, folder: Path) -> dict[str, Any]:
     """What came of a trial, or why none did."""
     answer = in_child(trial, n_vertices, when, method, cap, folder, timeout=2 * cap + 20)
-    row = {"size": n_vertices, "when": when, "method": method, "megabytes": answer.get("megabytes")}
+    row = {"size": n_vertices, "when": when, "method": method}
     if "error" in answer:
         return {**row, "ended": answer["error"]}
     return {**row, **answer["value"]}
@@ -185,8 +193,8 @@ def _tables(rows: list[dict[str, Any]], systems: list[dict[str, Any]], cap: floa
     largest = int((LARGEST_DENSE / 16) ** 0.5)
     sections["Notes"] = (
         f"Each run may take {cap:g} s and 2000 iterations; a method is tried on larger systems while its error, "
-        f"relative, stays below {USEFUL:g}. A dash: not tried. MB: by which the peak of the process grew, the system "
-        f"read included. Dense methods are refused over {LARGEST_DENSE / 1e9:g} GB for K alone, {largest} vertices. "
+        f"relative, stays below {USEFUL:g}. A dash: not tried. MB: at the peak, beyond what the system itself "
+        f"takes. Dense methods are refused over {LARGEST_DENSE / 1e9:g} GB for K alone, {largest} vertices. "
         "Seconds of lsqr and lsmr are halved, since showing iterates 1, 2, 4, ... costs them twice.\n"
     )
     return sections
