@@ -31,7 +31,7 @@ BENDS = (45.0, 90.0)  # degrees from one end of the shape to the other
 
 LEAST_SEEN = 0.01  # radii that a picture shows
 
-# mean and 95th percentile that a change may move a skeleton by, in radii
+# mean and 95th percentile that a change may move a skeleton by, in radii: a little above the worst that was measured
 LIMITS = {"noise": (0.5, 2.0), "turn": (1e-6, 1e-6), "sampling": (0.1, 0.3), "pose": (0.25, 1.0)}
 
 
