@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from conftest import joined, moved
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from lbskel import Mesh, UnknownChoice
@@ -166,6 +166,7 @@ def test_a_fin_stays_a_sheet_of_its_own():
 
 
 @given(st.integers(0, 2**32 - 1))
+@example(364590)  # a fan that passes an edge twice
 @settings(max_examples=40, deadline=None)
 def test_any_triangles_can_be_taken_apart(seed):
     rng = np.random.default_rng(seed)
@@ -314,9 +315,10 @@ def test_long_edges_are_split_and_the_surface_stays():
     assert result.mesh.volume == pytest.approx(mesh.volume)
 
 
-def test_what_is_flat_is_not_refined(rod):
+def test_what_is_flat_is_hardly_refined(rod):
     flat = rod.with_vertices(rod.vertices * [1, 1, 1e-3])
-    assert refine(flat).mesh is flat
+    # but for its rim, which looks along the plane; by its height there would be a hundred times the faces
+    assert len(refine(flat).mesh.faces) < 4 * len(flat.faces)
 
 
 def test_noise_is_smoothed_and_the_shape_kept():

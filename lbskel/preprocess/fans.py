@@ -36,10 +36,25 @@ class Fans:
 
 def fans_of(mesh: Mesh) -> Fans:
     """The fans of a mesh; faces that name a vertex twice hang together with none."""
+    pairs = _pairs(mesh)
+    while True:
+        of_corner = _numbers(mesh, pairs)
+        # where a fan passes an edge twice it would keep more than two faces: there nothing hangs together
+        F = np.sort(of_corner[:, [[1, 2], [2, 0], [0, 1]]], axis=2).transpose(1, 0, 2).reshape(-1, 2)
+        _, edge, count = np.unique(F, axis=0, return_inverse=True, return_counts=True)
+        crowded = (count[edge.reshape(-1)] > 2)[pairs].any(axis=1)
+        if not crowded.any():
+            break
+        pairs = pairs[~crowded]
+    partner = np.full(3 * len(mesh.faces), -1)
+    partner[pairs], partner[pairs[:, ::-1]] = pairs[:, ::-1], pairs
+    return Fans(of_corner, partner)
+
+
+def _numbers(mesh: Mesh, pairs: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(m, 3) the number of the fan at each corner, where faces hang together through pairs of half-edges."""
     m, n = len(mesh.faces), len(mesh.vertices)
-    a, b = _pairs(mesh).T
-    partner = np.full(3 * m, -1)
-    partner[a], partner[b] = b, a
+    a, b = pairs.T
     links = [(_corner(a, 1, m), _corner(b, 2, m)), (_corner(a, 2, m), _corner(b, 1, m))]
     rows, columns = (np.concatenate(side) for side in zip(*links, strict=True))
     graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(3 * m, 3 * m))
@@ -50,7 +65,7 @@ def fans_of(mesh: Mesh) -> Fans:
     is_first = np.zeros(len(first), dtype=bool)
     is_first[first_fan] = True
     number = np.where(is_first, vertex[first], n - 1 + np.cumsum(~is_first))
-    return Fans(number[label].reshape(3, m).T, partner)
+    return number[label].reshape(3, m).T
 
 
 def _corner(half_edge: NDArray[np.int64], along: int, m: int) -> NDArray[np.int64]:
