@@ -185,9 +185,9 @@ def _tables(rows: list[dict[str, Any]], systems: list[dict[str, Any]], cap: floa
         for row in (row for row in rows if row["when"] == when):
             line = lines.setdefault(row["method"], {"method": row["method"]})
             size = f"{row['size'] // 1000}k: "
-            line[f"{size}error"] = row.get("error", _short(row.get("ended", "")))
+            line[f"{size}error"] = row.get("error", "-")
             line[f"{size}iterations"] = row.get("iterations")
-            line[f"{size}s"] = f"over {cap:g}" if "ended" in row and "error" in row else row.get("seconds")
+            line[f"{size}s"] = _short(row["ended"]) if "ended" in row else row.get("seconds")
             line[f"{size}MB"] = row.get("megabytes")
         sections[f"{when.capitalize()}, step {STEPS[when]}"] = markdown_table(list(lines.values()))
     largest = int((LARGEST_DENSE / 16) ** 0.5)
@@ -202,12 +202,12 @@ def _tables(rows: list[dict[str, Any]], systems: list[dict[str, Any]], cap: floa
 
 def _short(reason: str) -> str:
     """A reason as a table has room for it."""
-    return "refused: memory" if "GB" in reason else reason.split(":")[0][:40]
+    return "refused: memory" if "GB" in reason else reason.replace("cap of", "over").split(":")[0][:40]
 
 
 def _picture(rows: list[dict[str, Any]], figure: Any) -> None:
-    """Error against iterations and against seconds, of the largest system that most iterative methods were tried on."""
-    size = min(max(row["size"] for row in rows), 5_000)
+    """Error against iterations and against seconds, of the smallest systems, on which all methods were tried."""
+    size = min(row["size"] for row in rows)
     axes = figure.subplots(2, len(STEPS), sharey=True)
     shown = [row for row in rows if row["size"] == size and row.get("curve")]
     methods = list(dict.fromkeys(row["method"] for row in shown))
