@@ -26,7 +26,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from lbskel.mesh import Mesh
 
 CELLS = 2000
-SOURCES = 60  # cells to which the mean distance is taken
+SOURCES = 40  # cells to which the mean distance is taken
 FEWEST_CELLS = 6  # of a limb whose length and area can be told
 ELONGATION = 2.8  # a half ball has 2.5, a ball on a stalk half its radius long 2.9; shapes without ends have up to 2.7
 FALL = 0.15  # of its length by which the mean distance falls along a limb; on a rod it is one half, on a ball nothing
@@ -75,7 +75,8 @@ def extremities(mesh: Mesh) -> Extremities:
     far = dijkstra(cells.graph, directed=False, indices=sources)
     is_reached = np.isfinite(far)
     height = np.where(is_reached, far, 0).sum(axis=0) / np.maximum(is_reached.sum(axis=0), 1)
-    limbs = [limb for limb in _limbs(cells, height) if _is_disc(mesh, cells, limb[0])]
+    component = connected_components(cells.graph, directed=False)[1]
+    limbs = [limb for limb in _limbs(cells, height) if _is_disc(mesh, cells, component, limb[0])]
     return Extremities(
         vertices=cells.seeds[[limb[0][0] for limb in limbs]] if limbs else np.empty(0, dtype=np.int64),
         lengths=np.array([length for _, length, _ in limbs]),
@@ -123,8 +124,9 @@ def _limbs(cells: _Cells, height: NDArray[np.float64]) -> list[tuple[NDArray[np.
         if not meeting:
             group[cell], members[cell], is_body[cell] = cell, [cell], False
             continue
-        into = max(meeting, key=lambda g: height[members[g][0]])
+        into = meeting[0]
         if len(meeting) > 1:
+            into = max(meeting, key=lambda g: height[members[g][0]])
             found = {g: limb for g in meeting if not is_body[g] and (limb := _limb(cells, height, members[g], cell))}
             largest = max(meeting, key=lambda g: len(members[g]))
             is_body[into] = (
@@ -159,10 +161,9 @@ def _limb(
     return (inner, length, area) if falls and 2 * np.pi * length**2 > ELONGATION * area else None
 
 
-def _is_disc(mesh: Mesh, cells: _Cells, limb: NDArray[np.int64]) -> bool:
+def _is_disc(mesh: Mesh, cells: _Cells, component: NDArray[np.int32], limb: NDArray[np.int64]) -> bool:
     """Whether the vertices of some cells, with the cells that they cut off from the rest filled in, are a disc."""
-    parts = connected_components(cells.graph, directed=False)[1]
-    outside = parts == parts[limb[0]]
+    outside = component == component[limb[0]]
     outside[limb] = False
     rest = np.flatnonzero(outside)
     piece = connected_components(cells.graph[rest][:, rest], directed=False)[1]

@@ -35,7 +35,7 @@ PRESSED = (
     0.2  # of the mean distance of its vertices: with a smaller radius a node is at the wall; in a flat limb it has 0.3
 )
 SPUR = 1.2  # radii of its junction that all balls of a spur stay within
-MOST_SECTIONS = 100  # cutting takes long: of more nodes than that as many are taken, evenly
+MOST_SECTIONS = 60  # cutting takes long: of more nodes than that as many are taken, evenly
 FEWEST_FACES = 4  # of a component that can enclose anything
 FEWEST_SECTIONS = 5  # that tell whether a branch is off its axis
 
