@@ -8,7 +8,7 @@ become thin is held harder; T is zero but for rows that :mod:`lbskel.degeneracy`
 Chu, Cohen-Or, Lee 2008, "Skeleton extraction by mesh contraction", https://doi.org/10.1145/1399504.1360643, equations
 4 to 6; the first holds the backward Euler flow of Desbrun, Meyer, Schroeder, Barr 1999,
 https://doi.org/10.1145/311535.311576, by the same weights, and needs a symmetric S. Both are solved for the
-displacement: late systems leave a tenth of the digits of a position, and all that matter of a small displacement.
+displacement, since an error relative to a small displacement is smaller than one relative to a position.
 """
 
 from __future__ import annotations

@@ -62,7 +62,7 @@ def test_the_rectangular_system_has_the_same_solution(treatment):
 
 
 @pytest.mark.parametrize("energy", ENERGIES)
-@pytest.mark.parametrize("treatment", set(DEGENERATE) & {"none", "identity", "identity_zero"})
+@pytest.mark.parametrize("treatment", ["none", "identity", "identity_zero"])
 def test_positions_and_displacements_are_one_solution(energy, treatment):
     mesh = away_from_the_origin()
     system = ENERGIES[energy](pull_of(mesh, treatment, np.arange(0, 200, 7), 3.0))
