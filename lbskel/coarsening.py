@@ -22,7 +22,7 @@ ROUNDS = 6  # at most, at a time: what is left is for after the next step
 SELECTIONS = 3  # of collapses among the edges of one round
 WORTHWHILE = 0.02  # of the vertices must go in a round for another to pay
 FEWEST = 16  # vertices that are left at least
-DIGITS = 11  # of a length that count, on a mesh of extent 1: of equal ones the order does not depend on rounding
+DIGITS = 9  # of a length that count, on a mesh of extent 1: of equal ones the order does not depend on rounding
 
 
 @dataclass(frozen=True, eq=False)
