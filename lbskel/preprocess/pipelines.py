@@ -167,27 +167,27 @@ def _value(text: str) -> int | float | str:
     return text
 
 
-_SOUND: list[str | Step] = ["merge_close", "remove_duplicates", "fix_orientation", "split_nonmanifold"]
+_SOUND: list[str | Step] = ["merge_close", "remove_duplicates", "fix_orientation"]
+
+_APART = ("split_nonmanifold", "remove_degenerate")  # after holes are closed, whose rims often touch themselves
 
 PIPELINES: dict[str, Pipeline] = {
     # crumbs, holes, and noise of the sensor
     "scan": Pipeline(
-        [*_SOUND, "keep_components", ("close_holes", {"largest": 1.0}), "remove_degenerate", "smooth_noise", "refine"]
+        [*_SOUND, "keep_components", ("close_holes", {"largest": 1.0}), *_APART, "smooth_noise", "refine"]
     ),
     # long triangles on flat parts, seams between patches, sharp edges that stay
-    "cad": Pipeline(
-        [*_SOUND, "close_holes", "remove_degenerate", ("remesh_isotropic", {"edge": 0.4, "of": "thickness"})]
-    ),
+    "cad": Pipeline([*_SOUND, "close_holes", *_APART, ("remesh_isotropic", {"edge": 0.4, "of": "thickness"})]),
     # few large triangles, vertices split for textures, open parts
     "game": Pipeline(
         [
             ("merge_close", {"tolerance": 1e-5}),
             *_SOUND[1:],
             ("close_holes", {"largest": 1.0}),
-            "remove_degenerate",
+            *_APART,
             "refine",
         ]
     ),
     # dense and smooth: fewer triangles do
-    "organic": Pipeline([*_SOUND, "close_holes", "remove_degenerate", ("simplify", {"error": 0.002})]),
+    "organic": Pipeline([*_SOUND, "close_holes", *_APART, ("simplify", {"error": 0.002})]),
 }
