@@ -92,6 +92,8 @@ def ways_inside(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surfa
     no deeper than the nodes lie at most.
     """
     is_outside = leaves(P[pairs], surface)
+    if not is_outside.any():
+        return list(P[pairs].mean(axis=1, keepdims=True))
     V, edges = surface.mesh.vertices, surface.mesh.edges
     outward = igl.per_vertex_normals(V, surface.mesh.faces, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_ANGLE)
     inward = -np.nan_to_num(outward)  # a vertex all of whose faces are degenerate has none
