@@ -36,6 +36,7 @@ THEORY: dict[str, set[str]] = {
     "cotangent_identity": {"local"},
     "mean_value": {"local", "constants", "linear", "positive", "maximum"},
     "mean_value_symmetric": KEEPS - {"linear"},
+    "mollified": KEEPS - {"linear", "positive", "maximum"},
     "intrinsic_delaunay": KEEPS - {"local"},
     "robust": KEEPS - {"local"},
     "heat_kernel": KEEPS - {"local", "linear"},

@@ -25,8 +25,8 @@ from benchmarks.operators_convergence import (
     uneven_sphere,
     uneven_torus,
 )
+from benchmarks.operators_properties import THEORY, shapes
 from benchmarks.operators_properties import measure as measure_properties
-from benchmarks.operators_properties import shapes
 from benchmarks.operators_properties import tables as tables_of_properties
 from benchmarks.operators_speed import DIRECT, LIBIGL, calls, mesh_of
 from lbskel.operators import OPERATORS
@@ -145,3 +145,7 @@ def test_calls_of_the_speed_table():
     assert set(OPERATORS) < set(found) <= {*OPERATORS, *DIRECT}
     for name in (LIBIGL, "cotangent", "robust_laplacian: mesh_laplacian"):
         found[name](mesh)
+
+
+def test_every_operator_has_its_row_of_theory():
+    assert list(THEORY) == list(OPERATORS)
