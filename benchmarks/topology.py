@@ -27,7 +27,7 @@ from lbskel.handles import tunnel_cochain
 from lbskel.shapes import capsule, chain_of_tori, sphere, torus
 
 RUNS, QUICK_RUNS = 2000, 120
-SKELETONS, QUICK_SKELETONS = 40, 4
+SKELETONS, QUICK_SKELETONS = 200, 4
 NOISES = (0.25, 0.5, 1.0, 1.5)
 
 POSITIONS: dict[str, Callable[[lbskel.Mesh, np.random.Generator], NDArray[np.float64]]] = {
