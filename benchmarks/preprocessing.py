@@ -31,6 +31,7 @@ MORE_MESHES = "LBSKEL_MESHES"  # environment variable: a folder of more meshes t
 SCANNED = ("tree", "hand", "knot", "spiked_ring", "tripod", "dinosaur")
 RUNS, QUICK_RUNS = 1000, 20
 LIMIT = 10.0  # seconds for one run of a filter, of which half a second is its start
+ENDS = {"signal": "child crashes", "took more": "over its time", "leaves nothing": "leaves nothing"}  # of what is said
 
 
 def run(quick: bool, results: Path) -> None:
@@ -64,7 +65,7 @@ def run(quick: bool, results: Path) -> None:
             "Scans: noise, holes, crumbs; the skeleton against the clean original's": markdown_table(scans),
             "Low-poly shapes, means": markdown_table(_coarse_summary(coarse)),
             "What looking costs, on closed meshes": markdown_table(cost),
-            "Remeshing of broken meshes in children": markdown_table([hostile]),
+            "pymeshlab on hostile meshes, in children": markdown_table([hostile]),
         },
     )
 
@@ -196,7 +197,7 @@ def _hostile(runs: int) -> dict[str, Any]:
         except (LbskelError, TypeError, ValueError):
             continue
     outcomes: Counter[str] = Counter()
-    before = _resident()
+    before = _resident() / 1e6
     began = time.perf_counter()
     for number in range(runs):
         if number % 2:
@@ -208,12 +209,13 @@ def _hostile(runs: int) -> dict[str, Any]:
             in_child("remesh_isotropic", mesh, seconds=LIMIT, target_length=length)
             outcomes["a mesh"] += 1
         except LbskelError as error:
-            text = str(error)
-            outcomes[next((sign for sign in ("signal", "took more", "leaves nothing") if sign in text), "refused")] += 1
+            outcomes[next((name for sign, name in ENDS.items() if sign in str(error)), "child refuses")] += 1
     return {
         "runs": runs,
-        **{name: outcomes[name] for name in ("a mesh", "refused", "leaves nothing", "signal", "took more")},
-        "megabytes kept": (_resident() - before) / 1e6,
+        **{name: outcomes[name] for name in ("a mesh", "child refuses", *ENDS.values())},
+        "caller alive": True,
+        "megabytes before": before,
+        "megabytes after": _resident() / 1e6,
         "peak of a child, megabytes": resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024 / 1e6,
         "seconds": time.perf_counter() - began,
     }

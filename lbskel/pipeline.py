@@ -125,20 +125,19 @@ def skeletonize(
         if len(part.mesh.faces) < FEWEST_FACES or not part.mesh.area > 0:
             skipped.append(part.mesh)
             continue
-        mine = part.vertex_map[near] >= 0
-        at = part.vertex_map[near[mine]], places[mine]
+        mine = np.isin(near, part.vertices)
+        at = np.searchsorted(part.vertices, near[mine]), places[mine]
         parts.append((part, *skeleton_of_component(part.mesh, options, at, clock)))
     if not parts:
         raise MeshError(
-            f"no component of the mesh has {FEWEST_FACES} faces and an area, so there is nothing that a skeleton could "
-            f"stand for: {len(given.faces)} faces in all"
+            f"none of the mesh's {unit.n_components} components has {FEWEST_FACES} faces and an area, so there is nothing "
+            "that a skeleton could stand for; if they should hang together, preprocess='merge_close:tolerance=1e-3'"
         )
     whole = _joined([skeleton for _, skeleton, _ in parts])
     node_of = np.full(len(unit.vertices), -1)
     first = 0
     for part, skeleton, _ in parts:
-        mine = part.vertex_map >= 0
-        node_of[mine] = skeleton.node_of_vertex[part.vertex_map[mine]] + first
+        node_of[part.vertices] = skeleton.node_of_vertex + first
         first += len(skeleton.nodes)
     whole = replace(whole, node_of_vertex=_filled(node_of, unit.vertices, whole.nodes))
     if n_nodes is not None:

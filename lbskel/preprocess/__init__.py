@@ -4,6 +4,7 @@ __all__ = [
     "PIPELINES",
     "PREPARATIONS",
     "STEPS",
+    "Component",
     "MeshReport",
     "Pipeline",
     "Preprocessed",
@@ -19,4 +20,4 @@ from lbskel.preprocess.checking import MeshReport, check
 from lbskel.preprocess.pipelines import PIPELINES, STEPS, Pipeline
 from lbskel.preprocess.preprocessed import Preprocessed
 from lbskel.preprocess.simplification import simplify
-from lbskel.preprocess.tidying import components, tidy
+from lbskel.preprocess.tidying import Component, components, tidy

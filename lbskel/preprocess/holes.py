@@ -24,7 +24,7 @@ MOST_EDGES = 300  # of a rim that is triangulated without a vertex in its middle
 def close_holes(mesh: Mesh, *, largest: float = 0.3) -> Preprocessed:
     """Fill holes with triangles; all vertices stay where they are.
 
-    A rim that would take more than half the area of its component to fill is that of a sheet, and no hole.
+    A rim that would take as many faces as its component has, or half its area, is that of a sheet and no hole.
 
     Parameters
     ----------
@@ -43,11 +43,15 @@ def close_holes(mesh: Mesh, *, largest: float = 0.3) -> Preprocessed:
     loops = boundary_loops(mesh)
     V, faces = mesh.vertices, [mesh.faces]
     middles: list[list[float]] = []
-    area_of = np.bincount(mesh.component_of_vertex[mesh.faces[:, 0]], mesh.face_areas)
+    label = mesh.component_of_vertex[mesh.faces[:, 0]]
+    area_of, n_faces_of = np.bincount(label, mesh.face_areas), np.bincount(label)
     n_open = 0
     pairs = set((mesh.edges[:, 0] * len(V) + mesh.edges[:, 1]).tolist())
     for loop in loops:
-        rim = V[loop]
+        rim, component = V[loop], mesh.component_of_vertex[loop[0]]
+        if len(loop) - 2 >= n_faces_of[component]:
+            n_open += 1
+            continue
         if np.linalg.norm(np.roll(rim, -1, axis=0) - rim, axis=1).sum() > largest * mesh.diagonal:
             n_open += 1
             continue
@@ -57,7 +61,7 @@ def close_holes(mesh: Mesh, *, largest: float = 0.3) -> Preprocessed:
             places, first = np.concatenate([rim, [rim.mean(axis=0)]]), np.arange(len(loop))
             triangles = np.stack([first, np.roll(first, -1), np.full(len(loop), len(loop))], axis=1)
         A, B, C = places[triangles].transpose(1, 0, 2)
-        if np.linalg.norm(np.cross(B - A, C - A), axis=1).sum() > area_of[mesh.component_of_vertex[loop[0]]]:
+        if np.linalg.norm(np.cross(B - A, C - A), axis=1).sum() > area_of[component]:
             n_open += 1
             continue
         numbers = np.append(loop, len(V) + len(middles))

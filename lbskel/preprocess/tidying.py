@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-__all__ = ["components", "tidy"]
+__all__ = ["Component", "components", "tidy"]
+
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lbskel.mesh import Mesh
 from lbskel.preprocess.merging import merge_close, remove_duplicates
@@ -22,16 +25,34 @@ def tidy(mesh: Mesh) -> Preprocessed:
     return tidied if tidied.notes else unchanged(mesh)
 
 
-def components(mesh: Mesh) -> list[Preprocessed]:
+@dataclass(frozen=True, eq=False)
+class Component:
+    """A connected part of a mesh.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The part alone.
+    vertices : (k,) array of int
+        Which vertex of the whole each of its vertices is, in ascending order.
+    """
+
+    mesh: Mesh
+    vertices: NDArray[np.int64]
+
+
+def components(mesh: Mesh) -> list[Component]:
     """Each connected component as a mesh of its own, in the order of ``mesh.component_of_vertex``."""
     if mesh.n_components == 1 and len(mesh.used_vertices) == len(mesh.vertices):
-        return [unchanged(mesh)]
-    label = mesh.component_of_vertex
-    label_of_face = label[mesh.faces[:, 0]]
-    parts = []
-    for number in range(mesh.n_components):
-        mine = np.flatnonzero(label == number)
-        new_of = np.full(len(label), -1)
-        new_of[mine] = np.arange(len(mine))
-        parts.append(Preprocessed(Mesh(mesh.vertices[mine], new_of[mesh.faces[label_of_face == number]]), new_of))
-    return parts
+        return [Component(mesh, mesh.used_vertices)]
+    n = mesh.n_components
+    label = np.minimum(mesh.component_of_vertex, n)  # n: of vertices that no face uses
+    vertices, faces = np.argsort(label, kind="stable"), np.argsort(label[mesh.faces[:, 0]], kind="stable")
+    ends = np.cumsum(np.bincount(label, minlength=n + 1))[:n]
+    face_ends = np.cumsum(np.bincount(label[mesh.faces[:, 0]]))
+    number = np.empty(len(label), dtype=np.int64)
+    number[vertices] = np.arange(len(label)) - np.append(0, ends)[label[vertices]]
+    return [
+        Component(Mesh(mesh.vertices[mine], number[mesh.faces[its_faces]]), mine)
+        for mine, its_faces in zip(np.split(vertices, ends)[:n], np.split(faces, face_ends)[:n], strict=True)
+    ]
