@@ -130,8 +130,9 @@ def skeletonize(
         parts.append((part, *skeleton_of_component(part.mesh, options, at, clock)))
     if not parts:
         raise MeshError(
-            f"none of the mesh's {unit.n_components} components has {FEWEST_FACES} faces and an area, so there is nothing "
-            "that a skeleton could stand for; if they should hang together, preprocess='merge_close:tolerance=1e-3'"
+            f"no component of the mesh has {FEWEST_FACES} faces and an area, so there is nothing that a skeleton could "
+            f"stand for: {len(given.faces)} faces in all; where they should hang together, let "
+            "preprocess='merge_close:tolerance=1e-3' join their corners"
         )
     whole = _joined([skeleton for _, skeleton, _ in parts])
     node_of = np.full(len(unit.vertices), -1)
