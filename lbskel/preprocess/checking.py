@@ -18,6 +18,7 @@ from lbskel.preprocess.findings import advised, sentences
 from lbskel.preprocess.holes import boundary_loops
 from lbskel.preprocess.orientation import SHEET, openness
 from lbskel.preprocess.refining import coarse_share
+from lbskel.preprocess.roughness import roughness
 from lbskel.preprocess.tidying import components, tidy
 
 SHARP = 0.5  # degrees: of a corner that makes a face degenerate by its angles, as remove_degenerate has it
@@ -56,6 +57,8 @@ class MeshReport:
         Components that enclose nothing to speak of.
     coarse_faces : float
         Share of the faces with an edge that is long against the thickness of the shape, from a sample.
+    roughness : float
+        Height of noise, in edge lengths, as :func:`lbskel.preprocess.roughness.roughness` has it.
     diagonal, area : float
         In the units of the mesh.
     volume : float or None
@@ -92,6 +95,7 @@ class MeshReport:
     genera: tuple[int | None, ...]
     sheets: int
     coarse_faces: float
+    roughness: float
     diagonal: float
     area: float
     volume: float | None
@@ -170,6 +174,7 @@ def check(mesh: Mesh) -> MeshReport:
         genera=tuple(part.genus for part in parts),
         sheets=sum(openness(part) > SHEET for part in parts),
         coarse_faces=coarse_share(tidied, COARSE_EDGE),
+        roughness=roughness(tidied),
         diagonal=diagonal,
         area=mesh.area,
         volume=mesh.volume if mesh.is_closed_manifold else None,

@@ -12,6 +12,7 @@ import numpy as np
 from lbskel.mesh import Mesh
 from lbskel.preprocess.automatic import COARSE_EDGE, COARSE_SHARE
 from lbskel.preprocess.orientation import SHEET, openness
+from lbskel.preprocess.roughness import ROUGH
 
 FEWEST_FACES = 4  # of a component that can enclose anything
 LOOSE = 0.5  # share of the area in components of fewer faces: beyond, it is a soup that stays one
@@ -51,6 +52,8 @@ def sentences(facts: Mapping[str, Any]) -> tuple[str, ...]:
             f"{facts['coarse_faces']:.0%} of the faces have an edge longer than {COARSE_EDGE:g} of the thickness: "
             "split, where the mesh is small."
         )
+    if facts["roughness"] > ROUGH:
+        found.append("The surface is rough, by noise of more than a third of its edges' length: smoothed.")
     if facts["longest_edge"] > UNEVEN * facts["shortest_edge"]:
         found.append("The longest edge is over 10,000 times the shortest: remeshing would help.")
     return tuple(found)
