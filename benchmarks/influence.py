@@ -1,60 +1,95 @@
 """Operators, treatments of degenerate triangles, energies and weights: what each does to the contraction and skeleton.
 
 Shapes whose skeleton is known, the repository's dinosaur, and the meshes of a folder given with --meshes. Every case
-runs twice, with the guard as a user has it, and without, as published, to see where the steps themselves break.
+runs twice, with the guard as a user has it, and without, as published, to see where the steps themselves break. First
+one choice after the other on all of them, then all combinations on a few.
 """
 
 from __future__ import annotations
 
 __all__ = ["run"]
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks import influence_claims
+from benchmarks import influence_claims, influence_factorial
 from benchmarks.harness import markdown_table, save_json, save_markdown
 from benchmarks.influence_cases import OTHERS, WEIGHT_CASES, measure, prepared, ranking, tables
 from benchmarks.influence_pictures import blow_up, curves, stages
-from lbskel import read_mesh
+from lbskel import ContractionSettings, Mesh, Skeleton, read_mesh
 from lbskel.comparison import CASES
+from lbskel.settings import STRATEGIES
 from lbskel.shapes import SHAPES, make
 
 DINOSAUR = Path(__file__).parent.parent / "meshes" / "dinosaur.ply"
 QUICK = ("hand", "dinosaur", "ladder")
 FEW = ("hand", "ladder", "knot", "tripod")
+CROSSED = ("hand", "ladder")  # genus 0 and 4, and the dinosaur
+MOST_FACES, MOST_FACES_CROSSED = 60_000, 2_000
+
+Some = Mapping[str, tuple[Mesh, Skeleton | None]]
 
 
 def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
-    """Measure, and write influence.json, influence.md and pictures."""
+    """Measure, and write influence.json, influence.md and pictures; what takes long is written as it comes."""
     n_vertices = 800 if quick else 1500
-    shapes = {}
+    shapes: dict[str, tuple[Mesh, Skeleton | None]] = {}
     for name in QUICK if quick else SHAPES:
         shape = make(name, n_vertices=n_vertices)
         shapes[name] = shape.mesh, shape.truth
-    read = {path.name: (read_mesh(path), None) for path in (() if quick else (DINOSAUR, *meshes))}
-    real = prepared(read)
-    pictured = shapes["dinosaur"][0] if quick else real[DINOSAUR.name][0]
+    real: Some = {}
+    if not quick:
+        real = prepared({path.name: (read_mesh(path), None) for path in (DINOSAUR, *meshes)}, MOST_FACES)
     few = {name: shapes[name] for name in (QUICK[:1] if quick else FEW)}
-    rows: dict[str, list[dict[str, Any]]] = {
-        "strategies": measure(shapes, CASES),
-        "strategies, real meshes": measure(real, CASES),
-        "other operators": measure(few, {} if quick else OTHERS),
-        "weights": measure(few, dict(list(WEIGHT_CASES.items())[::2]) if quick else WEIGHT_CASES),
-    }
+    measured: dict[str, Any] = {"quick": quick}
+    sections: dict[str, str] = {}
+
+    def save(name: str, rows: Any, text: str) -> None:
+        measured[name] = rows
+        sections[name[0].upper() + name[1:]] = text
+        save_json(results / "influence.json", measured)
+        save_markdown(results / "influence.md", "What strategies, operators, energies and weights do", sections)
+
+    strategies = measure(shapes, CASES)
+    save("ranking", ranking(strategies), markdown_table(ranking(strategies)))
+    save("strategies", strategies, tables(strategies))
+    pictured = shapes["dinosaur"][0] if quick else real[DINOSAUR.name][0]
+    curves(strategies, "dinosaur", results / "influence_curves.png")
+    stages(pictured, _published(quick), results)
     exploding = {name: mesh for name, (mesh, _) in real.items() if name.startswith("dino")} or {"dinosaur": pictured}
     broken = blow_up(exploding, results)
-    stages(pictured, results)
-    curves(rows["strategies"], "dinosaur", results / "influence_curves.png")
-    claims = influence_claims.measure(few, n_vertices)
-    save_json(results / "influence.json", {"quick": quick, **rows, "blow-up": broken, "claims": claims})
-    save_markdown(
-        results / "influence.md",
-        "What strategies, operators, energies and weights do",
-        {
-            "Ranking": markdown_table(ranking(rows["strategies"])),
-            **{name.capitalize(): tables(some) for name, some in rows.items() if some},
-            "Blow-up": markdown_table(broken),
-            "Claims of Au et al. 2008": influence_claims.tables(claims),
-        },
-    )
+    save("blow-up", broken, markdown_table(broken))
+    weights = measure(few, dict(list(WEIGHT_CASES.items())[::2]) if quick else WEIGHT_CASES)
+    save("weights", weights, tables(weights))
+    claims = influence_claims.measure(few if quick else shapes, n_vertices)
+    save("claims of Au et al. 2008", claims, influence_claims.tables(claims))
+    if quick:
+        return
+    crossed = influence_factorial.measure(_crossed(shapes))
+    save("all combinations", crossed, influence_factorial.tables(crossed))
+    others = measure(few, OTHERS)
+    save("other operators", others, tables(others))
+    rows: list[dict[str, Any]] = []
+    for name, given in sorted(real.items(), key=lambda item: len(item[1][0].faces)):
+        rows += measure({name: given}, CASES)
+        save("strategies, real meshes", rows, tables(rows))
+
+
+def _published(quick: bool) -> dict[str, ContractionSettings]:
+    """Each strategy, and each further operator, with the published energy."""
+    cases = {name: ContractionSettings(energy="least_squares", **changes) for name, changes in STRATEGIES.items()}
+    if not quick:
+        cases |= {
+            str(settings.operator): settings for settings in OTHERS.values() if settings.energy == "least_squares"
+        }
+    return cases
+
+
+def _crossed(shapes: Some) -> dict[str, tuple[Mesh, Skeleton]]:
+    """A shape without handles, one with, and the dinosaur as a simplified mesh has it, all of one size."""
+    some = {name: shapes[name] for name in CROSSED}
+    some[DINOSAUR.name] = read_mesh(DINOSAUR), make("dinosaur").truth
+    return {
+        name: (mesh, truth) for name, (mesh, truth) in prepared(some, MOST_FACES_CROSSED).items() if truth is not None
+    }

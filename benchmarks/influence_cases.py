@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["OTHERS", "WEIGHT_CASES", "measure", "prepared", "ranking", "tables"]
+__all__ = ["FAR", "OTHERS", "WEIGHT_CASES", "is_sound", "measure", "prepared", "ranking", "tables"]
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -40,16 +40,19 @@ def measure(
     """One row for each mesh and case."""
     rows = []
     for name, (mesh, truth) in meshes.items():
-        reference = outcome(mesh, CASES["flow"]).skeleton if cases else None
+        default = outcome(mesh, CASES["flow"])
         for case, settings in cases.items():
-            row = record(outcome(mesh, settings), truth=truth, reference=reference)
+            result = default if settings == CASES["flow"] else outcome(mesh, settings)
+            row = record(result, truth=truth, reference=default.skeleton)
             rows.append({"mesh": name, "vertices": len(mesh.vertices), "case": case, **row})
     return rows
 
 
-def prepared(meshes: Mapping[str, tuple[Mesh, Skeleton | None]]) -> dict[str, tuple[Mesh, Skeleton | None]]:
-    """The largest component of each, simplified if it is large."""
-    return {name: (representative(mesh), truth) for name, (mesh, truth) in meshes.items()}
+def prepared(
+    meshes: Mapping[str, tuple[Mesh, Skeleton | None]], most_faces: int
+) -> dict[str, tuple[Mesh, Skeleton | None]]:
+    """The largest component of each, simplified if it has more faces."""
+    return {name: (representative(mesh, most_faces=most_faces), truth) for name, (mesh, truth) in meshes.items()}
 
 
 def _share(rows: Iterable[Mapping[str, Any]], key: str) -> str:
@@ -90,6 +93,17 @@ FAR = 2.0  # times the default's coverage on the same mesh: parts are missing
 RANKS = {1: "sound on most meshes", 2: "not sound on most", 3: "no skeleton"}
 
 
+def is_sound(row: Mapping[str, Any], enough: float) -> bool:
+    """Whether the steps break nowhere, the guarded ones reach their target, and the skeleton covers well enough."""
+    return (
+        row.get("coverage") is not None
+        and "broke at" in row
+        and row["broke at"] is None
+        and bool(row["contracted"])
+        and row["coverage"] <= enough
+    )
+
+
 def ranking(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Cases by on how many meshes, whose true skeleton is known, they are sound, the best first.
 
@@ -100,13 +114,9 @@ def ranking(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     lines = []
     for case in dict.fromkeys(row["case"] for row in rows):
         mine = [row for row in rows if row["case"] == case]
-        made = [row for row in mine if row.get("coverage") is not None]
-        sound = [
-            row
-            for row in made
-            if row["broke at"] is None and row["contracted"] and row["coverage"] <= enough[row["mesh"]]
-        ]
-        rank = 3 if not made else 1 if 2 * len(sound) > len(mine) else 2
+        is_made = any(row.get("coverage") is not None for row in mine)
+        sound = [row for row in mine if is_sound(row, enough[row["mesh"]])]
+        rank = 3 if not is_made else 1 if 2 * len(sound) > len(mine) else 2
         measured = {key: _median(mine, key) for key in ("coverage", "accuracy", "steps")}
         lines.append(
             {"rank": rank, "what it is": RANKS[rank], "case": case, "sound on": f"{len(sound)}/{len(mine)}", **measured}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 __all__ = ["blow_up", "curves", "stages"]
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -27,12 +28,12 @@ def _cut(mesh: Mesh, start: Mesh) -> Mesh:
     return start.with_vertices(V * np.minimum(1.0, REACH / np.maximum(far, 1e-300)) * start.extent + start.centroid)
 
 
-def stages(mesh: Mesh, results: Path) -> None:
-    """Mesh, after one step, after more, skeleton: a picture for each strategy."""
-    for strategy, changes in STRATEGIES.items():
-        result = outcome(mesh, ContractionSettings(energy="least_squares", **changes))
-        name = "_".join(strategy.lower().replace(",", "").replace("-", " ").split())
-        render(_four(mesh, result, strategy), results / f"influence_dinosaur_{name}.png", size=(1300, 260), force=True)
+def stages(mesh: Mesh, cases: Mapping[str, ContractionSettings], results: Path) -> None:
+    """Mesh, after one step, after more, skeleton: a picture for each case."""
+    for case, settings in cases.items():
+        result = outcome(mesh, settings)
+        name = "_".join(re.findall(r"\w+", case.lower()))
+        render(_four(mesh, result, case), results / f"influence_dinosaur_{name}.png", size=(1300, 260), force=True)
 
 
 def _four(mesh: Mesh, result: Outcome, title: str) -> list[Panel]:

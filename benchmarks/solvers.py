@@ -1,13 +1,16 @@
 """Least-squares solvers on the systems of a contraction: error by iteration and by time, memory, conditioning.
 
-Early, middle and late steps of the published energy on a chain of two rings, solved for the displacement. Every method
-runs in a process of its own, on to larger systems as long as it ends within the cap with an error below a hundredth.
+Early, middle and late steps of the published energy on a chain of two rings, solved for the displacement, so that zero
+is the warm start. Every method runs in a process of its own, and its seconds are those that the processor gave it, so
+that other work beside it counts less. At each of the three it goes on to larger systems as long as it ends in time with
+an error below a hundredth, and the last row tells how it ended; on the largest early system all of them run.
 """
 
 from __future__ import annotations
 
 __all__ = ["run"]
 
+import signal
 import tempfile
 import time
 from pathlib import Path
@@ -19,7 +22,7 @@ from scipy.sparse import csc_array, csr_array, load_npz, save_npz
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from benchmarks.harness import in_child, markdown_table, peak_growth, save_json, save_markdown, save_picture
-from lbskel import Mesh, factorize
+from lbskel import Mesh, SolveError, factorize
 from lbskel.degeneracy import DEGENERATE
 from lbskel.energies import Pull, rectangular
 from lbskel.operators import laplacian
@@ -29,8 +32,12 @@ from lbskel.solvers.least_squares import LARGEST_DENSE, LEAST_SQUARES, lstsq
 from lbskel.weights import HOLDS, STARTS, mean_ring_area, ring_areas
 
 STEPS = {"early": 1, "middle": 4, "late": 8}
+DENSE = ("qr", "svd")
 GRIDS = {1_000: 0.1687, 5_000: 0.0737, 25_000: 0.032, 170_000: 0.01227}  # of marching cubes, for about so many vertices
+DENSE_GRIDS = {2_000: 0.114, 3_000: 0.093}  # between the first and the second of those
+CAP, QUICK_CAP, ITERATIONS = 60.0, 5.0, 2000  # seconds, and of the iterative methods
 USEFUL = 1e-2  # relative error, beyond which a method is not tried on larger systems
+OTHERS_WORK = 8.0  # times the cap: when a process is given up that waits for others
 REFINEMENTS = 3  # of the solution that errors are measured from
 OPERATOR = "intrinsic_delaunay"
 
@@ -50,12 +57,12 @@ def _system(start: Mesh, now: Mesh, step: int) -> tuple[csr_array, NDArray[np.fl
     return rectangular(pull)
 
 
-def _write_systems(n_vertices: int, folder: Path) -> dict[str, dict[str, Any]]:
+def _write_systems(n_vertices: int, folder: Path, last: int = max(STEPS.values())) -> dict[str, dict[str, Any]]:
     """Contract a mesh of about that many vertices, and write the systems asked for, each with its solution."""
-    mesh = chain_of_tori(2, step=GRIDS[n_vertices])
+    mesh = chain_of_tori(2, step={**GRIDS, **DENSE_GRIDS}[n_vertices])
     now = start = mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.extent)
     told: dict[str, dict[str, Any]] = {}
-    for step in range(1, 1 + max(STEPS.values())):
+    for step in range(1, 1 + last):
         K, B = _system(start, now, step)
         factorization = factorize(csc_array(K.T @ K), "cholmod")
         X = factorization.solve(K.T @ B)
@@ -87,86 +94,131 @@ def _read(n_vertices: int, when: str, folder: Path) -> tuple[csr_array, NDArray[
     return csr_array(load_npz(folder / f"{n_vertices}_{when}.npz")), sides["B"], sides["X"]
 
 
-def trial(n_vertices: int, when: str, method: str, cap: float, folder: Path) -> dict[str, Any]:
-    """One method on one system, for a process of its own; the iterates' errors, and seconds without looking at them."""
-    K, B, exact = _read(n_vertices, when, folder)
-    size = float(np.linalg.norm(exact))
-    curve: list[tuple[int, float, float]] = []
-    looking = 0.0
-    began = time.perf_counter()
+def is_iterative(method: str) -> bool:
+    """Whether a method shows iterates."""
+    return method not in (*DENSE, "augmented", "plain normal equations", *DIRECT)
 
-    class OutOfTimeError(Exception):
-        pass
 
-    def watch(number: int, X: NDArray[np.float64]) -> None:
-        nonlocal looking
-        at = time.perf_counter()
-        spent = at - began - looking
-        if number < 8 or number & (number - 1) == 0 or number % 100 == 0 or spent > cap:
-            curve.append((number, spent, float(np.linalg.norm(X - exact)) / size))
-            looking += time.perf_counter() - at
-        if spent > cap:
+class OutOfTimeError(Exception):
+    """The cap has been reached."""
+
+
+class Watch:
+    """The errors of iterates by number and by seconds, less those spent looking.
+
+    scipy's lsqr and lsmr are run anew for 1, 2, 4, ... iterations, so that each look tells the seconds of a run of its
+    own, and the last is one that leaves no time for twice as many.
+    """
+
+    def __init__(self, exact: NDArray[np.float64], cap: float, *, by_restarts: bool):
+        self.exact, self.size = exact, float(np.linalg.norm(exact))
+        self.cap, self.by_restarts = cap, by_restarts
+        self.curve: list[tuple[int, float, float]] = []
+        self.number, self.looking, self.began = 0, 0.0, time.process_time()
+
+    def error(self, X: NDArray[np.float64]) -> float:
+        """Of a solution, relative."""
+        return float(np.linalg.norm(X - self.exact)) / self.size
+
+    def __call__(self, number: int, X: NDArray[np.float64]) -> None:
+        at = time.process_time()
+        spent = at - self.began - self.looking
+        is_over = spent > self.cap / (2 if self.by_restarts else 1)
+        self.number = number
+        if self.by_restarts or is_over or number < 8 or number & (number - 1) == 0 or number % 100 == 0:
+            self.curve.append((number, spent, self.error(X)))
+        if is_over:
             raise OutOfTimeError
+        if self.by_restarts:
+            self.began = time.process_time()
+        else:
+            self.looking += time.process_time() - at
 
+
+def trial(n_vertices: int, when: str, method: str, cap: float, folder: Path) -> dict[str, Any]:
+    """One method on one system."""
+    K, B, exact = _read(n_vertices, when, folder)
+    watch = Watch(exact, cap, by_restarts=method in ("lsqr", "lsmr"))
     found: list[NDArray[np.float64]] = []
 
     def solve() -> None:
-        nonlocal began
-        began = time.perf_counter()
+        watch.began = time.process_time()
         if method == "plain normal equations":
             found.append(solve_once(csc_array(K.T @ K), K.T @ B))
         else:
-            iterative = method not in ("qr", "svd", "augmented", *DIRECT)
-            options: dict[str, Any] = {"on_iterate": watch, "iterations": 2000} if iterative else {}
+            options: dict[str, Any] = {"on_iterate": watch, "iterations": ITERATIONS} if is_iterative(method) else {}
             found.append(lstsq(K, B, method, **options))
 
     answer: dict[str, Any] = {}
-    is_shown_by_restarts = method in ("lsqr", "lsmr")
     try:
         answer["megabytes"] = peak_growth(solve)
-        error = float(np.linalg.norm(found[0] - exact)) / size
+        answer["error"], answer["seconds"] = watch.error(found[0]), time.process_time() - watch.began - watch.looking
     except OutOfTimeError:
-        answer["ended"] = f"cap of {cap:g} s"
-        error = curve[-1][2]
-    seconds = time.perf_counter() - began - looking
-    if is_shown_by_restarts:
-        seconds /= 2  # every look starts anew, at 1, 2, 4, ... iterations
-        curve = [(number, spent / 2, error) for number, spent, error in curve]
-    if method not in ("qr", "svd", "augmented", "plain normal equations", *DIRECT):
-        answer["iterations"] = curve[-1][0] if curve else 0
-    return {**answer, "error": error, "seconds": seconds, "curve": curve}
+        answer["ended"] = f"over {cap:g} s"
+    except SolveError as refusal:
+        answer["ended"] = f"refused: {refusal}"
+    if not watch.curve:
+        return answer
+    if watch.number >= ITERATIONS:
+        answer["ended"] = f"{ITERATIONS} iterations"
+    if not watch.by_restarts and "error" in answer:
+        watch.curve.append((watch.number, answer["seconds"], answer["error"]))
+    _, answer["seconds"], answer["error"] = watch.curve[-1]
+    return {**answer, "iterations": watch.number, "curve": watch.curve}
+
+
+def limited_trial(n_vertices: int, when: str, method: str, cap: float, folder: Path) -> dict[str, Any]:
+    """A trial in a process of its own, which the system ends: factorizations cannot be interrupted."""
+    import resource
+
+    longest = time.process_time() + (2 if is_iterative(method) else 1) * cap
+    resource.setrlimit(resource.RLIMIT_CPU, (int(np.ceil(longest)), resource.getrlimit(resource.RLIMIT_CPU)[1]))
+    return trial(n_vertices, when, method, cap, folder)
 
 
 def _row(n_vertices: int, when: str, method: str, cap: float, folder: Path) -> dict[str, Any]:
-    """What came of a trial, or why none did."""
-    answer = in_child(trial, n_vertices, when, method, cap, folder, timeout=2 * cap + 20)
+    """What came of a trial, or how its process ended."""
+    answer = in_child(limited_trial, n_vertices, when, method, cap, folder, timeout=OTHERS_WORK * cap)
     row = {"size": n_vertices, "when": when, "method": method}
     if "error" in answer:
-        return {**row, "ended": answer["error"]}
+        is_over = answer["error"].endswith((f"code -{signal.SIGXCPU.value}", f"over {OTHERS_WORK * cap:g} s"))
+        return {**row, "ended": f"over {cap:g} s" if is_over else answer["error"]}
     return {**row, **answer["value"]}
+
+
+def _is_useful(row: dict[str, Any]) -> bool:
+    """Whether the method is worth trying on a larger system."""
+    return row.get("error", np.inf) <= USEFUL and not row.get("ended", "").startswith(("over", "refused"))
 
 
 def run(quick: bool, results: Path) -> None:
     """Measure, and write solvers.json, solvers.md and solvers.png."""
     sizes = tuple(GRIDS)[: 1 if quick else None]
-    cap = 5.0 if quick else 20.0
+    cap = QUICK_CAP if quick else CAP
     rows: list[dict[str, Any]] = []
     systems: list[dict[str, Any]] = []
+    ended: set[tuple[str, str]] = set()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        given_up: set[tuple[str, str]] = set()
         for n_vertices in sizes:
             told = _write_systems(n_vertices, folder)
             systems += [{"size": n_vertices, "when": when, **facts} for when, facts in told.items()]
             for when in STEPS:
                 for method in (*LEAST_SQUARES, "plain normal equations"):
-                    if (method, when) in given_up:
+                    shows_all = n_vertices == max(GRIDS) and when == "early"
+                    if (method, when) in ended and not shows_all:
                         continue
                     row = _row(n_vertices, when, method, cap, folder)
                     rows.append(row)
-                    if not row.get("error", 1.0) <= USEFUL or "ended" in row:
-                        given_up.add((method, when))
-            _save(rows, systems, quick, cap, results)
+                    if not _is_useful(row):
+                        # how long a direct method takes hardly depends on the step
+                        ended |= {(method, when)} if is_iterative(method) else {(method, other) for other in STEPS}
+                _save(rows, systems, quick, cap, results)
+        for n_vertices in () if quick else DENSE_GRIDS:
+            (system,) = _write_systems(n_vertices, folder, STEPS["early"]).values()
+            for method in DENSE:
+                rows.append({**_row(n_vertices, "early", method, cap, folder), "size": system["vertices"]})
+        _save(rows, systems, quick, cap, results)
 
 
 def _save(rows: list[dict[str, Any]], systems: list[dict[str, Any]], quick: bool, cap: float, results: Path) -> None:
@@ -174,7 +226,7 @@ def _save(rows: list[dict[str, Any]], systems: list[dict[str, Any]], quick: bool
     measured = {"quick": quick, "cap": cap, "systems": systems, "rows": rows}
     save_json(results / "solvers.json", measured, packages=["pyamg"])
     save_markdown(results / "solvers.md", "Solvers of the least-squares step", _tables(rows, systems, cap))
-    save_picture(results / "solvers.png", lambda figure: _picture(rows, figure), size=(14, 8))
+    save_picture(results / "solvers.png", lambda figure: _picture(rows, figure), size=(17, 8))
 
 
 def _tables(rows: list[dict[str, Any]], systems: list[dict[str, Any]], cap: float) -> dict[str, str]:
@@ -182,43 +234,59 @@ def _tables(rows: list[dict[str, Any]], systems: list[dict[str, Any]], cap: floa
     sections = {"The systems": markdown_table(systems)}
     for when in STEPS:
         lines: dict[str, dict[str, Any]] = {}
-        for row in (row for row in rows if row["when"] == when):
+        for row in (row for row in rows if row["when"] == when and row["size"] in GRIDS):
             line = lines.setdefault(row["method"], {"method": row["method"]})
             size = f"{row['size'] // 1000}k: "
-            line[f"{size}error"] = row.get("error", "-")
+            line[f"{size}error"] = row.get("error")
             line[f"{size}iterations"] = row.get("iterations")
-            line[f"{size}s"] = _short(row["ended"]) if "ended" in row else row.get("seconds")
+            line[f"{size}s"] = _time(row)
             line[f"{size}MB"] = row.get("megabytes")
         sections[f"{when.capitalize()}, step {STEPS[when]}"] = markdown_table(list(lines.values()))
-    largest = int((LARGEST_DENSE / 16) ** 0.5)
+    sections["Where dense least squares ends"] = markdown_table(_dense(rows, systems))
     sections["Notes"] = (
-        f"Each run may take {cap:g} s and 2000 iterations; a method is tried on larger systems while its error, "
-        f"relative, stays below {USEFUL:g}. A dash: not tried. MB: at the peak, beyond what the system itself "
-        f"takes. Dense methods are refused over {LARGEST_DENSE / 1e9:g} GB for K alone, {largest} vertices. "
-        "Seconds of lsqr and lsmr are halved, since showing iterates 1, 2, 4, ... costs them twice.\n"
+        f"Each run may take {cap:g} s and {ITERATIONS} iterations, and tells the error reached by then; a method is "
+        f"tried on larger systems while it ends in time with a relative error below {USEFUL:g}, and all of them on the "
+        "largest early one. A dash: not tried, or nothing to tell. MB: at the peak, beyond what the system itself "
+        f"takes. Dense methods are refused over {LARGEST_DENSE / 1e9:g} GB for K alone, "
+        f"{int((LARGEST_DENSE / 16) ** 0.5)} vertices. Iterates of lsqr and lsmr: see the module.\n"
     )
     return sections
 
 
-def _short(reason: str) -> str:
-    """A reason as a table has room for it."""
-    return "refused: memory" if "GB" in reason else reason.replace("cap of", "over").split(":")[0][:40]
+def _time(row: dict[str, Any]) -> float | str | None:
+    """Seconds, or why it took no more of them."""
+    ended = row.get("ended", "")
+    if not ended or ended.endswith("iterations"):
+        return row.get("seconds")
+    return "refused: memory" if "GB" in ended else ended.split(":")[0][:40]
+
+
+def _dense(rows: list[dict[str, Any]], systems: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Seconds and memory of the dense methods on early systems, by size."""
+    vertices = {system["size"]: system["vertices"] for system in systems}
+    lines: dict[int, dict[str, Any]] = {}
+    for row in (row for row in rows if row["when"] == "early" and row["method"] in DENSE):
+        size = vertices.get(row["size"], row["size"])
+        line = lines.setdefault(size, {"vertices": size})
+        line |= {f"{row['method']}: s": _time(row), f"{row['method']}: MB": row.get("megabytes")}
+    return [lines[size] for size in sorted(lines)]
 
 
 def _picture(rows: list[dict[str, Any]], figure: Any) -> None:
-    """Error against iterations and against seconds, of the smallest systems, on which all methods were tried."""
-    size = min(row["size"] for row in rows)
-    axes = figure.subplots(2, len(STEPS), sharey=True)
-    shown = [row for row in rows if row["size"] == size and row.get("curve")]
-    methods = list(dict.fromkeys(row["method"] for row in shown))
-    for column, when in enumerate(STEPS):
-        for row in (row for row in shown if row["when"] == when):
-            number, seconds, error = zip(*row["curve"], strict=True)
-            style = {"color": f"C{methods.index(row['method']) % 10}", "label": row["method"]}
-            axes[0, column].loglog(number, error, **style)
-            axes[1, column].loglog(seconds, error, **style)
-        for row in rows:
-            if (row["size"], row["when"], row["method"]) == (size, when, "cholmod") and "error" in row:
+    """Error against iterations and against seconds: the smallest systems, and the largest early one."""
+    columns = [(min(GRIDS), when) for when in STEPS]
+    columns += [(max(row["size"] for row in rows), "early")] * (max(row["size"] for row in rows) > min(GRIDS))
+    axes = figure.subplots(2, len(columns), sharey=True)
+    shown = [row for row in rows if (row["size"], row["when"]) in columns]
+    methods = list(dict.fromkeys(row["method"] for row in shown if row.get("curve")))
+    for column, (size, when) in enumerate(columns):
+        for row in (row for row in shown if (row["size"], row["when"]) == (size, when)):
+            if row.get("curve"):
+                number, seconds, error = zip(*row["curve"], strict=True)
+                style = {"color": f"C{methods.index(row['method']) % 10}", "label": row["method"]}
+                axes[0, column].loglog(number, error, **style)
+                axes[1, column].loglog(seconds, error, **style)
+            elif row["method"] == "cholmod" and "error" in row:
                 axes[1, column].loglog(row["seconds"], max(row["error"], 1e-12), "k*", markersize=12, label="cholmod")
         axes[0, column].set_title(f"{when}, {size // 1000}k vertices")
         axes[0, column].set_xlabel("iteration")

@@ -1,0 +1,187 @@
+"""Operators by treatments, energies and weights: all combinations that mean something, on a few meshes.
+
+Left out are the treatments of rows where there is no such row or none to treat: with the first-order energy, with
+operators whose weights no triangle's shape makes large, and with the one that replaces rows itself; the first-order
+energy of an operator that is not symmetric; and an operator with the stiffness of another. Weights with a unit are
+brought to the scale of the area, since the rules for the first pull suppose weights without one.
+"""
+
+from __future__ import annotations
+
+__all__ = ["FACTORS", "combinations", "explained", "measure", "tables"]
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations as pairs_of
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.harness import markdown_table
+from benchmarks.influence_cases import FAR, is_sound
+from lbskel import OPERATORS, ContractionSettings, Skeleton
+from lbskel.comparison import in_area_scale, outcome, record
+from lbskel.degeneracy import DEGENERATE
+from lbskel.energies import ENERGIES
+from lbskel.mesh import Mesh
+from lbskel.weights import WEIGHTS
+
+FACTORS = ("operator", "energy and rows", "weights")
+DEFAULT = ("intrinsic_delaunay", "first order", "reach")
+NOT_SYMMETRIC = ("mean_value",)
+SAME = ("random_walk",)  # as graph, but for the mass, which no energy looks at
+UNTREATED = ("graph", "heat_kernel", "cotangent_identity")
+WITH_A_UNIT = ("inverse_distance", "mean_value", "mean_value_symmetric")
+KEPT = (  # of a record
+    "error",
+    "steps",
+    "contracted",
+    "accuracy",
+    "coverage",
+    "topology right",
+    "tips right",
+    "inside",
+    "seconds",
+    "broke at",
+    "how",
+    "free steps",
+    "largest box",
+)
+SHOWN = 8  # of the best combinations, and of the worst
+
+
+def combinations(operators: Sequence[str] = tuple(OPERATORS)) -> dict[tuple[Any, ...], ContractionSettings]:
+    """Settings by operator, energy and rows, and weights."""
+    found = {}
+    for operator in operators:
+        if operator in SAME:
+            continue
+        chosen = in_area_scale(operator) if operator in WITH_A_UNIT else operator
+        for energy in ENERGIES:
+            if energy == "first_order" and operator in NOT_SYMMETRIC:
+                continue
+            has_rows = energy == "least_squares" and operator not in UNTREATED
+            for rows in DEGENERATE if has_rows else ("none",):
+                name = energy.replace("_", " ") + (f", {rows}" if rows != "none" else "")
+                for weights, changes in WEIGHTS.items():
+                    found[operator, name, weights] = ContractionSettings(
+                        operator=chosen, energy=energy, degenerate=rows, **changes
+                    )
+    return found
+
+
+def measure(
+    meshes: Mapping[str, tuple[Mesh, Skeleton]], operators: Sequence[str] = tuple(OPERATORS)
+) -> list[dict[str, Any]]:
+    """One row for each mesh and combination, which tells whether it is sound."""
+    rows = []
+    for name, (mesh, truth) in meshes.items():
+        mine = []
+        for levels, settings in combinations(operators).items():
+            row = record(outcome(mesh, settings), truth=truth)
+            kept = {key: row[key] for key in KEPT if key in row}
+            mine.append({"mesh": name, **dict(zip(FACTORS, levels, strict=True)), **kept})
+        (default,) = (row for row in mine if _levels(row) == DEFAULT)
+        rows += [{**row, "sound": is_sound(row, FAR * default["coverage"])} for row in mine]
+    return rows
+
+
+def _levels(row: Mapping[str, Any]) -> tuple[Any, ...]:
+    return tuple(row[factor] for factor in FACTORS)
+
+
+def _mean(rows: Sequence[Mapping[str, Any]], key: str) -> float | None:
+    values = [row[key] for row in rows if row.get(key) is not None]
+    return float(np.mean(values)) if values else None
+
+
+def _dummies(rows: Sequence[Mapping[str, Any]], *factors: str) -> NDArray[np.float64]:
+    """(n, levels) a column of zeros and ones for each level, or combination of levels, that occurs."""
+    levels = [tuple(row[factor] for factor in factors) for row in rows]
+    number = {level: column for column, level in enumerate(dict.fromkeys(levels))}
+    return np.eye(len(number))[[number[level] for level in levels]]
+
+
+def _fit(y: NDArray[np.float64], *columns: NDArray[np.float64]) -> float:
+    """The share of the variance of y that a linear model of the columns explains."""
+    X = np.hstack(columns)
+    residual = y - X @ np.linalg.lstsq(X, y)[0]
+    return 1 - float(residual @ residual) / float(((y - y.mean()) ** 2).sum())
+
+
+def explained(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """What of the variance of soundness each factor explains beyond the others, and each pair beyond all factors."""
+    y = np.array([row["sound"] for row in rows], dtype=np.float64)
+    if y.min() == y.max():
+        return []
+    single = {factor: _dummies(rows, factor) for factor in (*FACTORS, "mesh")}
+    together = _fit(y, *single.values())
+    lines = [
+        {"what": factor, "share": together - _fit(y, *(X for other, X in single.items() if other != factor))}
+        for factor in single
+    ]
+    lines += [
+        {"what": f"{one} with {other}", "share": _fit(y, *single.values(), _dummies(rows, one, other)) - together}
+        for one, other in pairs_of(single, 2)
+    ]
+    return sorted(lines, key=lambda line: -line["share"])
+
+
+def _level_line(rows: Sequence[Mapping[str, Any]], factor: str, level: Any) -> dict[str, Any]:
+    mine = [row for row in rows if row[factor] == level]
+    return {
+        "factor": factor,
+        "level": level,
+        "runs": len(mine),
+        "sound": _mean(mine, "sound"),
+        "breaks, unguarded": float(np.mean([row.get("broke at") is not None for row in mine])),
+        "contracted": float(np.mean([bool(row.get("contracted")) for row in mine])),
+        "coverage": _mean(mine, "coverage"),
+        "accuracy": _mean(mine, "accuracy"),
+        "steps": _mean(mine, "steps"),
+        "seconds": _mean(mine, "seconds"),
+    }
+
+
+def _crossed(rows: Sequence[Mapping[str, Any]], one: str, other: str) -> str:
+    """The share that is sound, by two factors."""
+    lines = []
+    for level in dict.fromkeys(row[one] for row in rows):
+        mine = [row for row in rows if row[one] == level]
+        cells = {
+            str(across): _mean([row for row in mine if row[other] == across], "sound")
+            for across in dict.fromkeys(row[other] for row in rows)
+        }
+        lines.append({one: level, **cells})
+    return markdown_table(lines)
+
+
+def _by_combination(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Each combination over all meshes: the best first; those without a skeleton last."""
+    lines = []
+    for levels in dict.fromkeys(_levels(row) for row in rows):
+        mine = [row for row in rows if _levels(row) == levels]
+        measured = {key: _mean(mine, key) for key in ("coverage", "accuracy", "steps", "seconds")}
+        count = sum(row["sound"] for row in mine)
+        lines.append({**dict(zip(FACTORS, levels, strict=True)), "sound on": f"{count}/{len(mine)}", **measured})
+
+    def order(line: dict[str, Any]) -> tuple[int, float]:
+        return -int(line["sound on"].split("/")[0]), np.inf if line["coverage"] is None else line["coverage"]
+
+    return sorted(lines, key=order)
+
+
+def tables(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Main effects, what explains soundness, every crossing of two factors, the best and the worst."""
+    levels = [
+        _level_line(rows, factor, level) for factor in FACTORS for level in dict.fromkeys(row[factor] for row in rows)
+    ]
+    lines = _by_combination(rows)
+    parts = {
+        "Each level over all the others": markdown_table(levels),
+        "Share of the variance of soundness": markdown_table(explained(rows)),
+        **{f"Share sound, {one} by {other}": _crossed(rows, one, other) for one, other in pairs_of(FACTORS, 2)},
+        f"The best {SHOWN} of {len(lines)}": markdown_table(lines[:SHOWN]),
+        f"The worst {SHOWN}": markdown_table(lines[-SHOWN:]),
+    }
+    return "\n".join(f"### {title}\n\n{text}" for title, text in parts.items())
