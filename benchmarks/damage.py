@@ -196,7 +196,7 @@ def _moebius(mesh: Mesh, rng: np.random.Generator) -> Broken:
     after = np.concatenate([number[1:], number[:1, ::-1]])  # the last row meets the first turned over
     a, b, c, d = number[:, :-1].ravel(), after[:, :-1].ravel(), after[:, 1:].ravel(), number[:, 1:].ravel()
     F = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    return _arrays(V, F, Mesh(V, F))
+    return _arrays(V, F)
 
 
 def _line(mesh: Mesh, rng: np.random.Generator) -> Broken:

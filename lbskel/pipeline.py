@@ -17,11 +17,11 @@ from scipy.spatial import cKDTree
 from lbskel.anchors import nearest_node, place_of, rooted
 from lbskel.clock import Clock, Progress
 from lbskel.contraction import PRESETS, ContractionSettings
-from lbskel.errors import MeshError, UnknownChoice, choose
+from lbskel.errors import MeshError, UnknownChoice, choose, first_few
 from lbskel.files import as_mesh
 from lbskel.mesh import Mesh
 from lbskel.operators import Operator
-from lbskel.preprocess import Pipeline, components, prepare
+from lbskel.preprocess import Pipeline, components, prepare, why_no_inside
 from lbskel.resampling import resample
 from lbskel.scoring import FEWEST_FACES, Score, score
 from lbskel.skeleton import Skeleton
@@ -120,14 +120,19 @@ def skeletonize(
     places = np.array([(point - centre) / scale for _, point in wanted]).reshape(-1, 3)
     near = np.array([tidied.vertex_map[vertex] for vertex, _ in wanted], dtype=np.int64)
     near = _filled(near, places, unit.vertices)
-    parts, skipped = [], []
-    for part in components(unit):
+    parts, skipped, faults = [], [], []
+    for number, part in enumerate(components(unit)):
         if len(part.mesh.faces) < FEWEST_FACES or not part.mesh.area > 0:
             skipped.append(part.mesh)
+            continue
+        if fault := why_no_inside(number, part, tidied.mesh):
+            faults.append(fault)
             continue
         mine = np.isin(near, part.vertices)
         at = np.searchsorted(part.vertices, near[mine]), places[mine]
         parts.append((part, *skeleton_of_component(part.mesh, options, at, clock)))
+    if faults and not parts:
+        raise MeshError(f"nothing of the mesh has an inside: {first_few(faults, 2)}")
     if not parts:
         raise MeshError(
             f"no component of the mesh has {FEWEST_FACES} faces and an area, so there is nothing that a skeleton could "
@@ -146,6 +151,8 @@ def skeletonize(
     scored = clock("score", score, whole, unit)
     node_of_given = np.where(tidied.vertex_map >= 0, whole.node_of_vertex[tidied.vertex_map], -1)
     notes = [*given.notes, *tidied.notes]
+    if faults:
+        notes.append(f"no skeleton could be made of {first_few(faults, 2)}")
     if skipped:
         notes.append(f"{len(skipped)} components of too few faces or no area have no skeleton of their own")
     if clock.left_out:
@@ -210,7 +217,7 @@ def _report(
         "settings": chosen,
         "notes": notes,
         "components": parts,
-        "passed": all(check is not False for part in parts for check in part["checks"].values()),
+        "passed": scored.passed and all(check is not False for part in parts for check in part["checks"].values()),
         "score": scored.report(),
         "seconds": seconds,
         "versions": _versions(),

@@ -7,7 +7,7 @@ branch's own, so the branch is carried on smoothly to the junction (:mod:`lbskel
 
 from __future__ import annotations
 
-__all__ = ["inscribed_radii", "mean_radii", "recenter", "settle"]
+__all__ = ["inscribed_radii", "mean_radii", "own_radii", "recenter", "settle"]
 
 from dataclasses import replace
 
@@ -29,6 +29,24 @@ ANCHOR = 1e-3  # weight on a node's contracted place, which counts where it has 
 def inscribed_radii(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """The skeleton with the distance to the surface as the radius of each node."""
     return replace(skeleton, radii=surface.distance(skeleton.nodes), radius_kind="inscribed")
+
+
+def own_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
+    """The skeleton with, for each node, the distance to the component of the mesh that most of its graph stands for.
+
+    The walls of other bodies, which may cut through that one or lie inside of it, do not count. A graph that stands for
+    no vertex keeps its radii.
+    """
+    graph, body, used = skeleton.component_of_node, mesh.component_of_vertex, mesh.used_vertices
+    votes = graph[skeleton.node_of_vertex[used]], body[used]
+    count = coo_array((np.ones(len(used), dtype=np.int64), votes), shape=(skeleton.n_components, mesh.n_components))
+    body_of_node = np.where(count.sum(axis=1) > 0, count.tocsr().argmax(axis=1), -1)[graph]
+    radii, body_of_face = np.array(skeleton.radii), body[mesh.faces[:, 0]]
+    for number in np.unique(body_of_node[body_of_node >= 0]):
+        mine = body_of_node == number
+        own, faces = np.unique(mesh.faces[body_of_face == number], return_inverse=True)
+        radii[mine] = Surface(Mesh(mesh.vertices[own], faces.reshape(-1, 3))).distance(skeleton.nodes[mine])
+    return replace(skeleton, radii=radii)
 
 
 def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:

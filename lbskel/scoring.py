@@ -2,7 +2,7 @@
 
 The measures follow the properties of Cornea, Silver, Min 2007, https://doi.org/10.1109/TVCG.2007.1002: homotopic to the
 shape, inside, centred, reaching every part, smooth, and standing part by part for the shape. Lengths are in units of
-the local radius, the distance from a node to the surface, whatever radii the skeleton came with.
+the local radius, the distance from a node to the surface of its body, whatever radii the skeleton came with.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from lbskel.extremities import extremities
 from lbskel.inside import length_inside
 from lbskel.mapping import is_in_largest_piece, nearest_balls, parted_edges
 from lbskel.mesh import Mesh
-from lbskel.refinement import inscribed_radii, mean_radii
+from lbskel.refinement import inscribed_radii, mean_radii, own_radii
 from lbskel.skeleton import Skeleton
 from lbskel.surface import Surface
 
@@ -34,6 +34,7 @@ STANDS_OUT = 1.75  # radii of the nearest node, and of its limb, from which on a
 PRESSED = (
     0.2  # of the mean distance of its vertices: with a smaller radius a node is at the wall; in a flat limb it has 0.3
 )
+ON = 1e-6  # of the extent: so near a node is on the surface, where tips may be asked for and rays put them within 1e-8
 SPUR = 1.2  # radii of its junction that all balls of a spur stay within
 MOST_SECTIONS = 60  # cutting takes long: of more nodes than that as many are taken, evenly
 FEWEST_FACES = 4  # of a component that can enclose anything
@@ -65,7 +66,7 @@ class Measure(NamedTuple):
 
 
 MEASURES = {
-    "nodes_inside": Measure("share of the nodes inside the surface", 0.995, 0.97),
+    "nodes_inside": Measure("share of the nodes inside the surface or on it", 0.995, 0.97),
     "length_inside": Measure("share of the length inside the surface", 0.995, 0.97),
     "off_centre": Measure("mean distance from the middle of the section, in radii", 0.1, 0.25),
     "off_centre_branch": Measure("the same, median over the worst branch", 0.2, 0.4),
@@ -160,6 +161,8 @@ def score(skeleton: Skeleton, mesh: Mesh) -> Score:
     skeleton = inscribed_radii(replace(skeleton, nodes=(skeleton.nodes - mesh.centroid) / mesh.extent), surface)
     if not has_map:
         skeleton = replace(skeleton, node_of_vertex=nearest_balls(skeleton, unit))
+    if unit.n_components > 1:
+        skeleton = own_radii(skeleton, unit)
     node = skeleton.node_of_vertex
     far = np.linalg.norm(unit.vertices - skeleton.nodes[node], axis=1)
     area = np.bincount(unit.faces.ravel(), weights=np.repeat(unit.face_areas, 3), minlength=len(unit.vertices))
@@ -168,7 +171,7 @@ def score(skeleton: Skeleton, mesh: Mesh) -> Score:
     off_centre, off_centre_branch = _off_centre(skeleton, widths, surface)
     parted = parted_edges(skeleton, unit)
     return Score(
-        nodes_inside=float(surface.contains(skeleton.nodes).mean()),
+        nodes_inside=float((surface.contains(skeleton.nodes) | (skeleton.radii <= ON)).mean()),
         length_inside=length_inside(skeleton, surface),
         off_centre=off_centre,
         off_centre_branch=off_centre_branch,

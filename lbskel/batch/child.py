@@ -152,6 +152,7 @@ def _reply(job: dict[str, Any]) -> dict[str, Any]:
         return {"outcome": Outcome.ENDED, "message": f"internal error: {type(error).__name__}: {error}"}
     report = skeleton.report
     failed = {name for part in report["components"] for name, passed in part["checks"].items() if passed is False}
+    failed |= {name for name, verdict in report["score"]["verdicts"].items() if verdict == "fail"}
     return {
         "outcome": Outcome.PASSED if report["passed"] else Outcome.FAILED_CHECKS,
         "message": ", ".join(sorted(failed)),

@@ -13,10 +13,12 @@ __all__ = [
     "prepare",
     "simplify",
     "tidy",
+    "why_no_inside",
 ]
 
 from lbskel.preprocess.automatic import PREPARATIONS, prepare
 from lbskel.preprocess.checking import MeshReport, check
+from lbskel.preprocess.enclosure import why_no_inside
 from lbskel.preprocess.pipelines import PIPELINES, STEPS, Pipeline
 from lbskel.preprocess.preprocessed import Preprocessed
 from lbskel.preprocess.simplification import simplify

@@ -9,10 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from lbskel.errors import first_few
 from lbskel.mesh import Mesh
 from lbskel.preprocess.automatic import COARSE_EDGE, COARSE_SHARE
+from lbskel.preprocess.enclosure import why_no_inside
 from lbskel.preprocess.orientation import SHEET, openness
 from lbskel.preprocess.roughness import ROUGH
+from lbskel.preprocess.tidying import components
 
 FEWEST_FACES = 4  # of a component that can enclose anything
 LOOSE = 0.5  # share of the area in components of fewer faces: beyond, it is a soup that stays one
@@ -68,6 +71,11 @@ def advised(facts: Mapping[str, Any], prepared: Mesh) -> tuple[str, ...]:
         return ("Contraction is not advised: the faces have no area.",)
     if areas[is_small].sum() > LOOSE * areas.sum():
         return ("Contraction is not advised: most faces hang together with no others; raise merge_close's tolerance.",)
+    bodies = [
+        (n, p) for n, p in enumerate(components(prepared)) if len(p.mesh.faces) >= FEWEST_FACES and p.mesh.area > 0
+    ]
+    if faults := [fault for number, part in bodies if (fault := why_no_inside(number, part, prepared))]:
+        return (f"Contraction is not advised: {first_few(faults, 2)}.",)
     if openness(prepared) > SHEET:
         return ("Contraction is not advised: the surface is a sheet that encloses nothing.",)
     return ()
