@@ -63,7 +63,8 @@ def shape_operators(mesh: Mesh) -> NDArray[np.float64]:
 
 def _shape_operators(mesh: Mesh, frames: _Frames) -> NDArray[np.float64]:
     """The symmetric K with K e closest to the turn of the normal along each edge e: a system of three equations."""
-    N = np.nan_to_num(igl.per_vertex_normals(unit_scale(mesh.vertices)[0], mesh.faces))
+    N = igl.per_vertex_normals(unit_scale(mesh.vertices)[0], mesh.faces)
+    N = np.where(np.isfinite(N), N, 0.0)  # of faces so small that their areas underflow
     A, B, C = (N[mesh.faces[:, k]] for k in range(3))
     turns, u, v = (C - B, A - C, B - A), frames.u, frames.v
     p, q = (np.stack([products(turn, axis) for turn in turns]) for axis in (frames.x, frames.y))
@@ -102,8 +103,8 @@ def anisotropic(mesh: Mesh, *, strength: float = STRENGTH) -> Laplacian:
     xx, xy, yy = _diffusion(strength * radius * _shape_operators(mesh, frames))
     # The gradient of a hat function is the opposite edge turned by 90 degrees over twice the area, so D turns as well.
     u, v = frames.u, frames.v
-    turned_u, turned_v = yy * u - xy * v, xx * v - xy * u
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        turned_u, turned_v = yy * u - xy * v, xx * v - xy * u
         halves = [-(u[i] * turned_u[j] + v[i] * turned_v[j]) / (2 * double_area) for i, j in ((1, 2), (2, 0), (0, 1))]
     weights, degenerate = without_degenerate(np.stack(halves, axis=1))
     stiffness = stiffness_of_corner_weights(len(mesh.vertices), mesh.faces, weights)
