@@ -34,10 +34,8 @@ Some = Mapping[str, tuple[Mesh, Skeleton | None]]
 def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
     """Measure, and write influence.json, influence.md and pictures; what takes long is written as it comes."""
     n_vertices = 800 if quick else 1500
-    shapes: dict[str, tuple[Mesh, Skeleton | None]] = {}
-    for name in QUICK if quick else SHAPES:
-        shape = make(name, n_vertices=n_vertices)
-        shapes[name] = shape.mesh, shape.truth
+    made = {name: make(name, n_vertices=n_vertices) for name in (QUICK if quick else SHAPES)}
+    shapes = prepared({name: (shape.mesh, shape.truth) for name, shape in made.items()}, MOST_FACES)
     real: Some = {}
     if not quick:
         real = prepared({path.name: (read_mesh(path), None) for path in (DINOSAUR, *meshes)}, MOST_FACES)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from benchmarks.harness import markdown_table
 from benchmarks.influence_cases import FAR, is_sound
 from lbskel import OPERATORS, ContractionSettings, Skeleton
-from lbskel.comparison import in_area_scale, outcome, record
+from lbskel.comparison import InAreaScale, outcome, record
 from lbskel.degeneracy import DEGENERATE
 from lbskel.energies import ENERGIES
 from lbskel.mesh import Mesh
@@ -56,7 +56,7 @@ def combinations(operators: Sequence[str] = tuple(OPERATORS)) -> dict[tuple[Any,
     for operator in operators:
         if operator in SAME:
             continue
-        chosen = in_area_scale(operator) if operator in WITH_A_UNIT else operator
+        chosen = InAreaScale(operator) if operator in WITH_A_UNIT else operator
         for energy in ENERGIES:
             if energy == "first_order" and operator in NOT_SYMMETRIC:
                 continue

@@ -18,7 +18,7 @@ from lbskel.settings import STRATEGIES, ContractionSettings
 from lbskel.views import Panel, render
 
 THIN = 0.05  # of the area, which shows the shape of what is left
-REACH = 0.8  # of the extent from the centre, beyond which a vertex is drawn at the edge of the picture
+REACH = 0.6  # of the extent from the centre, beyond which a vertex is drawn at the edge of the picture
 
 
 def _cut(mesh: Mesh, start: Mesh) -> Mesh:
@@ -56,7 +56,7 @@ def blow_up(meshes: Mapping[str, Mesh], results: Path) -> list[dict[str, Any]]:
     """What breaks, at its worst step, beside its cure after as many, a picture for each mesh; and their numbers."""
     rows: list[dict[str, Any]] = []
     for name, mesh in meshes.items():
-        panels: list[Panel] = []
+        panels = [Panel(mesh, title=name)]
         for bad, good in PAIRS:
             outcomes = {
                 strategy: outcome(mesh, ContractionSettings(energy="least_squares", **STRATEGIES[strategy]))
@@ -84,7 +84,7 @@ def blow_up(meshes: Mapping[str, Mesh], results: Path) -> list[dict[str, Any]]:
                         "first broken step": result.free.broke_at,
                     }
                 )
-        render(panels, results / f"influence_blow_up_{Path(name).stem}.png", size=(1600, 520), force=True)
+        render(panels, results / f"influence_blow_up_{Path(name).stem}.png", size=(1700, 440), force=True)
     return rows
 
 

@@ -6,7 +6,7 @@ published, and on to a millionth of the volume, it tells whether and where the s
 
 from __future__ import annotations
 
-__all__ = ["CASES", "Outcome", "in_area_scale", "outcome", "record", "representative"]
+__all__ = ["CASES", "InAreaScale", "Outcome", "outcome", "record", "representative"]
 
 import time
 from collections.abc import Mapping
@@ -19,9 +19,9 @@ from lbskel.contraction import Contraction, Step, contract
 from lbskel.energies import ENERGIES
 from lbskel.errors import LbskelError, MeshError
 from lbskel.mesh import Mesh
-from lbskel.operators import Laplacian, Operator, operator_named
+from lbskel.operators import Laplacian, operator_named
 from lbskel.pipeline import skeletonize
-from lbskel.preprocess import components, simplify, tidy
+from lbskel.preprocess import components, prepare, simplify, why_no_inside
 from lbskel.quality import compare
 from lbskel.settings import PRESETS, STRATEGIES, ContractionSettings
 from lbskel.skeleton import Skeleton
@@ -30,28 +30,36 @@ from lbskel.stages import MOST_FACES
 FREE_VOLUME = 1e-6  # the published target
 
 
-def in_area_scale(operator: str) -> Operator:
+@dataclass(frozen=True)
+class InAreaScale:
     """An operator whose weights are multiplied by area over total mass: 1 where the mass is the area.
 
     Weights with a unit, as mean values, pull the harder the finer the mesh; so multiplied they do not.
+
+    Parameters
+    ----------
+    operator : str
+        A name in OPERATORS.
     """
 
-    def scaled(mesh: Mesh) -> Laplacian:
-        laplacian = operator_named(operator)(mesh)
+    operator: str
+
+    def __call__(self, mesh: Mesh) -> Laplacian:
+        laplacian = operator_named(self.operator)(mesh)
         total = float(laplacian.mass.sum())
         factor = mesh.area / total if total > 0 else 1.0
         return replace(laplacian, stiffness=(laplacian.stiffness * factor).tocsc())
 
-    scaled.__name__ = f"{operator}_in_area_scale"
-    return scaled
+    def __repr__(self) -> str:
+        return f"{self.operator} in the scale of the area"
 
 
 def _cases() -> dict[str, ContractionSettings]:
     """The presets, then each strategy with each energy that it belongs to."""
     cases = dict(PRESETS)
     scaled = {
-        "mean value, to scale": {"operator": in_area_scale("mean_value")},
-        "mean value, symmetric, to scale": {"operator": in_area_scale("mean_value_symmetric")},
+        "mean value, to scale": {"operator": InAreaScale("mean_value")},
+        "mean value, symmetric, to scale": {"operator": InAreaScale("mean_value_symmetric")},
     }
     for energy in ENERGIES:
         for name, changes in {**STRATEGIES, **scaled}.items():
@@ -90,18 +98,20 @@ class Outcome:
 
 
 def representative(mesh: Mesh, *, most_faces: int = MOST_FACES) -> Mesh:
-    """The largest component of a mesh, tidied, and simplified if it has more faces: what is compared.
+    """The largest component of a mesh as :func:`lbskel.skeletonize` prepares it, simplified if it has more faces.
 
     Raises
     ------
     MeshError
-        If no component has an area.
+        If no component has an area, or the largest has no inside.
     """
-    parts = [part.mesh for part in components(tidy(mesh).mesh)]
-    largest = max(parts, key=lambda part: part.area)
-    if not largest.area > 0:
+    prepared = prepare(mesh).mesh
+    number, largest = max(enumerate(components(prepared)), key=lambda part: part[1].mesh.area)
+    if not largest.mesh.area > 0:
         raise MeshError("the mesh has no area: every face is degenerate, so there is nothing to compare")
-    return simplify(largest, target_faces=most_faces).mesh
+    if fault := why_no_inside(number, largest, prepared):
+        raise MeshError(f"there is nothing to compare: {fault}")
+    return simplify(largest.mesh, target_faces=most_faces).mesh
 
 
 def outcome(mesh: Mesh, settings: ContractionSettings) -> Outcome:
@@ -110,14 +120,14 @@ def outcome(mesh: Mesh, settings: ContractionSettings) -> Outcome:
     Parameters
     ----------
     mesh : Mesh
-        One connected surface, as :func:`representative` gives.
+        One connected surface, as :func:`representative` gives; it is contracted as it is.
     settings : ContractionSettings
     """
     skeleton, free, error = None, None, ""
     meshes: list[Mesh] = []
     began = time.perf_counter()
     try:
-        skeleton = skeletonize(mesh, preset=settings)
+        skeleton = skeletonize(mesh, preset=settings, preprocess=None)
     except LbskelError as problem:
         error = str(problem)
     seconds = time.perf_counter() - began

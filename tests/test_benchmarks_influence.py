@@ -83,7 +83,7 @@ def test_variance_is_laid_to_the_factor_and_the_pair_that_cause_it():
 
 def test_combinations_are_measured_and_told(monkeypatch, ring):
     monkeypatch.setattr("benchmarks.influence_factorial.WEIGHTS", {"reach": WEIGHTS["reach"]})
-    truth = skeletonize(ring)
+    truth = skeletonize(ring, preprocess=None)
     rows = measure({"ring": (ring, truth)}, ["intrinsic_delaunay", "mean_value_symmetric"])
     assert len(rows) == 10
     by_levels = {tuple(row[factor] for factor in FACTORS): row for row in rows}

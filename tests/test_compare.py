@@ -7,7 +7,7 @@ import pytest
 
 from lbskel import PRESETS, Mesh, MeshError, laplacian, write_mesh
 from lbskel.cli import main
-from lbskel.comparison import CASES, in_area_scale, outcome, record, representative
+from lbskel.comparison import CASES, InAreaScale, outcome, record, representative
 from lbskel.contraction import Status
 from lbskel.shapes import chain_of_tori, make, torus
 from tests.conftest import joined, moved
@@ -85,14 +85,14 @@ def test_in_area_scale_density_does_not_matter():
     factors = []
     for k in (1, 2):
         mesh = torus(1.0, 0.3, 24 * k, 10 * k)
-        scaled = in_area_scale("mean_value_symmetric")(mesh).stiffness
+        scaled = InAreaScale("mean_value_symmetric")(mesh).stiffness
         raw = laplacian(mesh, operator="mean_value_symmetric").stiffness
         factors.append((raw.diagonal().mean(), scaled.diagonal().mean()))
     (raw, scaled), (finer_raw, finer_scaled) = factors
     assert finer_raw > 1.8 * raw
     assert finer_scaled == pytest.approx(scaled, rel=0.05)  # as the shapes of the triangles go
     cotangent = laplacian(mesh).stiffness
-    assert abs(in_area_scale("cotangent")(mesh).stiffness - cotangent).max() < 1e-12  # its mass is the area
+    assert abs(InAreaScale("cotangent")(mesh).stiffness - cotangent).max() < 1e-12  # its mass is the area
 
 
 def test_the_page_and_what_it_shows_are_written(few_cases, rod, tmp_path, capsys):

@@ -16,18 +16,20 @@ from lbskel.errors import FormatError
 from lbskel.files import read_mesh
 from lbskel.files.safe import Content, write_all_safely
 from lbskel.mesh import Mesh
+from lbskel.steps import Status
 from lbskel.views import Panel, draw
 from lbskel.views.curves import draw_curves
 
 MOST_FACES = 6000  # that are compared: some thirty contractions, twice each, should not take minutes
 COLUMNS_DRAWN, WIDTH, HEIGHT = 5, 320, 400  # panels beside each other, and the pixels of each
-REACH = 0.8  # of the extent from the centre, beyond which a vertex is drawn at the edge of the picture
+REACH = 0.6  # of the extent from the centre, beyond which a vertex is drawn at the edge of the picture
 
 COLUMNS = {  # of the table: the key of the record, and how to show it
     "breaks at step": "broke at",
     "how": "how",
     "largest box": "largest box",
     "steps": "steps",
+    "ended": "ended",
     "area left": "area",
     "tips": "tips",
     "topology right": "topology right",
@@ -47,10 +49,11 @@ img {{ max-width: 100%; }}
 <p>{what}</p>
 <p>The first columns tell what the steps do as published, without a guard, down to a millionth of the volume: at which
 one the area or the bounding box first grew, and the largest box, in that of the mesh. The others tell what the guard,
-which undoes such a step, leaves: that is what <code>lbskel skeletonize</code> gives.</p>
+which undoes such a step, leaves, and what ended it: that is what <code>lbskel skeletonize</code> gives.</p>
 <table><tr>{head}</tr>
 {rows}
 </table>
+{reasons}
 <h2>Area and bounding box by step, without the guard</h2><img src="curves.png" alt="curves">
 <h2>Contracted meshes, without the guard: at the first step that breaks, or the last</h2>
 <img src="contracted.png" alt="contracted meshes">
@@ -91,7 +94,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not arguments.quiet and sys.stderr.isatty():
         print(file=sys.stderr)
     reference = results["flow"].skeleton
-    records = {case: record(result, reference=reference) for case, result in results.items()}
+    records = {case: _told(record(result, reference=reference)) for case, result in results.items()}
     title = f"Contractions of {Path(arguments.mesh).name}"
     what = f"{len(given.vertices)} vertices and {len(given.faces)} faces; compared on {len(mesh.faces)} faces"
     what += " of its largest component." if given.n_components > 1 else "."
@@ -102,8 +105,13 @@ def run(arguments: argparse.Namespace) -> int:
                 _page(records, title, what),
                 json.dumps({"mesh": Path(arguments.mesh).name, "cases": records}, indent=1) + "\n",
                 _curves(records),
-                _drawn([_contracted(case, result, mesh) for case, result in results.items() if result.meshes]),
-                _drawn([Panel(mesh, result.skeleton, _short(case)) for case, result in results.items()]),
+                _drawn(
+                    [
+                        Panel(mesh, title=Path(arguments.mesh).name),
+                        *(_contracted(case, result, mesh) for case, result in results.items() if result.meshes),
+                    ]
+                ),
+                _drawn([_skeleton(case, result, mesh) for case, result in results.items()]),
             ),
             strict=True,
         )
@@ -114,6 +122,12 @@ def run(arguments: argparse.Namespace) -> int:
         print(_summary(records))
         print(f"{names[0]}")
     return 0
+
+
+def _told(row: dict[str, Any]) -> dict[str, Any]:
+    """A record with what ended the guarded contraction in a word or two."""
+    ended = Status(row["status"]).name.lower().replace("_", " ") if "status" in row else "no skeleton"
+    return {**row, "ended": ended}
 
 
 def _short(case: str) -> str:
@@ -150,6 +164,15 @@ def _contracted(case: str, result: Outcome, mesh: Mesh) -> Panel:
     return Panel(mesh.with_vertices(near * mesh.extent + mesh.centroid), title=f"{_short(case)}, step {number}")
 
 
+def _skeleton(case: str, result: Outcome, mesh: Mesh) -> Panel:
+    return Panel(mesh, result.skeleton, _short(case) if result.skeleton else f"{_short(case)}: none")
+
+
+def _reasons(records: dict[str, dict[str, Any]]) -> list[str]:
+    """Why cases have no skeleton."""
+    return [f"{case}: {row['error']}" for case, row in records.items() if "error" in row]
+
+
 def _cell(value: Any) -> str:
     """A value of the table as a person reads it."""
     if value is None:
@@ -165,19 +188,18 @@ def _page(records: dict[str, dict[str, Any]], title: str, what: str) -> str:
     for case, row in records.items():
         cells = "".join(f"<td>{escape(_cell(row.get(key)))}</td>" for key in COLUMNS.values())
         broken = ' class="broken"' if row.get("broke at") else ""
-        hint = f' title="{escape(row["error"])}"' if row.get("error") else ""
-        rows.append(f"<tr{broken}{hint}><td>{escape(case)}</td>{cells}</tr>")
+        rows.append(f"<tr{broken}><td>{escape(case)}</td>{cells}</tr>")
     head = "".join(f"<th>{escape(name)}</th>" for name in ("", *COLUMNS))
-    return PAGE.format(title=escape(title), what=escape(what), head=head, rows="\n".join(rows))
+    reasons = "\n".join(f"<p>No skeleton by {escape(reason)}.</p>" for reason in _reasons(records))
+    return PAGE.format(title=escape(title), what=escape(what), head=head, rows="\n".join(rows), reasons=reasons)
 
 
 def _summary(records: dict[str, dict[str, Any]]) -> str:
-    """The table for a terminal."""
+    """The table for a terminal, and why some of it is empty."""
     lines = [
         ["case", *COLUMNS],
         *([case, *(_cell(row.get(k)) for k in COLUMNS.values())] for case, row in records.items()),
     ]
     widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
-    return "\n".join(
-        "  ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])]).rstrip() for line in lines
-    )
+    table = ["  ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])]).rstrip() for line in lines]
+    return "\n".join([*table, *(f"no skeleton by {reason}" for reason in _reasons(records))])
