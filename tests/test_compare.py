@@ -9,7 +9,7 @@ from lbskel import PRESETS, Mesh, MeshError, laplacian, write_mesh
 from lbskel.cli import main
 from lbskel.comparison import CASES, InAreaScale, outcome, record, representative
 from lbskel.contraction import Status
-from lbskel.shapes import chain_of_tori, make, torus
+from lbskel.shapes import chain_of_tori, flat_grid, make, torus
 from tests.conftest import joined, moved
 
 SOME = ("flow", "clamped cotangents; least squares", "mean value; first order")
@@ -59,6 +59,8 @@ def test_the_default_is_no_distance_from_itself_and_breaks_nowhere(ring):
 def test_a_case_that_is_not_defined_says_why_and_shows_its_steps_all_the_same(rod):
     row = record(outcome(rod, CASES["mean value; first order"]))
     assert "not symmetric" in row["error"]
+    scaled = record(outcome(rod, CASES["mean value, to scale; first order"]))
+    assert "the operator mean_value in the scale of the area is not symmetric" in scaled["error"]
     assert "tips" not in row
     assert row["free steps"] > 0  # general elimination needs no symmetry
 
@@ -67,6 +69,14 @@ def test_open_meshes_are_compared_too(rod):
     opened = Mesh(rod.vertices, rod.faces[10:])
     row = record(outcome(opened, CASES["flow"]))
     assert row["volumes"][0] is None
+    json.dumps(row, allow_nan=False)
+
+
+def test_in_a_sheet_no_distance_is_told_in_radii_of_zero():
+    result = outcome(flat_grid(8, 6), CASES["flow"])
+    row = record(result, reference=result.skeleton)
+    assert row["contracted"]
+    assert "from default" not in row
     json.dumps(row, allow_nan=False)
 
 
@@ -104,6 +114,7 @@ def test_the_page_and_what_it_shows_are_written(few_cases, rod, tmp_path, capsys
     page = (tmp_path / "report" / "index.html").read_text()
     assert "&lt;b&gt;x&amp;y.off" in page
     assert "<b>x" not in page
+    assert "<p>No skeleton by mean value; first order: the operator &#x27;mean_value&#x27; is not symmetric" in page
     for case in few_cases:
         assert f"<td>{case}</td>" in page
     for name in names - {"index.html", "comparison.json"}:
@@ -111,8 +122,12 @@ def test_the_page_and_what_it_shows_are_written(few_cases, rod, tmp_path, capsys
         assert (tmp_path / "report" / name).read_bytes()[1:4] == b"PNG"
     document = json.loads((tmp_path / "report" / "comparison.json").read_text())
     assert list(document["cases"]) == list(few_cases)
+    ended = {case: row["ended"] for case, row in document["cases"].items()}
+    assert ended["flow"] == "volume"
+    assert ended["mean value; first order"] == "no skeleton"
     out, err = capsys.readouterr()
     assert all(case in out for case in few_cases)
+    assert "\nno skeleton by mean value; first order: the operator 'mean_value' is not symmetric" in out
     assert err == ""
 
 
