@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from conftest import joined, moved
 
+from benchmarks.preprocessing import from_clean, scanned
 from lbskel import FormatError, Mesh, MeshError, Pipeline, UnknownChoice, check, skeletonize
 from lbskel.cli import main
 from lbskel.files import read_mesh, write_mesh
@@ -17,7 +18,7 @@ from lbskel.preprocess.children import in_child
 from lbskel.preprocess.placing import place_on
 from lbskel.preprocess.preprocessed import distance_between
 from lbskel.preprocess.remeshing import remesh_isotropic
-from lbskel.shapes import capsule, chain_of_tori, cylinder, flat_grid, sphere, torus
+from lbskel.shapes import capsule, chain_of_tori, cylinder, flat_grid, make, sphere, torus
 
 FINE = torus(1.0, 0.4, 40, 24)
 
@@ -55,6 +56,7 @@ def test_toml(tmp_path):
     path = tmp_path / "clean.toml"
     path.write_text('[[step]]\nname = "merge_close"\n[[step]]\nname = "simplify"\ntarget_faces = 300\n')
     assert str(Pipeline.read(path)) == "merge_close,simplify:target_faces=300"
+    assert prepare(FINE, str(path)).report["pipeline"] == "merge_close,simplify:target_faces=300"
 
 
 @pytest.mark.parametrize(
@@ -122,6 +124,22 @@ def test_presets_keep_a_sound_shape(name):
     assert result.mesh.genus == 1
     assert distance_between(FINE, result.mesh) < 0.01
     assert (result.vertex_map >= 0).all()
+
+
+def test_a_scan_of_few_faces_is_not_smoothed_away():
+    """Rounds of smoothing count in edges: of long ones they would take off the shape itself."""
+    given = torus(1.0, 0.4, 9, 5)
+    start, end = given.vertices[given.edges].transpose(1, 0, 2)
+    assert np.linalg.norm(end - start, axis=1).max() > 0.2 * given.diagonal
+    assert distance_between(given, PIPELINES["scan"](given).mesh) < 0.02
+
+
+@pytest.mark.parametrize("name", ["tripod", "spiked_ring"])
+def test_a_scan_has_the_skeleton_of_the_shape_within_the_limits(name):
+    mesh = make(name, n_vertices=3000).mesh
+    skeleton = skeletonize(scanned(mesh), preprocess="scan")
+    found = from_clean(skeleton, skeletonize(mesh), mesh.diagonal)
+    assert found["the same within the limits"], found
 
 
 def test_simplifying_by_error_keeps_to_it():

@@ -16,7 +16,7 @@ from lbskel.errors import FormatError
 from lbskel.files import MESH_WRITERS, read_mesh
 from lbskel.files.reading import suffix_in
 from lbskel.files.safe import write_all_safely
-from lbskel.preprocess import PIPELINES, STEPS, Pipeline, Preprocessed, prepare
+from lbskel.preprocess import PIPELINES, PREPARATIONS, STEPS, Pipeline, Preprocessed, prepare
 
 
 def add_parser(subparsers: Any) -> None:
@@ -35,7 +35,13 @@ def add_parser(subparsers: Any) -> None:
         metavar="NAME",
         help=f"auto, {', '.join(PIPELINES)}, or a .toml file with a table [[step]] for each step (%(default)s)",
     )
-    which.add_argument("--steps", metavar="TEXT", help="such as merge_close,remesh_isotropic:edge=0.01")
+    which.add_argument(
+        "--steps",
+        dest="pipeline",
+        default=argparse.SUPPRESS,
+        metavar="TEXT",
+        help="such as merge_close,remesh_isotropic:edge=0.01",
+    )
     parser.add_argument("--map", metavar="NPY", help="write for each vertex its new one, -1 for none, as a numpy array")
     parser.add_argument("--report", metavar="JSON", help="write what each step did")
     parser.add_argument("--force", action="store_true", help="replace files that exist")
@@ -48,9 +54,9 @@ def run(arguments: argparse.Namespace) -> int:
     for path in paths:
         if path.exists() and not arguments.force:
             raise FormatError(f"{path} exists already; give --force to replace it")
-    pipeline = _pipeline(arguments)
+    how = arguments.pipeline if arguments.pipeline in PREPARATIONS else Pipeline.parse(arguments.pipeline)
     mesh = read_mesh(arguments.mesh)
-    result = prepare(mesh, pipeline)
+    result = prepare(mesh, how)
     report = {"mesh": arguments.mesh, **result.report}
     contents: dict[Path, str | bytes] = {Path(arguments.output): MESH_WRITERS[suffix](result.mesh)}
     if arguments.map:
@@ -63,13 +69,6 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"  {note}")
     print(f"{arguments.output}: {len(result.mesh.vertices):,} vertices, {len(result.mesh.faces):,} faces")
     return 0
-
-
-def _pipeline(arguments: argparse.Namespace) -> Pipeline | str:
-    """The pipeline asked for, by name, file or steps."""
-    if arguments.steps is not None:
-        return Pipeline.parse(arguments.steps)
-    return Pipeline.read(arguments.pipeline) if arguments.pipeline.endswith(".toml") else arguments.pipeline
 
 
 def _array(result: Preprocessed) -> bytes:

@@ -41,7 +41,7 @@ def prepare(mesh: Mesh, how: str | Pipeline | None = AUTOMATIC) -> Preprocessed:
     ----------
     mesh : Mesh
     how : str, Pipeline or None
-        ``auto`` for what it needs; ``none`` or None for nothing; a name in PIPELINES, or steps as text.
+        ``auto`` for what it needs; ``none`` or None for nothing; a name in PIPELINES, steps as text, or a TOML file.
 
     Raises
     ------

@@ -97,15 +97,19 @@ class Pipeline:
 
     @classmethod
     def parse(cls, text: str) -> Pipeline:
-        """A pipeline from its text, ``name:option=value:option=value,name``; the name of one of PIPELINES alone.
+        """A pipeline from its text, ``name:option=value:option=value,name``; of PIPELINES by name; or of a TOML file.
 
         Raises
         ------
+        FormatError
+            If it ends in ``.toml`` and :meth:`read` refuses that file.
         UnknownChoice
             If it names no steps, or no pipeline.
         """
         if text in PIPELINES:
             return PIPELINES[text]
+        if text.lower().endswith(".toml"):
+            return cls.read(text)
         steps = []
         for part in text.split(","):
             name, *options = part.strip().split(":")
@@ -174,7 +178,7 @@ _APART = ("split_nonmanifold", "remove_degenerate")  # after holes are closed, w
 PIPELINES: dict[str, Pipeline] = {
     # crumbs, holes, and noise of the sensor
     "scan": Pipeline(
-        [*_SOUND, "keep_components", ("close_holes", {"largest": 1.0}), *_APART, "smooth_noise", "refine"]
+        [*_SOUND, "keep_components", ("close_holes", {"largest": 1.0}), *_APART, "refine", "smooth_noise"]
     ),
     # long triangles on flat parts, seams between patches, sharp edges that stay
     "cad": Pipeline([*_SOUND, "close_holes", *_APART, ("remesh_isotropic", {"edge": 0.4, "of": "thickness"})]),
