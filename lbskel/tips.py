@@ -1,7 +1,8 @@
 """Tips: every end branch carried on to one radius under the surface, which contraction had drawn it back from.
 
 From its last node an end follows the axis ahead, put back to the centroid of the section at each step, until the
-surface ahead is as near as the surface round it: there is the last inscribed ball.
+surface ahead is as near as the surface round it: there is the last inscribed ball. Where that is not at the end of the
+limb that the last nodes stand for, they are put on the axis of the limb itself (:mod:`lbskel.limbs`) and go on from it.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.limbs import Limb, find_limbs
+from lbskel.pruning import merge_into
 from lbskel.sections import Sections, cut
 from lbskel.skeleton import Skeleton
 from lbskel.surface import Surface
@@ -22,6 +25,9 @@ MOST_STEPS = 60
 STRAIGHT = 0.5  # cosine of the most that an end turns from where it set out
 SLACK = 1.05  # the surface ahead counts as near as the surface around within this factor
 FARTHEST = 2.0  # radii of the last ball within which the surface ahead is the end of a branch
+REACHES = 2.5  # radii of a limb, and of the last ball, within which its end is reached
+LIMB = 3.4  # length of a limb in radii; a flat spot has 2, a half ball 2.5, the rounded corner of a foot up to 3.3
+DEEP = 0.5  # radii of a limb under the surface that its axis has to run: that of a strip of surface runs on it
 WIDEST = 1.5  # an end goes no further where its section is wider by this factor than at the step before
 
 
@@ -43,7 +49,19 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
     last = np.array([b[-1] for b in ends])
     directions = np.array([skeleton.nodes[b[-1]] - skeleton.nodes[b[max(-4, -len(b))]] for b in ends])
     paths = _follow(surface, skeleton.nodes[last], directions)
-    return _with_paths(skeleton, surface, last, paths)
+    tips = np.array([path[-1] if path else skeleton.nodes[end] for end, path in zip(last, paths, strict=True)])
+    missed = _missed_limbs(skeleton, surface, ends, tips)
+    if not missed:
+        return _with_paths(skeleton, surface, last, paths)
+    axes = _centred([axis for _, axis in missed.values()], surface)
+    onward = _follow(surface, np.array([axis[-1] for axis in axes]), np.array([axis[-1] - axis[-2] for axis in axes]))
+    target, nodes = np.arange(len(skeleton.nodes)), np.array(skeleton.nodes)
+    for (end, (n, _)), axis, path in zip(missed.items(), axes, onward, strict=True):
+        target[ends[end][-n:]] = last[end]
+        nodes[last[end]] = axis[0]
+        paths[end] = [*axis[1:], *path]
+    last = np.searchsorted(np.unique(target), last)
+    return _with_paths(merge_into(replace(skeleton, nodes=nodes), target), surface, last, paths)
 
 
 def tips_at_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -65,6 +83,64 @@ def tips_at_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
     goes_on = ahead < FARTHEST * radii
     ends = np.where(goes_on[:, None], P + np.where(goes_on, ahead, 0)[:, None] * directions, nearest)
     return _with_paths(skeleton, surface, tips, [[end] for end in ends])
+
+
+def _missed_limbs(
+    skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], tips: NDArray[np.float64]
+) -> dict[int, tuple[int, NDArray[np.float64]]]:
+    """For each branch whose tip is not at the end of its limb, how many nodes to leave for the limb's axis, and that.
+
+    One, two, four and so on of its last nodes may stand for the limb, up to all. Of what is a limb that counts which
+    leads from the junction to its end with the least detour.
+    """
+    radii = surface.distance(tips)
+    n_tried = dict.fromkeys(range(len(ends)), 1)
+    best: dict[int, tuple[float, int, NDArray[np.float64]]] = {}
+    while n_tried:
+        piece = np.full(len(skeleton.nodes), -1)
+        for index, n in n_tried.items():
+            piece[ends[index][-n:]] = index
+        limbs = find_limbs(surface.mesh, piece[skeleton.node_of_vertex])
+        trying, n_tried = n_tried, {}
+        for index, n in trying.items():
+            way, limb = ends[index], limbs.get(index)
+            if limb is not None:
+                if np.linalg.norm(limb.end - tips[index]) <= REACHES * max(limb.radius, radii[index]):
+                    continue
+                axis = _axis_inside(limb, surface)
+                if len(axis) >= 2:
+                    detour = _detour(np.concatenate([skeleton.nodes[way[:-n]], axis, limb.end[None]]))
+                    best[index] = min(best.get(index, (np.inf, n, axis)), (detour, n, axis), key=lambda one: one[0])
+            if n < len(way) - 1:
+                n_tried[index] = min(2 * n, len(way) - 1)
+    return {index: (n, axis) for index, (_, n, axis) in best.items()}
+
+
+def _axis_inside(limb: Limb, surface: Surface) -> NDArray[np.float64]:
+    """The axis of what is a limb, as far as it is inside from its end on; none of a mere spot."""
+    axis = limb.axis if limb.length > LIMB * limb.radius else np.empty((0, 3))
+    if len(axis) == 0 or np.median(surface.distance(axis)) < DEEP * limb.radius:
+        return np.empty((0, 3))
+    outer = np.flatnonzero(~surface.contains(axis))
+    return axis[outer[-1] + 1 :] if len(outer) else axis
+
+
+def _detour(way: NDArray[np.float64]) -> float:
+    """How many times longer a way is than straight."""
+    straight = float(np.linalg.norm(way[-1] - way[0]))
+    return float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum()) / max(straight, 1e-300)
+
+
+def _centred(axes: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
+    """Axes with their points put to the centroids of the sections there, as far as these are the limb's own."""
+    P = np.concatenate(axes)
+    T = np.concatenate([np.gradient(axis, axis=0) for axis in axes])
+    section = cut(surface.mesh, P, T / np.linalg.norm(T, axis=1, keepdims=True))
+    parts = np.cumsum([len(axis) for axis in axes])[:-1]
+    usual = np.concatenate([np.full(len(radii), np.median(radii)) for radii in np.split(section.radii, parts)])
+    is_own = section.surrounds & (np.linalg.norm(section.centroids - P, axis=1) <= section.radii)
+    is_own &= (section.radii <= WIDEST * usual) & surface.contains(section.centroids)
+    return np.split(np.where(is_own[:, None], section.centroids, P), parts)
 
 
 def _follow(

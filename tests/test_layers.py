@@ -32,6 +32,7 @@ LAYERS = {
         "health",
         "inside",
         "junctions",
+        "limbs",
         "mapping",
         "pointclouds",
         "pruning",
