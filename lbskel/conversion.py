@@ -48,8 +48,8 @@ def _rows_of_flat(flat: NDArray[Any]) -> list[NDArray[Any]]:
     return rows
 
 
-def triangulate(faces: Any) -> tuple[NDArray[Any], int]:
-    """Triangles of polygons, each cut into a fan from its first corner, and how many polygons were cut.
+def triangulate(faces: Any) -> tuple[NDArray[Any], NDArray[np.int64]]:
+    """Triangles of polygons, each cut into a fan from its first corner, and the polygon that each came from.
 
     Takes an (m, k) array, in which -1 at the end of a row of more than three means no corner, or a sequence of index
     sequences.
@@ -66,7 +66,9 @@ def triangulate(faces: Any) -> tuple[NDArray[Any], int]:
     fans = sizes - 2
     first = np.repeat(np.cumsum(sizes) - sizes, fans)
     along = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
-    return corners[np.stack([first, first + along + 1, first + along + 2], axis=1)], int((sizes > 3).sum())
+    return corners[np.stack([first, first + along + 1, first + along + 2], axis=1)], np.repeat(
+        np.arange(len(fans)), fans
+    )
 
 
 def _flat_polygons(faces: Any) -> tuple[NDArray[Any], NDArray[np.int64]]:

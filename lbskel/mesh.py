@@ -22,6 +22,7 @@ from lbskel.blocks import Blocks, blocks_of
 from lbskel.conversion import arrays_of, triangulate
 from lbskel.errors import MeshError, first_few
 from lbskel.fans import count_fans
+from lbskel.triangulation import unfold
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
@@ -92,6 +93,8 @@ class Mesh:
         0-based vertex indices of each triangle.
     notes : tuple of str
         What was done to the input on its way in (quads triangulated, vertices merged), a sentence each.
+    polygon_of_face : (m,) array of int, optional
+        The polygon of the input that each triangle was cut from, where any was cut.
 
     Raises
     ------
@@ -110,6 +113,7 @@ class Mesh:
     vertices: NDArray[np.float64]
     faces: NDArray[np.int64]
     notes: tuple[str, ...] = ()
+    polygon_of_face: NDArray[np.int64] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", _coordinates(self.vertices, "vertices"))
@@ -120,7 +124,7 @@ class Mesh:
 
     def with_vertices(self, vertices: ArrayLike) -> Mesh:
         """The same faces on other positions; what is known of the connectivity is kept."""
-        moved = Mesh(np.asarray(vertices), self.faces, self.notes)
+        moved = Mesh(np.asarray(vertices), self.faces, self.notes, self.polygon_of_face)
         if len(moved.vertices) == len(self.vertices):
             moved.__dict__.update({name: self.__dict__[name] for name in _OF_CONNECTIVITY if name in self.__dict__})
         return moved
@@ -284,6 +288,10 @@ def as_mesh(data: Any) -> Mesh:
     if isinstance(data, Mesh):
         return data
     vertices, faces = arrays_of(data)
-    triangles, n_cut = triangulate(faces)
-    notes = (f"{n_cut} polygons were cut into triangles",) if n_cut else ()
-    return Mesh(vertices, triangles, notes)
+    triangles, polygon = triangulate(faces)
+    mesh = Mesh(vertices, triangles)
+    n_cut = int((np.bincount(polygon) > 1).sum())
+    if not n_cut:
+        return mesh
+    note = f"{n_cut} polygons were cut into triangles"
+    return Mesh(mesh.vertices, unfold(mesh.vertices, mesh.faces, polygon), (note,), polygon)

@@ -15,7 +15,7 @@ LONGEST = 300
 
 LAYERS = {
     0: ("errors",),
-    1: ("blocks", "conversion", "fans", "mesh", "skeleton"),
+    1: ("blocks", "conversion", "fans", "mesh", "skeleton", "triangulation"),
     2: ("operators", "solvers"),
     3: (
         "anchors",

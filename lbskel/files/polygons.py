@@ -4,7 +4,7 @@ from __future__ import annotations
 
 __all__ = ["Polygons", "mesh_of"]
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -67,4 +67,4 @@ def mesh_of(polygons: Polygons) -> Mesh:
     else:
         faces = polygons.corners.reshape(-1, sizes[0] if len(sizes) else 3)
     mesh = as_mesh((polygons.points, faces))
-    return Mesh(mesh.vertices, mesh.faces, polygons.notes + mesh.notes) if polygons.notes else mesh
+    return replace(mesh, notes=polygons.notes + mesh.notes) if polygons.notes else mesh

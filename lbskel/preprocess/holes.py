@@ -1,8 +1,7 @@
 """Holes closed by the triangles of least area on their rim.
 
-The triangulation of a rim comes from dynamic programming over its stretches, Barequet, Sharir 1995, "Filling gaps in
-the boundary of a polyhedron", https://doi.org/10.1016/0167-8396(94)00011-G, as Liepa 2003, "Filling holes in meshes",
-https://doi.org/10.2312/SGP/SGP03/200-206, uses it. A rim too long for that gets a vertex in its middle.
+As Liepa 2003, "Filling holes in meshes", https://doi.org/10.2312/SGP/SGP03/200-206, does it. A rim too long for that
+(:mod:`lbskel.triangulation`) gets a vertex in its middle.
 """
 
 from __future__ import annotations
@@ -16,8 +15,7 @@ from lbskel.errors import UnknownChoice
 from lbskel.mesh import Mesh
 from lbskel.preprocess.fans import fans_of
 from lbskel.preprocess.preprocessed import Preprocessed, measured, unchanged
-
-MOST_EDGES = 300  # of a rim that is triangulated without a vertex in its middle: the work grows with the third power
+from lbskel.triangulation import MOST_EDGES, least_area
 
 
 @measured
@@ -55,9 +53,10 @@ def close_holes(mesh: Mesh, *, largest: float = 0.3) -> Preprocessed:
         if np.linalg.norm(np.roll(rim, -1, axis=0) - rim, axis=1).sum() > largest * mesh.diagonal:
             n_open += 1
             continue
-        triangles = _least_area(rim, _chords_taken(loop, pairs, len(V))) if len(loop) <= MOST_EDGES else None
-        places = rim
-        if triangles is None:  # a vertex in the middle, numbered after those of the rim
+        places, double_area = rim, np.inf
+        if len(loop) <= MOST_EDGES:
+            (triangles,), (double_area,) = least_area(rim[None], _chords_taken(loop, pairs, len(V))[None])
+        if not np.isfinite(double_area):  # a vertex in the middle, numbered after those of the rim
             places, first = np.concatenate([rim, [rim.mean(axis=0)]]), np.arange(len(loop))
             triangles = np.stack([first, np.roll(first, -1), np.full(len(loop), len(loop))], axis=1)
         A, B, C = places[triangles].transpose(1, 0, 2)
@@ -129,31 +128,3 @@ def _chords_taken(loop: NDArray[np.int64], pairs: set[int], n: int) -> NDArray[n
     taken[i, j] = [key in pairs for key in (low * n + high).tolist()]
     taken[0, -1] = False
     return taken
-
-
-def _least_area(rim: NDArray[np.float64], taken: NDArray[np.bool_]) -> NDArray[np.int64] | None:
-    """(k - 2, 3) ascending places in a rim that triangulate it with least area, None where no edges are left for that.
-
-    ``taken[i, j]`` forbids the edge from i to j > i.
-    """
-    k = len(rim)
-    cost, split = np.zeros((k, k)), np.zeros((k, k), dtype=np.int64)
-    for gap in range(2, k):
-        i = np.arange(k - gap)
-        between = i[:, None] + np.arange(1, gap)
-        A, B, C = rim[i][:, None], rim[between], rim[i + gap][:, None]
-        area = np.linalg.norm(np.cross(B - A, C - A), axis=2)
-        total = area + cost[i[:, None], between] + cost[between, i[:, None] + gap]
-        best = total.argmin(axis=1)
-        split[i, i + gap] = between[i, best]
-        cost[i, i + gap] = np.where(taken[i, i + gap], np.inf, total[i, best])
-    if not np.isfinite(cost[0, -1]):
-        return None
-    triangles, waiting = [], [(0, k - 1)]
-    while waiting:
-        low, high = waiting.pop()
-        if high - low > 1:
-            middle = int(split[low, high])
-            triangles.append((low, middle, high))
-            waiting += [(low, middle), (middle, high)]
-    return np.array(triangles)
