@@ -11,6 +11,7 @@ import os
 import resource
 import time
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,8 @@ from scipy.spatial import cKDTree
 import lbskel
 from benchmarks.damage import DAMAGE, damaged
 from benchmarks.harness import interleaved, markdown_table, save_json, save_markdown
-from lbskel.errors import LbskelError
+from lbskel.errors import LbskelError, MeshError
+from lbskel.files import MESH_READERS
 from lbskel.mesh import Mesh
 from lbskel.preprocess import PIPELINES, Pipeline, prepare, simplify
 from lbskel.preprocess.children import in_child
@@ -41,9 +43,11 @@ ENDS = {"signal": "child crashes", "took more": "over its time", "leaves nothing
 def run(quick: bool, results: Path) -> None:
     """Measure, and write preprocessing.json and preprocessing.md."""
     folders = [MESHES, *([Path(os.environ[MORE_MESHES])] if MORE_MESHES in os.environ else [])]
-    paths = [path for folder in folders for path in sorted(folder.iterdir()) if path.suffix in (".ply", ".off", ".obj")]
-    paths = [path for path in paths if not path.name.startswith("points")][: 1 if quick else None]
-    meshes = {path.name: lbskel.read_mesh(path) for path in paths}
+    paths = [path for folder in folders for path in sorted(folder.iterdir()) if path.suffix[1:] in MESH_READERS]
+    meshes = {}
+    for path in paths[: 1 if quick else None]:
+        with suppress(MeshError):  # of points without faces
+            meshes[path.name] = lbskel.read_mesh(path)
     presets = [_preset_row(name, preset, mesh) for name, mesh in meshes.items() for preset in PIPELINES]
     skeletons = [_skeleton_row(name, mesh) for name, mesh in meshes.items()]
     scans = [_scan_row(name, make(name).mesh) for name in (["tripod"] if quick else SHAPES)]
@@ -78,7 +82,10 @@ def run(quick: bool, results: Path) -> None:
 def _preset_row(name: str, preset: str, mesh: Mesh) -> dict[str, Any]:
     """Sizes, topology and distance after a preset."""
     began = time.perf_counter()
-    result = PIPELINES[preset](mesh)
+    try:
+        result = PIPELINES[preset](mesh)
+    except LbskelError as error:
+        return {"mesh": name, "preset": preset, "faces": len(mesh.faces), "error": str(error)}
     return {
         "mesh": name,
         "preset": preset,

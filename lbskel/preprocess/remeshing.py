@@ -19,6 +19,7 @@ THIN = 0.05  # share of the area that may be thinner than what the edges are fit
 SAMPLE = 3000  # faces that tell how thick the shape is
 MOST_FACES = 2_000_000
 
+MOST_ITERATIONS = 1000
 TAUBIN = 0.5, -0.53  # steps there and back, so that low frequencies pass: lambda and mu with a pass band of 0.1
 
 
@@ -85,10 +86,10 @@ def smooth_noise(mesh: Mesh, *, iterations: int = 10) -> Preprocessed:
     Raises
     ------
     UnknownChoice
-        If it is negative.
+        If it is negative, or more than a thousand.
     """
-    if iterations < 0:
-        raise UnknownChoice(f"iterations must not be negative, as {iterations} is")
+    if not 0 <= iterations <= MOST_ITERATIONS:
+        raise UnknownChoice(f"iterations must lie within 0 and {MOST_ITERATIONS:,}, not {iterations}")
     n, (i, j) = len(mesh.vertices), mesh.edges.T
     adjacency = coo_array((np.ones(2 * len(i)), (np.concatenate([i, j]), np.concatenate([j, i]))), shape=(n, n)).tocsr()
     mean = diags_array(1 / np.maximum(adjacency.sum(axis=1), 1)) @ adjacency
