@@ -31,6 +31,7 @@ from lbskel.surface import Surface
 COVERED = 2.0  # radii of its node within which a vertex is covered
 REACH = 3.0  # radii of a limb from its end within which a tip reaches it; measured up to 2.5 where the tip is right
 STANDS_OUT = 1.75  # radii of the nearest node, and of its limb, from which on an end that has no tip is missed
+LIMB = 0.05  # of the extent: shorter ends may be too small for the skeleton of the whole shape
 PRESSED = (
     0.2  # of the mean distance of its vertices: with a smaller radius a node is at the wall; in a flat limb it has 0.3
 )
@@ -71,8 +72,9 @@ MEASURES = {
     "off_centre": Measure("mean distance from the middle of the section, in radii", 0.1, 0.25),
     "off_centre_branch": Measure("the same, median over the worst branch", 0.2, 0.4),
     "at_the_wall": Measure("share of the length that runs close under the surface", 0.05, 0.25),
-    "covered": Measure("share of the surface within two radii of its node", 0.9, 0.5),
-    "ends_missed": Measure("ends of the shape that no tip reaches", 0, 1),
+    "covered": Measure("share of the surface within two radii of its node", 0.9, 0.3),
+    "ends_missed": Measure("ends of the shape that no tip reaches", 0, np.inf),
+    "limbs_missed": Measure("those of them that are ends of limbs longer than a twentieth of the shape", 0, 1),
     "bending": Measure("root mean square curvature, in turns by 1 radian per radius", 1.0, 5.0),
     "extra_components": Measure("components, more or less than the surface has", 0, 1),
     "extra_cycles": Measure("cycles, more or less than the surface has handles", 0, 1),
@@ -92,7 +94,8 @@ class Score:
     nodes_inside, length_inside, off_centre, off_centre_branch, at_the_wall, covered : float
     ends : int
         Ends of the shape, found on its surface.
-    ends_missed : int
+    ends_missed, limbs_missed : int
+        Of small ends, as fingers are on a man, not all may have a tip; a limb has to.
     bending : float
     extra_components, extra_cycles : int
     in_one_piece, touching : float
@@ -107,6 +110,7 @@ class Score:
     covered: float
     ends: int
     ends_missed: int
+    limbs_missed: int
     bending: float
     extra_components: int
     extra_cycles: int | None
@@ -166,7 +170,7 @@ def score(skeleton: Skeleton, mesh: Mesh) -> Score:
     node = skeleton.node_of_vertex
     far = np.linalg.norm(unit.vertices - skeleton.nodes[node], axis=1)
     area = np.bincount(unit.faces.ravel(), weights=np.repeat(unit.face_areas, 3), minlength=len(unit.vertices))
-    ends, ends_missed = _ends(skeleton, unit)
+    ends, ends_missed, limbs_missed = _ends(skeleton, unit)
     widths = mean_radii(skeleton, unit).radii
     off_centre, off_centre_branch = _off_centre(skeleton, widths, surface)
     parted = parted_edges(skeleton, unit)
@@ -179,6 +183,7 @@ def score(skeleton: Skeleton, mesh: Mesh) -> Score:
         covered=float(area[far <= COVERED * skeleton.radii[node]].sum() / area.sum()),
         ends=ends,
         ends_missed=ends_missed,
+        limbs_missed=limbs_missed,
         bending=_bending(skeleton),
         extra_components=skeleton.n_components - _n_bodies(unit),
         extra_cycles=_extra_cycles(skeleton, unit),
@@ -230,16 +235,17 @@ def _off_centre(skeleton: Skeleton, widths: NDArray[np.float64], surface: Surfac
     return float(off[at].mean()), max(medians, default=None)
 
 
-def _ends(skeleton: Skeleton, mesh: Mesh) -> tuple[int, int]:
-    """The number of ends of the shape, and of those that have no tip near and stand out of the nearest ball."""
+def _ends(skeleton: Skeleton, mesh: Mesh) -> tuple[int, int, int]:
+    """How many ends there are, how many stand out of the nearest ball with no tip near, and the limbs among those."""
     found = extremities(mesh)
     ends = mesh.vertices[found.vertices]
     if len(ends) == 0:
-        return 0, 0
+        return 0, 0, 0
     apart = cdist(ends, skeleton.nodes)
     has_tip = (apart[:, skeleton.degrees <= 1] <= REACH * found.radii[:, None]).any(axis=1)
     limit = STANDS_OUT * np.maximum(skeleton.radii[apart.argmin(axis=1)], found.radii)
-    return len(ends), int((~has_tip & (apart.min(axis=1) > limit)).sum())
+    is_missed = ~has_tip & (apart.min(axis=1) > limit)
+    return len(ends), int(is_missed.sum()), int((is_missed & (found.lengths > LIMB)).sum())
 
 
 def _bending(skeleton: Skeleton) -> float:

@@ -11,7 +11,7 @@ from lbskel import Mesh, MeshError, Skeleton, score, skeletonize
 from lbskel.extremities import extremities
 from lbskel.mapping import is_in_largest_piece
 from lbskel.scoring import MEASURES
-from lbskel.shapes import capsule, chain_of_tori, make, sphere, torus, tube
+from lbskel.shapes import capsule, chain_of_tori, make, mesh_solid, solid_of, sphere, torus, tube
 
 
 @pytest.fixture(scope="module")
@@ -138,8 +138,8 @@ def test_a_good_skeleton_passes_in_every_measure(limbs, rings):
 @pytest.mark.parametrize(
     ("spoil", "measure"),
     [
-        (leg_cut_off, "ends_missed"),
-        (leg_cut_in_half, "ends_missed"),
+        (leg_cut_off, "limbs_missed"),
+        (leg_cut_in_half, "limbs_missed"),
         (lambda s: beside_the_middle(s, 0.55), "off_centre_branch"),
         (lambda s: beside_the_middle(s, 1.6), "nodes_inside"),
         (lambda s: beside_the_middle(s, 1.6), "length_inside"),
@@ -161,6 +161,21 @@ def test_a_skeleton_with_limbs_spoilt(limbs, spoil, measure):
     assert not found.passed
 
 
+def test_a_small_end_may_be_missed_and_a_limb_may_not():
+    body, finger = np.array([[-1.0, 0, 0], [1, 0, 0]]), np.array([[0.5, 0, 0], [0.5, 0, 0.21]])
+    mesh = mesh_solid(solid_of([(body, 0.12), (finger, 0.022)]))
+    x = np.linspace(-1, 1, 17)
+    nodes = np.stack([x, 0 * x, 0 * x], axis=1)
+    whole = Skeleton(nodes, np.stack([np.arange(16), np.arange(1, 17)], axis=1), np.zeros(17))
+    found = score(whole, mesh)
+    assert (found.ends, found.ends_missed, found.limbs_missed) == (3, 1, 0)  # 0.09 of 2.2
+    assert found.verdicts["ends_missed"] == "warn"
+    assert found.passed
+    half = score(Skeleton(nodes[4:], whole.edges[:12], np.zeros(13)), mesh)
+    assert (half.ends_missed, half.limbs_missed) == (2, 1)
+    assert not half.passed
+
+
 @pytest.mark.parametrize("spoil", [loop_cut, spanning_tree])
 def test_a_loop_lost(rings, spoil):
     mesh, skeleton = rings
@@ -172,7 +187,7 @@ def test_a_loop_lost(rings, spoil):
 def test_what_is_spoilt_in_one_respect_is_not_blamed_for_the_others(limbs):
     mesh, skeleton = limbs
     found = score(leg_cut_off(skeleton), mesh).verdicts
-    assert [name for name, verdict in found.items() if verdict == "fail"] == ["ends_missed"]
+    assert [name for name, verdict in found.items() if verdict == "fail"] == ["limbs_missed"]
 
 
 def rod_with_axis(shift, n=13):
