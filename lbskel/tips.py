@@ -132,7 +132,7 @@ def _detour(way: NDArray[np.float64]) -> float:
 
 
 def _centred(axes: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
-    """Axes with their points put to the centroids of the sections there, as far as these are the limb's own."""
+    """Axes put to the centroids of their own sections, without the points that have none if at least two are left."""
     P = np.concatenate(axes)
     T = np.concatenate([np.gradient(axis, axis=0) for axis in axes])
     section = cut(surface.mesh, P, T / np.linalg.norm(T, axis=1, keepdims=True))
@@ -140,7 +140,8 @@ def _centred(axes: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[
     usual = np.concatenate([np.full(len(radii), np.median(radii)) for radii in np.split(section.radii, parts)])
     is_own = section.surrounds & (np.linalg.norm(section.centroids - P, axis=1) <= section.radii)
     is_own &= (section.radii <= WIDEST * usual) & surface.contains(section.centroids)
-    return np.split(np.where(is_own[:, None], section.centroids, P), parts)
+    own = zip(np.split(section.centroids, parts), np.split(is_own, parts), strict=True)
+    return [C[known] if known.sum() >= 2 else axis for axis, (C, known) in zip(axes, own, strict=True)]
 
 
 def _follow(
