@@ -50,7 +50,7 @@ def sentences(facts: Mapping[str, Any]) -> tuple[str, ...]:
         found.append("The surface is inside out: turned round.")
     if facts["components"] > 1:
         found.append(f"{facts['components']:,} components: each gets a graph of its own.")
-    if facts["coarse_faces"] > COARSE_SHARE:
+    if facts["coarse_faces"] > COARSE_SHARE and facts["roughness"] <= ROUGH:  # noise makes edges long
         found.append(
             f"{facts['coarse_faces']:.0%} of the faces have an edge longer than {COARSE_EDGE:g} of the thickness: "
             "split, where the mesh is small."
