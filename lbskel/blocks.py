@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-FINE, COARSE = 8, 128  # faces to a ball, of the small ones and of the large ones, which hold whole small ones
+FINE, COARSE = 4, 128
 BITS = 10  # of each coordinate along the curve
 ROUNDING = 1e-12  # of the largest coordinate, by which each ball is larger, so that none is missed by rounding
 
@@ -54,11 +54,9 @@ def _along_curve(points: NDArray[np.float64]) -> NDArray[np.int64]:
     """(n,) place of points along the curve."""
     low, size = points.min(axis=0), np.ptp(points, axis=0).max()
     cells = ((points - low) * ((2**BITS - 1) / size if size > 0 else 0.0)).astype(np.int64)
-    code = np.zeros(len(points), dtype=np.int64)
-    for bit in range(BITS):
-        for axis in range(3):
-            code |= (cells[:, axis] >> bit & 1) << (3 * bit + axis)
-    return code
+    numbers = np.arange(2**BITS)
+    spread = np.sum([(numbers >> bit & 1) << (3 * bit) for bit in range(BITS)], axis=0)
+    return spread[cells[:, 0]] | spread[cells[:, 1]] << 1 | spread[cells[:, 2]] << 2
 
 
 def _balls(low: NDArray[np.float64], high: NDArray[np.float64], size: int, slack: float) -> Balls:
@@ -70,7 +68,8 @@ def _balls(low: NDArray[np.float64], high: NDArray[np.float64], size: int, slack
 
 def blocks_of(corners: NDArray[np.float64]) -> Blocks:
     """Blocks of triangles given by their (m, 3, 3) corners."""
-    order = np.argsort(_along_curve(corners.mean(axis=1)), kind="stable")
-    low, high = corners.min(axis=1)[order], corners.max(axis=1)[order]
+    A, B, C = corners.transpose(1, 0, 2)
+    order = np.argsort(_along_curve((A + B + C) / 3), kind="stable")
+    low, high = np.minimum(np.minimum(A, B), C)[order], np.maximum(np.maximum(A, B), C)[order]
     slack = ROUNDING * float(np.abs(corners).max())
     return Blocks(order, _balls(low, high, COARSE, slack), _balls(low, high, FINE, slack))

@@ -46,20 +46,24 @@ def is_in_largest_piece(node_of_vertex: NDArray[np.int64], mesh: Mesh) -> NDArra
     i, j = mesh.edges[node_of_vertex[mesh.edges[:, 0]] == node_of_vertex[mesh.edges[:, 1]]].T
     graph = coo_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=(n, n))
     piece = connected_components(graph, directed=False)[1]
-    _, first, size = np.unique(piece, return_index=True, return_counts=True)
+    size, first = np.bincount(piece), np.empty(piece.max() + 1, dtype=np.int64)
+    first[piece[::-1]] = np.arange(n)[::-1]  # of several written the last stays
     node = node_of_vertex[first]
     order = np.lexsort((first, -size, node))
     is_largest = np.ones(len(order), dtype=bool)
     is_largest[1:] = np.diff(node[order]) > 0
-    return np.isin(piece, order[is_largest])
+    is_kept = np.zeros(len(size), dtype=bool)
+    is_kept[order[is_largest]] = True
+    return is_kept[piece]
 
 
 def parted_edges(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
     """(p, 2) edges of the skeleton whose two nodes both have vertices, but none that are neighbours on the mesh."""
     k = len(skeleton.nodes)
     has_vertex = np.bincount(skeleton.node_of_vertex, minlength=k) > 0
-    touching = np.sort(skeleton.node_of_vertex[mesh.edges], axis=1)
-    is_touching = np.isin(skeleton.edges @ [k, 1], touching @ [k, 1])
+    i, j = skeleton.node_of_vertex[mesh.edges].T
+    touching = np.unique((np.minimum(i, j) * k + np.maximum(i, j))[i != j])
+    is_touching = np.isin(skeleton.edges @ [k, 1], touching)
     return skeleton.edges[~is_touching & has_vertex[skeleton.edges].all(axis=1)]
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
@@ -163,8 +164,7 @@ class Mesh:
     @cached_property
     def face_areas(self) -> NDArray[np.float64]:
         """(m,) area of each triangle."""
-        A, B, C = self.vertices[self.faces].transpose(1, 0, 2)
-        return read_only(0.5 * np.linalg.norm(np.cross(B - A, C - A), axis=1))
+        return read_only(igl.doublearea(self.vertices, self.faces) / 2)
 
     @cached_property
     def blocks(self) -> Blocks:
@@ -196,9 +196,9 @@ class Mesh:
     @cached_property
     def centroid(self) -> NDArray[np.float64]:
         """(3,) centre of mass of the surface."""
-        centres = self.vertices[self.faces].mean(axis=1)
-        weights = self.face_areas if self.area > 0 else np.ones(len(centres))
-        return read_only(np.average(centres, axis=0, weights=weights))
+        weights = self.face_areas if self.area > 0 else np.ones(len(self.faces))
+        A, B, C = (self.vertices[self.faces[:, corner]] for corner in range(3))
+        return read_only(weights @ (A + B + C) / (3 * weights.sum()))
 
     @cached_property
     def extent(self) -> float:

@@ -203,9 +203,10 @@ def _measured(
         return np.asarray(np.bincount(curve, weights=values, minlength=n_curves), dtype=np.float64)
 
     frames = _frames(normals)
-    a, b = np.einsum("sij,sej->esi", frames[plane], segments.points - points[plane][:, None, :])
-    cross, dot = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)
-    pieces = np.linalg.norm(b - a, axis=1)
+    offsets = (segments.points - points[plane][:, None, :]).transpose(1, 2, 0)
+    a, b = (np.stack([(frames[plane, axis].T * ends).sum(axis=0) for axis in (0, 1)], axis=1) for ends in offsets)
+    cross, dot = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]
+    pieces = np.hypot(b[:, 0] - a[:, 0], b[:, 1] - a[:, 1])
     length, area = total(pieces), total(cross) / 2
     winding = total(np.arctan2(cross, dot)) / (2 * np.pi)
     is_closed = np.hypot(total(b[:, 0] - a[:, 0]), total(b[:, 1] - a[:, 1])) < 1e-6 * length
@@ -231,7 +232,8 @@ def _measured(
         result[at] = values[chosen]
         return result
 
-    radius = total(pieces * np.linalg.norm((a + b) / 2 - centroid[curve], axis=1)) / np.where(length > 0, length, 1)
+    x, y = ((a + b) / 2 - centroid[curve]).T
+    radius = total(pieces * np.hypot(x, y)) / np.where(length > 0, length, 1)
     is_own = np.ones(len(plane), dtype=bool)
     if face_labels is not None and labels is not None:
         label = face_labels[segments.face]
@@ -253,6 +255,7 @@ def _measured(
 def _distance_to_origin(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     """Distance of each planar segment from the origin."""
     along = b - a
-    squared = (along * along).sum(axis=1)
-    share = np.clip(-(a * along).sum(axis=1) / np.where(squared > 0, squared, 1), 0, 1)
-    return np.linalg.norm(a + share[:, None] * along, axis=1)
+    (x, y), (p, q) = a.T, along.T
+    squared = p * p + q * q
+    share = np.clip(-(x * p + y * q) / np.where(squared > 0, squared, 1), 0, 1)
+    return np.hypot(x + share * p, y + share * q)

@@ -47,7 +47,8 @@ def glued(faces: NDArray[np.int64]) -> NDArray[np.int64] | None:
 
 def _four_areas(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.float64]:
     """Four times the area of triangles with these edge lengths, by Heron's formula in Kahan's order."""
-    short, middle, long = np.sort(np.stack([a, b, c]), axis=0)
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    short, middle, long = np.minimum(low, c), np.maximum(low, np.minimum(high, c)), np.maximum(high, c)
     product = (long + (middle + short)) * (short - (long - middle)) * (short + (long - middle))
     return np.sqrt(np.maximum(product * (long + (middle - short)), 0.0))
 
