@@ -14,16 +14,16 @@ from functools import wraps
 from inspect import signature
 from typing import Any, Concatenate, ParamSpec
 
-import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 
 from lbskel.mesh import Mesh
+from lbskel.surface import Surface
 
 Options = ParamSpec("Options")
 
-SAMPLES = 20_000  # points of each surface from which the distance to the other is measured
+SAMPLES = 10_000  # points of each surface from which the distance to the other is measured
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +100,7 @@ def unchanged(mesh: Mesh, *notes: str) -> Preprocessed:
 def measured(
     step: Callable[Concatenate[Mesh, Options], Preprocessed],
 ) -> Callable[Concatenate[Mesh, Options], Preprocessed]:
-    """The step with a report: its name, all its options, and the measures of the mesh before and after."""
+    """The step with a report: its name and options, the measures of the mesh before and after, and what it reports."""
 
     @wraps(step)
     def with_report(mesh: Mesh, *arguments: Options.args, **options: Options.kwargs) -> Preprocessed:
@@ -113,6 +113,7 @@ def measured(
             "before": measures(mesh),
             "after": measures(result.mesh),
             "notes": list(result.notes),
+            **result.report,
         }
         return replace(result, report={"steps": [record]})
 
@@ -140,14 +141,11 @@ def distance_between(one: Mesh, other: Mesh) -> float:
     """
     if one is other:
         return 0.0
-    return max(_farthest(one, other), _farthest(other, one)) / one.diagonal
+    return max(_farthest(one, other), _farthest(other, one)) / (one.diagonal or 1.0)
 
 
 def _farthest(one: Mesh, other: Mesh) -> float:
     """The largest distance of the samples of one surface from another."""
-    V = one.vertices[one.used_vertices]
-    centres = one.vertices[one.faces].mean(axis=1)
-    points = np.concatenate([V[:: 1 + 2 * len(V) // SAMPLES], centres[:: 1 + 2 * len(centres) // SAMPLES]])
-    tree = igl.AABB()
-    tree.init(other.vertices, other.faces)
-    return float(np.sqrt(tree.squared_distance(other.vertices, other.faces, points)[0].max()))
+    vertices, faces = (some[:: 1 + 2 * len(some) // SAMPLES] for some in (one.used_vertices, one.faces))
+    points = np.concatenate([one.vertices[vertices], one.vertices[faces].mean(axis=1)])
+    return float(Surface(other).distance(points).max())

@@ -10,13 +10,16 @@ from __future__ import annotations
 __all__ = ["simplify"]
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import fast_simplification
 import igl
 import numpy as np
+from numpy.typing import NDArray
 
 from lbskel.errors import UnknownChoice
 from lbskel.mesh import Mesh
+from lbskel.operators.corners import unit_scale
 from lbskel.preprocess.placing import place_on
 from lbskel.preprocess.preprocessed import Preprocessed, distance_between, measured, unchanged
 
@@ -41,7 +44,8 @@ def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None
     Returns
     -------
     Preprocessed
-        The mesh unchanged, and a note, where its topology or the target could not be kept.
+        The mesh unchanged, and a note, where its topology or the target could not be kept. The report has the
+        ``deviation``, the largest distance of the two surfaces.
 
     Raises
     ------
@@ -77,27 +81,44 @@ def _to_target(mesh: Mesh, target: int, error: float) -> Preprocessed:
         if distance <= error:
             n_faces = f"{len(mesh.faces):,} faces were simplified to {len(simple.mesh.faces):,}"
             note = f"{n_faces}{', '.join(('', *simple.notes))}"
-            return Preprocessed(simple.mesh, simple.vertex_map, (note,), simple.weights)
+            return replace(simple, notes=(note,), report={"deviation": distance * mesh.diagonal})
     note = f"{len(mesh.faces):,} faces could not be simplified to {target:,} without breaking the topology or the shape"
     return unchanged(mesh, note)
 
 
 def _candidates(mesh: Mesh, target: int) -> Iterator[Preprocessed]:
     """Simplified meshes, made one after the other as they are asked for."""
+    unit, exponent = unit_scale(mesh.vertices)  # one of both takes single precision, which ends at 1e38
+
+    def in_place(V: NDArray[np.float64], F: NDArray[np.int64]) -> Mesh:
+        return Mesh(np.ldexp(V, exponent), F, mesh.notes)
+
     for aggressiveness in AGGRESSIVENESS:
-        V, F = np.array(mesh.vertices), np.array(mesh.faces)  # it refuses read-only arrays
-        *_, collapses = fast_simplification.simplify(
+        V, F = np.array(unit), np.array(mesh.faces)  # it refuses read-only arrays
+        V, F, collapses = fast_simplification.simplify(
             V, F, target_count=target, agg=aggressiveness, return_collapses=True
         )
-        V, F, vertex_map = fast_simplification.replay_simplification(V, F, collapses)
-        if len(F) and vertex_map.min() >= 0 and np.abs(V).max() <= 2 * np.abs(mesh.vertices).max():  # never of NaN
-            yield Preprocessed(Mesh(V, F, mesh.notes), np.asarray(vertex_map, dtype=np.int64))
+        vertex_map = _way_of_collapses(collapses, len(mesh.vertices))
+        is_sound = len(F) and vertex_map.max() == len(V) - 1 and np.array_equal(np.unique(F), np.arange(len(V)))
+        if is_sound and np.abs(V).max() <= 2:  # never of NaN
+            yield Preprocessed(in_place(V, F), vertex_map)
     if mesh.is_closed_manifold:
-        V, F = np.asfortranarray(mesh.vertices), np.asfortranarray(mesh.faces, dtype=np.int32)
-        V, F, *_ = igl.decimate(V, F, target)
+        V, F, *_ = igl.decimate(np.asfortranarray(unit), np.asfortranarray(mesh.faces, dtype=np.int32), target)
         if len(F) and np.isfinite(V).all():
             note = "by libigl, since fast-simplification missed the target or the topology"
-            yield place_on(mesh, Mesh(np.ascontiguousarray(V), np.ascontiguousarray(F), mesh.notes), note)
+            yield place_on(mesh, in_place(V, F), note)
+
+
+def _way_of_collapses(collapses: NDArray[np.integer], n: int) -> NDArray[np.int64]:
+    """(n,) the new number of the vertex that each has gone into; those that are left keep their order.
+
+    The library's own replay takes as long as its simplification, and rounds to single precision.
+    """
+    into = np.arange(n)
+    into[collapses[:, 1]] = collapses[:, 0]
+    while not np.array_equal(further := into[into], into):
+        into = further
+    return (np.cumsum(into == np.arange(n)) - 1)[into]
 
 
 def _topology(mesh: Mesh) -> tuple[int, int, int, bool, bool]:
