@@ -141,7 +141,8 @@ def _flow(
             else:
                 D = solve_once(system.A, system.positions) - mesh.vertices
         except SolveError:
-            _require_symmetric(system, settings)
+            if not steps:
+                _require_symmetric(system, settings)
             return ended(Status.NOT_SOLVED)
         moved = mesh.vertices + D
         if not np.isfinite(moved).all():

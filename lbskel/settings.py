@@ -71,7 +71,7 @@ class ContractionSettings:
     degenerate: str = "none"
     degenerate_angle: float = 1e-3
     guard: bool = True
-    coarsen: float = 0.3
+    coarsen: float = 0.45
     volume_ratio: float = 1e-4
     area_ratio: float = 5e-3
     max_steps: int = 30
