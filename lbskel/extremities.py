@@ -97,18 +97,18 @@ def _graph(edges: NDArray[np.int64], lengths: NDArray[np.float64], n: int) -> cs
 def _cells(mesh: Mesh) -> _Cells:
     """Each vertex with the seed that is nearest along edges; seeds are evenly taken from the list of vertices."""
     n, used = len(mesh.vertices), mesh.used_vertices
-    start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
-    lengths = np.linalg.norm(end - start, axis=1) + 1e-12 * mesh.extent  # no length would mean no edge
+    i, j = mesh.edges.T
+    lengths = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1) + 1e-12 * mesh.extent  # none may be zero
+    graph = coo_array((lengths, (i, j)), shape=(n, n)).tocsr()
     seeds = used[np.unique(np.linspace(0, len(used) - 1, CELLS).astype(np.int64))]
-    far, _, source = dijkstra(
-        _graph(mesh.edges, lengths, n), directed=False, indices=seeds, min_only=True, return_predecessors=True
-    )
+    far, _, source = dijkstra(graph, directed=False, indices=seeds, min_only=True, return_predecessors=True)
     cell = np.where(source >= 0, np.searchsorted(seeds, source), -1)
     ends = cell[mesh.edges]
     crosses = (ends[:, 0] != ends[:, 1]) & (ends[:, 0] >= 0) & (ends[:, 1] >= 0)
     ways = (lengths + far[mesh.edges].sum(axis=1))[crosses]
-    corners = cell[mesh.faces.ravel()]
-    areas = np.bincount(corners, weights=np.repeat(mesh.face_areas / 3, 3), minlength=len(seeds)).astype(np.float64)
+    corners, thirds = cell[mesh.faces.ravel()], np.repeat(mesh.face_areas / 3, 3)
+    is_reached = corners >= 0  # components so small that no seed fell on them are not
+    areas = np.bincount(corners[is_reached], thirds[is_reached], minlength=len(seeds)).astype(np.float64)
     return _Cells(seeds, cell, areas, _graph(ends[crosses], ways, len(seeds)))
 
 

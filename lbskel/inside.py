@@ -7,7 +7,6 @@ __all__ = ["keep_inside", "leaves", "length_inside", "ways_inside"]
 import itertools
 from dataclasses import replace
 
-import igl
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
@@ -26,10 +25,15 @@ LEAST_DEPTH = 0.01  # of the extent
 
 
 def length_inside(skeleton: Skeleton, surface: Surface) -> float:
-    """Share of the length of the edges that lies inside, by samples a four-hundredth of the extent apart."""
+    """Share of the length of the edges that lies inside, by samples along those that leave the surface somewhere."""
     if len(skeleton.edges) == 0:
         return float(surface.contains(skeleton.nodes).mean())
-    return float(surface.contains(sample_edges(skeleton, surface.mesh.extent / 400)[0]).mean())
+    is_bent = leaves(skeleton.nodes[skeleton.edges], surface)
+    if not (is_bent.any() and skeleton.length > 0):
+        return float(1 - is_bent.mean())
+    points, _ = sample_edges(replace(skeleton, edges=skeleton.edges[is_bent]), surface.mesh.extent / 400)
+    share_bent = skeleton.edge_lengths[is_bent].sum() / skeleton.length
+    return float(1 - share_bent * (1 - surface.contains(points).mean()))
 
 
 def _pushed_in(points: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
@@ -67,10 +71,13 @@ def keep_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
 
 def leaves(segments: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:
     """(k,) which of (k, 2, 3) segments are outside somewhere."""
+    start, way = segments[:, 0], segments[:, 1] - segments[:, 0]
+    is_outside = ~surface.contains(start)
+    crosses = np.flatnonzero(~is_outside & (np.linalg.norm(way, axis=1) >= surface.distance(start)))  # it may
     share = ((np.arange(SAMPLES) + 0.5) / SAMPLES)[:, None]
-    along = segments[:, :1] + share * (segments[:, 1:] - segments[:, :1])
-    inside = surface.contains(along.reshape(-1, 3)).reshape(-1, SAMPLES)
-    return np.asarray(~inside.all(axis=1))
+    along = start[crosses, None] + share * way[crosses, None]
+    is_outside[crosses] = ~surface.contains(along.reshape(-1, 3)).reshape(-1, SAMPLES).all(axis=1)
+    return is_outside
 
 
 def _stretches(branch: NDArray[np.int64], bent: set[tuple[int, int]]) -> list[NDArray[np.int64]]:
@@ -94,20 +101,15 @@ def ways_inside(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surfa
     is_outside = leaves(P[pairs], surface)
     if not is_outside.any():
         return list(P[pairs].mean(axis=1, keepdims=True))
-    V, edges = surface.mesh.vertices, surface.mesh.edges
-    outward = igl.per_vertex_normals(V, surface.mesh.faces, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_ANGLE)
-    inward = -np.nan_to_num(outward)  # a vertex all of whose faces are degenerate has none
-    inward = -inward if surface.mesh.volume < 0 else inward
-    entry = V + 1e-6 * surface.mesh.extent * inward
-    chord = surface.ahead(entry, inward)
-    half = 0.5 * np.where(np.isfinite(chord), chord, 0.0)
+    V, edges = surface.rough.mesh.vertices, surface.rough.mesh.edges
+    entry, inward, thickness = surface.rough.inward
     depths = surface.distance(P[pairs.ravel()]).reshape(-1, 2).max(axis=1)
     ways = []
     for (start, end), depth, goes_out in zip(pairs.tolist(), depths, is_outside, strict=True):
         if not goes_out:
             ways.append(P[[start, end]].mean(axis=0, keepdims=True))
             continue
-        under = entry + np.minimum(half, depth)[:, None] * inward
+        under = entry + np.minimum(thickness / 2, depth)[:, None] * inward
         lengths = np.linalg.norm(under[edges[:, 0]] - under[edges[:, 1]], axis=1) + LEAST_LENGTH
         graph = coo_array((lengths, (edges[:, 0], edges[:, 1])), shape=(len(V), len(V))).tocsr()
         first, last = cKDTree(under).query(P[[start, end]])[1].tolist()

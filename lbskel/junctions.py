@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.axes import Axes, find_axes
+from lbskel.axes import Axes
 from lbskel.inside import leaves
 from lbskel.pruning import merge_into
 from lbskel.skeleton import Skeleton
@@ -126,7 +126,7 @@ def _passed(skeleton: Skeleton, axes: Axes, lines: _Lines, places: NDArray[np.fl
     return passed
 
 
-def gather_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
+def gather_junctions(skeleton: Skeleton, axes: Axes, surface: Surface) -> Skeleton:
     """Make one of two junctions where the branches that leave the pair all point to one place between them or beyond.
 
     In a thick body several branches run together before they end, and contraction joins them two by two, in an order
@@ -136,15 +136,10 @@ def gather_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
     ----------
     skeleton : Skeleton
         With branches evenly sampled and inscribed radii.
+    axes : Axes
     surface : Surface
     """
-    inner = _inner_branches(skeleton)
-    if not inner:
-        return skeleton
-    ends = np.unique([skeleton.branches[index][[0, -1]] for index in inner])
-    beside = [branch for branch in skeleton.branches if np.isin(branch[[0, -1]], ends).any()]
-    axes = find_axes(skeleton, surface, np.concatenate(beside))
-    while inner:
+    while inner := _inner_branches(skeleton):
         lines = _lines(skeleton, axes)
         found = [(*_common_place(skeleton, lines, index, surface), index) for index in inner]
         tilt, place, index = min(found, key=lambda one: one[0])
@@ -158,7 +153,6 @@ def gather_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
         kept = np.unique(target)
         skeleton = merge_into(replace(skeleton, nodes=nodes), target)
         axes = Axes(axes.is_known[kept], places[kept])
-        inner = _inner_branches(skeleton)
     return skeleton
 
 

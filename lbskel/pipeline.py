@@ -23,9 +23,10 @@ from lbskel.mesh import Mesh
 from lbskel.operators import Operator
 from lbskel.preprocess import Pipeline, components, prepare, why_no_inside
 from lbskel.resampling import resample
-from lbskel.scoring import FEWEST_FACES, Score, score
+from lbskel.scoring import FEWEST_FACES, Score, score_on
 from lbskel.skeleton import Skeleton
 from lbskel.stages import Options, skeleton_of_component
+from lbskel.surface import Surface
 
 
 def skeletonize(
@@ -139,16 +140,17 @@ def skeletonize(
             f"stand for: {len(given.faces)} faces in all; where they should hang together, let "
             "preprocess='merge_close:tolerance=1e-3' join their corners"
         )
-    whole = _joined([skeleton for _, skeleton, _ in parts])
+    whole = _joined([skeleton for _, skeleton, *_ in parts])
     node_of = np.full(len(unit.vertices), -1)
     first = 0
-    for part, skeleton, _ in parts:
+    for part, skeleton, *_ in parts:
         node_of[part.vertices] = skeleton.node_of_vertex + first
         first += len(skeleton.nodes)
     whole = replace(whole, node_of_vertex=_filled(node_of, unit.vertices, whole.nodes))
     if n_nodes is not None:
         whole = resample(whole, n_nodes=n_nodes)
-    scored = clock("score", score, whole, unit)
+    surface = next((surface for part, _, surface, _ in parts if part.mesh is unit), Surface(unit))
+    scored = clock("score", score_on, whole, surface)
     node_of_given = np.where(tidied.vertex_map >= 0, whole.node_of_vertex[tidied.vertex_map], -1)
     notes = [*given.notes, *tidied.notes]
     if faults:
@@ -163,7 +165,7 @@ def skeletonize(
         radii=whole.radii * scale,
         mean_radii=whole.mean_radii * scale,
         node_of_vertex=_filled(node_of_given, (given.vertices - centre) / scale, whole.nodes),
-        report=_report(given, options, [report for _, _, report in parts], notes, scored, clock.seconds)
+        report=_report(given, options, [report for *_, report in parts], notes, scored, clock.seconds)
         | {"preprocess": tidied.report}
         | ({"megabytes": clock.megabytes} if profile else {}),
     )

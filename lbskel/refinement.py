@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, diags_array
 
-from lbskel.axes import branch_of_node, find_axes
+from lbskel.axes import Axes, branch_of_node, find_axes
 from lbskel.junctions import place_junctions
 from lbskel.mesh import Mesh
 from lbskel.skeleton import Skeleton
@@ -80,15 +80,15 @@ def settle(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     node_of_vertex = np.array(skeleton.node_of_vertex)
     moving = np.arange(len(node_of_vertex))
     while len(moving):
-        choices = beside[node_of_vertex[moving]]
-        apart = np.linalg.norm(skeleton.nodes[choices] - mesh.vertices[moving, None, :], axis=2)
-        nearest = np.argmin(apart, axis=1)  # of equals the first, which is the node itself
-        node_of_vertex[moving] = choices[np.arange(len(moving)), nearest]
+        choices, V = beside[node_of_vertex[moving]].T, mesh.vertices[moving]
+        away = (skeleton.nodes[choice] - V for choice in choices)
+        nearest = np.argmin([np.einsum("ni,ni->n", each, each) for each in away], axis=0)  # of equals the node itself
+        node_of_vertex[moving] = choices[nearest, np.arange(len(moving))]
         moving = moving[nearest > 0]
     return replace(skeleton, node_of_vertex=node_of_vertex)
 
 
-def recenter(skeleton: Skeleton, surface: Surface) -> Skeleton:
+def recenter(skeleton: Skeleton, surface: Surface, axes: Axes | None = None) -> Skeleton:
     """Move every node to the axis of the shape there; tips move with the end of their branch.
 
     Parameters
@@ -97,8 +97,10 @@ def recenter(skeleton: Skeleton, surface: Surface) -> Skeleton:
         With branches evenly sampled.
     surface : Surface
         In the same coordinates.
+    axes : Axes, optional
+        If they are known already.
     """
-    axes = place_junctions(skeleton, find_axes(skeleton, surface), surface)
+    axes = place_junctions(skeleton, axes or find_axes(skeleton, surface), surface)
     is_junction = skeleton.degrees >= 3
     weight = np.where(axes.is_known, 1.0, ANCHOR)
     weight[is_junction] = 1 / ANCHOR

@@ -7,7 +7,7 @@ the local radius, the distance from a node to the surface of its body, whatever 
 
 from __future__ import annotations
 
-__all__ = ["MEASURES", "Measure", "Score", "check", "score"]
+__all__ = ["MEASURES", "Measure", "Score", "check", "score", "score_on"]
 
 from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
@@ -32,9 +32,7 @@ COVERED = 2.0  # radii of its node within which a vertex is covered
 REACH = 3.0  # radii of a limb from its end within which a tip reaches it; measured up to 2.5 where the tip is right
 STANDS_OUT = 1.75  # radii of the nearest node, and of its limb, from which on an end that has no tip is missed
 LIMB = 0.05  # of the extent: shorter ends may be too small for the skeleton of the whole shape
-PRESSED = (
-    0.2  # of the mean distance of its vertices: with a smaller radius a node is at the wall; in a flat limb it has 0.3
-)
+PRESSED = 0.2  # of the mean distance of its vertices: nearer, a node is at the wall; in a flat limb it has 0.3
 ON = 1e-6  # of the extent: so near a node is on the surface, where tips may be asked for and rays put them within 1e-8
 SPUR = 1.2  # radii of its junction that all balls of a spur stay within
 MOST_SECTIONS = 60  # cutting takes long: of more nodes than that as many are taken, evenly
@@ -159,10 +157,14 @@ def score(skeleton: Skeleton, mesh: Mesh) -> Score:
     check(skeleton, mesh)
     if not (mesh.extent > 0 and mesh.area > 0):
         raise MeshError("the mesh has no area, so there is nothing to score a skeleton on")
-    has_map = len(skeleton.node_of_vertex) > 0
     unit = mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.extent)
-    surface = Surface(unit)
-    skeleton = inscribed_radii(replace(skeleton, nodes=(skeleton.nodes - mesh.centroid) / mesh.extent), surface)
+    return score_on(replace(skeleton, nodes=(skeleton.nodes - mesh.centroid) / mesh.extent), Surface(unit))
+
+
+def score_on(skeleton: Skeleton, surface: Surface) -> Score:
+    """Measure a skeleton on a surface of extent 1 about the origin, in whose coordinates it is."""
+    unit, has_map = surface.mesh, len(skeleton.node_of_vertex) > 0
+    skeleton = inscribed_radii(skeleton, surface)
     if not has_map:
         skeleton = replace(skeleton, node_of_vertex=nearest_balls(skeleton, unit))
     if unit.n_components > 1:
@@ -170,7 +172,7 @@ def score(skeleton: Skeleton, mesh: Mesh) -> Score:
     node = skeleton.node_of_vertex
     far = np.linalg.norm(unit.vertices - skeleton.nodes[node], axis=1)
     area = np.bincount(unit.faces.ravel(), weights=np.repeat(unit.face_areas, 3), minlength=len(unit.vertices))
-    ends, ends_missed, limbs_missed = _ends(skeleton, unit)
+    ends, ends_missed, limbs_missed = _ends(skeleton, surface.rough.mesh)
     widths = mean_radii(skeleton, unit).radii
     off_centre, off_centre_branch = _off_centre(skeleton, widths, surface)
     parted = parted_edges(skeleton, unit)

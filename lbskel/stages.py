@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from lbskel.anchors import attach_anchors
+from lbskel.axes import Axes, find_axes
 from lbskel.clock import Clock
 from lbskel.contraction import ContractionSettings, Status, Step, contract
 from lbskel.errors import UnknownChoice, choose
@@ -23,7 +25,7 @@ from lbskel.pruning import cut_swallowed, merge_junctions, prune
 from lbskel.refinement import inscribed_radii, mean_radii, recenter, settle
 from lbskel.resampling import resample
 from lbskel.skeleton import Skeleton
-from lbskel.surface import Surface
+from lbskel.surface import Simplified, Surface
 from lbskel.surgery import collapse
 from lbskel.tips import extend_tips, tips_at_surface
 
@@ -31,7 +33,9 @@ MERGE = 0.7  # junctions nearer than this many radii are one
 SPACING = 0.5  # of the nodes along a branch, in radii
 INSIDE = 0.995  # share of the length that must lie inside for the check to pass
 
+SURE = 2.0  # times the measured distance of the simplified surface, beyond which it tells inside from outside
 CONTRACTING = 0.5  # share of the time left that contraction may take where time is limited
+
 MOST_FACES = 20_000  # of a component that is contracted as it is, unless in full
 
 RESOLUTIONS = ("auto", "full")
@@ -56,7 +60,7 @@ class Options:
 
 def skeleton_of_component(
     mesh: Mesh, options: Options, anchors: tuple[NDArray[np.int64], NDArray[np.float64]], clock: Clock
-) -> tuple[Skeleton, dict[str, Any]]:
+) -> tuple[Skeleton, Surface, dict[str, Any]]:
     """Contract, collapse, prune, refine and check one connected surface.
 
     Parameters
@@ -71,6 +75,8 @@ def skeleton_of_component(
     Returns
     -------
     skeleton : Skeleton
+    surface : Surface
+        The mesh, with what it was simplified to.
     report : dict
         What was done and checked, ready for JSON.
     """
@@ -81,16 +87,12 @@ def skeleton_of_component(
     contraction = clock("contract", contract, proxy.mesh, options.settings, time_limit=limit)
     coarse, vertex_map = contraction.coarse, contraction.vertex_map
     graph = clock("collapse", collapse, coarse, proxy.mesh, vertex_map=vertex_map)
-    skeleton = Skeleton(
-        coarse.vertices[graph.kept],
-        graph.edges,
-        np.zeros(len(graph.kept)),
-        graph.node_of_vertex[proxy.vertex_map],
-    )
-    surface = Surface(mesh)
-    skeleton = clock("prune", _pruned, skeleton, surface, options.prune)
-    skeleton = clock.if_time("gather", _gathered, skeleton, surface)
-    skeleton = clock.if_time("recentre", recenter, skeleton, surface)
+    skeleton = Skeleton(coarse.vertices[graph.kept], graph.edges, np.zeros(len(graph.kept)), graph.node_of_vertex)
+    surface = Surface(mesh, _simplified(mesh, proxy))
+    skeleton = clock("prune", _pruned, skeleton, surface.rough, options.prune)
+    skeleton, axes = clock.if_time("gather", _gathered, (skeleton, None), surface.rough)
+    skeleton = replace(skeleton, node_of_vertex=skeleton.node_of_vertex[proxy.vertex_map])
+    skeleton = clock.if_time("recentre", recenter, skeleton, surface, None if surface.simplified else axes)
     skeleton = clock.if_time("extend", extend_tips, skeleton, surface)
     skeleton = clock.if_time("lead inside", _led_inside, skeleton, surface)
     if options.tips == "surface":
@@ -106,22 +108,38 @@ def skeleton_of_component(
         "is_inside": inside >= INSIDE if mesh.is_closed else None,
         "is_contracted": contraction.status in (Status.VOLUME, Status.AREA, Status.STALLED),
     }
-    return skeleton, {
-        "vertices": len(mesh.vertices),
-        "faces": len(mesh.faces),
-        "notes": list(proxy.notes),
-        "is_closed_manifold": mesh.is_closed_manifold,
-        "genus": genus,
-        "status": contraction.status.value,
-        "steps": [_record(step) for step in contraction.steps],
-        "are_tunnels_guarded": graph.is_guarded,
-        "loops_cut": graph.n_loops_cut,
-        "cycle_rank": skeleton.cycle_rank,
-        "tips": len(skeleton.tips),
-        "junctions": len(skeleton.junctions),
-        "length_inside": inside,
-        "checks": checks,
-    }
+    return (
+        skeleton,
+        surface,
+        {
+            "vertices": len(mesh.vertices),
+            "faces": len(mesh.faces),
+            "notes": list(proxy.notes),
+            "is_closed_manifold": mesh.is_closed_manifold,
+            "genus": genus,
+            "status": contraction.status.value,
+            "steps": [_record(step) for step in contraction.steps],
+            "are_tunnels_guarded": graph.is_guarded,
+            "loops_cut": graph.n_loops_cut,
+            "cycle_rank": skeleton.cycle_rank,
+            "tips": len(skeleton.tips),
+            "junctions": len(skeleton.junctions),
+            "length_inside": inside,
+            "checks": checks,
+        },
+    )
+
+
+def _simplified(mesh: Mesh, proxy: Preprocessed) -> Simplified | None:
+    """The mesh that was contracted, beside the whole one; None where it is the same."""
+    deviations = [step["deviation"] for step in proxy.report.get("steps", []) if "deviation" in step]
+    if not deviations:
+        return None
+    kept = np.full(len(proxy.mesh.vertices), -1)
+    kept[proxy.vertex_map] = np.arange(len(proxy.vertex_map))
+    if (kept < 0).any():  # where the surface was meshed anew
+        kept = np.where(kept < 0, cKDTree(mesh.vertices).query(proxy.mesh.vertices)[1], kept)
+    return Simplified(proxy.mesh, kept, SURE * deviations[0])
 
 
 def _record(step: Step) -> dict[str, Any]:
@@ -135,10 +153,15 @@ def _pruned(skeleton: Skeleton, surface: Surface, ratio: float) -> Skeleton:
     return _spaced(merge_junctions(inscribed_radii(skeleton, surface), ratio=MERGE), surface)
 
 
-def _gathered(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Junctions that are one made one, and the branches that lead there evenly spaced again."""
-    gathered = gather_junctions(inscribed_radii(skeleton, surface), surface)
-    return skeleton if len(gathered.nodes) == len(skeleton.nodes) else _spaced(gathered, surface)
+def _gathered(so_far: tuple[Skeleton, None], surface: Surface) -> tuple[Skeleton, Axes | None]:
+    """Junctions that are one made one, and the branches that lead there evenly spaced again.
+
+    Also the axes, where nothing had to be gathered.
+    """
+    skeleton = so_far[0]
+    axes = find_axes(skeleton, surface)
+    gathered = gather_junctions(inscribed_radii(skeleton, surface), axes, surface)
+    return (skeleton, axes) if len(gathered.nodes) == len(skeleton.nodes) else (_spaced(gathered, surface), None)
 
 
 def _led_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:

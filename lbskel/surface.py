@@ -6,8 +6,9 @@ winding number of Barill, Dickson, Schmidt, Levin, Jacobson 2018, https://doi.or
 
 from __future__ import annotations
 
-__all__ = ["Surface"]
+__all__ = ["Simplified", "Surface"]
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,28 +18,83 @@ from numpy.typing import NDArray
 
 from lbskel.mesh import Mesh
 
+DIRECTIONS = np.array([[0.36, 0.48, 0.8], [-0.64, 0.6, -0.48], [0.48, -0.8, 0.36]])  # of length one, at random
+
+
+@dataclass(frozen=True, eq=False)
+class Simplified:
+    """About the same surface in fewer triangles, for what need not be exact.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    kept : (k,) array of int
+        For each of its vertices one of the other mesh that went into it.
+    deviation : float
+        How far the two may be apart.
+    """
+
+    mesh: Mesh
+    kept: NDArray[np.int64]
+    deviation: float
+
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Queries on a mesh; all surfaces of one mesh share its search trees."""
+    """Queries on a mesh; all surfaces of one mesh share its search trees.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    simplified : Simplified, optional
+    """
 
     mesh: Mesh
+    simplified: Simplified | None = None
+
+    @property
+    def rough(self) -> Surface:
+        """The simplified mesh as a surface, or this one where there is none."""
+        return self if self.simplified is None else Surface(self.simplified.mesh)
+
+    def on_rough(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Values at vertices of the mesh, at those of the rough one."""
+        return values if self.simplified is None else values[self.simplified.kept]
+
+    def _once(self, name: str, make: Callable[[], Any]) -> Any:
+        """What is made when first asked for, and kept by the mesh as it keeps all that follows from it."""
+        kept = self.mesh.__dict__.setdefault("_searches", {})
+        if name not in kept:
+            kept[name] = make()
+        return kept[name]
 
     def _tree(self, kind: type) -> Any:
-        """The mesh's tree of this kind, which the mesh keeps as it keeps all that follows from it."""
-        kept = self.mesh.__dict__.setdefault("_trees", {})
-        if kind not in kept:
-            kept[kind] = kind()
-            kept[kind].init(self.mesh.vertices, self.mesh.faces)
-        return kept[kind]
+        """A search tree of the mesh."""
+        tree = kind()
+        tree.init(self.mesh.vertices, self.mesh.faces)
+        return tree
 
     @property
     def _boxes(self) -> igl.AABB:
-        return self._tree(igl.AABB)
+        return self._once("boxes", lambda: self._tree(igl.AABB))
 
     @property
     def _windings(self) -> igl.FastWindingNumberBVH:
-        return self._tree(igl.FastWindingNumberBVH)
+        return self._once("windings", lambda: self._tree(igl.FastWindingNumberBVH))
+
+    @property
+    def inward(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """(n, 3) places just under the vertices, (n, 3) unit directions in from there, and (n,) the thickness there."""
+        return self._once("inward", self._inward)
+
+    def _inward(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        V, F = self.mesh.vertices, self.mesh.faces
+        outward = igl.per_vertex_normals(V, F, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_ANGLE)
+        inward = -np.nan_to_num(outward)  # a vertex all of whose faces are degenerate has none
+        inward = -inward if self.mesh.volume < 0 else inward
+        entry = V + 1e-6 * self.mesh.extent * inward
+        thickness = self.ahead(entry, inward)
+        return entry, inward, np.where(np.isfinite(thickness), thickness, 0.0)
 
     def closest(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(k,) distance to the surface and (k, 3) the point on it that is nearest."""
@@ -58,4 +114,19 @@ class Surface:
 
     def contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(k,) whether the surface winds round a point more than half a turn."""
-        return np.abs(self._windings.winding_number(np.ascontiguousarray(points))) > 0.5
+        points = np.ascontiguousarray(points)
+        if self.simplified is None:
+            return np.abs(self._windings.winding_number(points)) > 0.5
+        inside = self.rough.contains(points)
+        unsure = np.flatnonzero(self.rough.distance(points) <= self.simplified.deviation)
+        if len(unsure):
+            inside[unsure] = np.sum([self._leaves(points[unsure], way) for way in DIRECTIONS], axis=0) >= 2
+        return inside
+
+    def _leaves(self, points: NDArray[np.float64], direction: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """(k,) whether the first face that is met in a direction is met from its inner side."""
+        V, F = self.mesh.vertices, self.mesh.faces
+        face = self._boxes.intersect_ray_first(V, F, points, np.tile(direction, (len(points), 1)))[0]
+        A, B, C = V[F[face]].transpose(1, 0, 2)
+        outward = np.cross(B - A, C - A) @ direction * np.sign(self.mesh.volume)
+        return (face >= 0) & (outward > 0)

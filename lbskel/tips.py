@@ -100,7 +100,7 @@ def _missed_limbs(
         piece = np.full(len(skeleton.nodes), -1)
         for index, n in n_tried.items():
             piece[ends[index][-n:]] = index
-        limbs = find_limbs(surface.mesh, piece[skeleton.node_of_vertex])
+        limbs = find_limbs(surface.rough.mesh, surface.on_rough(piece[skeleton.node_of_vertex]))
         trying, n_tried = n_tried, {}
         for index, n in trying.items():
             way, limb = ends[index], limbs.get(index)

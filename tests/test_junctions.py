@@ -76,7 +76,7 @@ def test_a_junction_goes_to_where_its_branches_meet(star, shift):
 def test_two_junctions_to_which_all_branches_lead_alike_become_one(star):
     skeleton = star_graph(star, np.array([0.07, 0.07, 0.02]), np.array([-0.07, -0.07, 0.02]))
     assert len(skeleton.junctions) == 2
-    gathered = gather_junctions(skeleton, Surface(star))
+    gathered = gather_junctions(skeleton, find_axes(skeleton, Surface(star)), Surface(star))
     assert (len(gathered.junctions), len(gathered.tips), gathered.cycle_rank) == (1, 5, 0)
     assert np.linalg.norm(gathered.nodes[gathered.junctions]) < 0.5 * RADIUS
     assert len(gathered.node_of_vertex) == len(star.vertices)
@@ -90,7 +90,7 @@ def test_two_junctions_with_branches_of_their_own_stay_two():
     mesh = meshed([([a, b], RADIUS), *(([a if k in "pq" else b, end], RADIUS) for k, end in ends.items())])
     paths = [("a", "b"), ("a", "p"), ("a", "q"), ("b", "r"), ("b", "s")]
     skeleton = graph(mesh, {"a": a, "b": b, **ends}, paths)
-    assert gather_junctions(skeleton, Surface(mesh)) is skeleton
+    assert gather_junctions(skeleton, find_axes(skeleton, Surface(mesh)), Surface(mesh)) is skeleton
 
 
 def test_gathering_closes_no_loop():
@@ -103,5 +103,5 @@ def test_gathering_closes_no_loop():
     edges = [[0, 1], [0, 2], [0, 38], [1, 39], [1, 75], *chains]
     nearest = np.linalg.norm(mesh.vertices[:, None] - nodes, axis=2).argmin(axis=1)
     skeleton = inscribed_radii(Skeleton(nodes, np.array(edges), np.zeros(len(nodes)), nearest), Surface(mesh))
-    gathered = gather_junctions(skeleton, Surface(mesh))
+    gathered = gather_junctions(skeleton, find_axes(skeleton, Surface(mesh)), Surface(mesh))
     assert (gathered.cycle_rank, gathered.n_components) == (2, 1)

@@ -15,7 +15,7 @@ LONGEST = 300
 
 LAYERS = {
     0: ("errors",),
-    1: ("blocks", "conversion", "fans", "mesh", "skeleton", "triangulation"),
+    1: ("blocks", "conversion", "fans", "mesh", "skeleton", "surface", "triangulation"),
     2: ("operators", "solvers"),
     3: (
         "anchors",
@@ -44,7 +44,6 @@ LAYERS = {
         "sections",
         "settings",
         "steps",
-        "surface",
         "surgery",
         "tips",
         "weights",
