@@ -20,6 +20,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from lbskel.mesh import Mesh
 
 STEP = 0.5  # of the radius, from one level curve to the next
+MOST_LEVELS = 500  # of a limb as thin as a hair
 CAP = np.pi / 2  # radii from the end of a round limb to the edge of the half ball there
 SHORTEST = 1e-12  # of the extent: added to every edge, since no length would mean no edge
 
@@ -60,7 +61,8 @@ class Limb:
         first = CAP * self.radius
         if not 0 < first < self.length:
             return np.empty((0, 3))
-        levels = np.linspace(first, self.length, 2 + int((self.length - first) / (STEP * self.radius)))[:-1]
+        n_levels = int(min((self.length - first) / (STEP * self.radius), MOST_LEVELS))
+        levels = np.linspace(first, self.length, 2 + n_levels)[:-1]
         level_of_curve, centroids = self._curves(levels)
         places = [self.end]
         for level in range(len(levels)):

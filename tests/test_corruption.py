@@ -6,7 +6,7 @@ from conftest import joined, moved
 
 from benchmarks.damage import DAMAGE, damaged
 from lbskel import Mesh, Skeleton, score, skeletonize
-from lbskel.errors import LbskelError
+from lbskel.errors import LbskelError, MeshError
 from lbskel.shapes import capsule, chain_of_tori, torus
 
 # Each kind on one of three shapes; all on all are in the benchmark
@@ -73,3 +73,26 @@ def test_shells_are_graphs_of_their_own():
     assert len(np.unique(label[: len(rod.vertices)])) == 1
     kept = skeletonize(whole, preprocess="keep_components")
     assert (kept.n_components, len(kept.tips)) == (1, 2)
+
+
+def test_crumbs_beside_a_fine_mesh_are_passed_over():
+    """More vertices than an end is looked for at: some crumbs have none of those."""
+    fine = torus(1.0, 0.3, 70, 40)
+    crumbs = [Mesh(0.05 * np.eye(3) + [2.0 + 0.1 * number, 0, 0], [[0, 1, 2]]) for number in range(12)]
+    skeleton = skeletonize(joined(fine, *crumbs), preprocess=None)
+    assert (skeleton.n_components, skeleton.cycle_rank) == (1, 1)
+
+
+@pytest.mark.parametrize("size", [2.0**200, 2.0**-200])
+def test_sizes_beyond_single_precision_pass_through_a_pipeline(size):
+    given = capsule(3.0, 0.4, 16)
+    skeleton = skeletonize((size * given.vertices, given.faces), preprocess="organic")
+    assert skeleton.length == pytest.approx(size * skeletonize(given, preprocess="organic").length, rel=1e-6)
+
+
+def test_a_hair_is_taken_and_what_is_thinner_is_named():
+    given = capsule(3.0, 0.4, 12)
+    hair = skeletonize(given.with_vertices(given.vertices * [0.01, 0.01, 1]))
+    assert (len(hair.tips), hair.report["passed"]) == (2, True)
+    with pytest.raises(MeshError, match=r"sides .* of its extent apart, too near"):
+        skeletonize(given.with_vertices(given.vertices * [1e-6, 1e-6, 1]))

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.mesh import Mesh
+from lbskel.operators.corners import unit_scale
 
 MOST_FACES = 10_000  # tested against all others; of larger meshes so many are picked evenly
 MOST_PAIRS = 20_000_000  # tested in all
@@ -21,6 +22,7 @@ BLOCK = 1_000_000
 def crossing_faces(mesh: Mesh) -> tuple[NDArray[np.int64], float]:
     """The faces that were found to cut through another, and which share of the faces was tested."""
     m = len(mesh.faces)
+    mesh = mesh.with_vertices(unit_scale(mesh.vertices)[0])  # products of six lengths would overflow
     every = 1 + (m - 1) // MOST_FACES
     pairs = _near_pairs(mesh, np.arange(0, m, every))
     tested = 1.0 / every * min(1.0, MOST_PAIRS / max(len(pairs), 1))

@@ -1,8 +1,8 @@
 """Whether a connected surface has an inside at all, without which no curve can run through its middle.
 
-A sheet has none either, but a curve along it is of use. What is flat has two sides in one place, and nothing is between
-them. A surface of one side, as a Moebius strip, has no orientation, so neither side of it is the inside; where nearly
-all of it still parts an inside from an outside, by the winding numbers on both sides, it is a body with a fault.
+A sheet has none either, but a curve along it is of use. What is flat has its two sides in one place, and nothing is
+between them. A surface of one side, as a Moebius strip, has no orientation, so neither side of it is the inside; where
+nearly all of it still parts an inside from an outside, by the winding numbers on both sides, it is a body with a fault.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ def no_inside(mesh: Mesh) -> tuple[str, int] | None:
             return None
         return "has one side only, as a Moebius strip has: give it a thickness, or cut it open there", int(seam[0])
     unit = mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.extent)
-    apart = 2 * abs(unit.volume) / unit.area
+    apart = 2 * abs(unit.volume) / unit.area if unit.area > 0 else 0.0
     if apart > FLAT:
         return None
-    reason = f"is flat, its sides {apart:.1g} of its extent apart: give it a thickness, or leave one out"
+    reason = f"has its sides {apart:.1g} of its extent apart, too near to tell inside from outside: give it a thickness"
     return reason, int(mesh.faces[0, 0])
 
 

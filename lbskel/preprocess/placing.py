@@ -16,6 +16,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from lbskel.mesh import Mesh
+from lbskel.operators.corners import unit_scale
 from lbskel.preprocess.preprocessed import Preprocessed
 
 CANDIDATES = 32  # vertices searched for one that faces the same way
@@ -32,13 +33,17 @@ def place_on(mesh: Mesh, surface: Mesh, *notes: str) -> Preprocessed:
     notes : str
         What was done, a sentence each.
     """
+    given = surface
+    mesh, surface = (
+        each.with_vertices(np.ldexp(each.vertices, -unit_scale(mesh.vertices)[1])) for each in (mesh, surface)
+    )
     V, F = surface.vertices, surface.faces
     tree = igl.AABB()
     tree.init(V, F)
     _, face, point = tree.squared_distance(V, F, mesh.vertices)
     A, B, C = (np.ascontiguousarray(corner) for corner in V[F[face]].transpose(1, 0, 2))
     share = igl.barycentric_coordinates(point, A, B, C)
-    share = np.clip(np.nan_to_num(share), 0.0, None)
+    share = np.clip(np.nan_to_num(share), 0.0, 1.0)
     share[share.sum(axis=1) == 0] = [1.0, 0.0, 0.0]
     share /= share.sum(axis=1, keepdims=True)
     corners = F[face]
@@ -56,7 +61,7 @@ def place_on(mesh: Mesh, surface: Mesh, *notes: str) -> Preprocessed:
     joined[np.setdiff1d(np.arange(len(joined)), mesh.used_vertices)] = -1
     rows = np.repeat(np.arange(len(corners)), 3)
     weights = csr_array((share.ravel(), (rows, corners.ravel())), shape=(len(corners), len(V)))
-    return Preprocessed(surface, joined, notes, weights)
+    return Preprocessed(given, joined, notes, weights)
 
 
 def _facing_alike(
