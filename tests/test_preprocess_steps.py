@@ -292,6 +292,18 @@ def test_vertices_on_a_coarse_grid_keep_their_topology(seed):
     assert (result.vertex_map >= 0).all()
 
 
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=40, deadline=None)
+def test_faces_that_name_a_vertex_twice_are_in_nobodys_way(seed):
+    rng = np.random.default_rng(seed)
+    F = np.array(sphere(0).faces)
+    F[rng.integers(0, len(F), 4), 0] = F[rng.integers(0, len(F), 4), 1]
+    V = np.round(sphere(0).vertices * rng.uniform(0.5, 2, 3))
+    result = remove_degenerate(Mesh(V, [*F, *F[:3, [0, 1, 1]]]), angle=10.0)
+    assert np.isfinite(result.mesh.vertices).all()
+    assert len(result.vertex_map) == len(V)
+
+
 # --- refinement and smoothing
 
 

@@ -80,9 +80,11 @@ class _Surface:
         self.is_alive = (self.faces != np.roll(self.faces, 1, axis=1)).all(axis=1)
         self.into = np.arange(len(mesh.vertices))
         self.n_collapsed = self.n_flipped = 0
-        order = np.argsort(self.faces.ravel(), kind="stable")
-        ends = np.cumsum(np.bincount(self.faces.ravel(), minlength=len(mesh.vertices)))
-        self.around = [set(part.tolist()) for part in np.split(order // 3, ends[:-1])]
+        alive = np.flatnonzero(self.is_alive)
+        corners = self.faces[alive].ravel()
+        ends = np.cumsum(np.bincount(corners, minlength=len(mesh.vertices)))
+        faces = alive[np.argsort(corners, kind="stable") // 3]
+        self.around = [set(part.tolist()) for part in np.split(faces, ends[:-1])]
 
     def final(self) -> NDArray[np.int64]:
         """(n,) the vertex that each has become."""
