@@ -14,6 +14,7 @@ from lbskel.errors import (
 )
 from lbskel.files import as_mesh, read_mesh, read_points, read_skeleton, write_mesh, write_skeleton
 from lbskel.health import Health, health
+from lbskel.joining import join_components
 from lbskel.judging import score
 from lbskel.mesh import Mesh, PointCloud
 from lbskel.operators import OPERATORS, Laplacian, laplacian
@@ -67,6 +68,7 @@ __all__ = [
     "eigenpairs",
     "factorize",
     "health",
+    "join_components",
     "laplacian",
     "lstsq",
     "merge_junctions",

@@ -31,6 +31,7 @@ LAYERS = {
         "handles",
         "health",
         "inside",
+        "joining",
         "junctions",
         "limbs",
         "mapping",
