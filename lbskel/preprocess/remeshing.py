@@ -17,6 +17,7 @@ from lbskel.preprocess.thickness import local_thickness
 LENGTHS = ("diagonal", "thickness")
 THIN = 0.05  # share of the area that may be thinner than what the edges are fitted to
 SAMPLE = 3000  # faces that tell how thick the shape is
+LONGEST = 0.02  # of the diagonal: horns and ears on a thick body would be lost to longer edges
 MOST_FACES = 2_000_000
 
 MOST_ITERATIONS = 1000
@@ -35,7 +36,8 @@ def remesh_isotropic(
     edge : float
         Length of the edges, as a fraction of what ``of`` names.
     of : str
-        ``diagonal``, or ``thickness``: of the thinnest parts, leaving out a twentieth of the area.
+        ``diagonal``, or ``thickness``: of the thinnest parts, leaving out a twentieth of the area; edges are then not
+        longer than a fiftieth of the diagonal.
     feature_angle : float
         Edges with a larger angle between their normals, in degrees, stay.
 
@@ -49,7 +51,7 @@ def remesh_isotropic(
     choose(dict.fromkeys(LENGTHS), of, "length")
     if not edge > 0:
         raise UnknownChoice(f"edge must be positive, not {edge}")
-    length = edge * (mesh.diagonal if of == "diagonal" else _thin_part(mesh))
+    length = edge * mesh.diagonal if of == "diagonal" else min(edge * _thin_part(mesh), LONGEST * mesh.diagonal)
     n_faces = mesh.area / max(length, 1e-300) / max(length, 1e-300) * 4 / np.sqrt(3)
     if not n_faces < MOST_FACES:
         raise UnknownChoice(f"edge={edge:g} would make more than {MOST_FACES:,} faces; make it larger")
