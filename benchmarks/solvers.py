@@ -37,7 +37,7 @@ GRIDS = {1_000: 0.1687, 5_000: 0.0737, 25_000: 0.032, 170_000: 0.01227}  # of ma
 DENSE_GRIDS = {2_000: 0.114, 3_000: 0.093}  # between the first and the second of those
 CAP, QUICK_CAP, ITERATIONS = 60.0, 5.0, 2000  # seconds, and of the iterative methods
 USEFUL = 1e-2  # relative error, beyond which a method is not tried on larger systems
-OTHERS_WORK = 8.0  # times the cap: when a process is given up that waits for others
+OTHERS_WORK = 20.0  # times the cap: when a process is given up that waits for others
 REFINEMENTS = 3  # of the solution that errors are measured from
 OPERATOR = "intrinsic_delaunay"
 
