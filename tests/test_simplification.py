@@ -5,6 +5,7 @@ import pytest
 
 from lbskel import Mesh, UnknownChoice, skeletonize
 from lbskel.preprocess import simplify
+from lbskel.preprocess.simplification import _way_of_collapses
 from lbskel.shapes import capsule, chain_of_tori, cylinder, sphere, torus
 from lbskel.surface import Surface
 
@@ -89,3 +90,9 @@ def test_unused_vertices_do_not_come_back():
     mesh = sphere(4)
     more = Mesh(np.concatenate([mesh.vertices, [[9.0, 9, 9]]]), mesh.faces)
     assert len(skeletonize(more).node_of_vertex) == len(more.vertices)
+
+
+def test_a_vertex_whose_faces_are_all_gone_has_no_number():
+    faces = np.array([[0, 1, 2], [3, 4, 5]])
+    assert _way_of_collapses(np.array([[3, 4]]), faces, 6).tolist() == [0, 1, 2, -1, -1, -1]
+    assert _way_of_collapses(np.array([[1, 0], [2, 1]]), faces, 6).tolist() == [-1, -1, -1, 0, 1, 2]

@@ -16,6 +16,7 @@ import fast_simplification
 import igl
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from lbskel.errors import UnknownChoice
 from lbskel.mesh import Mesh
@@ -98,9 +99,13 @@ def _candidates(mesh: Mesh, target: int) -> Iterator[Preprocessed]:
         V, F, collapses = fast_simplification.simplify(
             V, F, target_count=target, agg=aggressiveness, return_collapses=True
         )
-        vertex_map = _way_of_collapses(collapses, len(mesh.vertices))
-        is_sound = len(F) and vertex_map.max() == len(V) - 1 and np.array_equal(np.unique(F), np.arange(len(V)))
-        if is_sound and np.abs(V).max() <= 2:  # never of NaN
+        if len(F) == 0 or not np.abs(V).max() <= 2:  # never of NaN
+            continue
+        vertex_map = _way_of_collapses(collapses, mesh.faces, len(mesh.vertices))
+        if vertex_map.max() == len(V) - 1:
+            lost = vertex_map < 0
+            if lost.any():
+                vertex_map[lost] = cKDTree(V).query(unit[lost])[1]
             yield Preprocessed(in_place(V, F), vertex_map)
     if mesh.is_closed_manifold:
         V, F, *_ = igl.decimate(np.asfortranarray(unit), np.asfortranarray(mesh.faces, dtype=np.int32), target)
@@ -109,16 +114,20 @@ def _candidates(mesh: Mesh, target: int) -> Iterator[Preprocessed]:
             yield place_on(mesh, in_place(V, F), note)
 
 
-def _way_of_collapses(collapses: NDArray[np.integer], n: int) -> NDArray[np.int64]:
+def _way_of_collapses(collapses: NDArray[np.integer], faces: NDArray[np.int64], n: int) -> NDArray[np.int64]:
     """(n,) the new number of the vertex that each has gone into; those that are left keep their order.
 
-    The library's own replay takes as long as its simplification, and rounds to single precision.
+    -1 for vertices that have lost all their faces. The library's own replay takes as long as its simplification, and
+    rounds to single precision.
     """
     into = np.arange(n)
     into[collapses[:, 1]] = collapses[:, 0]
     while not np.array_equal(further := into[into], into):
         into = further
-    return (np.cumsum(into == np.arange(n)) - 1)[into]
+    A, B, C = into[faces].T
+    is_left = np.zeros(n, dtype=bool)
+    is_left[into[faces[(A != B) & (B != C) & (C != A)]]] = True
+    return np.where(is_left, np.cumsum(is_left) - 1, -1)[into]
 
 
 def _topology(mesh: Mesh) -> tuple[int, int, int, bool, bool]:
