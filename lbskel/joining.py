@@ -43,7 +43,7 @@ def join_components(skeleton: Skeleton, *, reach: float | None = None) -> Skelet
     >>> from lbskel import Skeleton, join_components
     >>> apart = Skeleton(np.array([[0, 0, 0], [1, 0, 0], [3, 0, 0], [4, 0, 0]]), np.array([[0, 1], [2, 3]]), np.ones(4))
     >>> join_components(apart).edges.tolist()
-    [[0, 1], [2, 3], [1, 2]]
+    [[0, 1], [1, 2], [2, 3]]
     >>> join_components(apart, reach=0.5).n_components
     2
     """

@@ -43,7 +43,9 @@ def test_what_is_too_far_stays_apart():
     given = dashes(30)
     near = join_components(given, reach=5.0)
     assert 1 < near.n_components < 30
-    added = near.edge_lengths[len(given.edges) :]
+    one, other = given.component_of_node[near.edges].T
+    added = near.edge_lengths[one != other]
+    assert len(added) == 30 - near.n_components
     assert added.max() <= 5.0 * 0.02
     with pytest.raises(UnknownChoice, match="reach must be positive"):
         join_components(given, reach=0.0)
