@@ -37,24 +37,30 @@ def nearest_balls(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
     return np.concatenate([np.argmin(cdist(part, skeleton.nodes) - radii, axis=1) for part in parts])
 
 
-def is_in_largest_piece(node_of_vertex: NDArray[np.int64], mesh: Mesh) -> NDArray[np.bool_]:
+def is_in_largest_piece(
+    node_of_vertex: NDArray[np.int64], mesh: Mesh, nodes: NDArray[np.int64] | None = None
+) -> NDArray[np.bool_]:
     """(n,) whether a vertex belongs to the piece of its node that has the most vertices; of equals, the first.
 
-    A piece is what hangs together by edges of the mesh.
+    A piece is what hangs together by edges of the mesh. Of nodes other than those given all is taken to be one piece.
     """
     n = len(mesh.vertices)
-    i, j = mesh.edges[node_of_vertex[mesh.edges[:, 0]] == node_of_vertex[mesh.edges[:, 1]]].T
-    graph = coo_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=(n, n))
+    asked = np.arange(n) if nodes is None else np.flatnonzero(np.isin(node_of_vertex, nodes))
+    number = np.full(n, -1)
+    number[asked] = np.arange(len(asked))
+    i, j = mesh.edges.T
+    i, j = number[mesh.edges[(node_of_vertex[i] == node_of_vertex[j]) & (number[i] >= 0)]].T
+    graph = coo_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=2 * asked.shape)
     piece = connected_components(graph, directed=False)[1]
-    size, first = np.bincount(piece), np.empty(piece.max() + 1, dtype=np.int64)
-    first[piece[::-1]] = np.arange(n)[::-1]  # of several written the last stays
+    size, first = np.bincount(piece), np.empty(piece.max(initial=-1) + 1, dtype=np.int64)
+    first[piece[::-1]] = asked[::-1]  # of several written the last stays
     node = node_of_vertex[first]
     order = np.lexsort((first, -size, node))
-    is_largest = np.ones(len(order), dtype=bool)
-    is_largest[1:] = np.diff(node[order]) > 0
     is_kept = np.zeros(len(size), dtype=bool)
-    is_kept[order[is_largest]] = True
-    return is_kept[piece]
+    is_kept[order[np.diff(node[order], prepend=-1) > 0]] = True
+    is_in_it = np.ones(n, dtype=bool)
+    is_in_it[asked] = is_kept[piece]
+    return is_in_it
 
 
 def parted_edges(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
@@ -82,7 +88,9 @@ def join_regions(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     graph = coo_array((length, (i, j)), shape=(len(mesh.vertices), len(mesh.vertices))).tocsr()
     graph = graph + graph.T
     for _ in range(ROUNDS):
-        tried = _whole(_with_ways(skeleton, graph, parted), mesh)
+        tried = _with_ways(skeleton, graph, parted)
+        both = np.stack([skeleton.node_of_vertex, tried.node_of_vertex])
+        tried = _whole(tried, mesh, np.unique(both[:, both[0] != both[1]]))
         still_parted = parted_edges(tried, mesh)
         if len(still_parted) >= len(parted):
             break
@@ -104,9 +112,9 @@ def filled(skeleton: Skeleton, node_of_vertex: NDArray[np.int64], mesh: Mesh) ->
     return replace(skeleton, node_of_vertex=np.where(grown < 0, nearest_balls(skeleton, mesh), grown))
 
 
-def _whole(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
-    """Every vertex outside the largest piece of its node given to a piece beside it."""
-    is_placed = is_in_largest_piece(skeleton.node_of_vertex, mesh)
+def _whole(skeleton: Skeleton, mesh: Mesh, nodes: NDArray[np.int64] | None = None) -> Skeleton:
+    """Every vertex outside the largest piece of its node given to a piece beside it; some nodes may be known to do."""
+    is_placed = is_in_largest_piece(skeleton.node_of_vertex, mesh, nodes)
     return replace(skeleton, node_of_vertex=_grown(skeleton.nodes, skeleton.node_of_vertex, is_placed, mesh))
 
 
@@ -115,8 +123,8 @@ def _grown(
 ) -> NDArray[np.int64]:
     """The map with every vertex that is not placed given to the node of one beside it that is, as far as edges lead."""
     node_of_vertex, is_placed = np.array(node_of_vertex), np.array(is_placed)
-    both = np.concatenate([mesh.edges, mesh.edges[:, ::-1]])
-    both = both[~is_placed[both[:, 0]]]
+    i, j = mesh.edges.T
+    both = np.concatenate([np.stack([i, j], axis=1)[~is_placed[i]], np.stack([j, i], axis=1)[~is_placed[j]]])
     while True:
         vertex, beside = both[is_placed[both[:, 1]]].T
         if len(vertex) == 0:

@@ -184,8 +184,7 @@ class Mesh:
     @cached_property
     def volume(self) -> float:
         """Signed volume, positive where the faces are oriented outwards; of use for closed meshes only."""
-        A, B, C = (self.vertices - self.vertices.mean(axis=0))[self.faces].transpose(1, 0, 2)
-        return float(np.einsum("ij,ij->", A, np.cross(B, C)) / 6)
+        return float(igl.centroid(self.vertices - self.vertices.mean(axis=0), self.faces)[1])
 
     @cached_property
     def diagonal(self) -> float:

@@ -40,8 +40,9 @@ def no_inside(mesh: Mesh) -> tuple[str, int] | None:
         if len(seam) == 0 or _parting_share(mesh) > PARTING:
             return None
         return "has one side only, as a Moebius strip has: give it a thickness, or cut it open there", int(seam[0])
-    unit = mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.extent)
-    apart = 2 * abs(unit.volume) / unit.area if unit.area > 0 else 0.0
+    is_unit = 0.5 <= mesh.extent <= 2  # so that no product of lengths underflows
+    unit = mesh if is_unit else mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.extent)
+    apart = 2 * abs(unit.volume) / (unit.area * unit.extent) if unit.area > 0 else 0.0
     if apart > FLAT:
         return None
     reason = f"has its sides {apart:.1g} of its extent apart, too near to tell inside from outside: give it a thickness"
