@@ -21,6 +21,7 @@ from lbskel.sampling import sample_edges
 from lbskel.shapes import Shape, make
 
 BEND = np.radians(60)  # of the whole length of the shape
+VARIED = 1.1  # largest over smallest radius, below which no region is thin
 COLLAPSED = 0.2  # of its first distance to the axis: a vertex so near has been drawn in
 PRESETS_MEASURED = ("flow", "au2008", "au_program")
 
@@ -50,8 +51,15 @@ def _moved(skeleton: Skeleton, nodes: NDArray[np.float64]) -> Skeleton:
     return Skeleton(nodes, skeleton.edges, skeleton.radii)
 
 
-def _thin_first(mesh: Mesh, truth: Skeleton, preset: str) -> float:
+def _spread(truth: Skeleton) -> float:
+    """Largest over smallest radius."""
+    return float(truth.radii.max() / truth.radii.min())
+
+
+def _thin_first(mesh: Mesh, truth: Skeleton, preset: str) -> float | None:
     """Rank correlation of the local radius with the step that has drawn a vertex in: 1 is thin regions first."""
+    if _spread(truth) < VARIED:
+        return None
     axis, radii = sample_edges(truth, truth.length / 5000)
     tree = cKDTree(axis)
     first, nearest = tree.query(mesh.vertices)
@@ -87,6 +95,7 @@ def _row(shape: Shape, preset: str, noisy: Mesh) -> dict[str, Any]:
         "accuracy, bent": compare(posed, bent_truth).accuracy,
         "bent, tips alike": len(posed.tips) == len(skeleton.tips),
         "homotopic": measured.is_topology_right,
+        "radii, largest over smallest": _spread(truth),
         "thin first": _thin_first(mesh, truth, preset),
     }
 
@@ -107,7 +116,7 @@ def tables(rows: list[dict[str, Any]]) -> str:
         mine = [row for row in rows if row["preset"] == preset]
 
         def over(key: str, how: Callable[[list[float]], float], mine: list[dict[str, Any]] = mine) -> float:
-            return float(how([row[key] for row in mine]))
+            return float(how([row[key] for row in mine if row[key] is not None]))
 
         lines.append(
             {
