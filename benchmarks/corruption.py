@@ -8,6 +8,7 @@ from __future__ import annotations
 
 __all__ = ["run"]
 
+import os
 import tempfile
 import time
 from collections import Counter
@@ -51,6 +52,7 @@ def run(quick: bool, results: Path) -> None:
                 for kind in kinds:
                     broken = damaged(kind, mesh)
                     answer = worker.ask(_given(broken, Path(folder)))
+                    answer["error"] = answer.get("error", "").replace(f"{folder}{os.sep}", "")
                     rows.append({"tool": tool, "damage": kind, "shape": shape, **_outcome(broken, answer)})
     counts = {tool: Counter(row["outcome"] for row in rows if row["tool"] == tool) for tool in TOOLS}
     summary = [{"outcome": what, **{tool: counts[tool][what] for tool in TOOLS}} for what in OUTCOMES]
@@ -86,7 +88,7 @@ def _given(broken: Broken, folder: Path) -> Any:
 
 def _outcome(broken: Broken, answer: dict[str, Any]) -> dict[str, Any]:
     """Which of OUTCOMES it is, with what was said."""
-    row = {"seconds": answer["seconds"], "said": answer.get("error", "")}
+    row = {"seconds": answer["seconds"], "said": answer["error"]}
     if "outcome" in answer:
         return {"outcome": answer["outcome"], **row}
     nodes, edges, says_failed = answer["value"]
