@@ -22,7 +22,7 @@ def run(quick: bool, results: Path) -> None:
     if quick:
         return
     text = README.read_text(encoding="utf-8")
-    for name, table in {"skeletons": _skeletons, "operators": _operators}.items():
+    for name, table in {"skeletons": _skeletons, "speed": _speed, "operators": _operators}.items():
         pattern = re.compile(rf"(?<=<!-- {name} -->\n).*?(?=<!-- end -->)", re.S)
         before, after = pattern.split(text, maxsplit=1)
         text = before + markdown_table(table(results)) + after
@@ -56,6 +56,25 @@ def _skeletons(results: Path) -> list[dict[str, Any]]:
         )
     order = {variant: k for k, variant in enumerate(dict.fromkeys(row[""] for row in table))}
     return sorted(table, key=lambda row: order[row[""]])
+
+
+def _speed(results: Path) -> list[dict[str, Any]]:
+    """Processor seconds of other tools over those of lbskel, as it comes and with every vertex contracted."""
+    ratios = _rows(results / "speed.json", "ratios")
+    by_size = {(row["faces"], row["beside"]): row for row in ratios}
+
+    def shown(ratio: float | None) -> str:
+        return "-" if ratio is None else f"{ratio:.2g}" if ratio < 10 else f"{ratio:.0f}"
+
+    return [
+        {
+            "faces": f"{faces:,}",
+            **{tool: shown(row.get(tool)) for tool in ("CGAL medial", "PyGEL3D", "skeletor")},
+            "CGAL medial, of full resolution": shown(by_size[faces, "lbskel full"].get("CGAL medial")),
+        }
+        for (faces, beside), row in by_size.items()
+        if beside == "lbskel" and any(row.get(tool) for tool in ("CGAL medial", "PyGEL3D", "skeletor"))
+    ]
 
 
 def _operators(results: Path) -> list[dict[str, Any]]:
