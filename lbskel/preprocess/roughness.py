@@ -42,7 +42,7 @@ def roughness(mesh: Mesh) -> float:
     >>> import numpy as np
     >>> from lbskel.shapes import torus
     >>> smooth = torus(1.0, 0.3, 48, 24)
-    >>> noise = np.random.default_rng(0).normal(scale=0.05, size=smooth.vertices.shape)
+    >>> noise = np.random.default_rng(0).normal(scale=0.1, size=smooth.vertices.shape)
     >>> roughness(smooth) < ROUGH < roughness(smooth.with_vertices(smooth.vertices + noise))
     True
     """
