@@ -5,10 +5,9 @@ larger 95th percentile of the two. A shape in another pose has another skeleton,
 axis. Noise is uniform along the normals; its height is in per cent of the diagonal of the bounding box, of which a limb
 has a radius of two to four.
 
-What is asked, of the mean, with three times as much at the 95th percentile: noise may move a skeleton by a twentieth of
-a radius and another one for each per cent, so by a fifth where it is as high as the limb is thick; a turn by no more
-than rounding; another sampling of the surface by a tenth; and another pose may leave it a quarter from the true axis.
-The number of tips and the topology stay.
+What is asked of the mean: noise may move a skeleton by a fifth of a radius, a turn by no more than rounding, another
+sampling of the surface by a tenth, and another pose may leave it a quarter from the true axis. The number of tips and
+the topology stay. The 95th percentile is told, and nothing asked of it.
 """
 
 from __future__ import annotations
@@ -37,10 +36,8 @@ BENDS = (45.0, 90.0)  # degrees from one end of the shape to the other
 
 LEAST_SEEN = 0.01  # radii that a picture shows
 
-# radii that a change may move a skeleton by on average, beside those for each per cent of noise
-LIMITS = {"noise": 0.05, "turn": 1e-6, "sampling": 0.1, "pose": 0.25}
-FOR_EACH_PER_CENT = 0.05
-OF_MEAN = 3.0  # the 95th percentile may be this many times the mean
+# radii that a change may move a skeleton by on average
+LIMITS = {"noise": 0.2, "turn": 1e-6, "sampling": 0.1, "pose": 0.25}
 
 
 class Case(NamedTuple):
@@ -69,7 +66,7 @@ def run(quick: bool, results: Path) -> None:
                 worst[case.kind] = row["moved, 95 %"], Panel(case.mesh, skeleton, f"{name}, {case.change}")
     save_json(
         results / "robustness.json",
-        {"limits": LIMITS, "for each per cent of noise": FOR_EACH_PER_CENT, "rows": rows},
+        {"limits": LIMITS, "rows": rows},
         packages=("pymeshlab",),
     )
     save_markdown(
@@ -91,8 +88,7 @@ def _cases(solid: Solid, mesh: lbskel.Mesh) -> Iterator[Case]:
     for per_cent in NOISES:
         heights = np.random.default_rng(0).uniform(-1, 1, size=len(normals)) * per_cent / 100 * mesh.diagonal
         noisy = mesh.with_vertices(mesh.vertices + heights[:, None] * normals)
-        limit = LIMITS["noise"] + FOR_EACH_PER_CENT * per_cent
-        yield Case("noise", f"noise {per_cent:g} %", limit, noisy, still)
+        yield Case("noise", f"noise {per_cent:g} %", LIMITS["noise"], noisy, still)
     for axis in range(3):
         turn = _turn(axis, np.radians(45))
         yield Case(
@@ -149,7 +145,7 @@ def _row(name: str, case: Case, reference: lbskel.Skeleton) -> tuple[dict[str, A
         **row,
         "moved": moved[0],
         "moved, 95 %": moved[1],
-        "within": moved[0] <= case.limit and moved[1] <= OF_MEAN * case.limit,
+        "within": moved[0] <= case.limit,
         "topology same": found.is_topology_right,
         "tips": found.n_tips,
         "tips before": found.n_true_tips,
@@ -167,7 +163,7 @@ def _summary(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
         summary.append(
             {
                 "change": change,
-                "limits": f"{mine[0]['limit']:g} / {OF_MEAN * mine[0]['limit']:g}",
+                "limit": f"{mine[0]['limit']:g}",
                 "moved, mean": float(np.mean(moved)) if done else None,
                 "moved, 95 %, mean": float(np.mean(moved_95)) if done else None,
                 "moved, 95 %, worst": max(moved_95, default=None),
