@@ -382,3 +382,13 @@ def test_info_as_json_of_an_open_mesh_with_faults(here, folder):
     assert facts["area"] == pytest.approx(1.0)
     assert np.array(facts["bounding_box"]).tolist() == [[0, 0, 0], [9, 9, 9]]
     assert facts["notes"] == ["1 polygons were cut into triangles"]
+
+
+def test_the_graphs_of_several_components_are_joined_where_that_is_asked(here, folder, rod):
+    apart = rod.with_vertices(rod.vertices + [2.0, 0.0, 0.0])
+    vertices = np.concatenate([rod.vertices, apart.vertices])
+    faces = np.concatenate([rod.faces, rod.faces + len(rod.vertices)])
+    write_mesh(folder / "two.off", lbskel.Mesh(vertices, faces))
+    for options, n_components in (((), 2), (("--join", "--force"), 1)):
+        assert here("skeletonize", "two.off", "-o", "two.json", *options)[0] == 0
+        assert read_skeleton(folder / "two.json").n_components == n_components

@@ -17,6 +17,7 @@ from lbskel.contraction import PRESETS
 from lbskel.energies import ENERGIES
 from lbskel.errors import FormatError, LbskelError
 from lbskel.files import FORMATS, MESH_READERS, read_mesh, write_safely, write_skeleton
+from lbskel.joining import join_components
 from lbskel.operators import OPERATORS
 from lbskel.pipeline import skeletonize
 from lbskel.preprocess import PREPARATIONS
@@ -60,8 +61,9 @@ def add_parser(subparsers: Any) -> None:
         "--preprocess",
         default="auto",
         metavar="HOW",
-        help=f"what is done to the mesh first: {', '.join(PREPARATIONS)}, or steps (%(default)s)",
+        help=f"what is done to the mesh first: {', '.join(PREPARATIONS)}, steps, or a .toml file (%(default)s)",
     )
+    parser.add_argument("--join", action="store_true", help="join the graphs of several components to one")
     parser.add_argument("--picture", metavar="PNG", help="draw mesh and skeleton; a folder, where inputs are several")
     parser.add_argument("--report", metavar="JSON", help="write the full report; a folder, where inputs are several")
     parser.add_argument("--time-limit", type=float, metavar="SECONDS", help="after which the best so far is taken")
@@ -165,6 +167,8 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
             time_limit=arguments.time_limit,
             profile=arguments.profile,
         )
+    if arguments.join:
+        skeleton = join_components(skeleton)
     write_skeleton(job.skeleton, skeleton, force=arguments.force, cut_cycles=arguments.cut_cycles)
     if job.picture is not None:
         from lbskel.views import picture
