@@ -84,7 +84,7 @@ def blow_up(meshes: Mapping[str, Mesh], results: Path) -> list[dict[str, Any]]:
                         "first broken step": result.free.broke_at,
                     }
                 )
-        render(panels, results / f"influence_blow_up_{Path(name).stem}.png", size=(2000, 340), force=True)
+        render(panels, results / f"influence_blow_up_{Path(name).stem}.png", size=(2400, 300), force=True)
     return rows
 
 
