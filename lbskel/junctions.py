@@ -130,7 +130,7 @@ def gather_junctions(skeleton: Skeleton, axes: Axes, surface: Surface) -> Skelet
     """Make one of two junctions where the branches that leave the pair all point to one place between them or beyond.
 
     In a thick body several branches run together before they end, and contraction joins them two by two, in an order
-    that has nothing to do with where they come from: fingers in a palm. The best two go first.
+    that has nothing to do with where they come from: fingers in a palm. The best two go first, but never with a loop.
 
     Parameters
     ----------
@@ -142,30 +142,29 @@ def gather_junctions(skeleton: Skeleton, axes: Axes, surface: Surface) -> Skelet
     while inner := _inner_branches(skeleton):
         lines = _lines(skeleton, axes)
         found = [(*_common_place(skeleton, lines, index, surface), index) for index in inner]
-        tilt, place, index = min(found, key=lambda one: one[0])
-        if not np.isfinite(tilt):
+        for tilt, place, index in sorted(found, key=lambda one: one[0]):
+            branch = skeleton.branches[index]
+            target = np.arange(len(skeleton.nodes))
+            target[branch] = branch[0]
+            nodes, places = np.array(skeleton.nodes), np.array(axes.places)
+            nodes[branch[0]] = places[branch[0]] = place
+            merged = merge_into(replace(skeleton, nodes=nodes), target)
+            if np.isfinite(tilt) and merged.cycle_rank == skeleton.cycle_rank:
+                kept = np.unique(target)
+                skeleton, axes = merged, Axes(axes.is_known[kept], places[kept])
+                break
+        else:
             return skeleton
-        branch = skeleton.branches[index]
-        target = np.arange(len(skeleton.nodes))
-        target[branch] = branch[0]
-        nodes, places = np.array(skeleton.nodes), np.array(axes.places)
-        nodes[branch[0]] = places[branch[0]] = place
-        kept = np.unique(target)
-        skeleton = merge_into(replace(skeleton, nodes=nodes), target)
-        axes = Axes(axes.is_known[kept], places[kept])
     return skeleton
 
 
 def _inner_branches(skeleton: Skeleton) -> list[int]:
-    """Branches short enough for their two junctions to be one, and whose going closes no loop to fewer than 3 nodes."""
-    ends = [(int(branch[0]), int(branch[-1])) for branch in skeleton.branches]
+    """Branches short enough for their two junctions to be one."""
     found = []
-    for index, (a, b) in enumerate(ends):
-        if a == b or min(skeleton.degrees[[a, b]]) < 3:
-            continue
-        parallel = [len(skeleton.branches[k]) for k in range(len(ends)) if k != index and set(ends[k]) == {a, b}]
-        length = np.linalg.norm(np.diff(skeleton.nodes[skeleton.branches[index]], axis=0), axis=1).sum()
-        if min(parallel, default=4) >= 4 and length <= LONGEST * skeleton.radii[[a, b]].max():
+    for index, branch in enumerate(skeleton.branches):
+        ends = branch[[0, -1]]
+        length = np.linalg.norm(np.diff(skeleton.nodes[branch], axis=0), axis=1).sum()
+        if ends[0] != ends[1] and min(skeleton.degrees[ends]) >= 3 and length <= LONGEST * skeleton.radii[ends].max():
             found.append(index)
     return found
 

@@ -96,17 +96,14 @@ def cut_swallowed(skeleton: Skeleton) -> Skeleton:
 def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
     """Make one of two junctions that are joined by a branch shorter than their radius.
 
-    The one with the larger radius keeps its place. The shortest branch goes first.
+    The one with the larger radius keeps its place. The shortest branch goes first, but none that would take a loop with
+    it: of three junctions in a ring no two become one.
     """
     while True:
         lengths = {}
-        pairs = [(int(b[0]), int(b[-1])) for b in skeleton.branches]
         for index, branch in enumerate(skeleton.branches):
-            a, b = pairs[index]
+            a, b = branch[0], branch[-1]
             if a == b or skeleton.degrees[a] < 3 or skeleton.degrees[b] < 3:
-                continue
-            beside = [len(other) for k, other in enumerate(skeleton.branches) if k != index and set(pairs[k]) == {a, b}]
-            if beside and min(beside) < 4:  # it would become a loop of fewer than three nodes
                 continue
             if np.isin(branch, skeleton.anchors).any():
                 continue
@@ -114,10 +111,14 @@ def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
             length = np.linalg.norm(np.diff(P, axis=0), axis=1).sum()
             if length < ratio * max(skeleton.radii[a], skeleton.radii[b]):
                 lengths[index] = length
-        if not lengths:
+        for index in sorted(lengths, key=lambda index: (lengths[index], index)):
+            branch = skeleton.branches[index]
+            keeper = branch[0] if skeleton.radii[branch[0]] >= skeleton.radii[branch[-1]] else branch[-1]
+            target = np.arange(len(skeleton.nodes))
+            target[branch] = keeper
+            merged = merge_into(skeleton, target)
+            if merged.cycle_rank == skeleton.cycle_rank:
+                skeleton = merged
+                break
+        else:
             return skeleton
-        branch = skeleton.branches[min(lengths, key=lambda index: (lengths[index], index))]
-        keeper = branch[0] if skeleton.radii[branch[0]] >= skeleton.radii[branch[-1]] else branch[-1]
-        target = np.arange(len(skeleton.nodes))
-        target[branch] = keeper
-        skeleton = merge_into(skeleton, target)

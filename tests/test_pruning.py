@@ -142,3 +142,12 @@ def test_resampling_keeps_anchors_and_makes_as_many_nodes_as_asked():
         resample(loop, n_nodes=2)
     with pytest.raises(UnknownChoice, match="either spacing or n_nodes"):
         resample(loop)
+
+
+def test_of_three_junctions_in_a_ring_no_two_become_one():
+    """They have no branch beside the one between them, but the way round by the third."""
+    ring = np.array([[np.cos(angle), np.sin(angle), 0.0] for angle in 2 * np.pi * np.arange(3) / 3])
+    edges = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 4], [2, 5]]
+    tailed = Skeleton(np.concatenate([ring, 3 * ring]), np.array(edges), np.full(6, 5.0))
+    merged = merge_junctions(tailed)
+    assert (merged.cycle_rank, len(merged.nodes)) == (1, 6)
