@@ -27,7 +27,7 @@ from lbskel.shapes import make
 
 SIZES = (5_000, 50_000, 90_000, 350_000, 1_400_000, 5_000_000)
 QUICK = (2_000, 5_000)
-ALLOWED = 300.0  # seconds on the wall for one run
+ALLOWED = 150.0  # seconds on the wall for one run
 TURNS = {5_000: 3}  # of each size; one for the larger ones
 DIRECT = 50_000  # faces up to which the shape is meshed; beyond, it is subdivided, and simplified to the size
 TOLD = ("nodes", "cycles", "accuracy", "coverage", *SCORED)
