@@ -32,7 +32,7 @@ NAMES, QUICK = ("limbs", "octopus", "hand", "spiked_ring", "ladder", "dinosaur")
 VERTICES = 4000
 NOISES = (0.5, 1.0, 2.0, 3.0)
 FACTORS = (0.25, 0.5, 2.0, 4.0)
-BENDS = (45.0, 90.0)  # degrees from one end of the shape to the other
+BENDS = (45.0, 75.0)  # degrees from one end of the shape to the other; by 90 two fingers of the hand grow together
 
 LEAST_SEEN = 0.01  # radii that a picture shows
 
