@@ -142,14 +142,14 @@ def gather_junctions(skeleton: Skeleton, axes: Axes, surface: Surface) -> Skelet
     while inner := _inner_branches(skeleton):
         lines = _lines(skeleton, axes)
         found = [(*_common_place(skeleton, lines, index, surface), index) for index in inner]
-        for tilt, place, index in sorted(found, key=lambda one: one[0]):
+        for _, place, index in sorted((one for one in found if np.isfinite(one[0])), key=lambda one: one[0]):
             branch = skeleton.branches[index]
             target = np.arange(len(skeleton.nodes))
             target[branch] = branch[0]
             nodes, places = np.array(skeleton.nodes), np.array(axes.places)
             nodes[branch[0]] = places[branch[0]] = place
             merged = merge_into(replace(skeleton, nodes=nodes), target)
-            if np.isfinite(tilt) and merged.cycle_rank == skeleton.cycle_rank:
+            if merged.cycle_rank == skeleton.cycle_rank:
                 kept = np.unique(target)
                 skeleton, axes = merged, Axes(axes.is_known[kept], places[kept])
                 break
