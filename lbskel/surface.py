@@ -115,7 +115,7 @@ class Surface:
     def contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(k,) whether the surface winds round a point more than half a turn."""
         points = np.ascontiguousarray(points)
-        if self.simplified is None:
+        if self.simplified is None or not self.mesh.is_closed_manifold:  # a ray may leave by a hole
             return np.abs(self._windings.winding_number(points)) > 0.5
         inside = self.rough.contains(points)
         unsure = np.flatnonzero(self.rough.distance(points) <= self.simplified.deviation)

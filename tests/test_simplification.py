@@ -7,7 +7,7 @@ from lbskel import Mesh, UnknownChoice, skeletonize
 from lbskel.preprocess import simplify
 from lbskel.preprocess.simplification import _way_of_collapses
 from lbskel.shapes import capsule, chain_of_tori, cylinder, sphere, torus
-from lbskel.surface import Surface
+from lbskel.surface import Simplified, Surface
 
 SHAPES = {
     "torus": torus(1.0, 0.3, 96, 40),
@@ -96,3 +96,17 @@ def test_a_vertex_whose_faces_are_all_gone_has_no_number():
     faces = np.array([[0, 1, 2], [3, 4, 5]])
     assert _way_of_collapses(np.array([[3, 4]]), faces, 6).tolist() == [0, 1, 2, -1, -1, -1]
     assert _way_of_collapses(np.array([[1, 0], [2, 1]]), faces, 6).tolist() == [-1, -1, -1, 0, 1, 2]
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_inside_and_outside_are_the_same_with_a_rough_surface_beside(name):
+    mesh = SHAPES[name]
+    simple = simplify(mesh, target_faces=len(mesh.faces) // 4)
+    deviation = 2 * simple.report["steps"][0]["deviation"]
+    kept = np.zeros(len(simple.mesh.vertices), dtype=np.int64)  # nothing that is asked here
+    rng = np.random.default_rng(0)
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    near = mesh.vertices + rng.normal(scale=deviation, size=mesh.vertices.shape)
+    points = np.concatenate([rng.uniform(low, high, size=(2000, 3)), near])
+    rough = Surface(mesh, Simplified(simple.mesh, kept, deviation))
+    assert (rough.contains(points) == Surface(mesh).contains(points)).mean() > 0.999  # but for points on the surface
