@@ -59,7 +59,8 @@ class Clock:
         """What the function makes of a value, or the value as it is where no time is left."""
         if self.seconds_left > 0:
             return self(stage, function, value, *arguments, **options)
-        self.left_out.append(stage)
+        if stage not in self.left_out:
+            self.left_out.append(stage)
         return value
 
 

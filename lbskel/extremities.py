@@ -14,7 +14,7 @@ Distances run along the edges between CELLS cells of the surface, so that neithe
 
 from __future__ import annotations
 
-__all__ = ["Extremities", "extremities"]
+__all__ = ["Extremities", "extremities", "is_missed"]
 
 from dataclasses import dataclass
 
@@ -22,13 +22,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial.distance import cdist
 
 from lbskel.mesh import Mesh
+from lbskel.skeleton import Skeleton
+from lbskel.surface import Surface
 
 CELLS = 2000
 SOURCES = 40  # cells to which the mean distance is taken
 FEWEST_CELLS = 6  # of a limb whose length and area can be told
 ELONGATION = 2.8  # a half ball has 2.5, a ball on a stalk half its radius long 2.9; shapes without ends have up to 2.7
+REACH = 3.0  # radii of a limb from its end within which a tip reaches it; measured up to 2.5 where the tip is right
+STANDS_OUT = 1.75  # radii of the nearest node, and of its limb, from which on an end that has no tip is missed
 FALL = 0.15  # of its length by which the mean distance falls along a limb; on a rod it is one half, on a ball nothing
 
 
@@ -44,11 +49,14 @@ class Extremities:
         Of each limb, along the surface from its end to where it meets another one.
     radii : (e,) array of float
         Of a round limb of that length and area.
+    limb_of_vertex : (n,) array of int
+        The limb that each vertex of the mesh is on, -1 on none.
     """
 
     vertices: NDArray[np.int64]
     lengths: NDArray[np.float64]
     radii: NDArray[np.float64]
+    limb_of_vertex: NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,13 +70,17 @@ class _Cells:
 
 
 def extremities(mesh: Mesh) -> Extremities:
-    """Find the ends of limbs.
+    """Find the ends of limbs, once for each mesh.
 
     Parameters
     ----------
     mesh : Mesh
         Of any number of components; those that are small beside the whole are not looked at closely.
     """
+    return Surface(mesh).once("extremities", lambda: _found(mesh))
+
+
+def _found(mesh: Mesh) -> Extremities:
     cells = _cells(mesh)
     k = len(cells.seeds)
     sources = np.unique(np.linspace(0, k - 1, SOURCES).astype(np.int64))
@@ -77,11 +89,25 @@ def extremities(mesh: Mesh) -> Extremities:
     height = np.where(is_reached, far, 0).sum(axis=0) / np.maximum(is_reached.sum(axis=0), 1)
     component = connected_components(cells.graph, directed=False)[1]
     limbs = [limb for limb in _limbs(cells, height) if _is_disc(mesh, cells, component, limb[0])]
+    limb_of_cell = np.full(k + 1, -1)  # the last is that of vertices without a cell
+    for number, (inner, *_) in enumerate(limbs):
+        limb_of_cell[inner] = number
     return Extremities(
         vertices=cells.seeds[[limb[0][0] for limb in limbs]] if limbs else np.empty(0, dtype=np.int64),
         lengths=np.array([length for _, length, _ in limbs]),
         radii=np.array([area / (2 * np.pi * length) for _, length, area in limbs]),
+        limb_of_vertex=limb_of_cell[cells.cell_of_vertex],
     )
+
+
+def is_missed(found: Extremities, mesh: Mesh, skeleton: Skeleton) -> NDArray[np.bool_]:
+    """(e,) whether an end of a mesh has no tip near, and stands out of the nearest ball of the skeleton."""
+    if len(found.vertices) == 0:
+        return np.empty(0, dtype=bool)
+    apart = cdist(mesh.vertices[found.vertices], skeleton.nodes)
+    has_tip = (apart[:, skeleton.degrees <= 1] <= REACH * found.radii[:, None]).any(axis=1)
+    limit = STANDS_OUT * np.maximum(skeleton.radii[apart.argmin(axis=1)], found.radii)
+    return ~has_tip & (apart.min(axis=1) > limit)
 
 
 def _graph(edges: NDArray[np.int64], lengths: NDArray[np.float64], n: int) -> csr_array:

@@ -16,11 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial.distance import cdist
 
 from lbskel.axes import find_axes
 from lbskel.errors import MeshError, first_few
-from lbskel.extremities import extremities
+from lbskel.extremities import extremities, is_missed
 from lbskel.inside import length_inside
 from lbskel.mapping import is_in_largest_piece, nearest_balls, parted_edges
 from lbskel.mesh import Mesh
@@ -29,8 +28,6 @@ from lbskel.skeleton import Skeleton
 from lbskel.surface import Surface
 
 COVERED = 2.0  # radii of its node within which a vertex is covered
-REACH = 3.0  # radii of a limb from its end within which a tip reaches it; measured up to 2.5 where the tip is right
-STANDS_OUT = 1.75  # radii of the nearest node, and of its limb, from which on an end that has no tip is missed
 LIMB = 0.05  # of the extent: shorter ends may be too small for the skeleton of the whole shape
 PRESSED = 0.2  # of the mean distance of its vertices: nearer, a node is at the wall; in a flat limb it has 0.3
 ON = 1e-6  # of the extent: so near a node is on the surface, where tips may be asked for and rays put them within 1e-8
@@ -172,7 +169,8 @@ def score_on(skeleton: Skeleton, surface: Surface) -> Score:
     node = skeleton.node_of_vertex
     far = np.linalg.norm(unit.vertices - skeleton.nodes[node], axis=1)
     area = np.bincount(unit.faces.ravel(), weights=np.repeat(unit.face_areas, 3), minlength=len(unit.vertices))
-    ends, ends_missed, limbs_missed = _ends(skeleton, surface.rough.mesh)
+    ends = extremities(surface.rough.mesh)
+    missed = is_missed(ends, surface.rough.mesh, skeleton)
     widths = mean_radii(skeleton, unit).radii
     off_centre, off_centre_branch = _off_centre(skeleton, widths, surface)
     parted = parted_edges(skeleton, unit)
@@ -183,9 +181,9 @@ def score_on(skeleton: Skeleton, surface: Surface) -> Score:
         off_centre_branch=off_centre_branch,
         at_the_wall=_share_of_length(skeleton, skeleton.radii < PRESSED * widths),
         covered=float(area[far <= COVERED * skeleton.radii[node]].sum() / area.sum()),
-        ends=ends,
-        ends_missed=ends_missed,
-        limbs_missed=limbs_missed,
+        ends=len(missed),
+        ends_missed=int(missed.sum()),
+        limbs_missed=int((missed & (ends.lengths > LIMB)).sum()),
         bending=_bending(skeleton),
         extra_components=skeleton.n_components - _n_bodies(unit),
         extra_cycles=_extra_cycles(skeleton, unit),
@@ -235,19 +233,6 @@ def _off_centre(skeleton: Skeleton, widths: NDArray[np.float64], surface: Surfac
     known = [off[branch][~np.isnan(off[branch])] for branch in skeleton.branches]
     medians = [float(np.median(values)) for values in known if len(values) >= FEWEST_SECTIONS]
     return float(off[at].mean()), max(medians, default=None)
-
-
-def _ends(skeleton: Skeleton, mesh: Mesh) -> tuple[int, int, int]:
-    """How many ends there are, how many stand out of the nearest ball with no tip near, and the limbs among those."""
-    found = extremities(mesh)
-    ends = mesh.vertices[found.vertices]
-    if len(ends) == 0:
-        return 0, 0, 0
-    apart = cdist(ends, skeleton.nodes)
-    has_tip = (apart[:, skeleton.degrees <= 1] <= REACH * found.radii[:, None]).any(axis=1)
-    limit = STANDS_OUT * np.maximum(skeleton.radii[apart.argmin(axis=1)], found.radii)
-    is_missed = ~has_tip & (apart.min(axis=1) > limit)
-    return len(ends), int(is_missed.sum()), int((is_missed & (found.lengths > LIMB)).sum())
 
 
 def _bending(skeleton: Skeleton) -> float:

@@ -28,6 +28,7 @@ from lbskel.mesh import Mesh
 from lbskel.preprocess import Preprocessed, simplify
 from lbskel.pruning import cut_swallowed, merge_junctions, prune
 from lbskel.refinement import inscribed_radii, mean_radii, recenter, settle
+from lbskel.regrowth import grow_missed_limbs
 from lbskel.resampling import resample
 from lbskel.skeleton import Skeleton
 from lbskel.surface import Simplified, Surface
@@ -41,7 +42,8 @@ INSIDE = 0.995  # share of the length that must lie inside for the check to pass
 SURE = 2.0  # times the measured distance of the simplified surface, beyond which it tells inside from outside
 CONTRACTING = 0.5  # share of the time left that contraction may take where time is limited
 
-MOST_FACES = 20_000  # of a component that is contracted as it is, unless in full
+MOST_FACES = 16_000  # of a component that is contracted as it is, unless in full
+SLENDER = 2.0  # times area^3 / volume^2 are that many faces, if more: edges of half the mean radius 2 volume / area
 
 RESOLUTIONS = ("auto", "full")
 TIPS = ("inside", "surface")
@@ -87,7 +89,7 @@ def skeleton_of_component(
     """
     proxy = Preprocessed(mesh, np.arange(len(mesh.vertices)))
     if options.resolution == "auto":
-        proxy = clock("simplify", simplify, mesh, target_faces=MOST_FACES)
+        proxy = clock("simplify", simplify, mesh, target_faces=_enough_faces(mesh))
     limit = None if clock.time_limit is None else CONTRACTING * max(clock.seconds_left, 0.0)
     contraction = clock("contract", contract, proxy.mesh, options.settings, time_limit=limit)
     coarse, vertex_map = contraction.coarse, contraction.vertex_map
@@ -99,6 +101,7 @@ def skeleton_of_component(
     skeleton = replace(skeleton, node_of_vertex=skeleton.node_of_vertex[proxy.vertex_map])
     skeleton = clock.if_time("recentre", recenter, skeleton, surface, None if surface.simplified else axes)
     skeleton = clock.if_time("extend", extend_tips, skeleton, surface)
+    skeleton = clock.if_time("extend", grow_missed_limbs, skeleton, surface, ratio=options.prune)
     skeleton = clock.if_time("lead inside", _led_inside, skeleton, surface)
     if options.tips == "surface":
         skeleton = clock.if_time("extend", tips_at_surface, skeleton, surface)
@@ -135,6 +138,12 @@ def skeleton_of_component(
     )
 
 
+def _enough_faces(mesh: Mesh) -> int:
+    """Of how many faces a mesh is to be contracted: more than usual where it is long and thin everywhere."""
+    volume = abs(mesh.volume) if mesh.is_closed else 0.0
+    return max(MOST_FACES, int(min(SLENDER * mesh.area**3, len(mesh.faces) * volume**2) / volume**2) if volume else 0)
+
+
 def _simplified(mesh: Mesh, proxy: Preprocessed) -> Simplified | None:
     """The mesh that was contracted, beside the whole one; None where it is the same."""
     deviations = [step["deviation"] for step in proxy.report.get("steps", []) if "deviation" in step]
@@ -144,7 +153,7 @@ def _simplified(mesh: Mesh, proxy: Preprocessed) -> Simplified | None:
     kept[proxy.vertex_map] = np.arange(len(proxy.vertex_map))
     if (kept < 0).any():  # where the surface was meshed anew
         kept = np.where(kept < 0, cKDTree(mesh.vertices).query(proxy.mesh.vertices)[1], kept)
-    return Simplified(proxy.mesh, kept, SURE * deviations[0])
+    return Simplified(proxy.mesh, proxy.vertex_map, kept, SURE * deviations[0])
 
 
 def _record(step: Step) -> dict[str, Any]:

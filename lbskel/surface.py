@@ -28,6 +28,8 @@ class Simplified:
     Parameters
     ----------
     mesh : Mesh
+    vertex_map : (n,) array of int
+        For each vertex of the other mesh the one of this that it went into.
     kept : (k,) array of int
         For each of its vertices one of the other mesh that went into it.
     deviation : float
@@ -35,6 +37,7 @@ class Simplified:
     """
 
     mesh: Mesh
+    vertex_map: NDArray[np.int64]
     kept: NDArray[np.int64]
     deviation: float
 
@@ -61,7 +64,11 @@ class Surface:
         """Values at vertices of the mesh, at those of the rough one."""
         return values if self.simplified is None else values[self.simplified.kept]
 
-    def _once(self, name: str, make: Callable[[], Any]) -> Any:
+    def from_rough(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Values at vertices of the rough mesh, at those of this one."""
+        return values if self.simplified is None else values[self.simplified.vertex_map]
+
+    def once(self, name: str, make: Callable[[], Any]) -> Any:
         """What is made when first asked for, and kept by the mesh as it keeps all that follows from it."""
         kept = self.mesh.__dict__.setdefault("_searches", {})
         if name not in kept:
@@ -76,16 +83,16 @@ class Surface:
 
     @property
     def _boxes(self) -> igl.AABB:
-        return self._once("boxes", lambda: self._tree(igl.AABB))
+        return self.once("boxes", lambda: self._tree(igl.AABB))
 
     @property
     def _windings(self) -> igl.FastWindingNumberBVH:
-        return self._once("windings", lambda: self._tree(igl.FastWindingNumberBVH))
+        return self.once("windings", lambda: self._tree(igl.FastWindingNumberBVH))
 
     @property
     def inward(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """(n, 3) places just under the vertices, (n, 3) unit directions in from there, and (n,) the thickness there."""
-        return self._once("inward", self._inward)
+        return self.once("inward", self._inward)
 
     def _inward(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         V, F = self.mesh.vertices, self.mesh.faces

@@ -7,7 +7,7 @@ limb that the last nodes stand for, they are put on the axis of the limb itself 
 
 from __future__ import annotations
 
-__all__ = ["extend_tips", "tips_at_surface"]
+__all__ = ["axis_inside", "centred", "extend_tips", "follow", "tips_at_surface", "with_paths"]
 
 from dataclasses import replace
 
@@ -48,20 +48,20 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
         return skeleton
     last = np.array([b[-1] for b in ends])
     directions = np.array([skeleton.nodes[b[-1]] - skeleton.nodes[b[max(-4, -len(b))]] for b in ends])
-    paths = _follow(surface, skeleton.nodes[last], directions)
+    paths = follow(surface, skeleton.nodes[last], directions)
     tips = np.array([path[-1] if path else skeleton.nodes[end] for end, path in zip(last, paths, strict=True)])
     missed = _missed_limbs(skeleton, surface, ends, tips)
     if not missed:
-        return _with_paths(skeleton, surface, last, paths)
-    axes = _centred([axis for _, axis in missed.values()], surface)
-    onward = _follow(surface, np.array([axis[-1] for axis in axes]), np.array([axis[-1] - axis[-2] for axis in axes]))
+        return with_paths(skeleton, surface, last, paths)
+    axes = centred([axis for _, axis in missed.values()], surface)
+    onward = follow(surface, np.array([axis[-1] for axis in axes]), np.array([axis[-1] - axis[-2] for axis in axes]))
     target, nodes = np.arange(len(skeleton.nodes)), np.array(skeleton.nodes)
     for (end, (n, _)), axis, path in zip(missed.items(), axes, onward, strict=True):
         target[ends[end][-n:]] = last[end]
         nodes[last[end]] = axis[0]
         paths[end] = [*axis[1:], *path]
     last = np.searchsorted(np.unique(target), last)
-    return _with_paths(merge_into(replace(skeleton, nodes=nodes), target), surface, last, paths)
+    return with_paths(merge_into(replace(skeleton, nodes=nodes), target), surface, last, paths)
 
 
 def tips_at_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -82,7 +82,7 @@ def tips_at_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
     ahead, (radii, nearest) = surface.ahead(P, directions), surface.closest(P)
     goes_on = ahead < FARTHEST * radii
     ends = np.where(goes_on[:, None], P + np.where(goes_on, ahead, 0)[:, None] * directions, nearest)
-    return _with_paths(skeleton, surface, tips, [[end] for end in ends])
+    return with_paths(skeleton, surface, tips, [[end] for end in ends])
 
 
 def _missed_limbs(
@@ -107,7 +107,7 @@ def _missed_limbs(
             if limb is not None:
                 if np.linalg.norm(limb.end - tips[index]) <= REACHES * max(limb.radius, radii[index]):
                     continue
-                axis = _axis_inside(limb, surface)
+                axis = axis_inside(limb, surface) if limb.length > LIMB * limb.radius else np.empty((0, 3))
                 if len(axis) >= 2:
                     detour = _detour(np.concatenate([skeleton.nodes[way[:-n]], axis, limb.end[None]]))
                     best[index] = min(best.get(index, (np.inf, n, axis)), (detour, n, axis), key=lambda one: one[0])
@@ -116,9 +116,9 @@ def _missed_limbs(
     return {index: (n, axis) for index, (_, n, axis) in best.items()}
 
 
-def _axis_inside(limb: Limb, surface: Surface) -> NDArray[np.float64]:
-    """The axis of what is a limb, as far as it is inside from its end on; none of a mere spot."""
-    axis = limb.axis if limb.length > LIMB * limb.radius else np.empty((0, 3))
+def axis_inside(limb: Limb, surface: Surface) -> NDArray[np.float64]:
+    """The axis of a limb, as far as it is inside from its end on; none of what has no thickness."""
+    axis = limb.axis
     if len(axis) == 0 or np.median(surface.distance(axis)) < DEEP * limb.radius:
         return np.empty((0, 3))
     outer = np.flatnonzero(~surface.contains(axis))
@@ -131,7 +131,7 @@ def _detour(way: NDArray[np.float64]) -> float:
     return float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum()) / max(straight, 1e-300)
 
 
-def _centred(axes: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
+def centred(axes: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
     """Axes put to the centroids of their own sections, without the points that have none if at least two are left."""
     P = np.concatenate(axes)
     T = np.concatenate([np.gradient(axis, axis=0) for axis in axes])
@@ -144,7 +144,7 @@ def _centred(axes: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[
     return [C[known] if known.sum() >= 2 else axis for axis, (C, known) in zip(axes, own, strict=True)]
 
 
-def _follow(
+def follow(
     surface: Surface, starts: NDArray[np.float64], directions: NDArray[np.float64]
 ) -> list[list[NDArray[np.float64]]]:
     """For each end, the points on its way to its tip, all ends at once."""
@@ -187,7 +187,7 @@ def _hydraulic_radii(sections: Sections) -> NDArray[np.float64]:
     )
 
 
-def _with_paths(
+def with_paths(
     skeleton: Skeleton, surface: Surface, last: NDArray[np.int64], paths: list[list[NDArray[np.float64]]]
 ) -> Skeleton:
     """The skeleton with a chain of new nodes at each end; the end's vertices go to the nearest along the chain."""
@@ -201,10 +201,17 @@ def _with_paths(
         nodes.append(np.array(path))
         edges.append(np.stack([chain[:-1], chain[1:]], axis=1))
         n_nodes += len(path)
-        mine = np.flatnonzero(skeleton.node_of_vertex == end)
+        mine = np.flatnonzero(node_of_vertex == end)
         places = np.concatenate([skeleton.nodes[[end]], np.array(path)])
         apart = np.linalg.norm(surface.mesh.vertices[mine][:, None, :] - places, axis=2)
         node_of_vertex[mine] = chain[np.argmin(apart, axis=1)]
     P = np.concatenate(nodes)
     radii = np.concatenate([skeleton.radii, surface.distance(P[len(skeleton.nodes) :])])
-    return replace(skeleton, nodes=P, edges=np.concatenate(edges), radii=radii, node_of_vertex=node_of_vertex)
+    return replace(
+        skeleton,
+        nodes=P,
+        edges=np.concatenate(edges),
+        radii=radii,
+        mean_radii=np.empty(0),
+        node_of_vertex=node_of_vertex,
+    )

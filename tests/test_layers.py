@@ -39,6 +39,7 @@ LAYERS = {
         "pruning",
         "quality",
         "refinement",
+        "regrowth",
         "resampling",
         "sampling",
         "scoring",

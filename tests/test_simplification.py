@@ -108,5 +108,5 @@ def test_inside_and_outside_are_the_same_with_a_rough_surface_beside(name):
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     near = mesh.vertices + rng.normal(scale=deviation, size=mesh.vertices.shape)
     points = np.concatenate([rng.uniform(low, high, size=(2000, 3)), near])
-    rough = Surface(mesh, Simplified(simple.mesh, kept, deviation))
+    rough = Surface(mesh, Simplified(simple.mesh, simple.vertex_map, kept, deviation))
     assert (rough.contains(points) == Surface(mesh).contains(points)).mean() > 0.999  # but for points on the surface

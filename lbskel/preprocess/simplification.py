@@ -24,7 +24,7 @@ from lbskel.operators.corners import unit_scale
 from lbskel.preprocess.placing import place_on
 from lbskel.preprocess.preprocessed import Preprocessed, distance_between, measured, unchanged
 
-AGGRESSIVENESS = (7.0, 4.0, 2.0)  # how fast the error allowed grows: fast-simplification's own, then slower
+AGGRESSIVENESS = (4.0, 2.0)  # how fast the error allowed grows: half the distance of its own 7 in the same time
 MISSED = 1.1  # times the target that still counts as met
 FEWEST_FACES = 4
 SHORTER = 0.7  # of the faces of the last try, while an error is allowed
