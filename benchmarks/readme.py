@@ -61,18 +61,19 @@ def _skeletons(results: Path) -> list[dict[str, Any]]:
 def _speed(results: Path) -> list[dict[str, Any]]:
     """Processor seconds of other tools over those of lbskel, as it comes and with every vertex contracted."""
     ratios = _rows(results / "speed.json", "ratios")
-    by_size = {(row["faces"], row["beside"]): row for row in ratios}
+    by_size = {(row["mesh"], row["faces"], row["beside"]): row for row in ratios}
 
     def shown(ratio: float | None) -> str:
         return "-" if ratio is None else f"{ratio:.2g}" if ratio < 10 else f"{ratio:.0f}"
 
     return [
         {
+            "mesh": mesh,
             "faces": f"{faces:,}",
             **{tool: shown(row.get(tool)) for tool in ("CGAL medial", "PyGEL3D", "skeletor")},
-            "CGAL medial, of full resolution": shown(by_size[faces, "lbskel full"].get("CGAL medial")),
+            "CGAL medial, of full resolution": shown(by_size[mesh, faces, "lbskel full"].get("CGAL medial")),
         }
-        for (faces, beside), row in by_size.items()
+        for (mesh, faces, beside), row in by_size.items()
         if beside == "lbskel" and any(row.get(tool) for tool in ("CGAL medial", "PyGEL3D", "skeletor"))
     ]
 

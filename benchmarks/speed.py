@@ -2,8 +2,9 @@
 
 Each run is a process of its own that reads the mesh from a file; what it takes to start and to import does not count.
 Runs of one size are taken in turns, tool by tool. One that fails, or takes longer than is allowed, is a row that says
-so; a tool that ran out of time is not asked again at a larger size. The last rows tell the distance to the limit: how
-long it takes to read the file alone, to simplify it too, and to factorise the systems of the steps alone.
+so; a tool that ran out of time is not asked again at a larger size. After the shape at every size come the meshes of a
+folder given with --meshes. The last rows of each mesh tell the distance to the limit: how long it takes to read the
+file alone, to simplify it too, and to factorise the systems of the steps alone.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ __all__ = ["run"]
 
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,13 +29,14 @@ from lbskel.shapes import make
 
 SIZES = (5_000, 50_000, 90_000, 350_000, 1_400_000, 5_000_000)
 QUICK = (2_000, 5_000)
+SHAPE = "dinosaur"  # of the catalogue
 ALLOWED = 150.0  # seconds on the wall for one run
 TURNS = {5_000: 3}  # of each size; one for the larger ones
 DIRECT = 50_000  # faces up to which the shape is meshed; beyond, it is subdivided, and simplified to the size
 TOLD = ("nodes", "cycles", "accuracy", "coverage", *SCORED)
 
 
-def run(quick: bool, results: Path) -> None:
+def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
     """Measure, and write speed.json, speed.md and speed.png."""
     rows: list[dict[str, Any]] = []
     late: set[str] = set()
@@ -45,15 +48,19 @@ def run(quick: bool, results: Path) -> None:
         for n_faces in QUICK if quick else SIZES:
             mesh = Path(folder) / f"{n_faces}.ply"
             _write_shape(mesh, n_faces)
-            rows += _rows(mesh, n_faces, 1 if quick else TURNS.get(n_faces, 1), late)
+            rows += _rows(mesh, SHAPE, n_faces, 1 if quick else TURNS.get(n_faces, 1), late)
             late |= {row["tool"] for row in rows if "over" in str(row.get("error"))}
             mesh.unlink()
             _write(rows, results)
+    for mesh in meshes:
+        n_faces = len(lbskel.read_mesh(mesh).faces)
+        rows += _rows(mesh, mesh.name, n_faces, 1 if quick or n_faces > DIRECT else 3, set())
+        _write(rows, results)
 
 
 def _write_shape(path: Path, n_faces: int) -> None:
     """The mesh and, beside it, its known axis."""
-    shape = make("dinosaur", n_vertices=min(n_faces, DIRECT) // 2)
+    shape = make(SHAPE, n_vertices=min(n_faces, DIRECT) // 2)
     V, F = np.array(shape.mesh.vertices), np.array(shape.mesh.faces)
     while len(F) < 0.9 * n_faces:
         V, F = igl.loop(V, F)
@@ -63,7 +70,7 @@ def _write_shape(path: Path, n_faces: int) -> None:
     lbskel.write_skeleton(path.with_suffix(".npz"), shape.truth)
 
 
-def _rows(mesh: Path, n_faces: int, turns: int, late: set[str]) -> list[dict[str, Any]]:
+def _rows(mesh: Path, name: str, n_faces: int, turns: int, late: set[str]) -> list[dict[str, Any]]:
     """All tools on one mesh, in turns."""
     tools = {**TOOLS, **LIMITS}
     answers: dict[str, list[dict[str, Any]]] = {tool: [] for tool in tools if tool not in late}
@@ -76,7 +83,7 @@ def _rows(mesh: Path, n_faces: int, turns: int, late: set[str]) -> list[dict[str
                 )
     rows: list[dict[str, Any]] = []
     for tool in tools:
-        row: dict[str, Any] = {"faces": n_faces, "tool": tool}
+        row: dict[str, Any] = {"mesh": name, "faces": n_faces, "tool": tool}
         if tool in late:
             rows.append({**row, "error": f"over {ALLOWED:g} s at a smaller size"})
         elif failed := [answer for answer in answers[tool] if "error" in answer]:
@@ -96,26 +103,31 @@ def _exponents(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """p of seconds ~ faces^p, for each tool over the sizes it managed, from 50,000 on."""
     found = []
     for tool in (*TOOLS, *LIMITS):
-        mine = [row for row in rows if row["tool"] == tool and "seconds" in row and row["faces"] >= 50_000]
+        mine = [row for row in _of_shape(rows, tool) if row["faces"] >= 50_000]
         if len(mine) >= 2:
             slope = np.polyfit(np.log([row["faces"] for row in mine]), np.log([row["seconds"] for row in mine]), 1)[0]
             found.append({"tool": tool, "sizes": len(mine), "exponent": float(slope)})
     return found
 
 
+def _of_shape(rows: list[dict[str, Any]], tool: str) -> list[dict[str, Any]]:
+    """What a tool managed of the shape that is measured at every size."""
+    return [row for row in rows if row["tool"] == tool and row["mesh"] == SHAPE and "seconds" in row]
+
+
 def _ratios(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Seconds of each tool over those of lbskel at the same size."""
-    seconds = {(row["faces"], row["tool"]): row.get("seconds") for row in rows}
+    seconds = {(row["mesh"], row["faces"], row["tool"]): row.get("seconds") for row in rows}
     table = []
-    for faces in dict.fromkeys(row["faces"] for row in rows):
+    for mesh, faces in dict.fromkeys((row["mesh"], row["faces"]) for row in rows):
         for ours in ("lbskel", "lbskel full"):
-            own = seconds.get((faces, ours))
-            others = {tool: seconds.get((faces, tool)) for tool in TOOLS if not tool.startswith("lbskel")}
+            own = seconds.get((mesh, faces, ours))
+            others = {tool: seconds.get((mesh, faces, tool)) for tool in TOOLS if not tool.startswith("lbskel")}
             ratios = {
                 f"{tool} / {ours}"[: len(tool)]: taken / own if own and taken else None
                 for tool, taken in others.items()
             }
-            table.append({"faces": faces, "beside": ours, **ratios})
+            table.append({"mesh": mesh, "faces": faces, "beside": ours, **ratios})
     return table
 
 
@@ -141,7 +153,7 @@ def _write(rows: list[dict[str, Any]], results: Path) -> None:
 def _plot(figure: Any, rows: list[dict[str, Any]]) -> None:
     axes = figure.subplots()
     for tool in (*TOOLS, *LIMITS):
-        mine = [row for row in rows if row["tool"] == tool and "seconds" in row]
+        mine = _of_shape(rows, tool)
         style = "--" if tool in LIMITS else "-"
         width = 2.5 if tool.startswith("lbskel") else 1.2
         axes.loglog([row["faces"] for row in mine], [row["seconds"] for row in mine], f"o{style}", label=tool, lw=width)

@@ -53,7 +53,9 @@ def _lbskel(mesh: Path, **options: Any) -> dict[str, Any]:
 
 
 def _beside_truth(skeleton: lbskel.Skeleton, mesh: Path) -> dict[str, Any]:
-    """Distances to the known axis, which lies beside the mesh in a file."""
+    """Distances to the known axis, if that lies beside the mesh in a file."""
+    if not mesh.with_suffix(".npz").exists():
+        return {}
     comparison = lbskel.compare(skeleton, lbskel.read_skeleton(mesh.with_suffix(".npz")))
     return {"accuracy": comparison.accuracy, "coverage": comparison.coverage}
 
@@ -102,12 +104,12 @@ def _reading(mesh: Path) -> dict[str, Any]:
 def _simplifying(mesh: Path) -> dict[str, Any]:
     """Reading and simplifying to what the default contracts, with all checks of it."""
     from lbskel.preprocess import simplify
-    from lbskel.stages import MOST_FACES
+    from lbskel.stages import enough_faces
 
     began = time.process_time()
     read = lbskel.read_mesh(mesh)
     reading = time.process_time() - began
-    simplify(read, target_faces=MOST_FACES)
+    simplify(read, target_faces=enough_faces(read))
     return {"seconds": time.process_time() - began, "read": reading, "megabytes": _peak()}
 
 

@@ -59,17 +59,20 @@ def _along_curve(points: NDArray[np.float64]) -> NDArray[np.int64]:
     return spread[cells[:, 0]] | spread[cells[:, 1]] << 1 | spread[cells[:, 2]] << 2
 
 
-def _balls(low: NDArray[np.float64], high: NDArray[np.float64], size: int, slack: float) -> Balls:
-    """Balls round the boxes of runs of ``size`` boxes."""
-    first = np.arange(0, len(low), size)
-    low, high = np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
-    return Balls((low + high) / 2, np.linalg.norm(high - low, axis=1) / 2 + slack)
+def _balls(low: NDArray[np.float64], high: NDArray[np.float64], slack: float) -> Balls:
+    """Balls round (3, k) boxes."""
+    return Balls(((low + high) / 2).T, np.linalg.norm(high - low, axis=0) / 2 + slack)
 
 
-def blocks_of(corners: NDArray[np.float64]) -> Blocks:
-    """Blocks of triangles given by their (m, 3, 3) corners."""
-    A, B, C = corners.transpose(1, 0, 2)
-    order = np.argsort(_along_curve((A + B + C) / 3), kind="stable")
-    low, high = np.minimum(np.minimum(A, B), C)[order], np.maximum(np.maximum(A, B), C)[order]
-    slack = ROUNDING * float(np.abs(corners).max())
-    return Blocks(order, _balls(low, high, COARSE, slack), _balls(low, high, FINE, slack))
+def blocks_of(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Blocks:
+    """Blocks of triangles, which lie along the curve as their first corners do."""
+    order = np.argsort(_along_curve(vertices)[faces[:, 0]], kind="stable")
+    corners = faces[order].ravel()
+    first = np.arange(0, len(faces), FINE)
+    low, high = (
+        np.stack([least.reduceat(x[corners], 3 * first) for x in vertices.T]) for least in (np.minimum, np.maximum)
+    )
+    slack = ROUNDING * float(np.abs(vertices).max())
+    fine, runs = _balls(low, high, slack), np.arange(0, len(first), COARSE // FINE)
+    low, high = np.minimum.reduceat(low, runs, axis=1), np.maximum.reduceat(high, runs, axis=1)
+    return Blocks(order, _balls(low, high, slack), fine)

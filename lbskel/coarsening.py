@@ -88,12 +88,14 @@ def _round(
     start, end = np.concatenate([F[:, 1], F[:, 2], F[:, 0]]), np.concatenate([F[:, 2], F[:, 0], F[:, 1]])
     is_edge = start < end  # of the two sides of an edge, which run opposite ways
     i, j = start[is_edge], end[is_edge]
-    length = np.round(np.linalg.norm(V[i] - V[j], axis=1), DIGITS)
-    short = np.flatnonzero(length < np.minimum(limits[i], limits[j]))
+    along = V[i] - V[j]
+    squared = np.einsum("ex,ex->e", along, along)
+    short = np.flatnonzero(squared < np.minimum(limits[i], limits[j]) ** 2)
     if len(short) == 0:
         return short, short
+    length = np.round(np.sqrt(squared[short]), DIGITS)
     mixed = short * 2654435761 % 2**32  # of equal lengths in a row of edges more than the first can be the least about
-    short = short[np.lexsort((mixed, length[short]))]
+    short = short[np.lexsort((mixed, length))]
     i, j = i[short], j[short]
     row, beside = _beside(np.concatenate([i, j]), start, end, n)
     may_go = _common(beside, row[i], row[j]) == 2

@@ -141,11 +141,14 @@ def _grown(
 def _with_ways(skeleton: Skeleton, graph: csr_array, parted: NDArray[np.int64]) -> Skeleton:
     """The vertices of the shortest way between the regions of each parted edge given to its nodes, half to each."""
     node_of_vertex = np.array(skeleton.node_of_vertex)
+    by_node = np.argsort(node_of_vertex, kind="stable")
+    begins = np.searchsorted(node_of_vertex[by_node], np.arange(len(skeleton.nodes) + 1))
     for first, last in parted.tolist():
         around = {first, last}
         for _ in range(AROUND):
             around.update(*(skeleton.neighbours[node].tolist() for node in around))
-        here = np.flatnonzero(np.isin(node_of_vertex, list(around)))
+        here = np.concatenate([by_node[begins[node] : begins[node + 1]] for node in sorted(around)])
+        here = np.sort(here[np.isin(node_of_vertex[here], list(around))])
         node = node_of_vertex[here]
         starts = np.flatnonzero(node == first)
         ends = np.flatnonzero(node == last)

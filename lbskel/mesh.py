@@ -169,7 +169,7 @@ class Mesh:
     @cached_property
     def blocks(self) -> Blocks:
         """The faces in groups that lie close together, for searches."""
-        return blocks_of(self.vertices[self.faces])
+        return blocks_of(self.vertices, self.faces)
 
     @cached_property
     def used_vertices(self) -> NDArray[np.int64]:

@@ -160,9 +160,7 @@ def _segments(
         ends.append((1 - share) * mesh.vertices[start] + share * mesh.vertices[end])
         edges.append(mesh.edge_of_half_edge[opposite * m + face])
     q, pairs = np.stack(ends, axis=1), np.stack(edges, axis=1)
-    corners = mesh.vertices[F[face]]
-    outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    runs_back = np.einsum("ij,ij->i", q[:, 1] - q[:, 0], np.cross(normals[plane], outward)) < 0
+    runs_back = n_above == 2  # from the left of a corner under the plane to its right is clockwise round the normal
     q[runs_back], pairs[runs_back] = q[runs_back, ::-1], pairs[runs_back, ::-1]
     return _Segments(plane, face, pairs, q)
 

@@ -7,7 +7,7 @@ order that depends on what it did before.
 
 from __future__ import annotations
 
-__all__ = ["RESOLUTIONS", "TIPS", "Options", "skeleton_of_component"]
+__all__ = ["RESOLUTIONS", "TIPS", "Options", "enough_faces", "skeleton_of_component"]
 
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -43,7 +43,8 @@ SURE = 2.0  # times the measured distance of the simplified surface, beyond whic
 CONTRACTING = 0.5  # share of the time left that contraction may take where time is limited
 
 MOST_FACES = 16_000  # of a component that is contracted as it is, unless in full
-SLENDER = 2.0  # times area^3 / volume^2 are that many faces, if more: edges of half the mean radius 2 volume / area
+SLENDER = 2.0  # times area^3 / volume^2: so many faces have edges of half the mean radius 2 volume / area
+MOST_SLENDER = 128_000  # of them, however thin
 
 RESOLUTIONS = ("auto", "full")
 TIPS = ("inside", "surface")
@@ -89,7 +90,7 @@ def skeleton_of_component(
     """
     proxy = Preprocessed(mesh, np.arange(len(mesh.vertices)))
     if options.resolution == "auto":
-        proxy = clock("simplify", simplify, mesh, target_faces=_enough_faces(mesh))
+        proxy = clock("simplify", simplify, mesh, target_faces=enough_faces(mesh))
     limit = None if clock.time_limit is None else CONTRACTING * max(clock.seconds_left, 0.0)
     contraction = clock("contract", contract, proxy.mesh, options.settings, time_limit=limit)
     coarse, vertex_map = contraction.coarse, contraction.vertex_map
@@ -138,10 +139,11 @@ def skeleton_of_component(
     )
 
 
-def _enough_faces(mesh: Mesh) -> int:
-    """Of how many faces a mesh is to be contracted: more than usual where it is long and thin everywhere."""
-    volume = abs(mesh.volume) if mesh.is_closed else 0.0
-    return max(MOST_FACES, int(min(SLENDER * mesh.area**3, len(mesh.faces) * volume**2) / volume**2) if volume else 0)
+def enough_faces(mesh: Mesh) -> int:
+    """Of how many faces a mesh is to be contracted at most: more than usual where it is long and thin all over."""
+    squared = mesh.volume**2 if mesh.is_closed else 0.0
+    slender = SLENDER * mesh.area**3 / squared if squared > 0 else 0.0
+    return int(np.clip(slender, MOST_FACES, MOST_SLENDER))
 
 
 def _simplified(mesh: Mesh, proxy: Preprocessed) -> Simplified | None:

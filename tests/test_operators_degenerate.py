@@ -104,6 +104,19 @@ def test_operators_of_polygons_stay_finite(points, data):
     assert finite(laplacian(PolygonMesh(points, polygons)))
 
 
+def test_a_polygon_that_would_take_area_from_a_corner_shares_it_out_evenly():
+    """Three corners of this pentagon lie nearly in a line, the rest is folded over them."""
+    dented = [[0.589, 0.631, 1.172], [-0.419, -0.378, -0.547], [-2.062, -0.217, 1.048], [-1.698, -0.251, 0.68]]
+    V = np.array([*dented, [-0.954, -0.494, -0.399], [3.0, 0, 0], [3, 2, 0]])
+    pentagon, triangle = [0, 1, 2, 3, 4], [0, 5, 6]
+    theirs = igl.cotmatrix(V, np.arange(5), np.array([0, 5]))[1].diagonal()
+    assert theirs.min() < 0
+    areas = laplacian(PolygonMesh(V, [pentagon, triangle])).mass.diagonal()
+    assert areas[1:5] == pytest.approx(theirs.sum() / 5, rel=1e-9)
+    assert areas[0] > areas[1]  # the triangle's besides
+    assert laplacian(PolygonMesh(V, [triangle])).mass.diagonal()[5] == areas[5]
+
+
 def test_the_degenerate_are_listed():
     for name in ("cotangent", "clamped_cotangent", "cotangent_identity", "mean_value", "intrinsic_delaunay", "robust"):
         for mesh in (POINT, CAP):

@@ -26,7 +26,8 @@ from lbskel import (
 from lbskel.contraction import Step
 from lbskel.energies import ENERGIES
 from lbskel.operators import cotangent
-from lbskel.shapes import chain_of_tori, cylinder, flat_grid, make, sphere, tube
+from lbskel.shapes import chain_of_tori, cylinder, flat_grid, make, sphere, torus, tube
+from lbskel.stages import enough_faces
 
 T = np.linspace(0, 6, 40)
 SHAPES = {
@@ -644,3 +645,9 @@ def test_a_profile_has_the_memory_of_each_stage(ring):
     if report["megabytes"]:  # where the system tells
         assert set(report["megabytes"]) == set(report["seconds"])
         assert all(10 < peak < 10_000 for peak in report["megabytes"].values())
+
+
+@pytest.mark.parametrize(("radius", "n_faces"), [(0.3, 16_000), (0.01, 31_600), (0.001, 128_000)])
+def test_what_is_long_and_thin_keeps_more_faces(radius, n_faces):
+    """On a torus area^3 / volume^2 is 16 pi^2 / radius; one of 3,200 flat faces has 1 % less."""
+    assert enough_faces(torus(1.0, radius, 80, 20)) == pytest.approx(n_faces, rel=0.03)

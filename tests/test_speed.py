@@ -35,18 +35,28 @@ def fails(path):
 def test_a_failure_is_a_row_and_a_late_tool_is_not_asked_again(mesh, monkeypatch):
     monkeypatch.setattr(speed, "TOOLS", {"broken": fails, "late": fails})
     monkeypatch.setattr(speed, "LIMITS", {"reading": speed_tools.LIMITS["reading"]})
-    broken, late, reading = speed._rows(mesh, 1508, 1, {"late"})
-    assert broken == {"faces": 1508, "tool": "broken", "error": "RuntimeError: is not there"}
-    assert late == {"faces": 1508, "tool": "late", "error": f"over {speed.ALLOWED:g} s at a smaller size"}
+    broken, late, reading = speed._rows(mesh, "tripod.ply", 1508, 1, {"late"})
+    assert broken == {"mesh": "tripod.ply", "faces": 1508, "tool": "broken", "error": "RuntimeError: is not there"}
+    assert late == {
+        "mesh": "tripod.ply",
+        "faces": 1508,
+        "tool": "late",
+        "error": f"over {speed.ALLOWED:g} s at a smaller size",
+    }
     assert reading["seconds"] > 0
     assert reading["megabytes"] > 10
 
 
 def test_exponents_and_ratios_are_of_the_rows(tmp_path):
     faces = [50_000, 100_000, 400_000]
-    rows = [{"faces": n, "tool": "lbskel", "seconds": 1e-6 * n**1.5, "megabytes": 1.0} for n in faces]
-    rows += [{"faces": n, "tool": "CGAL medial", "seconds": 4e-6 * n**1.5, "megabytes": 1.0} for n in faces[:2]]
-    rows += [{"faces": faces[2], "tool": "CGAL medial", "error": "over 300 s"}]
+    rows = [
+        {"mesh": "dinosaur", "faces": n, "tool": "lbskel", "seconds": 1e-6 * n**1.5, "megabytes": 1.0} for n in faces
+    ]
+    rows += [
+        {"mesh": "dinosaur", "faces": n, "tool": "CGAL medial", "seconds": 4e-6 * n**1.5, "megabytes": 1.0}
+        for n in faces[:2]
+    ]
+    rows += [{"mesh": "dinosaur", "faces": faces[2], "tool": "CGAL medial", "error": "over 300 s"}]
     exponents = {row["tool"]: row["exponent"] for row in speed._exponents(rows)}
     assert exponents == pytest.approx({"lbskel": 1.5, "CGAL medial": 1.5})  # exact powers: only rounding
     ratios = [row["CGAL medial"] for row in speed._ratios(rows) if row["beside"] == "lbskel"]

@@ -20,6 +20,7 @@ from scipy.sparse import csc_array
 
 from lbskel.errors import MeshError
 from lbskel.mesh import PointCloud, first_few
+from lbskel.operators.assembly import diagonal_matrix
 from lbskel.operators.corners import LIMIT, unit_scale
 from lbskel.operators.laplacian import Laplacian
 
@@ -79,24 +80,33 @@ class PolygonMesh:
         return np.concatenate([[0], np.cumsum([len(np.asarray(polygon)) for polygon in self.polygons])])
 
 
-def _degenerate(vertices: NDArray[np.float64], mesh: PolygonMesh) -> NDArray[np.bool_]:
-    """(m,) polygons whose own matrix has entries beyond LIMIT or none at all."""
-    n = len(mesh.corners)
-    apart = csc_array(igl.cotmatrix(vertices[mesh.corners], np.arange(n), mesh.starts)[0]).tocoo()
-    entries = np.where(np.abs(apart.data) <= LIMIT, 0.0, 1.0)
-    polygon = np.searchsorted(mesh.starts, apart.row, side="right") - 1
-    return np.bincount(polygon, weights=entries, minlength=len(mesh.polygons)) > 0
+def _apart(vertices: NDArray[np.float64], mesh: PolygonMesh) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+    """(m,) polygons whose own matrix has entries beyond LIMIT or none at all, and the area of each of all corners.
+
+    A polygon bent or dented so far that virtual refinement takes area from a corner has it shared out evenly.
+    """
+    n, sizes = len(mesh.corners), np.diff(mesh.starts)
+    stiffness, mass, _ = (csc_array(part) for part in igl.cotmatrix(vertices[mesh.corners], np.arange(n), mesh.starts))
+    entries = stiffness.tocoo()
+    is_beyond = np.where(np.abs(entries.data) <= LIMIT, 0.0, 1.0)
+    polygon = np.searchsorted(mesh.starts, entries.row, side="right") - 1
+    areas = mass.diagonal()
+    even = np.repeat(np.add.reduceat(areas, mesh.starts[:-1]) / sizes, sizes)
+    is_dented = np.repeat(np.minimum.reduceat(areas, mesh.starts[:-1]) < 0, sizes)
+    return np.bincount(polygon, weights=is_beyond, minlength=len(sizes)) > 0, np.where(is_dented, even, areas)
 
 
 def polygon_cotangent(mesh: PolygonMesh) -> Laplacian:
     """The cotangent Laplacian by virtual refinement with its own lumped mass; degenerate polygons have no weight."""
     V, k = unit_scale(mesh.vertices)
-    degenerate = _degenerate(V, mesh)
+    degenerate, areas = _apart(V, mesh)
     n = len(V)
     sound = [polygon for polygon, bad in zip(mesh.polygons, degenerate, strict=True) if not bad]
-    treated = np.unique(mesh.corners[np.repeat(degenerate, np.diff(mesh.starts))])
+    at_degenerate = np.repeat(degenerate, np.diff(mesh.starts))
+    treated = np.unique(mesh.corners[at_degenerate])
     if not sound:
         return Laplacian(csc_array((n, n)), csc_array((n, n)), treated_vertices=treated)
     kept = PolygonMesh(mesh.vertices, sound)
-    negative, mass, _ = (csc_array(matrix) for matrix in igl.cotmatrix(V, kept.corners, kept.starts))
-    return Laplacian(-negative, np.ldexp(1.0, 2 * k) * mass, treated_vertices=treated)
+    negative = csc_array(igl.cotmatrix(V, kept.corners, kept.starts)[0])
+    masses = np.bincount(kept.corners, weights=areas[~at_degenerate], minlength=n)
+    return Laplacian(-negative, diagonal_matrix(np.ldexp(masses, 2 * k)), treated_vertices=treated)

@@ -23,7 +23,7 @@ from lbskel.surface import Surface
 
 Options = ParamSpec("Options")
 
-SAMPLES = 10_000  # points of each surface from which the distance to the other is measured
+SAMPLES = 4_000  # points of each surface from which the distance to the other is measured
 
 
 @dataclass(frozen=True, eq=False)

@@ -69,7 +69,7 @@ def roughness(mesh: Mesh) -> float:
     once = residual(V)
     normals = np.nan_to_num(igl.per_vertex_normals(V - once / 2, faces))
     heights = np.einsum("ij,ij->i", residual(once), normals)[sample]
-    edge = mean(np.linalg.norm(V[start] - V[end], axis=1))[sample]
+    edge = mean(np.tile(np.linalg.norm(V[i] - V[j], axis=1), 2))[sample]
     has_edge = edge > 0
     if abs((heights > 0).mean() - 0.5) > LOPSIDED or not has_edge.any():
         return 0.0
