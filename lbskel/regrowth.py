@@ -74,9 +74,9 @@ def _without_strays(
 
     The tip nearest to the end of another limb is that one's.
     """
-    node = surface.on_rough(skeleton.node_of_vertex)
+    node, tips = surface.on_rough(skeleton.node_of_vertex), skeleton.tips
     reached = surface.rough.mesh.vertices[found.vertices[~missed]]
-    taken = skeleton.tips[cdist(reached, skeleton.nodes[skeleton.tips]).argmin(axis=1)] if len(reached) else []
+    taken = tips[cdist(reached, skeleton.nodes[tips]).argmin(axis=1)] if len(reached) and len(tips) else tips[:0]
     target, strayed = np.arange(len(skeleton.nodes)), []
     for branch in skeleton.branches:
         way = branch if skeleton.degrees[branch[-1]] == 1 else branch[::-1]

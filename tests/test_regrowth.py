@@ -9,7 +9,7 @@ from lbskel import skeletonize
 from lbskel.extremities import extremities
 from lbskel.pruning import merge_into
 from lbskel.regrowth import grow_missed_limbs
-from lbskel.shapes import sphere
+from lbskel.shapes import make, sphere
 from lbskel.surface import Surface
 
 
@@ -43,6 +43,20 @@ def test_a_branch_that_was_lost_grows_again(whole, tripod, number):
     assert axis.max() < 0.5 * np.median(whole.radii[way])  # nodes are half a radius apart
     outer = np.isin(whole.node_of_vertex, way[len(way) // 2 :])
     assert np.isin(grown.node_of_vertex[outer], again[1:]).all()
+
+
+def test_limbs_grow_on_a_bare_loop_too():
+    """Of the branches of a ring with spikes none is left, and so no tip that an end could be near."""
+    shape = make("spiked_ring", n_vertices=2500)
+    skeleton = skeletonize(shape.mesh)
+    target = np.arange(len(skeleton.nodes))
+    for way in ways(skeleton):
+        if skeleton.degrees[way[-1]] == 1:
+            target[way[1:]] = way[0]
+    loop = merge_into(skeleton, target)
+    assert (len(loop.tips), loop.cycle_rank) == (0, 1)
+    grown = grow_missed_limbs(loop, Surface(shape.mesh))
+    assert (len(grown.tips), grown.cycle_rank, grown.n_components) == (len(shape.truth.tips), 1, 1)
 
 
 def test_what_is_complete_or_has_no_limbs_stays_as_it_is(whole, tripod):
