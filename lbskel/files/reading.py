@@ -101,15 +101,17 @@ class Lines:
         return len(self.texts)
 
     def __getitem__(self, rows: slice | NDArray[np.int64]) -> Lines:
-        texts = self.texts[rows] if isinstance(rows, slice) else [self.texts[row] for row in rows]
+        texts = self.texts[rows] if isinstance(rows, slice) else [self.texts[row] for row in rows.tolist()]
         return Lines(texts, self.numbers[rows])
 
 
 def lines_of(text: str, comment: str = "#") -> Lines:
     """The lines that hold something, without comments."""
-    stripped = ((number, line.split(comment, 1)[0].strip()) for number, line in enumerate(text.splitlines(), 1))
-    kept = [(number, line) for number, line in stripped if line]
-    return Lines([line for _, line in kept], np.array([number for number, _ in kept], dtype=np.int64))
+    texts = text.splitlines()
+    if comment in text:
+        texts = [line.split(comment, 1)[0] for line in texts]
+    texts = list(map(str.strip, texts))
+    return Lines(list(filter(None, texts)), 1 + np.flatnonzero(np.fromiter(map(len, texts), dtype=np.int64)))
 
 
 def table(lines: Lines, columns: range, what: str) -> NDArray[np.float64]:
@@ -154,7 +156,7 @@ def ragged(lines: Lines, sizes: NDArray[np.int64], first: int, what: str) -> NDA
     what : str
         What they are, for the message.
     """
-    lengths = np.array([len(line) for line in lines.texts], dtype=np.int64)
+    lengths = np.fromiter(map(len, lines.texts), dtype=np.int64, count=len(lines))
     for row in np.flatnonzero((sizes < 0) | (sizes > lengths))[:1]:
         raise FormatError(f"line {lines.numbers[row]}: holds no {sizes[row]} {what}")
     starts = np.cumsum(sizes) - sizes
