@@ -1,4 +1,8 @@
-"""What several test files use: small shapes, made once, and a fresh interpreter."""
+"""What several test files use: small shapes, made once, and a fresh interpreter.
+
+Hypothesis takes the same examples in every run, so that what passed here passes elsewhere; others are tried with
+``pytest --hypothesis-profile=default``.
+"""
 
 import os
 import subprocess
@@ -6,9 +10,13 @@ import sys
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from lbskel import Mesh
 from lbskel.shapes import capsule, chain_of_tori, make, torus
+
+settings.register_profile("repeatable", derandomize=True)
+settings.load_profile("repeatable")
 
 
 @pytest.fixture(scope="session")
