@@ -61,9 +61,7 @@ def prune(skeleton: Skeleton, mesh: Mesh, *, ratio: float = 1.5) -> Skeleton:
         In local radii.
     """
     while True:
-        ends = [b if skeleton.degrees[b[0]] > 1 else b[::-1] for b in skeleton.branches]
-        ends = [b for b in ends if skeleton.degrees[b[-1]] == 1 and skeleton.degrees[b[0]] >= 3]
-        ends = [b for b in ends if not np.isin(b[1:], skeleton.anchors).any()]
+        ends = [b for b in skeleton.end_branches if not np.isin(b[1:], skeleton.anchors).any()]
         if not ends:
             return skeleton
         spare = [reaches(skeleton, mesh, b) / max(skeleton.radii[b[0]], 1e-300) for b in ends]
@@ -84,11 +82,9 @@ def cut_swallowed(skeleton: Skeleton) -> Skeleton:
         With inscribed radii.
     """
     target = np.arange(len(skeleton.nodes))
-    for branch in skeleton.branches:
-        way = branch if skeleton.degrees[branch[-1]] == 1 else branch[::-1]
-        is_end = skeleton.degrees[way[-1]] == 1 and skeleton.degrees[way[0]] >= 3
+    for way in skeleton.end_branches:
         far = np.linalg.norm(skeleton.nodes[way] - skeleton.nodes[way[0]], axis=1) + skeleton.radii[way]
-        if is_end and far.max() < SWALLOWED * skeleton.radii[way[0]] and not np.isin(way[1:], skeleton.anchors).any():
+        if far.max() < SWALLOWED * skeleton.radii[way[0]] and not np.isin(way[1:], skeleton.anchors).any():
             target[way] = way[0]
     return merge_into(skeleton, target)
 

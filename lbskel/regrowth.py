@@ -78,9 +78,8 @@ def _without_strays(
     reached = surface.rough.mesh.vertices[found.vertices[~missed]]
     taken = tips[cdist(reached, skeleton.nodes[tips]).argmin(axis=1)] if len(reached) and len(tips) else tips[:0]
     target, strayed = np.arange(len(skeleton.nodes)), []
-    for branch in skeleton.branches:
-        way = branch if skeleton.degrees[branch[-1]] == 1 else branch[::-1]
-        if skeleton.degrees[way[-1]] != 1 or skeleton.degrees[way[0]] < 3 or way[-1] in taken:
+    for way in skeleton.end_branches:
+        if way[-1] in taken:
             continue
         for limb in limbs:
             mine = node[found.limb_of_vertex == limb]

@@ -278,7 +278,6 @@ def _bridges(skeleton: Skeleton, widths: NDArray[np.float64], parted: NDArray[np
 
 def _spurs(skeleton: Skeleton) -> int:
     """End branches whose balls hardly leave the ball of their junction."""
-    ends = [b if skeleton.degrees[b[0]] > 1 else b[::-1] for b in skeleton.branches]
-    ends = [b for b in ends if skeleton.degrees[b[-1]] == 1 and skeleton.degrees[b[0]] >= 3]
+    ends = skeleton.end_branches
     reached = [np.linalg.norm(skeleton.nodes[b] - skeleton.nodes[b[0]], axis=1) + skeleton.radii[b] for b in ends]
     return sum(float(r.max()) < SPUR * float(skeleton.radii[b[0]]) for r, b in zip(reached, ends, strict=True))

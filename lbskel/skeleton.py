@@ -171,6 +171,12 @@ class Skeleton:
             paths.extend(self._walks_from(int(node), used))
         return tuple(paths)
 
+    @property
+    def end_branches(self) -> list[NDArray[np.int64]]:
+        """The branches that lead from a junction to a tip, the junction first."""
+        ways = [branch if self.degrees[branch[-1]] == 1 else branch[::-1] for branch in self.branches]
+        return [way for way in ways if self.degrees[way[-1]] == 1 and self.degrees[way[0]] >= 3]
+
     def _walks_from(self, start: int, used: set[tuple[int, int]]) -> list[NDArray[np.int64]]:
         """The unused walks that leave a node, each up to a node of another degree than two or back to the start."""
         walks = []

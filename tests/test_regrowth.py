@@ -18,11 +18,6 @@ def whole(tripod):
     return skeletonize(tripod)
 
 
-def ways(skeleton):
-    """The end branches, junction first."""
-    return [b if skeleton.degrees[b[-1]] == 1 else b[::-1] for b in skeleton.branches]
-
-
 def without(skeleton, way):
     """The skeleton without one end branch, whose vertices are the junction's."""
     target = np.arange(len(skeleton.nodes))
@@ -32,13 +27,13 @@ def without(skeleton, way):
 
 @pytest.mark.parametrize("number", range(3))
 def test_a_branch_that_was_lost_grows_again(whole, tripod, number):
-    way = ways(whole)[number]
+    way = whole.end_branches[number]
     grown = grow_missed_limbs(without(whole, way), Surface(tripod))
     assert (len(grown.tips), len(grown.junctions), grown.cycle_rank, grown.n_components) == (3, 1, 0, 1)
     apart = np.linalg.norm(grown.nodes[grown.tips] - whole.nodes[way[-1]], axis=1)
     tip = grown.tips[apart.argmin()]
     assert apart.min() < whole.radii[way[-1]]  # within the last inscribed ball
-    [again] = [w for w in ways(grown) if w[-1] == tip]
+    [again] = [w for w in grown.end_branches if w[-1] == tip]
     axis = np.linalg.norm(grown.nodes[again[1:], None] - whole.nodes[way], axis=2).min(axis=1)
     assert axis.max() < 0.5 * np.median(whole.radii[way])  # nodes are half a radius apart
     outer = np.isin(whole.node_of_vertex, way[len(way) // 2 :])
@@ -50,9 +45,8 @@ def test_limbs_grow_on_a_bare_loop_too():
     shape = make("spiked_ring", n_vertices=2500)
     skeleton = skeletonize(shape.mesh)
     target = np.arange(len(skeleton.nodes))
-    for way in ways(skeleton):
-        if skeleton.degrees[way[-1]] == 1:
-            target[way[1:]] = way[0]
+    for way in skeleton.end_branches:
+        target[way[1:]] = way[0]
     loop = merge_into(skeleton, target)
     assert (len(loop.tips), loop.cycle_rank) == (0, 1)
     grown = grow_missed_limbs(loop, Surface(shape.mesh))
@@ -67,13 +61,13 @@ def test_what_is_complete_or_has_no_limbs_stays_as_it_is(whole, tripod):
 
 
 def test_what_was_to_be_pruned_does_not_grow_again(whole, tripod):
-    lost = without(whole, ways(whole)[0])
+    lost = without(whole, whole.end_branches[0])
     assert len(grow_missed_limbs(lost, Surface(tripod), ratio=100.0).nodes) == len(lost.nodes)
 
 
 def test_a_branch_that_ends_in_another_limb_is_led_back_to_its_own(whole, tripod):
     """The branch of the first leg is laid beside the one of the second, and ends halfway down."""
-    first, second, _ = ways(whole)
+    first, second, _ = whole.end_branches
     nodes = np.array(whole.nodes)
     share = np.linspace(0, 0.5, len(first))
     walk = np.linspace(0, 1, len(second))

@@ -67,6 +67,15 @@ def test_a_lone_node_beside_a_path_is_a_component_and_no_branch():
     assert [near.tolist() for near in skeleton.neighbours] == [[1], [0], []]
 
 
+def test_end_branches_lead_from_a_junction_to_a_tip():
+    forward = skeleton_of([(0, 1), (1, 2), (2, 0), (2, 3), (3, 4)])  # a loop with a tail
+    assert [way.tolist() for way in forward.end_branches] == [[2, 3, 4]]
+    backward = skeleton_of([(0, 1), (1, 2), (2, 3), (2, 4), (3, 4)])
+    assert [way.tolist() for way in backward.end_branches] == [[2, 1, 0]]
+    for without in ([], [(0, 1), (1, 2)], [(0, 1), (1, 2), (2, 0)]):  # no junction: a path has two tips, a loop none
+        assert skeleton_of(without).end_branches == []
+
+
 def test_nothing_at_all():
     skeleton = Skeleton([], [], [])
     assert skeleton.nodes.shape == (0, 3)
