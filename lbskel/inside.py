@@ -28,7 +28,7 @@ def length_inside(skeleton: Skeleton, surface: Surface) -> float:
     """Share of the length of the edges that lies inside, by samples along those that leave the surface somewhere."""
     if len(skeleton.edges) == 0:
         return float(surface.contains(skeleton.nodes).mean())
-    is_bent = leaves(skeleton.nodes[skeleton.edges], surface)
+    is_bent = leaves(skeleton.nodes, skeleton.edges, surface)
     if not (is_bent.any() and skeleton.length > 0):
         return float(1 - is_bent.mean())
     points, _ = sample_edges(replace(skeleton, edges=skeleton.edges[is_bent]), surface.mesh.extent / 400)
@@ -60,7 +60,7 @@ def keep_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     outer = ends[~surface.contains(P[ends])]
     P[outer] = _pushed_in(P[outer], surface)
     skeleton = replace(skeleton, nodes=P)
-    is_bent = leaves(skeleton.nodes[skeleton.edges], surface)
+    is_bent = leaves(skeleton.nodes, skeleton.edges, surface)
     if not is_bent.any():
         return skeleton
     bent = {tuple(edge) for edge in skeleton.edges[is_bent].tolist()}
@@ -69,13 +69,14 @@ def keep_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     return _rerouted(skeleton, surface, stretches, ways)
 
 
-def leaves(segments: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:
-    """(k,) which of (k, 2, 3) segments are outside somewhere."""
-    start, way = segments[:, 0], segments[:, 1] - segments[:, 0]
-    is_outside = ~surface.contains(start)
-    crosses = np.flatnonzero(~is_outside & (np.linalg.norm(way, axis=1) >= surface.distance(start)))  # it may
+def leaves(nodes: NDArray[np.float64], edges: NDArray[np.int64], surface: Surface) -> NDArray[np.bool_]:
+    """(m,) which edges between (n, 3) nodes are outside somewhere."""
+    P, Q = nodes[edges].transpose(1, 0, 2)
+    is_outside = np.logical_not(surface.contains(nodes))[edges].any(axis=1)
+    reach = surface.distance(nodes)[edges].sum(axis=1)
+    crosses = np.flatnonzero(~is_outside & (np.linalg.norm(Q - P, axis=1) >= reach))  # the balls do not cover it
     share = ((np.arange(SAMPLES) + 0.5) / SAMPLES)[:, None]
-    along = start[crosses, None] + share * way[crosses, None]
+    along = P[crosses, None] + share * (Q - P)[crosses, None]
     is_outside[crosses] = ~surface.contains(along.reshape(-1, 3)).reshape(-1, SAMPLES).all(axis=1)
     return is_outside
 
@@ -98,12 +99,12 @@ def ways_inside(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surfa
     Otherwise the way runs along the edges of the mesh, its vertices pushed in to half the thickness of the shape, but
     no deeper than the nodes lie at most.
     """
-    is_outside = leaves(P[pairs], surface)
+    is_outside = leaves(P, pairs, surface)
     if not is_outside.any():
         return list(P[pairs].mean(axis=1, keepdims=True))
     V, edges = surface.rough.mesh.vertices, surface.rough.mesh.edges
     entry, inward, thickness = surface.rough.inward
-    depths = surface.distance(P[pairs.ravel()]).reshape(-1, 2).max(axis=1)
+    depths = surface.distance(P)[pairs].max(axis=1)
     ways = []
     for (start, end), depth, goes_out in zip(pairs.tolist(), depths, is_outside, strict=True):
         if not goes_out:
@@ -123,10 +124,11 @@ def ways_inside(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surfa
 
 def _smoothed(way: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
     """The way with each point at the mean of itself and its neighbours, as long as that is inside; its ends stay."""
+    steps = np.stack([np.arange(len(way) - 1), np.arange(1, len(way))], axis=1)
     for _ in range(SMOOTHINGS):
         mean = np.array(way)
         mean[1:-1] = (way[:-2] + way[1:-1] + way[2:]) / 3
-        if leaves(np.stack([mean[:-1], mean[1:]], axis=1), surface).any():
+        if leaves(mean, steps, surface).any():
             break
         way = mean
     return way

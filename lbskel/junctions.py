@@ -192,7 +192,6 @@ def _misses(lines: _Lines, place: NDArray[np.float64], surface: Surface) -> floa
     sine = miss / np.linalg.norm(way, axis=1)
     radii = surface.distance(lines.starts)
     leads = (along > -radii) & (miss <= MISSES * radii) & (sine <= TILT)
-    ways = np.stack([lines.starts, np.broadcast_to(place, lines.starts.shape)], axis=1)
-    if len(leads) < 3 or not leads.all() or not surface.contains(place[None])[0] or leaves(ways, surface).any():
-        return np.inf
-    return float(sine.max())
+    ends, last = np.concatenate([lines.starts, place[None]]), len(leads)
+    ways = np.stack([np.arange(last), np.full(last, last)], axis=1)
+    return np.inf if last < 3 or not leads.all() or leaves(ends, ways, surface).any() else float(sine.max())

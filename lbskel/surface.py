@@ -16,8 +16,9 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.mesh import Mesh
+from lbskel.mesh import Mesh, read_only
 
+REMEMBERED = 16  # answers at most
 DIRECTIONS = np.array([[0.36, 0.48, 0.8], [-0.64, 0.6, -0.48], [0.48, -0.8, 0.36]])  # of length one, at random
 
 
@@ -75,6 +76,16 @@ class Surface:
             kept[name] = make()
         return kept[name]
 
+    def _remembered(self, name: str, points: NDArray[np.float64], answer: Callable[[], Any]) -> Any:
+        """What was answered to the same question of late: the nodes of a skeleton are asked for by several stages."""
+        answers = self.once("answers", dict)
+        question = name, points.tobytes()
+        if question not in answers:
+            while len(answers) >= REMEMBERED:
+                del answers[next(iter(answers))]
+            answers[question] = answer()
+        return answers[question]
+
     def _tree(self, kind: type) -> Any:
         """A search tree of the mesh."""
         tree = kind()
@@ -106,8 +117,11 @@ class Surface:
     def closest(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(k,) distance to the surface and (k, 3) the point on it that is nearest."""
         points = np.ascontiguousarray(points)
+        return self._remembered("closest", points, lambda: self._closest(points))
+
+    def _closest(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         squared, _, nearest = self._boxes.squared_distance(self.mesh.vertices, self.mesh.faces, points)
-        return np.sqrt(squared), nearest
+        return read_only(np.sqrt(squared)), read_only(nearest)
 
     def distance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """(k,) distance to the surface."""
@@ -122,9 +136,12 @@ class Surface:
     def contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(k,) whether the surface winds round a point more than half a turn."""
         points = np.ascontiguousarray(points)
+        return self._remembered("contains", points, lambda: read_only(self._contains(points)))
+
+    def _contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         if self.simplified is None or not self.mesh.is_closed_manifold:  # a ray may leave by a hole
             return np.abs(self._windings.winding_number(points)) > 0.5
-        inside = self.rough.contains(points)
+        inside = np.array(self.rough.contains(points))
         unsure = np.flatnonzero(self.rough.distance(points) <= self.simplified.deviation)
         if len(unsure):
             inside[unsure] = np.sum([self._leaves(points[unsure], way) for way in DIRECTIONS], axis=0) >= 2

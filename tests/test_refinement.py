@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lbskel import Skeleton, contract
-from lbskel.inside import keep_inside, length_inside
+from lbskel.inside import keep_inside, leaves, length_inside
 from lbskel.refinement import inscribed_radii, mean_radii, recenter, settle
 from lbskel.shapes import capsule, make, sphere, torus, tube
 from lbskel.surface import Surface
@@ -27,6 +27,28 @@ def test_a_crooked_path_in_a_capsule_goes_to_its_axis():
     skeleton = recenter(off, Surface(mesh))
     # sections are nearly circles round the axis; the smoothing and the free ends leave a hundredth of the radius
     assert np.hypot(*skeleton.nodes[1:-1, :2].T).max() < 0.01 * 0.5
+
+
+def test_a_surface_answers_the_same_question_with_the_same_answer():
+    mesh = torus(1.0, 0.3, 48, 16)
+    points = np.random.default_rng(0).uniform(-1, 1, (50, 3))
+    surface, other = Surface(mesh), Surface(torus(1.0, 0.3, 48, 16))
+    first, inside = surface.distance(points), surface.contains(points)
+    assert surface.closest(points.copy())[0] is surface.closest(points)[0]
+    assert not first.flags.writeable
+    assert not inside.flags.writeable
+    for shift in np.linspace(0, 1, 40):  # more questions than are remembered
+        assert np.array_equal(surface.distance(points + shift), other.closest(points + shift)[0])
+    assert np.array_equal(surface.distance(points), first)
+    assert np.array_equal(surface.contains(points), inside)
+
+
+def test_an_edge_leaves_where_its_middle_or_either_end_is_outside():
+    """In a torus of radii 1 and 0.3; a chord over a sixth of it sinks to 0.87 of the circle, over a third to 0.5."""
+    turn = np.array([0, np.pi / 3, 2 * np.pi / 3, 0])
+    nodes = np.stack([np.cos(turn), np.sin(turn), [0, 0, 0, 1.0]], axis=1)
+    edges = np.array([[0, 1], [0, 2], [0, 3], [3, 0]])
+    assert leaves(nodes, edges, Surface(torus(1.0, 0.3, 96, 32))).tolist() == [False, True, True, True]
 
 
 def test_a_bare_loop_goes_to_the_circle_of_its_torus():
