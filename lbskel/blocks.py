@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.ordering import stable_order
+
 FINE, COARSE = 4, 128  # faces to a ball, of the small ones and of the large ones, which hold whole small ones
 BITS = 10  # of each coordinate along the curve
 ROUNDING = 1e-12  # of the largest coordinate, by which each ball is larger, so that none is missed by rounding
@@ -66,7 +68,7 @@ def _balls(low: NDArray[np.float64], high: NDArray[np.float64], slack: float) ->
 
 def blocks_of(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Blocks:
     """Blocks of triangles, which lie along the curve as their first corners do."""
-    order = np.argsort(_along_curve(vertices)[faces[:, 0]], kind="stable")
+    order = stable_order(_along_curve(vertices)[faces[:, 0]])
     corners = faces[order].ravel()
     first = np.arange(0, len(faces), FINE)
     low, high = (

@@ -23,6 +23,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from lbskel.mesh import Mesh
+from lbskel.ordering import stable_order
 
 OFFSETS = (1e-2, 1e-3, 1e-1)  # outward shift of a loop, in shortest edges at a vertex; the first that is consistent
 SMOOTHINGS = (0, 3, 10, 30)  # rounds; measured on tori with noise up to two edge lengths
@@ -82,7 +83,7 @@ def _is_crumpled(mesh: Mesh) -> bool:
     A, B, C = mesh.vertices[mesh.faces].transpose(1, 0, 2)
     normals = np.cross(B - A, C - A)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
-    first, second = np.argsort(mesh.edge_of_half_edge, kind="stable").reshape(-1, 2).T % len(mesh.faces)
+    first, second = stable_order(mesh.edge_of_half_edge).reshape(-1, 2).T % len(mesh.faces)
     cosines = np.einsum("ij,ij->i", normals[first], normals[second])
     return float((cosines < FOLD).mean()) > CRUMPLED
 
@@ -128,7 +129,7 @@ def _tree_and_cotree(
     in_tree = np.zeros(k, dtype=bool)
     in_tree[np.searchsorted(i * n + j, low * n + high)] = True
 
-    by_edge = np.argsort(mesh.edge_of_half_edge, kind="stable").reshape(k, 2) % m
+    by_edge = stable_order(mesh.edge_of_half_edge).reshape(k, 2) % m
     crossing = np.flatnonzero(~in_tree)
     low, high = np.sort(by_edge[crossing], axis=1).T
     _, first = np.unique(low * m + high, return_index=True)  # two faces may share two edges

@@ -18,6 +18,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from lbskel.mesh import Mesh
+from lbskel.ordering import numbered
 
 STEP = 0.5  # of the radius, from one level curve to the next
 MOST_LEVELS = 500  # of a limb as thin as a hair
@@ -82,7 +83,7 @@ class Limb:
         points = (start + (low / (low - high))[:, None] * (end - start)).reshape(-1, 2, 3)
         pieces = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
         key = level[:, None] * (self.edges.max(initial=0) + 1) + self.edges[face][is_cut].reshape(-1, 2)
-        crossings, ends = np.unique(key, return_inverse=True)
+        crossings, ends = numbered(key.ravel())
         ends = ends.reshape(-1, 2)
         graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(len(crossings), len(crossings)))
         curve = connected_components(graph, directed=False)[1][ends[:, 0]]

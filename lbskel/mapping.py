@@ -22,6 +22,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial.distance import cdist
 
 from lbskel.mesh import Mesh
+from lbskel.ordering import stable_order
 from lbskel.skeleton import Skeleton
 
 ROUNDS = 4  # of ways laid between regions: measured, the number of parted edges hardly falls after them
@@ -141,7 +142,7 @@ def _grown(
 def _with_ways(skeleton: Skeleton, graph: csr_array, parted: NDArray[np.int64]) -> Skeleton:
     """The vertices of the shortest way between the regions of each parted edge given to its nodes, half to each."""
     node_of_vertex = np.array(skeleton.node_of_vertex)
-    by_node = np.argsort(node_of_vertex, kind="stable")
+    by_node = stable_order(node_of_vertex)
     begins = np.searchsorted(node_of_vertex[by_node], np.arange(len(skeleton.nodes) + 1))
     for first, last in parted.tolist():
         around = {first, last}

@@ -23,6 +23,7 @@ from lbskel.blocks import Blocks, blocks_of
 from lbskel.conversion import arrays_of, triangulate
 from lbskel.errors import MeshError, first_few
 from lbskel.fans import count_fans
+from lbskel.ordering import numbered
 from lbskel.triangulation import unfold
 
 
@@ -136,7 +137,7 @@ class Mesh:
         n = len(self.vertices)
         start, end = self.half_edges.T
         key = np.minimum(start, end) * n + np.maximum(start, end)
-        unique, row = np.unique(key, return_inverse=True)
+        unique, row = numbered(key)
         edges = np.stack([unique // n, unique % n], axis=1)
         return read_only(edges), read_only(row)
 

@@ -21,6 +21,7 @@ from scipy.sparse.csgraph import connected_components
 
 from lbskel.blocks import COARSE, FINE, within
 from lbskel.mesh import Mesh
+from lbskel.ordering import numbered
 
 AT_ONCE = 4_000_000  # distances from planes to blocks of faces held at a time
 REACHES = (3.0, 9.0, np.inf)  # times the distance from a point to the nearest block: where its curve is looked for
@@ -187,7 +188,7 @@ def _measured(
     """
     segments = _segments(mesh, points, normals, is_met)
     k, plane = len(points), segments.plane
-    keys, ends = np.unique(plane[:, None] * len(mesh.edges) + segments.edges, return_inverse=True)
+    keys, ends = numbered((plane[:, None] * len(mesh.edges) + segments.edges).ravel())
     ends = ends.reshape(-1, 2)
     graph = coo_array((np.ones(len(ends), dtype=np.int8), (ends[:, 0], ends[:, 1])), shape=(len(keys), len(keys)))
     n_curves, curve_of_end = connected_components(graph, directed=False)

@@ -91,7 +91,8 @@ class Skeleton:
         for what, indices in (("edges", edges), ("node_of_vertex", mapped), ("anchors", anchors)):
             if indices.size and (indices.min() < 0 or indices.max() >= len(nodes)):
                 raise MeshError(f"{what} of the skeleton name a node outside 0..{len(nodes) - 1}")
-        edges = np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0)
+        apart = edges[edges[:, 0] != edges[:, 1]]
+        edges = np.stack(np.divmod(np.unique(apart @ [len(nodes), 1]), max(len(nodes), 1)), axis=1)
         for name, value in {
             "nodes": nodes,
             "edges": edges,

@@ -14,7 +14,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 LONGEST = 300
 
 LAYERS = {
-    0: ("errors",),
+    0: ("errors", "ordering"),
     1: ("blocks", "conversion", "fans", "mesh", "skeleton", "surface", "triangulation"),
     2: ("operators", "solvers"),
     3: (

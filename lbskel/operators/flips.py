@@ -17,6 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.ordering import stable_order
+
 TOLERANCE = 1e-9
 ROUNDS = 10_000
 
@@ -35,7 +37,7 @@ def glued(faces: NDArray[np.int64]) -> NDArray[np.int64] | None:
     start, end = faces[:, [1, 2, 0]].ravel(), faces[:, [2, 0, 1]].ravel()
     n = int(faces.max()) + 1
     key = np.minimum(start, end) * n + np.maximum(start, end)
-    order = np.argsort(key, kind="stable")
+    order = stable_order(key)
     same = key[order[1:]] == key[order[:-1]]
     first, second = order[:-1][same], order[1:][same]
     if (same[1:] & same[:-1]).any() or (start[first] == start[second]).any() or (start == end).any():
@@ -75,7 +77,7 @@ def _other_diagonal(
 
 def _independent(edges: NDArray[np.int64], twins: NDArray[np.int64], taken: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Which edges are first of all at both their faces, in an order that is mixed but always the same."""
-    order = np.argsort(edges * 2654435761 % 2**32, kind="stable")[::-1]
+    order = stable_order(edges * 2654435761 % 2**32)[::-1]
     faces = np.stack([edges // 3, twins // 3], axis=1)
     taken[faces[order].ravel()] = np.repeat(order, 2)  # of several at one face the last written stays
     return (taken[faces] == np.arange(len(edges))[:, None]).all(axis=1)

@@ -16,6 +16,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from lbskel.mesh import Mesh
+from lbskel.ordering import stable_order
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +77,7 @@ def _corner(half_edge: NDArray[np.int64], along: int, m: int) -> NDArray[np.int6
 def _pairs(mesh: Mesh) -> NDArray[np.int64]:
     """(k, 2) half-edges through which two faces hang together."""
     start = mesh.half_edges[:, 0]
-    order = np.argsort(mesh.edge_of_half_edge, kind="stable")
+    order = stable_order(mesh.edge_of_half_edge)
     counts = mesh.faces_per_edge
     first = np.cumsum(counts) - counts
     doubles = first[counts == 2]

@@ -52,9 +52,11 @@ def roughness(mesh: Mesh) -> float:
     sample, V = used[:: 1 + len(used) // SAMPLES], unit_scale(mesh.vertices)[0]
     is_near = np.zeros(len(V), dtype=bool)
     is_near[sample] = True
-    faces = mesh.faces[is_near[mesh.faces].any(axis=1)]
+    A, B, C = mesh.faces.T
+    faces = mesh.faces[is_near[A] | is_near[B] | is_near[C]]
     is_near[faces] = True
-    i, j = mesh.edges[is_near[mesh.edges].any(axis=1)].T  # all that the mean of a near vertex's neighbours needs
+    i, j = mesh.edges.T
+    i, j = mesh.edges[is_near[i] | is_near[j]].T  # all that the mean of a near vertex's neighbours needs
     start, end = np.concatenate([i, j]), np.concatenate([j, i])
     degrees = np.maximum(np.bincount(start, minlength=len(V)), 1)
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.mesh import Mesh
+from lbskel.ordering import stable_order
 from lbskel.preprocess.merging import merge_close, remove_duplicates
 from lbskel.preprocess.preprocessed import Preprocessed, unchanged
 
@@ -47,7 +48,7 @@ def components(mesh: Mesh) -> list[Component]:
         return [Component(mesh, mesh.used_vertices)]
     n = mesh.n_components
     label = np.minimum(mesh.component_of_vertex, n)  # n: of vertices that no face uses
-    vertices, faces = np.argsort(label, kind="stable"), np.argsort(label[mesh.faces[:, 0]], kind="stable")
+    vertices, faces = stable_order(label), stable_order(label[mesh.faces[:, 0]])
     ends = np.cumsum(np.bincount(label, minlength=n + 1))[:n]
     face_ends = np.cumsum(np.bincount(label[mesh.faces[:, 0]]))
     number = np.empty(len(label), dtype=np.int64)
