@@ -9,7 +9,6 @@ from __future__ import annotations
 __all__ = ["Element", "Lists", "PlyFile", "parse_ply", "ply_header"]
 
 import re
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import FormatError
+from lbskel.files.reading import numbers_of
 
 KINDS = {
     **dict.fromkeys(("char", "int8"), "i1"),
@@ -188,12 +188,10 @@ def _element_by_rows(body: _Body, count: int, properties: Sequence[Property]) ->
 
 def _numbers(text: bytes, header_lines: int) -> NDArray[np.float64]:
     """All numbers of a text, or a FormatError with the line of the first word that is none."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", DeprecationWarning)  # what numpy before 2.3 makes of such a word
-        try:
-            return np.fromstring(text.strip(), sep=" ")  # of white space alone numpy makes a number
-        except (ValueError, DeprecationWarning) as error:
-            fault = error
+    try:
+        return numbers_of(text)
+    except ValueError as error:
+        fault = error
     for word in re.finditer(rb"\S+", text):
         try:
             float(word.group())

@@ -7,10 +7,12 @@ at fault looked for. Sizes that a file promises are compared with what it holds 
 from __future__ import annotations
 
 __all__ = [
+    "EXACT_WHOLE",
     "Lines",
     "array_of",
     "lines_of",
     "naming",
+    "numbers_of",
     "ragged",
     "read_bytes",
     "read_text",
@@ -21,6 +23,7 @@ __all__ = [
 ]
 
 import os
+import warnings
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -112,6 +115,22 @@ def lines_of(text: str, comment: str = "#") -> Lines:
         texts = [line.split(comment, 1)[0] for line in texts]
     texts = list(map(str.strip, texts))
     return Lines(list(filter(None, texts)), 1 + np.flatnonzero(np.fromiter(map(len, texts), dtype=np.int64)))
+
+
+def numbers_of(text: str | bytes) -> NDArray[np.float64]:
+    """All numbers of a text, whatever white space is between them.
+
+    Raises
+    ------
+    ValueError
+        If something else stands there.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DeprecationWarning)  # what numpy before 2.3 makes of it
+        try:
+            return np.fromstring(text.strip(), sep=" ")  # of white space alone numpy makes a number
+        except DeprecationWarning as error:
+            raise ValueError(str(error)) from None
 
 
 def table(lines: Lines, columns: range, what: str) -> NDArray[np.float64]:
