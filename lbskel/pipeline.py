@@ -59,7 +59,8 @@ def skeletonize(
         Names in OPERATORS, ENERGIES and SOLVERS in place of the preset's.
     resolution : str
         ``auto`` contracts a simplified copy of components of more than 16,000 faces, or more where they are long and
-        thin all over, and refines against the full surface; ``full`` contracts every vertex.
+        thin all over, of as many as their thickness asks for, and refines against the full surface; ``full`` contracts
+        every vertex.
     prune : float
         An end branch is kept where it stands out this many local radii from its junction.
     tips : str

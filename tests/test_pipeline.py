@@ -651,3 +651,9 @@ def test_a_profile_has_the_memory_of_each_stage(ring):
 def test_what_is_long_and_thin_keeps_more_faces(radius, n_faces):
     """On a torus area^3 / volume^2 is 16 pi^2 / radius; one of 3,200 flat faces has 1 % less."""
     assert enough_faces(torus(1.0, radius, 80, 20)) == pytest.approx(n_faces, rel=0.03)
+
+
+@pytest.mark.parametrize(("radius", "n_faces"), [(0.3, 8_000), (0.06, 9_500), (0.03, 16_000)])
+def test_what_is_thick_all_over_is_contracted_in_fewer_faces(radius, n_faces):
+    """Triangles with edges of 0.4 radii: 4 pi^2 radius / (sqrt(3) / 4 (0.4 radius)^2) of them on a torus."""
+    assert enough_faces(torus(1.0, radius, 300, 60)) == pytest.approx(n_faces, rel=0.03)
