@@ -72,7 +72,8 @@ def keep_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
 def leaves(nodes: NDArray[np.float64], edges: NDArray[np.int64], surface: Surface) -> NDArray[np.bool_]:
     """(m,) which edges between (n, 3) nodes are outside somewhere."""
     P, Q = nodes[edges].transpose(1, 0, 2)
-    is_outside = np.logical_not(surface.contains(nodes))[edges].any(axis=1)
+    is_inside = surface.contains(nodes)
+    is_outside = ~(is_inside[edges[:, 0]] & is_inside[edges[:, 1]])
     reach = surface.distance(nodes)[edges].sum(axis=1)
     crosses = np.flatnonzero(~is_outside & (np.linalg.norm(Q - P, axis=1) >= reach))  # the balls do not cover it
     share = ((np.arange(SAMPLES) + 0.5) / SAMPLES)[:, None]
