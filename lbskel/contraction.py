@@ -114,7 +114,7 @@ def _flow(
     on_step: Callable[[Step, Mesh], None] | None,
     end: float,
 ) -> tuple[tuple[Step, ...], tuple[NDArray[np.int64], ...], Coarsened, Status]:
-    """Steps until a reason to stop, on a mesh of extent 1, and the vertices treated in each; what is short is merged."""
+    """Steps until a reason to stop, on a mesh of extent 1, and the vertices treated in each; short edges are merged."""
     operator = operator_named(settings.operator or "robust")
     rings, everything = ring_areas(start), np.arange(len(start.vertices))
     now, factorization = Coarsened(start, everything, everything, rings), None
