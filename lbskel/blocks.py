@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lbskel.ordering import stable_order
 
-FINE, COARSE = 4, 128  # faces to a ball, of the small ones and of the large ones, which hold whole small ones
+FINE, COARSE = 4, 64  # faces to a ball, of the small ones and of the large ones, which hold whole small ones
 BITS = 10  # of each coordinate along the curve
 ROUNDING = 1e-12  # of the largest coordinate, by which each ball is larger, so that none is missed by rounding
 

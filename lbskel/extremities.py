@@ -84,7 +84,7 @@ def _found(mesh: Mesh) -> Extremities:
     cells = _cells(mesh)
     k = len(cells.seeds)
     sources = np.unique(np.linspace(0, k - 1, SOURCES).astype(np.int64))
-    far = dijkstra(cells.graph, directed=False, indices=sources)
+    far = dijkstra(cells.graph, indices=sources)
     is_reached = np.isfinite(far)
     height = np.where(is_reached, far, 0).sum(axis=0) / np.maximum(is_reached.sum(axis=0), 1)
     component = connected_components(cells.graph, directed=False)[1]
@@ -179,7 +179,7 @@ def _limb(
     if len(members) < FEWEST_CELLS:
         return None
     inner = np.array(members)
-    far = dijkstra(cells.graph, directed=False, indices=members[0])
+    far = dijkstra(cells.graph, indices=members[0])
     is_outer = np.ones(len(height), dtype=bool)
     is_outer[inner] = False
     length, area = float(far[is_outer].min()), float(cells.areas[inner].sum())

@@ -7,6 +7,7 @@ __all__ = ["skeletonize"]
 import platform
 from collections.abc import Sequence
 from dataclasses import asdict, replace
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -223,12 +224,13 @@ def _report(
         "passed": scored.passed and all(check is not False for part in parts for check in part["checks"].values()),
         "score": scored.report(),
         "seconds": seconds,
-        "versions": _versions(),
+        "versions": dict(_versions()),
     }
 
 
+@cache
 def _versions() -> dict[str, str]:
-    """Versions of what the result depends on."""
+    """Versions of what the result depends on, which are looked for in files."""
     found = {"python": platform.python_version()}
     for package in ("lbskel", "numpy", "scipy", "libigl", "robust-laplacian", "cvxopt"):
         try:

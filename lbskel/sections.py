@@ -24,7 +24,7 @@ from lbskel.mesh import Mesh
 from lbskel.ordering import numbered
 
 AT_ONCE = 4_000_000  # distances from planes to blocks of faces held at a time
-REACHES = (3.0, 9.0, np.inf)  # times the distance from a point to the nearest block: where its curve is looked for
+REACHES = (2.0, 9.0, np.inf)  # times the distance from a point to the nearest block: where its curve is looked for
 
 
 @dataclass(frozen=True, eq=False)
