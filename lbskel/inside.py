@@ -74,8 +74,8 @@ def leaves(nodes: NDArray[np.float64], edges: NDArray[np.int64], surface: Surfac
     P, Q = nodes[edges].transpose(1, 0, 2)
     is_inside = surface.contains(nodes)
     is_outside = ~(is_inside[edges[:, 0]] & is_inside[edges[:, 1]])
-    reach = surface.distance(nodes)[edges].sum(axis=1)
-    crosses = np.flatnonzero(~is_outside & (np.linalg.norm(Q - P, axis=1) >= reach))  # the balls do not cover it
+    clear = surface.clearance(nodes)[edges].sum(axis=1)
+    crosses = np.flatnonzero(~is_outside & (np.linalg.norm(Q - P, axis=1) >= clear))  # the balls do not cover it
     share = ((np.arange(SAMPLES) + 0.5) / SAMPLES)[:, None]
     along = P[crosses, None] + share * (Q - P)[crosses, None]
     is_outside[crosses] = ~surface.contains(along.reshape(-1, 3)).reshape(-1, SAMPLES).all(axis=1)

@@ -127,6 +127,12 @@ class Surface:
         """(k,) distance to the surface."""
         return self.closest(points)[0]
 
+    def clearance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(k,) radii of balls that the surface does not cut: the distance to it, or less where a rough one is asked."""
+        if self.simplified is None:
+            return self.distance(points)
+        return np.maximum(self.rough.distance(points) - self.simplified.deviation, 0.0)
+
     def ahead(self, points: NDArray[np.float64], directions: NDArray[np.float64]) -> NDArray[np.float64]:
         """(k,) how far the surface lies in a unit direction; infinite where it is never met."""
         points, directions = np.ascontiguousarray(points), np.ascontiguousarray(directions)

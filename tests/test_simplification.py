@@ -110,3 +110,6 @@ def test_inside_and_outside_are_the_same_with_a_rough_surface_beside(name):
     points = np.concatenate([rng.uniform(low, high, size=(2000, 3)), near])
     rough = Surface(mesh, Simplified(simple.mesh, simple.vertex_map, kept, deviation))
     assert (rough.contains(points) == Surface(mesh).contains(points)).mean() > 0.999  # but for points on the surface
+    clear, far = rough.clearance(points), Surface(mesh).distance(points)
+    assert (clear <= far * (1 + 1e-9)).all()
+    assert (clear >= far - 2 * deviation).all()
