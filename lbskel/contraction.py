@@ -29,7 +29,6 @@ from lbskel.steps import Contraction, Status, Step, fault_of, success_of
 from lbskel.weights import HOLDS, STARTS, mean_ring_area, ratio_of_areas, ring_areas
 
 FINEST = 0.004  # of the extent: where vertices may be merged no shorter edge is kept after the first, smoothing step
-FINE_ENOUGH = 0.15  # of the thickness: merging up to there leaves skeletons as accurate; up to 0.25, a tenth less
 ASYMMETRY = 1e-12  # of the largest entry, which rounding leaves in a symmetric matrix
 
 
@@ -45,7 +44,6 @@ def contract(
     *,
     on_step: Callable[[Step, Mesh], None] | None = None,
     time_limit: float | None = None,
-    thickness: NDArray[np.float64] | None = None,
 ) -> Contraction:
     """Contract a mesh until nearly nothing of its volume is left.
 
@@ -61,9 +59,6 @@ def contract(
         Called after each step that was kept, with its record and the mesh so far, scaled to extent 1.
     time_limit : float, optional
         Seconds after which no step is begun.
-    thickness : (n,) array of float, optional
-        Of the shape at each vertex. Where it is known, and vertices may be merged between the steps, those nearer
-        together than a fraction of it are: what is thick needs few of them.
 
     Returns
     -------
@@ -94,8 +89,7 @@ def contract(
     start = mesh.with_vertices((mesh.vertices - centre) / scale)
     settings = replace(settings, operator=_operator_for(start, settings))
     end = float("inf") if time_limit is None else time.perf_counter() + time_limit
-    limits = _limits(start, settings, None if thickness is None else thickness / scale)
-    steps, treated, now, status = _flow(start, settings, limits, on_step, end)
+    steps, treated, now, status = _flow(start, settings, on_step, end)
     coarse = now.mesh.with_vertices(now.mesh.vertices * scale + centre)
     return Contraction(mesh, coarse, now.vertex_map, steps, status, treated)
 
@@ -108,16 +102,13 @@ def _operator_for(mesh: Mesh, settings: ContractionSettings) -> str | Operator:
 
 
 def _flow(
-    start: Mesh,
-    settings: ContractionSettings,
-    limits: NDArray[np.float64] | None,
-    on_step: Callable[[Step, Mesh], None] | None,
-    end: float,
+    start: Mesh, settings: ContractionSettings, on_step: Callable[[Step, Mesh], None] | None, end: float
 ) -> tuple[tuple[Step, ...], tuple[NDArray[np.int64], ...], Coarsened, Status]:
-    """Steps until a reason to stop, on a mesh of extent 1, and the vertices treated in each; short edges are merged."""
+    """Steps until a reason to stop, on a mesh of extent 1, and the vertices treated in each."""
     operator = operator_named(settings.operator or "robust")
     rings, everything = ring_areas(start), np.arange(len(start.vertices))
     now, factorization = Coarsened(start, everything, everything, rings), None
+    limits = np.maximum(settings.coarsen * np.sqrt(rings), FINEST) if _may_coarsen(start, settings) else None
     weight, largest_weight = _weights(start, settings)
     steps: list[Step] = []
     treated: list[NDArray[np.int64]] = []
@@ -185,16 +176,6 @@ def _flow(
             return ended(success)
         weight *= settings.growth if settings.energy == "first_order" else settings.growth**2
     return ended(Status.STEPS)
-
-
-def _limits(
-    start: Mesh, settings: ContractionSettings, thickness: NDArray[np.float64] | None
-) -> NDArray[np.float64] | None:
-    """(n,) the length at each vertex below which edges are merged between the steps; None if none may be."""
-    if not _may_coarsen(start, settings):
-        return None
-    limits = np.maximum(settings.coarsen * np.sqrt(ring_areas(start)), FINEST)
-    return limits if thickness is None else np.maximum(limits, FINE_ENOUGH * thickness)
 
 
 def _may_coarsen(start: Mesh, settings: ContractionSettings) -> bool:

@@ -47,7 +47,6 @@ MOST_FACES = 16_000  # of a component that is contracted as it is, unless in ful
 FEWEST_FACES = 8_000  # of one that is simplified: with 5,000 our shapes came out a seventh less accurate
 EDGE = 0.4  # of the local radius, as which edges need not be shorter; with 0.5 armadillo lost claws
 SAMPLES = 1_000  # faces that tell the local radius
-AROUND = 2  # edges from a vertex within which the least thickness counts: with one, tips were lost
 TINY = 0.001  # of the extent, as which no radius counts for less: what is that thin is a crease, or lost anyway
 EQUILATERAL = 0.433  # the area of a triangle with edges of one
 SLENDER = 2.0  # times area^3 / volume^2: so many faces have edges of half the mean radius 2 volume / area
@@ -99,8 +98,7 @@ def skeleton_of_component(
     if options.resolution == "auto":
         proxy = clock("simplify", _simple, mesh)
     limit = None if clock.time_limit is None else CONTRACTING * max(clock.seconds_left, 0.0)
-    thickness = None if proxy.mesh is mesh else clock("contract", _thickness, proxy.mesh)
-    contraction = clock("contract", contract, proxy.mesh, options.settings, time_limit=limit, thickness=thickness)
+    contraction = clock("contract", contract, proxy.mesh, options.settings, time_limit=limit)
     coarse, vertex_map = contraction.coarse, contraction.vertex_map
     graph = clock("collapse", collapse, coarse, proxy.mesh, vertex_map=vertex_map)
     skeleton = Skeleton(coarse.vertices[graph.kept], graph.edges, np.zeros(len(graph.kept)), graph.node_of_vertex)
@@ -169,17 +167,6 @@ def enough_faces(mesh: Mesh) -> int:
 def _simple(mesh: Mesh) -> Preprocessed:
     """The mesh in no more faces than its skeleton needs."""
     return simplify(mesh, target_faces=enough_faces(mesh))
-
-
-def _thickness(mesh: Mesh) -> NDArray[np.float64]:
-    """(n,) the least thickness near each vertex: where a limb begins, and at its end, that of the limb counts."""
-    thickness = np.array(Surface(mesh).inward[2])
-    i, j = mesh.edges.T
-    for _ in range(AROUND):
-        before = np.array(thickness)
-        np.minimum.at(thickness, i, before[j])
-        np.minimum.at(thickness, j, before[i])
-    return thickness
 
 
 def _simplified(mesh: Mesh, proxy: Preprocessed) -> Simplified | None:

@@ -107,20 +107,6 @@ def test_the_skeleton_is_as_near_to_the_axis_as_with_every_vertex(name):
     assert fewer.coverage < every.coverage + 0.01
 
 
-def test_what_is_thick_keeps_few_vertices_where_its_thickness_is_known():
-    """A torus of 1,500 vertices on which a tenth of them would do."""
-    mesh = torus(1.0, 0.4, 60, 25)
-    told = contract(mesh, thickness=np.full(len(mesh.vertices), 0.8))
-    first, second, *_ = [step.n_vertices for step in told.steps]
-    untold = contract(mesh).steps[1].n_vertices
-    assert first == len(mesh.vertices)  # it is smoothed as it is
-    assert second < 0.8 * untold
-    for contraction in (told, contract(mesh, EVERY_VERTEX, thickness=np.full(len(mesh.vertices), 0.8))):
-        graph = collapse(contraction.coarse, mesh, vertex_map=contraction.vertex_map)
-        assert len(graph.edges) - len(graph.kept) == 0  # one loop
-    assert len(contraction.coarse.vertices) == len(mesh.vertices)  # where none may be merged, none is
-
-
 def test_meshes_that_are_no_closed_manifold_keep_every_vertex():
     mesh = torus(1.0, 0.3, 40, 16)
     opened = Mesh(mesh.vertices, mesh.faces[2:])
