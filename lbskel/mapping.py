@@ -68,8 +68,10 @@ def parted_edges(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
     """(p, 2) edges of the skeleton whose two nodes both have vertices, but none that are neighbours on the mesh."""
     k = len(skeleton.nodes)
     has_vertex = np.bincount(skeleton.node_of_vertex, minlength=k) > 0
-    i, j = skeleton.node_of_vertex[mesh.edges].T
-    touching = np.unique((np.minimum(i, j) * k + np.maximum(i, j))[i != j])
+    i, j = (skeleton.node_of_vertex[ends] for ends in mesh.edges.T)
+    differ = np.flatnonzero(i != j)
+    i, j = i[differ], j[differ]
+    touching = np.unique(np.minimum(i, j) * k + np.maximum(i, j))
     is_touching = np.isin(skeleton.edges @ [k, 1], touching)
     return skeleton.edges[~is_touching & has_vertex[skeleton.edges].all(axis=1)]
 
@@ -125,7 +127,8 @@ def _grown(
     """The map with every vertex that is not placed given to the node of one beside it that is, as far as edges lead."""
     node_of_vertex, is_placed = np.array(node_of_vertex), np.array(is_placed)
     i, j = mesh.edges.T
-    both = np.concatenate([np.stack([i, j], axis=1)[~is_placed[i]], np.stack([j, i], axis=1)[~is_placed[j]]])
+    from_start, from_end = np.flatnonzero(~is_placed[i]), np.flatnonzero(~is_placed[j])
+    both = np.concatenate([mesh.edges[from_start], mesh.edges[from_end, ::-1]])
     while True:
         vertex, beside = both[is_placed[both[:, 1]]].T
         if len(vertex) == 0:
