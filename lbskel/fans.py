@@ -26,8 +26,7 @@ def count_fans(edge_of_side: NDArray[np.int64]) -> int:
     both = np.bincount(edge_of_side, weights=sides).astype(np.int64)  # the sum of its two sides
     twin = both[edge_of_side] - sides
     m = n // 3
-    following = (np.roll(twin, m) - m).astype(sides.dtype)
-    following[following < 0] += n
+    following = ((np.roll(twin, m) - m) % n).astype(sides.dtype)
     least = np.minimum(sides, following)
     while True:
         following = following[following]

@@ -142,24 +142,11 @@ def _grown(
         both = both[~is_placed[both[:, 0]]]
 
 
-def _numbered_part(graph: csr_array, rows: NDArray[np.int64], number: NDArray[np.int64]) -> csr_array:
-    """Some rows of a graph and the columns that have a number, in half the time of indexing it twice."""
-    firsts, counts = graph.indptr[rows].astype(np.int64), graph.indptr[rows + 1] - graph.indptr[rows]
-    ends = np.cumsum(counts)
-    at = np.repeat(firsts - ends + counts, counts) + np.arange(ends[-1])
-    column = number[graph.indices[at]]
-    is_in = column >= 0
-    n_in = np.append(0, np.cumsum(is_in))
-    part = graph.data[at[is_in]], column[is_in], n_in[np.append(0, ends)]
-    return csr_array(part, shape=(len(rows), len(rows)))
-
-
 def _with_ways(skeleton: Skeleton, graph: csr_array, parted: NDArray[np.int64]) -> Skeleton:
     """The vertices of the shortest way between the regions of each parted edge given to its nodes, half to each."""
     node_of_vertex = np.array(skeleton.node_of_vertex)
     by_node = stable_order(node_of_vertex)
     begins = np.searchsorted(node_of_vertex[by_node], np.arange(len(skeleton.nodes) + 1))
-    number = np.full(len(node_of_vertex), -1)
     for first, last in parted.tolist():
         around = {first, last}
         for _ in range(AROUND):
@@ -171,11 +158,7 @@ def _with_ways(skeleton: Skeleton, graph: csr_array, parted: NDArray[np.int64]) 
         ends = np.flatnonzero(node == last)
         if len(starts) == 0 or len(ends) == 0:  # taken over by a way before
             continue
-        number[here] = np.arange(len(here))
-        far, before, _ = dijkstra(
-            _numbered_part(graph, here, number), indices=starts, min_only=True, return_predecessors=True
-        )
-        number[here] = -1
+        far, before, _ = dijkstra(graph[here][:, here], indices=starts, min_only=True, return_predecessors=True)
         walk = [int(ends[np.argmin(far[ends])])]
         while before[walk[-1]] >= 0:
             walk.append(int(before[walk[-1]]))

@@ -656,4 +656,15 @@ def test_what_is_long_and_thin_keeps_more_faces(radius, n_faces):
 @pytest.mark.parametrize(("radius", "n_faces"), [(0.3, 8_000), (0.06, 9_500), (0.03, 16_000)])
 def test_what_is_thick_all_over_is_contracted_in_fewer_faces(radius, n_faces):
     """Triangles with edges of 0.4 radii: 4 pi^2 radius / (sqrt(3) / 4 (0.4 radius)^2) of them on a torus."""
-    assert enough_faces(torus(1.0, radius, 300, 60)) == pytest.approx(n_faces, rel=0.03)
+    mesh = torus(1.0, radius, 300, 60)
+    assert enough_faces(mesh) == pytest.approx(n_faces, rel=0.03)
+    assert enough_faces(Mesh(mesh.vertices, mesh.faces[:, ::-1])) == pytest.approx(n_faces, rel=0.03)  # inside out
+
+
+def test_faces_without_area_tell_no_thickness():
+    """Every face that would be looked at has none, then every second."""
+    mesh = torus(1.0, 0.06, 300, 60)
+    for every in (37, 2):
+        V, faces = np.array(mesh.vertices), mesh.faces[::every]
+        V[faces[:, 0]] = V[faces[:, 1]]
+        assert 8_000 <= enough_faces(Mesh(V, mesh.faces)) <= 16_000

@@ -30,7 +30,7 @@ def read_off(path: Path) -> Polygons:
 
 
 def _plain(text: str) -> Polygons | None:
-    """What nothing but positions and triangles is in, many times as fast; None of all else, with its faults."""
+    """What nothing but positions and triangles is in, in two thirds of the time; None of all else, with its faults."""
     start = PLAIN.match(text)
     if start is None:
         return None

@@ -20,7 +20,7 @@ OFF = 1e-5  # of the diagonal, that rays start inside, beyond their own face
 
 
 def straight_thickness(mesh: Mesh, faces: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(k,) how far a ray along the normal goes inside from the centre of each chosen face; infinite if it leaves."""
+    """(k,) how far a ray goes straight in from the centre of each chosen face; infinite where it meets nothing."""
     origins, inward, _ = _inwards(mesh, faces)
     return Surface(mesh).ahead(origins, inward)
 
@@ -31,7 +31,7 @@ def local_thickness(mesh: Mesh, faces: NDArray[np.int64]) -> NDArray[np.float64]
     Parameters
     ----------
     mesh : Mesh
-        Facing outwards.
+        Facing outwards, if it is open.
     faces : (k,) array of int
         Numbers of faces; each takes five rays.
     """
@@ -45,7 +45,7 @@ def local_thickness(mesh: Mesh, faces: NDArray[np.int64]) -> NDArray[np.float64]
         slant = np.cos(around) * aside + np.sin(around) * across
         ahead = Surface(mesh).ahead(origins, np.cos(CONE) * inward + np.sin(CONE) * slant)
         depths.append(np.cos(CONE) * ahead)
-    thickness = np.minimum(straight_thickness(mesh, faces), np.median(depths, axis=0))
+    thickness = np.minimum(Surface(mesh).ahead(origins, inward), np.median(depths, axis=0))
     return np.where(inward.any(axis=1), thickness, np.inf)
 
 
@@ -54,7 +54,8 @@ def _inwards(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """(k, 3) places just under the centres of faces, and unit directions in from there and along the faces."""
     A, B, C = mesh.vertices[mesh.faces[faces]].transpose(1, 0, 2)
-    inward, aside = -_unit(np.cross(B - A, C - A)), _unit(B - A)
+    outwards = -1 if mesh.is_closed and mesh.volume < 0 else 1
+    inward, aside = -outwards * _unit(np.cross(B - A, C - A)), _unit(B - A)
     return (A + B + C) / 3 + OFF * mesh.diagonal * inward, inward, aside
 
 
