@@ -22,6 +22,7 @@ from lbskel.surface import Surface
 
 OWN = 0.95  # a section with less of its curve on its own branch, or on a junction, is another branch's too
 LEAP = 1.2  # a branch of its own does not grow by this factor from one node to the next
+STRIDE = 1.5  # nor does its axis go further, beside its nodes, from one to the next
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,10 +72,10 @@ def find_axes(skeleton: Skeleton, surface: Surface, nodes: NDArray[np.int64] | N
     is_known[at] = _is_own(sections, skeleton.nodes[at], surface)
     radii = np.zeros(len(skeleton.nodes))
     radii[at] = sections.radii
-    is_known &= _grows_slowly(skeleton, is_known, radii)
-    places = np.array(skeleton.nodes)
-    places[at[is_known[at]]] = sections.centroids[is_known[at]]
-    return Axes(is_known, places)
+    centroids = np.array(skeleton.nodes)
+    centroids[at] = sections.centroids
+    is_known &= _runs_on(skeleton, is_known, radii, centroids)
+    return Axes(is_known, np.where(is_known[:, None], centroids, skeleton.nodes))
 
 
 def _tangents(skeleton: Skeleton) -> NDArray[np.float64]:
@@ -100,16 +101,24 @@ def _is_own(sections: Sections, nodes: NDArray[np.float64], surface: Surface) ->
     return is_own
 
 
-def _grows_slowly(skeleton: Skeleton, good: NDArray[np.bool_], radii: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which nodes are reached from the middle of their branch without a leap in the size of the section.
+def _runs_on(
+    skeleton: Skeleton, good: NDArray[np.bool_], radii: NDArray[np.float64], centroids: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Which nodes are reached from the middle of their branch without a leap of the section, in size or from its place.
 
-    Where a branch runs into another at a junction, its section becomes the other's within a step.
+    Where a branch runs into another at a junction, its section becomes the other's, or that of both, within a step.
+    From a tip, whose sections grow anyway, only leaps from place to place count.
     """
-    reached = np.zeros(len(good), dtype=bool)
+    reached = np.array(good)
     for branch in skeleton.branches:
-        own = branch[good[branch]]
-        middle = len(own) // 2
-        for way, end in ((own[middle:], branch[-1]), (own[: middle + 1][::-1], branch[0])):
-            leaps = np.flatnonzero((skeleton.degrees[end] >= 3) & (radii[way[1:]] > LEAP * radii[way[:-1]]))
-            reached[way[: leaps[0] + 1 if len(leaps) else len(way)]] = True
+        for way in (branch, branch[::-1]):
+            own = way[good[way]]
+            if skeleton.degrees[way[-1]] < 3 or len(own) < 2:
+                continue
+            apart, strides = (np.linalg.norm(np.diff(P[own], axis=0), axis=1) for P in (skeleton.nodes, centroids))
+            leaps, grows = strides > STRIDE * apart, radii[own[1:]] > LEAP * radii[own[:-1]]
+            middle = np.arange(len(apart)) >= (len(own) - 1) / 2
+            leaps = (leaps & (middle | (skeleton.degrees[way[0]] == 1))) | (grows & middle)
+            if leaps.any():
+                reached[own[np.argmax(leaps) + 1 :]] = False
     return reached

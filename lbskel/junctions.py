@@ -75,7 +75,8 @@ def _meeting(lines: _Lines, anchor: NDArray[np.float64], radius: float) -> NDArr
     across /= np.maximum(far, radius)[:, None, None] ** 2
     A = across.sum(axis=0)
     b = np.einsum("lij,lj->i", across, lines.means - anchor)
-    return np.asarray(anchor + np.linalg.solve(A + ANCHORED * np.trace(A) * np.eye(3), b))
+    loose = (ANCHORED * np.trace(A)) ** 2  # beside the squares, so that what the lines do tell is hardly moved
+    return np.asarray(anchor + np.linalg.solve(A @ A + loose * np.eye(3), A @ b))
 
 
 def place_junctions(skeleton: Skeleton, axes: Axes, surface: Surface) -> Axes:

@@ -7,7 +7,7 @@ branch's own, so the branch is carried on smoothly to the junction (:mod:`lbskel
 
 from __future__ import annotations
 
-__all__ = ["inscribed_radii", "mean_radii", "own_radii", "recenter", "settle"]
+__all__ = ["carry_to", "inscribed_radii", "mean_radii", "own_radii", "recenter", "settle"]
 
 from dataclasses import replace
 
@@ -88,40 +88,43 @@ def settle(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     return replace(skeleton, node_of_vertex=node_of_vertex)
 
 
-def recenter(skeleton: Skeleton, surface: Surface, axes: Axes | None = None) -> Skeleton:
-    """Move every node to the axis of the shape there; tips move with the end of their branch.
+def recenter(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Move every node to the axis of the shape there, and junctions to where the axes of their branches meet.
 
     Parameters
     ----------
     skeleton : Skeleton
-        With branches evenly sampled.
+        With branches evenly sampled, and near their axes: sections are cut across them as they run.
     surface : Surface
         In the same coordinates.
-    axes : Axes, optional
-        If they are known already.
     """
-    axes = place_junctions(skeleton, axes or find_axes(skeleton, surface), surface)
+    return carry_to(skeleton, place_junctions(skeleton, find_axes(skeleton, surface), surface), surface)
+
+
+def carry_to(skeleton: Skeleton, axes: Axes, surface: Surface) -> Skeleton:
+    """Move the nodes of every branch to its axis, and its junctions to their places there; tips move with the branch.
+
+    Where a branch has no sections of its own, it is carried on from those that it has to its junction. Where that would
+    leave the shape, it keeps beside the way that it was contracted to.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    axes : Axes
+        Of the same nodes.
+    surface : Surface
+    """
     is_junction = skeleton.degrees >= 3
     weight = np.where(axes.is_known, 1.0, ANCHOR)
     weight[is_junction] = 1 / ANCHOR
+    nodes = _fair(skeleton, axes.places, weight)
     gap = ~(axes.is_known | is_junction)
-    return replace(skeleton, nodes=_carried_on(skeleton, axes.places, weight, gap, surface))
-
-
-def _carried_on(
-    start: Skeleton, target: NDArray[np.float64], weight: NDArray[np.float64], gap: NDArray[np.bool_], surface: Surface
-) -> NDArray[np.float64]:
-    """Nodes near their targets; in its gaps a branch is carried on from its own sections to its junction.
-
-    Where that would leave the shape, the branch keeps beside the way that it was contracted to.
-    """
-    nodes = _fair(start, target, weight)
     outer = gap & ~surface.contains(nodes)
     if outer.any():
-        branch_of = branch_of_node(start)
+        branch_of = branch_of_node(skeleton)
         beside = gap & np.isin(branch_of, branch_of[outer])
-        nodes[beside] = (start.nodes + _fair(start, target - start.nodes, weight))[beside]
-    return nodes
+        nodes[beside] = (skeleton.nodes + _fair(skeleton, axes.places - skeleton.nodes, weight))[beside]
+    return replace(skeleton, nodes=nodes)
 
 
 def _fair(skeleton: Skeleton, target: NDArray[np.float64], weight: NDArray[np.float64]) -> NDArray[np.float64]:

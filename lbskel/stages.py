@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lbskel.anchors import attach_anchors
-from lbskel.axes import Axes, find_axes
+from lbskel.axes import find_axes
 from lbskel.clock import Clock
 from lbskel.contraction import ContractionSettings, Status, Step, contract
 from lbskel.errors import UnknownChoice, choose
@@ -28,7 +28,7 @@ from lbskel.mesh import Mesh
 from lbskel.preprocess import Preprocessed, simplify
 from lbskel.preprocess.thickness import straight_thickness
 from lbskel.pruning import cut_swallowed, merge_junctions, prune
-from lbskel.refinement import inscribed_radii, mean_radii, recenter, settle
+from lbskel.refinement import carry_to, inscribed_radii, mean_radii, recenter, settle
 from lbskel.regrowth import grow_missed_limbs
 from lbskel.resampling import resample
 from lbskel.skeleton import Skeleton
@@ -44,7 +44,7 @@ SURE = 2.0  # times the measured distance of the simplified surface, beyond whic
 CONTRACTING = 0.5  # share of the time left that contraction may take where time is limited
 
 MOST_FACES = 16_000  # of a component that is contracted as it is, unless in full
-FEWEST_FACES = 8_000  # of one that is simplified: with 4,500 our shapes came out an eighth less accurate
+FEWEST_FACES = 12_000  # of one that is simplified: with 8,000 our shapes came out a tenth less accurate
 EDGE = 0.4  # of the local radius, as which edges need not be shorter; with 0.5 armadillo lost claws
 SAMPLES = 1_000  # faces that tell the local radius
 TINY = 0.001  # of the extent, as which no radius counts for less: what is that thin is a crease, or lost anyway
@@ -104,9 +104,9 @@ def skeleton_of_component(
     skeleton = Skeleton(coarse.vertices[graph.kept], graph.edges, np.zeros(len(graph.kept)), graph.node_of_vertex)
     surface = Surface(mesh, _simplified(mesh, proxy))
     skeleton = clock("prune", _pruned, skeleton, surface.rough, options.prune)
-    skeleton, axes = clock.if_time("gather", _gathered, (skeleton, None), surface.rough)
+    skeleton = clock.if_time("gather", _gathered, skeleton, surface.rough)
     skeleton = replace(skeleton, node_of_vertex=skeleton.node_of_vertex[proxy.vertex_map])
-    skeleton = clock.if_time("recentre", recenter, skeleton, surface, None if surface.simplified else axes)
+    skeleton = clock.if_time("recentre", recenter, skeleton, surface)
     skeleton = clock.if_time("extend", extend_tips, skeleton, surface)
     skeleton = clock.if_time("extend", grow_missed_limbs, skeleton, surface, ratio=options.prune)
     skeleton = clock.if_time("lead inside", _led_inside, skeleton, surface)
@@ -192,15 +192,14 @@ def _pruned(skeleton: Skeleton, surface: Surface, ratio: float) -> Skeleton:
     return _spaced(merge_junctions(inscribed_radii(skeleton, surface), ratio=MERGE), surface)
 
 
-def _gathered(so_far: tuple[Skeleton, None], surface: Surface) -> tuple[Skeleton, Axes | None]:
-    """Junctions that are one made one, and the branches that lead there evenly spaced again.
-
-    Also the axes, where nothing had to be gathered.
-    """
-    skeleton = so_far[0]
+def _gathered(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Junctions that are one made one, and every branch evenly spaced and on its axis between them."""
     axes = find_axes(skeleton, surface)
     gathered = gather_junctions(inscribed_radii(skeleton, surface), axes, surface)
-    return (skeleton, axes) if len(gathered.nodes) == len(skeleton.nodes) else (_spaced(gathered, surface), None)
+    if len(gathered.nodes) < len(skeleton.nodes):
+        skeleton = _spaced(gathered, surface)
+        axes = find_axes(skeleton, surface)
+    return carry_to(skeleton, axes, surface)
 
 
 def _led_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:

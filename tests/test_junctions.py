@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from lbskel import Skeleton
-from lbskel.axes import branch_of_node, find_axes
+from lbskel.axes import Axes, branch_of_node, find_axes
 from lbskel.junctions import gather_junctions, place_junctions
 from lbskel.mesh import Mesh
 from lbskel.refinement import inscribed_radii, recenter
-from lbskel.shapes import chain_of_tori
+from lbskel.shapes import chain_of_tori, sphere
 from lbskel.shapes.solid import solid_of
 from lbskel.shapes.surface import marching_cubes, project
 from lbskel.surface import Surface
@@ -69,8 +69,21 @@ def test_axes_are_known_along_the_arms_and_not_where_they_meet(star):
 def test_a_junction_goes_to_where_its_branches_meet(star, shift):
     skeleton = star_graph(star, np.array(shift))
     axes = place_junctions(skeleton, find_axes(skeleton, Surface(star)), Surface(star))
-    # the weight of the contracted place leaves a part of the way; sections of oblique paths are off by a few hundredths
+    # sections of oblique paths are off by a few hundredths
     assert np.linalg.norm(axes.places[skeleton.junctions]) < 0.25 * np.linalg.norm(shift)
+
+
+@pytest.mark.parametrize("degrees", [45.0, 11.5, 0.1])
+def test_a_junction_keeps_its_place_only_where_its_branches_tell_none(degrees):
+    """Two exact axes that cross a unit beyond a contracted place: steeply, or so flatly that it says little."""
+    mesh, tilt = sphere(3), np.tan(np.radians(degrees))
+    arms = [[-k / 10, sign * tilt * (1 + k / 10), 0] for sign in (-1, 1) for k in range(3, 8)]
+    edges = [[0, 1], [0, 6], [0, 11], *([k, k + 1] for k in (1, 2, 3, 4, 6, 7, 8, 9))]
+    skeleton = Skeleton([[0, 0, 0], *arms, [0, 0, 0.1]], edges, np.full(12, 0.1), np.zeros(1))
+    axes = Axes(np.arange(12) % 11 > 0, skeleton.nodes)
+    placed = place_junctions(skeleton, axes, Surface(Mesh(3 * mesh.vertices, mesh.faces))).places[0]
+    told, asked = 2 * np.sin(np.radians(degrees)) ** 2, 0.02 * 4  # the curvature along x, and a fiftieth of the sum
+    assert placed == pytest.approx([told**2 / (told**2 + asked**2), 0, 0], abs=1e-9)
 
 
 def test_two_junctions_to_which_all_branches_lead_alike_become_one(star):
