@@ -18,6 +18,8 @@ from lbskel.skeleton import Skeleton
 
 SWALLOWED = 1.75  # radii of a junction within which all balls of a branch lie that says nothing new
 
+STANDS_OUT = 0.65  # radii of a junction from which on a tip tells where its branch leads
+
 
 def regroup(skeleton: Skeleton, group: NDArray[np.int64], keeper: NDArray[np.int64]) -> Skeleton:
     """Nodes of one group become one node, at the place of its keeper; also a new order, where each is its own group."""
@@ -73,18 +75,24 @@ def prune(skeleton: Skeleton, mesh: Mesh, *, ratio: float = 1.5) -> Skeleton:
         skeleton = merge_into(skeleton, target)
 
 
-def cut_swallowed(skeleton: Skeleton) -> Skeleton:
+def cut_swallowed(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     """Cut the end branches whose inscribed balls hardly stand out of that of their junction.
+
+    One whose tip is away from the junction stays if the vertices that it stands for do stand out: its limb is there,
+    though the tip is not at its end.
 
     Parameters
     ----------
     skeleton : Skeleton
         With inscribed radii.
+    mesh : Mesh
     """
     target = np.arange(len(skeleton.nodes))
     for way in skeleton.end_branches:
-        far = np.linalg.norm(skeleton.nodes[way] - skeleton.nodes[way[0]], axis=1) + skeleton.radii[way]
-        if far.max() < SWALLOWED * skeleton.radii[way[0]] and not np.isin(way[1:], skeleton.anchors).any():
+        radius, far = skeleton.radii[way[0]], np.linalg.norm(skeleton.nodes[way] - skeleton.nodes[way[0]], axis=1)
+        if (far + skeleton.radii[way]).max() >= SWALLOWED * radius or np.isin(way[1:], skeleton.anchors).any():
+            continue
+        if far[-1] < STANDS_OUT * radius or reaches(skeleton, mesh, way) < SWALLOWED * radius:
             target[way] = way[0]
     return merge_into(skeleton, target)
 

@@ -108,6 +108,7 @@ def skeleton_of_component(
     skeleton = replace(skeleton, node_of_vertex=skeleton.node_of_vertex[proxy.vertex_map])
     skeleton = clock.if_time("recentre", recenter, skeleton, surface)
     skeleton = clock.if_time("extend", extend_tips, skeleton, surface)
+    skeleton = clock("prune", cut_swallowed, inscribed_radii(skeleton, surface), mesh)
     skeleton = clock.if_time("extend", grow_missed_limbs, skeleton, surface, ratio=options.prune)
     skeleton = clock.if_time("lead inside", _led_inside, skeleton, surface)
     if options.tips == "surface":
@@ -203,10 +204,10 @@ def _gathered(skeleton: Skeleton, surface: Surface) -> Skeleton:
 
 
 def _led_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Every branch inside a closed surface and evenly spaced; what lies within a junction's ball is no branch."""
+    """Every branch inside a closed surface and evenly spaced."""
     if surface.mesh.is_closed:
         skeleton = keep_inside(skeleton, surface)
-    skeleton = _spaced(cut_swallowed(inscribed_radii(skeleton, surface)), surface)
+    skeleton = _spaced(skeleton, surface)
     return keep_inside(skeleton, surface) if surface.mesh.is_closed else skeleton  # where even spacing cut a corner
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.limbs import Limb, find_limbs
-from lbskel.pruning import merge_into
+from lbskel.pruning import STANDS_OUT, merge_into
 from lbskel.sections import Sections, cut
 from lbskel.skeleton import Skeleton
 from lbskel.surface import Surface
@@ -28,6 +28,7 @@ FARTHEST = 2.0  # radii of the last ball within which the surface ahead is the e
 REACHES = 2.5  # radii of a limb, and of the last ball, within which its end is reached
 LIMB = 3.4  # length of a limb in radii; a flat spot has 2, a half ball 2.5, the rounded corner of a foot up to 3.3
 DEEP = 0.5  # radii of a limb under the surface that its axis has to run: that of a strip of surface runs on it
+ASTRAY = 2.0  # radii of a section by which an end outside the surface may lie beside it
 WIDEST = 1.5  # an end goes no further where its section is wider by this factor than at the step before
 
 
@@ -47,8 +48,9 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
     if not ends:
         return skeleton
     last = np.array([b[-1] for b in ends])
-    directions = np.array([skeleton.nodes[b[-1]] - skeleton.nodes[b[max(-4, -len(b))]] for b in ends])
-    paths = follow(surface, skeleton.nodes[last], directions)
+    ahead = _ahead(skeleton, surface, ends)
+    skeleton = _ends_centred(skeleton, surface, ends, ahead)
+    paths = follow(surface, skeleton.nodes[last], ahead)
     tips = np.array([path[-1] if path else skeleton.nodes[end] for end, path in zip(last, paths, strict=True)])
     missed = _missed_limbs(skeleton, surface, ends, tips)
     if not missed:
@@ -62,6 +64,32 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
         paths[end] = [*axis[1:], *path]
     last = np.searchsorted(np.unique(target), last)
     return with_paths(merge_into(replace(skeleton, nodes=nodes), target), surface, last, paths)
+
+
+def _ahead(skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]]) -> NDArray[np.float64]:
+    """(e, 3) unit directions in which end branches lead; towards what it stands for, where a tip is at its junction."""
+    along = np.array([skeleton.nodes[end[-1]] - skeleton.nodes[end[-4:][0]] for end in ends])
+    first = skeleton.nodes[[end[0] for end in ends]]
+    off = np.linalg.norm(skeleton.nodes[[end[-1] for end in ends]] - first, axis=1)
+    for row in np.flatnonzero(off < STANDS_OUT * surface.distance(first)).tolist():
+        mine = np.isin(skeleton.node_of_vertex, ends[row][1:])
+        if mine.any():
+            along[row] = surface.mesh.vertices[mine].mean(axis=0) - first[row]
+    return along / np.linalg.norm(along, axis=1, keepdims=True)
+
+
+def _ends_centred(
+    skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], ahead: NDArray[np.float64]
+) -> Skeleton:
+    """The skeleton with its tips at the centroids of the sections there, where those are about them and not far off."""
+    nodes, first, last = np.array(skeleton.nodes), [end[0] for end in ends], [end[-1] for end in ends]
+    section = cut(surface.mesh, nodes[last], ahead)
+    shift, length = (np.linalg.norm(nodes[last] - there, axis=1) for there in (section.centroids, nodes[first]))
+    is_own = section.surrounds & (shift <= section.radii)
+    is_own |= section.is_cut & ~surface.contains(nodes[last]) & (shift <= ASTRAY * section.radii)
+    is_own &= (shift <= length) & surface.contains(section.centroids)
+    nodes[np.array(last)[is_own]] = section.centroids[is_own]
+    return replace(skeleton, nodes=nodes)
 
 
 def tips_at_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:

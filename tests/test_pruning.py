@@ -113,15 +113,24 @@ def test_a_spacing_must_be_positive():
 
 
 @pytest.mark.parametrize(
-    ("length", "radius", "is_cut"), [(0.4, 0.9, True), (0.7, 1.0, True), (0.9, 1.0, False), (2.0, 0.5, False)]
+    ("length", "radius", "reach", "is_cut"),
+    [
+        (0.4, 0.9, 1.7, True),
+        (0.7, 1.0, 1.7, True),
+        (0.9, 1.0, 1.7, False),  # its balls stand out
+        (2.0, 0.5, 1.7, False),
+        (0.7, 1.0, 1.8, False),  # what it stands for does
+        (0.6, 1.0, 1.8, True),  # so it does, but the tip is nowhere near
+    ],
 )
-def test_an_end_branch_whose_balls_hardly_stand_out_of_the_junction_is_cut(length, radius, is_cut):
+def test_an_end_branch_that_hardly_stands_out_of_the_junction_is_cut(length, radius, reach, is_cut):
     nodes = [[0, 0, 0], [-3, 0, 0], [3, 0, 0], [0, length / 2, 0], [0, length, 0]]
     skeleton = Skeleton(nodes, [[0, 1], [0, 2], [0, 3], [3, 4]], [1, 1, 1, radius, radius], [0, 1, 2, 3, 4])
-    cut = cut_swallowed(skeleton)
+    mesh = Mesh([*nodes[:4], [0, reach, 0]], [[0, 1, 2], [2, 3, 4]])
+    cut = cut_swallowed(skeleton, mesh)
     assert len(cut.tips) == (2 if is_cut else 3)
     assert cut.node_of_vertex[4] == (0 if is_cut else 4)
-    assert len(cut_swallowed(replace(skeleton, anchors=[4])).tips) == 3
+    assert len(cut_swallowed(replace(skeleton, anchors=[4]), mesh).tips) == 3
 
 
 def test_resampling_keeps_anchors_and_makes_as_many_nodes_as_asked():

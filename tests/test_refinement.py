@@ -74,6 +74,33 @@ def test_tips_go_to_the_centres_of_the_last_spheres(stops_at):
     assert len(skeleton.edges) == len(skeleton.nodes) - 1
 
 
+@pytest.mark.parametrize(("aside", "moves"), [(0.3, True), (0.7, True), (1.1, False)])
+def test_a_tip_beside_the_axis_goes_to_it(aside, moves):
+    """In a capsule of radius 0.5; a tip outside is led back where it is within two radii of the section beside it."""
+    mesh = capsule(4.0, 0.5, 32)
+    path = np.stack([np.zeros(9), np.zeros(9), np.linspace(-1.5, 1.5, 9)], axis=1)
+    path[-1, 0] = aside
+    skeleton = extend_tips(chain(path, mesh), Surface(mesh))
+    # the plane across the last four nodes, which lean by the shift, cuts an ellipse whose centre is on the axis
+    assert (np.abs(skeleton.nodes[:, 0]).max() < 0.05 * 0.5) == moves
+    assert (skeleton.nodes[:, 2].max() > 1.9) == moves
+
+
+def test_a_tip_that_has_hardly_left_its_junction_goes_where_its_vertices_are():
+    """A junction in the middle of a ball, and a tip that points away from the arm it stands for."""
+    mesh = make("tripod", n_vertices=2000)
+    V, arm = mesh.mesh.vertices, mesh.truth.nodes[mesh.truth.tips]
+    centre = mesh.truth.nodes[mesh.truth.junctions[0]]
+    ways = [centre + (end - centre) * np.linspace(0, 0.8, 9)[1:, None] for end in arm[:2]]
+    nodes = np.concatenate([centre[None], *ways, (centre + 0.02 * (centre - arm[2]))[None]])
+    edges = [[0, 1], [0, 9], *([k, k + 1] for k in range(1, 8)), *([k, k + 1] for k in range(9, 16)), [0, 17]]
+    at = np.concatenate([nodes[:17], [arm[2]]])
+    nearest = np.linalg.norm(V[:, None] - at, axis=2).argmin(axis=1)
+    skeleton = extend_tips(Skeleton(nodes, edges, np.full(18, 0.1), nearest), Surface(mesh.mesh))
+    far = np.linalg.norm(skeleton.nodes[skeleton.tips][:, None] - arm, axis=2).min(axis=0)
+    assert far.max() < 0.2 * mesh.truth.radii.min()
+
+
 def test_tips_follow_a_bend():
     t = np.linspace(0, np.pi / 2, 40)
     axis = np.stack([2 * np.sin(t), 0 * t, 2 - 2 * np.cos(t)], axis=1)
