@@ -22,6 +22,7 @@ JOINED = 4  # edges at most from one that leaves the shape to the next for both 
 SMOOTHINGS = 10
 LEAST_LENGTH = 1e-12  # added to every edge, since no length would mean no edge
 LEAST_DEPTH = 0.01  # of the extent
+AT_FIRST = 2.0  # times half the gap and the depth, within which a way round it is looked for first
 
 
 def length_inside(skeleton: Skeleton, surface: Surface) -> float:
@@ -103,24 +104,46 @@ def ways_inside(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surfa
     is_outside = leaves(P, pairs, surface)
     if not is_outside.any():
         return list(P[pairs].mean(axis=1, keepdims=True))
-    V, edges = surface.rough.mesh.vertices, surface.rough.mesh.edges
-    entry, inward, thickness = surface.rough.inward
     depths = surface.distance(P)[pairs].max(axis=1)
-    ways = []
-    for (start, end), depth, goes_out in zip(pairs.tolist(), depths, is_outside, strict=True):
-        if not goes_out:
-            ways.append(P[[start, end]].mean(axis=0, keepdims=True))
-            continue
-        under = entry + np.minimum(thickness / 2, depth)[:, None] * inward
-        lengths = np.linalg.norm(under[edges[:, 0]] - under[edges[:, 1]], axis=1) + LEAST_LENGTH
-        graph = coo_array((lengths, (edges[:, 0], edges[:, 1])), shape=(len(V), len(V))).tocsr()
-        first, last = cKDTree(under).query(P[[start, end]])[1].tolist()
-        before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)[1]
-        walk = [last]
-        while walk[-1] != first and before[walk[-1]] >= 0:
-            walk.append(int(before[walk[-1]]))
-        ways.append(_smoothed(np.concatenate([P[[start]], under[walk[::-1]], P[[end]]]), surface)[1:-1])
-    return ways
+    return [
+        _smoothed(np.concatenate([ends[:1], _under(*ends, depth, surface.rough), ends[1:]]), surface)[1:-1]
+        if goes_out
+        else ends.mean(axis=0, keepdims=True)
+        for ends, depth, goes_out in zip(P[pairs], depths, is_outside, strict=True)
+    ]
+
+
+def _under(
+    start: NDArray[np.float64], end: NDArray[np.float64], depth: float, surface: Surface
+) -> NDArray[np.float64]:
+    """The shortest way under the surface from near one point to near another, as :func:`ways_inside` says.
+
+    It is looked for about the two, further and further: once it is shorter than any that leads out of where it was
+    looked for, it is the shortest of all.
+    """
+    V, edges, middle = surface.mesh.vertices, surface.mesh.edges, (start + end) / 2
+    far, half = np.linalg.norm(V - middle, axis=1), float(np.linalg.norm(end - start)) / 2
+    reach = AT_FIRST * max(half + depth, LEAST_DEPTH * surface.mesh.extent)
+    while True:
+        near = np.flatnonzero(far <= reach)
+        is_all, outer = len(near) == len(V), reach - depth  # how far what is not looked at lies from the middle at least
+        if len(near):
+            entry, inward, thickness = surface.inward(near)
+            under = entry + np.minimum(thickness / 2, depth)[:, None] * inward
+            (off_start, off_end), (first, last) = cKDTree(under).query([start, end])
+            number = np.full(len(V), -1)
+            number[near] = np.arange(len(near))
+            i, j = number[edges[(far[edges] <= reach).all(axis=1)]].T
+            graph = coo_array((np.linalg.norm(under[i] - under[j], axis=1) + LEAST_LENGTH, (i, j)), shape=2 * near.shape)
+            length, before = dijkstra(graph.tocsr(), directed=False, indices=first, return_predecessors=True)
+            out = 2 * outer - np.linalg.norm(under[[first, last]] - middle, axis=1).sum()
+            if is_all or (max(off_start, off_end) <= outer - half and length[last] <= out):
+                break
+        reach *= 2
+    walk = [int(last)]
+    while walk[-1] != first and before[walk[-1]] >= 0:
+        walk.append(int(before[walk[-1]]))
+    return under[walk[::-1]]
 
 
 def _smoothed(way: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
@@ -152,6 +175,9 @@ def _rerouted(
     nodes = np.concatenate([skeleton.nodes, *ways])
     outer = np.flatnonzero(~surface.contains(nodes))
     nodes[outer] = _pushed_in(nodes[outer], surface)
+    radii = np.concatenate([skeleton.radii, np.zeros(n_nodes - len(target))])
+    moved = np.union1d(outer, np.arange(len(target), n_nodes))
+    radii[moved] = surface.distance(nodes[moved])
     edges = np.concatenate([kept, *chains]).astype(np.int64)
     stays = np.concatenate([target == np.arange(len(target)), np.ones(n_nodes - len(target), dtype=bool)])
     new_of = np.cumsum(stays) - 1
@@ -159,7 +185,7 @@ def _rerouted(
         skeleton,
         nodes=nodes[stays],
         edges=new_of[edges],
-        radii=surface.distance(nodes[stays]),
+        radii=radii[stays],
         anchors=new_of[target[skeleton.anchors]],
         node_of_vertex=new_of[target[skeleton.node_of_vertex]],
     )

@@ -100,19 +100,24 @@ class Surface:
     def _windings(self) -> igl.FastWindingNumberBVH:
         return self.once("windings", lambda: self._tree(igl.FastWindingNumberBVH))
 
-    @property
-    def inward(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """(n, 3) places just under the vertices, (n, 3) unit directions in from there, and (n,) the thickness there."""
-        return self.once("inward", self._inward)
+    def inward(
+        self, vertices: NDArray[np.int64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """(k, 3) places just under some vertices, (k, 3) unit directions in from there, and (k,) the thickness there."""
+        entry, inward, thickness = self.once("inward", self._inward)
+        unknown = vertices[np.isnan(thickness[vertices])]
+        if len(unknown):
+            ahead = self.ahead(entry[unknown], inward[unknown])
+            thickness[unknown] = np.where(np.isfinite(ahead), ahead, 0.0)
+        return entry[vertices], inward[vertices], thickness[vertices]
 
     def _inward(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """The places and directions at all vertices, and an array of NaN for what thickness comes to be known."""
         V, F = self.mesh.vertices, self.mesh.faces
         outward = igl.per_vertex_normals(V, F, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_ANGLE)
         inward = -np.nan_to_num(outward)  # a vertex all of whose faces are degenerate has none
         inward = -inward if self.mesh.volume < 0 else inward
-        entry = V + 1e-6 * self.mesh.extent * inward
-        thickness = self.ahead(entry, inward)
-        return entry, inward, np.where(np.isfinite(thickness), thickness, 0.0)
+        return V + 1e-6 * self.mesh.extent * inward, inward, np.full(len(V), np.nan)
 
     def closest(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(k,) distance to the surface and (k, 3) the point on it that is nearest."""
