@@ -113,9 +113,7 @@ def ways_inside(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surfa
     ]
 
 
-def _under(
-    start: NDArray[np.float64], end: NDArray[np.float64], depth: float, surface: Surface
-) -> NDArray[np.float64]:
+def _under(start: NDArray[np.float64], end: NDArray[np.float64], depth: float, surface: Surface) -> NDArray[np.float64]:
     """The shortest way under the surface from near one point to near another, as :func:`ways_inside` says.
 
     It is looked for about the two, further and further: once it is shorter than any that leads out of where it was
@@ -126,7 +124,10 @@ def _under(
     reach = AT_FIRST * max(half + depth, LEAST_DEPTH * surface.mesh.extent)
     while True:
         near = np.flatnonzero(far <= reach)
-        is_all, outer = len(near) == len(V), reach - depth  # how far what is not looked at lies from the middle at least
+        is_all, outer = (
+            len(near) == len(V),
+            reach - depth,
+        )  # how far what is not looked at lies from the middle at least
         if len(near):
             entry, inward, thickness = surface.inward(near)
             under = entry + np.minimum(thickness / 2, depth)[:, None] * inward
@@ -134,7 +135,9 @@ def _under(
             number = np.full(len(V), -1)
             number[near] = np.arange(len(near))
             i, j = number[edges[(far[edges] <= reach).all(axis=1)]].T
-            graph = coo_array((np.linalg.norm(under[i] - under[j], axis=1) + LEAST_LENGTH, (i, j)), shape=2 * near.shape)
+            graph = coo_array(
+                (np.linalg.norm(under[i] - under[j], axis=1) + LEAST_LENGTH, (i, j)), shape=2 * near.shape
+            )
             length, before = dijkstra(graph.tocsr(), directed=False, indices=first, return_predecessors=True)
             out = 2 * outer - np.linalg.norm(under[[first, last]] - middle, axis=1).sum()
             if is_all or (max(off_start, off_end) <= outer - half and length[last] <= out):

@@ -103,7 +103,7 @@ class Surface:
     def inward(
         self, vertices: NDArray[np.int64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """(k, 3) places just under some vertices, (k, 3) unit directions in from there, and (k,) the thickness there."""
+        """(k, 3) places just under some vertices, (k, 3) unit directions in from there, (k,) the thickness there."""
         entry, inward, thickness = self.once("inward", self._inward)
         unknown = vertices[np.isnan(thickness[vertices])]
         if len(unknown):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lbskel import Skeleton
-from lbskel.axes import Axes, branch_of_node, find_axes
+from lbskel.axes import Axes, _runs_on, branch_of_node, find_axes
 from lbskel.junctions import gather_junctions, place_junctions
 from lbskel.mesh import Mesh
 from lbskel.refinement import inscribed_radii, recenter
@@ -63,6 +63,19 @@ def test_axes_are_known_along_the_arms_and_not_where_they_meet(star):
     assert axes.is_known[(far > 0.4) & (skeleton.degrees == 2)].all()
     assert not axes.is_known[far < 0.8 * RADIUS].any()
     assert np.array_equal(branch_of_node(skeleton) < 0, skeleton.degrees >= 3)
+
+
+def test_a_branch_is_left_where_its_sections_leap():
+    """Sections of two fingers grown together lie between them: most of a branch's are both's, so its tip is asked."""
+    k = np.arange(12)
+    nodes = np.concatenate([np.stack([k / 4, 0 * k, 0 * k], axis=1), [[-1, 0, 0], [0, 1, 0]]])
+    skeleton = Skeleton(nodes, [*itertools.pairwise(k), (0, 12), (0, 13)], np.full(14, 0.3), np.zeros(1))
+    good, even = skeleton.degrees == 2, np.full(14, 0.3)
+    between, wide = np.array(nodes), np.where(k < 3, 0.5, 0.3)
+    between[1:8, 1] = 0.3
+    assert np.flatnonzero(_runs_on(skeleton, good, even, nodes)).tolist() == [*range(1, 11)]
+    assert np.flatnonzero(_runs_on(skeleton, good, even, between)).tolist() == [8, 9, 10]
+    assert np.flatnonzero(_runs_on(skeleton, good, np.append(wide, [0, 0]), nodes)).tolist() == [*range(3, 11)]
 
 
 @pytest.mark.parametrize("shift", [[0.1, 0.05, 0.02], [0, 0, 0.15], [-0.08, 0, -0.08]])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lbskel import Skeleton, contract
+from lbskel import Skeleton, contract, inside
 from lbskel.inside import keep_inside, leaves, length_inside
 from lbskel.refinement import inscribed_radii, mean_radii, recenter, settle
 from lbskel.shapes import capsule, make, sphere, torus, tube
@@ -140,11 +140,12 @@ def test_outer_nodes_and_edges_are_brought_in():
     surface = Surface(mesh)
     straight = chain([[1, 0.15, 0], [0, 1.3, 0], [-1, 0.15, 0]], mesh)
     assert length_inside(straight, surface) < 0.5
-    inside = keep_inside(straight, surface)
-    assert surface.contains(inside.nodes).all()
-    assert length_inside(inside, surface) == 1.0
-    assert (inside.n_components, inside.cycle_rank) == (1, 0)
-    assert len(inside.tips) == 2
+    led = keep_inside(straight, surface)
+    assert surface.contains(led.nodes).all()
+    assert length_inside(led, surface) == 1.0
+    assert np.array_equal(led.radii[2:], surface.distance(led.nodes[2:]))  # of the two that stayed they are as given
+    assert (led.n_components, led.cycle_rank) == (1, 0)
+    assert len(led.tips) == 2
 
 
 def test_radii_of_a_ball_and_of_a_cloud():
@@ -196,7 +197,19 @@ def test_a_loop_that_is_led_another_way_stays_a_loop():
     for shift in (0.0, 0.25):  # edges cut across the hole; every node lies outside too
         loop = np.stack([np.cos(angle) + shift, np.sin(angle), 0 * angle], axis=1)
         nearest = np.linalg.norm(mesh.vertices[:, None] - loop, axis=2).argmin(axis=1)
-        inside = keep_inside(Skeleton(loop, edges, np.full(9, 0.1), nearest), surface)
-        assert inside.cycle_rank == 1
+        led = keep_inside(Skeleton(loop, edges, np.full(9, 0.1), nearest), surface)
+        assert led.cycle_rank == 1
         if shift == 0:
-            assert length_inside(inside, surface) == 1.0
+            assert length_inside(led, surface) == 1.0
+
+
+@pytest.mark.parametrize("at_first", [0.01, 1e9])
+def test_a_way_under_the_surface_is_the_shortest_wherever_it_is_looked_for_first(monkeypatch, at_first):
+    t = np.linspace(0, 1.9 * np.pi, 120)
+    mesh = tube(np.stack([np.cos(t), np.sin(t), 0 * t], axis=1), 0.1)
+    P = np.stack([np.cos(t), np.sin(t), 0 * t], axis=1)[[2, 117, 60, 90, 61]]
+    pairs = np.array([[0, 1], [0, 2], [2, 3], [2, 4]])  # the first two points are near, but far round the tube
+    ways = inside.ways_inside(P, pairs, Surface(mesh))
+    assert [len(way) > 1 for way in ways] == [True, True, True, False]
+    monkeypatch.setattr(inside, "AT_FIRST", at_first)
+    assert all(map(np.array_equal, inside.ways_inside(P, pairs, Surface(mesh)), ways))
