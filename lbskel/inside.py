@@ -106,7 +106,7 @@ def ways_inside(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surfa
         return list(P[pairs].mean(axis=1, keepdims=True))
     depths = surface.distance(P)[pairs].max(axis=1)
     return [
-        _smoothed(np.concatenate([ends[:1], _under(*ends, depth, surface.rough), ends[1:]]), surface)[1:-1]
+        _smoothed(np.concatenate([ends[:1], _under(ends[0], ends[1], depth, surface.rough), ends[1:]]), surface)[1:-1]
         if goes_out
         else ends.mean(axis=0, keepdims=True)
         for ends, depth, goes_out in zip(P[pairs], depths, is_outside, strict=True)

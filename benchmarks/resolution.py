@@ -1,0 +1,80 @@
+"""The default, which contracts a simplified copy of a large mesh, beside full resolution: fine shapes of known axis.
+
+Distances are in units of the true local radius; seconds are of the processor, for what they are worth beside others.
+"""
+
+from __future__ import annotations
+
+__all__ = ["run"]
+
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import lbskel
+from benchmarks.harness import markdown_table, save_json, save_markdown
+from lbskel.shapes import SHAPES, Shape, make
+
+VERTICES = (18_000, 28_000, 45_000)  # beyond 16,000 faces, from which on the default simplifies
+QUICK = ("limbs", "knot")
+DISTANCES = ("accuracy", "accuracy_95", "coverage", "coverage_95")
+RESOLUTIONS = ("auto", "full")
+
+
+def run(quick: bool, results: Path) -> None:
+    """Measure, and write resolution.json and resolution.md."""
+    rows = []
+    for name in QUICK if quick else SHAPES:
+        for n_vertices in (9_000,) if quick else VERTICES:
+            shape = make(name, n_vertices=n_vertices)
+            rows += [_row(name, shape, resolution) for resolution in RESOLUTIONS]
+    save_json(results / "resolution.json", {"rows": rows})
+    means = [_means(rows, resolution) for resolution in RESOLUTIONS]
+    shapes = [
+        {"shape": name}
+        | {
+            f"{distance}, {resolution}": _mean(rows, distance, shape=name, resolution=resolution)
+            for distance in ("accuracy", "coverage")
+            for resolution in RESOLUTIONS
+        }
+        for name in dict.fromkeys(row["shape"] for row in rows)
+    ]
+    sizes = f"{min(row['faces'] for row in rows):,} to {max(row['faces'] for row in rows):,} faces"
+    save_markdown(
+        results / "resolution.md",
+        "Resolution",
+        {f"Means over shapes of {sizes}": markdown_table(means), "Each shape, over its sizes": markdown_table(shapes)},
+    )
+
+
+def _row(name: str, shape: Shape, resolution: str) -> dict[str, Any]:
+    """One shape at one resolution."""
+    began = time.process_time()
+    skeleton = lbskel.skeletonize(shape.mesh, resolution=resolution)
+    seconds = time.process_time() - began
+    comparison = lbskel.compare(skeleton, shape.truth)
+    return {
+        "shape": name,
+        "faces": len(shape.mesh.faces),
+        "resolution": resolution,
+        **{distance: getattr(comparison, distance) for distance in DISTANCES},
+        "topology right": comparison.is_topology_right,
+        "tips right": comparison.n_tips == comparison.n_true_tips,
+        "seconds": seconds,
+    }
+
+
+def _mean(rows: list[dict[str, Any]], what: str, **where: Any) -> float:
+    return float(np.mean([row[what] for row in rows if all(row[key] == value for key, value in where.items())]))
+
+
+def _means(rows: list[dict[str, Any]], resolution: str) -> dict[str, Any]:
+    mine = [row for row in rows if row["resolution"] == resolution]
+    return (
+        {"resolution": resolution}
+        | {distance: _mean(mine, distance) for distance in DISTANCES}
+        | {what: f"{sum(row[what] for row in mine)}/{len(mine)}" for what in ("topology right", "tips right")}
+        | {"median seconds": float(np.median([row["seconds"] for row in mine]))}
+    )
