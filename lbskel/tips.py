@@ -45,10 +45,11 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
     ends = [b for b in ends if skeleton.degrees[b[-1]] == 1]
     if len(skeleton.branches) == 1 and ends:  # one branch with two ends
         ends = [ends[0], ends[0][::-1]]
+    ends = [b for b in ends if (skeleton.nodes[b[-1]] != skeleton.nodes[b[-4:][0]]).any()]
     if not ends:
         return skeleton
-    last = np.array([b[-1] for b in ends])
     ahead = _ahead(skeleton, surface, ends)
+    last = np.array([b[-1] for b in ends])
     skeleton = _ends_centred(skeleton, surface, ends, ahead)
     paths = follow(surface, skeleton.nodes[last], ahead)
     tips = np.array([path[-1] if path else skeleton.nodes[end] for end, path in zip(last, paths, strict=True)])
@@ -73,8 +74,8 @@ def _ahead(skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]]) 
     off = np.linalg.norm(skeleton.nodes[[end[-1] for end in ends]] - first, axis=1)
     for row in np.flatnonzero(off < STANDS_OUT * surface.distance(first)).tolist():
         mine = np.isin(skeleton.node_of_vertex, ends[row][1:])
-        if mine.any():
-            along[row] = surface.mesh.vertices[mine].mean(axis=0) - first[row]
+        towards = surface.mesh.vertices[mine].sum(axis=0) - np.count_nonzero(mine) * first[row]
+        along[row] = towards if towards.any() else along[row]
     return along / np.linalg.norm(along, axis=1, keepdims=True)
 
 

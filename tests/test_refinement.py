@@ -101,6 +101,12 @@ def test_a_tip_that_has_hardly_left_its_junction_goes_where_its_vertices_are():
     assert far.max() < 0.2 * mesh.truth.radii.min()
 
 
+def test_an_end_without_a_direction_stays():
+    mesh = sphere(2)
+    point = Skeleton(np.zeros((2, 3)), [[0, 1]], np.ones(2), np.full(len(mesh.vertices), 2) % 2)
+    assert np.array_equal(extend_tips(point, Surface(mesh)).nodes, point.nodes)
+
+
 def test_tips_follow_a_bend():
     t = np.linspace(0, np.pi / 2, 40)
     axis = np.stack([2 * np.sin(t), 0 * t, 2 - 2 * np.cos(t)], axis=1)
