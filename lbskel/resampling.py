@@ -1,4 +1,8 @@
-"""Resampling a skeleton: nodes evenly spaced along every branch, by a distance or to a number."""
+"""Resampling a skeleton: nodes evenly spaced along every branch, by a distance or to a number.
+
+New nodes lie on curves through the old ones: Akima 1970, "A new method of interpolation and smooth curve fitting based
+on local procedures", https://doi.org/10.1145/321607.321609, which hardly swings where a branch has a corner.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import Akima1DInterpolator
 
 from lbskel.errors import UnknownChoice
 from lbskel.skeleton import Skeleton
@@ -124,7 +129,7 @@ def _divided(skeleton: Skeleton, fixed: NDArray[np.int64], paths: list[_Path], c
     rows, edges, n_nodes = [values[fixed]], [np.empty((0, 2), dtype=np.int64)], len(fixed)
     for path, count in zip(paths, counts, strict=True):
         inner = np.linspace(0, path.length, count + 1)[1:-1]
-        rows.append(np.stack([np.interp(inner, path.along, column) for column in values[path.nodes].T], axis=1))
+        rows.append(_between(path.along, values[path.nodes], inner))
         chain = np.concatenate([new_of[path.nodes[:1]], n_nodes + np.arange(count - 1), new_of[path.nodes[-1:]]])
         n_nodes += count - 1
         edges.append(np.stack([chain[:-1], chain[1:]], axis=1))
@@ -140,3 +145,11 @@ def _divided(skeleton: Skeleton, fixed: NDArray[np.int64], paths: list[_Path], c
         anchors=new_of[skeleton.anchors],
         node_of_vertex=new_of[skeleton.node_of_vertex],
     )
+
+
+def _between(along: NDArray[np.float64], values: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(k, d) values at some places of a path: places on a curve through its nodes, since chords would cut its bends."""
+    linear = np.stack([np.interp(at, along, column) for column in values.T], axis=1)
+    if len(along) > 2 and (np.diff(along) > 0).all():
+        linear[:, :3] = Akima1DInterpolator(along, values[:, :3])(at)
+    return linear

@@ -107,6 +107,29 @@ def test_a_bare_loop_stays_a_loop():
     assert resample(skeleton, spacing=1.0).cycle_rank == 1
 
 
+def test_new_nodes_lie_on_the_bend_that_the_old_ones_follow():
+    """Chords of 24 nodes to the circle are off by 1 - cos(pi / 24), 0.0086, in their middle."""
+    angle = np.linspace(0, 1.5 * np.pi, 19)
+    arc = Skeleton(
+        np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1),
+        [*itertools.pairwise(range(19))],
+        np.full(19, 0.3),
+        np.arange(19),
+    )
+    inner = np.linalg.norm(resample(arc, n_nodes=14).nodes, axis=1)
+    assert np.abs(inner - 1).max() < 0.001
+
+
+def test_a_corner_stays_a_corner_between_new_nodes():
+    """An Akima curve swings within two nodes of a corner only, by less than a sixth of the way between nodes."""
+    nodes = [[x, 0, 0] for x in range(6)] + [[5, y, 0] for y in range(1, 6)]
+    bent = Skeleton(nodes, [*itertools.pairwise(range(11))], np.ones(11), np.arange(11))
+    x, y, _ = resample(bent, n_nodes=24).nodes.T
+    off = np.minimum(np.abs(y), np.abs(x - 5))
+    assert off.max() < 0.15
+    assert off[(x < 2.9) | (y > 2.1)].max() < 1e-12
+
+
 def test_a_spacing_must_be_positive():
     with pytest.raises(UnknownChoice, match="positive"):
         resample(theta(), spacing=0.0)
