@@ -1,7 +1,6 @@
 """Resampling a skeleton: nodes evenly spaced along every branch, by a distance or to a number.
 
-New nodes lie on curves through the old ones: Akima 1970, "A new method of interpolation and smooth curve fitting based
-on local procedures", https://doi.org/10.1145/321607.321609, which hardly swings where a branch has a corner.
+New nodes lie on cubic curves through the old ones, with directions there by differences: chords would cut its bends.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import Akima1DInterpolator
+from scipy.interpolate import CubicHermiteSpline
 
 from lbskel.errors import UnknownChoice
 from lbskel.skeleton import Skeleton
@@ -148,8 +147,9 @@ def _divided(skeleton: Skeleton, fixed: NDArray[np.int64], paths: list[_Path], c
 
 
 def _between(along: NDArray[np.float64], values: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(k, d) values at some places of a path: places on a curve through its nodes, since chords would cut its bends."""
+    """(k, d) values at some places of a path, and positions on a curve through its nodes."""
     linear = np.stack([np.interp(at, along, column) for column in values.T], axis=1)
     if len(along) > 2 and (np.diff(along) > 0).all():
-        linear[:, :3] = Akima1DInterpolator(along, values[:, :3])(at)
+        P = values[:, :3]
+        linear[:, :3] = CubicHermiteSpline(along, P, np.gradient(P, along, axis=0))(at)
     return linear
