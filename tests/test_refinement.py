@@ -103,7 +103,7 @@ def test_a_tip_that_has_hardly_left_its_junction_goes_where_its_vertices_are():
 
 def test_an_end_without_a_direction_stays():
     mesh = sphere(2)
-    point = Skeleton(np.zeros((2, 3)), [[0, 1]], np.ones(2), np.full(len(mesh.vertices), 2) % 2)
+    point = Skeleton(np.zeros((2, 3)), [[0, 1]], np.ones(2), np.zeros(len(mesh.vertices)))
     assert np.array_equal(extend_tips(point, Surface(mesh)).nodes, point.nodes)
 
 
