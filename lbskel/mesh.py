@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from lbskel.blocks import Blocks, blocks_of
+from lbskel.boxes import Boxes, boxes_of
 from lbskel.conversion import arrays_of, triangulate
 from lbskel.errors import MeshError, first_few
 from lbskel.fans import count_fans
@@ -168,9 +168,9 @@ class Mesh:
         return read_only(igl.doublearea(self.vertices, self.faces) / 2)
 
     @cached_property
-    def blocks(self) -> Blocks:
-        """The faces in groups that lie close together, for searches."""
-        return blocks_of(self.vertices, self.faces)
+    def boxes(self) -> Boxes:
+        """The faces in a tree of boxes, for searches."""
+        return boxes_of(self.vertices, self.faces)
 
     @cached_property
     def used_vertices(self) -> NDArray[np.int64]:

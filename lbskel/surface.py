@@ -1,7 +1,7 @@
 """A mesh as a surface to ask of: how far is it, what lies ahead, is a point inside.
 
-Trees are libigl's and are built when first needed: bounding boxes for distances and rays; for the inside, the fast
-winding number of Barill, Dickson, Schmidt, Levin, Jacobson 2018, https://doi.org/10.1145/3197517.3201337.
+Trees are built when first needed: boxes for distances and rays; for the inside, libigl's fast winding number of Barill,
+Dickson, Schmidt, Levin, Jacobson 2018, https://doi.org/10.1145/3197517.3201337.
 """
 
 from __future__ import annotations
@@ -86,19 +86,14 @@ class Surface:
             answers[question] = answer()
         return answers[question]
 
-    def _tree(self, kind: type) -> Any:
-        """A search tree of the mesh."""
-        tree = kind()
-        tree.init(self.mesh.vertices, self.mesh.faces)
-        return tree
-
-    @property
-    def _boxes(self) -> igl.AABB:
-        return self.once("boxes", lambda: self._tree(igl.AABB))
-
     @property
     def _windings(self) -> igl.FastWindingNumberBVH:
-        return self.once("windings", lambda: self._tree(igl.FastWindingNumberBVH))
+        return self.once("windings", self._winding_tree)
+
+    def _winding_tree(self) -> igl.FastWindingNumberBVH:
+        tree = igl.FastWindingNumberBVH()
+        tree.init(self.mesh.vertices, self.mesh.faces)
+        return tree
 
     def inward(
         self, vertices: NDArray[np.int64]
@@ -125,8 +120,8 @@ class Surface:
         return self._remembered("closest", points, lambda: self._closest(points))
 
     def _closest(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        squared, _, nearest = self._boxes.squared_distance(self.mesh.vertices, self.mesh.faces, points)
-        return read_only(np.sqrt(squared)), read_only(nearest)
+        distance, nearest = self.mesh.boxes.nearest(points)
+        return read_only(distance), read_only(nearest)
 
     def distance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """(k,) distance to the surface."""
@@ -140,9 +135,7 @@ class Surface:
 
     def ahead(self, points: NDArray[np.float64], directions: NDArray[np.float64]) -> NDArray[np.float64]:
         """(k,) how far the surface lies in a unit direction; infinite where it is never met."""
-        points, directions = np.ascontiguousarray(points), np.ascontiguousarray(directions)
-        face, far, _ = self._boxes.intersect_ray_first(self.mesh.vertices, self.mesh.faces, points, directions)
-        return np.where(face >= 0, far, np.inf)
+        return self.mesh.boxes.first_hits(points, directions)[1]
 
     def contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(k,) whether the surface winds round a point more than half a turn."""
@@ -161,7 +154,7 @@ class Surface:
     def _leaves(self, points: NDArray[np.float64], direction: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(k,) whether the first face that is met in a direction is met from its inner side."""
         V, F = self.mesh.vertices, self.mesh.faces
-        face = self._boxes.intersect_ray_first(V, F, points, np.tile(direction, (len(points), 1)))[0]
+        face = self.mesh.boxes.first_hits(points, np.tile(direction, (len(points), 1)))[0]
         A, B, C = V[F[face]].transpose(1, 0, 2)
         outward = np.cross(B - A, C - A) @ direction * np.sign(self.mesh.volume)
         return (face >= 0) & (outward > 0)

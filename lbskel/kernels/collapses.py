@@ -1,0 +1,125 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
+"""Which of some edges collapse together: those that keep the topology, and come first wherever they touch others."""
+
+from __future__ import annotations
+
+__all__ = ["independent_collapses"]
+
+import cython
+import numpy as np
+from numpy.typing import NDArray
+
+
+@cython.locals(
+    at=cython.Py_ssize_t,
+    edge=cython.Py_ssize_t,
+    _turn=cython.Py_ssize_t,
+    common=cython.Py_ssize_t,
+    vertex=cython.Py_ssize_t,
+)
+def independent_collapses(
+    F: cython.const[cython.longlong][:, ::1],
+    n: cython.Py_ssize_t,
+    i: cython.const[cython.longlong][::1],
+    j: cython.const[cython.longlong][::1],
+    selections: cython.Py_ssize_t,
+) -> NDArray[np.bool_]:
+    """Whether each edge is chosen, of a closed manifold with n vertices.
+
+    Edges count whose ends have just two neighbours in common. Those go that come before all others at their ends and
+    at the neighbours of these; then, so many times, the same of the edges that are left beside none that went.
+    """
+    n_edges: cython.Py_ssize_t = i.shape[0]
+    n_left: cython.Py_ssize_t = 0
+    m: cython.Py_ssize_t = F.shape[0]
+    first: cython.longlong[::1] = np.zeros(n + 2, dtype=np.int64)
+    beside: cython.longlong[::1] = np.empty(3 * m, dtype=np.int64)
+    mark: cython.longlong[::1] = np.full(n, -1, dtype=np.int64)
+    left: cython.longlong[::1] = np.empty(n_edges, dtype=np.int64)
+    chosen_array = np.zeros(n_edges, dtype=np.int8)
+    chosen: cython.schar[::1] = chosen_array
+    _neighbours(F, n, first, beside)
+    for edge in range(n_edges):
+        for at in range(first[i[edge]], first[i[edge] + 1]):
+            mark[beside[at]] = edge
+        common = 0
+        for at in range(first[j[edge]], first[j[edge] + 1]):
+            common += mark[beside[at]] == edge
+        if common == 2:
+            left[n_left] = edge
+            n_left += 1
+    for _turn in range(selections):
+        for vertex in range(n):
+            mark[vertex] = n_edges
+        for at in range(n_left - 1, -1, -1):
+            mark[i[left[at]]] = mark[j[left[at]]] = left[at]
+        for at in range(n_left):
+            edge = left[at]
+            chosen[edge] = _is_first(first, beside, mark, i[edge], edge) and _is_first(
+                first, beside, mark, j[edge], edge
+            )
+        for vertex in range(n):
+            mark[vertex] = 0
+        for at in range(n_left):
+            edge = left[at]
+            if chosen[edge]:
+                _block(first, beside, mark, i[edge])
+                _block(first, beside, mark, j[edge])
+        common, n_left = n_left, 0
+        for at in range(common):
+            edge = left[at]
+            if mark[i[edge]] == 0 and mark[j[edge]] == 0:
+                left[n_left] = edge
+                n_left += 1
+    return chosen_array.astype(bool)
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+@cython.locals(face=cython.Py_ssize_t, corner=cython.Py_ssize_t, vertex=cython.Py_ssize_t)
+def _neighbours(
+    F: cython.const[cython.longlong][:, ::1],
+    n: cython.Py_ssize_t,
+    first: cython.longlong[::1],
+    beside: cython.longlong[::1],
+) -> cython.void:
+    """Write the neighbours of each vertex in a row, and where those of the first and of each after it begin."""
+    for face in range(F.shape[0]):
+        for corner in range(3):
+            first[F[face, corner] + 2] += 1
+    for vertex in range(n):
+        first[vertex + 2] += first[vertex + 1]
+    for face in range(F.shape[0]):  # of a closed manifold each neighbour follows its vertex in just one face
+        for corner in range(3):
+            vertex = F[face, corner]
+            beside[first[vertex + 1]] = F[face, (corner + 1) % 3]
+            first[vertex + 1] += 1
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+@cython.locals(at=cython.Py_ssize_t)
+def _is_first(
+    first: cython.longlong[::1],
+    beside: cython.longlong[::1],
+    least: cython.longlong[::1],
+    vertex: cython.Py_ssize_t,
+    edge: cython.Py_ssize_t,
+) -> cython.bint:
+    """Whether no edge comes before this one at a vertex and its neighbours."""
+    for at in range(first[vertex], first[vertex + 1]):
+        if least[beside[at]] < edge:
+            return False
+    return least[vertex] == edge
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+@cython.locals(at=cython.Py_ssize_t)
+def _block(
+    first: cython.longlong[::1], beside: cython.longlong[::1], mark: cython.longlong[::1], vertex: cython.Py_ssize_t
+) -> cython.void:
+    """Mark a vertex and its neighbours."""
+    mark[vertex] = 1
+    for at in range(first[vertex], first[vertex + 1]):
+        mark[beside[at]] = 1

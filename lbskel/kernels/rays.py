@@ -1,0 +1,132 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
+"""What rays meet first, by the tree of boxes of :mod:`lbskel.kernels.trees`."""
+
+from __future__ import annotations
+
+__all__ = ["first_hits"]
+
+import cython
+import numpy as np
+from cython.cimports.libc.math import fabs
+from numpy.typing import NDArray
+
+LEAF = cython.declare(cython.Py_ssize_t, 4)  # faces
+DEPTH = cython.declare(cython.Py_ssize_t, 64)  # levels of any tree
+STEEP = cython.declare(cython.double, 1e300)  # what one over a direction is at most
+NEVER = cython.declare(cython.double, float("inf"))
+EDGE = cython.declare(cython.double, 1e-12)  # share of an edge that triangles are larger, so that no ray passes between
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+@cython.locals(first=cython.double, last=cython.double, axis=cython.Py_ssize_t)
+def _enters(
+    boxes: cython.const[cython.double][:, ::1],
+    node: cython.Py_ssize_t,
+    origins: cython.const[cython.double][:, ::1],
+    i: cython.Py_ssize_t,
+    slowness: cython.double[::1],
+    best: cython.double,
+) -> cython.double:
+    """How far along a ray a box begins; infinite where it is missed, or begins beyond the best."""
+    start: cython.double = 0.0
+    end: cython.double = best
+    for axis in range(3):
+        first = (boxes[node, axis] - origins[i, axis]) * slowness[axis]
+        last = (boxes[node, axis + 3] - origins[i, axis]) * slowness[axis]
+        if first > last:
+            first, last = last, first
+        start, end = max(start, first), min(end, last)
+    return start if start <= end else NEVER
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _met(
+    corners: cython.const[cython.double][:, ::1],
+    at: cython.Py_ssize_t,
+    origins: cython.const[cython.double][:, ::1],
+    ways: cython.const[cython.double][:, ::1],
+    i: cython.Py_ssize_t,
+) -> cython.double:
+    """How far along a ray a triangle is met; infinite where it is missed. After Moeller, Trumbore 1997."""
+    px: cython.double = corners[at, 3] - corners[at, 0]
+    py: cython.double = corners[at, 4] - corners[at, 1]
+    pz: cython.double = corners[at, 5] - corners[at, 2]
+    qx: cython.double = corners[at, 6] - corners[at, 0]
+    qy: cython.double = corners[at, 7] - corners[at, 1]
+    qz: cython.double = corners[at, 8] - corners[at, 2]
+    sx: cython.double = ways[i, 1] * qz - ways[i, 2] * qy
+    sy: cython.double = ways[i, 2] * qx - ways[i, 0] * qz
+    sz: cython.double = ways[i, 0] * qy - ways[i, 1] * qx
+    volume: cython.double = px * sx + py * sy + pz * sz
+    if volume == 0:
+        return NEVER
+    ox: cython.double = origins[i, 0] - corners[at, 0]
+    oy: cython.double = origins[i, 1] - corners[at, 1]
+    oz: cython.double = origins[i, 2] - corners[at, 2]
+    u: cython.double = (ox * sx + oy * sy + oz * sz) / volume
+    if u < -EDGE or u > 1 + EDGE:
+        return NEVER
+    sx, sy, sz = oy * pz - oz * py, oz * px - ox * pz, ox * py - oy * px
+    v: cython.double = (ways[i, 0] * sx + ways[i, 1] * sy + ways[i, 2] * sz) / volume
+    if v < -EDGE or u + v > 1 + EDGE:
+        return NEVER
+    far: cython.double = (qx * sx + qy * sy + qz * sz) / volume
+    return far if far >= 0 else NEVER
+
+
+@cython.locals(
+    i=cython.Py_ssize_t,
+    axis=cython.Py_ssize_t,
+    node=cython.Py_ssize_t,
+    at=cython.Py_ssize_t,
+    top=cython.Py_ssize_t,
+    left=cython.double,
+    right=cython.double,
+    best=cython.double,
+)
+def first_hits(
+    corners: cython.const[cython.double][:, ::1],
+    order: cython.const[cython.longlong][::1],
+    boxes: cython.const[cython.double][:, ::1],
+    origins: cython.const[cython.double][:, ::1],
+    ways: cython.const[cython.double][:, ::1],
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """(k,) the face that each ray meets first, -1 where there is none, and how far on, in lengths of its direction."""
+    k: cython.Py_ssize_t = origins.shape[0]
+    p: cython.Py_ssize_t = boxes.shape[0] // 2
+    faces_array, far_array = np.full(k, -1, dtype=np.int64), np.empty(k)
+    faces: cython.longlong[::1] = faces_array
+    far: cython.double[::1] = far_array
+    stack: cython.longlong[::1] = np.empty(DEPTH, dtype=np.int64)
+    entries: cython.double[::1] = np.empty(DEPTH)
+    slowness: cython.double[::1] = np.empty(3)
+    for i in range(k):
+        for axis in range(3):
+            slowness[axis] = 1 / ways[i, axis] if fabs(ways[i, axis]) * STEEP > 1 else STEEP
+        best = NEVER
+        stack[0], entries[0], top = 1, 0.0, 1
+        while top > 0:
+            top -= 1
+            node, left = stack[top], entries[top]
+            while node < p and left < best:
+                node *= 2
+                left = _enters(boxes, node, origins, i, slowness, best)
+                right = _enters(boxes, node + 1, origins, i, slowness, best)
+                stack[top], entries[top] = node + 1, right
+                if right < left:
+                    stack[top], entries[top] = node, left
+                    node, left = node + 1, right
+                if entries[top] < best:
+                    top += 1
+            if left >= best:
+                continue
+            for at in range((node - p) * LEAF, min((node - p + 1) * LEAF, order.shape[0])):
+                left = _met(corners, at, origins, ways, i)
+                if left < best:
+                    best, faces[i] = left, order[at]
+        far[i] = best
+    return faces_array, far_array

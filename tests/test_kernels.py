@@ -1,0 +1,92 @@
+"""Kernels give the same whether they are compiled or not."""
+
+import importlib
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lbskel import boxes, coarsening, kernels, sections
+from lbskel.coarsening import Coarsened, coarsen
+from lbskel.operators import flips
+from lbskel.operators.flips import IntrinsicTriangulation, delaunay, glued
+from lbskel.sections import cut
+from lbskel.shapes import make
+
+FOLDER = Path(kernels.__file__).parent
+NAMES = sorted(
+    path.stem for path in FOLDER.glob("*.py") if "cython" in path.read_text(encoding="utf-8").split("\n", 1)[0]
+)
+
+
+def uncompiled(name):
+    """A kernel run as plain Python."""
+    spec = importlib.util.spec_from_file_location(f"uncompiled_{name}", FOLDER / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def mesh():
+    return make("limbs", n_vertices=600).mesh
+
+
+def nearest():
+    return mesh().boxes.nearest(np.random.default_rng(0).normal(size=(40, 3)))
+
+
+def first_hits():
+    ways = np.random.default_rng(1).normal(size=(40, 3))
+    return mesh().boxes.first_hits(0.1 * ways[::-1], ways)
+
+
+def curves():
+    rng = np.random.default_rng(2)
+    normals = rng.normal(size=(12, 3))
+    found = cut(mesh(), 0.3 * rng.normal(size=(12, 3)), normals / np.linalg.norm(normals, axis=1, keepdims=True))
+    return found.surrounds, found.areas, found.lengths, found.radii, found.centroids
+
+
+def flipped():
+    faces = mesh().faces
+    lengths = 1 + np.random.default_rng(3).random(faces.shape) * 0.9
+    lengths.ravel()[np.maximum(glued(faces), np.arange(faces.size))] = lengths.ravel()  # the same on both sides
+    lengths = np.maximum(lengths.ravel(), lengths.ravel()[glued(faces)]).reshape(-1, 3)
+    result = delaunay(IntrinsicTriangulation(faces, lengths, glued(faces)))
+    return result.faces, result.lengths, result.twins
+
+
+def coarsened():
+    n = len(mesh().vertices)
+    result = coarsen(Coarsened(mesh(), np.arange(n), np.arange(n), np.ones(n)), np.full(n, 0.15))
+    return result.mesh.vertices, result.mesh.faces, result.vertex_map
+
+
+CASES = {
+    "trees": (nearest, {boxes: ("nearest_places", "tree_of")}),
+    "rays": (first_hits, {boxes: ("first_hits",)}),
+    "curves": (curves, {sections: ("Curves",)}),
+    "flips": (flipped, {flips: ("cotangents", "flip_to_delaunay")}),
+    "collapses": (coarsened, {coarsening: ("independent_collapses",)}),
+}
+
+
+def test_every_kernel_has_a_case():
+    assert sorted(CASES) == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_compiled_or_not_is_the_same(name, monkeypatch):
+    if importlib.import_module(f"lbskel.kernels.{name}").__file__.endswith(".py"):
+        pytest.skip("kernels were not compiled at installation")
+    case, places = CASES[name]
+    compiled = case()
+    for module, functions in places.items():
+        for function in functions:
+            monkeypatch.setattr(module, function, getattr(uncompiled(name), function))
+    with np.errstate(over="ignore"):  # of boxes without a face, which are infinitely far
+        plain = case()
+    for one, other in zip(compiled, plain, strict=True):
+        # the same operations in the same order, but for square roots and powers that C and Python may round otherwise
+        assert one == pytest.approx(other, rel=1e-12, abs=1e-15)
