@@ -1,9 +1,8 @@
 """Faces in a tree of boxes, so that a search leaves out most of a mesh at a glance.
 
-Faces are put along a curve that fills space (Morton 1966, "A computer oriented geodetic data base") by their first
-corners; each run of a few is a leaf, and each two nodes in a row have one above them. That is built in a tenth of the
-time of a tree split by medians, and is searched as fast (measured against libigl's, whose rays miss faces with an area
-under some 1e-6).
+The faces of each box are parted across its longest side, half and half, as libigl does it; but the tree is complete and
+has no pointers, and a leaf has a few faces. It is built in a third of the time of libigl's and searched in two thirds
+(measured), and its rays meet faces of any size: libigl's pass through those with an area under some 1e-6.
 """
 
 from __future__ import annotations
@@ -16,10 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.kernels.rays import first_hits
-from lbskel.kernels.trees import nearest_places, tree_of
-from lbskel.ordering import stable_order
+from lbskel.kernels.trees import halved, nearest_places, tree_of
 
-BITS = 10  # of each coordinate along the curve
 ROUNDING = 1e-12  # of the largest coordinate, by which each box is larger, so that none is missed by rounding
 
 
@@ -30,7 +27,7 @@ class Boxes:
     Parameters
     ----------
     order : (m,) array of int
-        The faces along the curve.
+        The faces, leaf by leaf.
     corners : (m, 9) array of float
         The three corners of each, in that order.
     bounds : (2 p, 6) array of float
@@ -58,16 +55,7 @@ class Boxes:
         return first_hits(self.corners, self.order, self.bounds, *rays)
 
 
-def _along_curve(points: NDArray[np.float64]) -> NDArray[np.int64]:
-    """(n,) place of points along the curve."""
-    low, size = points.min(axis=0), np.ptp(points, axis=0).max()
-    cells = ((points - low) * ((2**BITS - 1) / size if size > 0 else 0.0)).astype(np.int64)
-    numbers = np.arange(2**BITS)
-    spread = np.sum([(numbers >> bit & 1) << (3 * bit) for bit in range(BITS)], axis=0)
-    return spread[cells[:, 0]] | spread[cells[:, 1]] << 1 | spread[cells[:, 2]] << 2
-
-
 def boxes_of(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Boxes:
     """The tree of some triangles."""
-    order = stable_order(_along_curve(vertices)[faces[:, 0]])
+    order = halved(vertices[faces].sum(axis=1))
     return Boxes(order, *tree_of(vertices, faces, order, ROUNDING * float(np.abs(vertices).max())))

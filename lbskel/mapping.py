@@ -18,9 +18,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.sparse.csgraph import dijkstra
 from scipy.spatial.distance import cdist
 
+from lbskel.kernels.regions import pieces
 from lbskel.mesh import Mesh
 from lbskel.ordering import stable_order
 from lbskel.skeleton import Skeleton
@@ -45,23 +46,15 @@ def is_in_largest_piece(
 
     A piece is what hangs together by edges of the mesh. Of nodes other than those given all is taken to be one piece.
     """
-    n = len(mesh.vertices)
-    asked = np.arange(n) if nodes is None else np.flatnonzero(np.isin(node_of_vertex, nodes))
-    number = np.full(n, -1)
-    number[asked] = np.arange(len(asked))
-    i, j = mesh.edges.T
-    i, j = number[mesh.edges[(node_of_vertex[i] == node_of_vertex[j]) & (number[i] >= 0)]].T
-    graph = coo_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=2 * asked.shape)
-    piece = connected_components(graph, directed=False)[1]
-    size, first = np.bincount(piece), np.empty(piece.max(initial=-1) + 1, dtype=np.int64)
-    first[piece[::-1]] = asked[::-1]  # of several written the last stays
+    asked = node_of_vertex if nodes is None else np.where(np.isin(node_of_vertex, nodes), node_of_vertex, -1)
+    piece = pieces(mesh.edges, asked)
+    size = np.bincount(piece)
+    first = np.flatnonzero(size)
     node = node_of_vertex[first]
-    order = np.lexsort((first, -size, node))
+    order = np.lexsort((first, -size[first], node))
     is_kept = np.zeros(len(size), dtype=bool)
-    is_kept[order[np.diff(node[order], prepend=-1) > 0]] = True
-    is_in_it = np.ones(n, dtype=bool)
-    is_in_it[asked] = is_kept[piece]
-    return is_in_it
+    is_kept[first[order[np.diff(node[order], prepend=-1) > 0]]] = True
+    return is_kept[piece] | (asked < 0)
 
 
 def parted_edges(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:

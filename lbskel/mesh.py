@@ -16,13 +16,12 @@ from typing import Any
 import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from lbskel.boxes import Boxes, boxes_of
 from lbskel.conversion import arrays_of, triangulate
 from lbskel.errors import MeshError, first_few
 from lbskel.fans import count_fans
+from lbskel.kernels.regions import pieces
 from lbskel.ordering import numbered
 from lbskel.triangulation import unfold
 
@@ -210,10 +209,8 @@ class Mesh:
     @cached_property
     def component_of_vertex(self) -> NDArray[np.int64]:
         """(n,) number of the connected component of each vertex; components without a face come last."""
-        n = len(self.vertices)
-        pairs = self.edges
-        graph = coo_array((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-        labels = connected_components(graph, directed=False)[1]
+        least = pieces(self.edges, np.zeros(len(self.vertices), dtype=np.int64))
+        labels = (np.cumsum(least == np.arange(len(least))) - 1)[least]
         has_face = np.zeros(labels.max() + 1, dtype=bool)
         has_face[labels[self.faces[:, 0]]] = True
         rank = np.argsort(np.argsort(~has_face, kind="stable"), kind="stable")

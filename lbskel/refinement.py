@@ -17,6 +17,7 @@ from scipy.sparse import coo_array, diags_array
 
 from lbskel.axes import Axes, branch_of_node, find_axes
 from lbskel.junctions import place_junctions
+from lbskel.kernels.regions import nearer_nodes
 from lbskel.mesh import Mesh
 from lbskel.skeleton import Skeleton
 from lbskel.solvers import factorize
@@ -73,19 +74,11 @@ def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
 
 def settle(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     """The skeleton with each vertex handed on along the edges to a nearer node, as long as there is one next to it."""
-    degrees = skeleton.degrees
-    beside = np.tile(np.arange(len(degrees))[:, None], (1, int(degrees.max(initial=0)) + 1))
-    for node, neighbours in enumerate(skeleton.neighbours):
-        beside[node, 1 : 1 + len(neighbours)] = neighbours
-    node_of_vertex = np.array(skeleton.node_of_vertex)
-    moving = np.arange(len(node_of_vertex))
-    while len(moving):
-        choices, V = beside[node_of_vertex[moving]].T, mesh.vertices[moving]
-        away = (skeleton.nodes[choice] - V for choice in choices)
-        nearest = np.argmin([np.einsum("ni,ni->n", each, each) for each in away], axis=0)  # of equals the node itself
-        node_of_vertex[moving] = choices[nearest, np.arange(len(moving))]
-        moving = moving[nearest > 0]
-    return replace(skeleton, node_of_vertex=node_of_vertex)
+    neighbours = skeleton.neighbours
+    first = np.cumsum([0, *map(len, neighbours)])
+    beside = np.concatenate([*neighbours, np.empty(0, dtype=np.int64)])
+    settled = nearer_nodes(mesh.vertices, skeleton.node_of_vertex, skeleton.nodes, first, beside)
+    return replace(skeleton, node_of_vertex=settled)
 
 
 def recenter(skeleton: Skeleton, surface: Surface) -> Skeleton:

@@ -7,12 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lbskel import boxes, coarsening, kernels, sections
+from lbskel import boxes, coarsening, fans, kernels, mapping, refinement, sections
 from lbskel.coarsening import Coarsened, coarsen
+from lbskel.fans import count_fans
+from lbskel.mapping import is_in_largest_piece
 from lbskel.operators import flips
 from lbskel.operators.flips import IntrinsicTriangulation, delaunay, glued
+from lbskel.refinement import settle
 from lbskel.sections import cut
 from lbskel.shapes import make
+from lbskel.skeleton import Skeleton
 
 FOLDER = Path(kernels.__file__).parent
 NAMES = sorted(
@@ -63,11 +67,21 @@ def coarsened():
     return result.mesh.vertices, result.mesh.faces, result.vertex_map
 
 
+def regions():
+    rng = np.random.default_rng(4)
+    n = len(mesh().vertices)
+    nodes = rng.normal(size=(9, 3))
+    skeleton = Skeleton(nodes, np.stack([np.arange(8), np.arange(1, 9)], axis=1), np.ones(9), rng.integers(9, size=n))
+    whole = is_in_largest_piece(rng.integers(3, size=n), mesh())
+    return settle(skeleton, mesh()).node_of_vertex, whole, np.array(count_fans(mesh().edge_of_half_edge))
+
+
 CASES = {
-    "trees": (nearest, {boxes: ("nearest_places", "tree_of")}),
+    "trees": (nearest, {boxes: ("halved", "nearest_places", "tree_of")}),
     "rays": (first_hits, {boxes: ("first_hits",)}),
     "curves": (curves, {sections: ("Curves",)}),
     "flips": (flipped, {flips: ("cotangents", "flip_to_delaunay")}),
+    "regions": (regions, {fans: ("fans",), mapping: ("pieces",), refinement: ("nearer_nodes",)}),
     "collapses": (coarsened, {coarsening: ("independent_collapses",)}),
 }
 

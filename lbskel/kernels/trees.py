@@ -7,7 +7,7 @@ with LEAF faces of an order that is given.
 
 from __future__ import annotations
 
-__all__ = ["nearest_places", "tree_of"]
+__all__ = ["halved", "nearest_places", "tree_of"]
 
 import cython
 import numpy as np
@@ -18,6 +18,85 @@ DEPTH = cython.declare(cython.Py_ssize_t, 64)  # levels of any tree
 NOWHERE = cython.declare(cython.double, 1e300)  # the place of boxes without a face: farther than anything
 NEVER = cython.declare(cython.double, float("inf"))
 WIDER = cython.declare(cython.double, 1e-9)  # share by which a bound must be more than the least, for rounding
+
+
+@cython.locals(begin=cython.Py_ssize_t, end=cython.Py_ssize_t, half=cython.Py_ssize_t, at=cython.Py_ssize_t)
+@cython.locals(axis=cython.Py_ssize_t, widest=cython.Py_ssize_t, low=cython.double, high=cython.double)
+def halved(centres: cython.double[:, ::1]) -> NDArray[np.int64]:
+    """(m,) an order in which every node of a tree has faces that lie together.
+
+    The faces of a node are parted across its longest side, so that the first of its children is full. The centres of
+    the faces are put into that order.
+    """
+    m: cython.Py_ssize_t = centres.shape[0]
+    top: cython.Py_ssize_t = 1
+    size: cython.Py_ssize_t = LEAF
+    widest_size: cython.double
+    array = np.arange(m)
+    order: cython.longlong[::1] = array
+    stack: cython.longlong[:, ::1] = np.empty((DEPTH, 3), dtype=np.int64)
+    while size < m:
+        size *= 2
+    stack[0, 0], stack[0, 1], stack[0, 2] = 0, m, size
+    while top > 0:
+        top -= 1
+        begin, end, size = stack[top, 0], stack[top, 1], stack[top, 2]
+        while size > LEAF:
+            size //= 2
+            half = begin + size
+            if half >= end:
+                continue
+            widest, widest_size = 0, -1.0
+            for axis in range(3):
+                low = high = centres[begin, axis]
+                for at in range(begin + 1, end):
+                    low, high = min(low, centres[at, axis]), max(high, centres[at, axis])
+                if high - low > widest_size:
+                    widest, widest_size = axis, high - low
+            _part(centres, order, begin, end, half, widest)
+            stack[top, 0], stack[top, 1], stack[top, 2] = half, end, size
+            top += 1
+            end = half
+    return array
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+@cython.locals(i=cython.Py_ssize_t, j=cython.Py_ssize_t, pivot=cython.double, at=cython.Py_ssize_t)
+def _part(
+    centres: cython.double[:, ::1],
+    order: cython.longlong[::1],
+    begin: cython.Py_ssize_t,
+    end: cython.Py_ssize_t,
+    half: cython.Py_ssize_t,
+    axis: cython.Py_ssize_t,
+) -> cython.void:
+    """Put the least along an axis before the half: Hoare 1961, "Algorithm 65: find"."""
+    first: cython.Py_ssize_t = begin
+    last: cython.Py_ssize_t = end - 1
+    while first < last:
+        low: cython.double = centres[first, axis]
+        middle: cython.double = centres[(first + last) // 2, axis]
+        high: cython.double = centres[last, axis]
+        pivot = max(min(low, middle), min(max(low, middle), high))
+        i, j = first, last
+        while i <= j:
+            while centres[i, axis] < pivot:
+                i += 1
+            while pivot < centres[j, axis]:
+                j -= 1
+            if i <= j:
+                for at in range(3):
+                    centres[i, at], centres[j, at] = centres[j, at], centres[i, at]
+                order[i], order[j] = order[j], order[i]
+                i += 1
+                j -= 1
+        if half <= j:
+            last = j
+        elif half >= i:
+            first = i
+        else:
+            return
 
 
 @cython.locals(
