@@ -10,6 +10,8 @@ import pytest
 from lbskel import boxes, coarsening, fans, kernels, mapping, refinement, sections
 from lbskel.coarsening import Coarsened, coarsen
 from lbskel.fans import count_fans
+from lbskel.files import reading
+from lbskel.files.reading import numbers_of
 from lbskel.mapping import is_in_largest_piece
 from lbskel.operators import flips
 from lbskel.operators.flips import IntrinsicTriangulation, delaunay, glued
@@ -76,12 +78,40 @@ def regions():
     return settle(skeleton, mesh()).node_of_vertex, whole, np.array(count_fans(mesh().edge_of_half_edge))
 
 
+WORDS = "0 -0 1e5 -1.5E-300 1e400 .5 5. +3 123456789012345678 1234567890123456789 0.30000000000000004 nan -inf 2.675"
+HALFWAY = (
+    "9007199254740993 4503599627370497.5 900719925474099.25 1.0000000000000001110223024625156540423631668090820312"
+)
+
+
+def numbers():
+    rng = np.random.default_rng(5)
+    values = rng.normal(size=600) * 10.0 ** rng.integers(-9, 9, size=600)
+    forms = ("{!r}", "{:.6f}", "{:.15e}", "{:.18f}", "{:.17g}")
+    words = [form.format(value) for value in values.tolist() for form in forms]
+    return (numbers_of(" ".join([*words, WORDS, HALFWAY])),)
+
+
+def test_numbers_are_those_of_python():
+    words = [f"{value:.{digits}g}" for value in np.pi ** np.arange(-40, 40.0) for digits in range(1, 25)]
+    words += [*WORDS.split(), *HALFWAY.split()]
+    expected = np.array([float(word) for word in words])
+    assert np.array_equal(numbers_of(" \r\n\t".join(words)).view(np.int64), expected.view(np.int64))
+
+
+@pytest.mark.parametrize("text", ["1 2 x", "1_0", "--1", "1..2", ".", "-", "1,2", "0x10", "1\0", "1e", "\u0661"])
+def test_what_is_no_number_is_an_error(text):
+    with pytest.raises(ValueError, match=r"number|convert"):
+        numbers_of(text)
+
+
 CASES = {
     "trees": (nearest, {boxes: ("halved", "nearest_places", "tree_of")}),
     "rays": (first_hits, {boxes: ("first_hits",)}),
     "curves": (curves, {sections: ("Curves",)}),
     "flips": (flipped, {flips: ("cotangents", "flip_to_delaunay")}),
     "regions": (regions, {fans: ("fans",), mapping: ("pieces",), refinement: ("nearer_nodes",)}),
+    "text": (numbers, {reading: ("numbers_in",)}),
     "collapses": (coarsened, {coarsening: ("independent_collapses",)}),
 }
 

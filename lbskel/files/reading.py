@@ -23,7 +23,6 @@ __all__ = [
 ]
 
 import os
-import warnings
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -33,6 +32,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lbskel.errors import FormatError, LbskelError, MeshError, MissingDependency
+from lbskel.kernels.text import numbers_in
 
 EXACT_WHOLE = 2.0**53  # whole numbers below are exact in float64
 
@@ -125,12 +125,7 @@ def numbers_of(text: str | bytes) -> NDArray[np.float64]:
     ValueError
         If something else stands there.
     """
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", DeprecationWarning)  # what numpy before 2.3 makes of it
-        try:
-            return np.fromstring(text.strip(), sep=" ")  # of white space alone numpy makes a number
-        except DeprecationWarning as error:
-            raise ValueError(str(error)) from None
+    return numbers_in(text.encode() if isinstance(text, str) else text)
 
 
 def table(lines: Lines, columns: range, what: str) -> NDArray[np.float64]:
