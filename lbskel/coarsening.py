@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.kernels.collapses import independent_collapses
+from lbskel.kernels.collapses import independent_collapses, short_edges
 from lbskel.mesh import Mesh
 
 ROUNDS = 6  # at most, at a time: what is left is for after the next step
@@ -84,14 +84,8 @@ def _round(
     V: NDArray[np.float64], F: NDArray[np.int64], limits: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Vertices that go and those they go into: the shortest edges first, none next to another."""
-    start, end = np.concatenate([F[:, 1], F[:, 2], F[:, 0]]), np.concatenate([F[:, 2], F[:, 0], F[:, 1]])
-    is_edge = start < end  # of the two sides of an edge, which run opposite ways
-    i, j = start[is_edge], end[is_edge]
-    along = V[i] - V[j]
-    squared = np.einsum("ex,ex->e", along, along)
-    short = np.flatnonzero(squared < np.minimum(limits[i], limits[j]) ** 2)
-    mixed = short * 2654435761 % 2**32  # of equal lengths in a row of edges more than the first can be the least about
-    short = short[np.lexsort((mixed, np.round(np.sqrt(squared[short]), DIGITS)))]
-    i, j = i[short], j[short]
-    is_chosen = independent_collapses(F, len(V), i, j, SELECTIONS)
-    return j[is_chosen], i[is_chosen]
+    edges, places, lengths = short_edges(V, F, limits)
+    mixed = places * 2654435761 % 2**32  # of equal lengths in a row of edges more than the first can be the least about
+    target, gone = edges[np.lexsort((mixed, np.round(lengths, DIGITS)))].T.copy()
+    is_chosen = independent_collapses(F, len(V), target, gone, SELECTIONS)
+    return gone[is_chosen], target[is_chosen]

@@ -1,13 +1,46 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Which of some edges collapse together: those that keep the topology, and come first wherever they touch others."""
+"""Short edges, and which of them collapse together: those that keep the topology and come first where they touch."""
 
 from __future__ import annotations
 
-__all__ = ["independent_collapses"]
+__all__ = ["independent_collapses", "short_edges"]
 
 import cython
 import numpy as np
+from cython.cimports.libc.math import sqrt
 from numpy.typing import NDArray
+
+
+@cython.locals(n=cython.Py_ssize_t, face=cython.Py_ssize_t, corner=cython.Py_ssize_t, axis=cython.Py_ssize_t)
+@cython.locals(i=cython.longlong, j=cython.longlong, far=cython.double, squared=cython.double, limit=cython.double)
+def short_edges(
+    V: cython.const[cython.double][:, ::1],
+    F: cython.const[cython.longlong][:, ::1],
+    limits: cython.const[cython.double][::1],
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+    """(k, 2) edges of a closed manifold shorter than the limits at both ends, their places among all, and lengths."""
+    n = 0
+    count: cython.longlong = 0
+    edges_array = np.empty((3 * F.shape[0] // 2 + 1, 2), dtype=np.int64)
+    places_array, lengths_array = np.empty(len(edges_array), dtype=np.int64), np.empty(len(edges_array))
+    edges: cython.longlong[:, ::1] = edges_array
+    places: cython.longlong[::1] = places_array
+    lengths: cython.double[::1] = lengths_array
+    for corner in range(3):
+        for face in range(F.shape[0]):
+            i, j = F[face, (corner + 1) % 3], F[face, (corner + 2) % 3]
+            if i > j:  # the other side of the same edge
+                continue
+            squared = 0.0
+            for axis in range(3):
+                far = V[i, axis] - V[j, axis]
+                squared += far * far
+            limit = min(limits[i], limits[j])
+            if squared < limit * limit:
+                edges[n, 0], edges[n, 1], places[n], lengths[n] = i, j, count, sqrt(squared)
+                n += 1
+            count += 1
+    return edges_array[:n], places_array[:n], lengths_array[:n]
 
 
 @cython.locals(

@@ -21,20 +21,22 @@ WIDER = cython.declare(cython.double, 1e-9)  # share by which a bound must be mo
 
 
 @cython.locals(begin=cython.Py_ssize_t, end=cython.Py_ssize_t, half=cython.Py_ssize_t, at=cython.Py_ssize_t)
-@cython.locals(axis=cython.Py_ssize_t, widest=cython.Py_ssize_t, low=cython.double, high=cython.double)
-def halved(centres: cython.double[:, ::1]) -> NDArray[np.int64]:
+@cython.locals(widest=cython.Py_ssize_t)
+def halved(V: cython.const[cython.double][:, ::1], F: cython.const[cython.longlong][:, ::1]) -> NDArray[np.int64]:
     """(m,) an order in which every node of a tree has faces that lie together.
 
-    The faces of a node are parted across its longest side, so that the first of its children is full. The centres of
-    the faces are put into that order.
+    The faces of a node are parted by their centres across its longest side, so that the first of its children is full.
     """
-    m: cython.Py_ssize_t = centres.shape[0]
+    m: cython.Py_ssize_t = F.shape[0]
+    centres: cython.double[:, ::1] = np.empty((m, 3))
     top: cython.Py_ssize_t = 1
     size: cython.Py_ssize_t = LEAF
-    widest_size: cython.double
     array = np.arange(m)
     order: cython.longlong[::1] = array
     stack: cython.longlong[:, ::1] = np.empty((DEPTH, 3), dtype=np.int64)
+    for at in range(m):
+        for half in range(3):
+            centres[at, half] = V[F[at, 0], half] + V[F[at, 1], half] + V[F[at, 2], half]
     while size < m:
         size *= 2
     stack[0, 0], stack[0, 1], stack[0, 2] = 0, m, size
@@ -46,18 +48,31 @@ def halved(centres: cython.double[:, ::1]) -> NDArray[np.int64]:
             half = begin + size
             if half >= end:
                 continue
-            widest, widest_size = 0, -1.0
-            for axis in range(3):
-                low = high = centres[begin, axis]
-                for at in range(begin + 1, end):
-                    low, high = min(low, centres[at, axis]), max(high, centres[at, axis])
-                if high - low > widest_size:
-                    widest, widest_size = axis, high - low
+            widest = _longest_side(centres, begin, end)
             _part(centres, order, begin, end, half, widest)
             stack[top, 0], stack[top, 1], stack[top, 2] = half, end, size
             top += 1
             end = half
     return array
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+@cython.locals(at=cython.Py_ssize_t, x=cython.double, y=cython.double, z=cython.double)
+def _longest_side(
+    centres: cython.const[cython.double][:, ::1], begin: cython.Py_ssize_t, end: cython.Py_ssize_t
+) -> cython.Py_ssize_t:
+    """The axis along which some centres lie farthest apart."""
+    x, y, z = centres[begin, 0], centres[begin, 1], centres[begin, 2]
+    high_x: cython.double = x
+    high_y: cython.double = y
+    high_z: cython.double = z
+    for at in range(begin + 1, end):
+        x, high_x = min(x, centres[at, 0]), max(high_x, centres[at, 0])
+        y, high_y = min(y, centres[at, 1]), max(high_y, centres[at, 1])
+        z, high_z = min(z, centres[at, 2]), max(high_z, centres[at, 2])
+    x, y, z = high_x - x, high_y - y, high_z - z
+    return 0 if x >= max(y, z) else 1 if y >= z else 2
 
 
 @cython.cfunc
