@@ -24,6 +24,7 @@ from scipy.sparse import csc_array, csr_array, diags_array, vstack
 
 from lbskel.degeneracy import Treatment
 from lbskel.operators import Laplacian
+from lbskel.operators.assembly import diagonal_matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +64,7 @@ def _first_order(pull: Pull) -> System:
     """(H + tau S) D = -tau S V."""
     S = pull.laplacian.stiffness * pull.weight
     H = pull.start_mass * pull.area_kept
-    A = (S + diags_array(H, format="csc")).tocsc()
+    A = (S + diagonal_matrix(H)).tocsc()
     return System(A, -(S @ pull.vertices), H[:, None] * pull.vertices, H, np.empty(0, dtype=np.int64))
 
 
@@ -71,7 +72,7 @@ def _least_squares(pull: Pull) -> System:
     """(W_H^2 + W_L^2 L^T L) D = -W_L^2 L^T (L V - T)."""
     V, H = pull.vertices, pull.area_kept
     L, treatment = pull.rows
-    A = diags_array(H, format="csc") + pull.weight * (L.T @ L)
+    A = diagonal_matrix(H) + pull.weight * (L.T @ L)
     target = treatment.target(V)
     B = -pull.weight * (L.T @ (L @ V - target))
     return System(A.tocsc(), B, H[:, None] * V + pull.weight * (L.T @ target), H, treatment.rows)

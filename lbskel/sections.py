@@ -80,6 +80,7 @@ def cut(
         mesh.edge_of_half_edge,
         mesh.faces_per_edge,
         tree.order,
+        tree.corners,
         tree.bounds,
         NO_LABELS if face_labels is None or labels is None else face_labels,
     )

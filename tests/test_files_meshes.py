@@ -588,8 +588,8 @@ def test_plain_triangles_are_read_at_once_and_as_line_by_line(tmp_path, written)
     plain, more = tmp_path / "plain.off", tmp_path / "more.off"
     plain.write_text(written.format(text))
     more.write_text(f"OFF # a comment\n{text}")
-    assert _plain(plain.read_text()) is not None
-    assert _plain(more.read_text()) is None
+    assert _plain(plain.read_bytes()) is not None
+    assert _plain(more.read_bytes()) is None
     at_once, by_lines = read_mesh(plain), read_mesh(more)
     np.testing.assert_array_equal(at_once.vertices, by_lines.vertices)
     np.testing.assert_array_equal(at_once.faces, by_lines.faces)
@@ -597,7 +597,7 @@ def test_plain_triangles_are_read_at_once_and_as_line_by_line(tmp_path, written)
 
 @pytest.mark.parametrize("fault", ["3 0 1 9.5", "3 0 1", "3 0 1 x", "4 0 1 2 3", "2 0 1 2", "3 0 1 1e300"])
 def test_what_is_not_plain_is_left_to_the_careful_reader(fault):
-    assert _plain(f"OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n{fault}\n") is None
+    assert _plain(f"OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n{fault}\n".encode()) is None
 
 
 def test_extensions_in_capitals(tmp_path):

@@ -19,6 +19,7 @@ __all__ = [
     "reading",
     "suffix_in",
     "table",
+    "text_of",
     "whole",
 ]
 
@@ -88,9 +89,14 @@ def read_bytes(path: Path) -> bytes:
     return data
 
 
-def read_text(path: Path) -> str:
+def text_of(data: bytes) -> str:
     """The content of a text file; bytes that are no UTF-8, as old names of materials are, become a replacement sign."""
-    return read_bytes(path).decode("utf-8-sig", errors="replace")
+    return data.decode("utf-8-sig", errors="replace")
+
+
+def read_text(path: Path) -> str:
+    """The content of a regular file that is not empty as text, or a FormatError."""
+    return text_of(read_bytes(path))
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +123,7 @@ def lines_of(text: str, comment: str = "#") -> Lines:
     return Lines(list(filter(None, texts)), 1 + np.flatnonzero(np.fromiter(map(len, texts), dtype=np.int64)))
 
 
-def numbers_of(text: str | bytes) -> NDArray[np.float64]:
+def numbers_of(text: str | bytes | memoryview) -> NDArray[np.float64]:
     """All numbers of a text, whatever white space is between them.
 
     Raises

@@ -45,6 +45,7 @@ class Curves:
     edge_of_half_edge: cython.const[cython.longlong][::1]
     faces_per_edge: cython.const[cython.longlong][::1]
     order: cython.const[cython.longlong][::1]
+    corners: cython.const[cython.double][:, ::1]
     boxes: cython.const[cython.double][:, ::1]
     labels: cython.const[cython.longlong][::1]
     x: cython.double  # the point, the normal, and two unit vectors in the plane
@@ -78,11 +79,13 @@ class Curves:
         edge_of_half_edge: NDArray[np.int64],
         faces_per_edge: NDArray[np.int64],
         order: NDArray[np.int64],
+        corners: NDArray[np.float64],
         boxes: NDArray[np.float64],
         labels: NDArray[np.int64],
     ) -> None:
         self.V, self.F, self.edges, self.edge_of_half_edge = V, F, edges, edge_of_half_edge
-        self.faces_per_edge, self.order, self.boxes, self.labels = faces_per_edge, order, boxes, labels
+        self.faces_per_edge, self.order, self.corners, self.boxes = faces_per_edge, order, corners, boxes
+        self.labels = labels
         self.frame, self.stack = np.empty((2, 3)), np.empty(DEPTH, dtype=np.int64)
         # as long as ever needed; memory is taken only where something is written
         self.end_of_edge = np.zeros(len(edges), dtype=np.int64)
@@ -191,22 +194,23 @@ class Curves:
                 top += 2
             else:
                 for at in range((node - p) * LEAF, min((node - p + 1) * LEAF, self.order.shape[0])):
-                    self._cut_face(self.order[at])
+                    self._cut_face(at)
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _height(self, vertex: cython.Py_ssize_t) -> cython.double:
+    def _height(self, x: cython.double, y: cython.double, z: cython.double) -> cython.double:
         """Of a vertex over the plane; the same whichever face it is asked for."""
-        return self.a * self.V[vertex, 0] + self.b * self.V[vertex, 1] + self.c * self.V[vertex, 2] - self.offset
+        return self.a * x + self.b * y + self.c * z - self.offset
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _cut_face(self, face: cython.Py_ssize_t) -> cython.void:
+    def _cut_face(self, at: cython.Py_ssize_t) -> cython.void:
         """The segment in a face, if the plane cuts it, counter-clockwise round the normal where faces face outwards."""
         m: cython.Py_ssize_t = self.F.shape[0]
-        first: cython.bint = self._height(self.F[face, 0]) >= 0
-        second: cython.bint = self._height(self.F[face, 1]) >= 0
-        third: cython.bint = self._height(self.F[face, 2]) >= 0
+        face: cython.longlong = self.order[at]
+        first: cython.bint = self._height(self.corners[at, 0], self.corners[at, 1], self.corners[at, 2]) >= 0
+        second: cython.bint = self._height(self.corners[at, 3], self.corners[at, 4], self.corners[at, 5]) >= 0
+        third: cython.bint = self._height(self.corners[at, 6], self.corners[at, 7], self.corners[at, 8]) >= 0
         if first == second and second == third:
             return
         lone: cython.Py_ssize_t = 0 if second == third else 1 if third == first else 2  # that one alone is on its side
@@ -235,8 +239,8 @@ class Curves:
         self.segment_of_end[end], self.faces_at_end[end] = segment, 1
         i: cython.Py_ssize_t = self.edges[edge, 0]
         j: cython.Py_ssize_t = self.edges[edge, 1]
-        height: cython.double = self._height(i)
-        share: cython.double = height / (height - self._height(j))
+        height: cython.double = self._height(self.V[i, 0], self.V[i, 1], self.V[i, 2])
+        share: cython.double = height / (height - self._height(self.V[j, 0], self.V[j, 1], self.V[j, 2]))
         x: cython.double = (1 - share) * self.V[i, 0] + share * self.V[j, 0] - self.x
         y: cython.double = (1 - share) * self.V[i, 1] + share * self.V[j, 1] - self.y
         z: cython.double = (1 - share) * self.V[i, 2] + share * self.V[j, 2] - self.z

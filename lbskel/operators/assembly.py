@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csc_array, diags_array
+from scipy.sparse import coo_array, csc_array
 
 
 def diagonal_matrix(values: NDArray[Any]) -> csc_array:
     """The matrix with these values on its diagonal."""
-    return csc_array(diags_array(values, dtype=np.float64))
+    n = len(values)
+    return csc_array((np.asarray(values, dtype=np.float64), np.arange(n), np.arange(n + 1)), shape=(n, n))
 
 
 def symmetric_matrix(faces: NDArray[np.int64], edge_entries: NDArray[np.float64], diagonal: NDArray[Any]) -> csc_array:
