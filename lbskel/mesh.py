@@ -13,15 +13,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lbskel.boxes import Boxes, boxes_of
 from lbskel.conversion import arrays_of, triangulate
 from lbskel.errors import MeshError, first_few
-from lbskel.fans import count_fans
-from lbskel.kernels.regions import pieces
+from lbskel.kernels.regions import fans, pieces
+from lbskel.kernels.triangles import integrals
 from lbskel.ordering import numbered
 from lbskel.triangulation import unfold
 
@@ -162,9 +161,14 @@ class Mesh:
         return read_only(np.bincount(self.edge_of_half_edge, minlength=len(self.edges)))
 
     @cached_property
+    def _integrals(self) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+        """The area of each face, the moment of the surface about its first vertex, and the volume."""
+        return integrals(self.vertices, self.faces)
+
+    @property
     def face_areas(self) -> NDArray[np.float64]:
         """(m,) area of each triangle."""
-        return read_only(igl.doublearea(self.vertices, self.faces) / 2)
+        return read_only(self._integrals[0])
 
     @cached_property
     def boxes(self) -> Boxes:
@@ -176,15 +180,15 @@ class Mesh:
         """(u,) vertices that belong to a face, in ascending order."""
         return read_only(np.flatnonzero(np.bincount(self.faces.ravel(), minlength=len(self.vertices))))
 
-    @property
+    @cached_property
     def area(self) -> float:
         """Total area."""
         return float(self.face_areas.sum())
 
-    @cached_property
+    @property
     def volume(self) -> float:
         """Signed volume, positive where the faces are oriented outwards; of use for closed meshes only."""
-        return float(igl.centroid(self.vertices - self.vertices.mean(axis=0), self.faces)[1])
+        return self._integrals[2]
 
     @cached_property
     def diagonal(self) -> float:
@@ -195,9 +199,9 @@ class Mesh:
     @cached_property
     def centroid(self) -> NDArray[np.float64]:
         """(3,) centre of mass of the surface."""
-        weights = self.face_areas if self.area > 0 else np.ones(len(self.faces))
-        A, B, C = (self.vertices[self.faces[:, corner]] for corner in range(3))
-        return read_only(weights @ (A + B + C) / (3 * weights.sum()))
+        if not self.area > 0:
+            return read_only(self.vertices[self.faces].mean(axis=(0, 1)))
+        return read_only(self.vertices[self.faces[0, 0]] + self._integrals[1] / self.area)
 
     @cached_property
     def extent(self) -> float:
@@ -238,9 +242,7 @@ class Mesh:
         """Whether the mesh is a closed, consistently oriented surface without pinched vertices."""
         if not (self.is_edge_manifold and self.is_closed):
             return False
-        start, end = self.half_edges.T
-        balance = np.bincount(self.edge_of_half_edge, weights=np.where(start < end, 1, -1))
-        return not balance.any() and count_fans(self.edge_of_half_edge) == len(self.used_vertices)
+        return fans(self.faces, self.edge_of_half_edge, len(self.edges)) == len(self.used_vertices)
 
     @cached_property
     def euler_characteristic(self) -> int:

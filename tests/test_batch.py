@@ -103,7 +103,7 @@ def test_a_time_limit_ends_one_input_and_it_is_tried_again_without(tmp_path, rod
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems do not keep to a limit on data")
 def test_a_memory_limit_ends_one_input(tmp_path, rod):
-    write_mesh(tmp_path / "large.off", sphere(6))  # 81,920 faces: 80 MB beyond what is imported
+    write_mesh(tmp_path / "large.off", sphere(7))  # 327,680 faces: some 200 MB beyond what is imported
     write_mesh(tmp_path / "small.off", rod)
     records = skeletonize_many(
         [tmp_path / "large.off", tmp_path / "small.off"], tmp_path / "out", workers=1, memory_limit=400

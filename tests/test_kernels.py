@@ -7,14 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lbskel import boxes, coarsening, fans, kernels, mapping, refinement, sections
+from lbskel import boxes, coarsening, kernels, mapping, refinement, sections
+from lbskel import mesh as mesh_module
 from lbskel.coarsening import Coarsened, coarsen
-from lbskel.fans import count_fans
 from lbskel.files import reading
 from lbskel.files.reading import numbers_of
 from lbskel.mapping import is_in_largest_piece
-from lbskel.operators import flips
+from lbskel.operators import corners, flips, masses
 from lbskel.operators.flips import IntrinsicTriangulation, delaunay, glued
+from lbskel.operators.masses import voronoi_mass
 from lbskel.refinement import settle
 from lbskel.sections import cut
 from lbskel.shapes import make
@@ -75,7 +76,12 @@ def regions():
     nodes = rng.normal(size=(9, 3))
     skeleton = Skeleton(nodes, np.stack([np.arange(8), np.arange(1, 9)], axis=1), np.ones(9), rng.integers(9, size=n))
     whole = is_in_largest_piece(rng.integers(3, size=n), mesh())
-    return settle(skeleton, mesh()).node_of_vertex, whole, np.array(count_fans(mesh().edge_of_half_edge))
+    return settle(skeleton, mesh()).node_of_vertex, whole, np.array([mesh().is_closed_manifold, mesh().n_components])
+
+
+def triangles():
+    measures = mesh_module.integrals(mesh().vertices, mesh().faces)
+    return *corners.corners_of(mesh().vertices, mesh().faces), voronoi_mass(mesh()).diagonal(), *map(np.array, measures)
 
 
 WORDS = "0 -0 1e5 -1.5E-300 1e400 .5 5. +3 123456789012345678 1234567890123456789 0.30000000000000004 nan -inf 2.675"
@@ -110,7 +116,11 @@ CASES = {
     "rays": (first_hits, {boxes: ("first_hits",)}),
     "curves": (curves, {sections: ("Curves",)}),
     "flips": (flipped, {flips: ("cotangents", "flip_to_delaunay")}),
-    "regions": (regions, {fans: ("fans",), mapping: ("pieces",), refinement: ("nearer_nodes",)}),
+    "regions": (regions, {mesh_module: ("fans", "pieces"), mapping: ("pieces",), refinement: ("nearer_nodes",)}),
+    "triangles": (
+        triangles,
+        {corners: ("corners_of",), masses: ("corners_of", "voronoi_of"), mesh_module: ("integrals",)},
+    ),
     "text": (numbers, {reading: ("numbers_in",)}),
     "collapses": (coarsened, {coarsening: ("independent_collapses", "short_edges")}),
 }

@@ -16,7 +16,7 @@ LONGEST_KERNEL = 400  # a quarter of which are types
 
 LAYERS = {
     0: ("errors", "kernels", "ordering"),
-    1: ("boxes", "conversion", "fans", "mesh", "skeleton", "surface", "triangulation"),
+    1: ("boxes", "conversion", "mesh", "skeleton", "surface", "triangulation"),
     2: ("operators", "solvers"),
     3: (
         "anchors",

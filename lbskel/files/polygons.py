@@ -62,9 +62,11 @@ def mesh_of(polygons: Polygons) -> Mesh:
     small = np.flatnonzero(sizes < 3)
     if len(small):
         raise MeshError(f"faces {first_few(small)} (counted from 0) have fewer than three corners")
+    if (sizes == 3).all():
+        return Mesh(polygons.points, polygons.corners.reshape(-1, 3), polygons.notes)
     if len(np.unique(sizes)) > 1:
         faces: Any = np.split(polygons.corners, np.cumsum(sizes)[:-1])
     else:
-        faces = polygons.corners.reshape(-1, sizes[0] if len(sizes) else 3)
+        faces = polygons.corners.reshape(-1, sizes[0])
     mesh = as_mesh((polygons.points, faces))
     return replace(mesh, notes=polygons.notes + mesh.notes) if polygons.notes else mesh

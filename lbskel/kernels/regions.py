@@ -38,21 +38,39 @@ def pieces(
     return array
 
 
-@cython.locals(side=cython.Py_ssize_t, at=cython.Py_ssize_t)
-def fans(twins: cython.const[cython.longlong][::1]) -> int:
-    """How many rounds of faces there are about corners, where side k lies opposite corner k // m of face k % m."""
-    n: cython.Py_ssize_t = twins.shape[0]
-    m: cython.Py_ssize_t = n // 3
+@cython.locals(side=cython.Py_ssize_t, at=cython.Py_ssize_t, edge=cython.longlong)
+def fans(
+    F: cython.const[cython.longlong][:, ::1],
+    edge_of_side: cython.const[cython.longlong][::1],
+    n_edges: cython.Py_ssize_t,
+) -> int:
+    """How many fans of faces there are about corners: one for each vertex, or more where a surface is pinched there.
+
+    Every edge has two sides; -1 where not all of them run opposite ways. Side k lies opposite corner k // m of face
+    k % m, as in ``Mesh.half_edges``.
+    """
+    m: cython.Py_ssize_t = F.shape[0]
     count: cython.Py_ssize_t = 0
-    is_seen: cython.schar[::1] = np.zeros(n, dtype=np.int8)
-    for side in range(n):
+    twins: cython.longlong[::1] = np.empty(3 * m, dtype=np.int64)
+    first: cython.longlong[::1] = np.full(n_edges, -1, dtype=np.int64)
+    is_seen: cython.schar[::1] = np.zeros(3 * m, dtype=np.int8)
+    for side in range(3 * m):
+        edge = edge_of_side[side]
+        if first[edge] < 0:
+            first[edge] = side
+            continue
+        at = first[edge]
+        if F[side % m, (side // m + 1) % 3] == F[at % m, (at // m + 1) % 3]:
+            return -1
+        twins[side], twins[at] = at, side
+    for side in range(3 * m):
         if is_seen[side]:
             continue
         count += 1
         at = side
         while not is_seen[at]:
             is_seen[at] = 1
-            at = (twins[(at + m) % n] + m) % n  # across the side that leaves the corner
+            at = (twins[(at + m) % (3 * m)] + m) % (3 * m)  # across the side that leaves the corner
     return count
 
 

@@ -18,10 +18,10 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.kernels.triangles import corners_of
 from lbskel.mesh import Mesh
 from lbskel.operators.assembly import stiffness_of_corner_weights
 from lbskel.operators.corners import (
-    double_areas,
     edge_vectors,
     products,
     touched_vertices,
@@ -98,7 +98,7 @@ def anisotropic(mesh: Mesh, *, strength: float = STRENGTH) -> Laplacian:
     """
     edges = edge_vectors(mesh)
     frames = _frames(edges)
-    double_area = double_areas(*edges)
+    double_area = corners_of(unit_scale(mesh.vertices)[0], mesh.faces)[2]
     radius = np.sqrt(double_area.sum() / (8 * np.pi))
     xx, xy, yy = _diffusion(strength * radius * _shape_operators(mesh, frames))
     # The gradient of a hat function is the opposite edge turned by 90 degrees over twice the area, so D turns as well.

@@ -10,7 +10,6 @@ from __future__ import annotations
 __all__ = [
     "LIMIT",
     "corner_cotangents",
-    "double_areas",
     "edge_vectors",
     "products",
     "touched_vertices",
@@ -23,6 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.kernels.triangles import corners_of
 from lbskel.mesh import Mesh
 
 LIMIT = 1 / np.finfo(np.float64).eps
@@ -46,21 +46,11 @@ def products(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float
     return np.einsum("mx,mx->m", a, b)
 
 
-def double_areas(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(m,) twice the area of the triangles with these edge vectors, by the cross product of the two shortest."""
-    longest = np.stack([products(e, e) for e in (a, b, c)]).argmax(axis=0)[:, None]
-    p, q = np.where(longest == 0, b, a).T, np.where(longest == 2, b, c).T
-    return np.sqrt(
-        (p[1] * q[2] - p[2] * q[1]) ** 2 + (p[2] * q[0] - p[0] * q[2]) ** 2 + (p[0] * q[1] - p[1] * q[0]) ** 2
-    )
-
-
 def corner_cotangents(mesh: Mesh) -> NDArray[np.float64]:
     """(m, 3) cotangent of the angle at each corner of each face; infinite at 0 and 180 degrees, NaN at no angle."""
-    a, b, c = edge_vectors(mesh)
-    cosines = -np.stack([products(b, c), products(c, a), products(a, b)], axis=1)
+    scalar, _, double_areas = corners_of(unit_scale(mesh.vertices)[0], mesh.faces)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        return cosines / double_areas(a, b, c)[:, None]
+        return scalar / double_areas[:, None]
 
 
 def without_degenerate(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:

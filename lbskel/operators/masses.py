@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
+from lbskel.kernels.triangles import corners_of, voronoi_of
 from lbskel.mesh import Mesh
 from lbskel.operators.assembly import diagonal_matrix, symmetric_matrix
-from lbskel.operators.corners import unit_scale, without_degenerate
+from lbskel.operators.corners import LIMIT, unit_scale
 
 
 def _diagonal(mesh: Mesh, corner_areas: NDArray[np.float64]) -> csc_array:
@@ -32,14 +33,7 @@ def _diagonal(mesh: Mesh, corner_areas: NDArray[np.float64]) -> csc_array:
 def voronoi_corners(mesh: Mesh) -> NDArray[np.float64]:
     """(m, 3) mixed Voronoi area of each corner of each face; the rows sum to the faces' areas."""
     V, k = unit_scale(mesh.vertices)
-    half_cotangents = without_degenerate(igl.cotmatrix_entries(V, mesh.faces))[0]
-    pieces = igl.squared_edge_lengths(V, mesh.faces) * half_cotangents
-    corners = np.stack([pieces[:, 1] + pieces[:, 2], pieces[:, 2] + pieces[:, 0], pieces[:, 0] + pieces[:, 1]], axis=1)
-    corners /= 4
-    is_obtuse = np.less(half_cotangents, 0.0)
-    obtuse = is_obtuse.any(axis=1)
-    corners[obtuse] = igl.doublearea(V, mesh.faces[obtuse])[:, None] / 8 * (1 + is_obtuse[obtuse])
-    return np.ldexp(corners, 2 * k)
+    return np.ldexp(voronoi_of(*corners_of(V, mesh.faces), LIMIT), 2 * k)
 
 
 def voronoi_mass(mesh: Mesh) -> csc_array:

@@ -12,12 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
+from lbskel.kernels.triangles import corners_of
 from lbskel.mesh import Mesh
 from lbskel.operators.assembly import diagonal_matrix, stiffness_of_corner_weights
 from lbskel.operators.corners import (
-    double_areas,
-    edge_vectors,
-    products,
     touched_vertices,
     unit_scale,
     without_degenerate,
@@ -32,17 +30,16 @@ def _half_tangents(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]
     tan(angle / 2) = |a x b| / (|a| |b| + a . b) = (|a| |b| - a . b) / |a x b|, whichever adds and does not cancel. Both
     are zero in triangles where one of them has no finite value.
     """
-    a, b, c = edge_vectors(mesh)
-    lengths = np.sqrt(np.stack([products(e, e) for e in (a, b, c)], axis=1))
-    scalar = -np.stack([products(b, c), products(c, a), products(a, b)], axis=1)
+    V, k = unit_scale(mesh.vertices)
+    scalar, squares, double_areas = corners_of(V, mesh.faces)
+    lengths, crosses = np.sqrt(squares), double_areas[:, None]
     sums = lengths[:, [1, 2, 0]] * lengths[:, [2, 0, 1]] + np.abs(scalar)
-    crosses = double_areas(a, b, c)[:, None]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         tangents, flat = without_degenerate(np.where(scalar < 0, sums / crosses, crosses / sums))
         inverse, short = without_degenerate(1 / lengths)
     degenerate = (short | flat).any(axis=1, keepdims=True)
     tangents, inverse = np.where(degenerate, 0.0, tangents), np.where(degenerate, 0.0, inverse)
-    return tangents, np.ldexp(inverse, -unit_scale(mesh.vertices)[1]), touched_vertices(mesh, degenerate)
+    return tangents, np.ldexp(inverse, -k), touched_vertices(mesh, degenerate)
 
 
 def mean_value(mesh: Mesh) -> Laplacian:

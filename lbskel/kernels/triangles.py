@@ -1,0 +1,116 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
+"""What triangles measure: areas, angles at their corners, and integrals over their surface and what it encloses."""
+
+from __future__ import annotations
+
+__all__ = ["corners_of", "integrals", "voronoi_of"]
+
+import cython
+import numpy as np
+from cython.cimports.libc.math import fabs, sqrt
+from numpy.typing import NDArray
+
+
+@cython.locals(face=cython.Py_ssize_t, k=cython.Py_ssize_t, axis=cython.Py_ssize_t, longest=cython.Py_ssize_t)
+@cython.locals(p=cython.Py_ssize_t, q=cython.Py_ssize_t, x=cython.double, y=cython.double, z=cython.double)
+def corners_of(
+    V: cython.const[cython.double][:, ::1], F: cython.const[cython.longlong][:, ::1]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """(m, 3) scalar products of the two sides at each corner, (m, 3) squares of the sides opposite, (m,) double areas.
+
+    The double area is the length of the cross product of the two shortest sides.
+    """
+    m: cython.Py_ssize_t = F.shape[0]
+    products_array, squares_array, areas_array = np.empty((m, 3)), np.empty((m, 3)), np.empty(m)
+    products: cython.double[:, ::1] = products_array
+    squares: cython.double[:, ::1] = squares_array
+    areas: cython.double[::1] = areas_array
+    sides: cython.double[:, ::1] = np.empty((3, 3))
+    for face in range(m):
+        for axis in range(3):
+            x, y, z = V[F[face, 0], axis], V[F[face, 1], axis], V[F[face, 2], axis]
+            sides[0, axis], sides[1, axis], sides[2, axis] = z - y, x - z, y - x
+        longest = 0
+        for k in range(3):
+            p, q = (k + 1) % 3, (k + 2) % 3
+            squares[face, k] = sides[k, 0] * sides[k, 0] + sides[k, 1] * sides[k, 1] + sides[k, 2] * sides[k, 2]
+            products[face, k] = -(sides[p, 0] * sides[q, 0] + sides[p, 1] * sides[q, 1] + sides[p, 2] * sides[q, 2])
+            if squares[face, k] > squares[face, longest]:
+                longest = k
+        p, q = (longest + 1) % 3, (longest + 2) % 3
+        x = sides[p, 1] * sides[q, 2] - sides[p, 2] * sides[q, 1]
+        y = sides[p, 2] * sides[q, 0] - sides[p, 0] * sides[q, 2]
+        z = sides[p, 0] * sides[q, 1] - sides[p, 1] * sides[q, 0]
+        areas[face] = sqrt(x * x + y * y + z * z)
+    return products_array, squares_array, areas_array
+
+
+@cython.locals(face=cython.Py_ssize_t, k=cython.Py_ssize_t, obtuse=cython.Py_ssize_t, left=cython.Py_ssize_t)
+@cython.locals(right=cython.Py_ssize_t, most=cython.double, total=cython.double)
+def voronoi_of(
+    products: cython.const[cython.double][:, ::1],
+    squares: cython.const[cython.double][:, ::1],
+    areas: cython.const[cython.double][::1],
+    limit: cython.double,
+) -> NDArray[np.float64]:
+    """(m, 3) mixed Voronoi areas of corners; one whose cotangent is beyond the limit adds nothing to the others."""
+    m: cython.Py_ssize_t = products.shape[0]
+    array = np.empty((m, 3))
+    result: cython.double[:, ::1] = array
+    for face in range(m):
+        most = limit * areas[face]
+        obtuse = -1
+        for k in range(3):
+            if products[face, k] < 0 and -products[face, k] <= most:
+                obtuse = k
+        for k in range(3):
+            left, right, total = (k + 1) % 3, (k + 2) % 3, 0.0
+            if obtuse >= 0:
+                result[face, k] = areas[face] / 4 if k == obtuse else areas[face] / 8
+            elif areas[face] > 0:
+                if fabs(products[face, left]) <= most:
+                    total += squares[face, left] * products[face, left]
+                if fabs(products[face, right]) <= most:
+                    total += squares[face, right] * products[face, right]
+                result[face, k] = total / (8 * areas[face])
+            else:
+                result[face, k] = 0.0
+    return array
+
+
+@cython.locals(face=cython.Py_ssize_t, axis=cython.Py_ssize_t, area=cython.double)
+@cython.locals(x=cython.double, y=cython.double, z=cython.double)
+def integrals(
+    V: cython.const[cython.double][:, ::1], F: cython.const[cython.longlong][:, ::1]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    """(m,) areas, (3,) the integral of the position over the surface, from a vertex of it, and the signed volume."""
+    m: cython.Py_ssize_t = F.shape[0]
+    areas_array, moment_array = np.empty(m), np.zeros(3)
+    areas: cython.double[::1] = areas_array
+    moment: cython.double[::1] = moment_array
+    corner: cython.double[:, ::1] = np.empty((3, 3))
+    volume: cython.double = 0.0
+    for face in range(m):
+        for axis in range(3):
+            corner[0, axis] = V[F[face, 0], axis] - V[F[0, 0], axis]
+            corner[1, axis] = V[F[face, 1], axis] - V[F[0, 0], axis]
+            corner[2, axis] = V[F[face, 2], axis] - V[F[0, 0], axis]
+        x = _cross(corner, 1, 2)
+        y = _cross(corner, 2, 0)
+        z = _cross(corner, 0, 1)
+        area = sqrt(x * x + y * y + z * z) / 2
+        areas[face] = area
+        for axis in range(3):
+            moment[axis] += area * (corner[0, axis] + corner[1, axis] + corner[2, axis]) / 3
+        volume += (x * corner[0, 0] + y * corner[0, 1] + z * corner[0, 2]) / 6
+    return areas_array, moment_array, volume
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _cross(corner: cython.double[:, ::1], i: cython.Py_ssize_t, j: cython.Py_ssize_t) -> cython.double:
+    """A coordinate of the cross product of the sides at the first of three corners."""
+    a: cython.double = (corner[1, i] - corner[0, i]) * (corner[2, j] - corner[0, j])
+    b: cython.double = (corner[1, j] - corner[0, j]) * (corner[2, i] - corner[0, i])
+    return a - b
