@@ -17,6 +17,7 @@ from __future__ import annotations
 __all__ = ["Extremities", "extremities", "is_missed"]
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial.distance import cdist
 
+from lbskel.kernels.ways import Ways
 from lbskel.mesh import Mesh
 from lbskel.skeleton import Skeleton
 from lbskel.surface import Surface
@@ -68,6 +70,11 @@ class _Cells:
     areas: NDArray[np.float64]
     graph: csr_array
 
+    @cached_property
+    def ways(self) -> Ways:
+        """To look for ways between cells."""
+        return Ways(self.graph.indptr.astype(np.int64), self.graph.indices.astype(np.int64), self.graph.data)
+
 
 def extremities(mesh: Mesh) -> Extremities:
     """Find the ends of limbs, once for each mesh.
@@ -84,7 +91,7 @@ def _found(mesh: Mesh) -> Extremities:
     cells = _cells(mesh)
     k = len(cells.seeds)
     sources = np.unique(np.linspace(0, k - 1, SOURCES).astype(np.int64))
-    far = dijkstra(cells.graph, indices=sources)
+    far = cells.ways.distances(sources)
     is_reached = np.isfinite(far)
     height = np.where(is_reached, far, 0).sum(axis=0) / np.maximum(is_reached.sum(axis=0), 1)
     component = connected_components(cells.graph, directed=False)[1]
@@ -179,10 +186,9 @@ def _limb(
     if len(members) < FEWEST_CELLS:
         return None
     inner = np.array(members)
-    far = dijkstra(cells.graph, indices=members[0])
-    is_outer = np.ones(len(height), dtype=bool)
-    is_outer[inner] = False
-    length, area = float(far[is_outer].min()), float(cells.areas[inner].sum())
+    kinds = np.full(len(height), 2, dtype=np.int8)
+    kinds[inner] = 1
+    length, area = cells.ways.first_of(inner[:1], kinds)[0], float(cells.areas[inner].sum())
     falls = height[members[0]] - height[border] > FALL * length
     return (inner, length, area) if falls and 2 * np.pi * length**2 > ELONGATION * area else None
 

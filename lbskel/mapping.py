@@ -18,10 +18,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import dijkstra
 from scipy.spatial.distance import cdist
 
 from lbskel.kernels.regions import pieces
+from lbskel.kernels.ways import Ways
 from lbskel.mesh import Mesh
 from lbskel.ordering import stable_order
 from lbskel.skeleton import Skeleton
@@ -138,8 +138,10 @@ def _grown(
 def _with_ways(skeleton: Skeleton, graph: csr_array, parted: NDArray[np.int64]) -> Skeleton:
     """The vertices of the shortest way between the regions of each parted edge given to its nodes, half to each."""
     node_of_vertex = np.array(skeleton.node_of_vertex)
+    ways = Ways(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
     by_node = stable_order(node_of_vertex)
     begins = np.searchsorted(node_of_vertex[by_node], np.arange(len(skeleton.nodes) + 1))
+    kinds = np.zeros(len(node_of_vertex), dtype=np.int8)
     for first, last in parted.tolist():
         around = {first, last}
         for _ in range(AROUND):
@@ -147,15 +149,9 @@ def _with_ways(skeleton: Skeleton, graph: csr_array, parted: NDArray[np.int64]) 
         here = np.concatenate([by_node[begins[node] : begins[node + 1]] for node in sorted(around)])
         here = np.sort(here[np.isin(node_of_vertex[here], list(around))])
         node = node_of_vertex[here]
-        starts = np.flatnonzero(node == first)
-        ends = np.flatnonzero(node == last)
-        if len(starts) == 0 or len(ends) == 0:  # taken over by a way before
-            continue
-        far, before, _ = dijkstra(graph[here][:, here], indices=starts, min_only=True, return_predecessors=True)
-        walk = [int(ends[np.argmin(far[ends])])]
-        while before[walk[-1]] >= 0:
-            walk.append(int(before[walk[-1]]))
-        inner = here[walk[1:-1]]
+        kinds[here] = np.where(node == last, 2, 1)
+        inner = ways.first_of(here[node == first], kinds)[1][1:-1]  # no way where one before has taken over a region
+        kinds[here] = 0
         node_of_vertex[inner[: len(inner) // 2]] = last
         node_of_vertex[inner[len(inner) // 2 :]] = first
     return replace(skeleton, node_of_vertex=node_of_vertex)

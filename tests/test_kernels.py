@@ -6,12 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
 
 from lbskel import boxes, coarsening, kernels, mapping, refinement, sections
 from lbskel import mesh as mesh_module
 from lbskel.coarsening import Coarsened, coarsen
 from lbskel.files import reading
 from lbskel.files.reading import numbers_of
+from lbskel.kernels import ways as ways_module
 from lbskel.mapping import is_in_largest_piece
 from lbskel.operators import corners, flips, masses
 from lbskel.operators.flips import IntrinsicTriangulation, delaunay, glued
@@ -84,6 +87,37 @@ def triangles():
     return *corners.corners_of(mesh().vertices, mesh().faces), voronoi_mass(mesh()).diagonal(), *map(np.array, measures)
 
 
+def ways():
+    edges = mesh().edges
+    lengths = np.linalg.norm(np.diff(mesh().vertices[edges], axis=1)[:, 0], axis=1)
+    graph = coo_array((lengths, edges.T), shape=2 * mesh().vertices.shape[:1])
+    graph = (graph + graph.T).tocsr()
+    return graph, np.array([0, 17, 230])
+
+
+def searched():
+    graph, sources = ways()
+    search = ways_module.Ways(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
+    kinds = np.ones(graph.shape[0], dtype=np.int8)
+    kinds[400:], kinds[300:340] = 2, 0
+    return search.distances(sources), *map(np.array, search.first_of(sources, kinds))
+
+
+def test_shortest_ways_are_those_of_scipy():
+    graph, sources = ways()
+    far, length, way = searched()
+    expected = dijkstra(graph, indices=sources)
+    assert far == pytest.approx(expected, rel=1e-12)
+    allowed = np.delete(np.arange(graph.shape[0]), np.arange(300, 340))
+    there = dijkstra(graph[allowed][:, allowed], indices=np.searchsorted(allowed, sources)).min(axis=0)
+    assert length == pytest.approx(there[allowed >= 400].min(), rel=1e-12)
+    assert way[0] >= 400 > way[1:].max()
+    assert way[-1] in sources
+    steps = np.asarray(graph[way[1:], way[:-1]]).ravel()
+    assert (steps > 0).all()
+    assert steps.sum() == pytest.approx(length, rel=1e-12)
+
+
 WORDS = "0 -0 1e5 -1.5E-300 1e400 .5 5. +3 123456789012345678 1234567890123456789 0.30000000000000004 nan -inf 2.675"
 HALFWAY = (
     "9007199254740993 4503599627370497.5 900719925474099.25 1.0000000000000001110223024625156540423631668090820312"
@@ -121,6 +155,7 @@ CASES = {
         triangles,
         {corners: ("corners_of",), masses: ("corners_of", "voronoi_of"), mesh_module: ("integrals",)},
     ),
+    "ways": (searched, {ways_module: ("Ways",)}),
     "text": (numbers, {reading: ("numbers_in",)}),
     "collapses": (coarsened, {coarsening: ("independent_collapses", "short_edges")}),
 }
