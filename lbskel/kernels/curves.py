@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 LEAF = cython.declare(cython.Py_ssize_t, 4)  # faces
 DEPTH = cython.declare(cython.Py_ssize_t, 64)  # levels of any tree
-NEAR = cython.declare(cython.double, 2.0)  # times the distance to something near: where a curve is looked for first
-FARTHER = cython.declare(cython.double, 3.0)  # times as far is looked where that does not tell
+NEAR = cython.declare(cython.double, 3.0)  # times the distance to something near: where a curve is looked for first
+FARTHER = cython.declare(cython.double, 2.0)  # times as far is looked where that does not tell
 CLOSED = cython.declare(cython.double, 1e-6)  # of a curve's length that its ends may be apart
 FLAT = cython.declare(cython.double, 1e-12)  # of the square of its length that its area must have to have a centroid
 TURN = cython.declare(cython.double, 2 * np.pi)
