@@ -9,6 +9,9 @@ import cython
 import numpy as np
 from numpy.typing import NDArray
 
+FEW = cython.declare(
+    cython.Py_ssize_t, 15
+)  # digits that a double holds, so that one quotient is exact but for rounding
 DIGITS = cython.declare(cython.Py_ssize_t, 18)  # that an integer of 64 bits holds; and 10^18 is a double
 SPLIT = cython.declare(cython.double, 2.0**27 + 1)  # leaves half the bits
 UNSURE = cython.declare(cython.double, 1e-10)  # share of a correction, far more than its rounding error
@@ -25,7 +28,7 @@ def _is_space(character: cython.uchar) -> cython.bint:
 @cython.cfunc
 @cython.exceptval(check=False)
 def _quotient(whole: cython.longlong, ten: cython.double) -> cython.double:
-    """The double nearest to a whole number over a power of ten; not a number where that is not sure.
+    """The double nearest to a whole number of many digits over a power of ten; not a number where that is not sure.
 
     The quotient of doubles and what it leaves, which is exact: Dekker 1971, "A floating-point technique for extending
     the available precision", https://doi.org/10.1007/BF01397083.
@@ -47,7 +50,7 @@ def _quotient(whole: cython.longlong, ten: cython.double) -> cython.double:
 
 
 @cython.locals(n=cython.Py_ssize_t, at=cython.Py_ssize_t, begin=cython.Py_ssize_t, point=cython.Py_ssize_t)
-@cython.locals(digits=cython.Py_ssize_t, whole=cython.longlong, value=cython.double)
+@cython.locals(digits=cython.Py_ssize_t, whole=cython.longlong, value=cython.double, ten=cython.double)
 def numbers_in(text: cython.const[cython.uchar][::1]) -> NDArray[np.float64]:
     """All numbers of a text, whatever white space is between them.
 
@@ -79,7 +82,8 @@ def numbers_in(text: cython.const[cython.uchar][::1]) -> NDArray[np.float64]:
             at += 1
         value = float("nan")
         if 0 < digits <= DIGITS and (at == n or _is_space(text[at])):
-            value = _quotient(whole, tens[digits - point if point >= 0 else 0])
+            ten = tens[digits - point if point >= 0 else 0]
+            value = whole / ten if digits <= FEW else _quotient(whole, ten)
         if value == value:
             result[count] = -value if text[begin] == 45 else value
         else:
