@@ -42,6 +42,16 @@ def test_the_nearest_place_is_on_a_corner_an_edge_or_inside():
     assert np.allclose(distance, np.linalg.norm(points - place, axis=1), atol=1e-15)
 
 
+@pytest.mark.parametrize("size", [2.0**200, 2.0**-200])
+def test_what_is_nearest_does_not_depend_on_size(size):
+    mesh = make("knot", n_vertices=800).mesh
+    points = rays(mesh, 50)[0]
+    distance, place = mesh.boxes.nearest(points)
+    sized = mesh.with_vertices(size * mesh.vertices).boxes.nearest(size * points)
+    assert np.array_equal(sized[0], size * distance)
+    assert np.array_equal(sized[1], size * place)
+
+
 def test_faces_without_area_are_near_too():
     mesh = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [5, 5, 5]], [[0, 1, 2], [3, 3, 3]])
     distance, place = mesh.boxes.nearest(np.array([[1.5, 1, 0], [6, 5, 5.0]]))

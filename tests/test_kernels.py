@@ -24,6 +24,8 @@ from lbskel.sections import cut
 from lbskel.shapes import make
 from lbskel.skeleton import Skeleton
 
+roughness_module = importlib.import_module("lbskel.preprocess.roughness")  # its function hides it
+
 FOLDER = Path(kernels.__file__).parent
 NAMES = sorted(
     path.stem for path in FOLDER.glob("*.py") if "cython" in path.read_text(encoding="utf-8").split("\n", 1)[0]
@@ -79,7 +81,13 @@ def regions():
     nodes = rng.normal(size=(9, 3))
     skeleton = Skeleton(nodes, np.stack([np.arange(8), np.arange(1, 9)], axis=1), np.ones(9), rng.integers(9, size=n))
     whole = is_in_largest_piece(rng.integers(3, size=n), mesh())
-    return settle(skeleton, mesh()).node_of_vertex, whole, np.array([mesh().is_closed_manifold, mesh().n_components])
+    sums = roughness_module.sums_beside(mesh().edges, rng.normal(size=(n, 2)))
+    return (
+        settle(skeleton, mesh()).node_of_vertex,
+        whole,
+        sums,
+        np.array([mesh().is_closed_manifold, mesh().n_components]),
+    )
 
 
 def triangles():
@@ -150,7 +158,15 @@ CASES = {
     "rays": (first_hits, {boxes: ("first_hits",)}),
     "curves": (curves, {sections: ("Curves",)}),
     "flips": (flipped, {flips: ("cotangents", "flip_to_delaunay")}),
-    "regions": (regions, {mesh_module: ("fans", "pieces"), mapping: ("pieces",), refinement: ("nearer_nodes",)}),
+    "regions": (
+        regions,
+        {
+            roughness_module: ("sums_beside",),
+            mesh_module: ("fans", "pieces"),
+            mapping: ("pieces",),
+            refinement: ("nearer_nodes",),
+        },
+    ),
     "triangles": (
         triangles,
         {corners: ("corners_of",), masses: ("corners_of", "voronoi_of"), mesh_module: ("integrals",)},

@@ -1,9 +1,9 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Parts of a surface: what hangs together by edges, the fans round vertices, and whose node a vertex is."""
+"""Along the edges of a surface: what hangs together, fans round vertices, sums over neighbours, nearer nodes."""
 
 from __future__ import annotations
 
-__all__ = ["fans", "nearer_nodes", "pieces"]
+__all__ = ["fans", "nearer_nodes", "pieces", "sums_beside"]
 
 import cython
 import numpy as np
@@ -113,4 +113,19 @@ def nearer_nodes(
                 if far < least:
                     nearest, least = beside[at], far
         result[vertex] = nearest
+    return array
+
+
+@cython.locals(edge=cython.Py_ssize_t, axis=cython.Py_ssize_t, i=cython.longlong, j=cython.longlong)
+def sums_beside(
+    edges: cython.const[cython.longlong][:, ::1], values: cython.const[cython.double][:, ::1]
+) -> NDArray[np.float64]:
+    """(n, k) the sums of (n, k) values over the neighbours of each vertex."""
+    array = np.zeros((values.shape[0], values.shape[1]))
+    result: cython.double[:, ::1] = array
+    for edge in range(edges.shape[0]):
+        i, j = edges[edge, 0], edges[edge, 1]
+        for axis in range(values.shape[1]):
+            result[i, axis] += values[j, axis]
+            result[j, axis] += values[i, axis]
     return array

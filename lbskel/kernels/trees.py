@@ -11,6 +11,7 @@ __all__ = ["halved", "nearest_places", "tree_of"]
 
 import cython
 import numpy as np
+from cython.cimports.libc.math import sqrt
 from numpy.typing import NDArray
 
 LEAF = cython.declare(cython.Py_ssize_t, 4)  # faces
@@ -246,25 +247,25 @@ def _nearest_on_face(
     qy: cython.double = cy - ay
     qz: cython.double = cz - az
     nx, ny, nz = py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx
-    squared: cython.double = nx * nx + ny * ny + nz * nz
+    area: cython.double = sqrt(nx * nx + ny * ny + nz * nz)  # twice
     u: cython.double = 0.0
     v: cython.double = 0.0
-    if squared > 0:
+    if area > 0:
+        nx, ny, nz = nx / area, ny / area, nz / area
         height = ax * nx + ay * ny + az * nz
-        if height * height >= best * squared:  # the whole plane is farther
+        if height * height >= best:  # the whole plane is farther
             return best
-        # the origin in the coordinates of the two edges, by Cramer's rule in the plane
+        # the origin in the coordinates of the two edges, times twice the area, by Cramer's rule in the plane
         u = (az * qy - ay * qz) * nx + (ax * qz - az * qx) * ny + (ay * qx - ax * qy) * nz
         v = (ay * pz - az * py) * nx + (az * px - ax * pz) * ny + (ax * py - ay * px) * nz
-        if u >= 0 and v >= 0 and u + v <= squared:
-            height /= squared
+        if u >= 0 and v >= 0 and u + v <= area:
             place[0], place[1], place[2] = height * nx, height * ny, height * nz
-            return height * height * squared
+            return height * height
     if v <= 0:  # only what can be seen from the foot may be nearest
         best = _nearest_on_segment(ax, ay, az, px, py, pz, best, place)
     if u <= 0:
         best = _nearest_on_segment(ax, ay, az, qx, qy, qz, best, place)
-    if u + v >= squared:
+    if u + v >= area:
         best = _nearest_on_segment(bx, by, bz, cx - bx, cy - by, cz - bz, best, place)
     return best
 

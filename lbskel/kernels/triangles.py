@@ -101,9 +101,9 @@ def integrals(
         area = sqrt(x * x + y * y + z * z) / 2
         areas[face] = area
         for axis in range(3):
-            moment[axis] += area * (corner[0, axis] + corner[1, axis] + corner[2, axis]) / 3
-        volume += (x * corner[0, 0] + y * corner[0, 1] + z * corner[0, 2]) / 6
-    return areas_array, moment_array, volume
+            moment[axis] += area * (corner[0, axis] + corner[1, axis] + corner[2, axis])
+        volume += x * corner[0, 0] + y * corner[0, 1] + z * corner[0, 2]
+    return areas_array, moment_array / 3, volume / 6
 
 
 @cython.cfunc

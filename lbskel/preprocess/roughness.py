@@ -20,6 +20,7 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.kernels.regions import sums_beside
 from lbskel.mesh import Mesh
 from lbskel.operators.corners import unit_scale
 
@@ -56,22 +57,19 @@ def roughness(mesh: Mesh) -> float:
     faces = mesh.faces[is_near[A] | is_near[B] | is_near[C]]
     is_near[faces] = True
     i, j = mesh.edges.T
-    i, j = mesh.edges[is_near[i] | is_near[j]].T  # all that the mean of a near vertex's neighbours needs
-    start, end = np.concatenate([i, j]), np.concatenate([j, i])
-    degrees = np.maximum(np.bincount(start, minlength=len(V)), 1)
-
-    def mean(values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Of what is given for each edge, from both its ends, at each vertex."""
-        return np.bincount(start, values, len(V)) / degrees
+    edges = mesh.edges[is_near[i] | is_near[j]]  # all that the mean of a near vertex's neighbours needs
+    degrees = np.maximum(np.bincount(edges.ravel(), minlength=len(V)), 1)
 
     def residual(X: NDArray[np.float64]) -> NDArray[np.float64]:
         """(I - P) X, without a matrix, which takes longer to set up than to use twice."""
-        return X - np.stack([mean(x[end]) for x in X.T], axis=1)
+        return X - sums_beside(edges, X) / degrees[:, None]
 
     once = residual(V)
     normals = np.nan_to_num(igl.per_vertex_normals(V - once / 2, faces))
     heights = np.einsum("ij,ij->i", residual(once), normals)[sample]
-    edge = mean(np.tile(np.linalg.norm(V[i] - V[j], axis=1), 2))[sample]
+    along = V[edges[:, 0]] - V[edges[:, 1]]
+    lengths = np.repeat(np.sqrt(np.einsum("ei,ei->e", along, along)), 2)
+    edge = (np.bincount(edges.ravel(), lengths, len(V)) / degrees)[sample]
     has_edge = edge > 0
     if abs((heights > 0).mean() - 0.5) > LOPSIDED or not has_edge.any():
         return 0.0
