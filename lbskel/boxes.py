@@ -41,7 +41,7 @@ class Boxes:
 
     def nearest(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(k,) distance of each point from the faces, and (k, 3) the place on them that is nearest."""
-        return nearest_places(self.corners, self.bounds, np.ascontiguousarray(points))
+        return nearest_places(self.corners, self.bounds, np.ascontiguousarray(points, dtype=np.float64))
 
     def first_hits(
         self, origins: NDArray[np.float64], directions: NDArray[np.float64]
@@ -51,7 +51,7 @@ class Boxes:
         Möller, Trumbore 1997, "Fast, minimum storage ray/triangle intersection",
         https://doi.org/10.1080/10867651.1997.10487468.
         """
-        rays = np.ascontiguousarray(origins), np.ascontiguousarray(directions)
+        rays = (np.ascontiguousarray(each, dtype=np.float64) for each in (origins, directions))
         return first_hits(self.corners, self.order, self.bounds, *rays)
 
 

@@ -46,6 +46,8 @@ def is_in_largest_piece(
 
     A piece is what hangs together by edges of the mesh. Of nodes other than those given all is taken to be one piece.
     """
+    if len(node_of_vertex) != len(mesh.vertices):
+        raise ValueError("there must be a node for each vertex")
     asked = node_of_vertex if nodes is None else np.where(np.isin(node_of_vertex, nodes), node_of_vertex, -1)
     piece = pieces(mesh.edges, asked)
     size = np.bincount(piece)

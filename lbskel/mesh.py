@@ -162,8 +162,8 @@ class Mesh:
 
     @cached_property
     def _integrals(self) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-        """The area of each face, the moment of the surface about its first vertex, and the volume."""
-        return integrals(self.vertices, self.faces)
+        """The area of each face, the moment of the surface about the mean of the vertices, and the volume."""
+        return integrals(self.vertices, self.faces, self.vertices.mean(axis=0))
 
     @property
     def face_areas(self) -> NDArray[np.float64]:
@@ -201,7 +201,7 @@ class Mesh:
         """(3,) centre of mass of the surface."""
         if not self.area > 0:
             return read_only(self.vertices[self.faces].mean(axis=(0, 1)))
-        return read_only(self.vertices[self.faces[0, 0]] + self._integrals[1] / self.area)
+        return read_only(self.vertices.mean(axis=0) + self._integrals[1] / self.area)
 
     @cached_property
     def extent(self) -> float:

@@ -4,8 +4,8 @@ A section is cut exactly, triangle by triangle, so it does not depend on how den
 curves that a plane cuts, the smallest that goes round the point counts, or the nearest where none does. Area and
 centroid come from Green's theorem over its segments.
 
-Triangles are looked for near the point first. Curves of one plane do not cross, so a closed one round the point that
-lies there is inside of any that does not, and no more need be known; else the whole plane is cut.
+Triangles are looked for near the point first, then farther and farther. Curves of one plane do not cross, so one round
+the point that lies within what was looked at is inside of any that does not, and no more need be known.
 """
 
 from __future__ import annotations
@@ -84,10 +84,11 @@ def cut(
         tree.bounds,
         NO_LABELS if face_labels is None or labels is None else face_labels,
     )
-    points, frames = np.ascontiguousarray(points), _frames(normals)
+    points, frames = np.ascontiguousarray(points, dtype=np.float64), _frames(normals)
     found = curves.chosen(points, frames, np.zeros(len(points), dtype=np.int64) if labels is None else labels)
     is_cut, surrounds, x, y, areas, lengths, radii, own = found.T
-    centroids = points + x[:, None] * frames[:, 0] + y[:, None] * frames[:, 1]
+    moved = points + x[:, None] * frames[:, 0] + y[:, None] * frames[:, 1]
+    centroids = np.where(is_cut[:, None] > 0, moved, points)
     return Sections(is_cut > 0, surrounds > 0, centroids, areas, lengths, radii, own)
 
 

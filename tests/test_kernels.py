@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import Delaunay
 
 from lbskel import boxes, coarsening, kernels, mapping, refinement, sections
 from lbskel import mesh as mesh_module
@@ -16,8 +17,10 @@ from lbskel.files import reading
 from lbskel.files.reading import numbers_of
 from lbskel.kernels import ways as ways_module
 from lbskel.mapping import is_in_largest_piece
+from lbskel.mesh import Mesh
 from lbskel.operators import corners, flips, masses
 from lbskel.operators.flips import IntrinsicTriangulation, delaunay, glued
+from lbskel.operators.intrinsic_delaunay import intrinsic_delaunay
 from lbskel.operators.masses import voronoi_mass
 from lbskel.refinement import settle
 from lbskel.sections import cut
@@ -91,7 +94,7 @@ def regions():
 
 
 def triangles():
-    measures = mesh_module.integrals(mesh().vertices, mesh().faces)
+    measures = mesh_module.integrals(mesh().vertices, mesh().faces, np.zeros(3))
     return *corners.corners_of(mesh().vertices, mesh().faces), voronoi_mass(mesh()).diagonal(), *map(np.array, measures)
 
 
@@ -193,5 +196,42 @@ def test_compiled_or_not_is_the_same(name, monkeypatch):
     with np.errstate(over="ignore"):  # of boxes without a face, which are infinitely far
         plain = case()
     for one, other in zip(compiled, plain, strict=True):
-        # the same operations in the same order, but for square roots and powers that C and Python may round otherwise
-        assert one == pytest.approx(other, rel=1e-12, abs=1e-15, nan_ok=True)
+        assert np.array_equal(one, other, equal_nan=np.asarray(one).dtype.kind == "f")  # the same operations, in order
+
+
+def test_curves_at_a_vertex_and_of_planes_that_are_none_come_to_an_end():
+    at = mesh().vertices[mesh().boxes.order[:1]]
+    points = np.concatenate([mesh().vertices[mesh().faces[:3, 0]], at, [[np.nan, 0, 0], [0, 0, 0]]])
+    normals = np.array([[0, 0, 1.0]] * 5 + [[np.nan, 0, 0]])
+    found = cut(mesh(), points, normals)
+    assert found.is_cut.tolist() == [True] * 4 + [False] * 2
+    assert np.array_equal(found.centroids[4:], points[4:], equal_nan=True)
+
+
+def test_what_is_no_place_does_not_disturb_others():
+    points = np.tile([0.1, 0.2, 0.3], (6, 1))
+    points[[1, 3, 4], 0] = np.nan, np.inf, np.inf
+    distance, place = mesh().boxes.nearest(points)
+    assert np.isfinite(distance).tolist() == [True, False, True, False, False, True]
+    assert np.array_equal(place[0], place[2])
+    assert np.array_equal(place[0], place[5])
+
+
+def test_flips_leave_a_boundary_as_it_is():
+    rng = np.random.default_rng(6)
+    for _ in range(30):
+        flat = rng.random((14, 2)) * [1, 0.05]
+        faces = Delaunay(flat * [0.05, 1]).simplices.astype(np.int64)
+        V = np.column_stack([flat, np.zeros(14)])
+        turned = np.cross(V[faces[:, 1]] - V[faces[:, 0]], V[faces[:, 2]] - V[faces[:, 0]])[:, 2] < 0
+        faces[turned] = faces[turned][:, ::-1]
+        given = Mesh(V, faces)
+        rim = np.sort(given.edges[given.faces_per_edge == 1], axis=1)
+        lengths = np.linalg.norm(V[faces[:, [1, 2, 0]]] - V[faces[:, [2, 0, 1]]], axis=2)
+        result = delaunay(IntrinsicTriangulation(faces, lengths, glued(faces)))
+        ends = np.sort(
+            np.stack([result.faces[:, [1, 2, 0]], result.faces[:, [2, 0, 1]]], axis=2).reshape(-1, 2), axis=1
+        )
+        assert np.array_equal(np.unique(ends[result.twins < 0], axis=0), rim)
+        assert result.lengths.shape == lengths.shape
+        assert intrinsic_delaunay(given).stiffness.shape == (14, 14)

@@ -1,7 +1,8 @@
 """From files to numbers, with the place of the fault in every error.
 
-Numbers of text files are read by numpy, a block of lines at a time; only where a block does not parse is the line
-at fault looked for. Sizes that a file promises are compared with what it holds before anything is allocated.
+Numbers of text files are read a block of lines at a time, or all at once where nothing else is in it; only where that
+does not parse is the line at fault looked for. Sizes that a file promises are compared with what it holds before
+anything is allocated.
 """
 
 from __future__ import annotations

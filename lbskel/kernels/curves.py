@@ -22,6 +22,7 @@ CLOSED = cython.declare(cython.double, 1e-6)  # of a curve's length that its end
 FLAT = cython.declare(cython.double, 1e-12)  # of the square of its length that its area must have to have a centroid
 TURN = cython.declare(cython.double, 2 * np.pi)
 NEVER = cython.declare(cython.double, float("inf"))
+NOWHERE = cython.declare(cython.double, 1e300)  # the place of boxes without a face, as in trees
 
 LENGTH = cython.declare(cython.Py_ssize_t, 0)  # columns of the sums over a curve
 CROSS = cython.declare(cython.Py_ssize_t, 1)  # products, twice the area
@@ -83,6 +84,8 @@ class Curves:
         boxes: NDArray[np.float64],
         labels: NDArray[np.int64],
     ) -> None:
+        if len(labels) not in (0, len(F)):
+            raise ValueError("there must be a label for each face")
         self.V, self.F, self.edges, self.edge_of_half_edge = V, F, edges, edge_of_half_edge
         self.faces_per_edge, self.order, self.corners, self.boxes = faces_per_edge, order, corners, boxes
         self.labels = labels
@@ -114,6 +117,8 @@ class Curves:
             Faces of this label, or of a negative one, are the curve's own.
         """
         k: cython.Py_ssize_t = points.shape[0]
+        if frames.shape[0] != k or labels.shape[0] != k:
+            raise ValueError("there must be a frame and a label for each point")
         chosen_array = np.zeros((k, 8))
         chosen: cython.double[:, ::1] = chosen_array
         for i in range(k):
@@ -123,6 +128,8 @@ class Curves:
             for axis in range(3):
                 self.frame[0, axis], self.frame[1, axis] = frames[i, 0, axis], frames[i, 1, axis]
             reach = NEAR * self._distance_of_something_near()
+            if not reach > 0:  # at a vertex
+                reach = NEVER
             while True:
                 self._cut_within(reach)
                 self._sum_up(labels[i])
@@ -164,7 +171,7 @@ class Curves:
         node: cython.Py_ssize_t = 1
         while node < p:
             node *= 2
-            if self._box_distance(node + 1) < self._box_distance(node):
+            if self.boxes[node + 1, 0] < NOWHERE and self._box_distance(node + 1) < self._box_distance(node):
                 node += 1
         vertex: cython.Py_ssize_t = self.F[self.order[(node - p) * LEAF], 0]
         dx: cython.double = self.V[vertex, 0] - self.x
@@ -185,7 +192,7 @@ class Curves:
         while top > 0:
             top -= 1
             node = self.stack[top]
-            if not self._meets(node):
+            if self.boxes[node, 0] >= NOWHERE or not self._meets(node):
                 continue
             if self._box_distance(node) > reach * reach:
                 self.is_all = False

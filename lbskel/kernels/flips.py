@@ -73,7 +73,12 @@ def flip_to_delaunay(
         top -= 1
         edge = stack[top]
         waits[edge], twin = 0, T[edge]
-        if edge // 3 == twin // 3 or not C[edge] + C[twin] < -TOLERANCE * (1 + fabs(C[edge]) + fabs(C[twin])):
+        # a flip beside may have put another edge in its place, of the boundary too
+        if (
+            twin < 0
+            or edge // 3 == twin // 3
+            or not C[edge] + C[twin] < -TOLERANCE * (1 + fabs(C[edge]) + fabs(C[twin]))
+        ):
             continue
         _flip(F, L, T, edge, twin)
         flips += 1

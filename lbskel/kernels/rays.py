@@ -98,6 +98,8 @@ def first_hits(
     """(k,) the face that each ray meets first, -1 where there is none, and how far on, in lengths of its direction."""
     k: cython.Py_ssize_t = origins.shape[0]
     p: cython.Py_ssize_t = boxes.shape[0] // 2
+    if ways.shape[0] != k:
+        raise ValueError("there must be a direction for each origin")
     faces_array, far_array = np.full(k, -1, dtype=np.int64), np.empty(k)
     faces: cython.longlong[::1] = faces_array
     far: cython.double[::1] = far_array
@@ -122,7 +124,7 @@ def first_hits(
                     node, left = node + 1, right
                 if entries[top] < best:
                     top += 1
-            if left >= best:
+            if not left < best:
                 continue
             for at in range((node - p) * LEAF, min((node - p + 1) * LEAF, order.shape[0])):
                 left = _met(corners, at, origins, ways, i)

@@ -96,6 +96,8 @@ def nearer_nodes(
 
     The nodes beside node k are those from ``beside[first[k]]`` on, before ``beside[first[k + 1]]``.
     """
+    if node_of_vertex.shape[0] != vertices.shape[0]:
+        raise ValueError("there must be a node for each vertex")
     array = np.array(node_of_vertex)
     result: cython.longlong[::1] = array
     for vertex in range(vertices.shape[0]):

@@ -33,7 +33,7 @@ def _quotient(whole: cython.longlong, ten: cython.double) -> cython.double:
     The quotient of doubles and what it leaves, which is exact: Dekker 1971, "A floating-point technique for extending
     the available precision", https://doi.org/10.1007/BF01397083.
     """
-    high: cython.double = whole
+    high: cython.double = float(whole)
     low: cython.double = whole - cython.cast(cython.longlong, high)
     first: cython.double = high / ten
     a: cython.double = SPLIT * first
@@ -73,7 +73,7 @@ def numbers_in(text: cython.const[cython.uchar][::1]) -> NDArray[np.float64]:
         digits, whole, point = 0, 0, -1
         while at < n and digits <= DIGITS:
             if 48 <= text[at] <= 57:
-                whole = 10 * whole + (text[at] - 48)
+                whole = 10 * whole + (text[at] - 48) if digits < DIGITS else 0
                 digits += 1
             elif text[at] == 46 and point < 0:
                 point = digits

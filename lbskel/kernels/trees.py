@@ -250,7 +250,7 @@ def _nearest_on_face(
     area: cython.double = sqrt(nx * nx + ny * ny + nz * nz)  # twice
     u: cython.double = 0.0
     v: cython.double = 0.0
-    if area > 0:
+    if 0 < area < NEVER:
         nx, ny, nz = nx / area, ny / area, nz / area
         height = ax * nx + ay * ny + az * nz
         if height * height >= best:  # the whole plane is farther
@@ -265,7 +265,7 @@ def _nearest_on_face(
         best = _nearest_on_segment(ax, ay, az, px, py, pz, best, place)
     if u <= 0:
         best = _nearest_on_segment(ax, ay, az, qx, qy, qz, best, place)
-    if u + v >= area:
+    if u + v >= area or area == NEVER:
         best = _nearest_on_segment(bx, by, bz, cx - bx, cy - by, cz - bz, best, place)
     return best
 
@@ -301,7 +301,7 @@ def _nearest(
                 node, left = node + 1, right
             if far[top] < best:
                 top += 1
-        if left >= best:
+        if not left < best:
             continue
         for at in range((node - p) * LEAF, min((node - p + 1) * LEAF, corners.shape[0])):
             best = _nearest_on_face(corners, at, x, y, z, best, place)
@@ -337,8 +337,9 @@ def nearest_places(
         if i > 0:  # the place nearest to the point before is no nearer than the nearest, and mostly not much farther
             px, py, pz = places[i - 1, 0] - x, places[i - 1, 1] - y, places[i - 1, 2] - z
             bound = (px * px + py * py + pz * pz) * (1 + WIDER)
+            bound = bound if bound < NEVER else NEVER
         distances[i] = _nearest(corners, boxes, x, y, z, stack, far, bound, place)
-        if distances[i] >= bound:  # on the surface to the last digit
+        if not distances[i] < bound:  # on the surface to the last digit, or nowhere
             distances[i] = _nearest(corners, boxes, x, y, z, stack, far, NEVER, place)
         places[i, 0], places[i, 1], places[i, 2] = x + place[0], y + place[1], z + place[2]
     return np.sqrt(distances_array), places_array

@@ -81,9 +81,11 @@ def voronoi_of(
 @cython.locals(face=cython.Py_ssize_t, axis=cython.Py_ssize_t, area=cython.double)
 @cython.locals(x=cython.double, y=cython.double, z=cython.double)
 def integrals(
-    V: cython.const[cython.double][:, ::1], F: cython.const[cython.longlong][:, ::1]
+    V: cython.const[cython.double][:, ::1],
+    F: cython.const[cython.longlong][:, ::1],
+    origin: cython.const[cython.double][::1],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """(m,) areas, (3,) the integral of the position over the surface, from a vertex of it, and the signed volume."""
+    """(m,) areas, (3,) the integral of the position from an origin over the surface, and the signed volume."""
     m: cython.Py_ssize_t = F.shape[0]
     areas_array, moment_array = np.empty(m), np.zeros(3)
     areas: cython.double[::1] = areas_array
@@ -92,9 +94,9 @@ def integrals(
     volume: cython.double = 0.0
     for face in range(m):
         for axis in range(3):
-            corner[0, axis] = V[F[face, 0], axis] - V[F[0, 0], axis]
-            corner[1, axis] = V[F[face, 1], axis] - V[F[0, 0], axis]
-            corner[2, axis] = V[F[face, 2], axis] - V[F[0, 0], axis]
+            corner[0, axis] = V[F[face, 0], axis] - origin[axis]
+            corner[1, axis] = V[F[face, 1], axis] - origin[axis]
+            corner[2, axis] = V[F[face, 2], axis] - origin[axis]
         x = _cross(corner, 1, 2)
         y = _cross(corner, 2, 0)
         z = _cross(corner, 0, 1)

@@ -14,7 +14,10 @@ NEVER = cython.declare(cython.double, float("inf"))
 
 @cython.cclass
 class Ways:
-    """A graph to look for ways in: beside node i are those from ``beside[first[i]]`` on, before ``first[i + 1]``."""
+    """A graph to look for ways in: beside node i are those from ``beside[first[i]]`` on, before ``first[i + 1]``.
+
+    Lengths are none of them negative, and of several starts no two are the same.
+    """
 
     first: cython.const[cython.longlong][::1]
     beside: cython.const[cython.longlong][::1]
@@ -57,6 +60,8 @@ class Ways:
 
         Kinds are 0 for nodes that no way may use, 1 for those that one may, 2 for goals.
         """
+        if kinds.shape[0] != self.far.shape[0]:
+            raise ValueError("there must be a kind for each node")
         node = self._spread(starts, kinds)
         far, way = NEVER, []
         if node >= 0:
