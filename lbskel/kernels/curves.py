@@ -22,7 +22,7 @@ CLOSED = cython.declare(cython.double, 1e-6)  # of a curve's length that its end
 FLAT = cython.declare(cython.double, 1e-12)  # of the square of its length that its area must have to have a centroid
 TURN = cython.declare(cython.double, 2 * np.pi)
 NEVER = cython.declare(cython.double, float("inf"))
-NOWHERE = cython.declare(cython.double, 1e300)  # the place of boxes without a face, as in trees
+NOWHERE = cython.declare(cython.double, 1e150)  # the place of boxes without a face, as in trees
 
 LENGTH = cython.declare(cython.Py_ssize_t, 0)  # columns of the sums over a curve
 CROSS = cython.declare(cython.Py_ssize_t, 1)  # products, twice the area

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 LEAF = cython.declare(cython.Py_ssize_t, 4)  # faces
 DEPTH = cython.declare(cython.Py_ssize_t, 64)  # levels of any tree
-STEEP = cython.declare(cython.double, 1e300)  # what one over a direction is at most
+STEEP = cython.declare(cython.double, 1e150)  # what one over a direction is at most
 NEVER = cython.declare(cython.double, float("inf"))
 EDGE = cython.declare(cython.double, 1e-12)  # share of an edge that triangles are larger, so that no ray passes between
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 LEAF = cython.declare(cython.Py_ssize_t, 4)  # faces
 DEPTH = cython.declare(cython.Py_ssize_t, 64)  # levels of any tree
-NOWHERE = cython.declare(cython.double, 1e300)  # the place of boxes without a face: farther than anything
+NOWHERE = cython.declare(cython.double, 1e150)  # the place of boxes without a face: farther than anything
 NEVER = cython.declare(cython.double, float("inf"))
 WIDER = cython.declare(cython.double, 1e-9)  # share by which a bound must be more than the least, for rounding
 
