@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.kernels.rays import first_hits
-from lbskel.kernels.trees import halved, nearest_places, tree_of
+from lbskel.kernels.trees import are_near, halved, nearest_places, tree_of
 
 ROUNDING = 1e-12  # of the largest coordinate, by which each box is larger, so that none is missed by rounding
 
@@ -42,6 +42,10 @@ class Boxes:
     def nearest(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(k,) distance of each point from the faces, and (k, 3) the place on them that is nearest."""
         return nearest_places(self.corners, self.bounds, np.ascontiguousarray(points, dtype=np.float64))
+
+    def are_near(self, points: NDArray[np.float64], distance: float) -> NDArray[np.bool_]:
+        """(k,) whether each point is nearer to the faces than a distance."""
+        return are_near(self.corners, self.bounds, np.ascontiguousarray(points, dtype=np.float64), distance)
 
     def first_hits(
         self, origins: NDArray[np.float64], directions: NDArray[np.float64]

@@ -146,7 +146,7 @@ class Surface:
         if self.simplified is None or not self.mesh.is_closed_manifold:  # a ray may leave by a hole
             return np.abs(self._windings.winding_number(points)) > 0.5
         inside = np.array(self.rough.contains(points))
-        unsure = np.flatnonzero(self.rough.distance(points) <= self.simplified.deviation)
+        unsure = np.flatnonzero(self.simplified.mesh.boxes.are_near(points, self.simplified.deviation))
         if len(unsure):
             inside[unsure] = np.sum([self._leaves(points[unsure], way) for way in DIRECTIONS], axis=0) >= 2
         return inside

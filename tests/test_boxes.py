@@ -34,6 +34,14 @@ def test_the_nearest_place_is_that_of_libigl(name):
     assert np.abs(np.linalg.norm(place - points, axis=1) - distance).max() < 1e-12 * mesh.extent
 
 
+def test_what_is_near_is_nearer_than_the_distance():
+    mesh = make("knot", n_vertices=800).mesh
+    points = rays(mesh, 300)[0]
+    distance = mesh.boxes.nearest(points)[0]
+    for limit in np.quantile(distance, [0.1, 0.5, 0.9]) * 1.0001:
+        assert np.array_equal(mesh.boxes.are_near(points, limit), distance < limit)
+
+
 def test_the_nearest_place_is_on_a_corner_an_edge_or_inside():
     mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     points = np.array([[-1, -1, 1], [0.5, -2, 0], [2, 2, 0], [0.2, 0.2, 3], [0, 0, 0], [3, -1, 0.0]])

@@ -48,7 +48,8 @@ def mesh():
 
 
 def nearest():
-    return mesh().boxes.nearest(np.random.default_rng(0).normal(size=(40, 3)))
+    points = np.random.default_rng(0).normal(size=(40, 3))
+    return *mesh().boxes.nearest(points), mesh().boxes.are_near(points, 0.3)
 
 
 def first_hits():
@@ -157,7 +158,7 @@ def test_what_is_no_number_is_an_error(text):
 
 
 CASES = {
-    "trees": (nearest, {boxes: ("halved", "nearest_places", "tree_of")}),
+    "trees": (nearest, {boxes: ("are_near", "halved", "nearest_places", "tree_of")}),
     "rays": (first_hits, {boxes: ("first_hits",)}),
     "curves": (curves, {sections: ("Curves",)}),
     "flips": (flipped, {flips: ("cotangents", "flip_to_delaunay")}),
