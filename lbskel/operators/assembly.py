@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
+from lbskel.kernels.assembly import symmetric
+
 
 def diagonal_matrix(values: NDArray[Any]) -> csc_array:
     """The matrix with these values on its diagonal."""
@@ -19,13 +21,8 @@ def diagonal_matrix(values: NDArray[Any]) -> csc_array:
 
 def symmetric_matrix(faces: NDArray[np.int64], edge_entries: NDArray[np.float64], diagonal: NDArray[Any]) -> csc_array:
     """The matrix with ``edge_entries[f, k]`` added at both places of the edge opposite corner k of face f."""
-    F = faces.astype(np.int32)  # scipy's choice for up to 2^31 vertices; half the memory to sort
-    n, i, j = len(diagonal), F[:, [1, 2, 0]].ravel(), F[:, [2, 0, 1]].ravel()
-    k = np.arange(n, dtype=np.int32)
-    rows = np.concatenate([np.minimum(i, j), k])
-    columns = np.concatenate([np.maximum(i, j), k])
-    upper = coo_array((np.concatenate([edge_entries.ravel(), diagonal / 2]), (rows, columns)), shape=(n, n)).tocsc()
-    return (upper + upper.T).tocsc()
+    n = len(diagonal)
+    return csc_array(symmetric(faces, np.ascontiguousarray(edge_entries), diagonal), shape=(n, n))
 
 
 def stiffness_of_corner_weights(n: int, faces: NDArray[np.int64], weights: NDArray[np.float64]) -> csc_array:
