@@ -22,11 +22,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.sparse.csgraph import dijkstra
 from scipy.spatial.distance import cdist
 
+from lbskel.kernels.regions import pieces
 from lbskel.kernels.ways import Ways
 from lbskel.mesh import Mesh
+from lbskel.ordering import numbered
 from lbskel.skeleton import Skeleton
 from lbskel.surface import Surface
 
@@ -71,6 +73,11 @@ class _Cells:
     graph: csr_array
 
     @cached_property
+    def pairs(self) -> NDArray[np.int64]:
+        """(p, 2) neighbours, each pair in both orders."""
+        return np.stack(self.graph.nonzero(), axis=1).astype(np.int64)
+
+    @cached_property
     def ways(self) -> Ways:
         """To look for ways between cells."""
         return Ways(self.graph.indptr.astype(np.int64), self.graph.indices.astype(np.int64), self.graph.data)
@@ -94,7 +101,7 @@ def _found(mesh: Mesh) -> Extremities:
     far = cells.ways.distances(sources)
     is_reached = np.isfinite(far)
     height = np.where(is_reached, far, 0).sum(axis=0) / np.maximum(is_reached.sum(axis=0), 1)
-    component = connected_components(cells.graph, directed=False)[1]
+    component = pieces(cells.pairs, np.zeros(k, dtype=np.int64))
     limbs = [limb for limb in _limbs(cells, height) if _is_disc(mesh, cells, component, limb[0])]
     limb_of_cell = np.full(k + 1, -1)  # the last is that of vertices without a cell
     for number, (inner, *_) in enumerate(limbs):
@@ -119,11 +126,11 @@ def is_missed(found: Extremities, mesh: Mesh, skeleton: Skeleton) -> NDArray[np.
 
 def _graph(edges: NDArray[np.int64], lengths: NDArray[np.float64], n: int) -> csr_array:
     """Symmetric weights, the shortest of several edges between the same two."""
-    low, high = np.sort(edges, axis=1).T
-    order = np.lexsort((lengths, high, low))
-    _, first = np.unique((low * n + high)[order], return_index=True)
-    one = order[first]
-    graph = coo_array((lengths[one], (low[one], high[one])), shape=(n, n)).tocsr()
+    i, j = edges.T
+    pairs, which = numbered(np.minimum(i, j) * n + np.maximum(i, j))
+    shortest = np.full(len(pairs), np.inf)
+    np.minimum.at(shortest, which, lengths)
+    graph = coo_array((shortest, (pairs // n, pairs % n)), shape=(n, n)).tocsr()
     return graph + graph.T
 
 
@@ -147,13 +154,13 @@ def _cells(mesh: Mesh) -> _Cells:
 
 def _limbs(cells: _Cells, height: NDArray[np.float64]) -> list[tuple[NDArray[np.int64], float, float]]:
     """The cells of each limb, its end first, with its length and area."""
-    pointers, neighbours = cells.graph.indptr, cells.graph.indices
-    group = np.full(len(height), -1)
+    pointers, neighbours = cells.graph.indptr.tolist(), cells.graph.indices.tolist()
+    group = [-1] * len(height)
     members: dict[int, list[int]] = {}
     is_body: dict[int, bool] = {}  # more than one limb
     limbs: list[tuple[NDArray[np.int64], float, float]] = []
     for cell in np.argsort(-height, kind="stable").tolist():
-        meeting = sorted(set(group[neighbours[pointers[cell] : pointers[cell + 1]]].tolist()) - {-1})
+        meeting = sorted({group[near] for near in neighbours[pointers[cell] : pointers[cell + 1]]} - {-1})
         if not meeting:
             group[cell], members[cell], is_body[cell] = cell, [cell], False
             continue
@@ -172,7 +179,8 @@ def _limbs(cells: _Cells, height: NDArray[np.float64]) -> list[tuple[NDArray[np.
                 is_body[into] = False
             for other in meeting:
                 if other != into:
-                    group[members[other]] = into
+                    for member in members[other]:
+                        group[member] = into
                     members[into] += members.pop(other)
         group[cell] = into
         members[into].append(cell)
@@ -193,15 +201,13 @@ def _limb(
     return (inner, length, area) if falls and 2 * np.pi * length**2 > ELONGATION * area else None
 
 
-def _is_disc(mesh: Mesh, cells: _Cells, component: NDArray[np.int32], limb: NDArray[np.int64]) -> bool:
+def _is_disc(mesh: Mesh, cells: _Cells, component: NDArray[np.int64], limb: NDArray[np.int64]) -> bool:
     """Whether the vertices of some cells, with the cells that they cut off from the rest filled in, are a disc."""
     outside = component == component[limb[0]]
     outside[limb] = False
-    rest = np.flatnonzero(outside)
-    piece = connected_components(cells.graph[rest][:, rest], directed=False)[1]
-    is_in = np.zeros(len(outside) + 1, dtype=bool)  # the last is that of vertices without a cell
-    is_in[limb] = True
-    is_in[rest[piece != np.bincount(piece).argmax()]] = True
+    piece = pieces(cells.pairs, outside.astype(np.int64))
+    is_in = np.append(component == component[limb[0]], False)  # the last is that of vertices without a cell
+    is_in[:-1] &= piece != np.bincount(piece[outside]).argmax()
     within = is_in[cells.cell_of_vertex]
     (i, j), (a, b, c) = mesh.edges.T, mesh.faces.T
     n_edges = np.count_nonzero(within[i] & within[j])

@@ -39,7 +39,7 @@ def grow_missed_limbs(skeleton: Skeleton, surface: Surface, *, ratio: float = 1.
     """
     mesh = surface.rough.mesh
     found = extremities(mesh)
-    missed = is_missed(found, mesh, inscribed_radii(skeleton, surface))
+    missed = is_missed(found, mesh, inscribed_radii(skeleton, surface.rough))
     limb_of_vertex = np.where(np.isin(found.limb_of_vertex, np.flatnonzero(missed)), found.limb_of_vertex, -1)
     axes = {number: axis_inside(limb, surface) for number, limb in find_limbs(mesh, limb_of_vertex).items()}
     axes = {number: axis for number, axis in axes.items() if len(axis) >= 2}

@@ -108,7 +108,7 @@ def skeleton_of_component(
     skeleton = replace(skeleton, node_of_vertex=skeleton.node_of_vertex[proxy.vertex_map])
     skeleton = clock.if_time("recentre", recenter, skeleton, surface)
     skeleton = clock.if_time("extend", extend_tips, skeleton, surface)
-    skeleton = clock("prune", cut_swallowed, inscribed_radii(skeleton, surface), mesh)
+    skeleton = clock("prune", cut_swallowed, inscribed_radii(skeleton, surface.rough), mesh)
     skeleton = clock.if_time("extend", grow_missed_limbs, skeleton, surface, ratio=options.prune)
     skeleton = clock.if_time("lead inside", _led_inside, skeleton, surface)
     if options.tips == "surface":
