@@ -34,8 +34,8 @@ ASYMMETRY = 1e-12  # of the largest entry, which rounding leaves in a symmetric 
 
 def _smallest_angles(mesh: Mesh) -> NDArray[np.float64]:
     """(m,) smallest angle of each face in radians; 0 where an edge has no length."""
-    largest = np.nan_to_num(corner_cotangents(mesh).max(axis=1), nan=np.inf, posinf=np.inf)
-    return np.arctan2(1.0, largest)
+    a, b, c = corner_cotangents(mesh).T
+    return np.arctan2(1.0, np.nan_to_num(np.maximum(np.maximum(a, b), c), nan=np.inf, posinf=np.inf))
 
 
 def contract(

@@ -18,7 +18,7 @@ from lbskel.files.reading import numbers_of
 from lbskel.kernels import ways as ways_module
 from lbskel.mapping import is_in_largest_piece
 from lbskel.mesh import Mesh
-from lbskel.operators import corners, flips, masses
+from lbskel.operators import assembly, corners, flips, masses
 from lbskel.operators.flips import IntrinsicTriangulation, delaunay, glued
 from lbskel.operators.intrinsic_delaunay import intrinsic_delaunay
 from lbskel.operators.masses import voronoi_mass
@@ -95,8 +95,16 @@ def regions():
 
 
 def triangles():
-    measures = mesh_module.integrals(mesh().vertices, mesh().faces, np.zeros(3))
+    measures = mesh_module.integrals(mesh().vertices, mesh().faces)
     return *corners.corners_of(mesh().vertices, mesh().faces), voronoi_mass(mesh()).diagonal(), *map(np.array, measures)
+
+
+def assembled():
+    faces = mesh().faces
+    weights = np.random.default_rng(6).normal(size=faces.shape)
+    weights[0] = 0  # places where nothing is left have no entry
+    matrix = assembly.symmetric_matrix(faces, weights, np.arange(len(mesh().vertices)) % 7.0)
+    return matrix.data, matrix.indices, matrix.indptr
 
 
 def ways():
@@ -158,6 +166,7 @@ def test_what_is_no_number_is_an_error(text):
 
 
 CASES = {
+    "assembly": (assembled, {assembly: ("symmetric",)}),
     "trees": (nearest, {boxes: ("are_near", "halved", "nearest_places", "tree_of")}),
     "rays": (first_hits, {boxes: ("first_hits",)}),
     "curves": (curves, {sections: ("Curves",)}),

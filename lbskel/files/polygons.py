@@ -52,9 +52,9 @@ def mesh_of(polygons: Polygons) -> Mesh:
         If a polygon names a vertex that does not exist or has fewer than three corners, or Mesh refuses the rest.
     """
     n, sizes, first = len(polygons.points), polygons.sizes, polygons.first_index
-    face_of_corner = np.repeat(np.arange(len(sizes)), sizes)
-    astray = np.unique(face_of_corner[(polygons.corners < 0) | (polygons.corners >= n)])
-    if len(astray):
+    if polygons.corners.min(initial=0) < 0 or polygons.corners.max(initial=-1) >= n:
+        is_astray = (polygons.corners < 0) | (polygons.corners >= n)
+        astray = np.unique(np.repeat(np.arange(len(sizes)), sizes)[is_astray])
         raise MeshError(
             f"faces {first_few(astray)} (counted from 0) name vertices that do not exist; "
             f"the file has {n} vertices, numbered {first} to {n - 1 + first}"

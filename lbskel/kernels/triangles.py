@@ -81,17 +81,22 @@ def voronoi_of(
 @cython.locals(face=cython.Py_ssize_t, axis=cython.Py_ssize_t, area=cython.double)
 @cython.locals(x=cython.double, y=cython.double, z=cython.double)
 def integrals(
-    V: cython.const[cython.double][:, ::1],
-    F: cython.const[cython.longlong][:, ::1],
-    origin: cython.const[cython.double][::1],
+    V: cython.const[cython.double][:, ::1], F: cython.const[cython.longlong][:, ::1]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """(m,) areas, (3,) the integral of the position from an origin over the surface, and the signed volume."""
+    """(m,) areas, (3,) the centre of mass, which is the mean of the vertices if there is no area, and signed volume."""
     m: cython.Py_ssize_t = F.shape[0]
-    areas_array, moment_array = np.empty(m), np.zeros(3)
+    n: cython.Py_ssize_t = V.shape[0]
+    areas_array, centre_array = np.empty(m), np.empty(3)
     areas: cython.double[::1] = areas_array
-    moment: cython.double[::1] = moment_array
+    centre: cython.double[::1] = centre_array
+    origin: cython.double[::1] = np.zeros(3)  # near the surface, for the sake of the last digits
+    moment: cython.double[::1] = np.zeros(3)
     corner: cython.double[:, ::1] = np.empty((3, 3))
     volume: cython.double = 0.0
+    total: cython.double = 0.0
+    for face in range(n):
+        for axis in range(3):
+            origin[axis] += V[face, axis] / n
     for face in range(m):
         for axis in range(3):
             corner[0, axis] = V[F[face, 0], axis] - origin[axis]
@@ -102,10 +107,13 @@ def integrals(
         z = _cross(corner, 0, 1)
         area = sqrt(x * x + y * y + z * z) / 2
         areas[face] = area
+        total += area
         for axis in range(3):
             moment[axis] += area * (corner[0, axis] + corner[1, axis] + corner[2, axis])
         volume += x * corner[0, 0] + y * corner[0, 1] + z * corner[0, 2]
-    return areas_array, moment_array / 3, volume / 6
+    for axis in range(3):
+        centre[axis] = origin[axis] + (moment[axis] / (3 * total) if total > 0 else 0.0)
+    return areas_array, centre_array, volume / 6
 
 
 @cython.cfunc

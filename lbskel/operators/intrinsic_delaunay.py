@@ -27,7 +27,8 @@ MOLLIFY_FACTOR = 1e-6
 
 def shortfall(lengths: NDArray[np.float64], factor: float) -> NDArray[np.float64]:
     """(m,) what each edge must gain for the triangle inequalities to hold by this fraction of the mean length."""
-    return np.maximum(2 * lengths.max(axis=1) - lengths.sum(axis=1) + factor * lengths.mean(), 0.0)
+    a, b, c = lengths.T
+    return np.maximum(2 * np.maximum(np.maximum(a, b), c) - (a + b + c) + factor * lengths.mean(), 0.0)
 
 
 def intrinsic_delaunay(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:

@@ -10,7 +10,7 @@ __all__ = ["Cholmod"]
 import numpy as np
 from cvxopt import amd, cholmod, matrix, spmatrix
 from numpy.typing import NDArray
-from scipy.sparse import csc_array, tril
+from scipy.sparse import csc_array
 
 from lbskel.errors import SolveError
 from lbskel.solvers.factorization import Factorization
@@ -24,11 +24,10 @@ class Cholmod(Factorization):
     """
 
     def _factorize(self, A: csc_array, like: Factorization | None) -> None:
-        lower = tril(A, format="coo")
-        X = spmatrix(
-            matrix(lower.data), matrix(lower.row.astype(np.int64)), matrix(lower.col.astype(np.int64)), A.shape
-        )
-        self._pattern = lower.row, lower.col
+        rows, columns = A.indices.astype(np.int64), np.repeat(np.arange(A.shape[1]), np.diff(A.indptr))
+        lower = np.flatnonzero(rows >= columns)
+        self._pattern = rows[lower], columns[lower]
+        X = spmatrix(matrix(A.data[lower]), *map(matrix, self._pattern), A.shape)
         if isinstance(like, Cholmod) and all(map(np.array_equal, like._pattern, self._pattern)):
             self._ordering: matrix = like._ordering
         else:
