@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.kernels.rays import first_hits
-from lbskel.kernels.trees import are_near, halved, nearest_places, tree_of
+from lbskel.kernels.rays import first_hits, windings
+from lbskel.kernels.trees import halved, nearest_places, tree_of
 
 ROUNDING = 1e-12  # of the largest coordinate, by which each box is larger, so that none is missed by rounding
 
@@ -43,9 +43,13 @@ class Boxes:
         """(k,) distance of each point from the faces, and (k, 3) the place on them that is nearest."""
         return nearest_places(self.corners, self.bounds, np.ascontiguousarray(points, dtype=np.float64))
 
-    def are_near(self, points: NDArray[np.float64], distance: float) -> NDArray[np.bool_]:
-        """(k,) whether each point is nearer to the faces than a distance."""
-        return are_near(self.corners, self.bounds, np.ascontiguousarray(points, dtype=np.float64), distance)
+    def windings(self, points: NDArray[np.float64]) -> NDArray[np.int64]:
+        """(k,) how often the faces wind round each point, where they are closed and oriented alike.
+
+        They are counted along a ray: those that it leaves by, less those that it enters by. Sides that it runs through
+        belong to one of their two faces: Haines 1994, "Point in polygon strategies", Graphics Gems IV, pages 24 to 46.
+        """
+        return windings(self.corners, self.bounds, np.ascontiguousarray(points, dtype=np.float64))
 
     def first_hits(
         self, origins: NDArray[np.float64], directions: NDArray[np.float64]

@@ -1,7 +1,8 @@
 """A mesh as a surface to ask of: how far is it, what lies ahead, is a point inside.
 
-Trees are built when first needed: boxes for distances and rays; for the inside, libigl's fast winding number of Barill,
-Dickson, Schmidt, Levin, Jacobson 2018, https://doi.org/10.1145/3197517.3201337.
+Trees are built when first needed: boxes for distances and rays, and for the inside of what is closed; for that of other
+meshes libigl's fast winding number of Barill, Dickson, Schmidt, Levin, Jacobson 2018,
+https://doi.org/10.1145/3197517.3201337.
 """
 
 from __future__ import annotations
@@ -19,7 +20,6 @@ from numpy.typing import NDArray
 from lbskel.mesh import Mesh, read_only
 
 REMEMBERED = 16  # answers at most
-DIRECTIONS = np.array([[0.36, 0.48, 0.8], [-0.64, 0.6, -0.48], [0.48, -0.8, 0.36]])  # of length one, at random
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,18 +143,6 @@ class Surface:
         return self._remembered("contains", points, lambda: read_only(self._contains(points)))
 
     def _contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        if self.simplified is None or not self.mesh.is_closed_manifold:  # a ray may leave by a hole
-            return np.abs(self._windings.winding_number(points)) > 0.5
-        inside = np.array(self.rough.contains(points))
-        unsure = np.flatnonzero(self.simplified.mesh.boxes.are_near(points, self.simplified.deviation))
-        if len(unsure):
-            inside[unsure] = np.sum([self._leaves(points[unsure], way) for way in DIRECTIONS], axis=0) >= 2
-        return inside
-
-    def _leaves(self, points: NDArray[np.float64], direction: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """(k,) whether the first face that is met in a direction is met from its inner side."""
-        V, F = self.mesh.vertices, self.mesh.faces
-        face = self.mesh.boxes.first_hits(points, np.tile(direction, (len(points), 1)))[0]
-        A, B, C = V[F[face]].transpose(1, 0, 2)
-        outward = np.cross(B - A, C - A) @ direction * np.sign(self.mesh.volume)
-        return (face >= 0) & (outward > 0)
+        if self.mesh.is_closed_manifold:
+            return self.mesh.boxes.windings(points) != 0
+        return np.abs(self._windings.winding_number(points)) > 0.5

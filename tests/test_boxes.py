@@ -1,11 +1,11 @@
-"""The tree of boxes: what is nearest and what a ray meets first, against every triangle in turn."""
+"""The tree of boxes: what is nearest, what a ray meets, what is inside, against every triangle in turn."""
 
 import igl
 import numpy as np
 import pytest
 
 from lbskel import Mesh
-from lbskel.shapes import make, torus
+from lbskel.shapes import make, sphere, torus
 
 
 def rays(mesh, k, seed=0):
@@ -32,14 +32,6 @@ def test_the_nearest_place_is_that_of_libigl(name):
     squared = igl.point_mesh_squared_distance(points, mesh.vertices, mesh.faces)[0]
     assert np.abs(distance - np.sqrt(squared)).max() < 1e-12 * mesh.extent
     assert np.abs(np.linalg.norm(place - points, axis=1) - distance).max() < 1e-12 * mesh.extent
-
-
-def test_what_is_near_is_nearer_than_the_distance():
-    mesh = make("knot", n_vertices=800).mesh
-    points = rays(mesh, 300)[0]
-    distance = mesh.boxes.nearest(points)[0]
-    for limit in np.quantile(distance, [0.1, 0.5, 0.9]) * 1.0001:
-        assert np.array_equal(mesh.boxes.are_near(points, limit), distance < limit)
 
 
 def test_the_nearest_place_is_on_a_corner_an_edge_or_inside():
@@ -101,3 +93,72 @@ def test_rays_along_the_axes_and_along_edges_do_not_pass_between_faces():
     origins = np.stack([u.ravel(), v.ravel(), np.full(u.size, 2.0)], axis=1)
     assert (mesh.boxes.first_hits(origins, np.tile([0, 0, -1.0], (u.size, 1)))[1] == 2).all()
     assert np.isinf(mesh.boxes.first_hits(origins, np.tile([0, 0, 1.0], (u.size, 1)))[1]).all()
+
+
+def joined(*meshes):
+    firsts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    faces = [mesh.faces + first for mesh, first in zip(meshes, firsts, strict=False)]
+    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
+
+
+@pytest.mark.parametrize("name", ["knot", "octopus", "hand"])
+def test_faces_wind_round_a_point_as_often_as_their_solid_angles_tell(name):
+    mesh = make(name, n_vertices=2000).mesh
+    near = mesh.vertices + np.random.default_rng(1).normal(scale=0.01 * mesh.extent, size=mesh.vertices.shape)
+    points = np.concatenate([rays(mesh, 1000)[0], near])
+    expected = igl.winding_number(mesh.vertices, mesh.faces, points)
+    assert 300 < (expected > 0.5).sum() < len(points) - 300
+    assert np.array_equal(mesh.boxes.windings(points), np.round(expected))
+
+
+def test_windings_of_what_overlaps_is_hollow_or_inside_out():
+    ball = sphere(2)
+    inner = ball.with_vertices(0.5 * ball.vertices)
+    hollow = joined(ball, Mesh(inner.vertices, inner.faces[:, ::-1]))
+    twice = joined(ball, inner)
+    points = np.array([[0.01, 0.02, 0.03], [0.1, 0.7, 0.2], [0.1, 1.2, 0.2]])
+    assert hollow.boxes.windings(points).tolist() == [0, 1, 0]
+    assert twice.boxes.windings(points).tolist() == [2, 1, 0]
+    assert Mesh(ball.vertices, ball.faces[:, ::-1]).boxes.windings(points).tolist() == [-1, -1, 0]
+
+
+def test_windings_at_points_over_corners_sides_and_walls():
+    """A house of boxes on a grid: rays run through its corners, along its sides, and in the planes of its walls."""
+    height = np.array([[0, 0, 0, 0, 0], [0, 3, 1, 2, 0], [0, 3, 3, 1, 0], [0, 1, 0, 0, 0], [0, 0, 0, 0, 0]])
+    solid = np.arange(4) < height[..., None]
+    cells = np.argwhere(solid)
+    sides = []
+    for axis in range(3):
+        for way in (-1, 1):
+            beside = cells + way * np.eye(3, dtype=int)[axis]
+            is_wall = ~np.array([solid[tuple(cell)] if (cell >= 0).all() else False for cell in beside])
+            u, v = np.eye(3, dtype=int)[[(axis + 1) % 3, (axis + 2) % 3]]
+            low = cells[is_wall] + max(way, 0) * np.eye(3, dtype=int)[axis]
+            quads = np.stack([low, low + u, low + u + v, low + v], axis=1)
+            sides.append(quads if way > 0 else quads[:, ::-1])
+    corners = np.concatenate(sides)
+    V, number = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+    quads = number.reshape(-1, 4)
+    mesh = Mesh(V, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
+    assert mesh.is_closed
+    grid = np.stack(np.meshgrid(np.arange(0, 5.01, 0.5), np.arange(0, 5.01, 0.5), np.arange(0.25, 4, 0.5)), axis=-1)
+    points = grid.reshape(-1, 3)
+    is_clear = mesh.boxes.nearest(points)[0] > 0
+    points = points[is_clear]
+    cell = np.floor(points).astype(int)
+    expected = np.zeros(len(points), dtype=int)
+    inside_grid = (cell < solid.shape).all(axis=1)
+    expected[inside_grid] = solid[tuple(cell[inside_grid].T)]
+    assert 20 < expected.sum() < len(points) - 20
+    assert np.array_equal(mesh.boxes.windings(points), expected)
+
+
+def test_windings_do_not_depend_on_a_face_without_area():
+    mesh = sphere(2)
+    (a, b, c), k = mesh.faces[0], len(mesh.vertices)
+    middle = 0.7 * mesh.vertices[a] + 0.3 * mesh.vertices[b]
+    faces = np.concatenate([mesh.faces[1:], [[a, k, c], [k, b, c], [a, b, k]]])  # the last lies on a line
+    split = Mesh(np.concatenate([mesh.vertices, middle[None]]), faces)
+    assert split.is_closed_manifold
+    points = np.concatenate([rays(split, 1000)[0], middle * np.linspace(0.5, 1.5, 40)[:, None]])
+    assert np.array_equal(split.boxes.windings(points), mesh.boxes.windings(points))

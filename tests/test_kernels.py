@@ -49,12 +49,12 @@ def mesh():
 
 def nearest():
     points = np.random.default_rng(0).normal(size=(40, 3))
-    return *mesh().boxes.nearest(points), mesh().boxes.are_near(points, 0.3)
+    return mesh().boxes.nearest(points)
 
 
-def first_hits():
+def rays():
     ways = np.random.default_rng(1).normal(size=(40, 3))
-    return mesh().boxes.first_hits(0.1 * ways[::-1], ways)
+    return *mesh().boxes.first_hits(0.1 * ways[::-1], ways), mesh().boxes.windings(0.3 * ways)
 
 
 def curves():
@@ -167,8 +167,8 @@ def test_what_is_no_number_is_an_error(text):
 
 CASES = {
     "assembly": (assembled, {assembly: ("symmetric",)}),
-    "trees": (nearest, {boxes: ("are_near", "halved", "nearest_places", "tree_of")}),
-    "rays": (first_hits, {boxes: ("first_hits",)}),
+    "trees": (nearest, {boxes: ("halved", "nearest_places", "tree_of")}),
+    "rays": (rays, {boxes: ("first_hits", "windings")}),
     "curves": (curves, {sections: ("Curves",)}),
     "flips": (flipped, {flips: ("cotangents", "flip_to_delaunay")}),
     "regions": (

@@ -1,9 +1,9 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""What rays meet first, by the tree of boxes of :mod:`lbskel.kernels.trees`."""
+"""What rays meet first, and how often in all, by the tree of boxes of :mod:`lbskel.kernels.trees`."""
 
 from __future__ import annotations
 
-__all__ = ["first_hits"]
+__all__ = ["first_hits", "windings"]
 
 import cython
 import numpy as np
@@ -132,3 +132,92 @@ def first_hits(
                     best, faces[i] = left, order[at]
         far[i] = best
     return faces_array, far_array
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+@cython.locals(lx=cython.double, ly=cython.double, hx=cython.double, hy=cython.double)
+def _passes(
+    corners: cython.const[cython.double][:, ::1],
+    at: cython.Py_ssize_t,
+    start: cython.Py_ssize_t,
+    end: cython.Py_ssize_t,
+    x: cython.double,
+    y: cython.double,
+) -> cython.int:
+    """1 where a side of a triangle, seen from above, passes a place on the right upwards, -1 downwards, else 0.
+
+    Both triangles at a side find the same, to the last digit; a side through the place passes it on the left.
+    """
+    rises: cython.bint = corners[at, end + 1] > y
+    if (corners[at, start + 1] > y) == rises:
+        return 0
+    if not rises:
+        start, end = end, start
+    lx, ly, hx, hy = corners[at, start], corners[at, start + 1], corners[at, end], corners[at, end + 1]
+    if (hx - lx) * (y - ly) > (hy - ly) * (x - lx):
+        return 1 if rises else -1
+    return 0
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _is_above(
+    corners: cython.const[cython.double][:, ::1],
+    at: cython.Py_ssize_t,
+    x: cython.double,
+    y: cython.double,
+    z: cython.double,
+    turns: cython.int,
+) -> cython.bint:
+    """Whether a triangle that turns so about a place, seen from above, lies above it."""
+    if min(corners[at, 2], min(corners[at, 5], corners[at, 8])) > z:
+        return True
+    ax: cython.double = corners[at, 0] - x
+    ay: cython.double = corners[at, 1] - y
+    az: cython.double = corners[at, 2] - z
+    px: cython.double = corners[at, 3] - corners[at, 0]
+    py: cython.double = corners[at, 4] - corners[at, 1]
+    pz: cython.double = corners[at, 5] - corners[at, 2]
+    qx: cython.double = corners[at, 6] - corners[at, 0]
+    qy: cython.double = corners[at, 7] - corners[at, 1]
+    qz: cython.double = corners[at, 8] - corners[at, 2]
+    volume: cython.double = ax * (py * qz - pz * qy) + ay * (pz * qx - px * qz) + az * (px * qy - py * qx)
+    return volume * turns > 0
+
+
+@cython.locals(i=cython.Py_ssize_t, node=cython.Py_ssize_t, at=cython.Py_ssize_t, top=cython.Py_ssize_t)
+@cython.locals(x=cython.double, y=cython.double, z=cython.double, turns=cython.int)
+def windings(
+    corners: cython.const[cython.double][:, ::1],
+    boxes: cython.const[cython.double][:, ::1],
+    points: cython.const[cython.double][:, ::1],
+) -> NDArray[np.int64]:
+    """(k,) how often faces without a boundary wind round each point: those above it, counted by their orientation."""
+    p: cython.Py_ssize_t = boxes.shape[0] // 2
+    array = np.zeros(points.shape[0], dtype=np.int64)
+    result: cython.longlong[::1] = array
+    stack: cython.longlong[::1] = np.empty(DEPTH, dtype=np.int64)
+    for i in range(points.shape[0]):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        stack[0], top = 1, 1
+        while top > 0:
+            top -= 1
+            node = stack[top]
+            if not (boxes[node, 0] <= x <= boxes[node, 3] and boxes[node, 1] <= y <= boxes[node, 4]):
+                continue
+            if boxes[node, 5] < z:
+                continue
+            if node < p:
+                stack[top], stack[top + 1] = 2 * node, 2 * node + 1
+                top += 2
+                continue
+            for at in range((node - p) * LEAF, min((node - p + 1) * LEAF, corners.shape[0])):
+                turns = _passes(corners, at, 0, 3, x, y)
+                turns += _passes(corners, at, 3, 6, x, y)
+                turns += _passes(corners, at, 6, 0, x, y)
+                if turns != 0 and _is_above(corners, at, x, y, z, turns):
+                    result[i] += turns
+    return array

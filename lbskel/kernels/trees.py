@@ -7,7 +7,7 @@ with LEAF faces of an order that is given.
 
 from __future__ import annotations
 
-__all__ = ["are_near", "halved", "nearest_places", "tree_of"]
+__all__ = ["halved", "nearest_places", "tree_of"]
 
 import cython
 import numpy as np
@@ -343,22 +343,3 @@ def nearest_places(
             distances[i] = _nearest(corners, boxes, x, y, z, stack, far, NEVER, place)
         places[i, 0], places[i, 1], places[i, 2] = x + place[0], y + place[1], z + place[2]
     return np.sqrt(distances_array), places_array
-
-
-@cython.locals(i=cython.Py_ssize_t)
-def are_near(
-    corners: cython.const[cython.double][:, ::1],
-    boxes: cython.const[cython.double][:, ::1],
-    points: cython.const[cython.double][:, ::1],
-    distance: cython.double,
-) -> NDArray[np.bool_]:
-    """(k,) whether each point is nearer to the faces than a distance, which takes less than to find out how near."""
-    array = np.empty(points.shape[0], dtype=np.int8)
-    result: cython.schar[::1] = array
-    stack: cython.longlong[::1] = np.empty(DEPTH, dtype=np.int64)
-    far: cython.double[::1] = np.empty(DEPTH)
-    place: cython.double[::1] = np.empty(3)
-    limit: cython.double = distance * distance
-    for i in range(points.shape[0]):
-        result[i] = _nearest(corners, boxes, points[i, 0], points[i, 1], points[i, 2], stack, far, limit, place) < limit
-    return array.astype(bool)
