@@ -82,7 +82,8 @@ def join_regions(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     if len(parted) == 0:
         return skeleton
     i, j = mesh.edges.T
-    length = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1) + 1e-12 * mesh.extent  # none may be zero
+    way = mesh.vertices[i] - mesh.vertices[j]
+    length = np.sqrt(np.einsum("ex,ex->e", way, way)) + 1e-12 * mesh.extent  # none may be zero
     graph = coo_array((length, (i, j)), shape=(len(mesh.vertices), len(mesh.vertices))).tocsr()
     graph = graph + graph.T
     for _ in range(ROUNDS):
@@ -143,13 +144,17 @@ def _with_ways(skeleton: Skeleton, graph: csr_array, parted: NDArray[np.int64]) 
     ways = Ways(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
     by_node = stable_order(node_of_vertex)
     begins = np.searchsorted(node_of_vertex[by_node], np.arange(len(skeleton.nodes) + 1))
-    kinds = np.zeros(len(node_of_vertex), dtype=np.int8)
+    neighbours = [beside.tolist() for beside in skeleton.neighbours]
+    kinds, is_around = np.zeros(len(node_of_vertex), dtype=np.int8), np.zeros(len(neighbours), dtype=bool)
     for first, last in parted.tolist():
         around = {first, last}
         for _ in range(AROUND):
-            around.update(*(skeleton.neighbours[node].tolist() for node in around))
-        here = np.concatenate([by_node[begins[node] : begins[node + 1]] for node in sorted(around)])
-        here = np.sort(here[np.isin(node_of_vertex[here], list(around))])
+            around.update(*(neighbours[node] for node in around))
+        nodes = sorted(around)
+        is_around[nodes] = True
+        here = np.concatenate([by_node[begins[node] : begins[node + 1]] for node in nodes])
+        here = np.sort(here[is_around[node_of_vertex[here]]])
+        is_around[nodes] = False
         node = node_of_vertex[here]
         kinds[here] = np.where(node == last, 2, 1)
         inner = ways.first_of(here[node == first], kinds)[1][1:-1]  # no way where one before has taken over a region

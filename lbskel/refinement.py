@@ -74,10 +74,7 @@ def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
 
 def settle(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     """The skeleton with each vertex handed on along the edges to a nearer node, as long as there is one next to it."""
-    neighbours = skeleton.neighbours
-    first = np.cumsum([0, *map(len, neighbours)])
-    beside = np.concatenate([*neighbours, np.empty(0, dtype=np.int64)])
-    settled = nearer_nodes(mesh.vertices, skeleton.node_of_vertex, skeleton.nodes, first, beside)
+    settled = nearer_nodes(mesh.vertices, skeleton.node_of_vertex, skeleton.nodes, *skeleton.adjacency)
     return replace(skeleton, node_of_vertex=settled)
 
 

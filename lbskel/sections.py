@@ -74,9 +74,6 @@ def cut(
     """
     tree = mesh.boxes
     curves = Curves(
-        mesh.vertices,
-        mesh.faces,
-        mesh.edges,
         mesh.edge_of_half_edge,
         mesh.faces_per_edge,
         tree.order,

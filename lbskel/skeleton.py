@@ -153,11 +153,17 @@ class Skeleton:
         return len(self.edges) - len(self.nodes) + self.n_components
 
     @cached_property
-    def neighbours(self) -> tuple[NDArray[np.int64], ...]:
-        """For each node, the nodes that share an edge with it, in ascending order."""
+    def adjacency(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """(k + 1,) where the neighbours of each node begin, and (2 e,) all of them, each node's in ascending order."""
         both = np.concatenate([self.edges, self.edges[:, ::-1]])
         both = both[np.lexsort((both[:, 1], both[:, 0]))]
-        return tuple(np.split(read_only(both[:, 1]), np.cumsum(self.degrees))[:-1])
+        return read_only(np.append(0, np.cumsum(self.degrees))), read_only(np.ascontiguousarray(both[:, 1]))
+
+    @cached_property
+    def neighbours(self) -> tuple[NDArray[np.int64], ...]:
+        """For each node, the nodes that share an edge with it, in ascending order."""
+        first, beside = self.adjacency
+        return tuple(beside[begin:end] for begin, end in itertools.pairwise(first.tolist()))
 
     @cached_property
     def branches(self) -> tuple[NDArray[np.int64], ...]:
@@ -165,33 +171,21 @@ class Skeleton:
 
         Together they use every edge exactly once. The order is that of their first nodes.
         """
+        first, beside = (array.tolist() for array in self.adjacency)
+        neighbours = [beside[begin:end] for begin, end in itertools.pairwise(first)]
         ends = np.flatnonzero((self.degrees != 2) & (self.degrees > 0))
         used: set[tuple[int, int]] = set()
-        paths = [path for end in ends for path in self._walks_from(int(end), used)]
-        for node in np.flatnonzero(self.degrees == 2):  # what is left are loops without a junction
-            paths.extend(self._walks_from(int(node), used))
-        return tuple(paths)
+        walks = [walk for end in ends.tolist() for walk in _walks_from(end, neighbours, used)]
+        if len(used) < len(beside):  # what is left are loops without a junction
+            for node in np.flatnonzero(self.degrees == 2).tolist():
+                walks.extend(_walks_from(node, neighbours, used))
+        return tuple(read_only(np.array(walk, dtype=np.int64)) for walk in walks)
 
     @property
     def end_branches(self) -> list[NDArray[np.int64]]:
         """The branches that lead from a junction to a tip, the junction first."""
         ways = [branch if self.degrees[branch[-1]] == 1 else branch[::-1] for branch in self.branches]
         return [way for way in ways if self.degrees[way[-1]] == 1 and self.degrees[way[0]] >= 3]
-
-    def _walks_from(self, start: int, used: set[tuple[int, int]]) -> list[NDArray[np.int64]]:
-        """The unused walks that leave a node, each up to a node of another degree than two or back to the start."""
-        walks = []
-        for following in self.neighbours[start]:
-            if (start, int(following)) in used:
-                continue
-            walk = [start, int(following)]
-            while self.degrees[walk[-1]] == 2 and walk[-1] != start:
-                one, other = self.neighbours[walk[-1]]
-                walk.append(int(other if one == walk[-2] else one))
-            used.update(itertools.pairwise(walk))
-            used.update(itertools.pairwise(reversed(walk)))
-            walks.append(read_only(np.array(walk, dtype=np.int64)))
-        return walks
 
     def to_networkx(self) -> Any:
         """An undirected ``networkx.Graph`` with ``pos`` and ``radius`` on nodes and ``length`` on edges.
@@ -211,3 +205,19 @@ class Skeleton:
         for (start, end), length in zip(self.edges.tolist(), self.edge_lengths, strict=True):
             graph.add_edge(start, end, length=float(length))
         return graph
+
+
+def _walks_from(start: int, neighbours: list[list[int]], used: set[tuple[int, int]]) -> list[list[int]]:
+    """The unused walks that leave a node, each up to a node of another degree than two or back to the start."""
+    walks = []
+    for following in neighbours[start]:
+        if (start, following) in used:
+            continue
+        walk = [start, following]
+        while len(neighbours[walk[-1]]) == 2 and walk[-1] != start:
+            one, other = neighbours[walk[-1]]
+            walk.append(other if one == walk[-2] else one)
+        used.update(itertools.pairwise(walk))
+        used.update(itertools.pairwise(reversed(walk)))
+        walks.append(walk)
+    return walks

@@ -40,9 +40,6 @@ SUMS = cython.declare(cython.Py_ssize_t, 12)
 class Curves:
     """What planes cut out of a mesh; the arrays are those of a Mesh, its tree, and a label for each face or none."""
 
-    V: cython.const[cython.double][:, ::1]
-    F: cython.const[cython.longlong][:, ::1]
-    edges: cython.const[cython.longlong][:, ::1]
     edge_of_half_edge: cython.const[cython.longlong][::1]
     faces_per_edge: cython.const[cython.longlong][::1]
     order: cython.const[cython.longlong][::1]
@@ -74,9 +71,6 @@ class Curves:
 
     def __init__(
         self,
-        V: NDArray[np.float64],
-        F: NDArray[np.int64],
-        edges: NDArray[np.int64],
         edge_of_half_edge: NDArray[np.int64],
         faces_per_edge: NDArray[np.int64],
         order: NDArray[np.int64],
@@ -84,19 +78,19 @@ class Curves:
         boxes: NDArray[np.float64],
         labels: NDArray[np.int64],
     ) -> None:
-        if len(labels) not in (0, len(F)):
+        m, n_edges = len(order), len(faces_per_edge)
+        if len(labels) not in (0, m):
             raise ValueError("there must be a label for each face")
-        self.V, self.F, self.edges, self.edge_of_half_edge = V, F, edges, edge_of_half_edge
-        self.faces_per_edge, self.order, self.corners, self.boxes = faces_per_edge, order, corners, boxes
-        self.labels = labels
+        self.edge_of_half_edge, self.faces_per_edge = edge_of_half_edge, faces_per_edge
+        self.order, self.corners, self.boxes, self.labels = order, corners, boxes, labels
         self.frame, self.stack = np.empty((2, 3)), np.empty(DEPTH, dtype=np.int64)
         # as long as ever needed; memory is taken only where something is written
-        self.end_of_edge = np.zeros(len(edges), dtype=np.int64)
+        self.end_of_edge = np.zeros(n_edges, dtype=np.int64)
         self.edge_of_end, self.segment_of_end = np.empty_like(self.end_of_edge), np.empty_like(self.end_of_edge)
-        self.faces_at_end, self.ends = np.empty_like(self.end_of_edge), np.empty((len(edges), 2))
-        self.face_of_segment, self.start = np.empty(len(F), dtype=np.int64), np.empty(len(F), dtype=np.int64)
-        self.stop, self.parent = np.empty(len(F), dtype=np.int64), np.empty(len(F), dtype=np.int64)
-        self.sums = np.empty((len(F), SUMS))
+        self.faces_at_end, self.ends = np.empty_like(self.end_of_edge), np.empty((n_edges, 2))
+        self.face_of_segment, self.start = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64)
+        self.stop, self.parent = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64)
+        self.sums = np.empty((m, SUMS))
 
     @cython.locals(i=cython.Py_ssize_t, axis=cython.Py_ssize_t, best=cython.Py_ssize_t, reach=cython.double)
     def chosen(
@@ -173,10 +167,10 @@ class Curves:
             node *= 2
             if self.boxes[node + 1, 0] < NOWHERE and self._box_distance(node + 1) < self._box_distance(node):
                 node += 1
-        vertex: cython.Py_ssize_t = self.F[self.order[(node - p) * LEAF], 0]
-        dx: cython.double = self.V[vertex, 0] - self.x
-        dy: cython.double = self.V[vertex, 1] - self.y
-        dz: cython.double = self.V[vertex, 2] - self.z
+        at: cython.Py_ssize_t = (node - p) * LEAF
+        dx: cython.double = self.corners[at, 0] - self.x
+        dy: cython.double = self.corners[at, 1] - self.y
+        dz: cython.double = self.corners[at, 2] - self.z
         return sqrt(dx * dx + dy * dy + dz * dz)
 
     @cython.cfunc
@@ -205,36 +199,50 @@ class Curves:
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _height(self, x: cython.double, y: cython.double, z: cython.double) -> cython.double:
-        """Of a vertex over the plane; the same whichever face it is asked for."""
+    def _height(self, at: cython.Py_ssize_t, corner: cython.Py_ssize_t) -> cython.double:
+        """Of a corner over the plane; the same for all faces at a vertex."""
+        x: cython.double = self.corners[at, 3 * corner]
+        y: cython.double = self.corners[at, 3 * corner + 1]
+        z: cython.double = self.corners[at, 3 * corner + 2]
         return self.a * x + self.b * y + self.c * z - self.offset
 
     @cython.cfunc
     @cython.exceptval(check=False)
     def _cut_face(self, at: cython.Py_ssize_t) -> cython.void:
         """The segment in a face, if the plane cuts it, counter-clockwise round the normal where faces face outwards."""
-        m: cython.Py_ssize_t = self.F.shape[0]
-        face: cython.longlong = self.order[at]
-        first: cython.bint = self._height(self.corners[at, 0], self.corners[at, 1], self.corners[at, 2]) >= 0
-        second: cython.bint = self._height(self.corners[at, 3], self.corners[at, 4], self.corners[at, 5]) >= 0
-        third: cython.bint = self._height(self.corners[at, 6], self.corners[at, 7], self.corners[at, 8]) >= 0
+        first: cython.bint = self._height(at, 0) >= 0
+        second: cython.bint = self._height(at, 1) >= 0
+        third: cython.bint = self._height(at, 2) >= 0
         if first == second and second == third:
             return
+        m: cython.Py_ssize_t = self.order.shape[0]
+        face: cython.longlong = self.order[at]
         lone: cython.Py_ssize_t = 0 if second == third else 1 if third == first else 2  # that one alone is on its side
         is_above: cython.bint = first if lone == 0 else second if lone == 1 else third
-        left: cython.longlong = self.edge_of_half_edge[(lone + 2) % 3 * m + face]  # opposite the other corner
-        right: cython.longlong = self.edge_of_half_edge[(lone + 1) % 3 * m + face]
+        left: cython.Py_ssize_t = (lone + 1) % 3
+        right: cython.Py_ssize_t = (lone + 2) % 3
         segment: cython.Py_ssize_t = self.n_segments
         self.n_segments += 1
         self.parent[segment] = segment
         self.face_of_segment[segment] = face
-        self.start[segment] = self._end_on(left if is_above else right, segment)
-        self.stop[segment] = self._end_on(right if is_above else left, segment)
+        if is_above:
+            self.start[segment] = self._end_on(self.edge_of_half_edge[right * m + face], segment, at, left, lone)
+            self.stop[segment] = self._end_on(self.edge_of_half_edge[left * m + face], segment, at, right, lone)
+        else:
+            self.start[segment] = self._end_on(self.edge_of_half_edge[left * m + face], segment, at, lone, right)
+            self.stop[segment] = self._end_on(self.edge_of_half_edge[right * m + face], segment, at, lone, left)
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _end_on(self, edge: cython.longlong, segment: cython.Py_ssize_t) -> cython.longlong:
-        """The end on an edge; where another segment has it, the two are joined."""
+    def _end_on(
+        self,
+        edge: cython.longlong,
+        segment: cython.Py_ssize_t,
+        at: cython.Py_ssize_t,
+        low: cython.Py_ssize_t,
+        high: cython.Py_ssize_t,
+    ) -> cython.longlong:
+        """The end on an edge, from the corner under the plane to that above; who else has a segment there is joined."""
         end: cython.longlong = self.end_of_edge[edge]
         if end < self.n_ends and self.edge_of_end[end] == edge:
             self.faces_at_end[end] += 1
@@ -244,13 +252,12 @@ class Curves:
         self.n_ends += 1
         self.end_of_edge[edge], self.edge_of_end[end] = end, edge
         self.segment_of_end[end], self.faces_at_end[end] = segment, 1
-        i: cython.Py_ssize_t = self.edges[edge, 0]
-        j: cython.Py_ssize_t = self.edges[edge, 1]
-        height: cython.double = self._height(self.V[i, 0], self.V[i, 1], self.V[i, 2])
-        share: cython.double = height / (height - self._height(self.V[j, 0], self.V[j, 1], self.V[j, 2]))
-        x: cython.double = (1 - share) * self.V[i, 0] + share * self.V[j, 0] - self.x
-        y: cython.double = (1 - share) * self.V[i, 1] + share * self.V[j, 1] - self.y
-        z: cython.double = (1 - share) * self.V[i, 2] + share * self.V[j, 2] - self.z
+        height: cython.double = self._height(at, low)
+        share: cython.double = height / (height - self._height(at, high))
+        low, high = 3 * low, 3 * high
+        x: cython.double = (1 - share) * self.corners[at, low] + share * self.corners[at, high] - self.x
+        y: cython.double = (1 - share) * self.corners[at, low + 1] + share * self.corners[at, high + 1] - self.y
+        z: cython.double = (1 - share) * self.corners[at, low + 2] + share * self.corners[at, high + 2] - self.z
         self.ends[end, 0] = self.frame[0, 0] * x + self.frame[0, 1] * y + self.frame[0, 2] * z
         self.ends[end, 1] = self.frame[1, 0] * x + self.frame[1, 1] * y + self.frame[1, 2] * z
         return end
