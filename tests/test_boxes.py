@@ -3,6 +3,7 @@
 import igl
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from lbskel import Mesh
 from lbskel.shapes import make, sphere, torus
@@ -122,8 +123,13 @@ def test_windings_of_what_overlaps_is_hollow_or_inside_out():
     assert Mesh(ball.vertices, ball.faces[:, ::-1]).boxes.windings(points).tolist() == [-1, -1, 0]
 
 
-def test_windings_at_points_over_corners_sides_and_walls():
-    """A house of boxes on a grid: rays run through its corners, along its sides, and in the planes of its walls."""
+@pytest.mark.parametrize("degrees", [0, 1, 30, 45, 77])
+def test_windings_at_points_over_corners_sides_and_walls(degrees):
+    """A house of boxes on a grid: rays run through its corners, along its sides, and in the planes of its walls.
+
+    Where it is turned, each does but for rounding.
+    """
+    turn = Rotation.from_euler("z", degrees, degrees=True)
     height = np.array([[0, 0, 0, 0, 0], [0, 3, 1, 2, 0], [0, 3, 3, 1, 0], [0, 1, 0, 0, 0], [0, 0, 0, 0, 0]])
     solid = np.arange(4) < height[..., None]
     cells = np.argwhere(solid)
@@ -150,15 +156,33 @@ def test_windings_at_points_over_corners_sides_and_walls():
     inside_grid = (cell < solid.shape).all(axis=1)
     expected[inside_grid] = solid[tuple(cell[inside_grid].T)]
     assert 20 < expected.sum() < len(points) - 20
-    assert np.array_equal(mesh.boxes.windings(points), expected)
+    assert np.array_equal(mesh.with_vertices(turn.apply(V)).boxes.windings(turn.apply(points)), expected)
 
 
 def test_windings_do_not_depend_on_a_face_without_area():
     mesh = sphere(2)
     (a, b, c), k = mesh.faces[0], len(mesh.vertices)
     middle = 0.7 * mesh.vertices[a] + 0.3 * mesh.vertices[b]
+    on_edge = np.linspace(mesh.vertices[a], mesh.vertices[b], 50)
     faces = np.concatenate([mesh.faces[1:], [[a, k, c], [k, b, c], [a, b, k]]])  # the last lies on a line
     split = Mesh(np.concatenate([mesh.vertices, middle[None]]), faces)
     assert split.is_closed_manifold
-    points = np.concatenate([rays(split, 1000)[0], middle * np.linspace(0.5, 1.5, 40)[:, None]])
+    aside = np.concatenate([on_edge + [0, 0, height] for height in (-0.2, -0.1, -0.03, 0.03, 0.1)])
+    points = np.concatenate([rays(split, 1000)[0], middle * np.linspace(0.5, 1.5, 40)[:, None], aside])
+    points = points[mesh.boxes.nearest(points)[0] > 1e-12]
     assert np.array_equal(split.boxes.windings(points), mesh.boxes.windings(points))
+
+
+def test_windings_in_the_plane_of_an_upright_face():
+    """There the face is seen from above as a line, and only rounding tells on which side of it a point is."""
+    rng = np.random.default_rng(0)
+    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    for _ in range(200):
+        V = rng.normal(size=(4, 3))
+        V[2, :2] = V[0, :2] + rng.random() * (V[1, :2] - V[0, :2])
+        mesh = Mesh(V, faces)
+        share, height = rng.random((200, 1)), rng.uniform(-2, 2, size=200)
+        points = np.column_stack([V[0, :2] + share * (V[1, :2] - V[0, :2]), height])
+        points = points[mesh.boxes.nearest(points)[0] > 1e-12]
+        assert len(points) > 100
+        assert not mesh.boxes.windings(points).any()  # all of a tetrahedron is on one side of each face

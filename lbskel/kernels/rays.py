@@ -137,59 +137,59 @@ def first_hits(
 @cython.cfunc
 @cython.inline
 @cython.exceptval(check=False)
-@cython.locals(lx=cython.double, ly=cython.double, hx=cython.double, hy=cython.double)
-def _passes(
-    corners: cython.const[cython.double][:, ::1],
-    at: cython.Py_ssize_t,
-    start: cython.Py_ssize_t,
-    end: cython.Py_ssize_t,
-    x: cython.double,
-    y: cython.double,
-) -> cython.int:
-    """1 where a side of a triangle, seen from above, passes a place on the right upwards, -1 downwards, else 0.
-
-    Both triangles at a side find the same, to the last digit; a side through the place passes it on the left.
-    """
-    rises: cython.bint = corners[at, end + 1] > y
-    if (corners[at, start + 1] > y) == rises:
-        return 0
-    if not rises:
-        start, end = end, start
-    lx, ly, hx, hy = corners[at, start], corners[at, start + 1], corners[at, end], corners[at, end + 1]
-    if (hx - lx) * (y - ly) > (hy - ly) * (x - lx):
-        return 1 if rises else -1
-    return 0
-
-
-@cython.cfunc
-@cython.inline
-@cython.exceptval(check=False)
-def _is_above(
+@cython.locals(low=cython.Py_ssize_t, high=cython.Py_ssize_t)
+def _turns_above(
     corners: cython.const[cython.double][:, ::1],
     at: cython.Py_ssize_t,
     x: cython.double,
     y: cython.double,
     z: cython.double,
-    turns: cython.int,
-) -> cython.bint:
-    """Whether a triangle that turns so about a place, seen from above, lies above it."""
-    if min(corners[at, 2], min(corners[at, 5], corners[at, 8])) > z:
-        return True
-    ax: cython.double = corners[at, 0] - x
-    ay: cython.double = corners[at, 1] - y
-    az: cython.double = corners[at, 2] - z
-    px: cython.double = corners[at, 3] - corners[at, 0]
-    py: cython.double = corners[at, 4] - corners[at, 1]
-    pz: cython.double = corners[at, 5] - corners[at, 2]
-    qx: cython.double = corners[at, 6] - corners[at, 0]
-    qy: cython.double = corners[at, 7] - corners[at, 1]
-    qz: cython.double = corners[at, 8] - corners[at, 2]
-    volume: cython.double = ax * (py * qz - pz * qy) + ay * (pz * qx - px * qz) + az * (px * qy - py * qx)
-    return volume * turns > 0
+) -> cython.int:
+    """1 or -1, by its orientation, where a triangle lies above a place, else 0.
+
+    The plane through the place with this y cuts two sides, in points that are the same to the last digit for the other
+    triangles there, so that the segments between such points close. Rounding counts only for a place on a segment.
+    """
+    first: cython.bint = corners[at, 1] > y
+    second: cython.bint = corners[at, 4] > y
+    third: cython.bint = corners[at, 7] > y
+    if first == second and second == third:
+        return 0
+    if min(corners[at, 0], min(corners[at, 3], corners[at, 6])) > x:
+        return 0
+    if max(corners[at, 0], max(corners[at, 3], corners[at, 6])) <= x:
+        return 0
+    if max(corners[at, 2], max(corners[at, 5], corners[at, 8])) <= z:
+        return 0
+    lone: cython.Py_ssize_t = 0 if second == third else 3 if third == first else 6  # that corner alone is on its side
+    rises: cython.bint = not (first if lone == 0 else second if lone == 3 else third)  # the side that begins there
+    following: cython.Py_ssize_t = (lone + 3) % 9
+    before: cython.Py_ssize_t = (lone + 6) % 9
+    low, high = (lone, following) if rises else (before, lone)
+    share: cython.double = (y - corners[at, low + 1]) / (corners[at, high + 1] - corners[at, low + 1])
+    rising_x: cython.double = _between(corners[at, low], corners[at, high], share)
+    rising_z: cython.double = _between(corners[at, low + 2], corners[at, high + 2], share)
+    low, high = (lone, before) if rises else (following, lone)
+    share = (y - corners[at, low + 1]) / (corners[at, high + 1] - corners[at, low + 1])
+    falling_x: cython.double = _between(corners[at, low], corners[at, high], share)
+    if (rising_x > x) == (falling_x > x):
+        return 0
+    falling_z: cython.double = _between(corners[at, low + 2], corners[at, high + 2], share)
+    if _between(falling_z, rising_z, (x - falling_x) / (rising_x - falling_x)) <= z:
+        return 0
+    return 1 if rising_x > x else -1
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _between(start: cython.double, end: cython.double, share: cython.double) -> cython.double:
+    """A number between two, which it never is beyond."""
+    return max(min(start, end), min(max(start, end), start + share * (end - start)))
 
 
 @cython.locals(i=cython.Py_ssize_t, node=cython.Py_ssize_t, at=cython.Py_ssize_t, top=cython.Py_ssize_t)
-@cython.locals(x=cython.double, y=cython.double, z=cython.double, turns=cython.int)
+@cython.locals(x=cython.double, y=cython.double, z=cython.double)
 def windings(
     corners: cython.const[cython.double][:, ::1],
     boxes: cython.const[cython.double][:, ::1],
@@ -215,9 +215,5 @@ def windings(
                 top += 2
                 continue
             for at in range((node - p) * LEAF, min((node - p + 1) * LEAF, corners.shape[0])):
-                turns = _passes(corners, at, 0, 3, x, y)
-                turns += _passes(corners, at, 3, 6, x, y)
-                turns += _passes(corners, at, 6, 0, x, y)
-                if turns != 0 and _is_above(corners, at, x, y, z, turns):
-                    result[i] += turns
+                result[i] += _turns_above(corners, at, x, y, z)
     return array

@@ -22,7 +22,8 @@ def diagonal_matrix(values: NDArray[Any]) -> csc_array:
 def symmetric_matrix(faces: NDArray[np.int64], edge_entries: NDArray[np.float64], diagonal: NDArray[Any]) -> csc_array:
     """The matrix with ``edge_entries[f, k]`` added at both places of the edge opposite corner k of face f."""
     n = len(diagonal)
-    return csc_array(symmetric(faces, np.ascontiguousarray(edge_entries), diagonal), shape=(n, n))
+    entries = np.ascontiguousarray(edge_entries, dtype=np.float64)
+    return csc_array(symmetric(faces, entries, np.asarray(diagonal, dtype=np.float64)), shape=(n, n))
 
 
 def stiffness_of_corner_weights(n: int, faces: NDArray[np.int64], weights: NDArray[np.float64]) -> csc_array:
