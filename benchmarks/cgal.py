@@ -60,24 +60,20 @@ Graph: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
 
 
 def cgal_seconds(
-    vertices: NDArray[np.float64], faces: NDArray[np.int64], kind: str, timeout: float = 110.0
+    vertices: NDArray[np.float64], faces: NDArray[np.int64], kind: str
 ) -> tuple[Graph, tuple[float, float, float]]:
     """Nodes and edges by the driver, ``medial`` or ``plain``; its seconds of reading and of the rest, and megabytes.
 
     Raises
     ------
     RuntimeError
-        If it is not built, refuses the mesh, or takes longer than ``timeout``: it would outlive a process that is
-        killed for that.
+        If it is not built or refuses the mesh.
     """
     program = driver()
     with tempfile.TemporaryDirectory() as folder:
         mesh, output = Path(folder) / "mesh.off", Path(folder) / "skeleton.txt"
         lbskel.write_mesh(mesh, lbskel.Mesh(vertices, faces))
-        try:
-            done = subprocess.run([program, mesh, output, kind], capture_output=True, text=True, timeout=timeout)
-        except subprocess.TimeoutExpired:
-            raise RuntimeError(f"over {timeout:g} s") from None
+        done = subprocess.run([program, mesh, output, kind], capture_output=True, text=True)
         if done.returncode:
             raise RuntimeError(f"CGAL: {(done.stderr.strip() or f'ended with code {done.returncode}')[-200:]}")
         lines = output.read_text().splitlines()

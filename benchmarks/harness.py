@@ -19,8 +19,10 @@ import gc
 import json
 import os
 import platform
+import signal
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from datetime import datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
 from multiprocessing import get_context
@@ -92,6 +94,7 @@ def _measure(connection: Any, function: Callable[..., Any], arguments: tuple[Any
     """In the child: call, and send back the value or the error, the seconds and the peak of resident memory."""
     import resource
 
+    os.setsid()  # a group of its own with whatever it starts
     unit = 1 if platform.system() == "Darwin" else 1024
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     start = time.perf_counter()
@@ -114,7 +117,7 @@ def in_child(function: Callable[..., Any], *arguments: Any, timeout: float = 600
     dict
         ``value`` or ``error``; ``seconds``; ``megabytes``, by which the peak of resident memory grew during the call,
         whatever the function builds for itself included; ``peak_megabytes``, that peak. After a crash or at the time
-        limit only ``error`` and ``seconds``.
+        limit only ``error`` and ``seconds``; programs that it has started end with it.
     """
     context = get_context("spawn")
     receiver, sender = context.Pipe(duplex=False)
@@ -131,6 +134,9 @@ def in_child(function: Callable[..., Any], *arguments: Any, timeout: float = 600
         return {"error": f"the process ended with code {process.exitcode}", "seconds": time.perf_counter() - start}
     finally:
         process.kill()
+        if process.pid is not None:
+            with suppress(ProcessLookupError):  # of a group where nothing is left
+                os.killpg(process.pid, signal.SIGKILL)
         process.join()
 
 

@@ -20,7 +20,6 @@ from benchmarks.cgal import cgal_seconds
 from benchmarks.peers import Graph, pygel_separators, skeletor_edge_collapse
 
 SCORED = ("length_inside", "off_centre", "covered")  # of lbskel.score
-CGAL_ALLOWED = 290.0  # seconds, a little less than its process has
 MOST_SCORED = 400_000  # faces of a mesh that skeletons of others are scored on, since that takes longer than they do
 
 
@@ -73,7 +72,7 @@ def _peer(tool: Callable[..., Graph], mesh: Path) -> dict[str, Any]:
 def _cgal(kind: str, mesh: Path) -> dict[str, Any]:
     """The seconds that the driver tells, and the memory of its process."""
     read = lbskel.read_mesh(mesh)
-    (nodes, edges), (reading, seconds, megabytes) = cgal_seconds(read.vertices, read.faces, kind, CGAL_ALLOWED)
+    (nodes, edges), (reading, seconds, megabytes) = cgal_seconds(read.vertices, read.faces, kind)
     return {"seconds": reading + seconds, "read": reading, "megabytes": megabytes, **_scored(nodes, edges, read, mesh)}
 
 

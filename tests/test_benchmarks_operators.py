@@ -1,6 +1,9 @@
 """The benchmark of the operators: its shapes, its cases, its tables; and the harness that all benchmarks use."""
 
 import json
+import subprocess
+import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -62,6 +65,22 @@ def test_a_child_gives_its_value_its_error_or_its_end():
     assert in_child(max, 3, 7)["value"] == 7
     assert in_child(_fails, "so it is")["error"] == "ValueError: so it is"
     assert "ended with code" in in_child(exit_at_once)["error"]
+
+
+def _starts_another(written):
+    with subprocess.Popen(["sleep", "300"]) as other:
+        written.write_text(str(other.pid))
+
+
+@pytest.mark.skipif(not Path("/proc").exists(), reason="processes are looked up in /proc")
+def test_what_a_child_has_started_ends_with_it(tmp_path):
+    written = tmp_path / "number"
+    assert in_child(_starts_another, written, timeout=8.0)["error"] == "over 8 s"
+    status = Path(f"/proc/{written.read_text()}/stat")
+    until = time.monotonic() + 60
+    while status.exists() and status.read_text().rsplit(")", 1)[1].split()[0] != "Z":  # ended, whoever asks how
+        assert time.monotonic() < until
+        time.sleep(0.05)
 
 
 def exit_at_once():
