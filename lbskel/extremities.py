@@ -203,11 +203,12 @@ def _limb(
 
 def _is_disc(mesh: Mesh, cells: _Cells, component: NDArray[np.int64], limb: NDArray[np.int64]) -> bool:
     """Whether the vertices of some cells, with the cells that they cut off from the rest filled in, are a disc."""
-    outside = component == component[limb[0]]
+    is_here = component == component[limb[0]]
+    outside = np.array(is_here)
     outside[limb] = False
     piece = pieces(cells.pairs, outside.astype(np.int64))
-    is_in = np.append(component == component[limb[0]], False)  # the last is that of vertices without a cell
-    is_in[:-1] &= piece != np.bincount(piece[outside]).argmax()
+    is_in = is_here & (piece != np.bincount(piece[outside]).argmax())
+    is_in = np.append(is_in, False)  # the last is that of vertices without a cell
     within = is_in[cells.cell_of_vertex]
     (i, j), (a, b, c) = mesh.edges.T, mesh.faces.T
     n_edges = np.count_nonzero(within[i] & within[j])
