@@ -21,10 +21,11 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial.distance import cdist
 
+from lbskel.graphs import weighted_graph
 from lbskel.kernels.regions import pieces
 from lbskel.kernels.ways import Ways
 from lbskel.mesh import Mesh
@@ -130,7 +131,7 @@ def _graph(edges: NDArray[np.int64], lengths: NDArray[np.float64], n: int) -> cs
     pairs, which = numbered(np.minimum(i, j) * n + np.maximum(i, j))
     shortest = np.full(len(pairs), np.inf)
     np.minimum.at(shortest, which, lengths)
-    graph = coo_array((shortest, (pairs // n, pairs % n)), shape=(n, n)).tocsr()
+    graph = weighted_graph(np.stack([pairs // n, pairs % n], axis=1), shortest, n)
     return graph + graph.T
 
 
@@ -139,7 +140,7 @@ def _cells(mesh: Mesh) -> _Cells:
     n, used = len(mesh.vertices), mesh.used_vertices
     i, j = mesh.edges.T
     lengths = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1) + 1e-12 * mesh.extent  # none may be zero
-    graph = coo_array((lengths, (i, j)), shape=(n, n)).tocsr()
+    graph = weighted_graph(mesh.edges, lengths, n)
     seeds = used[np.unique(np.linspace(0, len(used) - 1, CELLS).astype(np.int64))]
     far, _, source = dijkstra(graph, directed=False, indices=seeds, min_only=True, return_predecessors=True)
     cell = np.where(source >= 0, np.searchsorted(seeds, source), -1)

@@ -22,6 +22,7 @@ from scipy.linalg import qr
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order
 
+from lbskel.graphs import weighted_graph
 from lbskel.mesh import Mesh
 from lbskel.ordering import stable_order
 
@@ -122,7 +123,7 @@ def _tree_and_cotree(
     edges to their parents."""
     n, k, m = len(mesh.vertices), len(mesh.edges), len(mesh.faces)
     i, j = mesh.edges.T
-    graph = coo_array((np.arange(1, k + 1), (i, j)), shape=(n, n)).tocsr()
+    graph = weighted_graph(mesh.edges, np.arange(1, k + 1), n)
     parent = breadth_first_order(graph, int(mesh.faces[0, 0]), directed=False)[1].astype(np.int64)
     child_has = np.flatnonzero(parent >= 0)
     low, high = np.minimum(child_has, parent[child_has]), np.maximum(child_has, parent[child_has])
@@ -134,7 +135,7 @@ def _tree_and_cotree(
     low, high = np.sort(by_edge[crossing], axis=1).T
     _, first = np.unique(low * m + high, return_index=True)  # two faces may share two edges
     crossing, low, high = crossing[first], low[first], high[first]
-    dual = coo_array((crossing + 1, (low, high)), shape=(m, m)).tocsr()
+    dual = weighted_graph(np.stack([low, high], axis=1), crossing + 1, m)
     order, above = (indices.astype(np.int64) for indices in breadth_first_order(dual, 0, directed=False))
     depth = np.zeros(m, dtype=np.int64)
     for face in order[1:]:
@@ -230,8 +231,9 @@ def carried(cochain: NDArray[np.int64], mesh: Mesh, coarse: Mesh, vertex_map: ND
     i, j = mesh.edges.T
     within = np.flatnonzero(vertex_map[i] == vertex_map[j])
     middle = np.unique(vertex_map, return_index=True)[1]
-    rows, columns = np.concatenate([i[within], np.full(len(middle), n)]), np.concatenate([j[within], middle])
-    graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(n + 1, n + 1)).tocsr()
+    to_middle = np.stack([np.full(len(middle), n), middle], axis=1)
+    links = np.concatenate([np.stack([i[within], j[within]], axis=1), to_middle])
+    graph = weighted_graph(links, np.ones(len(links), dtype=np.int8), n + 1)
     above = breadth_first_order(graph, n, directed=False)[1][:n].astype(np.int64)
     above = np.where(above == n, np.arange(n), above)
     keys = i * n + j

@@ -9,10 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
+from lbskel.graphs import weighted_graph
 from lbskel.sampling import sample_edges
 from lbskel.skeleton import Skeleton
 from lbskel.surface import Surface
@@ -134,11 +134,10 @@ def _under(start: NDArray[np.float64], end: NDArray[np.float64], depth: float, s
             (off_start, off_end), (first, last) = cKDTree(under).query([start, end])
             number = np.full(len(V), -1)
             number[near] = np.arange(len(near))
-            i, j = number[edges[(far[edges] <= reach).all(axis=1)]].T
-            graph = coo_array(
-                (np.linalg.norm(under[i] - under[j], axis=1) + LEAST_LENGTH, (i, j)), shape=2 * near.shape
-            )
-            length, before = dijkstra(graph.tocsr(), directed=False, indices=first, return_predecessors=True)
+            here = number[edges[(far[edges] <= reach).all(axis=1)]]
+            lengths = np.linalg.norm(under[here[:, 0]] - under[here[:, 1]], axis=1) + LEAST_LENGTH
+            graph = weighted_graph(here, lengths, len(near))
+            length, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
             out = 2 * outer - np.linalg.norm(under[[first, last]] - middle, axis=1).sum()
             if is_all or (max(off_start, off_end) <= outer - half and length[last] <= out):
                 break

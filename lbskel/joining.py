@@ -13,11 +13,11 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
 from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial import Delaunay
 
 from lbskel.errors import UnknownChoice
+from lbskel.graphs import weighted_graph
 from lbskel.skeleton import Skeleton
 
 FEW = 100  # nodes, of which every pair is looked at
@@ -62,7 +62,7 @@ def join_components(skeleton: Skeleton, *, reach: float | None = None) -> Skelet
     ends = np.sort(np.stack([label[i], label[j]], axis=1)[order], axis=1)
     key, first = np.unique(ends @ [n, 1], return_index=True)  # the shortest edge of each two components
     # ranks in place of lengths: none is zero, which would mean no edge
-    tree = minimum_spanning_tree(coo_array((first + 1.0, tuple(ends[first].T)), shape=(n, n)).tocsr()).tocoo()
+    tree = minimum_spanning_tree(weighted_graph(ends[first], first + 1.0, n)).tocoo()
     chosen = order[first[np.searchsorted(key, tree.row.astype(np.int64) * n + tree.col)]]
     return replace(skeleton, edges=np.concatenate([skeleton.edges, np.stack([i[chosen], j[chosen]], axis=1)]))
 

@@ -14,9 +14,9 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
+from lbskel.graphs import weighted_graph
 from lbskel.mesh import Mesh
 from lbskel.ordering import numbered
 
@@ -85,7 +85,7 @@ class Limb:
         key = level[:, None] * (self.edges.max(initial=0) + 1) + self.edges[face][is_cut].reshape(-1, 2)
         crossings, ends = numbered(key.ravel())
         ends = ends.reshape(-1, 2)
-        graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(len(crossings), len(crossings)))
+        graph = weighted_graph(ends, np.ones(len(ends)), len(crossings))
         curve = connected_components(graph, directed=False)[1][ends[:, 0]]
         lengths = np.bincount(curve, pieces)
         sums = np.stack([np.bincount(curve, axis * pieces) for axis in points.mean(axis=1).T], axis=1)
@@ -110,9 +110,9 @@ def find_limbs(mesh: Mesh, piece_of_vertex: NDArray[np.int64]) -> dict[int, Limb
     border = border[piece[border] >= 0]
     if len(border) == 0:
         return {}
-    i, j = mesh.edges[(start == end) & (start >= 0)].T
-    lengths = np.linalg.norm(V[i] - V[j], axis=1) + SHORTEST * mesh.extent
-    graph = coo_array((lengths, (i, j)), shape=(len(V), len(V))).tocsr()
+    within = mesh.edges[(start == end) & (start >= 0)]
+    lengths = np.linalg.norm(V[within[:, 0]] - V[within[:, 1]], axis=1) + SHORTEST * mesh.extent
+    graph = weighted_graph(within, lengths, len(V))
     depth = dijkstra(graph, directed=False, indices=border, min_only=True)
     deep = np.flatnonzero(np.isfinite(depth) & (depth > 0))
     deep = deep[np.lexsort((deep, -depth[deep]))]

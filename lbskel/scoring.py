@@ -14,12 +14,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from lbskel.axes import find_axes
 from lbskel.errors import MeshError, first_few
 from lbskel.extremities import extremities, is_missed
+from lbskel.graphs import weighted_graph
 from lbskel.inside import length_inside
 from lbskel.mapping import is_in_largest_piece, nearest_balls, parted_edges
 from lbskel.mesh import Mesh
@@ -265,7 +265,7 @@ def _extra_cycles(skeleton: Skeleton, mesh: Mesh) -> int | None:
         return None
     border = mesh.edges[mesh.faces_per_edge == 1]
     rim, ends = np.unique(border, return_inverse=True)
-    graph = coo_array((np.ones(len(border), dtype=np.int8), tuple(ends.reshape(-1, 2).T)), shape=(len(rim), len(rim)))
+    graph = weighted_graph(ends.reshape(-1, 2), np.ones(len(border), dtype=np.int8), len(rim))
     n_holes = connected_components(graph, directed=False)[0] if len(rim) else 0
     return skeleton.cycle_rank - (mesh.n_components - (mesh.euler_characteristic + n_holes) // 2)
 

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from lbskel.errors import MeshError, MissingDependency
+from lbskel.graphs import weighted_graph
 from lbskel.mesh import read_only
 
 
@@ -139,7 +139,7 @@ class Skeleton:
     def component_of_node(self) -> NDArray[np.int64]:
         """(k,) number of the connected component of each node."""
         k = len(self.nodes)
-        graph = coo_array((np.ones(len(self.edges), dtype=np.int8), tuple(self.edges.T)), shape=(k, k))
+        graph = weighted_graph(self.edges, np.ones(len(self.edges), dtype=np.int8), k)
         return read_only(connected_components(graph, directed=False)[1].astype(np.int64))
 
     @property

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
+from lbskel.graphs import weighted_graph
 from lbskel.handles import carried, tunnel_cochain
 from lbskel.mesh import Mesh
 
@@ -246,8 +247,7 @@ def _loops_round_no_tunnel(P: NDArray[np.float64], edges: NDArray[np.int64], coc
     """
     k = len(P)
     length = np.linalg.norm(P[edges[:, 0]] - P[edges[:, 1]], axis=1)
-    graph = coo_array((length + 1e-12, (edges[:, 0], edges[:, 1])), shape=(k, k)).tocsr()
-    tree = minimum_spanning_tree(graph)
+    tree = minimum_spanning_tree(weighted_graph(edges, length + 1e-12, k))
     order, above = breadth_first_order(tree, 0, directed=False)
     keys = _keys(edges, k)
     lookup = {int(key): row for row, key in enumerate(keys)}

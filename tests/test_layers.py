@@ -15,7 +15,7 @@ LONGEST = 300
 LONGEST_KERNEL = 400  # a quarter of which are types
 
 LAYERS = {
-    0: ("errors", "kernels", "ordering"),
+    0: ("errors", "graphs", "kernels", "ordering"),
     1: ("boxes", "conversion", "mesh", "skeleton", "surface", "triangulation"),
     2: ("operators", "solvers"),
     3: (

@@ -15,11 +15,11 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import depth_first_order, minimum_spanning_tree
 
 from lbskel.errors import FormatError
 from lbskel.files.reading import lines_of, read_text, table, whole
+from lbskel.graphs import weighted_graph
 from lbskel.skeleton import Skeleton
 
 FORK, END, OTHER = 5, 6, 0
@@ -78,7 +78,7 @@ def _spanning_edges(skeleton: Skeleton) -> NDArray[np.bool_]:
     """
     k, rank = len(skeleton.nodes), np.empty(len(skeleton.edges), dtype=np.int64)
     rank[np.argsort(skeleton.edge_lengths, kind="stable")] = np.arange(1, len(rank) + 1)
-    forest = minimum_spanning_tree(_graph(rank, skeleton.edges, k))
+    forest = minimum_spanning_tree(weighted_graph(skeleton.edges, rank, k))
     return np.isin(rank, forest.data)
 
 
@@ -93,13 +93,8 @@ def _parents_first(
     # A node above all roots makes one tree of the forest, so that a single walk orders it.
     downward = np.stack([np.full(len(roots), k), roots], axis=1)
     pairs = np.concatenate([edges, edges[:, ::-1], downward])
-    order, parents = depth_first_order(_graph(np.ones(len(pairs)), pairs, k + 1), k)
+    order, parents = depth_first_order(weighted_graph(pairs, np.ones(len(pairs)), k + 1), k)
     return order[1:], np.where(parents[:k] == k, NO_PARENT, parents[:k])
-
-
-def _graph(weights: NDArray, edges: NDArray[np.int64], k: int) -> csr_array:
-    """A graph of k nodes for scipy, which before 1.13 takes indices of 32 bits only."""
-    return coo_array((weights, tuple(edges.T.astype(np.int32))), shape=(k, k)).tocsr()
 
 
 def read_swc(path: Path) -> Skeleton:

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from lbskel.graphs import weighted_graph
 from lbskel.mesh import Mesh
 from lbskel.ordering import stable_order
 
@@ -57,8 +57,8 @@ def _numbers(mesh: Mesh, pairs: NDArray[np.int64]) -> NDArray[np.int64]:
     m, n = len(mesh.faces), len(mesh.vertices)
     a, b = pairs.T
     links = [(_corner(a, 1, m), _corner(b, 2, m)), (_corner(a, 2, m), _corner(b, 1, m))]
-    rows, columns = (np.concatenate(side) for side in zip(*links, strict=True))
-    graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(3 * m, 3 * m))
+    pairs_of_corners = np.concatenate([np.stack(link, axis=1) for link in links])
+    graph = weighted_graph(pairs_of_corners, np.ones(len(pairs_of_corners), dtype=np.int8), 3 * m)
     label = connected_components(graph, directed=False)[1]
     vertex = mesh.faces.T.ravel()
     _, first = np.unique(label, return_index=True)  # a corner of each fan

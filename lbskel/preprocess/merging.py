@@ -6,11 +6,11 @@ __all__ = ["keep_components", "merge_close", "remove_duplicates", "without_unuse
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from lbskel.errors import UnknownChoice, first_few
+from lbskel.graphs import weighted_graph
 from lbskel.mesh import Mesh
 from lbskel.preprocess.preprocessed import Preprocessed, measured, unchanged
 
@@ -50,8 +50,8 @@ def _near(points: NDArray[np.float64], reach: float) -> tuple[int, NDArray[np.in
     tree = cKDTree(points)
     if tree.count_neighbors(tree, reach) > (1 + 2 * MOST_PAIRS) * len(points):
         raise UnknownChoice("the tolerance would merge most of the mesh; make it smaller")
-    i, j = tree.query_pairs(reach, output_type="ndarray").T
-    return connected_components(coo_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=2 * points.shape[:1]))
+    pairs = tree.query_pairs(reach, output_type="ndarray")
+    return connected_components(weighted_graph(pairs, np.ones(len(pairs), dtype=np.int8), len(points)))
 
 
 def _merged(mesh: Mesh, group: NDArray[np.int64]) -> Preprocessed:

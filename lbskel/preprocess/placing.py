@@ -11,10 +11,11 @@ __all__ = ["place_on"]
 import igl
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from lbskel.graphs import weighted_graph
 from lbskel.mesh import Mesh
 from lbskel.operators.corners import unit_scale
 from lbskel.preprocess.preprocessed import Preprocessed
@@ -82,7 +83,7 @@ def _in_one_piece(mesh: Mesh, target: NDArray[np.int64]) -> NDArray[np.int64]:
     n = len(target)
     for _ in range(ROUNDS):
         same = target[i] == target[j]
-        graph = coo_array((np.ones(same.sum(), dtype=np.int8), (i[same], j[same])), shape=(n, n))
+        graph = weighted_graph(mesh.edges[same], np.ones(same.sum(), dtype=np.int8), n)
         n_pieces, piece = connected_components(graph, directed=False)
         size = np.bincount(piece)
         target_of_piece = np.zeros(n_pieces, dtype=np.int64)

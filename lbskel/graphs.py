@@ -1,0 +1,26 @@
+"""Weighted graphs for scipy.sparse.csgraph, which before scipy 1.17 takes indices of 32 bits only."""
+
+from __future__ import annotations
+
+__all__ = ["weighted_graph"]
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
+
+
+def weighted_graph(edges: NDArray[np.int64], weights: NDArray[Any], n_nodes: int) -> csr_array:
+    """(n, n) adjacency matrix with 32-bit indices; weights of repeated edges are summed.
+
+    Parameters
+    ----------
+    edges : (e, 2) array of int
+        Each is entered once, from its first node to its second.
+    weights : (e,) array
+        Zero means that there is no edge.
+    n_nodes : int
+    """
+    rows, columns = edges.T.astype(np.int32)
+    return coo_array((weights, (rows, columns)), shape=(n_nodes, n_nodes)).tocsr()
