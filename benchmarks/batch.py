@@ -21,7 +21,7 @@ import numpy as np
 
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
-from lbskel.batch import Outcome, Record
+from lbskel.pipeline.batch import Outcome, Record
 from lbskel.shapes import capsule, make, torus
 
 INPUTS, QUICK = 10_000, 60

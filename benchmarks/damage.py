@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from lbskel.files.meshes import MESH_WRITERS
-from lbskel.mesh import Mesh
-from lbskel.preprocess.degeneracy import corner_angles
+from lbskel.geometry.mesh import Mesh
+from lbskel.io.mesh_io import MESH_WRITERS
+from lbskel.preprocess.degenerate_faces import corner_angles
 from lbskel.shapes import chain_of_tori, make, torus
 
 SHAPES: dict[str, Callable[[], Mesh]] = {

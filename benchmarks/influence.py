@@ -18,8 +18,8 @@ from benchmarks.harness import markdown_table, save_json, save_markdown
 from benchmarks.influence_cases import OTHERS, WEIGHT_CASES, measure, prepared, ranking, tables
 from benchmarks.influence_pictures import blow_up, curves, stages
 from lbskel import ContractionSettings, Mesh, Skeleton, read_mesh
-from lbskel.comparison import CASES
-from lbskel.settings import STRATEGIES
+from lbskel.contraction.settings import STRATEGIES
+from lbskel.pipeline.comparison import CASES
 from lbskel.shapes import SHAPES, make
 
 DINOSAUR = Path(__file__).parent.parent / "meshes" / "dinosaur.ply"

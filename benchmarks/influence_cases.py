@@ -11,11 +11,11 @@ import numpy as np
 
 from benchmarks.harness import markdown_table
 from lbskel import OPERATORS, ContractionSettings, Skeleton
-from lbskel.comparison import CASES, outcome, record, representative
-from lbskel.energies import ENERGIES
-from lbskel.mesh import Mesh
-from lbskel.settings import STRATEGIES
-from lbskel.weights import WEIGHTS
+from lbskel.contraction.energies import ENERGIES
+from lbskel.contraction.settings import STRATEGIES
+from lbskel.contraction.weights import WEIGHTS
+from lbskel.geometry.mesh import Mesh
+from lbskel.pipeline.comparison import CASES, outcome, record, representative
 
 _COMPARED = {changes["operator"] for changes in STRATEGIES.values()}
 OTHERS = {

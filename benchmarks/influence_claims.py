@@ -17,8 +17,8 @@ from scipy.stats import spearmanr
 
 from benchmarks.harness import markdown_table
 from lbskel import PRESETS, Mesh, Skeleton, compare, contract, skeletonize
-from lbskel.sampling import sample_edges
 from lbskel.shapes import Shape, make
+from lbskel.skeleton.edge_sampling import sample_edges
 
 BEND = np.radians(60)  # of the whole length of the shape
 VARIED = 1.1  # largest over smallest radius, below which no region is thin

@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from benchmarks.harness import markdown_table
 from benchmarks.influence_cases import FAR, is_sound
 from lbskel import OPERATORS, ContractionSettings, Skeleton
-from lbskel.comparison import InAreaScale, outcome, record
-from lbskel.degeneracy import DEGENERATE
-from lbskel.energies import ENERGIES
-from lbskel.mesh import Mesh
-from lbskel.weights import WEIGHTS
+from lbskel.contraction.degenerate_rows import DEGENERATE
+from lbskel.contraction.energies import ENERGIES
+from lbskel.contraction.weights import WEIGHTS
+from lbskel.geometry.mesh import Mesh
+from lbskel.pipeline.comparison import InAreaScale, outcome, record
 
 FACTORS = ("operator", "energy and rows", "weights")
 DEFAULT = ("intrinsic_delaunay", "first order", "reach")

@@ -13,9 +13,9 @@ import numpy as np
 
 from benchmarks.harness import save_picture
 from lbskel import Mesh
-from lbskel.comparison import Outcome, outcome
-from lbskel.settings import STRATEGIES, ContractionSettings
-from lbskel.views import Panel, render
+from lbskel.contraction.settings import STRATEGIES, ContractionSettings
+from lbskel.pipeline.comparison import Outcome, outcome
+from lbskel.visualization import Panel, render
 
 THIN = 0.05  # of the area, which shows the shape of what is left
 REACH = 0.6  # of the extent from the centre, beyond which a vertex is drawn at the edge of the picture

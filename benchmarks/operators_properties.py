@@ -19,8 +19,8 @@ from scipy.spatial import ConvexHull
 
 from benchmarks.harness import markdown_table
 from lbskel import Mesh, MeshError, laplacian
-from lbskel.files import read_mesh
-from lbskel.health import health
+from lbskel.evaluation.operator_health import health
+from lbskel.io import read_mesh
 from lbskel.operators import OPERATORS
 from lbskel.shapes import flat_grid, make, schwarz_lantern, sphere
 

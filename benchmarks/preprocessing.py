@@ -22,12 +22,12 @@ import lbskel
 from benchmarks.damage import DAMAGE, damaged
 from benchmarks.harness import interleaved, markdown_table, save_json, save_markdown
 from lbskel.errors import LbskelError, MeshError
-from lbskel.files import MESH_READERS
-from lbskel.mesh import Mesh
+from lbskel.geometry.mesh import Mesh
+from lbskel.io import MESH_READERS
 from lbskel.preprocess import PIPELINES, Pipeline, prepare, simplify
-from lbskel.preprocess.children import in_child
-from lbskel.sampling import sample_edges
+from lbskel.preprocess.subprocess_filter import in_child
 from lbskel.shapes import SHAPES, make, torus
+from lbskel.skeleton.edge_sampling import sample_edges
 
 MESHES = Path(__file__).parent.parent / "meshes"
 MORE_MESHES = "LBSKEL_MESHES"  # environment variable: a folder of more meshes to measure

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
 from lbskel.shapes import SHAPES, Solid, mesh_solid
-from lbskel.views import Panel, render
+from lbskel.visualization import Panel, render
 
 NAMES, QUICK = ("limbs", "octopus", "hand", "spiked_ring", "ladder", "dinosaur"), ("limbs",)
 VERTICES = 4000

@@ -19,10 +19,10 @@ import numpy as np
 import lbskel
 from benchmarks.harness import in_child, interleaved, markdown_table, median_ratio, save_json, save_markdown
 from benchmarks.peers import OURS, PEERS
-from lbskel.inside import length_inside
+from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.containment import length_inside
 from lbskel.shapes import SHAPES, VARIANTS, Shape, make
-from lbskel.surface import Surface
-from lbskel.views import Panel, picture, render
+from lbskel.visualization import Panel, picture, render
 
 MESHES = Path(__file__).parent.parent / "meshes"
 QUICK = ("limbs", "knot", "cube_frame")

@@ -23,13 +23,13 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from benchmarks.harness import in_child, markdown_table, peak_growth, save_json, save_markdown, save_picture
 from lbskel import Mesh, SolveError, factorize
-from lbskel.degeneracy import DEGENERATE
-from lbskel.energies import Pull, rectangular
+from lbskel.contraction.degenerate_rows import DEGENERATE
+from lbskel.contraction.energies import Pull, rectangular
+from lbskel.contraction.weights import HOLDS, STARTS, mean_ring_area, ring_areas
 from lbskel.operators import laplacian
 from lbskel.shapes import chain_of_tori
 from lbskel.solvers import DIRECT, solve_once
 from lbskel.solvers.least_squares import LARGEST_DENSE, LEAST_SQUARES, lstsq
-from lbskel.weights import HOLDS, STARTS, mean_ring_area, ring_areas
 
 STEPS = {"early": 1, "middle": 4, "late": 8}
 DENSE = ("qr", "svd")

@@ -80,8 +80,8 @@ def _scored(nodes: np.ndarray, edges: np.ndarray, mesh: lbskel.Mesh, path: Path)
     """The score of a bare graph: each vertex belongs to the nearest node, radii are inscribed."""
     from scipy.spatial import cKDTree
 
-    from lbskel.refinement import inscribed_radii
-    from lbskel.surface import Surface
+    from lbskel.geometry.surface_queries import Surface
+    from lbskel.refinement.centering import inscribed_radii
 
     graph = lbskel.Skeleton(nodes, edges, np.zeros(len(nodes)))
     told = {"nodes": len(graph.nodes), "cycles": graph.cycle_rank, **_beside_truth(graph, path)}
@@ -102,8 +102,8 @@ def _reading(mesh: Path) -> dict[str, Any]:
 
 def _simplifying(mesh: Path) -> dict[str, Any]:
     """Reading and simplifying to what the default contracts, with all checks of it."""
+    from lbskel.pipeline.component import enough_faces
     from lbskel.preprocess import simplify
-    from lbskel.stages import enough_faces
 
     began = time.process_time()
     read = lbskel.read_mesh(mesh)
@@ -116,7 +116,7 @@ def _factorising(mesh: Path) -> dict[str, Any]:
     """What the factorisations of a full contraction that merges nothing take by themselves."""
     from dataclasses import replace
 
-    from lbskel import contraction
+    from lbskel.contraction import flow as contraction
 
     seconds = 0.0
     factorize = contraction.factorize

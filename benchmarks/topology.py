@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
-from lbskel import surgery
-from lbskel.handles import tunnel_cochain
+from lbskel.contraction import surgery
+from lbskel.contraction.homology import tunnel_cochain
 from lbskel.shapes import capsule, chain_of_tori, sphere, torus
 
 RUNS, QUICK_RUNS = 2000, 120

@@ -1,9 +1,10 @@
 """lbskel: discrete Laplace-Beltrami operators and curve skeletons by Laplacian contraction."""
 
 from lbskel.applications.spectrum import eigenpairs
-from lbskel.batch import skeletonize_many
-from lbskel.bones import simplify_branches
-from lbskel.contraction import PRESETS, Contraction, ContractionSettings, Status, Step, contract
+from lbskel.contraction.flow import PRESETS, Contraction, ContractionSettings, Status, Step, contract
+from lbskel.contraction.settings import STRATEGIES
+from lbskel.contraction.surgery import Collapsed, collapse
+from lbskel.contraction.weights import WEIGHTS
 from lbskel.errors import (
     FormatError,
     LbskelError,
@@ -12,23 +13,22 @@ from lbskel.errors import (
     SolveError,
     UnknownChoice,
 )
-from lbskel.files import as_mesh, read_mesh, read_points, read_skeleton, write_mesh, write_skeleton
-from lbskel.health import Health, health
-from lbskel.joining import join_components
-from lbskel.judging import score
-from lbskel.mesh import Mesh, PointCloud
+from lbskel.evaluation.ground_truth import Score, compare
+from lbskel.evaluation.operator_health import Health, health
+from lbskel.geometry.mesh import Mesh, PointCloud
+from lbskel.io import as_mesh, read_mesh, read_points, read_skeleton, write_mesh, write_skeleton
 from lbskel.operators import OPERATORS, Laplacian, laplacian
-from lbskel.pipeline import skeletonize
+from lbskel.pipeline.batch import skeletonize_many
+from lbskel.pipeline.judging import score
+from lbskel.pipeline.stages import skeletonize
 from lbskel.preprocess import PIPELINES, MeshReport, Pipeline, Preprocessed, check
-from lbskel.pruning import merge_junctions, prune
-from lbskel.quality import Score, compare
-from lbskel.resampling import resample
-from lbskel.settings import STRATEGIES
-from lbskel.skeleton import Skeleton
+from lbskel.skeleton.joining import join_components
+from lbskel.skeleton.pruning import merge_junctions, prune
+from lbskel.skeleton.resampling import resample
+from lbskel.skeleton.simplification import simplify_branches
+from lbskel.skeleton.skeleton import Skeleton
 from lbskel.solvers import SOLVERS, factorize
 from lbskel.solvers.least_squares import LEAST_SQUARES, lstsq
-from lbskel.surgery import Collapsed, collapse
-from lbskel.weights import WEIGHTS
 
 __version__ = "0.1.0"
 

@@ -1,6 +1,6 @@
 """``python -m lbskel`` is the command line."""
 
-from lbskel.cli import main
+from lbskel.cli.main import main
 
 if __name__ == "__main__":
     raise SystemExit(main())

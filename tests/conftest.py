@@ -7,13 +7,16 @@ Hypothesis takes the same examples in every run, so that what passed here passes
 import os
 import subprocess
 import sys
+from pathlib import Path
 
-import numpy as np
 import pytest
 from hypothesis import settings
 
 from lbskel import Mesh
 from lbskel.shapes import capsule, chain_of_tori, make, torus
+
+# the clone comes last, so that an installed lbskel is the one tested
+sys.path.append(str(Path(__file__).parent.parent))
 
 settings.register_profile("repeatable", derandomize=True)
 settings.load_profile("repeatable")
@@ -47,20 +50,6 @@ def two_rings():
 def tripod():
     """Three limbs of different lengths from one place, with no symmetry: 756 vertices."""
     return make("tripod", n_vertices=800).mesh
-
-
-def joined(*meshes):
-    """Several meshes as one, their vertices one after the other."""
-    first = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
-    return Mesh(
-        np.concatenate([mesh.vertices for mesh in meshes]),
-        np.concatenate([mesh.faces + offset for mesh, offset in zip(meshes, first[:-1], strict=True)]),
-    )
-
-
-def moved(mesh, by):
-    """The mesh moved along x."""
-    return mesh.with_vertices(mesh.vertices + [by, 0, 0])
 
 
 @pytest.fixture(scope="session")

@@ -20,10 +20,10 @@ from lbskel import (
     laplacian,
     skeletonize,
 )
-from lbskel.degeneracy import DEGENERATE
-from lbskel.energies import ENERGIES
+from lbskel.contraction.degenerate_rows import DEGENERATE
+from lbskel.contraction.energies import ENERGIES
 from lbskel.errors import choose
-from lbskel.files import FORMATS, MESH_READERS, read_mesh, read_skeleton
+from lbskel.io import FORMATS, MESH_READERS, read_mesh, read_skeleton
 from lbskel.operators import MASSES
 from lbskel.shapes import SHAPES, make
 

@@ -21,7 +21,7 @@ def loaded(python):
 
 
 def test_the_probe_sees_what_is_imported(loaded):
-    assert {"lbskel.pipeline", "lbskel.files.swc", "numpy", "scipy.sparse"} <= loaded
+    assert {"lbskel.pipeline.stages", "lbskel.io.swc", "numpy", "scipy.sparse"} <= loaded
 
 
 @pytest.mark.parametrize("name", HEAVY)

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 import lbskel
-from lbskel.commands import COMMANDS
+from lbskel.cli import COMMANDS
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -110,7 +110,7 @@ def test_files_that_are_linked_exist():
 
 
 def test_the_modules_are_found():
-    assert {"lbskel.mesh", "lbskel.operators.cotangent", "lbskel.files.swc", "lbskel.commands.info"} <= set(MODULES)
+    assert {"lbskel.geometry.mesh", "lbskel.operators.cotangent", "lbskel.io.swc", "lbskel.cli.info"} <= set(MODULES)
 
 
 @pytest.mark.parametrize("name", ["lbskel", *MODULES])

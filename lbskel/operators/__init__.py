@@ -21,17 +21,17 @@ from dataclasses import replace
 from typing import Any, TypeAlias
 
 from lbskel.errors import MeshError, choose
-from lbskel.mesh import Mesh, PointCloud
+from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.operators import points
 from lbskel.operators.anisotropic import anisotropic
+from lbskel.operators.base import Laplacian, from_igl, to_igl
 from lbskel.operators.clamped_cotangent import clamped_cotangent
+from lbskel.operators.combinatorial import graph, random_walk
 from lbskel.operators.cotangent import cotangent
 from lbskel.operators.cotangent_identity import cotangent_identity
-from lbskel.operators.graph import graph, random_walk
 from lbskel.operators.heat_kernel import heat_kernel
 from lbskel.operators.intrinsic_delaunay import intrinsic_delaunay
 from lbskel.operators.inverse_distance import inverse_distance
-from lbskel.operators.laplacian import Laplacian, from_igl, to_igl
 from lbskel.operators.masses import MASSES
 from lbskel.operators.mean_value import mean_value, mean_value_symmetric
 from lbskel.operators.mollified import mollified

@@ -18,17 +18,17 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.kernels.triangles import corners_of
-from lbskel.mesh import Mesh
+from lbskel._kernels.triangles import corners_of
+from lbskel.geometry.mesh import Mesh
 from lbskel.operators.assembly import stiffness_of_corner_weights
-from lbskel.operators.corners import (
+from lbskel.operators.base import Laplacian
+from lbskel.operators.corner_angles import (
     edge_vectors,
     products,
     touched_vertices,
     unit_scale,
     without_degenerate,
 )
-from lbskel.operators.laplacian import Laplacian
 from lbskel.operators.masses import voronoi_mass
 
 STRENGTH = 1.0
@@ -56,7 +56,7 @@ def _frames(edges: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.fl
 def shape_operators(mesh: Mesh) -> NDArray[np.float64]:
     """(3, m) entries xx, xy, yy of the shape operator of each face in its own frame; zero where it is degenerate.
 
-    Curvatures are those of the mesh scaled by :func:`~lbskel.operators.corners.unit_scale`.
+    Curvatures are those of the mesh scaled by :func:`~lbskel.operators.corner_angles.unit_scale`.
     """
     return _shape_operators(mesh, _frames(edge_vectors(mesh)))
 

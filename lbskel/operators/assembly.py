@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
-from lbskel.kernels.assembly import symmetric
+from lbskel._kernels.assembly import symmetric
 
 
 def diagonal_matrix(values: NDArray[Any]) -> csc_array:

@@ -11,10 +11,10 @@ __all__ = ["ANGLE_TOLERANCE", "clamped_cotangent", "corner_cotangents"]
 
 import numpy as np
 
-from lbskel.mesh import Mesh
+from lbskel.geometry.mesh import Mesh
 from lbskel.operators.assembly import stiffness_of_corner_weights
-from lbskel.operators.corners import corner_cotangents, touched_vertices
-from lbskel.operators.laplacian import Laplacian
+from lbskel.operators.base import Laplacian
+from lbskel.operators.corner_angles import corner_cotangents, touched_vertices
 from lbskel.operators.masses import voronoi_mass
 
 ANGLE_TOLERANCE = np.radians(1.0)

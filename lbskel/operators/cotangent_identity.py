@@ -10,11 +10,11 @@ __all__ = ["cotangent_identity"]
 
 import numpy as np
 
-from lbskel.mesh import Mesh
+from lbskel.geometry.mesh import Mesh
 from lbskel.operators.assembly import diagonal_matrix, stiffness_of_corner_weights
+from lbskel.operators.base import Laplacian
 from lbskel.operators.clamped_cotangent import ANGLE_TOLERANCE
-from lbskel.operators.corners import corner_cotangents, touched_vertices, without_degenerate
-from lbskel.operators.laplacian import Laplacian
+from lbskel.operators.corner_angles import corner_cotangents, touched_vertices, without_degenerate
 from lbskel.operators.masses import voronoi_mass
 
 

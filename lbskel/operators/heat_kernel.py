@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 from scipy.spatial import KDTree
 
-from lbskel.mesh import Mesh
+from lbskel.geometry.mesh import Mesh
 from lbskel.operators.assembly import stiffness_of_pairs
-from lbskel.operators.corners import unit_scale
-from lbskel.operators.laplacian import Laplacian
+from lbskel.operators.base import Laplacian
+from lbskel.operators.corner_angles import unit_scale
 from lbskel.operators.masses import barycentric_mass
 
 TIME = 1.0

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from lbskel.errors import MeshError
-from lbskel.mesh import Mesh
+from lbskel.geometry.mesh import Mesh
 from lbskel.operators.assembly import stiffness_of_corner_weights
-from lbskel.operators.corners import touched_vertices, unit_scale, without_degenerate
-from lbskel.operators.flips import IntrinsicTriangulation, cotangents_of_lengths, delaunay, glued
-from lbskel.operators.laplacian import Laplacian
+from lbskel.operators.base import Laplacian
+from lbskel.operators.corner_angles import touched_vertices, unit_scale, without_degenerate
+from lbskel.operators.intrinsic_triangulation import IntrinsicTriangulation, cotangents_of_lengths, delaunay, glued
 from lbskel.operators.masses import voronoi_mass
 
 MOLLIFY_FACTOR = 1e-6

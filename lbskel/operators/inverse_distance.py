@@ -12,9 +12,9 @@ __all__ = ["inverse_distance"]
 
 import numpy as np
 
-from lbskel.mesh import Mesh
+from lbskel.geometry.mesh import Mesh
 from lbskel.operators.assembly import stiffness_of_pairs
-from lbskel.operators.laplacian import Laplacian
+from lbskel.operators.base import Laplacian
 from lbskel.operators.masses import moment_mass
 
 

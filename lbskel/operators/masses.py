@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from lbskel.kernels.triangles import corners_of, voronoi_of
-from lbskel.mesh import Mesh
+from lbskel._kernels.triangles import corners_of, voronoi_of
+from lbskel.geometry.mesh import Mesh
 from lbskel.operators.assembly import diagonal_matrix, symmetric_matrix
-from lbskel.operators.corners import LIMIT, unit_scale
+from lbskel.operators.corner_angles import LIMIT, unit_scale
 
 
 def _diagonal(mesh: Mesh, corner_areas: NDArray[np.float64]) -> csc_array:

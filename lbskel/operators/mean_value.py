@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
-from lbskel.kernels.triangles import corners_of
-from lbskel.mesh import Mesh
+from lbskel._kernels.triangles import corners_of
+from lbskel.geometry.mesh import Mesh
 from lbskel.operators.assembly import diagonal_matrix, stiffness_of_corner_weights
-from lbskel.operators.corners import (
+from lbskel.operators.base import Laplacian
+from lbskel.operators.corner_angles import (
     touched_vertices,
     unit_scale,
     without_degenerate,
 )
-from lbskel.operators.laplacian import Laplacian
 from lbskel.operators.masses import moment_mass
 
 

@@ -12,12 +12,12 @@ import igl
 import numpy as np
 from scipy.sparse import csc_array
 
-from lbskel.mesh import Mesh
+from lbskel.geometry.mesh import Mesh
 from lbskel.operators.assembly import stiffness_of_corner_weights
-from lbskel.operators.corners import touched_vertices, unit_scale
-from lbskel.operators.flips import cotangents_of_lengths
+from lbskel.operators.base import Laplacian
+from lbskel.operators.corner_angles import touched_vertices, unit_scale
 from lbskel.operators.intrinsic_delaunay import MOLLIFY_FACTOR, shortfall
-from lbskel.operators.laplacian import Laplacian
+from lbskel.operators.intrinsic_triangulation import cotangents_of_lengths
 from lbskel.operators.masses import voronoi_mass
 
 

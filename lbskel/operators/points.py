@@ -16,15 +16,15 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
 from lbskel.errors import MeshError
-from lbskel.mesh import Mesh, PointCloud
+from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.operators.assembly import diagonal_matrix
-from lbskel.operators.corners import corner_cotangents, unit_scale, without_degenerate
+from lbskel.operators.base import Laplacian
+from lbskel.operators.corner_angles import corner_cotangents, unit_scale, without_degenerate
 from lbskel.operators.heat_kernel import CUT_OFF, TIME, heat_kernel_stiffness
-from lbskel.operators.laplacian import Laplacian
+from lbskel.operators.local_delaunay import delaunay_stars
 from lbskel.operators.masses import voronoi_corners
 from lbskel.operators.robust import MOLLIFY_FACTOR
 from lbskel.operators.robust import robust as robust_of_mesh
-from lbskel.operators.stars import delaunay_stars
 
 N_NEIGHBOURS = 30
 

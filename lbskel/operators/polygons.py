@@ -19,10 +19,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csc_array
 
 from lbskel.errors import MeshError
-from lbskel.mesh import PointCloud, first_few
+from lbskel.geometry.mesh import PointCloud, first_few
 from lbskel.operators.assembly import diagonal_matrix
-from lbskel.operators.corners import LIMIT, unit_scale
-from lbskel.operators.laplacian import Laplacian
+from lbskel.operators.base import Laplacian
+from lbskel.operators.corner_angles import LIMIT, unit_scale
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,11 +13,11 @@ import numpy as np
 import robust_laplacian
 from scipy.sparse import csc_array
 
-from lbskel.mesh import Mesh
+from lbskel.geometry.mesh import Mesh
 from lbskel.operators.assembly import diagonal_matrix
-from lbskel.operators.corners import unit_scale
+from lbskel.operators.base import Laplacian
+from lbskel.operators.corner_angles import unit_scale
 from lbskel.operators.intrinsic_delaunay import shortfall
-from lbskel.operators.laplacian import Laplacian
 
 MOLLIFY_FACTOR = 1e-5
 

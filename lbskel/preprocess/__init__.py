@@ -17,9 +17,9 @@ __all__ = [
 ]
 
 from lbskel.preprocess.automatic import PREPARATIONS, prepare
-from lbskel.preprocess.checking import MeshReport, check
-from lbskel.preprocess.enclosure import why_no_inside
+from lbskel.preprocess.diagnostics import MeshReport, check
+from lbskel.preprocess.orientability import why_no_inside
 from lbskel.preprocess.pipelines import PIPELINES, STEPS, Pipeline
-from lbskel.preprocess.preprocessed import Preprocessed
+from lbskel.preprocess.result import Preprocessed
 from lbskel.preprocess.simplification import simplify
 from lbskel.preprocess.tidying import Component, components, tidy

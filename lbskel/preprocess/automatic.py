@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, UnknownChoice
-from lbskel.mesh import Mesh
-from lbskel.preprocess.degeneracy import remove_degenerate
+from lbskel.geometry.mesh import Mesh
+from lbskel.preprocess.cleaning import merge_close, remove_duplicates, without_unused
+from lbskel.preprocess.degenerate_faces import remove_degenerate
 from lbskel.preprocess.holes import close_holes
-from lbskel.preprocess.merging import merge_close, remove_duplicates, without_unused
+from lbskel.preprocess.noise import ROUGH, roughness
 from lbskel.preprocess.orientation import fix_orientation, split_nonmanifold
 from lbskel.preprocess.pipelines import PIPELINES, Pipeline
-from lbskel.preprocess.preprocessed import Preprocessed, measured, unchanged
-from lbskel.preprocess.refining import coarse_share, refine
 from lbskel.preprocess.remeshing import smooth_noise
-from lbskel.preprocess.roughness import ROUGH, roughness
+from lbskel.preprocess.result import Preprocessed, measured, unchanged
+from lbskel.preprocess.subdivision import coarse_share, refine
 from lbskel.preprocess.tidying import tidy
 
 AUTOMATIC = "auto"

@@ -1,7 +1,7 @@
 """Holes closed by the triangles of least area on their rim.
 
 As Liepa 2003, "Filling holes in meshes", https://doi.org/10.2312/SGP/SGP03/200-206, does it. A rim too long for that
-(:mod:`lbskel.triangulation`) gets a vertex in its middle.
+(:mod:`lbskel.geometry.polygon_triangulation`) gets a vertex in its middle.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import UnknownChoice
-from lbskel.mesh import Mesh
-from lbskel.preprocess.fans import fans_of
-from lbskel.preprocess.preprocessed import Preprocessed, measured, unchanged
-from lbskel.triangulation import MOST_EDGES, least_area
+from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.polygon_triangulation import MOST_EDGES, least_area
+from lbskel.preprocess.result import Preprocessed, measured, unchanged
+from lbskel.preprocess.vertex_umbrellas import fans_of
 
 
 @measured

@@ -8,9 +8,9 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.mesh import Mesh
-from lbskel.preprocess.fans import fans_of
-from lbskel.preprocess.preprocessed import Preprocessed, measured, unchanged
+from lbskel.geometry.mesh import Mesh
+from lbskel.preprocess.result import Preprocessed, measured, unchanged
+from lbskel.preprocess.vertex_umbrellas import fans_of
 
 SHEET = 0.5  # openness of a half sphere: beyond, a patch has no inside to speak of
 

@@ -21,15 +21,15 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from lbskel.errors import FormatError, UnknownChoice, choose
-from lbskel.mesh import Mesh
-from lbskel.preprocess.degeneracy import remove_degenerate
+from lbskel.geometry.mesh import Mesh
+from lbskel.preprocess.cleaning import keep_components, merge_close, remove_duplicates
+from lbskel.preprocess.degenerate_faces import remove_degenerate
 from lbskel.preprocess.holes import close_holes
-from lbskel.preprocess.merging import keep_components, merge_close, remove_duplicates
 from lbskel.preprocess.orientation import fix_orientation, split_nonmanifold
-from lbskel.preprocess.preprocessed import Preprocessed, distance_between, unchanged
-from lbskel.preprocess.refining import refine
 from lbskel.preprocess.remeshing import remesh_isotropic, smooth_noise
+from lbskel.preprocess.result import Preprocessed, distance_between, unchanged
 from lbskel.preprocess.simplification import simplify
+from lbskel.preprocess.subdivision import refine
 
 Step: TypeAlias = tuple[str, Mapping[str, Any]]
 

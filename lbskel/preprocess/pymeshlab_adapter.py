@@ -1,7 +1,7 @@
 """The filters of pymeshlab that lbskel uses; nothing else imports it, since their names change between releases.
 
 Run as a script, this file takes one call from standard input and answers on standard output, as npz both: a process
-that pymeshlab may end without harm (see :mod:`lbskel.preprocess.children`). It must not import lbskel to be quick.
+that pymeshlab may end without harm (see :mod:`lbskel.preprocess.subprocess_filter`). It must not import lbskel to be quick.
 """
 
 from __future__ import annotations

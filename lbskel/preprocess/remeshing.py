@@ -8,11 +8,11 @@ import numpy as np
 from scipy.sparse import coo_array, diags_array
 
 from lbskel.errors import MeshError, UnknownChoice, choose
-from lbskel.mesh import Mesh
-from lbskel.preprocess.children import in_child
-from lbskel.preprocess.placing import place_on
-from lbskel.preprocess.preprocessed import Preprocessed, measured, unchanged
-from lbskel.preprocess.thickness import local_thickness
+from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.shape_diameter import local_thickness
+from lbskel.preprocess.result import Preprocessed, measured, unchanged
+from lbskel.preprocess.subprocess_filter import in_child
+from lbskel.preprocess.transfer import place_on
 
 LENGTHS = ("diagonal", "thickness")
 THIN = 0.05  # share of the area that may be thinner than what the edges are fitted to

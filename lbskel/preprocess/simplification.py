@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lbskel.errors import UnknownChoice
-from lbskel.mesh import Mesh
-from lbskel.operators.corners import unit_scale
-from lbskel.preprocess.placing import place_on
-from lbskel.preprocess.preprocessed import Preprocessed, distance_between, measured, unchanged
+from lbskel.geometry.mesh import Mesh
+from lbskel.operators.corner_angles import unit_scale
+from lbskel.preprocess.result import Preprocessed, distance_between, measured, unchanged
+from lbskel.preprocess.transfer import place_on
 
 AGGRESSIVENESS = (4.0, 2.0)  # how fast the error allowed grows: half the distance of its own 7 in the same time
 MISSED = 1.1  # times the target that still counts as met

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.mesh import Mesh
-from lbskel.ordering import stable_order
-from lbskel.preprocess.merging import merge_close, remove_duplicates
-from lbskel.preprocess.preprocessed import Preprocessed, unchanged
+from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.sorting import stable_order
+from lbskel.preprocess.cleaning import merge_close, remove_duplicates
+from lbskel.preprocess.result import Preprocessed, unchanged
 
 
 def tidy(mesh: Mesh) -> Preprocessed:

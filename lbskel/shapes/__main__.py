@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from lbskel.files import write_mesh
+from lbskel.io import write_mesh
 from lbskel.shapes.catalogue import make
 
 EXAMPLES: dict[str, dict[str, Any]] = {

@@ -11,12 +11,12 @@ import igl
 import numpy as np
 
 from lbskel.errors import choose
-from lbskel.mesh import Mesh
+from lbskel.geometry.mesh import Mesh
 from lbskel.preprocess.pymeshlab_adapter import remesh_isotropic
 from lbskel.shapes import solids
 from lbskel.shapes.dinosaur import dinosaur
+from lbskel.shapes.isosurface import marching_cubes, project
 from lbskel.shapes.solid import Solid
-from lbskel.shapes.surface import marching_cubes, project
 from lbskel.shapes.truth import Shape
 
 SHAPES: dict[str, Callable[[], Solid]] = {

@@ -13,7 +13,7 @@ import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lbskel.mesh import Mesh
+from lbskel.geometry.mesh import Mesh
 
 
 def sphere(subdivisions: int = 3) -> Mesh:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.mesh import Mesh
-from lbskel.skeleton import Skeleton
+from lbskel.geometry.mesh import Mesh
+from lbskel.skeleton.skeleton import Skeleton
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,6 +1,0 @@
-"""Many meshes at once: one process each, here or on a Dask cluster, none of which can stop the rest."""
-
-__all__ = ["Outcome", "Record", "skeletonize_many"]
-
-from lbskel.batch.records import Outcome, Record
-from lbskel.batch.running import skeletonize_many

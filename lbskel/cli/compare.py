@@ -1,0 +1,205 @@
+"""``lbskel compare MESH -o FOLDER``: what every treatment, energy and preset does to a mesh and its skeleton."""
+
+from __future__ import annotations
+
+__all__ = ["add_parser", "run"]
+
+import argparse
+import json
+import sys
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from lbskel.contraction.result import Status
+from lbskel.errors import FormatError
+from lbskel.geometry.mesh import Mesh
+from lbskel.io import read_mesh
+from lbskel.io.atomic_write import Content, write_all_safely
+from lbskel.pipeline.comparison import CASES, Outcome, outcome, record, representative
+from lbskel.visualization import Panel, draw
+from lbskel.visualization.line_plots import draw_curves
+
+MOST_FACES = 6000  # that are compared: some thirty contractions, twice each, should not take minutes
+COLUMNS_DRAWN, WIDTH, HEIGHT = 5, 320, 400  # panels beside each other, and the pixels of each
+REACH = 0.6  # of the extent from the centre, beyond which a vertex is drawn at the edge of the picture
+
+COLUMNS = {  # of the table: the key of the record, and how to show it
+    "breaks at step": "broke at",
+    "how": "how",
+    "largest box": "largest box",
+    "steps": "steps",
+    "ended": "ended",
+    "area left": "area",
+    "tips": "tips",
+    "topology right": "topology right",
+    "length inside": "inside",
+    "from default, radii": "from default",
+    "seconds": "seconds",
+}
+PAGE = """\
+<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
+body {{ font-family: sans-serif; max-width: 1300px; margin: 2em auto; }}
+td, th {{ padding: 0.2em 0.7em; text-align: right; border-bottom: 1px solid #ddd; }}
+td:first-child, th:first-child {{ text-align: left; }} tr.broken td {{ background: #fdecea; }}
+img {{ max-width: 100%; }}
+</style></head><body>
+<h1>{title}</h1>
+<p>{what}</p>
+<p>The first columns tell what the steps do as published, without a guard, down to a millionth of the volume: at which
+one the area or the bounding box first grew, and the largest box, in that of the mesh. The others tell what the guard,
+which undoes such a step, leaves, and what ended it: that is what <code>lbskel skeletonize</code> gives.</p>
+<table><tr>{head}</tr>
+{rows}
+</table>
+{reasons}
+<h2>Area and bounding box by step, without the guard</h2><img src="curves.png" alt="curves">
+<h2>Contracted meshes, without the guard: at the first step that breaks, or the last</h2>
+<img src="contracted.png" alt="contracted meshes">
+<h2>Skeletons, with the guard</h2><img src="skeletons.png" alt="skeletons">
+</body></html>
+"""
+
+
+def add_parser(subparsers: Any) -> None:
+    parser = subparsers.add_parser(
+        "compare", help="compare operators, treatments and energies on a mesh", description=__doc__
+    )
+    parser.add_argument("mesh")
+    parser.add_argument("-o", "--output", required=True, metavar="FOLDER", help="gets index.html and what it shows")
+    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Compare and write the page; 0 also where cases break, since showing that is what it is for."""
+    folder = Path(arguments.output)
+    names = [
+        folder / name for name in ("index.html", "comparison.json", "curves.png", "contracted.png", "skeletons.png")
+    ]
+    if not folder.parent.is_dir() or (folder.exists() and not folder.is_dir()):
+        raise FormatError(f"{folder}: is not a folder, nor a name for one in a folder that exists")
+    existing = [path for path in names if path.exists()]
+    if existing and not arguments.force:
+        raise FormatError(f"{existing[0]} exists already; give --force to replace it")
+    given = read_mesh(arguments.mesh)
+    mesh = representative(given, most_faces=MOST_FACES)
+    results: dict[str, Outcome] = {}
+    for number, (case, settings) in enumerate(CASES.items(), 1):
+        if not arguments.quiet and sys.stderr.isatty():
+            print(f"\r{number}/{len(CASES)} {case:60.60s}", end="", file=sys.stderr, flush=True)
+        results[case] = outcome(mesh, settings)
+    if not arguments.quiet and sys.stderr.isatty():
+        print(file=sys.stderr)
+    reference = results["flow"].skeleton
+    records = {case: _told(record(result, reference=reference)) for case, result in results.items()}
+    title = f"Contractions of {Path(arguments.mesh).name}"
+    what = f"{len(given.vertices)} vertices and {len(given.faces)} faces; compared on {len(mesh.faces)} faces"
+    what += " of its largest component." if given.n_components > 1 else "."
+    contents: dict[Path, Content] = dict(
+        zip(
+            names,
+            (
+                _page(records, title, what),
+                json.dumps({"mesh": Path(arguments.mesh).name, "cases": records}, indent=1) + "\n",
+                _curves(records),
+                _drawn(
+                    [
+                        Panel(mesh, title=Path(arguments.mesh).name),
+                        *(_contracted(case, result, mesh) for case, result in results.items() if result.meshes),
+                    ]
+                ),
+                _drawn([_skeleton(case, result, mesh) for case, result in results.items()]),
+            ),
+            strict=True,
+        )
+    )
+    folder.mkdir(exist_ok=True)
+    write_all_safely(contents, arguments.force)
+    if not arguments.quiet:
+        print(_summary(records))
+        print(f"{names[0]}")
+    return 0
+
+
+def _told(row: dict[str, Any]) -> dict[str, Any]:
+    """A record with what ended the guarded contraction in a word or two."""
+    ended = Status(row["status"]).name.lower().replace("_", " ") if "status" in row else "no skeleton"
+    return {**row, "ended": ended}
+
+
+def _short(case: str) -> str:
+    """A case as a title over a drawing."""
+    return (
+        case.replace("right-hand side zero", "zero").replace("least squares", "l. s.").replace("first order", "f. o.")
+    )
+
+
+def _drawn(panels: list[Panel]) -> bytes:
+    """A picture of many panels, each large enough for its title."""
+    n_rows = -(-len(panels) // COLUMNS_DRAWN)
+    return draw(panels, size=(WIDTH * min(len(panels), COLUMNS_DRAWN), HEIGHT * n_rows))
+
+
+def _curves(records: dict[str, dict[str, Any]]) -> bytes:
+    """Area and box of every case of least squares, the published energy, and of the default."""
+    shown = {case: row for case, row in records.items() if "areas" in row and "first order" not in case}
+    return draw_curves(
+        {
+            "area over that at the start": {case: row["areas"] for case, row in shown.items()},
+            "bounding box over that at the start": {case: row["boxes"] for case, row in shown.items()},
+        }
+    )
+
+
+def _contracted(case: str, result: Outcome, mesh: Mesh) -> Panel:
+    """The mesh at the first step that breaks, or the last; what flew off is drawn at the edge."""
+    assert result.free is not None
+    number = min(result.free.broke_at or len(result.meshes), len(result.meshes))
+    V = result.meshes[number - 1].vertices
+    far = (V**2).sum(axis=1, keepdims=True) ** 0.5
+    near = V * (REACH / far.clip(min=REACH))
+    return Panel(mesh.with_vertices(near * mesh.extent + mesh.centroid), title=f"{_short(case)}, step {number}")
+
+
+def _skeleton(case: str, result: Outcome, mesh: Mesh) -> Panel:
+    return Panel(mesh, result.skeleton, _short(case) if result.skeleton else f"{_short(case)}: none")
+
+
+def _reasons(records: dict[str, dict[str, Any]]) -> list[str]:
+    """Why cases have no skeleton."""
+    return [f"{case}: {row['error']}" for case, row in records.items() if "error" in row]
+
+
+def _cell(value: Any) -> str:
+    """A value of the table as a person reads it."""
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
+
+
+def _page(records: dict[str, dict[str, Any]], title: str, what: str) -> str:
+    """The page, with every name in it made safe."""
+    rows = []
+    for case, row in records.items():
+        cells = "".join(f"<td>{escape(_cell(row.get(key)))}</td>" for key in COLUMNS.values())
+        broken = ' class="broken"' if row.get("broke at") else ""
+        rows.append(f"<tr{broken}><td>{escape(case)}</td>{cells}</tr>")
+    head = "".join(f"<th>{escape(name)}</th>" for name in ("", *COLUMNS))
+    reasons = "\n".join(f"<p>No skeleton by {escape(reason)}.</p>" for reason in _reasons(records))
+    return PAGE.format(title=escape(title), what=escape(what), head=head, rows="\n".join(rows), reasons=reasons)
+
+
+def _summary(records: dict[str, dict[str, Any]]) -> str:
+    """The table for a terminal, and why some of it is empty."""
+    lines = [
+        ["case", *COLUMNS],
+        *([case, *(_cell(row.get(k)) for k in COLUMNS.values())] for case, row in records.items()),
+    ]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
+    table = ["  ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])]).rstrip() for line in lines]
+    return "\n".join([*table, *(f"no skeleton by {reason}" for reason in _reasons(records))])

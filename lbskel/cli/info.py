@@ -1,0 +1,68 @@
+"""``lbskel info MESH``: what a mesh is, in a few lines."""
+
+from __future__ import annotations
+
+__all__ = ["add_parser", "run"]
+
+import argparse
+import json
+from typing import Any
+
+import numpy as np
+
+from lbskel.geometry.mesh import Mesh
+from lbskel.io import read_mesh
+
+
+def add_parser(subparsers: Any) -> None:
+    parser = subparsers.add_parser("info", help="tell what a mesh is", description=__doc__)
+    parser.add_argument("mesh")
+    parser.add_argument("--json", action="store_true", help="print as JSON")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    mesh = read_mesh(arguments.mesh)
+    facts = _facts(mesh)
+    if arguments.json:
+        print(json.dumps(facts))
+        return 0
+    width = max(len(name) for name in facts)
+    for name, value in facts.items():
+        print(f"{name.replace('_', ' '):{width}}  {_text(value)}")
+    return 0
+
+
+def _facts(mesh: Mesh) -> dict[str, Any]:
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
+    return {
+        "vertices": len(mesh.vertices),
+        "faces": len(mesh.faces),
+        "components": mesh.n_components,
+        "closed_manifold": mesh.is_closed_manifold,
+        "genus": mesh.genus,
+        "boundary_edges": int((mesh.faces_per_edge == 1).sum()),
+        "nonmanifold_edges": int((mesh.faces_per_edge > 2).sum()),
+        "unused_vertices": len(mesh.vertices) - len(mesh.used_vertices),
+        "zero_area_faces": int((mesh.face_areas == 0).sum()),
+        "bounding_box": [low.tolist(), high.tolist()],
+        "diagonal": mesh.diagonal,
+        "mean_edge": float(np.linalg.norm(end - start, axis=1).mean()),
+        "area": mesh.area,
+        "volume": mesh.volume if mesh.is_closed_manifold else None,
+        "notes": list(mesh.notes),
+    }
+
+
+def _text(value: Any) -> str:
+    """A fact as a person writes it."""
+    if value is None:
+        return "not defined"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, list):
+        return "; ".join(_text(item) for item in value) if value else "none"
+    return f"{value:,}" if isinstance(value, int) else str(value)

@@ -1,0 +1,68 @@
+"""The command line: parse, call one command, turn every error of lbskel's into one line.
+
+Exit codes: 0 done; 1 done, but the result failed its own checks; 2 bad input or usage.
+"""
+
+from __future__ import annotations
+
+__all__ = ["main"]
+
+import argparse
+import io
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from typing import NoReturn
+
+import lbskel
+from lbskel.cli import COMMANDS
+from lbskel.errors import LbskelError
+
+
+class _Parser(argparse.ArgumentParser):
+    """Wrong usage is told in one line, as every other error is."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"lbskel: {message}; see {self.prog} --help\n")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(prog="lbskel", description="Curve skeletons and discrete Laplace-Beltrami operators of meshes.")
+    parser.add_argument("--version", action="version", version=f"lbskel {lbskel.__version__}")
+    subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for command in COMMANDS:
+        command.add_parser(subparsers)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; the exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a file's name may hold what the terminal cannot show
+            stream.reconfigure(errors="backslashreplace")
+    parsed = _parser().parse_args(arguments)
+    try:
+        code = parsed.run(parsed)
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:  # the reader of the output has gone
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except (LbskelError, OSError) as error:  # OSError: a name that the system refuses
+        return _failed(str(error))
+    except KeyboardInterrupt:
+        print("lbskel: interrupted, nothing half-written is left", file=sys.stderr)
+        return 130
+    except MemoryError:
+        return _failed("out of memory; simplify the mesh first")
+    except Exception as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        where = f"{os.path.basename(place.filename)} line {place.lineno}"
+        return _failed(f"internal error in {where}, please report it: {type(error).__name__}: {error}")
+
+
+def _failed(message: str) -> int:
+    """Say so in one line on stderr; the exit code of bad input."""
+    print(f"lbskel: {' '.join(message.splitlines())}", file=sys.stderr)
+    return 2

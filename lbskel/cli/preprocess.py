@@ -1,0 +1,78 @@
+"""``lbskel preprocess MESH -o OUT``: a mesh cleaned, remeshed or simplified, step by step, each step measured."""
+
+from __future__ import annotations
+
+__all__ = ["add_parser", "run"]
+
+import argparse
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lbskel.errors import FormatError
+from lbskel.io import MESH_WRITERS, read_mesh
+from lbskel.io.atomic_write import write_all_safely
+from lbskel.io.text import suffix_in
+from lbskel.preprocess import PIPELINES, PREPARATIONS, STEPS, Pipeline, Preprocessed, prepare
+
+
+def add_parser(subparsers: Any) -> None:
+    parser = subparsers.add_parser(
+        "preprocess",
+        help="clean, remesh or simplify a mesh",
+        description=__doc__,
+        epilog=f"Steps: {', '.join(STEPS)}.",
+    )
+    parser.add_argument("mesh")
+    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=f"mesh: {', '.join(MESH_WRITERS)}")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument(
+        "--pipeline",
+        default="auto",
+        metavar="NAME",
+        help=f"auto, {', '.join(PIPELINES)}, or a .toml file with a table [[step]] for each step (%(default)s)",
+    )
+    which.add_argument(
+        "--steps",
+        dest="pipeline",
+        default=argparse.SUPPRESS,
+        metavar="TEXT",
+        help="such as merge_close,remesh_isotropic:edge=0.01",
+    )
+    parser.add_argument("--map", metavar="NPY", help="write for each vertex its new one, -1 for none, as a numpy array")
+    parser.add_argument("--report", metavar="JSON", help="write what each step did")
+    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    paths = [Path(path) for path in (arguments.output, arguments.map, arguments.report) if path]
+    suffix = suffix_in(arguments.output, MESH_WRITERS, "meshes")
+    for path in paths:
+        if path.exists() and not arguments.force:
+            raise FormatError(f"{path} exists already; give --force to replace it")
+    how = arguments.pipeline if arguments.pipeline in PREPARATIONS else Pipeline.parse(arguments.pipeline)
+    mesh = read_mesh(arguments.mesh)
+    result = prepare(mesh, how)
+    report = {"mesh": arguments.mesh, **result.report}
+    contents: dict[Path, str | bytes] = {Path(arguments.output): MESH_WRITERS[suffix](result.mesh)}
+    if arguments.map:
+        contents[Path(arguments.map)] = _array(result)
+    if arguments.report:
+        contents[Path(arguments.report)] = json.dumps(report, indent=1) + "\n"
+    write_all_safely(contents, arguments.force)
+    print(f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces")
+    for note in (*mesh.notes, *result.notes):
+        print(f"  {note}")
+    print(f"{arguments.output}: {len(result.mesh.vertices):,} vertices, {len(result.mesh.faces):,} faces")
+    return 0
+
+
+def _array(result: Preprocessed) -> bytes:
+    """The map as an npy file."""
+    data = io.BytesIO()
+    np.save(data, result.vertex_map, allow_pickle=False)
+    return data.getvalue()

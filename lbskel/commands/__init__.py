@@ -1,7 +1,0 @@
-"""The commands of the command line, one module each: ``add_parser(subparsers)`` and ``run(arguments) -> int``."""
-
-__all__ = ["COMMANDS"]
-
-from lbskel.commands import batch, check, compare, info, laplacian, preprocess, score, skeletonize
-
-COMMANDS = (skeletonize, batch, score, check, preprocess, info, laplacian, compare)

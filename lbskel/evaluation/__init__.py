@@ -1,0 +1,3 @@
+"""Scores of skeletons, distances to known axes, and diagnostics of discrete Laplacians."""
+
+__all__: list[str] = []

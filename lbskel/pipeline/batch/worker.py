@@ -1,0 +1,166 @@
+"""The process that one input after another is worked on in, and its other end.
+
+Jobs and replies are lines of JSON on its standard input and output. It is its own process so that what stops it, a
+limit or a crash, stops nothing else; the next job gets a new one. It ends by itself when its input does.
+"""
+
+from __future__ import annotations
+
+__all__ = ["Child", "serve"]
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from typing import Any, TextIO
+
+from lbskel.errors import LbskelError
+from lbskel.pipeline.batch.records import Outcome
+
+READY = "ready\n"
+MEGABYTE = 1_000_000
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # each, where the caller's environment has no other
+
+
+class Child:
+    """A process for jobs, started when first needed and again whenever it is gone."""
+
+    def __init__(self, time_limit: float | None, memory_limit: float | None):
+        self._time_limit = time_limit
+        self._memory_limit = memory_limit
+        self._process: subprocess.Popen[str] | None = None
+        self._is_stopped = False
+
+    def run(self, job: dict[str, Any]) -> dict[str, Any]:
+        """Do a job: its reply, with ``outcome``, ``seconds`` and fields of a record."""
+        process = self._process = self._process or self._started()
+        if self._is_stopped:
+            process.kill()
+        is_over_time = threading.Event()
+
+        def stop() -> None:
+            is_over_time.set()
+            process.kill()
+
+        timer = threading.Timer(self._time_limit, stop) if self._time_limit else None
+        began = time.perf_counter()
+        try:
+            if timer is not None:
+                timer.start()
+            reply = self._exchange(process, job)
+        finally:
+            if timer is not None:
+                timer.cancel()
+        seconds = time.perf_counter() - began
+        if reply is None:
+            code = process.wait()
+            self.close()
+            if is_over_time.is_set():
+                return {"outcome": Outcome.OVER_TIME, "message": f"over {self._time_limit:g} s", "seconds": seconds}
+            message = f"the process ended with code {code}"
+            if self._memory_limit and -code in (signal.SIGABRT, signal.SIGSEGV):  # how compiled code runs out of it
+                return {"outcome": Outcome.OVER_MEMORY, "message": f"out of memory: {message}", "seconds": seconds}
+            return {"outcome": Outcome.ENDED, "message": message, "seconds": seconds}
+        reply["outcome"] = Outcome(reply["outcome"])
+        if reply["outcome"] is Outcome.OVER_MEMORY:  # what it holds cannot be told
+            self.close()
+        return {**reply, "seconds": seconds}
+
+    def stop(self) -> None:
+        """End the process, whatever it is doing, from any thread; every job after that ends at once."""
+        self._is_stopped = True
+        if process := self._process:
+            process.kill()
+
+    def close(self) -> None:
+        """End the process."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.wait()
+            for pipe in (process.stdin, process.stdout):
+                if pipe is not None:
+                    with contextlib.suppress(BrokenPipeError):  # of what it was not there to read
+                        pipe.close()
+
+    def _started(self) -> subprocess.Popen[str]:
+        """A process that has imported all it needs, so that no job pays for that."""
+        process = subprocess.Popen(
+            [sys.executable, "-m", "lbskel.pipeline.batch", str(self._memory_limit or 0)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            encoding="utf-8",
+            env={**ONE_THREAD, **os.environ},
+            start_new_session=True,  # an interrupt at the terminal is for the caller to pass on
+        )
+        assert process.stdout is not None
+        if process.stdout.readline() != READY:
+            raise LbskelError(f"no process could be started; '{sys.executable} -m lbskel.pipeline.batch 0' tells why")
+        return process
+
+    @staticmethod
+    def _exchange(process: subprocess.Popen[str], job: dict[str, Any]) -> dict[str, Any] | None:
+        """Send a job and wait for its reply; None where the process is gone."""
+        assert process.stdin is not None
+        assert process.stdout is not None
+        try:
+            process.stdin.write(json.dumps(job) + "\n")
+            process.stdin.flush()
+            line = process.stdout.readline()
+        except (OSError, ValueError):  # ValueError: closed by another thread
+            return None
+        return json.loads(line) if line.endswith("\n") else None
+
+
+def serve(jobs: TextIO, replies: TextIO, memory_limit: float) -> None:
+    """In the process: do each job that comes in, until no more come."""
+    from lbskel.pipeline import stages  # noqa: F401  before the limit is set, and before the first job
+
+    if memory_limit:
+        import resource
+
+        most = int(memory_limit * MEGABYTE)
+        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+    replies.write(READY)
+    replies.flush()
+    for line in jobs:
+        replies.write(json.dumps(_reply(json.loads(line))) + "\n")
+        replies.flush()
+
+
+def _reply(job: dict[str, Any]) -> dict[str, Any]:
+    """Make one skeleton and tell of it."""
+    from lbskel.io import write_skeleton
+    from lbskel.pipeline.stages import skeletonize
+
+    try:
+        skeleton = skeletonize(job["input"], **job["options"])
+        write_skeleton(job["output"], skeleton, cut_cycles=job["cut_cycles"])
+    except LbskelError as error:
+        if isinstance(error.__context__, MemoryError):
+            return {"outcome": Outcome.OVER_MEMORY, "message": "out of memory"}
+        return {"outcome": Outcome.REFUSED, "message": " ".join(str(error).splitlines())}
+    except MemoryError:
+        return {"outcome": Outcome.OVER_MEMORY, "message": "out of memory"}
+    except Exception as error:
+        return {"outcome": Outcome.ENDED, "message": f"internal error: {type(error).__name__}: {error}"}
+    report = skeleton.report
+    failed = {name for part in report["components"] for name, passed in part["checks"].items() if passed is False}
+    failed |= {name for name, verdict in report["score"]["verdicts"].items() if verdict == "fail"}
+    return {
+        "outcome": Outcome.PASSED if report["passed"] else Outcome.FAILED_CHECKS,
+        "message": ", ".join(sorted(failed)),
+        "vertices": report["input"]["vertices"],
+        "faces": report["input"]["faces"],
+        "nodes": len(skeleton.nodes),
+        "tips": len(skeleton.tips),
+        "junctions": len(skeleton.junctions),
+        "cycles": skeleton.cycle_rank,
+        "length_inside": min(part["length_inside"] for part in report["components"]),
+    }

@@ -1,0 +1,217 @@
+"""What settings of the contraction do to a mesh and to its skeleton: any number of them, side by side.
+
+Each is run twice. Guarded, as :func:`lbskel.skeletonize` runs it, it tells what a user gets. Without the guard, as
+published, and on to a millionth of the volume, it tells whether and where the step itself breaks.
+"""
+
+from __future__ import annotations
+
+__all__ = ["CASES", "InAreaScale", "Outcome", "outcome", "record", "representative"]
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from lbskel.contraction.energies import ENERGIES
+from lbskel.contraction.flow import Contraction, Step, contract
+from lbskel.contraction.settings import PRESETS, STRATEGIES, ContractionSettings
+from lbskel.errors import LbskelError, MeshError
+from lbskel.evaluation.ground_truth import compare
+from lbskel.geometry.mesh import Mesh
+from lbskel.operators import Laplacian, operator_named
+from lbskel.pipeline.component import MOST_FACES
+from lbskel.pipeline.stages import skeletonize
+from lbskel.preprocess import components, prepare, simplify, why_no_inside
+from lbskel.skeleton.skeleton import Skeleton
+
+FREE_VOLUME = 1e-6  # the published target
+
+
+@dataclass(frozen=True)
+class InAreaScale:
+    """An operator whose weights are multiplied by area over total mass: 1 where the mass is the area.
+
+    Weights with a unit, as mean values, pull the harder the finer the mesh; so multiplied they do not.
+
+    Parameters
+    ----------
+    operator : str
+        A name in OPERATORS.
+    """
+
+    operator: str
+
+    def __call__(self, mesh: Mesh) -> Laplacian:
+        laplacian = operator_named(self.operator)(mesh)
+        total = float(laplacian.mass.sum())
+        factor = mesh.area / total if total > 0 else 1.0
+        return replace(laplacian, stiffness=(laplacian.stiffness * factor).tocsc())
+
+    def __repr__(self) -> str:
+        return f"{self.operator} in the scale of the area"
+
+
+def _cases() -> dict[str, ContractionSettings]:
+    """The presets, then each strategy with each energy that it belongs to."""
+    cases = dict(PRESETS)
+    scaled = {
+        "mean value, to scale": {"operator": InAreaScale("mean_value")},
+        "mean value, symmetric, to scale": {"operator": InAreaScale("mean_value_symmetric")},
+    }
+    for energy in ENERGIES:
+        for name, changes in {**STRATEGIES, **scaled}.items():
+            if energy == "least_squares" or "degenerate" not in changes:
+                cases[f"{name}; {energy.replace('_', ' ')}"] = ContractionSettings(energy=energy, **changes)
+    return cases
+
+
+CASES: Mapping[str, ContractionSettings] = _cases()
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What came of a mesh by one choice of settings.
+
+    Parameters
+    ----------
+    settings : ContractionSettings
+    skeleton : Skeleton or None
+        None if there is none, which ``error`` then explains.
+    free : Contraction or None
+        Without the guard; None if the operator is not defined on the mesh, or the energy does not take it.
+    meshes : tuple of Mesh
+        After each step of ``free``, scaled to extent 1.
+    error : str
+    seconds : float
+        That the skeleton took.
+    """
+
+    settings: ContractionSettings
+    skeleton: Skeleton | None
+    free: Contraction | None
+    meshes: tuple[Mesh, ...]
+    error: str
+    seconds: float
+
+
+def representative(mesh: Mesh, *, most_faces: int = MOST_FACES) -> Mesh:
+    """The largest component of a mesh as :func:`lbskel.skeletonize` prepares it, simplified if it has more faces.
+
+    Raises
+    ------
+    MeshError
+        If no component has an area, or the largest has no inside.
+    """
+    prepared = prepare(mesh).mesh
+    number, largest = max(enumerate(components(prepared)), key=lambda part: part[1].mesh.area)
+    if not largest.mesh.area > 0:
+        raise MeshError("the mesh has no area: every face is degenerate, so there is nothing to compare")
+    if fault := why_no_inside(number, largest, prepared):
+        raise MeshError(f"there is nothing to compare: {fault}")
+    return simplify(largest.mesh, target_faces=most_faces).mesh
+
+
+def outcome(mesh: Mesh, settings: ContractionSettings) -> Outcome:
+    """Contract with the guard and without, and make a skeleton.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        One connected surface, as :func:`representative` gives; it is contracted as it is.
+    settings : ContractionSettings
+    """
+    skeleton, free, error = None, None, ""
+    meshes: list[Mesh] = []
+    began = time.perf_counter()
+    try:
+        skeleton = skeletonize(mesh, preset=settings, preprocess=None)
+    except LbskelError as problem:
+        error = str(problem)
+    seconds = time.perf_counter() - began
+    unguarded = replace(settings, guard=False, volume_ratio=min(FREE_VOLUME, settings.volume_ratio))
+    try:
+        free = contract(mesh, unguarded, on_step=lambda step, now: meshes.append(now))
+    except LbskelError as problem:
+        error = error or str(problem)
+    return Outcome(settings, skeleton, free, tuple(meshes), error, seconds)
+
+
+def record(result: Outcome, *, truth: Skeleton | None = None, reference: Skeleton | None = None) -> dict[str, Any]:
+    """The numbers of an outcome, plain enough for JSON.
+
+    Parameters
+    ----------
+    result : Outcome
+    truth : Skeleton, optional
+        The true skeleton, for accuracy and coverage.
+    reference : Skeleton, optional
+        Another skeleton, of which the distance is told in its radii.
+    """
+    row: dict[str, Any] = {"error": result.error} if result.error else {}
+    if result.skeleton is not None:
+        row |= _of_skeleton(result.skeleton, truth, reference) | {"seconds": result.seconds}
+    if result.free is not None:
+        row |= _of_free(result.free)
+    return row
+
+
+def _of_skeleton(skeleton: Skeleton, truth: Skeleton | None, reference: Skeleton | None) -> dict[str, Any]:
+    """What the guarded contraction led to."""
+    (part,) = skeleton.report["components"]
+    last = part["steps"][-1] if part["steps"] else {}
+    row = {
+        "steps": len(part["steps"]),
+        "status": part["status"],
+        "area": last.get("area_ratio", 1.0),
+        "volume": last.get("volume_ratio"),
+        "box": last.get("box_ratio", 1.0),
+        "topology right": part["checks"]["is_topology_right"],
+        "contracted": part["checks"]["is_contracted"],
+        "tips": part["tips"],
+        "inside": part["length_inside"],
+    }
+    if truth is not None:
+        measured = compare(skeleton, truth)
+        row |= {
+            "accuracy": measured.accuracy,
+            "coverage": measured.coverage,
+            "tips right": measured.n_tips == measured.n_true_tips,
+        }
+    if reference is not None and len(reference.edges) and reference.radii.min() > 0:  # in a sheet they are zero
+        row["from default"] = compare(skeleton, reference).accuracy
+    return row
+
+
+def _of_free(free: Contraction) -> dict[str, Any]:
+    """What the steps did without the guard."""
+    steps = free.steps
+    return {
+        "broke at": free.broke_at,
+        "how": _how(free),
+        "free steps": len(steps),
+        "free status": free.status.value,
+        "largest box": _plain(max((step.box_ratio for step in steps), default=1.0)),
+        "areas": [_plain(step.area_ratio) for step in steps],
+        "volumes": [_plain(step.volume_ratio) for step in steps],
+        "boxes": [_plain(step.box_ratio) for step in steps],
+        "treated": [step.n_treated for step in steps],
+        "drift": [_plain(step.drift) for step in steps],
+        "worst angle": [step.worst_angle for step in steps],
+    }
+
+
+def _plain(value: float) -> float | None:
+    """A number as JSON can hold it: open meshes have no volume, and what explodes may overflow."""
+    return value if np.isfinite(value) else None
+
+
+def _how(free: Contraction) -> str | None:
+    """In a word or two, what went wrong first."""
+    if free.broke_at is None:
+        return None
+    broken: Step | None = free.steps[free.broke_at - 1] if free.broke_at <= len(free.steps) else None
+    fault = broken.fault if broken is not None and broken.fault else free.status
+    return fault.name.lower().replace("_", " ")

@@ -1,0 +1,216 @@
+"""From one connected surface to its skeleton: the stages in their order, each timed.
+
+Two of them may take more than a quarter of the whole. Contraction does up to some hundred thousand faces: its steps
+cannot be fewer without loss, nor be run side by side. Simplification does beyond: it has to visit every face, in an
+order that depends on what it did before.
+"""
+
+from __future__ import annotations
+
+__all__ = ["RESOLUTIONS", "TIPS", "Options", "enough_faces", "skeleton_of_component"]
+
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from lbskel.contraction.flow import ContractionSettings, Status, Step, contract
+from lbskel.contraction.surgery import collapse
+from lbskel.errors import UnknownChoice, choose
+from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.shape_diameter import straight_thickness
+from lbskel.geometry.surface_queries import Simplified, Surface
+from lbskel.pipeline.profiling import Clock
+from lbskel.preprocess import Preprocessed, simplify
+from lbskel.refinement.anchors import attach_anchors
+from lbskel.refinement.centering import carry_to, inscribed_radii, mean_radii, recenter, settle
+from lbskel.refinement.centerlines import find_axes
+from lbskel.refinement.containment import keep_inside, length_inside
+from lbskel.refinement.junctions import gather_junctions
+from lbskel.refinement.missing_branches import grow_missed_limbs
+from lbskel.refinement.tips import extend_tips, tips_at_surface
+from lbskel.refinement.vertex_map import join_regions
+from lbskel.skeleton.pruning import cut_swallowed, merge_junctions, prune
+from lbskel.skeleton.resampling import resample
+from lbskel.skeleton.skeleton import Skeleton
+
+MERGE = 0.7  # junctions nearer than this many radii are one
+SPACING = 0.5  # of the nodes along a branch, in radii
+INSIDE = 0.995  # share of the length that must lie inside for the check to pass
+
+SURE = 2.0  # times the measured distance of the simplified surface, beyond which it tells inside from outside
+CONTRACTING = 0.5  # share of the time left that contraction may take where time is limited
+
+MOST_FACES = 16_000  # of a component that is contracted as it is, unless in full
+FEWEST_FACES = 12_000  # of one that is simplified: with 8,000 our shapes came out a tenth less accurate
+EDGE = 0.4  # of the local radius, as which edges need not be shorter; with 0.5 armadillo lost claws
+SAMPLES = 1_000  # faces that tell the local radius
+TINY = 0.001  # of the extent, as which no radius counts for less: what is that thin is a crease, or lost anyway
+EQUILATERAL = 0.433  # the area of a triangle with edges of one
+SLENDER = 2.0  # times area^3 / volume^2: so many faces have edges of half the mean radius 2 volume / area
+MOST_SLENDER = 128_000  # of them, however thin
+
+RESOLUTIONS = ("auto", "full")
+TIPS = ("inside", "surface")
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the caller may choose; see :func:`lbskel.skeletonize`."""
+
+    settings: ContractionSettings
+    resolution: str = "auto"
+    prune: float = 1.5
+    tips: str = "inside"
+
+    def __post_init__(self) -> None:
+        choose(dict.fromkeys(RESOLUTIONS), self.resolution, "resolution")
+        choose(dict.fromkeys(TIPS), self.tips, "place of the tips")
+        if not self.prune >= 0:
+            raise UnknownChoice(f"prune must be a number of radii, 0 or more, not {self.prune}")
+
+
+def skeleton_of_component(
+    mesh: Mesh, options: Options, anchors: tuple[NDArray[np.int64], NDArray[np.float64]], clock: Clock
+) -> tuple[Skeleton, Surface, dict[str, Any]]:
+    """Contract, collapse, prune, refine and check one connected surface.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Of about unit extent.
+    options : Options
+    anchors : pair of (a,) array of int and (a, 3) array of float
+        The vertices at or near the anchors, and their places.
+    clock : Clock
+
+    Returns
+    -------
+    skeleton : Skeleton
+    surface : Surface
+        The mesh, with what it was simplified to.
+    report : dict
+        What was done and checked, ready for JSON.
+    """
+    proxy = Preprocessed(mesh, np.arange(len(mesh.vertices)))
+    if options.resolution == "auto":
+        proxy = clock("simplify", _simple, mesh)
+    limit = None if clock.time_limit is None else CONTRACTING * max(clock.seconds_left, 0.0)
+    contraction = clock("contract", contract, proxy.mesh, options.settings, time_limit=limit)
+    coarse, vertex_map = contraction.coarse, contraction.vertex_map
+    graph = clock("collapse", collapse, coarse, proxy.mesh, vertex_map=vertex_map)
+    skeleton = Skeleton(coarse.vertices[graph.kept], graph.edges, np.zeros(len(graph.kept)), graph.node_of_vertex)
+    surface = Surface(mesh, _simplified(mesh, proxy))
+    skeleton = clock("prune", _pruned, skeleton, surface.rough, options.prune)
+    skeleton = clock.if_time("gather", _gathered, skeleton, surface.rough)
+    skeleton = replace(skeleton, node_of_vertex=skeleton.node_of_vertex[proxy.vertex_map])
+    skeleton = clock.if_time("recentre", recenter, skeleton, surface)
+    skeleton = clock.if_time("extend", extend_tips, skeleton, surface)
+    skeleton = clock("prune", cut_swallowed, inscribed_radii(skeleton, surface.rough), mesh)
+    skeleton = clock.if_time("extend", grow_missed_limbs, skeleton, surface, ratio=options.prune)
+    skeleton = clock.if_time("lead inside", _led_inside, skeleton, surface)
+    if options.tips == "surface":
+        skeleton = clock.if_time("extend", tips_at_surface, skeleton, surface)
+    skeleton = clock("anchor", attach_anchors, inscribed_radii(skeleton, surface), surface, *anchors)
+    skeleton = clock("map", settle, skeleton, mesh)
+    skeleton = clock("map", join_regions, skeleton, mesh)
+    skeleton = replace(skeleton, mean_radii=mean_radii(skeleton, mesh).radii)
+    inside = clock("check", length_inside, skeleton, surface)
+    genus = mesh.genus
+    checks = {
+        "is_topology_right": None if genus is None else (skeleton.n_components, skeleton.cycle_rank) == (1, genus),
+        "is_inside": inside >= INSIDE if mesh.is_closed else None,
+        "is_contracted": contraction.status in (Status.VOLUME, Status.AREA, Status.STALLED),
+    }
+    return (
+        skeleton,
+        surface,
+        {
+            "vertices": len(mesh.vertices),
+            "faces": len(mesh.faces),
+            "notes": list(proxy.notes),
+            "is_closed_manifold": mesh.is_closed_manifold,
+            "genus": genus,
+            "status": contraction.status.value,
+            "steps": [_record(step) for step in contraction.steps],
+            "are_tunnels_guarded": graph.is_guarded,
+            "loops_cut": graph.n_loops_cut,
+            "cycle_rank": skeleton.cycle_rank,
+            "tips": len(skeleton.tips),
+            "junctions": len(skeleton.junctions),
+            "length_inside": inside,
+            "checks": checks,
+        },
+    )
+
+
+def enough_faces(mesh: Mesh) -> int:
+    """Of how many faces a mesh is to be contracted at most.
+
+    As many as give edges of a fraction of the local radius, within limits that are wider for what is long and thin all
+    over.
+    """
+    squared = mesh.volume**2 if mesh.is_closed else 0.0
+    if not squared > 0:
+        return MOST_FACES
+    most = int(np.clip(SLENDER * mesh.area**3 / squared, MOST_FACES, MOST_SLENDER))
+    if len(mesh.faces) <= most:
+        return most
+    sample = np.flatnonzero(mesh.face_areas)[:: 1 + len(mesh.faces) // SAMPLES]
+    radius = np.maximum(straight_thickness(mesh, sample) / 2, TINY * mesh.extent)
+    areas = mesh.face_areas[sample]
+    in_edges = (areas / radius**2).sum() * mesh.area / areas.sum() / EDGE**2
+    return int(np.clip(in_edges / EQUILATERAL, FEWEST_FACES, most))
+
+
+def _simple(mesh: Mesh) -> Preprocessed:
+    """The mesh in no more faces than its skeleton needs."""
+    return simplify(mesh, target_faces=enough_faces(mesh))
+
+
+def _simplified(mesh: Mesh, proxy: Preprocessed) -> Simplified | None:
+    """The mesh that was contracted, beside the whole one; None where it is the same."""
+    deviations = [step["deviation"] for step in proxy.report.get("steps", []) if "deviation" in step]
+    if not deviations:
+        return None
+    kept = np.full(len(proxy.mesh.vertices), -1)
+    kept[proxy.vertex_map] = np.arange(len(proxy.vertex_map))
+    if (kept < 0).any():  # where the surface was meshed anew
+        kept = np.where(kept < 0, cKDTree(mesh.vertices).query(proxy.mesh.vertices)[1], kept)
+    return Simplified(proxy.mesh, proxy.vertex_map, kept, SURE * deviations[0])
+
+
+def _record(step: Step) -> dict[str, Any]:
+    """A step as JSON can hold it, which has no NaN: an open mesh has None for a volume."""
+    return {name: None if value != value else value for name, value in asdict(step).items()}
+
+
+def _pruned(skeleton: Skeleton, surface: Surface, ratio: float) -> Skeleton:
+    """Spurs cut, near junctions merged, nodes evenly spaced."""
+    skeleton = prune(mean_radii(skeleton, surface.mesh), surface.mesh, ratio=ratio)
+    return _spaced(merge_junctions(inscribed_radii(skeleton, surface), ratio=MERGE), surface)
+
+
+def _gathered(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Junctions that are one made one, and every branch evenly spaced and on its axis between them."""
+    axes = find_axes(skeleton, surface)
+    gathered = gather_junctions(inscribed_radii(skeleton, surface), axes, surface)
+    if len(gathered.nodes) < len(skeleton.nodes):
+        skeleton = _spaced(gathered, surface)
+        axes = find_axes(skeleton, surface)
+    return carry_to(skeleton, axes, surface)
+
+
+def _led_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Every branch inside a closed surface and evenly spaced."""
+    if surface.mesh.is_closed:
+        skeleton = keep_inside(skeleton, surface)
+    skeleton = _spaced(skeleton, surface)
+    return keep_inside(skeleton, surface) if surface.mesh.is_closed else skeleton  # where even spacing cut a corner
+
+
+def _spaced(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Nodes evenly spaced by mean radii: by inscribed ones what is flat would have a node for every thickness."""
+    return resample(mean_radii(skeleton, surface.mesh), spacing=SPACING)

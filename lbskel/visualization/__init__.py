@@ -1,0 +1,7 @@
+"""Pictures and interactive pages of meshes, point clouds and skeletons; finished values in, files out."""
+
+from lbskel.visualization.html import page
+from lbskel.visualization.panel import Panel
+from lbskel.visualization.rendering import draw, picture, render
+
+__all__ = ["Panel", "draw", "page", "picture", "render"]

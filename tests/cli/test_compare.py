@@ -1,0 +1,160 @@
+"""Comparisons of settings on one mesh: what is measured, what is written, what is refused."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from helpers import joined, moved
+
+from lbskel import PRESETS, Mesh, MeshError, laplacian, write_mesh
+from lbskel.cli.main import main
+from lbskel.contraction.flow import Status
+from lbskel.pipeline.comparison import CASES, InAreaScale, outcome, record, representative
+from lbskel.shapes import chain_of_tori, flat_grid, make, torus
+
+SOME = ("flow", "clamped cotangents; least squares", "mean value; first order")
+
+
+@pytest.fixture
+def few_cases(monkeypatch):
+    chosen = {case: CASES[case] for case in SOME}
+    monkeypatch.setattr("lbskel.cli.compare.CASES", chosen)
+    return chosen
+
+
+def test_cases_have_every_strategy_by_both_energies_where_rows_are_not_needed():
+    assert set(PRESETS) <= set(CASES)
+    strategies = {case.split(";")[0] for case in CASES if ";" in case}
+    assert {"none", "clamped cotangents", "mollified", "intrinsic Delaunay", "robust"} <= strategies
+    for case, settings in CASES.items():
+        if ";" in case:
+            assert case.endswith(settings.energy.replace("_", " "))
+    assert "identity row, held; first order" not in CASES
+
+
+def test_an_outcome_has_the_guarded_skeleton_and_the_free_steps():
+    mesh = chain_of_tori(2, step=0.2)
+    settings = CASES["clamped cotangents; least squares"]
+    result = outcome(mesh, settings)
+    assert result.free.broke_at is not None
+    assert len(result.meshes) == len(result.free.steps) >= result.free.broke_at
+    row = record(result, reference=outcome(mesh, CASES["flow"]).skeleton)
+    assert row["steps"] == row["broke at"] - 1  # what the guard leaves
+    assert row["how"] in ("area grew", "box grew")
+    assert row["status"] in (Status.AREA_GREW.value, Status.BOX_GREW.value)
+    assert row["contracted"] is False
+    assert row["largest box"] == max(row["boxes"]) > 1
+    assert row["from default"] > 0
+    json.dumps(row, allow_nan=False)
+
+
+def test_the_default_is_no_distance_from_itself_and_breaks_nowhere(ring):
+    result = outcome(ring, CASES["flow"])
+    row = record(result, reference=result.skeleton)
+    assert row["from default"] < 1e-12
+    assert row["broke at"] is None
+    assert row["topology right"]
+
+
+def test_a_case_that_is_not_defined_says_why_and_shows_its_steps_all_the_same(rod):
+    row = record(outcome(rod, CASES["mean value; first order"]))
+    assert "not symmetric" in row["error"]
+    scaled = record(outcome(rod, CASES["mean value, to scale; first order"]))
+    assert "the operator mean_value in the scale of the area is not symmetric" in scaled["error"]
+    assert "tips" not in row
+    assert row["free steps"] > 0  # general elimination needs no symmetry
+
+
+def test_open_meshes_are_compared_too(rod):
+    opened = Mesh(rod.vertices, rod.faces[10:])
+    row = record(outcome(opened, CASES["flow"]))
+    assert row["volumes"][0] is None
+    json.dumps(row, allow_nan=False)
+
+
+def test_in_a_sheet_no_distance_is_told_in_radii_of_zero():
+    result = outcome(flat_grid(8, 6), CASES["flow"])
+    row = record(result, reference=result.skeleton)
+    assert row["contracted"]
+    assert "from default" not in row
+    json.dumps(row, allow_nan=False)
+
+
+def test_the_largest_component_is_compared_and_large_ones_are_simplified(ring, rod):
+    both = joined(moved(ring, 10.0), rod)
+    assert representative(both).area == pytest.approx(max(ring.area, rod.area))
+    assert len(representative(torus(1.0, 0.3, 60, 30), most_faces=500).faces) <= 500
+
+
+def test_a_mesh_without_area_is_refused():
+    with pytest.raises(MeshError, match="no area"):
+        representative(Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]]))
+
+
+def test_in_area_scale_density_does_not_matter():
+    factors = []
+    for k in (1, 2):
+        mesh = torus(1.0, 0.3, 24 * k, 10 * k)
+        scaled = InAreaScale("mean_value_symmetric")(mesh).stiffness
+        raw = laplacian(mesh, operator="mean_value_symmetric").stiffness
+        factors.append((raw.diagonal().mean(), scaled.diagonal().mean()))
+    (raw, scaled), (finer_raw, finer_scaled) = factors
+    assert finer_raw > 1.8 * raw
+    assert finer_scaled == pytest.approx(scaled, rel=0.05)  # as the shapes of the triangles go
+    cotangent = laplacian(mesh).stiffness
+    assert abs(InAreaScale("cotangent")(mesh).stiffness - cotangent).max() < 1e-12  # its mass is the area
+
+
+def test_the_page_and_what_it_shows_are_written(few_cases, rod, tmp_path, capsys):
+    path = tmp_path / "<b>x&y.off"
+    write_mesh(path, rod)
+    assert main(["compare", str(path), "-o", str(tmp_path / "report")]) == 0
+    names = {path.name for path in (tmp_path / "report").iterdir()}
+    assert names == {"index.html", "comparison.json", "curves.png", "contracted.png", "skeletons.png"}
+    page = (tmp_path / "report" / "index.html").read_text()
+    assert "&lt;b&gt;x&amp;y.off" in page
+    assert "<b>x" not in page
+    assert "<p>No skeleton by mean value; first order: the operator &#x27;mean_value&#x27; is not symmetric" in page
+    for case in few_cases:
+        assert f"<td>{case}</td>" in page
+    for name in names - {"index.html", "comparison.json"}:
+        assert f'src="{name}"' in page
+        assert (tmp_path / "report" / name).read_bytes()[1:4] == b"PNG"
+    document = json.loads((tmp_path / "report" / "comparison.json").read_text())
+    assert list(document["cases"]) == list(few_cases)
+    ended = {case: row["ended"] for case, row in document["cases"].items()}
+    assert ended["flow"] == "volume"
+    assert ended["mean value; first order"] == "no skeleton"
+    out, err = capsys.readouterr()
+    assert all(case in out for case in few_cases)
+    assert "\nno skeleton by mean value; first order: the operator 'mean_value' is not symmetric" in out
+    assert err == ""
+
+
+def test_what_explodes_is_drawn_and_told_and_replaces_only_what_it_may(tmp_path, monkeypatch, capsys):
+    exploding = replace(CASES["mean value, symmetric; least squares"], max_steps=12, volume_ratio=1e-12)
+    monkeypatch.setattr("lbskel.cli.compare.CASES", {"flow": CASES["flow"], "exploding": exploding})
+    write_mesh(tmp_path / "hand.off", make("hand", n_vertices=600).mesh)
+    report = tmp_path / "report"
+    report.mkdir()
+    (report / "index.html").write_text("mine")
+    arguments = ["compare", str(tmp_path / "hand.off"), "-o", str(report)]
+    assert main(arguments) == 2
+    assert "index.html exists already; give --force" in capsys.readouterr().err
+    assert [path.name for path in report.iterdir()] == ["index.html"]
+    assert (report / "index.html").read_text() == "mine"
+    assert main([*arguments, "--force", "--quiet"]) == 0
+    assert "hand.off" in (report / "index.html").read_text()
+    assert capsys.readouterr().out == ""
+    rows = json.loads((report / "comparison.json").read_text())["cases"]
+    assert rows["exploding"]["broke at"]
+    assert max(rows["exploding"]["areas"]) > max(rows["flow"]["areas"])
+
+
+@pytest.mark.parametrize("output", ["rod.off", "rod.off/report", "no/such/place"])
+def test_an_output_that_is_no_folder_is_one_line(few_cases, rod, tmp_path, capsys, output):
+    write_mesh(tmp_path / "rod.off", rod)
+    assert main(["compare", str(tmp_path / "rod.off"), "-o", str(tmp_path / output)]) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("lbskel: ")
+    assert err.count("\n") == 1

@@ -1,0 +1,522 @@
+"""Meshes and point clouds: what is refused and how it is named, what is taken, and what follows from the faces."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import trimesh
+from helpers import joined, moved
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lbskel import LbskelError, Mesh, MeshError, PointCloud
+from lbskel.geometry.mesh import as_mesh, first_few, read_only
+from lbskel.shapes import capsule, chain_of_tori, cylinder, flat_grid, sphere, torus
+
+SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+HALVES = [[0, 1, 2], [0, 2, 3]]
+
+
+def mobius_strip(n=6):
+    """A band of n squares with half a turn: vertex 2 i is on one side, 2 i + 1 on the other."""
+    turn = np.repeat(np.arange(n) * 2 * np.pi / n, 2)
+    side = np.tile([-0.3, 0.3], n)
+    wide = 1 + side * np.cos(turn / 2)
+    V = np.stack([wide * np.cos(turn), wide * np.sin(turn), side * np.sin(turn / 2)], axis=1)
+    faces = []
+    for i in range(n):
+        a, b = 2 * i, 2 * i + 1
+        c, d = (2 * i + 2, 2 * i + 3) if i < n - 1 else (1, 0)
+        faces += [[a, c, b], [b, c, d]]
+    return Mesh(V, faces)
+
+
+def klein_bottle(n=8, m=8):
+    """A closed surface with one side, as a grid that is glued straight one way and mirrored the other."""
+
+    def at(i, j):
+        return (i % n) * m + (j % m if i < n else -j % m)
+
+    faces = []
+    for i in range(n):
+        for j in range(m):
+            a, b, c, d = at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)
+            faces += [[a, b, c], [a, c, d]]
+    return Mesh(np.random.default_rng(0).normal(size=(n * m, 3)), faces)
+
+
+# --- What is refused
+
+
+@pytest.mark.parametrize(
+    ("vertices", "message"),
+    [
+        ([[0, 0], [1, 0], [0, 1]], r"shape \(n, 3\), not \(3, 2\); for a planar shape add a column of zeros"),
+        ([0, 1, 2], r"shape \(n, 3\), not \(3,\)"),
+        (np.zeros((3, 4)), r"shape \(n, 3\), not \(3, 4\)"),
+        ([], "empty: there are no vertices"),
+        (np.empty((0, 3)), "empty: there are no vertices"),
+        ([["a", "b", "c"]] * 3, "array of numbers"),
+        ([[0, 0, 0], [1, 0], [0, 1, 0]], "array of numbers"),
+        (None, "vertices"),
+    ],
+)
+def test_vertices_of_another_shape(vertices, message):
+    with pytest.raises(MeshError, match=message):
+        Mesh(vertices, [[0, 1, 2]])
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_coordinates_that_are_not_finite_by_their_vertices(value):
+    V = np.zeros((20, 3))
+    V[[3, 7], [0, 2]] = value
+    with pytest.raises(MeshError, match=r"vertices 3, 7 have NaN or infinite"):
+        Mesh(V, [[0, 1, 2]])
+    V[10:] = value
+    with pytest.raises(MeshError, match=r"vertices 3, 7, 10, 11, 12 and 7 more have NaN or infinite"):
+        Mesh(V, [[0, 1, 2]])
+
+
+@pytest.mark.parametrize("index", [-1, 4, 2**40, -(2**40)])
+@pytest.mark.parametrize("corner", [0, 1, 2])
+def test_an_index_out_of_range_by_its_face(index, corner):
+    F = np.array([[0, 1, 2]] * 9)
+    F[6, corner] = index
+    with pytest.raises(MeshError, match=r"faces 6 use a vertex index outside 0\.\.3; .*1-based"):
+        Mesh(SQUARE, F)
+
+
+def test_all_faces_out_of_range_are_counted():
+    with pytest.raises(MeshError, match=r"faces 0, 1, 2, 3, 4 and 4 more use a vertex index outside 0\.\.3"):
+        Mesh(SQUARE, [[1, 2, 4]] * 9)
+
+
+@pytest.mark.parametrize(
+    ("faces", "message"),
+    [
+        ([], "it has no faces; a set of points is a PointCloud"),
+        (np.empty((0, 3), dtype=int), "it has no faces"),
+        ([0, 1, 2], r"shape \(m, 3\), not \(3,\)"),
+        ([[0, 1, 2, 3]], r"shape \(m, 3\), not \(1, 4\); as_mesh\(\) triangulates quads"),
+        ([[0, 1, 2.5]], "whole numbers, not float64"),
+        ([[0, 1, np.nan]], "whole numbers, not float64"),
+        ([[True, False, True]], "whole numbers, not bool"),
+        ([["0", "1", "2"]], "whole numbers, not <U1"),
+    ],
+)
+def test_faces_of_another_kind(faces, message):
+    with pytest.raises(MeshError, match=message):
+        Mesh(SQUARE, faces)
+
+
+def test_the_error_is_a_value_error_of_lbskel():
+    with pytest.raises(LbskelError) as caught:
+        Mesh([], [])
+    assert isinstance(caught.value, ValueError)
+
+
+@pytest.mark.parametrize(
+    ("points", "message"), [([], "no points"), ([[0, 0]], "points must have shape"), ([[0, np.nan, 0]], "points 0")]
+)
+def test_points(points, message):
+    with pytest.raises(MeshError, match=message):
+        PointCloud(points)
+
+
+# --- What is held
+
+
+def test_types_order_and_copies():
+    V = np.asfortranarray(np.array(SQUARE, dtype=np.float32))
+    F = np.asfortranarray(np.array(HALVES, dtype=np.uint16))
+    mesh = Mesh(V, F)
+    assert (mesh.vertices.dtype, mesh.faces.dtype) == (np.float64, np.int64)
+    assert mesh.vertices.flags.c_contiguous
+    assert mesh.faces.flags.c_contiguous
+    V[:], F[:] = 9, 0
+    assert mesh.vertices.tolist() == SQUARE
+    assert mesh.faces.tolist() == HALVES
+
+
+def test_whole_floats_are_indices():
+    assert Mesh(SQUARE, np.array(HALVES, dtype=float)).faces.tolist() == HALVES
+
+
+def test_one_face_and_points():
+    assert Mesh(SQUARE[:3], [[0, 1, 2]]).area == 0.5
+    assert len(PointCloud(SQUARE).points) == 4
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "vertices",
+        "faces",
+        "edges",
+        "edge_of_half_edge",
+        "half_edges",
+        "faces_per_edge",
+        "face_areas",
+        "component_of_vertex",
+    ],
+)
+def test_nothing_can_be_written_to(name, tetrahedron):
+    array = getattr(tetrahedron, name)
+    with pytest.raises(ValueError, match="read-only"):
+        array[0] = 0
+    with pytest.raises(AttributeError):
+        setattr(tetrahedron, name, array)
+
+
+def test_points_cannot_be_written_to():
+    with pytest.raises(ValueError, match="read-only"):
+        PointCloud(SQUARE).points[0] = 0
+    assert not read_only(np.zeros(3)).flags.writeable
+
+
+def test_text(tetrahedron):
+    assert repr(tetrahedron) == "Mesh(4 vertices, 4 faces)"
+    assert repr(PointCloud(SQUARE)) == "PointCloud(4 points)"
+
+
+# --- What is taken: stand-ins have the attributes of the classes of other packages
+
+
+def same(data, faces=HALVES, notes=()):
+    mesh = as_mesh(data)
+    assert mesh.vertices.tolist() == SQUARE
+    assert mesh.faces.tolist() == faces
+    assert mesh.notes == notes
+    return mesh
+
+
+@pytest.mark.parametrize("kind", [tuple, list])
+def test_pairs(kind):
+    same(kind([SQUARE, HALVES]))
+    same(kind([np.array(SQUARE), np.array(HALVES)]))
+    same(kind([np.array(SQUARE), np.array(HALVES, dtype=np.uint32)]))
+
+
+def test_a_mesh_is_itself(tetrahedron):
+    assert as_mesh(tetrahedron) is tetrahedron
+
+
+def test_trimesh():
+    same(trimesh.Trimesh(SQUARE, HALVES, process=False))
+    same(SimpleNamespace(vertices=SQUARE, faces=HALVES))
+
+
+def test_pyvista():
+    flat = np.array([3, 0, 1, 2, 3, 0, 2, 3])
+    same(SimpleNamespace(points=np.array(SQUARE), faces=flat))
+    same(
+        SimpleNamespace(points=np.array(SQUARE), faces=np.array([4, 0, 1, 2, 3])),
+        notes=("1 polygons were cut into triangles",),
+    )
+    same(SimpleNamespace(points=np.array(SQUARE), faces=np.array(HALVES)))
+
+
+@pytest.mark.parametrize("flat", [[3, 0, 1, 2, -1, 0, 2], [0, 3, 0, 1, 2], [2, 0, 1], [3, 0, 1]])
+def test_pyvista_with_a_list_that_is_no_polygons(flat):
+    with pytest.raises(MeshError, match=r"number of corners|fewer than three corners"):
+        as_mesh(SimpleNamespace(points=np.array(SQUARE), faces=np.array(flat)))
+
+
+def test_meshio():
+    triangle, quad = np.array([[0, 1, 2]]), np.array([[0, 1, 2, 3]])
+    points = np.array(SQUARE)
+    same(SimpleNamespace(points=points, cells_dict={"line": triangle[:, :2], "triangle": np.array(HALVES)}))
+    note = ("1 polygons were cut into triangles",)
+    same(SimpleNamespace(points=points, cells_dict={"quad": quad}), notes=note)
+    both = SimpleNamespace(points=points, cells_dict={"quad": quad, "triangle": triangle})
+    same(both, faces=[[0, 1, 2], *HALVES], notes=note)
+    with pytest.raises(MeshError, match="it has no faces"):
+        as_mesh(SimpleNamespace(points=points, cells_dict={"tetra": quad}))
+
+
+@pytest.mark.parametrize("data", [5, None, "square", object(), (SQUARE,), (SQUARE, HALVES, HALVES)])
+def test_what_is_no_mesh(data):
+    with pytest.raises(MeshError, match=r"cannot take a mesh from \w+; give \(vertices, faces\), a path"):
+        as_mesh(data)
+
+
+def test_quads_become_two_triangles_each():
+    mesh = same((SQUARE, [[0, 1, 2, 3]]), notes=("1 polygons were cut into triangles",))
+    assert mesh.area == 1.0
+
+
+def test_mixed_polygons_become_fans_in_their_order():
+    angle = 2 * np.pi * np.arange(6) / 6
+    V = np.stack([np.cos(angle), np.sin(angle), np.zeros(6)], axis=1)
+    mesh = as_mesh((V, [[0, 1, 2], [0, 2, 3, 4, 5]]))
+    assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]]
+    assert mesh.area == pytest.approx(1.5 * np.sqrt(3))
+    assert mesh.notes == ("1 polygons were cut into triangles",)
+
+
+def test_padding_is_no_corner():
+    mesh = as_mesh((SQUARE, np.array([[0, 1, 2, -1], [0, 2, 3, -1]])))
+    assert mesh.faces.tolist() == HALVES
+    assert mesh.notes == ()
+    mesh = as_mesh((SQUARE, [[0, 1, 2, 3, -1], [0, 2, 3, -1, -1]]))
+    assert mesh.faces.tolist() == [*HALVES, [0, 2, 3]]
+
+
+@pytest.mark.parametrize(
+    ("faces", "message"),
+    [
+        ([[0, 1, 2, -1], [0, 1, -1, -1]], "faces 1 have fewer than three corners; leave them out"),
+        ([[0, 1, 2, -1], [0, -1, -1, -1], [-1, -1, -1, -1]], "faces 1, 2 have fewer than three corners"),
+        ([[0, 1], [1, 2]], "faces 0, 1 have fewer than three corners"),
+        ([[0, 1, 2], [0, 1], [0, 1, 2, 3]], "faces 1 have fewer than three corners"),
+        ([[0, 1, 2], []], "faces 1 have fewer than three corners"),
+        ([[0, -1, 2, 3]], "vertex index outside"),
+        ([[0, 1, -1]], "vertex index outside"),
+        ([[0, 1, 2, 7]], "vertex index outside"),
+        ([0, 1, 2], "each face must be a sequence"),
+        ([0, [1, 2, 3]], "each face must be a sequence"),
+        (5, "sequence of index sequences, not int"),
+        (None, "sequence of index sequences, not NoneType"),
+        ([["a", "b", "c"]], "whole numbers"),
+        ([[0, 1, 2.5, 3]], "whole numbers"),
+        ([], "it has no faces"),
+        (np.empty((0, 4), dtype=int), "it has no faces"),
+    ],
+)
+def test_polygons_that_are_none(faces, message):
+    with pytest.raises(MeshError, match=message):
+        as_mesh((SQUARE, faces))
+
+
+@given(st.lists(st.integers(3, 9), min_size=1, max_size=20))
+def test_fans_keep_area_and_corners(sizes):
+    """Regular polygons beside each other: every corner used, the area that of the formula."""
+    polygons, points, area, first = [], [], 0.0, 0
+    for place, n in enumerate(sizes):
+        angle = 2 * np.pi * np.arange(n) / n
+        points.append(np.stack([np.cos(angle) + 3 * place, np.sin(angle), 0 * angle], axis=1))
+        polygons.append(list(range(first, first + n)))
+        area += n / 2 * np.sin(2 * np.pi / n)
+        first += n
+    mesh = as_mesh((np.concatenate(points), polygons))
+    assert len(mesh.faces) == sum(n - 2 for n in sizes)
+    assert np.unique(mesh.faces).tolist() == list(range(first))
+    assert mesh.area == pytest.approx(area)
+    cut = sum(n > 3 for n in sizes)
+    assert mesh.notes == ((f"{cut} polygons were cut into triangles",) if cut else ())
+
+
+# --- Connectivity
+
+
+def test_half_edges_lie_opposite_their_corner(ring):
+    m = len(ring.faces)
+    for k in (0, 5, m, m + 7, 2 * m + 3):
+        start, end = ring.half_edges[k]
+        corner, face = k // m, ring.faces[k % m]
+        assert [face[corner], start, end] == np.roll(face, -corner).tolist()
+
+
+@pytest.mark.parametrize("make", [lambda: flat_grid(5, 4), mobius_strip, klein_bottle, lambda: sphere(2)])
+def test_edges_are_the_pairs_in_the_faces(make):
+    mesh = make()
+    pairs = {tuple(sorted(pair)) for face in mesh.faces.tolist() for pair in (face[:2], face[1:], face[::2])}
+    assert [tuple(edge) for edge in mesh.edges.tolist()] == sorted(pairs)
+    assert (np.sort(mesh.half_edges, axis=1) == mesh.edges[mesh.edge_of_half_edge]).all()
+    counts = [sum(set(edge) <= set(face) for face in mesh.faces.tolist()) for edge in mesh.edges.tolist()]
+    assert mesh.faces_per_edge.tolist() == counts
+
+
+def test_components_are_numbered_with_those_without_a_face_last(tetrahedron, ring):
+    lone = np.array([[9.0, 9, 9]])
+    mesh = joined(tetrahedron, moved(ring, 5))
+    mesh = Mesh(np.concatenate([lone, mesh.vertices, lone + 1]), mesh.faces + 1)
+    assert mesh.n_components == 2
+    label = mesh.component_of_vertex
+    assert np.unique(label[1:5]).tolist() == [0]
+    assert np.unique(label[5:-1]).tolist() == [1]
+    assert sorted(label[[0, -1]]) == [2, 3]
+    assert mesh.euler_characteristic == 2
+    assert mesh.genus == 1
+
+
+@pytest.mark.parametrize("genus", [0, 1, 2, 4])
+def test_genus(genus):
+    mesh = chain_of_tori(genus, step=0.15)
+    assert mesh.is_closed_manifold
+    assert mesh.genus == genus
+    assert mesh.euler_characteristic == 2 - 2 * genus
+
+
+def test_genus_is_summed_over_components(ring, tetrahedron):
+    mesh = joined(ring, moved(ring, 3), moved(tetrahedron, 6))
+    assert (mesh.n_components, mesh.genus) == (3, 2)
+
+
+@pytest.mark.parametrize(
+    ("make", "edge_manifold", "closed", "closed_manifold"),
+    [
+        (lambda: sphere(1), True, True, True),
+        (lambda: torus(1.0, 0.3, 12, 6), True, True, True),
+        (lambda: cylinder(0.5, 2.0, 8, 4), True, False, False),
+        (lambda: flat_grid(3, 3), True, False, False),
+        (mobius_strip, True, False, False),
+        (klein_bottle, True, True, False),
+    ],
+)
+def test_kinds_of_surface(make, edge_manifold, closed, closed_manifold):
+    mesh = make()
+    assert (mesh.is_edge_manifold, mesh.is_closed, mesh.is_closed_manifold) == (
+        edge_manifold,
+        closed,
+        closed_manifold,
+    )
+    assert (mesh.genus is None) == (not closed_manifold)
+
+
+def test_euler_characteristics():
+    assert mobius_strip().euler_characteristic == 0
+    assert klein_bottle().euler_characteristic == 0
+    assert cylinder(0.5, 2.0, 8, 4).euler_characteristic == 0
+    assert flat_grid(4, 3).euler_characteristic == 1
+
+
+def test_a_pinched_vertex_is_no_manifold(tetrahedron):
+    V = np.concatenate([tetrahedron.vertices, -tetrahedron.vertices[1:]])
+    F = np.concatenate([tetrahedron.faces, np.array([0, 4, 5, 6])[tetrahedron.faces[:, ::-1]]])
+    mesh = Mesh(V, F)
+    assert (mesh.is_edge_manifold, mesh.is_closed) == (True, True)
+    assert not mesh.is_closed_manifold
+    assert mesh.genus is None
+
+
+def test_a_flipped_face_is_no_oriented_surface(ring):
+    F = np.array(ring.faces)
+    F[17] = F[17, ::-1]
+    mesh = Mesh(ring.vertices, F)
+    assert (mesh.is_edge_manifold, mesh.is_closed, mesh.is_closed_manifold) == (True, True, False)
+
+
+def test_turned_inside_out_it_is_still_a_manifold(ring):
+    mesh = Mesh(ring.vertices, ring.faces[:, ::-1])
+    assert mesh.genus == 1
+    assert mesh.volume == pytest.approx(-ring.volume)
+
+
+def test_three_faces_at_an_edge():
+    mesh = Mesh(np.random.default_rng(0).normal(size=(5, 3)), [[0, 1, 2], [0, 1, 3], [0, 1, 4]])
+    assert mesh.faces_per_edge.max() == 3
+    assert not mesh.is_edge_manifold
+
+
+@pytest.mark.parametrize("face", [[0, 1, 1], [2, 2, 2], [3, 0, 3]])
+def test_a_vertex_twice_in_a_face(face, tetrahedron):
+    assert not Mesh(tetrahedron.vertices, [*tetrahedron.faces.tolist(), face]).is_edge_manifold
+
+
+def test_a_duplicate_face(tetrahedron):
+    mesh = Mesh(tetrahedron.vertices, [*tetrahedron.faces.tolist(), tetrahedron.faces[0].tolist()])
+    assert not mesh.is_edge_manifold
+
+
+def test_many_faces_do_not_overflow():
+    """46,341 squared is more than 32 bits hold, and pairs of vertices are numbered by products."""
+    mesh = torus(1.0, 0.4, 260, 180)
+    n = 260 * 180
+    assert n > 46341
+    assert (len(mesh.vertices), len(mesh.faces), len(mesh.edges)) == (n, 2 * n, 3 * n)
+    assert (np.diff(mesh.edges[:, 0]) >= 0).all()
+    assert (mesh.edges >= 0).all()
+    assert (mesh.faces_per_edge == 2).all()
+    assert (mesh.n_components, mesh.is_closed_manifold, mesh.genus) == (1, True, 1)
+
+
+@given(st.permutations(range(16)), st.integers(0, 2**32 - 1))
+def test_numbering_does_not_matter(order, seed):
+    mesh = flat_grid(4, 4)
+    order = np.array(order)
+    rng = np.random.default_rng(seed)
+    F = np.argsort(order)[rng.permutation(mesh.faces)]
+    other = Mesh(mesh.vertices[order], np.array([np.roll(face, rng.integers(3)) for face in F]))
+    assert other.area == pytest.approx(mesh.area)
+    assert other.euler_characteristic == mesh.euler_characteristic
+    assert np.bincount(other.faces_per_edge).tolist() == np.bincount(mesh.faces_per_edge).tolist()
+    assert (other.is_closed, other.is_edge_manifold) == (False, True)
+
+
+# --- Measures
+
+
+def test_of_the_corner_of_a_cube(tetrahedron):
+    assert tetrahedron.face_areas == pytest.approx([0.5, 0.5, 0.5, np.sqrt(3) / 2])
+    assert tetrahedron.volume == pytest.approx(1 / 6)
+    assert tetrahedron.diagonal == pytest.approx(np.sqrt(3))
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e6])
+def test_of_a_sphere(shift):
+    mesh = sphere(4)
+    mesh = mesh.with_vertices(mesh.vertices + shift)
+    # of 2,562 vertices; the error of an inscribed polyhedron is of second order in its edges of 0.07
+    assert mesh.area == pytest.approx(4 * np.pi, rel=0.07**2)
+    assert mesh.volume == pytest.approx(4 * np.pi / 3, rel=0.07**2)
+    assert mesh.n_components == 1
+
+
+def test_diagonal_is_that_of_the_bounding_box():
+    mesh = capsule(3.0, 0.4, 8)
+    x, y, z = np.ptp(mesh.vertices, axis=0)
+    assert mesh.diagonal == pytest.approx(np.sqrt(x * x + y * y + z * z))
+
+
+def test_diagonal_is_of_what_faces_use(tetrahedron):
+    mesh = Mesh([*tetrahedron.vertices.tolist(), [100, 100, 100]], tetrahedron.faces)
+    assert mesh.diagonal == pytest.approx(np.sqrt(3))
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e-6, 1.0, 1e6, 1e200])
+def test_diagonal_neither_overflows_nor_vanishes(tetrahedron, scale):
+    assert tetrahedron.with_vertices(scale * tetrahedron.vertices).diagonal == pytest.approx(np.sqrt(3) * scale)
+
+
+def test_areas_of_degenerate_faces_are_zero():
+    mesh = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2], [0, 1, 1], [2, 2, 2]])
+    assert mesh.face_areas.tolist() == [0, 0, 0]
+
+
+# --- With vertices
+
+
+def test_keeps_what_is_known_of_the_connectivity(two_rings):
+    source = Mesh(two_rings.vertices, two_rings.faces, ("a note",))
+    assert source.genus == 2
+    moved = source.with_vertices(2 * source.vertices)
+    assert moved.edges is source.edges
+    assert moved.component_of_vertex is source.component_of_vertex
+    assert moved.notes == ("a note",)
+
+
+def test_measures_are_its_own(tetrahedron):
+    assert tetrahedron.face_areas.sum() == tetrahedron.area  # known from here on
+    moved = tetrahedron.with_vertices(2 * tetrahedron.vertices)
+    assert moved.area == pytest.approx(4 * tetrahedron.area)
+    assert moved.volume == pytest.approx(8 * tetrahedron.volume)
+    assert moved.diagonal == pytest.approx(2 * tetrahedron.diagonal)
+
+
+def test_other_counts_start_afresh(tetrahedron):
+    assert len(tetrahedron.component_of_vertex) == 4
+    moved = tetrahedron.with_vertices([*tetrahedron.vertices.tolist(), [5, 5, 5]])
+    assert len(moved.component_of_vertex) == 5
+    with pytest.raises(MeshError, match="vertex index outside"):
+        tetrahedron.with_vertices(tetrahedron.vertices[:3])
+
+
+def test_positions_are_checked(tetrahedron):
+    with pytest.raises(MeshError, match="vertices 2 have NaN"):
+        tetrahedron.with_vertices(np.where(np.arange(4)[:, None] == 2, np.nan, tetrahedron.vertices))
+
+
+@pytest.mark.parametrize(("count", "text"), [(0, ""), (1, "0"), (5, "0, 1, 2, 3, 4"), (6, "0, 1, 2, 3, 4 and 1 more")])
+def test_first_few(count, text):
+    assert first_few(np.arange(count)) == text

@@ -1,0 +1,17 @@
+"""Orders of whole numbers against numpy's own."""
+
+import numpy as np
+import pytest
+
+from lbskel.geometry.sorting import numbered, stable_order
+
+
+@pytest.mark.parametrize("largest", [0, 1, 9, 10**6, 2**40, 2**62])  # the last cannot be packed with a place
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 1000])
+def test_orders_are_those_of_numpy(n, largest):
+    numbers = np.random.default_rng(n).integers(0, largest, n, endpoint=True)
+    numbers[n // 2 :] = numbers[: n - n // 2]  # some twice
+    assert np.array_equal(stable_order(numbers), np.argsort(numbers, kind="stable"))
+    unique, which = np.unique(numbers, return_inverse=True)
+    for ours, theirs in zip(numbered(numbers), (unique, which), strict=True):
+        assert np.array_equal(ours, theirs)

@@ -1,0 +1,223 @@
+"""Many meshes: the same skeletons as one by one, whatever happens to some of them, and nothing done twice."""
+
+import csv
+import importlib.util
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+from lbskel import FormatError, UnknownChoice, read_skeleton, skeletonize, skeletonize_many, write_mesh
+from lbskel.pipeline.batch import Outcome, running
+from lbskel.pipeline.batch.records import MANIFEST, SUMMARY, known
+from lbskel.pipeline.batch.worker import Child
+from lbskel.shapes import sphere
+
+PARAMETERS = {"cut_cycles": False, "options": {}}
+
+
+@pytest.fixture
+def meshes(tmp_path, ring, rod, tripod):
+    """Three meshes that are sound and one that is cut off, in a folder of their own."""
+    folder = tmp_path / "meshes"
+    folder.mkdir()
+    for name, mesh in (("ring", ring), ("rod", rod), ("tripod", tripod)):
+        write_mesh(folder / f"{name}.off", mesh)
+    (folder / "broken.off").write_text("OFF\n4 4 0\n0 0 0\n")
+    return sorted(folder.iterdir())
+
+
+def outcomes(records):
+    return [record.outcome for record in records]
+
+
+def files(folder):
+    """What is in a folder, with when it was written."""
+    return {path.name: path.stat().st_mtime_ns for path in folder.iterdir() if path.name != SUMMARY}
+
+
+def test_a_batch_gives_what_each_alone_gives_and_one_failure_stops_no_other(meshes, tmp_path):
+    told = []
+    out = tmp_path / "out"
+    records = skeletonize_many(meshes, out, workers=2, on_record=lambda record, is_old: told.append(record.input))
+    assert [record.input for record in records] == [str(path) for path in meshes]
+    assert sorted(told) == [str(path) for path in meshes]
+    assert outcomes(records) == [Outcome.REFUSED] + [Outcome.PASSED] * 3
+    assert "broken.off" in records[0].message
+    assert "truncated" in records[0].message
+    for path, record in zip(meshes[1:], records[1:], strict=True):
+        alone, ours = skeletonize(path), read_skeleton(out / f"{path.stem}.json")
+        assert (ours.nodes.tobytes(), ours.radii.tobytes()) == (alone.nodes.tobytes(), alone.radii.tobytes())
+        assert (ours.edges.tolist(), ours.node_of_vertex.tolist()) == (
+            alone.edges.tolist(),
+            alone.node_of_vertex.tolist(),
+        )
+        assert (record.nodes, record.tips, record.cycles) == (len(alone.nodes), len(alone.tips), alone.cycle_rank)
+    assert sorted(files(out)) == [MANIFEST, "ring.json", "rod.json", "tripod.json"]
+    with open(out / SUMMARY, newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["outcome"] for row in rows] == ["refused", "passed", "passed", "passed"]
+
+
+def test_what_was_done_is_not_done_again(meshes, tmp_path, tripod):
+    out = tmp_path / "out"
+    first = skeletonize_many(meshes, out, workers=1)
+    before = files(out)
+    old = []
+    again = skeletonize_many(meshes, out, workers=1, on_record=lambda record, is_old: old.append(is_old))
+    assert (again, old, files(out)) == (first, [True] * 4, before)
+
+    def redone(**options):
+        new = []
+        skeletonize_many(
+            meshes, out, workers=1, on_record=lambda record, is_old: is_old or new.append(record.output), **options
+        )
+        return new
+
+    write_mesh(meshes[2], tripod, force=True)  # rod.off has another content now
+    assert redone() == ["rod.json"]
+    (out / "ring.json").unlink()
+    assert redone() == ["ring.json"]
+    with open(out / MANIFEST, "a") as manifest:
+        manifest.write('{"input": "half a li')
+    assert redone() == []
+    assert len(redone(preset="au2008")) == 4
+    assert known(out)["rod.json"].outcome in (Outcome.PASSED, Outcome.FAILED_CHECKS)
+
+
+def test_a_time_limit_ends_one_input_and_it_is_tried_again_without(tmp_path, rod):
+    write_mesh(tmp_path / "large.off", sphere(4))
+    write_mesh(tmp_path / "small.off", rod)
+    paths = [tmp_path / "large.off", tmp_path / "small.off"]
+    out = tmp_path / "out"
+    [limited] = skeletonize_many(paths[:1], out, workers=1, time_limit=0.1)  # it takes ten times that
+    assert (limited.outcome, limited.message) == (Outcome.OVER_TIME, "over 0.1 s")
+    assert list(files(out)) == [MANIFEST]
+    assert outcomes(skeletonize_many(paths, out, workers=1)) == [Outcome.PASSED] * 2
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not keep to a limit on data")
+def test_a_memory_limit_ends_one_input(tmp_path, rod):
+    write_mesh(tmp_path / "large.off", sphere(7))  # 327,680 faces: some 200 MB beyond what is imported
+    write_mesh(tmp_path / "small.off", rod)
+    records = skeletonize_many(
+        [tmp_path / "large.off", tmp_path / "small.off"], tmp_path / "out", workers=1, memory_limit=400
+    )
+    assert outcomes(records) == [Outcome.OVER_MEMORY, Outcome.PASSED]
+
+
+def test_a_process_that_is_killed_is_told_and_the_next_job_gets_another(meshes, tmp_path):
+    child = Child(None, None)
+    job = {"input": str(meshes[1]), "output": str(tmp_path / "skeleton.json"), **PARAMETERS}
+    try:
+        assert child.run({**job, "output": str(tmp_path / "first.json")})["outcome"] is Outcome.PASSED
+        child._process.send_signal(signal.SIGKILL)
+        assert child.run(job)["outcome"] is Outcome.ENDED
+        assert child.run(job)["outcome"] is Outcome.PASSED
+    finally:
+        child.close()
+
+
+def test_an_interrupted_batch_leaves_no_half_file_and_goes_on_from_there(tmp_path, tripod):
+    meshes, out = tmp_path / "meshes", tmp_path / "out"
+    meshes.mkdir()
+    for index in range(6):
+        write_mesh(meshes / f"{index}.ply", tripod.with_vertices((1 + index) * tripod.vertices))
+    command = [sys.executable, "-m", "lbskel", "batch", str(meshes / "*.ply"), "-o", str(out), "--workers", "1"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while process.poll() is None and not known(out):
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors) == (130, "lbskel: interrupted, nothing half-written is left\n")
+    done = sorted(known(out))
+    assert 1 <= len(done) < 6
+    assert sorted(path.name for path in out.iterdir()) == sorted([*done, MANIFEST])
+    for name in done:
+        json.loads((out / name).read_text())
+    before = files(out)
+    finished = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert (finished.returncode, finished.stderr) == (0, "")
+    assert finished.stdout.startswith("6 inputs: 6 passed\n")
+    assert {name: files(out)[name] for name in done} == {name: before[name] for name in done}
+
+
+needs_dask = pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs lbskel[batch]")
+
+
+@needs_dask
+def test_a_scheduler_that_does_not_answer_is_named(meshes, tmp_path, monkeypatch):
+    monkeypatch.setattr(running, "CONNECT", 0.5)
+    with pytest.raises(UnknownChoice, match="no Dask scheduler answers at tcp:"):
+        skeletonize_many(meshes, tmp_path / "out", dask="tcp://127.0.0.1:9")
+
+
+@needs_dask
+def test_a_dask_cluster_gives_the_same_and_survives_a_lost_worker(meshes, tmp_path):
+    from dask.distributed import LocalCluster
+
+    here = skeletonize_many(meshes, tmp_path / "here", workers=1)
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        victim = next(iter(cluster.workers.values())).pid
+        killer = threading.Timer(1.0, os.kill, (victim, signal.SIGKILL))
+        killer.start()
+        there = skeletonize_many(meshes, tmp_path / "there", dask=cluster.scheduler_address)
+        killer.join()
+    assert outcomes(there) == outcomes(here)
+    for name in ("ring", "rod", "tripod"):
+        ours, theirs = (read_skeleton(tmp_path / place / f"{name}.json") for place in ("here", "there"))
+        assert ours.nodes.tobytes() == theirs.nodes.tobytes()
+
+
+def test_inputs_of_one_name_keep_apart(tmp_path, rod):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    paths = [tmp_path / "a" / "rod.off", tmp_path / "b" / "rod.off", tmp_path / "b" / "rod.ply"]
+    for path in paths:
+        write_mesh(path, rod)
+    records = skeletonize_many(paths, tmp_path / "out", workers=1)
+    assert [record.output for record in records] == ["a/rod.json", "b/rod.off.json", "b/rod.ply.json"]
+    assert outcomes(records) == [Outcome.PASSED] * 3
+    with pytest.raises(FormatError, match="named twice"):
+        skeletonize_many([paths[0], paths[0]], tmp_path / "out")
+
+
+def test_files_of_the_user_stay_unless_forced(meshes, tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "rod.json").write_text("mine")
+    with pytest.raises(FormatError, match=r"1 files exist already .* such as rod\.json"):
+        skeletonize_many(meshes, out)
+    assert files(out).keys() == {"rod.json"}
+    skeletonize_many(meshes[2:3], out, workers=1, force=True)
+    assert len(read_skeleton(out / "rod.json").tips) == 2
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"extension": "doc"}, "unknown format of skeletons 'doc'"),
+        ({"workers": 0}, "workers must be positive"),
+        ({"time_limit": -1}, "time_limit must be positive"),
+        ({"operator": len}, "by name"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_before_any_work(options, message, meshes, tmp_path):
+    with pytest.raises(UnknownChoice, match=message):
+        skeletonize_many(meshes, tmp_path / "out", **options)
+    with pytest.raises(FormatError, match="nothing to do"):
+        skeletonize_many([], tmp_path / "out")
+
+
+def test_the_command_tells_failures_in_a_line_each(meshes, tmp_path, python):
+    done = python("-m", "lbskel", "batch", *meshes, tmp_path / "none.off", "-o", tmp_path / "out", "--workers", "1")
+    assert done.returncode == 2
+    assert done.stdout.splitlines()[0] == "5 inputs: 3 passed, 2 refused"
+    broken, absent = done.stderr.splitlines()
+    assert broken.startswith(f"lbskel: {meshes[0]}:")
+    assert absent == f"lbskel: {tmp_path / 'none.off'}: cannot be read: No such file or directory"

@@ -1,0 +1,106 @@
+"""Roughness: noise is told from shape and smoothed away, and what is smooth, coarse or spiky is left as it is."""
+
+import numpy as np
+import pytest
+
+from lbskel import Mesh, check, compare, skeletonize
+from lbskel.preprocess import prepare
+from lbskel.preprocess.noise import ROUGH, roughness
+from lbskel.shapes import SHAPES, make, mesh_solid, schwarz_lantern, sphere, torus
+
+
+def with_noise(mesh, height, seed=0):
+    """Vertices moved by up to a share of the diagonal in any direction: along normals alone it would be less."""
+    offsets = np.random.default_rng(seed).uniform(-1, 1, size=mesh.vertices.shape)
+    return mesh.with_vertices(mesh.vertices + height * mesh.diagonal * offsets)
+
+
+def with_spikes(ball, height):
+    """A ball with a spike of one vertex on every face."""
+    tips = ball.vertices[ball.faces].mean(axis=1)
+    tips *= (1 + height) / np.linalg.norm(tips, axis=1, keepdims=True)
+    a, b, c = ball.faces.T
+    tip = len(ball.vertices) + np.arange(len(tips))
+    sides = [np.stack(side, axis=1) for side in ((a, b, tip), (b, c, tip), (c, a, tip))]
+    return Mesh(np.concatenate([ball.vertices, tips]), np.concatenate(sides))
+
+
+def fine_box(n=12):
+    """A cube of n by n squares to a side, in triangles: nothing but flat sides and creases."""
+    u, v = (axis.ravel() for axis in np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij"))
+    corner = np.flatnonzero((u < n) & (v < n))
+    square = [[corner, corner + n + 1, corner + n + 2], [corner, corner + n + 2, corner + 1]]
+    one = np.concatenate([np.stack(triangle, axis=1) for triangle in square])
+    sides, faces = [], []
+    for axis in range(3):
+        for end in (0, n):
+            side = np.stack([np.full(len(u), end), u, v], axis=1)
+            faces.append((one if end else one[:, ::-1]) + len(sides) * len(u))
+            sides.append(np.roll(side, axis, axis=1))
+    V, first = np.unique(np.concatenate(sides), axis=0, return_inverse=True)
+    return Mesh(V.astype(float), first.ravel()[np.concatenate(faces)])
+
+
+def test_noise_along_normals_counts_in_edge_lengths():
+    ball = sphere(4)
+    start, end = ball.vertices[ball.edges].transpose(1, 0, 2)
+    edge = np.linalg.norm(end - start, axis=1).mean()
+    heights = np.random.default_rng(0).standard_normal(len(ball.vertices))
+    for share in (0.05, 0.1, 0.2):
+        noisy = ball.with_vertices(ball.vertices * (1 + share * edge * heights)[:, None])
+        # 0.9 as the module says, less the longer edges of steeper noise; a median of 2562 is good to 2 %
+        assert roughness(noisy) == pytest.approx(0.9 * share, rel=0.07)
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        fine_box(),
+        sphere(4),
+        torus(1.0, 0.3, 60, 12),
+        schwarz_lantern(8, 80),
+        with_spikes(sphere(2), 0.5),
+        with_spikes(sphere(3), 0.2),
+        with_noise(sphere(2), 0.1),  # 162 vertices: too few to tell noise from shape
+        make("hand", n_vertices=1500, noise=0.25).mesh,
+        make("spiked_ring", n_vertices=1500, noise=0.25).mesh,
+    ],
+    ids=["box", "ball", "torus", "lantern", "spikes", "short spikes", "few vertices", "noisy hand", "noisy ring"],
+)
+def test_what_may_be_shape_or_is_moderate_is_left_as_it_is(mesh):
+    assert roughness(mesh) <= ROUGH
+    prepared = prepare(mesh)
+    assert np.array_equal(prepared.mesh.vertices[: len(mesh.vertices)], mesh.vertices)
+    assert not [note for note in prepared.notes if "noise" in note]
+
+
+def test_a_box_is_a_closed_surface():
+    assert fine_box().is_closed_manifold
+    assert fine_box().volume == 12**3
+
+
+def test_what_is_rough_is_smoothed_and_says_so():
+    mesh = mesh_solid(SHAPES["limbs"](), n_vertices=1500)
+    rough = with_noise(mesh, 0.03)
+    assert roughness(rough) > ROUGH
+    assert any("rough" in finding for finding in check(rough).findings)
+    prepared = prepare(rough)
+    assert any("noise was smoothed" in note for note in prepared.notes)
+    assert [step["step"] for step in prepared.report["steps"]] == ["smooth_noise"]
+    assert np.array_equal(prepared.vertex_map, np.arange(len(mesh.vertices)))
+    assert roughness(prepared.mesh) < 0.2 * ROUGH
+    # noise has no volume of its own, and smoothing passes what is longer than ten edges; it adds up to a tenth
+    assert prepared.mesh.volume == pytest.approx(mesh.volume, rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["limbs", "ladder"])
+def test_noise_as_high_as_a_limb_is_thick_hardly_moves_the_skeleton(name):
+    mesh = mesh_solid(SHAPES[name](), n_vertices=1500)
+    rough = skeletonize(with_noise(mesh, 0.03))
+    moved = compare(rough, skeletonize(mesh))
+    assert moved.n_tips == moved.n_true_tips
+    assert moved.is_topology_right
+    # noise of 3 % of the diagonal is 0.9 radii high here; a section of some twenty vertices averages it to a fifth
+    assert max(moved.accuracy, moved.coverage) < 0.2
+    assert len(rough.node_of_vertex) == len(mesh.vertices)
+    assert rough.report["score"]["verdict"] != "fail"

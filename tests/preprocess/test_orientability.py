@@ -1,0 +1,98 @@
+"""Surfaces without an inside: told apart from sheets and from bodies with a fault, named, and passed over."""
+
+import igl
+import numpy as np
+import pytest
+from helpers import joined, moved
+
+from benchmarks.damage import damaged
+from lbskel import Mesh, MeshError, Skeleton, check, score, skeletonize
+from lbskel.preprocess.orientability import no_inside
+from lbskel.refinement.centering import own_radii
+from lbskel.shapes import capsule, flat_grid, torus
+
+RING = torus(1.0, 0.3, 30, 16)
+BROKEN = damaged("Moebius strip", RING)
+STRIP = Mesh(BROKEN.vertices, BROKEN.faces)
+
+
+def flattened(height):
+    return RING.with_vertices(RING.vertices * [1, 1, height])
+
+
+def klein_bottle(k=60, m=30):
+    """The figure of eight turned over once on its way round; it cuts through itself along a circle."""
+    u, v = np.meshgrid(2 * np.pi * np.arange(k) / k, 2 * np.pi * np.arange(m) / m, indexing="ij")
+    reach = 3 + np.cos(u / 2) * np.sin(v) - np.sin(u / 2) * np.sin(2 * v)
+    height = np.sin(u / 2) * np.sin(v) + np.cos(u / 2) * np.sin(2 * v)
+    a = np.arange(k * m).reshape(k, m)
+    b = np.concatenate([a[1:], a[:1, -np.arange(m) % m]])
+    c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
+    faces = np.concatenate([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)]).reshape(-1, 3)
+    return Mesh(np.stack([reach * np.cos(u), reach * np.sin(u), height], axis=2).reshape(-1, 3), faces)
+
+
+@pytest.mark.parametrize("mesh", [flattened(0.0), flattened(1e-6), STRIP])
+def test_what_has_no_inside_is_refused_with_its_place(mesh):
+    assert no_inside(mesh) is not None
+    with pytest.raises(
+        MeshError, match=r"component 0, at \(.*\), (has its sides .* apart|has one side only).*: give it a thickness"
+    ):
+        skeletonize(mesh)
+    report = check(mesh)
+    assert not report.is_advised
+    assert "not advised: component 0, at" in report.findings[-1]
+
+
+def test_the_seam_of_a_strip_is_named():
+    """Its faces as they are disagree along the last row alone; however turned, they do so across the strip."""
+    _, vertex = no_inside(STRIP)
+    turned = Mesh(STRIP.vertices, igl.bfs_orient(STRIP.faces)[0])
+    start, end = turned.half_edges.T
+    balance = np.bincount(turned.edge_of_half_edge, np.where(start < end, 1, -1))
+    assert vertex in turned.edges[(turned.faces_per_edge == 2) & (balance != 0)]
+
+
+@pytest.mark.parametrize("mesh", [RING, flattened(1e-3), flat_grid(), Mesh(RING.vertices, RING.faces[9:])])
+def test_what_has_one_and_what_is_a_sheet_is_taken(mesh):
+    assert no_inside(mesh) is None
+
+
+def test_faces_turned_at_random_are_no_fault_of_the_surface():
+    F = np.array(RING.faces)
+    turned = np.random.default_rng(0).random(len(F)) < 0.3
+    F[turned] = F[turned][:, ::-1]
+    assert no_inside(Mesh(RING.vertices, F)) is None
+
+
+def test_a_surface_of_one_side_that_holds_something_is_taken():
+    bottle = klein_bottle()
+    assert bottle.is_closed
+    assert not bottle.is_closed_manifold
+    assert no_inside(bottle) is None
+
+
+def test_one_flat_part_does_not_spoil_the_rest():
+    rod = capsule(3.0, 0.4, 12)
+    skeleton = skeletonize(joined(rod, moved(flattened(0.0), 4.0)))
+    assert (skeleton.n_components, len(skeleton.tips)) == (1, 2)
+    assert "component 1, at (5.3, 0, 0), has its sides" in skeleton.report["notes"][-1]
+    assert skeleton.report["passed"] is False  # a component has none
+
+
+def test_the_walls_of_another_body_do_not_count():
+    """Two rings that cut through each other: each is measured alone, as its skeleton was made."""
+    both = joined(RING, moved(RING, 0.9))
+    skeleton = skeletonize(both)
+    assert (skeleton.n_components, skeleton.cycle_rank) == (2, 2)
+    assert skeleton.report["passed"]
+    # nodes lie within 2 % of a radius of the circle, whose distance to its ring is 0.3 less what 16 sides take off
+    assert own_radii(skeleton, both).radii == pytest.approx(np.full(len(skeleton.nodes), 0.29), rel=0.03)
+    bare = Skeleton(skeleton.nodes, skeleton.edges, skeleton.radii)
+    assert score(bare, both).passed
+
+
+def test_a_skeleton_that_fails_its_score_has_not_passed():
+    leaf = skeletonize(flat_grid())
+    assert leaf.report["score"]["verdict"] == "fail"
+    assert leaf.report["passed"] is False

@@ -1,0 +1,115 @@
+"""Simplification: fewer faces, the same topology and surface, and every vertex on its way to its new one."""
+
+import numpy as np
+import pytest
+
+from lbskel import Mesh, UnknownChoice, skeletonize
+from lbskel.geometry.surface_queries import Simplified, Surface
+from lbskel.preprocess import simplify
+from lbskel.preprocess.simplification import _way_of_collapses
+from lbskel.shapes import capsule, chain_of_tori, cylinder, sphere, torus
+
+SHAPES = {
+    "torus": torus(1.0, 0.3, 96, 40),
+    "tori": chain_of_tori(3),
+    "capsule": capsule(3.0, 0.4, 60),
+    "cylinder": cylinder(0.4, 3.0, 60, 61),
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_fewer_faces_of_the_same_topology(name):
+    mesh = SHAPES[name]
+    simple = simplify(mesh, target_faces=len(mesh.faces) // 4)
+    assert len(simple.mesh.faces) <= 1.1 * len(mesh.faces) // 4
+    assert simple.mesh.euler_characteristic == mesh.euler_characteristic
+    assert simple.mesh.n_components == 1
+    assert simple.mesh.genus == mesh.genus
+    assert simple.mesh.is_closed == mesh.is_closed
+    assert "simplified" in simple.notes[0]
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_map_is_local_and_complete(name):
+    mesh = SHAPES[name]
+    simple = simplify(mesh, target_faces=len(mesh.faces) // 4)
+    assert simple.vertex_map.shape == (len(mesh.vertices),)
+    assert set(simple.vertex_map) == set(range(len(simple.mesh.vertices)))
+    start, end = simple.mesh.vertices[simple.mesh.edges].transpose(1, 0, 2)
+    longest = np.linalg.norm(end - start, axis=1).max()
+    # a vertex is taken in by one of the triangle's corners that now lies over it
+    assert np.linalg.norm(simple.mesh.vertices[simple.vertex_map] - mesh.vertices, axis=1).max() < 1.5 * longest
+    i, j = simple.vertex_map[mesh.edges].T
+    pairs = {tuple(edge) for edge in simple.mesh.edges.tolist()}
+    assert all(a == b or (min(a, b), max(a, b)) in pairs for a, b in zip(i.tolist(), j.tolist(), strict=True))
+
+
+def test_the_surface_stays():
+    mesh = sphere(5)
+    simple = simplify(mesh, target_faces=2000)
+    # of 2000 uneven faces the longest edges are 0.2 long: chords and overshoot of h^2 / 8 each
+    assert Surface(mesh).distance(simple.mesh.vertices).max() < 2 * 0.2**2 / 8
+
+
+def test_a_small_mesh_is_left_alone():
+    mesh = sphere(2)
+    same = simplify(mesh, target_faces=10_000)
+    assert same.mesh is mesh
+    assert np.array_equal(same.vertex_map, np.arange(len(mesh.vertices)))
+
+
+def test_what_cannot_keep_its_topology_is_left_alone_and_says_so():
+    mesh = chain_of_tori(3)
+    same = simplify(mesh, target_faces=8)  # three handles need more faces than that
+    assert same.mesh is mesh
+    assert "without breaking the topology" in same.notes[0]
+
+
+def test_a_target_must_be_positive():
+    with pytest.raises(UnknownChoice, match="positive"):
+        simplify(sphere(2), target_faces=0)
+
+
+def test_a_skeleton_through_a_simplified_copy_is_that_of_the_full_mesh(monkeypatch):
+    mesh = torus(1.0, 0.3, 96, 40)
+    full = skeletonize(mesh, resolution="full")
+    monkeypatch.setattr("lbskel.pipeline.component.MOST_FACES", 1500)
+    proxy = skeletonize(mesh)
+    assert "simplified" in proxy.report["components"][0]["notes"][0]
+    assert full.report["components"][0]["notes"] == []
+    assert (proxy.cycle_rank, len(proxy.tips)) == (full.cycle_rank, len(full.tips)) == (1, 0)
+    assert len(proxy.node_of_vertex) == len(mesh.vertices)
+    # both are refined against the same surface; what is left is how the nodes lie along the circle
+    for skeleton in (full, proxy):
+        assert np.abs(np.hypot(*skeleton.nodes[:, :2].T) - 1).max() < 0.02
+    near = np.linalg.norm(proxy.nodes[proxy.node_of_vertex] - mesh.vertices, axis=1)
+    assert near.max() < 1.1 * 0.3 * 1.05  # the nearest node is half a spacing away along the circle
+
+
+def test_unused_vertices_do_not_come_back():
+    mesh = sphere(4)
+    more = Mesh(np.concatenate([mesh.vertices, [[9.0, 9, 9]]]), mesh.faces)
+    assert len(skeletonize(more).node_of_vertex) == len(more.vertices)
+
+
+def test_a_vertex_whose_faces_are_all_gone_has_no_number():
+    faces = np.array([[0, 1, 2], [3, 4, 5]])
+    assert _way_of_collapses(np.array([[3, 4]]), faces, 6).tolist() == [0, 1, 2, -1, -1, -1]
+    assert _way_of_collapses(np.array([[1, 0], [2, 1]]), faces, 6).tolist() == [-1, -1, -1, 0, 1, 2]
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_inside_and_outside_are_the_same_with_a_rough_surface_beside(name):
+    mesh = SHAPES[name]
+    simple = simplify(mesh, target_faces=len(mesh.faces) // 4)
+    deviation = 2 * simple.report["steps"][0]["deviation"]
+    kept = np.zeros(len(simple.mesh.vertices), dtype=np.int64)  # nothing that is asked here
+    rng = np.random.default_rng(0)
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    near = mesh.vertices + rng.normal(scale=deviation, size=mesh.vertices.shape)
+    points = np.concatenate([rng.uniform(low, high, size=(2000, 3)), near])
+    rough = Surface(mesh, Simplified(simple.mesh, simple.vertex_map, kept, deviation))
+    assert (rough.contains(points) == Surface(mesh).contains(points)).mean() > 0.999  # but for points on the surface
+    clear, far = rough.clearance(points), Surface(mesh).distance(points)
+    assert (clear <= far * (1 + 1e-9)).all()
+    assert (clear >= far - 2 * deviation).all()

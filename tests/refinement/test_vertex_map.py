@@ -1,0 +1,103 @@
+"""The map from vertices to nodes: one piece for each node, neighbours that touch, and near all the same."""
+
+import numpy as np
+import pytest
+from helpers import joined, moved
+
+from lbskel import Skeleton, skeletonize
+from lbskel.refinement.vertex_map import filled, is_in_largest_piece, join_regions, nearest_balls, parted_edges
+from lbskel.shapes import capsule, make
+
+
+def chain(positions, mesh):
+    """A path along z, mapped by nearness."""
+    nodes = np.stack([np.zeros(len(positions)), np.zeros(len(positions)), positions], axis=1)
+    nearest = np.abs(mesh.vertices[:, 2:] - positions).argmin(axis=1)
+    edges = np.stack([np.arange(len(nodes) - 1), np.arange(1, len(nodes))], axis=1)
+    return Skeleton(nodes, edges, np.full(len(nodes), 0.5), nearest)
+
+
+def remapped(skeleton, node_of_vertex):
+    return Skeleton(skeleton.nodes, skeleton.edges, skeleton.radii, node_of_vertex)
+
+
+def far(skeleton, mesh):
+    return np.linalg.norm(mesh.vertices - skeleton.nodes[skeleton.node_of_vertex], axis=1)
+
+
+def test_a_map_in_one_piece_is_left_alone():
+    mesh = capsule(4.0, 0.5, 32)
+    path = chain(np.linspace(-2, 2, 9), mesh)
+    assert is_in_largest_piece(path.node_of_vertex, mesh).all()
+    assert len(parted_edges(path, mesh)) == 0
+    assert np.array_equal(join_regions(path, mesh).node_of_vertex, path.node_of_vertex)
+
+
+def test_single_vertices_astray_come_back():
+    mesh = capsule(4.0, 0.5, 32)
+    path = chain(np.linspace(-2, 2, 9), mesh)
+    inner = np.flatnonzero([len(set(path.node_of_vertex[mesh.faces[(mesh.faces == v).any(axis=1)]].ravel())) == 1
+                            for v in range(len(mesh.vertices))])  # fmt: skip
+    astray = np.array(path.node_of_vertex)
+    astray[inner[::7]] = (astray[inner[::7]] + 4) % 9
+    assert not is_in_largest_piece(astray, mesh).all()
+    assert np.array_equal(join_regions(remapped(path, astray), mesh).node_of_vertex, path.node_of_vertex)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_any_map_is_made_one_of_single_pieces(seed, tripod):
+    rng = np.random.default_rng(seed)
+    nodes = rng.normal(size=(12, 3))
+    tree = Skeleton(
+        nodes, [[i, rng.integers(i)] for i in range(1, 12)], np.ones(12), rng.integers(12, size=len(tripod.vertices))
+    )
+    joined_up = join_regions(tree, tripod)
+    assert is_in_largest_piece(joined_up.node_of_vertex, tripod).all()
+
+
+def test_nodes_closer_than_vertices_have_one_piece_each():
+    shape = make("tripod", n_vertices=800)
+    skeleton = skeletonize(shape.mesh)
+    assert is_in_largest_piece(skeleton.node_of_vertex, shape.mesh).all()
+    assert len(parted_edges(skeleton, shape.mesh)) == 0
+    # no map can be nearer than that to the nearest node; giving every vertex to the node beside adds 12 %
+    nearest = np.linalg.norm(shape.mesh.vertices[:, None] - skeleton.nodes, axis=2).min(axis=1)
+    assert far(skeleton, shape.mesh).mean() < 1.02 * nearest.mean()
+
+
+def test_regions_that_do_not_touch_are_led_to_each_other():
+    mesh = capsule(4.0, 0.5, 32)
+    path = chain(np.linspace(-2, 2, 5), mesh)
+    # 1 and 3 are joined too, and node 2 lies between them on the surface
+    bypassed = Skeleton(path.nodes, [*path.edges.tolist(), [1, 3]], path.radii, path.node_of_vertex)
+    assert parted_edges(bypassed, mesh).tolist() == [[1, 3]]
+    led = join_regions(bypassed, mesh)
+    assert is_in_largest_piece(led.node_of_vertex, mesh).all()
+    assert len(parted_edges(led, mesh)) == 0
+
+
+def test_a_node_of_two_components_keeps_the_vertices_of_both():
+    mesh = capsule(4.0, 0.5, 16)
+    two = joined(mesh, moved(mesh, 5.0))
+    path = chain(np.linspace(-2, 2, 5), two)
+    assert np.array_equal(join_regions(path, two).node_of_vertex, path.node_of_vertex)
+
+
+def test_a_map_known_in_part_grows_over_its_component_and_is_nearest_elsewhere():
+    mesh = capsule(4.0, 0.5, 16)
+    two = joined(mesh, moved(mesh, 5.0))
+    path = chain(np.linspace(-2, 2, 5), two)
+    known = np.full(len(two.vertices), -1)
+    known[two.vertices[:, 2].argmax()] = 3  # one vertex of the first
+    found = filled(path, known, two).node_of_vertex
+    assert (found[: len(mesh.vertices)] == 3).all()
+    assert np.array_equal(found[len(mesh.vertices) :], path.node_of_vertex[len(mesh.vertices) :])
+
+
+def test_the_nearest_ball_is_that_of_the_smallest_gap():
+    mesh = capsule(4.0, 0.5, 16)
+    two_balls = Skeleton([[0, 0, -2], [0, 0, 2]], [[0, 1]], [0.5, 1.5])
+    # equal gaps where the distances differ by one: (z + 2) - (2 - z) = -1 at z = -0.5, on the axis
+    expected = (mesh.vertices[:, 2] > -0.6).astype(int)
+    is_clear = np.abs(mesh.vertices[:, 2] + 0.5) > 0.2  # the border is curved
+    assert np.array_equal(nearest_balls(two_balls, mesh)[is_clear], expected[is_clear])
