@@ -20,12 +20,12 @@ from lbskel import (
     MeshError,
     UnknownChoice,
     skeletonize,
-    stages,
     write_mesh,
 )
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.flow import Step
 from lbskel.operators import cotangent
+from lbskel.pipeline import component as stages
 from lbskel.pipeline.component import enough_faces
 from lbskel.shapes import chain_of_tori, cylinder, flat_grid, make, sphere, torus, tube
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from lbskel import Skeleton, contract, inside
+from lbskel import Skeleton, contract
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement import containment as inside
 from lbskel.refinement.centering import inscribed_radii, mean_radii, recenter, settle
 from lbskel.refinement.containment import keep_inside, leaves, length_inside
 from lbskel.refinement.tips import extend_tips

@@ -13,7 +13,8 @@ import time
 import pytest
 
 from lbskel import FormatError, UnknownChoice, read_skeleton, skeletonize, skeletonize_many, write_mesh
-from lbskel.pipeline.batch import Outcome, running
+from lbskel.pipeline.batch import Outcome
+from lbskel.pipeline.batch import run as running
 from lbskel.pipeline.batch.records import MANIFEST, SUMMARY, known
 from lbskel.pipeline.batch.worker import Child
 from lbskel.shapes import sphere
