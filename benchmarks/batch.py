@@ -21,7 +21,7 @@ import numpy as np
 
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
-from lbskel.pipeline.batch import Outcome, Record
+from lbskel.pipeline.batch import BatchStatus, Record
 from lbskel.shapes import capsule, make, torus
 
 INPUTS, QUICK = 10_000, 60
@@ -96,7 +96,7 @@ def _timed(paths: list[Path], output: Path, kill_at: int | None = None) -> dict[
     n_made = done.count(False)
     return {
         "accounted for": len(records),
-        **{outcome.value: Counter(record.outcome for record in records)[outcome] for outcome in Outcome},
+        **{outcome.value: Counter(record.outcome for record in records)[outcome] for outcome in BatchStatus},
         "not done again": done.count(True),
         "seconds": seconds,
         "a second": n_made / seconds,

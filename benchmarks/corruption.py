@@ -97,7 +97,7 @@ def _outcome(broken: Broken, answer: dict[str, Any]) -> dict[str, Any]:
     row["nodes"] = len(nodes)
     if broken.reference is None:
         return {"outcome": "admitted" if says_failed else "nonsense", **row}
-    scale = broken.reference.extent
+    scale = broken.reference.diameter_bound
     reference = broken.reference.with_vertices(broken.reference.vertices / scale)
     verdict = lbskel.score(lbskel.Skeleton(nodes / scale, edges, np.zeros(len(nodes))), reference).verdict
     row["verdict"] = verdict

@@ -1,4 +1,4 @@
-"""Ways in which meshes arrive broken, each as a function that breaks a sound one.
+"""ShortestPaths in which meshes arrive broken, each as a function that breaks a sound one.
 
 Each takes a closed mesh and a random generator and gives vertices and faces, or the bytes of a file with its extension;
 and the mesh that a skeleton is judged on, None where no skeleton could be right and only an error is.
@@ -145,9 +145,9 @@ def _pinched(mesh: Mesh, rng: np.random.Generator) -> Broken:
 
 def _holes(share: float, patches: int) -> Callable[[Mesh, np.random.Generator], Broken]:
     def cut(mesh: Mesh, rng: np.random.Generator) -> Broken:
-        centres = mesh.vertices[mesh.faces].mean(axis=1)
-        seeds = centres[rng.choice(len(centres), patches, replace=False)]
-        near = np.linalg.norm(centres[:, None] - seeds, axis=2).min(axis=1)
+        centers = mesh.vertices[mesh.faces].mean(axis=1)
+        seeds = centers[rng.choice(len(centers), patches, replace=False)]
+        near = np.linalg.norm(centers[:, None] - seeds, axis=2).min(axis=1)
         return _arrays(mesh.vertices, mesh.faces[near > np.quantile(near, share)], mesh)
 
     return cut

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 __all__ = [
     "fitted_order",
-    "in_child",
     "interleaved",
     "machine",
     "markdown_table",
     "median_ratio",
     "peak_growth",
+    "run_in_subprocess",
     "save_json",
     "save_markdown",
     "save_picture",
@@ -109,7 +109,7 @@ def _measure(connection: Any, function: Callable[..., Any], arguments: tuple[Any
     connection.send(answer)
 
 
-def in_child(function: Callable[..., Any], *arguments: Any, timeout: float = 600.0) -> dict[str, Any]:
+def run_in_subprocess(function: Callable[..., Any], *arguments: Any, timeout: float = 600.0) -> dict[str, Any]:
     """Call a module-level function in a fresh process: its value or error, seconds, and peak memory.
 
     Returns

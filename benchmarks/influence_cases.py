@@ -26,7 +26,7 @@ OTHERS = {
 }
 WEIGHT_CASES = {
     f"{name}, growth {growth:g}; {energy.replace('_', ' ')}": ContractionSettings(
-        energy=energy, **{**weights, "growth": growth}
+        energy=energy, **{**weights, "contraction_growth": growth}
     )
     for energy in ENERGIES
     for name, weights in WEIGHTS.items()

@@ -66,7 +66,7 @@ def _thin_first(mesh: Mesh, truth: Skeleton, preset: str) -> float | None:
     when = np.full(len(mesh.vertices), np.inf)
 
     def watch(step: Any, now: Mesh) -> None:
-        watched.append(tree.query(now.vertices * mesh.extent + mesh.centroid)[0])
+        watched.append(tree.query(now.vertices * mesh.diameter_bound + mesh.centroid)[0])
 
     watched: list[NDArray[np.float64]] = []
     contract(mesh, PRESETS[preset], on_step=watch)

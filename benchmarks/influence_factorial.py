@@ -24,7 +24,7 @@ from lbskel.contraction.degenerate_rows import DEGENERATE
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.weights import WEIGHTS
 from lbskel.geometry.mesh import Mesh
-from lbskel.pipeline.comparison import InAreaScale, outcome, record
+from lbskel.pipeline.comparison import AreaNormalized, outcome, record
 
 FACTORS = ("operator", "energy and rows", "weights")
 DEFAULT = ("intrinsic_delaunay", "first order", "reach")
@@ -56,16 +56,16 @@ def combinations(operators: Sequence[str] = tuple(OPERATORS)) -> dict[tuple[Any,
     for operator in operators:
         if operator in SAME:
             continue
-        chosen = InAreaScale(operator) if operator in WITH_A_UNIT else operator
+        chosen = AreaNormalized(operator) if operator in WITH_A_UNIT else operator
         for energy in ENERGIES:
-            if energy == "first_order" and operator in NOT_SYMMETRIC:
+            if energy == "curvature_flow" and operator in NOT_SYMMETRIC:
                 continue
             has_rows = energy == "least_squares" and operator not in UNTREATED
             for rows in DEGENERATE if has_rows else ("none",):
                 name = energy.replace("_", " ") + (f", {rows}" if rows != "none" else "")
                 for weights, changes in WEIGHTS.items():
                     found[operator, name, weights] = ContractionSettings(
-                        operator=chosen, energy=energy, degenerate=rows, **changes
+                        operator=chosen, energy=energy, degenerate_rows=rows, **changes
                     )
     return found
 

@@ -14,18 +14,20 @@ import numpy as np
 from benchmarks.harness import save_picture
 from lbskel import Mesh
 from lbskel.contraction.settings import STRATEGIES, ContractionSettings
-from lbskel.pipeline.comparison import Outcome, outcome
+from lbskel.pipeline.comparison import ComparisonResult, outcome
 from lbskel.visualization import Panel, render
 
 THIN = 0.05  # of the area, which shows the shape of what is left
-REACH = 0.6  # of the extent from the centre, beyond which a vertex is drawn at the edge of the picture
+REACH = 0.6  # of the extent from the center, beyond which a vertex is drawn at the edge of the picture
 
 
 def _cut(mesh: Mesh, start: Mesh) -> Mesh:
     """A contracted mesh in the coordinates of its start, without what flew far away."""
     V = mesh.vertices
     far = np.linalg.norm(V, axis=1, keepdims=True)
-    return start.with_vertices(V * np.minimum(1.0, REACH / np.maximum(far, 1e-300)) * start.extent + start.centroid)
+    return start.with_vertices(
+        V * np.minimum(1.0, REACH / np.maximum(far, 1e-300)) * start.diameter_bound + start.centroid
+    )
 
 
 def stages(mesh: Mesh, cases: Mapping[str, ContractionSettings], results: Path) -> None:
@@ -36,7 +38,7 @@ def stages(mesh: Mesh, cases: Mapping[str, ContractionSettings], results: Path) 
         render(_four(mesh, result, case), results / f"influence_dinosaur_{name}.png", size=(1300, 260), force=True)
 
 
-def _four(mesh: Mesh, result: Outcome, title: str) -> list[Panel]:
+def _four(mesh: Mesh, result: ComparisonResult, title: str) -> list[Panel]:
     """Without the guard, at the first step that breaks, or that leaves little; the skeleton is the guarded one's."""
     panels = [Panel(mesh, title=title)]
     free = result.free
@@ -65,7 +67,7 @@ def blow_up(meshes: Mapping[str, Mesh], results: Path) -> list[dict[str, Any]]:
             free = outcomes[bad].free
             assert free is not None
             boxes = [step.box_ratio for step in free.steps]
-            drifts = [step.drift for step in free.steps]
+            drifts = [step.max_displacement for step in free.steps]
             number = 1 + int(np.argmax(drifts if "zero" in bad else boxes))
             for strategy, result in outcomes.items():
                 assert result.free is not None
@@ -79,8 +81,8 @@ def blow_up(meshes: Mapping[str, Mesh], results: Path) -> list[dict[str, Any]]:
                         "step": shown,
                         "area": step.area_ratio,
                         "box": step.box_ratio,
-                        "treated": step.n_treated,
-                        "drift of treated": step.drift,
+                        "treated": step.n_fallback_rows,
+                        "drift of treated": step.max_displacement,
                         "first broken step": result.free.broke_at,
                     }
                 )

@@ -280,6 +280,6 @@ def picture(rows: list[dict[str, Any]], figure: Any) -> None:
         ax.loglog(h, 0.5 * ax.get_ylim()[1] * (h / h.max()) ** 2, color="0.6", linewidth=4, alpha=0.4, zorder=0)
         ax.xaxis.set_minor_formatter("")
         ax.set_title(title, fontsize=9)
-        ax.set_xlabel("mean edge length; grey: second order", fontsize=7)
+        ax.set_xlabel("mean edge length; gray: second order", fontsize=7)
     handles, labels = axes[2, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=5, fontsize=8)

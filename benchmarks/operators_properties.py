@@ -149,7 +149,7 @@ def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
     text += "\nKept: on every shape, as theory says; kept here: no shape of the set takes it away. Deviations:\n\n"
     text += "\n".join(deviations or ["- none."]) + "\n"
     columns = ["operator", "asymmetry", "off_edges", "linear_precision", "negative_share", "worst_negative"]
-    columns += ["smallest_eigenvalue", "n_zero_eigenvalues", "overshoot", "condition", "n_treated", "area_ratio"]
+    columns += ["smallest_eigenvalue", "n_zero_eigenvalues", "overshoot", "condition", "n_fallback_rows", "area_ratio"]
     sections = {"Properties kept, over all shapes": text}
     for shape in dict.fromkeys(row["shape"] for row in rows):
         own = [row for row in rows if row["shape"] == shape]

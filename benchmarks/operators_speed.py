@@ -17,7 +17,7 @@ import igl
 import numpy as np
 import robust_laplacian
 
-from benchmarks.harness import in_child, interleaved, markdown_table, median_ratio, peak_growth
+from benchmarks.harness import interleaved, markdown_table, median_ratio, peak_growth, run_in_subprocess
 from lbskel import Mesh
 from lbskel.operators import OPERATORS
 from lbskel.shapes import torus
@@ -94,7 +94,7 @@ def measure(sizes: tuple[int, ...], repeats: dict[int, int]) -> list[dict[str, A
                 "call": name,
                 "seconds": taken,
                 "ratio to libigl": median_ratio(taken, seconds[LIBIGL]),
-                "megabytes": in_child(megabytes, n_faces, name).get("value"),
+                "megabytes": run_in_subprocess(megabytes, n_faces, name).get("value"),
             }
             for name, taken in seconds.items()
         )

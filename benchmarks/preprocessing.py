@@ -25,7 +25,7 @@ from lbskel.errors import LbskelError, MeshError
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import MESH_READERS
 from lbskel.preprocess import PIPELINES, Pipeline, prepare, simplify
-from lbskel.preprocess.subprocess_filter import in_child
+from lbskel.preprocess.subprocess_filter import run_in_subprocess
 from lbskel.shapes import SHAPES, make, torus
 from lbskel.skeleton.edge_sampling import sample_edges
 
@@ -127,9 +127,9 @@ def scanned(mesh: Mesh, seed: int = 0) -> Mesh:
     start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
     length = np.linalg.norm(end - start, axis=1).mean()
     V = mesh.vertices + 0.1 * length * rng.standard_normal(mesh.vertices.shape)
-    centres = V[mesh.faces].mean(axis=1)
-    seeds = centres[rng.choice(len(centres), 12, replace=False)]
-    near = np.linalg.norm(centres[:, None] - seeds, axis=2).min(axis=1)
+    centers = V[mesh.faces].mean(axis=1)
+    seeds = centers[rng.choice(len(centers), 12, replace=False)]
+    near = np.linalg.norm(centers[:, None] - seeds, axis=2).min(axis=1)
     F = mesh.faces[near > 1.2 * length]
     crumb = torus(length, 0.4 * length, 5, 4)
     places = V[rng.choice(len(V), 8, replace=False)] + 5 * length * rng.standard_normal((8, 3))
@@ -235,7 +235,7 @@ def _hostile(runs: int) -> dict[str, Any]:
             mesh = Mesh(rng.normal(size=(30, 3)), rng.integers(0, 30, size=(80, 3)))
         length = max(mesh.diagonal, 1e-30) * 10.0 ** rng.uniform(-2, 0)
         try:
-            in_child("remesh_isotropic", mesh, seconds=LIMIT, target_length=length)
+            run_in_subprocess("remesh_isotropic", mesh, seconds=LIMIT, target_length=length)
             outcomes["a mesh"] += 1
         except LbskelError as error:
             outcomes[next((name for sign, name in ENDS.items() if sign in str(error)), "child refuses")] += 1

@@ -97,7 +97,7 @@ def _cases(solid: Solid, mesh: lbskel.Mesh) -> Iterator[Case]:
     for factor in FACTORS:
         yield Case("sampling", f"x {factor:g} vertices", LIMITS["sampling"], _resampled(solid, mesh, factor), still)
     for degrees in BENDS:
-        bent = replace(solid, centres=_bent(solid.centres, np.radians(degrees)))
+        bent = replace(solid, centers=_bent(solid.centers, np.radians(degrees)))
         mesh_bent = mesh_solid(bent, n_vertices=len(mesh.vertices))
         yield Case("pose", f"bent by {degrees:g}", LIMITS["pose"], mesh_bent, still, bent.truth)
 

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 import lbskel
-from benchmarks.harness import in_child, interleaved, markdown_table, median_ratio, save_json, save_markdown
+from benchmarks.harness import interleaved, markdown_table, median_ratio, run_in_subprocess, save_json, save_markdown
 from benchmarks.peers import OURS, PEERS
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.containment import length_inside
+from lbskel.refinement.containment import inside_fraction
 from lbskel.shapes import SHAPES, VARIANTS, Shape, make
 from lbskel.visualization import Panel, picture, render
 
@@ -74,7 +74,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
 def _row(tool: str, name: str, variant: str, shape: Shape) -> dict[str, Any]:
     """One tool on one shape."""
     row: dict[str, Any] = {"tool": tool, "shape": name, "variant": variant, "vertices": len(shape.mesh.vertices)}
-    answer = in_child(PEERS[tool], np.array(shape.mesh.vertices), np.array(shape.mesh.faces), timeout=120)
+    answer = run_in_subprocess(PEERS[tool], np.array(shape.mesh.vertices), np.array(shape.mesh.faces), timeout=120)
     row["seconds"] = answer["seconds"]
     if "error" in answer:
         return {**row, "error": answer["error"]}
@@ -83,8 +83,8 @@ def _row(tool: str, name: str, variant: str, shape: Shape) -> dict[str, Any]:
         return {**row, "error": "no edges"}
     skeleton = lbskel.Skeleton(nodes, edges, np.zeros(len(nodes)))
     comparison = lbskel.compare(skeleton, shape.truth)
-    inside = length_inside(skeleton, Surface(shape.mesh))
-    return {**row, **asdict(comparison), "length_inside": inside}
+    inside = inside_fraction(skeleton, Surface(shape.mesh))
+    return {**row, **asdict(comparison), "inside_fraction": inside}
 
 
 def _brief(row: dict[str, Any]) -> dict[str, Any]:
@@ -102,7 +102,7 @@ def _summary(rows: list[dict[str, Any]], tool: str, variant: str) -> dict[str, A
         **means,
         "topology right": f"{sum(row.get('is_topology_right', False) for row in mine)}/{len(mine)}",
         "tips right": f"{sum('n_tips' in row and row['n_tips'] == row['n_true_tips'] for row in mine)}/{len(mine)}",
-        "length inside": float(np.mean([row["length_inside"] for row in done])) if done else None,
+        "length inside": float(np.mean([row["inside_fraction"] for row in done])) if done else None,
         "median seconds": float(np.median([row["seconds"] for row in done])) if done else None,
     }
 
@@ -124,7 +124,7 @@ def _mesh_row(path: Path) -> dict[str, Any]:
         "components": skeleton.n_components,
         "tips": len(skeleton.tips),
         "nodes inside": float(Surface(mesh).contains(skeleton.nodes).mean()),
-        "length inside": part["length_inside"],
+        "length inside": part["inside_fraction"],
     }
 
 

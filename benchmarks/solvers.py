@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array, load_npz, save_npz
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from benchmarks.harness import in_child, markdown_table, peak_growth, save_json, save_markdown, save_picture
+from benchmarks.harness import markdown_table, peak_growth, run_in_subprocess, save_json, save_markdown, save_picture
 from lbskel import Mesh, SolveError, factorize
 from lbskel.contraction.degenerate_rows import DEGENERATE
-from lbskel.contraction.energies import Pull, rectangular
+from lbskel.contraction.energies import ContractionStepInput, rectangular
 from lbskel.contraction.weights import HOLDS, STARTS, mean_ring_area, ring_areas
 from lbskel.operators import laplacian
 from lbskel.shapes import chain_of_tori
@@ -46,7 +46,7 @@ def _system(start: Mesh, now: Mesh, step: int) -> tuple[csr_array, NDArray[np.fl
     """K and its right-hand side at a step of the contraction, on a mesh of extent 1."""
     weight = STARTS["reach"](start, 0.02) / mean_ring_area(start) * 4.0 ** (step - 1)
     none: NDArray[np.int64] = np.empty(0, dtype=np.int64)
-    pull = Pull(
+    pull = ContractionStepInput(
         laplacian(now, operator=OPERATOR),
         now.vertices,
         weight,
@@ -60,7 +60,7 @@ def _system(start: Mesh, now: Mesh, step: int) -> tuple[csr_array, NDArray[np.fl
 def _write_systems(n_vertices: int, folder: Path, last: int = max(STEPS.values())) -> dict[str, dict[str, Any]]:
     """Contract a mesh of about that many vertices, and write the systems asked for, each with its solution."""
     mesh = chain_of_tori(2, step={**GRIDS, **DENSE_GRIDS}[n_vertices])
-    now = start = mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.extent)
+    now = start = mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.diameter_bound)
     told: dict[str, dict[str, Any]] = {}
     for step in range(1, 1 + last):
         K, B = _system(start, now, step)
@@ -178,7 +178,7 @@ def limited_trial(n_vertices: int, when: str, method: str, cap: float, folder: P
 
 def _row(n_vertices: int, when: str, method: str, cap: float, folder: Path) -> dict[str, Any]:
     """What came of a trial, or how its process ended."""
-    answer = in_child(limited_trial, n_vertices, when, method, cap, folder, timeout=OTHERS_WORK * cap)
+    answer = run_in_subprocess(limited_trial, n_vertices, when, method, cap, folder, timeout=OTHERS_WORK * cap)
     row = {"size": n_vertices, "when": when, "method": method}
     if "error" in answer:
         is_over = answer["error"].endswith((f"code -{signal.SIGXCPU.value}", f"over {OTHERS_WORK * cap:g} s"))

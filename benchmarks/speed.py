@@ -4,7 +4,7 @@ Each run is a process of its own that reads the mesh from a file; what it takes 
 Runs of one size are taken in turns, tool by tool. One that fails, or takes longer than is allowed, is a row that says
 so; a tool that ran out of time is not asked again at a larger size. After the shape at every size come the meshes of a
 folder given with --meshes. The last rows of each mesh tell the distance to the limit: how long it takes to read the
-file alone, to simplify it too, and to factorise the systems of the steps alone.
+file alone, to simplify it too, and to factorize the systems of the steps alone.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ import numpy as np
 
 import lbskel
 from benchmarks.cgal import driver
-from benchmarks.harness import in_child, machine, markdown_table, save_json, save_markdown, save_picture
+from benchmarks.harness import machine, markdown_table, run_in_subprocess, save_json, save_markdown, save_picture
 from benchmarks.speed_tools import LIMITS, SCORED, TOOLS
 from lbskel.shapes import make
 
 SIZES = (5_000, 50_000, 90_000, 350_000, 1_400_000, 5_000_000)
 QUICK = (2_000, 5_000)
-SHAPE = "dinosaur"  # of the catalogue
+SHAPE = "dinosaur"  # of the catalog
 ALLOWED = 150.0  # seconds on the wall for one run
 TURNS = {5_000: 3}  # of each size; one for the larger ones
 DIRECT = 50_000  # faces up to which the shape is meshed; beyond, it is subdivided, and simplified to the size
@@ -77,7 +77,7 @@ def _rows(mesh: Path, name: str, n_faces: int, turns: int, late: set[str]) -> li
     for _ in range(turns):
         for tool, taken in answers.items():
             if not any("error" in answer for answer in taken):
-                taken.append(in_child(tools[tool], mesh, timeout=ALLOWED))
+                taken.append(run_in_subprocess(tools[tool], mesh, timeout=ALLOWED))
                 print(
                     f"{n_faces:>9,} faces  {tool:<16} {taken[-1].get('error') or taken[-1]['seconds']}", file=sys.stderr
                 )

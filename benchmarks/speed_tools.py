@@ -19,7 +19,7 @@ import lbskel
 from benchmarks.cgal import cgal_seconds
 from benchmarks.peers import Graph, pygel_separators, skeletor_edge_collapse
 
-SCORED = ("length_inside", "off_centre", "covered")  # of lbskel.score
+SCORED = ("inside_fraction", "centeredness_error", "coverage")  # of lbskel.score
 MOST_SCORED = 400_000  # faces of a mesh that skeletons of others are scored on, since that takes longer than they do
 
 
@@ -129,7 +129,7 @@ def _factorising(mesh: Path) -> dict[str, Any]:
         return made
 
     contraction.factorize = timed
-    lbskel.contract(lbskel.read_mesh(mesh), replace(lbskel.PRESETS["flow"], coarsen=0.0))
+    lbskel.contract(lbskel.read_mesh(mesh), replace(lbskel.PRESETS["flow"], collapse_length=0.0))
     return {"seconds": seconds, "read": 0.0, "megabytes": _peak()}
 
 

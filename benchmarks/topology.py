@@ -52,7 +52,7 @@ def surfaces() -> dict[str, lbskel.Mesh]:
 
 
 def run(quick: bool, results: Path) -> None:
-    """Collapse, skeletonise, count, and write topology.json and topology.md."""
+    """Collapse, skeletonize, count, and write topology.json and topology.md."""
     meshes = surfaces()
     collapses = _collapses(meshes, QUICK_RUNS if quick else RUNS)
     skeletons = _skeletons(meshes, QUICK_SKELETONS if quick else SKELETONS)
@@ -101,7 +101,7 @@ def _counts(mesh: lbskel.Mesh, positions: NDArray[np.float64]) -> tuple[int, int
     graph = lbskel.collapse(mesh.with_vertices(positions), mesh)
     skeleton = lbskel.Skeleton(positions[graph.kept], graph.edges, np.zeros(len(graph.kept)))
     assert mesh.genus is not None
-    return skeleton.cycle_rank - mesh.genus, skeleton.n_components, graph.n_loops_cut
+    return skeleton.cycle_rank - mesh.genus, skeleton.n_components, graph.n_spurious_loops_removed
 
 
 def _skeletons(meshes: dict[str, lbskel.Mesh], n_runs: int) -> list[dict[str, Any]]:

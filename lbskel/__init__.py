@@ -3,7 +3,7 @@
 from lbskel.applications.spectrum import eigenpairs
 from lbskel.contraction.flow import PRESETS, Contraction, ContractionSettings, Status, Step, contract
 from lbskel.contraction.settings import STRATEGIES
-from lbskel.contraction.surgery import Collapsed, collapse
+from lbskel.contraction.surgery import CollapsedGraph, collapse
 from lbskel.contraction.weights import WEIGHTS
 from lbskel.errors import (
     FormatError,
@@ -14,14 +14,14 @@ from lbskel.errors import (
     UnknownChoice,
 )
 from lbskel.evaluation.ground_truth import Score, compare
-from lbskel.evaluation.operator_health import Health, health
+from lbskel.evaluation.operator_health import LaplacianDiagnostics, health
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io import as_mesh, read_mesh, read_points, read_skeleton, write_mesh, write_skeleton
 from lbskel.operators import OPERATORS, Laplacian, laplacian
 from lbskel.pipeline.batch import skeletonize_many
 from lbskel.pipeline.judging import score
 from lbskel.pipeline.stages import skeletonize
-from lbskel.preprocess import PIPELINES, MeshReport, Pipeline, Preprocessed, check
+from lbskel.preprocess import PIPELINES, MeshReport, Pipeline, PreprocessResult, check
 from lbskel.skeleton.joining import join_components
 from lbskel.skeleton.pruning import merge_junctions, prune
 from lbskel.skeleton.resampling import resample
@@ -40,12 +40,12 @@ __all__ = [
     "SOLVERS",
     "STRATEGIES",
     "WEIGHTS",
-    "Collapsed",
+    "CollapsedGraph",
     "Contraction",
     "ContractionSettings",
     "FormatError",
-    "Health",
     "Laplacian",
+    "LaplacianDiagnostics",
     "LbskelError",
     "Mesh",
     "MeshError",
@@ -53,7 +53,7 @@ __all__ = [
     "MissingDependency",
     "Pipeline",
     "PointCloud",
-    "Preprocessed",
+    "PreprocessResult",
     "Score",
     "Skeleton",
     "SolveError",

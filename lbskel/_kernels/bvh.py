@@ -26,10 +26,10 @@ WIDER = cython.declare(cython.double, 1e-9)  # share by which a bound must be mo
 def halved(V: cython.const[cython.double][:, ::1], F: cython.const[cython.longlong][:, ::1]) -> NDArray[np.int64]:
     """(m,) an order in which every node of a tree has faces that lie together.
 
-    The faces of a node are parted by their centres across its longest side, so that the first of its children is full.
+    The faces of a node are parted by their centers across its longest side, so that the first of its children is full.
     """
     m: cython.Py_ssize_t = F.shape[0]
-    centres: cython.double[:, ::1] = np.empty((m, 3))
+    centers: cython.double[:, ::1] = np.empty((m, 3))
     top: cython.Py_ssize_t = 1
     size: cython.Py_ssize_t = LEAF
     array = np.arange(m)
@@ -37,7 +37,7 @@ def halved(V: cython.const[cython.double][:, ::1], F: cython.const[cython.longlo
     stack: cython.longlong[:, ::1] = np.empty((DEPTH, 3), dtype=np.int64)
     for at in range(m):
         for half in range(3):
-            centres[at, half] = V[F[at, 0], half] + V[F[at, 1], half] + V[F[at, 2], half]
+            centers[at, half] = V[F[at, 0], half] + V[F[at, 1], half] + V[F[at, 2], half]
     while size < m:
         size *= 2
     stack[0, 0], stack[0, 1], stack[0, 2] = 0, m, size
@@ -49,8 +49,8 @@ def halved(V: cython.const[cython.double][:, ::1], F: cython.const[cython.longlo
             half = begin + size
             if half >= end:
                 continue
-            widest = _longest_side(centres, begin, end)
-            _part(centres, order, begin, end, half, widest)
+            widest = _longest_side(centers, begin, end)
+            _part(centers, order, begin, end, half, widest)
             stack[top, 0], stack[top, 1], stack[top, 2] = half, end, size
             top += 1
             end = half
@@ -61,17 +61,17 @@ def halved(V: cython.const[cython.double][:, ::1], F: cython.const[cython.longlo
 @cython.exceptval(check=False)
 @cython.locals(at=cython.Py_ssize_t, x=cython.double, y=cython.double, z=cython.double)
 def _longest_side(
-    centres: cython.const[cython.double][:, ::1], begin: cython.Py_ssize_t, end: cython.Py_ssize_t
+    centers: cython.const[cython.double][:, ::1], begin: cython.Py_ssize_t, end: cython.Py_ssize_t
 ) -> cython.Py_ssize_t:
-    """The axis along which some centres lie farthest apart."""
-    x, y, z = centres[begin, 0], centres[begin, 1], centres[begin, 2]
+    """The axis along which some centers lie farthest apart."""
+    x, y, z = centers[begin, 0], centers[begin, 1], centers[begin, 2]
     high_x: cython.double = x
     high_y: cython.double = y
     high_z: cython.double = z
     for at in range(begin + 1, end):
-        x, high_x = min(x, centres[at, 0]), max(high_x, centres[at, 0])
-        y, high_y = min(y, centres[at, 1]), max(high_y, centres[at, 1])
-        z, high_z = min(z, centres[at, 2]), max(high_z, centres[at, 2])
+        x, high_x = min(x, centers[at, 0]), max(high_x, centers[at, 0])
+        y, high_y = min(y, centers[at, 1]), max(high_y, centers[at, 1])
+        z, high_z = min(z, centers[at, 2]), max(high_z, centers[at, 2])
     x, y, z = high_x - x, high_y - y, high_z - z
     return 0 if x >= max(y, z) else 1 if y >= z else 2
 
@@ -80,7 +80,7 @@ def _longest_side(
 @cython.exceptval(check=False)
 @cython.locals(i=cython.Py_ssize_t, j=cython.Py_ssize_t, pivot=cython.double, at=cython.Py_ssize_t)
 def _part(
-    centres: cython.double[:, ::1],
+    centers: cython.double[:, ::1],
     order: cython.longlong[::1],
     begin: cython.Py_ssize_t,
     end: cython.Py_ssize_t,
@@ -91,19 +91,19 @@ def _part(
     first: cython.Py_ssize_t = begin
     last: cython.Py_ssize_t = end - 1
     while first < last:
-        low: cython.double = centres[first, axis]
-        middle: cython.double = centres[(first + last) // 2, axis]
-        high: cython.double = centres[last, axis]
+        low: cython.double = centers[first, axis]
+        middle: cython.double = centers[(first + last) // 2, axis]
+        high: cython.double = centers[last, axis]
         pivot = max(min(low, middle), min(max(low, middle), high))
         i, j = first, last
         while i <= j:
-            while centres[i, axis] < pivot:
+            while centers[i, axis] < pivot:
                 i += 1
-            while pivot < centres[j, axis]:
+            while pivot < centers[j, axis]:
                 j -= 1
             if i <= j:
                 for at in range(3):
-                    centres[i, at], centres[j, at] = centres[j, at], centres[i, at]
+                    centers[i, at], centers[j, at] = centers[j, at], centers[i, at]
                 order[i], order[j] = order[j], order[i]
                 i += 1
                 j -= 1
@@ -133,7 +133,7 @@ def tree_of(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(m, 9) corners of the faces in their order, and (2 p, 6) the lowest and highest places of each node's box.
 
-    Boxes are widened by some slack; node 0 is none.
+    AABBTree are widened by some slack; node 0 is none.
     """
     m: cython.Py_ssize_t = order.shape[0]
     p: cython.Py_ssize_t = 1

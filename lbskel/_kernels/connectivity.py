@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Along the edges of a surface: what hangs together, fans round vertices, sums over neighbours, nearer nodes."""
+"""Along the edges of a surface: what hangs together, fans round vertices, sums over neighbors, nearer nodes."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def nearer_nodes(
 def sums_beside(
     edges: cython.const[cython.longlong][:, ::1], values: cython.const[cython.double][:, ::1]
 ) -> NDArray[np.float64]:
-    """(n, k) the sums of (n, k) values over the neighbours of each vertex."""
+    """(n, k) the sums of (n, k) values over the neighbors of each vertex."""
     array = np.zeros((values.shape[0], values.shape[1]))
     result: cython.double[:, ::1] = array
     for edge in range(edges.shape[0]):

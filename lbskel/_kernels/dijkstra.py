@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-__all__ = ["Ways"]
+__all__ = ["ShortestPaths"]
 
 import cython
 import numpy as np
@@ -13,7 +13,7 @@ NEVER = cython.declare(cython.double, float("inf"))
 
 
 @cython.cclass
-class Ways:
+class ShortestPaths:
     """A graph to look for ways in: beside node i are those from ``beside[first[i]]`` on, before ``first[i + 1]``.
 
     Lengths are none of them negative, and of several starts no two are the same.

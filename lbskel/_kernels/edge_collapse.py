@@ -59,8 +59,8 @@ def independent_collapses(
 ) -> NDArray[np.bool_]:
     """Whether each edge is chosen, of a closed manifold with n vertices.
 
-    Edges count whose ends have just two neighbours in common. Those go that come before all others at their ends and
-    at the neighbours of these; then, so many times, the same of the edges that are left beside none that went.
+    Edges count whose ends have just two neighbors in common. Those go that come before all others at their ends and
+    at the neighbors of these; then, so many times, the same of the edges that are left beside none that went.
     """
     n_edges: cython.Py_ssize_t = i.shape[0]
     n_left: cython.Py_ssize_t = 0
@@ -71,7 +71,7 @@ def independent_collapses(
     left: cython.longlong[::1] = np.empty(n_edges, dtype=np.int64)
     chosen_array = np.zeros(n_edges, dtype=np.int8)
     chosen: cython.schar[::1] = chosen_array
-    _neighbours(F, n, first, beside)
+    _neighbors(F, n, first, beside)
     for edge in range(n_edges):
         for at in range(first[i[edge]], first[i[edge] + 1]):
             mark[beside[at]] = edge
@@ -110,19 +110,19 @@ def independent_collapses(
 @cython.cfunc
 @cython.exceptval(check=False)
 @cython.locals(face=cython.Py_ssize_t, corner=cython.Py_ssize_t, vertex=cython.Py_ssize_t)
-def _neighbours(
+def _neighbors(
     F: cython.const[cython.longlong][:, ::1],
     n: cython.Py_ssize_t,
     first: cython.longlong[::1],
     beside: cython.longlong[::1],
 ) -> cython.void:
-    """Write the neighbours of each vertex in a row, and where those of the first and of each after it begin."""
+    """Write the neighbors of each vertex in a row, and where those of the first and of each after it begin."""
     for face in range(F.shape[0]):
         for corner in range(3):
             first[F[face, corner] + 2] += 1
     for vertex in range(n):
         first[vertex + 2] += first[vertex + 1]
-    for face in range(F.shape[0]):  # of a closed manifold each neighbour follows its vertex in just one face
+    for face in range(F.shape[0]):  # of a closed manifold each neighbor follows its vertex in just one face
         for corner in range(3):
             vertex = F[face, corner]
             beside[first[vertex + 1]] = F[face, (corner + 1) % 3]
@@ -139,7 +139,7 @@ def _is_first(
     vertex: cython.Py_ssize_t,
     edge: cython.Py_ssize_t,
 ) -> cython.bint:
-    """Whether no edge comes before this one at a vertex and its neighbours."""
+    """Whether no edge comes before this one at a vertex and its neighbors."""
     for at in range(first[vertex], first[vertex + 1]):
         if least[beside[at]] < edge:
             return False
@@ -152,7 +152,7 @@ def _is_first(
 def _block(
     first: cython.longlong[::1], beside: cython.longlong[::1], mark: cython.longlong[::1], vertex: cython.Py_ssize_t
 ) -> cython.void:
-    """Mark a vertex and its neighbours."""
+    """Mark a vertex and its neighbors."""
     mark[vertex] = 1
     for at in range(first[vertex], first[vertex + 1]):
         mark[beside[at]] = 1

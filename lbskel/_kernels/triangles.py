@@ -83,12 +83,12 @@ def voronoi_of(
 def integrals(
     V: cython.const[cython.double][:, ::1], F: cython.const[cython.longlong][:, ::1]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """(m,) areas, (3,) the centre of mass, which is the mean of the vertices if there is no area, and signed volume."""
+    """(m,) areas, (3,) the center of mass, which is the mean of the vertices if there is no area, and signed volume."""
     m: cython.Py_ssize_t = F.shape[0]
     n: cython.Py_ssize_t = V.shape[0]
-    areas_array, centre_array = np.empty(m), np.empty(3)
+    areas_array, center_array = np.empty(m), np.empty(3)
     areas: cython.double[::1] = areas_array
-    centre: cython.double[::1] = centre_array
+    center: cython.double[::1] = center_array
     origin: cython.double[::1] = np.zeros(3)  # near the surface, for the sake of the last digits
     moment: cython.double[::1] = np.zeros(3)
     corner: cython.double[:, ::1] = np.empty((3, 3))
@@ -112,8 +112,8 @@ def integrals(
             moment[axis] += area * (corner[0, axis] + corner[1, axis] + corner[2, axis])
         volume += x * corner[0, 0] + y * corner[0, 1] + z * corner[0, 2]
     for axis in range(3):
-        centre[axis] = origin[axis] + (moment[axis] / (3 * total) if total > 0 else 0.0)
-    return areas_array, centre_array, volume / 6
+        center[axis] = origin[axis] + (moment[axis] / (3 * total) if total > 0 else 0.0)
+    return areas_array, center_array, volume / 6
 
 
 @cython.cfunc

@@ -18,7 +18,7 @@ from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.flow import PRESETS
 from lbskel.io import FORMATS
 from lbskel.operators import OPERATORS
-from lbskel.pipeline.batch import Outcome, Record, skeletonize_many
+from lbskel.pipeline.batch import BatchStatus, Record, skeletonize_many
 from lbskel.pipeline.batch.records import MANIFEST, SUMMARY
 from lbskel.pipeline.component import RESOLUTIONS
 from lbskel.solvers import SOLVERS
@@ -36,7 +36,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("--memory-limit", type=float, metavar="MB", help="for the process of each input")
     parser.add_argument("--preset", default="flow", choices=PRESETS, help="parameters of the contraction (%(default)s)")
     parser.add_argument("--operator", choices=OPERATORS, help="discrete Laplacian, instead of the preset's")
-    parser.add_argument("--energy", choices=ENERGIES, help="what each step minimises, instead of the preset's")
+    parser.add_argument("--energy", choices=ENERGIES, help="what each step minimizes, instead of the preset's")
     parser.add_argument("--solver", choices=SOLVERS, help="of the linear systems, instead of the preset's")
     parser.add_argument(
         "--resolution", default="auto", choices=RESOLUTIONS, help="full: contract every vertex (%(default)s)"
@@ -69,14 +69,22 @@ def run(arguments: argparse.Namespace) -> int:
         )
         n_old = bar.n_old
     for record in records:
-        if record.outcome not in (Outcome.PASSED, Outcome.FAILED_CHECKS):
+        if record.outcome not in (BatchStatus.PASSED, BatchStatus.FAILED_CHECKS):
             where = "" if record.input in record.message else f"{record.input}: "
             print(f"lbskel: {where}{record.message}", file=sys.stderr)
     counts = Counter(record.outcome for record in records)
     if not arguments.quiet:
-        print(f"{len(records)} inputs: {', '.join(f'{counts[each]} {each.value}' for each in Outcome if counts[each])}")
+        print(
+            f"{len(records)} inputs: {', '.join(f'{counts[each]} {each.value}' for each in BatchStatus if counts[each])}"
+        )
         print(f"  {n_old} of them were done before; {Path(arguments.output) / SUMMARY} has a row for each")
-    return 0 if set(counts) == {Outcome.PASSED} else 1 if set(counts) <= {Outcome.PASSED, Outcome.FAILED_CHECKS} else 2
+    return (
+        0
+        if set(counts) == {BatchStatus.PASSED}
+        else 1
+        if set(counts) <= {BatchStatus.PASSED, BatchStatus.FAILED_CHECKS}
+        else 2
+    )
 
 
 def _paths(given: list[str]) -> list[str]:

@@ -16,13 +16,13 @@ from lbskel.errors import FormatError
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import read_mesh
 from lbskel.io.atomic_write import Content, write_all_safely
-from lbskel.pipeline.comparison import CASES, Outcome, outcome, record, representative
+from lbskel.pipeline.comparison import CASES, ComparisonResult, outcome, record, representative
 from lbskel.visualization import Panel, draw
 from lbskel.visualization.line_plots import draw_curves
 
 MOST_FACES = 6000  # that are compared: some thirty contractions, twice each, should not take minutes
 COLUMNS_DRAWN, WIDTH, HEIGHT = 5, 320, 400  # panels beside each other, and the pixels of each
-REACH = 0.6  # of the extent from the centre, beyond which a vertex is drawn at the edge of the picture
+REACH = 0.6  # of the extent from the center, beyond which a vertex is drawn at the edge of the picture
 
 COLUMNS = {  # of the table: the key of the record, and how to show it
     "breaks at step": "broke at",
@@ -86,7 +86,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise FormatError(f"{existing[0]} exists already; give --force to replace it")
     given = read_mesh(arguments.mesh)
     mesh = representative(given, most_faces=MOST_FACES)
-    results: dict[str, Outcome] = {}
+    results: dict[str, ComparisonResult] = {}
     for number, (case, settings) in enumerate(CASES.items(), 1):
         if not arguments.quiet and sys.stderr.isatty():
             print(f"\r{number}/{len(CASES)} {case:60.60s}", end="", file=sys.stderr, flush=True)
@@ -133,7 +133,9 @@ def _told(row: dict[str, Any]) -> dict[str, Any]:
 def _short(case: str) -> str:
     """A case as a title over a drawing."""
     return (
-        case.replace("right-hand side zero", "zero").replace("least squares", "l. s.").replace("first order", "f. o.")
+        case.replace("right-hand side zero", "zero")
+        .replace("least squares", "l. s.")
+        .replace("curvature flow", "c. f.")
     )
 
 
@@ -145,7 +147,7 @@ def _drawn(panels: list[Panel]) -> bytes:
 
 def _curves(records: dict[str, dict[str, Any]]) -> bytes:
     """Area and box of every case of least squares, the published energy, and of the default."""
-    shown = {case: row for case, row in records.items() if "areas" in row and "first order" not in case}
+    shown = {case: row for case, row in records.items() if "areas" in row and "curvature flow" not in case}
     return draw_curves(
         {
             "area over that at the start": {case: row["areas"] for case, row in shown.items()},
@@ -154,17 +156,17 @@ def _curves(records: dict[str, dict[str, Any]]) -> bytes:
     )
 
 
-def _contracted(case: str, result: Outcome, mesh: Mesh) -> Panel:
+def _contracted(case: str, result: ComparisonResult, mesh: Mesh) -> Panel:
     """The mesh at the first step that breaks, or the last; what flew off is drawn at the edge."""
     assert result.free is not None
     number = min(result.free.broke_at or len(result.meshes), len(result.meshes))
     V = result.meshes[number - 1].vertices
     far = (V**2).sum(axis=1, keepdims=True) ** 0.5
     near = V * (REACH / far.clip(min=REACH))
-    return Panel(mesh.with_vertices(near * mesh.extent + mesh.centroid), title=f"{_short(case)}, step {number}")
+    return Panel(mesh.with_vertices(near * mesh.diameter_bound + mesh.centroid), title=f"{_short(case)}, step {number}")
 
 
-def _skeleton(case: str, result: Outcome, mesh: Mesh) -> Panel:
+def _skeleton(case: str, result: ComparisonResult, mesh: Mesh) -> Panel:
     return Panel(mesh, result.skeleton, _short(case) if result.skeleton else f"{_short(case)}: none")
 
 

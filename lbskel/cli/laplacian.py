@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import FormatError, MeshError
-from lbskel.evaluation.operator_health import Health, health
+from lbskel.evaluation.operator_health import LaplacianDiagnostics, health
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import read_mesh, write_safely
 from lbskel.operators import OPERATORS, Laplacian, laplacian
@@ -31,7 +31,7 @@ COLUMNS: dict[str, tuple[str, str]] = {  # heading: the measure, and the propert
     "zeros": ("n_zero_eigenvalues", "null space"),
     "overshoot": ("overshoot", "maximum"),
     "condition": ("condition", ""),
-    "treated": ("n_treated", "untreated"),
+    "treated": ("n_fallback_rows", "untreated"),
     "area": ("area_ratio", "area"),
 }
 LEGEND = """\
@@ -96,7 +96,7 @@ def _mean_curvature(operator: Laplacian, mesh: Mesh) -> NDArray[np.float64]:
     return np.einsum("nx,nx->n", operator.mean_curvature_normals(mesh.vertices), normals)
 
 
-def _document(sheets: dict[str, Health], refusals: dict[str, str], mesh: Mesh) -> dict[str, Any]:
+def _document(sheets: dict[str, LaplacianDiagnostics], refusals: dict[str, str], mesh: Mesh) -> dict[str, Any]:
     """All measures, the properties that hold, and why an operator is not defined."""
     return {
         "vertices": len(mesh.vertices),
@@ -107,7 +107,7 @@ def _document(sheets: dict[str, Health], refusals: dict[str, str], mesh: Mesh) -
     }
 
 
-def _table(sheets: dict[str, Health], refusals: dict[str, str], mesh: Mesh) -> str:
+def _table(sheets: dict[str, LaplacianDiagnostics], refusals: dict[str, str], mesh: Mesh) -> str:
     """One row for each operator, each failed property marked."""
     rows = [["operator", *COLUMNS]]
     for name, sheet in sheets.items():

@@ -16,7 +16,7 @@ from lbskel.errors import FormatError
 from lbskel.io import MESH_WRITERS, read_mesh
 from lbskel.io.atomic_write import write_all_safely
 from lbskel.io.text import suffix_in
-from lbskel.preprocess import PIPELINES, PREPARATIONS, STEPS, Pipeline, Preprocessed, prepare
+from lbskel.preprocess import PIPELINES, PREPARATIONS, STEPS, Pipeline, PreprocessResult, prepare
 
 
 def add_parser(subparsers: Any) -> None:
@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _array(result: Preprocessed) -> bytes:
+def _array(result: PreprocessResult) -> bytes:
     """The map as an npy file."""
     data = io.BytesIO()
     np.save(data, result.vertex_map, allow_pickle=False)

@@ -48,7 +48,7 @@ def _table(found: Score) -> str:
         f"{name.replace('_', ' '):18} {_text(values[name]):>8}  {verdict:12}  {MEASURES[name].text}"
         for name, verdict in found.verdicts.items()
     ]
-    return "\n".join([*lines, f"verdict: {found.verdict}; the shape has {found.ends} ends"])
+    return "\n".join([*lines, f"verdict: {found.verdict}; the shape has {found.extremities} extremities"])
 
 
 def _text(value: float | None) -> str:

@@ -38,7 +38,7 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("--preset", default="flow", choices=PRESETS, help="parameters of the contraction (%(default)s)")
     parser.add_argument("--operator", choices=OPERATORS, help="discrete Laplacian, instead of the preset's")
-    parser.add_argument("--energy", choices=ENERGIES, help="what each step minimises, instead of the preset's")
+    parser.add_argument("--energy", choices=ENERGIES, help="what each step minimizes, instead of the preset's")
     parser.add_argument("--solver", choices=SOLVERS, help="of the linear systems, instead of the preset's")
     parser.add_argument(
         "--resolution", default="auto", choices=RESOLUTIONS, help="full: contract every vertex (%(default)s)"

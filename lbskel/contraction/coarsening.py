@@ -1,7 +1,7 @@
 """Coarsening between the steps of a contraction: what has collapsed is collapsed, so that later steps cost less.
 
 Short edges become vertices, in rounds of collapses that do not touch each other. Only edges whose ends have no more
-than two neighbours in common collapse, the link condition: the surface keeps its topology, so every tunnel stays (Dey,
+than two neighbors in common collapse, the link condition: the surface keeps its topology, so every tunnel stays (Dey,
 Edelsbrunner, Guha, Nekhayev 1999, "Topology preserving edge contraction", Publ. Inst. Math. 66). A limb that has become
 thin keeps rings of three vertices.
 """

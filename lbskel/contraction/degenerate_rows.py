@@ -9,7 +9,7 @@ the weights themselves (clamped, mean value, mollified, intrinsic Delaunay, robu
 
 from __future__ import annotations
 
-__all__ = ["DEGENERATE", "LARGEST_ROW_SUM", "Treatment"]
+__all__ = ["DEGENERATE", "LARGEST_ROW_SUM", "RowTreatment"]
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ LARGEST_ROW_SUM = 1e4  # of the authors' program, in weights cot a + cot b
 
 
 @dataclass(frozen=True, eq=False)
-class Treatment:
+class RowTreatment:
     """How rows of L are changed: row i becomes ``factors[i] L_i + identity[i] e_i``.
 
     Parameters
@@ -52,31 +52,31 @@ class Treatment:
         return self.identity[:, None] * V if self.holds else np.zeros_like(V)
 
 
-def _none(L: csr_array, degenerate: NDArray[np.int64]) -> Treatment:
+def _none(L: csr_array, degenerate: NDArray[np.int64]) -> RowTreatment:
     """Rows stay as they are."""
-    return Treatment(np.ones(L.shape[0]), np.zeros(L.shape[0]))
+    return RowTreatment(np.ones(L.shape[0]), np.zeros(L.shape[0]))
 
 
-def _identity(L: csr_array, degenerate: NDArray[np.int64]) -> Treatment:
+def _identity(L: csr_array, degenerate: NDArray[np.int64]) -> RowTreatment:
     """The vertex is asked to stay."""
     identity = np.zeros(L.shape[0])
     identity[degenerate] = 1
-    return Treatment(1 - identity, identity, holds=True)
+    return RowTreatment(1 - identity, identity, holds=True)
 
 
-def _identity_zero(L: csr_array, degenerate: NDArray[np.int64]) -> Treatment:
+def _identity_zero(L: csr_array, degenerate: NDArray[np.int64]) -> RowTreatment:
     """The vertex is asked to the origin."""
     held = _identity(L, degenerate)
-    return Treatment(held.factors, held.identity)
+    return RowTreatment(held.factors, held.identity)
 
 
-def _row_sums(L: csr_array, degenerate: NDArray[np.int64]) -> Treatment:
+def _row_sums(L: csr_array, degenerate: NDArray[np.int64]) -> RowTreatment:
     """Rows whose weights sum to more than the limit are scaled down to it, wherever their triangles are."""
     sums = np.abs(L.diagonal())
-    return Treatment(LARGEST_ROW_SUM / np.maximum(sums, LARGEST_ROW_SUM), np.zeros(L.shape[0]))
+    return RowTreatment(LARGEST_ROW_SUM / np.maximum(sums, LARGEST_ROW_SUM), np.zeros(L.shape[0]))
 
 
-DEGENERATE: dict[str, Callable[[csr_array, NDArray[np.int64]], Treatment]] = {
+DEGENERATE: dict[str, Callable[[csr_array, NDArray[np.int64]], RowTreatment]] = {
     "none": _none,
     "identity": _identity,
     "identity_zero": _identity_zero,

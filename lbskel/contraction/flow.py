@@ -1,6 +1,6 @@
-"""Contraction of a surface to the neighbourhood of its curve skeleton by an implicit Laplacian flow.
+"""Contraction of a surface to the neighborhood of its curve skeleton by an implicit Laplacian flow.
 
-Each step minimises one of the energies of :mod:`lbskel.contraction.energies` on operators rebuilt on the positions so far. Weights,
+Each step minimizes one of the energies of :mod:`lbskel.contraction.energies` on operators rebuilt on the positions so far. Weights,
 their growth and the stop are those of Au, Tai, Chu, Cohen-Or, Lee 2008, "Skeleton extraction by mesh contraction",
 https://doi.org/10.1145/1399504.1360643, section 4, made free of units.
 """
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from lbskel.contraction.coarsening import Coarsened, coarsen
 from lbskel.contraction.degenerate_rows import DEGENERATE
-from lbskel.contraction.energies import ENERGIES, Pull, System
+from lbskel.contraction.energies import ENERGIES, ContractionStepInput, LinearSystem
 from lbskel.contraction.result import Contraction, Status, Step, fault_of, success_of
 from lbskel.contraction.settings import PRESETS, ContractionSettings
 from lbskel.contraction.weights import HOLDS, STARTS, mean_ring_area, ratio_of_areas, ring_areas
@@ -83,14 +83,14 @@ def contract(
     >>> contraction.status.value, contraction.steps[-1].volume_ratio < 1e-4
     ('the volume fell below its target', True)
     """
-    centre, scale = mesh.centroid, mesh.extent
+    center, scale = mesh.centroid, mesh.diameter_bound
     if not (scale > 0 and mesh.area > 0):
         raise MeshError("the mesh has no area: every face is degenerate, so there is nothing to contract")
-    start = mesh.with_vertices((mesh.vertices - centre) / scale)
+    start = mesh.with_vertices((mesh.vertices - center) / scale)
     settings = replace(settings, operator=_operator_for(start, settings))
     end = float("inf") if time_limit is None else time.perf_counter() + time_limit
     steps, treated, now, status = _flow(start, settings, on_step, end)
-    coarse = now.mesh.with_vertices(now.mesh.vertices * scale + centre)
+    coarse = now.mesh.with_vertices(now.mesh.vertices * scale + center)
     return Contraction(mesh, coarse, now.vertex_map, steps, status, treated)
 
 
@@ -108,7 +108,7 @@ def _flow(
     operator = operator_named(settings.operator or "robust")
     rings, everything = ring_areas(start), np.arange(len(start.vertices))
     now, factorization = Coarsened(start, everything, everything, rings), None
-    limits = np.maximum(settings.coarsen * np.sqrt(rings), FINEST) if _may_coarsen(start, settings) else None
+    limits = np.maximum(settings.collapse_length * np.sqrt(rings), FINEST) if _may_coarsen(start, settings) else None
     weight, largest_weight = _weights(start, settings)
     steps: list[Step] = []
     treated: list[NDArray[np.int64]] = []
@@ -133,7 +133,7 @@ def _flow(
             return ended(Status.NOT_FINITE)
         system = _system(start, now, laplacian, min(weight, largest_weight), degenerate, settings)
         try:
-            if settings.guard:
+            if settings.rollback:
                 is_same_size = factorization is not None and len(factorization.ordering) == len(mesh.vertices)
                 like = factorization if is_same_size else None
                 factorization = factorize(system.A, settings.solver, like=like)
@@ -154,19 +154,19 @@ def _flow(
             volume_ratio=abs(following.volume / start.volume) if start.is_closed and start.volume else float("nan"),
             box_ratio=following.diagonal / start.diagonal,
             weight=min(weight, largest_weight),
-            hold=(float(system.hold.min()), float(system.hold.max())),
-            worst_angle=float(np.degrees(angles.min())),
+            attraction=(float(system.attraction.min()), float(system.attraction.max())),
+            min_angle_deg=float(np.degrees(angles.min())),
             n_vertices=len(mesh.vertices),
             n_clamped_angles=laplacian.n_clamped_angles,
-            n_treated=len(touched),
+            n_fallback_rows=len(touched),
             n_replaced_rows=len(system.replaced),
-            drift=float(np.linalg.norm(D[touched], axis=1).max(initial=0.0)),
+            max_displacement=float(np.linalg.norm(D[touched], axis=1).max(initial=0.0)),
             residual=relative_residual(system.A, D, system.B),
             seconds=time.perf_counter() - began,
         )
         before = steps[-1] if steps else None
         fault = fault_of(step, before)
-        if fault and settings.guard:
+        if fault and settings.rollback:
             return ended(fault)
         now = replace(now, mesh=following)
         steps, treated = [*steps, replace(step, fault=fault)], [*treated, now.kept[touched]]
@@ -174,15 +174,15 @@ def _flow(
             on_step(steps[-1], start.with_vertices(following.vertices[now.vertex_map]))
         if not fault and (success := success_of(step, before, settings)):
             return ended(success)
-        weight *= settings.growth if settings.energy == "first_order" else settings.growth**2
+        weight *= settings.contraction_growth if settings.energy == "curvature_flow" else settings.contraction_growth**2
     return ended(Status.STEPS)
 
 
 def _may_coarsen(start: Mesh, settings: ContractionSettings) -> bool:
     """Whether vertices may be merged: where the energy and the hold know how merged ones count."""
-    knows_sums = settings.energy == "first_order" and settings.hold == "ring_areas" and settings.guard
+    knows_sums = settings.energy == "curvature_flow" and settings.attraction == "ring_areas" and settings.rollback
     return (
-        settings.coarsen > 0
+        settings.collapse_length > 0
         and knows_sums
         and start.is_closed_manifold
         and len(start.used_vertices) == len(start.vertices)
@@ -191,9 +191,9 @@ def _may_coarsen(start: Mesh, settings: ContractionSettings) -> bool:
 
 def _weights(start: Mesh, settings: ContractionSettings) -> tuple[float, float]:
     """tau, or W_L^2, of the first step on a mesh of extent 1, and the largest that it may become."""
-    tau, mean_ring = STARTS[settings.start](start, settings.start_weight), mean_ring_area(start)
-    largest = float("inf") if settings.largest_pull is None else settings.largest_pull**2
-    return (tau, largest * mean_ring) if settings.energy == "first_order" else (tau / mean_ring, largest)
+    tau, mean_ring = STARTS[settings.initial_weight_rule](start, settings.initial_weight), mean_ring_area(start)
+    largest = float("inf") if settings.max_contraction_weight is None else settings.max_contraction_weight**2
+    return (tau, largest * mean_ring) if settings.energy == "curvature_flow" else (tau / mean_ring, largest)
 
 
 def _system(
@@ -203,19 +203,21 @@ def _system(
     weight: float,
     degenerate: NDArray[np.int64],
     settings: ContractionSettings,
-) -> System:
+) -> LinearSystem:
     """What a step solves; the energies know neither how areas are compared nor what is degenerate."""
     start_mass = np.where(now.weights > 0, now.weights / 3, mean_ring_area(start) / 3)
     is_whole = len(now.kept) == len(start.vertices)
-    area_kept = HOLDS[settings.hold](start, now.mesh) if is_whole else ratio_of_areas(now.weights, now.mesh)
-    if settings.largest_hold is not None:
-        area_kept = np.minimum(area_kept, settings.largest_hold**2)
-    treatment = DEGENERATE[settings.degenerate]
-    pull = Pull(laplacian, now.mesh.vertices, weight, area_kept, start_mass, lambda L: treatment(L, degenerate))
+    area_kept = HOLDS[settings.attraction](start, now.mesh) if is_whole else ratio_of_areas(now.weights, now.mesh)
+    if settings.max_attraction is not None:
+        area_kept = np.minimum(area_kept, settings.max_attraction**2)
+    treatment = DEGENERATE[settings.degenerate_rows]
+    pull = ContractionStepInput(
+        laplacian, now.mesh.vertices, weight, area_kept, start_mass, lambda L: treatment(L, degenerate)
+    )
     return ENERGIES[settings.energy](pull)
 
 
-def _require_symmetric(system: System, settings: ContractionSettings) -> None:
+def _require_symmetric(system: LinearSystem, settings: ContractionSettings) -> None:
     """Tell that the operator is what cannot be solved with, if it is."""
     if abs(system.A - system.A.T).max() > ASYMMETRY * abs(system.A).max():
         raise UnknownChoice(

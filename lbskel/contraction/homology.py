@@ -11,7 +11,7 @@ over pairs of segments, as two solid angles (van Oosterom, Strackee 1983, https:
 
 from __future__ import annotations
 
-__all__ = ["carried", "tunnel_cochain"]
+__all__ = ["transfer_cochain", "tunnel_cochain"]
 
 from collections.abc import Iterator
 
@@ -66,7 +66,7 @@ def tunnel_cochain(mesh: Mesh) -> NDArray[np.int64] | None:
 
 
 def _smoothed_copies(mesh: Mesh) -> Iterator[Mesh]:
-    """The mesh, and its vertices moved half way to the mean of their neighbours, again and again."""
+    """The mesh, and its vertices moved half way to the mean of their neighbors, again and again."""
     n = len(mesh.vertices)
     i, j = np.concatenate([mesh.edges, mesh.edges[:, ::-1]]).T
     graph = coo_array((np.ones(len(i)), (i, j)), shape=(n, n)).tocsr()
@@ -210,7 +210,9 @@ def _extend(
     return cochain if not rest.any() else None
 
 
-def carried(cochain: NDArray[np.int64], mesh: Mesh, coarse: Mesh, vertex_map: NDArray[np.int64]) -> NDArray[np.int64]:
+def transfer_cochain(
+    cochain: NDArray[np.int64], mesh: Mesh, coarse: Mesh, vertex_map: NDArray[np.int64]
+) -> NDArray[np.int64]:
     """The cochain on the edges of a mesh whose vertices are patches of another's, each patch a disc.
 
     Parameters

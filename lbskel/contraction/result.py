@@ -39,10 +39,10 @@ FAILURES = (Status.AREA_GREW, Status.BOX_GREW, Status.NOT_FINITE, Status.NOT_SOL
 class Step:
     """What one step did; ratios are to the start of the contraction.
 
-    ``weight`` is tau or W_L^2, ``hold`` the smallest and largest entry of H or W_H^2, ``worst_angle`` the smallest
-    angle in degrees before the step. ``n_vertices`` is how many it moved. ``n_treated`` counts the vertices that the
+    ``weight`` is tau or W_L^2, ``attraction`` the smallest and largest entry of H or W_H^2, ``min_angle_deg`` the smallest
+    angle in degrees before the step. ``n_vertices`` is how many it moved. ``n_fallback_rows`` counts the vertices that the
     operator's guard or the treatment of degenerate triangles has touched, ``n_replaced_rows`` those of the treatment
-    alone; ``drift`` is how far the farthest of them went in this step, as a fraction of the extent. ``fault`` is why a
+    alone; ``max_displacement`` is how far the farthest of them went in this step, as a fraction of the extent. ``fault`` is why a
     guarded contraction would have undone the step.
     """
 
@@ -50,13 +50,13 @@ class Step:
     volume_ratio: float
     box_ratio: float
     weight: float
-    hold: tuple[float, float]
-    worst_angle: float
+    attraction: tuple[float, float]
+    min_angle_deg: float
     n_vertices: int
     n_clamped_angles: int
-    n_treated: int
+    n_fallback_rows: int
     n_replaced_rows: int
-    drift: float
+    max_displacement: float
     residual: float
     seconds: float
     fault: Status | None = None
@@ -79,7 +79,7 @@ class Contraction:
     status : Status
         Why it ended.
     treated_vertices : tuple of (t,) arrays of int
-        Of each step, the vertices that ``n_treated`` counts.
+        Of each step, the vertices that ``n_fallback_rows`` counts.
     """
 
     source: Mesh

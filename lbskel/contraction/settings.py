@@ -27,30 +27,30 @@ class ContractionSettings:
         ``robust`` on any other.
     energy : str
         A name in ENERGIES.
-    start : str
-        What ``start_weight`` is a multiple of, a name in STARTS: ``reach``, a fraction of the mesh's extent that the
+    initial_weight_rule : str
+        What ``initial_weight`` is a multiple of, a name in STARTS: ``reach``, a fraction of the mesh's extent that the
         first step reaches, or a published formula for W_L. WEIGHTS has those that were published together.
-    start_weight : float
-    growth : float
+    initial_weight : float
+    contraction_growth : float
         Factor on tau, or on W_L, after each step.
-    hold : str
+    attraction : str
         Which areas tell how much thinner a vertex's surroundings have become, a name in HOLDS.
-    largest_pull, largest_hold : float, optional
+    max_contraction_weight, max_attraction : float, optional
         Beyond which W_L and W_H do not grow.
-    degenerate : str
+    degenerate_rows : str
         What becomes of the rows of L at vertices of triangles with an angle under ``degenerate_angle``, for
         ``least_squares``, a name in DEGENERATE: ``none`` leaves them; ``identity`` puts an identity row with the
         right-hand side that holds the vertex; ``identity_zero`` the one with right-hand side zero, which pulls it to
         the origin; ``row_sums`` scales down every row whose weights sum to more than 10,000.
     degenerate_angle : float
         In radians.
-    guard : bool
+    rollback : bool
         Whether steps are solved for the displacement and refined, and one after which the area or the bounding box has
         grown is undone and ends the contraction. Without it they are as published: solved once for the positions, with
         no look at the residual, and kept whatever they did, which ``Step.fault`` tells.
-    coarsen : float
+    collapse_length : float
         Between steps, edges shorter than this fraction of the square root of the area that each end had round it at
-        the start are collapsed, so that later steps cost less. Only on closed manifolds, for ``first_order`` with
+        the start are collapsed, so that later steps cost less. Only on closed manifolds, for ``curvature_flow`` with
         ``ring_areas`` and the guard.
     volume_ratio, area_ratio : float
         The contraction is done when the volume of a closed mesh, or the area of an open one, has fallen to this
@@ -61,17 +61,17 @@ class ContractionSettings:
     """
 
     operator: str | Operator | None = None
-    energy: str = "first_order"
-    start: str = "reach"
-    start_weight: float = 0.02
-    growth: float = 2.0
-    hold: str = "ring_areas"
-    largest_pull: float | None = None
-    largest_hold: float | None = None
-    degenerate: str = "none"
+    energy: str = "curvature_flow"
+    initial_weight_rule: str = "reach"
+    initial_weight: float = 0.02
+    contraction_growth: float = 2.0
+    attraction: str = "ring_areas"
+    max_contraction_weight: float | None = None
+    max_attraction: float | None = None
+    degenerate_rows: str = "none"
     degenerate_angle: float = 1e-3
-    guard: bool = True
-    coarsen: float = 0.45
+    rollback: bool = True
+    collapse_length: float = 0.45
     volume_ratio: float = 1e-4
     area_ratio: float = 5e-3
     max_steps: int = 30
@@ -80,17 +80,25 @@ class ContractionSettings:
     def __post_init__(self) -> None:
         choose(ENERGIES, self.energy, "energy")
         choose(SOLVERS, self.solver, "solver")
-        choose(STARTS, self.start, "start of the weights")
-        choose(HOLDS, self.hold, "hold")
-        choose(DEGENERATE, self.degenerate, "treatment of degenerate triangles")
+        choose(STARTS, self.initial_weight_rule, "start of the weights")
+        choose(HOLDS, self.attraction, "attraction")
+        choose(DEGENERATE, self.degenerate_rows, "treatment of degenerate triangles")
         if self.operator is not None:
             operator_named(self.operator)
-        if self.degenerate != "none" and self.energy != "least_squares":
+        if self.degenerate_rows != "none" and self.energy != "least_squares":
             raise UnknownChoice(
-                f"degenerate={self.degenerate!r} belongs to the energy 'least_squares'; "
-                "'first_order' has no rows to replace"
+                f"degenerate_rows={self.degenerate_rows!r} belongs to the energy 'least_squares'; "
+                "'curvature_flow' has no rows to replace"
             )
-        positive = ("start_weight", "growth", "largest_pull", "largest_hold", "volume_ratio", "area_ratio", "max_steps")
+        positive = (
+            "initial_weight",
+            "contraction_growth",
+            "max_contraction_weight",
+            "max_attraction",
+            "volume_ratio",
+            "area_ratio",
+            "max_steps",
+        )
         for name in positive:
             value = getattr(self, name)
             if value is not None and not value > 0:
@@ -98,9 +106,9 @@ class ContractionSettings:
 
 
 STRATEGIES: dict[str, Mapping[str, Any]] = {  # against degenerate triangles; the first four belong to least squares
-    "identity row, right-hand side zero": {"operator": "cotangent", "degenerate": "identity_zero"},
-    "identity row, held": {"operator": "cotangent", "degenerate": "identity"},
-    "clamped row sums": {"operator": "cotangent", "degenerate": "row_sums"},
+    "identity row, right-hand side zero": {"operator": "cotangent", "degenerate_rows": "identity_zero"},
+    "identity row, held": {"operator": "cotangent", "degenerate_rows": "identity"},
+    "clamped row sums": {"operator": "cotangent", "degenerate_rows": "row_sums"},
     "mean value": {"operator": "mean_value"},
     "none": {"operator": "cotangent"},
     "clamped cotangents": {"operator": "clamped_cotangent"},
@@ -113,16 +121,16 @@ STRATEGIES: dict[str, Mapping[str, Any]] = {  # against degenerate triangles; th
 PRESETS: dict[str, ContractionSettings] = {
     "flow": ContractionSettings(),
     "au2008": ContractionSettings(
-        operator="clamped_cotangent", energy="least_squares", degenerate="identity", volume_ratio=1e-6
+        operator="clamped_cotangent", energy="least_squares", degenerate_rows="identity", volume_ratio=1e-6
     ),
     "au_program": ContractionSettings(
         operator="cotangent",
         energy="least_squares",
-        degenerate="row_sums",
+        degenerate_rows="row_sums",
         volume_ratio=1e-5,
         **WEIGHTS["program"],
     ),
     "cao2010": ContractionSettings(
-        operator="cotangent", energy="least_squares", degenerate="row_sums", **WEIGHTS["cao"]
+        operator="cotangent", energy="least_squares", degenerate_rows="row_sums", **WEIGHTS["cao"]
     ),
 }

@@ -12,7 +12,7 @@ tree whatever collapses.
 
 from __future__ import annotations
 
-__all__ = ["Collapsed", "collapse"]
+__all__ = ["CollapsedGraph", "collapse"]
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
-from lbskel.contraction.homology import carried, tunnel_cochain
+from lbskel.contraction.homology import transfer_cochain, tunnel_cochain
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 
@@ -30,7 +30,7 @@ SAMPLING = 0.1  # weight of the sampling cost beside the shape cost; Au et al. 2
 
 
 @dataclass(frozen=True, eq=False)
-class Collapsed:
+class CollapsedGraph:
     """A graph on some of the vertices of a contracted mesh.
 
     Parameters
@@ -41,17 +41,17 @@ class Collapsed:
         Pairs of nodes.
     node_of_vertex : (n,) array of int
         For each vertex of the source, the node it was merged into.
-    is_guarded : bool
+    handles_certified : bool
         Whether the tunnels were known, so that none could be lost.
-    n_loops_cut : int
+    n_spurious_loops_removed : int
         Loops that went round no tunnel and were opened at their longest edge.
     """
 
     kept: NDArray[np.int64]
     edges: NDArray[np.int64]
     node_of_vertex: NDArray[np.int64]
-    is_guarded: bool
-    n_loops_cut: int
+    handles_certified: bool
+    n_spurious_loops_removed: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ class _Complex:
     cochain: NDArray[np.int64]
 
 
-def collapse(contracted: Mesh, source: Mesh, *, vertex_map: NDArray[np.int64] | None = None) -> Collapsed:
+def collapse(contracted: Mesh, source: Mesh, *, vertex_map: NDArray[np.int64] | None = None) -> CollapsedGraph:
     """Collapse a contracted mesh to a graph.
 
     Parameters
@@ -77,18 +77,18 @@ def collapse(contracted: Mesh, source: Mesh, *, vertex_map: NDArray[np.int64] | 
 
     Returns
     -------
-    Collapsed
+    CollapsedGraph
         Deterministic: ties go to the lower index.
     """
     n = len(contracted.vertices)
     cochain = tunnel_cochain(source) if source.is_closed_manifold else None
-    is_guarded = cochain is not None
+    handles_certified = cochain is not None
     if cochain is None:
         cochain = np.zeros((len(contracted.edges), 0), dtype=np.int64)
     elif vertex_map is not None:
-        cochain = carried(cochain, source, contracted, vertex_map)
+        cochain = transfer_cochain(cochain, source, contracted, vertex_map)
     used = contracted.used_vertices
-    P = (contracted.vertices - contracted.vertices[used].mean(axis=0)) / source.extent
+    P = (contracted.vertices - contracted.vertices[used].mean(axis=0)) / source.diameter_bound
     left = _Complex(np.sort(contracted.faces, axis=1), contracted.edges, cochain)
     Q = _quadrics(P, left.edges)
     merged_into = np.arange(n)
@@ -113,9 +113,9 @@ def collapse(contracted: Mesh, source: Mesh, *, vertex_map: NDArray[np.int64] | 
     node_of = np.full(n, -1)
     node_of[used] = node_of_vertex
     edges = np.searchsorted(kept, left.edges)
-    needless = _loops_round_no_tunnel(P[kept], edges, left.cochain) if is_guarded else []
+    needless = _loops_round_no_tunnel(P[kept], edges, left.cochain) if handles_certified else []
     node_of = node_of if vertex_map is None else node_of[vertex_map]
-    return Collapsed(kept, np.delete(edges, needless, axis=0), node_of, is_guarded, len(needless))
+    return CollapsedGraph(kept, np.delete(edges, needless, axis=0), node_of, handles_certified, len(needless))
 
 
 def _keys(edges: NDArray[np.int64], n: int) -> NDArray[np.int64]:

@@ -100,11 +100,22 @@ HOLDS: dict[str, Callable[[Mesh, Mesh], NDArray[np.float64]]] = {  # A_0 / A_t, 
     "face_areas": _ratio_of_faces,
 }
 
-_PROGRAM: Mapping[str, Any] = {"largest_pull": 2048.0, "largest_hold": 1e4}
+_PROGRAM: Mapping[str, Any] = {"max_contraction_weight": 2048.0, "max_attraction": 1e4}
 WEIGHTS: dict[str, Mapping[str, Any]] = {  # settings of a contraction that belong together
-    "reach": {"start": "reach", "start_weight": 0.02, "growth": 2.0},
-    "paper": {"start": "average_area", "start_weight": 1e-3, "growth": 2.0},
-    "report": {"start": "total_area", "start_weight": 1e-3, "growth": 2.0},
-    "program": {"start": "inverse_area", "start_weight": 0.1, "growth": 2.0, "hold": "face_areas", **_PROGRAM},
-    "cao": {"start": "inverse_area_in_box", "start_weight": 0.1 / 1.6, "growth": 3.0, **_PROGRAM},  # box of side 1.6
+    "reach": {"initial_weight_rule": "reach", "initial_weight": 0.02, "contraction_growth": 2.0},
+    "paper": {"initial_weight_rule": "average_area", "initial_weight": 1e-3, "contraction_growth": 2.0},
+    "report": {"initial_weight_rule": "total_area", "initial_weight": 1e-3, "contraction_growth": 2.0},
+    "program": {
+        "initial_weight_rule": "inverse_area",
+        "initial_weight": 0.1,
+        "contraction_growth": 2.0,
+        "attraction": "face_areas",
+        **_PROGRAM,
+    },
+    "cao": {
+        "initial_weight_rule": "inverse_area_in_box",
+        "initial_weight": 0.1 / 1.6,
+        "contraction_growth": 3.0,
+        **_PROGRAM,
+    },  # box of side 1.6
 }

@@ -8,7 +8,7 @@ energy, the maximum principle, and what a contraction needs besides.
 
 from __future__ import annotations
 
-__all__ = ["Health", "health"]
+__all__ = ["LaplacianDiagnostics", "health"]
 
 from dataclasses import dataclass
 
@@ -21,8 +21,8 @@ from scipy.sparse.linalg import ArpackError, eigsh, splu
 from lbskel.applications.spectrum import count_below, eigenpairs
 from lbskel.errors import SolveError
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Laplacian
-from lbskel.operators.corner_angles import unit_scale
 
 ROUNDING = 1e-12  # of the largest entry, or of the mean weight: sums of a few dozen rounded numbers
 FLAT = 1e-10  # what counts as a plane, in lengths of the longest edge of a row
@@ -35,7 +35,7 @@ SEED = 0
 
 
 @dataclass(frozen=True)
-class Health:
+class LaplacianDiagnostics:
     """The measures; None where one is not defined or could not be found.
 
     Parameters
@@ -60,7 +60,7 @@ class Health:
         How far solutions of Dirichlet problems leave the range of the values given, over that range.
     condition : float or None
         Largest over smallest non-zero eigenvalue of (S + S^T) / 2 on the largest component.
-    n_treated : int
+    n_fallback_rows : int
         Vertices whose row a guard changed.
     area_ratio : float or None
         Total mass over the area of the mesh.
@@ -78,7 +78,7 @@ class Health:
     n_components: int
     overshoot: float | None
     condition: float | None
-    n_treated: int
+    n_fallback_rows: int
     area_ratio: float | None
 
     @property
@@ -94,12 +94,12 @@ class Health:
             "semidefinite": semidefinite,
             "null space": None if self.n_zero_eigenvalues is None else self.n_zero_eigenvalues == self.n_components,
             "maximum": None if self.overshoot is None else self.overshoot <= OVERSHOOT,
-            "untreated": self.n_treated == 0,
+            "untreated": self.n_fallback_rows == 0,
             "area": None if self.area_ratio is None else abs(self.area_ratio - 1) <= SAME_AREA,
         }
 
 
-def health(laplacian: Laplacian, mesh: Mesh) -> Health:
+def health(laplacian: Laplacian, mesh: Mesh) -> LaplacianDiagnostics:
     """Measure an operator on its mesh.
 
     Parameters
@@ -123,7 +123,7 @@ def health(laplacian: Laplacian, mesh: Mesh) -> Health:
     used = np.bincount(mesh.faces.ravel(), minlength=len(mesh.vertices)) > 0
     n_negative, share, worst = _negative_weights(S)
     smallest, n_zero = _definiteness(symmetric[used][:, used])
-    return Health(
+    return LaplacianDiagnostics(
         asymmetry=float(abs(S - S.T).max()) / largest,
         off_edges=_off_edges(S, mesh),
         constants=float(np.abs(S.sum(axis=1)).max()) / largest,
@@ -136,7 +136,7 @@ def health(laplacian: Laplacian, mesh: Mesh) -> Health:
         n_components=mesh.n_components,
         overshoot=_overshoot(S, mesh),
         condition=_condition(symmetric),
-        n_treated=len(laplacian.treated_vertices),
+        n_fallback_rows=len(laplacian.treated_vertices),
         area_ratio=float(laplacian.mass.sum()) / mesh.area if mesh.area > 0 else None,
     )
 

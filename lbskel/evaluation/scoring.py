@@ -1,7 +1,7 @@
 """How good a skeleton is where no truth is known: measured on its mesh, with a verdict for each measure.
 
 The measures follow the properties of Cornea, Silver, Min 2007, https://doi.org/10.1109/TVCG.2007.1002: homotopic to the
-shape, inside, centred, reaching every part, smooth, and standing part by part for the shape. Lengths are in units of
+shape, inside, centered, reaching every part, smooth, and standing part by part for the shape. Lengths are in units of
 the local radius, the distance from a node to the surface of its body, whatever radii the skeleton came with.
 """
 
@@ -21,10 +21,10 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.centering import inscribed_radii, mean_radii, own_radii
-from lbskel.refinement.centerlines import find_axes
-from lbskel.refinement.containment import length_inside
-from lbskel.refinement.extrema import extremities, is_missed
-from lbskel.refinement.vertex_map import is_in_largest_piece, nearest_balls, parted_edges
+from lbskel.refinement.centerlines import find_section_centers
+from lbskel.refinement.containment import inside_fraction
+from lbskel.refinement.extrema import find_extrema, is_missed
+from lbskel.refinement.vertex_map import edges_with_disjoint_regions, is_in_largest_piece, nearest_balls
 from lbskel.skeleton.skeleton import Skeleton
 
 COVERED = 2.0  # radii of its node within which a vertex is covered
@@ -45,7 +45,7 @@ class Measure(NamedTuple):
     text : str
     passes, fails : float
         Sizes up to which it passes and from which on it fails; between them it warns. Chosen so that the 39 shapes of
-        the catalogue pass or warn, and that skeletons of them spoilt in one respect fail.
+        the catalog pass or warn, and that skeletons of them spoilt in one respect fail.
     """
 
     text: str
@@ -62,20 +62,22 @@ class Measure(NamedTuple):
 
 
 MEASURES = {
-    "nodes_inside": Measure("share of the nodes inside the surface or on it", 0.995, 0.97),
-    "length_inside": Measure("share of the length inside the surface", 0.995, 0.97),
-    "off_centre": Measure("mean distance from the middle of the section, in radii", 0.1, 0.25),
-    "off_centre_branch": Measure("the same, median over the worst branch", 0.2, 0.4),
-    "at_the_wall": Measure("share of the length that runs close under the surface", 0.05, 0.25),
-    "covered": Measure("share of the surface within two radii of its node", 0.9, 0.3),
-    "ends_missed": Measure("ends of the shape that no tip reaches", 0, np.inf),
-    "limbs_missed": Measure("those of them that are ends of limbs longer than a twentieth of the shape", 0, 1),
-    "bending": Measure("root mean square curvature, in turns by 1 radian per radius", 1.0, 5.0),
+    "nodes_inside_fraction": Measure("share of the nodes inside the surface or on it", 0.995, 0.97),
+    "inside_fraction": Measure("share of the length inside the surface", 0.995, 0.97),
+    "centeredness_error": Measure("mean distance from the middle of the section, in radii", 0.1, 0.25),
+    "centeredness_error_worst_branch": Measure("the same, median over the worst branch", 0.2, 0.4),
+    "near_surface_fraction": Measure("share of the length that runs close under the surface", 0.05, 0.25),
+    "coverage": Measure("share of the surface within two radii of its node", 0.9, 0.3),
+    "extremities_missed": Measure("ends of the shape that no tip reaches", 0, np.inf),
+    "limb_extremities_missed": Measure(
+        "those of them that are ends of limbs longer than a twentieth of the shape", 0, 1
+    ),
+    "rms_curvature": Measure("root mean square curvature, in turns by 1 radian per radius", 1.0, 5.0),
     "extra_components": Measure("components, more or less than the surface has", 0, 1),
     "extra_cycles": Measure("cycles, more or less than the surface has handles", 0, 1),
-    "in_one_piece": Measure("share of the vertices in the largest piece of their node's region", 0.98, 0.6),
-    "touching": Measure("share of the edges that join regions that touch", 0.9, 0.6),
-    "bridges": Measure("edges that cross to a part of the surface far away", 0, 1),
+    "connected_regions": Measure("share of the vertices in the largest piece of their node's region", 0.98, 0.6),
+    "adjacent_regions": Measure("share of the edges that join regions that touch", 0.9, 0.6),
+    "shortcut_edges": Measure("edges that cross to a part of the surface far away", 0, 1),
     "spurs": Measure("end branches that stay within their junction's ball", 0, 6),
 }
 
@@ -86,32 +88,32 @@ class Score:
 
     Parameters
     ----------
-    nodes_inside, length_inside, off_centre, off_centre_branch, at_the_wall, covered : float
-    ends : int
+    nodes_inside_fraction, inside_fraction, centeredness_error, centeredness_error_worst_branch, near_surface_fraction, coverage : float
+    extremities : int
         Ends of the shape, found on its surface.
-    ends_missed, limbs_missed : int
+    extremities_missed, limb_extremities_missed : int
         Of small ends, as fingers are on a man, not all may have a tip; a limb has to.
-    bending : float
+    rms_curvature : float
     extra_components, extra_cycles : int
-    in_one_piece, touching : float
-    bridges, spurs : int
+    connected_regions, adjacent_regions : float
+    shortcut_edges, spurs : int
     """
 
-    nodes_inside: float
-    length_inside: float
-    off_centre: float | None
-    off_centre_branch: float | None
-    at_the_wall: float
-    covered: float
-    ends: int
-    ends_missed: int
-    limbs_missed: int
-    bending: float
+    nodes_inside_fraction: float
+    inside_fraction: float
+    centeredness_error: float | None
+    centeredness_error_worst_branch: float | None
+    near_surface_fraction: float
+    coverage: float
+    extremities: int
+    extremities_missed: int
+    limb_extremities_missed: int
+    rms_curvature: float
     extra_components: int
     extra_cycles: int | None
-    in_one_piece: float | None
-    touching: float | None
-    bridges: int
+    connected_regions: float | None
+    adjacent_regions: float | None
+    shortcut_edges: int
     spurs: int
 
     @property
@@ -152,10 +154,10 @@ def score(skeleton: Skeleton, mesh: Mesh) -> Score:
         If the skeleton has no nodes or some that are not finite, its map is for another mesh, or the mesh is a point.
     """
     check(skeleton, mesh)
-    if not (mesh.extent > 0 and mesh.area > 0):
+    if not (mesh.diameter_bound > 0 and mesh.area > 0):
         raise MeshError("the mesh has no area, so there is nothing to score a skeleton on")
-    unit = mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.extent)
-    return score_on(replace(skeleton, nodes=(skeleton.nodes - mesh.centroid) / mesh.extent), Surface(unit))
+    unit = mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.diameter_bound)
+    return score_on(replace(skeleton, nodes=(skeleton.nodes - mesh.centroid) / mesh.diameter_bound), Surface(unit))
 
 
 def score_on(skeleton: Skeleton, surface: Surface) -> Score:
@@ -169,27 +171,27 @@ def score_on(skeleton: Skeleton, surface: Surface) -> Score:
     node = skeleton.node_of_vertex
     far = np.linalg.norm(unit.vertices - skeleton.nodes[node], axis=1)
     area = np.bincount(unit.faces.ravel(), weights=np.repeat(unit.face_areas, 3), minlength=len(unit.vertices))
-    ends = extremities(surface.rough.mesh)
-    missed = is_missed(ends, surface.rough.mesh, skeleton)
+    ends = find_extrema(surface.proxy.mesh)
+    missed = is_missed(ends, surface.proxy.mesh, skeleton)
     widths = mean_radii(skeleton, unit).radii
-    off_centre, off_centre_branch = _off_centre(skeleton, widths, surface)
-    parted = parted_edges(skeleton, unit)
+    centeredness_error, centeredness_error_worst_branch = _off_center(skeleton, widths, surface)
+    parted = edges_with_disjoint_regions(skeleton, unit)
     return Score(
-        nodes_inside=float((surface.contains(skeleton.nodes) | (skeleton.radii <= ON)).mean()),
-        length_inside=length_inside(skeleton, surface),
-        off_centre=off_centre,
-        off_centre_branch=off_centre_branch,
-        at_the_wall=_share_of_length(skeleton, skeleton.radii < PRESSED * widths),
-        covered=float(area[far <= COVERED * skeleton.radii[node]].sum() / area.sum()),
-        ends=len(missed),
-        ends_missed=int(missed.sum()),
-        limbs_missed=int((missed & (ends.lengths > LIMB)).sum()),
-        bending=_bending(skeleton),
+        nodes_inside_fraction=float((surface.contains(skeleton.nodes) | (skeleton.radii <= ON)).mean()),
+        inside_fraction=inside_fraction(skeleton, surface),
+        centeredness_error=centeredness_error,
+        centeredness_error_worst_branch=centeredness_error_worst_branch,
+        near_surface_fraction=_share_of_length(skeleton, skeleton.radii < PRESSED * widths),
+        coverage=float(area[far <= COVERED * skeleton.radii[node]].sum() / area.sum()),
+        extremities=len(missed),
+        extremities_missed=int(missed.sum()),
+        limb_extremities_missed=int((missed & (ends.lengths > LIMB)).sum()),
+        rms_curvature=_bending(skeleton),
         extra_components=skeleton.n_components - _n_bodies(unit),
         extra_cycles=_extra_cycles(skeleton, unit),
-        in_one_piece=float(is_in_largest_piece(node, unit)[unit.used_vertices].mean()) if has_map else None,
-        touching=1 - len(parted) / max(1, len(skeleton.edges)) if has_map else None,
-        bridges=_bridges(skeleton, widths, parted),
+        connected_regions=float(is_in_largest_piece(node, unit)[unit.used_vertices].mean()) if has_map else None,
+        adjacent_regions=1 - len(parted) / max(1, len(skeleton.edges)) if has_map else None,
+        shortcut_edges=_bridges(skeleton, widths, parted),
         spurs=_spurs(skeleton),
     )
 
@@ -215,7 +217,7 @@ def _share_of_length(skeleton: Skeleton, is_chosen: NDArray[np.bool_]) -> float:
     return float(np.average(is_chosen, weights=length if length.any() else None))
 
 
-def _off_centre(skeleton: Skeleton, widths: NDArray[np.float64], surface: Surface) -> tuple[float | None, float | None]:
+def _off_center(skeleton: Skeleton, widths: NDArray[np.float64], surface: Surface) -> tuple[float | None, float | None]:
     """Distances of nodes from the centroids of their own sections, in radii: the mean, and the worst branch's median.
 
     The radius is the mean distance of the node's vertices, or that from the centroid to the surface if it is larger.
@@ -223,7 +225,7 @@ def _off_centre(skeleton: Skeleton, widths: NDArray[np.float64], surface: Surfac
     inner = np.flatnonzero(skeleton.degrees == 2)
     if len(inner) > MOST_SECTIONS:
         inner = inner[np.linspace(0, len(inner) - 1, MOST_SECTIONS).astype(np.int64)]
-    axes = find_axes(skeleton, surface, inner)
+    axes = find_section_centers(skeleton, surface, inner)
     at = inner[axes.is_known[inner]]
     if len(at) == 0:
         return None, None

@@ -7,7 +7,7 @@ has no pointers, and a leaf has a few faces. It is built in a third of the time 
 
 from __future__ import annotations
 
-__all__ = ["Boxes", "boxes_of"]
+__all__ = ["AABBTree", "build_aabb_tree"]
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ ROUNDING = 1e-12  # of the largest coordinate, by which each box is larger, so t
 
 
 @dataclass(frozen=True, eq=False)
-class Boxes:
+class AABBTree:
     """Triangles in a tree.
 
     Parameters
@@ -63,7 +63,7 @@ class Boxes:
         return first_hits(self.corners, self.order, self.bounds, *rays)
 
 
-def boxes_of(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Boxes:
+def build_aabb_tree(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> AABBTree:
     """The tree of some triangles."""
     order = halved(vertices, faces)
-    return Boxes(order, *tree_of(vertices, faces, order, ROUNDING * float(np.abs(vertices).max())))
+    return AABBTree(order, *tree_of(vertices, faces, order, ROUNDING * float(np.abs(vertices).max())))

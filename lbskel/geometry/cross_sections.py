@@ -10,7 +10,7 @@ the point that lies within what was looked at is inside of any that does not, an
 
 from __future__ import annotations
 
-__all__ = ["Sections", "cut"]
+__all__ = ["Sections", "cross_sections"]
 
 from dataclasses import dataclass
 
@@ -53,7 +53,7 @@ class Sections:
     own: NDArray[np.float64]
 
 
-def cut(
+def cross_sections(
     mesh: Mesh,
     points: NDArray[np.float64],
     normals: NDArray[np.float64],

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from lbskel._kernels.connectivity import fans, pieces
 from lbskel._kernels.triangles import integrals
 from lbskel.errors import MeshError, first_few
-from lbskel.geometry.bvh import Boxes, boxes_of
+from lbskel.geometry.bvh import AABBTree, build_aabb_tree
 from lbskel.geometry.conversion import arrays_of, triangulate
 from lbskel.geometry.polygon_triangulation import unfold
 from lbskel.geometry.sorting import numbered
@@ -162,7 +162,7 @@ class Mesh:
 
     @cached_property
     def _integrals(self) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-        """The area of each face, the centre of mass of all, and the volume."""
+        """The area of each face, the center of mass of all, and the volume."""
         return integrals(self.vertices, self.faces)
 
     @property
@@ -171,9 +171,9 @@ class Mesh:
         return read_only(self._integrals[0])
 
     @cached_property
-    def boxes(self) -> Boxes:
+    def boxes(self) -> AABBTree:
         """The faces in a tree of boxes, for searches."""
-        return boxes_of(self.vertices, self.faces)
+        return build_aabb_tree(self.vertices, self.faces)
 
     @cached_property
     def used_vertices(self) -> NDArray[np.int64]:
@@ -198,13 +198,13 @@ class Mesh:
 
     @cached_property
     def centroid(self) -> NDArray[np.float64]:
-        """(3,) centre of mass of the surface."""
+        """(3,) center of mass of the surface."""
         if not self.area > 0:
             return read_only(self.vertices[self.faces].mean(axis=(0, 1)))
         return read_only(self._integrals[1])
 
     @cached_property
-    def extent(self) -> float:
+    def diameter_bound(self) -> float:
         """Twice the distance from the centroid to the farthest vertex in use: a size that turning does not change."""
         offsets = self.vertices[self.used_vertices] - self.centroid
         largest = float(np.abs(offsets).max())

@@ -7,7 +7,7 @@ https://doi.org/10.1145/3197517.3201337.
 
 from __future__ import annotations
 
-__all__ = ["Simplified", "Surface"]
+__all__ = ["Proxy", "Surface"]
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ REMEMBERED = 16  # answers at most
 
 
 @dataclass(frozen=True, eq=False)
-class Simplified:
+class Proxy:
     """About the same surface in fewer triangles, for what need not be exact.
 
     Parameters
@@ -50,26 +50,26 @@ class Surface:
     Parameters
     ----------
     mesh : Mesh
-    simplified : Simplified, optional
+    simplified : Proxy, optional
     """
 
     mesh: Mesh
-    simplified: Simplified | None = None
+    simplified: Proxy | None = None
 
     @property
-    def rough(self) -> Surface:
+    def proxy(self) -> Surface:
         """The simplified mesh as a surface, or this one where there is none."""
         return self if self.simplified is None else Surface(self.simplified.mesh)
 
-    def on_rough(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
+    def on_proxy(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
         """Values at vertices of the mesh, at those of the rough one."""
         return values if self.simplified is None else values[self.simplified.kept]
 
-    def from_rough(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
+    def from_proxy(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
         """Values at vertices of the rough mesh, at those of this one."""
         return values if self.simplified is None else values[self.simplified.vertex_map]
 
-    def once(self, name: str, make: Callable[[], Any]) -> Any:
+    def memoize(self, name: str, make: Callable[[], Any]) -> Any:
         """What is made when first asked for, and kept by the mesh as it keeps all that follows from it."""
         kept = self.mesh.__dict__.setdefault("_searches", {})
         if name not in kept:
@@ -78,7 +78,7 @@ class Surface:
 
     def _remembered(self, name: str, points: NDArray[np.float64], answer: Callable[[], Any]) -> Any:
         """What was answered to the same question of late: the nodes of a skeleton are asked for by several stages."""
-        answers = self.once("answers", dict)
+        answers = self.memoize("answers", dict)
         question = name, points.tobytes()
         if question not in answers:
             while len(answers) >= REMEMBERED:
@@ -88,21 +88,21 @@ class Surface:
 
     @property
     def _windings(self) -> igl.FastWindingNumberBVH:
-        return self.once("windings", self._winding_tree)
+        return self.memoize("windings", self._winding_tree)
 
     def _winding_tree(self) -> igl.FastWindingNumberBVH:
         tree = igl.FastWindingNumberBVH()
         tree.init(self.mesh.vertices, self.mesh.faces)
         return tree
 
-    def inward(
+    def inner_offset(
         self, vertices: NDArray[np.int64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """(k, 3) places just under some vertices, (k, 3) unit directions in from there, (k,) the thickness there."""
-        entry, inward, thickness = self.once("inward", self._inward)
+        entry, inward, thickness = self.memoize("inward", self._inward)
         unknown = vertices[np.isnan(thickness[vertices])]
         if len(unknown):
-            ahead = self.ahead(entry[unknown], inward[unknown])
+            ahead = self.ray_distance(entry[unknown], inward[unknown])
             thickness[unknown] = np.where(np.isfinite(ahead), ahead, 0.0)
         return entry[vertices], inward[vertices], thickness[vertices]
 
@@ -112,7 +112,7 @@ class Surface:
         outward = igl.per_vertex_normals(V, F, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_ANGLE)
         inward = -np.nan_to_num(outward)  # a vertex all of whose faces are degenerate has none
         inward = -inward if self.mesh.volume < 0 else inward
-        return V + 1e-6 * self.mesh.extent * inward, inward, np.full(len(V), np.nan)
+        return V + 1e-6 * self.mesh.diameter_bound * inward, inward, np.full(len(V), np.nan)
 
     def closest(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(k,) distance to the surface and (k, 3) the point on it that is nearest."""
@@ -131,9 +131,9 @@ class Surface:
         """(k,) radii of balls that the surface does not cut: the distance to it, or less where a rough one is asked."""
         if self.simplified is None:
             return self.distance(points)
-        return np.maximum(self.rough.distance(points) - self.simplified.deviation, 0.0)
+        return np.maximum(self.proxy.distance(points) - self.simplified.deviation, 0.0)
 
-    def ahead(self, points: NDArray[np.float64], directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    def ray_distance(self, points: NDArray[np.float64], directions: NDArray[np.float64]) -> NDArray[np.float64]:
         """(k,) how far the surface lies in a unit direction; infinite where it is never met."""
         return self.mesh.boxes.first_hits(points, directions)[1]
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import FormatError
-from lbskel.io.text import read_text, whole
+from lbskel.io.text import as_integers, read_text
 from lbskel.skeleton.skeleton import Skeleton
 
 NODE_COLUMNS, EDGE_COLUMNS = ("id", "x", "y", "z", "radius"), ("source", "target")
@@ -39,13 +39,13 @@ def skeleton_csv(skeleton: Skeleton, path: Path) -> dict[Path, str]:
 def read_csv(path: Path) -> Skeleton:
     """The skeleton in two tables; ids may be any whole numbers, other columns are passed over."""
     nodes, lines = _columns(read_text(path), NODE_COLUMNS)
-    ids = whole(nodes[:, 0], "ids", lines)
+    ids = as_integers(nodes[:, 0], "ids", lines)
     unique, first = np.unique(ids, return_index=True)
     for row in np.setdiff1d(np.arange(len(ids)), first)[:1]:
         raise FormatError(f"line {lines[row]}: the id {ids[row]} was given before")
     try:
         ends, lines = _columns(read_text(edges_path(path)), EDGE_COLUMNS)
-        edges = whole(ends, "edges", lines)
+        edges = as_integers(ends, "edges", lines)
         for row in np.flatnonzero(~np.isin(edges, ids).all(axis=1))[:1]:
             raise FormatError(f"line {lines[row]}: there is no node with the id {np.setdiff1d(edges[row], ids)[0]}")
     except FormatError as error:

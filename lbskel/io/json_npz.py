@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from lbskel.errors import FormatError
-from lbskel.io.text import array_of, read_bytes, read_text, whole
+from lbskel.io.text import array_of, as_integers, read_bytes, read_text
 from lbskel.skeleton.skeleton import Skeleton
 
 ZIP_MAGIC = b"PK"
@@ -76,12 +76,12 @@ def _skeleton_of(entries: Any) -> Skeleton:
     nodes = array_of(entries["nodes"], "nodes", 3)
     return Skeleton(
         nodes,
-        whole(array_of(entries["edges"], "edges", 2), "edges"),
+        as_integers(array_of(entries["edges"], "edges", 2), "edges"),
         array_of(entries["radii"], "radii") if "radii" in entries else np.full(len(nodes), np.nan),
-        whole(array_of(entries.get("node_of_vertex", []), "node_of_vertex"), "node_of_vertex"),
+        as_integers(array_of(entries.get("node_of_vertex", []), "node_of_vertex"), "node_of_vertex"),
         _typed(entries, "radius_kind", str),
         array_of(entries.get("mean_radii", []), "mean_radii"),
-        whole(array_of(entries.get("anchors", []), "anchors"), "anchors"),
+        as_integers(array_of(entries.get("anchors", []), "anchors"), "anchors"),
         _typed(entries, "report", dict),
     )
 

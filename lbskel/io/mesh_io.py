@@ -78,7 +78,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
 
 
 def read_points(path: str | os.PathLike[str]) -> PointCloud:
-    """The points in a file; faces, normals and colours are passed over.
+    """The points in a file; faces, normals and colors are passed over.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""OFF, the object file format of Geomview: text, with colours (COFF), normals (NOFF) or texture coordinates (STOFF).
+"""OFF, the object file format of Geomview: text, with colors (COFF), normals (NOFF) or texture coordinates (STOFF).
 
 Position comes first on each vertex line; what follows it is passed over.
 Format: http://www.geomview.org/docs/html/OFF.html
@@ -17,7 +17,7 @@ from lbskel.errors import FormatError
 from lbskel.geometry.mesh import Mesh
 from lbskel.io.atomic_write import rows_text
 from lbskel.io.polygon_soup import Polygons
-from lbskel.io.text import EXACT_WHOLE, Lines, lines_of, numbers_of, ragged, read_bytes, table, text_of, whole
+from lbskel.io.text import EXACT_WHOLE, Lines, as_integers, lines_of, numbers_of, ragged, read_bytes, table, text_of
 
 HEADER = re.compile(r"(ST)?C?N?OFF|off")
 PLAIN = re.compile(rb"\s*(?:OFF|off)\s+(\d{1,15})\s+(\d{1,15})\s+\d+\s")  # with the counts that are then told
@@ -51,7 +51,9 @@ def _plain(data: bytes) -> Polygons | None:
 def _with_more(text: str) -> Polygons:
     """What has other polygons, comments or more columns, line by line."""
     lines = _without_header(lines_of(text))
-    n_vertices, n_faces = whole(table(lines[:1], range(2), "counts of vertices and faces"), "counts", lines.numbers)[0]
+    n_vertices, n_faces = as_integers(
+        table(lines[:1], range(2), "counts of vertices and faces"), "counts", lines.numbers
+    )[0]
     if n_vertices < 0 or n_faces < 0 or len(lines) < 1 + n_vertices + n_faces:
         raise FormatError(
             f"line {lines.numbers[0]}: promises {n_vertices} vertices and {n_faces} faces, "
@@ -59,7 +61,7 @@ def _with_more(text: str) -> Polygons:
         )
     points = table(lines[1 : 1 + n_vertices], range(3), "three coordinates")
     faces = lines[1 + n_vertices : 1 + n_vertices + n_faces]
-    sizes = whole(table(faces, range(1), "count of corners"), "counts of corners", faces.numbers)[:, 0]
+    sizes = as_integers(table(faces, range(1), "count of corners"), "counts of corners", faces.numbers)[:, 0]
     return Polygons(points, ragged(faces, sizes, 1, "vertex indices"), sizes)
 
 

@@ -18,7 +18,7 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.io.atomic_write import rows_text
 from lbskel.io.ply import Element, Lists, parse_ply, ply_header
 from lbskel.io.polygon_soup import Polygons
-from lbskel.io.text import read_bytes, whole
+from lbskel.io.text import as_integers, read_bytes
 from lbskel.skeleton.skeleton import Skeleton
 
 RADIUS_KIND = "radius_kind "
@@ -30,7 +30,7 @@ def read_ply(path: Path) -> Polygons:
     points, face = _points(elements.get("vertex", {})), elements.get("face", {})
     for name in ("vertex_indices", "vertex_index"):
         if isinstance(corners := face.get(name), Lists):
-            values, sizes = (whole(part.astype(np.float64), "vertex indices") for part in corners)
+            values, sizes = (as_integers(part.astype(np.float64), "vertex indices") for part in corners)
             return Polygons(points, values, sizes)
     if "tristrips" in elements:
         raise FormatError("holds triangle strips, which are not read; save it with faces")
@@ -72,9 +72,9 @@ def read_ply_skeleton(path: Path) -> Skeleton:
     kinds = [comment.removeprefix(RADIUS_KIND) for comment in file.comments if comment.startswith(RADIUS_KIND)]
     return Skeleton(
         nodes,
-        whole(_columns(edge, ("vertex1", "vertex2")), "edges") if edge else np.empty((0, 2), dtype=np.int64),
+        as_integers(_columns(edge, ("vertex1", "vertex2")), "edges") if edge else np.empty((0, 2), dtype=np.int64),
         radii,
-        whole(node_of_vertex, "node_of_vertex"),
+        as_integers(node_of_vertex, "node_of_vertex"),
         next(iter(kinds), Skeleton.radius_kind),
     )
 

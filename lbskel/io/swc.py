@@ -19,7 +19,7 @@ from scipy.sparse.csgraph import depth_first_order, minimum_spanning_tree
 
 from lbskel.errors import FormatError
 from lbskel.geometry.graphs import weighted_graph
-from lbskel.io.text import lines_of, read_text, table, whole
+from lbskel.io.text import as_integers, lines_of, read_text, table
 from lbskel.skeleton.skeleton import Skeleton
 
 FORK, END, OTHER = 5, 6, 0
@@ -102,7 +102,7 @@ def read_swc(path: Path) -> Skeleton:
     text = read_text(path)
     lines = lines_of(text)
     rows = table(lines, range(7), "id, type, x, y, z, radius and parent")
-    ids, parents = (whole(rows[:, column], what, lines.numbers) for column, what in ((0, "ids"), (6, "parents")))
+    ids, parents = (as_integers(rows[:, column], what, lines.numbers) for column, what in ((0, "ids"), (6, "parents")))
     unique, first = np.unique(ids, return_index=True)
     for row in np.setdiff1d(np.arange(len(ids)), first)[:1]:
         raise FormatError(f"line {lines.numbers[row]}: the id {ids[row]} was given before")

@@ -11,6 +11,7 @@ __all__ = [
     "EXACT_WHOLE",
     "Lines",
     "array_of",
+    "as_integers",
     "lines_of",
     "naming",
     "numbers_of",
@@ -21,7 +22,6 @@ __all__ = [
     "suffix_in",
     "table",
     "text_of",
-    "whole",
 ]
 
 import os
@@ -185,11 +185,13 @@ def ragged(lines: Lines, sizes: NDArray[np.int64], first: int, what: str) -> NDA
     for size in np.unique(sizes):
         rows = np.flatnonzero(sizes == size)
         numbers = table(lines[rows], range(first, first + size), f"{size} {what}")
-        values[starts[rows][:, None] + np.arange(size)] = whole(numbers, what, lines.numbers[rows])
+        values[starts[rows][:, None] + np.arange(size)] = as_integers(numbers, what, lines.numbers[rows])
     return values
 
 
-def whole(values: NDArray[np.float64], what: str, line_numbers: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
+def as_integers(
+    values: NDArray[np.float64], what: str, line_numbers: NDArray[np.int64] | None = None
+) -> NDArray[np.int64]:
     """The values as int64, or a FormatError that names the line, or the row, of the first that is not whole."""
     bad = ~(np.abs(values) < EXACT_WHOLE) | (values != np.floor(values))
     rows = np.flatnonzero(bad.any(axis=tuple(range(1, bad.ndim))))

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import FormatError
-from lbskel.io.text import read_bytes, whole
+from lbskel.io.text import as_integers, read_bytes
 from lbskel.io.vtk_xml import VtkFile, data_array, parse_vtk
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -75,7 +75,7 @@ def read_vtp(path: Path) -> Skeleton:
         np.concatenate(nodes),
         np.concatenate(edges),
         np.concatenate(radii),
-        whole(mapped, "node_of_vertex") if mapped is not None else np.empty(0, dtype=np.int64),
+        as_integers(mapped, "node_of_vertex") if mapped is not None else np.empty(0, dtype=np.int64),
         bytes(kind.astype(np.uint8)).rstrip(b"\0").decode() if kind is not None else Skeleton.radius_kind,
     )
 
@@ -93,7 +93,7 @@ def _edges(file: VtkFile, lines: Element | None, n: int) -> NDArray[np.int64]:
     found = _array(file, lines, "connectivity"), _array(file, lines, "offsets")
     if found[0] is None or found[1] is None:
         return np.empty((0, 2), dtype=np.int64)
-    points, ends = whole(found[0], "points of lines"), whole(found[1], "ends of lines")
+    points, ends = as_integers(found[0], "points of lines"), as_integers(found[1], "ends of lines")
     if points.size and (points.min() < 0 or points.max() >= n):
         raise FormatError(f"a line names a point outside 0..{n - 1}")
     if (np.diff(ends, prepend=0) < 0).any() or (ends[-1] if len(ends) else 0) != len(points):

@@ -1,6 +1,6 @@
 """XYZ, a point per line: three coordinates with spaces or commas between.
 
-What follows them, colours or normals, is passed over.
+What follows them, colors or normals, is passed over.
 """
 
 from __future__ import annotations

@@ -20,15 +20,10 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.triangles import corners_of
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import (
-    edge_vectors,
-    products,
-    touched_vertices,
-    unit_scale,
-    without_degenerate,
-)
+from lbskel.operators.corner_angles import edge_vectors, products, touched_vertices, without_degenerate
 from lbskel.operators.masses import voronoi_mass
 
 STRENGTH = 1.0

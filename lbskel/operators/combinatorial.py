@@ -28,6 +28,6 @@ def graph(mesh: Mesh) -> Laplacian:
 
 
 def random_walk(mesh: Mesh) -> Laplacian:
-    """D - A with the degrees as mass, so that the strong form is I - D^-1 A: a vertex less its neighbours' mean."""
+    """D - A with the degrees as mass, so that the strong form is I - D^-1 A: a vertex less its neighbors' mean."""
     stiffness = _degrees_less_adjacency(mesh)
     return Laplacian(stiffness, diagonal_matrix(stiffness.diagonal()))

@@ -13,7 +13,6 @@ __all__ = [
     "edge_vectors",
     "products",
     "touched_vertices",
-    "unit_scale",
     "without_degenerate",
 ]
 
@@ -24,14 +23,9 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.triangles import corners_of
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.scaling import unit_scale
 
 LIMIT = 1 / np.finfo(np.float64).eps
-
-
-def unit_scale(vertices: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
-    """Vertices divided by 2^k so that the largest coordinate is between 1/2 and 1, and k: exact, nothing overflows."""
-    k = int(np.frexp(np.abs(vertices).max())[1])
-    return np.ldexp(vertices, -k), k
 
 
 def edge_vectors(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:

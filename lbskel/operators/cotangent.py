@@ -11,9 +11,10 @@ __all__ = ["cotangent"]
 import igl
 
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import touched_vertices, unit_scale, without_degenerate
+from lbskel.operators.corner_angles import touched_vertices, without_degenerate
 from lbskel.operators.masses import voronoi_mass
 
 

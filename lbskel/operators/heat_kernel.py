@@ -16,9 +16,9 @@ from scipy.sparse import csc_array
 from scipy.spatial import KDTree
 
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import stiffness_of_pairs
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import unit_scale
 from lbskel.operators.masses import barycentric_mass
 
 TIME = 1.0

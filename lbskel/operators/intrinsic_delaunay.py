@@ -7,7 +7,7 @@ that mends the worst: Sharp, Crane 2020, https://doi.org/10.1111/cgf.14069, sect
 
 from __future__ import annotations
 
-__all__ = ["intrinsic_delaunay", "shortfall"]
+__all__ = ["intrinsic_delaunay", "mollification_offset"]
 
 import igl
 import numpy as np
@@ -16,16 +16,22 @@ from scipy.sparse import csc_array
 
 from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import touched_vertices, unit_scale, without_degenerate
-from lbskel.operators.intrinsic_triangulation import IntrinsicTriangulation, cotangents_of_lengths, delaunay, glued
+from lbskel.operators.corner_angles import touched_vertices, without_degenerate
+from lbskel.operators.intrinsic_triangulation import (
+    IntrinsicTriangulation,
+    cotangents_of_lengths,
+    delaunay,
+    half_edge_twins,
+)
 from lbskel.operators.masses import voronoi_mass
 
 MOLLIFY_FACTOR = 1e-6
 
 
-def shortfall(lengths: NDArray[np.float64], factor: float) -> NDArray[np.float64]:
+def mollification_offset(lengths: NDArray[np.float64], factor: float) -> NDArray[np.float64]:
     """(m,) what each edge must gain for the triangle inequalities to hold by this fraction of the mean length."""
     a, b, c = lengths.T
     return np.maximum(2 * np.maximum(np.maximum(a, b), c) - (a + b + c) + factor * lengths.mean(), 0.0)
@@ -47,10 +53,10 @@ def intrinsic_delaunay(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) ->
         On a mesh with a non-manifold edge, or that cannot be oriented.
     """
     faces = mesh.faces
-    twins = glued(faces)
+    twins = half_edge_twins(faces)
     if twins is None:
         faces = igl.bfs_orient(faces)[0]
-        twins = glued(faces)
+        twins = half_edge_twins(faces)
     if twins is None:
         raise MeshError(
             "intrinsic_delaunay needs an orientable mesh with no more than two faces at an edge; "
@@ -59,7 +65,7 @@ def intrinsic_delaunay(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) ->
     n, lengths = len(mesh.vertices), igl.edge_lengths(unit_scale(mesh.vertices)[0], faces)
     if not lengths.any():
         return Laplacian(csc_array((n, n)), voronoi_mass(mesh), treated_vertices=np.unique(faces))
-    missing = shortfall(lengths, mollify_factor)
+    missing = mollification_offset(lengths, mollify_factor)
     flipped = delaunay(IntrinsicTriangulation(faces, lengths + missing.max(), twins))
     # mended triangles of no area may lose it again to the rounding of flips
     cotangents, degenerate = without_degenerate(cotangents_of_lengths(flipped.lengths))

@@ -10,7 +10,7 @@ some thin triangles, and are wrong or abort on faces that are not oriented alike
 
 from __future__ import annotations
 
-__all__ = ["IntrinsicTriangulation", "cotangents_of_lengths", "delaunay", "glued"]
+__all__ = ["IntrinsicTriangulation", "cotangents_of_lengths", "delaunay", "half_edge_twins"]
 
 from dataclasses import dataclass
 
@@ -32,7 +32,7 @@ class IntrinsicTriangulation:
     twins: NDArray[np.int64]
 
 
-def glued(faces: NDArray[np.int64]) -> NDArray[np.int64] | None:
+def half_edge_twins(faces: NDArray[np.int64]) -> NDArray[np.int64] | None:
     """(3m,) twin of each half-edge, -1 at the boundary; None unless each edge has at most two faces, oriented alike."""
     start, end = faces[:, [1, 2, 0]].ravel(), faces[:, [2, 0, 1]].ravel()
     n = int(faces.max()) + 1

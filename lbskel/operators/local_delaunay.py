@@ -1,8 +1,8 @@
-"""The Delaunay star of each point of a cloud among its nearest neighbours, for all points at once.
+"""The Delaunay star of each point of a cloud among its nearest neighbors, for all points at once.
 
-With the point at the origin, its neighbours q in the star are those whose inversions q / |q|^2 are corners of the
-convex hull of all inversions and the origin: that hull is polar to the Voronoi cell. A neighbour in the triangle
-of the origin and the neighbours before and after it by angle is no corner, and is dropped; rounds of this leave the
+With the point at the origin, its neighbors q in the star are those whose inversions q / |q|^2 are corners of the
+convex hull of all inversions and the origin: that hull is polar to the Voronoi cell. A neighbor in the triangle
+of the origin and the neighbors before and after it by angle is no corner, and is dropped; rounds of this leave the
 hull.
 """
 
@@ -27,21 +27,19 @@ def _sine(a: NDArray[np.float64], b: NDArray[np.float64], sizes: NDArray[np.floa
     return np.divide(_cross(a, b), sizes, out=np.zeros_like(sizes), where=sizes > 0)
 
 
-def _neighbours_in_plane(
-    points: NDArray[np.float64], n_neighbours: int
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """(n, k) neighbours of each point by angle, and their (n, k, 2) places in its plane; a point itself is at 0."""
-    neighbours = KDTree(points).query(points, k=min(n_neighbours, len(points)))[1].reshape(len(points), -1)
-    offsets = points[neighbours] - points[:, None]
-    centred = offsets - offsets.mean(axis=1, keepdims=True)
-    axes = np.linalg.eigh(np.einsum("nki,nkj->nij", centred, centred))[1][:, :, :0:-1]
+def _neighbors_in_plane(points: NDArray[np.float64], n_neighbors: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """(n, k) neighbors of each point by angle, and their (n, k, 2) places in its plane; a point itself is at 0."""
+    neighbors = KDTree(points).query(points, k=min(n_neighbors, len(points)))[1].reshape(len(points), -1)
+    offsets = points[neighbors] - points[:, None]
+    centered = offsets - offsets.mean(axis=1, keepdims=True)
+    axes = np.linalg.eigh(np.einsum("nki,nkj->nij", centered, centered))[1][:, :, :0:-1]
     Q = np.einsum("nki,nij->nkj", offsets, axes)
     order = np.argsort(np.arctan2(Q[..., 1], Q[..., 0]), axis=1, kind="stable")
-    return np.take_along_axis(neighbours, order, axis=1), np.take_along_axis(Q, order[..., None], axis=1)
+    return np.take_along_axis(neighbors, order, axis=1), np.take_along_axis(Q, order[..., None], axis=1)
 
 
 def _around(active: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """(n, k) columns of the active neighbours before and after each column, cyclically."""
+    """(n, k) columns of the active neighbors before and after each column, cyclically."""
     k = active.shape[1]
     columns = np.arange(k)
     latest = np.maximum.accumulate(np.where(active, columns, -1), axis=1)
@@ -58,16 +56,16 @@ def _at(values: NDArray[np.float64], columns: NDArray[np.int64]) -> NDArray[np.f
     return np.take_along_axis(values, columns[..., None], axis=1)
 
 
-def delaunay_stars(points: NDArray[np.float64], n_neighbours: int) -> NDArray[np.int64]:
-    """(t, 3) triangles of the stars of all points, each with its centre first; open fans at the rim.
+def delaunay_stars(points: NDArray[np.float64], n_neighbors: int) -> NDArray[np.int64]:
+    """(t, 3) triangles of the stars of all points, each with its center first; open fans at the rim.
 
     Parameters
     ----------
     points : (n, 3) array of float
-    n_neighbours : int
+    n_neighbors : int
         How many nearest points, itself among them, each point looks at.
     """
-    neighbours, Q = _neighbours_in_plane(points, n_neighbours)
+    neighbors, Q = _neighbors_in_plane(points, n_neighbors)
     squares = (Q**2).sum(axis=-1)
     active = squares > TOLERANCE**2 * squares.max(axis=1, keepdims=True)
     Z = np.divide(Q, squares[..., None], out=np.zeros_like(Q), where=active[..., None])
@@ -87,4 +85,4 @@ def delaunay_stars(points: NDArray[np.float64], n_neighbours: int) -> NDArray[np
             break
         active &= ~dropped
     point, column = np.nonzero(active & (to_after > TOLERANCE))
-    return np.stack([point, neighbours[point, column], neighbours[point, after[point, column]]], axis=1)
+    return np.stack([point, neighbors[point, column], neighbors[point, after[point, column]]], axis=1)

@@ -20,8 +20,9 @@ from scipy.sparse import csc_array
 
 from lbskel._kernels.triangles import corners_of, voronoi_of
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import diagonal_matrix, symmetric_matrix
-from lbskel.operators.corner_angles import LIMIT, unit_scale
+from lbskel.operators.corner_angles import LIMIT
 
 
 def _diagonal(mesh: Mesh, corner_areas: NDArray[np.float64]) -> csc_array:

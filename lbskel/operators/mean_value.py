@@ -14,13 +14,10 @@ from scipy.sparse import coo_array, csc_array
 
 from lbskel._kernels.triangles import corners_of
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import diagonal_matrix, stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import (
-    touched_vertices,
-    unit_scale,
-    without_degenerate,
-)
+from lbskel.operators.corner_angles import touched_vertices, without_degenerate
 from lbskel.operators.masses import moment_mass
 
 

@@ -13,10 +13,11 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import touched_vertices, unit_scale
-from lbskel.operators.intrinsic_delaunay import MOLLIFY_FACTOR, shortfall
+from lbskel.operators.corner_angles import touched_vertices
+from lbskel.operators.intrinsic_delaunay import MOLLIFY_FACTOR, mollification_offset
 from lbskel.operators.intrinsic_triangulation import cotangents_of_lengths
 from lbskel.operators.masses import voronoi_mass
 
@@ -33,6 +34,6 @@ def mollified(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacia
     n, lengths = len(mesh.vertices), igl.edge_lengths(unit_scale(mesh.vertices)[0], mesh.faces)
     if not lengths.any():
         return Laplacian(csc_array((n, n)), voronoi_mass(mesh), treated_vertices=np.unique(mesh.faces))
-    missing = shortfall(lengths, mollify_factor)
+    missing = mollification_offset(lengths, mollify_factor)
     stiffness = stiffness_of_corner_weights(n, mesh.faces, cotangents_of_lengths(lengths + missing.max()) / 2)
     return Laplacian(stiffness, voronoi_mass(mesh), treated_vertices=touched_vertices(mesh, missing[:, None] > 0))

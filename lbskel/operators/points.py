@@ -1,7 +1,7 @@
 """Laplacians of point clouds: tufted, local Delaunay and heat kernel.
 
 ``robust``: Sharp, Crane 2020, https://doi.org/10.1111/cgf.14069, by robust_laplacian. ``local_delaunay``: cotangents in
-the Delaunay star of each point among its neighbours, projected to their plane of least squares; one star fills one row,
+the Delaunay star of each point among its neighbors, projected to their plane of least squares; one star fills one row,
 so it is not symmetric; Cao, Tagliasacchi, Olson, Zhang, Su 2010, https://doi.org/10.1109/SMI.2010.25.
 ``heat_kernel``: Belkin, Sun, Wang 2009, https://doi.org/10.1137/1.9781611973068.112, with the areas of those stars.
 """
@@ -17,16 +17,17 @@ from scipy.sparse import coo_array, csc_array
 
 from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh, PointCloud
+from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import diagonal_matrix
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import corner_cotangents, unit_scale, without_degenerate
+from lbskel.operators.corner_angles import corner_cotangents, without_degenerate
 from lbskel.operators.heat_kernel import CUT_OFF, TIME, heat_kernel_stiffness
 from lbskel.operators.local_delaunay import delaunay_stars
 from lbskel.operators.masses import voronoi_corners
 from lbskel.operators.robust import MOLLIFY_FACTOR
 from lbskel.operators.robust import robust as robust_of_mesh
 
-N_NEIGHBOURS = 30
+N_NEIGHBORS = 30
 
 
 def _nothing(n: int) -> Laplacian:
@@ -34,18 +35,18 @@ def _nothing(n: int) -> Laplacian:
     return Laplacian(csc_array((n, n)), csc_array((n, n)), treated_vertices=np.arange(n))
 
 
-def robust(cloud: PointCloud, *, n_neighbours: int = N_NEIGHBOURS, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
+def robust(cloud: PointCloud, *, n_neighbors: int = N_NEIGHBORS, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
     """The tufted Laplacian of the triangles of all local Delaunay stars, each counted a third, with its own mass."""
     P, k = unit_scale(cloud.points)
-    if len(P) > n_neighbours:
+    if len(P) > n_neighbors:
         try:
             stiffness, mass = robust_laplacian.point_cloud_laplacian(
-                P, mollify_factor=mollify_factor, n_neighbors=n_neighbours
+                P, mollify_factor=mollify_factor, n_neighbors=n_neighbors
             )
             return Laplacian(csc_array(stiffness), np.ldexp(1.0, 2 * k) * csc_array(mass))
         except (RuntimeError, MeshError):
             pass  # it gives up where a point is in no triangle: doubled points, points on a line
-    stars = delaunay_stars(P, n_neighbours + 1)
+    stars = delaunay_stars(P, n_neighbors + 1)
     if len(stars) == 0:
         return _nothing(len(P))
     soup = robust_of_mesh(Mesh(cloud.points, stars), mollify_factor=mollify_factor)
@@ -54,9 +55,9 @@ def robust(cloud: PointCloud, *, n_neighbours: int = N_NEIGHBOURS, mollify_facto
 
 
 def stars_of(cloud: PointCloud) -> NDArray[np.int64]:
-    """(t, 3) Delaunay stars of the points among their neighbours, 8 to 30 of them as in Cao et al. 2010."""
-    n_neighbours = int(np.clip(round(0.012 * len(cloud.points)), 8, 30))
-    return delaunay_stars(unit_scale(cloud.points)[0], n_neighbours)
+    """(t, 3) Delaunay stars of the points among their neighbors, 8 to 30 of them as in Cao et al. 2010."""
+    n_neighbors = int(np.clip(round(0.012 * len(cloud.points)), 8, 30))
+    return delaunay_stars(unit_scale(cloud.points)[0], n_neighbors)
 
 
 def _star_areas(cloud: PointCloud, stars: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -80,13 +81,13 @@ def local_delaunay(cloud: PointCloud, *, stars: NDArray[np.int64] | None = None)
         return _nothing(n)
     mesh = Mesh(cloud.points, stars)
     cotangents, degenerate = without_degenerate(corner_cotangents(mesh))
-    centre, first, second = stars.T
+    center, first, second = stars.T
     entries = np.concatenate([cotangents[:, 2], cotangents[:, 1]]) / 2
-    rows, columns = np.concatenate([centre, centre]), np.concatenate([first, second])
+    rows, columns = np.concatenate([center, center]), np.concatenate([first, second])
     W = coo_array((entries, (rows, columns)), shape=(n, n)).tocsc()
     stiffness = (diagonal_matrix(W.sum(axis=1)) - W).tocsc()
-    alone = np.bincount(centre, minlength=n) == 0
-    alone[centre[degenerate.any(axis=1)]] = True
+    alone = np.bincount(center, minlength=n) == 0
+    alone[center[degenerate.any(axis=1)]] = True
     areas = diagonal_matrix(_star_areas(cloud, stars))
     return Laplacian(stiffness, areas, treated_vertices=np.flatnonzero(alone))
 

@@ -20,9 +20,10 @@ from scipy.sparse import csc_array
 
 from lbskel.errors import MeshError
 from lbskel.geometry.mesh import PointCloud, first_few
+from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import diagonal_matrix
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import LIMIT, unit_scale
+from lbskel.operators.corner_angles import LIMIT
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,10 +14,10 @@ import robust_laplacian
 from scipy.sparse import csc_array
 
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import diagonal_matrix
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import unit_scale
-from lbskel.operators.intrinsic_delaunay import shortfall
+from lbskel.operators.intrinsic_delaunay import mollification_offset
 
 MOLLIFY_FACTOR = 1e-5
 
@@ -37,7 +37,7 @@ def robust(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
     lengths = igl.edge_lengths(V, F)
     if not lengths.any():
         return Laplacian(csc_array((n, n)), csc_array((n, n)), treated_vertices=np.unique(mesh.faces))
-    treated = np.unique(F[shortfall(lengths, mollify_factor) > 0])
+    treated = np.unique(F[mollification_offset(lengths, mollify_factor) > 0])
     stiffness, mass = robust_laplacian.mesh_laplacian(V, F, mollify_factor=mollify_factor)
     while not (np.isfinite(stiffness.data).all() and np.isfinite(mass.data).all()) and mollify_factor < 1:
         mollify_factor *= 10

@@ -6,7 +6,7 @@ published, and on to a millionth of the volume, it tells whether and where the s
 
 from __future__ import annotations
 
-__all__ = ["CASES", "InAreaScale", "Outcome", "outcome", "record", "representative"]
+__all__ = ["CASES", "AreaNormalized", "ComparisonResult", "outcome", "record", "representative"]
 
 import time
 from collections.abc import Mapping
@@ -20,18 +20,19 @@ from lbskel.contraction.flow import Contraction, Step, contract
 from lbskel.contraction.settings import PRESETS, STRATEGIES, ContractionSettings
 from lbskel.errors import LbskelError, MeshError
 from lbskel.evaluation.ground_truth import compare
+from lbskel.geometry.components import components
 from lbskel.geometry.mesh import Mesh
 from lbskel.operators import Laplacian, operator_named
 from lbskel.pipeline.component import MOST_FACES
 from lbskel.pipeline.stages import skeletonize
-from lbskel.preprocess import components, prepare, simplify, why_no_inside
+from lbskel.preprocess import prepare, simplify, why_no_inside
 from lbskel.skeleton.skeleton import Skeleton
 
 FREE_VOLUME = 1e-6  # the published target
 
 
 @dataclass(frozen=True)
-class InAreaScale:
+class AreaNormalized:
     """An operator whose weights are multiplied by area over total mass: 1 where the mass is the area.
 
     Weights with a unit, as mean values, pull the harder the finer the mesh; so multiplied they do not.
@@ -58,12 +59,12 @@ def _cases() -> dict[str, ContractionSettings]:
     """The presets, then each strategy with each energy that it belongs to."""
     cases = dict(PRESETS)
     scaled = {
-        "mean value, to scale": {"operator": InAreaScale("mean_value")},
-        "mean value, symmetric, to scale": {"operator": InAreaScale("mean_value_symmetric")},
+        "mean value, to scale": {"operator": AreaNormalized("mean_value")},
+        "mean value, symmetric, to scale": {"operator": AreaNormalized("mean_value_symmetric")},
     }
     for energy in ENERGIES:
         for name, changes in {**STRATEGIES, **scaled}.items():
-            if energy == "least_squares" or "degenerate" not in changes:
+            if energy == "least_squares" or "degenerate_rows" not in changes:
                 cases[f"{name}; {energy.replace('_', ' ')}"] = ContractionSettings(energy=energy, **changes)
     return cases
 
@@ -72,7 +73,7 @@ CASES: Mapping[str, ContractionSettings] = _cases()
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class ComparisonResult:
     """What came of a mesh by one choice of settings.
 
     Parameters
@@ -114,7 +115,7 @@ def representative(mesh: Mesh, *, most_faces: int = MOST_FACES) -> Mesh:
     return simplify(largest.mesh, target_faces=most_faces).mesh
 
 
-def outcome(mesh: Mesh, settings: ContractionSettings) -> Outcome:
+def outcome(mesh: Mesh, settings: ContractionSettings) -> ComparisonResult:
     """Contract with the guard and without, and make a skeleton.
 
     Parameters
@@ -131,20 +132,22 @@ def outcome(mesh: Mesh, settings: ContractionSettings) -> Outcome:
     except LbskelError as problem:
         error = str(problem)
     seconds = time.perf_counter() - began
-    unguarded = replace(settings, guard=False, volume_ratio=min(FREE_VOLUME, settings.volume_ratio))
+    unguarded = replace(settings, rollback=False, volume_ratio=min(FREE_VOLUME, settings.volume_ratio))
     try:
         free = contract(mesh, unguarded, on_step=lambda step, now: meshes.append(now))
     except LbskelError as problem:
         error = error or str(problem)
-    return Outcome(settings, skeleton, free, tuple(meshes), error, seconds)
+    return ComparisonResult(settings, skeleton, free, tuple(meshes), error, seconds)
 
 
-def record(result: Outcome, *, truth: Skeleton | None = None, reference: Skeleton | None = None) -> dict[str, Any]:
+def record(
+    result: ComparisonResult, *, truth: Skeleton | None = None, reference: Skeleton | None = None
+) -> dict[str, Any]:
     """The numbers of an outcome, plain enough for JSON.
 
     Parameters
     ----------
-    result : Outcome
+    result : ComparisonResult
     truth : Skeleton, optional
         The true skeleton, for accuracy and coverage.
     reference : Skeleton, optional
@@ -171,7 +174,7 @@ def _of_skeleton(skeleton: Skeleton, truth: Skeleton | None, reference: Skeleton
         "topology right": part["checks"]["is_topology_right"],
         "contracted": part["checks"]["is_contracted"],
         "tips": part["tips"],
-        "inside": part["length_inside"],
+        "inside": part["inside_fraction"],
     }
     if truth is not None:
         measured = compare(skeleton, truth)
@@ -197,9 +200,9 @@ def _of_free(free: Contraction) -> dict[str, Any]:
         "areas": [_plain(step.area_ratio) for step in steps],
         "volumes": [_plain(step.volume_ratio) for step in steps],
         "boxes": [_plain(step.box_ratio) for step in steps],
-        "treated": [step.n_treated for step in steps],
-        "drift": [_plain(step.drift) for step in steps],
-        "worst angle": [step.worst_angle for step in steps],
+        "treated": [step.n_fallback_rows for step in steps],
+        "max_displacement": [_plain(step.max_displacement) for step in steps],
+        "worst angle": [step.min_angle_deg for step in steps],
     }
 
 

@@ -21,18 +21,24 @@ from lbskel.contraction.surgery import collapse
 from lbskel.errors import UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import straight_thickness
-from lbskel.geometry.surface_queries import Simplified, Surface
-from lbskel.pipeline.profiling import Clock
-from lbskel.preprocess import Preprocessed, simplify
+from lbskel.geometry.surface_queries import Proxy, Surface
+from lbskel.pipeline.profiling import StageTimer
+from lbskel.preprocess import PreprocessResult, simplify
 from lbskel.refinement.anchors import attach_anchors
-from lbskel.refinement.centering import carry_to, inscribed_radii, mean_radii, recenter, settle
-from lbskel.refinement.centerlines import find_axes
-from lbskel.refinement.containment import keep_inside, length_inside
-from lbskel.refinement.junctions import gather_junctions
-from lbskel.refinement.missing_branches import grow_missed_limbs
+from lbskel.refinement.centering import (
+    fit_to_centerlines,
+    inscribed_radii,
+    mean_radii,
+    reassign_to_nearest_node,
+    recenter,
+)
+from lbskel.refinement.centerlines import find_section_centers
+from lbskel.refinement.containment import inside_fraction, reroute_inside
+from lbskel.refinement.junctions import merge_junctions_by_axes
+from lbskel.refinement.missing_branches import grow_missing_branches
 from lbskel.refinement.tips import extend_tips, tips_at_surface
-from lbskel.refinement.vertex_map import join_regions
-from lbskel.skeleton.pruning import cut_swallowed, merge_junctions, prune
+from lbskel.refinement.vertex_map import make_regions_connected
+from lbskel.skeleton.pruning import merge_junctions, prune, prune_contained_branches
 from lbskel.skeleton.resampling import resample
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -73,7 +79,7 @@ class Options:
 
 
 def skeleton_of_component(
-    mesh: Mesh, options: Options, anchors: tuple[NDArray[np.int64], NDArray[np.float64]], clock: Clock
+    mesh: Mesh, options: Options, anchors: tuple[NDArray[np.int64], NDArray[np.float64]], clock: StageTimer
 ) -> tuple[Skeleton, Surface, dict[str, Any]]:
     """Contract, collapse, prune, refine and check one connected surface.
 
@@ -84,7 +90,7 @@ def skeleton_of_component(
     options : Options
     anchors : pair of (a,) array of int and (a, 3) array of float
         The vertices at or near the anchors, and their places.
-    clock : Clock
+    clock : StageTimer
 
     Returns
     -------
@@ -94,7 +100,7 @@ def skeleton_of_component(
     report : dict
         What was done and checked, ready for JSON.
     """
-    proxy = Preprocessed(mesh, np.arange(len(mesh.vertices)))
+    proxy = PreprocessResult(mesh, np.arange(len(mesh.vertices)))
     if options.resolution == "auto":
         proxy = clock("simplify", _simple, mesh)
     limit = None if clock.time_limit is None else CONTRACTING * max(clock.seconds_left, 0.0)
@@ -103,21 +109,21 @@ def skeleton_of_component(
     graph = clock("collapse", collapse, coarse, proxy.mesh, vertex_map=vertex_map)
     skeleton = Skeleton(coarse.vertices[graph.kept], graph.edges, np.zeros(len(graph.kept)), graph.node_of_vertex)
     surface = Surface(mesh, _simplified(mesh, proxy))
-    skeleton = clock("prune", _pruned, skeleton, surface.rough, options.prune)
-    skeleton = clock.if_time("gather", _gathered, skeleton, surface.rough)
+    skeleton = clock("prune", _pruned, skeleton, surface.proxy, options.prune)
+    skeleton = clock.if_time("gather", _gathered, skeleton, surface.proxy)
     skeleton = replace(skeleton, node_of_vertex=skeleton.node_of_vertex[proxy.vertex_map])
-    skeleton = clock.if_time("recentre", recenter, skeleton, surface)
+    skeleton = clock.if_time("recenter", recenter, skeleton, surface)
     skeleton = clock.if_time("extend", extend_tips, skeleton, surface)
-    skeleton = clock("prune", cut_swallowed, inscribed_radii(skeleton, surface.rough), mesh)
-    skeleton = clock.if_time("extend", grow_missed_limbs, skeleton, surface, ratio=options.prune)
+    skeleton = clock("prune", prune_contained_branches, inscribed_radii(skeleton, surface.proxy), mesh)
+    skeleton = clock.if_time("extend", grow_missing_branches, skeleton, surface, ratio=options.prune)
     skeleton = clock.if_time("lead inside", _led_inside, skeleton, surface)
     if options.tips == "surface":
         skeleton = clock.if_time("extend", tips_at_surface, skeleton, surface)
     skeleton = clock("anchor", attach_anchors, inscribed_radii(skeleton, surface), surface, *anchors)
-    skeleton = clock("map", settle, skeleton, mesh)
-    skeleton = clock("map", join_regions, skeleton, mesh)
+    skeleton = clock("map", reassign_to_nearest_node, skeleton, mesh)
+    skeleton = clock("map", make_regions_connected, skeleton, mesh)
     skeleton = replace(skeleton, mean_radii=mean_radii(skeleton, mesh).radii)
-    inside = clock("check", length_inside, skeleton, surface)
+    inside = clock("check", inside_fraction, skeleton, surface)
     genus = mesh.genus
     checks = {
         "is_topology_right": None if genus is None else (skeleton.n_components, skeleton.cycle_rank) == (1, genus),
@@ -135,12 +141,12 @@ def skeleton_of_component(
             "genus": genus,
             "status": contraction.status.value,
             "steps": [_record(step) for step in contraction.steps],
-            "are_tunnels_guarded": graph.is_guarded,
-            "loops_cut": graph.n_loops_cut,
+            "handles_certified": graph.handles_certified,
+            "spurious_loops_removed": graph.n_spurious_loops_removed,
             "cycle_rank": skeleton.cycle_rank,
             "tips": len(skeleton.tips),
             "junctions": len(skeleton.junctions),
-            "length_inside": inside,
+            "inside_fraction": inside,
             "checks": checks,
         },
     )
@@ -159,18 +165,18 @@ def enough_faces(mesh: Mesh) -> int:
     if len(mesh.faces) <= most:
         return most
     sample = np.flatnonzero(mesh.face_areas)[:: 1 + len(mesh.faces) // SAMPLES]
-    radius = np.maximum(straight_thickness(mesh, sample) / 2, TINY * mesh.extent)
+    radius = np.maximum(straight_thickness(mesh, sample) / 2, TINY * mesh.diameter_bound)
     areas = mesh.face_areas[sample]
     in_edges = (areas / radius**2).sum() * mesh.area / areas.sum() / EDGE**2
     return int(np.clip(in_edges / EQUILATERAL, FEWEST_FACES, most))
 
 
-def _simple(mesh: Mesh) -> Preprocessed:
+def _simple(mesh: Mesh) -> PreprocessResult:
     """The mesh in no more faces than its skeleton needs."""
     return simplify(mesh, target_faces=enough_faces(mesh))
 
 
-def _simplified(mesh: Mesh, proxy: Preprocessed) -> Simplified | None:
+def _simplified(mesh: Mesh, proxy: PreprocessResult) -> Proxy | None:
     """The mesh that was contracted, beside the whole one; None where it is the same."""
     deviations = [step["deviation"] for step in proxy.report.get("steps", []) if "deviation" in step]
     if not deviations:
@@ -179,7 +185,7 @@ def _simplified(mesh: Mesh, proxy: Preprocessed) -> Simplified | None:
     kept[proxy.vertex_map] = np.arange(len(proxy.vertex_map))
     if (kept < 0).any():  # where the surface was meshed anew
         kept = np.where(kept < 0, cKDTree(mesh.vertices).query(proxy.mesh.vertices)[1], kept)
-    return Simplified(proxy.mesh, proxy.vertex_map, kept, SURE * deviations[0])
+    return Proxy(proxy.mesh, proxy.vertex_map, kept, SURE * deviations[0])
 
 
 def _record(step: Step) -> dict[str, Any]:
@@ -195,20 +201,20 @@ def _pruned(skeleton: Skeleton, surface: Surface, ratio: float) -> Skeleton:
 
 def _gathered(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Junctions that are one made one, and every branch evenly spaced and on its axis between them."""
-    axes = find_axes(skeleton, surface)
-    gathered = gather_junctions(inscribed_radii(skeleton, surface), axes, surface)
+    axes = find_section_centers(skeleton, surface)
+    gathered = merge_junctions_by_axes(inscribed_radii(skeleton, surface), axes, surface)
     if len(gathered.nodes) < len(skeleton.nodes):
         skeleton = _spaced(gathered, surface)
-        axes = find_axes(skeleton, surface)
-    return carry_to(skeleton, axes, surface)
+        axes = find_section_centers(skeleton, surface)
+    return fit_to_centerlines(skeleton, axes, surface)
 
 
 def _led_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Every branch inside a closed surface and evenly spaced."""
     if surface.mesh.is_closed:
-        skeleton = keep_inside(skeleton, surface)
+        skeleton = reroute_inside(skeleton, surface)
     skeleton = _spaced(skeleton, surface)
-    return keep_inside(skeleton, surface) if surface.mesh.is_closed else skeleton  # where even spacing cut a corner
+    return reroute_inside(skeleton, surface) if surface.mesh.is_closed else skeleton  # where even spacing cut a corner
 
 
 def _spaced(skeleton: Skeleton, surface: Surface) -> Skeleton:

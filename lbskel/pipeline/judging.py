@@ -12,7 +12,7 @@ from lbskel.evaluation import scoring
 from lbskel.evaluation.scoring import Score
 from lbskel.io import as_mesh
 from lbskel.preprocess import Pipeline, prepare
-from lbskel.refinement.vertex_map import filled
+from lbskel.refinement.vertex_map import complete_map
 from lbskel.skeleton.skeleton import Skeleton
 
 
@@ -53,5 +53,5 @@ def score(skeleton: Skeleton, mesh: Any, *, preprocess: str | Pipeline | None = 
         kept = np.flatnonzero(prepared.vertex_map >= 0)[::-1]  # of several that were merged the first counts
         node_of_vertex = np.full(len(prepared.mesh.vertices), -1)
         node_of_vertex[prepared.vertex_map[kept]] = skeleton.node_of_vertex[kept]
-        skeleton = filled(skeleton, node_of_vertex, prepared.mesh)
+        skeleton = complete_map(skeleton, node_of_vertex, prepared.mesh)
     return scoring.score(skeleton, prepared.mesh)

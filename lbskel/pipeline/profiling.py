@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["Clock", "Progress"]
+__all__ = ["Progress", "StageTimer"]
 
 import time
 from collections.abc import Callable
@@ -16,7 +16,7 @@ RESET, STATUS = Path("/proc/self/clear_refs"), Path("/proc/self/status")  # of t
 
 
 @dataclass
-class Clock:
+class StageTimer:
     """Seconds spent in each stage, and the caller told of each as it begins.
 
     Parameters
@@ -24,13 +24,13 @@ class Clock:
     on_stage : callable, optional
     time_limit : float, optional
         Seconds from now on after which stages that can be left out are.
-    is_profiling : bool
+    measures_memory : bool
         Whether to measure the peak of memory in each stage too, which sets the process's own record of it back.
     """
 
     on_stage: Progress | None = None
     time_limit: float | None = None
-    is_profiling: bool = False
+    measures_memory: bool = False
     seconds: dict[str, float] = field(default_factory=dict)
     megabytes: dict[str, float] = field(default_factory=dict)
     left_out: list[str] = field(default_factory=list)
@@ -40,7 +40,7 @@ class Clock:
         """What the function returns."""
         if self.on_stage is not None:
             self.on_stage(stage)
-        measures_memory = self.is_profiling and RESET.exists()
+        measures_memory = self.measures_memory and RESET.exists()
         if measures_memory:
             RESET.write_text("5")
         began = time.perf_counter()

@@ -18,14 +18,15 @@ from scipy.spatial import cKDTree
 from lbskel.contraction.flow import PRESETS, ContractionSettings
 from lbskel.errors import MeshError, UnknownChoice, choose, first_few
 from lbskel.evaluation.scoring import FEWEST_FACES, Score, score_on
+from lbskel.geometry.components import components
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 from lbskel.io import as_mesh
 from lbskel.operators import Operator
 from lbskel.pipeline.component import Options, skeleton_of_component
-from lbskel.pipeline.profiling import Clock, Progress
-from lbskel.preprocess import Pipeline, components, prepare, why_no_inside
-from lbskel.refinement.anchors import nearest_node, place_of, rooted
+from lbskel.pipeline.profiling import Progress, StageTimer
+from lbskel.preprocess import Pipeline, prepare, why_no_inside
+from lbskel.refinement.anchors import nearest_node, reroot, resolve_anchor
 from lbskel.skeleton.resampling import resample
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -65,7 +66,7 @@ def skeletonize(
     prune : float
         An end branch is kept where it stands out this many local radii from its junction.
     tips : str
-        ``inside`` ends branches at the centre of the last inscribed ball, ``surface`` on the surface.
+        ``inside`` ends branches at the center of the last inscribed ball, ``surface`` on the surface.
     anchors : sequence of int or (3,) array_like
         Vertices, or points inside, at each of which there will be a node; they are in ``anchors`` of the result.
     root : int or (3,) array_like, optional
@@ -112,15 +113,15 @@ def skeletonize(
     options = Options(_settings(preset, operator, energy, solver), resolution, prune, tips)
     if time_limit is not None and not time_limit > 0:
         raise UnknownChoice(f"time_limit must be positive, not {time_limit}")
-    clock = Clock(on_stage, time_limit, profile)
+    clock = StageTimer(on_stage, time_limit, profile)
     given = clock("read", as_mesh, mesh)
     tidied = clock("preprocess", prepare, given, preprocess)
-    centre, scale = tidied.mesh.centroid, tidied.mesh.extent
+    center, scale = tidied.mesh.centroid, tidied.mesh.diameter_bound
     if not scale > 0:
         raise MeshError("all vertices of the mesh lie at one point")
-    unit = tidied.mesh.with_vertices((tidied.mesh.vertices - centre) / scale)
-    wanted = [place_of(anchor, given) for anchor in anchors]
-    places = np.array([(point - centre) / scale for _, point in wanted]).reshape(-1, 3)
+    unit = tidied.mesh.with_vertices((tidied.mesh.vertices - center) / scale)
+    wanted = [resolve_anchor(anchor, given) for anchor in anchors]
+    places = np.array([(point - center) / scale for _, point in wanted]).reshape(-1, 3)
     near = np.array([tidied.vertex_map[vertex] for vertex, _ in wanted], dtype=np.int64)
     near = _filled(near, places, unit.vertices)
     parts, skipped, faults = [], [], []
@@ -163,15 +164,15 @@ def skeletonize(
         notes.append(f"the time allowed was over, so these stages were left out: {', '.join(clock.left_out)}")
     result = replace(
         whole,
-        nodes=whole.nodes * scale + centre,
+        nodes=whole.nodes * scale + center,
         radii=whole.radii * scale,
         mean_radii=whole.mean_radii * scale,
-        node_of_vertex=_filled(node_of_given, (given.vertices - centre) / scale, whole.nodes),
+        node_of_vertex=_filled(node_of_given, (given.vertices - center) / scale, whole.nodes),
         report=_report(given, options, [report for *_, report in parts], notes, scored, clock.seconds)
         | {"preprocess": tidied.report}
         | ({"megabytes": clock.megabytes} if profile else {}),
     )
-    return result if root is None else rooted(result, nearest_node(result, root, given))
+    return result if root is None else reroot(result, nearest_node(result, root, given))
 
 
 def _settings(
@@ -181,7 +182,7 @@ def _settings(
     settings = preset if isinstance(preset, ContractionSettings) else choose(PRESETS, preset, "preset")
     asked: dict[str, Any] = {"operator": operator, "energy": energy, "solver": solver}
     if energy is not None and energy != settings.energy:
-        asked["degenerate"] = "none"
+        asked["degenerate_rows"] = "none"
     return replace(settings, **{name: value for name, value in asked.items() if value is not None})
 
 

@@ -4,15 +4,12 @@ __all__ = [
     "PIPELINES",
     "PREPARATIONS",
     "STEPS",
-    "Component",
     "MeshReport",
     "Pipeline",
-    "Preprocessed",
+    "PreprocessResult",
     "check",
-    "components",
     "prepare",
     "simplify",
-    "tidy",
     "why_no_inside",
 ]
 
@@ -20,6 +17,5 @@ from lbskel.preprocess.automatic import PREPARATIONS, prepare
 from lbskel.preprocess.diagnostics import MeshReport, check
 from lbskel.preprocess.orientability import why_no_inside
 from lbskel.preprocess.pipelines import PIPELINES, STEPS, Pipeline
-from lbskel.preprocess.result import Preprocessed
+from lbskel.preprocess.result import PreprocessResult
 from lbskel.preprocess.simplification import simplify
-from lbskel.preprocess.tidying import Component, components, tidy

@@ -9,16 +9,15 @@ from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.mesh import Mesh
-from lbskel.preprocess.cleaning import merge_close, remove_duplicates, without_unused
+from lbskel.preprocess.cleaning import merge_close, remove_duplicates, tidy, without_unused
 from lbskel.preprocess.degenerate_faces import remove_degenerate
 from lbskel.preprocess.holes import close_holes
 from lbskel.preprocess.noise import ROUGH, roughness
 from lbskel.preprocess.orientation import fix_orientation, split_nonmanifold
 from lbskel.preprocess.pipelines import PIPELINES, Pipeline
 from lbskel.preprocess.remeshing import smooth_noise
-from lbskel.preprocess.result import Preprocessed, measured, unchanged
+from lbskel.preprocess.result import PreprocessResult, identity_result, measured
 from lbskel.preprocess.subdivision import coarse_share, refine
-from lbskel.preprocess.tidying import tidy
 
 AUTOMATIC = "auto"
 PREPARATIONS = (AUTOMATIC, "none", *PIPELINES)
@@ -34,7 +33,7 @@ FEW_FACES = 20_000  # more are not too coarse, or long to measure
 SMOOTHINGS = 60  # of noise of up to a limb's radius; 30 left skeletons a fifth further off, 120 were a tenth better
 
 
-def prepare(mesh: Mesh, how: str | Pipeline | None = AUTOMATIC) -> Preprocessed:
+def prepare(mesh: Mesh, how: str | Pipeline | None = AUTOMATIC) -> PreprocessResult:
     """The mesh to be contracted, and the way of the vertices to it.
 
     Parameters
@@ -57,7 +56,7 @@ def prepare(mesh: Mesh, how: str | Pipeline | None = AUTOMATIC) -> Preprocessed:
             f"beyond {LARGEST:g} areas and volumes overflow; scale the mesh down"
         )
     if how is None or how == "none":
-        return unchanged(mesh)
+        return identity_result(mesh)
     if how == AUTOMATIC:
         return _needed(mesh)
     if not isinstance(how, Pipeline | str):
@@ -65,22 +64,22 @@ def prepare(mesh: Mesh, how: str | Pipeline | None = AUTOMATIC) -> Preprocessed:
     return (how if isinstance(how, Pipeline) else Pipeline.parse(how))(mesh)
 
 
-def _needed(mesh: Mesh) -> Preprocessed:
+def _needed(mesh: Mesh) -> PreprocessResult:
     """Tidied; made a closed manifold as far as that changes nothing but damage; smoothed if rough, split if coarse."""
     result = tidy(mesh)
     if not result.mesh.is_closed_manifold:
-        result = result.then(merge_close).then(remove_duplicates).then(fix_orientation)
-        result = result.then(_without_crumbs).then(lambda given: close_holes(given, largest=LARGEST_HOLE))
-        result = result.then(lambda given: remove_degenerate(given, angle=LINE))
-        apart = result.then(split_nonmanifold)
+        result = result.compose(merge_close).compose(remove_duplicates).compose(fix_orientation)
+        result = result.compose(_without_crumbs).compose(lambda given: close_holes(given, largest=LARGEST_HOLE))
+        result = result.compose(lambda given: remove_degenerate(given, angle=LINE))
+        apart = result.compose(split_nonmanifold)
         if apart.mesh.is_closed_manifold and _areas(apart.mesh).min() >= CRUMB * _areas(apart.mesh).max():
             result = apart  # bodies that touch; no wall, fin or crumb
     elif result.mesh.volume < 0:
-        result = result.then(fix_orientation)
+        result = result.compose(fix_orientation)
     if roughness(result.mesh) > ROUGH:
-        result = result.then(lambda given: smooth_noise(given, iterations=SMOOTHINGS))
+        result = result.compose(lambda given: smooth_noise(given, iterations=SMOOTHINGS))
     if len(result.mesh.faces) <= FEW_FACES and coarse_share(result.mesh, COARSE_EDGE) > COARSE_SHARE:
-        result = result.then(lambda given: refine(given, edge=COARSE_EDGE))
+        result = result.compose(lambda given: refine(given, edge=COARSE_EDGE))
     steps = [step for step in result.report.get("steps", []) if step["notes"]]
     result.report.update(pipeline=AUTOMATIC, steps=steps)
     return result
@@ -92,7 +91,7 @@ def _areas(mesh: Mesh) -> NDArray[np.float64]:
 
 
 @measured
-def _without_crumbs(mesh: Mesh) -> Preprocessed:
+def _without_crumbs(mesh: Mesh) -> PreprocessResult:
     """The mesh without its smallest open components; small closed ones are bodies of their own."""
     label = mesh.component_of_vertex[mesh.faces[:, 0]]
     areas = _areas(mesh)
@@ -100,6 +99,6 @@ def _without_crumbs(mesh: Mesh) -> Preprocessed:
     is_open[mesh.component_of_vertex[mesh.edges[mesh.faces_per_edge == 1]]] = True
     is_crumb = is_open & (areas < CRUMB * areas.max())
     if not is_crumb.any():
-        return unchanged(mesh)
+        return identity_result(mesh)
     note = f"{is_crumb.sum()} open components of less than {CRUMB:g} of the largest one's area were left out"
     return without_unused(mesh, mesh.faces[~is_crumb[label]], note)

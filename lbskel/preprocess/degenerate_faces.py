@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.mesh import Mesh
 from lbskel.preprocess.cleaning import without_unused
-from lbskel.preprocess.result import Preprocessed, measured, unchanged
+from lbskel.preprocess.result import PreprocessResult, identity_result, measured
 
 ROUNDS = 20
 
 
 @measured
-def remove_degenerate(mesh: Mesh, *, angle: float = 0.5) -> Preprocessed:
+def remove_degenerate(mesh: Mesh, *, angle: float = 0.5) -> PreprocessResult:
     """Take away faces with a corner of nearly no angle, or of nearly half a turn, by collapses and flips of edges.
 
     Parameters
@@ -39,7 +39,7 @@ def remove_degenerate(mesh: Mesh, *, angle: float = 0.5) -> Preprocessed:
         raise UnknownChoice(f"angle must lie within 0 and 30 degrees, not {angle}")
     worst = _sharpness(mesh.vertices[mesh.faces])
     if worst.min() > np.radians(angle):
-        return unchanged(mesh)
+        return identity_result(mesh)
     surface = _Surface(mesh)
     for _ in range(ROUNDS):
         alive = np.flatnonzero(surface.is_alive)
@@ -50,11 +50,11 @@ def remove_degenerate(mesh: Mesh, *, angle: float = 0.5) -> Preprocessed:
             break
     if not (surface.n_collapsed + surface.n_flipped):
         note = f"{len(bad)} degenerate faces stay, since the topology or the shape would change without them"
-        return unchanged(mesh, note)
+        return identity_result(mesh, note)
     left = f"; {len(bad)} stay" if len(bad) else ""
     note = f"{surface.n_collapsed} needles were collapsed and {surface.n_flipped} caps flipped{left}"
     taken = without_unused(mesh, surface.faces[surface.is_alive], note)
-    return Preprocessed(taken.mesh, taken.vertex_map[surface.final()], taken.notes)
+    return PreprocessResult(taken.mesh, taken.vertex_map[surface.final()], taken.notes)
 
 
 def corner_angles(corners: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -106,7 +106,7 @@ class _Surface:
                 return True
         return self._flip(face, int(order[2]))
 
-    def _neighbours(self, vertex: int) -> set[int]:
+    def _neighbors(self, vertex: int) -> set[int]:
         return {int(v) for face in self.around[vertex] for v in self.faces[face]} - {vertex}
 
     def _is_rim(self, vertex: int) -> bool:
@@ -115,10 +115,10 @@ class _Surface:
         return any(corners.count(v) != 2 for v in corners)
 
     def _collapse(self, i: int, j: int) -> bool:
-        """Let a vertex become its neighbour, unless that pinches the surface, moves its rim, or folds it over."""
+        """Let a vertex become its neighbor, unless that pinches the surface, moves its rim, or folds it over."""
         shared = self.around[i] & self.around[j]
         opposite = {int(v) for face in shared for v in self.faces[face]} - {i, j}
-        if len(opposite) != len(shared) or self._neighbours(i) & self._neighbours(j) != opposite:
+        if len(opposite) != len(shared) or self._neighbors(i) & self._neighbors(j) != opposite:
             return False
         if self._is_rim(i) and not (len(shared) == 1 and self._is_rim(j)):
             return False

@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 
+from lbskel.geometry.components import components
 from lbskel.geometry.mesh import Mesh
 from lbskel.preprocess.automatic import COARSE_EDGE, prepare
+from lbskel.preprocess.cleaning import tidy
 from lbskel.preprocess.degenerate_faces import corner_angles
 from lbskel.preprocess.holes import boundary_loops
 from lbskel.preprocess.messages import advised, sentences
 from lbskel.preprocess.noise import roughness
-from lbskel.preprocess.orientation import SHEET, openness
+from lbskel.preprocess.orientation import SHEET, relative_vector_area
 from lbskel.preprocess.self_intersections import crossing_faces
 from lbskel.preprocess.subdivision import coarse_share
-from lbskel.preprocess.tidying import components, tidy
 from lbskel.preprocess.vertex_umbrellas import fans_of
 
 SHARP = 0.5  # degrees: of a corner that makes a face degenerate by its angles, as remove_degenerate has it
@@ -172,7 +173,7 @@ def check(mesh: Mesh) -> MeshReport:
         median_edge=float(np.median(lengths)),
         longest_edge=float(lengths.max()),
         genera=tuple(part.genus for part in parts),
-        sheets=sum(openness(part) > SHEET for part in parts),
+        sheets=sum(relative_vector_area(part) > SHEET for part in parts),
         coarse_faces=coarse_share(tidied, COARSE_EDGE),
         roughness=roughness(tidied),
         diagonal=diagonal,

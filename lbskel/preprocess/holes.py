@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.polygon_triangulation import MOST_EDGES, least_area
-from lbskel.preprocess.result import Preprocessed, measured, unchanged
+from lbskel.preprocess.result import PreprocessResult, identity_result, measured
 from lbskel.preprocess.vertex_umbrellas import fans_of
 
 
 @measured
-def close_holes(mesh: Mesh, *, largest: float = 0.3) -> Preprocessed:
+def close_holes(mesh: Mesh, *, largest: float = 0.3) -> PreprocessResult:
     """Fill holes with triangles; all vertices stay where they are.
 
     A rim that would take as many faces as its component has, or half its area, is that of a sheet and no hole.
@@ -70,17 +70,17 @@ def close_holes(mesh: Mesh, *, largest: float = 0.3) -> Preprocessed:
         i, j = np.sort(patch[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1).T
         pairs.update((i * len(V) + j).tolist())
     if len(faces) == 1:
-        return unchanged(mesh)
+        return identity_result(mesh)
     left = f"; {n_open} larger rims stay open" if n_open else ""
     note = f"{len(faces) - 1} holes were closed with {sum(map(len, faces[1:]))} faces{left}"
     closed = Mesh(np.concatenate([V, *([middles] if middles else [])]), np.concatenate(faces), mesh.notes)
-    return Preprocessed(closed, np.arange(len(V)), (note,))
+    return PreprocessResult(closed, np.arange(len(V)), (note,))
 
 
 def boundary_loops(mesh: Mesh) -> list[NDArray[np.int64]]:
     """The rims of all holes, each as its vertices in the direction of the faces' half-edges.
 
-    A rim that passes a vertex twice is cut there into two. What is open only because neighbours disagree in
+    A rim that passes a vertex twice is cut there into two. What is open only because neighbors disagree in
     orientation, or because an edge has more than two faces, is no hole.
     """
     fans = fans_of(mesh)
@@ -121,7 +121,7 @@ def _simple(loop: list[int]) -> list[NDArray[np.int64]]:
 
 
 def _chords_taken(loop: NDArray[np.int64], pairs: set[int], n: int) -> NDArray[np.bool_]:
-    """(k, k) whether two vertices of a loop that are not neighbours in it have an edge of the mesh already."""
+    """(k, k) whether two vertices of a loop that are not neighbors in it have an edge of the mesh already."""
     i, j = np.triu_indices(len(loop), 2)
     low, high = np.minimum(loop[i], loop[j]), np.maximum(loop[i], loop[j])
     taken = np.zeros((len(loop),) * 2, dtype=bool)

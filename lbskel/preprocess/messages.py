@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from lbskel.errors import first_few
+from lbskel.geometry.components import components
 from lbskel.geometry.mesh import Mesh
 from lbskel.preprocess.automatic import COARSE_EDGE, COARSE_SHARE
 from lbskel.preprocess.noise import ROUGH
 from lbskel.preprocess.orientability import why_no_inside
-from lbskel.preprocess.orientation import SHEET, openness
-from lbskel.preprocess.tidying import components
+from lbskel.preprocess.orientation import SHEET, relative_vector_area
 
 FEWEST_FACES = 4  # of a component that can enclose anything
 LOOSE = 0.5  # share of the area in components of fewer faces: beyond, it is a soup that stays one
@@ -76,6 +76,6 @@ def advised(facts: Mapping[str, Any], prepared: Mesh) -> tuple[str, ...]:
     ]
     if faults := [fault for number, part in bodies if (fault := why_no_inside(number, part, prepared))]:
         return (f"Contraction is not advised: {first_few(faults, 2)}.",)
-    if openness(prepared) > SHEET:
+    if relative_vector_area(prepared) > SHEET:
         return ("Contraction is not advised: the surface is a sheet that encloses nothing.",)
     return ()

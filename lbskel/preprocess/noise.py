@@ -1,6 +1,6 @@
 """How rough a surface is: its second differences across itself against its edges, which noise has and no shape.
 
-With x the vertices, P x the mean of each one's neighbours, n the normals of the surface half smoothed by that, and e
+With x the vertices, P x the mean of each one's neighbors, n the normals of the surface half smoothed by that, and e
 the mean length of a vertex's edges, roughness is
 
     median | n . (I - P)^2 x | / e
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.connectivity import sums_beside
 from lbskel.geometry.mesh import Mesh
-from lbskel.operators.corner_angles import unit_scale
+from lbskel.geometry.scaling import unit_scale
 
 ROUGH = 0.3  # beyond: noise of a third of an edge; of a quarter it is 0.22 to 0.25, of scans and models up to 0.1
 FEWEST_VERTICES = 500  # that tell noise from shape: of fewer each may be meant
@@ -57,7 +57,7 @@ def roughness(mesh: Mesh) -> float:
     faces = mesh.faces[is_near[A] | is_near[B] | is_near[C]]
     is_near[faces] = True
     i, j = mesh.edges.T
-    edges = mesh.edges[is_near[i] | is_near[j]]  # all that the mean of a near vertex's neighbours needs
+    edges = mesh.edges[is_near[i] | is_near[j]]  # all that the mean of a near vertex's neighbors needs
     degrees = np.maximum(np.bincount(edges.ravel(), minlength=len(V)), 1)
 
     def residual(X: NDArray[np.float64]) -> NDArray[np.float64]:

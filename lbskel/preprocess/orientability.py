@@ -13,8 +13,8 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.geometry.components import Component
 from lbskel.geometry.mesh import Mesh
-from lbskel.preprocess.tidying import Component
 
 FLAT = 1e-5  # of the extent: a thickness below cannot be told from none by rays, which start as far beside their face
 SAMPLE = 500  # faces that are asked what they part
@@ -40,9 +40,9 @@ def no_inside(mesh: Mesh) -> tuple[str, int] | None:
         if len(seam) == 0 or _parting_share(mesh) > PARTING:
             return None
         return "has one side only, as a Moebius strip has: give it a thickness, or cut it open there", int(seam[0])
-    is_unit = 0.5 <= mesh.extent <= 2  # so that no product of lengths underflows
-    unit = mesh if is_unit else mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.extent)
-    apart = 2 * abs(unit.volume) / (unit.area * unit.extent) if unit.area > 0 else 0.0
+    is_unit = 0.5 <= mesh.diameter_bound <= 2  # so that no product of lengths underflows
+    unit = mesh if is_unit else mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.diameter_bound)
+    apart = 2 * abs(unit.volume) / (unit.area * unit.diameter_bound) if unit.area > 0 else 0.0
     if apart > FLAT:
         return None
     reason = f"has its sides {apart:.1g} of its extent apart, too near to tell inside from outside: give it a thickness"
@@ -63,9 +63,13 @@ def _parting_share(mesh: Mesh) -> float:
     A, B, C = mesh.vertices[mesh.faces[chosen]].transpose(1, 0, 2)
     normals = np.cross(B - A, C - A)
     areas = np.linalg.norm(normals, axis=1)
-    aside = BESIDE * mesh.extent * np.divide(normals, areas[:, None], out=np.zeros_like(A), where=areas[:, None] > 0)
-    centres = (A + B + C) / 3
-    places = np.concatenate([centres - aside, centres + aside])
+    aside = (
+        BESIDE
+        * mesh.diameter_bound
+        * np.divide(normals, areas[:, None], out=np.zeros_like(A), where=areas[:, None] > 0)
+    )
+    centers = (A + B + C) / 3
+    places = np.concatenate([centers - aside, centers + aside])
     around = np.abs(igl.fast_winding_number(mesh.vertices, mesh.faces, places)).reshape(2, -1)
     parts = (around.max(axis=0) > INSIDE) & (around.min(axis=0) < OUTSIDE)
     return float(areas[parts].sum() / areas.sum()) if areas.any() else 0.0

@@ -27,13 +27,13 @@ from lbskel.preprocess.degenerate_faces import remove_degenerate
 from lbskel.preprocess.holes import close_holes
 from lbskel.preprocess.orientation import fix_orientation, split_nonmanifold
 from lbskel.preprocess.remeshing import remesh_isotropic, smooth_noise
-from lbskel.preprocess.result import Preprocessed, distance_between, unchanged
+from lbskel.preprocess.result import PreprocessResult, distance_between, identity_result
 from lbskel.preprocess.simplification import simplify
 from lbskel.preprocess.subdivision import refine
 
 Step: TypeAlias = tuple[str, Mapping[str, Any]]
 
-STEPS: dict[str, Callable[..., Preprocessed]] = {
+STEPS: dict[str, Callable[..., PreprocessResult]] = {
     "merge_close": merge_close,
     "remove_duplicates": remove_duplicates,
     "fix_orientation": fix_orientation,
@@ -87,11 +87,11 @@ class Pipeline:
             for name, options in self.steps
         )
 
-    def __call__(self, mesh: Mesh) -> Preprocessed:
+    def __call__(self, mesh: Mesh) -> PreprocessResult:
         """The mesh after all steps; the report has each of them, and how far the surface is from the first."""
-        result = unchanged(mesh)
+        result = identity_result(mesh)
         for name, options in self.steps:
-            result = result.then(lambda given, step=STEPS[name], options=options: step(given, **options))  # type: ignore[misc]
+            result = result.compose(lambda given, step=STEPS[name], options=options: step(given, **options))  # type: ignore[misc]
         report = {"pipeline": str(self), **result.report, "distance": distance_between(mesh, result.mesh)}
         return replace(result, report=report)
 

@@ -10,9 +10,9 @@ from scipy.sparse import coo_array, diags_array
 from lbskel.errors import MeshError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_thickness
-from lbskel.preprocess.result import Preprocessed, measured, unchanged
-from lbskel.preprocess.subprocess_filter import in_child
-from lbskel.preprocess.transfer import place_on
+from lbskel.preprocess.result import PreprocessResult, identity_result, measured
+from lbskel.preprocess.subprocess_filter import run_in_subprocess
+from lbskel.preprocess.transfer import transfer_map
 
 LENGTHS = ("diagonal", "thickness")
 THIN = 0.05  # share of the area that may be thinner than what the edges are fitted to
@@ -27,7 +27,7 @@ TAUBIN = 0.5, -0.53  # steps there and back, so that low frequencies pass: lambd
 @measured
 def remesh_isotropic(
     mesh: Mesh, *, edge: float = 0.01, of: str = "diagonal", feature_angle: float = 30.0
-) -> Preprocessed:
+) -> PreprocessResult:
     """Nearly equilateral triangles of one size on the same surface, by pymeshlab in a process of its own.
 
     Parameters
@@ -56,11 +56,11 @@ def remesh_isotropic(
     if not n_faces < MOST_FACES:
         raise UnknownChoice(f"edge={edge:g} would make more than {MOST_FACES:,} faces; make it larger")
     try:
-        remeshed = in_child("remesh_isotropic", mesh, target_length=length, feature_angle=feature_angle)
+        remeshed = run_in_subprocess("remesh_isotropic", mesh, target_length=length, feature_angle=feature_angle)
     except MeshError as error:
-        return unchanged(mesh, f"the mesh was not remeshed: {error}")
+        return identity_result(mesh, f"the mesh was not remeshed: {error}")
     note = f"{len(mesh.faces):,} faces were remeshed to {len(remeshed.faces):,}"
-    return place_on(mesh, remeshed, note)
+    return transfer_map(mesh, remeshed, note)
 
 
 def _thin_part(mesh: Mesh) -> float:
@@ -74,7 +74,7 @@ def _thin_part(mesh: Mesh) -> float:
 
 
 @measured
-def smooth_noise(mesh: Mesh, *, iterations: int = 10) -> Preprocessed:
+def smooth_noise(mesh: Mesh, *, iterations: int = 10) -> PreprocessResult:
     """Smooth noise of a few edge lengths away without shrinking the shape; rims stay.
 
     Taubin 1995, "A signal processing approach to fair surface design", https://doi.org/10.1145/218380.218473.
@@ -101,4 +101,4 @@ def smooth_noise(mesh: Mesh, *, iterations: int = 10) -> Preprocessed:
     for _ in range(iterations):
         for share in TAUBIN:
             V = np.where(is_fixed[:, None], V, V + share * (mean @ V - V))
-    return Preprocessed(mesh.with_vertices(V), np.arange(n), (f"noise was smoothed by {iterations} iterations",))
+    return PreprocessResult(mesh.with_vertices(V), np.arange(n), (f"noise was smoothed by {iterations} iterations",))

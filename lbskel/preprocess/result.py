@@ -6,7 +6,7 @@ of the new surface, which its barycentric weights tell; the vertex that it is ma
 
 from __future__ import annotations
 
-__all__ = ["Preprocessed", "distance_between", "measured", "measures", "unchanged"]
+__all__ = ["PreprocessResult", "distance_between", "identity_result", "measured", "measures"]
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -27,7 +27,7 @@ SAMPLES = 4_000  # points of each surface from which the distance to the other i
 
 
 @dataclass(frozen=True, eq=False)
-class Preprocessed:
+class PreprocessResult:
     """A mesh and where the vertices of the one before it went.
 
     Parameters
@@ -49,7 +49,7 @@ class Preprocessed:
     weights: csr_array | None = None
     report: dict[str, Any] = field(default_factory=dict)
 
-    def then(self, step: Callable[[Mesh], Preprocessed]) -> Preprocessed:
+    def compose(self, step: Callable[[Mesh], PreprocessResult]) -> PreprocessResult:
         """The result of another step on ``mesh``, with the way from the vertices that this one began with."""
         after = step(self.mesh)
         there = self.vertex_map >= 0
@@ -58,9 +58,9 @@ class Preprocessed:
         if self.weights is not None or after.weights is not None:
             weights = csr_array(self._all_weights() @ after._all_weights())
         steps = [*self.report.get("steps", []), *after.report.get("steps", [])]
-        return Preprocessed(after.mesh, vertex_map, self.notes + after.notes, weights, {"steps": steps})
+        return PreprocessResult(after.mesh, vertex_map, self.notes + after.notes, weights, {"steps": steps})
 
-    def on_input(self, values: ArrayLike, *, missing: float = np.nan) -> NDArray[Any]:
+    def pull_back(self, values: ArrayLike, *, missing: float = np.nan) -> NDArray[Any]:
         """Values at the vertices of ``mesh`` brought back to the vertices of the input.
 
         Real numbers are interpolated where the surface was meshed anew; whole numbers, as labels are, and truth values
@@ -92,18 +92,18 @@ class Preprocessed:
         return csr_array((np.ones(len(there)), (there, self.vertex_map[there])), shape=shape)
 
 
-def unchanged(mesh: Mesh, *notes: str) -> Preprocessed:
+def identity_result(mesh: Mesh, *notes: str) -> PreprocessResult:
     """The mesh itself, every vertex where it was."""
-    return Preprocessed(mesh, np.arange(len(mesh.vertices)), notes)
+    return PreprocessResult(mesh, np.arange(len(mesh.vertices)), notes)
 
 
 def measured(
-    step: Callable[Concatenate[Mesh, Options], Preprocessed],
-) -> Callable[Concatenate[Mesh, Options], Preprocessed]:
+    step: Callable[Concatenate[Mesh, Options], PreprocessResult],
+) -> Callable[Concatenate[Mesh, Options], PreprocessResult]:
     """The step with a report: its name and options, the measures of the mesh before and after, and what it reports."""
 
     @wraps(step)
-    def with_report(mesh: Mesh, *arguments: Options.args, **options: Options.kwargs) -> Preprocessed:
+    def with_report(mesh: Mesh, *arguments: Options.args, **options: Options.kwargs) -> PreprocessResult:
         result = step(mesh, *arguments, **options)
         given = signature(step).bind(mesh, *arguments, **options)
         given.apply_defaults()
@@ -135,7 +135,7 @@ def measures(mesh: Mesh) -> dict[str, Any]:
 
 
 def distance_between(one: Mesh, other: Mesh) -> float:
-    """The Hausdorff distance of two surfaces, from evenly picked vertices and centres of faces of each to the other.
+    """The Hausdorff distance of two surfaces, from evenly picked vertices and centers of faces of each to the other.
 
     It is a lower bound, exact where the surfaces differ most at such a point; as a fraction of the first's diagonal.
     """

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
-from lbskel.operators.corner_angles import unit_scale
+from lbskel.geometry.scaling import unit_scale
 
 MOST_FACES = 10_000  # tested against all others; of larger meshes so many are picked evenly
 MOST_PAIRS = 20_000_000  # tested in all

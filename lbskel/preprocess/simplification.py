@@ -20,9 +20,9 @@ from scipy.spatial import cKDTree
 
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.mesh import Mesh
-from lbskel.operators.corner_angles import unit_scale
-from lbskel.preprocess.result import Preprocessed, distance_between, measured, unchanged
-from lbskel.preprocess.transfer import place_on
+from lbskel.geometry.scaling import unit_scale
+from lbskel.preprocess.result import PreprocessResult, distance_between, identity_result, measured
+from lbskel.preprocess.transfer import transfer_map
 
 AGGRESSIVENESS = (4.0, 2.0)  # how fast the error allowed grows: half the distance of its own 7 in the same time
 MISSED = 1.1  # times the target that still counts as met
@@ -32,7 +32,7 @@ FAR = 0.02  # of the diagonal: beyond, another surface has come out
 
 
 @measured
-def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None = None) -> Preprocessed:
+def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None = None) -> PreprocessResult:
     """Collapse edges until about so many faces are left, or until the surface has moved by so much.
 
     Parameters
@@ -44,7 +44,7 @@ def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None
 
     Returns
     -------
-    Preprocessed
+    PreprocessResult
         The mesh unchanged, and a note, where its topology or the target could not be kept. The report has the
         ``deviation``, the largest distance of the two surfaces.
 
@@ -61,7 +61,7 @@ def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None
         raise UnknownChoice("give either target_faces or error")
     if not error > 0:
         raise UnknownChoice(f"error must be positive, not {error}")
-    best, target = unchanged(mesh), SHORTER * len(mesh.faces)
+    best, target = identity_result(mesh), SHORTER * len(mesh.faces)
     while target >= FEWEST_FACES:
         tried = _to_target(mesh, int(target), error)
         if tried.mesh is mesh:
@@ -70,10 +70,10 @@ def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None
     return best
 
 
-def _to_target(mesh: Mesh, target: int, error: float) -> Preprocessed:
+def _to_target(mesh: Mesh, target: int, error: float) -> PreprocessResult:
     """The first of the ways to simplify a mesh that keeps topology and distance; the mesh itself if none does."""
     if len(mesh.faces) <= target:
-        return unchanged(mesh)
+        return identity_result(mesh)
     topology = _topology(mesh)
     for simple in _candidates(mesh, target):
         if len(simple.mesh.faces) > MISSED * target or _topology(simple.mesh) != topology:
@@ -84,11 +84,11 @@ def _to_target(mesh: Mesh, target: int, error: float) -> Preprocessed:
             note = f"{n_faces}{', '.join(('', *simple.notes))}"
             return replace(simple, notes=(note,), report={"deviation": distance * mesh.diagonal})
     note = f"{len(mesh.faces):,} faces could not be simplified to {target:,} without breaking the topology or the shape"
-    return unchanged(mesh, note)
+    return identity_result(mesh, note)
 
 
-def _candidates(mesh: Mesh, target: int) -> Iterator[Preprocessed]:
-    """Simplified meshes, made one after the other as they are asked for."""
+def _candidates(mesh: Mesh, target: int) -> Iterator[PreprocessResult]:
+    """Proxy meshes, made one after the other as they are asked for."""
     unit, exponent = unit_scale(mesh.vertices)  # one of both takes single precision, which ends at 1e38
 
     def in_place(V: NDArray[np.float64], F: NDArray[np.int64]) -> Mesh:
@@ -106,12 +106,12 @@ def _candidates(mesh: Mesh, target: int) -> Iterator[Preprocessed]:
             lost = vertex_map < 0
             if lost.any():
                 vertex_map[lost] = cKDTree(V).query(unit[lost])[1]
-            yield Preprocessed(in_place(V, F), vertex_map)
+            yield PreprocessResult(in_place(V, F), vertex_map)
     if mesh.is_closed_manifold:
         V, F, *_ = igl.decimate(np.asfortranarray(unit), np.asfortranarray(mesh.faces, dtype=np.int32), target)
         if len(F) and np.isfinite(V).all():
             note = "by libigl, since fast-simplification missed the target or the topology"
-            yield place_on(mesh, in_place(V, F), note)
+            yield transfer_map(mesh, in_place(V, F), note)
 
 
 def _way_of_collapses(collapses: NDArray[np.integer], faces: NDArray[np.int64], n: int) -> NDArray[np.int64]:

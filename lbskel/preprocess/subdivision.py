@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_thickness
-from lbskel.preprocess.result import Preprocessed, measured, unchanged
+from lbskel.preprocess.result import PreprocessResult, identity_result, measured
 
 MOST_FACES = 200_000
 ROUNDS = 8  # each halves the longest edges
@@ -19,7 +19,7 @@ FLAT = 0.02  # of the diagonal: thinner parts are left as they are, being flat o
 
 
 @measured
-def refine(mesh: Mesh, *, edge: float = 0.5) -> Preprocessed:
+def refine(mesh: Mesh, *, edge: float = 0.5) -> PreprocessResult:
     """Split edges that are long against the thickness of the shape, until none is or there are 200,000 faces.
 
     Parameters
@@ -48,9 +48,9 @@ def refine(mesh: Mesh, *, edge: float = 0.5) -> Preprocessed:
         V, F, parent = _split(fine, is_long)
         wanted = wanted[parent]
     if len(F) == len(mesh.faces):
-        return unchanged(mesh)
+        return identity_result(mesh)
     note = f"{len(mesh.faces):,} faces were split into {len(F):,}, since edges were long against the thickness"
-    return Preprocessed(Mesh(V, F, mesh.notes), np.arange(len(mesh.vertices)), (note,))
+    return PreprocessResult(Mesh(V, F, mesh.notes), np.arange(len(mesh.vertices)), (note,))
 
 
 def coarse_share(mesh: Mesh, edge: float) -> float:

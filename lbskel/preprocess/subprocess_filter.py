@@ -6,7 +6,7 @@ that its crash, its memory and its threads are its own.
 
 from __future__ import annotations
 
-__all__ = ["in_child"]
+__all__ = ["run_in_subprocess"]
 
 import io
 import subprocess
@@ -24,7 +24,7 @@ SECONDS = 60.0
 SECONDS_PER_FACE = 2e-3
 
 
-def in_child(filter_name: str, mesh: Mesh, *, seconds: float | None = None, **options: float) -> Mesh:
+def run_in_subprocess(filter_name: str, mesh: Mesh, *, seconds: float | None = None, **options: float) -> Mesh:
     """What a filter of pymeshlab makes of a mesh.
 
     Parameters

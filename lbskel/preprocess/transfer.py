@@ -1,12 +1,12 @@
 """The way of vertices to a surface that was meshed anew: the nearest point that faces the same way, and whole patches.
 
 The nearest point alone jumps to the other side where a shape is thin. Of the vertices that then go to one vertex, those
-that do not hang together with most of them go where their neighbours go, so that every patch is in one piece.
+that do not hang together with most of them go where their neighbors go, so that every patch is in one piece.
 """
 
 from __future__ import annotations
 
-__all__ = ["place_on"]
+__all__ = ["transfer_map"]
 
 import igl
 import numpy as np
@@ -17,14 +17,14 @@ from scipy.spatial import cKDTree
 
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
-from lbskel.operators.corner_angles import unit_scale
-from lbskel.preprocess.result import Preprocessed
+from lbskel.geometry.scaling import unit_scale
+from lbskel.preprocess.result import PreprocessResult
 
 CANDIDATES = 32  # vertices searched for one that faces the same way
 ROUNDS = 50
 
 
-def place_on(mesh: Mesh, surface: Mesh, *notes: str) -> Preprocessed:
+def transfer_map(mesh: Mesh, surface: Mesh, *notes: str) -> PreprocessResult:
     """The way of each vertex of a mesh to another mesh of the same surface.
 
     Parameters
@@ -62,7 +62,7 @@ def place_on(mesh: Mesh, surface: Mesh, *notes: str) -> Preprocessed:
     joined[np.setdiff1d(np.arange(len(joined)), mesh.used_vertices)] = -1
     rows = np.repeat(np.arange(len(corners)), 3)
     weights = csr_array((share.ravel(), (rows, corners.ravel())), shape=(len(corners), len(V)))
-    return Preprocessed(given, joined, notes, weights)
+    return PreprocessResult(given, joined, notes, weights)
 
 
 def _facing_alike(
@@ -91,7 +91,7 @@ def _in_one_piece(mesh: Mesh, target: NDArray[np.int64]) -> NDArray[np.int64]:
         order = np.lexsort((np.arange(n_pieces), -size, target_of_piece))
         is_main = np.zeros(n_pieces, dtype=bool)
         is_main[order[np.unique(target_of_piece[order], return_index=True)[1]]] = True
-        # a vertex of a stray piece takes the target of a neighbour in a main one
+        # a vertex of a stray piece takes the target of a neighbor in a main one
         stray = ~is_main[piece]
         here, beside = np.concatenate([i, j]), np.concatenate([j, i])
         hands_on = stray[here] & ~stray[beside]

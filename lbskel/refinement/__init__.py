@@ -1,3 +1,3 @@
-"""From the graph that surgery leaves to centred nodes, placed junctions and reached tips."""
+"""From the graph that surgery leaves to centered nodes, placed junctions and reached tips."""
 
 __all__: list[str] = []

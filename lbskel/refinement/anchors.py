@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["attach_anchors", "nearest_node", "place_of", "rooted"]
+__all__ = ["attach_anchors", "nearest_node", "reroot", "resolve_anchor"]
 
 from dataclasses import replace
 from typing import Any
@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.containment import ways_inside
-from lbskel.skeleton.pruning import regroup
+from lbskel.refinement.containment import interior_paths
+from lbskel.skeleton.pruning import contract_nodes_to
 from lbskel.skeleton.skeleton import Skeleton
 
 PASSES = 0.5  # local radii within which the skeleton passes an anchor: it is led through it and gets no new branch
 OUTSIDE = 1e-6  # of the extent, by which an anchor may lie outside of a closed surface
 
 
-def place_of(anchor: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
+def resolve_anchor(anchor: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
     """The vertex of a mesh that is meant, or that is nearest, and the place itself.
 
     Parameters
@@ -70,7 +70,7 @@ def attach_anchors(
         If a point lies outside of a closed surface.
     """
     if surface.mesh.is_closed and len(points):
-        is_outer = ~surface.contains(points) & (surface.distance(points) > OUTSIDE * surface.mesh.extent)
+        is_outer = ~surface.contains(points) & (surface.distance(points) > OUTSIDE * surface.mesh.diameter_bound)
         for number in np.flatnonzero(is_outer)[:1]:
             raise MeshError(f"anchor {number} lies outside of the surface; give a vertex or a point inside")
     for vertex, point in zip(vertices.tolist(), points, strict=True):
@@ -96,7 +96,7 @@ def _attached(skeleton: Skeleton, surface: Surface, stands_for: int, point: NDAr
         edges = np.concatenate([np.delete(skeleton.edges, edge, axis=0), [[ends[0], new], [ends[1], new]]])
     else:
         pair = np.stack([skeleton.nodes[stands_for], point])
-        added = np.concatenate([*ways_inside(pair, np.array([[0, 1]]), surface), point[None]])
+        added = np.concatenate([*interior_paths(pair, np.array([[0, 1]]), surface), point[None]])
         chain = np.concatenate([[stands_for], new + np.arange(len(added))])
         edges = np.concatenate([skeleton.edges, np.stack([chain[:-1], chain[1:]], axis=1)])
     nodes = np.concatenate([skeleton.nodes, added])
@@ -124,13 +124,13 @@ def _nearest(skeleton: Skeleton, point: NDArray[np.float64]) -> tuple[int, float
 
 def nearest_node(skeleton: Skeleton, place: Any, mesh: Mesh) -> int:
     """The node that stands for a vertex of the skeleton's mesh, or the one nearest to a point."""
-    vertex, point = place_of(place, mesh)
+    vertex, point = resolve_anchor(place, mesh)
     if np.ndim(place) == 0:
         return int(skeleton.node_of_vertex[vertex])
     return int(np.argmin(np.linalg.norm(skeleton.nodes - point, axis=1)))
 
 
-def rooted(skeleton: Skeleton, node: int) -> Skeleton:
+def reroot(skeleton: Skeleton, node: int) -> Skeleton:
     """The same skeleton with that node first, which is where a format of trees begins."""
     order = np.concatenate([[node], np.delete(np.arange(len(skeleton.nodes)), node)])
-    return regroup(skeleton, np.argsort(order), order)
+    return contract_nodes_to(skeleton, np.argsort(order), order)

@@ -7,7 +7,7 @@ branch's own, so the branch is carried on smoothly to the junction (:mod:`lbskel
 
 from __future__ import annotations
 
-__all__ = ["carry_to", "inscribed_radii", "mean_radii", "own_radii", "recenter", "settle"]
+__all__ = ["fit_to_centerlines", "inscribed_radii", "mean_radii", "own_radii", "reassign_to_nearest_node", "recenter"]
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ from scipy.sparse import coo_array, diags_array
 from lbskel._kernels.connectivity import nearer_nodes
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.centerlines import Axes, branch_of_node, find_axes
+from lbskel.refinement.centerlines import SectionCenters, branch_of_node, find_section_centers
 from lbskel.refinement.junctions import place_junctions
 from lbskel.skeleton.skeleton import Skeleton
 from lbskel.solvers import factorize
@@ -53,7 +53,7 @@ def own_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
 def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     """The skeleton with, for each node, the mean distance of the vertices that it stands for.
 
-    A node that stands for none takes the mean of its neighbours along the skeleton.
+    A node that stands for none takes the mean of its neighbors along the skeleton.
     """
     count = np.bincount(skeleton.node_of_vertex, minlength=len(skeleton.nodes))
     distance = np.linalg.norm(mesh.vertices - skeleton.nodes[skeleton.node_of_vertex], axis=1)
@@ -72,7 +72,7 @@ def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     return replace(skeleton, radii=radii, radius_kind="mean")
 
 
-def settle(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
+def reassign_to_nearest_node(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     """The skeleton with each vertex handed on along the edges to a nearer node, as long as there is one next to it."""
     settled = nearer_nodes(mesh.vertices, skeleton.node_of_vertex, skeleton.nodes, *skeleton.adjacency)
     return replace(skeleton, node_of_vertex=settled)
@@ -88,10 +88,12 @@ def recenter(skeleton: Skeleton, surface: Surface) -> Skeleton:
     surface : Surface
         In the same coordinates.
     """
-    return carry_to(skeleton, place_junctions(skeleton, find_axes(skeleton, surface), surface), surface)
+    return fit_to_centerlines(
+        skeleton, place_junctions(skeleton, find_section_centers(skeleton, surface), surface), surface
+    )
 
 
-def carry_to(skeleton: Skeleton, axes: Axes, surface: Surface) -> Skeleton:
+def fit_to_centerlines(skeleton: Skeleton, axes: SectionCenters, surface: Surface) -> Skeleton:
     """Move the nodes of every branch to its axis, and its junctions to their places there; tips move with the branch.
 
     Where a branch has no sections of its own, it is carried on from those that it has to its junction. Where that would
@@ -100,7 +102,7 @@ def carry_to(skeleton: Skeleton, axes: Axes, surface: Surface) -> Skeleton:
     Parameters
     ----------
     skeleton : Skeleton
-    axes : Axes
+    axes : SectionCenters
         Of the same nodes.
     surface : Surface
     """

@@ -4,19 +4,19 @@ Near a junction, or where another part of the shape lies close, a plane across a
 Which sections are its own is told by what the faces they cross stand for and by how their size changes on the way.
 
 The place of a skeleton node as the centroid of its cross-section: Cornea, Silver, Min 2007, "Curve-skeleton properties,
-applications, and algorithms", https://doi.org/10.1109/TVCG.2007.1002, on centredness.
+applications, and algorithms", https://doi.org/10.1109/TVCG.2007.1002, on centeredness.
 """
 
 from __future__ import annotations
 
-__all__ = ["Axes", "branch_of_node", "find_axes"]
+__all__ = ["SectionCenters", "branch_of_node", "find_section_centers"]
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.geometry.cross_sections import Sections, cut
+from lbskel.geometry.cross_sections import Sections, cross_sections
 from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -26,7 +26,7 @@ STRIDE = 1.5  # nor does its axis go further, beside its nodes, from one to the 
 
 
 @dataclass(frozen=True, eq=False)
-class Axes:
+class SectionCenters:
     """What is known of the axis at each of k nodes.
 
     Parameters
@@ -50,7 +50,9 @@ def branch_of_node(skeleton: Skeleton) -> NDArray[np.int64]:
     return branch_of
 
 
-def find_axes(skeleton: Skeleton, surface: Surface, nodes: NDArray[np.int64] | None = None) -> Axes:
+def find_section_centers(
+    skeleton: Skeleton, surface: Surface, nodes: NDArray[np.int64] | None = None
+) -> SectionCenters:
     """Cut the surface across the branches and keep the sections that are their own.
 
     Parameters
@@ -67,7 +69,9 @@ def find_axes(skeleton: Skeleton, surface: Surface, nodes: NDArray[np.int64] | N
     if nodes is not None:
         at = np.intersect1d(at, nodes)
     face_labels = branch_of[skeleton.node_of_vertex][surface.mesh.faces[:, 0]]
-    sections = cut(surface.mesh, skeleton.nodes[at], tangents[at], face_labels=face_labels, labels=branch_of[at])
+    sections = cross_sections(
+        surface.mesh, skeleton.nodes[at], tangents[at], face_labels=face_labels, labels=branch_of[at]
+    )
     is_known = np.zeros(len(skeleton.nodes), dtype=bool)
     is_known[at] = _is_own(sections, skeleton.nodes[at], surface)
     radii = np.zeros(len(skeleton.nodes))
@@ -75,7 +79,7 @@ def find_axes(skeleton: Skeleton, surface: Surface, nodes: NDArray[np.int64] | N
     centroids = np.array(skeleton.nodes)
     centroids[at] = sections.centroids
     is_known &= _runs_on(skeleton, is_known, radii, centroids)
-    return Axes(is_known, np.where(is_known[:, None], centroids, skeleton.nodes))
+    return SectionCenters(is_known, np.where(is_known[:, None], centroids, skeleton.nodes))
 
 
 def _tangents(skeleton: Skeleton) -> NDArray[np.float64]:

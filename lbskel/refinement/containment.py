@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["keep_inside", "leaves", "length_inside", "ways_inside"]
+__all__ = ["inside_fraction", "interior_paths", "reroute_inside", "segments_outside"]
 
 import itertools
 from dataclasses import replace
@@ -25,14 +25,14 @@ LEAST_DEPTH = 0.01  # of the extent
 AT_FIRST = 2.0  # times half the gap and the depth, within which a way round it is looked for first
 
 
-def length_inside(skeleton: Skeleton, surface: Surface) -> float:
+def inside_fraction(skeleton: Skeleton, surface: Surface) -> float:
     """Share of the length of the edges that lies inside, by samples along those that leave the surface somewhere."""
     if len(skeleton.edges) == 0:
         return float(surface.contains(skeleton.nodes).mean())
-    is_bent = leaves(skeleton.nodes, skeleton.edges, surface)
+    is_bent = segments_outside(skeleton.nodes, skeleton.edges, surface)
     if not (is_bent.any() and skeleton.length > 0):
         return float(1 - is_bent.mean())
-    points, _ = sample_edges(replace(skeleton, edges=skeleton.edges[is_bent]), surface.mesh.extent / 400)
+    points, _ = sample_edges(replace(skeleton, edges=skeleton.edges[is_bent]), surface.mesh.diameter_bound / 400)
     share_bent = skeleton.edge_lengths[is_bent].sum() / skeleton.length
     return float(1 - share_bent * (1 - surface.contains(points).mean()))
 
@@ -43,14 +43,14 @@ def _pushed_in(points: NDArray[np.float64], surface: Surface) -> NDArray[np.floa
     inward = nearest - points
     far = np.linalg.norm(inward, axis=1, keepdims=True)
     inward = np.divide(inward, far, out=np.zeros_like(inward), where=far > 0)
-    entry = nearest + 1e-6 * surface.mesh.extent * inward
-    depth = surface.ahead(entry, inward)
+    entry = nearest + 1e-6 * surface.mesh.diameter_bound * inward
+    depth = surface.ray_distance(entry, inward)
     depth = np.where(np.isfinite(depth), depth, 0.0)
-    depth = np.minimum(0.5 * depth, np.maximum(far[:, 0], LEAST_DEPTH * surface.mesh.extent))
+    depth = np.minimum(0.5 * depth, np.maximum(far[:, 0], LEAST_DEPTH * surface.mesh.diameter_bound))
     return entry + depth[:, None] * inward
 
 
-def keep_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
+def reroute_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Lead every stretch of a branch that leaves the surface another way, inside.
 
     Junctions and tips outside are pushed in. A stretch from one inner node to the next then goes straight where that
@@ -61,16 +61,16 @@ def keep_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     outer = ends[~surface.contains(P[ends])]
     P[outer] = _pushed_in(P[outer], surface)
     skeleton = replace(skeleton, nodes=P)
-    is_bent = leaves(skeleton.nodes, skeleton.edges, surface)
+    is_bent = segments_outside(skeleton.nodes, skeleton.edges, surface)
     if not is_bent.any():
         return skeleton
     bent = {tuple(edge) for edge in skeleton.edges[is_bent].tolist()}
     stretches = [stretch for branch in skeleton.branches for stretch in _stretches(branch, bent)]
-    ways = ways_inside(skeleton.nodes, np.array([(stretch[0], stretch[-1]) for stretch in stretches]), surface)
+    ways = interior_paths(skeleton.nodes, np.array([(stretch[0], stretch[-1]) for stretch in stretches]), surface)
     return _rerouted(skeleton, surface, stretches, ways)
 
 
-def leaves(nodes: NDArray[np.float64], edges: NDArray[np.int64], surface: Surface) -> NDArray[np.bool_]:
+def segments_outside(nodes: NDArray[np.float64], edges: NDArray[np.int64], surface: Surface) -> NDArray[np.bool_]:
     """(m,) which edges between (n, 3) nodes are outside somewhere."""
     P, Q = nodes[edges].transpose(1, 0, 2)
     is_inside = surface.contains(nodes)
@@ -95,18 +95,18 @@ def _stretches(branch: NDArray[np.int64], bent: set[tuple[int, int]]) -> list[ND
     return stretches
 
 
-def ways_inside(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surface) -> list[NDArray[np.float64]]:
+def interior_paths(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surface) -> list[NDArray[np.float64]]:
     """For each pair of points those between them on a way that stays inside, one in the middle if it is straight.
 
     Otherwise the way runs along the edges of the mesh, its vertices pushed in to half the thickness of the shape, but
     no deeper than the nodes lie at most.
     """
-    is_outside = leaves(P, pairs, surface)
+    is_outside = segments_outside(P, pairs, surface)
     if not is_outside.any():
         return list(P[pairs].mean(axis=1, keepdims=True))
     depths = surface.distance(P)[pairs].max(axis=1)
     return [
-        _smoothed(np.concatenate([ends[:1], _under(ends[0], ends[1], depth, surface.rough), ends[1:]]), surface)[1:-1]
+        _smoothed(np.concatenate([ends[:1], _under(ends[0], ends[1], depth, surface.proxy), ends[1:]]), surface)[1:-1]
         if goes_out
         else ends.mean(axis=0, keepdims=True)
         for ends, depth, goes_out in zip(P[pairs], depths, is_outside, strict=True)
@@ -114,14 +114,14 @@ def ways_inside(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surfa
 
 
 def _under(start: NDArray[np.float64], end: NDArray[np.float64], depth: float, surface: Surface) -> NDArray[np.float64]:
-    """The shortest way under the surface from near one point to near another, as :func:`ways_inside` says.
+    """The shortest way under the surface from near one point to near another, as :func:`interior_paths` says.
 
     It is looked for about the two, further and further: once it is shorter than any that leads out of where it was
     looked for, it is the shortest of all.
     """
     V, edges, middle = surface.mesh.vertices, surface.mesh.edges, (start + end) / 2
     far, half = np.linalg.norm(V - middle, axis=1), float(np.linalg.norm(end - start)) / 2
-    reach = AT_FIRST * max(half + depth, LEAST_DEPTH * surface.mesh.extent)
+    reach = AT_FIRST * max(half + depth, LEAST_DEPTH * surface.mesh.diameter_bound)
     while True:
         near = np.flatnonzero(far <= reach)
         is_all, outer = (
@@ -129,7 +129,7 @@ def _under(start: NDArray[np.float64], end: NDArray[np.float64], depth: float, s
             reach - depth,
         )  # how far what is not looked at lies from the middle at least
         if len(near):
-            entry, inward, thickness = surface.inward(near)
+            entry, inward, thickness = surface.inner_offset(near)
             under = entry + np.minimum(thickness / 2, depth)[:, None] * inward
             (off_start, off_end), (first, last) = cKDTree(under).query([start, end])
             number = np.full(len(V), -1)
@@ -149,12 +149,12 @@ def _under(start: NDArray[np.float64], end: NDArray[np.float64], depth: float, s
 
 
 def _smoothed(way: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
-    """The way with each point at the mean of itself and its neighbours, as long as that is inside; its ends stay."""
+    """The way with each point at the mean of itself and its neighbors, as long as that is inside; its ends stay."""
     steps = np.stack([np.arange(len(way) - 1), np.arange(1, len(way))], axis=1)
     for _ in range(SMOOTHINGS):
         mean = np.array(way)
         mean[1:-1] = (way[:-2] + way[1:-1] + way[2:]) / 3
-        if leaves(mean, steps, surface).any():
+        if segments_outside(mean, steps, surface).any():
             break
         way = mean
     return way

@@ -14,7 +14,7 @@ Distances run along the edges between CELLS cells of the surface, so that neithe
 
 from __future__ import annotations
 
-__all__ = ["Extremities", "extremities", "is_missed"]
+__all__ = ["GeodesicExtrema", "find_extrema", "is_missed"]
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -26,7 +26,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial.distance import cdist
 
 from lbskel._kernels.connectivity import pieces
-from lbskel._kernels.dijkstra import Ways
+from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import numbered
@@ -43,7 +43,7 @@ FALL = 0.15  # of its length by which the mean distance falls along a limb; on a
 
 
 @dataclass(frozen=True, eq=False)
-class Extremities:
+class GeodesicExtrema:
     """The ends of a shape.
 
     Parameters
@@ -66,7 +66,7 @@ class Extremities:
 
 @dataclass(frozen=True, eq=False)
 class _Cells:
-    """Vertices grouped about seeds, with their areas and the lengths of the ways between neighbouring seeds."""
+    """Vertices grouped about seeds, with their areas and the lengths of the ways between neighboring seeds."""
 
     seeds: NDArray[np.int64]
     cell_of_vertex: NDArray[np.int64]
@@ -75,16 +75,16 @@ class _Cells:
 
     @cached_property
     def pairs(self) -> NDArray[np.int64]:
-        """(p, 2) neighbours, each pair in both orders."""
+        """(p, 2) neighbors, each pair in both orders."""
         return np.stack(self.graph.nonzero(), axis=1).astype(np.int64)
 
     @cached_property
-    def ways(self) -> Ways:
+    def ways(self) -> ShortestPaths:
         """To look for ways between cells."""
-        return Ways(self.graph.indptr.astype(np.int64), self.graph.indices.astype(np.int64), self.graph.data)
+        return ShortestPaths(self.graph.indptr.astype(np.int64), self.graph.indices.astype(np.int64), self.graph.data)
 
 
-def extremities(mesh: Mesh) -> Extremities:
+def find_extrema(mesh: Mesh) -> GeodesicExtrema:
     """Find the ends of limbs, once for each mesh.
 
     Parameters
@@ -92,10 +92,10 @@ def extremities(mesh: Mesh) -> Extremities:
     mesh : Mesh
         Of any number of components; those that are small beside the whole are not looked at closely.
     """
-    return Surface(mesh).once("extremities", lambda: _found(mesh))
+    return Surface(mesh).memoize("find_extrema", lambda: _found(mesh))
 
 
-def _found(mesh: Mesh) -> Extremities:
+def _found(mesh: Mesh) -> GeodesicExtrema:
     cells = _cells(mesh)
     k = len(cells.seeds)
     sources = np.unique(np.linspace(0, k - 1, SOURCES).astype(np.int64))
@@ -107,7 +107,7 @@ def _found(mesh: Mesh) -> Extremities:
     limb_of_cell = np.full(k + 1, -1)  # the last is that of vertices without a cell
     for number, (inner, *_) in enumerate(limbs):
         limb_of_cell[inner] = number
-    return Extremities(
+    return GeodesicExtrema(
         vertices=cells.seeds[[limb[0][0] for limb in limbs]] if limbs else np.empty(0, dtype=np.int64),
         lengths=np.array([length for _, length, _ in limbs]),
         radii=np.array([area / (2 * np.pi * length) for _, length, area in limbs]),
@@ -115,7 +115,7 @@ def _found(mesh: Mesh) -> Extremities:
     )
 
 
-def is_missed(found: Extremities, mesh: Mesh, skeleton: Skeleton) -> NDArray[np.bool_]:
+def is_missed(found: GeodesicExtrema, mesh: Mesh, skeleton: Skeleton) -> NDArray[np.bool_]:
     """(e,) whether an end of a mesh has no tip near, and stands out of the nearest ball of the skeleton."""
     if len(found.vertices) == 0:
         return np.empty(0, dtype=bool)
@@ -139,7 +139,9 @@ def _cells(mesh: Mesh) -> _Cells:
     """Each vertex with the seed that is nearest along edges; seeds are evenly taken from the list of vertices."""
     n, used = len(mesh.vertices), mesh.used_vertices
     i, j = mesh.edges.T
-    lengths = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1) + 1e-12 * mesh.extent  # none may be zero
+    lengths = (
+        np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1) + 1e-12 * mesh.diameter_bound
+    )  # none may be zero
     graph = weighted_graph(mesh.edges, lengths, n)
     seeds = used[np.unique(np.linspace(0, len(used) - 1, CELLS).astype(np.int64))]
     far, _, source = dijkstra(graph, directed=False, indices=seeds, min_only=True, return_predecessors=True)
@@ -155,13 +157,13 @@ def _cells(mesh: Mesh) -> _Cells:
 
 def _limbs(cells: _Cells, height: NDArray[np.float64]) -> list[tuple[NDArray[np.int64], float, float]]:
     """The cells of each limb, its end first, with its length and area."""
-    pointers, neighbours = cells.graph.indptr.tolist(), cells.graph.indices.tolist()
+    pointers, neighbors = cells.graph.indptr.tolist(), cells.graph.indices.tolist()
     group = [-1] * len(height)
     members: dict[int, list[int]] = {}
     is_body: dict[int, bool] = {}  # more than one limb
     limbs: list[tuple[NDArray[np.int64], float, float]] = []
     for cell in np.argsort(-height, kind="stable").tolist():
-        meeting = sorted({group[near] for near in neighbours[pointers[cell] : pointers[cell + 1]]} - {-1})
+        meeting = sorted({group[near] for near in neighbors[pointers[cell] : pointers[cell + 1]]} - {-1})
         if not meeting:
             group[cell], members[cell], is_body[cell] = cell, [cell], False
             continue

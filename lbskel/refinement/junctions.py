@@ -6,7 +6,7 @@ nearest to one point; and two junctions are one where all the branches that leav
 
 from __future__ import annotations
 
-__all__ = ["gather_junctions", "place_junctions"]
+__all__ = ["merge_junctions_by_axes", "place_junctions"]
 
 from dataclasses import dataclass, replace
 
@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.centerlines import Axes
-from lbskel.refinement.containment import leaves
-from lbskel.skeleton.pruning import merge_into
+from lbskel.refinement.centerlines import SectionCenters
+from lbskel.refinement.containment import segments_outside
+from lbskel.skeleton.pruning import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
 NEAR = 4  # sections that tell the direction of a branch at its junction
@@ -31,7 +31,7 @@ FREE = 0.5  # radii by which a junction may leave its contracted place though it
 class _Lines:
     """The axes of the branches at junctions, as lines: one row for each that has sections enough.
 
-    ``starts`` are the own sections nearest to the junction, ``means`` the centres of those that told the direction.
+    ``starts`` are the own sections nearest to the junction, ``means`` the centers of those that told the direction.
     """
 
     junctions: NDArray[np.int64]
@@ -47,7 +47,7 @@ class _Lines:
         )
 
 
-def _lines(skeleton: Skeleton, axes: Axes) -> _Lines:
+def _lines(skeleton: Skeleton, axes: SectionCenters) -> _Lines:
     """The line of every branch at each of its junctions, pointing to the junction."""
     rows: list[tuple[int, int, NDArray, NDArray, NDArray]] = []
     for index, branch in enumerate(skeleton.branches):
@@ -79,7 +79,7 @@ def _meeting(lines: _Lines, anchor: NDArray[np.float64], radius: float) -> NDArr
     return np.asarray(anchor + np.linalg.solve(A @ A + loose * np.eye(3), A @ b))
 
 
-def place_junctions(skeleton: Skeleton, axes: Axes, surface: Surface) -> Axes:
+def place_junctions(skeleton: Skeleton, axes: SectionCenters, surface: Surface) -> SectionCenters:
     """The axes with each junction where those of its branches come nearest to one point.
 
     Sections beyond that point belong to the junction and are no longer known.
@@ -88,7 +88,7 @@ def place_junctions(skeleton: Skeleton, axes: Axes, surface: Surface) -> Axes:
     ----------
     skeleton : Skeleton
         At its contracted places.
-    axes : Axes
+    axes : SectionCenters
     surface : Surface
         A place outside of it is not taken, the junction stays.
     """
@@ -112,10 +112,10 @@ def place_junctions(skeleton: Skeleton, axes: Axes, surface: Surface) -> Axes:
     placed[outer] = skeleton.nodes[junctions[outer]]
     places = np.array(axes.places)
     places[junctions] = placed
-    return Axes(axes.is_known & ~_passed(skeleton, axes, lines, places), places)
+    return SectionCenters(axes.is_known & ~_passed(skeleton, axes, lines, places), places)
 
 
-def _passed(skeleton: Skeleton, axes: Axes, lines: _Lines, places: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _passed(skeleton: Skeleton, axes: SectionCenters, lines: _Lines, places: NDArray[np.float64]) -> NDArray[np.bool_]:
     """(k,) which sections a junction has moved past, along the direction of its branch."""
     passed = np.zeros(len(places), dtype=bool)
     for junction, index, direction in zip(lines.junctions.tolist(), lines.branches, lines.directions, strict=True):
@@ -127,7 +127,7 @@ def _passed(skeleton: Skeleton, axes: Axes, lines: _Lines, places: NDArray[np.fl
     return passed
 
 
-def gather_junctions(skeleton: Skeleton, axes: Axes, surface: Surface) -> Skeleton:
+def merge_junctions_by_axes(skeleton: Skeleton, axes: SectionCenters, surface: Surface) -> Skeleton:
     """Make one of two junctions where the branches that leave the pair all point to one place between them or beyond.
 
     In a thick body several branches run together before they end, and contraction joins them two by two, in an order
@@ -137,7 +137,7 @@ def gather_junctions(skeleton: Skeleton, axes: Axes, surface: Surface) -> Skelet
     ----------
     skeleton : Skeleton
         With branches evenly sampled and inscribed radii.
-    axes : Axes
+    axes : SectionCenters
     surface : Surface
     """
     while inner := _inner_branches(skeleton):
@@ -149,10 +149,10 @@ def gather_junctions(skeleton: Skeleton, axes: Axes, surface: Surface) -> Skelet
             target[branch] = branch[0]
             nodes, places = np.array(skeleton.nodes), np.array(axes.places)
             nodes[branch[0]] = places[branch[0]] = place
-            merged = merge_into(replace(skeleton, nodes=nodes), target)
+            merged = contract_nodes(replace(skeleton, nodes=nodes), target)
             if merged.cycle_rank == skeleton.cycle_rank:
                 kept = np.unique(target)
-                skeleton, axes = merged, Axes(axes.is_known[kept], places[kept])
+                skeleton, axes = merged, SectionCenters(axes.is_known[kept], places[kept])
                 break
         else:
             return skeleton
@@ -195,4 +195,4 @@ def _misses(lines: _Lines, place: NDArray[np.float64], surface: Surface) -> floa
     leads = (along > -radii) & (miss <= MISSES * radii) & (sine <= TILT)
     ends, last = np.concatenate([lines.starts, place[None]]), len(leads)
     ways = np.stack([np.arange(last), np.full(last, last)], axis=1)
-    return np.inf if last < 3 or not leads.all() or leaves(ends, ways, surface).any() else float(sine.max())
+    return np.inf if last < 3 or not leads.all() or segments_outside(ends, ways, surface).any() else float(sine.max())

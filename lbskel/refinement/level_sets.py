@@ -7,7 +7,7 @@ has level curves round it, and their centroids lie on its axis: Verroust, Lazaru
 
 from __future__ import annotations
 
-__all__ = ["Limb", "find_limbs"]
+__all__ = ["GeodesicCap", "find_geodesic_caps"]
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,7 +27,7 @@ SHORTEST = 1e-12  # of the extent: added to every edge, since no length would me
 
 
 @dataclass(frozen=True, eq=False)
-class Limb:
+class GeodesicCap:
     """A piece of surface as far as its border is from its end.
 
     Parameters
@@ -95,7 +95,7 @@ class Limb:
         return level_of_curve[there], sums[there] / lengths[there, None]
 
 
-def find_limbs(mesh: Mesh, piece_of_vertex: NDArray[np.int64]) -> dict[int, Limb]:
+def find_geodesic_caps(mesh: Mesh, piece_of_vertex: NDArray[np.int64]) -> dict[int, GeodesicCap]:
     """The limb that each piece of a surface is, by the number of the piece.
 
     Parameters
@@ -111,7 +111,7 @@ def find_limbs(mesh: Mesh, piece_of_vertex: NDArray[np.int64]) -> dict[int, Limb
     if len(border) == 0:
         return {}
     within = mesh.edges[(start == end) & (start >= 0)]
-    lengths = np.linalg.norm(V[within[:, 0]] - V[within[:, 1]], axis=1) + SHORTEST * mesh.extent
+    lengths = np.linalg.norm(V[within[:, 0]] - V[within[:, 1]], axis=1) + SHORTEST * mesh.diameter_bound
     graph = weighted_graph(within, lengths, len(V))
     depth = dijkstra(graph, directed=False, indices=border, min_only=True)
     deep = np.flatnonzero(np.isfinite(depth) & (depth > 0))
@@ -128,7 +128,7 @@ def find_limbs(mesh: Mesh, piece_of_vertex: NDArray[np.int64]) -> dict[int, Limb
         length = float(far[border[piece[border] == piece[tip]]].min())
         mine = face[piece[mesh.faces[face, 0]] == piece[tip]]
         mine = mine[far[mesh.faces[mine]].mean(axis=1) <= length]
-        limbs[int(piece[tip])] = Limb(
+        limbs[int(piece[tip])] = GeodesicCap(
             end=V[tip],
             length=length,
             radius=float(mesh.face_areas[mine].sum()) / (2 * np.pi * length),

@@ -6,7 +6,7 @@ line. Its end is found on the surface (:mod:`lbskel.refinement.extrema`), its ax
 
 from __future__ import annotations
 
-__all__ = ["grow_missed_limbs"]
+__all__ = ["grow_missing_branches"]
 
 from dataclasses import replace
 
@@ -17,16 +17,16 @@ from scipy.spatial.distance import cdist
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.centering import inscribed_radii, mean_radii
-from lbskel.refinement.extrema import Extremities, extremities, is_missed
-from lbskel.refinement.level_sets import find_limbs
-from lbskel.refinement.tips import axis_inside, centred, follow, with_paths
-from lbskel.skeleton.pruning import merge_into
+from lbskel.refinement.extrema import GeodesicExtrema, find_extrema, is_missed
+from lbskel.refinement.level_sets import find_geodesic_caps
+from lbskel.refinement.tips import append_paths, clip_to_interior, recenter_points, trace_centerline
+from lbskel.skeleton.pruning import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
 STRAY = 0.5  # share of a limb's vertices from which on the branch that stands for them is the limb's
 
 
-def grow_missed_limbs(skeleton: Skeleton, surface: Surface, *, ratio: float = 1.5) -> Skeleton:
+def grow_missing_branches(skeleton: Skeleton, surface: Surface, *, ratio: float = 1.5) -> Skeleton:
     """A branch for each limb that stands out of the skeleton and has no tip near its end.
 
     Parameters
@@ -37,23 +37,27 @@ def grow_missed_limbs(skeleton: Skeleton, surface: Surface, *, ratio: float = 1.
         The end of a limb is further than so many local radii from the node that the branch begins at, as in
         :func:`lbskel.skeleton.pruning.prune`.
     """
-    mesh = surface.rough.mesh
-    found = extremities(mesh)
-    missed = is_missed(found, mesh, inscribed_radii(skeleton, surface.rough))
+    mesh = surface.proxy.mesh
+    found = find_extrema(mesh)
+    missed = is_missed(found, mesh, inscribed_radii(skeleton, surface.proxy))
     limb_of_vertex = np.where(np.isin(found.limb_of_vertex, np.flatnonzero(missed)), found.limb_of_vertex, -1)
-    axes = {number: axis_inside(limb, surface) for number, limb in find_limbs(mesh, limb_of_vertex).items()}
+    axes = {
+        number: clip_to_interior(limb, surface) for number, limb in find_geodesic_caps(mesh, limb_of_vertex).items()
+    }
     axes = {number: axis for number, axis in axes.items() if len(axis) >= 2}
     if not axes:
         return skeleton
     skeleton, strayed = _without_strays(skeleton, surface, found, missed, list(axes))
     widths = mean_radii(skeleton, surface.mesh).radii
-    centres = centred(list(axes.values()), surface)
-    onward = follow(surface, np.array([way[-1] for way in centres]), np.array([way[-1] - way[-2] for way in centres]))
-    node_of_vertex, full_limb = np.array(skeleton.node_of_vertex), surface.from_rough(limb_of_vertex)
+    centers = recenter_points(list(axes.values()), surface)
+    onward = trace_centerline(
+        surface, np.array([way[-1] for way in centers]), np.array([way[-1] - way[-2] for way in centers])
+    )
+    node_of_vertex, full_limb = np.array(skeleton.node_of_vertex), surface.from_proxy(limb_of_vertex)
     bases, ways = [], []
-    for number, centre, path in zip(axes, centres, onward, strict=True):
-        way = np.array([*centre, *path])
-        near = np.unique(surface.on_rough(skeleton.node_of_vertex)[_with_border(limb_of_vertex == number, mesh)])
+    for number, center, path in zip(axes, centers, onward, strict=True):
+        way = np.array([*center, *path])
+        near = np.unique(surface.on_proxy(skeleton.node_of_vertex)[_with_border(limb_of_vertex == number, mesh)])
         apart = cdist(way, skeleton.nodes[near])
         leaves = np.flatnonzero(apart.min(axis=1) <= found.radii[number])
         first = leaves[-1] + 1 if len(leaves) else 0
@@ -64,18 +68,18 @@ def grow_missed_limbs(skeleton: Skeleton, surface: Surface, *, ratio: float = 1.
             bases.append(base)
             ways.append(list(way[first:]))
     skeleton = replace(skeleton, node_of_vertex=node_of_vertex)
-    return with_paths(skeleton, surface, np.array(bases, dtype=np.int64), ways)
+    return append_paths(skeleton, surface, np.array(bases, dtype=np.int64), ways)
 
 
 def _without_strays(
-    skeleton: Skeleton, surface: Surface, found: Extremities, missed: NDArray[np.bool_], limbs: list[int]
+    skeleton: Skeleton, surface: Surface, found: GeodesicExtrema, missed: NDArray[np.bool_], limbs: list[int]
 ) -> tuple[Skeleton, list[int]]:
     """End branches that stand for one of these limbs but end elsewhere cut back to where they begin to, and the limbs.
 
     The tip nearest to the end of another limb is that one's.
     """
-    node, tips = surface.on_rough(skeleton.node_of_vertex), skeleton.tips
-    reached = surface.rough.mesh.vertices[found.vertices[~missed]]
+    node, tips = surface.on_proxy(skeleton.node_of_vertex), skeleton.tips
+    reached = surface.proxy.mesh.vertices[found.vertices[~missed]]
     taken = tips[cdist(reached, skeleton.nodes[tips]).argmin(axis=1)] if len(reached) and len(tips) else tips[:0]
     target, strayed = np.arange(len(skeleton.nodes)), []
     for way in skeleton.end_branches:
@@ -88,7 +92,7 @@ def _without_strays(
                 target[way[stands[0] + 1 :]] = way[stands[0]]
                 strayed.append(limb)
                 break
-    return merge_into(skeleton, target), strayed
+    return contract_nodes(skeleton, target), strayed
 
 
 def _with_border(is_chosen: NDArray[np.bool_], mesh: Mesh) -> NDArray[np.bool_]:

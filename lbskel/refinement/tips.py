@@ -7,17 +7,17 @@ limb that the last nodes stand for, they are put on the axis of the limb itself 
 
 from __future__ import annotations
 
-__all__ = ["axis_inside", "centred", "extend_tips", "follow", "tips_at_surface", "with_paths"]
+__all__ = ["append_paths", "clip_to_interior", "extend_tips", "recenter_points", "tips_at_surface", "trace_centerline"]
 
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.geometry.cross_sections import Sections, cut
+from lbskel.geometry.cross_sections import Sections, cross_sections
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.level_sets import Limb, find_limbs
-from lbskel.skeleton.pruning import STANDS_OUT, merge_into
+from lbskel.refinement.level_sets import GeodesicCap, find_geodesic_caps
+from lbskel.skeleton.pruning import STANDS_OUT, contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
 STEP = 0.5  # of the local radius
@@ -33,12 +33,12 @@ WIDEST = 1.5  # an end goes no further where its section is wider by this factor
 
 
 def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Add nodes at the ends until each tip is the centre of the last ball that fits.
+    """Add nodes at the ends until each tip is the center of the last ball that fits.
 
     Parameters
     ----------
     skeleton : Skeleton
-        Recentred; its end branches follow the axis of the shape.
+        Recentered; its end branches follow the axis of the shape.
     surface : Surface
     """
     ends = [b if skeleton.degrees[b[-1]] == 1 else b[::-1] for b in skeleton.branches]
@@ -50,21 +50,23 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
         return skeleton
     ahead = _ahead(skeleton, surface, ends)
     last = np.array([b[-1] for b in ends])
-    skeleton = _ends_centred(skeleton, surface, ends, ahead)
-    paths = follow(surface, skeleton.nodes[last], ahead)
+    skeleton = _ends_centered(skeleton, surface, ends, ahead)
+    paths = trace_centerline(surface, skeleton.nodes[last], ahead)
     tips = np.array([path[-1] if path else skeleton.nodes[end] for end, path in zip(last, paths, strict=True)])
     missed = _missed_limbs(skeleton, surface, ends, tips)
     if not missed:
-        return with_paths(skeleton, surface, last, paths)
-    axes = centred([axis for _, axis in missed.values()], surface)
-    onward = follow(surface, np.array([axis[-1] for axis in axes]), np.array([axis[-1] - axis[-2] for axis in axes]))
+        return append_paths(skeleton, surface, last, paths)
+    axes = recenter_points([axis for _, axis in missed.values()], surface)
+    onward = trace_centerline(
+        surface, np.array([axis[-1] for axis in axes]), np.array([axis[-1] - axis[-2] for axis in axes])
+    )
     target, nodes = np.arange(len(skeleton.nodes)), np.array(skeleton.nodes)
     for (end, (n, _)), axis, path in zip(missed.items(), axes, onward, strict=True):
         target[ends[end][-n:]] = last[end]
         nodes[last[end]] = axis[0]
         paths[end] = [*axis[1:], *path]
     last = np.searchsorted(np.unique(target), last)
-    return with_paths(merge_into(replace(skeleton, nodes=nodes), target), surface, last, paths)
+    return append_paths(contract_nodes(replace(skeleton, nodes=nodes), target), surface, last, paths)
 
 
 def _ahead(skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]]) -> NDArray[np.float64]:
@@ -79,12 +81,12 @@ def _ahead(skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]]) 
     return along / np.linalg.norm(along, axis=1, keepdims=True)
 
 
-def _ends_centred(
+def _ends_centered(
     skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], ahead: NDArray[np.float64]
 ) -> Skeleton:
     """The skeleton with its tips at the centroids of the sections there, where those are about them and not far off."""
     nodes, first, last = np.array(skeleton.nodes), [end[0] for end in ends], [end[-1] for end in ends]
-    section = cut(surface.mesh, nodes[last], ahead)
+    section = cross_sections(surface.mesh, nodes[last], ahead)
     shift, length = (np.linalg.norm(nodes[last] - there, axis=1) for there in (section.centroids, nodes[first]))
     is_own = section.surrounds & (shift <= section.radii)
     is_own |= section.is_cut & ~surface.contains(nodes[last]) & (shift <= ASTRAY * section.radii)
@@ -99,19 +101,19 @@ def tips_at_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
     Parameters
     ----------
     skeleton : Skeleton
-        With its tips at the centres of the last balls.
+        With its tips at the centers of the last balls.
     surface : Surface
     """
     tips = skeleton.tips
     if len(tips) == 0:
         return skeleton
     P = skeleton.nodes[tips]
-    directions = P - skeleton.nodes[[int(skeleton.neighbours[tip][0]) for tip in tips]]
+    directions = P - skeleton.nodes[[int(skeleton.neighbors[tip][0]) for tip in tips]]
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    ahead, (radii, nearest) = surface.ahead(P, directions), surface.closest(P)
+    ahead, (radii, nearest) = surface.ray_distance(P, directions), surface.closest(P)
     goes_on = ahead < FARTHEST * radii
     ends = np.where(goes_on[:, None], P + np.where(goes_on, ahead, 0)[:, None] * directions, nearest)
-    return with_paths(skeleton, surface, tips, [[end] for end in ends])
+    return append_paths(skeleton, surface, tips, [[end] for end in ends])
 
 
 def _missed_limbs(
@@ -129,14 +131,14 @@ def _missed_limbs(
         piece = np.full(len(skeleton.nodes), -1)
         for index, n in n_tried.items():
             piece[ends[index][-n:]] = index
-        limbs = find_limbs(surface.rough.mesh, surface.on_rough(piece[skeleton.node_of_vertex]))
+        limbs = find_geodesic_caps(surface.proxy.mesh, surface.on_proxy(piece[skeleton.node_of_vertex]))
         trying, n_tried = n_tried, {}
         for index, n in trying.items():
             way, limb = ends[index], limbs.get(index)
             if limb is not None:
                 if np.linalg.norm(limb.end - tips[index]) <= REACHES * max(limb.radius, radii[index]):
                     continue
-                axis = axis_inside(limb, surface) if limb.length > LIMB * limb.radius else np.empty((0, 3))
+                axis = clip_to_interior(limb, surface) if limb.length > LIMB * limb.radius else np.empty((0, 3))
                 if len(axis) >= 2:
                     detour = _detour(np.concatenate([skeleton.nodes[way[:-n]], axis, limb.end[None]]))
                     best[index] = min(best.get(index, (np.inf, n, axis)), (detour, n, axis), key=lambda one: one[0])
@@ -145,7 +147,7 @@ def _missed_limbs(
     return {index: (n, axis) for index, (_, n, axis) in best.items()}
 
 
-def axis_inside(limb: Limb, surface: Surface) -> NDArray[np.float64]:
+def clip_to_interior(limb: GeodesicCap, surface: Surface) -> NDArray[np.float64]:
     """The axis of a limb, as far as it is inside from its end on; none of what has no thickness."""
     axis = limb.axis
     if len(axis) == 0 or np.median(surface.distance(axis)) < DEEP * limb.radius:
@@ -160,11 +162,11 @@ def _detour(way: NDArray[np.float64]) -> float:
     return float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum()) / max(straight, 1e-300)
 
 
-def centred(axes: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
-    """Axes put to the centroids of their own sections, without the points that have none if at least two are left."""
+def recenter_points(axes: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
+    """SectionCenters put to the centroids of their own sections, without the points that have none if at least two are left."""
     P = np.concatenate(axes)
     T = np.concatenate([np.gradient(axis, axis=0) for axis in axes])
-    section = cut(surface.mesh, P, T / np.linalg.norm(T, axis=1, keepdims=True))
+    section = cross_sections(surface.mesh, P, T / np.linalg.norm(T, axis=1, keepdims=True))
     parts = np.cumsum([len(axis) for axis in axes])[:-1]
     usual = np.concatenate([np.full(len(radii), np.median(radii)) for radii in np.split(section.radii, parts)])
     is_own = section.surrounds & (np.linalg.norm(section.centroids - P, axis=1) <= section.radii)
@@ -173,7 +175,7 @@ def centred(axes: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[n
     return [C[known] if known.sum() >= 2 else axis for axis, (C, known) in zip(axes, own, strict=True)]
 
 
-def follow(
+def trace_centerline(
     surface: Surface, starts: NDArray[np.float64], directions: NDArray[np.float64]
 ) -> list[list[NDArray[np.float64]]]:
     """For each end, the points on its way to its tip, all ends at once."""
@@ -181,12 +183,12 @@ def follow(
     T = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     first = np.array(T)
     paths: list[list[NDArray[np.float64]]] = [[] for _ in P]
-    section = cut(surface.mesh, P, T)
+    section = cross_sections(surface.mesh, P, T)
     width, radii = section.radii, _hydraulic_radii(section)
     active = np.arange(len(P))
     for _ in range(MOST_STEPS):
         radius = radii[active]
-        ahead = surface.ahead(P[active], T[active])
+        ahead = surface.ray_distance(P[active], T[active])
         is_straight = np.einsum("ki,ki->k", T[active], first[active]) > STRAIGHT
         goes_on = is_straight & np.isfinite(ahead) & (ahead > SLACK * radius) & (radius > 0)
         active, radius, ahead = active[goes_on], radius[goes_on], ahead[goes_on]
@@ -194,7 +196,7 @@ def follow(
             break
         step = np.minimum(STEP * radius, ahead - radius)
         forward = P[active] + step[:, None] * T[active]
-        section = cut(surface.mesh, forward, T[active])
+        section = cross_sections(surface.mesh, forward, T[active])
         is_own = section.surrounds & (section.radii < WIDEST * width[active]) & surface.contains(section.centroids)
         active, moved, step = active[is_own], section.centroids[is_own], step[is_own]
         width[active], radii[active] = section.radii[is_own], _hydraulic_radii(section)[is_own]
@@ -216,7 +218,7 @@ def _hydraulic_radii(sections: Sections) -> NDArray[np.float64]:
     )
 
 
-def with_paths(
+def append_paths(
     skeleton: Skeleton, surface: Surface, last: NDArray[np.int64], paths: list[list[NDArray[np.float64]]]
 ) -> Skeleton:
     """The skeleton with a chain of new nodes at each end; the end's vertices go to the nearest along the chain."""

@@ -3,7 +3,7 @@
 Nearness alone tears regions apart where nodes are closer together than vertices. Of each node's region the largest
 piece stays; what is cut off from it is taken over by the regions around, from their borders inwards, each vertex by the
 one beside it whose node is nearest. A region that grows vertex by vertex along edges stays in one piece. Where the
-regions of two neighbouring nodes then do not touch, as at junctions, the shortest way between them is given to the two.
+regions of two neighboring nodes then do not touch, as at junctions, the shortest way between them is given to the two.
 
 A connected preimage is what Cornea, Silver, Min 2007, https://doi.org/10.1109/TVCG.2007.1002, call component-wise
 differentiation: a part of the skeleton stands for a part of the shape.
@@ -11,7 +11,13 @@ differentiation: a part of the skeleton stands for a part of the shape.
 
 from __future__ import annotations
 
-__all__ = ["filled", "is_in_largest_piece", "join_regions", "nearest_balls", "parted_edges"]
+__all__ = [
+    "complete_map",
+    "edges_with_disjoint_regions",
+    "is_in_largest_piece",
+    "make_regions_connected",
+    "nearest_balls",
+]
 
 from dataclasses import replace
 
@@ -21,7 +27,7 @@ from scipy.sparse import coo_array, csr_array
 from scipy.spatial.distance import cdist
 
 from lbskel._kernels.connectivity import pieces
-from lbskel._kernels.dijkstra import Ways
+from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order
 from lbskel.skeleton.skeleton import Skeleton
@@ -59,8 +65,8 @@ def is_in_largest_piece(
     return is_kept[piece] | (asked < 0)
 
 
-def parted_edges(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
-    """(p, 2) edges of the skeleton whose two nodes both have vertices, but none that are neighbours on the mesh."""
+def edges_with_disjoint_regions(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
+    """(p, 2) edges of the skeleton whose two nodes both have vertices, but none that are neighbors on the mesh."""
     k = len(skeleton.nodes)
     has_vertex = np.bincount(skeleton.node_of_vertex, minlength=k) > 0
     i, j = (skeleton.node_of_vertex[ends] for ends in mesh.edges.T)
@@ -71,33 +77,33 @@ def parted_edges(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
     return skeleton.edges[~is_touching & has_vertex[skeleton.edges].all(axis=1)]
 
 
-def join_regions(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
+def make_regions_connected(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     """The skeleton with a map by which the vertices of a node hang together on the mesh, and touch those of the next.
 
     The first holds for every node, unless its vertices lie on several components of the mesh; the second for nearly
     every edge.
     """
     skeleton = _whole(skeleton, mesh)
-    parted = parted_edges(skeleton, mesh)
+    parted = edges_with_disjoint_regions(skeleton, mesh)
     if len(parted) == 0:
         return skeleton
     i, j = mesh.edges.T
     way = mesh.vertices[i] - mesh.vertices[j]
-    length = np.sqrt(np.einsum("ex,ex->e", way, way)) + 1e-12 * mesh.extent  # none may be zero
+    length = np.sqrt(np.einsum("ex,ex->e", way, way)) + 1e-12 * mesh.diameter_bound  # none may be zero
     graph = coo_array((length, (i, j)), shape=(len(mesh.vertices), len(mesh.vertices))).tocsr()
     graph = graph + graph.T
     for _ in range(ROUNDS):
         tried = _with_ways(skeleton, graph, parted)
         both = np.stack([skeleton.node_of_vertex, tried.node_of_vertex])
         tried = _whole(tried, mesh, np.unique(both[:, both[0] != both[1]]))
-        still_parted = parted_edges(tried, mesh)
+        still_parted = edges_with_disjoint_regions(tried, mesh)
         if len(still_parted) >= len(parted):
             break
         skeleton, parted = tried, still_parted
     return skeleton
 
 
-def filled(skeleton: Skeleton, node_of_vertex: NDArray[np.int64], mesh: Mesh) -> Skeleton:
+def complete_map(skeleton: Skeleton, node_of_vertex: NDArray[np.int64], mesh: Mesh) -> Skeleton:
     """The skeleton with a map that is known in part, -1 elsewhere: regions grow, and what they do not reach is nearest.
 
     Parameters
@@ -141,15 +147,15 @@ def _grown(
 def _with_ways(skeleton: Skeleton, graph: csr_array, parted: NDArray[np.int64]) -> Skeleton:
     """The vertices of the shortest way between the regions of each parted edge given to its nodes, half to each."""
     node_of_vertex = np.array(skeleton.node_of_vertex)
-    ways = Ways(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
+    ways = ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
     by_node = stable_order(node_of_vertex)
     begins = np.searchsorted(node_of_vertex[by_node], np.arange(len(skeleton.nodes) + 1))
-    neighbours = [beside.tolist() for beside in skeleton.neighbours]
-    kinds, is_around = np.zeros(len(node_of_vertex), dtype=np.int8), np.zeros(len(neighbours), dtype=bool)
+    neighbors = [beside.tolist() for beside in skeleton.neighbors]
+    kinds, is_around = np.zeros(len(node_of_vertex), dtype=np.int8), np.zeros(len(neighbors), dtype=bool)
     for first, last in parted.tolist():
         around = {first, last}
         for _ in range(AROUND):
-            around.update(*(neighbours[node] for node in around))
+            around.update(*(neighbors[node] for node in around))
         nodes = sorted(around)
         is_around[nodes] = True
         here = np.concatenate([by_node[begins[node] : begins[node + 1]] for node in nodes])

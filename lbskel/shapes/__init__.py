@@ -28,7 +28,7 @@ __all__ = [
     "tube",
 ]
 
-from lbskel.shapes.catalogue import SHAPES, VARIANTS, chain_of_tori, make, mesh_solid
+from lbskel.shapes.catalog import SHAPES, VARIANTS, chain_of_tori, make, mesh_solid
 from lbskel.shapes.isosurface import marching_cubes, project
 from lbskel.shapes.primitives import capsule, cylinder, flat_grid, schwarz_lantern, sphere, torus, tube
 from lbskel.shapes.solid import Solid, solid_of

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from lbskel.io import write_mesh
-from lbskel.shapes.catalogue import make
+from lbskel.shapes.catalog import make
 
 EXAMPLES: dict[str, dict[str, Any]] = {
     "dinosaur.ply": {"n_vertices": 3500},

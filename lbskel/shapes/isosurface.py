@@ -1,7 +1,7 @@
 """The surface of a solid as a mesh: marching cubes in the cells that the surface can cross, and Newton's method.
 
 Lorensen, Cline 1987, "Marching cubes", https://doi.org/10.1145/37402.37422. The cells are found from coarse to fine: a
-function that falls by no more than the distance walked has no zero in a cell whose centre is further than half a
+function that falls by no more than the distance walked has no zero in a cell whose center is further than half a
 diagonal from zero.
 """
 
@@ -18,7 +18,7 @@ from lbskel.shapes.solid import Solid
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
 N_HALVINGS = 4
-OFF_CENTRE = np.array([0.137, 0.311, 0.223])  # of a cell, so that symmetric shapes have no zeros on the grid
+OFF_CENTER = np.array([0.137, 0.311, 0.223])  # of a cell, so that symmetric shapes have no zeros on the grid
 GRADIENTS, STEPS_PER_GRADIENT = 2, 4  # Newton's method that keeps each gradient, six times dearer, for some steps
 FLATTEST = 0.2  # smallest gradient that a step is divided by; smooth unions between fingers get there
 DIFFERENCE = 1e-4  # step of the differences, of a grid step: error 1e-8 by the step squared, 1e-12 by rounding
@@ -54,8 +54,8 @@ def marching_cubes(solid: Solid, step: float) -> Mesh:
     Its vertices are off the surface by about ``step**2 / (8 * radius)``; :func:`project` takes them there.
     """
     outer = 2 * solid.radii.max()
-    low, high = solid.centres.min(axis=0) - outer, solid.centres.max(axis=0) + outer
-    origin = low - OFF_CENTRE * step
+    low, high = solid.centers.min(axis=0) - outer, solid.centers.max(axis=0) + outer
+    origin = low - OFF_CENTER * step
     counts = np.ceil((high - origin) / (step * 2**N_HALVINGS)).astype(np.int64)
     cells = _crossed_cells(solid, origin, step, counts)
     grid = (counts << N_HALVINGS) + 1

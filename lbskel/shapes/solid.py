@@ -1,6 +1,6 @@
 """Solids made of round cones along polylines, as implicit functions: negative inside, zero on the surface.
 
-A round cone is the union of the spheres whose centre and radius run linearly from one end of a segment to the other.
+A round cone is the union of the spheres whose center and radius run linearly from one end of a segment to the other.
 For a point at height t along a segment of length l and at distance q from its line, with radii that fall by the slope
 ``sin a = (r0 - r1) / l``, the signed distance is the minimum over s in [0, l] of the convex function
 ``hypot(t - s, q) - r(s)``, which lies at ``s = clip(t - q tan a, 0, l)``. (The same distance in another form: I.
@@ -41,15 +41,15 @@ class Solid:
 
     Parameters
     ----------
-    centres : (k, 3) array of float
+    centers : (k, 3) array of float
     segments : (s, 2) array of int
-        Pairs of centres; twice the same one is a ball.
+        Pairs of centers; twice the same one is a ball.
     radii : (s, 2) array of float
-        At both ends of each segment, since branches of different thickness may meet in one centre.
+        At both ends of each segment, since branches of different thickness may meet in one center.
     branch_of_segment : (s,) array of int
     """
 
-    centres: NDArray[np.float64]
+    centers: NDArray[np.float64]
     segments: NDArray[np.int64]
     radii: NDArray[np.float64]
     branch_of_segment: NDArray[np.int64]
@@ -63,7 +63,7 @@ class Solid:
 
     def _of_branches(self, points: NDArray[np.float64], reach: float) -> NDArray[np.float64]:
         """(n, branches) distance to each branch; FAR where it is above ``reach`` and too far to blend."""
-        start, end = self.centres[self.segments].transpose(1, 0, 2)
+        start, end = self.centers[self.segments].transpose(1, 0, 2)
         lengths = np.linalg.norm(end - start, axis=1)
         influence = INFLUENCE * BLEND * self._thickest[self.branch_of_segment] * self.branch_of_segment.any()
         outer = lengths / 2 + self.radii.max(axis=1) + influence + reach
@@ -108,8 +108,8 @@ class Solid:
     @property
     def truth(self) -> Truth:
         """The axes of all branches; the radius at a node is that of the largest sphere around it inside one branch."""
-        inscribed = -self._of_branches(self.centres, 0.0).min(axis=1)
-        return Truth(self.centres, self.segments, inscribed)
+        inscribed = -self._of_branches(self.centers, 0.0).min(axis=1)
+        return Truth(self.centers, self.segments, inscribed)
 
 
 def solid_of(branches: Sequence[Branch]) -> Solid:
@@ -120,7 +120,7 @@ def solid_of(branches: Sequence[Branch]) -> Solid:
     Raises
     ------
     MeshError
-        If one of two neighbouring spheres swallows the other, so that there is no cone between them.
+        If one of two neighboring spheres swallows the other, so that there is no cone between them.
     """
     cut = [_finely(np.atleast_2d(P), np.ravel(R), f"branch {number}") for number, (P, R) in enumerate(branches)]
     cut.sort(key=lambda spheres: -spheres[:, 3].max())
@@ -130,18 +130,18 @@ def solid_of(branches: Sequence[Branch]) -> Solid:
     spheres = np.concatenate(cut)
     extent = np.ptp(spheres[:, :3], axis=0).max() or 1.0
     places = np.round(spheres[:, :3] / (SAME_POINT * extent)) + 0.0  # no negative zeros
-    _, row_of_centre, centre = np.unique(places, axis=0, return_index=True, return_inverse=True)
-    return Solid(spheres[row_of_centre, :3], centre[segments], spheres[segments, 3], branch[first])
+    _, row_of_center, center = np.unique(places, axis=0, return_index=True, return_inverse=True)
+    return Solid(spheres[row_of_center, :3], center[segments], spheres[segments, 3], branch[first])
 
 
 def _finely(points: NDArray, radii: NDArray, name: str) -> NDArray[np.float64]:
-    """(k, 4) centres and radii along a polyline whose segments are cut to LONGEST_SEGMENT; a ball's twice."""
+    """(k, 4) centers and radii along a polyline whose segments are cut to LONGEST_SEGMENT; a ball's twice."""
     spheres = np.column_stack([points, np.broadcast_to(radii, len(points))]).astype(np.float64)
     if len(spheres) == 1:
         return np.repeat(spheres, 2, axis=0)
     lengths, radii = np.linalg.norm(np.diff(spheres[:, :3], axis=0), axis=1), spheres[:, 3]
     if (np.abs(np.diff(radii)) >= lengths).any():
-        raise MeshError(f"{name} has a sphere inside its neighbour: place them further apart or make them more alike")
+        raise MeshError(f"{name} has a sphere inside its neighbor: place them further apart or make them more alike")
     pieces = np.ceil(lengths / (LONGEST_SEGMENT * np.minimum(radii[1:], radii[:-1]))).astype(np.int64)
     at = np.concatenate([*(i + np.arange(k) / k for i, k in enumerate(pieces)), [len(spheres) - 1.0]])
     return np.stack([np.interp(at, np.arange(len(spheres)), column) for column in spheres.T], axis=1)

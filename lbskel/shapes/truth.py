@@ -17,7 +17,7 @@ from lbskel.skeleton.skeleton import Skeleton
 class Truth(Skeleton):
     """A skeleton that is known because the shape was built around it: straight edges with a radius linear along each.
 
-    Curved axes are finely sampled. Tips are the centres of the last inscribed spheres, one radius inside the surface.
+    Curved axes are finely sampled. Tips are the centers of the last inscribed spheres, one radius inside the surface.
     """
 
     @property

@@ -6,7 +6,7 @@ belongs to a cycle is never cut and a cycle never closed, so the cycle rank stay
 
 from __future__ import annotations
 
-__all__ = ["cut_swallowed", "merge_into", "merge_junctions", "prune", "regroup"]
+__all__ = ["contract_nodes", "contract_nodes_to", "merge_junctions", "prune", "prune_contained_branches"]
 
 from dataclasses import replace
 
@@ -21,7 +21,7 @@ SWALLOWED = 1.75  # radii of a junction within which all balls of a branch lie t
 STANDS_OUT = 0.65  # radii of a junction from which on a tip tells where its branch leads
 
 
-def regroup(skeleton: Skeleton, group: NDArray[np.int64], keeper: NDArray[np.int64]) -> Skeleton:
+def contract_nodes_to(skeleton: Skeleton, group: NDArray[np.int64], keeper: NDArray[np.int64]) -> Skeleton:
     """Nodes of one group become one node, at the place of its keeper; also a new order, where each is its own group."""
     return replace(
         skeleton,
@@ -34,13 +34,13 @@ def regroup(skeleton: Skeleton, group: NDArray[np.int64], keeper: NDArray[np.int
     )
 
 
-def merge_into(skeleton: Skeleton, target: NDArray[np.int64]) -> Skeleton:
+def contract_nodes(skeleton: Skeleton, target: NDArray[np.int64]) -> Skeleton:
     """Each node goes into its target, a node that is its own target."""
     keeper, group = np.unique(target, return_inverse=True)
-    return regroup(skeleton, group, keeper)
+    return contract_nodes_to(skeleton, group, keeper)
 
 
-def reaches(skeleton: Skeleton, mesh: Mesh, branch: NDArray[np.int64]) -> float:
+def branch_reach(skeleton: Skeleton, mesh: Mesh, branch: NDArray[np.int64]) -> float:
     """How far from a branch's first node the vertices lie that its other nodes stand for."""
     on_branch = np.zeros(len(skeleton.nodes), dtype=bool)
     on_branch[branch[1:]] = True
@@ -66,16 +66,16 @@ def prune(skeleton: Skeleton, mesh: Mesh, *, ratio: float = 1.5) -> Skeleton:
         ends = [b for b in skeleton.end_branches if not np.isin(b[1:], skeleton.anchors).any()]
         if not ends:
             return skeleton
-        spare = [reaches(skeleton, mesh, b) / max(skeleton.radii[b[0]], 1e-300) for b in ends]
+        spare = [branch_reach(skeleton, mesh, b) / max(skeleton.radii[b[0]], 1e-300) for b in ends]
         shortest = int(np.argmin(spare))
         if spare[shortest] > ratio:
             return skeleton
         target = np.arange(len(skeleton.nodes))
         target[ends[shortest][1:]] = ends[shortest][0]
-        skeleton = merge_into(skeleton, target)
+        skeleton = contract_nodes(skeleton, target)
 
 
-def cut_swallowed(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
+def prune_contained_branches(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     """Cut the end branches whose inscribed balls hardly stand out of that of their junction.
 
     One whose tip is away from the junction stays if the vertices that it stands for do stand out: its limb is there,
@@ -92,9 +92,9 @@ def cut_swallowed(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
         radius, far = skeleton.radii[way[0]], np.linalg.norm(skeleton.nodes[way] - skeleton.nodes[way[0]], axis=1)
         if (far + skeleton.radii[way]).max() >= SWALLOWED * radius or np.isin(way[1:], skeleton.anchors).any():
             continue
-        if far[-1] < STANDS_OUT * radius or reaches(skeleton, mesh, way) < SWALLOWED * radius:
+        if far[-1] < STANDS_OUT * radius or branch_reach(skeleton, mesh, way) < SWALLOWED * radius:
             target[way] = way[0]
-    return merge_into(skeleton, target)
+    return contract_nodes(skeleton, target)
 
 
 def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
@@ -120,7 +120,7 @@ def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
             keeper = branch[0] if skeleton.radii[branch[0]] >= skeleton.radii[branch[-1]] else branch[-1]
             target = np.arange(len(skeleton.nodes))
             target[branch] = keeper
-            merged = merge_into(skeleton, target)
+            merged = contract_nodes(skeleton, target)
             if merged.cycle_rank == skeleton.cycle_rank:
                 skeleton = merged
                 break

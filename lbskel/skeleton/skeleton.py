@@ -154,13 +154,13 @@ class Skeleton:
 
     @cached_property
     def adjacency(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """(k + 1,) where the neighbours of each node begin, and (2 e,) all of them, each node's in ascending order."""
+        """(k + 1,) where the neighbors of each node begin, and (2 e,) all of them, each node's in ascending order."""
         both = np.concatenate([self.edges, self.edges[:, ::-1]])
         both = both[np.lexsort((both[:, 1], both[:, 0]))]
         return read_only(np.append(0, np.cumsum(self.degrees))), read_only(np.ascontiguousarray(both[:, 1]))
 
     @cached_property
-    def neighbours(self) -> tuple[NDArray[np.int64], ...]:
+    def neighbors(self) -> tuple[NDArray[np.int64], ...]:
         """For each node, the nodes that share an edge with it, in ascending order."""
         first, beside = self.adjacency
         return tuple(beside[begin:end] for begin, end in itertools.pairwise(first.tolist()))
@@ -172,13 +172,13 @@ class Skeleton:
         Together they use every edge exactly once. The order is that of their first nodes.
         """
         first, beside = (array.tolist() for array in self.adjacency)
-        neighbours = [beside[begin:end] for begin, end in itertools.pairwise(first)]
+        neighbors = [beside[begin:end] for begin, end in itertools.pairwise(first)]
         ends = np.flatnonzero((self.degrees != 2) & (self.degrees > 0))
         used: set[tuple[int, int]] = set()
-        walks = [walk for end in ends.tolist() for walk in _walks_from(end, neighbours, used)]
+        walks = [walk for end in ends.tolist() for walk in _walks_from(end, neighbors, used)]
         if len(used) < len(beside):  # what is left are loops without a junction
             for node in np.flatnonzero(self.degrees == 2).tolist():
-                walks.extend(_walks_from(node, neighbours, used))
+                walks.extend(_walks_from(node, neighbors, used))
         return tuple(read_only(np.array(walk, dtype=np.int64)) for walk in walks)
 
     @property
@@ -207,15 +207,15 @@ class Skeleton:
         return graph
 
 
-def _walks_from(start: int, neighbours: list[list[int]], used: set[tuple[int, int]]) -> list[list[int]]:
+def _walks_from(start: int, neighbors: list[list[int]], used: set[tuple[int, int]]) -> list[list[int]]:
     """The unused walks that leave a node, each up to a node of another degree than two or back to the start."""
     walks = []
-    for following in neighbours[start]:
+    for following in neighbors[start]:
         if (start, following) in used:
             continue
         walk = [start, following]
-        while len(neighbours[walk[-1]]) == 2 and walk[-1] != start:
-            one, other = neighbours[walk[-1]]
+        while len(neighbors[walk[-1]]) == 2 and walk[-1] != start:
+            one, other = neighbors[walk[-1]]
             walk.append(other if one == walk[-2] else one)
         used.update(itertools.pairwise(walk))
         used.update(itertools.pairwise(reversed(walk)))

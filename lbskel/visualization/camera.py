@@ -34,18 +34,18 @@ class View:
 
     Parameters
     ----------
-    centre : (3,) array of float
+    center : (3,) array of float
         The point in the middle, in the caller's units.
     axes : (3, 3) array of float
         Rows of unit length: to the right, up, towards the viewer.
     """
 
-    centre: NDArray[np.float64]
+    center: NDArray[np.float64]
     axes: NDArray[np.float64]
 
     def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Points as (right, up, towards the viewer), measured from the centre, in the caller's units."""
-        return (points - self.centre) @ self.axes.T
+        """Points as (right, up, towards the viewer), measured from the center, in the caller's units."""
+        return (points - self.center) @ self.axes.T
 
 
 def principal_view(shape: Shape) -> View:
@@ -102,7 +102,7 @@ def _up(
 
 
 def _stands(height: NDArray[np.float64], across: NDArray[np.float64]) -> bool:
-    """Whether the centre, at 0, lies above the ground on which the lowest points stand."""
+    """Whether the center, at 0, lies above the ground on which the lowest points stand."""
     foot = across[height <= height.min() + FOOT * np.ptp(height)]
     return bool(foot.min() <= 0 <= foot.max())
 

@@ -1,4 +1,4 @@
-"""Which number has which colour: radii on a skeleton, scalar fields on a surface.
+"""Which number has which color: radii on a skeleton, scalar fields on a surface.
 
 Perceptually uniform maps (plasma, viridis), of which the palest part is left out because it would be lost on white;
 for a field with both signs a map with a neutral middle at zero.
@@ -15,21 +15,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-UNKNOWN = "0.75"  # the grey of NaN
-OUTLIERS = 5.0  # per cent of a field at each end that may lie beyond its colours: curvature has a few huge values
+UNKNOWN = "0.75"  # the gray of NaN
+OUTLIERS = 5.0  # per cent of a field at each end that may lie beyond its colors: curvature has a few huge values
 
 
 @dataclass(frozen=True)
 class Scale:
-    """A range of numbers with a colour map.
+    """A range of numbers with a color map.
 
     Parameters
     ----------
     low, high : float
-        Numbers with the first and last colour.
+        Numbers with the first and last color.
     name : str
-        A matplotlib colour map.
-    extent : float
+        A matplotlib color map.
+    diameter_bound : float
         The part of it that is used, from its start.
     beyond : str
         Where numbers lie outside the range: ``neither``, ``min``, ``max`` or ``both``.
@@ -38,7 +38,7 @@ class Scale:
     low: float
     high: float
     name: str
-    extent: float = 1.0
+    diameter_bound: float = 1.0
     beyond: str = "neither"
 
     def mappable(self) -> Any:
@@ -47,10 +47,10 @@ class Scale:
         from matplotlib.cm import ScalarMappable
         from matplotlib.colors import ListedColormap, Normalize
 
-        listed = ListedColormap(colormaps[self.name](np.linspace(0, self.extent, 256)))
+        listed = ListedColormap(colormaps[self.name](np.linspace(0, self.diameter_bound, 256)))
         return ScalarMappable(Normalize(self.low, self.high), listed.with_extremes(bad=UNKNOWN))
 
-    def colours(self, values: ArrayLike) -> NDArray[np.float32]:
+    def colors(self, values: ArrayLike) -> NDArray[np.float32]:
         """(n, 3) red, green and blue in [0, 1] of n numbers."""
         return self.mappable().to_rgba(np.asarray(values, dtype=np.float64))[:, :3].astype(np.float32)
 

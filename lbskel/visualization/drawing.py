@@ -78,7 +78,7 @@ def draw_panel(
 
 
 def _axes(figure: Any, left: float, bottom: float, width: float, height: float) -> Any:
-    """Axes over a rectangle of the figure, whose data coordinates are its pixels; nothing of them is seen."""
+    """SectionCenters over a rectangle of the figure, whose data coordinates are its pixels; nothing of them is seen."""
     across, down = figure.get_size_inches() * figure.dpi
     axes = figure.add_axes((left / across, bottom / down, width / across, height / down))
     axes.set_axis_off()
@@ -91,7 +91,7 @@ def _draw_surface(axes: Any, panel: Panel, view: View, frame: Frame, fields: Sca
     """The mesh or point cloud as a shaded image, see-through where there is a skeleton in it."""
     if isinstance(panel.mesh, Mesh):
         points = frame.rows_down(view.project(panel.mesh.vertices))
-        paint = fields.colours if fields is not None and panel.field is not None else None
+        paint = fields.colors if fields is not None and panel.field is not None else None
         image = shade_mesh(points, panel.mesh.faces, frame.width, frame.height, field=panel.field, paint=paint)
     elif panel.mesh is not None:
         points = frame.rows_down(view.project(panel.mesh.points))
@@ -112,7 +112,7 @@ def _draw_surface(axes: Any, panel: Panel, view: View, frame: Frame, fields: Sca
 
 
 def _draw_skeleton(axes: Any, skeleton: Skeleton, view: View, frame: Frame, radii: Scale | None) -> None:
-    """Edges coloured by radius, near ones over far ones with a white halo; tips and junctions marked."""
+    """Edges colored by radius, near ones over far ones with a white halo; tips and junctions marked."""
     from matplotlib.collections import LineCollection
 
     longer = max(frame.width, frame.height)
@@ -125,19 +125,19 @@ def _draw_skeleton(axes: Any, skeleton: Skeleton, view: View, frame: Frame, radi
     np.minimum.at(lowest, skeleton.edges, depth[:, None])
     halo_depth = lowest[skeleton.edges].min(axis=1) - BEHIND * longer
     order = np.argsort(np.concatenate([halo_depth, depth]), kind="stable")
-    colours = radii.colours(skeleton.radii[skeleton.edges].mean(axis=1)) if radii else np.tile(LINE, (len(ends), 1))
+    colors = radii.colors(skeleton.radii[skeleton.edges].mean(axis=1)) if radii else np.tile(LINE, (len(ends), 1))
     axes.add_collection(
         LineCollection(
             list(np.concatenate([ends, ends])[order, :, :2]),
-            colors=np.concatenate([np.ones_like(colours), colours])[order],
+            colors=np.concatenate([np.ones_like(colors), colors])[order],
             linewidths=np.repeat([1.9 * width, width], len(ends))[order],
             capstyle="round",
             zorder=2,
         )
     )
     lone = np.flatnonzero(skeleton.degrees == 0)
-    for nodes, colour, marker, size in (
-        (lone, radii.colours(skeleton.radii[lone]) if radii else LINE, "o", 2.2),
+    for nodes, color, marker, size in (
+        (lone, radii.colors(skeleton.radii[lone]) if radii else LINE, "o", 2.2),
         (skeleton.junctions, JUNCTION, "s", 1.7),
         (skeleton.tips, TIP, "o", 1.9),
     ):
@@ -146,7 +146,7 @@ def _draw_skeleton(axes: Any, skeleton: Skeleton, view: View, frame: Frame, radi
             x,
             y,
             s=(size * width) ** 2,
-            facecolors=colour,
+            facecolors=color,
             marker=marker,
             edgecolors="white",
             linewidths=0.35 * width,
@@ -191,7 +191,7 @@ def _write_counts(figure: Any, skeleton: Skeleton, x: float, y: float, letter: f
 
 
 def _draw_bar(figure: Any, name: str, scale: Scale, left: float, top: float, width: float, letter: float) -> None:
-    """A colour bar with the name of what it shows to its left and three numbers under it."""
+    """A color bar with the name of what it shows to its left and three numbers under it."""
     size = min(letter, 0.9 * width / max(len(name), 1))  # a letter is about 0.55 wide: at most half of the width
     words = 0.55 * size * len(name)
     length = min(0.5 * width, 0.86 * width - words - letter)

@@ -1,7 +1,7 @@
 """An interactive page of a mesh and its skeleton: one HTML file that turns, zooms and tells radii, by plotly.
 
 The file carries plotly.js in it (about 5 MB), so nothing is downloaded when it is opened. Browsers compute in single
-precision: coordinates are centred, divided by the size of the shape and turned to the view of the pictures; the
+precision: coordinates are centered, divided by the size of the shape and turned to the view of the pictures; the
 numbers shown at a node are the caller's.
 """
 
@@ -97,7 +97,7 @@ def page(
 
 
 def _skeleton_traces(skeleton: Skeleton, place: Any) -> list[dict[str, Any]]:
-    """Edges coloured by radius, every node with its number, place and radius at hand, tips and junctions marked."""
+    """Edges colored by radius, every node with its number, place and radius at hand, tips and junctions marked."""
     from plotly.colors import sample_colorscale
 
     scale = radius_scale([skeleton.radii])
@@ -108,8 +108,8 @@ def _skeleton_traces(skeleton: Skeleton, place: Any) -> list[dict[str, Any]]:
     nodes = place(skeleton.nodes)
     edge_look, node_look = {"width": 7, "color": LINE}, {"size": 3, "color": LINE}
     if scale is not None:
-        colours = sample_colorscale(scale.name, np.linspace(0, scale.extent, 12))
-        shared = {"colorscale": colours, "cmin": scale.low, "cmax": scale.high}
+        colors = sample_colorscale(scale.name, np.linspace(0, scale.diameter_bound, 12))
+        shared = {"colorscale": colors, "cmin": scale.low, "cmax": scale.high}
         bar = {"title": {"text": "radius"}, "len": 0.5, "thickness": 14}
         edge_look |= {"color": np.repeat(skeleton.radii[skeleton.edges].mean(axis=1), 3), **shared}
         node_look |= {"color": skeleton.radii, **shared, "colorbar": bar}
@@ -121,14 +121,14 @@ def _skeleton_traces(skeleton: Skeleton, place: Any) -> list[dict[str, Any]]:
         {**edges, "name": f"{len(skeleton.edges)} edges, {skeleton.cycle_rank} cycles", "hoverinfo": "skip"},
         {**every, "name": f"{len(skeleton.nodes)} nodes"},
     ]
-    for chosen, what, colour in ((skeleton.tips, "tips", TIP), (skeleton.junctions, "junctions", JUNCTION)):
+    for chosen, what, color in ((skeleton.tips, "tips", TIP), (skeleton.junctions, "junctions", JUNCTION)):
         if len(chosen):
             some = {axis: values[chosen] for axis, values in nodes.items()}
-            traces.append(_dots(some, f"{len(chosen)} {what}", colour, 5))
+            traces.append(_dots(some, f"{len(chosen)} {what}", color, 5))
     return traces
 
 
-def _dots(where: dict[str, NDArray[np.float32]], name: str, colour: str, size: float) -> dict[str, Any]:
-    """Points of one colour."""
-    marker = {"size": size, "color": colour}
+def _dots(where: dict[str, NDArray[np.float32]], name: str, color: str, size: float) -> dict[str, Any]:
+    """Points of one color."""
+    marker = {"size": size, "color": color}
     return {"type": "scatter3d", **where, "mode": "markers", "marker": marker, "name": name, "hoverinfo": "skip"}

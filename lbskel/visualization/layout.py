@@ -39,7 +39,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Layout:
-    """A grid of panels, each with a title above its drawing, counts and colour bars below; lengths in pixels."""
+    """A grid of panels, each with a title above its drawing, counts and color bars below; lengths in pixels."""
 
     width: int
     height: int
@@ -75,7 +75,7 @@ def arrange(extent: NDArray[np.float64], lines: Sequence[tuple[float, float]], s
 
     Parameters
     ----------
-    extent : (2,) array of float
+    diameter_bound : (2,) array of float
         Width and height of what is drawn.
     lines : sequence of pairs of float
         For each panel the lines of text above and below its drawing.

@@ -25,9 +25,9 @@ class Panel:
     skeleton : Skeleton, optional
     title : str
     field : (n,) array_like of float, optional
-        A number for each vertex of the mesh, shown by colour. NaN and infinity are shown grey.
+        A number for each vertex of the mesh, shown by color. NaN and infinity are shown gray.
     field_name : str
-        What the field is. Fields of the same name in one picture have the same colours for the same numbers.
+        What the field is. Fields of the same name in one picture have the same colors for the same numbers.
 
     Raises
     ------

@@ -2,7 +2,7 @@
 
 Every triangle is cut into the spans of pixels that it covers, row by row; each covered pixel is a fragment, one integer
 with the depth in its upper half and the number of its triangle in the lower, so that the largest integer at a pixel
-is what is seen there. Triangles thinner than a pixel would fall between the pixel centres, so they are drawn as the
+is what is seen there. Triangles thinner than a pixel would fall between the pixel centers, so they are drawn as the
 line that they are: a shape contracted to curves stays visible.
 """
 
@@ -28,7 +28,7 @@ def nearest_triangles(triangles: NDArray[np.float64], width: int, height: int) -
     Parameters
     ----------
     triangles : (m, 3, 3) array of float
-        Corners as (column, row, depth towards the viewer), in pixels; pixel (0, 0) has its centre at (0.5, 0.5).
+        Corners as (column, row, depth towards the viewer), in pixels; pixel (0, 0) has its center at (0.5, 0.5).
     width, height : int
         Of the image.
 
@@ -47,16 +47,16 @@ def nearest_triangles(triangles: NDArray[np.float64], width: int, height: int) -
     return buffer.seen()
 
 
-def nearest_discs(centres: NDArray[np.float64], radius: float, width: int, height: int) -> Seen:
+def nearest_discs(centers: NDArray[np.float64], radius: float, width: int, height: int) -> Seen:
     """For each pixel the point whose ball of that radius is seen there; else as nearest_triangles."""
     offsets = np.arange(-np.ceil(radius), np.ceil(radius) + 1)
     across, down = (grid.ravel() for grid in np.meshgrid(offsets, offsets))
     bulge = radius**2 - across**2 - down**2
     across, down, bulge = across[bulge >= 0], down[bulge >= 0], np.sqrt(bulge[bulge >= 0])
-    buffer = _Buffer(width, height, centres[:, 2].min(), centres[:, 2].max() + radius)
-    columns, rows = np.floor(centres[:, :2].T)
+    buffer = _Buffer(width, height, centers[:, 2].min(), centers[:, 2].max() + radius)
+    columns, rows = np.floor(centers[:, :2].T)
     for column, row, higher in zip(across, down, bulge, strict=True):
-        buffer.add(np.arange(len(centres)), columns + column, rows + row, centres[:, 2] + higher)
+        buffer.add(np.arange(len(centers)), columns + column, rows + row, centers[:, 2] + higher)
     return buffer.seen()
 
 
@@ -91,7 +91,7 @@ def _spans(triangles: NDArray[np.float64], width: int, height: int) -> Iterator[
     farthest, nearest = triangles[:, :, 2].min(axis=1), triangles[:, :, 2].max(axis=1)
     to_right, down = _depth_slopes(triangles)
     x, y, z = triangles[:, 0].T
-    at_corner = z - to_right * (x - 0.5) - down * (y - 0.5)  # depth at the centre of pixel (0, 0)
+    at_corner = z - to_right * (x - 0.5) - down * (y - 0.5)  # depth at the center of pixel (0, 0)
     x, y = np.take_along_axis(triangles[:, :, :2], triangles[:, :, 1:2].argsort(axis=1, kind="stable"), axis=1).T
     long_side, upper, lower = (_line(x[i], y[i], x[j], y[j]) for i, j in ((0, 2), (0, 1), (1, 2)))
     first, last = (np.clip(np.ceil(end - 0.5), 0, height).astype(np.int64) for end in (y[0], y[2]))

@@ -1,4 +1,4 @@
-"""The colour of each pixel of a surface or a point cloud: soft light from the upper left, darker towards the rim.
+"""The color of each pixel of a surface or a point cloud: soft light from the upper left, darker towards the rim.
 
 What is seen where comes from :mod:`lbskel.visualization.rasterizer`; here normals (and a scalar field, if there is one) are
 interpolated over the triangle seen at each pixel and lit; where the depth jumps a line is drawn, and 2 x 2 samples are
@@ -19,14 +19,14 @@ from scipy.ndimage import maximum_filter
 from lbskel.visualization.rasterizer import nearest_discs, nearest_triangles
 
 Paint: TypeAlias = Callable[[NDArray], NDArray]
-Shader: TypeAlias = Callable[[NDArray, NDArray, NDArray], NDArray]  # item, x and y of samples to their colours
+Shader: TypeAlias = Callable[[NDArray, NDArray, NDArray], NDArray]  # item, x and y of samples to their colors
 
 SAMPLES = 2  # per pixel and direction
 BASE = np.array([0.66, 0.73, 0.83], dtype=np.float32)
 LIGHT = np.array([-0.40, 0.58, 0.71], dtype=np.float32)  # unit vectors: to the light,
 HALFWAY = np.array([-0.22, 0.31, 0.925], dtype=np.float32)  # and halfway from there to the viewer
 CREASE = np.cos(np.radians(30))  # a smooth normal farther than this from that of the face is not used for the face
-SLIVER = 1e-6  # pixels: a smaller face has no direction of its own but that of its neighbours
+SLIVER = 1e-6  # pixels: a smaller face has no direction of its own but that of its neighbors
 JUMP = 0.02  # of the picture's longer side: a step in depth that is drawn as a line
 DARKNESS = 0.45  # of that line
 HAZE = 0.5  # share of white in the farthest point of a cloud
@@ -51,9 +51,9 @@ def shade_mesh(
     width, height : int
         Of the picture.
     field : (n,) array of float, optional
-        A number for each vertex, to be shown by colour.
+        A number for each vertex, to be shown by color.
     paint : callable, optional
-        From an array of such numbers to their colours, (..., 3).
+        From an array of such numbers to their colors, (..., 3).
 
     Returns
     -------
@@ -64,7 +64,7 @@ def shade_mesh(
     corners = triangles[:, :, :2].astype(np.float32)
     corner_normals = _corner_normals(triangles, points, faces)
 
-    def colour_at(item: NDArray, x: NDArray, y: NDArray) -> NDArray[np.float32]:
+    def color_at(item: NDArray, x: NDArray, y: NDArray) -> NDArray[np.float32]:
         weights = _barycentric(corners, item, x, y)
         normals = np.einsum("pi,pij->pj", weights, corner_normals[item])
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-6)
@@ -73,23 +73,23 @@ def shade_mesh(
         return _lit(paint(np.einsum("pi,pi->p", weights, field[faces[item]])), normals)
 
     item, depth = nearest_triangles(triangles, width * SAMPLES, height * SAMPLES)
-    return _picture(item, _outline(item, depth), colour_at)
+    return _picture(item, _outline(item, depth), color_at)
 
 
 def shade_points(points: NDArray[np.float64], radius: float, width: int, height: int) -> NDArray[np.float32]:
     """Draw points as small balls of that radius in pixels; else as shade_mesh."""
-    centres, reach = points * SAMPLES, radius * SAMPLES
+    centers, reach = points * SAMPLES, radius * SAMPLES
     depth = points[:, 2]
     far = ((depth.max() - depth) / max(np.ptp(depth), 1e-9)).astype(np.float32)
 
-    def colour_at(item: NDArray, x: NDArray, y: NDArray) -> NDArray[np.float32]:
-        across, down = np.clip((np.stack([x, y]) - centres[item, :2].T) / reach, -1, 1)
+    def color_at(item: NDArray, x: NDArray, y: NDArray) -> NDArray[np.float32]:
+        across, down = np.clip((np.stack([x, y]) - centers[item, :2].T) / reach, -1, 1)
         towards = np.sqrt(np.maximum(1 - across**2 - down**2, 0))
         lit = _lit(BASE, np.stack([across, -down, towards], axis=1).astype(np.float32))
         return 1 - (1 - lit) * (1 - HAZE * far[item])[:, None]
 
-    item, _ = nearest_discs(centres, reach, width * SAMPLES, height * SAMPLES)
-    return _picture(item, np.zeros(item.shape, dtype=np.float32), colour_at)
+    item, _ = nearest_discs(centers, reach, width * SAMPLES, height * SAMPLES)
+    return _picture(item, np.zeros(item.shape, dtype=np.float32), color_at)
 
 
 def _barycentric(corners: NDArray, item: NDArray, x: NDArray, y: NDArray) -> NDArray[np.float32]:
@@ -121,13 +121,13 @@ def _corner_normals(triangles: NDArray, points: NDArray, faces: NDArray) -> NDAr
     return corners * np.where(towards < 0, -1, 1).astype(np.float32)[:, None, None]
 
 
-def _lit(colours: NDArray, normals: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Colours under the light."""
+def _lit(colors: NDArray, normals: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Colors under the light."""
     diffuse = 0.5 + 0.5 * (normals @ LIGHT)  # wrapped around the shape: no side is black
     rim = (1 - np.clip(normals[:, 2], 0, 1)) ** 3
     brightness = 0.55 + 0.55 * diffuse**1.5 - 0.30 * rim
     highlight = 0.12 * np.clip(normals @ HALFWAY, 0, 1) ** 30
-    return np.clip(colours * brightness[:, None] + highlight[:, None], 0, 1).astype(np.float32)
+    return np.clip(colors * brightness[:, None] + highlight[:, None], 0, 1).astype(np.float32)
 
 
 def _outline(item: NDArray[np.int64], depth: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -136,21 +136,21 @@ def _outline(item: NDArray[np.int64], depth: NDArray[np.float32]) -> NDArray[np.
     return np.clip(jump / (JUMP * max(depth.shape)) - 0.5, 0, 1)
 
 
-def _picture(item: NDArray[np.int64], line: NDArray[np.float32], colour_at: Shader) -> NDArray[np.float32]:
+def _picture(item: NDArray[np.int64], line: NDArray[np.float32], color_at: Shader) -> NDArray[np.float32]:
     """The picture of the samples; a pixel that is covered and has no line in it is shaded once."""
     samples = [(slice(i, None, SAMPLES), slice(j, None, SAMPLES)) for i in range(SAMPLES) for j in range(SAMPLES)]
     plain = np.logical_and.reduce([(item[s] >= 0) & (line[s] == 0) for s in samples])
     picture = np.zeros((*plain.shape, 4), dtype=np.float32)
     rows, columns = np.nonzero(plain)
-    centre = SAMPLES / 2
-    picture[rows, columns, :3] = colour_at(item[samples[0]][plain], columns * SAMPLES + centre, rows * SAMPLES + centre)
+    center = SAMPLES / 2
+    picture[rows, columns, :3] = color_at(item[samples[0]][plain], columns * SAMPLES + center, rows * SAMPLES + center)
     picture[rows, columns, 3] = 1
     for down, across in samples:
         mixed = ~plain & (item[down, across] >= 0)
         rows, columns = np.nonzero(mixed)
         x, y = columns * SAMPLES + across.start + 0.5, rows * SAMPLES + down.start + 0.5
-        colours = colour_at(item[down, across][mixed], x, y) * (1 - DARKNESS * line[down, across][mixed])[:, None]
-        picture[rows, columns, :3] += colours
+        colors = color_at(item[down, across][mixed], x, y) * (1 - DARKNESS * line[down, across][mixed])[:, None]
+        picture[rows, columns, :3] += colors
         picture[rows, columns, 3] += 1
     mixed = ~plain & (picture[..., 3] > 0)
     picture[mixed, :3] /= picture[mixed, 3:]

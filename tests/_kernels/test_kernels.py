@@ -17,7 +17,7 @@ from lbskel.contraction.coarsening import Coarsened, coarsen
 from lbskel.geometry import bvh as boxes
 from lbskel.geometry import cross_sections as sections
 from lbskel.geometry import mesh as mesh_module
-from lbskel.geometry.cross_sections import cut
+from lbskel.geometry.cross_sections import cross_sections
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import text as reading
 from lbskel.io.text import numbers_of
@@ -25,11 +25,11 @@ from lbskel.operators import assembly, masses
 from lbskel.operators import corner_angles as corners
 from lbskel.operators import intrinsic_triangulation as flips
 from lbskel.operators.intrinsic_delaunay import intrinsic_delaunay
-from lbskel.operators.intrinsic_triangulation import IntrinsicTriangulation, delaunay, glued
+from lbskel.operators.intrinsic_triangulation import IntrinsicTriangulation, delaunay, half_edge_twins
 from lbskel.operators.masses import voronoi_mass
 from lbskel.refinement import centering as refinement
 from lbskel.refinement import vertex_map as mapping
-from lbskel.refinement.centering import settle
+from lbskel.refinement.centering import reassign_to_nearest_node
 from lbskel.refinement.vertex_map import is_in_largest_piece
 from lbskel.shapes import make
 from lbskel.skeleton.skeleton import Skeleton
@@ -67,16 +67,20 @@ def rays():
 def curves():
     rng = np.random.default_rng(2)
     normals = rng.normal(size=(12, 3))
-    found = cut(mesh(), 0.3 * rng.normal(size=(12, 3)), normals / np.linalg.norm(normals, axis=1, keepdims=True))
+    found = cross_sections(
+        mesh(), 0.3 * rng.normal(size=(12, 3)), normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    )
     return found.surrounds, found.areas, found.lengths, found.radii, found.centroids
 
 
 def flipped():
     faces = mesh().faces
     lengths = 1 + np.random.default_rng(3).random(faces.shape) * 0.9
-    lengths.ravel()[np.maximum(glued(faces), np.arange(faces.size))] = lengths.ravel()  # the same on both sides
-    lengths = np.maximum(lengths.ravel(), lengths.ravel()[glued(faces)]).reshape(-1, 3)
-    result = delaunay(IntrinsicTriangulation(faces, lengths, glued(faces)))
+    lengths.ravel()[np.maximum(half_edge_twins(faces), np.arange(faces.size))] = (
+        lengths.ravel()
+    )  # the same on both sides
+    lengths = np.maximum(lengths.ravel(), lengths.ravel()[half_edge_twins(faces)]).reshape(-1, 3)
+    result = delaunay(IntrinsicTriangulation(faces, lengths, half_edge_twins(faces)))
     return result.faces, result.lengths, result.twins
 
 
@@ -94,7 +98,7 @@ def regions():
     whole = is_in_largest_piece(rng.integers(3, size=n), mesh())
     sums = roughness_module.sums_beside(mesh().edges, rng.normal(size=(n, 2)))
     return (
-        settle(skeleton, mesh()).node_of_vertex,
+        reassign_to_nearest_node(skeleton, mesh()).node_of_vertex,
         whole,
         sums,
         np.array([mesh().is_closed_manifold, mesh().n_components]),
@@ -124,7 +128,7 @@ def ways():
 
 def searched():
     graph, sources = ways()
-    search = ways_module.Ways(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
+    search = ways_module.ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
     kinds = np.ones(graph.shape[0], dtype=np.int8)
     kinds[400:], kinds[300:340] = 2, 0
     return search.distances(sources), *map(np.array, search.first_of(sources, kinds))
@@ -191,7 +195,7 @@ CASES = {
         triangles,
         {corners: ("corners_of",), masses: ("corners_of", "voronoi_of"), mesh_module: ("integrals",)},
     ),
-    "ways": (searched, {ways_module: ("Ways",)}),
+    "ways": (searched, {ways_module: ("ShortestPaths",)}),
     "text": (numbers, {reading: ("numbers_in",)}),
     "collapses": (coarsened, {coarsening: ("independent_collapses", "short_edges")}),
 }
@@ -220,7 +224,7 @@ def test_curves_at_a_vertex_and_of_planes_that_are_none_come_to_an_end():
     at = mesh().vertices[mesh().boxes.order[:1]]
     points = np.concatenate([mesh().vertices[mesh().faces[:3, 0]], at, [[np.nan, 0, 0], [0, 0, 0]]])
     normals = np.array([[0, 0, 1.0]] * 5 + [[np.nan, 0, 0]])
-    found = cut(mesh(), points, normals)
+    found = cross_sections(mesh(), points, normals)
     assert found.is_cut.tolist() == [True] * 4 + [False] * 2
     assert np.array_equal(found.centroids[4:], points[4:], equal_nan=True)
 
@@ -245,7 +249,7 @@ def test_flips_leave_a_boundary_as_it_is():
         given = Mesh(V, faces)
         rim = np.sort(given.edges[given.faces_per_edge == 1], axis=1)
         lengths = np.linalg.norm(V[faces[:, [1, 2, 0]]] - V[faces[:, [2, 0, 1]]], axis=2)
-        result = delaunay(IntrinsicTriangulation(faces, lengths, glued(faces)))
+        result = delaunay(IntrinsicTriangulation(faces, lengths, half_edge_twins(faces)))
         ends = np.sort(
             np.stack([result.faces[:, [1, 2, 0]], result.faces[:, [2, 0, 1]]], axis=2).reshape(-1, 2), axis=1
         )

@@ -25,7 +25,7 @@ def attempt(broken, folder):
 
 def passes(skeleton, reference):
     """Whether the score passes on the sound mesh; at unit size, since areas of tiny meshes vanish."""
-    size = reference.extent
+    size = reference.diameter_bound
     alone = Skeleton(skeleton.nodes / size, skeleton.edges, skeleton.radii / size)
     return score(alone, reference.with_vertices(reference.vertices / size)).passed
 

@@ -141,7 +141,7 @@ def test_a_trial_measures_a_system_of_the_contraction(tmp_path):
     from scipy.sparse import save_npz
 
     mesh = torus(1.0, 0.3, 24, 10)
-    start = mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.extent)
+    start = mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.diameter_bound)
     K, B = _system(start, start, 1)
     assert K.shape == (2 * len(mesh.vertices), len(mesh.vertices))
     exact = lstsq(K, B, "qr")

@@ -11,12 +11,12 @@ import pytest
 from benchmarks.__main__ import main, names
 from benchmarks.harness import (
     fitted_order,
-    in_child,
     interleaved,
     machine,
     markdown_table,
     median_ratio,
     peak_growth,
+    run_in_subprocess,
     save_json,
 )
 from benchmarks.operators_convergence import (
@@ -62,9 +62,9 @@ def _fails(what):
 
 
 def test_a_child_gives_its_value_its_error_or_its_end():
-    assert in_child(max, 3, 7)["value"] == 7
-    assert in_child(_fails, "so it is")["error"] == "ValueError: so it is"
-    assert "ended with code" in in_child(exit_at_once)["error"]
+    assert run_in_subprocess(max, 3, 7)["value"] == 7
+    assert run_in_subprocess(_fails, "so it is")["error"] == "ValueError: so it is"
+    assert "ended with code" in run_in_subprocess(exit_at_once)["error"]
 
 
 def _starts_another(written):
@@ -75,7 +75,7 @@ def _starts_another(written):
 @pytest.mark.skipif(not Path("/proc").exists(), reason="processes are looked up in /proc")
 def test_what_a_child_has_started_ends_with_it(tmp_path):
     written = tmp_path / "number"
-    assert in_child(_starts_another, written, timeout=8.0)["error"] == "over 8 s"
+    assert run_in_subprocess(_starts_another, written, timeout=8.0)["error"] == "over 8 s"
     status = Path(f"/proc/{written.read_text()}/stat")
     until = time.monotonic() + 60
     while status.exists() and status.read_text().rsplit(")", 1)[1].split()[0] != "Z":  # ended, whoever asks how
@@ -152,8 +152,8 @@ def test_orders_of_three_operators():
     assert 1.8 < orders["sphere Poisson", "cotangent", "L2"] < 2.25
     assert orders["sphere harmonic", "cotangent", "maximum"] < 0.5
     assert orders["sphere harmonic", "heat_kernel, t ~ h", "maximum"] > 0.7
-    filled = [title for title, table in tables(rows).items() if table.count("\n") > 2]
-    assert filled == ["Orders", *(CASES[case][0] for case in cases)]
+    complete_map = [title for title, table in tables(rows).items() if table.count("\n") > 2]
+    assert complete_map == ["Orders", *(CASES[case][0] for case in cases)]
 
 
 def test_calls_of_the_speed_table():

@@ -8,7 +8,7 @@ import pytest
 import lbskel
 from benchmarks import cgal, speed, speed_tools
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.containment import length_inside
+from lbskel.refinement.containment import inside_fraction
 
 
 @pytest.fixture
@@ -25,7 +25,7 @@ def test_each_of_our_own_answers(tool, mesh):
     if tool == "lbskel":
         assert told["cycles"] == 0
         assert told["accuracy"] == 0  # beside itself
-        assert told["length_inside"] == 1
+        assert told["inside_fraction"] == 1
 
 
 def fails(path):
@@ -74,7 +74,7 @@ def test_larger_meshes_are_the_same_shape(tmp_path, monkeypatch):
     assert len(mesh.faces) == pytest.approx(5_000, rel=0.25)
     assert mesh.is_closed_manifold
     axis = lbskel.read_skeleton(tmp_path / "shape.npz")
-    assert length_inside(axis, Surface(mesh)) == 1
+    assert inside_fraction(axis, Surface(mesh)) == 1
 
 
 def test_without_a_compiler_cgal_is_told_to_be_missing(monkeypatch):

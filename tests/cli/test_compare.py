@@ -9,10 +9,10 @@ from helpers import joined, moved
 from lbskel import PRESETS, Mesh, MeshError, laplacian, write_mesh
 from lbskel.cli.main import main
 from lbskel.contraction.flow import Status
-from lbskel.pipeline.comparison import CASES, InAreaScale, outcome, record, representative
+from lbskel.pipeline.comparison import CASES, AreaNormalized, outcome, record, representative
 from lbskel.shapes import chain_of_tori, flat_grid, make, torus
 
-SOME = ("flow", "clamped cotangents; least squares", "mean value; first order")
+SOME = ("flow", "clamped cotangents; least squares", "mean value; curvature flow")
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def test_cases_have_every_strategy_by_both_energies_where_rows_are_not_needed():
     for case, settings in CASES.items():
         if ";" in case:
             assert case.endswith(settings.energy.replace("_", " "))
-    assert "identity row, held; first order" not in CASES
+    assert "identity row, held; curvature flow" not in CASES
 
 
 def test_an_outcome_has_the_guarded_skeleton_and_the_free_steps():
@@ -57,9 +57,9 @@ def test_the_default_is_no_distance_from_itself_and_breaks_nowhere(ring):
 
 
 def test_a_case_that_is_not_defined_says_why_and_shows_its_steps_all_the_same(rod):
-    row = record(outcome(rod, CASES["mean value; first order"]))
+    row = record(outcome(rod, CASES["mean value; curvature flow"]))
     assert "not symmetric" in row["error"]
-    scaled = record(outcome(rod, CASES["mean value, to scale; first order"]))
+    scaled = record(outcome(rod, CASES["mean value, to scale; curvature flow"]))
     assert "the operator mean_value in the scale of the area is not symmetric" in scaled["error"]
     assert "tips" not in row
     assert row["free steps"] > 0  # general elimination needs no symmetry
@@ -95,14 +95,14 @@ def test_in_area_scale_density_does_not_matter():
     factors = []
     for k in (1, 2):
         mesh = torus(1.0, 0.3, 24 * k, 10 * k)
-        scaled = InAreaScale("mean_value_symmetric")(mesh).stiffness
+        scaled = AreaNormalized("mean_value_symmetric")(mesh).stiffness
         raw = laplacian(mesh, operator="mean_value_symmetric").stiffness
         factors.append((raw.diagonal().mean(), scaled.diagonal().mean()))
     (raw, scaled), (finer_raw, finer_scaled) = factors
     assert finer_raw > 1.8 * raw
     assert finer_scaled == pytest.approx(scaled, rel=0.05)  # as the shapes of the triangles go
     cotangent = laplacian(mesh).stiffness
-    assert abs(InAreaScale("cotangent")(mesh).stiffness - cotangent).max() < 1e-12  # its mass is the area
+    assert abs(AreaNormalized("cotangent")(mesh).stiffness - cotangent).max() < 1e-12  # its mass is the area
 
 
 def test_the_page_and_what_it_shows_are_written(few_cases, rod, tmp_path, capsys):
@@ -114,7 +114,7 @@ def test_the_page_and_what_it_shows_are_written(few_cases, rod, tmp_path, capsys
     page = (tmp_path / "report" / "index.html").read_text()
     assert "&lt;b&gt;x&amp;y.off" in page
     assert "<b>x" not in page
-    assert "<p>No skeleton by mean value; first order: the operator &#x27;mean_value&#x27; is not symmetric" in page
+    assert "<p>No skeleton by mean value; curvature flow: the operator &#x27;mean_value&#x27; is not symmetric" in page
     for case in few_cases:
         assert f"<td>{case}</td>" in page
     for name in names - {"index.html", "comparison.json"}:
@@ -124,10 +124,10 @@ def test_the_page_and_what_it_shows_are_written(few_cases, rod, tmp_path, capsys
     assert list(document["cases"]) == list(few_cases)
     ended = {case: row["ended"] for case, row in document["cases"].items()}
     assert ended["flow"] == "volume"
-    assert ended["mean value; first order"] == "no skeleton"
+    assert ended["mean value; curvature flow"] == "no skeleton"
     out, err = capsys.readouterr()
     assert all(case in out for case in few_cases)
-    assert "\nno skeleton by mean value; first order: the operator 'mean_value' is not symmetric" in out
+    assert "\nno skeleton by mean value; curvature flow: the operator 'mean_value' is not symmetric" in out
     assert err == ""
 
 

@@ -200,7 +200,10 @@ BAD = {
         ["skeletonize", "rod.off", "-o", "a.swc", "--operator", "x"],
         r"argument --operator.*cotangent",
     ),
-    "unknown energy": (["skeletonize", "rod.off", "-o", "a.swc", "--energy", "x"], r"argument --energy.*first_order"),
+    "unknown energy": (
+        ["skeletonize", "rod.off", "-o", "a.swc", "--energy", "x"],
+        r"argument --energy.*curvature_flow",
+    ),
     "unknown solver": (["skeletonize", "rod.off", "-o", "a.swc", "--solver", "x"], r"argument --solver.*cholmod"),
     "no such file": (["skeletonize", "a.off", "-o", "a.swc"], r"a\.off: no such file"),
     "unknown mesh format": (
@@ -330,11 +333,11 @@ def test_several_into_a_folder_with_pictures_and_reports(here, folder):
 
 
 def test_choices_reach_the_contraction(here):
-    choices = ["--preset", "au2008", "--operator", "robust", "--energy", "first_order", "--solver", "superlu"]
+    choices = ["--preset", "au2008", "--operator", "robust", "--energy", "curvature_flow", "--solver", "superlu"]
     code, out, err = here("skeletonize", "rod.off", "-o", "rod.json", "--json", *choices)
     assert (code, err) == (0, [])
     settings = json.loads(out[0])["settings"]
-    assert (settings["operator"], settings["energy"], settings["solver"]) == ("robust", "first_order", "superlu")
+    assert (settings["operator"], settings["energy"], settings["solver"]) == ("robust", "curvature_flow", "superlu")
 
 
 def test_failed_checks_are_named_and_the_result_is_written(here, folder, monkeypatch):

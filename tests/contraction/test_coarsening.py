@@ -8,11 +8,11 @@ import pytest
 from lbskel import Mesh, collapse, compare, contract, skeletonize
 from lbskel.contraction.coarsening import Coarsened, coarsen
 from lbskel.contraction.flow import PRESETS
-from lbskel.contraction.homology import carried, tunnel_cochain
+from lbskel.contraction.homology import transfer_cochain, tunnel_cochain
 from lbskel.shapes import chain_of_tori, make, sphere, torus
 
 FEWEST = 16  # vertices left, in place of as many as are worth it
-EVERY_VERTEX = replace(PRESETS["flow"], coarsen=0.0)
+EVERY_VERTEX = replace(PRESETS["flow"], collapse_length=0.0)
 
 
 def whole(mesh):
@@ -84,12 +84,12 @@ def test_a_cochain_is_carried_to_the_merged_vertices():
     contraction = contract(mesh)
     coarse = contraction.coarse
     assert len(coarse.vertices) < 0.7 * len(mesh.vertices)
-    cochain = carried(tunnel_cochain(mesh), mesh, coarse, contraction.vertex_map)
+    cochain = transfer_cochain(tunnel_cochain(mesh), mesh, coarse, contraction.vertex_map)
     start, end = coarse.half_edges.T
     signed = np.where(start < end, 1, -1)[:, None] * cochain[coarse.edge_of_half_edge]
     assert not signed.reshape(3, -1, 2).sum(axis=0).any()
     graph = collapse(coarse, mesh, vertex_map=contraction.vertex_map)
-    assert graph.is_guarded
+    assert graph.handles_certified
     assert len(graph.edges) - len(graph.kept) + 1 == 2
     assert graph.node_of_vertex.shape == (len(mesh.vertices),)
 

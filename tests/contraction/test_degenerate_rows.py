@@ -5,7 +5,7 @@ import pytest
 
 from lbskel import ContractionSettings, contract, laplacian
 from lbskel.contraction.degenerate_rows import DEGENERATE, LARGEST_ROW_SUM
-from lbskel.contraction.energies import ENERGIES, Pull, rectangular
+from lbskel.contraction.energies import ENERGIES, ContractionStepInput, rectangular
 from lbskel.contraction.flow import Status
 from lbskel.contraction.settings import PRESETS, STRATEGIES
 from lbskel.operators import OPERATORS
@@ -19,7 +19,9 @@ def away_from_the_origin():
 
 def pull_of(mesh, treatment, rows, weight):
     ones = np.ones(len(mesh.vertices))
-    return Pull(laplacian(mesh), mesh.vertices, weight, ones, ones, lambda L: DEGENERATE[treatment](L, rows))
+    return ContractionStepInput(
+        laplacian(mesh), mesh.vertices, weight, ones, ones, lambda L: DEGENERATE[treatment](L, rows)
+    )
 
 
 def test_identity_rows_hold_and_literal_ones_pull_to_the_origin():
@@ -77,7 +79,7 @@ def test_degenerate_triangles_get_identity_rows_and_are_counted():
     counts = {}
     for treatment in DEGENERATE:
         chosen = ContractionSettings(
-            operator="clamped_cotangent", energy="least_squares", degenerate=treatment, max_steps=1
+            operator="clamped_cotangent", energy="least_squares", degenerate_rows=treatment, max_steps=1
         )
         counts[treatment] = contract(mesh.with_vertices(V), chosen).steps[0].n_replaced_rows
     assert counts["none"] == counts["row_sums"] == 0  # cotangents clamped at 57 sum to no more than a few hundred

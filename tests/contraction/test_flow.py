@@ -19,7 +19,7 @@ def settings(**changes):
 
 def test_a_torus_shrinks_to_its_circle():
     """Of every vertex, since a ring of the three that merging leaves may be three times as wide as one of many."""
-    contraction = contract(torus(1.0, 0.2, 64, 24), settings(coarsen=0.0))
+    contraction = contract(torus(1.0, 0.2, 64, 24), settings(collapse_length=0.0))
     assert contraction.status is Status.VOLUME
     assert contraction.steps[-1].volume_ratio < PRESETS["flow"].volume_ratio
     V = contraction.mesh.vertices
@@ -74,7 +74,9 @@ def test_a_step_that_makes_the_area_grow_is_undone():
         result = laplacian(now, operator="robust")
         return replace(result, stiffness=-1e-3 * result.stiffness) if len(calls) > 2 else result
 
-    contraction = contract(mesh, settings(operator=exploding, coarsen=0.0))  # of all vertices, or the box need not grow
+    contraction = contract(
+        mesh, settings(operator=exploding, collapse_length=0.0)
+    )  # of all vertices, or the box need not grow
     assert contraction.status in (Status.AREA_GREW, Status.BOX_GREW)
     assert len(contraction.steps) == 2
     assert contraction.mesh.area == pytest.approx(contraction.steps[-1].area_ratio * mesh.area)
@@ -116,12 +118,12 @@ def test_every_step_is_told_with_its_mesh():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"energy": "second_order"}, "first_order"),
+        ({"energy": "second_order"}, "curvature_flow"),
         ({"solver": "magic"}, "cholmod"),
         ({"operator": "laplace"}, "intrinsic_delaunay"),
-        ({"degenerate": "identities"}, "identity_zero"),
-        ({"degenerate": "identity"}, "least_squares"),
-        ({"growth": 0.0}, "growth must be positive"),
+        ({"degenerate_rows": "identities"}, "identity_zero"),
+        ({"degenerate_rows": "identity"}, "least_squares"),
+        ({"contraction_growth": 0.0}, "growth must be positive"),
     ],
 )
 def test_wrong_settings_say_what_is_right(changes, words):
@@ -138,7 +140,7 @@ def test_without_the_guard_plain_cotangents_break_and_intrinsic_delaunay_does_no
     mesh = chain_of_tori(2, step=0.15)  # marching cubes: slivers, as in the meshes that the method is known to break on
     plain, cured = (
         contract(
-            mesh, settings(operator=operator, energy="least_squares", guard=False, volume_ratio=1e-15, max_steps=14)
+            mesh, settings(operator=operator, energy="least_squares", rollback=False, volume_ratio=1e-15, max_steps=14)
         )
         for operator in ("cotangent", "intrinsic_delaunay")
     )
@@ -154,7 +156,7 @@ def test_without_the_guard_plain_cotangents_break_and_intrinsic_delaunay_does_no
 def test_the_guard_undoes_the_step_that_breaks():
     mesh = chain_of_tori(2, step=0.15)
     chosen = settings(operator="clamped_cotangent", energy="least_squares", volume_ratio=1e-9)
-    guarded, free = contract(mesh, chosen), contract(mesh, replace(chosen, guard=False, max_steps=8))
+    guarded, free = contract(mesh, chosen), contract(mesh, replace(chosen, rollback=False, max_steps=8))
     assert guarded.broke_at == len(guarded.steps) + 1
     assert guarded.broke_at == free.broke_at
     # the same energies up to there, one solved for displacements and one for positions, conditioned at up to 1e8
@@ -164,8 +166,8 @@ def test_the_guard_undoes_the_step_that_breaks():
 @pytest.mark.parametrize("energy", ENERGIES)
 def test_without_the_guard_early_steps_are_the_same(energy):
     mesh = torus(1.0, 0.3, 40, 16)
-    chosen = settings(energy=energy, max_steps=2, coarsen=0.0)  # vertices are never merged without the guard
-    guarded, free = contract(mesh, chosen), contract(mesh, replace(chosen, guard=False))
+    chosen = settings(energy=energy, max_steps=2, collapse_length=0.0)  # vertices are never merged without the guard
+    guarded, free = contract(mesh, chosen), contract(mesh, replace(chosen, rollback=False))
     # conditioned at 1e6 at most, a thousand roundings
     assert np.abs(guarded.mesh.vertices - free.mesh.vertices).max() < 1e-9
 
@@ -181,30 +183,32 @@ def test_treated_vertices_are_told_for_each_step_with_how_far_they_went():
     mesh = torus(1.0, 0.3, 40, 16)
     V = np.array(mesh.vertices)
     V[17] = V[16]
-    chosen = settings(operator="cotangent", energy="least_squares", degenerate="identity_zero", max_steps=3)
+    chosen = settings(operator="cotangent", energy="least_squares", degenerate_rows="identity_zero", max_steps=3)
     given, seen = mesh.with_vertices(V), []
     contraction = contract(given, chosen, on_step=lambda step, now: seen.append(now.vertices))
     assert len(contraction.treated_vertices) == len(contraction.steps) == 3
     first, touched = contraction.steps[0], contraction.treated_vertices[0]
-    assert first.n_treated == len(touched) >= first.n_replaced_rows >= 4
+    assert first.n_fallback_rows == len(touched) >= first.n_replaced_rows >= 4
     assert {16, 17} <= set(touched.tolist())
-    moves = np.linalg.norm(seen[0] - (V - given.centroid) / given.extent, axis=1)
-    assert first.drift == pytest.approx(moves[touched].max())
+    moves = np.linalg.norm(seen[0] - (V - given.centroid) / given.diameter_bound, axis=1)
+    assert first.max_displacement == pytest.approx(moves[touched].max())
     for step, touched in zip(contraction.steps[1:], contraction.treated_vertices[1:], strict=True):
-        assert step.n_treated == len(touched) == 0  # the identity rows have drawn the two apart
-        assert step.drift == 0
+        assert step.n_fallback_rows == len(touched) == 0  # the identity rows have drawn the two apart
+        assert step.max_displacement == 0
 
 
 def test_the_largest_pull_and_hold_are_kept_to():
     mesh = torus(1.0, 0.3, 40, 16)
     free = contract(mesh, settings(energy="least_squares", max_steps=6)).steps
-    capped = contract(mesh, settings(energy="least_squares", max_steps=6, largest_pull=4.0, largest_hold=3.0)).steps
+    capped = contract(
+        mesh, settings(energy="least_squares", max_steps=6, max_contraction_weight=4.0, max_attraction=3.0)
+    ).steps
     assert [step.weight for step in capped] == pytest.approx([min(step.weight, 16.0) for step in free])
     assert free[-1].weight > 16
-    assert free[-1].hold[1] > 9 >= max(step.hold[1] for step in capped)
-    first_order = contract(mesh, settings(max_steps=6, largest_pull=1.0)).steps
+    assert free[-1].attraction[1] > 9 >= max(step.attraction[1] for step in capped)
+    curvature_flow = contract(mesh, settings(max_steps=6, max_contraction_weight=1.0)).steps
     # tau is W_L^2 times the mean ring area, on the mesh of extent 1
-    assert first_order[-1].weight == pytest.approx(mean_ring_area(mesh) / mesh.extent**2)
+    assert curvature_flow[-1].weight == pytest.approx(mean_ring_area(mesh) / mesh.diameter_bound**2)
 
 
 @pytest.mark.parametrize("weights", WEIGHTS)
@@ -219,8 +223,8 @@ def test_published_weights_do_not_depend_on_units(weights, energy):
 
 def test_published_weights_start_as_printed():
     mesh = capsule(3.0, 0.4, 12)
-    average = mesh.area / mesh.extent**2 / len(mesh.faces)
-    side = np.ptp(mesh.vertices, axis=0).max() / mesh.extent
+    average = mesh.area / mesh.diameter_bound**2 / len(mesh.faces)
+    side = np.ptp(mesh.vertices, axis=0).max() / mesh.diameter_bound
     printed = {
         "paper": 1e-3 * np.sqrt(average),
         "report": 1e-3 * np.sqrt(average * len(mesh.faces)),

@@ -17,9 +17,9 @@ def around(mesh, cochain, walk):
     return total
 
 
-def circle(n, centre, axis_1, axis_2):
+def circle(n, center, axis_1, axis_2):
     t = np.linspace(0, 2 * np.pi, n, endpoint=False)[:, None]
-    return np.array(centre) + np.cos(t) * np.array(axis_1) + np.sin(t) * np.array(axis_2)
+    return np.array(center) + np.cos(t) * np.array(axis_1) + np.sin(t) * np.array(axis_2)
 
 
 def test_linking_numbers_of_circles():

@@ -23,7 +23,7 @@ def test_cycles_are_handles_after_a_contraction(genus):
     graph = collapse(contracted, mesh)
     skeleton = as_skeleton(contracted, graph)
     assert (skeleton.n_components, skeleton.cycle_rank) == (1, genus)
-    assert graph.is_guarded
+    assert graph.handles_certified
     assert len(graph.node_of_vertex) == len(mesh.vertices)
     assert set(graph.node_of_vertex) == set(range(len(graph.kept)))
 
@@ -76,7 +76,7 @@ def test_open_meshes_collapse_without_a_guard():
     mesh = cylinder(0.3, 4.0, 24, 41)
     contracted = contract(mesh).mesh
     graph = collapse(contracted, mesh)
-    assert not graph.is_guarded
+    assert not graph.handles_certified
     assert as_skeleton(contracted, graph).n_components == 1
 
 

@@ -9,7 +9,7 @@ from helpers import joined, moved
 
 from lbskel import Mesh, MeshError, Skeleton, score, skeletonize
 from lbskel.evaluation.scoring import MEASURES
-from lbskel.refinement.extrema import extremities
+from lbskel.refinement.extrema import find_extrema
 from lbskel.refinement.vertex_map import is_in_largest_piece
 from lbskel.shapes import capsule, chain_of_tori, make, mesh_solid, solid_of, sphere, torus, tube
 
@@ -138,20 +138,20 @@ def test_a_good_skeleton_passes_in_every_measure(limbs, rings):
 @pytest.mark.parametrize(
     ("spoil", "measure"),
     [
-        (leg_cut_off, "limbs_missed"),
-        (leg_cut_in_half, "limbs_missed"),
-        (lambda s: beside_the_middle(s, 0.55), "off_centre_branch"),
-        (lambda s: beside_the_middle(s, 1.6), "nodes_inside"),
-        (lambda s: beside_the_middle(s, 1.6), "length_inside"),
-        (shaken, "off_centre"),
+        (leg_cut_off, "limb_extremities_missed"),
+        (leg_cut_in_half, "limb_extremities_missed"),
+        (lambda s: beside_the_middle(s, 0.55), "centeredness_error_worst_branch"),
+        (lambda s: beside_the_middle(s, 1.6), "nodes_inside_fraction"),
+        (lambda s: beside_the_middle(s, 1.6), "inside_fraction"),
+        (shaken, "centeredness_error"),
         (short_cut, "extra_cycles"),
-        (short_cut, "length_inside"),
-        (short_cut, "bridges"),
+        (short_cut, "inside_fraction"),
+        (short_cut, "shortcut_edges"),
         (bristles, "spurs"),
-        (nodes_permuted, "covered"),
-        (nodes_permuted, "touching"),
-        (nodes_permuted, "at_the_wall"),
-        (vertices_permuted, "in_one_piece"),
+        (nodes_permuted, "coverage"),
+        (nodes_permuted, "adjacent_regions"),
+        (nodes_permuted, "near_surface_fraction"),
+        (vertices_permuted, "connected_regions"),
     ],
 )
 def test_a_skeleton_with_limbs_spoilt(limbs, spoil, measure):
@@ -168,11 +168,11 @@ def test_a_small_end_may_be_missed_and_a_limb_may_not():
     nodes = np.stack([x, 0 * x, 0 * x], axis=1)
     whole = Skeleton(nodes, np.stack([np.arange(16), np.arange(1, 17)], axis=1), np.zeros(17))
     found = score(whole, mesh)
-    assert (found.ends, found.ends_missed, found.limbs_missed) == (3, 1, 0)  # 0.09 of 2.2
-    assert found.verdicts["ends_missed"] == "warn"
+    assert (found.ends, found.extremities_missed, found.limb_extremities_missed) == (3, 1, 0)  # 0.09 of 2.2
+    assert found.verdicts["extremities_missed"] == "warn"
     assert found.passed
     half = score(Skeleton(nodes[4:], whole.edges[:12], np.zeros(13)), mesh)
-    assert (half.ends_missed, half.limbs_missed) == (2, 1)
+    assert (half.extremities_missed, half.limb_extremities_missed) == (2, 1)
     assert not half.passed
 
 
@@ -187,7 +187,7 @@ def test_a_loop_lost(rings, spoil):
 def test_what_is_spoilt_in_one_respect_is_not_blamed_for_the_others(limbs):
     mesh, skeleton = limbs
     found = score(leg_cut_off(skeleton), mesh).verdicts
-    assert [name for name, verdict in found.items() if verdict == "fail"] == ["limbs_missed"]
+    assert [name for name, verdict in found.items() if verdict == "fail"] == ["limb_extremities_missed"]
 
 
 def rod_with_axis(shift, n=13):
@@ -204,9 +204,9 @@ def test_the_distance_from_the_middle_is_measured_in_radii(shift):
     found = score(*rod_with_axis(shift))
     # the radius is the mean distance of the node's vertices, which grows with the shift s to r (1 + s^2 / 4 r^2), 4 %
     # at 0.2; that they do not all lie in the plane of the section adds up to 2 %
-    assert found.off_centre == pytest.approx(shift / 0.5, rel=0.06, abs=1e-9)
-    assert found.off_centre_branch == pytest.approx(shift / 0.5, rel=0.06, abs=1e-9)
-    assert (found.nodes_inside, found.length_inside, found.bending) == (1, 1, 0)
+    assert found.centeredness_error == pytest.approx(shift / 0.5, rel=0.06, abs=1e-9)
+    assert found.centeredness_error_worst_branch == pytest.approx(shift / 0.5, rel=0.06, abs=1e-9)
+    assert (found.nodes_inside_fraction, found.inside_fraction, found.rms_curvature) == (1, 1, 0)
 
 
 def test_what_is_outside_is_told_as_a_share():
@@ -214,8 +214,8 @@ def test_what_is_outside_is_told_as_a_share():
     nodes = np.array(skeleton.nodes)
     nodes[7:, 0] += 3.0
     found = score(replace(skeleton, nodes=nodes), mesh)
-    assert found.nodes_inside == 7 / 13
-    assert found.verdicts["nodes_inside"] == "fail"
+    assert found.nodes_inside_fraction == 7 / 13
+    assert found.verdicts["nodes_inside_fraction"] == "fail"
 
 
 def test_bending_is_the_radius_over_the_radius_of_the_bend():
@@ -224,14 +224,14 @@ def test_bending_is_the_radius_over_the_radius_of_the_bend():
     circle = np.stack([np.cos(angle), np.sin(angle), np.zeros(48)], axis=1)
     ring = Skeleton(circle, np.stack([np.arange(48), (np.arange(48) + 1) % 48], axis=1), np.zeros(48))
     # 48 chords, and an inscribed radius two percent short in 16-gons
-    assert score(ring, mesh).bending == pytest.approx(0.2, rel=0.03)
+    assert score(ring, mesh).rms_curvature == pytest.approx(0.2, rel=0.03)
 
 
 def test_a_skeleton_without_a_map_is_measured_by_its_nearest_balls(limbs):
     mesh, skeleton = limbs
     found = score(bare(skeleton), mesh)
-    assert (found.in_one_piece, found.touching) == (None, None)
-    assert found.verdicts["touching"] == "not measured"
+    assert (found.connected_regions, found.adjacent_regions) == (None, None)
+    assert found.verdicts["adjacent_regions"] == "not measured"
     assert found.verdict == "pass"
     assert not score(bare(leg_cut_off(skeleton)), mesh).passed
 
@@ -284,7 +284,7 @@ def test_components_are_counted():
 def test_a_single_node_is_the_skeleton_of_a_ball():
     ball = sphere(3)
     found = score(Skeleton(np.zeros((1, 3)), [], np.ones(1)), ball)
-    assert (found.off_centre, found.bending, found.covered) == (None, 0, 1)
+    assert (found.centeredness_error, found.rms_curvature, found.coverage) == (None, 0, 1)
     assert found.passed
 
 
@@ -329,18 +329,18 @@ def test_any_skeleton_gets_a_score(ring, spoilt):
     ids=["capsule", "sphere", "torus", "two rings", "angle"],
 )
 def test_the_ends_of_simple_shapes(mesh, n_ends):
-    assert len(extremities(mesh).vertices) == n_ends
+    assert len(find_extrema(mesh).vertices) == n_ends
 
 
 def test_the_ends_lie_where_the_true_tips_are():
     for name in ("tripod", "dumbbell"):
         shape = make(name, n_vertices=1500, noise=0.25)
-        found = extremities(shape.mesh)
+        found = find_extrema(shape.mesh)
         tips = shape.truth.nodes[shape.truth.tips]
         apart = np.linalg.norm(shape.mesh.vertices[found.vertices][:, None] - tips, axis=2)
         radii = shape.truth.radii[shape.truth.tips]
         assert sorted(apart.argmin(axis=1)) == list(range(len(tips)))
-        # an end is a radius from the centre of the last ball; half a radius more for noise and the cells' size
+        # an end is a radius from the center of the last ball; half a radius more for noise and the cells' size
         assert (apart.min(axis=1) < 1.5 * radii[apart.argmin(axis=1)]).all()
 
 

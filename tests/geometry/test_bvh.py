@@ -31,8 +31,8 @@ def test_the_nearest_place_is_that_of_libigl(name):
     points = np.concatenate([rays(mesh, 400)[0], mesh.vertices[::50], mesh.vertices[:5]])
     distance, place = mesh.boxes.nearest(points)
     squared = igl.point_mesh_squared_distance(points, mesh.vertices, mesh.faces)[0]
-    assert np.abs(distance - np.sqrt(squared)).max() < 1e-12 * mesh.extent
-    assert np.abs(np.linalg.norm(place - points, axis=1) - distance).max() < 1e-12 * mesh.extent
+    assert np.abs(distance - np.sqrt(squared)).max() < 1e-12 * mesh.diameter_bound
+    assert np.abs(np.linalg.norm(place - points, axis=1) - distance).max() < 1e-12 * mesh.diameter_bound
 
 
 def test_the_nearest_place_is_on_a_corner_an_edge_or_inside():
@@ -105,7 +105,7 @@ def joined(*meshes):
 @pytest.mark.parametrize("name", ["knot", "octopus", "hand"])
 def test_faces_wind_round_a_point_as_often_as_their_solid_angles_tell(name):
     mesh = make(name, n_vertices=2000).mesh
-    near = mesh.vertices + np.random.default_rng(1).normal(scale=0.01 * mesh.extent, size=mesh.vertices.shape)
+    near = mesh.vertices + np.random.default_rng(1).normal(scale=0.01 * mesh.diameter_bound, size=mesh.vertices.shape)
     points = np.concatenate([rays(mesh, 1000)[0], near])
     expected = igl.winding_number(mesh.vertices, mesh.faces, points)
     assert 300 < (expected > 0.5).sum() < len(points) - 300

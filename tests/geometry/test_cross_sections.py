@@ -7,7 +7,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from lbskel import Mesh
-from lbskel.geometry.cross_sections import cut
+from lbskel.geometry.cross_sections import cross_sections
 from lbskel.shapes import capsule, cylinder, make, torus, tube
 
 Z = np.array([[0.0, 0.0, 1.0]])
@@ -19,7 +19,7 @@ def polygon_area(n, radius):
 
 def test_the_section_of_a_prism_is_its_polygon():
     mesh = capsule(2.0, 0.5, 16)
-    section = cut(mesh, np.array([[0.1, -0.05, 0.2]]), Z)
+    section = cross_sections(mesh, np.array([[0.1, -0.05, 0.2]]), Z)
     # exact cuts of planar facets: only rounding is left
     assert section.surrounds[0]
     assert section.areas[0] == pytest.approx(polygon_area(16, 0.5), rel=1e-12)
@@ -31,21 +31,21 @@ def test_of_two_curves_the_one_round_the_point_counts():
     mesh = torus(1.0, 0.3, 64, 24)
     points = np.array([[1.05, 0, 0.02], [-1.05, 0, 0.02]])
     normals = np.array([[0.0, 1, 0], [0.0, 1, 0]])
-    section = cut(mesh, points, normals)
+    section = cross_sections(mesh, points, normals)
     assert section.surrounds.all()
     assert np.abs(section.centroids[:, 0] - [1, -1]).max() < 1e-12
 
 
 def test_from_outside_the_nearest_curve_counts():
     mesh = torus(1.0, 0.3, 64, 24)
-    section = cut(mesh, np.array([[1.5, 0, 0]]), np.array([[0.0, 1, 0]]))
+    section = cross_sections(mesh, np.array([[1.5, 0, 0]]), np.array([[0.0, 1, 0]]))
     assert section.is_cut[0]
     assert not section.surrounds[0]
     assert np.abs(section.centroids[0] - [1, 0, 0]).max() < 1e-12
 
 
 def test_a_plane_that_misses_cuts_nothing():
-    section = cut(capsule(), np.array([[0, 0, 9.0]]), Z)
+    section = cross_sections(capsule(), np.array([[0, 0, 9.0]]), Z)
     assert not section.is_cut[0]
     assert np.array_equal(section.centroids[0], [0, 0, 9])
 
@@ -54,8 +54,8 @@ def test_an_open_curve_has_the_centroid_of_its_points():
     whole = cylinder(0.5, 2.0, 32, 5)
     angle = np.arctan2(*whole.vertices[whole.faces].mean(axis=1)[:, [1, 0]].T)
     half = Mesh(whole.vertices, whole.faces[np.abs(angle) < np.pi / 2])
-    section = cut(half, np.array([[0.1, 0.0, 0.13]]), Z)
-    # the centroid of a half circle's arc lies 2 r / pi from its centre; 16 chords come within a part in 100
+    section = cross_sections(half, np.array([[0.1, 0.0, 0.13]]), Z)
+    # the centroid of a half circle's arc lies 2 r / pi from its center; 16 chords come within a part in 100
     assert section.centroids[0, 0] == pytest.approx(2 * 0.5 / np.pi, rel=0.01)
     assert section.centroids[0, 1] == pytest.approx(0, abs=1e-12)
 
@@ -72,7 +72,7 @@ def test_sampling_density_does_not_move_the_centroid():
     caps = np.concatenate([np.stack([j, i, 0 * i + 2 * n], 1), np.stack([n + i, n + j, 0 * i + 2 * n + 1], 1)])
     mesh = Mesh(V, np.concatenate([side, caps]))
     assert mesh.is_closed_manifold
-    section = cut(mesh, np.array([[0.0, 0, 0.4]]), Z)
+    section = cross_sections(mesh, np.array([[0.0, 0, 0.4]]), Z)
     a, b = ring[i, :2], ring[j, :2]
     cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     exact = ((a + b) * cross[:, None]).sum(axis=0) / (3 * cross.sum())
@@ -83,7 +83,7 @@ def test_sampling_density_does_not_move_the_centroid():
 def test_own_is_the_share_of_the_label():
     mesh = capsule(2.0, 0.5, 16)
     labels = (mesh.vertices[mesh.faces].mean(axis=1)[:, 0] > 0).astype(np.int64)
-    section = cut(mesh, np.array([[0, 0, 0.2]]), Z, face_labels=labels, labels=np.array([1]))
+    section = cross_sections(mesh, np.array([[0, 0, 0.2]]), Z, face_labels=labels, labels=np.array([1]))
     assert section.own[0] == pytest.approx(0.5, abs=1e-12)
 
 
@@ -91,9 +91,9 @@ def test_many_planes_together_give_what_each_gives_alone():
     mesh = tube([[0, 0, 0], [1, 0.2, 0], [2, 0, 0.3]], 0.2)
     points = np.linspace([0.1, 0, 0], [1.9, 0, 0.2], 17)
     normals = np.tile([[1.0, 0, 0]], (17, 1))
-    together = cut(mesh, points, normals)
+    together = cross_sections(mesh, points, normals)
     for i in range(17):
-        alone = cut(mesh, points[i : i + 1], normals[i : i + 1])
+        alone = cross_sections(mesh, points[i : i + 1], normals[i : i + 1])
         for name in ("centroids", "areas", "lengths", "radii", "own", "surrounds"):
             assert np.array_equal(getattr(together, name)[i], getattr(alone, name)[0])
 
@@ -143,7 +143,7 @@ def test_looking_near_the_point_first_finds_the_smallest_curve_of_the_whole_plan
     points = shape.truth.nodes[at] + rng.normal(size=(60, 3)) * shape.truth.radii[at, None]
     normals = rng.normal(size=(60, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    found = cut(shape.mesh, points, normals)
+    found = cross_sections(shape.mesh, points, normals)
     assert 0.2 < found.surrounds.mean() < 0.8
     for point, normal, area, surrounds in zip(points, normals, found.areas, found.surrounds, strict=True):
         curves = every_curve(shape.mesh, point, normal)

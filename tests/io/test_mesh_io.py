@@ -59,7 +59,7 @@ GIVEN = {
     "plain.off": "OFF\n5 1 0\n" + PLY_ROWS + "4 0 1 2 3\n",
     "comments.off": "# c\n\nOFF # c\n# c\n5 1\n\n" + PLY_ROWS.replace("\n", " # c\n\n") + "4  0 1\t2 3 # c",
     "oneline.off": "OFF 5 1 0\n" + PLY_ROWS + "4 0 1 2 3 1.0 0.5 0 1\n",
-    "colours.off": "COFF\n5 1 0\n" + PLY_ROWS.replace("\n", " 255 0 0 255\n") + "4 0 1 2 3 255 0 0\n",
+    "colors.off": "COFF\n5 1 0\n" + PLY_ROWS.replace("\n", " 255 0 0 255\n") + "4 0 1 2 3 255 0 0\n",
     "normals.off": "NOFF\n5 1 0\n" + PLY_ROWS.replace("\n", " 0 0 1\n") + "4 0 1 2 3\n",
     "texture.off": "STOFF\n5 1 0\n" + PLY_ROWS.replace("\n", " 0.5 0.25\n") + "4 0 1 2 3\n",
     "text.ply": ply(

@@ -206,14 +206,14 @@ def test_stars_are_those_of_delaunay_triangulations():
     stars = delaunay_stars(P, 20)
     for i in range(0, 300, 7):
         near = np.argsort(np.linalg.norm(P - P[i], axis=1), kind="stable")[:20]
-        centred = P[near] - P[near].mean(axis=0)
-        plane = np.linalg.svd(centred)[2][:2]
+        centered = P[near] - P[near].mean(axis=0)
+        plane = np.linalg.svd(centered)[2][:2]
         simplices = near[Delaunay((P[near] - P[i]) @ plane.T).simplices]
         expected = {frozenset(s) for s in simplices.tolist() if i in s}
         assert {frozenset(s) for s in stars[stars[:, 0] == i].tolist()} == expected
 
 
-def test_stars_of_a_grid_have_its_four_neighbours_and_weights_one():
+def test_stars_of_a_grid_have_its_four_neighbors_and_weights_one():
     x, y = (axis.ravel() for axis in np.meshgrid(np.arange(7.0), np.arange(7.0), indexing="ij"))
     L = laplacian(PointCloud(np.column_stack([x, y, np.zeros(49)])), operator="local_delaunay")
     row = L.stiffness.tocsr()[[24]].toarray().reshape(7, 7)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from lbskel import Mesh, MeshError, PointCloud
 from lbskel.operators import MASSES, OPERATORS, POINT_OPERATORS, PolygonMesh, laplacian
-from lbskel.operators.intrinsic_triangulation import glued
+from lbskel.operators.intrinsic_triangulation import half_edge_twins
 from lbskel.shapes import sphere
 
 PLACES = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [0.3, 0.1, 0.7]])
@@ -67,7 +67,7 @@ NOTHING = Mesh(np.zeros((3, 3)), [[0, 0, 0]])
 @example(mesh=TWICE)
 @example(mesh=NOTHING)
 def test_operators_of_meshes_stay_finite(name, mesh):
-    if name == "intrinsic_delaunay" and glued(igl.bfs_orient(mesh.faces)[0]) is None:
+    if name == "intrinsic_delaunay" and half_edge_twins(igl.bfs_orient(mesh.faces)[0]) is None:
         with pytest.raises(MeshError, match="use the operator 'robust'"):
             laplacian(mesh, operator=name)
         return

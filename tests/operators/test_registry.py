@@ -29,7 +29,7 @@ def noisy(mesh, by, seed=0):
 
 
 @pytest.fixture(scope="module")
-def rough():
+def proxy():
     """A torus with obtuse triangles, and some with an angle below a degree: 288 vertices."""
     mesh = noisy(torus(1.0, 0.4, 24, 12), 0.05)
     V = mesh.vertices.copy()
@@ -116,7 +116,7 @@ def test_masses_sum_to_the_area_and_replace_the_operators_own(mass, rough):
     assert abs(L.mass - L.mass.T).max() == 0
 
 
-def test_the_random_walk_is_a_vertex_less_the_mean_of_its_neighbours(tetrahedron):
+def test_the_random_walk_is_a_vertex_less_the_mean_of_its_neighbors(tetrahedron):
     L = laplacian(tetrahedron, operator="random_walk")
     expected = np.eye(4) - (np.ones((4, 4)) - np.eye(4)) / 3
     assert np.allclose(L.strong().toarray(), expected, rtol=0, atol=1e-15)

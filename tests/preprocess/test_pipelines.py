@@ -16,8 +16,8 @@ from lbskel.preprocess import PIPELINES, prepare, simplify
 from lbskel.preprocess import subprocess_filter as children_module
 from lbskel.preprocess.remeshing import remesh_isotropic
 from lbskel.preprocess.result import distance_between
-from lbskel.preprocess.subprocess_filter import in_child
-from lbskel.preprocess.transfer import place_on
+from lbskel.preprocess.subprocess_filter import run_in_subprocess
+from lbskel.preprocess.transfer import transfer_map
 from lbskel.shapes import capsule, chain_of_tori, cylinder, flat_grid, make, sphere, torus
 
 FINE = torus(1.0, 0.4, 40, 24)
@@ -167,7 +167,7 @@ def test_the_nearest_point_must_face_the_same_way():
     slab = slab.with_vertices(slab.vertices * [1, 1, 0.01])
     other = sphere(3)
     other = other.with_vertices(other.vertices * [1, 1, 0.01])
-    result = place_on(slab, other)
+    result = transfer_map(slab, other)
     height = slab.vertices[:, 2]
     is_clear = np.abs(height) > 0.002
     assert (np.sign(other.vertices[result.vertex_map, 2]) == np.sign(height))[is_clear].mean() > 0.99
@@ -181,7 +181,7 @@ def test_remeshing_in_a_child():
     start, end = result.mesh.vertices[result.mesh.edges].transpose(1, 0, 2)
     assert np.linalg.norm(end - start, axis=1).mean() == pytest.approx(0.05 * FINE.diagonal, rel=0.1)
     assert result.mesh.genus == 1
-    back = result.on_input(np.array(result.mesh.vertices))
+    back = result.pull_back(np.array(result.mesh.vertices))
     # chords of 0.15 on a tube of radius 0.4 lie 0.15^2 / 3.2 below it
     assert np.linalg.norm(back - FINE.vertices, axis=1).max() < 3 * 0.15**2 / 3.2
     assert hangs_together(FINE, result.vertex_map)
@@ -204,7 +204,7 @@ def test_whatever_becomes_of_the_child_the_caller_lives(tmp_path, monkeypatch, s
     path.write_text(f"import sys; sys.stdin.buffer.read()\n{script}\n")
     monkeypatch.setattr(children_module, "SCRIPT", path)
     with pytest.raises(MeshError, match=message):
-        in_child("remesh_isotropic", FINE, seconds=1.0 if "sleep" in script else 20.0, target_length=0.1)
+        run_in_subprocess("remesh_isotropic", FINE, seconds=1.0 if "sleep" in script else 20.0, target_length=0.1)
     if "odd" in script:
         result = remesh_isotropic(FINE)
         assert result.mesh is FINE

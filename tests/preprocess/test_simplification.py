@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lbskel import Mesh, UnknownChoice, skeletonize
-from lbskel.geometry.surface_queries import Simplified, Surface
+from lbskel.geometry.surface_queries import Proxy, Surface
 from lbskel.preprocess import simplify
 from lbskel.preprocess.simplification import _way_of_collapses
 from lbskel.shapes import capsule, chain_of_tori, cylinder, sphere, torus
@@ -108,7 +108,7 @@ def test_inside_and_outside_are_the_same_with_a_rough_surface_beside(name):
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     near = mesh.vertices + rng.normal(scale=deviation, size=mesh.vertices.shape)
     points = np.concatenate([rng.uniform(low, high, size=(2000, 3)), near])
-    rough = Surface(mesh, Simplified(simple.mesh, simple.vertex_map, kept, deviation))
+    rough = Surface(mesh, Proxy(simple.mesh, simple.vertex_map, kept, deviation))
     assert (rough.contains(points) == Surface(mesh).contains(points)).mean() > 0.999  # but for points on the surface
     clear, far = rough.clearance(points), Surface(mesh).distance(points)
     assert (clear <= far * (1 + 1e-9)).all()

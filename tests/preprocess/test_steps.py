@@ -12,7 +12,7 @@ from lbskel.preprocess import STEPS
 from lbskel.preprocess.cleaning import keep_components, merge_close, remove_duplicates
 from lbskel.preprocess.degenerate_faces import corner_angles, remove_degenerate
 from lbskel.preprocess.holes import boundary_loops, close_holes
-from lbskel.preprocess.orientation import fix_orientation, openness, split_nonmanifold
+from lbskel.preprocess.orientation import fix_orientation, relative_vector_area, split_nonmanifold
 from lbskel.preprocess.remeshing import smooth_noise
 from lbskel.preprocess.result import distance_between
 from lbskel.preprocess.subdivision import coarse_share, refine
@@ -97,11 +97,11 @@ def test_crumbs_are_left_out(ring, tetrahedron):
 def test_labels_and_fields_come_back(ring):
     soup = Mesh(ring.vertices[ring.faces].reshape(-1, 3), np.arange(3 * len(ring.faces)).reshape(-1, 3))
     more = Mesh([*soup.vertices, [9, 9, 9]], soup.faces)
-    result = merge_close(more).then(remove_duplicates)
-    back = result.on_input(np.array(result.mesh.vertices))
+    result = merge_close(more).compose(remove_duplicates)
+    back = result.pull_back(np.array(result.mesh.vertices))
     assert np.array_equal(back[:-1], soup.vertices)
     assert np.isnan(back[-1]).all()
-    labels = result.on_input(np.arange(len(result.mesh.vertices)))
+    labels = result.pull_back(np.arange(len(result.mesh.vertices)))
     assert np.array_equal(labels, result.vertex_map)
 
 
@@ -116,7 +116,7 @@ def test_faces_are_turned_outwards(ring, share):
     assert result.mesh.volume == pytest.approx(ring.volume)
 
 
-def test_the_wall_of_a_hollow_faces_inwards_and_a_neighbour_outwards():
+def test_the_wall_of_a_hollow_faces_inwards_and_a_neighbor_outwards():
     ball = sphere(2)
     hollow = joined(ball, Mesh(0.5 * ball.vertices, ball.faces[:, ::-1]))
     assert fix_orientation(hollow).mesh is hollow
@@ -135,12 +135,12 @@ def test_a_sheet_keeps_the_side_of_most_of_its_faces():
 
 
 def test_openness():
-    assert openness(sphere(2)) == pytest.approx(0.0, abs=1e-12)
-    assert openness(flat_grid()) == pytest.approx(1.0)
-    assert openness(cylinder(0.3, 2.0, 16, 8)) == pytest.approx(0.0, abs=1e-12)
+    assert relative_vector_area(sphere(2)) == pytest.approx(0.0, abs=1e-12)
+    assert relative_vector_area(flat_grid()) == pytest.approx(1.0)
+    assert relative_vector_area(cylinder(0.3, 2.0, 16, 8)) == pytest.approx(0.0, abs=1e-12)
     ball = sphere(4)
     half = without(ball, np.flatnonzero(ball.vertices[ball.faces].mean(axis=1)[:, 2] < 0))
-    assert openness(half) == pytest.approx(0.5, abs=0.02)  # the rim is a row of triangles, about 0.1 wide
+    assert relative_vector_area(half) == pytest.approx(0.5, abs=0.02)  # the rim is a row of triangles, about 0.1 wide
 
 
 # --- taking apart

@@ -6,8 +6,8 @@ import pytest
 from lbskel import Skeleton, contract
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement import containment as inside
-from lbskel.refinement.centering import inscribed_radii, mean_radii, recenter, settle
-from lbskel.refinement.containment import keep_inside, leaves, length_inside
+from lbskel.refinement.centering import inscribed_radii, mean_radii, reassign_to_nearest_node, recenter
+from lbskel.refinement.containment import inside_fraction, reroute_inside, segments_outside
 from lbskel.refinement.tips import extend_tips
 from lbskel.shapes import capsule, make, sphere, torus, tube
 
@@ -49,7 +49,7 @@ def test_an_edge_leaves_where_its_middle_or_either_end_is_outside():
     turn = np.array([0, np.pi / 3, 2 * np.pi / 3, 0])
     nodes = np.stack([np.cos(turn), np.sin(turn), [0, 0, 0, 1.0]], axis=1)
     edges = np.array([[0, 1], [0, 2], [0, 3], [3, 0]])
-    assert leaves(nodes, edges, Surface(torus(1.0, 0.3, 96, 32))).tolist() == [False, True, True, True]
+    assert segments_outside(nodes, edges, Surface(torus(1.0, 0.3, 96, 32))).tolist() == [False, True, True, True]
 
 
 def test_a_bare_loop_goes_to_the_circle_of_its_torus():
@@ -59,18 +59,18 @@ def test_a_bare_loop_goes_to_the_circle_of_its_torus():
     nearest = np.linalg.norm(mesh.vertices[:, None] - loop, axis=2).argmin(axis=1)
     edges = np.stack([np.arange(24), (np.arange(24) + 1) % 24], axis=1)
     skeleton = recenter(Skeleton(loop, edges, np.full(24, 0.3), nearest), Surface(mesh))
-    # sections of a torus are centred r^2 / (8 R) inside at most; the smoothing of 24 nodes adds as much again
+    # sections of a torus are centered r^2 / (8 R) inside at most; the smoothing of 24 nodes adds as much again
     assert np.abs(np.hypot(*skeleton.nodes[:, :2].T) - 1).max() < 0.03
     assert np.abs(skeleton.nodes[:, 2]).max() < 0.01
 
 
 @pytest.mark.parametrize("stops_at", [0.2, 0.6, 1.4])
-def test_tips_go_to_the_centres_of_the_last_spheres(stops_at):
+def test_tips_go_to_the_centers_of_the_last_spheres(stops_at):
     mesh = capsule(4.0, 0.5, 32)
     short = chain(np.stack([np.zeros(9), np.zeros(9), np.linspace(-stops_at, stops_at, 9)], axis=1), mesh)
     skeleton = extend_tips(short, Surface(mesh))
     ends = np.sort(skeleton.nodes[skeleton.tips][:, 2])
-    # one step of half a radius may pass the centre by the slack of 5 % of the radius
+    # one step of half a radius may pass the center by the slack of 5 % of the radius
     assert np.abs(ends - [-2, 2]).max() < 0.06 * 0.5
     assert len(skeleton.edges) == len(skeleton.nodes) - 1
 
@@ -82,7 +82,7 @@ def test_a_tip_beside_the_axis_goes_to_it(aside, moves):
     path = np.stack([np.zeros(9), np.zeros(9), np.linspace(-1.5, 1.5, 9)], axis=1)
     path[-1, 0] = aside
     skeleton = extend_tips(chain(path, mesh), Surface(mesh))
-    # the plane across the last four nodes, which lean by the shift, cuts an ellipse whose centre is on the axis
+    # the plane across the last four nodes, which lean by the shift, cuts an ellipse whose center is on the axis
     assert (np.abs(skeleton.nodes[:, 0]).max() < 0.05 * 0.5) == moves
     assert (skeleton.nodes[:, 2].max() > 1.9) == moves
 
@@ -91,9 +91,9 @@ def test_a_tip_that_has_hardly_left_its_junction_goes_where_its_vertices_are():
     """A junction in the middle of a ball, and a tip that points away from the arm it stands for."""
     mesh = make("tripod", n_vertices=2000)
     V, arm = mesh.mesh.vertices, mesh.truth.nodes[mesh.truth.tips]
-    centre = mesh.truth.nodes[mesh.truth.junctions[0]]
-    ways = [centre + (end - centre) * np.linspace(0, 0.8, 9)[1:, None] for end in arm[:2]]
-    nodes = np.concatenate([centre[None], *ways, (centre + 0.02 * (centre - arm[2]))[None]])
+    center = mesh.truth.nodes[mesh.truth.junctions[0]]
+    ways = [center + (end - center) * np.linspace(0, 0.8, 9)[1:, None] for end in arm[:2]]
+    nodes = np.concatenate([center[None], *ways, (center + 0.02 * (center - arm[2]))[None]])
     edges = [[0, 1], [0, 9], *([k, k + 1] for k in range(1, 8)), *([k, k + 1] for k in range(9, 16)), [0, 17]]
     at = np.concatenate([nodes[:17], [arm[2]]])
     nearest = np.linalg.norm(V[:, None] - at, axis=2).argmin(axis=1)
@@ -113,8 +113,8 @@ def test_tips_follow_a_bend():
     axis = np.stack([2 * np.sin(t), 0 * t, 2 - 2 * np.cos(t)], axis=1)
     mesh = tube(axis, 0.2)
     skeleton = extend_tips(chain(axis[4:26], mesh), Surface(mesh))
-    from_centre = np.hypot(skeleton.nodes[:, 0], skeleton.nodes[:, 2] - 2)
-    assert np.abs(from_centre - 2).max() < 0.1 * 0.2
+    from_center = np.hypot(skeleton.nodes[:, 0], skeleton.nodes[:, 2] - 2)
+    assert np.abs(from_center - 2).max() < 0.1 * 0.2
     # the end of the tube is flat, so its last ball lies one radius in
     last = skeleton.nodes[skeleton.tips]
     assert np.linalg.norm(last - axis[-1], axis=1).min() == pytest.approx(0.2, rel=0.2)
@@ -146,10 +146,10 @@ def test_outer_nodes_and_edges_are_brought_in():
     mesh = tube(np.stack([np.cos(t), np.sin(t), 0 * t], axis=1), 0.1)
     surface = Surface(mesh)
     straight = chain([[1, 0.15, 0], [0, 1.3, 0], [-1, 0.15, 0]], mesh)
-    assert length_inside(straight, surface) < 0.5
-    led = keep_inside(straight, surface)
+    assert inside_fraction(straight, surface) < 0.5
+    led = reroute_inside(straight, surface)
     assert surface.contains(led.nodes).all()
-    assert length_inside(led, surface) == 1.0
+    assert inside_fraction(led, surface) == 1.0
     assert np.array_equal(led.radii[2:], surface.distance(led.nodes[2:]))  # of the two that stayed they are as given
     assert (led.n_components, led.cycle_rank) == (1, 0)
     assert len(led.tips) == 2
@@ -157,13 +157,13 @@ def test_outer_nodes_and_edges_are_brought_in():
 
 def test_radii_of_a_ball_and_of_a_cloud():
     mesh = sphere(3)
-    centre = Skeleton(np.zeros((1, 3)), np.empty((0, 2)), np.zeros(1), np.zeros(len(mesh.vertices)))
-    assert mean_radii(centre, mesh).radii[0] == pytest.approx(1, rel=1e-12)
-    inscribed = inscribed_radii(centre, Surface(mesh)).radii[0]
+    center = Skeleton(np.zeros((1, 3)), np.empty((0, 2)), np.zeros(1), np.zeros(len(mesh.vertices)))
+    assert mean_radii(center, mesh).radii[0] == pytest.approx(1, rel=1e-12)
+    inscribed = inscribed_radii(center, Surface(mesh)).radii[0]
     assert 0.98 < inscribed < 1  # facets lie a little inside their sphere: 1 - h^2 / 8 at edges of h = 0.14 to 0.2
 
 
-def test_nodes_without_vertices_take_the_radius_of_their_neighbours():
+def test_nodes_without_vertices_take_the_radius_of_their_neighbors():
     mesh = sphere(1)
     skeleton = Skeleton(np.zeros((3, 3)), [[0, 1], [1, 2]], np.zeros(3), np.zeros(len(mesh.vertices)))
     assert mean_radii(skeleton, mesh).radii == pytest.approx([1, 1, 1])
@@ -172,12 +172,12 @@ def test_nodes_without_vertices_take_the_radius_of_their_neighbours():
 def test_surface_queries():
     surface = Surface(sphere(3))
     assert np.array_equal(surface.contains(np.array([[0, 0, 0], [0, 0, 2.0]])), [True, False])
-    ahead = surface.ahead(np.array([[0.0, 0, 0], [0, 0, 2]]), np.array([[0.0, 0, 1], [0, 0, 1]]))
+    ahead = surface.ray_distance(np.array([[0.0, 0, 0], [0, 0, 2]]), np.array([[0.0, 0, 1], [0, 0, 1]]))
     assert ahead[0] == pytest.approx(1, rel=0.02)
     assert np.isinf(ahead[1])
 
 
-def test_recentring_moves_a_contracted_shape_nearer_to_its_axis():
+def test_recentering_moves_a_contracted_shape_nearer_to_its_axis():
     mesh = torus(1.0, 0.3, 64, 24)
     from lbskel import collapse
 
@@ -193,7 +193,7 @@ def test_vertices_settle_at_the_nearest_node_along_the_skeleton():
     path = chain(np.stack([np.zeros(9), np.zeros(9), np.linspace(-2, 2, 9)], axis=1), mesh)
     nearest = path.node_of_vertex
     astray = Skeleton(path.nodes, path.edges, path.radii, np.clip(nearest + 3, 0, 8))
-    assert np.array_equal(settle(astray, mesh).node_of_vertex, nearest)
+    assert np.array_equal(reassign_to_nearest_node(astray, mesh).node_of_vertex, nearest)
 
 
 def test_a_loop_that_is_led_another_way_stays_a_loop():
@@ -204,10 +204,10 @@ def test_a_loop_that_is_led_another_way_stays_a_loop():
     for shift in (0.0, 0.25):  # edges cut across the hole; every node lies outside too
         loop = np.stack([np.cos(angle) + shift, np.sin(angle), 0 * angle], axis=1)
         nearest = np.linalg.norm(mesh.vertices[:, None] - loop, axis=2).argmin(axis=1)
-        led = keep_inside(Skeleton(loop, edges, np.full(9, 0.1), nearest), surface)
+        led = reroute_inside(Skeleton(loop, edges, np.full(9, 0.1), nearest), surface)
         assert led.cycle_rank == 1
         if shift == 0:
-            assert length_inside(led, surface) == 1.0
+            assert inside_fraction(led, surface) == 1.0
 
 
 @pytest.mark.parametrize("at_first", [0.01, 1e9])
@@ -216,7 +216,7 @@ def test_a_way_under_the_surface_is_the_shortest_wherever_it_is_looked_for_first
     mesh = tube(np.stack([np.cos(t), np.sin(t), 0 * t], axis=1), 0.1)
     P = np.stack([np.cos(t), np.sin(t), 0 * t], axis=1)[[2, 117, 60, 90, 61]]
     pairs = np.array([[0, 1], [0, 2], [2, 3], [2, 4]])  # the first two points are near, but far round the tube
-    ways = inside.ways_inside(P, pairs, Surface(mesh))
+    ways = inside.interior_paths(P, pairs, Surface(mesh))
     assert [len(way) > 1 for way in ways] == [True, True, True, False]
     monkeypatch.setattr(inside, "AT_FIRST", at_first)
-    assert all(map(np.array_equal, inside.ways_inside(P, pairs, Surface(mesh)), ways))
+    assert all(map(np.array_equal, inside.interior_paths(P, pairs, Surface(mesh)), ways))

@@ -9,8 +9,8 @@ from lbskel import Skeleton
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.centering import inscribed_radii, recenter
-from lbskel.refinement.centerlines import Axes, _runs_on, branch_of_node, find_axes
-from lbskel.refinement.junctions import gather_junctions, place_junctions
+from lbskel.refinement.centerlines import SectionCenters, _runs_on, branch_of_node, find_section_centers
+from lbskel.refinement.junctions import merge_junctions_by_axes, place_junctions
 from lbskel.shapes import chain_of_tori, sphere
 from lbskel.shapes.isosurface import marching_cubes, project
 from lbskel.shapes.solid import solid_of
@@ -48,17 +48,17 @@ def star():
     return meshed([([np.zeros(3), end], RADIUS) for end in [*ENDS.values(), *FOOT.values()]])
 
 
-def star_graph(mesh, centre, other=None):
+def star_graph(mesh, center, other=None):
     """The arms from one contracted junction, or two of them and the foot from one and two from another."""
-    second = "centre" if other is None else "other"
-    places = {"centre": centre, **({} if other is None else {"other": other}), **ENDS, **FOOT}
-    paths = [("centre", "end 0"), ("centre", "end 1"), (second, "end 2"), (second, "end 3"), ("centre", "foot")]
-    return graph(mesh, places, paths + ([] if other is None else [("centre", "other")]))
+    second = "center" if other is None else "other"
+    places = {"center": center, **({} if other is None else {"other": other}), **ENDS, **FOOT}
+    paths = [("center", "end 0"), ("center", "end 1"), (second, "end 2"), (second, "end 3"), ("center", "foot")]
+    return graph(mesh, places, paths + ([] if other is None else [("center", "other")]))
 
 
 def test_axes_are_known_along_the_arms_and_not_where_they_meet(star):
     skeleton = star_graph(star, np.zeros(3))
-    axes = find_axes(skeleton, Surface(star))
+    axes = find_section_centers(skeleton, Surface(star))
     far = np.linalg.norm(skeleton.nodes, axis=1)
     assert axes.is_known[(far > 0.4) & (skeleton.degrees == 2)].all()
     assert not axes.is_known[far < 0.8 * RADIUS].any()
@@ -81,7 +81,7 @@ def test_a_branch_is_left_where_its_sections_leap():
 @pytest.mark.parametrize("shift", [[0.1, 0.05, 0.02], [0, 0, 0.15], [-0.08, 0, -0.08]])
 def test_a_junction_goes_to_where_its_branches_meet(star, shift):
     skeleton = star_graph(star, np.array(shift))
-    axes = place_junctions(skeleton, find_axes(skeleton, Surface(star)), Surface(star))
+    axes = place_junctions(skeleton, find_section_centers(skeleton, Surface(star)), Surface(star))
     # sections of oblique paths are off by a few hundredths
     assert np.linalg.norm(axes.places[skeleton.junctions]) < 0.25 * np.linalg.norm(shift)
 
@@ -93,7 +93,7 @@ def test_a_junction_keeps_its_place_only_where_its_branches_tell_none(degrees):
     arms = [[-k / 10, sign * tilt * (1 + k / 10), 0] for sign in (-1, 1) for k in range(3, 8)]
     edges = [[0, 1], [0, 6], [0, 11], *([k, k + 1] for k in (1, 2, 3, 4, 6, 7, 8, 9))]
     skeleton = Skeleton([[0, 0, 0], *arms, [0, 0, 0.1]], edges, np.full(12, 0.1), np.zeros(1))
-    axes = Axes(np.arange(12) % 11 > 0, skeleton.nodes)
+    axes = SectionCenters(np.arange(12) % 11 > 0, skeleton.nodes)
     placed = place_junctions(skeleton, axes, Surface(Mesh(3 * mesh.vertices, mesh.faces))).places[0]
     told, asked = 2 * np.sin(np.radians(degrees)) ** 2, 0.02 * 4  # the curvature along x, and a fiftieth of the sum
     assert placed == pytest.approx([told**2 / (told**2 + asked**2), 0, 0], abs=1e-9)
@@ -102,7 +102,7 @@ def test_a_junction_keeps_its_place_only_where_its_branches_tell_none(degrees):
 def test_two_junctions_to_which_all_branches_lead_alike_become_one(star):
     skeleton = star_graph(star, np.array([0.07, 0.07, 0.02]), np.array([-0.07, -0.07, 0.02]))
     assert len(skeleton.junctions) == 2
-    gathered = gather_junctions(skeleton, find_axes(skeleton, Surface(star)), Surface(star))
+    gathered = merge_junctions_by_axes(skeleton, find_section_centers(skeleton, Surface(star)), Surface(star))
     assert (len(gathered.junctions), len(gathered.tips), gathered.cycle_rank) == (1, 5, 0)
     assert np.linalg.norm(gathered.nodes[gathered.junctions]) < 0.5 * RADIUS
     assert len(gathered.node_of_vertex) == len(star.vertices)
@@ -116,7 +116,7 @@ def test_two_junctions_with_branches_of_their_own_stay_two():
     mesh = meshed([([a, b], RADIUS), *(([a if k in "pq" else b, end], RADIUS) for k, end in ends.items())])
     paths = [("a", "b"), ("a", "p"), ("a", "q"), ("b", "r"), ("b", "s")]
     skeleton = graph(mesh, {"a": a, "b": b, **ends}, paths)
-    assert gather_junctions(skeleton, find_axes(skeleton, Surface(mesh)), Surface(mesh)) is skeleton
+    assert merge_junctions_by_axes(skeleton, find_section_centers(skeleton, Surface(mesh)), Surface(mesh)) is skeleton
 
 
 def test_gathering_closes_no_loop():
@@ -129,5 +129,5 @@ def test_gathering_closes_no_loop():
     edges = [[0, 1], [0, 2], [0, 38], [1, 39], [1, 75], *chains]
     nearest = np.linalg.norm(mesh.vertices[:, None] - nodes, axis=2).argmin(axis=1)
     skeleton = inscribed_radii(Skeleton(nodes, np.array(edges), np.zeros(len(nodes)), nearest), Surface(mesh))
-    gathered = gather_junctions(skeleton, find_axes(skeleton, Surface(mesh)), Surface(mesh))
+    gathered = merge_junctions_by_axes(skeleton, find_section_centers(skeleton, Surface(mesh)), Surface(mesh))
     assert (gathered.cycle_rank, gathered.n_components) == (2, 1)

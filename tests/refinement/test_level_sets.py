@@ -5,7 +5,7 @@ import pytest
 
 from lbskel import Mesh, Skeleton
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.level_sets import find_limbs
+from lbskel.refinement.level_sets import find_geodesic_caps
 from lbskel.refinement.tips import LIMB, extend_tips
 from lbskel.shapes import capsule, mesh_solid, solid_of, sphere
 
@@ -23,7 +23,7 @@ def hook():
 def test_the_half_of_a_rod_is_a_limb_and_its_axis_is_straight():
     rod = capsule(4.0, 0.5, 48)
     piece = np.where(rod.vertices[:, 2] > 0.3, 7, -1)
-    (number, limb) = next(iter(find_limbs(rod, piece).items()))
+    (number, limb) = next(iter(find_geodesic_caps(rod, piece).items()))
     assert number == 7
     assert limb.end == pytest.approx([0, 0, 2.5], abs=1e-9)
     # from the pole: a quarter of a circle, and 1.7 along the rod, less the row of vertices at the border
@@ -39,7 +39,7 @@ def test_the_half_of_a_rod_is_a_limb_and_its_axis_is_straight():
 def test_a_cap_and_a_flat_spot_are_no_limbs():
     ball = sphere(4)
     for height, most in ((0.0, 2.5), (0.9, 2.1)):  # half a ball, and what is nearly flat
-        limb = find_limbs(ball, np.where(ball.vertices[:, 2] > height, 0, -1))[0]
+        limb = find_geodesic_caps(ball, np.where(ball.vertices[:, 2] > height, 0, -1))[0]
         # distances along edges are up to 15 % too long
         assert limb.length / limb.radius < 1.15**2 * most
         assert limb.length / limb.radius < LIMB
@@ -47,16 +47,16 @@ def test_a_cap_and_a_flat_spot_are_no_limbs():
 
 def test_what_has_no_border_is_no_limb():
     ball = sphere(2)
-    assert find_limbs(ball, np.zeros(len(ball.vertices), dtype=int)) == {}
-    assert find_limbs(ball, np.full(len(ball.vertices), -1)) == {}
-    assert find_limbs(ball, np.where(np.arange(len(ball.vertices)) == 5, 0, -1)) == {}
+    assert find_geodesic_caps(ball, np.zeros(len(ball.vertices), dtype=int)) == {}
+    assert find_geodesic_caps(ball, np.full(len(ball.vertices), -1)) == {}
+    assert find_geodesic_caps(ball, np.where(np.arange(len(ball.vertices)) == 5, 0, -1)) == {}
 
 
 def test_pieces_do_not_see_each_other():
     rod = capsule(4.0, 0.5, 24)
     z = rod.vertices[:, 2]
-    both = find_limbs(rod, np.select([z > 0.3, z < -0.3], [0, 1], -1))
-    alone = find_limbs(rod, np.where(z > 0.3, 0, -1))
+    both = find_geodesic_caps(rod, np.select([z > 0.3, z < -0.3], [0, 1], -1))
+    alone = find_geodesic_caps(rod, np.where(z > 0.3, 0, -1))
     assert sorted(both) == [0, 1]
     assert both[0].length == alone[0].length
     assert both[1].axis == pytest.approx(both[0].axis * [1, 1, -1], abs=1e-6)
@@ -86,5 +86,5 @@ def test_a_crumpled_piece_does_no_harm():
     V, F = rng.normal(size=(40, 3)), rng.integers(40, size=(120, 3))
     F = F[(F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])]
     V[5] = V[6]
-    for limb in find_limbs(Mesh(V, F), rng.integers(-1, 3, size=40)).values():
+    for limb in find_geodesic_caps(Mesh(V, F), rng.integers(-1, 3, size=40)).values():
         assert np.isfinite(limb.axis).all()

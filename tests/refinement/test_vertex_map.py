@@ -1,11 +1,17 @@
-"""The map from vertices to nodes: one piece for each node, neighbours that touch, and near all the same."""
+"""The map from vertices to nodes: one piece for each node, neighbors that touch, and near all the same."""
 
 import numpy as np
 import pytest
 from helpers import joined, moved
 
 from lbskel import Skeleton, skeletonize
-from lbskel.refinement.vertex_map import filled, is_in_largest_piece, join_regions, nearest_balls, parted_edges
+from lbskel.refinement.vertex_map import (
+    complete_map,
+    edges_with_disjoint_regions,
+    is_in_largest_piece,
+    make_regions_connected,
+    nearest_balls,
+)
 from lbskel.shapes import capsule, make
 
 
@@ -29,8 +35,8 @@ def test_a_map_in_one_piece_is_left_alone():
     mesh = capsule(4.0, 0.5, 32)
     path = chain(np.linspace(-2, 2, 9), mesh)
     assert is_in_largest_piece(path.node_of_vertex, mesh).all()
-    assert len(parted_edges(path, mesh)) == 0
-    assert np.array_equal(join_regions(path, mesh).node_of_vertex, path.node_of_vertex)
+    assert len(edges_with_disjoint_regions(path, mesh)) == 0
+    assert np.array_equal(make_regions_connected(path, mesh).node_of_vertex, path.node_of_vertex)
 
 
 def test_single_vertices_astray_come_back():
@@ -41,7 +47,7 @@ def test_single_vertices_astray_come_back():
     astray = np.array(path.node_of_vertex)
     astray[inner[::7]] = (astray[inner[::7]] + 4) % 9
     assert not is_in_largest_piece(astray, mesh).all()
-    assert np.array_equal(join_regions(remapped(path, astray), mesh).node_of_vertex, path.node_of_vertex)
+    assert np.array_equal(make_regions_connected(remapped(path, astray), mesh).node_of_vertex, path.node_of_vertex)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -51,7 +57,7 @@ def test_any_map_is_made_one_of_single_pieces(seed, tripod):
     tree = Skeleton(
         nodes, [[i, rng.integers(i)] for i in range(1, 12)], np.ones(12), rng.integers(12, size=len(tripod.vertices))
     )
-    joined_up = join_regions(tree, tripod)
+    joined_up = make_regions_connected(tree, tripod)
     assert is_in_largest_piece(joined_up.node_of_vertex, tripod).all()
 
 
@@ -59,7 +65,7 @@ def test_nodes_closer_than_vertices_have_one_piece_each():
     shape = make("tripod", n_vertices=800)
     skeleton = skeletonize(shape.mesh)
     assert is_in_largest_piece(skeleton.node_of_vertex, shape.mesh).all()
-    assert len(parted_edges(skeleton, shape.mesh)) == 0
+    assert len(edges_with_disjoint_regions(skeleton, shape.mesh)) == 0
     # no map can be nearer than that to the nearest node; giving every vertex to the node beside adds 12 %
     nearest = np.linalg.norm(shape.mesh.vertices[:, None] - skeleton.nodes, axis=2).min(axis=1)
     assert far(skeleton, shape.mesh).mean() < 1.02 * nearest.mean()
@@ -70,17 +76,17 @@ def test_regions_that_do_not_touch_are_led_to_each_other():
     path = chain(np.linspace(-2, 2, 5), mesh)
     # 1 and 3 are joined too, and node 2 lies between them on the surface
     bypassed = Skeleton(path.nodes, [*path.edges.tolist(), [1, 3]], path.radii, path.node_of_vertex)
-    assert parted_edges(bypassed, mesh).tolist() == [[1, 3]]
-    led = join_regions(bypassed, mesh)
+    assert edges_with_disjoint_regions(bypassed, mesh).tolist() == [[1, 3]]
+    led = make_regions_connected(bypassed, mesh)
     assert is_in_largest_piece(led.node_of_vertex, mesh).all()
-    assert len(parted_edges(led, mesh)) == 0
+    assert len(edges_with_disjoint_regions(led, mesh)) == 0
 
 
 def test_a_node_of_two_components_keeps_the_vertices_of_both():
     mesh = capsule(4.0, 0.5, 16)
     two = joined(mesh, moved(mesh, 5.0))
     path = chain(np.linspace(-2, 2, 5), two)
-    assert np.array_equal(join_regions(path, two).node_of_vertex, path.node_of_vertex)
+    assert np.array_equal(make_regions_connected(path, two).node_of_vertex, path.node_of_vertex)
 
 
 def test_a_map_known_in_part_grows_over_its_component_and_is_nearest_elsewhere():
@@ -89,7 +95,7 @@ def test_a_map_known_in_part_grows_over_its_component_and_is_nearest_elsewhere()
     path = chain(np.linspace(-2, 2, 5), two)
     known = np.full(len(two.vertices), -1)
     known[two.vertices[:, 2].argmax()] = 3  # one vertex of the first
-    found = filled(path, known, two).node_of_vertex
+    found = complete_map(path, known, two).node_of_vertex
     assert (found[: len(mesh.vertices)] == 3).all()
     assert np.array_equal(found[len(mesh.vertices) :], path.node_of_vertex[len(mesh.vertices) :])
 

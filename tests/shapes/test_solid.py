@@ -13,7 +13,7 @@ ROUNDING = 1e-12  # of sums of a few dozen numbers near 1
 def _points_near(solid, n=4000, spread=0.15, seed=0):
     """Points scattered around the axes of a solid."""
     random = np.random.default_rng(seed)
-    return solid.centres[random.integers(len(solid.centres), size=n)] + spread * random.standard_normal((n, 3))
+    return solid.centers[random.integers(len(solid.centers), size=n)] + spread * random.standard_normal((n, 3))
 
 
 def test_a_round_cone_is_the_union_of_its_spheres():
@@ -21,8 +21,8 @@ def test_a_round_cone_is_the_union_of_its_spheres():
     solid = solid_of([([start, end], [r0, r1])])
     points = np.random.default_rng(1).uniform(-1, 1.5, (300, 3))
     s = np.linspace(0, 1, 4001)
-    centres = start + s[:, None] * (end - start)
-    spheres = np.linalg.norm(points[:, None] - centres, axis=2) - (r0 + s * (r1 - r0))
+    centers = start + s[:, None] * (end - start)
+    spheres = np.linalg.norm(points[:, None] - centers, axis=2) - (r0 + s * (r1 - r0))
     # Between two samples half a spacing h from the best one the distance rises by at most (h/2)^2 / (2 * nearest).
     assert np.abs(solid.distance(points, reach=3.0) - spheres.min(axis=1)).max() < 1e-6
 
@@ -76,7 +76,7 @@ def test_the_function_is_no_steeper_than_a_distance(name):
     assert (change <= np.linalg.norm(points - moved, axis=1) + ROUNDING).all()
 
 
-def test_the_gradient_of_a_ball_points_away_from_its_centre():
+def test_the_gradient_of_a_ball_points_away_from_its_center():
     points = np.random.default_rng(0).standard_normal((30, 3))
     points /= np.linalg.norm(points, axis=1, keepdims=True)
     gradient = solid_of([(np.zeros(3), 1.0)]).gradient(points, step=1e-4)
@@ -85,8 +85,8 @@ def test_the_gradient_of_a_ball_points_away_from_its_centre():
     )  # the differences err by step^2 / 2 of a third derivative of 3 at most
 
 
-def test_a_sphere_inside_its_neighbour_is_refused():
-    with pytest.raises(MeshError, match="branch 1 has a sphere inside its neighbour"):
+def test_a_sphere_inside_its_neighbor_is_refused():
+    with pytest.raises(MeshError, match="branch 1 has a sphere inside its neighbor"):
         solid_of([([[0, 0, 0], [1, 0, 0]], 0.1), ([[0, 0, 0], [0.1, 0, 0]], [0.5, 0.1])])
 
 

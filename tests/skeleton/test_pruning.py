@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from lbskel import Mesh, Skeleton, UnknownChoice, merge_junctions, prune, resample
-from lbskel.skeleton.pruning import cut_swallowed
+from lbskel.skeleton.pruning import prune_contained_branches
 
 
 def star(lengths, radius=0.5):
@@ -150,10 +150,10 @@ def test_an_end_branch_that_hardly_stands_out_of_the_junction_is_cut(length, rad
     nodes = [[0, 0, 0], [-3, 0, 0], [3, 0, 0], [0, length / 2, 0], [0, length, 0]]
     skeleton = Skeleton(nodes, [[0, 1], [0, 2], [0, 3], [3, 4]], [1, 1, 1, radius, radius], [0, 1, 2, 3, 4])
     mesh = Mesh([*nodes[:4], [0, reach, 0]], [[0, 1, 2], [2, 3, 4]])
-    cut = cut_swallowed(skeleton, mesh)
+    cut = prune_contained_branches(skeleton, mesh)
     assert len(cut.tips) == (2 if is_cut else 3)
     assert cut.node_of_vertex[4] == (0 if is_cut else 4)
-    assert len(cut_swallowed(replace(skeleton, anchors=[4]), mesh).tips) == 3
+    assert len(prune_contained_branches(replace(skeleton, anchors=[4]), mesh).tips) == 3
 
 
 def test_resampling_keeps_anchors_and_makes_as_many_nodes_as_asked():

@@ -7,7 +7,7 @@ import pytest
 
 from lbskel import Skeleton, UnknownChoice, simplify_branches, skeletonize
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.containment import length_inside
+from lbskel.refinement.containment import inside_fraction
 from lbskel.refinement.vertex_map import is_in_largest_piece
 from lbskel.shapes import make
 
@@ -121,4 +121,4 @@ def test_bones_of_a_whole_skeleton():
     assert len(bones.nodes) < 0.25 * len(skeleton.nodes)
     assert is_in_largest_piece(bones.node_of_vertex, shape.mesh).all()
     # half a radius off the axis at most, so well inside
-    assert length_inside(bones, Surface(shape.mesh)) == 1
+    assert inside_fraction(bones, Surface(shape.mesh)) == 1

@@ -64,7 +64,7 @@ def test_a_lone_node_beside_a_path_is_a_component_and_no_branch():
     assert (skeleton.n_components, skeleton.cycle_rank) == (2, 0)
     assert skeleton.degrees.tolist() == [1, 1, 0]
     assert [branch.tolist() for branch in skeleton.branches] == [[0, 1]]
-    assert [near.tolist() for near in skeleton.neighbours] == [[1], [0], []]
+    assert [near.tolist() for near in skeleton.neighbors] == [[1], [0], []]
 
 
 def test_end_branches_lead_from_a_junction_to_a_tip():
@@ -81,7 +81,7 @@ def test_nothing_at_all():
     assert skeleton.nodes.shape == (0, 3)
     assert skeleton.edges.shape == (0, 2)
     assert (skeleton.n_components, skeleton.cycle_rank, skeleton.length) == (0, 0, 0.0)
-    assert (skeleton.neighbours, skeleton.branches) == ((), ())
+    assert (skeleton.neighbors, skeleton.branches) == ((), ())
 
 
 def test_edges_come_sorted_once_each_and_without_loops():
@@ -125,7 +125,7 @@ def test_counts_agree_with_networkx(skeleton):
     assert networkx.number_connected_components(graph) == skeleton.n_components
     assert len(networkx.cycle_basis(graph)) == skeleton.cycle_rank
     assert [degree for _, degree in sorted(graph.degree)] == skeleton.degrees.tolist()
-    assert [sorted(graph[node]) for node in sorted(graph)] == [near.tolist() for near in skeleton.neighbours]
+    assert [sorted(graph[node]) for node in sorted(graph)] == [near.tolist() for near in skeleton.neighbors]
     labels = skeleton.component_of_node
     assert all(len(set(labels[list(part)])) == 1 for part in networkx.connected_components(graph))
 
@@ -177,7 +177,7 @@ def test_arrays_are_copies_of_their_types_that_cannot_be_written_to():
     kinds = {"nodes": np.float64, "edges": np.int64, "radii": np.float64, "node_of_vertex": np.int64}
     assert {name: getattr(skeleton, name).dtype for name in kinds} == kinds
     derived = [skeleton.degrees, skeleton.edge_lengths, skeleton.component_of_node]
-    for array in (*(getattr(skeleton, name) for name in kinds), *derived, *skeleton.neighbours, *skeleton.branches):
+    for array in (*(getattr(skeleton, name) for name in kinds), *derived, *skeleton.neighbors, *skeleton.branches):
         assert not array.flags.writeable
     with pytest.raises(AttributeError):
         skeleton.nodes = nodes

@@ -10,11 +10,11 @@ from lbskel.visualization import camera, shading
 from lbskel.visualization import rasterizer as raster
 
 
-def box(sides, centre=(0, 0, 0)):
-    """A closed box of those side lengths around a centre."""
+def box(sides, center=(0, 0, 0)):
+    """A closed box of those side lengths around a center."""
     corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
     quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-    return Mesh(corners * sides + centre, [triangle for a, b, c, d in quads for triangle in ((a, b, c), (a, c, d))])
+    return Mesh(corners * sides + center, [triangle for a, b, c, d in quads for triangle in ((a, b, c), (a, c, d))])
 
 
 def sphere(n=40):
@@ -28,7 +28,7 @@ def sphere(n=40):
 
 
 def covered_by_hand(triangle, size):
-    """The pixels whose centre lies strictly inside, by three cross products."""
+    """The pixels whose center lies strictly inside, by three cross products."""
     x, y = np.meshgrid(np.arange(size) + 0.5, np.arange(size) + 0.5)
     sides = [
         (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])
@@ -80,7 +80,7 @@ def test_view_of_point_clouds_and_skeletons():
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_spans_cover_the_pixels_whose_centres_are_inside(seed):
+def test_spans_cover_the_pixels_whose_centers_are_inside(seed):
     triangle = np.random.default_rng(seed).uniform(0, 40, (3, 3))
     item, depth = raster.nearest_triangles(triangle[None], 40, 40)
     inside = covered_by_hand(triangle[:, :2], 40)
@@ -164,7 +164,7 @@ def test_crease_is_not_smoothed():
     faces = np.array([[0, 3, 4], [0, 4, 1], [1, 4, 5], [1, 5, 2]])
     image = shading.shade_mesh(roof, faces, 60, 60)
     left, right = image[20:40, 5:25, :3], image[20:40, 35:55, :3]
-    assert np.ptp(left, axis=(0, 1)).max() < 1e-5  # one normal, so one colour, in single precision
+    assert np.ptp(left, axis=(0, 1)).max() < 1e-5  # one normal, so one color, in single precision
     assert (left.mean(axis=(0, 1)) - right.mean(axis=(0, 1))).min() > 0.05
 
 

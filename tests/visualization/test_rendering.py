@@ -40,15 +40,15 @@ def pixels(png):
     return (imread(io.BytesIO(png), format="png")[:, :, :3] * 255).round().astype(int)
 
 
-def count_of(image, colour):
-    """How many separate spots of exactly that colour there are."""
+def count_of(image, color):
+    """How many separate spots of exactly that color there are."""
     from scipy.ndimage import label
 
-    return label((image == colour).all(axis=2))[1]
+    return label((image == color).all(axis=2))[1]
 
 
 def box_of_surface(image):
-    """First and last column and row with the bluish grey of a surface."""
+    """First and last column and row with the bluish gray of a surface."""
     rows, columns = np.nonzero((image[:, :, 2] - image[:, :, 0] > 20) & (image.sum(axis=2) > 250))
     return columns.min(), columns.max(), rows.min(), rows.max()
 
@@ -86,19 +86,19 @@ def test_mesh_is_paler_with_a_skeleton_in_it():
         _, _, top, bottom = box_of_surface(drawing)
         seen.append(drawing[(3 * top + bottom) // 4, 400])  # beside the skeleton, where the tube is the same all along
     alone, inside = seen
-    # Seven tenths of the colour and three of white; the two drawings differ in height, so a pixel's place by a little.
+    # Seven tenths of the color and three of white; the two drawings differ in height, so a pixel's place by a little.
     np.testing.assert_allclose(inside, 0.7 * alone + 0.3 * 255, atol=4)
     assert (inside > alone + 2).all()
 
 
-def test_edges_have_the_colours_of_their_radii():
+def test_edges_have_the_colors_of_their_radii():
     from matplotlib import colormaps
 
     skeleton = Skeleton([[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]], [[0, 1], [2, 3]], [1, 1, 2, 2])
     drawing = pixels(draw([Panel(skeleton=skeleton)], size=(400, 300)))[:240]
     for position in (0.0, 0.88):  # ends of the part of plasma that is in use
-        colour = np.round(np.array(colormaps["plasma"](position)[:3]) * 255)
-        assert ((drawing == colour).all(axis=2)).sum() > 50
+        color = np.round(np.array(colormaps["plasma"](position)[:3]) * 255)
+        assert ((drawing == color).all(axis=2)).sum() > 50
 
 
 def test_two_runs_give_the_same_bytes(tmp_path):
@@ -165,7 +165,7 @@ def test_panels_share_the_scale_of_radii():
     thin, thick = (Skeleton([[0, 0, 0], [4, 0, 0]], [[0, 1]], [r, r]) for r in (1.0, 2.0))
     together = pixels(draw([Panel(skeleton=thin), Panel(skeleton=thick)], size=(800, 200)))
     middle = [together[75:85, column].reshape(-1, 3) for column in (200, 600)]
-    ours, theirs = (colours[colours.sum(axis=1).argmin()] for colours in middle)
+    ours, theirs = (colors[colors.sum(axis=1).argmin()] for colors in middle)
     assert np.abs(ours - theirs).max() > 100
 
 
@@ -208,7 +208,7 @@ def test_sparse_skeletons_are_drawn_and_counted(tmp_path, skeleton):
     assert "scatter3d" in (tmp_path / "page.html").read_text()
 
 
-def test_field_is_blue_below_zero_and_red_above_and_grey_where_unknown():
+def test_field_is_blue_below_zero_and_red_above_and_gray_where_unknown():
     mesh = tube()
     field = mesh.vertices[:, 0] - 2
     field[np.abs(field) < 0.4] = np.nan
@@ -221,7 +221,7 @@ def test_field_is_blue_below_zero_and_red_above_and_grey_where_unknown():
     assert np.ptp(middle) < 2
 
 
-def test_fields_of_one_name_share_their_colours_and_others_do_not():
+def test_fields_of_one_name_share_their_colors_and_others_do_not():
     mesh = tube()
     x = mesh.vertices[:, 0] + 1
     for name, alike in (("x", False), ("another", True)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["MANIFEST", "SUMMARY", "Outcome", "Record", "append", "known", "summary"]
+__all__ = ["MANIFEST", "SUMMARY", "BatchStatus", "Record", "append", "known", "summary"]
 
 import csv
 import io
@@ -15,7 +15,7 @@ from pathlib import Path
 MANIFEST, SUMMARY = "manifest.jsonl", "summary.csv"  # in the folder of the outputs
 
 
-class Outcome(str, Enum):
+class BatchStatus(str, Enum):
     """How the work on one input ended."""
 
     PASSED = "passed"
@@ -26,7 +26,11 @@ class Outcome(str, Enum):
     ENDED = "process ended"
 
 
-SETTLED = (Outcome.PASSED, Outcome.FAILED_CHECKS, Outcome.REFUSED)  # the same input would end the same way again
+SETTLED = (
+    BatchStatus.PASSED,
+    BatchStatus.FAILED_CHECKS,
+    BatchStatus.REFUSED,
+)  # the same input would end the same way again
 
 
 @dataclass(frozen=True)
@@ -37,7 +41,7 @@ class Record:
     ----------
     input, output : str
         The mesh as it was given; the skeleton, relative to the folder of the outputs.
-    outcome : Outcome
+    outcome : BatchStatus
     message : str
         Why there is no skeleton, or which checks it fails.
     key : str
@@ -45,13 +49,13 @@ class Record:
     seconds : float
     vertices, faces, nodes, tips, junctions, cycles : int or None
         None where there is no skeleton.
-    length_inside : float or None
+    inside_fraction : float or None
         The least of its components.
     """
 
     input: str
     output: str
-    outcome: Outcome
+    outcome: BatchStatus
     message: str = ""
     key: str = ""
     seconds: float = 0.0
@@ -61,7 +65,7 @@ class Record:
     tips: int | None = None
     junctions: int | None = None
     cycles: int | None = None
-    length_inside: float | None = None
+    inside_fraction: float | None = None
 
 
 def known(folder: Path) -> dict[str, Record]:
@@ -74,7 +78,7 @@ def known(folder: Path) -> dict[str, Record]:
     for line in lines:
         try:
             told = json.loads(line)
-            record = Record(**{**told, "outcome": Outcome(told["outcome"])})
+            record = Record(**{**told, "outcome": BatchStatus(told["outcome"])})
         except (ValueError, TypeError, KeyError):
             continue
         records[record.output] = record
@@ -95,7 +99,7 @@ def is_settled(record: Record | None, key: str, folder: Path) -> bool:
     """Whether a record is of the same content and parameters, and what it tells of is still there."""
     if record is None or record.key != key or record.outcome not in SETTLED:
         return False
-    return record.outcome is Outcome.REFUSED or (folder / record.output).is_file()
+    return record.outcome is BatchStatus.REFUSED or (folder / record.output).is_file()
 
 
 def summary(records: Iterable[Record]) -> str:
@@ -104,7 +108,7 @@ def summary(records: Iterable[Record]) -> str:
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(field.name for field in fields(Record))
     rows.writerows(
-        [value.value if isinstance(value, Outcome) else value for value in asdict(record).values()]
+        [value.value if isinstance(value, BatchStatus) else value for value in asdict(record).values()]
         for record in records
     )
     return text.getvalue()

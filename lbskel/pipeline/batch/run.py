@@ -24,8 +24,8 @@ from typing import Any, TypeAlias
 
 from lbskel.errors import FormatError, MissingDependency, UnknownChoice, choose
 from lbskel.io import FORMATS, write_safely
-from lbskel.pipeline.batch.records import SUMMARY, Outcome, Record, append, is_settled, known, summary
-from lbskel.pipeline.batch.worker import Child
+from lbskel.pipeline.batch.records import SUMMARY, BatchStatus, Record, append, is_settled, known, summary
+from lbskel.pipeline.batch.worker import WorkerProcess
 from lbskel.pipeline.stages import skeletonize
 
 CONNECT = 10  # seconds to wait for a scheduler
@@ -158,13 +158,13 @@ def _names(paths: Sequence[Path], extension: str) -> list[str]:
     return [name if count[name] == 1 else longer for name, longer in zip(short, full, strict=True)]
 
 
-def _do(task: _Task, child: Child, job: Job) -> Answer:
+def _do(task: _Task, child: WorkerProcess, job: Job) -> Answer:
     """Do one job in a process of its own, unless it was done before."""
     mesh, name, before = job
     try:
         key = _key(Path(mesh), task)
     except OSError as error:
-        return Record(mesh, name, Outcome.REFUSED, f"cannot be read: {error.strerror or error}"), False
+        return Record(mesh, name, BatchStatus.REFUSED, f"cannot be read: {error.strerror or error}"), False
     folder = Path(task.folder)
     if before is not None and is_settled(before, key, folder):
         return before, True
@@ -175,7 +175,7 @@ def _do(task: _Task, child: Child, job: Job) -> Answer:
         whole = unfinished / Path(name).name
         asked = {"input": mesh, "output": str(whole), "options": dict(task.options), "cut_cycles": task.cut_cycles}
         reply = child.run(asked)
-        if reply["outcome"] in (Outcome.PASSED, Outcome.FAILED_CHECKS):
+        if reply["outcome"] in (BatchStatus.PASSED, BatchStatus.FAILED_CHECKS):
             for path in sorted(unfinished.iterdir()):
                 os.replace(path, place / path.name)
     finally:
@@ -195,8 +195,8 @@ def _key(mesh: Path, task: _Task) -> str:
 
 def _here(task: _Task, jobs: Sequence[Job], workers: int) -> Generator[Answer, None, None]:
     """Answers as they come, from processes on this machine; whatever ends this ends them."""
-    children = [Child(task.time_limit, task.memory_limit) for _ in range(min(workers, len(jobs)))]
-    idle: queue.SimpleQueue[Child] = queue.SimpleQueue()
+    children = [WorkerProcess(task.time_limit, task.memory_limit) for _ in range(min(workers, len(jobs)))]
+    idle: queue.SimpleQueue[WorkerProcess] = queue.SimpleQueue()
     for child in children:
         idle.put(child)
 
@@ -237,7 +237,7 @@ def _there(task: _Task, jobs: Sequence[Job], address: str) -> Generator[Answer, 
                     yield future.result()
                 else:
                     mesh, name, _ = job_of[future.key]
-                    yield Record(mesh, name, Outcome.ENDED, f"the worker was lost: {future.exception()}"), False
+                    yield Record(mesh, name, BatchStatus.ENDED, f"the worker was lost: {future.exception()}"), False
         finally:
             client.cancel(futures)
 
@@ -246,5 +246,5 @@ def _do_there(task: _Task, job: Job) -> Answer:
     """On a worker of the cluster: do one job in the process that belongs to this thread."""
     limits = task.time_limit, task.memory_limit
     if getattr(_of_thread, "limits", None) != limits:
-        _of_thread.child, _of_thread.limits = Child(*limits), limits
+        _of_thread.child, _of_thread.limits = WorkerProcess(*limits), limits
     return _do(task, _of_thread.child, job)

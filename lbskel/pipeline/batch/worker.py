@@ -6,7 +6,7 @@ limit or a crash, stops nothing else; the next job gets a new one. It ends by it
 
 from __future__ import annotations
 
-__all__ = ["Child", "serve"]
+__all__ = ["WorkerProcess", "serve"]
 
 import contextlib
 import json
@@ -19,14 +19,14 @@ import time
 from typing import Any, TextIO
 
 from lbskel.errors import LbskelError
-from lbskel.pipeline.batch.records import Outcome
+from lbskel.pipeline.batch.records import BatchStatus
 
 READY = "ready\n"
 MEGABYTE = 1_000_000
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # each, where the caller's environment has no other
 
 
-class Child:
+class WorkerProcess:
     """A process for jobs, started when first needed and again whenever it is gone."""
 
     def __init__(self, time_limit: float | None, memory_limit: float | None):
@@ -60,13 +60,13 @@ class Child:
             code = process.wait()
             self.close()
             if is_over_time.is_set():
-                return {"outcome": Outcome.OVER_TIME, "message": f"over {self._time_limit:g} s", "seconds": seconds}
+                return {"outcome": BatchStatus.OVER_TIME, "message": f"over {self._time_limit:g} s", "seconds": seconds}
             message = f"the process ended with code {code}"
             if self._memory_limit and -code in (signal.SIGABRT, signal.SIGSEGV):  # how compiled code runs out of it
-                return {"outcome": Outcome.OVER_MEMORY, "message": f"out of memory: {message}", "seconds": seconds}
-            return {"outcome": Outcome.ENDED, "message": message, "seconds": seconds}
-        reply["outcome"] = Outcome(reply["outcome"])
-        if reply["outcome"] is Outcome.OVER_MEMORY:  # what it holds cannot be told
+                return {"outcome": BatchStatus.OVER_MEMORY, "message": f"out of memory: {message}", "seconds": seconds}
+            return {"outcome": BatchStatus.ENDED, "message": message, "seconds": seconds}
+        reply["outcome"] = BatchStatus(reply["outcome"])
+        if reply["outcome"] is BatchStatus.OVER_MEMORY:  # what it holds cannot be told
             self.close()
         return {**reply, "seconds": seconds}
 
@@ -144,17 +144,17 @@ def _reply(job: dict[str, Any]) -> dict[str, Any]:
         write_skeleton(job["output"], skeleton, cut_cycles=job["cut_cycles"])
     except LbskelError as error:
         if isinstance(error.__context__, MemoryError):
-            return {"outcome": Outcome.OVER_MEMORY, "message": "out of memory"}
-        return {"outcome": Outcome.REFUSED, "message": " ".join(str(error).splitlines())}
+            return {"outcome": BatchStatus.OVER_MEMORY, "message": "out of memory"}
+        return {"outcome": BatchStatus.REFUSED, "message": " ".join(str(error).splitlines())}
     except MemoryError:
-        return {"outcome": Outcome.OVER_MEMORY, "message": "out of memory"}
+        return {"outcome": BatchStatus.OVER_MEMORY, "message": "out of memory"}
     except Exception as error:
-        return {"outcome": Outcome.ENDED, "message": f"internal error: {type(error).__name__}: {error}"}
+        return {"outcome": BatchStatus.ENDED, "message": f"internal error: {type(error).__name__}: {error}"}
     report = skeleton.report
     failed = {name for part in report["components"] for name, passed in part["checks"].items() if passed is False}
     failed |= {name for name, verdict in report["score"]["verdicts"].items() if verdict == "fail"}
     return {
-        "outcome": Outcome.PASSED if report["passed"] else Outcome.FAILED_CHECKS,
+        "outcome": BatchStatus.PASSED if report["passed"] else BatchStatus.FAILED_CHECKS,
         "message": ", ".join(sorted(failed)),
         "vertices": report["input"]["vertices"],
         "faces": report["input"]["faces"],
@@ -162,5 +162,5 @@ def _reply(job: dict[str, Any]) -> dict[str, Any]:
         "tips": len(skeleton.tips),
         "junctions": len(skeleton.junctions),
         "cycles": skeleton.cycle_rank,
-        "length_inside": min(part["length_inside"] for part in report["components"]),
+        "inside_fraction": min(part["inside_fraction"] for part in report["components"]),
     }

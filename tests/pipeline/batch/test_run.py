@@ -13,10 +13,10 @@ import time
 import pytest
 
 from lbskel import FormatError, UnknownChoice, read_skeleton, skeletonize, skeletonize_many, write_mesh
-from lbskel.pipeline.batch import Outcome
+from lbskel.pipeline.batch import BatchStatus
 from lbskel.pipeline.batch import run as running
 from lbskel.pipeline.batch.records import MANIFEST, SUMMARY, known
-from lbskel.pipeline.batch.worker import Child
+from lbskel.pipeline.batch.worker import WorkerProcess
 from lbskel.shapes import sphere
 
 PARAMETERS = {"cut_cycles": False, "options": {}}
@@ -48,7 +48,7 @@ def test_a_batch_gives_what_each_alone_gives_and_one_failure_stops_no_other(mesh
     records = skeletonize_many(meshes, out, workers=2, on_record=lambda record, is_old: told.append(record.input))
     assert [record.input for record in records] == [str(path) for path in meshes]
     assert sorted(told) == [str(path) for path in meshes]
-    assert outcomes(records) == [Outcome.REFUSED] + [Outcome.PASSED] * 3
+    assert outcomes(records) == [BatchStatus.REFUSED] + [BatchStatus.PASSED] * 3
     assert "broken.off" in records[0].message
     assert "truncated" in records[0].message
     for path, record in zip(meshes[1:], records[1:], strict=True):
@@ -88,7 +88,7 @@ def test_what_was_done_is_not_done_again(meshes, tmp_path, tripod):
         manifest.write('{"input": "half a li')
     assert redone() == []
     assert len(redone(preset="au2008")) == 4
-    assert known(out)["rod.json"].outcome in (Outcome.PASSED, Outcome.FAILED_CHECKS)
+    assert known(out)["rod.json"].outcome in (BatchStatus.PASSED, BatchStatus.FAILED_CHECKS)
 
 
 def test_a_time_limit_ends_one_input_and_it_is_tried_again_without(tmp_path, rod):
@@ -97,9 +97,9 @@ def test_a_time_limit_ends_one_input_and_it_is_tried_again_without(tmp_path, rod
     paths = [tmp_path / "large.off", tmp_path / "small.off"]
     out = tmp_path / "out"
     [limited] = skeletonize_many(paths[:1], out, workers=1, time_limit=0.1)  # it takes ten times that
-    assert (limited.outcome, limited.message) == (Outcome.OVER_TIME, "over 0.1 s")
+    assert (limited.outcome, limited.message) == (BatchStatus.OVER_TIME, "over 0.1 s")
     assert list(files(out)) == [MANIFEST]
-    assert outcomes(skeletonize_many(paths, out, workers=1)) == [Outcome.PASSED] * 2
+    assert outcomes(skeletonize_many(paths, out, workers=1)) == [BatchStatus.PASSED] * 2
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems do not keep to a limit on data")
@@ -109,17 +109,17 @@ def test_a_memory_limit_ends_one_input(tmp_path, rod):
     records = skeletonize_many(
         [tmp_path / "large.off", tmp_path / "small.off"], tmp_path / "out", workers=1, memory_limit=400
     )
-    assert outcomes(records) == [Outcome.OVER_MEMORY, Outcome.PASSED]
+    assert outcomes(records) == [BatchStatus.OVER_MEMORY, BatchStatus.PASSED]
 
 
 def test_a_process_that_is_killed_is_told_and_the_next_job_gets_another(meshes, tmp_path):
-    child = Child(None, None)
+    child = WorkerProcess(None, None)
     job = {"input": str(meshes[1]), "output": str(tmp_path / "skeleton.json"), **PARAMETERS}
     try:
-        assert child.run({**job, "output": str(tmp_path / "first.json")})["outcome"] is Outcome.PASSED
+        assert child.run({**job, "output": str(tmp_path / "first.json")})["outcome"] is BatchStatus.PASSED
         child._process.send_signal(signal.SIGKILL)
-        assert child.run(job)["outcome"] is Outcome.ENDED
-        assert child.run(job)["outcome"] is Outcome.PASSED
+        assert child.run(job)["outcome"] is BatchStatus.ENDED
+        assert child.run(job)["outcome"] is BatchStatus.PASSED
     finally:
         child.close()
 
@@ -183,7 +183,7 @@ def test_inputs_of_one_name_keep_apart(tmp_path, rod):
         write_mesh(path, rod)
     records = skeletonize_many(paths, tmp_path / "out", workers=1)
     assert [record.output for record in records] == ["a/rod.json", "b/rod.off.json", "b/rod.ply.json"]
-    assert outcomes(records) == [Outcome.PASSED] * 3
+    assert outcomes(records) == [BatchStatus.PASSED] * 3
     with pytest.raises(FormatError, match="named twice"):
         skeletonize_many([paths[0], paths[0]], tmp_path / "out")
 

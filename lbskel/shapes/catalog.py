@@ -52,7 +52,7 @@ def mesh_solid(solid: Solid, *, n_vertices: int = 5000) -> Mesh:
         About how many vertices to have. There are more where the thinnest part needs shorter edges.
     """
     longest = LONGEST_EDGE * solid.radii.min()
-    start, end = solid.centres[solid.segments].transpose(1, 0, 2)
+    start, end = solid.centers[solid.segments].transpose(1, 0, 2)
     overlapping = 2 * np.pi * np.linalg.norm(end - start, axis=1) @ solid.radii.mean(axis=1)
     raw = marching_cubes(solid, 0.7 * min(_edge_length(overlapping, n_vertices), longest))
     length = min(_edge_length(raw.area, n_vertices), longest)
@@ -81,7 +81,7 @@ def chain_of_tori(genus: int = 2, *, step: float = 0.1) -> Mesh:
 
 
 def make(name: str, *, n_vertices: int = 5000, noise: float = 0.0, seed: int = 0) -> Shape:
-    """A shape of the catalogue.
+    """A shape of the catalog.
 
     Parameters
     ----------

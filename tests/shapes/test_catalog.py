@@ -1,4 +1,4 @@
-"""Every shape of the catalogue is what it promises, and its truth is the axis of its mesh."""
+"""Every shape of the catalog is what it promises, and its truth is the axis of its mesh."""
 
 import sys
 from functools import lru_cache
@@ -13,7 +13,7 @@ from lbskel.io import read_mesh
 from lbskel.preprocess.pymeshlab_adapter import remesh_isotropic
 from lbskel.shapes import SHAPES, VARIANTS, make
 from lbskel.shapes.__main__ import EXAMPLES, main
-from lbskel.shapes.catalogue import LONGEST_EDGE
+from lbskel.shapes.catalog import LONGEST_EDGE
 
 MESHES = Path(__file__).parents[2] / "meshes"
 
@@ -80,7 +80,7 @@ def test_truth_runs_inside_at_its_radius_from_the_surface(name):
     assert igl.fast_winding_number(mesh.vertices, mesh.faces, points).min() > 0.5
     distance = np.sqrt(igl.point_mesh_squared_distance(points, mesh.vertices, mesh.faces)[0])
     # Edges of up to 4/3 of 3/4 of the radius r cut into a sphere: a triangle inscribed in it with edges l has its
-    # centre at sqrt(r^2 - l^2 / 3), 0.82 r, and less where four of them meet at a corner. Blends add to the radius.
+    # center at sqrt(r^2 - l^2 / 3), 0.82 r, and less where four of them meet at a corner. Blends add to the radius.
     assert (distance / radii).min() > 0.65
     assert (distance / radii).max() < 1.5
     tips = np.sqrt(igl.point_mesh_squared_distance(truth.nodes[truth.tips], mesh.vertices, mesh.faces)[0])

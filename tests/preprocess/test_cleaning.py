@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lbskel import Mesh
-from lbskel.preprocess import components, tidy
+from lbskel.geometry.components import components
+from lbskel.preprocess.cleaning import tidy
 from lbskel.shapes import capsule, cylinder, flat_grid, torus
 
 

@@ -1,8 +1,8 @@
-"""Tidying that loses nothing: vertices in one place become one, faces that say nothing new are left out."""
+"""The connected components of a mesh, each as a mesh of its own."""
 
 from __future__ import annotations
 
-__all__ = ["Component", "components", "tidy"]
+__all__ = ["Component", "components"]
 
 from dataclasses import dataclass
 
@@ -11,19 +11,6 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order
-from lbskel.preprocess.cleaning import merge_close, remove_duplicates
-from lbskel.preprocess.result import Preprocessed, unchanged
-
-
-def tidy(mesh: Mesh) -> Preprocessed:
-    """Merge vertices at the same place, leave out faces that are a copy or have no three corners, and unused vertices.
-
-    Vertices are merged only where the mesh is not a closed manifold as it stands: what is one surface stays so.
-    """
-    if mesh.is_closed_manifold and len(mesh.used_vertices) == len(mesh.vertices) and len(mesh.faces) > 2:
-        return unchanged(mesh)
-    tidied = merge_close(mesh, tolerance=0.0).then(remove_duplicates)
-    return tidied if tidied.notes else unchanged(mesh)
 
 
 @dataclass(frozen=True, eq=False)

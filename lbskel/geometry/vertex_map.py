@@ -1,0 +1,85 @@
+"""Where the vertices of one mesh went in another: the value that carries fields, labels and node maps between meshes."""
+
+from __future__ import annotations
+
+__all__ = ["VertexMap"]
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from lbskel.geometry.mesh import read_only
+
+
+@dataclass(frozen=True, eq=False)
+class VertexMap:
+    """A map from n source vertices to target vertices.
+
+    Parameters
+    ----------
+    indices : (n,) array of int
+        For each source vertex its target vertex; -1 where it has none.
+    """
+
+    indices: NDArray[np.int64]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "indices", read_only(np.array(self.indices, dtype=np.int64).reshape(-1)))
+
+    def __len__(self) -> int:
+        return len(self.indices)
+
+    @classmethod
+    def identity(cls, n_vertices: int) -> VertexMap:
+        """The map of n vertices to themselves."""
+        return cls(np.arange(n_vertices))
+
+    @property
+    def is_mapped(self) -> NDArray[np.bool_]:
+        """(n,) whether a source vertex has a target."""
+        return self.indices >= 0
+
+    @property
+    def is_identity(self) -> bool:
+        """Whether every source vertex is its own target."""
+        return bool(np.array_equal(self.indices, np.arange(len(self.indices))))
+
+    def compose(self, following: VertexMap) -> VertexMap:
+        """This map followed by another, whose sources are this one's targets."""
+        return VertexMap(self.pull_back(following.indices))
+
+    def pull_back(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
+        """(n,) whole numbers at the targets, read at the sources; -1 at sources without a target."""
+        return np.where(self.is_mapped, values[self.indices], -1)
+
+    def push_forward(self, values: NDArray[np.int64], n_targets: int) -> NDArray[np.int64]:
+        """(n_targets,) whole numbers at the sources, placed at their targets; -1 at targets of no source.
+
+        Of several sources of one target the first counts.
+        """
+        result = np.full(n_targets, -1)
+        mapped = np.flatnonzero(self.is_mapped)[::-1]
+        result[self.indices[mapped]] = values[mapped]
+        return result
+
+    def one_source_per_target(self, n_targets: int) -> NDArray[np.int64]:
+        """(n_targets,) the last source vertex of each target; -1 where it has none."""
+        result = np.full(n_targets, -1)
+        mapped = np.flatnonzero(self.is_mapped)
+        result[self.indices[mapped]] = mapped
+        return result
+
+    def complete(self, sources: NDArray[np.float64], targets: NDArray[np.float64]) -> VertexMap:
+        """The map with the nearest target for every source that has none.
+
+        Parameters
+        ----------
+        sources : (n, 3) array of float
+        targets : (k, 3) array of float
+            In the same coordinates.
+        """
+        if self.is_mapped.all():
+            return self
+        return VertexMap(np.where(self.is_mapped, self.indices, cKDTree(targets).query(sources)[1]))
