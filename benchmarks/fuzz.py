@@ -92,7 +92,7 @@ def _fuzz(target: str, folder: str, seconds: str, found: str) -> None:
     with atheris.instrument_imports(include=["lbskel"]):
         import lbskel
         from lbskel.errors import LbskelError
-        from lbskel.preprocess import prepare
+        from lbskel.preprocess import preprocess_mesh
 
     scratch = Path(tempfile.mkdtemp()) / f"input.{target}"
     read = (
@@ -114,7 +114,7 @@ def _fuzz(target: str, folder: str, seconds: str, found: str) -> None:
         if given.ConsumeBool():
             faces = np.array(faces, dtype=object)
         with suppress(LbskelError):
-            prepare(lbskel.as_mesh((vertices, faces)))
+            preprocess_mesh(lbskel.as_mesh((vertices, faces)))
 
     limits = [f"-max_total_time={seconds}", f"-rss_limit_mb={MEMORY}", f"-timeout={ONE_INPUT}", "-max_len=4096"]
     atheris.Setup(

@@ -24,7 +24,7 @@ from benchmarks.harness import interleaved, markdown_table, save_json, save_mark
 from lbskel.errors import LbskelError, MeshError
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import MESH_READERS
-from lbskel.preprocess import PIPELINES, Pipeline, prepare, simplify
+from lbskel.preprocess import PIPELINES, Pipeline, preprocess_mesh, simplify
 from lbskel.preprocess.subprocess_filter import run_in_subprocess
 from lbskel.shapes import SHAPES, make, torus
 from lbskel.skeleton.edge_sampling import sample_edges
@@ -99,7 +99,7 @@ def _preset_row(name: str, preset: str, mesh: Mesh) -> dict[str, Any]:
         "open edges after": int((result.mesh.faces_per_edge == 1).sum()),
         "distance": result.report["distance"],
         "seconds": time.perf_counter() - began,
-        "unmapped": int((result.vertex_map < 0).sum()),
+        "unmapped": int((~result.vertex_map.is_mapped).sum()),
     }
 
 
@@ -204,7 +204,7 @@ def _coarse_summary(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 def _cost_row(name: str, mesh: Mesh) -> dict[str, Any]:
     """Seconds of looking whether anything must be done, beside those of a skeleton."""
-    seconds = interleaved({"look": lambda: prepare(Mesh(mesh.vertices, mesh.faces))}, repeats=3)["look"]
+    seconds = interleaved({"look": lambda: preprocess_mesh(Mesh(mesh.vertices, mesh.faces))}, repeats=3)["look"]
     began = time.perf_counter()
     lbskel.skeletonize(Mesh(mesh.vertices, mesh.faces))
     return {

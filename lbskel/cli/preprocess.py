@@ -16,7 +16,7 @@ from lbskel.errors import FormatError
 from lbskel.io import MESH_WRITERS, read_mesh
 from lbskel.io.atomic_write import write_all_safely
 from lbskel.io.text import suffix_in
-from lbskel.preprocess import PIPELINES, PREPARATIONS, STEPS, Pipeline, PreprocessResult, prepare
+from lbskel.preprocess import PIPELINES, PREPARATIONS, STEPS, Pipeline, PreprocessResult, preprocess_mesh
 
 
 def add_parser(subparsers: Any) -> None:
@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
             raise FormatError(f"{path} exists already; give --force to replace it")
     how = arguments.pipeline if arguments.pipeline in PREPARATIONS else Pipeline.parse(arguments.pipeline)
     mesh = read_mesh(arguments.mesh)
-    result = prepare(mesh, how)
+    result = preprocess_mesh(mesh, how)
     report = {"mesh": arguments.mesh, **result.report}
     contents: dict[Path, str | bytes] = {Path(arguments.output): MESH_WRITERS[suffix](result.mesh)}
     if arguments.map:
@@ -74,5 +74,5 @@ def run(arguments: argparse.Namespace) -> int:
 def _array(result: PreprocessResult) -> bytes:
     """The map as an npy file."""
     data = io.BytesIO()
-    np.save(data, result.vertex_map, allow_pickle=False)
+    np.save(data, result.vertex_map.indices, allow_pickle=False)
     return data.getvalue()

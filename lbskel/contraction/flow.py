@@ -24,6 +24,7 @@ from lbskel.contraction.settings import PRESETS, ContractionSettings
 from lbskel.contraction.weights import HOLDS, STARTS, mean_ring_area, ratio_of_areas, ring_areas
 from lbskel.errors import MeshError, SolveError, UnknownChoice
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.vertex_map import VertexMap
 from lbskel.operators import Laplacian, Operator, operator_named
 from lbskel.operators.clamped_cotangent import corner_cotangents
 from lbskel.solvers import factorize, relative_residual, solve_once
@@ -91,7 +92,7 @@ def contract(
     end = float("inf") if time_limit is None else time.perf_counter() + time_limit
     steps, treated, now, status = _flow(start, settings, on_step, end)
     coarse = now.mesh.with_vertices(now.mesh.vertices * scale + center)
-    return Contraction(mesh, coarse, now.vertex_map, steps, status, treated)
+    return Contraction(mesh, coarse, VertexMap(now.vertex_map), steps, status, treated)
 
 
 def _operator_for(mesh: Mesh, settings: ContractionSettings) -> str | Operator:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.vertex_map import VertexMap
 
 AREA_GROWTH = 1 + 1e-9  # over a step that is no more than rounding
 BOX_GROWTH = 1.01  # over a step that held vertices may cause and that does no harm
@@ -72,8 +73,8 @@ class Contraction:
         The mesh given.
     coarse : Mesh
         The contracted mesh, in the coordinates of the source; where vertices were merged on the way it has fewer.
-    vertex_map : (n,) array of int
-        For each vertex of the source, its vertex in ``coarse``.
+    vertex_map : VertexMap
+        From the vertices of the source to those of ``coarse``.
     steps : tuple of Step
         The steps that were kept.
     status : Status
@@ -84,7 +85,7 @@ class Contraction:
 
     source: Mesh
     coarse: Mesh
-    vertex_map: NDArray[np.int64]
+    vertex_map: VertexMap
     steps: tuple[Step, ...]
     status: Status
     treated_vertices: tuple[NDArray[np.int64], ...] = ()
@@ -92,7 +93,7 @@ class Contraction:
     @cached_property
     def mesh(self) -> Mesh:
         """The faces of the source on the contracted vertices."""
-        return self.source.with_vertices(self.coarse.vertices[self.vertex_map])
+        return self.source.with_vertices(self.coarse.vertices[self.vertex_map.indices])
 
     @property
     def broke_at(self) -> int | None:

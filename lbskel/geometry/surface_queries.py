@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh, read_only
+from lbskel.geometry.vertex_map import VertexMap
 
 REMEMBERED = 16  # answers at most
 
@@ -29,17 +30,17 @@ class Proxy:
     Parameters
     ----------
     mesh : Mesh
-    vertex_map : (n,) array of int
-        For each vertex of the other mesh the one of this that it went into.
-    kept : (k,) array of int
-        For each of its vertices one of the other mesh that went into it.
+    vertex_map : VertexMap
+        From the vertices of the full mesh to those of this one; every vertex has a target.
+    source_vertices : (k,) array of int
+        For each vertex of this mesh one vertex of the full mesh that it stands for.
     deviation : float
         How far the two may be apart.
     """
 
     mesh: Mesh
-    vertex_map: NDArray[np.int64]
-    kept: NDArray[np.int64]
+    vertex_map: VertexMap
+    source_vertices: NDArray[np.int64]
     deviation: float
 
 
@@ -63,11 +64,11 @@ class Surface:
 
     def on_proxy(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
         """Values at vertices of the mesh, at those of the rough one."""
-        return values if self.simplified is None else values[self.simplified.kept]
+        return values if self.simplified is None else values[self.simplified.source_vertices]
 
     def from_proxy(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
         """Values at vertices of the rough mesh, at those of this one."""
-        return values if self.simplified is None else values[self.simplified.vertex_map]
+        return values if self.simplified is None else self.simplified.vertex_map.pull_back(values)
 
     def memoize(self, name: str, make: Callable[[], Any]) -> Any:
         """What is made when first asked for, and kept by the mesh as it keeps all that follows from it."""

@@ -25,7 +25,7 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.operators import Laplacian, operator_named
 from lbskel.pipeline.component import MOST_FACES
 from lbskel.pipeline.stages import skeletonize
-from lbskel.preprocess import prepare, simplify, why_no_inside
+from lbskel.preprocess import preprocess_mesh, simplify, why_no_inside
 from lbskel.skeleton.skeleton import Skeleton
 
 FREE_VOLUME = 1e-6  # the published target
@@ -106,7 +106,7 @@ def representative(mesh: Mesh, *, most_faces: int = MOST_FACES) -> Mesh:
     MeshError
         If no component has an area, or the largest has no inside.
     """
-    prepared = prepare(mesh).mesh
+    prepared = preprocess_mesh(mesh).mesh
     number, largest = max(enumerate(components(prepared)), key=lambda part: part[1].mesh.area)
     if not largest.mesh.area > 0:
         raise MeshError("the mesh has no area: every face is degenerate, so there is nothing to compare")

@@ -24,6 +24,7 @@ from lbskel.geometry.shape_diameter import straight_thickness
 from lbskel.geometry.surface_queries import Proxy, Surface
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess import PreprocessResult, simplify
+from lbskel.preprocess.result import identity_result
 from lbskel.refinement.anchors import attach_anchors
 from lbskel.refinement.centering import (
     fit_to_centerlines,
@@ -100,18 +101,18 @@ def skeleton_of_component(
     report : dict
         What was done and checked, ready for JSON.
     """
-    proxy = PreprocessResult(mesh, np.arange(len(mesh.vertices)))
+    proxy = identity_result(mesh)
     if options.resolution == "auto":
         proxy = clock("simplify", _simple, mesh)
     limit = None if clock.time_limit is None else CONTRACTING * max(clock.seconds_left, 0.0)
     contraction = clock("contract", contract, proxy.mesh, options.settings, time_limit=limit)
-    coarse, vertex_map = contraction.coarse, contraction.vertex_map
+    coarse, vertex_map = contraction.coarse, contraction.vertex_map.indices
     graph = clock("collapse", collapse, coarse, proxy.mesh, vertex_map=vertex_map)
     skeleton = Skeleton(coarse.vertices[graph.kept], graph.edges, np.zeros(len(graph.kept)), graph.node_of_vertex)
     surface = Surface(mesh, _simplified(mesh, proxy))
     skeleton = clock("prune", _pruned, skeleton, surface.proxy, options.prune)
     skeleton = clock.if_time("gather", _gathered, skeleton, surface.proxy)
-    skeleton = replace(skeleton, node_of_vertex=skeleton.node_of_vertex[proxy.vertex_map])
+    skeleton = replace(skeleton, node_of_vertex=proxy.vertex_map.pull_back(skeleton.node_of_vertex))
     skeleton = clock.if_time("recenter", recenter, skeleton, surface)
     skeleton = clock.if_time("extend", extend_tips, skeleton, surface)
     skeleton = clock("prune", prune_contained_branches, inscribed_radii(skeleton, surface.proxy), mesh)
@@ -181,8 +182,7 @@ def _simplified(mesh: Mesh, proxy: PreprocessResult) -> Proxy | None:
     deviations = [step["deviation"] for step in proxy.report.get("steps", []) if "deviation" in step]
     if not deviations:
         return None
-    kept = np.full(len(proxy.mesh.vertices), -1)
-    kept[proxy.vertex_map] = np.arange(len(proxy.vertex_map))
+    kept = proxy.vertex_map.one_source_per_target(len(proxy.mesh.vertices))
     if (kept < 0).any():  # where the surface was meshed anew
         kept = np.where(kept < 0, cKDTree(mesh.vertices).query(proxy.mesh.vertices)[1], kept)
     return Proxy(proxy.mesh, proxy.vertex_map, kept, SURE * deviations[0])

@@ -6,12 +6,10 @@ __all__ = ["score"]
 
 from typing import Any
 
-import numpy as np
-
 from lbskel.evaluation import scoring
 from lbskel.evaluation.scoring import Score
 from lbskel.io import as_mesh
-from lbskel.preprocess import Pipeline, prepare
+from lbskel.preprocess import Pipeline, preprocess_mesh
 from lbskel.refinement.vertex_map import complete_map
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -48,10 +46,8 @@ def score(skeleton: Skeleton, mesh: Any, *, preprocess: str | Pipeline | None = 
     """
     given = as_mesh(mesh)
     scoring.check(skeleton, given)
-    prepared = prepare(given, preprocess)
+    prepared = preprocess_mesh(given, preprocess)
     if len(skeleton.node_of_vertex):
-        kept = np.flatnonzero(prepared.vertex_map >= 0)[::-1]  # of several that were merged the first counts
-        node_of_vertex = np.full(len(prepared.mesh.vertices), -1)
-        node_of_vertex[prepared.vertex_map[kept]] = skeleton.node_of_vertex[kept]
+        node_of_vertex = prepared.vertex_map.push_forward(skeleton.node_of_vertex, len(prepared.mesh.vertices))
         skeleton = complete_map(skeleton, node_of_vertex, prepared.mesh)
     return scoring.score(skeleton, prepared.mesh)

@@ -25,7 +25,7 @@ from lbskel.io import as_mesh
 from lbskel.operators import Operator
 from lbskel.pipeline.component import Options, skeleton_of_component
 from lbskel.pipeline.profiling import Progress, StageTimer
-from lbskel.preprocess import Pipeline, prepare, why_no_inside
+from lbskel.preprocess import Pipeline, preprocess_mesh, why_no_inside
 from lbskel.refinement.anchors import nearest_node, reroot, resolve_anchor
 from lbskel.skeleton.resampling import resample
 from lbskel.skeleton.skeleton import Skeleton
@@ -115,14 +115,14 @@ def skeletonize(
         raise UnknownChoice(f"time_limit must be positive, not {time_limit}")
     clock = StageTimer(on_stage, time_limit, profile)
     given = clock("read", as_mesh, mesh)
-    tidied = clock("preprocess", prepare, given, preprocess)
+    tidied = clock("preprocess", preprocess_mesh, given, preprocess)
     center, scale = tidied.mesh.centroid, tidied.mesh.diameter_bound
     if not scale > 0:
         raise MeshError("all vertices of the mesh lie at one point")
     unit = tidied.mesh.with_vertices((tidied.mesh.vertices - center) / scale)
     wanted = [resolve_anchor(anchor, given) for anchor in anchors]
     places = np.array([(point - center) / scale for _, point in wanted]).reshape(-1, 3)
-    near = np.array([tidied.vertex_map[vertex] for vertex, _ in wanted], dtype=np.int64)
+    near = np.array([tidied.vertex_map.indices[vertex] for vertex, _ in wanted], dtype=np.int64)
     near = _filled(near, places, unit.vertices)
     parts, skipped, faults = [], [], []
     for number, part in enumerate(components(unit)):
@@ -154,7 +154,7 @@ def skeletonize(
         whole = resample(whole, n_nodes=n_nodes)
     surface = next((surface for part, _, surface, _ in parts if part.mesh is unit), Surface(unit))
     scored = clock("score", score_on, whole, surface)
-    node_of_given = np.where(tidied.vertex_map >= 0, whole.node_of_vertex[tidied.vertex_map], -1)
+    node_of_given = tidied.vertex_map.pull_back(whole.node_of_vertex)
     notes = [*given.notes, *tidied.notes]
     if faults:
         notes.append(f"no skeleton could be made of {first_few(faults, 2)}")

@@ -1,6 +1,7 @@
 """From the mesh that a user has to one that the algorithms can take; the only place that may import pymeshlab."""
 
 __all__ = [
+    "MAX_FACES",
     "PIPELINES",
     "PREPARATIONS",
     "STEPS",
@@ -8,14 +9,18 @@ __all__ = [
     "Pipeline",
     "PreprocessResult",
     "check",
-    "prepare",
+    "face_budget",
+    "preprocess_mesh",
     "simplify",
+    "simplify_to_proxy",
+    "surface_with_proxy",
     "why_no_inside",
 ]
 
-from lbskel.preprocess.automatic import PREPARATIONS, prepare
+from lbskel.preprocess.automatic import PREPARATIONS, preprocess_mesh
 from lbskel.preprocess.diagnostics import MeshReport, check
 from lbskel.preprocess.orientability import why_no_inside
 from lbskel.preprocess.pipelines import PIPELINES, STEPS, Pipeline
+from lbskel.preprocess.proxy import MAX_FACES, face_budget, simplify_to_proxy, surface_with_proxy
 from lbskel.preprocess.result import PreprocessResult
 from lbskel.preprocess.simplification import simplify

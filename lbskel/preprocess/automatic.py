@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["COARSE_EDGE", "COARSE_SHARE", "PREPARATIONS", "prepare"]
+__all__ = ["COARSE_EDGE", "COARSE_SHARE", "PREPARATIONS", "preprocess_mesh"]
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,7 @@ FEW_FACES = 20_000  # more are not too coarse, or long to measure
 SMOOTHINGS = 60  # of noise of up to a limb's radius; 30 left skeletons a fifth further off, 120 were a tenth better
 
 
-def prepare(mesh: Mesh, how: str | Pipeline | None = AUTOMATIC) -> PreprocessResult:
+def preprocess_mesh(mesh: Mesh, how: str | Pipeline | None = AUTOMATIC) -> PreprocessResult:
     """The mesh to be contracted, and the way of the vertices to it.
 
     Parameters

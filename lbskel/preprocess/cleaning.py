@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from lbskel.errors import UnknownChoice, first_few
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, identity_result, measured
 
 MOST_PAIRS = 50  # near pairs for each place: beyond, the tolerance would swallow the mesh
@@ -63,7 +64,9 @@ def _merged(mesh: Mesh, group: NDArray[np.int64]) -> PreprocessResult:
         return identity_result(mesh)
     rank = np.cumsum(np.bincount(first, minlength=len(group)) > 0) - 1
     note = f"{n_merged} vertices at the place of another were merged with it"
-    return PreprocessResult(Mesh(mesh.vertices[np.sort(first)], rank[to[mesh.faces]], mesh.notes), rank[to], (note,))
+    return PreprocessResult(
+        Mesh(mesh.vertices[np.sort(first)], rank[to[mesh.faces]], mesh.notes), VertexMap(rank[to]), (note,)
+    )
 
 
 @measured
@@ -92,7 +95,7 @@ def without_unused(mesh: Mesh, faces: NDArray[np.int64], *notes: str) -> Preproc
     used = np.unique(faces)
     new_of = np.full(len(mesh.vertices), -1)
     new_of[used] = np.arange(len(used))
-    return PreprocessResult(Mesh(mesh.vertices[used], new_of[faces], mesh.notes), new_of, notes)
+    return PreprocessResult(Mesh(mesh.vertices[used], new_of[faces], mesh.notes), VertexMap(new_of), notes)
 
 
 @measured

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.cleaning import without_unused
 from lbskel.preprocess.result import PreprocessResult, identity_result, measured
 
@@ -54,7 +55,7 @@ def remove_degenerate(mesh: Mesh, *, angle: float = 0.5) -> PreprocessResult:
     left = f"; {len(bad)} stay" if len(bad) else ""
     note = f"{surface.n_collapsed} needles were collapsed and {surface.n_flipped} caps flipped{left}"
     taken = without_unused(mesh, surface.faces[surface.is_alive], note)
-    return PreprocessResult(taken.mesh, taken.vertex_map[surface.final()], taken.notes)
+    return PreprocessResult(taken.mesh, VertexMap(surface.final()).compose(taken.vertex_map), taken.notes)
 
 
 def corner_angles(corners: NDArray[np.float64]) -> NDArray[np.float64]:

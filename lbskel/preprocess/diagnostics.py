@@ -11,7 +11,7 @@ import numpy as np
 
 from lbskel.geometry.components import components
 from lbskel.geometry.mesh import Mesh
-from lbskel.preprocess.automatic import COARSE_EDGE, prepare
+from lbskel.preprocess.automatic import COARSE_EDGE, preprocess_mesh
 from lbskel.preprocess.cleaning import tidy
 from lbskel.preprocess.degenerate_faces import corner_angles
 from lbskel.preprocess.holes import boundary_loops
@@ -134,7 +134,7 @@ def check(mesh: Mesh) -> MeshReport:
     >>> print(*check(Mesh(ring.vertices, ring.faces[:-1])).findings)
     1 hole: it is closed, unless it is the rim of a sheet.
     """
-    prepared = prepare(mesh).mesh
+    prepared = preprocess_mesh(mesh).mesh
     tidied = tidy(mesh).mesh
     F = mesh.faces
     has_corners = (F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])

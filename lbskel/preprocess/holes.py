@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.polygon_triangulation import MOST_EDGES, least_area
+from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, identity_result, measured
 from lbskel.preprocess.vertex_umbrellas import fans_of
 
@@ -74,7 +75,7 @@ def close_holes(mesh: Mesh, *, largest: float = 0.3) -> PreprocessResult:
     left = f"; {n_open} larger rims stay open" if n_open else ""
     note = f"{len(faces) - 1} holes were closed with {sum(map(len, faces[1:]))} faces{left}"
     closed = Mesh(np.concatenate([V, *([middles] if middles else [])]), np.concatenate(faces), mesh.notes)
-    return PreprocessResult(closed, np.arange(len(V)), (note,))
+    return PreprocessResult(closed, VertexMap.identity(len(V)), (note,))
 
 
 def boundary_loops(mesh: Mesh) -> list[NDArray[np.int64]]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, identity_result, measured
 from lbskel.preprocess.vertex_umbrellas import fans_of
 
@@ -45,7 +46,9 @@ def fix_orientation(mesh: Mesh) -> PreprocessResult:
     if not n_turned:
         return identity_result(mesh)
     turned_mesh = Mesh(mesh.vertices, F, mesh.notes)
-    return PreprocessResult(turned_mesh, np.arange(len(mesh.vertices)), (f"{n_turned} faces were turned round",))
+    return PreprocessResult(
+        turned_mesh, VertexMap.identity(len(mesh.vertices)), (f"{n_turned} faces were turned round",)
+    )
 
 
 def _is_inside(mesh: Mesh, F: NDArray[np.int64], patch: NDArray[np.bool_]) -> bool:
@@ -79,4 +82,4 @@ def split_nonmanifold(mesh: Mesh) -> PreprocessResult:
     origin = np.arange(n_fans)
     origin[fans.of_corner] = mesh.faces
     note = f"{n_fans - n} vertices were added where surfaces that meet in an edge or a vertex were taken apart"
-    return PreprocessResult(Mesh(mesh.vertices[origin], fans.of_corner, mesh.notes), np.arange(n), (note,))
+    return PreprocessResult(Mesh(mesh.vertices[origin], fans.of_corner, mesh.notes), VertexMap.identity(n), (note,))

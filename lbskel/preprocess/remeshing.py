@@ -10,6 +10,7 @@ from scipy.sparse import coo_array, diags_array
 from lbskel.errors import MeshError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_thickness
+from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, identity_result, measured
 from lbskel.preprocess.subprocess_filter import run_in_subprocess
 from lbskel.preprocess.transfer import transfer_map
@@ -101,4 +102,6 @@ def smooth_noise(mesh: Mesh, *, iterations: int = 10) -> PreprocessResult:
     for _ in range(iterations):
         for share in TAUBIN:
             V = np.where(is_fixed[:, None], V, V + share * (mean @ V - V))
-    return PreprocessResult(mesh.with_vertices(V), np.arange(n), (f"noise was smoothed by {iterations} iterations",))
+    return PreprocessResult(
+        mesh.with_vertices(V), VertexMap.identity(n), (f"noise was smoothed by {iterations} iterations",)
+    )

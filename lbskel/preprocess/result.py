@@ -20,6 +20,7 @@ from scipy.sparse import csr_array
 
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
+from lbskel.geometry.vertex_map import VertexMap
 
 Options = ParamSpec("Options")
 
@@ -33,8 +34,8 @@ class PreprocessResult:
     Parameters
     ----------
     mesh : Mesh
-    vertex_map : (n,) array of int
-        For each vertex of the input, its vertex in ``mesh``; -1 where it has none.
+    vertex_map : VertexMap
+        From the vertices of the input to those of ``mesh``.
     notes : tuple of str
         What was done, a sentence each.
     weights : (n, k) sparse array, optional
@@ -44,7 +45,7 @@ class PreprocessResult:
     """
 
     mesh: Mesh
-    vertex_map: NDArray[np.int64]
+    vertex_map: VertexMap
     notes: tuple[str, ...] = ()
     weights: csr_array | None = None
     report: dict[str, Any] = field(default_factory=dict)
@@ -52,8 +53,7 @@ class PreprocessResult:
     def compose(self, step: Callable[[Mesh], PreprocessResult]) -> PreprocessResult:
         """The result of another step on ``mesh``, with the way from the vertices that this one began with."""
         after = step(self.mesh)
-        there = self.vertex_map >= 0
-        vertex_map = np.where(there, after.vertex_map[self.vertex_map], -1)
+        vertex_map = self.vertex_map.compose(after.vertex_map)
         weights = None
         if self.weights is not None or after.weights is not None:
             weights = csr_array(self._all_weights() @ after._all_weights())
@@ -73,13 +73,13 @@ class PreprocessResult:
             Of vertices that have no place in ``mesh``; whole numbers have -1 there.
         """
         given = np.asarray(values)
-        there = self.vertex_map >= 0
+        there, target = self.vertex_map.is_mapped, self.vertex_map.indices
         if given.dtype.kind != "f":
-            back = given[self.vertex_map]
+            back = given[target]
             back[~there] = -1 if given.dtype.kind == "i" else 0
             return back
         flat = given.reshape(len(given), -1)
-        back = flat[self.vertex_map] if self.weights is None else self.weights @ flat
+        back = flat[target] if self.weights is None else self.weights @ flat
         back[~there] = missing
         return back.reshape(len(there), *given.shape[1:])
 
@@ -87,14 +87,14 @@ class PreprocessResult:
         """``weights``, which an exact way has too: one for each vertex that is mapped."""
         if self.weights is not None:
             return self.weights
-        there = np.flatnonzero(self.vertex_map >= 0)
+        mapped = np.flatnonzero(self.vertex_map.is_mapped)
         shape = (len(self.vertex_map), len(self.mesh.vertices))
-        return csr_array((np.ones(len(there)), (there, self.vertex_map[there])), shape=shape)
+        return csr_array((np.ones(len(mapped)), (mapped, self.vertex_map.indices[mapped])), shape=shape)
 
 
 def identity_result(mesh: Mesh, *notes: str) -> PreprocessResult:
     """The mesh itself, every vertex where it was."""
-    return PreprocessResult(mesh, np.arange(len(mesh.vertices)), notes)
+    return PreprocessResult(mesh, VertexMap.identity(len(mesh.vertices)), notes)
 
 
 def measured(

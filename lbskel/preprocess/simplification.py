@@ -21,6 +21,7 @@ from scipy.spatial import cKDTree
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, distance_between, identity_result, measured
 from lbskel.preprocess.transfer import transfer_map
 
@@ -106,7 +107,7 @@ def _candidates(mesh: Mesh, target: int) -> Iterator[PreprocessResult]:
             lost = vertex_map < 0
             if lost.any():
                 vertex_map[lost] = cKDTree(V).query(unit[lost])[1]
-            yield PreprocessResult(in_place(V, F), vertex_map)
+            yield PreprocessResult(in_place(V, F), VertexMap(vertex_map))
     if mesh.is_closed_manifold:
         V, F, *_ = igl.decimate(np.asfortranarray(unit), np.asfortranarray(mesh.faces, dtype=np.int32), target)
         if len(F) and np.isfinite(V).all():

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_thickness
+from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, identity_result, measured
 
 MOST_FACES = 200_000
@@ -50,7 +51,7 @@ def refine(mesh: Mesh, *, edge: float = 0.5) -> PreprocessResult:
     if len(F) == len(mesh.faces):
         return identity_result(mesh)
     note = f"{len(mesh.faces):,} faces were split into {len(F):,}, since edges were long against the thickness"
-    return PreprocessResult(Mesh(V, F, mesh.notes), np.arange(len(mesh.vertices)), (note,))
+    return PreprocessResult(Mesh(V, F, mesh.notes), VertexMap.identity(len(mesh.vertices)), (note,))
 
 
 def coarse_share(mesh: Mesh, edge: float) -> float:

@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult
 
 CANDIDATES = 32  # vertices searched for one that faces the same way
@@ -62,7 +63,7 @@ def transfer_map(mesh: Mesh, surface: Mesh, *notes: str) -> PreprocessResult:
     joined[np.setdiff1d(np.arange(len(joined)), mesh.used_vertices)] = -1
     rows = np.repeat(np.arange(len(corners)), 3)
     weights = csr_array((share.ravel(), (rows, corners.ravel())), shape=(len(corners), len(V)))
-    return PreprocessResult(given, joined, notes, weights)
+    return PreprocessResult(given, VertexMap(joined), notes, weights)
 
 
 def _facing_alike(

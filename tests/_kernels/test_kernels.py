@@ -87,7 +87,7 @@ def flipped():
 def coarsened():
     n = len(mesh().vertices)
     result = coarsen(Coarsened(mesh(), np.arange(n), np.arange(n), np.ones(n)), np.full(n, 0.15))
-    return result.mesh.vertices, result.mesh.faces, result.vertex_map
+    return result.mesh.vertices, result.mesh.faces, result.vertex_map.indices
 
 
 def regions():

@@ -61,8 +61,8 @@ def test_edges_over_the_limit_stay():
 def test_patches_are_connected():
     mesh = make("octopus", n_vertices=1000).mesh
     contraction = contract(mesh)
-    inner = contraction.vertex_map[mesh.edges[:, 0]] == contraction.vertex_map[mesh.edges[:, 1]]
-    n_patches = len(np.unique(contraction.vertex_map))
+    inner = contraction.vertex_map.indices[mesh.edges[:, 0]] == contraction.vertex_map.indices[mesh.edges[:, 1]]
+    n_patches = len(np.unique(contraction.vertex_map.indices))
     patches = Mesh(mesh.vertices, np.column_stack([mesh.edges[inner], mesh.edges[inner][:, 0]])).component_of_vertex
     assert len(np.unique(patches)) == n_patches == len(contraction.coarse.vertices) < 0.3 * len(mesh.vertices)
 
@@ -73,7 +73,7 @@ def test_later_steps_have_fewer_vertices_and_the_maps_lead_back():
     counts = [step.n_vertices for step in contraction.steps]
     assert counts[0] == len(mesh.vertices)
     assert counts[-1] < 0.25 * counts[0]
-    assert np.array_equal(contraction.mesh.vertices, contraction.coarse.vertices[contraction.vertex_map])
+    assert np.array_equal(contraction.mesh.vertices, contraction.coarse.vertices[contraction.vertex_map.indices])
     assert contraction.mesh.faces is mesh.faces or np.array_equal(contraction.mesh.faces, mesh.faces)
     assert contract(mesh, EVERY_VERTEX).coarse.faces.tolist() == mesh.faces.tolist()
 
@@ -84,11 +84,11 @@ def test_a_cochain_is_carried_to_the_merged_vertices():
     contraction = contract(mesh)
     coarse = contraction.coarse
     assert len(coarse.vertices) < 0.7 * len(mesh.vertices)
-    cochain = transfer_cochain(tunnel_cochain(mesh), mesh, coarse, contraction.vertex_map)
+    cochain = transfer_cochain(tunnel_cochain(mesh), mesh, coarse, contraction.vertex_map.indices)
     start, end = coarse.half_edges.T
     signed = np.where(start < end, 1, -1)[:, None] * cochain[coarse.edge_of_half_edge]
     assert not signed.reshape(3, -1, 2).sum(axis=0).any()
-    graph = collapse(coarse, mesh, vertex_map=contraction.vertex_map)
+    graph = collapse(coarse, mesh, vertex_map=contraction.vertex_map.indices)
     assert graph.handles_certified
     assert len(graph.edges) - len(graph.kept) + 1 == 2
     assert graph.node_of_vertex.shape == (len(mesh.vertices),)

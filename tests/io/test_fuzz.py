@@ -21,7 +21,7 @@ from lbskel.io import (
     write_mesh,
     write_skeleton,
 )
-from lbskel.preprocess import prepare
+from lbskel.preprocess import preprocess_mesh
 
 PYRAMID = Mesh(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]],
@@ -148,4 +148,4 @@ def test_as_mesh_of_anything(vertices, faces):
     """Whatever lists are given, there is a mesh that can be prepared, or an error of lbskel."""
     with contextlib.suppress(LbskelError):
         mesh = as_mesh((vertices, faces))
-        assert np.isfinite(prepare(mesh).mesh.vertices).all()
+        assert np.isfinite(preprocess_mesh(mesh).mesh.vertices).all()
