@@ -98,8 +98,8 @@ def _collapses(meshes: dict[str, lbskel.Mesh], n_runs: int) -> list[dict[str, An
 
 def _counts(mesh: lbskel.Mesh, positions: NDArray[np.float64]) -> tuple[int, int, int]:
     """Cycles beyond the genus, components, and loops that were cut."""
-    graph = lbskel.collapse(mesh.with_vertices(positions), mesh)
-    skeleton = lbskel.Skeleton(positions[graph.kept], graph.edges, np.zeros(len(graph.kept)))
+    graph = lbskel.collapse_mesh(mesh.with_vertices(positions), mesh)
+    skeleton = lbskel.Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)))
     assert mesh.genus is not None
     return skeleton.cycle_rank - mesh.genus, skeleton.n_components, graph.n_spurious_loops_removed
 

@@ -3,7 +3,7 @@
 from lbskel.applications.spectrum import eigenpairs
 from lbskel.contraction.flow import PRESETS, Contraction, ContractionSettings, Status, Step, contract
 from lbskel.contraction.settings import STRATEGIES
-from lbskel.contraction.surgery import CollapsedGraph, collapse
+from lbskel.contraction.surgery import CollapsedGraph, collapse, collapse_mesh
 from lbskel.contraction.weights import WEIGHTS
 from lbskel.errors import (
     FormatError,
@@ -63,6 +63,7 @@ __all__ = [
     "as_mesh",
     "check",
     "collapse",
+    "collapse_mesh",
     "compare",
     "contract",
     "eigenpairs",

@@ -12,9 +12,10 @@ tree whatever collapses.
 
 from __future__ import annotations
 
-__all__ = ["CollapsedGraph", "collapse"]
+__all__ = ["CollapsedGraph", "collapse", "collapse_mesh"]
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +23,10 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
 from lbskel.contraction.homology import transfer_cochain, tunnel_cochain
+from lbskel.contraction.result import Contraction
 from lbskel.geometry.graphs import weighted_graph
-from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.mesh import as_mesh
+from lbskel.geometry.vertex_map import VertexMap
 
 DIGITS = 11  # of a cost that count, on a mesh of extent 1: of equal ones the order does not depend on rounding
 SAMPLING = 0.1  # weight of the sampling cost beside the shape cost; Au et al. 2008
@@ -31,10 +34,12 @@ SAMPLING = 0.1  # weight of the sampling cost beside the shape cost; Au et al. 2
 
 @dataclass(frozen=True, eq=False)
 class CollapsedGraph:
-    """A graph on some of the vertices of a contracted mesh.
+    """The graph that remains of a contracted mesh when all its faces have collapsed.
 
     Parameters
     ----------
+    nodes : (k, 3) array of float
+        Positions of the nodes, in the units of the contracted mesh.
     kept : (k,) array of int
         Vertices of the contracted mesh that became nodes.
     edges : (e, 2) array of int
@@ -47,6 +52,7 @@ class CollapsedGraph:
         Loops that went round no tunnel and were opened at their longest edge.
     """
 
+    nodes: NDArray[np.float64]
     kept: NDArray[np.int64]
     edges: NDArray[np.int64]
     node_of_vertex: NDArray[np.int64]
@@ -63,30 +69,56 @@ class _Complex:
     cochain: NDArray[np.int64]
 
 
-def collapse(contracted: Mesh, source: Mesh, *, vertex_map: NDArray[np.int64] | None = None) -> CollapsedGraph:
-    """Collapse a contracted mesh to a graph.
+def collapse(contraction: Contraction) -> CollapsedGraph:
+    """Collapse a contracted mesh to the graph of its curve skeleton.
 
     Parameters
     ----------
-    contracted : Mesh
-        One connected component after contraction.
-    source : Mesh
-        The same faces on the surface, which tell the tunnels; or those of before vertices were merged.
-    vertex_map : (n,) array of int, optional
-        For each vertex of the source the one it was merged into, where any were.
+    contraction : Contraction
+        Of one connected component.
 
     Returns
     -------
     CollapsedGraph
-        Deterministic: ties go to the lower index.
+        Its ``node_of_vertex`` has a node for each vertex of ``contraction.source``.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> graph = lbskel.collapse(lbskel.contract(torus(1.0, 0.2)))
+    >>> graph.handles_certified, len(graph.edges) - len(graph.nodes) + 1
+    (True, 1)
     """
+    return collapse_mesh(contraction.coarse, contraction.source, vertex_map=contraction.vertex_map)
+
+
+def collapse_mesh(contracted: Any, source: Any, *, vertex_map: VertexMap | None = None) -> CollapsedGraph:
+    """Collapse a mesh to a graph whose cycles are the handles of another mesh.
+
+    Parameters
+    ----------
+    contracted : Mesh, (vertices, faces), path or mesh object
+        One connected component after contraction.
+    source : Mesh, (vertices, faces), path or mesh object
+        The surface before contraction, whose handles are kept. It has the faces of ``contracted``, unless a vertex map
+        is given.
+    vertex_map : VertexMap, optional
+        From the vertices of the source to those of the contracted mesh, where vertices were merged.
+
+    Returns
+    -------
+    CollapsedGraph
+        Deterministic: of equal costs the edge with the lower index is collapsed first.
+    """
+    contracted, source = as_mesh(contracted), as_mesh(source)
     n = len(contracted.vertices)
     cochain = tunnel_cochain(source) if source.is_closed_manifold else None
     handles_certified = cochain is not None
     if cochain is None:
         cochain = np.zeros((len(contracted.edges), 0), dtype=np.int64)
     elif vertex_map is not None:
-        cochain = transfer_cochain(cochain, source, contracted, vertex_map)
+        cochain = transfer_cochain(cochain, source, contracted, vertex_map.indices)
     used = contracted.used_vertices
     P = (contracted.vertices - contracted.vertices[used].mean(axis=0)) / source.diameter_bound
     left = _Complex(np.sort(contracted.faces, axis=1), contracted.edges, cochain)
@@ -114,8 +146,15 @@ def collapse(contracted: Mesh, source: Mesh, *, vertex_map: NDArray[np.int64] | 
     node_of[used] = node_of_vertex
     edges = np.searchsorted(kept, left.edges)
     needless = _loops_round_no_tunnel(P[kept], edges, left.cochain) if handles_certified else []
-    node_of = node_of if vertex_map is None else node_of[vertex_map]
-    return CollapsedGraph(kept, np.delete(edges, needless, axis=0), node_of, handles_certified, len(needless))
+    node_of = node_of if vertex_map is None else node_of[vertex_map.indices]
+    return CollapsedGraph(
+        contracted.vertices[kept],
+        kept,
+        np.delete(edges, needless, axis=0),
+        node_of,
+        handles_certified,
+        len(needless),
+    )
 
 
 def _keys(edges: NDArray[np.int64], n: int) -> NDArray[np.int64]:

@@ -106,9 +106,8 @@ def skeleton_of_component(
         proxy = clock("simplify", _simple, mesh)
     limit = None if clock.time_limit is None else CONTRACTING * max(clock.seconds_left, 0.0)
     contraction = clock("contract", contract, proxy.mesh, options.settings, time_limit=limit)
-    coarse, vertex_map = contraction.coarse, contraction.vertex_map.indices
-    graph = clock("collapse", collapse, coarse, proxy.mesh, vertex_map=vertex_map)
-    skeleton = Skeleton(coarse.vertices[graph.kept], graph.edges, np.zeros(len(graph.kept)), graph.node_of_vertex)
+    graph = clock("collapse", collapse, contraction)
+    skeleton = Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)), graph.node_of_vertex)
     surface = Surface(mesh, _simplified(mesh, proxy))
     skeleton = clock("prune", _pruned, skeleton, surface.proxy, options.prune)
     skeleton = clock.if_time("gather", _gathered, skeleton, surface.proxy)

@@ -88,7 +88,7 @@ def test_a_cochain_is_carried_to_the_merged_vertices():
     start, end = coarse.half_edges.T
     signed = np.where(start < end, 1, -1)[:, None] * cochain[coarse.edge_of_half_edge]
     assert not signed.reshape(3, -1, 2).sum(axis=0).any()
-    graph = collapse(coarse, mesh, vertex_map=contraction.vertex_map.indices)
+    graph = collapse(contraction)
     assert graph.handles_certified
     assert len(graph.edges) - len(graph.kept) + 1 == 2
     assert graph.node_of_vertex.shape == (len(mesh.vertices),)

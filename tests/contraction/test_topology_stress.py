@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from lbskel import Skeleton, collapse, skeletonize
+from lbskel import Skeleton, collapse_mesh, skeletonize
 from lbskel.shapes import capsule, chain_of_tori, torus
 
 POSITIONS = {
@@ -26,8 +26,8 @@ MESHES = {
 
 
 def cycles_and_components(mesh, positions):
-    graph = collapse(mesh.with_vertices(positions), mesh)
-    skeleton = Skeleton(positions[graph.kept], graph.edges, np.zeros(len(graph.kept)))
+    graph = collapse_mesh(mesh.with_vertices(positions), mesh)
+    skeleton = Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)))
     assert set(graph.node_of_vertex) == set(range(len(graph.kept)))
     return skeleton.cycle_rank, skeleton.n_components
 

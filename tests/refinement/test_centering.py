@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lbskel import Skeleton, contract
+from lbskel import Skeleton, collapse_mesh, contract
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement import containment as inside
 from lbskel.refinement.centering import inscribed_radii, mean_radii, reassign_to_nearest_node, recenter
@@ -179,11 +179,8 @@ def test_surface_queries():
 
 def test_recentering_moves_a_contracted_shape_nearer_to_its_axis():
     mesh = torus(1.0, 0.3, 64, 24)
-    from lbskel import collapse
-
-    contracted = contract(mesh).mesh
-    graph = collapse(contracted, mesh)
-    raw = Skeleton(contracted.vertices[graph.kept], graph.edges, np.full(len(graph.kept), 0.3), graph.node_of_vertex)
+    graph = collapse_mesh(contract(mesh).mesh, mesh)
+    raw = Skeleton(graph.nodes, graph.edges, np.full(len(graph.nodes), 0.3), graph.node_of_vertex)
     error = [np.abs(np.hypot(*s.nodes[:, :2].T) - 1).mean() for s in (raw, recenter(raw, Surface(mesh)))]
     assert error[1] < 0.5 * error[0]
 
