@@ -78,7 +78,7 @@ ASKED = {
     "solver of skeletonize": (SOLVERS, lambda name, mesh: skeletonize(mesh, solver=name)),
     "energy": (ENERGIES, lambda name, mesh: skeletonize(mesh, energy=name)),
     "preset": (PRESETS, lambda name, mesh: skeletonize(mesh, preset=name)),
-    "treatment": (DEGENERATE, lambda name, mesh: ContractionSettings(degenerate=name)),
+    "treatment": (DEGENERATE, lambda name, mesh: ContractionSettings(degenerate_rows=name)),
     "shape": (SHAPES, lambda name, mesh: make(name)),
 }
 

@@ -10,7 +10,7 @@ __all__ = ["Mesh", "PointCloud", "as_mesh", "first_few", "read_only"]
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, singledispatch
 from typing import Any
 
 import numpy as np
@@ -277,18 +277,25 @@ class PointCloud:
         return f"PointCloud({len(self.points)} points)"
 
 
+@singledispatch
 def as_mesh(data: Any) -> Mesh:
-    """A Mesh from what users have: (vertices, faces), a trimesh, pyvista or meshio mesh, or a Mesh.
+    """Convert what users have to a Mesh: (vertices, faces), a path, a trimesh, pyvista or meshio mesh, or a Mesh.
 
-    Polygons are cut into triangles, which ``notes`` then says. Paths are taken by :func:`lbskel.as_mesh`.
+    Polygons are triangulated, and ``notes`` says so. A Mesh is returned unchanged. Paths are read by
+    :func:`lbskel.read_mesh`, which :mod:`lbskel.io` registers for str and os.PathLike.
+
+    Parameters
+    ----------
+    data : Mesh, path-like, pair of array_like, or mesh object
+        A pair is (n, 3) vertices and faces, where a face is a sequence of 0-based vertex indices.
 
     Raises
     ------
+    FormatError
+        If the data is a path and no mesh can be read from it.
     MeshError
-        If it is no mesh, or Mesh refuses it.
+        If the data is not a mesh, or Mesh rejects it.
     """
-    if isinstance(data, Mesh):
-        return data
     vertices, faces = arrays_of(data)
     triangles, polygon = triangulate(faces)
     mesh = Mesh(vertices, triangles)
@@ -297,3 +304,8 @@ def as_mesh(data: Any) -> Mesh:
         return mesh
     note = f"{n_cut} polygons were cut into triangles"
     return Mesh(mesh.vertices, unfold(mesh.vertices, mesh.faces, polygon), (note,), polygon)
+
+
+@as_mesh.register(Mesh)
+def _unchanged(mesh: Mesh) -> Mesh:
+    return mesh

@@ -47,12 +47,12 @@ __all__ = [
     "write_skeleton",
 ]
 
+from lbskel.geometry.mesh import as_mesh
 from lbskel.io.atomic_write import write_safely
 from lbskel.io.mesh_io import (
     MESH_READERS,
     MESH_WRITERS,
     POINT_READERS,
-    as_mesh,
     read_mesh,
     read_points,
     write_mesh,

@@ -7,15 +7,14 @@ OFF or PLY file and, in OBJ, drops unused vertices, splits by material, takes in
 
 from __future__ import annotations
 
-__all__ = ["MESH_READERS", "MESH_WRITERS", "POINT_READERS", "as_mesh", "read_mesh", "read_points", "write_mesh"]
+__all__ = ["MESH_READERS", "MESH_WRITERS", "POINT_READERS", "read_mesh", "read_points", "write_mesh"]
 
 import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from lbskel.geometry.mesh import Mesh, PointCloud
-from lbskel.geometry.mesh import as_mesh as mesh_of_values
+from lbskel.geometry.mesh import Mesh, PointCloud, as_mesh
 from lbskel.io.atomic_write import write_safely
 from lbskel.io.gltf import read_gltf
 from lbskel.io.obj import obj_text, read_obj
@@ -47,6 +46,8 @@ MESH_WRITERS: dict[str, Callable[[Mesh], str | bytes]] = {
 POINT_READERS: dict[str, Callable[[Path], Polygons]] = {"xyz": read_xyz, "ply": read_ply, "off": read_off}
 
 
+@as_mesh.register(str)
+@as_mesh.register(os.PathLike)
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     """The triangle mesh in a file; ``notes`` says what was done to it on the way in.
 
@@ -97,14 +98,14 @@ def read_points(path: str | os.PathLike[str]) -> PointCloud:
         return PointCloud(read(Path(path)).points)
 
 
-def write_mesh(path: str | os.PathLike[str], mesh: Mesh, *, force: bool = False) -> None:
+def write_mesh(path: str | os.PathLike[str], mesh: Any, *, force: bool = False) -> None:
     """Write a mesh; all formats but STL give back the same float64 coordinates.
 
     Parameters
     ----------
     path : path-like
         With an extension in MESH_WRITERS.
-    mesh : Mesh
+    mesh : Mesh or anything that :func:`lbskel.as_mesh` takes
     force : bool
         Whether a file that exists may be replaced.
 
@@ -114,19 +115,7 @@ def write_mesh(path: str | os.PathLike[str], mesh: Mesh, *, force: bool = False)
         If the extension is unknown, the format cannot hold the mesh, or the file must not or cannot be written.
     """
     encode = MESH_WRITERS[suffix_in(path, MESH_WRITERS, "meshes")]
+    given = as_mesh(mesh)
     with naming(path):
-        data = encode(mesh)
+        data = encode(given)
     write_safely(path, data, force)
-
-
-def as_mesh(data: Any) -> Mesh:
-    """A Mesh from what users have: a path, (vertices, faces), a trimesh, pyvista or meshio mesh, or a Mesh.
-
-    Raises
-    ------
-    FormatError
-        If the data is a path and no mesh can be read from there.
-    MeshError
-        If it is no mesh, or Mesh refuses it.
-    """
-    return read_mesh(data) if isinstance(data, str | os.PathLike) else mesh_of_values(data)

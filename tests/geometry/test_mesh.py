@@ -234,7 +234,7 @@ def test_meshio():
         as_mesh(SimpleNamespace(points=points, cells_dict={"tetra": quad}))
 
 
-@pytest.mark.parametrize("data", [5, None, "square", object(), (SQUARE,), (SQUARE, HALVES, HALVES)])
+@pytest.mark.parametrize("data", [5, None, b"square", object(), (SQUARE,), (SQUARE, HALVES, HALVES)])
 def test_what_is_no_mesh(data):
     with pytest.raises(MeshError, match=r"cannot take a mesh from \w+; give \(vertices, faces\), a path"):
         as_mesh(data)

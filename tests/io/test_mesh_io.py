@@ -578,8 +578,19 @@ def test_as_mesh_takes_paths_and_all_else(tmp_path):
     assert as_mesh(TETRAHEDRON) is TETRAHEDRON
     with pytest.raises(FormatError, match="no such file"):
         as_mesh(tmp_path / "b.off")
+    with pytest.raises(FormatError, match="square: no extension; known for meshes"):
+        as_mesh("square")
     with pytest.raises(MeshError):
         as_mesh(17)
+
+
+def test_write_mesh_takes_whatever_as_mesh_takes(tmp_path):
+    pair, copy = tmp_path / "pair.off", tmp_path / "copy.obj"
+    write_mesh(pair, (TETRAHEDRON.vertices, TETRAHEDRON.faces.tolist()))
+    write_mesh(copy, pair)
+    np.testing.assert_array_equal(read_mesh(copy).faces, TETRAHEDRON.faces)
+    with pytest.raises(MeshError):
+        write_mesh(tmp_path / "none.off", 17)
 
 
 @pytest.mark.parametrize("written", ["OFF\n{}", "\n OFF {}", "off\n\n{}"])
