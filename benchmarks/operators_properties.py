@@ -19,7 +19,7 @@ from scipy.spatial import ConvexHull
 
 from benchmarks.harness import markdown_table
 from lbskel import Mesh, MeshError, laplacian
-from lbskel.evaluation.operator_health import health
+from lbskel.evaluation.operator_health import laplacian_diagnostics
 from lbskel.io import read_mesh
 from lbskel.operators import OPERATORS
 from lbskel.shapes import flat_grid, make, schwarz_lantern, sphere
@@ -118,7 +118,7 @@ def measure(names: Iterable[str] | None = None) -> list[dict[str, Any]]:
         for operator in OPERATORS:
             row: dict[str, Any] = {"shape": name, "vertices": len(mesh.vertices), "operator": operator}
             try:
-                sheet = health(laplacian(mesh, operator=operator), mesh)
+                sheet = laplacian_diagnostics(laplacian(mesh, operator=operator), mesh)
                 rows.append({**row, **asdict(sheet), "passed": sheet.passed})
             except MeshError as error:
                 rows.append({**row, "refused": str(error)})

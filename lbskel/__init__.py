@@ -10,11 +10,12 @@ from lbskel.errors import (
     LbskelError,
     MeshError,
     MissingDependency,
+    OperatorError,
     SolveError,
     UnknownChoice,
 )
 from lbskel.evaluation.ground_truth import Score, compare
-from lbskel.evaluation.operator_health import LaplacianDiagnostics, health
+from lbskel.evaluation.operator_health import LaplacianDiagnostics, laplacian_diagnostics
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io import as_mesh, read_mesh, read_points, read_skeleton, write_mesh, write_skeleton
 from lbskel.operators import OPERATORS, Laplacian, laplacian
@@ -51,6 +52,7 @@ __all__ = [
     "MeshError",
     "MeshReport",
     "MissingDependency",
+    "OperatorError",
     "Pipeline",
     "PointCloud",
     "PreprocessResult",
@@ -68,9 +70,9 @@ __all__ = [
     "contract",
     "eigenpairs",
     "factorize",
-    "health",
     "join_components",
     "laplacian",
+    "laplacian_diagnostics",
     "lstsq",
     "merge_junctions",
     "prune",

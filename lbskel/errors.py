@@ -10,6 +10,7 @@ __all__ = [
     "LbskelError",
     "MeshError",
     "MissingDependency",
+    "OperatorError",
     "SolveError",
     "UnknownChoice",
     "choose",
@@ -32,6 +33,10 @@ class MeshError(LbskelError, ValueError):
 
 class UnknownChoice(LbskelError, ValueError):
     """A name that is in no table; the message lists the names that are."""
+
+
+class OperatorError(LbskelError, TypeError):
+    """A function given as an operator returned something other than a usable Laplacian; the message says what to do."""
 
 
 class FormatError(LbskelError, ValueError):

@@ -13,6 +13,7 @@ from lbskel import (
     LbskelError,
     MeshError,
     MissingDependency,
+    OperatorError,
     SolveError,
     UnknownChoice,
     errors,
@@ -29,6 +30,7 @@ from lbskel.shapes import SHAPES, make
 
 FAMILY = {
     MeshError: ValueError,
+    OperatorError: TypeError,
     UnknownChoice: ValueError,
     FormatError: ValueError,
     SolveError: ArithmeticError,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import FormatError, MeshError
-from lbskel.evaluation.operator_health import LaplacianDiagnostics, health
+from lbskel.evaluation.operator_health import LaplacianDiagnostics, laplacian_diagnostics
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import read_mesh, write_safely
 from lbskel.operators import OPERATORS, Laplacian, laplacian
@@ -70,7 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
             if arguments.operator != "all":
                 raise
             refusals[name] = str(error)
-    sheets = {name: health(operator, mesh) for name, operator in operators.items()}
+    sheets = {name: laplacian_diagnostics(operator, mesh) for name, operator in operators.items()}
     if arguments.json != "-":
         print(_table(sheets, refusals, mesh))
     if arguments.json:

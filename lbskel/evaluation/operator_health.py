@@ -2,13 +2,13 @@
 
 No discrete Laplacian on general meshes is symmetric, local, linearly precise and of positive weights at once:
 Wardetzky, Mathur, Kaelberer, Grinspun 2007, "Discrete Laplace operators: no free lunch",
-https://doi.org/10.2312/SGP/SGP07/033-037. :func:`health` measures these four, whether constants are all that has no
+https://doi.org/10.2312/SGP/SGP07/033-037. :func:`laplacian_diagnostics` measures these four, whether constants are all that has no
 energy, the maximum principle, and what a contraction needs besides.
 """
 
 from __future__ import annotations
 
-__all__ = ["LaplacianDiagnostics", "health"]
+__all__ = ["LaplacianDiagnostics", "laplacian_diagnostics"]
 
 from dataclasses import dataclass
 
@@ -99,7 +99,7 @@ class LaplacianDiagnostics:
         }
 
 
-def health(laplacian: Laplacian, mesh: Mesh) -> LaplacianDiagnostics:
+def laplacian_diagnostics(laplacian: Laplacian, mesh: Mesh) -> LaplacianDiagnostics:
     """Measure an operator on its mesh.
 
     Parameters
@@ -111,10 +111,10 @@ def health(laplacian: Laplacian, mesh: Mesh) -> LaplacianDiagnostics:
     Examples
     --------
     >>> import lbskel
-    >>> from lbskel.evaluation.operator_health import health
+    >>> from lbskel.evaluation.operator_health import laplacian_diagnostics
     >>> from lbskel.shapes import sphere
     >>> mesh = sphere(2)
-    >>> health(lbskel.laplacian(mesh, operator="graph"), mesh).passed["symmetric"]
+    >>> laplacian_diagnostics(lbskel.laplacian(mesh, operator="graph"), mesh).passed["symmetric"]
     True
     """
     S = laplacian.stiffness

@@ -8,6 +8,7 @@ from lbskel.operators.registry import (
     POINT_OPERATORS,
     POLYGON_OPERATORS,
     Operator,
+    apply_operator,
     laplacian,
     operator_named,
 )
@@ -20,6 +21,7 @@ __all__ = [
     "Laplacian",
     "Operator",
     "PolygonMesh",
+    "apply_operator",
     "from_igl",
     "laplacian",
     "operator_named",

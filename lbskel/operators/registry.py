@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
-__all__ = ["OPERATORS", "POINT_OPERATORS", "POLYGON_OPERATORS", "Operator", "laplacian", "operator_named"]
+__all__ = [
+    "OPERATORS",
+    "POINT_OPERATORS",
+    "POLYGON_OPERATORS",
+    "Operator",
+    "apply_operator",
+    "laplacian",
+    "operator_named",
+]
 
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, TypeAlias
 
-from lbskel.errors import MeshError, choose
-from lbskel.geometry.mesh import Mesh, PointCloud
+import numpy as np
+from scipy.sparse import csc_array
+
+from lbskel.errors import MeshError, OperatorError, choose
+from lbskel.geometry.mesh import Mesh, PointCloud, as_mesh
 from lbskel.operators import points
 from lbskel.operators.anisotropic import anisotropic
 from lbskel.operators.base import Laplacian
@@ -58,8 +69,63 @@ def operator_named(operator: str | Operator) -> Operator:
     return operator if callable(operator) else choose(OPERATORS, operator, "operator")
 
 
+def apply_operator(operator: str | Operator, mesh: Mesh) -> Laplacian:
+    """Apply an operator to a mesh; check what a function of the caller returns.
+
+    Parameters
+    ----------
+    operator : str or callable
+        A name in OPERATORS, or a function from a Mesh to a Laplacian.
+    mesh : Mesh
+
+    Raises
+    ------
+    UnknownChoice
+        If no operator has that name.
+    MeshError
+        If the operator is not defined on the mesh.
+    OperatorError
+        If a function returns no Laplacian, one of another size, or one with libigl's negative sign.
+    """
+    result = operator_named(operator)(mesh)
+    return _checked(operator, result, len(mesh.vertices)) if callable(operator) else result
+
+
+def _checked(operator: Callable[..., Any], result: Any, n: int) -> Laplacian:
+    """Return the result as a Laplacian of n vertices in csc_arrays, or raise an error that says what to return."""
+    name = getattr(operator, "__name__", repr(operator))
+    if not isinstance(result, Laplacian):
+        raise OperatorError(
+            f"the operator {name} returned {_described(result)}, not a Laplacian; return Laplacian(stiffness, mass) "
+            "with a positive semidefinite stiffness, or from_igl(L, M) with libigl's matrices"
+        )
+    for part, matrix in (("stiffness", result.stiffness), ("mass", result.mass)):
+        if matrix.shape != (n, n):
+            raise OperatorError(
+                f"the operator {name} returned a {part} of shape {matrix.shape} for {n} vertices; "
+                f"both matrices of a Laplacian must be {(n, n)}"
+            )
+    if not (isinstance(result.stiffness, csc_array) and isinstance(result.mass, csc_array)):
+        result = replace(result, stiffness=csc_array(result.stiffness), mass=csc_array(result.mass))
+    diagonal = result.stiffness.diagonal()
+    n_negative, n_positive = np.count_nonzero(diagonal < 0), np.count_nonzero(diagonal > 0)
+    if n_negative > n_positive:  # not: any negative, since thin triangles round a small entry to below zero
+        raise OperatorError(
+            f"the operator {name} returned a stiffness with {n_negative} negative entries of {n} on its diagonal: "
+            "this is libigl's sign; return from_igl(L, M), or Laplacian(-L, M)"
+        )
+    return result
+
+
+def _described(value: Any) -> str:
+    """Describe a value that is not a Laplacian by its type, and a tuple by the types of its items."""
+    if isinstance(value, tuple):
+        return f"a tuple ({', '.join(type(item).__name__ for item in value)})"
+    return f"a value of type {type(value).__name__}"
+
+
 def laplacian(
-    shape: Mesh | PointCloud | PolygonMesh,
+    shape: Any,
     *,
     operator: str | Callable[[Any], Laplacian] | None = None,
     mass: str | None = None,
@@ -68,7 +134,7 @@ def laplacian(
 
     Parameters
     ----------
-    shape : Mesh, PolygonMesh or PointCloud
+    shape : Mesh, PolygonMesh, PointCloud, or what :func:`lbskel.as_mesh` takes
     operator : str or callable, optional
         A name in OPERATORS, POLYGON_OPERATORS or POINT_OPERATORS, as the shape is, or a function from it to a
         Laplacian. By default ``cotangent``, for a point cloud ``robust``.
@@ -80,7 +146,9 @@ def laplacian(
     UnknownChoice
         If no operator or mass has that name.
     MeshError
-        If the operator is not defined on such a shape, or a mass is asked for of a shape that is no Mesh.
+        If the operator is not defined on such a shape, or a mass is asked for of a shape that is no mesh.
+    OperatorError
+        If a function given as operator returns no Laplacian, one of another size, or one with libigl's negative sign.
 
     Examples
     --------
@@ -90,18 +158,18 @@ def laplacian(
     >>> L.stiffness.toarray()[1], L.mass.diagonal().round(3)
     (array([-0.5,  1. , -0.5,  0. ]), array([0.333, 0.167, 0.333, 0.167]))
     """
-    table: dict[str, Any] = OPERATORS
-    if isinstance(shape, PointCloud):
-        table, default = POINT_OPERATORS, "robust"
-    elif isinstance(shape, PolygonMesh):
-        table, default = POLYGON_OPERATORS, "cotangent"
-    else:
-        default = "cotangent"
-    chosen = operator or default
-    result: Laplacian = (chosen if callable(chosen) else choose(table, chosen, "operator"))(shape)
-    if mass is None:
+    if isinstance(shape, PointCloud | PolygonMesh):
+        is_cloud = isinstance(shape, PointCloud)
+        table: dict[str, Any] = POINT_OPERATORS if is_cloud else POLYGON_OPERATORS
+        chosen = operator or ("robust" if is_cloud else "cotangent")
+        function = chosen if callable(chosen) else choose(table, chosen, "operator")
+        result = function(shape)
+        if callable(operator):
+            result = _checked(operator, result, len(shape.points if isinstance(shape, PointCloud) else shape.vertices))
+        if mass is not None:
+            choose(MASSES, mass, "mass")
+            raise MeshError(f"{shape!r} has the mass of its operator only; leave mass out")
         return result
-    area = choose(MASSES, mass, "mass")
-    if not isinstance(shape, Mesh):
-        raise MeshError(f"{shape!r} has the mass of its operator only; leave mass out")
-    return replace(result, mass=area(shape))
+    mesh = as_mesh(shape)
+    result = apply_operator(operator or "cotangent", mesh)
+    return result if mass is None else replace(result, mass=choose(MASSES, mass, "mass")(mesh))

@@ -1,17 +1,20 @@
 """What every operator promises: one call, one convention; and the value that it comes in."""
 
+from types import SimpleNamespace
+
 import igl
 import numpy as np
 import pytest
 from scipy.sparse import csc_array
 
-from lbskel import Mesh, MeshError, PointCloud, UnknownChoice
+from lbskel import Mesh, MeshError, OperatorError, PointCloud, UnknownChoice
 from lbskel.operators import (
     MASSES,
     OPERATORS,
     POINT_OPERATORS,
     Laplacian,
     PolygonMesh,
+    apply_operator,
     from_igl,
     laplacian,
     operator_named,
@@ -29,7 +32,7 @@ def noisy(mesh, by, seed=0):
 
 
 @pytest.fixture(scope="module")
-def proxy():
+def rough():
     """A torus with obtuse triangles, and some with an angle below a degree: 288 vertices."""
     mesh = noisy(torus(1.0, 0.4, 24, 12), 0.05)
     V = mesh.vertices.copy()
@@ -100,6 +103,58 @@ def test_a_callable_is_an_operator(ring):
 
     assert operator_named(twice) is twice
     assert abs(laplacian(ring, operator=twice).stiffness - 2 * laplacian(ring).stiffness).max() == 0
+
+
+RETURNED = {
+    "a bare matrix": (lambda mesh: igl.cotmatrix(mesh.vertices, mesh.faces), r"type csc_matrix.*from_igl\(L, M\)"),
+    "a pair": (lambda mesh: to_igl(OPERATORS["cotangent"](mesh)), r"a tuple \(csc_array, csc_array\).*from_igl"),
+    "nothing": (lambda mesh: None, r"type NoneType.*Laplacian\(stiffness, mass\)"),
+    "libigl's sign": (lambda mesh: Laplacian(*to_igl(OPERATORS["cotangent"](mesh))), r"libigl's sign.*from_igl"),
+    "another size": (lambda mesh: OPERATORS["cotangent"](sphere(0)), r"stiffness of shape \(12, 12\) for 128 vertices"),
+    "a mass of another size": (
+        lambda mesh: Laplacian(OPERATORS["cotangent"](mesh).stiffness, csc_array(np.eye(2))),
+        r"mass of shape \(2, 2\)",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", RETURNED)
+def test_a_function_that_returns_no_usable_laplacian_is_refused_with_the_remedy(what, ring):
+    function, message = RETURNED[what]
+    for call in (apply_operator, lambda operator, mesh: laplacian(mesh, operator=operator)):
+        with pytest.raises(OperatorError, match=message):
+            call(function, ring)
+    with pytest.raises(OperatorError):
+        laplacian(PointCloud(ring.vertices), operator=lambda cloud: None)
+
+
+def test_any_sparse_format_of_a_callers_operator_becomes_csc(ring):
+    def rows(mesh):
+        L = OPERATORS["cotangent"](mesh)
+        return Laplacian(L.stiffness.tocsr(), L.mass.tocoo())
+
+    found = apply_operator(rows, ring)
+    assert isinstance(found.stiffness, csc_array)
+    assert isinstance(found.mass, csc_array)
+    assert abs(found.stiffness - apply_operator("cotangent", ring).stiffness).max() == 0
+
+
+def test_a_few_negative_entries_on_the_diagonal_are_not_taken_for_the_other_sign(ring):
+    def with_one(mesh):
+        S = OPERATORS["cotangent"](mesh).stiffness.copy()
+        S.setdiag(np.where(np.arange(128) == 5, -1e-3, S.diagonal()))
+        return Laplacian(S, OPERATORS["cotangent"](mesh).mass)
+
+    assert apply_operator(with_one, ring).stiffness.diagonal()[5] == -1e-3
+
+
+def test_what_as_mesh_takes_is_a_shape(ring):
+    expected = laplacian(ring).stiffness
+    for shape in ((ring.vertices, ring.faces), SimpleNamespace(vertices=ring.vertices, faces=ring.faces)):
+        assert abs(laplacian(shape).stiffness - expected).max() == 0
+        assert laplacian(shape, mass="barycentric").mass.sum() == pytest.approx(ring.area)
+    with pytest.raises(MeshError, match="cannot take a mesh from int"):
+        laplacian(3)
 
 
 def test_the_default_is_cotangent_and_for_points_robust(ring):
