@@ -14,7 +14,7 @@ from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import interior_paths
-from lbskel.skeleton.pruning import contract_nodes_to
+from lbskel.skeleton.editing import append_paths, reroot, split_edge
 from lbskel.skeleton.skeleton import Skeleton
 
 PASSES = 0.5  # local radii within which the skeleton passes an anchor: it is led through it and gets no new branch
@@ -83,7 +83,6 @@ def _attached(skeleton: Skeleton, surface: Surface, stands_for: int, point: NDAr
     edge, share, far = _nearest(skeleton, point)
     ends = skeleton.edges[edge] if len(skeleton.edges) else np.array([stands_for, stands_for])
     radius = (1 - share) * skeleton.radii[ends[0]] + share * skeleton.radii[ends[1]]
-    new = len(skeleton.nodes)
     if far <= PASSES * radius and share in (0.0, 1.0) and ends[int(share)] not in skeleton.anchors:
         node = int(ends[int(share)])
         nodes = np.array(skeleton.nodes)
@@ -92,21 +91,12 @@ def _attached(skeleton: Skeleton, surface: Surface, stands_for: int, point: NDAr
         radii[node] = surface.distance(point[None])[0]
         return replace(skeleton, nodes=nodes, radii=radii, anchors=np.append(skeleton.anchors, node))
     if far <= PASSES * radius and 0 < share < 1:
-        added = point[None]
-        edges = np.concatenate([np.delete(skeleton.edges, edge, axis=0), [[ends[0], new], [ends[1], new]]])
+        extended = split_edge(skeleton, edge, point, float(surface.distance(point[None])[0]))
     else:
         pair = np.stack([skeleton.nodes[stands_for], point])
-        added = np.concatenate([*interior_paths(pair, np.array([[0, 1]]), surface), point[None]])
-        chain = np.concatenate([[stands_for], new + np.arange(len(added))])
-        edges = np.concatenate([skeleton.edges, np.stack([chain[:-1], chain[1:]], axis=1)])
-    nodes = np.concatenate([skeleton.nodes, added])
-    return replace(
-        skeleton,
-        nodes=nodes,
-        edges=edges,
-        radii=np.concatenate([skeleton.radii, surface.distance(added)]),
-        anchors=np.append(skeleton.anchors, len(nodes) - 1),
-    )
+        path = np.concatenate([*interior_paths(pair, np.array([[0, 1]]), surface), point[None]])
+        extended = append_paths(skeleton, [stands_for], [path], surface.distance(path))
+    return replace(extended, anchors=np.append(extended.anchors, len(extended.nodes) - 1))
 
 
 def _nearest(skeleton: Skeleton, point: NDArray[np.float64]) -> tuple[int, float, float]:
@@ -128,9 +118,3 @@ def nearest_node(skeleton: Skeleton, place: Any, mesh: Mesh) -> int:
     if np.ndim(place) == 0:
         return int(skeleton.node_of_vertex[vertex])
     return int(np.argmin(np.linalg.norm(skeleton.nodes - point, axis=1)))
-
-
-def reroot(skeleton: Skeleton, node: int) -> Skeleton:
-    """The same skeleton with that node first, which is where a format of trees begins."""
-    order = np.concatenate([[node], np.delete(np.arange(len(skeleton.nodes)), node)])
-    return contract_nodes_to(skeleton, np.argsort(order), order)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.refinement.containment import segments_outside
-from lbskel.skeleton.pruning import contract_nodes
+from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
 NEAR = 4  # sections that tell the direction of a branch at its junction

@@ -20,7 +20,7 @@ from lbskel.refinement.centering import inscribed_radii, mean_radii
 from lbskel.refinement.extrema import GeodesicExtrema, find_extrema, is_missed
 from lbskel.refinement.level_sets import find_geodesic_caps
 from lbskel.refinement.tips import append_paths, clip_to_interior, recenter_points, trace_centerline
-from lbskel.skeleton.pruning import contract_nodes
+from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
 STRAY = 0.5  # share of a limb's vertices from which on the branch that stands for them is the limb's

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from lbskel.geometry.cross_sections import Sections, cross_sections
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.level_sets import GeodesicCap, find_geodesic_caps
-from lbskel.skeleton.pruning import STANDS_OUT, contract_nodes
+from lbskel.skeleton.editing import contract_nodes
+from lbskel.skeleton.pruning import STANDS_OUT
 from lbskel.skeleton.skeleton import Skeleton
 
 STEP = 0.5  # of the local radius

@@ -6,38 +6,18 @@ belongs to a cycle is never cut and a cycle never closed, so the cycle rank stay
 
 from __future__ import annotations
 
-__all__ = ["contract_nodes", "contract_nodes_to", "merge_junctions", "prune", "prune_contained_branches"]
-
-from dataclasses import replace
+__all__ = ["merge_junctions", "prune", "prune_contained_branches"]
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
+from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
 SWALLOWED = 1.75  # radii of a junction within which all balls of a branch lie that says nothing new
 
 STANDS_OUT = 0.65  # radii of a junction from which on a tip tells where its branch leads
-
-
-def contract_nodes_to(skeleton: Skeleton, group: NDArray[np.int64], keeper: NDArray[np.int64]) -> Skeleton:
-    """Nodes of one group become one node, at the place of its keeper; also a new order, where each is its own group."""
-    return replace(
-        skeleton,
-        nodes=skeleton.nodes[keeper],
-        edges=group[skeleton.edges],
-        radii=skeleton.radii[keeper],
-        mean_radii=skeleton.mean_radii[keeper] if len(skeleton.mean_radii) else skeleton.mean_radii,
-        anchors=group[skeleton.anchors],
-        node_of_vertex=group[skeleton.node_of_vertex],
-    )
-
-
-def contract_nodes(skeleton: Skeleton, target: NDArray[np.int64]) -> Skeleton:
-    """Each node goes into its target, a node that is its own target."""
-    keeper, group = np.unique(target, return_inverse=True)
-    return contract_nodes_to(skeleton, group, keeper)
 
 
 def branch_reach(skeleton: Skeleton, mesh: Mesh, branch: NDArray[np.int64]) -> float:

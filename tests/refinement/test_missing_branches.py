@@ -10,7 +10,7 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema
 from lbskel.refinement.missing_branches import grow_missing_branches
 from lbskel.shapes import make, sphere
-from lbskel.skeleton.pruning import contract_nodes
+from lbskel.skeleton.editing import contract_nodes
 
 
 @pytest.fixture(scope="module")

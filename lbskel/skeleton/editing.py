@@ -1,0 +1,182 @@
+"""Edits of a skeleton's graph: contract nodes, append and replace paths, split an edge, reroot, concatenate.
+
+Every function returns a new skeleton whose ``anchors`` and ``node_of_vertex`` refer to its nodes. Added nodes come
+after the present ones, no vertex is mapped to them, and their radii are given by the caller. ``mean_radii`` are dropped
+where nodes are added, since those of the new nodes are not known.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "append_paths",
+    "concatenate",
+    "contract_nodes",
+    "replace_paths",
+    "reroot",
+    "split_edge",
+]
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lbskel.errors import MeshError
+from lbskel.skeleton.skeleton import Skeleton
+
+
+def contract_nodes(skeleton: Skeleton, target: NDArray[np.int64]) -> Skeleton:
+    """Contract every node into its target, which keeps its position and radius.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    target : (k,) array of int
+        For each node the node that it becomes part of; a node that stays is its own target.
+    """
+    kept, group = np.unique(target, return_inverse=True)
+    return _renumbered(skeleton, kept, group)
+
+
+def reroot(skeleton: Skeleton, node: int) -> Skeleton:
+    """Reorder the nodes so that one comes first, where formats of rooted trees begin.
+
+    Raises
+    ------
+    MeshError
+        If there is no such node.
+    """
+    n_nodes = len(skeleton.nodes)
+    if not 0 <= node < n_nodes:
+        raise MeshError(f"there is no node {node} to be the root: the skeleton has nodes 0..{n_nodes - 1}")
+    order = np.concatenate([[node], np.delete(np.arange(n_nodes), node)])
+    return _renumbered(skeleton, order, np.argsort(order))
+
+
+def _renumbered(skeleton: Skeleton, kept: NDArray[np.int64], new_index: NDArray[np.int64]) -> Skeleton:
+    """The nodes ``kept``, in this order, where ``new_index`` has the new number of every node."""
+    return replace(
+        skeleton,
+        nodes=skeleton.nodes[kept],
+        edges=new_index[skeleton.edges],
+        radii=skeleton.radii[kept],
+        mean_radii=skeleton.mean_radii[kept] if len(skeleton.mean_radii) else skeleton.mean_radii,
+        anchors=new_index[skeleton.anchors],
+        node_of_vertex=new_index[skeleton.node_of_vertex],
+    )
+
+
+def append_paths(
+    skeleton: Skeleton, starts: Sequence[int], paths: Sequence[NDArray[np.float64]], radii: NDArray[np.float64]
+) -> Skeleton:
+    """Append a path of new nodes at each of some nodes.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    starts : sequence of int
+        The node that each path begins at.
+    paths : sequence of (k, 3) arrays of float
+        Positions of the new nodes of each path, in order; an empty path adds nothing.
+    radii : (sum of k,) array of float
+        Radii of all new nodes.
+    """
+    chains = _chains(len(skeleton.nodes), starts, paths)
+    return _extended(skeleton, np.concatenate([skeleton.edges, *map(_steps, chains)]), paths, radii)
+
+
+def replace_paths(
+    skeleton: Skeleton,
+    paths: Sequence[NDArray[np.int64]],
+    positions: Sequence[NDArray[np.float64]],
+    radii: NDArray[np.float64],
+) -> Skeleton:
+    """Replace the inner nodes of paths of the graph by new ones; their vertices go to the first node of the path.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    paths : sequence of arrays of int
+        Nodes of each path, from one that stays to another. Their inner nodes are of degree two and on no other path.
+    positions : sequence of (k, 3) arrays of float
+        The new inner nodes of each path.
+    radii : (sum of k,) array of float
+        Radii of all new nodes.
+    """
+    n_nodes = len(skeleton.nodes)
+    target = np.arange(n_nodes + sum(map(len, positions)))
+    for path in paths:
+        target[path[1:-1]] = path[0]
+    removed = np.sort(np.concatenate([np.empty((0, 2), dtype=np.int64), *map(_steps, paths)]), axis=1)
+    is_kept = ~np.isin(skeleton.edges @ [n_nodes, 1], removed @ [n_nodes, 1])
+    chains = _chains(n_nodes, [path[0] for path in paths], positions)
+    closed = [np.append(chain, path[-1]) for chain, path in zip(chains, paths, strict=True)]
+    edges = np.concatenate([skeleton.edges[is_kept], *map(_steps, closed)])
+    return contract_nodes(_extended(skeleton, edges, positions, radii), target)
+
+
+def split_edge(skeleton: Skeleton, edge: int, position: NDArray[np.float64], radius: float) -> Skeleton:
+    """Insert a node into an edge, given by its row in ``edges``."""
+    start, end = skeleton.edges[edge]
+    new = len(skeleton.nodes)
+    edges = np.concatenate([np.delete(skeleton.edges, edge, axis=0), [[start, new], [end, new]]])
+    return _extended(skeleton, edges, [position[None]], np.array([radius]))
+
+
+def concatenate(skeletons: Sequence[Skeleton]) -> Skeleton:
+    """Several skeletons as one graph, with their nodes in order.
+
+    ``node_of_vertex`` of the result is that of the skeletons' meshes with their vertices in the same order; empty where
+    one of the skeletons has none. The same holds for ``mean_radii``. Reports are dropped.
+
+    Raises
+    ------
+    MeshError
+        If there is no skeleton, or their radii are of different kinds.
+    """
+    kinds = {skeleton.radius_kind for skeleton in skeletons}
+    if len(kinds) != 1:
+        raise MeshError(
+            f"only skeletons with radii of one kind can be concatenated, not of {' and '.join(sorted(kinds)) or 'none'}"
+        )
+    first_node = np.cumsum([0, *(len(s.nodes) for s in skeletons)])[:-1]
+    numbered = list(zip(skeletons, first_node, strict=True))
+    has_maps = all(len(s.node_of_vertex) for s in skeletons)
+    has_mean_radii = all(len(s.mean_radii) == len(s.nodes) for s in skeletons)
+    return Skeleton(
+        np.concatenate([s.nodes for s in skeletons]),
+        np.concatenate([s.edges + first for s, first in numbered]),
+        np.concatenate([s.radii for s in skeletons]),
+        np.concatenate([s.node_of_vertex + first for s, first in numbered]) if has_maps else np.empty(0, np.int64),
+        radius_kind=kinds.pop(),
+        mean_radii=np.concatenate([s.mean_radii for s in skeletons]) if has_mean_radii else np.empty(0),
+        anchors=np.concatenate([s.anchors + first for s, first in numbered]),
+    )
+
+
+def _chains(n_nodes: int, starts: Sequence[int], paths: Sequence[NDArray[np.float64]]) -> list[NDArray[np.int64]]:
+    """For each path its first node, followed by the new nodes, which are numbered from ``n_nodes``."""
+    chains = []
+    for start, path in zip(starts, paths, strict=True):
+        chains.append(np.concatenate([[start], n_nodes + np.arange(len(path))]).astype(np.int64))
+        n_nodes += len(path)
+    return chains
+
+
+def _steps(chain: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(k - 1, 2) the edges along a chain of k nodes."""
+    return np.stack([chain[:-1], chain[1:]], axis=1)
+
+
+def _extended(
+    skeleton: Skeleton, edges: NDArray[np.int64], paths: Sequence[NDArray[np.float64]], radii: NDArray[np.float64]
+) -> Skeleton:
+    """The skeleton with new nodes and other edges."""
+    return replace(
+        skeleton,
+        nodes=np.concatenate([skeleton.nodes, *(path.reshape(-1, 3) for path in paths)]),
+        edges=edges,
+        radii=np.concatenate([skeleton.radii, radii]),
+        mean_radii=np.empty(0),
+    )
