@@ -20,7 +20,7 @@ from lbskel.shapes import SHAPES, Shape, make
 VERTICES = (18_000, 28_000, 45_000)  # beyond 16,000 faces, from which on the default simplifies
 QUICK = ("limbs", "knot")
 DISTANCES = ("accuracy", "accuracy_95", "coverage", "coverage_95")
-RESOLUTIONS = ("auto", "full")
+SIMPLIFY = {"auto": "auto", "full": "none"}  # by the name of each row
 
 
 def run(quick: bool, results: Path) -> None:
@@ -29,15 +29,15 @@ def run(quick: bool, results: Path) -> None:
     for name in QUICK if quick else SHAPES:
         for n_vertices in (9_000,) if quick else VERTICES:
             shape = make(name, n_vertices=n_vertices)
-            rows += [_row(name, shape, resolution) for resolution in RESOLUTIONS]
+            rows += [_row(name, shape, resolution) for resolution in SIMPLIFY]
     save_json(results / "resolution.json", {"rows": rows})
-    means = [_means(rows, resolution) for resolution in RESOLUTIONS]
+    means = [_means(rows, resolution) for resolution in SIMPLIFY]
     shapes = [
         {"shape": name}
         | {
             f"{distance}, {resolution}": _mean(rows, distance, shape=name, resolution=resolution)
             for distance in ("accuracy", "coverage")
-            for resolution in RESOLUTIONS
+            for resolution in SIMPLIFY
         }
         for name in dict.fromkeys(row["shape"] for row in rows)
     ]
@@ -52,7 +52,7 @@ def run(quick: bool, results: Path) -> None:
 def _row(name: str, shape: Shape, resolution: str) -> dict[str, Any]:
     """One shape at one resolution."""
     began = time.process_time()
-    skeleton = lbskel.skeletonize(shape.mesh, resolution=resolution)
+    skeleton = lbskel.skeletonize(shape.mesh, simplify=SIMPLIFY[resolution])
     seconds = time.process_time() - began
     comparison = lbskel.compare(skeleton, shape.truth)
     return {

@@ -102,13 +102,12 @@ def _reading(mesh: Path) -> dict[str, Any]:
 
 def _simplifying(mesh: Path) -> dict[str, Any]:
     """Reading and simplifying to what the default contracts, with all checks of it."""
-    from lbskel.pipeline.component import enough_faces
-    from lbskel.preprocess import simplify
+    from lbskel.preprocess import simplify_to_proxy
 
     began = time.process_time()
     read = lbskel.read_mesh(mesh)
     reading = time.process_time() - began
-    simplify(read, target_faces=enough_faces(read))
+    simplify_to_proxy(read)
     return {"seconds": time.process_time() - began, "read": reading, "megabytes": _peak()}
 
 
@@ -137,7 +136,7 @@ Tool = Callable[[Path], dict[str, Any]]
 
 TOOLS: dict[str, Tool] = {
     "lbskel": _lbskel,
-    "lbskel full": partial(_lbskel, resolution="full"),
+    "lbskel full": partial(_lbskel, simplify="none"),
     "lbskel au2008": partial(_lbskel, preset="au2008"),
     "CGAL medial": partial(_cgal, "medial"),
     "PyGEL3D": partial(_peer, pygel_separators),

@@ -14,14 +14,17 @@ from lbskel.errors import (
     SolveError,
     UnknownChoice,
 )
-from lbskel.evaluation.ground_truth import Score, compare
+from lbskel.evaluation.ground_truth import compare
 from lbskel.evaluation.operator_health import LaplacianDiagnostics, laplacian_diagnostics
+from lbskel.evaluation.scoring import Score
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io import as_mesh, read_mesh, read_points, read_skeleton, write_mesh, write_skeleton
 from lbskel.operators import OPERATORS, Laplacian, laplacian
+from lbskel.pipeline.assembly import assemble
 from lbskel.pipeline.batch import skeletonize_many
-from lbskel.pipeline.judging import score
-from lbskel.pipeline.stages import skeletonize
+from lbskel.pipeline.evaluation import score
+from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
+from lbskel.pipeline.stages import refine, skeletonize, to_skeleton
 from lbskel.preprocess import PIPELINES, MeshReport, Pipeline, PreprocessResult, check
 from lbskel.skeleton.joining import join_components
 from lbskel.skeleton.pruning import merge_junctions, prune
@@ -41,6 +44,7 @@ __all__ = [
     "SOLVERS",
     "STRATEGIES",
     "WEIGHTS",
+    "Body",
     "CollapsedGraph",
     "Contraction",
     "ContractionSettings",
@@ -55,6 +59,7 @@ __all__ = [
     "OperatorError",
     "Pipeline",
     "PointCloud",
+    "PreparedMesh",
     "PreprocessResult",
     "Score",
     "Skeleton",
@@ -63,6 +68,7 @@ __all__ = [
     "Step",
     "UnknownChoice",
     "as_mesh",
+    "assemble",
     "check",
     "collapse",
     "collapse_mesh",
@@ -75,15 +81,18 @@ __all__ = [
     "laplacian_diagnostics",
     "lstsq",
     "merge_junctions",
+    "prepare",
     "prune",
     "read_mesh",
     "read_points",
     "read_skeleton",
+    "refine",
     "resample",
     "score",
     "simplify_branches",
     "skeletonize",
     "skeletonize_many",
+    "to_skeleton",
     "write_mesh",
     "write_skeleton",
 ]

@@ -14,35 +14,41 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from lbskel.contraction.energies import ENERGIES
-from lbskel.contraction.flow import PRESETS
+from lbskel.cli.options import add_command, add_skeleton_options, skeleton_options
 from lbskel.io import FORMATS
-from lbskel.operators import OPERATORS
 from lbskel.pipeline.batch import BatchStatus, Record, skeletonize_many
 from lbskel.pipeline.batch.records import MANIFEST, SUMMARY
-from lbskel.pipeline.component import RESOLUTIONS
-from lbskel.solvers import SOLVERS
 
 
 def add_parser(subparsers: Any) -> None:
-    parser = subparsers.add_parser("batch", help="make the curve skeletons of many meshes", description=__doc__)
-    parser.add_argument("input", nargs="+", help="meshes, or patterns such as 'data/**/*.ply'")
+    """Add ``lbskel batch``."""
+    parser = add_command(
+        subparsers,
+        "batch",
+        "make the curve skeletons of many meshes",
+        details="A mesh whose content and options have not changed since the last batch is not done again. "
+        "Exit code 0 where every score is pass or warn, 1 where one is fail, 2 where a mesh has no skeleton.",
+        example="lbskel batch 'data/**/*.ply' -o skeletons --format swc --picture",
+    )
+    parser.add_argument("input", nargs="+", metavar="MESH", help="meshes, or patterns such as 'data/**/*.ply'")
     parser.add_argument("-o", "--output", required=True, metavar="FOLDER", help=f"gets {MANIFEST} and {SUMMARY} too")
-    parser.add_argument("--format", default="json", choices=FORMATS, help="of the skeletons (%(default)s)")
-    parser.add_argument("--cut-cycles", action="store_true", help="let swc, which holds trees only, cut each cycle")
-    parser.add_argument("--workers", type=int, metavar="N", help="processes at a time (as many as processors)")
-    parser.add_argument("--dask", metavar="ADDRESS", help="do it on the Dask cluster of this scheduler, tcp://...")
-    parser.add_argument("--time-limit", type=float, metavar="SECONDS", help="for each input")
-    parser.add_argument("--memory-limit", type=float, metavar="MB", help="for the process of each input")
-    parser.add_argument("--preset", default="flow", choices=PRESETS, help="parameters of the contraction (%(default)s)")
-    parser.add_argument("--operator", choices=OPERATORS, help="discrete Laplacian, instead of the preset's")
-    parser.add_argument("--energy", choices=ENERGIES, help="what each step minimizes, instead of the preset's")
-    parser.add_argument("--solver", choices=SOLVERS, help="of the linear systems, instead of the preset's")
     parser.add_argument(
-        "--resolution", default="auto", choices=RESOLUTIONS, help="full: contract every vertex (%(default)s)"
+        "--format",
+        default="json",
+        choices=FORMATS,
+        metavar="NAME",
+        help=f"of skeletons: {', '.join(FORMATS)} (%(default)s)",
+    )
+    parser.add_argument("--picture", action="store_true", help="draw mesh and skeleton beside each skeleton")
+    parser.add_argument("--report", action="store_true", help="write the full report beside each skeleton")
+    parser.add_argument("--workers", type=int, metavar="N", help="number of processes (default: of processors)")
+    parser.add_argument("--dask", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, tcp://...")
+    parser.add_argument(
+        "--memory-limit", type=float, metavar="MB", help="memory of the process of each mesh; it is ended beyond"
     )
     parser.add_argument("--force", action="store_true", help="replace files that no batch has made")
     parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    add_skeleton_options(parser)
     parser.set_defaults(run=run)
 
 
@@ -61,11 +67,10 @@ def run(arguments: argparse.Namespace) -> int:
             memory_limit=arguments.memory_limit,
             force=arguments.force,
             on_record=bar.show,
-            preset=arguments.preset,
-            operator=arguments.operator,
-            energy=arguments.energy,
-            solver=arguments.solver,
-            resolution=arguments.resolution,
+            join=arguments.join,
+            pictures=arguments.picture,
+            reports=arguments.report,
+            **skeleton_options(arguments),
         )
         n_old = bar.n_old
     for record in records:
@@ -74,9 +79,8 @@ def run(arguments: argparse.Namespace) -> int:
             print(f"lbskel: {where}{record.message}", file=sys.stderr)
     counts = Counter(record.outcome for record in records)
     if not arguments.quiet:
-        print(
-            f"{len(records)} inputs: {', '.join(f'{counts[each]} {each.value}' for each in BatchStatus if counts[each])}"
-        )
+        by_status = ", ".join(f"{counts[each]} {each.value}" for each in BatchStatus if counts[each])
+        print(f"{len(records)} inputs: {by_status}")
         print(f"  {n_old} of them were done before; {Path(arguments.output) / SUMMARY} has a row for each")
     return (
         0

@@ -11,13 +11,21 @@ import argparse
 import json
 from typing import Any
 
+from lbskel.cli.options import add_command
 from lbskel.io import read_mesh
 from lbskel.preprocess import MeshReport, check
 
 
 def add_parser(subparsers: Any) -> None:
-    parser = subparsers.add_parser("check", help="tell what is wrong with a mesh", description=__doc__)
-    parser.add_argument("mesh")
+    """Add ``lbskel check``."""
+    parser = add_command(
+        subparsers,
+        "check",
+        "report the defects of a mesh and how lbskel will treat them",
+        details="Exit code 1 where contraction is not advised.",
+        example="lbskel check scan.stl",
+    )
+    parser.add_argument("mesh", metavar="MESH")
     parser.add_argument("--json", action="store_true", help="print all measures as JSON")
     parser.set_defaults(run=run)
 

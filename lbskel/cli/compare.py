@@ -11,6 +11,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from lbskel.cli.options import add_command
 from lbskel.contraction.result import Status
 from lbskel.errors import FormatError
 from lbskel.geometry.mesh import Mesh
@@ -63,10 +64,14 @@ which undoes such a step, leaves, and what ended it: that is what <code>lbskel s
 
 
 def add_parser(subparsers: Any) -> None:
-    parser = subparsers.add_parser(
-        "compare", help="compare operators, treatments and energies on a mesh", description=__doc__
+    """Add ``lbskel compare``."""
+    parser = add_command(
+        subparsers,
+        "compare",
+        "compare operators, treatments of degenerate triangles and energies on a mesh",
+        example="lbskel compare meshes/knot.off -o report",
     )
-    parser.add_argument("mesh")
+    parser.add_argument("mesh", metavar="MESH")
     parser.add_argument("-o", "--output", required=True, metavar="FOLDER", help="gets index.html and what it shows")
     parser.add_argument("--force", action="store_true", help="replace files that exist")
     parser.add_argument("--quiet", action="store_true", help="print nothing but errors")

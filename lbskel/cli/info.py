@@ -10,13 +10,17 @@ from typing import Any
 
 import numpy as np
 
+from lbskel.cli.options import add_command
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import read_mesh
 
 
 def add_parser(subparsers: Any) -> None:
-    parser = subparsers.add_parser("info", help="tell what a mesh is", description=__doc__)
-    parser.add_argument("mesh")
+    """Add ``lbskel info``."""
+    parser = add_command(
+        subparsers, "info", "print sizes, topology and measures of a mesh", example="lbskel info meshes/knot.off"
+    )
+    parser.add_argument("mesh", metavar="MESH")
     parser.add_argument("--json", action="store_true", help="print as JSON")
     parser.set_defaults(run=run)
 

@@ -14,6 +14,7 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.cli.options import add_command
 from lbskel.errors import FormatError, MeshError
 from lbskel.evaluation.operator_health import LaplacianDiagnostics, laplacian_diagnostics
 from lbskel.geometry.mesh import Mesh
@@ -43,11 +44,21 @@ changed. area: total mass over area."""
 
 
 def add_parser(subparsers: Any) -> None:
-    parser = subparsers.add_parser(
-        "laplacian", help="measure the health of discrete Laplacians on a mesh", description=__doc__
+    """Add ``lbskel laplacian``."""
+    parser = add_command(
+        subparsers,
+        "laplacian",
+        "measure the properties of discrete Laplacians on a mesh",
+        example="lbskel laplacian meshes/knot.off --operator cotangent",
     )
-    parser.add_argument("mesh")
-    parser.add_argument("--operator", default="all", choices=("all", *OPERATORS), help="which (default %(default)s)")
+    parser.add_argument("mesh", metavar="MESH")
+    parser.add_argument(
+        "--operator",
+        default="all",
+        choices=("all", *OPERATORS),
+        metavar="NAME",
+        help=f"all, or one of {', '.join(OPERATORS)} (%(default)s)",
+    )
     parser.add_argument("--json", metavar="PATH", help="write the measures as JSON; - for standard output, no table")
     parser.add_argument("--picture", metavar="PNG", help="draw the mean curvature by each operator side by side")
     parser.add_argument("--force", action="store_true", help="replace files that exist")

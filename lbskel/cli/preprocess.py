@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from lbskel.cli.options import add_command
 from lbskel.errors import FormatError
 from lbskel.io import MESH_WRITERS, read_mesh
 from lbskel.io.atomic_write import write_all_safely
@@ -20,13 +21,15 @@ from lbskel.preprocess import PIPELINES, PREPARATIONS, STEPS, Pipeline, Preproce
 
 
 def add_parser(subparsers: Any) -> None:
-    parser = subparsers.add_parser(
+    """Add ``lbskel preprocess``."""
+    parser = add_command(
+        subparsers,
         "preprocess",
-        help="clean, remesh or simplify a mesh",
-        description=__doc__,
-        epilog=f"Steps: {', '.join(STEPS)}.",
+        "clean, remesh or simplify a mesh",
+        details=f"Steps: {', '.join(STEPS)}.",
+        example="lbskel preprocess scan.stl -o clean.ply --pipeline scan --map map.npy",
     )
-    parser.add_argument("mesh")
+    parser.add_argument("mesh", metavar="MESH")
     parser.add_argument("-o", "--output", required=True, metavar="OUT", help=f"mesh: {', '.join(MESH_WRITERS)}")
     which = parser.add_mutually_exclusive_group()
     which.add_argument(

@@ -9,19 +9,27 @@ __all__ = ["add_parser", "run"]
 
 import argparse
 import json
-from dataclasses import asdict
 from typing import Any
 
+from lbskel.cli.options import add_command
 from lbskel.errors import MeshError
-from lbskel.evaluation.scoring import MEASURES, Score
 from lbskel.io import read_mesh, read_skeleton
-from lbskel.pipeline.judging import score
+from lbskel.pipeline.evaluation import score
 
 
 def add_parser(subparsers: Any) -> None:
-    parser = subparsers.add_parser("score", help="measure a skeleton on its mesh", description=__doc__)
-    parser.add_argument("skeleton")
-    parser.add_argument("mesh", help="the mesh that the skeleton was made from, in the same coordinates")
+    """Add ``lbskel score``."""
+    parser = add_command(
+        subparsers,
+        "score",
+        "measure the quality of a skeleton on its mesh",
+        details="Exit code 0 for pass and warn, 1 for fail, 2 for bad input.",
+        example="lbskel score dinosaur.swc meshes/dinosaur.ply",
+    )
+    parser.add_argument("skeleton", metavar="SKELETON")
+    parser.add_argument(
+        "mesh", metavar="MESH", help="the mesh that the skeleton was made from, in the same coordinates"
+    )
     parser.add_argument("--json", action="store_true", help="print as JSON")
     parser.set_defaults(run=run)
 
@@ -37,22 +45,5 @@ def run(arguments: argparse.Namespace) -> int:
         names = {"skeleton": str(arguments.skeleton), "mesh": str(arguments.mesh)}
         print(json.dumps({**names, **found.report()}))
     else:
-        print(_table(found))
+        print(found)
     return 0 if found.passed else 1
-
-
-def _table(found: Score) -> str:
-    """A line for each measure: its name, value, verdict and what it tells."""
-    values = asdict(found)
-    lines = [
-        f"{name.replace('_', ' '):18} {_text(values[name]):>8}  {verdict:12}  {MEASURES[name].text}"
-        for name, verdict in found.verdicts.items()
-    ]
-    return "\n".join([*lines, f"verdict: {found.verdict}; the shape has {found.extremities} extremities"])
-
-
-def _text(value: float | None) -> str:
-    """A measure as a person reads it."""
-    if value is None:
-        return "-"
-    return str(value) if isinstance(value, int) else f"{value:.3f}"

@@ -1,4 +1,4 @@
-"""``lbskel skeletonize INPUT... -o OUT``: the skeletons of meshes, with a report and a picture."""
+"""``lbskel skeletonize MESH... -o OUT``: the skeletons of meshes, with a report and a picture."""
 
 from __future__ import annotations
 
@@ -13,22 +13,26 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from lbskel.contraction.energies import ENERGIES
-from lbskel.contraction.flow import PRESETS
+from lbskel.cli.options import add_command, add_skeleton_options, skeleton_options
 from lbskel.errors import FormatError, LbskelError
 from lbskel.io import FORMATS, MESH_READERS, read_mesh, write_safely, write_skeleton
-from lbskel.operators import OPERATORS
-from lbskel.pipeline.component import RESOLUTIONS, TIPS
 from lbskel.pipeline.stages import skeletonize
-from lbskel.preprocess import PREPARATIONS
 from lbskel.skeleton.joining import join_components
 from lbskel.skeleton.skeleton import Skeleton
-from lbskel.solvers import SOLVERS
+
+MAX_BODIES = 5  # lines about components; the rest are one line
 
 
 def add_parser(subparsers: Any) -> None:
-    parser = subparsers.add_parser("skeletonize", help="make the curve skeleton of a mesh", description=__doc__)
-    parser.add_argument("input", nargs="+", help=f"meshes: {', '.join(MESH_READERS)}")
+    """Add ``lbskel skeletonize``."""
+    parser = add_command(
+        subparsers,
+        "skeletonize",
+        "make the curve skeleton of a mesh",
+        details="Exit code 0 where the score is pass or warn, 1 where it is fail, 2 on bad input.",
+        example="lbskel skeletonize meshes/dinosaur.ply -o dinosaur.swc --picture dinosaur.png",
+    )
+    parser.add_argument("input", nargs="+", metavar="MESH", help=f"meshes: {', '.join(MESH_READERS)}")
     parser.add_argument(
         "-o",
         "--output",
@@ -36,48 +40,14 @@ def add_parser(subparsers: Any) -> None:
         metavar="OUT",
         help=f"skeleton to write ({', '.join(FORMATS)}); a folder gets a .swc for each input",
     )
-    parser.add_argument("--preset", default="flow", choices=PRESETS, help="parameters of the contraction (%(default)s)")
-    parser.add_argument("--operator", choices=OPERATORS, help="discrete Laplacian, instead of the preset's")
-    parser.add_argument("--energy", choices=ENERGIES, help="what each step minimizes, instead of the preset's")
-    parser.add_argument("--solver", choices=SOLVERS, help="of the linear systems, instead of the preset's")
-    parser.add_argument(
-        "--resolution", default="auto", choices=RESOLUTIONS, help="full: contract every vertex (%(default)s)"
-    )
-    parser.add_argument(
-        "--prune", type=float, default=1.5, metavar="RADII", help="how far an end branch must stand out (%(default)s)"
-    )
-    parser.add_argument("--tips", default="inside", choices=TIPS, help="where branches end (%(default)s)")
-    parser.add_argument("--nodes", type=int, metavar="N", help="number of nodes to have")
-    parser.add_argument(
-        "--root",
-        type=_place,
-        metavar="PLACE",
-        help="first node, the root in swc: a vertex's index, or a point as X,Y,Z",
-    )
-    parser.add_argument(
-        "--anchor", type=_place, action="append", default=[], metavar="PLACE", help="have a node there; may be repeated"
-    )
-    parser.add_argument(
-        "--preprocess",
-        default="auto",
-        metavar="HOW",
-        help=f"what is done to the mesh first: {', '.join(PREPARATIONS)}, steps, or a .toml file (%(default)s)",
-    )
-    parser.add_argument("--join", action="store_true", help="join the graphs of several components to one")
-    parser.add_argument("--picture", metavar="PNG", help="draw mesh and skeleton; a folder, where inputs are several")
-    parser.add_argument("--report", metavar="JSON", help="write the full report; a folder, where inputs are several")
-    parser.add_argument("--time-limit", type=float, metavar="SECONDS", help="after which the best so far is taken")
+    parser.add_argument("--picture", metavar="PNG", help="draw mesh and skeleton; a folder if there are several inputs")
+    parser.add_argument("--report", metavar="JSON", help="write the full report; a folder if there are several inputs")
     parser.add_argument("--profile", action="store_true", help="print the seconds and the memory of each stage")
     parser.add_argument("--json", action="store_true", help="print the full report as JSON, one line per input")
-    parser.add_argument("--cut-cycles", action="store_true", help="let swc, which holds trees only, cut each cycle")
     parser.add_argument("--force", action="store_true", help="replace files that exist")
     parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    add_skeleton_options(parser)
     parser.set_defaults(run=run)
-
-
-def _place(text: str) -> int | list[float]:
-    """The index of a vertex, or a point."""
-    return [float(part) for part in text.split(",")] if "," in text else int(text)
 
 
 @dataclass(frozen=True)
@@ -152,17 +122,7 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
         reading = time.perf_counter() - began
         skeleton = skeletonize(
             mesh,
-            preset=arguments.preset,
-            operator=arguments.operator,
-            energy=arguments.energy,
-            solver=arguments.solver,
-            resolution=arguments.resolution,
-            preprocess=arguments.preprocess,
-            prune=arguments.prune,
-            tips=arguments.tips,
-            anchors=arguments.anchor,
-            root=arguments.root,
-            n_nodes=arguments.nodes,
+            **skeleton_options(arguments),
             on_stage=bar.show,
             time_limit=arguments.time_limit,
             profile=arguments.profile,
@@ -188,7 +148,6 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
 def _summary(job: _Job, skeleton: Skeleton) -> str:
     """The report in a few lines that a person reads."""
     report = skeleton.report
-    parts = report["components"]
     size = report["input"]
     lines = [
         f"{job.mesh}: {size['vertices']:,} vertices, {size['faces']:,} faces, {size['components']} component(s)",
@@ -196,14 +155,7 @@ def _summary(job: _Job, skeleton: Skeleton) -> str:
         f"  skeleton  {len(skeleton.nodes)} nodes, {len(skeleton.tips)} tips, {len(skeleton.junctions)} junctions, "
         f"{skeleton.cycle_rank} cycles, {skeleton.radius_kind} radii",
     ]
-    for part in parts:
-        genus = "open, topology not checked" if part["genus"] is None else f"genus {part['genus']}"
-        lines.append(
-            f"  component {part['faces']:,} faces, {genus}: {part['cycle_rank']} cycles, "
-            f"{100 * part['length_inside']:.1f} % inside; {len(part['steps'])} steps, {part['status']}"
-        )
-        lines.extend(f"  note      {note}" for note in part["notes"])
-        lines.extend(f"  failed    {name}" for name, passed in part["checks"].items() if passed is False)
+    lines.extend(_bodies(report["components"]))
     scored = report["score"]
     faults = [
         f"{name} {scored['measures'][name]:.3g}" for name, v in scored["verdicts"].items() if v in ("warn", "fail")
@@ -214,6 +166,23 @@ def _summary(job: _Job, skeleton: Skeleton) -> str:
         lines.append(f"  {stage:<14}{seconds:8.2f} s" + (f"{peak:8.0f} MB at most" if peak else ""))
     lines.append(f"  wrote     {job.skeleton} in {sum(report['seconds'].values()):.1f} s")
     return "\n".join(lines)
+
+
+def _bodies(bodies: list[dict[str, Any]]) -> list[str]:
+    """A line for each of the largest bodies and its notes, and one line for all others."""
+    lines = []
+    by_size = sorted(bodies, key=lambda body: -body["faces"])
+    for body in by_size[:MAX_BODIES]:
+        genus = "open, topology not checked" if body["genus"] is None else f"genus {body['genus']}"
+        lines.append(
+            f"  component {body['faces']:,} faces, {genus}: {body['cycle_rank']} cycles; "
+            f"{len(body['steps'])} steps, {body['status']}"
+        )
+        lines.extend(f"  note      {note}" for note in body["notes"])
+    if others := by_size[MAX_BODIES:]:
+        n_faces = sum(body["faces"] for body in others)
+        lines.append(f"  component {len(others)} more of {n_faces:,} faces together")
+    return lines
 
 
 class _Bar:

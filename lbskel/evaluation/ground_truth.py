@@ -7,14 +7,13 @@ https://doi.org/10.1111/j.1467-8659.2012.03178.x, with the radius in place of th
 
 from __future__ import annotations
 
-__all__ = ["Comparison", "Score", "compare", "score"]
+__all__ = ["Comparison", "compare"]
 
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from lbskel.evaluation.scoring import Score, score
 from lbskel.skeleton.edge_sampling import sample_edges
 from lbskel.skeleton.skeleton import Skeleton
 

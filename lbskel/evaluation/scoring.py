@@ -7,16 +7,18 @@ the local radius, the distance from a node to the surface of its body, whatever 
 
 from __future__ import annotations
 
-__all__ = ["MEASURES", "Measure", "Score", "check", "score", "score_on"]
+__all__ = ["MEASURES", "Measure", "Score", "require_scorable", "score_on"]
 
 from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from lbskel.errors import MeshError, first_few
+from lbskel.geometry.components import MIN_FACES
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
@@ -33,7 +35,6 @@ PRESSED = 0.2  # of the mean distance of its vertices: nearer, a node is at the 
 ON = 1e-6  # of the extent: so near a node is on the surface, where tips may be asked for and rays put them within 1e-8
 SPUR = 1.2  # radii of its junction that all balls of a spur stay within
 MOST_SECTIONS = 60  # cutting takes long: of more nodes than that as many are taken, evenly
-FEWEST_FACES = 4  # of a component that can enclose anything
 FEWEST_SECTIONS = 5  # that tell whether a branch is off its axis
 
 
@@ -133,31 +134,27 @@ class Score:
         """Whether no measure fails; some may warn."""
         return self.verdict != "fail"
 
+    @property
+    def not_measured(self) -> tuple[str, ...]:
+        """Names of the measures that could not be taken, such as those of the map of a skeleton without one."""
+        return tuple(name for name, verdict in self.verdicts.items() if verdict == "not measured")
+
+    def __str__(self) -> str:
+        """A table of the measures with their thresholds, and the verdict."""
+        values = asdict(self)
+        rows = [("measure", "value", "verdict", "passes", "fails", "")]
+        for name, measure in MEASURES.items():
+            sign = ">=" if measure.passes > measure.fails else "<="
+            fails = "never" if not np.isfinite(measure.fails) else f"{'<=' if sign == '>=' else '>='} {measure.fails:g}"
+            value, verdict = values[name], measure.verdict(values[name])
+            shown = "-" if value is None else f"{value:d}" if isinstance(value, int) else f"{value:.3f}"
+            rows.append((name.replace("_", " "), shown, verdict, f"{sign} {measure.passes:g}", fails, measure.text))
+        lines = [f"{a:33} {b:>7}  {c:12}  {d:>9}  {e:>9}  {f}".rstrip() for a, b, c, d, e, f in rows]
+        return "\n".join([*lines, f"verdict: {self.verdict}; the shape has {self.extremities} extremities"])
+
     def report(self) -> dict[str, Any]:
         """The verdict, the measures and their verdicts, ready for JSON."""
         return {"verdict": self.verdict, "measures": asdict(self), "verdicts": self.verdicts}
-
-
-def score(skeleton: Skeleton, mesh: Mesh) -> Score:
-    """Measure a skeleton on a mesh as it is; :func:`lbskel.score` prepares it as :func:`lbskel.skeletonize` does.
-
-    Parameters
-    ----------
-    skeleton : Skeleton
-        In the coordinates of the mesh. Without a map, each vertex goes to the nearest ball, and the map is not judged.
-    mesh : Mesh
-        Whose equal vertices are one.
-
-    Raises
-    ------
-    MeshError
-        If the skeleton has no nodes or some that are not finite, its map is for another mesh, or the mesh is a point.
-    """
-    check(skeleton, mesh)
-    if not (mesh.diameter_bound > 0 and mesh.area > 0):
-        raise MeshError("the mesh has no area, so there is nothing to score a skeleton on")
-    unit = mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.diameter_bound)
-    return score_on(replace(skeleton, nodes=(skeleton.nodes - mesh.centroid) / mesh.diameter_bound), Surface(unit))
 
 
 def score_on(skeleton: Skeleton, surface: Surface) -> Score:
@@ -196,7 +193,7 @@ def score_on(skeleton: Skeleton, surface: Surface) -> Score:
     )
 
 
-def check(skeleton: Skeleton, mesh: Mesh) -> None:
+def require_scorable(skeleton: Skeleton, mesh: Mesh) -> None:
     """Refuse a skeleton that cannot be measured, or has a map for another mesh."""
     if len(skeleton.nodes) == 0:
         raise MeshError("the skeleton has no nodes, so there is nothing to score")
@@ -258,18 +255,44 @@ def _bending(skeleton: Skeleton) -> float:
 def _n_bodies(mesh: Mesh) -> int:
     """Components that a skeleton can stand for: crumbs of a few faces or without area are none."""
     component = mesh.component_of_vertex[mesh.faces[:, 0]]
-    return int(((np.bincount(component) >= FEWEST_FACES) & (np.bincount(component, mesh.face_areas) > 0)).sum())
+    return int(((np.bincount(component) >= MIN_FACES) & (np.bincount(component, mesh.face_areas) > 0)).sum())
 
 
 def _extra_cycles(skeleton: Skeleton, mesh: Mesh) -> int | None:
-    """Cycles less the handles of the surface with its holes closed; None where more than two faces meet at an edge."""
+    """Cycles less handles, with holes closed; None where more than two faces meet at an edge.
+
+    Each component of the skeleton is compared with the components of the mesh that it represents: a cycle too many in
+    one does not make up for a cycle lost in another.
+    """
     if not mesh.is_edge_manifold:
         return None
-    border = mesh.edges[mesh.faces_per_edge == 1]
-    rim, ends = np.unique(border, return_inverse=True)
-    graph = weighted_graph(ends.reshape(-1, 2), np.ones(len(border), dtype=np.int8), len(rim))
-    n_holes = connected_components(graph, directed=False)[0] if len(rim) else 0
-    return skeleton.cycle_rank - (mesh.n_components - (mesh.euler_characteristic + n_holes) // 2)
+    edges, vertices = mesh.edges, mesh.used_vertices
+    component = mesh.component_of_vertex
+    euler = (
+        np.bincount(component[vertices], minlength=mesh.n_components)
+        - np.bincount(component[edges[:, 0]], minlength=mesh.n_components)
+        + np.bincount(component[mesh.faces[:, 0]], minlength=mesh.n_components)
+    )
+    border = edges[mesh.faces_per_edge == 1]
+    if len(border):
+        rim, ends = np.unique(border, return_inverse=True)
+        graph = weighted_graph(ends.reshape(-1, 2), np.ones(len(border), dtype=np.int8), len(rim))
+        first_of_hole = np.unique(connected_components(graph, directed=False)[1], return_index=True)[1]
+        euler += np.bincount(component[rim[first_of_hole]], minlength=mesh.n_components)
+    handles = 1 - euler // 2
+    part = skeleton.component_of_node
+    votes = part[skeleton.node_of_vertex[vertices]], component[vertices]
+    shape = (skeleton.n_components, mesh.n_components)
+    represents = coo_array((np.ones(len(vertices), dtype=np.int64), votes), shape=shape).tocsc().argmax(axis=0)
+    expected = np.bincount(np.asarray(represents).ravel(), handles, minlength=skeleton.n_components)
+    cycles = (
+        np.bincount(part[skeleton.edges[:, 0]], minlength=skeleton.n_components)
+        - np.bincount(part, minlength=skeleton.n_components)
+        + 1
+    )
+    surplus = cycles - expected
+    total, spread = int(surplus.sum()), int(np.abs(surplus).sum())
+    return total if abs(total) == spread else spread
 
 
 def _bridges(skeleton: Skeleton, widths: NDArray[np.float64], parted: NDArray[np.int64]) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["Component", "components"]
+__all__ = ["MIN_FACES", "Component", "components"]
 
 from dataclasses import dataclass
 
@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order
+
+MIN_FACES = 4  # faces of the smallest surface that encloses a volume, a tetrahedron
 
 
 @dataclass(frozen=True, eq=False)

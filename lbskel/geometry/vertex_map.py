@@ -1,4 +1,4 @@
-"""Where the vertices of one mesh went in another: the value that carries fields, labels and node maps between meshes."""
+"""A map from the vertices of one mesh to those of another, which carries fields, labels and node maps along."""
 
 from __future__ import annotations
 

@@ -16,18 +16,18 @@ from typing import Any
 import numpy as np
 
 from lbskel.contraction.energies import ENERGIES
-from lbskel.contraction.flow import Contraction, Step, contract
+from lbskel.contraction.flow import Contraction, Status, Step, contract
 from lbskel.contraction.settings import PRESETS, STRATEGIES, ContractionSettings
 from lbskel.errors import LbskelError, MeshError
 from lbskel.evaluation.ground_truth import compare
 from lbskel.geometry.components import components
 from lbskel.geometry.mesh import Mesh
 from lbskel.operators import Laplacian, operator_named
-from lbskel.pipeline.component import MOST_FACES
 from lbskel.pipeline.stages import skeletonize
-from lbskel.preprocess import preprocess_mesh, simplify, why_no_inside
+from lbskel.preprocess import MAX_FACES, preprocess_mesh, simplify, why_no_inside
 from lbskel.skeleton.skeleton import Skeleton
 
+FINISHED = (Status.VOLUME, Status.AREA, Status.STALLED)  # reasons to stop because nothing is left to contract
 FREE_VOLUME = 1e-6  # the published target
 
 
@@ -98,7 +98,7 @@ class ComparisonResult:
     seconds: float
 
 
-def representative(mesh: Mesh, *, most_faces: int = MOST_FACES) -> Mesh:
+def representative(mesh: Mesh, *, most_faces: int = MAX_FACES) -> Mesh:
     """The largest component of a mesh as :func:`lbskel.skeletonize` prepares it, simplified if it has more faces.
 
     Raises
@@ -164,6 +164,7 @@ def record(
 def _of_skeleton(skeleton: Skeleton, truth: Skeleton | None, reference: Skeleton | None) -> dict[str, Any]:
     """What the guarded contraction led to."""
     (part,) = skeleton.report["components"]
+    genus = part["genus"]
     last = part["steps"][-1] if part["steps"] else {}
     row = {
         "steps": len(part["steps"]),
@@ -171,10 +172,10 @@ def _of_skeleton(skeleton: Skeleton, truth: Skeleton | None, reference: Skeleton
         "area": last.get("area_ratio", 1.0),
         "volume": last.get("volume_ratio"),
         "box": last.get("box_ratio", 1.0),
-        "topology right": part["checks"]["is_topology_right"],
-        "contracted": part["checks"]["is_contracted"],
+        "topology right": None if genus is None else (skeleton.n_components, skeleton.cycle_rank) == (1, genus),
+        "contracted": Status(part["status"]) in FINISHED,
         "tips": part["tips"],
-        "inside": part["inside_fraction"],
+        "inside": skeleton.report["score"]["measures"]["inside_fraction"],
     }
     if truth is not None:
         measured = compare(skeleton, truth)

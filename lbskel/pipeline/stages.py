@@ -1,34 +1,59 @@
-"""The whole way from a mesh to a checked skeleton: the stages in their order, and no arithmetic of its own."""
+"""From any mesh to a checked skeleton: the stages in their order.
+
+::
+
+    prepare -> contract -> collapse -> to_skeleton -> refine -> assemble -> score
+               \\________________ for each body _______________/
+
+:func:`skeletonize` is that line, :func:`refine` the passes on one body; neither has arithmetic of its own.
+"""
 
 from __future__ import annotations
 
-__all__ = ["skeletonize"]
+__all__ = ["TIP_POSITIONS", "refine", "skeletonize", "to_skeleton"]
 
-import platform
 from collections.abc import Sequence
-from dataclasses import asdict, replace
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
-from lbskel.contraction.flow import PRESETS, ContractionSettings
-from lbskel.errors import MeshError, UnknownChoice, choose, first_few
-from lbskel.evaluation.scoring import FEWEST_FACES, Score, score_on
-from lbskel.geometry.components import components
-from lbskel.geometry.mesh import Mesh
+from lbskel.contraction.flow import contract
+from lbskel.contraction.settings import PRESETS, ContractionSettings
+from lbskel.contraction.surgery import CollapsedGraph, collapse
+from lbskel.errors import UnknownChoice, choose
 from lbskel.geometry.surface_queries import Surface
-from lbskel.io import as_mesh
 from lbskel.operators import Operator
-from lbskel.pipeline.component import Options, skeleton_of_component
+from lbskel.pipeline.anchoring import Anchors, resolve_anchors
+from lbskel.pipeline.assembly import assemble, body_report, full_report
+from lbskel.pipeline.evaluation import score
+from lbskel.pipeline.preparation import Body, prepare
 from lbskel.pipeline.profiling import Progress, StageTimer
-from lbskel.preprocess import Pipeline, preprocess_mesh, why_no_inside
-from lbskel.refinement.anchors import nearest_node, reroot, resolve_anchor
+from lbskel.preprocess import Pipeline
+from lbskel.refinement.anchors import attach_anchors, nearest_node
+from lbskel.refinement.centering import (
+    fit_to_centerlines,
+    inscribed_radii,
+    mean_radii,
+    reassign_to_nearest_node,
+    recenter,
+)
+from lbskel.refinement.centerlines import find_section_centers
+from lbskel.refinement.containment import reroute_inside
+from lbskel.refinement.junctions import merge_junctions_by_axes
+from lbskel.refinement.missing_branches import grow_missing_branches
+from lbskel.refinement.tips import extend_tips, tips_at_surface
+from lbskel.refinement.vertex_map import make_regions_connected
+from lbskel.skeleton.editing import reroot
+from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, merge_junctions, prune, prune_contained_branches
 from lbskel.skeleton.resampling import resample
 from lbskel.skeleton.skeleton import Skeleton
+
+MERGE_RATIO = 0.7  # junctions nearer than this many local radii are merged
+SPACING = 0.5  # of nodes along a branch, in local radii
+CONTRACTION_SHARE = 0.5  # of the time left that contraction may take under a time limit; a guess
+
+TIP_POSITIONS = ("inside", "surface")
 
 
 def skeletonize(
@@ -38,9 +63,9 @@ def skeletonize(
     operator: str | Operator | None = None,
     energy: str | None = None,
     solver: str | None = None,
-    resolution: str = "auto",
-    prune: float = 1.5,
-    tips: str = "inside",
+    simplify: str = "auto",
+    min_branch_ratio: float = MIN_BRANCH_RATIO,
+    tip_position: str = "inside",
     anchors: Sequence[Any] = (),
     root: Any = None,
     n_nodes: int | None = None,
@@ -49,46 +74,44 @@ def skeletonize(
     time_limit: float | None = None,
     profile: bool = False,
 ) -> Skeleton:
-    """The curve skeleton of a mesh, checked.
+    """The curve skeleton of a mesh, checked and scored.
 
     Parameters
     ----------
     mesh : Mesh, (vertices, faces), path or mesh object
         Whatever :func:`lbskel.as_mesh` takes: closed or open, of one component or several.
     preset : str or ContractionSettings
-        A name in PRESETS: ``flow`` is what measures best, ``au2008`` keeps to the paper.
+        A name in PRESETS: ``flow`` measures best, the others reproduce published methods.
     operator, energy, solver : str, optional
         Names in OPERATORS, ENERGIES and SOLVERS in place of the preset's.
-    resolution : str
-        ``auto`` contracts a simplified copy of components of more than 16,000 faces, or more where they are long and
-        thin all over, of as many as their thickness asks for, and refines against the full surface; ``full`` contracts
-        every vertex.
-    prune : float
-        An end branch is kept where it stands out this many local radii from its junction.
-    tips : str
+    simplify : str
+        ``auto`` contracts a simplified proxy of bodies of more than 16,000 faces, or more where they are long and thin
+        all over, and refines against the full surface; ``none`` contracts every vertex.
+    min_branch_ratio : float
+        An end branch is kept where the surface it represents reaches this many local radii from its junction. Values
+        above the default give what :func:`lbskel.prune` makes of the default skeleton.
+    tip_position : str
         ``inside`` ends branches at the center of the last inscribed ball, ``surface`` on the surface.
     anchors : sequence of int or (3,) array_like
         Vertices, or points inside, at each of which there will be a node; they are in ``anchors`` of the result.
     root : int or (3,) array_like, optional
-        A vertex or a point: the node that stands for it, or is nearest, comes first, and is the root in SWC.
+        A vertex or a point: the node that represents it, or is nearest, comes first, and is the root in SWC.
     n_nodes : int, optional
-        So many nodes, evenly spaced, in place of two for each local radius.
+        The number of nodes, evenly spaced, in place of two for each local radius.
     preprocess : str, Pipeline or None
-        What is done to the mesh first: ``auto`` only what it needs, None nothing; else a pipeline, its text, or its
-        name in PIPELINES.
+        ``auto`` does what the mesh needs, None nothing; else a pipeline, its text, or its name in PIPELINES.
     on_stage : callable, optional
         Called with the name of each stage as it begins.
     time_limit : float, optional
-        Seconds after which the best so far is taken: contraction ends at half of them, with a status that says so, and
-        what would refine the skeleton is left out as far as no time is left, which the notes tell.
+        Seconds after which optional stages are skipped; contraction ends at half of them. The notes list the stages.
     profile : bool
-        Whether the report is to have the peak of memory in each stage, beside the seconds; on Linux only.
+        Whether the report has the peak memory of each stage beside the seconds; on Linux only.
 
     Returns
     -------
     Skeleton
         In the caller's coordinates, with inscribed radii; ``node_of_vertex`` has a node for each of the caller's
-        vertices, and ``report`` tells what was done, what was checked, the :func:`lbskel.score` and how long it took.
+        vertices, and ``report`` holds the settings, the steps, the :func:`lbskel.score` and the seconds.
 
     Raises
     ------
@@ -110,132 +133,151 @@ def skeletonize(
     >>> skeleton.cycle_rank, len(skeleton.tips), skeleton.report["passed"]
     (1, 0, True)
     """
-    options = Options(_settings(preset, operator, energy, solver), resolution, prune, tips)
+    settings = _settings(preset, operator, energy, solver)
+    _require_refinement_options(min_branch_ratio, tip_position)
     if time_limit is not None and not time_limit > 0:
         raise UnknownChoice(f"time_limit must be positive, not {time_limit}")
-    clock = StageTimer(on_stage, time_limit, profile)
-    given = clock("read", as_mesh, mesh)
-    tidied = clock("preprocess", preprocess_mesh, given, preprocess)
-    center, scale = tidied.mesh.centroid, tidied.mesh.diameter_bound
-    if not scale > 0:
-        raise MeshError("all vertices of the mesh lie at one point")
-    unit = tidied.mesh.with_vertices((tidied.mesh.vertices - center) / scale)
-    wanted = [resolve_anchor(anchor, given) for anchor in anchors]
-    places = np.array([(point - center) / scale for _, point in wanted]).reshape(-1, 3)
-    near = np.array([tidied.vertex_map.indices[vertex] for vertex, _ in wanted], dtype=np.int64)
-    near = _filled(near, places, unit.vertices)
-    parts, skipped, faults = [], [], []
-    for number, part in enumerate(components(unit)):
-        if len(part.mesh.faces) < FEWEST_FACES or not part.mesh.area > 0:
-            skipped.append(part.mesh)
-            continue
-        if fault := why_no_inside(number, part, tidied.mesh):
-            faults.append(fault)
-            continue
-        mine = np.isin(near, part.vertices)
-        at = np.searchsorted(part.vertices, near[mine]), places[mine]
-        parts.append((part, *skeleton_of_component(part.mesh, options, at, clock)))
-    if faults and not parts:
-        raise MeshError(f"nothing of the mesh has an inside: {first_few(faults, 2)}")
-    if not parts:
-        raise MeshError(
-            f"no component of the mesh has {FEWEST_FACES} faces and an area, so there is nothing that a skeleton could "
-            f"stand for: {len(given.faces)} faces in all; where they should hang together, let "
-            "preprocess='merge_close:tolerance=1e-3' join their corners"
+    timer = StageTimer(on_stage, time_limit, profile)
+    prepared = prepare(mesh, preprocess=preprocess, simplify=simplify, timer=timer)
+    located = resolve_anchors(anchors, prepared)
+    skeletons: list[Skeleton] = []
+    reports: list[dict[str, Any]] = []
+    for body in prepared.bodies:
+        with timer("contract"):
+            seconds = None if time_limit is None else CONTRACTION_SHARE * max(timer.seconds_left, 0.0)
+            contraction = contract(body.proxy.mesh, settings, time_limit=seconds)
+        with timer("collapse"):
+            graph = collapse(contraction)
+        skeletons.append(
+            refine(
+                to_skeleton(graph),
+                body,
+                min_branch_ratio=min_branch_ratio,
+                tip_position=tip_position,
+                anchors=located.within(body),
+                timer=timer,
+            )
         )
-    whole = _joined([skeleton for _, skeleton, *_ in parts])
-    node_of = np.full(len(unit.vertices), -1)
-    first = 0
-    for part, skeleton, *_ in parts:
-        node_of[part.vertices] = skeleton.node_of_vertex + first
-        first += len(skeleton.nodes)
-    whole = replace(whole, node_of_vertex=_filled(node_of, unit.vertices, whole.nodes))
+        reports.append(body_report(body, contraction, graph, skeletons[-1]))
+    skeleton = assemble(skeletons, prepared)
+    if min_branch_ratio > MIN_BRANCH_RATIO:
+        with timer("prune"):
+            skeleton = prune(skeleton, prepared.source, ratio=min_branch_ratio)
     if n_nodes is not None:
-        whole = resample(whole, n_nodes=n_nodes)
-    surface = next((surface for part, _, surface, _ in parts if part.mesh is unit), Surface(unit))
-    scored = clock("score", score_on, whole, surface)
-    node_of_given = tidied.vertex_map.pull_back(whole.node_of_vertex)
-    notes = [*given.notes, *tidied.notes]
-    if faults:
-        notes.append(f"no skeleton could be made of {first_few(faults, 2)}")
-    if skipped:
-        notes.append(f"{len(skipped)} components of too few faces or no area have no skeleton of their own")
-    if clock.left_out:
-        notes.append(f"the time allowed was over, so these stages were left out: {', '.join(clock.left_out)}")
-    result = replace(
-        whole,
-        nodes=whole.nodes * scale + center,
-        radii=whole.radii * scale,
-        mean_radii=whole.mean_radii * scale,
-        node_of_vertex=_filled(node_of_given, (given.vertices - center) / scale, whole.nodes),
-        report=_report(given, options, [report for *_, report in parts], notes, scored, clock.seconds)
-        | {"preprocess": tidied.report}
-        | ({"megabytes": clock.megabytes} if profile else {}),
-    )
-    return result if root is None else reroot(result, nearest_node(result, root, given))
+        skeleton = resample(skeleton, n_nodes=n_nodes)
+    if root is not None:
+        skeleton = reroot(skeleton, nearest_node(skeleton, root, prepared.source))
+    with timer("score"):
+        scored = score(skeleton, prepared)
+    return replace(skeleton, report=full_report(prepared, settings, reports, scored, timer))
+
+
+def to_skeleton(graph: CollapsedGraph) -> Skeleton:
+    """The graph that contraction and collapse leave, as a skeleton without radii: the input of :func:`refine`."""
+    return Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)), graph.node_of_vertex)
+
+
+def refine(
+    skeleton: Skeleton,
+    body: Body,
+    *,
+    min_branch_ratio: float = MIN_BRANCH_RATIO,
+    tip_position: str = "inside",
+    anchors: Anchors | None = None,
+    timer: StageTimer | None = None,
+) -> Skeleton:
+    """Prune, center, extend and contain the skeleton of one body.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        From :func:`to_skeleton`; its vertex map is that of the body's proxy.
+    body : Body
+    min_branch_ratio, tip_position
+        As for :func:`skeletonize`.
+    anchors : Anchors, optional
+        Nodes to add, in the body's coordinates.
+    timer : StageTimer, optional
+        Measures each pass; optional passes are skipped when its time is over.
+
+    Returns
+    -------
+    Skeleton
+        In the body's coordinates, with inscribed and mean radii and a node for each vertex of the body.
+    """
+    _require_refinement_options(min_branch_ratio, tip_position)
+    timer = timer or StageTimer()
+    surface, proxy = body.surface, body.surface.proxy
+    ratio = min(min_branch_ratio, MIN_BRANCH_RATIO)
+    with timer("prune spurs"):
+        skeleton = prune(mean_radii(skeleton, proxy.mesh), proxy.mesh, ratio=ratio)
+        skeleton = merge_junctions(inscribed_radii(skeleton, proxy), ratio=MERGE_RATIO)
+        skeleton = _evenly_spaced(skeleton, proxy)
+    if timer.has_time_for("merge junctions"):
+        with timer("merge junctions"):
+            skeleton = _with_merged_junctions(skeleton, proxy)
+    skeleton = replace(skeleton, node_of_vertex=body.proxy.vertex_map.pull_back(skeleton.node_of_vertex))
+    if timer.has_time_for("recenter"):
+        with timer("recenter"):
+            skeleton = recenter(skeleton, surface)
+    if timer.has_time_for("extend tips"):
+        with timer("extend tips"):
+            skeleton = extend_tips(skeleton, surface)
+    with timer("prune contained branches"):
+        skeleton = prune_contained_branches(inscribed_radii(skeleton, proxy), body.mesh)
+    if timer.has_time_for("grow missing branches"):
+        with timer("grow missing branches"):
+            skeleton = grow_missing_branches(skeleton, surface, ratio=ratio)
+    if timer.has_time_for("reroute inside"):
+        with timer("reroute inside"):
+            skeleton = _rerouted_inside(skeleton, surface)
+    if tip_position == "surface" and timer.has_time_for("tips at surface"):
+        with timer("tips at surface"):
+            skeleton = tips_at_surface(skeleton, surface)
+    with timer("attach anchors"):
+        skeleton = inscribed_radii(skeleton, surface)
+        if anchors is not None:
+            skeleton = attach_anchors(skeleton, surface, anchors.vertices, anchors.points)
+    with timer("map vertices"):
+        skeleton = make_regions_connected(reassign_to_nearest_node(skeleton, body.mesh), body.mesh)
+        return replace(skeleton, mean_radii=mean_radii(skeleton, body.mesh).radii)
 
 
 def _settings(
     preset: str | ContractionSettings, operator: str | Operator | None, energy: str | None, solver: str | None
 ) -> ContractionSettings:
-    """The preset with what was asked for by name put in."""
+    """The preset, with the operator, energy and solver that were asked for by name."""
     settings = preset if isinstance(preset, ContractionSettings) else choose(PRESETS, preset, "preset")
-    asked: dict[str, Any] = {"operator": operator, "energy": energy, "solver": solver}
+    changes: dict[str, Any] = {"operator": operator, "energy": energy, "solver": solver}
     if energy is not None and energy != settings.energy:
-        asked["degenerate_rows"] = "none"
-    return replace(settings, **{name: value for name, value in asked.items() if value is not None})
+        changes["degenerate_rows"] = "none"
+    return replace(settings, **{name: value for name, value in changes.items() if value is not None})
 
 
-def _filled(node_of: NDArray[np.int64], vertices: NDArray[np.float64], nodes: NDArray[np.float64]) -> NDArray[np.int64]:
-    """The map with the nearest node for the vertices that have none."""
-    lost = node_of < 0
-    return np.where(lost, cKDTree(nodes).query(vertices)[1], node_of) if lost.any() else node_of
+def _require_refinement_options(min_branch_ratio: float, tip_position: str) -> None:
+    """Refuse options that are no choice before any work is done."""
+    choose(dict.fromkeys(TIP_POSITIONS), tip_position, "tip position")
+    if not min_branch_ratio >= 0:
+        raise UnknownChoice(f"min_branch_ratio must be a number of local radii, 0 or more, not {min_branch_ratio}")
 
 
-def _joined(skeletons: list[Skeleton]) -> Skeleton:
-    """Several skeletons as one graph, without maps."""
-    first = np.cumsum([0, *(len(s.nodes) for s in skeletons)])
-    return Skeleton(
-        np.concatenate([s.nodes for s in skeletons]),
-        np.concatenate([s.edges + offset for s, offset in zip(skeletons, first[:-1], strict=True)]),
-        np.concatenate([s.radii for s in skeletons]),
-        radius_kind=skeletons[0].radius_kind,
-        mean_radii=np.concatenate([s.mean_radii for s in skeletons]),
-        anchors=np.concatenate([s.anchors + offset for s, offset in zip(skeletons, first[:-1], strict=True)]),
-    )
+def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Junctions merged whose branches point to one place, and nodes on the axes of their branches."""
+    centers = find_section_centers(skeleton, surface)
+    merged = merge_junctions_by_axes(inscribed_radii(skeleton, surface), centers, surface)
+    if len(merged.nodes) < len(skeleton.nodes):
+        skeleton = _evenly_spaced(merged, surface)
+        centers = find_section_centers(skeleton, surface)
+    return fit_to_centerlines(skeleton, centers, surface)
 
 
-def _report(
-    given: Mesh,
-    options: Options,
-    parts: list[dict[str, Any]],
-    notes: list[str],
-    scored: Score,
-    seconds: dict[str, float],
-) -> dict[str, Any]:
-    """What was done, plain enough for JSON."""
-    chosen = asdict(options.settings)
-    if callable(chosen["operator"]):
-        chosen["operator"] = getattr(chosen["operator"], "__name__", repr(chosen["operator"]))
-    return {
-        "input": {"vertices": len(given.vertices), "faces": len(given.faces), "components": given.n_components},
-        "settings": chosen,
-        "notes": notes,
-        "components": parts,
-        "passed": scored.passed and all(check is not False for part in parts for check in part["checks"].values()),
-        "score": scored.report(),
-        "seconds": seconds,
-        "versions": dict(_versions()),
-    }
+def _rerouted_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Branches inside a closed surface and evenly spaced; even spacing can cut a corner, so they are rerouted twice."""
+    if not surface.mesh.is_closed:
+        return _evenly_spaced(skeleton, surface)
+    return reroute_inside(_evenly_spaced(reroute_inside(skeleton, surface), surface), surface)
 
 
-@cache
-def _versions() -> dict[str, str]:
-    """Versions of what the result depends on, which are looked for in files."""
-    found = {"python": platform.python_version()}
-    for package in ("lbskel", "numpy", "scipy", "libigl", "robust-laplacian", "cvxopt"):
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "not installed"
-    return found
+def _evenly_spaced(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Nodes evenly spaced in mean radii; by inscribed radii, flat limbs would get a node per thickness."""
+    return resample(mean_radii(skeleton, surface.mesh), spacing=SPACING)

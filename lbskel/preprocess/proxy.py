@@ -49,7 +49,7 @@ def face_budget(mesh: Mesh) -> int:
 
 
 def simplify_to_proxy(mesh: Mesh) -> PreprocessResult:
-    """The mesh simplified to its face budget; the mesh itself where it has no more faces, or its topology forbids it."""
+    """The mesh simplified to its face budget; the mesh itself if it is within it, or its topology would change."""
     return simplify(mesh, target_faces=face_budget(mesh))
 
 

@@ -6,7 +6,7 @@ belongs to a cycle is never cut and a cycle never closed, so the cycle rank stay
 
 from __future__ import annotations
 
-__all__ = ["merge_junctions", "prune", "prune_contained_branches"]
+__all__ = ["MIN_BRANCH_RATIO", "merge_junctions", "prune", "prune_contained_branches"]
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
+MIN_BRANCH_RATIO = 1.5  # local radii that an end branch must reach from its junction to be kept
 SWALLOWED = 1.75  # radii of a junction within which all balls of a branch lie that says nothing new
 
 STANDS_OUT = 0.65  # radii of a junction from which on a tip tells where its branch leads
@@ -28,7 +29,7 @@ def branch_reach(skeleton: Skeleton, mesh: Mesh, branch: NDArray[np.int64]) -> f
     return float(np.linalg.norm(far, axis=1).max(initial=0.0))
 
 
-def prune(skeleton: Skeleton, mesh: Mesh, *, ratio: float = 1.5) -> Skeleton:
+def prune(skeleton: Skeleton, mesh: Mesh, *, ratio: float = MIN_BRANCH_RATIO) -> Skeleton:
     """Cut the end branches that do not stand out of the shape.
 
     An end branch is a spur where the vertices it stands for reach no further than ``ratio`` times the radius from its

@@ -1,4 +1,4 @@
-"""``python -m lbskel.pipeline.batch MEGABYTES``: the process at the other end of :class:`lbskel.pipeline.batch.worker.WorkerProcess`."""
+"""``python -m lbskel.pipeline.batch MEGABYTES``: the process at the other end of a WorkerProcess."""
 
 import os
 import sys

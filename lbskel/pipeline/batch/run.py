@@ -44,6 +44,9 @@ class _Task:
     folder: str
     extension: str
     cut_cycles: bool
+    join: bool
+    pictures: bool
+    reports: bool
     options: Mapping[str, Any]
     time_limit: float | None
     memory_limit: float | None
@@ -55,6 +58,9 @@ def skeletonize_many(
     *,
     extension: str = "json",
     cut_cycles: bool = False,
+    join: bool = False,
+    pictures: bool = False,
+    reports: bool = False,
     workers: int | None = None,
     dask: str | None = None,
     time_limit: float | None = None,
@@ -77,6 +83,10 @@ def skeletonize_many(
         A format in FORMATS.
     cut_cycles : bool
         For a format that holds trees only (swc).
+    join : bool
+        Whether to join the graphs of several components to one.
+    pictures, reports : bool
+        Whether to write a picture (``NAME.png``) and the full report (``NAME.report.json``) beside each skeleton.
     workers : int, optional
         Processes at a time, each on one thread; as many as there are processors by default.
     dask : str, optional
@@ -110,7 +120,7 @@ def skeletonize_many(
         if number is not None and not number > 0:
             raise UnknownChoice(f"{name} must be positive, not {number}")
     signature(skeletonize).bind(None, **options)
-    if not all(isinstance(option, str | int | float | None) for option in options.values()):
+    if not all(_is_plain(option) for option in options.values()):
         raise UnknownChoice("a batch takes presets and operators by name, since its work is done in other processes")
     paths = [Path(path) for path in inputs]
     if not paths:
@@ -125,7 +135,9 @@ def skeletonize_many(
             f"{len(taken)} files exist already in {folder} that no batch has made, such as {taken[0]}; "
             "give force=True (--force on the command line) to replace them"
         )
-    task = _Task(str(folder.absolute()), extension, cut_cycles, options, time_limit, memory_limit)
+    task = _Task(
+        str(folder.absolute()), extension, cut_cycles, join, pictures, reports, options, time_limit, memory_limit
+    )
     records: dict[str, Record] = {}
     jobs = [(str(path), name, before.get(name)) for path, name in zip(paths, names, strict=True)]
     with closing(_there(task, jobs, dask) if dask else _here(task, jobs, workers or _processors())) as answers:
@@ -138,6 +150,13 @@ def skeletonize_many(
     in_order = [records[name] for name in names]
     write_safely(folder / SUMMARY, summary(in_order), force=True)
     return in_order
+
+
+def _is_plain(option: Any) -> bool:
+    """Whether an option can be sent to another process as JSON: text, numbers and lists of these."""
+    if isinstance(option, list | tuple):
+        return all(_is_plain(each) for each in option)
+    return isinstance(option, str | int | float | None)
 
 
 def _processors() -> int:
@@ -173,7 +192,15 @@ def _do(task: _Task, child: WorkerProcess, job: Job) -> Answer:
     unfinished = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
     try:
         whole = unfinished / Path(name).name
-        asked = {"input": mesh, "output": str(whole), "options": dict(task.options), "cut_cycles": task.cut_cycles}
+        asked = {
+            "input": mesh,
+            "output": str(whole),
+            "options": dict(task.options),
+            "cut_cycles": task.cut_cycles,
+            "join": task.join,
+            "picture": task.pictures,
+            "report": task.reports,
+        }
         reply = child.run(asked)
         if reply["outcome"] in (BatchStatus.PASSED, BatchStatus.FAILED_CHECKS):
             for path in sorted(unfinished.iterdir()):
@@ -185,7 +212,15 @@ def _do(task: _Task, child: WorkerProcess, job: Job) -> Answer:
 
 def _key(mesh: Path, task: _Task) -> str:
     """Hash of a file and of everything that the skeleton made of it depends on."""
-    parameters = {"lbskel": version("lbskel"), "format": task.extension, "cut_cycles": task.cut_cycles, **task.options}
+    parameters = {
+        "lbskel": version("lbskel"),
+        "format": task.extension,
+        "cut_cycles": task.cut_cycles,
+        "join": task.join,
+        "pictures": task.pictures,
+        "reports": task.reports,
+        **task.options,
+    }
     digest = hashlib.sha256(json.dumps(parameters, sort_keys=True).encode())
     with open(mesh, "rb") as file:
         while chunk := file.read(CHUNK):

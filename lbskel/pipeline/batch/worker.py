@@ -16,6 +16,7 @@ import subprocess
 import sys
 import threading
 import time
+from pathlib import Path
 from typing import Any, TextIO
 
 from lbskel.errors import LbskelError
@@ -136,12 +137,24 @@ def serve(jobs: TextIO, replies: TextIO, memory_limit: float) -> None:
 
 def _reply(job: dict[str, Any]) -> dict[str, Any]:
     """Make one skeleton and tell of it."""
-    from lbskel.io import write_skeleton
+    from lbskel.io import as_mesh, write_safely, write_skeleton
     from lbskel.pipeline.stages import skeletonize
+    from lbskel.skeleton.joining import join_components
 
     try:
-        skeleton = skeletonize(job["input"], **job["options"])
+        mesh = as_mesh(job["input"])
+        skeleton = skeletonize(mesh, **job["options"])
+        if job["join"]:
+            skeleton = join_components(skeleton)
         write_skeleton(job["output"], skeleton, cut_cycles=job["cut_cycles"])
+        output = Path(job["output"])
+        if job["picture"]:
+            from lbskel.visualization import picture
+
+            picture(mesh, skeleton, output.with_suffix(".png"))
+        if job["report"]:
+            text = json.dumps({"mesh": job["input"], **skeleton.report}, indent=1) + "\n"
+            write_safely(output.with_suffix(".report.json"), text)
     except LbskelError as error:
         if isinstance(error.__context__, MemoryError):
             return {"outcome": BatchStatus.OVER_MEMORY, "message": "out of memory"}
@@ -151,8 +164,7 @@ def _reply(job: dict[str, Any]) -> dict[str, Any]:
     except Exception as error:
         return {"outcome": BatchStatus.ENDED, "message": f"internal error: {type(error).__name__}: {error}"}
     report = skeleton.report
-    failed = {name for part in report["components"] for name, passed in part["checks"].items() if passed is False}
-    failed |= {name for name, verdict in report["score"]["verdicts"].items() if verdict == "fail"}
+    failed = {name for name, verdict in report["score"]["verdicts"].items() if verdict == "fail"}
     return {
         "outcome": BatchStatus.PASSED if report["passed"] else BatchStatus.FAILED_CHECKS,
         "message": ", ".join(sorted(failed)),
@@ -162,5 +174,5 @@ def _reply(job: dict[str, Any]) -> dict[str, Any]:
         "tips": len(skeleton.tips),
         "junctions": len(skeleton.junctions),
         "cycles": skeleton.cycle_rank,
-        "inside_fraction": min(part["inside_fraction"] for part in report["components"]),
+        "inside_fraction": report["score"]["measures"]["inside_fraction"],
     }

@@ -1,0 +1,138 @@
+"""What several commands have in common: how a command is added, and the options of a skeleton."""
+
+from __future__ import annotations
+
+__all__ = ["add_command", "add_skeleton_options", "skeleton_options"]
+
+import argparse
+import textwrap
+from typing import Any
+
+from lbskel.contraction.energies import ENERGIES
+from lbskel.contraction.settings import PRESETS
+from lbskel.operators import OPERATORS
+from lbskel.pipeline.preparation import SIMPLIFY
+from lbskel.pipeline.stages import TIP_POSITIONS
+from lbskel.preprocess import PREPARATIONS
+from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
+from lbskel.solvers import SOLVERS
+
+
+def add_command(
+    subparsers: Any, name: str, summary: str, *, example: str, details: str = ""
+) -> argparse.ArgumentParser:
+    """The parser of a command, with a description and an example in its help."""
+    description = f"{summary[0].upper()}{summary[1:]}.{' ' if details else ''}{details}"
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        name,
+        help=summary,
+        description=textwrap.fill(description, 100),
+        epilog=f"example:\n  {example}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    return parser
+
+
+def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
+    """The options of :func:`lbskel.skeletonize`, the same for one mesh and for many."""
+    group = parser.add_argument_group("skeleton")
+    group.add_argument(
+        "--preset",
+        default="flow",
+        choices=PRESETS,
+        metavar="NAME",
+        help=f"settings of the contraction: {', '.join(PRESETS)} (%(default)s)",
+    )
+    group.add_argument(
+        "--operator",
+        choices=OPERATORS,
+        metavar="NAME",
+        help="discrete Laplacian in place of the preset's; 'lbskel laplacian --help' lists them",
+    )
+    group.add_argument(
+        "--energy",
+        choices=ENERGIES,
+        metavar="NAME",
+        help=f"energy of each step in place of the preset's: {', '.join(ENERGIES)}",
+    )
+    group.add_argument(
+        "--solver",
+        choices=SOLVERS,
+        metavar="NAME",
+        help=f"linear solver in place of the preset's: {', '.join(SOLVERS)}",
+    )
+    group.add_argument(
+        "--simplify",
+        default="auto",
+        choices=SIMPLIFY,
+        metavar="HOW",
+        help="auto contracts a simplified proxy of large meshes, none contracts every vertex (%(default)s)",
+    )
+    group.add_argument(
+        "--min-branch-ratio",
+        type=float,
+        default=MIN_BRANCH_RATIO,
+        metavar="RADII",
+        help="keep end branches that reach this many local radii from their junction (%(default)s)",
+    )
+    group.add_argument(
+        "--tip-position",
+        default="inside",
+        choices=TIP_POSITIONS,
+        metavar="WHERE",
+        help="end branches at the last inscribed ball (inside) or on the surface (surface) (%(default)s)",
+    )
+    group.add_argument("--nodes", type=int, metavar="N", help="number of nodes of the skeleton")
+    group.add_argument(
+        "--root",
+        type=_vertex_or_point,
+        metavar="PLACE",
+        help="first node, the root in swc: the index of a vertex, or a point as X,Y,Z",
+    )
+    group.add_argument(
+        "--anchor",
+        type=_vertex_or_point,
+        action="append",
+        default=[],
+        metavar="PLACE",
+        help="have a node at a vertex or a point; may be repeated",
+    )
+    group.add_argument(
+        "--preprocess",
+        default="auto",
+        metavar="HOW",
+        help=f"preprocessing of the mesh: {', '.join(PREPARATIONS)}, steps, or a .toml file (%(default)s)",
+    )
+    group.add_argument("--join", action="store_true", help="join the graphs of several components to one")
+    group.add_argument("--cut-cycles", action="store_true", help="cut each cycle for swc, which holds trees only")
+    group.add_argument(
+        "--time-limit", type=float, metavar="SECONDS", help="return the best result found within SECONDS"
+    )
+
+
+def skeleton_options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """What was asked for, as keyword arguments of :func:`lbskel.skeletonize`, without the time limit."""
+    return {
+        "preset": arguments.preset,
+        "operator": arguments.operator,
+        "energy": arguments.energy,
+        "solver": arguments.solver,
+        "simplify": arguments.simplify,
+        "min_branch_ratio": arguments.min_branch_ratio,
+        "tip_position": arguments.tip_position,
+        "n_nodes": arguments.nodes,
+        "root": arguments.root,
+        "anchors": arguments.anchor,
+        "preprocess": arguments.preprocess,
+    }
+
+
+def _vertex_or_point(text: str) -> int | list[float]:
+    """The index of a vertex, or a point."""
+    try:
+        point = [float(part) for part in text.split(",")] if "," in text else int(text)
+    except ValueError:
+        point = []
+    if isinstance(point, list) and len(point) != 3:
+        raise argparse.ArgumentTypeError(f"must be the index of a vertex or a point as X,Y,Z, not {text!r}")
+    return point
