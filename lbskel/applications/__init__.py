@@ -1,4 +1,4 @@
-"""What the operators are good for besides contraction."""
+"""Applications of the operators other than skeletons."""
 
 from lbskel.applications.spectrum import eigenpairs
 

@@ -18,11 +18,11 @@ from scipy.sparse import coo_array, csc_array, diags_array, triu
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import ArpackError, eigsh, splu
 
-from lbskel.applications.spectrum import count_below, eigenpairs
 from lbskel.errors import SolveError
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Laplacian
+from lbskel.solvers.eigenproblem import count_below, smallest_eigenpairs
 
 ROUNDING = 1e-12  # of the largest entry, or of the mean weight: sums of a few dozen rounded numbers
 FLAT = 1e-10  # what counts as a plane, in lengths of the longest edge of a row
@@ -244,7 +244,7 @@ def _condition(S: csc_array) -> float | None:
     start = np.random.default_rng(SEED).uniform(-1, 1, n)
     try:
         largest = eigsh(S, 1, which="LM", tol=1e-2, v0=start)[0][0]
-        smallest = eigenpairs(Laplacian(S, csc_array(diags_array(np.ones(n)))), 2)[0][1]
+        smallest = smallest_eigenpairs(S, csc_array(diags_array(np.ones(n))), 2)[0][1]
     except (SolveError, ArpackError):
         return None
     return float(largest / smallest) if smallest > 0 else None

@@ -1,0 +1,125 @@
+"""Eigenpairs of sparse matrices whose spectrum is known in closed form, and the count of eigenvalues by inertia."""
+
+from math import comb
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.sparse import block_diag, csc_array, diags_array, eye_array, kron
+
+from lbskel.errors import SolveError
+from lbskel.solvers.eigenproblem import MAX_DENSE_SIZE, count_below, smallest_eigenpairs
+
+ROUNDING = 1e-11  # error of eigenvalues below 4 of matrices with a few hundred rows
+
+
+def cycle_laplacian(n):
+    """The Laplacian of a cycle of n nodes: eigenvalues 2 - 2 cos(2 pi j / n), all but the first (and last) double."""
+    S = diags_array([np.full(n, 2.0), -np.ones(n - 1), -np.ones(n - 1)], offsets=[0, 1, -1]).tolil()
+    S[0, n - 1] = S[n - 1, 0] = -1.0
+    return csc_array(S)
+
+
+def cycle_eigenvalues(n):
+    """The eigenvalues of :func:`cycle_laplacian`, ascending."""
+    return np.sort(2 - 2 * np.cos(2 * np.pi * np.arange(n) / n))
+
+
+def masses(values):
+    """The diagonal matrix of some masses."""
+    return csc_array(diags_array(np.asarray(values, dtype=np.float64)))
+
+
+@pytest.mark.parametrize("n", [MAX_DENSE_SIZE // 2, 3 * MAX_DENSE_SIZE])
+@pytest.mark.parametrize("k", [1, 2, 9, 20])
+def test_eigenpairs_of_a_cycle_are_those_of_its_closed_form(n, k):
+    mass = 0.25
+    S, M = cycle_laplacian(n), masses(np.full(n, mass))
+    values, X = smallest_eigenpairs(S, M, k)
+    assert values.shape == (k,)
+    assert np.abs(values - cycle_eigenvalues(n)[:k] / mass).max() < ROUNDING
+    assert np.abs(X.T @ (M @ X) - np.eye(k)).max() < ROUNDING
+    assert np.abs(S @ X - (M @ X) * values).max() < ROUNDING
+    assert (X[np.abs(X).argmax(axis=0), np.arange(k)] > 0).all()
+
+
+def test_lanczos_agrees_with_the_dense_solution_for_uneven_masses_that_are_not_diagonal():
+    n, k = 3 * MAX_DENSE_SIZE, 10
+    random = np.random.default_rng(0)
+    S = cycle_laplacian(n)
+    M = (masses(random.uniform(0.5, 2.0, n)) + 0.1 * csc_array(abs(S))).tocsc()
+    values, X = smallest_eigenpairs(S, M, k)
+    assert np.abs(values - eigh(S.toarray(), M.toarray(), eigvals_only=True)[:k]).max() < ROUNDING
+    assert np.abs(X.T @ (M @ X) - np.eye(k)).max() < ROUNDING
+
+
+@pytest.mark.parametrize("k", [10, 25, 38, 44, 55])
+def test_every_eigenvector_of_a_multiple_eigenvalue_is_found(k):
+    """The graph of the 9-cube has the eigenvalue 2 j with multiplicity (9 over j); one run of Lanczos misses some."""
+    edge = csc_array([[1.0, -1.0], [-1.0, 1.0]])
+    S = edge
+    for _ in range(8):
+        S = csc_array(kron(S, eye_array(2)) + kron(eye_array(S.shape[0]), edge))
+    mass = 0.25
+    M = masses(np.full(512, mass))
+    values, X = smallest_eigenpairs(S, M, k)
+    assert np.abs(values - np.repeat(2 * np.arange(10), [comb(9, j) for j in range(10)])[:k] / mass).max() < 1e-10
+    assert np.abs(X.T @ (M @ X) - np.eye(k)).max() < 1e-10
+    assert np.abs(S @ X - (M @ X) * values).max() < 1e-10
+
+
+def test_components_are_solved_separately_whatever_the_order_of_their_rows():
+    sizes = (150, 40, 7)
+    S = csc_array(block_diag([cycle_laplacian(n) for n in sizes]))
+    order = np.random.default_rng(1).permutation(sum(sizes))
+    shuffled = S[order][:, order].tocsc()
+    k = 12
+    values, X = smallest_eigenpairs(shuffled, masses(np.ones(len(order))), k)
+    expected = np.sort(np.concatenate([cycle_eigenvalues(n) for n in sizes]))[:k]
+    assert np.abs(values - expected).max() < ROUNDING
+    assert np.abs(shuffled @ X - X * values).max() < ROUNDING
+    component = np.repeat(np.arange(3), sizes)[order]
+    for vector in X.T:  # no eigenvector extends over two components
+        assert len(np.unique(component[vector != 0])) == 1
+
+
+def test_a_component_without_mass_has_no_eigenpairs():
+    S = csc_array(block_diag([cycle_laplacian(5), cycle_laplacian(4)]))
+    values, X = smallest_eigenpairs(S, masses([1.0] * 5 + [0.0] * 4), 20)
+    assert np.abs(values - cycle_eigenvalues(5)).max() < ROUNDING
+    assert X.shape == (9, 5)
+    assert (X[5:] == 0).all()
+
+
+def test_rows_without_mass_have_the_mean_value_of_their_neighbors():
+    n, k = 3 * MAX_DENSE_SIZE, 8
+    S, mass = cycle_laplacian(n), np.ones(n)
+    mass[::3] = 0
+    values, X = smallest_eigenpairs(S, masses(mass), k)
+    assert np.abs(X[::3] - ((np.roll(X, 1, axis=0) + np.roll(X, -1, axis=0)) / 2)[::3]).max() < ROUNDING
+    # Without these rows: a cycle of 200 nodes whose weights alternate between 1 and 1/2.
+    inner, outer = mass > 0, mass == 0
+    D = S.toarray()
+    reduced = D[np.ix_(inner, inner)] - D[np.ix_(inner, outer)] @ D[np.ix_(outer, inner)] / 2
+    assert np.abs(values - np.linalg.eigvalsh(reduced)[:k]).max() < ROUNDING
+
+
+def test_solvers_agree_and_runs_give_the_same_bytes():
+    S, M = cycle_laplacian(200), masses(np.linspace(1, 2, 200))
+    first, second = smallest_eigenpairs(S, M, 8), smallest_eigenpairs(S, M, 8)
+    assert all(a.tobytes() == b.tobytes() for a, b in zip(first, second, strict=True))
+    assert np.abs(first[0] - smallest_eigenpairs(S, M, 8, solver="superlu")[0]).max() < ROUNDING
+
+
+def test_an_indefinite_matrix_is_refused():
+    S = cycle_laplacian(2 * MAX_DENSE_SIZE)
+    with pytest.raises(SolveError):
+        smallest_eigenpairs((-S).tocsc(), masses(np.ones(2 * MAX_DENSE_SIZE)), 3)
+
+
+@pytest.mark.parametrize("mass", [0.5, 1.0, 2.0])
+def test_count_below_counts_the_eigenvalues_of_the_pair_of_matrices(mass):
+    n = 61
+    S, M, values = cycle_laplacian(n), masses(np.full(n, mass)), cycle_eigenvalues(n) / mass
+    for bound in (-1.0, 1e-6, 0.3, 1.7, 3.0, 100.0):
+        assert count_below(S, M, bound) == (values < bound).sum()
