@@ -67,16 +67,16 @@ def interleaved(
     calls: Mapping[str, Callable[..., Any]],
     repeats: int = 5,
     *,
-    preprocess_mesh: Mapping[str, Callable[[], Any]] | None = None,
+    prepare: Mapping[str, Callable[[], Any]] | None = None,
 ) -> dict[str, list[float]]:
     """Seconds of each call, taken in turns, so that a busy machine slows all of them alike; one warm-up round first.
 
-    A call that has a function in ``preprocess_mesh`` gets what that returns, made anew each time and not timed.
+    A call that has a function in ``prepare`` gets what that returns, made anew each time and not timed.
     """
     seconds: dict[str, list[float]] = {name: [] for name in calls}
     for turn in range(repeats + 1):
         for name, call in calls.items():
-            given = (preprocess_mesh[name](),) if preprocess_mesh and name in preprocess_mesh else ()
+            given = (prepare[name](),) if prepare and name in prepare else ()
             gc.collect()
             start = time.perf_counter()
             call(*given)

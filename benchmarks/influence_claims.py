@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from scipy.stats import spearmanr
 
 from benchmarks.harness import markdown_table
-from lbskel import PRESETS, Mesh, Skeleton, compare, contract, skeletonize
+from lbskel import PRESETS, Mesh, Skeleton, contract, ground_truth_distances, skeletonize
 from lbskel.shapes import Shape, make
 from lbskel.skeleton.edge_sampling import sample_edges
 
@@ -83,16 +83,16 @@ def _row(shape: Shape, preset: str, noisy: Mesh) -> dict[str, Any]:
     turned = skeletonize(mesh.with_vertices(mesh.vertices @ Q.T), preset=preset)
     posed = skeletonize(mesh.with_vertices(bent(mesh.vertices, mesh)), preset=preset)
     bent_truth = Skeleton(bent(truth.nodes, mesh), truth.edges, truth.radii)
-    measured = compare(skeleton, truth)
+    measured = ground_truth_distances(skeleton, truth)
     part = skeleton.report["components"][0]
     return {
         "shape": shape.name,
         "preset": preset,
         "steps": len(part["steps"]),
         "accuracy": measured.accuracy,
-        "accuracy, noisy": compare(skeletonize(noisy, preset=preset), truth).accuracy,
-        "turned, apart": compare(_moved(turned, turned.nodes @ Q), truth).accuracy - measured.accuracy,
-        "accuracy, bent": compare(posed, bent_truth).accuracy,
+        "accuracy, noisy": ground_truth_distances(skeletonize(noisy, preset=preset), truth).accuracy,
+        "turned, apart": ground_truth_distances(_moved(turned, turned.nodes @ Q), truth).accuracy - measured.accuracy,
+        "accuracy, bent": ground_truth_distances(posed, bent_truth).accuracy,
         "bent, tips alike": len(posed.tips) == len(skeleton.tips),
         "homotopic": measured.is_topology_right,
         "radii, largest over smallest": _spread(truth),

@@ -87,7 +87,7 @@ def measure(sizes: tuple[int, ...], repeats: dict[int, int]) -> list[dict[str, A
     for n_faces in sizes:
         mesh = mesh_of(n_faces)
         fresh = dict.fromkeys(calls(), lambda mesh=mesh: Mesh(mesh.vertices, mesh.faces))
-        seconds = interleaved(calls(), repeats[n_faces], preprocess_mesh=fresh)
+        seconds = interleaved(calls(), repeats[n_faces], prepare=fresh)
         rows.extend(
             {
                 "faces": len(mesh.faces),

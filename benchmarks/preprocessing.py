@@ -155,7 +155,7 @@ def _scan_row(name: str, mesh: Mesh) -> dict[str, Any]:
 
 def from_clean(skeleton: lbskel.Skeleton, clean: lbskel.Skeleton, diagonal: float) -> dict[str, Any]:
     """How far a scan's skeleton is from that of the clean mesh, both ways, and whether it is the same within LIMITS."""
-    found = lbskel.compare(skeleton, clean)
+    found = lbskel.ground_truth_distances(skeleton, clean)
     curves = [sample_edges(each, diagonal / 2000)[0] for each in (skeleton, clean)]
     apart = [cKDTree(curves[1 - k]).query(curves[k])[0].max() for k in (0, 1)]
     measured = {
@@ -180,7 +180,7 @@ def _coarse_row(name: str, faces: int) -> dict[str, Any]:
     mesh = simplify(shape.mesh, target_faces=faces).mesh
     row: dict[str, Any] = {"shape": name, "faces": len(mesh.faces)}
     for how in ("none", "auto"):
-        comparison = lbskel.compare(lbskel.skeletonize(mesh, preprocess=how), shape.truth)
+        comparison = lbskel.ground_truth_distances(lbskel.skeletonize(mesh, preprocess=how), shape.truth)
         row |= {f"accuracy, {how}": comparison.accuracy, f"coverage 95, {how}": comparison.coverage_95}
         row[f"topology right, {how}"] = comparison.is_topology_right
         row[f"tips right, {how}"] = comparison.n_tips == comparison.n_true_tips

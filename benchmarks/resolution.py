@@ -54,7 +54,7 @@ def _row(name: str, shape: Shape, resolution: str) -> dict[str, Any]:
     began = time.process_time()
     skeleton = lbskel.skeletonize(shape.mesh, simplify=SIMPLIFY[resolution])
     seconds = time.process_time() - began
-    comparison = lbskel.compare(skeleton, shape.truth)
+    comparison = lbskel.ground_truth_distances(skeleton, shape.truth)
     return {
         "shape": name,
         "faces": len(shape.mesh.faces),

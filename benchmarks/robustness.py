@@ -139,7 +139,7 @@ def _row(name: str, case: Case, reference: lbskel.Skeleton) -> tuple[dict[str, A
     except lbskel.LbskelError as error:
         return {**row, "error": f"{type(error).__name__}: {error}"}, None
     turned_back = replace(skeleton, nodes=skeleton.nodes @ case.turn)
-    found = lbskel.compare(turned_back, case.truth if case.truth is not None else reference)
+    found = lbskel.ground_truth_distances(turned_back, case.truth if case.truth is not None else reference)
     moved = max(found.accuracy, found.coverage), max(found.accuracy_95, found.coverage_95)
     return {
         **row,

@@ -82,7 +82,7 @@ def _row(tool: str, name: str, variant: str, shape: Shape) -> dict[str, Any]:
     if len(edges) == 0:
         return {**row, "error": "no edges"}
     skeleton = lbskel.Skeleton(nodes, edges, np.zeros(len(nodes)))
-    comparison = lbskel.compare(skeleton, shape.truth)
+    comparison = lbskel.ground_truth_distances(skeleton, shape.truth)
     inside = inside_fraction(skeleton, Surface(shape.mesh))
     return {**row, **asdict(comparison), "inside_fraction": inside}
 

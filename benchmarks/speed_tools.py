@@ -55,7 +55,7 @@ def _beside_truth(skeleton: lbskel.Skeleton, mesh: Path) -> dict[str, Any]:
     """Distances to the known axis, if that lies beside the mesh in a file."""
     if not mesh.with_suffix(".npz").exists():
         return {}
-    comparison = lbskel.compare(skeleton, lbskel.read_skeleton(mesh.with_suffix(".npz")))
+    comparison = lbskel.ground_truth_distances(skeleton, lbskel.read_skeleton(mesh.with_suffix(".npz")))
     return {"accuracy": comparison.accuracy, "coverage": comparison.coverage}
 
 

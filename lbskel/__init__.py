@@ -14,7 +14,7 @@ from lbskel.errors import (
     SolveError,
     UnknownChoice,
 )
-from lbskel.evaluation.ground_truth import compare
+from lbskel.evaluation.ground_truth import GroundTruthDistances, ground_truth_distances
 from lbskel.evaluation.operator_health import LaplacianDiagnostics, laplacian_diagnostics
 from lbskel.evaluation.scoring import Score
 from lbskel.geometry.mesh import Mesh, PointCloud
@@ -49,6 +49,7 @@ __all__ = [
     "Contraction",
     "ContractionSettings",
     "FormatError",
+    "GroundTruthDistances",
     "Laplacian",
     "LaplacianDiagnostics",
     "LbskelError",
@@ -72,10 +73,10 @@ __all__ = [
     "check",
     "collapse",
     "collapse_mesh",
-    "compare",
     "contract",
     "eigenpairs",
     "factorize",
+    "ground_truth_distances",
     "join_components",
     "laplacian",
     "laplacian_diagnostics",

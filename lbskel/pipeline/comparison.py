@@ -19,7 +19,7 @@ from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.flow import Contraction, Status, Step, contract
 from lbskel.contraction.settings import PRESETS, STRATEGIES, ContractionSettings
 from lbskel.errors import LbskelError, MeshError
-from lbskel.evaluation.ground_truth import compare
+from lbskel.evaluation.ground_truth import ground_truth_distances
 from lbskel.geometry.components import components
 from lbskel.geometry.mesh import Mesh
 from lbskel.operators import Laplacian, operator_named
@@ -178,14 +178,14 @@ def _of_skeleton(skeleton: Skeleton, truth: Skeleton | None, reference: Skeleton
         "inside": skeleton.report["score"]["measures"]["inside_fraction"],
     }
     if truth is not None:
-        measured = compare(skeleton, truth)
+        measured = ground_truth_distances(skeleton, truth)
         row |= {
             "accuracy": measured.accuracy,
             "coverage": measured.coverage,
             "tips right": measured.n_tips == measured.n_true_tips,
         }
     if reference is not None and len(reference.edges) and reference.radii.min() > 0:  # in a sheet they are zero
-        row["from default"] = compare(skeleton, reference).accuracy
+        row["from default"] = ground_truth_distances(skeleton, reference).accuracy
     return row
 
 

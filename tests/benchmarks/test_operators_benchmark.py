@@ -52,7 +52,7 @@ def test_orders_and_ratios():
 def test_calls_take_turns_and_get_what_was_prepared():
     order = []
     calls = {"a": lambda: order.append("a"), "b": lambda given: order.append(given)}
-    seconds = interleaved(calls, 2, preprocess_mesh={"b": lambda: "b"})
+    seconds = interleaved(calls, 2, prepare={"b": lambda: "b"})
     assert order == ["a", "b"] * 3
     assert {name: len(taken) for name, taken in seconds.items()} == {"a": 2, "b": 2}
 

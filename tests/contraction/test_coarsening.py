@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lbskel import Mesh, collapse, compare, contract, skeletonize
+from lbskel import Mesh, collapse, contract, ground_truth_distances, skeletonize
 from lbskel.contraction.coarsening import Coarsened, coarsen
 from lbskel.contraction.flow import PRESETS
 from lbskel.contraction.homology import transfer_cochain, tunnel_cochain
@@ -98,7 +98,8 @@ def test_a_cochain_is_carried_to_the_merged_vertices():
 def test_the_skeleton_is_as_near_to_the_axis_as_with_every_vertex(name):
     shape = make(name, n_vertices=1500)
     every, fewer = (
-        compare(skeletonize(shape.mesh, preset=preset), shape.truth) for preset in (EVERY_VERTEX, PRESETS["flow"])
+        ground_truth_distances(skeletonize(shape.mesh, preset=preset), shape.truth)
+        for preset in (EVERY_VERTEX, PRESETS["flow"])
     )
     assert fewer.is_topology_right
     assert fewer.n_tips == every.n_tips == fewer.n_true_tips

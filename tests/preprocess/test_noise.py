@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lbskel import Mesh, check, compare, skeletonize
+from lbskel import Mesh, check, ground_truth_distances, skeletonize
 from lbskel.preprocess import preprocess_mesh
 from lbskel.preprocess.noise import ROUGH, roughness
 from lbskel.shapes import SHAPES, make, mesh_solid, schwarz_lantern, sphere, torus
@@ -97,7 +97,7 @@ def test_what_is_rough_is_smoothed_and_says_so():
 def test_noise_as_high_as_a_limb_is_thick_hardly_moves_the_skeleton(name):
     mesh = mesh_solid(SHAPES[name](), n_vertices=1500)
     rough = skeletonize(with_noise(mesh, 0.03))
-    moved = compare(rough, skeletonize(mesh))
+    moved = ground_truth_distances(rough, skeletonize(mesh))
     assert moved.n_tips == moved.n_true_tips
     assert moved.is_topology_right
     # noise of 3 % of the diagonal is 0.9 radii high here; a section of some twenty vertices averages it to a fifth
