@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from benchmarks.__main__ import main, names
 from benchmarks.influence_cases import OTHERS, WEIGHT_CASES, ranking
 from benchmarks.influence_claims import BEND, bent
 from benchmarks.influence_factorial import FACTORS, combinations, explained, measure, tables
@@ -157,15 +156,3 @@ def test_a_trial_measures_a_system_of_the_contraction(tmp_path):
     assert (halted["ended"], halted["iterations"], len(halted["curve"])) == ("over 0 s", 1, 1)
     shown = trial(1, "early", "lsmr", 60.0, tmp_path)
     assert shown["error"] == shown["curve"][-1][2] < shown["curve"][0][2]
-
-
-def test_further_meshes_go_to_benchmarks_that_take_them(tmp_path, monkeypatch):
-    assert {"influence", "solvers"} <= set(names())
-    (tmp_path / "b.off").touch()
-    (tmp_path / "a.off").touch()
-    told = []
-    monkeypatch.setattr("benchmarks.influence.run", lambda quick, results, meshes=(): told.append(meshes))
-    monkeypatch.setattr("benchmarks.solvers.run", lambda quick, results: told.append(None))
-    assert main(["influence", "solvers", "--results", str(tmp_path / "results"), "--meshes", str(tmp_path)]) == 0
-    assert [path.name for path in told[0]][:2] == ["a.off", "b.off"]
-    assert told[1] is None

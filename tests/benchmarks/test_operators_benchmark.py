@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.__main__ import main, names
 from benchmarks.harness import (
     fitted_order,
     interleaved,
@@ -33,14 +32,6 @@ from benchmarks.operators_properties import measure as measure_properties
 from benchmarks.operators_properties import tables as tables_of_properties
 from benchmarks.operators_speed import DIRECT, LIBIGL, calls, mesh_of
 from lbskel.operators import OPERATORS
-
-
-def test_the_command_knows_every_benchmark_and_refuses_others(capsys):
-    assert "operators" in names()
-    assert not {"harness", "operators_speed"} & set(names())
-    with pytest.raises(SystemExit):
-        main(["operator"])
-    assert "operators" in capsys.readouterr().err
 
 
 def test_orders_and_ratios():
