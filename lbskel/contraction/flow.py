@@ -26,7 +26,7 @@ from lbskel.errors import MeshError, SolveError, UnknownChoice
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.operators import Laplacian, Operator, operator_named
-from lbskel.operators.clamped_cotangent import corner_cotangents
+from lbskel.operators.corner_angles import corner_cotangents
 from lbskel.solvers import factorize, relative_residual, solve_once
 
 FINEST = 0.004  # of the extent: where vertices may be merged no shorter edge is kept after the first, smoothing step

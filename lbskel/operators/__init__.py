@@ -1,4 +1,4 @@
-"""Discrete Laplace-Beltrami operators: one dict, one signature, one convention (weak form, positive semidefinite)."""
+"""Discrete Laplace-Beltrami operators: one table, one signature, one convention (weak form, positive semidefinite)."""
 
 from lbskel.operators.base import Laplacian, from_igl, to_igl
 from lbskel.operators.masses import MASSES

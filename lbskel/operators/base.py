@@ -1,7 +1,7 @@
-"""The value that every discrete Laplacian comes in: a stiffness matrix and a mass matrix.
+"""The value type of every discrete Laplacian: a stiffness matrix and a mass matrix.
 
 Weak form, positive semidefinite: ``stiffness`` S has -w_ij off its diagonal and rows that sum to zero, ``mass`` M holds
-the areas, and M^-1 S approximates minus the Laplace-Beltrami operator (Reuter et al. 2009,
+the vertex areas, and M^-1 S approximates minus the Laplace-Beltrami operator (Reuter et al. 2009,
 https://doi.org/10.1016/j.cag.2009.03.005). libigl has the other sign: ``from_igl`` and ``to_igl`` convert.
 """
 
@@ -19,20 +19,20 @@ from scipy.sparse import csc_array, diags_array
 from lbskel.errors import MeshError, UnknownChoice
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Laplacian:
     """A discrete Laplace-Beltrami operator on the vertices of its mesh.
 
     Parameters
     ----------
     stiffness : (n, n) csc_array
-        S, positive semidefinite wherever the operator is, rows sum to zero.
+        S, positive semidefinite wherever the operator is, rows sum to zero. No unit.
     mass : (n, n) csc_array
-        M, the area of each vertex on the diagonal.
+        M, the area of each vertex on the diagonal, in squared units of the coordinates.
     treated_vertices : (t,) array of int
-        Vertices whose row a guard changed because a triangle there was degenerate; empty where none was needed.
+        Vertices whose row differs from the formula because a triangle there is degenerate; empty if there are none.
     n_clamped_angles : int
-        Number of angles that a guard moved.
+        Number of angles that were clamped.
 
     Raises
     ------
@@ -52,8 +52,13 @@ class Laplacian:
                 "scale its coordinates to about unit size"
             )
 
+    def __repr__(self) -> str:
+        n, total = self.stiffness.shape[0], float(self.mass.sum())
+        treated = f", {len(self.treated_vertices)} treated" if len(self.treated_vertices) else ""
+        return f"Laplacian({n} vertices, {self.stiffness.nnz} entries, mass {total:.6g}{treated})"
+
     def strong(self) -> csc_array:
-        """M^-1 S, which takes the values of a function to those of minus its Laplacian; zero where M is.
+        """Return M^-1 S, which maps the values of a function to minus its Laplacian; zero rows where the mass is zero.
 
         Raises
         ------
@@ -67,19 +72,23 @@ class Laplacian:
         return (diags_array(inverse) @ self.stiffness).tocsc()
 
     def delta(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """M^-1 S applied to (n,) or (n, k) values; of the positions: the delta-coordinates of Sorkine 2005."""
-        return self.strong() @ values
+        """Apply M^-1 S to (n,) or (n, k) values; for positions these are the delta-coordinates of Sorkine 2005."""
+        result: NDArray[np.float64] = self.strong() @ values
+        return result
 
     def mean_curvature_normals(self, vertices: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(n, 3) H n at each vertex, H = (k1 + k2) / 2 and n outward: 1/R long and outward on a sphere of radius R."""
+        """Compute the (n, 3) mean curvature normals H n, where H = (k1 + k2) / 2 and n points outward.
+
+        On a sphere of radius R they have length 1/R and point outward.
+        """
         return self.delta(vertices) / 2
 
 
 def from_igl(L: Any, M: Any) -> Laplacian:
-    """The value of libigl's negative semidefinite ``cotmatrix`` and its ``massmatrix``."""
+    """Convert libigl's negative semidefinite ``cotmatrix`` and its ``massmatrix`` to a Laplacian."""
     return Laplacian(-csc_array(L), csc_array(M))
 
 
 def to_igl(laplacian: Laplacian) -> tuple[csc_array, csc_array]:
-    """(L, M) in libigl's sign: L negative semidefinite."""
+    """Return (L, M) in libigl's sign: L negative semidefinite."""
     return -laplacian.stiffness, laplacian.mass

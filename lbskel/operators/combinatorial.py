@@ -1,4 +1,4 @@
-"""The graph Laplacian S = D - A, w_ij = 1, and that of the random walk on it: connectivity alone, blind to shape.
+"""The graph Laplacian S = D - A with unit weights, and the random-walk Laplacian: connectivity without geometry.
 
 Taubin 1995, "A signal processing approach to fair surface design", https://doi.org/10.1145/218380.218473.
 """
@@ -16,18 +16,18 @@ from lbskel.operators.base import Laplacian
 from lbskel.operators.masses import voronoi_mass
 
 
-def _degrees_less_adjacency(mesh: Mesh) -> csc_array:
-    """D - A."""
+def _degrees_minus_adjacency(mesh: Mesh) -> csc_array:
+    """Build D - A."""
     i, j = mesh.edges.T
     return stiffness_of_pairs(len(mesh.vertices), i, j, np.ones(len(i)))
 
 
 def graph(mesh: Mesh) -> Laplacian:
-    """The graph Laplacian D - A with the Voronoi mass."""
-    return Laplacian(_degrees_less_adjacency(mesh), voronoi_mass(mesh))
+    """Build the graph Laplacian D - A with the Voronoi mass."""
+    return Laplacian(_degrees_minus_adjacency(mesh), voronoi_mass(mesh))
 
 
 def random_walk(mesh: Mesh) -> Laplacian:
-    """D - A with the degrees as mass, so that the strong form is I - D^-1 A: a vertex less its neighbors' mean."""
-    stiffness = _degrees_less_adjacency(mesh)
+    """Build D - A with the degrees as mass: the strong form is I - D^-1 A, a vertex minus its neighbors' mean."""
+    stiffness = _degrees_minus_adjacency(mesh)
     return Laplacian(stiffness, diagonal_matrix(stiffness.diagonal()))

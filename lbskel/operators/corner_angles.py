@@ -1,19 +1,20 @@
-"""Angles at the corners of triangles, and what counts as degenerate.
+"""Cotangents of the angles at triangle corners, and the test for degenerate ones.
 
-cot = (a . b) / |a x b| for the edges a, b at a corner. The cross product is that of the two shortest edges of the
-triangle, which loses least where it is thin. A cotangent beyond ``LIMIT`` belongs to an angle that positions in double
-precision cannot tell from 0 or 180 degrees: every operator gives such a corner no weight, and lists its vertices.
+cot = (a . b) / |a x b| for the edges a, b at a corner. The cross product is taken of the two shortest edges of the
+triangle, which loses the fewest digits where it is thin. A cotangent beyond ``MAX_COTANGENT`` belongs to an angle that
+double-precision positions cannot distinguish from 0 or 180 degrees: every operator gives such a corner weight zero and
+lists the vertices of its face as treated.
 """
 
 from __future__ import annotations
 
 __all__ = [
-    "LIMIT",
+    "MAX_COTANGENT",
     "corner_cotangents",
     "edge_vectors",
-    "products",
-    "touched_vertices",
-    "without_degenerate",
+    "incident_vertices",
+    "row_dot",
+    "zero_degenerate",
 ]
 
 from typing import Any
@@ -25,34 +26,36 @@ from lbskel._kernels.triangles import corners_of
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 
-LIMIT = 1 / np.finfo(np.float64).eps
+MAX_COTANGENT = 1 / np.finfo(np.float64).eps  # 4.5e15, no unit: the angle is below one rounding of the positions
 
 
 def edge_vectors(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """The (m, 3) vectors along the edge opposite each corner, on the mesh scaled by :func:`unit_scale`; sum zero."""
+    """Return the (m, 3) vectors of the edges opposite the corners, scaled by :func:`unit_scale`; they sum to zero."""
     V = unit_scale(mesh.vertices)[0]
     A, B, C = (V[mesh.faces[:, k]] for k in range(3))
     return C - B, A - C, B - A
 
 
-def products(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(m,) scalar products of the rows."""
-    return np.einsum("mx,mx->m", a, b)
+def row_dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (m,) dot products of the rows of two (m, 3) arrays."""
+    result: NDArray[np.float64] = np.einsum("mx,mx->m", a, b)
+    return result
 
 
 def corner_cotangents(mesh: Mesh) -> NDArray[np.float64]:
-    """(m, 3) cotangent of the angle at each corner of each face; infinite at 0 and 180 degrees, NaN at no angle."""
-    scalar, _, double_areas = corners_of(unit_scale(mesh.vertices)[0], mesh.faces)
+    """Return the (m, 3) cotangents of the corner angles: infinite at 0 and 180 degrees, NaN where undefined."""
+    dots, _, double_areas = corners_of(unit_scale(mesh.vertices)[0], mesh.faces)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        return scalar / double_areas[:, None]
+        cotangents: NDArray[np.float64] = dots / double_areas[:, None]
+    return cotangents
 
 
-def without_degenerate(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """(m, 3) values with zero wherever one is not within LIMIT, and which those are."""
-    degenerate = np.logical_not(np.abs(values) <= LIMIT)
+def zero_degenerate(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Set values beyond MAX_COTANGENT, infinite ones and NaN to zero; return them with the mask of those set."""
+    degenerate = np.logical_not(np.abs(values) <= MAX_COTANGENT)
     return np.where(degenerate, 0.0, values), degenerate
 
 
-def touched_vertices(mesh: Mesh, corners: Any) -> NDArray[np.int64]:
-    """The vertices of the faces that have one of these (m, k) corners."""
-    return np.unique(mesh.faces[corners.any(axis=1)])
+def incident_vertices(mesh: Mesh, is_marked: Any) -> NDArray[np.int64]:
+    """Return the vertices of all faces with a marked corner, given an (m, k) mask."""
+    return np.unique(mesh.faces[is_marked.any(axis=1)])

@@ -1,7 +1,7 @@
 """The cotangent Laplacian, w_ij = (cot a_ij + cot b_ij) / 2 with the angles opposite the edge; entries by libigl.
 
 Pinkall, Polthier 1993, "Computing discrete minimal surfaces and their conjugates",
-https://doi.org/10.1080/10586458.1993.10504266. The sum of libigl's entries is its ``cotmatrix`` with the sign changed.
+https://doi.org/10.1080/10586458.1993.10504266. The stiffness is libigl's ``cotmatrix`` with the sign changed.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import touched_vertices, without_degenerate
+from lbskel.operators.corner_angles import incident_vertices, zero_degenerate
 from lbskel.operators.masses import voronoi_mass
 
 
 def cotangent(mesh: Mesh) -> Laplacian:
-    """The cotangent Laplacian with the Voronoi mass; a corner whose cotangent is not finite has no weight."""
-    entries = igl.cotmatrix_entries(unit_scale(mesh.vertices)[0], mesh.faces)
-    weights, degenerate = without_degenerate(entries)
+    """Build the cotangent Laplacian with the Voronoi mass; a corner whose cotangent is not finite has weight zero."""
+    half_cotangents = igl.cotmatrix_entries(unit_scale(mesh.vertices)[0], mesh.faces)
+    weights, degenerate = zero_degenerate(half_cotangents)
     return Laplacian(
         stiffness_of_corner_weights(len(mesh.vertices), mesh.faces, weights),
         voronoi_mass(mesh),
-        treated_vertices=touched_vertices(mesh, degenerate),
+        treated_vertices=incident_vertices(mesh, degenerate),
     )

@@ -1,7 +1,8 @@
 """The cotangent Laplacian with an identity row at every vertex of a degenerate triangle.
 
-The second remedy that re-implementations of Au et al. 2008 (https://doi.org/10.1145/1399504.1360643) reach for: where
-the row cannot be trusted the equation becomes x_i = right-hand side. Neither symmetric nor free of constants there.
+A common fix in re-implementations of Au et al. 2008 (https://doi.org/10.1145/1399504.1360643): where a row is
+unreliable, its equation becomes x_i = right-hand side. The result is not symmetric, and such a row does not vanish on
+constants.
 """
 
 from __future__ import annotations
@@ -14,23 +15,23 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.operators.assembly import diagonal_matrix, stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
 from lbskel.operators.clamped_cotangent import ANGLE_TOLERANCE
-from lbskel.operators.corner_angles import corner_cotangents, touched_vertices, without_degenerate
+from lbskel.operators.corner_angles import corner_cotangents, incident_vertices, zero_degenerate
 from lbskel.operators.masses import voronoi_mass
 
 
 def cotangent_identity(mesh: Mesh, *, angle_tolerance: float = ANGLE_TOLERANCE) -> Laplacian:
-    """The cotangent Laplacian with identity rows, which ``treated_vertices`` lists, and the Voronoi mass.
+    """Build the cotangent Laplacian with identity rows, listed in ``treated_vertices``, and the Voronoi mass.
 
     Parameters
     ----------
     mesh : Mesh
     angle_tolerance : float
-        In radians: a triangle is degenerate that has an angle this close to 0 or pi.
+        In radians: a triangle is degenerate if one of its angles is this close to 0 or pi.
     """
     cotangents = corner_cotangents(mesh)
-    rows = touched_vertices(mesh, ~(np.abs(cotangents) <= 1 / np.tan(angle_tolerance)))
+    rows = incident_vertices(mesh, ~(np.abs(cotangents) <= 1 / np.tan(angle_tolerance)))
     kept = np.ones(len(mesh.vertices))
     kept[rows] = 0
-    stiffness = stiffness_of_corner_weights(len(mesh.vertices), mesh.faces, without_degenerate(cotangents)[0] / 2)
+    stiffness = stiffness_of_corner_weights(len(mesh.vertices), mesh.faces, zero_degenerate(cotangents)[0] / 2)
     replaced = (diagonal_matrix(kept) @ stiffness + diagonal_matrix(1 - kept)).tocsc()
     return Laplacian(replaced, voronoi_mass(mesh), treated_vertices=rows)

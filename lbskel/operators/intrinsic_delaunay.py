@@ -1,13 +1,13 @@
-"""The cotangent Laplacian of the intrinsic Delaunay triangulation: same surface, better triangles, weights >= 0.
+"""The cotangent Laplacian of the intrinsic Delaunay triangulation of the same surface: weights >= 0.
 
 Bobenko, Springborn 2007, "A discrete Laplace-Beltrami operator for simplicial surfaces",
-https://doi.org/10.1007/s00454-007-9006-1. Where a triangle has no area all edges are first made longer by the amount
-that mends the worst: Sharp, Crane 2020, https://doi.org/10.1111/cgf.14069, section 4.
+https://doi.org/10.1007/s00454-007-9006-1. If a triangle is degenerate, all edges are first lengthened by the one amount
+that makes the worst triangle valid: Sharp, Crane 2020, https://doi.org/10.1111/cgf.14069, section 4 (mollification).
 """
 
 from __future__ import annotations
 
-__all__ = ["intrinsic_delaunay", "mollification_offset"]
+__all__ = ["MOLLIFY_FACTOR", "intrinsic_delaunay", "mollification_offset"]
 
 import igl
 import numpy as np
@@ -19,7 +19,7 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import touched_vertices, without_degenerate
+from lbskel.operators.corner_angles import incident_vertices, zero_degenerate
 from lbskel.operators.intrinsic_triangulation import (
     IntrinsicTriangulation,
     cotangents_of_lengths,
@@ -28,24 +28,41 @@ from lbskel.operators.intrinsic_triangulation import (
 )
 from lbskel.operators.masses import voronoi_mass
 
+# Smallest slack of the triangle inequalities, relative to the mean edge length. A guess; Sharp, Crane 2020 use 1e-5.
 MOLLIFY_FACTOR = 1e-6
 
 
 def mollification_offset(lengths: NDArray[np.float64], factor: float) -> NDArray[np.float64]:
-    """(m,) what each edge must gain for the triangle inequalities to hold by this fraction of the mean length."""
+    """Compute how much longer each face's edges must be for its triangle inequalities to hold with some slack.
+
+    Parameters
+    ----------
+    lengths : (m, 3) array of float
+        Edge lengths of each face.
+    factor : float
+        Required slack, relative to the mean edge length.
+
+    Returns
+    -------
+    (m,) array of float
+        In units of the lengths; zero where the inequalities hold already.
+    """
     a, b, c = lengths.T
-    return np.maximum(2 * np.maximum(np.maximum(a, b), c) - (a + b + c) + factor * lengths.mean(), 0.0)
+    offset: NDArray[np.float64] = np.maximum(
+        2 * np.maximum(np.maximum(a, b), c) - (a + b + c) + factor * lengths.mean(), 0.0
+    )
+    return offset
 
 
 def intrinsic_delaunay(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
-    """The intrinsic Delaunay Laplacian with the Voronoi mass of the given triangles.
+    """Build the intrinsic Delaunay Laplacian with the Voronoi mass of the given triangles.
 
     Parameters
     ----------
     mesh : Mesh
-        Orientable, at most two faces at every edge; edges of a boundary stay as they are.
+        Orientable, with at most two faces at every edge. Boundary edges are not flipped.
     mollify_factor : float
-        Every triangle inequality is made to hold by at least this fraction of the mean edge length.
+        Slack of every triangle inequality, relative to the mean edge length.
 
     Raises
     ------
@@ -65,10 +82,10 @@ def intrinsic_delaunay(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) ->
     n, lengths = len(mesh.vertices), igl.edge_lengths(unit_scale(mesh.vertices)[0], faces)
     if not lengths.any():
         return Laplacian(csc_array((n, n)), voronoi_mass(mesh), treated_vertices=np.unique(faces))
-    missing = mollification_offset(lengths, mollify_factor)
-    flipped = delaunay(IntrinsicTriangulation(faces, lengths + missing.max(), twins))
-    # mended triangles of no area may lose it again to the rounding of flips
-    cotangents, degenerate = without_degenerate(cotangents_of_lengths(flipped.lengths))
+    offsets = mollification_offset(lengths, mollify_factor)
+    flipped = delaunay(IntrinsicTriangulation(faces, lengths + offsets.max(), twins))
+    # the rounding of flips may make mollified triangles degenerate again
+    cotangents, degenerate = zero_degenerate(cotangents_of_lengths(flipped.lengths))
     stiffness = stiffness_of_corner_weights(n, flipped.faces, cotangents / 2)
-    treated = np.union1d(touched_vertices(mesh, missing[:, None] > 0), flipped.faces[degenerate.any(axis=1)])
+    treated = np.union1d(incident_vertices(mesh, offsets[:, None] > 0), flipped.faces[degenerate.any(axis=1)])
     return Laplacian(stiffness, voronoi_mass(mesh), treated_vertices=treated)

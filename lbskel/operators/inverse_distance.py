@@ -1,9 +1,9 @@
-"""The scale-dependent umbrella: w_ij = 1 / |e_ij|.
+"""The scale-dependent umbrella operator: w_ij = 1 / |e_ij|.
 
 Fujiwara 1995, "Eigenvalues of Laplacians on a closed Riemannian manifold and its nets", Proceedings of the AMS 123(8).
 The strong form (4 / E_i) sum_j (u_i - u_j) / |e_ij|, with E_i the sum of the lengths of the edges at i, is twice that
-of Desbrun et al. 1999 (https://doi.org/10.1145/311535.311576): the mean of the second derivatives over the directions
-of a plane is half the Laplacian.
+of Desbrun et al. 1999 (https://doi.org/10.1145/311535.311576): in a plane the second derivative averaged over all
+directions is half the Laplacian.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from lbskel.operators.masses import moment_mass
 
 
 def inverse_distance(mesh: Mesh) -> Laplacian:
-    """Weights 1 / |e_ij| with the mass E_i / 4; an edge without length has no weight."""
+    """Build the Laplacian with weights 1 / |e_ij| and mass E_i / 4; an edge of length zero has weight zero."""
     i, j = mesh.edges.T
     lengths = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1)
-    present = lengths > np.finfo(np.float64).eps * np.abs(mesh.vertices).max()
-    weights = np.divide(1.0, lengths, out=np.zeros_like(lengths), where=present)
+    has_length = lengths > np.finfo(np.float64).eps * np.abs(mesh.vertices).max()
+    weights = np.divide(1.0, lengths, out=np.zeros_like(lengths), where=has_length)
     stiffness = stiffness_of_pairs(len(mesh.vertices), i, j, weights)
-    treated = np.unique(mesh.edges[~present & (i != j)])
+    treated = np.unique(mesh.edges[~has_length & (i != j)])
     return Laplacian(stiffness, moment_mass(mesh, stiffness), treated_vertices=treated)

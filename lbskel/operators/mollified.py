@@ -1,7 +1,7 @@
-"""The cotangent Laplacian of triangles made a little fatter: all edges longer by what mends the thinnest.
+"""The cotangent Laplacian of mollified edge lengths: all edges are lengthened by what the thinnest triangle needs.
 
 Sharp, Crane 2020, "A Laplacian for nonmanifold triangle meshes", https://doi.org/10.1111/cgf.14069, section 4, without
-the intrinsic flips that follow there: finite and symmetric, but weights may be negative, as the cotangents' may.
+the intrinsic flips that follow there: finite and symmetric, but weights may be negative, as cotangents may.
 """
 
 from __future__ import annotations
@@ -16,24 +16,24 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import touched_vertices
+from lbskel.operators.corner_angles import incident_vertices
 from lbskel.operators.intrinsic_delaunay import MOLLIFY_FACTOR, mollification_offset
 from lbskel.operators.intrinsic_triangulation import cotangents_of_lengths
 from lbskel.operators.masses import voronoi_mass
 
 
 def mollified(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
-    """The cotangent Laplacian of mollified edge lengths with the Voronoi mass of the given triangles.
+    """Build the cotangent Laplacian of mollified edge lengths with the Voronoi mass of the given triangles.
 
     Parameters
     ----------
     mesh : Mesh
     mollify_factor : float
-        Every triangle inequality is made to hold by at least this fraction of the mean edge length.
+        Slack of every triangle inequality, relative to the mean edge length.
     """
     n, lengths = len(mesh.vertices), igl.edge_lengths(unit_scale(mesh.vertices)[0], mesh.faces)
     if not lengths.any():
         return Laplacian(csc_array((n, n)), voronoi_mass(mesh), treated_vertices=np.unique(mesh.faces))
-    missing = mollification_offset(lengths, mollify_factor)
-    stiffness = stiffness_of_corner_weights(n, mesh.faces, cotangents_of_lengths(lengths + missing.max()) / 2)
-    return Laplacian(stiffness, voronoi_mass(mesh), treated_vertices=touched_vertices(mesh, missing[:, None] > 0))
+    offsets = mollification_offset(lengths, mollify_factor)
+    stiffness = stiffness_of_corner_weights(n, mesh.faces, cotangents_of_lengths(lengths + offsets.max()) / 2)
+    return Laplacian(stiffness, voronoi_mass(mesh), treated_vertices=incident_vertices(mesh, offsets[:, None] > 0))

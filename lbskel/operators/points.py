@@ -1,14 +1,15 @@
 """Laplacians of point clouds: tufted, local Delaunay and heat kernel.
 
 ``robust``: Sharp, Crane 2020, https://doi.org/10.1111/cgf.14069, by robust_laplacian. ``local_delaunay``: cotangents in
-the Delaunay star of each point among its neighbors, projected to their plane of least squares; one star fills one row,
-so it is not symmetric; Cao, Tagliasacchi, Olson, Zhang, Su 2010, https://doi.org/10.1109/SMI.2010.25.
-``heat_kernel``: Belkin, Sun, Wang 2009, https://doi.org/10.1137/1.9781611973068.112, with the areas of those stars.
+the Delaunay star of each point among its neighbors, projected to their plane of least squares. Each star fills one row,
+so the matrix is not symmetric; Cao, Tagliasacchi, Olson, Zhang, Su 2010, https://doi.org/10.1109/SMI.2010.25.
+``heat_kernel``: Belkin, Sun, Wang 2009, https://doi.org/10.1137/1.9781611973068.112, with the Voronoi areas of these
+stars.
 """
 
 from __future__ import annotations
 
-__all__ = ["heat_kernel", "local_delaunay", "robust"]
+__all__ = ["cloud_stars", "heat_kernel", "local_delaunay", "robust"]
 
 import numpy as np
 import robust_laplacian
@@ -20,23 +21,34 @@ from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import diagonal_matrix
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import corner_cotangents, without_degenerate
+from lbskel.operators.corner_angles import corner_cotangents, zero_degenerate
 from lbskel.operators.heat_kernel import CUT_OFF, TIME, heat_kernel_stiffness
 from lbskel.operators.local_delaunay import delaunay_stars
-from lbskel.operators.masses import voronoi_corners
+from lbskel.operators.masses import voronoi_corner_areas
 from lbskel.operators.robust import MOLLIFY_FACTOR
 from lbskel.operators.robust import robust as robust_of_mesh
 
-N_NEIGHBORS = 30
+N_NEIGHBORS = 30  # neighbors of each point in its local triangulation: default of Sharp, Crane's robust_laplacian
 
 
-def _nothing(n: int) -> Laplacian:
-    """The operator of points that span no triangle."""
+def _zero_laplacian(n: int) -> Laplacian:
+    """Build the zero operator of n points that span no triangle."""
     return Laplacian(csc_array((n, n)), csc_array((n, n)), treated_vertices=np.arange(n))
 
 
 def robust(cloud: PointCloud, *, n_neighbors: int = N_NEIGHBORS, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
-    """The tufted Laplacian of the triangles of all local Delaunay stars, each counted a third, with its own mass."""
+    """Build the tufted Laplacian of the triangles of all local Delaunay stars, with the lumped mass of its cover.
+
+    Each triangle counts a third, since most are in the stars of all three corners.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    n_neighbors : int
+        Number of nearest neighbors in the local triangulation of each point.
+    mollify_factor : float
+        Slack of every triangle inequality, relative to the mean edge length.
+    """
     P, k = unit_scale(cloud.points)
     if len(P) > n_neighbors:
         try:
@@ -45,70 +57,70 @@ def robust(cloud: PointCloud, *, n_neighbors: int = N_NEIGHBORS, mollify_factor:
             )
             return Laplacian(csc_array(stiffness), np.ldexp(1.0, 2 * k) * csc_array(mass))
         except (RuntimeError, MeshError):
-            pass  # it gives up where a point is in no triangle: doubled points, points on a line
+            pass  # it fails if a point is in no triangle: coincident points, points on a line
     stars = delaunay_stars(P, n_neighbors + 1)
     if len(stars) == 0:
-        return _nothing(len(P))
+        return _zero_laplacian(len(P))
     soup = robust_of_mesh(Mesh(cloud.points, stars), mollify_factor=mollify_factor)
-    alone = np.setdiff1d(np.arange(len(P)), stars)
-    return Laplacian(soup.stiffness / 3, soup.mass / 3, treated_vertices=np.union1d(soup.treated_vertices, alone))
+    isolated = np.setdiff1d(np.arange(len(P)), stars)
+    return Laplacian(soup.stiffness / 3, soup.mass / 3, treated_vertices=np.union1d(soup.treated_vertices, isolated))
 
 
-def stars_of(cloud: PointCloud) -> NDArray[np.int64]:
-    """(t, 3) Delaunay stars of the points among their neighbors, 8 to 30 of them as in Cao et al. 2010."""
+def cloud_stars(cloud: PointCloud) -> NDArray[np.int64]:
+    """Compute the (t, 3) Delaunay stars of the points among their 8 to 30 neighbors, as in Cao et al. 2010."""
     n_neighbors = int(np.clip(round(0.012 * len(cloud.points)), 8, 30))
     return delaunay_stars(unit_scale(cloud.points)[0], n_neighbors)
 
 
 def _star_areas(cloud: PointCloud, stars: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(n,) Voronoi area of each point in its own star."""
-    corners = voronoi_corners(Mesh(cloud.points, stars))[:, 0]
-    return np.bincount(stars[:, 0], weights=corners, minlength=len(cloud.points)).astype(np.float64)
+    """Compute the (n,) Voronoi area of each point in its own star."""
+    center_areas = voronoi_corner_areas(Mesh(cloud.points, stars))[:, 0]
+    return np.bincount(stars[:, 0], weights=center_areas, minlength=len(cloud.points)).astype(np.float64)
 
 
 def local_delaunay(cloud: PointCloud, *, stars: NDArray[np.int64] | None = None) -> Laplacian:
-    """The cotangents of each point's own star, with its Voronoi area in it as mass; not symmetric.
+    """Build the cotangent weights of each point's own star, not symmetric, with its Voronoi area there as mass.
 
     Parameters
     ----------
     cloud : PointCloud
     stars : (t, 3) array of int, optional
-        Stars found before, of these points elsewhere: a contraction keeps those of its input.
+        Stars to use instead of those of the cloud; the contraction of Cao et al. keeps those of its input.
     """
     n = len(cloud.points)
-    stars = stars_of(cloud) if stars is None else stars
+    stars = cloud_stars(cloud) if stars is None else stars
     if len(stars) == 0:
-        return _nothing(n)
+        return _zero_laplacian(n)
     mesh = Mesh(cloud.points, stars)
-    cotangents, degenerate = without_degenerate(corner_cotangents(mesh))
+    cotangents, degenerate = zero_degenerate(corner_cotangents(mesh))
     center, first, second = stars.T
     entries = np.concatenate([cotangents[:, 2], cotangents[:, 1]]) / 2
     rows, columns = np.concatenate([center, center]), np.concatenate([first, second])
     W = coo_array((entries, (rows, columns)), shape=(n, n)).tocsc()
     stiffness = (diagonal_matrix(W.sum(axis=1)) - W).tocsc()
-    alone = np.bincount(center, minlength=n) == 0
-    alone[center[degenerate.any(axis=1)]] = True
+    is_treated = np.bincount(center, minlength=n) == 0
+    is_treated[center[degenerate.any(axis=1)]] = True
     areas = diagonal_matrix(_star_areas(cloud, stars))
-    return Laplacian(stiffness, areas, treated_vertices=np.flatnonzero(alone))
+    return Laplacian(stiffness, areas, treated_vertices=np.flatnonzero(is_treated))
 
 
 def heat_kernel(cloud: PointCloud, *, time: float = TIME, cut_off: float = CUT_OFF) -> Laplacian:
-    """The heat kernel Laplacian with the points' Voronoi areas in their stars as mass.
+    """Build the heat kernel Laplacian with the Voronoi area of each point in its star as mass.
 
     Parameters
     ----------
     cloud : PointCloud
     time : float
-        t in squares of the mean length of the stars' edges.
+        t, in squared mean lengths of the edges from the centers of the stars.
     cut_off : float
-        Where the kernel ends, in sqrt(2t).
+        Radius of the kernel, in sqrt(2t).
     """
-    stars = stars_of(cloud)
+    stars = cloud_stars(cloud)
     if len(stars) == 0:
-        return _nothing(len(cloud.points))
+        return _zero_laplacian(len(cloud.points))
     P, k = unit_scale(cloud.points)
     areas = _star_areas(cloud, stars)
-    edge = np.linalg.norm(P[stars[:, 1]] - P[stars[:, 0]], axis=1).mean()
-    stiffness = heat_kernel_stiffness(P, np.ldexp(areas, -2 * k), time * edge**2, cut_off)
+    mean_edge = np.linalg.norm(P[stars[:, 1]] - P[stars[:, 0]], axis=1).mean()
+    stiffness = heat_kernel_stiffness(P, np.ldexp(areas, -2 * k), time * mean_edge**2, cut_off)
     treated = np.setdiff1d(np.arange(len(P)), stars[:, 0])
     return Laplacian(stiffness, diagonal_matrix(areas), treated_vertices=treated)

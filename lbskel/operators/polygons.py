@@ -1,8 +1,8 @@
-"""Meshes of polygons, and their cotangent Laplacian by virtual refinement: quads need no triangulation.
+"""Polygon meshes and their cotangent Laplacian by virtual refinement: quads need no triangulation.
 
-Each polygon gets a virtual point, the affine combination of its corners that makes the squared areas of the fan of
-triangles around it least; L = P^T L_fan P with P that combination. On triangles it is the cotangent Laplacian. Bunge,
-Herholz, Kazhdan, Botsch 2020, "Polygon Laplacian made simple", https://doi.org/10.1111/cgf.13931; by libigl.
+Each polygon gets a virtual point, the affine combination P of its corners that minimizes the sum of the squared areas
+of the triangle fan around it; L = P^T L_fan P. On triangles this is the cotangent Laplacian. Bunge, Herholz, Kazhdan,
+Botsch 2020, "Polygon Laplacian made simple", https://doi.org/10.1111/cgf.13931; by libigl.
 """
 
 from __future__ import annotations
@@ -23,16 +23,17 @@ from lbskel.geometry.mesh import PointCloud, first_few
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import diagonal_matrix
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import LIMIT
+from lbskel.operators.corner_angles import MAX_COTANGENT
 
 
 @dataclass(frozen=True, eq=False)
 class PolygonMesh:
-    """A mesh of polygons: what the caller gave, checked, read-only.
+    """A mesh of polygons, checked and read-only.
 
     Parameters
     ----------
     vertices : (n, 3) array_like of float
+        Positions, in the caller's units.
     polygons : (m, k) array_like of int, or sequence of sequences of int
         0-based vertex indices around each polygon, three or more.
 
@@ -72,42 +73,44 @@ class PolygonMesh:
 
     @cached_property
     def corners(self) -> NDArray[np.int64]:
-        """The vertex indices of all polygons, one polygon after the other."""
+        """The vertex indices of all polygons, concatenated."""
         return np.concatenate(self.polygons)
 
     @cached_property
     def starts(self) -> NDArray[np.int64]:
-        """(m + 1,) where each polygon starts in :attr:`corners`, and where the last one ends."""
+        """(m + 1,) index into :attr:`corners` where each polygon starts, and the end of the last one."""
         return np.concatenate([[0], np.cumsum([len(np.asarray(polygon)) for polygon in self.polygons])])
 
 
-def _apart(vertices: NDArray[np.float64], mesh: PolygonMesh) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-    """(m,) polygons whose own matrix has entries beyond LIMIT or none at all, and the area of each of all corners.
+def _degenerate_polygons(
+    vertices: NDArray[np.float64], mesh: PolygonMesh
+) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+    """Find the (m,) polygons whose own matrix has entries beyond MAX_COTANGENT or NaN, and the area of each corner.
 
-    A polygon bent or dented so far that virtual refinement takes area from a corner has it shared out evenly.
+    If virtual refinement gives a strongly bent or dented polygon a negative corner area, its area is divided evenly.
     """
     n, sizes = len(mesh.corners), np.diff(mesh.starts)
     stiffness, mass, _ = (csc_array(part) for part in igl.cotmatrix(vertices[mesh.corners], np.arange(n), mesh.starts))
     entries = stiffness.tocoo()
-    is_beyond = np.where(np.abs(entries.data) <= LIMIT, 0.0, 1.0)
+    is_beyond = np.where(np.abs(entries.data) <= MAX_COTANGENT, 0.0, 1.0)
     polygon = np.searchsorted(mesh.starts, entries.row, side="right") - 1
     areas = mass.diagonal()
-    even = np.repeat(np.add.reduceat(areas, mesh.starts[:-1]) / sizes, sizes)
-    is_dented = np.repeat(np.minimum.reduceat(areas, mesh.starts[:-1]) < 0, sizes)
-    return np.bincount(polygon, weights=is_beyond, minlength=len(sizes)) > 0, np.where(is_dented, even, areas)
+    even_areas = np.repeat(np.add.reduceat(areas, mesh.starts[:-1]) / sizes, sizes)
+    has_negative = np.repeat(np.minimum.reduceat(areas, mesh.starts[:-1]) < 0, sizes)
+    return np.bincount(polygon, weights=is_beyond, minlength=len(sizes)) > 0, np.where(has_negative, even_areas, areas)
 
 
 def polygon_cotangent(mesh: PolygonMesh) -> Laplacian:
-    """The cotangent Laplacian by virtual refinement with its own lumped mass; degenerate polygons have no weight."""
+    """Build the cotangent Laplacian by virtual refinement with its lumped mass; degenerate polygons are left out."""
     V, k = unit_scale(mesh.vertices)
-    degenerate, areas = _apart(V, mesh)
+    degenerate, areas = _degenerate_polygons(V, mesh)
     n = len(V)
-    sound = [polygon for polygon, bad in zip(mesh.polygons, degenerate, strict=True) if not bad]
-    at_degenerate = np.repeat(degenerate, np.diff(mesh.starts))
-    treated = np.unique(mesh.corners[at_degenerate])
-    if not sound:
+    valid = [polygon for polygon, bad in zip(mesh.polygons, degenerate, strict=True) if not bad]
+    is_degenerate_corner = np.repeat(degenerate, np.diff(mesh.starts))
+    treated = np.unique(mesh.corners[is_degenerate_corner])
+    if not valid:
         return Laplacian(csc_array((n, n)), csc_array((n, n)), treated_vertices=treated)
-    kept = PolygonMesh(mesh.vertices, sound)
+    kept = PolygonMesh(mesh.vertices, valid)
     negative = csc_array(igl.cotmatrix(V, kept.corners, kept.starts)[0])
-    masses = np.bincount(kept.corners, weights=areas[~at_degenerate], minlength=n)
+    masses = np.bincount(kept.corners, weights=areas[~is_degenerate_corner], minlength=n)
     return Laplacian(-negative, diagonal_matrix(np.ldexp(masses, 2 * k)), treated_vertices=treated)

@@ -1,4 +1,4 @@
-"""The tables of operators by name, and the function that applies one to a mesh, a polygon mesh or a point cloud."""
+"""Tables of operators by name, and the functions that apply one to a mesh, a polygon mesh or a point cloud."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ POLYGON_OPERATORS: dict[str, Callable[[PolygonMesh], Laplacian]] = {"cotangent":
 
 
 def operator_named(operator: str | Operator) -> Operator:
-    """The function of that name in OPERATORS, or the callable itself."""
+    """Look up an operator by its name in OPERATORS; return a callable unchanged."""
     return operator if callable(operator) else choose(OPERATORS, operator, "operator")
 
 
@@ -130,23 +130,29 @@ def laplacian(
     operator: str | Callable[[Any], Laplacian] | None = None,
     mass: str | None = None,
 ) -> Laplacian:
-    """The discrete Laplace-Beltrami operator of a mesh, a mesh of polygons or a point cloud.
+    """Build the discrete Laplace-Beltrami operator of a mesh, a polygon mesh or a point cloud.
+
+    The default is the cotangent Laplacian, since it describes the mesh as given: it is the stiffness of linear finite
+    elements, couples only vertices that share an edge, and agrees with libigl's. :func:`lbskel.contract` has another
+    default, the intrinsic Delaunay or tufted operator, since contraction makes triangles thin on purpose: there
+    cotangent weights turn negative and grow without bound. With the cotangent operator and Au's energy 7 of 13 meshes
+    broke, with the intrinsic Delaunay one none (``benchmarks/results/influence.md``).
 
     Parameters
     ----------
     shape : Mesh, PolygonMesh, PointCloud, or what :func:`lbskel.as_mesh` takes
     operator : str or callable, optional
-        A name in OPERATORS, POLYGON_OPERATORS or POINT_OPERATORS, as the shape is, or a function from it to a
-        Laplacian. By default ``cotangent``, for a point cloud ``robust``.
+        A name in OPERATORS, POLYGON_OPERATORS or POINT_OPERATORS, depending on the shape, or a function from the
+        shape to a Laplacian. By default ``cotangent``; for a point cloud, which has no faces, ``robust``.
     mass : {"voronoi", "barycentric", "full"}, optional
-        For a Mesh; by default the operator's own, which is the Voronoi mass wherever its docstring names no other.
+        For a mesh; by default the operator's own, which is the Voronoi mass unless its docstring names another.
 
     Raises
     ------
     UnknownChoice
         If no operator or mass has that name.
     MeshError
-        If the operator is not defined on such a shape, or a mass is asked for of a shape that is no mesh.
+        If the operator is not defined on the shape, or a mass is given for a polygon mesh or point cloud.
     OperatorError
         If a function given as operator returns no Laplacian, one of another size, or one with libigl's negative sign.
 

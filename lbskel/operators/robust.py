@@ -1,4 +1,4 @@
-"""The tufted, mollified Laplacian: defined on any triangle soup, weights >= 0, no triangle too thin.
+"""The tufted, mollified Laplacian: defined on any triangle soup and for any thin triangle, with weights >= 0.
 
 Sharp, Crane 2020, "A Laplacian for nonmanifold triangle meshes", https://doi.org/10.1111/cgf.14069; by
 robust_laplacian.
@@ -6,7 +6,7 @@ robust_laplacian.
 
 from __future__ import annotations
 
-__all__ = ["robust"]
+__all__ = ["MOLLIFY_FACTOR", "robust"]
 
 import igl
 import numpy as np
@@ -19,17 +19,18 @@ from lbskel.operators.assembly import diagonal_matrix
 from lbskel.operators.base import Laplacian
 from lbskel.operators.intrinsic_delaunay import mollification_offset
 
-MOLLIFY_FACTOR = 1e-5
+MOLLIFY_FACTOR = 1e-5  # slack of the triangle inequalities, relative to the mean edge length: Sharp, Crane 2020
 
 
 def robust(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
-    """The tufted Laplacian with the lumped mass of its cover.
+    """Build the tufted Laplacian with the lumped mass of its cover.
 
     Parameters
     ----------
     mesh : Mesh
     mollify_factor : float
-        Every triangle inequality is made to hold by at least this fraction of the mean edge length.
+        Slack of every triangle inequality, relative to the mean edge length; multiplied by ten while the matrices
+        are not finite.
     """
     V, k = unit_scale(mesh.vertices)
     F, n = mesh.faces, len(mesh.vertices)
@@ -42,10 +43,10 @@ def robust(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
     while not (np.isfinite(stiffness.data).all() and np.isfinite(mass.data).all()) and mollify_factor < 1:
         mollify_factor *= 10
         stiffness, mass = robust_laplacian.mesh_laplacian(V, F, mollify_factor=mollify_factor)
-    absent = np.ones(n)
-    absent[F] = 0  # robust_laplacian gives vertices without a face a one on the diagonal
+    is_unused = np.ones(n)
+    is_unused[F] = 0  # robust_laplacian puts a one on the diagonal of vertices without a face
     return Laplacian(
-        csc_array(stiffness) - diagonal_matrix(absent),
+        csc_array(stiffness) - diagonal_matrix(is_unused),
         np.ldexp(1.0, 2 * k) * csc_array(mass),
         treated_vertices=treated,
     )

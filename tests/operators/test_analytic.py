@@ -227,8 +227,8 @@ def test_stars_serve_again_for_points_that_have_moved():
     P = fibonacci_sphere(200)
     local = POINT_OPERATORS["local_delaunay"]
     first = local(PointCloud(P))
-    from lbskel.operators.points import stars_of
+    from lbskel.operators.points import cloud_stars
 
-    again = local(PointCloud(P * [1, 1, 0.5]), stars=stars_of(PointCloud(P)))
+    again = local(PointCloud(P * [1, 1, 0.5]), stars=cloud_stars(PointCloud(P)))
     assert ((abs(first.stiffness).sign() - abs(again.stiffness).sign()).nnz) == 0
     assert abs(first.stiffness - again.stiffness).max() > 0.1

@@ -7,7 +7,7 @@ import robust_laplacian
 
 from lbskel import Mesh
 from lbskel.operators import OPERATORS, PolygonMesh, laplacian
-from lbskel.operators.clamped_cotangent import corner_cotangents
+from lbskel.operators.corner_angles import corner_cotangents
 from lbskel.operators.intrinsic_triangulation import (
     IntrinsicTriangulation,
     cotangents_of_lengths,
