@@ -150,6 +150,10 @@ class Score:
             shown = "-" if value is None else f"{value:d}" if isinstance(value, int) else f"{value:.3f}"
             rows.append((name.replace("_", " "), shown, verdict, f"{sign} {measure.passes:g}", fails, measure.text))
         lines = [f"{a:33} {b:>7}  {c:12}  {d:>9}  {e:>9}  {f}".rstrip() for a, b, c, d, e, f in rows]
+        if self.not_measured:
+            names = ", ".join(name.replace("_", " ") for name in self.not_measured)
+            cause = ", since the skeleton has no vertex map" if self.connected_regions is None else ""
+            lines.append(f"not measured{cause}: {names}")
         return "\n".join([*lines, f"verdict: {self.verdict}; the shape has {self.extremities} extremities"])
 
     def report(self) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 __all__ = ["Anchors", "resolve_anchors"]
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,7 +37,7 @@ class Anchors:
         return Anchors(np.searchsorted(body.vertices, self.vertices[is_within]), self.points[is_within])
 
 
-def resolve_anchors(anchors: Sequence[Any], prepared: PreparedMesh) -> Anchors:
+def resolve_anchors(anchors: Iterable[Any], prepared: PreparedMesh) -> Anchors:
     """Vertices or points of the source mesh, as vertices and points of the prepared mesh.
 
     Raises
@@ -45,7 +45,7 @@ def resolve_anchors(anchors: Sequence[Any], prepared: PreparedMesh) -> Anchors:
     MeshError
         If the anchors are no sequence, or one is neither a vertex of the source nor a point.
     """
-    if np.ndim(anchors) == 0:
+    if isinstance(anchors, str) or not isinstance(anchors, Iterable):
         raise MeshError(f"anchors must be a list of vertices or points, such as [0] or [(x, y, z)], not {anchors!r}")
     resolved = [resolve_anchor(anchor, prepared.source) for anchor in anchors]
     points = prepared.to_unit(np.array([point for _, point in resolved]).reshape(-1, 3))

@@ -23,15 +23,18 @@ def files(tmp_path_factory, two_rings):
 def test_a_good_skeleton_passes(files, capsys):
     assert main(["score", str(files / "good.json"), str(files / "mesh.ply")]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert len(lines) == len(MEASURES) + 1
-    assert all(" pass " in line for line in lines[:-1])
-    assert lines[-1] == "verdict: pass; the shape has 0 ends"
+    assert lines[0].split() == ["measure", "value", "verdict", "passes", "fails"]
+    assert len(lines) == len(MEASURES) + 2
+    assert all(" pass " in line for line in lines[1:-1])
+    assert lines[-1] == "verdict: pass; the shape has 0 extremities"
 
 
 def test_a_file_without_a_map_is_measured_without_it(files, capsys):
     # reading closes the cycles that writing as a tree had cut
     assert main(["score", str(files / "tree.swc"), str(files / "mesh.ply")]) == 0
-    assert capsys.readouterr().out.count("not measured") == 2
+    out = capsys.readouterr().out
+    assert out.count("  not measured") == 2
+    assert "not measured, since the skeleton has no vertex map: connected regions, adjacent regions" in out
 
 
 def test_a_cycle_that_was_cut_fails(files, capsys):

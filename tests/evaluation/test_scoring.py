@@ -131,8 +131,8 @@ def test_a_good_skeleton_passes_in_every_measure(limbs, rings):
         assert set(found.verdicts.values()) == {"pass"}
         assert found.verdict == "pass"
         assert found.passed
-    assert score(limbs[1], limbs[0]).ends == 6
-    assert score(rings[1], rings[0]).ends == 0  # the far side of a ring is no end
+    assert score(limbs[1], limbs[0]).extremities == 6
+    assert score(rings[1], rings[0]).extremities == 0  # the far side of a ring is no end
 
 
 @pytest.mark.parametrize(
@@ -168,7 +168,7 @@ def test_a_small_end_may_be_missed_and_a_limb_may_not():
     nodes = np.stack([x, 0 * x, 0 * x], axis=1)
     whole = Skeleton(nodes, np.stack([np.arange(16), np.arange(1, 17)], axis=1), np.zeros(17))
     found = score(whole, mesh)
-    assert (found.ends, found.extremities_missed, found.limb_extremities_missed) == (3, 1, 0)  # 0.09 of 2.2
+    assert (found.extremities, found.extremities_missed, found.limb_extremities_missed) == (3, 1, 0)  # 0.09 of 2.2
     assert found.verdicts["extremities_missed"] == "warn"
     assert found.passed
     half = score(Skeleton(nodes[4:], whole.edges[:12], np.zeros(13)), mesh)
@@ -269,7 +269,8 @@ def test_the_mesh_is_prepared_as_it_is_for_the_skeleton(rings):
     found = score(skeleton, soup)
     assert found == score(skeleton, (soup.vertices, soup.faces))
     assert (found.extra_components, found.extra_cycles, found.verdict) == (0, 0, "pass")
-    assert not score(skeleton, soup, preprocess=None).passed
+    with pytest.raises(MeshError, match="no component of the mesh has 4 faces and an area"):
+        score(skeleton, soup, preprocess=None)
 
 
 def test_components_are_counted():
@@ -303,7 +304,7 @@ def test_what_cannot_be_scored_says_why(ring):
         score(Skeleton(node * np.nan, [], [0]), ring)
     with pytest.raises(MeshError, match="map is for 7 vertices, but the mesh has 128"):
         score(Skeleton(node, [], [0], np.zeros(7)), ring)
-    with pytest.raises(MeshError, match="no area"):
+    with pytest.raises(MeshError, match="all vertices of the mesh lie at one point"):
         score(Skeleton(node, [], [0]), ring.with_vertices(0 * ring.vertices))
 
 

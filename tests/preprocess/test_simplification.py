@@ -72,8 +72,8 @@ def test_a_target_must_be_positive():
 
 def test_a_skeleton_through_a_simplified_copy_is_that_of_the_full_mesh(monkeypatch):
     mesh = torus(1.0, 0.3, 96, 40)
-    full = skeletonize(mesh, resolution="full")
-    monkeypatch.setattr("lbskel.pipeline.component.MOST_FACES", 1500)
+    full = skeletonize(mesh, simplify="none")
+    monkeypatch.setattr("lbskel.preprocess.proxy.MAX_FACES", 1500)
     proxy = skeletonize(mesh)
     assert "simplified" in proxy.report["components"][0]["notes"][0]
     assert full.report["components"][0]["notes"] == []
