@@ -16,7 +16,7 @@ from lbskel.errors import (
 )
 from lbskel.evaluation.ground_truth import GroundTruthDistances, ground_truth_distances
 from lbskel.evaluation.operator_health import LaplacianDiagnostics, laplacian_diagnostics
-from lbskel.evaluation.scoring import Score
+from lbskel.evaluation.measures import Score
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io import as_mesh, read_mesh, read_points, read_skeleton, write_mesh, write_skeleton
 from lbskel.operators import OPERATORS, Laplacian, laplacian

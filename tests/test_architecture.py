@@ -1,8 +1,9 @@
-"""The architecture as the imports show it: who may know whom, and the form of every module."""
+"""The architecture as the imports show it: which package knows which, and the form of every module."""
 
 import ast
 import functools
 import importlib
+import itertools
 from pathlib import Path
 
 import pytest
@@ -11,58 +12,36 @@ import lbskel
 
 PACKAGE = Path(lbskel.__file__).parent
 MODULES = sorted(PACKAGE.rglob("*.py"))
-LONGEST = 300
-LONGEST_KERNEL = 400  # a quarter of which are types
+TESTS = Path(__file__).parent
 
-LAYERS = {
-    0: ("errors", "graphs", "kernels", "ordering"),
-    1: ("boxes", "conversion", "mesh", "skeleton", "surface", "triangulation"),
-    2: ("operators", "solvers"),
-    3: (
-        "anchors",
-        "applications",
-        "axes",
-        "bones",
-        "clock",
-        "coarsening",
-        "contraction",
-        "degeneracy",
-        "energies",
-        "extremities",
-        "handles",
-        "health",
-        "inside",
-        "joining",
-        "junctions",
-        "limbs",
-        "mapping",
-        "pointclouds",
-        "pruning",
-        "quality",
-        "refinement",
-        "regrowth",
-        "resampling",
-        "sampling",
-        "scoring",
-        "sections",
-        "settings",
-        "steps",
-        "surgery",
-        "tips",
-        "weights",
-    ),
-    4: ("files", "preprocess", "shapes", "views"),
-    5: ("batch", "comparison", "judging", "pipeline", "stages"),
-    6: ("__init__", "__main__", "cli", "commands"),
+MAX_LINES = 300
+MAX_KERNEL_LINES = 400  # a quarter of which are C types
+MAX_ENTRIES = 15
+MAX_ARROWS = 100
+
+BASE = {"errors", "_kernels"}
+KNOWS = {
+    "errors": set(),
+    "_kernels": set(),
+    "geometry": BASE,
+    "solvers": BASE,
+    "operators": BASE | {"geometry", "solvers"},
+    "skeleton": BASE | {"geometry", "solvers"},
+    "preprocess": BASE | {"geometry"},
+    "contraction": BASE | {"geometry", "operators", "solvers"},
+    "refinement": BASE | {"geometry", "skeleton", "solvers"},
+    "evaluation": BASE | {"geometry", "operators", "refinement", "skeleton", "solvers"},
+    "io": BASE | {"geometry", "skeleton"},
+    "visualization": BASE | {"geometry", "io", "skeleton"},
+    "shapes": BASE | {"geometry", "io", "preprocess", "skeleton"},  # preprocess: its isotropic remesher
+    "applications": BASE | {"geometry", "operators", "skeleton", "solvers"},
 }
-LAYER_OF = {part: layer for layer, parts in LAYERS.items() for part in parts}
+ALGORITHMS = set(KNOWS)
+KNOWS["pipeline"] = ALGORITHMS
+KNOWS["cli"] = ALGORITHMS | {"pipeline", "__init__"}
+TOP = {"__init__", "__main__"}  # may import everything
 
-# beyond the order of the layers: operators never solve, solvers never see a Mesh
-STRANGERS = {("operators", "solvers"), ("solvers", "operators"), ("solvers", "mesh"), ("solvers", "conversion")}
-# views and files take finished values; shapes and preprocess know no algorithm either
-LAYER_4_KNOWS = {0, 1, 2, 4}
-
-# heavy or optional: imported where they are used and nowhere else
+# heavy or optional packages: imported inside the functions that use them
 LAZY = {
     "dask",
     "distributed",
@@ -76,21 +55,19 @@ LAZY = {
     "vtkmodules",
 }
 
-MAY_PRINT = ("cli", "commands")
-
 
 def name_of(path):
     return path.relative_to(PACKAGE).as_posix()
 
 
-def part_of(path):
-    """The module or package right under lbskel that a file belongs to."""
+def entry_of(path):
+    """The entry right under lbskel that a file belongs to."""
     return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
 
 
 @functools.cache
 def tree_of(path):
-    """The syntax of a file."""
+    """The syntax tree of a file."""
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
@@ -104,45 +81,74 @@ def imports(tree):
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-def imports_anywhere(path):
-    """The packages that a file imports."""
+def packages_imported(path):
+    """The top-level packages that a file imports."""
     return {name.split(".")[0] for name in imports(tree_of(path))}
 
 
-def parts_known(path):
-    """The parts of lbskel that a file imports; ``__init__`` for the package's own names."""
+def entries_known(tree, own):
+    """The entries of lbskel that a tree imports; ``__init__`` for the package's own names."""
     known = set()
-    for name in imports(tree_of(path)):
+    for name in imports(tree):
         first, *rest = name.split(".")
         if first == "lbskel":
-            is_part = rest and ((PACKAGE / rest[0]).is_dir() or (PACKAGE / f"{rest[0]}.py").exists())
-            known.add(rest[0] if is_part else "__init__")
-    return known - {part_of(path)}
+            is_entry = rest and ((PACKAGE / rest[0]).is_dir() or (PACKAGE / f"{rest[0]}.py").exists())
+            known.add(rest[0] if is_entry else "__init__")
+    return known - {own}
+
+
+def forbidden(tree, own):
+    """The entries that a tree of an entry imports against the rule."""
+    return set() if own in TOP else entries_known(tree, own) - KNOWS[own]
 
 
 every_module = pytest.mark.parametrize("path", MODULES, ids=name_of)
 
 
-def test_the_modules_are_found():
-    assert {part_of(path) for path in MODULES} >= {"errors", "mesh", "operators", "pipeline", "cli"}
-    assert parts_known(PACKAGE / "cli.py") == {"__init__", "commands", "errors"}
-    assert "pymeshlab" in imports_anywhere(PACKAGE / "preprocess" / "pymeshlab_adapter.py")
+def test_the_rule_lists_every_entry_that_exists_and_no_other():
+    entries = {
+        path.stem
+        for path in PACKAGE.iterdir()
+        if path.suffix == ".py" or (path.is_dir() and (path / "__init__.py").exists())
+    }
+    assert entries == set(KNOWS) | TOP
+    packages = [path for path in PACKAGE.iterdir() if path.is_dir() and path.name != "__pycache__"]
+    assert len(packages) <= MAX_ENTRIES
+    for knows in KNOWS.values():
+        assert knows <= entries
+
+
+@pytest.mark.parametrize(
+    ("entry", "line"),
+    [
+        ("solvers", "from lbskel.geometry.mesh import Mesh"),
+        ("geometry", "import lbskel.skeleton.skeleton"),
+        ("operators", "def f():\n    from lbskel.preprocess import check"),
+        ("refinement", "from lbskel.pipeline.stages import skeletonize"),
+        ("contraction", "from lbskel import Skeleton"),
+    ],
+)
+def test_a_forbidden_import_is_found(entry, line):
+    assert forbidden(ast.parse(line), entry)
 
 
 @every_module
-def test_every_module_knows_only_its_own_layer_and_those_below(path):
-    part = part_of(path)
-    assert part in LAYER_OF, f"give {part} a layer"
-    layer = LAYER_OF[part]
-    allowed = LAYER_4_KNOWS if layer == 4 else set(range(layer + 1))
-    for other in parts_known(path):
-        assert LAYER_OF[other] in allowed, f"{name_of(path)}, of layer {layer}, must not import {other}"
-        assert (part, other) not in STRANGERS, f"{name_of(path)} must not import {other}"
+def test_every_module_knows_only_what_the_rule_allows(path):
+    assert forbidden(tree_of(path), entry_of(path)) == set()
+
+
+def test_there_are_few_arrows_between_entries_and_no_circle():
+    arrows = {(entry_of(path), other) for path in MODULES for other in entries_known(tree_of(path), entry_of(path))}
+    assert len(arrows) <= MAX_ARROWS
+    reached = {(a, b) for a, b in arrows if a not in TOP and b not in TOP}
+    while further := {(a, d) for (a, b), (c, d) in itertools.product(reached, reached) if b == c} - reached:
+        reached |= further
+    assert not [entry for entry, other in reached if entry == other]
 
 
 @every_module
 def test_pymeshlab_is_known_to_preprocess_alone(path):
-    assert part_of(path) == "preprocess" or "pymeshlab" not in imports_anywhere(path)
+    assert entry_of(path) == "preprocess" or "pymeshlab" not in packages_imported(path)
 
 
 @every_module
@@ -156,7 +162,7 @@ def test_optional_packages_are_imported_where_they_are_used(path):
 
 @every_module
 def test_only_the_command_line_prints(path):
-    if part_of(path) in MAY_PRINT or path.name == "__main__.py":
+    if entry_of(path) == "cli" or path.name == "__main__.py":
         return
     calls = [node.func for node in ast.walk(tree_of(path)) if isinstance(node, ast.Call)]
     assert not [call for call in calls if isinstance(call, ast.Name) and call.id == "print"]
@@ -168,22 +174,41 @@ def test_every_module_opens_with_what_it_is(path):
     assert len(first.split()) > 3
 
 
+def module_of(path):
+    """The imported module of a file."""
+    dotted = ".".join(("lbskel", *path.relative_to(PACKAGE).with_suffix("").parts)).removesuffix(".__init__")
+    return importlib.import_module(dotted)
+
+
 @every_module
-def test_every_module_says_what_is_public(path):
+def test_every_module_says_what_is_public_and_documents_it(path):
     if path.name == "__main__.py":
         return
-    dotted = ".".join(("lbskel", *path.relative_to(PACKAGE).with_suffix("").parts)).removesuffix(".__init__")
-    module = importlib.import_module(dotted)
+    module = module_of(path)
     assert len(set(module.__all__)) == len(module.__all__)
     for name in module.__all__:
-        assert hasattr(module, name), f"{dotted}.{name}"
-    defined_here = [name for name in module.__all__ if getattr(getattr(module, name), "__module__", "") == dotted]
-    undocumented = [name for name in defined_here if not (getattr(module, name).__doc__ or "").strip()]
-    if part_of(path) != "commands":
-        assert undocumented == []
+        assert hasattr(module, name), f"{module.__name__}.{name}"
+    defined = [name for name in module.__all__ if getattr(getattr(module, name), "__module__", "") == module.__name__]
+    assert [name for name in defined if not (getattr(module, name).__doc__ or "").strip()] == []
+
+
+@pytest.mark.parametrize("path", [path for path in MODULES if path.name == "__init__.py"], ids=name_of)
+def test_no_module_has_the_name_of_what_its_package_exports(path):
+    siblings = {each.stem for each in path.parent.glob("*.py")} | {
+        each.name for each in path.parent.iterdir() if each.is_dir()
+    }
+    assert not siblings & {name for name in module_of(path).__all__ if callable(getattr(module_of(path), name))}
 
 
 @every_module
 def test_no_module_is_long(path):
-    longest = LONGEST_KERNEL if path.parent.name == "kernels" else LONGEST
-    assert len(path.read_text(encoding="utf-8").splitlines()) <= longest
+    limit = MAX_KERNEL_LINES if path.parent.name == "_kernels" else MAX_LINES
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= limit
+
+
+@every_module
+def test_every_module_has_a_test_of_its_name(path):
+    if path.name in ("__init__.py", "__main__.py"):
+        return
+    relative = path.relative_to(PACKAGE)
+    assert (TESTS / relative.parent / f"test_{relative.name}").exists(), f"tests/{relative.parent}/test_{relative.name}"

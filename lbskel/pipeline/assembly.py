@@ -16,7 +16,7 @@ import numpy as np
 from lbskel.contraction.result import Contraction, Step
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.contraction.surgery import CollapsedGraph
-from lbskel.evaluation.scoring import Score
+from lbskel.evaluation.measures import Score
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.preparation import Body, PreparedMesh
 from lbskel.pipeline.profiling import StageTimer

@@ -7,7 +7,8 @@ __all__ = ["score"]
 from typing import Any
 
 from lbskel.errors import MeshError
-from lbskel.evaluation.scoring import Score, require_scorable, score_on
+from lbskel.evaluation.measures import Score
+from lbskel.evaluation.scoring import require_scorable, score_on
 from lbskel.pipeline.preparation import PreparedMesh, prepare
 from lbskel.preprocess import Pipeline
 from lbskel.skeleton.skeleton import Skeleton

@@ -6,7 +6,7 @@ import pytest
 
 from lbskel import skeletonize, write_mesh, write_skeleton
 from lbskel.cli.main import main
-from lbskel.evaluation.scoring import MEASURES
+from lbskel.evaluation.measures import MEASURES
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from lbskel.pipeline.batch.records import MANIFEST, SUMMARY, known
 from lbskel.pipeline.batch.worker import WorkerProcess
 from lbskel.shapes import sphere
 
-PARAMETERS = {"cut_cycles": False, "options": {}}
+PARAMETERS = {"cut_cycles": False, "join": False, "picture": False, "report": False, "options": {}}
 
 
 @pytest.fixture

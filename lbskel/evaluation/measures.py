@@ -1,0 +1,133 @@
+"""The measures of a skeleton's score: what each is, its thresholds, and the verdict that follows."""
+
+from __future__ import annotations
+
+__all__ = ["MEASURES", "Measure", "Score"]
+
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+
+class Measure(NamedTuple):
+    """What a measure tells and what its verdict is.
+
+    Parameters
+    ----------
+    text : str
+    passes, fails : float
+        Sizes up to which it passes and from which on it fails; between them it warns. Chosen so that the 39 shapes of
+        the catalog pass or warn, and that skeletons of them spoilt in one respect fail.
+    """
+
+    text: str
+    passes: float
+    fails: float
+
+    def verdict(self, value: float | None) -> str:
+        """``pass``, ``warn`` or ``fail``; ``not measured`` for None."""
+        if value is None:
+            return "not measured"
+        sign = 1 if self.passes < self.fails else -1
+        past, lost = sign * (abs(value) - self.passes), sign * (abs(value) - self.fails)
+        return "pass" if past <= 0 else "fail" if lost >= 0 else "warn"
+
+
+MEASURES = {
+    "nodes_inside_fraction": Measure("share of the nodes inside the surface or on it", 0.995, 0.97),
+    "inside_fraction": Measure("share of the length inside the surface", 0.995, 0.97),
+    "centeredness_error": Measure("mean distance from the middle of the section, in radii", 0.1, 0.25),
+    "centeredness_error_worst_branch": Measure("the same, median over the worst branch", 0.2, 0.4),
+    "near_surface_fraction": Measure("share of the length that runs close under the surface", 0.05, 0.25),
+    "coverage": Measure("share of the surface within two radii of its node", 0.9, 0.3),
+    "extremities_missed": Measure("ends of the shape that no tip reaches", 0, np.inf),
+    "limb_extremities_missed": Measure(
+        "those of them that are ends of limbs longer than a twentieth of the shape", 0, 1
+    ),
+    "rms_curvature": Measure("root mean square curvature, in turns by 1 radian per radius", 1.0, 5.0),
+    "extra_components": Measure("components, more or less than the surface has", 0, 1),
+    "extra_cycles": Measure("cycles, more or less than the surface has handles", 0, 1),
+    "connected_regions": Measure("share of the vertices in the largest piece of their node's region", 0.98, 0.6),
+    "adjacent_regions": Measure("share of the edges that join regions that touch", 0.9, 0.6),
+    "shortcut_edges": Measure("edges that cross to a part of the surface far away", 0, 1),
+    "spurs": Measure("end branches that stay within their junction's ball", 0, 6),
+}
+
+
+@dataclass(frozen=True)
+class Score:
+    """What :func:`score` measured; :data:`MEASURES` says what each is. None where it could not be told.
+
+    Parameters
+    ----------
+    nodes_inside_fraction, inside_fraction, centeredness_error, centeredness_error_worst_branch, near_surface_fraction, coverage : float
+    extremities : int
+        Ends of the shape, found on its surface.
+    extremities_missed, limb_extremities_missed : int
+        Of small ends, as fingers are on a man, not all may have a tip; a limb has to.
+    rms_curvature : float
+    extra_components, extra_cycles : int
+    connected_regions, adjacent_regions : float
+    shortcut_edges, spurs : int
+    """
+
+    nodes_inside_fraction: float
+    inside_fraction: float
+    centeredness_error: float | None
+    centeredness_error_worst_branch: float | None
+    near_surface_fraction: float
+    coverage: float
+    extremities: int
+    extremities_missed: int
+    limb_extremities_missed: int
+    rms_curvature: float
+    extra_components: int
+    extra_cycles: int | None
+    connected_regions: float | None
+    adjacent_regions: float | None
+    shortcut_edges: int
+    spurs: int
+
+    @property
+    def verdicts(self) -> dict[str, str]:
+        """``pass``, ``warn``, ``fail`` or ``not measured`` for each measure."""
+        values = asdict(self)
+        return {name: measure.verdict(values[name]) for name, measure in MEASURES.items()}
+
+    @property
+    def verdict(self) -> str:
+        """The worst of the verdicts."""
+        found = self.verdicts.values()
+        return next((verdict for verdict in ("fail", "warn") if verdict in found), "pass")
+
+    @property
+    def passed(self) -> bool:
+        """Whether no measure fails; some may warn."""
+        return self.verdict != "fail"
+
+    @property
+    def not_measured(self) -> tuple[str, ...]:
+        """Names of the measures that could not be taken, such as those of the map of a skeleton without one."""
+        return tuple(name for name, verdict in self.verdicts.items() if verdict == "not measured")
+
+    def __str__(self) -> str:
+        """A table of the measures with their thresholds, and the verdict."""
+        values = asdict(self)
+        rows = [("measure", "value", "verdict", "passes", "fails", "")]
+        for name, measure in MEASURES.items():
+            sign = ">=" if measure.passes > measure.fails else "<="
+            fails = "never" if not np.isfinite(measure.fails) else f"{'<=' if sign == '>=' else '>='} {measure.fails:g}"
+            value, verdict = values[name], measure.verdict(values[name])
+            shown = "-" if value is None else f"{value:d}" if isinstance(value, int) else f"{value:.3f}"
+            rows.append((name.replace("_", " "), shown, verdict, f"{sign} {measure.passes:g}", fails, measure.text))
+        lines = [f"{a:33} {b:>7}  {c:12}  {d:>9}  {e:>9}  {f}".rstrip() for a, b, c, d, e, f in rows]
+        if self.not_measured:
+            names = ", ".join(name.replace("_", " ") for name in self.not_measured)
+            cause = ", since the skeleton has no vertex map" if self.connected_regions is None else ""
+            lines.append(f"not measured{cause}: {names}")
+        return "\n".join([*lines, f"verdict: {self.verdict}; the shape has {self.extremities} extremities"])
+
+    def report(self) -> dict[str, Any]:
+        """The verdict, the measures and their verdicts, ready for JSON."""
+        return {"verdict": self.verdict, "measures": asdict(self), "verdicts": self.verdicts}
