@@ -28,8 +28,8 @@ from lbskel.contraction.energies import ContractionStepInput, rectangular
 from lbskel.contraction.weights import HOLDS, STARTS, mean_ring_area, ring_areas
 from lbskel.operators import laplacian
 from lbskel.shapes import chain_of_tori
-from lbskel.solvers import DIRECT, solve_once
-from lbskel.solvers.least_squares import LARGEST_DENSE, LEAST_SQUARES, lstsq
+from lbskel.solvers import DIRECT_SOLVERS, solve_once
+from lbskel.solvers.least_squares import LEAST_SQUARES, MAX_DENSE_BYTES, lstsq
 
 STEPS = {"early": 1, "middle": 4, "late": 8}
 DENSE = ("qr", "svd")
@@ -83,7 +83,9 @@ def _condition(K: csr_array, factorization: Any) -> float:
     n = K.shape[1]
     T = K.T.tocsr()
     forward = LinearOperator((n, n), matvec=lambda x: T @ (K @ x), dtype=np.float64)
-    inverse = LinearOperator((n, n), matvec=lambda x: factorization._solve_once(x[:, None])[:, 0], dtype=np.float64)
+    inverse = LinearOperator(
+        (n, n), matvec=lambda x: factorization._solve_unrefined(x[:, None])[:, 0], dtype=np.float64
+    )
     start = np.cos(np.arange(n, dtype=np.float64))
     largest, smallest = (eigsh(A, k=1, v0=start, tol=1e-2, return_eigenvectors=False)[0] for A in (forward, inverse))
     return float(np.sqrt(largest * smallest))
@@ -96,7 +98,7 @@ def _read(n_vertices: int, when: str, folder: Path) -> tuple[csr_array, NDArray[
 
 def is_iterative(method: str) -> bool:
     """Whether a method shows iterates."""
-    return method not in (*DENSE, "augmented", "plain normal equations", *DIRECT)
+    return method not in (*DENSE, "augmented", "plain normal equations", *DIRECT_SOLVERS)
 
 
 class OutOfTimeError(Exception):
@@ -247,8 +249,8 @@ def _tables(rows: list[dict[str, Any]], systems: list[dict[str, Any]], cap: floa
         f"Each run may take {cap:g} s and {ITERATIONS} iterations, and tells the error reached by then; a method is "
         f"tried on larger systems while it ends in time with a relative error below {USEFUL:g}, and all of them on the "
         "largest early one. A dash: not tried, or nothing to tell. MB: at the peak, beyond what the system itself "
-        f"takes. Dense methods are refused over {LARGEST_DENSE / 1e9:g} GB for K alone, "
-        f"{int((LARGEST_DENSE / 16) ** 0.5)} vertices. Iterates of lsqr and lsmr: see the module.\n"
+        f"takes. Dense methods are refused over {MAX_DENSE_BYTES / 1e9:g} GB for K alone, "
+        f"{int((MAX_DENSE_BYTES / 16) ** 0.5)} vertices. Iterates of lsqr and lsmr: see the module.\n"
     )
     return sections
 

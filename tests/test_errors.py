@@ -7,7 +7,6 @@ import pytest
 from lbskel import (
     OPERATORS,
     PRESETS,
-    SOLVERS,
     ContractionSettings,
     FormatError,
     LbskelError,
@@ -27,6 +26,7 @@ from lbskel.errors import choose
 from lbskel.io import FORMATS, MESH_READERS, read_mesh, read_skeleton
 from lbskel.operators import MASSES
 from lbskel.shapes import SHAPES, make
+from lbskel.solvers import ALL_SOLVERS
 
 FAMILY = {
     MeshError: ValueError,
@@ -76,8 +76,8 @@ ASKED = {
     "operator": (OPERATORS, lambda name, mesh: laplacian(mesh, operator=name)),
     "operator of skeletonize": (OPERATORS, lambda name, mesh: skeletonize(mesh, operator=name)),
     "mass": (MASSES, lambda name, mesh: laplacian(mesh, mass=name)),
-    "solver": (SOLVERS, lambda name, mesh: factorize(laplacian(mesh).mass, name)),
-    "solver of skeletonize": (SOLVERS, lambda name, mesh: skeletonize(mesh, solver=name)),
+    "solver": (ALL_SOLVERS, lambda name, mesh: factorize(laplacian(mesh).mass, name)),
+    "solver of skeletonize": (ALL_SOLVERS, lambda name, mesh: skeletonize(mesh, solver=name)),
     "energy": (ENERGIES, lambda name, mesh: skeletonize(mesh, energy=name)),
     "preset": (PRESETS, lambda name, mesh: skeletonize(mesh, preset=name)),
     "treatment": (DEGENERATE, lambda name, mesh: ContractionSettings(degenerate_rows=name)),

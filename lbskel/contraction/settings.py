@@ -13,7 +13,7 @@ from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.weights import HOLDS, STARTS, WEIGHTS
 from lbskel.errors import UnknownChoice, choose
 from lbskel.operators import Operator, operator_named
-from lbskel.solvers import SOLVERS
+from lbskel.solvers import ALL_SOLVERS
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class ContractionSettings:
         fraction.
     max_steps : int
     solver : str
-        A name in SOLVERS.
+        A name in SOLVERS, or, for study, in CLASSICAL_ITERATIONS.
     """
 
     operator: str | Operator | None = None
@@ -79,7 +79,7 @@ class ContractionSettings:
 
     def __post_init__(self) -> None:
         choose(ENERGIES, self.energy, "energy")
-        choose(SOLVERS, self.solver, "solver")
+        choose(ALL_SOLVERS, self.solver, "solver")
         choose(STARTS, self.initial_weight_rule, "start of the weights")
         choose(HOLDS, self.attraction, "attraction")
         choose(DEGENERATE, self.degenerate_rows, "treatment of degenerate triangles")

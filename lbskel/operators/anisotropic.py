@@ -26,9 +26,8 @@ from lbskel.operators.base import Laplacian
 from lbskel.operators.corner_angles import edge_vectors, incident_vertices, row_dot, zero_degenerate
 from lbskel.operators.masses import voronoi_mass
 
-STRENGTH = (
-    1.0  # damping per unit of relative curvature, no unit; a guess: at the sphere's own curvature diffusion is halved
-)
+# Damping per unit of relative curvature, no unit. A guess, which halves diffusion at the curvature of the sphere.
+STRENGTH = 1.0
 
 
 @dataclass(frozen=True, eq=False)

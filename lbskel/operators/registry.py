@@ -99,22 +99,23 @@ def _checked(operator: Callable[..., Any], result: Any, n: int) -> Laplacian:
             f"the operator {name} returned {_described(result)}, not a Laplacian; return Laplacian(stiffness, mass) "
             "with a positive semidefinite stiffness, or from_igl(L, M) with libigl's matrices"
         )
-    for part, matrix in (("stiffness", result.stiffness), ("mass", result.mass)):
+    laplacian: Laplacian = result
+    for part, matrix in (("stiffness", laplacian.stiffness), ("mass", laplacian.mass)):
         if matrix.shape != (n, n):
             raise OperatorError(
                 f"the operator {name} returned a {part} of shape {matrix.shape} for {n} vertices; "
                 f"both matrices of a Laplacian must be {(n, n)}"
             )
-    if not (isinstance(result.stiffness, csc_array) and isinstance(result.mass, csc_array)):
-        result = replace(result, stiffness=csc_array(result.stiffness), mass=csc_array(result.mass))
-    diagonal = result.stiffness.diagonal()
+    if not (isinstance(laplacian.stiffness, csc_array) and isinstance(laplacian.mass, csc_array)):
+        laplacian = replace(laplacian, stiffness=csc_array(laplacian.stiffness), mass=csc_array(laplacian.mass))
+    diagonal = laplacian.stiffness.diagonal()
     n_negative, n_positive = np.count_nonzero(diagonal < 0), np.count_nonzero(diagonal > 0)
-    if n_negative > n_positive:  # not: any negative, since thin triangles round a small entry to below zero
+    if n_negative > n_positive:  # rounding may make a few entries negative at thin triangles
         raise OperatorError(
             f"the operator {name} returned a stiffness with {n_negative} negative entries of {n} on its diagonal: "
             "this is libigl's sign; return from_igl(L, M), or Laplacian(-L, M)"
         )
-    return result
+    return laplacian
 
 
 def _described(value: Any) -> str:
@@ -169,7 +170,7 @@ def laplacian(
         table: dict[str, Any] = POINT_OPERATORS if is_cloud else POLYGON_OPERATORS
         chosen = operator or ("robust" if is_cloud else "cotangent")
         function = chosen if callable(chosen) else choose(table, chosen, "operator")
-        result = function(shape)
+        result: Laplacian = function(shape)
         if callable(operator):
             result = _checked(operator, result, len(shape.points if isinstance(shape, PointCloud) else shape.vertices))
         if mass is not None:

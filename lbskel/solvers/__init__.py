@@ -1,11 +1,22 @@
 """Solvers of symmetric positive definite systems: factorize once, solve for several right-hand sides.
 
-Least squares of rectangular systems, by these and by others: :mod:`lbskel.solvers.least_squares`.
+``SOLVERS`` are the solvers for use. ``CLASSICAL_ITERATIONS`` (Richardson, Jacobi, Gauss-Seidel, SOR, Chebyshev) are
+there for study: on the systems of a contraction their error is still above 1 % after 2000 iterations
+(``benchmarks/results/solvers.md``). Least squares of rectangular systems: :mod:`lbskel.solvers.least_squares`.
 """
 
 from __future__ import annotations
 
-__all__ = ["DIRECT", "SOLVERS", "Factorization", "factorize", "relative_residual", "solve_once"]
+__all__ = [
+    "ALL_SOLVERS",
+    "CLASSICAL_ITERATIONS",
+    "DIRECT_SOLVERS",
+    "SOLVERS",
+    "Factorization",
+    "factorize",
+    "relative_residual",
+    "solve_once",
+]
 
 from scipy.sparse import csc_array
 
@@ -16,31 +27,36 @@ from lbskel.solvers.factorization import Factorization, relative_residual
 from lbskel.solvers.stationary import SOR, Chebyshev, GaussSeidel, Jacobi, Richardson
 from lbskel.solvers.superlu import SuperLU, solve_once
 
-DIRECT: dict[str, type[Factorization]] = {"cholmod": Cholmod, "superlu": SuperLU}
+DIRECT_SOLVERS: dict[str, type[Factorization]] = {"cholmod": Cholmod, "superlu": SuperLU}
 
 SOLVERS: dict[str, type[Factorization]] = {
-    **DIRECT,
+    **DIRECT_SOLVERS,
+    "cg_jacobi": ConjugateGradientsJacobi,
+    "cg_amg": ConjugateGradientsMultigrid,
+}
+
+CLASSICAL_ITERATIONS: dict[str, type[Factorization]] = {
     "richardson": Richardson,
     "jacobi": Jacobi,
     "gauss_seidel": GaussSeidel,
     "sor": SOR,
     "chebyshev": Chebyshev,
-    "cg_jacobi": ConjugateGradientsJacobi,
-    "cg_amg": ConjugateGradientsMultigrid,
 }
+
+ALL_SOLVERS: dict[str, type[Factorization]] = {**SOLVERS, **CLASSICAL_ITERATIONS}
 
 
 def factorize(A: csc_array, solver: str = "cholmod", *, like: Factorization | None = None) -> Factorization:
-    """A factorization of a symmetric positive definite matrix.
+    """Factorize a symmetric positive definite matrix.
 
     Parameters
     ----------
     A : (n, n) csc_array
         Both triangles given.
     solver : str
-        A name in SOLVERS.
+        A name in SOLVERS, or, for study, in CLASSICAL_ITERATIONS.
     like : Factorization, optional
-        One by the same solver of a matrix of the same size, whose fill-reducing ordering serves again.
+        One by the same solver of a matrix of the same size, whose fill-reducing ordering is used again.
 
     Raises
     ------
@@ -56,4 +72,4 @@ def factorize(A: csc_array, solver: str = "cholmod", *, like: Factorization | No
     >>> factorize(csc_array([[2.0, -1.0], [-1.0, 2.0]])).solve(np.array([[1.0], [1.0]])).ravel()
     array([1., 1.])
     """
-    return choose(SOLVERS, solver, "solver")(A, like)
+    return choose(ALL_SOLVERS, solver, "solver")(A, like)

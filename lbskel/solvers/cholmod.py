@@ -17,10 +17,10 @@ from lbskel.solvers.factorization import Factorization
 
 
 class Cholmod(Factorization):
-    """L L^T of the permuted matrix.
+    """The factorization L L^T of the permuted matrix.
 
-    The ordering serves again where the pattern is the same. Over a contraction with intrinsic flips, which change the
-    pattern, the first step's ordering made the factorizations six times as slow; finding a new one costs far less.
+    The ordering is used again if the sparsity pattern is the same. Intrinsic flips change the pattern in a contraction:
+    the first step's ordering made later factorizations six times as slow; a new ordering costs far less.
     """
 
     def _factorize(self, A: csc_array, like: Factorization | None) -> None:
@@ -33,8 +33,8 @@ class Cholmod(Factorization):
         else:
             self._ordering = amd.order(X)
         self.ordering = np.array(self._ordering).ravel()
-        others = dict(cholmod.options)
-        cholmod.options["nmethods"] = 1  # keep to the ordering given, try no other beside it
+        options_before = dict(cholmod.options)
+        cholmod.options["nmethods"] = 1  # use the given ordering, do not try others
         try:
             self._factor = cholmod.symbolic(X, self._ordering)
             cholmod.numeric(X, self._factor)
@@ -42,9 +42,9 @@ class Cholmod(Factorization):
             raise SolveError(f"the matrix is not positive definite at column {error}") from None
         finally:
             cholmod.options.clear()
-            cholmod.options.update(others)
+            cholmod.options.update(options_before)
 
-    def _solve_once(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _solve_unrefined(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
         X = matrix(np.asfortranarray(B, dtype=np.float64))
         cholmod.solve(self._factor, X)
         return np.array(X)

@@ -9,6 +9,7 @@ from __future__ import annotations
 __all__ = ["ConjugateGradientsJacobi", "ConjugateGradientsMultigrid"]
 
 from abc import abstractmethod
+from collections.abc import Callable
 from importlib import import_module
 from itertools import count
 from typing import Any
@@ -23,50 +24,51 @@ from lbskel.solvers.iterative import TOLERANCE, Iterative, Observer
 
 
 class _ConjugateGradients(Iterative):
-    """All right-hand sides as one vector, so that an iterate is one of all."""
+    """Conjugate gradients on all right-hand sides as one vector, so that an iterate contains all of them."""
 
     @abstractmethod
     def _precondition(self, R: NDArray[np.float64]) -> NDArray[np.float64]:
-        """About A^-1 R."""
+        """Approximate A^-1 R."""
 
     def _iterate(self, B: NDArray[np.float64], iterations: int, observe: Observer) -> NDArray[np.float64]:
         numbers = count(1)
 
-        def operator(function: Any) -> LinearOperator:
+        def as_operator(function: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> LinearOperator:
             return LinearOperator(
                 (B.size, B.size), matvec=lambda x: function(x.reshape(B.shape)).ravel(), dtype=np.float64
             )
 
         x, _ = cg(
-            operator(lambda X: self._matrix @ X),
+            as_operator(lambda X: self._matrix @ X),
             B.ravel(),
             rtol=TOLERANCE,
             maxiter=iterations,
-            M=operator(self._precondition),
+            M=as_operator(self._precondition),
             callback=lambda x: observe(next(numbers), x.reshape(B.shape)),
         )
-        return x.reshape(B.shape)
+        X: NDArray[np.float64] = x.reshape(B.shape)
+        return X
 
 
 class ConjugateGradientsJacobi(_ConjugateGradients):
-    """Preconditioned by the diagonal."""
+    """Conjugate gradients preconditioned by the diagonal."""
 
     def _prepare(self, A: Any) -> None:
-        self._inverse = (1 / A.diagonal())[:, None]
+        self._inverse_diagonal: NDArray[np.float64] = (1 / A.diagonal())[:, None]
 
     def _precondition(self, R: NDArray[np.float64]) -> NDArray[np.float64]:
-        return self._inverse * R
+        return self._inverse_diagonal * R
 
 
 class ConjugateGradientsMultigrid(_ConjugateGradients):
-    """Preconditioned by one cycle of algebraic multigrid."""
+    """Conjugate gradients preconditioned by one cycle of algebraic multigrid."""
 
     def _prepare(self, A: Any) -> None:
         try:
             pyamg = import_module("pyamg")
         except ImportError:
             raise MissingDependency("pyamg", "multigrid", "the solver 'cg_amg'") from None
-        state = np.random.get_state()  # noqa: NPY002 - pyamg draws from numpy's old generator
+        state = np.random.get_state()  # noqa: NPY002 - pyamg uses numpy's legacy global generator
         np.random.seed(0)  # noqa: NPY002
         try:
             self._cycle = pyamg.smoothed_aggregation_solver(csr_matrix(A)).aspreconditioner()

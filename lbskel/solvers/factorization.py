@@ -1,4 +1,4 @@
-"""What every solver gives: a solve for several right-hand sides, once refined, and the ordering that it used.
+"""The interface of all solvers: refined solutions for several right-hand sides, and the ordering that was used.
 
 One step of iterative refinement in the working precision: Higham 2002, "Accuracy and stability of numerical
 algorithms", chapter 12, https://doi.org/10.1137/1.9780898718027.
@@ -16,11 +16,13 @@ from scipy.sparse import csc_array
 
 from lbskel.errors import SolveError
 
-LARGEST_RESIDUAL = 1e-3  # above which a solution is of no use; sound systems stay below 1e-7
+# Largest relative residual of a solution that is returned, no unit. A guess; residuals of well-posed systems stay below
+# 1e-7.
+MAX_RESIDUAL = 1e-3
 
 
 def relative_residual(A: csc_array, X: NDArray[np.float64], B: NDArray[np.float64]) -> float:
-    """Largest |B - A X| relative to the largest |B|."""
+    """Compute the largest |B - A X| relative to the largest |B|; zero if B is zero."""
     scale = np.abs(B).max(initial=0.0)
     return float(np.abs(B - A @ X).max(initial=0.0) / scale) if scale > 0 else 0.0
 
@@ -28,10 +30,17 @@ def relative_residual(A: csc_array, X: NDArray[np.float64], B: NDArray[np.float6
 class Factorization(ABC):
     """A factorized symmetric positive definite matrix.
 
+    Parameters
+    ----------
+    A : (n, n) csc_array
+        Both triangles given.
+    like : Factorization, optional
+        One whose ordering may be used again.
+
     Attributes
     ----------
     ordering : (n,) array of int
-        The fill-reducing permutation, which serves other matrices of the same size.
+        The fill-reducing permutation, which may be used again for other matrices of the same size.
     """
 
     ordering: NDArray[np.int64]
@@ -44,31 +53,35 @@ class Factorization(ABC):
 
     @abstractmethod
     def _factorize(self, A: csc_array, like: Factorization | None) -> None:
-        """Factor the matrix and set ``ordering``."""
+        """Factorize the matrix and set ``ordering``."""
 
     @abstractmethod
-    def _solve_once(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
-        """One pair of triangular solves."""
+    def _solve_unrefined(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Solve for (n, k) right-hand sides without refinement."""
 
     def solve(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
-        """X with A X = B, refined once against its own residual.
+        """Solve A X = B, with one step of iterative refinement.
 
         Parameters
         ----------
         B : (n, k) or (n,) array of float
 
+        Returns
+        -------
+        array of float, of the shape of B
+
         Raises
         ------
         SolveError
-            If the result is not finite or solves nothing: the matrix is singular to working accuracy or not symmetric.
+            If the result is not finite or its residual is large: A is singular to working accuracy, or not symmetric.
         """
         columns = np.asarray(B, dtype=np.float64).reshape(len(B), -1)
-        X = self._solve_once(columns)
-        X = X + self._solve_once(columns - self._matrix @ X)
+        X = self._solve_unrefined(columns)
+        X = X + self._solve_unrefined(columns - self._matrix @ X)
         if not np.isfinite(X).all():
             raise SolveError("the solution is not finite")
         residual = self.residual(X, columns)
-        if residual > LARGEST_RESIDUAL:
+        if residual > MAX_RESIDUAL:
             raise SolveError(
                 f"the solution leaves a residual of {residual:.1e}: the matrix is singular to working accuracy, "
                 "or it is not symmetric",
@@ -77,5 +90,5 @@ class Factorization(ABC):
         return X.reshape(np.shape(B))
 
     def residual(self, X: NDArray[np.float64], B: NDArray[np.float64]) -> float:
-        """Largest |B - A X| relative to the largest |B|."""
+        """Compute the largest |B - A X| relative to the largest |B|; zero if B is zero."""
         return relative_residual(self._matrix, X, B)

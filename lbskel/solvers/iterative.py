@@ -1,12 +1,12 @@
-"""What the iterative solvers share: warm starts, a look at every iterate, and an end.
+"""The base of the iterative solvers: warm starts, a callback on every iterate, a stopping rule, eigenvalue bounds.
 
-They need only products with the matrix, so that it may also be a :class:`NormalMatrix`, which is never formed. All
-right-hand sides advance together, as one vector.
+They need only products with the matrix, so it may also be a :class:`NormalMatrix`, which is never formed. All
+right-hand sides are iterated together, as one vector.
 """
 
 from __future__ import annotations
 
-__all__ = ["Iterative", "NormalMatrix", "Observer", "largest_eigenvalue", "smallest_eigenvalue"]
+__all__ = ["Iterative", "NormalMatrix", "Observer", "eigenvalue_upper_bound", "estimate_smallest_eigenvalue"]
 
 from abc import abstractmethod
 from collections.abc import Callable
@@ -18,61 +18,67 @@ from scipy.linalg import eigh_tridiagonal
 from scipy.sparse import csr_array
 
 from lbskel.errors import SolveError
-from lbskel.solvers.factorization import LARGEST_RESIDUAL, Factorization
+from lbskel.solvers.factorization import MAX_RESIDUAL, Factorization
 
-TOLERANCE = 1e-10  # on the residual relative to that of the start
-MOST_ITERATIONS = 2000
-RITZ_STEPS = 25
+TOLERANCE = 1e-10  # residual at which iterations stop, relative to that of the start; a guess
+MAX_ITERATIONS = 2000  # a guess; benchmarks/results/solvers.md shows which solvers need more on which systems
+N_LANCZOS_STEPS = 25  # steps for the estimate of the smallest eigenvalue; a guess
 
 Observer: TypeAlias = Callable[[int, NDArray[np.float64]], None]
 
 
 class NormalMatrix:
-    """K^T K for a rectangular K, as products only."""
+    """K^T K for a rectangular K, available through products only.
+
+    Parameters
+    ----------
+    K : (m, n) csr_array
+    """
 
     def __init__(self, K: csr_array):
         self._K, self._transposed = K, K.T.tocsr()
         self.data, self.shape = K.data, (K.shape[1], K.shape[1])
 
     def __matmul__(self, X: NDArray[np.float64]) -> NDArray[np.float64]:
-        return self._transposed @ (self._K @ X)
+        product: NDArray[np.float64] = self._transposed @ (self._K @ X)
+        return product
 
     def __abs__(self) -> NormalMatrix:
-        """Of |K|: its products bound those of |K^T K|."""
+        """Return the normal matrix of |K|, whose products bound those of |K^T K|."""
         return NormalMatrix(abs(self._K))
 
     def diagonal(self) -> NDArray[np.float64]:
-        """Squared norms of the columns of K."""
+        """Return the squared norms of the columns of K."""
         return np.asarray(self._K.power(2).sum(axis=0)).ravel()
 
 
-def largest_eigenvalue(A: Any, scale: NDArray[np.float64]) -> float:
-    """A bound on those of diag(scale) A diag(scale) from above, by Gershgorin."""
+def eigenvalue_upper_bound(A: Any, scale: NDArray[np.float64]) -> float:
+    """Bound the eigenvalues of diag(scale) A diag(scale) from above, by Gershgorin's theorem."""
     return float(((abs(A) @ scale[:, None])[:, 0] * scale).max())
 
 
-def smallest_eigenvalue(A: Any, scale: NDArray[np.float64]) -> float:
-    """An estimate of that of diag(scale) A diag(scale) from above, by Lanczos's method.
+def estimate_smallest_eigenvalue(A: Any, scale: NDArray[np.float64]) -> float:
+    """Estimate the smallest eigenvalue of diag(scale) A diag(scale) from above, by Lanczos's method.
 
     Golub, Van Loan 2013, "Matrix computations", section 10.1.
     """
-    q, before = np.cos(np.arange(len(scale), dtype=np.float64)), np.zeros(len(scale))
+    q, previous = np.cos(np.arange(len(scale), dtype=np.float64)), np.zeros(len(scale))
     q /= np.linalg.norm(q)
     diagonal: list[float] = []
-    beside: list[float] = [0.0]
-    for _ in range(min(RITZ_STEPS, len(scale))):
-        r = scale * (A @ (scale * q)[:, None])[:, 0] - beside[-1] * before
+    off_diagonal: list[float] = [0.0]
+    for _ in range(min(N_LANCZOS_STEPS, len(scale))):
+        r = scale * (A @ (scale * q)[:, None])[:, 0] - off_diagonal[-1] * previous
         diagonal.append(float(q @ r))
         r -= diagonal[-1] * q
-        beside.append(float(np.linalg.norm(r)))
-        if beside[-1] <= 1e-12 * abs(diagonal[0]):
+        off_diagonal.append(float(np.linalg.norm(r)))
+        if off_diagonal[-1] <= 1e-12 * abs(diagonal[0]):
             break
-        before, q = q, r / beside[-1]
-    return float(eigh_tridiagonal(diagonal, beside[1 : len(diagonal)], eigvals_only=True)[0])
+        previous, q = q, r / off_diagonal[-1]
+    return float(eigh_tridiagonal(diagonal, off_diagonal[1 : len(diagonal)], eigvals_only=True)[0])
 
 
 class Iterative(Factorization):
-    """A solver that comes nearer with every iteration; what it prepares beforehand costs little."""
+    """A solver whose iterates converge to the solution; the preparation of a matrix is cheap."""
 
     def _factorize(self, A: Any, like: Factorization | None) -> None:
         if not (A.diagonal() > 0).all():
@@ -82,19 +88,19 @@ class Iterative(Factorization):
 
     @abstractmethod
     def _prepare(self, A: Any) -> None:
-        """What is done once for a matrix."""
+        """Compute what all iterations on a matrix share."""
 
     @abstractmethod
     def _iterate(self, B: NDArray[np.float64], iterations: int, observe: Observer) -> NDArray[np.float64]:
-        """From zero until the residual is small, calling ``observe`` with the number and value of each iterate."""
+        """Iterate from zero until the residual is small; call ``observe`` with the number and value of each iterate."""
 
-    def _is_done(self, R: NDArray[np.float64], B: NDArray[np.float64]) -> bool:
-        """Whether a residual is small, or no longer a number."""
-        size = float(np.linalg.norm(R))
-        return not size > TOLERANCE * float(np.linalg.norm(B))
+    def _has_converged(self, R: NDArray[np.float64], B: NDArray[np.float64]) -> bool:
+        """Whether the residual R is small, or NaN."""
+        norm = float(np.linalg.norm(R))
+        return not norm > TOLERANCE * float(np.linalg.norm(B))
 
-    def _solve_once(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
-        return self._iterate(B, MOST_ITERATIONS, lambda number, X: None)
+    def _solve_unrefined(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self._iterate(B, MAX_ITERATIONS, lambda number, X: None)
 
     def solve(
         self,
@@ -104,40 +110,46 @@ class Iterative(Factorization):
         on_iterate: Observer | None = None,
         iterations: int | None = None,
     ) -> NDArray[np.float64]:
-        """X with A X = B, or as near as some iterations come.
+        """Solve A X = B by iteration.
 
         Parameters
         ----------
         B : (n, k) or (n,) array of float
-        start : array like B, optional
-            Where to begin; zero by default.
+        start : array of float, of the shape of B, optional
+            The initial guess; zero by default.
         on_iterate : callable, optional
             Called with the number of each iterate, from 1, and its value.
         iterations : int, optional
-            No more than these, and what they give is returned, however good.
+            Limit on the number of iterations. If it is given, the last iterate is returned whatever its residual.
+
+        Returns
+        -------
+        array of float, of the shape of B
 
         Raises
         ------
         SolveError
-            If ``iterations`` is not given and 2000 do not bring the residual down to a thousandth.
+            If ``iterations`` is not given and the relative residual after 2000 is above a thousandth.
         """
         columns = np.asarray(B, dtype=np.float64).reshape(len(B), -1)
-        first = np.zeros_like(columns) if start is None else np.asarray(start, dtype=np.float64).reshape(columns.shape)
+        initial = (
+            np.zeros_like(columns) if start is None else np.asarray(start, dtype=np.float64).reshape(columns.shape)
+        )
 
         def observe(number: int, X: NDArray[np.float64]) -> None:
             if on_iterate is not None:
-                on_iterate(number, (first + X).reshape(np.shape(B)))
+                on_iterate(number, (initial + X).reshape(np.shape(B)))
 
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            most = MOST_ITERATIONS if iterations is None else iterations
-            X = first + self._iterate(columns - self._matrix @ first, most, observe)
+            limit = MAX_ITERATIONS if iterations is None else iterations
+            X = initial + self._iterate(columns - self._matrix @ initial, limit, observe)
         if iterations is None:
             if not np.isfinite(X).all():
                 raise SolveError("the solution is not finite")
             residual = self.residual(X, columns)
-            if residual > LARGEST_RESIDUAL:
+            if residual > MAX_RESIDUAL:
                 raise SolveError(
-                    f"{MOST_ITERATIONS} iterations leave a residual of {residual:.1e}: use a direct solver, 'cholmod'",
+                    f"{MAX_ITERATIONS} iterations leave a residual of {residual:.1e}: use a direct solver, 'cholmod'",
                     residual,
                 )
         return X.reshape(np.shape(B))

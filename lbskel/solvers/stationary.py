@@ -1,16 +1,17 @@
-"""The classical iterations for A x = b, which for A = K^T K are those for least squares.
+"""The classical iterations for A x = b, for study; with A = K^T K they solve least-squares problems.
 
-With R = B - A X: Richardson's (Landweber's) X + w R; Jacobi's X + w D^-1 R; Gauss-Seidel's and successive
-overrelaxation's X + (D / w + L)^-1 R, L the lower triangle; Chebyshev's semi-iteration, with a new w each time.
-Bjoerck 1996, "Numerical methods for least squares problems", chapter 7, https://doi.org/10.1137/1.9781611971484. Their
-factors are taken from bounds on the eigenvalues, so that all of them converge for any positive definite matrix; all but
-Chebyshev's take some cond(A) iterations, his sqrt(cond(A)).
+With R = B - A X: Richardson (Landweber) X + w R; Jacobi X + w D^-1 R; Gauss-Seidel and successive overrelaxation
+X + (D / w + L)^-1 R with L the strict lower triangle; Chebyshev's semi-iteration, with a new w in each iteration.
+Bjoerck 1996, "Numerical methods for least squares problems", chapter 7, https://doi.org/10.1137/1.9781611971484. The
+factors w come from bounds on the eigenvalues, so all of these converge for any positive definite matrix: Chebyshev in
+the order of sqrt(cond(A)) iterations, the others in the order of cond(A).
 """
 
 from __future__ import annotations
 
 __all__ = ["SOR", "Chebyshev", "GaussSeidel", "Jacobi", "Richardson"]
 
+from abc import abstractmethod
 from typing import Any
 
 import numpy as np
@@ -18,19 +19,20 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, diags_array, tril
 from scipy.sparse.linalg import splu
 
-from lbskel.solvers.iterative import Iterative, Observer, largest_eigenvalue, smallest_eigenvalue
+from lbskel.solvers.iterative import Iterative, Observer, eigenvalue_upper_bound, estimate_smallest_eigenvalue
 
 
 class _Stationary(Iterative):
-    """The same correction of the residual at every iteration."""
+    """An iteration that applies the same linear map to the residual every time."""
 
+    @abstractmethod
     def _correction(self, R: NDArray[np.float64]) -> NDArray[np.float64]:
-        raise NotImplementedError
+        """Compute the change of X for the residual R."""
 
     def _iterate(self, B: NDArray[np.float64], iterations: int, observe: Observer) -> NDArray[np.float64]:
         X, R = np.zeros_like(B), B
         for number in range(1, iterations + 1):
-            if self._is_done(R, B):
+            if self._has_converged(R, B):
                 break
             X = X + self._correction(R)
             R = B - self._matrix @ X
@@ -39,30 +41,30 @@ class _Stationary(Iterative):
 
 
 class Richardson(_Stationary):
-    """X + w R with the best w for the bounds."""
+    """Richardson's iteration X + w R, with the optimal w for the eigenvalue bounds."""
 
     def _prepare(self, A: Any) -> None:
         ones = np.ones(A.shape[0])
-        self._factor = 2 / (largest_eigenvalue(A, ones) + max(smallest_eigenvalue(A, ones), 0.0))
+        self._factor = 2 / (eigenvalue_upper_bound(A, ones) + max(estimate_smallest_eigenvalue(A, ones), 0.0))
 
     def _correction(self, R: NDArray[np.float64]) -> NDArray[np.float64]:
         return self._factor * R
 
 
 class Jacobi(_Stationary):
-    """X + w D^-1 R with the best w for the bounds."""
+    """Jacobi's iteration X + w D^-1 R, with the optimal w for the eigenvalue bounds."""
 
     def _prepare(self, A: Any) -> None:
         scale = 1 / np.sqrt(A.diagonal())
-        factor = 2 / (largest_eigenvalue(A, scale) + max(smallest_eigenvalue(A, scale), 0.0))
-        self._factors = (factor * scale**2)[:, None]
+        factor = 2 / (eigenvalue_upper_bound(A, scale) + max(estimate_smallest_eigenvalue(A, scale), 0.0))
+        self._factors: NDArray[np.float64] = (factor * scale**2)[:, None]
 
     def _correction(self, R: NDArray[np.float64]) -> NDArray[np.float64]:
         return self._factors * R
 
 
 class GaussSeidel(_Stationary):
-    """Each unknown in turn solved for, with the new values of those before it."""
+    """Gauss-Seidel: each unknown in turn is solved for, with the new values of those before it."""
 
     relaxation = 1.0
 
@@ -73,38 +75,42 @@ class GaussSeidel(_Stationary):
         )
 
     def _correction(self, R: NDArray[np.float64]) -> NDArray[np.float64]:
-        return self._lower.solve(R)
+        correction: NDArray[np.float64] = self._lower.solve(R)
+        return correction
 
 
 class SOR(GaussSeidel):
-    """Successive overrelaxation: each change of Gauss and Seidel's 1.5 times as far."""
+    """Successive overrelaxation: each change of Gauss-Seidel times 1.5."""
 
     relaxation = 1.5
 
 
 class Chebyshev(Iterative):
-    """The polynomial in A that is smallest over an interval of eigenvalues, on the matrix scaled to unit diagonal."""
+    """Chebyshev's semi-iteration: the residual polynomial with the smallest maximum over the eigenvalue interval.
+
+    The matrix is scaled to unit diagonal.
+    """
 
     def _prepare(self, A: Any) -> None:
         self._scale = 1 / np.sqrt(A.diagonal())
-        high = largest_eigenvalue(A, self._scale)
-        low = max(smallest_eigenvalue(A, self._scale), 1e-12 * high)
-        self._middle, self._half = (high + low) / 2, (high - low) / 2
+        high = eigenvalue_upper_bound(A, self._scale)
+        low = max(estimate_smallest_eigenvalue(A, self._scale), 1e-12 * high)
+        self._center, self._half_width = (high + low) / 2, (high - low) / 2
 
     def _iterate(self, B: NDArray[np.float64], iterations: int, observe: Observer) -> NDArray[np.float64]:
-        squares = (self._scale**2)[:, None]
+        squared_scale = (self._scale**2)[:, None]
         X, R = np.zeros_like(B), B
-        D, ratio = squares * R / self._middle, self._half / self._middle
+        D, ratio = squared_scale * R / self._center, self._half_width / self._center
         for number in range(1, iterations + 1):
-            if self._is_done(R, B):
+            if self._has_converged(R, B):
                 break
             X = X + D
             R = R - self._matrix @ D
             observe(number, X)
-            if self._half > 0:
-                following = 1 / (2 * self._middle / self._half - ratio)
-                D = following * (ratio * D + 2 / self._half * (squares * R))
-                ratio = following
+            if self._half_width > 0:
+                next_ratio = 1 / (2 * self._center / self._half_width - ratio)
+                D = next_ratio * (ratio * D + 2 / self._half_width * (squared_scale * R))
+                ratio = next_ratio
             else:
-                D = squares * R / self._middle
+                D = squared_scale * R / self._center
         return X

@@ -1,4 +1,6 @@
-"""Sparse LU with a symmetric ordering: SuperLU, through scipy. Several times slower than CHOLMOD, and always there.
+"""Sparse LU with a symmetric ordering: SuperLU, through scipy.
+
+1.7 to 8 times slower than CHOLMOD (``benchmarks/results/solvers.md``, early step, 1,000 to 170,000 vertices).
 
 Li 2005, "An overview of SuperLU", https://doi.org/10.1145/1089014.1089017.
 """
@@ -17,7 +19,7 @@ from lbskel.solvers.factorization import Factorization
 
 
 class SuperLU(Factorization):
-    """L U with pivots from the diagonal; the ordering is found once and applied beforehand after that."""
+    """The factorization L U with pivots from the diagonal; a known ordering is applied to the matrix beforehand."""
 
     def _factorize(self, A: csc_array, like: Factorization | None) -> None:
         if isinstance(like, SuperLU):
@@ -36,14 +38,19 @@ class SuperLU(Factorization):
         if method != "NATURAL":
             self.ordering = np.argsort(self._factor.perm_c)
 
-    def _solve_once(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _solve_unrefined(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
         X = np.empty_like(B, dtype=np.float64)
         X[self._applied] = self._factor.solve(np.ascontiguousarray(B[self._applied]))
         return X
 
 
 def solve_once(A: csc_array, B: NDArray[np.float64]) -> NDArray[np.float64]:
-    """X of A X = B for any square A, by one elimination with row pivots: unrefined, and of whatever residual.
+    """Solve A X = B for any square A by sparse LU with row pivoting, without refinement or a check of the residual.
+
+    Parameters
+    ----------
+    A : (n, n) csc_array
+    B : (n, k) or (n,) array of float
 
     Raises
     ------
@@ -53,6 +60,7 @@ def solve_once(A: csc_array, B: NDArray[np.float64]) -> NDArray[np.float64]:
     if not np.isfinite(A.data).all():
         raise SolveError("the matrix has entries that are not finite")
     try:
-        return splu(A).solve(B)
+        X: NDArray[np.float64] = splu(A).solve(B)
     except RuntimeError as error:
         raise SolveError(f"the matrix cannot be factorized: {error}") from None
+    return X

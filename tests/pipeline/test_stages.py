@@ -7,13 +7,13 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 from helpers import joined, moved
+from lbskel.pipeline.component import enough_faces
 from scipy.spatial.transform import Rotation
 
 import lbskel
 from lbskel import (
     OPERATORS,
     PRESETS,
-    SOLVERS,
     ContractionSettings,
     FormatError,
     Mesh,
@@ -26,6 +26,7 @@ from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.flow import Step
 from lbskel.operators.cotangent import cotangent
 from lbskel.shapes import chain_of_tori, cylinder, flat_grid, make, sphere, torus, tube
+from lbskel.solvers import ALL_SOLVERS
 
 T = np.linspace(0, 6, 40)
 SHAPES = {
@@ -246,7 +247,7 @@ def test_every_preset_with_every_operator_gives_a_whole_skeleton(preset, operato
 
 @pytest.mark.parametrize("preset", PRESETS)
 @pytest.mark.parametrize("energy", ENERGIES)
-@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("solver", ALL_SOLVERS)
 def test_every_preset_with_every_energy_and_solver(preset, energy, solver, rod):
     skeleton = skeletonize(rod, preset=preset, energy=energy, solver=solver)
     assert is_whole(skeleton, rod)
