@@ -1,10 +1,19 @@
 """lbskel: discrete Laplace-Beltrami operators and curve skeletons by Laplacian contraction."""
 
-from lbskel.applications.spectrum import eigenpairs
-from lbskel.contraction.flow import PRESETS, Contraction, ContractionSettings, Status, Step, contract
-from lbskel.contraction.settings import STRATEGIES
-from lbskel.contraction.surgery import CollapsedGraph, collapse, collapse_mesh
-from lbskel.contraction.weights import WEIGHTS
+from lbskel.applications import eigenpairs
+from lbskel.contraction import (
+    PRESETS,
+    STRATEGIES,
+    WEIGHTS,
+    CollapsedGraph,
+    Contraction,
+    ContractionSettings,
+    Status,
+    Step,
+    collapse,
+    collapse_mesh,
+    contract,
+)
 from lbskel.errors import (
     FormatError,
     LbskelError,
@@ -14,23 +23,30 @@ from lbskel.errors import (
     SolveError,
     UnknownChoice,
 )
-from lbskel.evaluation.ground_truth import GroundTruthDistances, ground_truth_distances
-from lbskel.evaluation.operator_health import LaplacianDiagnostics, laplacian_diagnostics
-from lbskel.evaluation.measures import Score
-from lbskel.geometry.mesh import Mesh, PointCloud
-from lbskel.io import as_mesh, read_mesh, read_points, read_skeleton, write_mesh, write_skeleton
+from lbskel.evaluation import (
+    MEASURES,
+    GroundTruthDistances,
+    LaplacianDiagnostics,
+    Score,
+    ground_truth_distances,
+    laplacian_diagnostics,
+)
+from lbskel.geometry import Mesh, PointCloud, VertexMap, as_mesh
+from lbskel.io import read_mesh, read_points, read_skeleton, write_mesh, write_skeleton
 from lbskel.operators import OPERATORS, Laplacian, laplacian
-from lbskel.pipeline.assembly import assemble
-from lbskel.pipeline.batch import skeletonize_many
-from lbskel.pipeline.evaluation import score
-from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
-from lbskel.pipeline.stages import refine, skeletonize, to_skeleton
+from lbskel.pipeline import (
+    Body,
+    PreparedMesh,
+    assemble,
+    prepare,
+    refine,
+    score,
+    skeletonize,
+    skeletonize_many,
+    to_skeleton,
+)
 from lbskel.preprocess import PIPELINES, MeshReport, Pipeline, PreprocessResult, check
-from lbskel.skeleton.joining import join_components
-from lbskel.skeleton.pruning import merge_junctions, prune
-from lbskel.skeleton.resampling import resample
-from lbskel.skeleton.simplification import simplify_branches
-from lbskel.skeleton.skeleton import Skeleton
+from lbskel.skeleton import Skeleton, join_components, merge_junctions, prune, resample, simplify_branches
 from lbskel.solvers import SOLVERS, factorize
 from lbskel.solvers.least_squares import LEAST_SQUARES, lstsq
 
@@ -38,6 +54,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "LEAST_SQUARES",
+    "MEASURES",
     "OPERATORS",
     "PIPELINES",
     "PRESETS",
@@ -68,6 +85,7 @@ __all__ = [
     "Status",
     "Step",
     "UnknownChoice",
+    "VertexMap",
     "as_mesh",
     "assemble",
     "check",

@@ -1,3 +1,21 @@
 """Contraction of a surface to its curve skeleton: energies, weights, steps, and the collapse to a graph."""
 
-__all__: list[str] = []
+from lbskel.contraction.flow import contract
+from lbskel.contraction.result import Contraction, Status, Step
+from lbskel.contraction.settings import PRESETS, STRATEGIES, ContractionSettings
+from lbskel.contraction.surgery import CollapsedGraph, collapse, collapse_mesh
+from lbskel.contraction.weights import WEIGHTS
+
+__all__ = [
+    "PRESETS",
+    "STRATEGIES",
+    "WEIGHTS",
+    "CollapsedGraph",
+    "Contraction",
+    "ContractionSettings",
+    "Status",
+    "Step",
+    "collapse",
+    "collapse_mesh",
+    "contract",
+]

@@ -1,3 +1,15 @@
-"""Scores of skeletons, distances to known axes, and diagnostics of discrete Laplacians."""
+"""Scores of skeletons, distances to known skeletons, and diagnostics of discrete Laplacians."""
 
-__all__: list[str] = []
+from lbskel.evaluation.ground_truth import GroundTruthDistances, ground_truth_distances
+from lbskel.evaluation.measures import MEASURES, Measure, Score
+from lbskel.evaluation.operator_health import LaplacianDiagnostics, laplacian_diagnostics
+
+__all__ = [
+    "MEASURES",
+    "GroundTruthDistances",
+    "LaplacianDiagnostics",
+    "Measure",
+    "Score",
+    "ground_truth_distances",
+    "laplacian_diagnostics",
+]

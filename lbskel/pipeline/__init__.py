@@ -1,3 +1,19 @@
 """From any mesh to a checked skeleton: the stages in their order, and many meshes at once."""
 
-__all__: list[str] = []
+from lbskel.pipeline.assembly import assemble
+from lbskel.pipeline.batch import skeletonize_many
+from lbskel.pipeline.evaluation import score
+from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
+from lbskel.pipeline.stages import refine, skeletonize, to_skeleton
+
+__all__ = [
+    "Body",
+    "PreparedMesh",
+    "assemble",
+    "prepare",
+    "refine",
+    "score",
+    "skeletonize",
+    "skeletonize_many",
+    "to_skeleton",
+]

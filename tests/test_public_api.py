@@ -1,0 +1,105 @@
+"""The public names: what takes a mesh takes every kind of mesh, and the stages compose to the whole."""
+
+import inspect
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from helpers import joined, moved
+
+import lbskel
+from lbskel.shapes import make
+
+TAKES_A_MESH = {
+    "as_mesh": lambda mesh: lbskel.as_mesh(mesh).vertices,
+    "check": lambda mesh: lbskel.check(mesh).faces,
+    "collapse_mesh": lambda mesh: lbskel.collapse_mesh(mesh, mesh).edges,
+    "contract": lambda mesh: lbskel.contract(mesh).mesh.vertices,
+    "laplacian": lambda mesh: lbskel.laplacian(mesh).stiffness.data,
+    "laplacian_diagnostics": lambda mesh: lbskel.laplacian_diagnostics(lbskel.laplacian(mesh), mesh).area_ratio,
+    "prepare": lambda mesh: lbskel.prepare(mesh).mesh.vertices,
+    "prune": lambda mesh: lbskel.prune(lbskel.skeletonize(mesh), mesh).nodes,
+    "score": lambda mesh: lbskel.score(lbskel.skeletonize(mesh), mesh).coverage,
+    "skeletonize": lambda mesh: lbskel.skeletonize(mesh).nodes,
+    "Pipeline": lambda mesh: lbskel.Pipeline(["merge_close"])(mesh).mesh.vertices,
+    "write_mesh": lambda mesh: b"",  # writes a file: tested below
+}
+MESH_PARAMETERS = {"mesh", "shape", "contracted", "data"}
+
+
+class HasVerticesAndFaces:
+    """What trimesh's meshes look like."""
+
+    def __init__(self, mesh):
+        self.vertices, self.faces = mesh.vertices, mesh.faces
+
+
+def forms(mesh, folder):
+    """One mesh in every form that users have."""
+    lbskel.write_mesh(folder / "mesh.ply", mesh, force=True)
+    yield mesh.vertices, mesh.faces
+    yield mesh.vertices.tolist(), mesh.faces.tolist()
+    yield folder / "mesh.ply"
+    yield str(folder / "mesh.ply")
+    yield HasVerticesAndFaces(mesh)
+
+
+def test_every_function_with_a_mesh_is_in_the_table():
+    found = {
+        name
+        for name in lbskel.__all__
+        if inspect.isfunction(getattr(lbskel, name))
+        and MESH_PARAMETERS & set(inspect.signature(getattr(lbskel, name)).parameters)
+    }
+    assert found | {"Pipeline", "as_mesh"} == set(TAKES_A_MESH)
+
+
+@pytest.mark.parametrize("name", TAKES_A_MESH)
+def test_what_takes_a_mesh_takes_every_kind_of_mesh(name, rod, tmp_path):
+    expected = TAKES_A_MESH[name](rod)
+    for form in forms(rod, tmp_path):
+        assert np.array_equal(TAKES_A_MESH[name](form), expected)
+
+
+def test_a_mesh_in_every_form_is_written(rod, tmp_path):
+    for number, form in enumerate(forms(rod, tmp_path)):
+        lbskel.write_mesh(tmp_path / f"{number}.off", form)
+        assert np.array_equal(lbskel.read_mesh(tmp_path / f"{number}.off").vertices, rod.vertices)
+
+
+def composed(mesh):
+    """A skeleton by the public stages, as the README shows them."""
+    prepared = lbskel.prepare(mesh)
+    skeletons = []
+    for body in prepared.bodies:
+        contraction = lbskel.contract(body.proxy.mesh)
+        graph = lbskel.collapse(contraction)
+        skeletons.append(lbskel.refine(lbskel.to_skeleton(graph), body))
+    skeleton = lbskel.assemble(skeletons, prepared)
+    return skeleton, lbskel.score(skeleton, prepared)
+
+
+@pytest.mark.parametrize("name", ["octopus", "ladder", "helix", "two bodies", "soup"])
+def test_the_stages_compose_to_skeletonize(name):
+    """To the last digit."""
+    octopus = make("octopus", n_vertices=1500).mesh
+    mesh = {
+        "two bodies": lambda: joined(octopus, moved(octopus, 3.0)),
+        "soup": lambda: (octopus.vertices[octopus.faces].reshape(-1, 3), np.arange(3 * len(octopus.faces)).reshape(-1, 3)),
+    }.get(name, lambda: make(name, n_vertices=1500).mesh)()
+    expected = lbskel.skeletonize(mesh)
+    skeleton, score = composed(mesh)
+    for field in fields(lbskel.Skeleton):
+        if field.name != "report":
+            assert np.array_equal(getattr(skeleton, field.name), getattr(expected, field.name)), field.name
+    assert score.report() == expected.report["score"]
+
+
+@pytest.mark.parametrize("name", ["octopus", "limbs", "tree"])
+@pytest.mark.parametrize("ratio", [2.0, 3.0, 6.0])
+def test_a_branch_ratio_is_a_pruning_of_the_finished_skeleton(name, ratio):
+    mesh = make(name, n_vertices=1500).mesh
+    direct = lbskel.skeletonize(mesh, min_branch_ratio=ratio)
+    pruned = lbskel.prune(lbskel.skeletonize(mesh), mesh, min_branch_ratio=ratio)
+    assert np.array_equal(direct.nodes, pruned.nodes)
+    assert np.array_equal(direct.nodes[direct.tips], pruned.nodes[pruned.tips])
