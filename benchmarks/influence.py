@@ -18,7 +18,7 @@ from benchmarks.harness import markdown_table, save_json, save_markdown
 from benchmarks.influence_cases import OTHERS, WEIGHT_CASES, measure, prepared, ranking, tables
 from benchmarks.influence_pictures import blow_up, curves, stages
 from lbskel import ContractionSettings, Mesh, Skeleton, read_mesh
-from lbskel.contraction.settings import STRATEGIES
+from lbskel.contraction.settings import DEGENERACY_STRATEGIES
 from lbskel.pipeline.comparison import CASES
 from lbskel.shapes import SHAPES, make
 
@@ -76,7 +76,9 @@ def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
 
 def _published(quick: bool) -> dict[str, ContractionSettings]:
     """Each strategy, and each further operator, with the published energy."""
-    cases = {name: ContractionSettings(energy="least_squares", **changes) for name, changes in STRATEGIES.items()}
+    cases = {
+        name: ContractionSettings(energy="least_squares", **changes) for name, changes in DEGENERACY_STRATEGIES.items()
+    }
     if not quick:
         cases |= {
             str(settings.operator): settings for settings in OTHERS.values() if settings.energy == "least_squares"

@@ -12,12 +12,12 @@ import numpy as np
 from benchmarks.harness import markdown_table
 from lbskel import OPERATORS, ContractionSettings, Skeleton
 from lbskel.contraction.energies import ENERGIES
-from lbskel.contraction.settings import STRATEGIES
+from lbskel.contraction.settings import DEGENERACY_STRATEGIES
 from lbskel.contraction.weights import WEIGHTS
 from lbskel.geometry.mesh import Mesh
 from lbskel.pipeline.comparison import CASES, outcome, record, representative
 
-_COMPARED = {changes["operator"] for changes in STRATEGIES.values()}
+_COMPARED = {changes["operator"] for changes in DEGENERACY_STRATEGIES.values()}
 OTHERS = {
     f"{operator}; {energy.replace('_', ' ')}": ContractionSettings(operator=operator, energy=energy)
     for operator in OPERATORS
@@ -40,9 +40,9 @@ def measure(
     """One row for each mesh and case."""
     rows = []
     for name, (mesh, truth) in meshes.items():
-        default = outcome(mesh, CASES["flow"])
+        default = outcome(mesh, CASES["curvature_flow"])
         for case, settings in cases.items():
-            result = default if settings == CASES["flow"] else outcome(mesh, settings)
+            result = default if settings == CASES["curvature_flow"] else outcome(mesh, settings)
             row = record(result, truth=truth, reference=default.skeleton)
             rows.append({"mesh": name, "vertices": len(mesh.vertices), "case": case, **row})
     return rows
@@ -110,7 +110,7 @@ def ranking(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     Sound is a contraction that without the guard breaks nowhere down to a millionth of the volume, that with it reaches
     its target, and whose skeleton covers the true one at most twice as badly as the default's.
     """
-    enough = {row["mesh"]: FAR * row["coverage"] for row in rows if row["case"] == "flow"}
+    enough = {row["mesh"]: FAR * row["coverage"] for row in rows if row["case"] == "curvature_flow"}
     lines = []
     for case in dict.fromkeys(row["case"] for row in rows):
         mine = [row for row in rows if row["case"] == case]

@@ -23,7 +23,7 @@ from lbskel.skeleton.edge_sampling import sample_edges
 BEND = np.radians(60)  # of the whole length of the shape
 VARIED = 1.1  # largest over smallest radius, below which no region is thin
 COLLAPSED = 0.2  # of its first distance to the axis: a vertex so near has been drawn in
-PRESETS_MEASURED = ("flow", "au2008", "au_program")
+PRESETS_MEASURED = ("curvature_flow", "least_squares", "au2008_demo")
 
 
 def bent(points: NDArray[np.float64], axis: Mesh) -> NDArray[np.float64]:

@@ -20,14 +20,14 @@ from numpy.typing import NDArray
 from benchmarks.harness import markdown_table
 from benchmarks.influence_cases import FAR, is_sound
 from lbskel import OPERATORS, ContractionSettings, Skeleton
-from lbskel.contraction.degenerate_rows import DEGENERATE
+from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.weights import WEIGHTS
 from lbskel.geometry.mesh import Mesh
 from lbskel.pipeline.comparison import AreaNormalized, outcome, record
 
 FACTORS = ("operator", "energy and rows", "weights")
-DEFAULT = ("intrinsic_delaunay", "first order", "reach")
+DEFAULT = ("intrinsic_delaunay", "curvature flow", "diffusion_length")
 NOT_SYMMETRIC = ("mean_value",)
 SAME = ("random_walk",)  # as graph, but for the mass, which no energy looks at
 UNTREATED = ("graph", "heat_kernel", "cotangent_identity")
@@ -61,7 +61,7 @@ def combinations(operators: Sequence[str] = tuple(OPERATORS)) -> dict[tuple[Any,
             if energy == "curvature_flow" and operator in NOT_SYMMETRIC:
                 continue
             has_rows = energy == "least_squares" and operator not in UNTREATED
-            for rows in DEGENERATE if has_rows else ("none",):
+            for rows in ROW_TREATMENTS if has_rows else ("none",):
                 name = energy.replace("_", " ") + (f", {rows}" if rows != "none" else "")
                 for weights, changes in WEIGHTS.items():
                     found[operator, name, weights] = ContractionSettings(

@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.harness import save_picture
 from lbskel import Mesh
-from lbskel.contraction.settings import STRATEGIES, ContractionSettings
+from lbskel.contraction.settings import DEGENERACY_STRATEGIES, ContractionSettings
 from lbskel.pipeline.comparison import ComparisonResult, outcome
 from lbskel.visualization import Panel, render
 
@@ -61,7 +61,7 @@ def blow_up(meshes: Mapping[str, Mesh], results: Path) -> list[dict[str, Any]]:
         panels = [Panel(mesh, title=name)]
         for bad, good in PAIRS:
             outcomes = {
-                strategy: outcome(mesh, ContractionSettings(energy="least_squares", **STRATEGIES[strategy]))
+                strategy: outcome(mesh, ContractionSettings(energy="least_squares", **DEGENERACY_STRATEGIES[strategy]))
                 for strategy in (bad, good)
             }
             free = outcomes[bad].free
@@ -97,7 +97,7 @@ def curves(rows: list[dict[str, Any]], mesh: str, path: Path) -> None:
 
     def draw(figure: Any) -> None:
         axes = figure.subplots(2, 2, sharex=True)
-        for column, energy in enumerate(("least squares", "first order")):
+        for column, energy in enumerate(("least squares", "curvature flow")):
             mine = [row for row in rows if row["mesh"] == mesh and row["case"].endswith(energy) and "areas" in row]
             for row in mine:
                 strategy = row["case"].split(";")[0]

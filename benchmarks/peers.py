@@ -19,10 +19,10 @@ def lbskel_flow(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Grap
     return skeleton.nodes, skeleton.edges
 
 
-def lbskel_au2008(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Graph:
+def lbskel_least_squares(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Graph:
     import lbskel
 
-    skeleton = lbskel.skeletonize((vertices, faces), preset="au2008")
+    skeleton = lbskel.skeletonize((vertices, faces), preset="least_squares")
     return skeleton.nodes, skeleton.edges
 
 
@@ -53,10 +53,10 @@ def pygel_separators(vertices: NDArray[np.float64], faces: NDArray[np.int64]) ->
 
 PEERS: dict[str, Callable[[NDArray[np.float64], NDArray[np.int64]], Graph]] = {
     "lbskel": lbskel_flow,
-    "lbskel au2008": lbskel_au2008,
+    "lbskel least_squares": lbskel_least_squares,
     "skeletor": skeletor_edge_collapse,
     "PyGEL3D": pygel_separators,
     "CGAL": cgal_medial,
 }
 
-OURS = ("lbskel", "lbskel au2008")
+OURS = ("lbskel", "lbskel least_squares")

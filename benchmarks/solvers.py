@@ -23,9 +23,9 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from benchmarks.harness import markdown_table, peak_growth, run_in_subprocess, save_json, save_markdown, save_picture
 from lbskel import Mesh, SolveError, factorize
-from lbskel.contraction.degenerate_rows import DEGENERATE
+from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ContractionStepInput, rectangular
-from lbskel.contraction.weights import HOLDS, STARTS, mean_ring_area, ring_areas
+from lbskel.contraction.weights import ATTRACTIONS, INITIAL_WEIGHT_RULES, mean_ring_area, ring_areas
 from lbskel.operators import laplacian
 from lbskel.shapes import chain_of_tori
 from lbskel.solvers import DIRECT_SOLVERS, solve_once
@@ -44,15 +44,15 @@ OPERATOR = "intrinsic_delaunay"
 
 def _system(start: Mesh, now: Mesh, step: int) -> tuple[csr_array, NDArray[np.float64]]:
     """K and its right-hand side at a step of the contraction, on a mesh of extent 1."""
-    weight = STARTS["reach"](start, 0.02) / mean_ring_area(start) * 4.0 ** (step - 1)
+    weight = INITIAL_WEIGHT_RULES["diffusion_length"](start, 0.02) / mean_ring_area(start) * 4.0 ** (step - 1)
     none: NDArray[np.int64] = np.empty(0, dtype=np.int64)
     pull = ContractionStepInput(
         laplacian(now, operator=OPERATOR),
         now.vertices,
         weight,
-        HOLDS["ring_areas"](start, now),
+        ATTRACTIONS["ring_areas"](start, now),
         ring_areas(start) / 3,
-        lambda L: DEGENERATE["none"](L, none),
+        lambda L: ROW_TREATMENTS["none"](L, none),
     )
     return rectangular(pull)
 

@@ -128,7 +128,7 @@ def _factorising(mesh: Path) -> dict[str, Any]:
         return made
 
     contraction.factorize = timed
-    lbskel.contract(lbskel.read_mesh(mesh), replace(lbskel.PRESETS["flow"], collapse_length=0.0))
+    lbskel.contract(lbskel.read_mesh(mesh), replace(lbskel.PRESETS["curvature_flow"], collapse_length=0.0))
     return {"seconds": seconds, "read": 0.0, "megabytes": _peak()}
 
 
@@ -137,7 +137,7 @@ Tool = Callable[[Path], dict[str, Any]]
 TOOLS: dict[str, Tool] = {
     "lbskel": _lbskel,
     "lbskel full": partial(_lbskel, simplify="none"),
-    "lbskel au2008": partial(_lbskel, preset="au2008"),
+    "lbskel least_squares": partial(_lbskel, preset="least_squares"),
     "CGAL medial": partial(_cgal, "medial"),
     "PyGEL3D": partial(_peer, pygel_separators),
     "skeletor": partial(_peer, skeletor_edge_collapse),

@@ -2,8 +2,8 @@
 
 from lbskel.applications import eigenpairs
 from lbskel.contraction import (
+    DEGENERACY_STRATEGIES,
     PRESETS,
-    STRATEGIES,
     WEIGHTS,
     CollapsedGraph,
     Contraction,
@@ -53,13 +53,13 @@ from lbskel.solvers.least_squares import LEAST_SQUARES, lstsq
 __version__ = "0.1.0"
 
 __all__ = [
+    "DEGENERACY_STRATEGIES",
     "LEAST_SQUARES",
     "MEASURES",
     "OPERATORS",
     "PIPELINES",
     "PRESETS",
     "SOLVERS",
-    "STRATEGIES",
     "WEIGHTS",
     "Body",
     "CollapsedGraph",

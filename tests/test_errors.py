@@ -20,7 +20,7 @@ from lbskel import (
     laplacian,
     skeletonize,
 )
-from lbskel.contraction.degenerate_rows import DEGENERATE
+from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ENERGIES
 from lbskel.errors import choose
 from lbskel.io import FORMATS, MESH_READERS, read_mesh, read_skeleton
@@ -80,7 +80,7 @@ ASKED = {
     "solver of skeletonize": (ALL_SOLVERS, lambda name, mesh: skeletonize(mesh, solver=name)),
     "energy": (ENERGIES, lambda name, mesh: skeletonize(mesh, energy=name)),
     "preset": (PRESETS, lambda name, mesh: skeletonize(mesh, preset=name)),
-    "treatment": (DEGENERATE, lambda name, mesh: ContractionSettings(degenerate_rows=name)),
+    "treatment": (ROW_TREATMENTS, lambda name, mesh: ContractionSettings(degenerate_rows=name)),
     "shape": (SHAPES, lambda name, mesh: make(name)),
 }
 

@@ -98,7 +98,7 @@ def run(arguments: argparse.Namespace) -> int:
         results[case] = outcome(mesh, settings)
     if not arguments.quiet and sys.stderr.isatty():
         print(file=sys.stderr)
-    reference = results["flow"].skeleton
+    reference = results["curvature_flow"].skeleton
     records = {case: _told(record(result, reference=reference)) for case, result in results.items()}
     title = f"Contractions of {Path(arguments.mesh).name}"
     what = f"{len(given.vertices)} vertices and {len(given.faces)} faces; compared on {len(mesh.faces)} faces"

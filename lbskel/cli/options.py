@@ -38,7 +38,7 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("skeleton")
     group.add_argument(
         "--preset",
-        default="flow",
+        default="curvature_flow",
         choices=PRESETS,
         metavar="NAME",
         help=f"settings of the contraction: {', '.join(PRESETS)} (%(default)s)",

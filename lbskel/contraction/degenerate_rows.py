@@ -9,7 +9,7 @@ the weights themselves (clamped, mean value, mollified, intrinsic Delaunay, robu
 
 from __future__ import annotations
 
-__all__ = ["DEGENERATE", "LARGEST_ROW_SUM", "RowTreatment"]
+__all__ = ["MAX_ROW_SUM", "ROW_TREATMENTS", "RowTreatment"]
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array
 
-LARGEST_ROW_SUM = 1e4  # of the authors' program, in weights cot a + cot b
+MAX_ROW_SUM = 1e4  # of the authors' program, in weights cot a + cot b
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,10 +73,10 @@ def _identity_zero(L: csr_array, degenerate: NDArray[np.int64]) -> RowTreatment:
 def _row_sums(L: csr_array, degenerate: NDArray[np.int64]) -> RowTreatment:
     """Rows whose weights sum to more than the limit are scaled down to it, wherever their triangles are."""
     sums = np.abs(L.diagonal())
-    return RowTreatment(LARGEST_ROW_SUM / np.maximum(sums, LARGEST_ROW_SUM), np.zeros(L.shape[0]))
+    return RowTreatment(MAX_ROW_SUM / np.maximum(sums, MAX_ROW_SUM), np.zeros(L.shape[0]))
 
 
-DEGENERATE: dict[str, Callable[[csr_array, NDArray[np.int64]], RowTreatment]] = {
+ROW_TREATMENTS: dict[str, Callable[[csr_array, NDArray[np.int64]], RowTreatment]] = {
     "none": _none,
     "identity": _identity,
     "identity_zero": _identity_zero,

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.contraction.coarsening import Coarsened, coarsen
-from lbskel.contraction.degenerate_rows import DEGENERATE
+from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ENERGIES, ContractionStepInput, LinearSystem
 from lbskel.contraction.result import Contraction, Status, Step, fault_of, success_of
 from lbskel.contraction.settings import PRESETS, ContractionSettings
-from lbskel.contraction.weights import HOLDS, STARTS, mean_ring_area, ratio_of_areas, ring_areas
+from lbskel.contraction.weights import ATTRACTIONS, INITIAL_WEIGHT_RULES, mean_ring_area, ratio_of_areas, ring_areas
 from lbskel.errors import MeshError, SolveError, UnknownChoice
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.vertex_map import VertexMap
@@ -41,7 +41,7 @@ def _smallest_angles(mesh: Mesh) -> NDArray[np.float64]:
 
 def contract(
     mesh: Mesh,
-    settings: ContractionSettings = PRESETS["flow"],
+    settings: ContractionSettings = PRESETS["curvature_flow"],
     *,
     on_step: Callable[[Step, Mesh], None] | None = None,
     time_limit: float | None = None,
@@ -192,7 +192,10 @@ def _may_coarsen(start: Mesh, settings: ContractionSettings) -> bool:
 
 def _weights(start: Mesh, settings: ContractionSettings) -> tuple[float, float]:
     """tau, or W_L^2, of the first step on a mesh of extent 1, and the largest that it may become."""
-    tau, mean_ring = STARTS[settings.initial_weight_rule](start, settings.initial_weight), mean_ring_area(start)
+    tau, mean_ring = (
+        INITIAL_WEIGHT_RULES[settings.initial_weight_rule](start, settings.initial_weight),
+        mean_ring_area(start),
+    )
     largest = float("inf") if settings.max_contraction_weight is None else settings.max_contraction_weight**2
     return (tau, largest * mean_ring) if settings.energy == "curvature_flow" else (tau / mean_ring, largest)
 
@@ -208,10 +211,10 @@ def _system(
     """What a step solves; the energies know neither how areas are compared nor what is degenerate."""
     start_mass = np.where(now.weights > 0, now.weights / 3, mean_ring_area(start) / 3)
     is_whole = len(now.kept) == len(start.vertices)
-    area_kept = HOLDS[settings.attraction](start, now.mesh) if is_whole else ratio_of_areas(now.weights, now.mesh)
+    area_kept = ATTRACTIONS[settings.attraction](start, now.mesh) if is_whole else ratio_of_areas(now.weights, now.mesh)
     if settings.max_attraction is not None:
         area_kept = np.minimum(area_kept, settings.max_attraction**2)
-    treatment = DEGENERATE[settings.degenerate_rows]
+    treatment = ROW_TREATMENTS[settings.degenerate_rows]
     pull = ContractionStepInput(
         laplacian, now.mesh.vertices, weight, area_kept, start_mass, lambda L: treatment(L, degenerate)
     )

@@ -1,16 +1,16 @@
-"""Parameters of a contraction: what each means, what goes together, and named choices of them all."""
+"""Parameters of a contraction, and named choices of them: presets, and strategies against degenerate triangles."""
 
 from __future__ import annotations
 
-__all__ = ["PRESETS", "STRATEGIES", "ContractionSettings"]
+__all__ = ["DEGENERACY_STRATEGIES", "PRESETS", "ContractionSettings"]
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from lbskel.contraction.degenerate_rows import DEGENERATE
+from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ENERGIES
-from lbskel.contraction.weights import HOLDS, STARTS, WEIGHTS
+from lbskel.contraction.weights import ATTRACTIONS, INITIAL_WEIGHT_RULES, WEIGHTS
 from lbskel.errors import UnknownChoice, choose
 from lbskel.operators import Operator, operator_named
 from lbskel.solvers import ALL_SOLVERS
@@ -18,51 +18,56 @@ from lbskel.solvers import ALL_SOLVERS
 
 @dataclass(frozen=True)
 class ContractionSettings:
-    """Parameters of a contraction; none has a unit.
+    """Parameters of a contraction; all are dimensionless.
 
     Parameters
     ----------
     operator : str, callable or None
-        A name in OPERATORS or a function. None takes ``intrinsic_delaunay`` on a closed edge-manifold mesh and
-        ``robust`` on any other.
+        A name in OPERATORS, or a function from a Mesh to a Laplacian. None chooses ``intrinsic_delaunay`` for a closed
+        edge-manifold mesh and ``robust`` for any other. :func:`lbskel.laplacian` has the textbook operator
+        ``cotangent`` as its default instead: contraction makes triangles ever thinner, which the two operators here
+        withstand, while plain cotangents of thin triangles make the least-squares energy diverge.
     energy : str
-        A name in ENERGIES.
+        A name in ENERGIES: what each step minimizes.
     initial_weight_rule : str
-        What ``initial_weight`` is a multiple of, a name in STARTS: ``reach``, a fraction of the mesh's extent that the
-        first step reaches, or a published formula for W_L. WEIGHTS has those that were published together.
+        A name in INITIAL_WEIGHT_RULES: how the contraction weight of the first step follows from ``initial_weight``.
+        ``diffusion_length`` takes it as the distance that the first step smooths over, as a fraction of the mesh's
+        diameter bound; the other rules are published formulas for W_L. WEIGHTS has the values published together.
     initial_weight : float
+        The constant in that rule.
     contraction_growth : float
-        Factor on tau, or on W_L, after each step.
+        Factor on the contraction weight after each step: on tau of ``curvature_flow``, on W_L of ``least_squares``.
     attraction : str
-        Which areas tell how much thinner a vertex's surroundings have become, a name in HOLDS.
+        A name in ATTRACTIONS: the areas whose ratio, start over now, is the attraction weight of a vertex.
     max_contraction_weight, max_attraction : float, optional
-        Beyond which W_L and W_H do not grow.
+        Upper bounds on W_L and W_H; none by default.
     degenerate_rows : str
-        What becomes of the rows of L at vertices of triangles with an angle under ``degenerate_angle``, for
-        ``least_squares``, a name in DEGENERATE: ``none`` leaves them; ``identity`` puts an identity row with the
-        right-hand side that holds the vertex; ``identity_zero`` the one with right-hand side zero, which pulls it to
-        the origin; ``row_sums`` scales down every row whose weights sum to more than 10,000.
+        A name in ROW_TREATMENTS: how ``least_squares`` changes the rows of L at the vertices of degenerate triangles.
+        ``none`` keeps them; ``identity`` replaces them by identity rows that ask the vertex to stay; ``identity_zero``
+        by identity rows with right-hand side zero, which pull the vertex to the origin; ``row_sums`` scales down every
+        row whose weights sum to more than 10,000, wherever it is.
     degenerate_angle : float
-        In radians.
+        A triangle with a smaller angle is degenerate; in radians.
     rollback : bool
-        Whether steps are solved for the displacement and refined, and one after which the area or the bounding box has
-        grown is undone and ends the contraction. Without it they are as published: solved once for the positions, with
-        no look at the residual, and kept whatever they did, which ``Step.fault`` tells.
+        Whether a step after which the area or the bounding box has grown is undone and ends the contraction; steps are
+        then solved for the displacement, with iterative refinement. Without it steps are as published: solved once for
+        the positions, with no check of the residual, and kept whatever they did; ``Step.fault`` has what went wrong.
     collapse_length : float
-        Between steps, edges shorter than this fraction of the square root of the area that each end had round it at
-        the start are collapsed, so that later steps cost less. Only on closed manifolds, for ``curvature_flow`` with
-        ``ring_areas`` and the guard.
+        Between steps, edges shorter than this fraction of the square root of the initial ring area of both their ends
+        are collapsed, so that later steps cost less; 0 keeps all vertices. Applies to closed manifolds only, with
+        ``curvature_flow``, ``ring_areas`` and roll-back.
     volume_ratio, area_ratio : float
-        The contraction is done when the volume of a closed mesh, or the area of an open one, has fallen to this
-        fraction.
+        The contraction is complete when the volume of a closed mesh, or the area of an open one, has fallen to this
+        fraction of its initial value.
     max_steps : int
+        Upper bound on the number of steps.
     solver : str
         A name in SOLVERS, or, for study, in CLASSICAL_ITERATIONS.
     """
 
     operator: str | Operator | None = None
     energy: str = "curvature_flow"
-    initial_weight_rule: str = "reach"
+    initial_weight_rule: str = "diffusion_length"
     initial_weight: float = 0.02
     contraction_growth: float = 2.0
     attraction: str = "ring_areas"
@@ -80,9 +85,9 @@ class ContractionSettings:
     def __post_init__(self) -> None:
         choose(ENERGIES, self.energy, "energy")
         choose(ALL_SOLVERS, self.solver, "solver")
-        choose(STARTS, self.initial_weight_rule, "start of the weights")
-        choose(HOLDS, self.attraction, "attraction")
-        choose(DEGENERATE, self.degenerate_rows, "treatment of degenerate triangles")
+        choose(INITIAL_WEIGHT_RULES, self.initial_weight_rule, "rule for the initial weight")
+        choose(ATTRACTIONS, self.attraction, "attraction")
+        choose(ROW_TREATMENTS, self.degenerate_rows, "treatment of degenerate rows")
         if self.operator is not None:
             operator_named(self.operator)
         if self.degenerate_rows != "none" and self.energy != "least_squares":
@@ -105,7 +110,7 @@ class ContractionSettings:
                 raise UnknownChoice(f"{name} must be positive, not {value}")
 
 
-STRATEGIES: dict[str, Mapping[str, Any]] = {  # against degenerate triangles; the first four belong to least squares
+DEGENERACY_STRATEGIES: dict[str, Mapping[str, Any]] = {
     "identity row, right-hand side zero": {"operator": "cotangent", "degenerate_rows": "identity_zero"},
     "identity row, held": {"operator": "cotangent", "degenerate_rows": "identity"},
     "clamped row sums": {"operator": "cotangent", "degenerate_rows": "row_sums"},
@@ -117,20 +122,38 @@ STRATEGIES: dict[str, Mapping[str, Any]] = {  # against degenerate triangles; th
     "intrinsic Delaunay": {"operator": "intrinsic_delaunay"},
     "robust": {"operator": "robust"},
 }
+"""Changes to the settings that have been tried against degenerate triangles.
+
+The first four need the least-squares energy: they change rows of L, or its operator is not symmetric.
+"""
 
 PRESETS: dict[str, ContractionSettings] = {
-    "flow": ContractionSettings(),
-    "au2008": ContractionSettings(
+    "curvature_flow": ContractionSettings(),
+    "least_squares": ContractionSettings(
         operator="clamped_cotangent", energy="least_squares", degenerate_rows="identity", volume_ratio=1e-6
     ),
-    "au_program": ContractionSettings(
+    "au2008": ContractionSettings(
+        operator="cotangent", energy="least_squares", volume_ratio=1e-6, max_steps=40, **WEIGHTS["au2008"]
+    ),
+    "au2008_demo": ContractionSettings(
         operator="cotangent",
         energy="least_squares",
         degenerate_rows="row_sums",
         volume_ratio=1e-5,
-        **WEIGHTS["program"],
+        **WEIGHTS["au2008_demo"],
     ),
     "cao2010": ContractionSettings(
-        operator="cotangent", energy="least_squares", degenerate_rows="row_sums", **WEIGHTS["cao"]
+        operator="cotangent", energy="least_squares", degenerate_rows="row_sums", **WEIGHTS["cao2010"]
     ),
 }
+"""Named settings of a contraction.
+
+- ``curvature_flow``: the default; implicit curvature flow with the intrinsic Delaunay or the robust operator.
+- ``least_squares``: the energy of Au et al. 2008 with clamped cotangents, identity rows at degenerate triangles and
+  lbskel's initial weight.
+- ``au2008``: the values printed by Au et al. 2008: plain cotangents and W_L = 1e-3 sqrt(mean face area) at first; the
+  roll-back is lbskel's.
+- ``au2008_demo``: the values in the demo program of Au et al., with its bounds on weights and row sums.
+- ``cao2010``: the weights of Cao et al. 2010 for meshes, with the row sums bounded as in their program; their operator
+  for point clouds is not part of it.
+"""

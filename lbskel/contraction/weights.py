@@ -8,7 +8,7 @@ https://doi.org/10.1109/SMI.2010.25, with the constants of the programs that go 
 
 from __future__ import annotations
 
-__all__ = ["HOLDS", "STARTS", "WEIGHTS", "mean_ring_area", "ratio_of_areas", "ring_areas"]
+__all__ = ["ATTRACTIONS", "INITIAL_WEIGHT_RULES", "WEIGHTS", "mean_ring_area", "ratio_of_areas", "ring_areas"]
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -38,7 +38,7 @@ def mean_ring_area(mesh: Mesh) -> float:
     return float(rings[rings > 0].mean())
 
 
-def _by_reach(mesh: Mesh, constant: float) -> float:
+def _by_diffusion_length(mesh: Mesh, constant: float) -> float:
     """W_L = c * extent / sqrt(mean ring area): the first step reaches the fraction c of the extent."""
     return constant**2
 
@@ -64,8 +64,10 @@ def _by_inverse_area_in_box(mesh: Mesh, constant: float) -> float:
     return side**2 * _by_inverse_area(mesh, constant)
 
 
-STARTS: dict[str, Callable[[Mesh, float], float]] = {  # tau of the first step, which is W_L^2 * mean ring area
-    "reach": _by_reach,
+INITIAL_WEIGHT_RULES: dict[
+    str, Callable[[Mesh, float], float]
+] = {  # tau of the first step, which is W_L^2 * mean ring area
+    "diffusion_length": _by_diffusion_length,
     "average_area": _by_average_area,
     "total_area": _by_total_area,
     "inverse_area": _by_inverse_area,
@@ -95,24 +97,24 @@ def _ratio_of_faces(start: Mesh, now: Mesh) -> NDArray[np.float64]:
     return 1 / np.maximum(mean, THINNEST)
 
 
-HOLDS: dict[str, Callable[[Mesh, Mesh], NDArray[np.float64]]] = {  # A_0 / A_t, which is W_H^2
+ATTRACTIONS: dict[str, Callable[[Mesh, Mesh], NDArray[np.float64]]] = {  # A_0 / A_t, which is W_H^2
     "ring_areas": _ratio_of_rings,
     "face_areas": _ratio_of_faces,
 }
 
 _PROGRAM: Mapping[str, Any] = {"max_contraction_weight": 2048.0, "max_attraction": 1e4}
 WEIGHTS: dict[str, Mapping[str, Any]] = {  # settings of a contraction that belong together
-    "reach": {"initial_weight_rule": "reach", "initial_weight": 0.02, "contraction_growth": 2.0},
-    "paper": {"initial_weight_rule": "average_area", "initial_weight": 1e-3, "contraction_growth": 2.0},
-    "report": {"initial_weight_rule": "total_area", "initial_weight": 1e-3, "contraction_growth": 2.0},
-    "program": {
+    "diffusion_length": {"initial_weight_rule": "diffusion_length", "initial_weight": 0.02, "contraction_growth": 2.0},
+    "au2008": {"initial_weight_rule": "average_area", "initial_weight": 1e-3, "contraction_growth": 2.0},
+    "au2008_total_area": {"initial_weight_rule": "total_area", "initial_weight": 1e-3, "contraction_growth": 2.0},
+    "au2008_demo": {
         "initial_weight_rule": "inverse_area",
         "initial_weight": 0.1,
         "contraction_growth": 2.0,
         "attraction": "face_areas",
         **_PROGRAM,
     },
-    "cao": {
+    "cao2010": {
         "initial_weight_rule": "inverse_area_in_box",
         "initial_weight": 0.1 / 1.6,
         "contraction_growth": 3.0,

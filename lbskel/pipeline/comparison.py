@@ -17,7 +17,7 @@ import numpy as np
 
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.flow import Contraction, Status, Step, contract
-from lbskel.contraction.settings import PRESETS, STRATEGIES, ContractionSettings
+from lbskel.contraction.settings import DEGENERACY_STRATEGIES, PRESETS, ContractionSettings
 from lbskel.errors import LbskelError, MeshError
 from lbskel.evaluation.ground_truth import ground_truth_distances
 from lbskel.geometry.components import components
@@ -63,7 +63,7 @@ def _cases() -> dict[str, ContractionSettings]:
         "mean value, symmetric, to scale": {"operator": AreaNormalized("mean_value_symmetric")},
     }
     for energy in ENERGIES:
-        for name, changes in {**STRATEGIES, **scaled}.items():
+        for name, changes in {**DEGENERACY_STRATEGIES, **scaled}.items():
             if energy == "least_squares" or "degenerate_rows" not in changes:
                 cases[f"{name}; {energy.replace('_', ' ')}"] = ContractionSettings(energy=energy, **changes)
     return cases

@@ -59,7 +59,7 @@ TIP_POSITIONS = ("inside", "surface")
 def skeletonize(
     mesh: Any,
     *,
-    preset: str | ContractionSettings = "flow",
+    preset: str | ContractionSettings = "curvature_flow",
     operator: str | Operator | None = None,
     energy: str | None = None,
     solver: str | None = None,
@@ -81,7 +81,7 @@ def skeletonize(
     mesh : Mesh, (vertices, faces), path or mesh object
         Whatever :func:`lbskel.as_mesh` takes: closed or open, of one component or several.
     preset : str or ContractionSettings
-        A name in PRESETS: ``flow`` measures best, the others reproduce published methods.
+        A name in PRESETS: ``curvature_flow`` measures best, the others reproduce published methods.
     operator, energy, solver : str, optional
         Names in OPERATORS, ENERGIES and SOLVERS in place of the preset's.
     simplify : str

@@ -8,7 +8,7 @@ from benchmarks.influence_claims import BEND, bent
 from benchmarks.influence_factorial import FACTORS, combinations, explained, measure, tables
 from benchmarks.solvers import OutOfTimeError, Watch, _is_useful, _system, trial
 from lbskel import skeletonize
-from lbskel.contraction.degenerate_rows import DEGENERATE
+from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.weights import WEIGHTS
 from lbskel.operators import OPERATORS
 from lbskel.shapes import capsule, torus
@@ -29,11 +29,11 @@ def test_cases_are_ranked_by_where_they_are_sound():
         *rows_of("stopped", contracted=False),
         *rows_of("broken", **{"broke at": 7}),
         *once,
-        *rows_of("flow"),
+        *rows_of("curvature_flow"),
     ]
     lines = {line["case"]: (line["rank"], line["sound on"]) for line in ranking(rows)}
-    assert list(lines) == ["once", "flow", "torn", "stopped", "broken", "without"]
-    assert lines["flow"] == (1, "3/3")
+    assert list(lines) == ["once", "curvature_flow", "torn", "stopped", "broken", "without"]
+    assert lines["curvature_flow"] == (1, "3/3")
     assert lines["once"] == (1, "2/3")
     assert lines["torn"] == lines["stopped"] == lines["broken"] == (2, "0/3")
     assert lines["without"] == (3, "0/3")
@@ -50,15 +50,17 @@ def test_combinations_are_all_that_mean_something():
     assert operators == set(OPERATORS) - {"random_walk"}
     for (operator, energy, weights), settings in found.items():
         assert settings.energy == energy.split(",")[0].replace(" ", "_")
-        assert settings.start == WEIGHTS[weights]["start"]
-        assert (settings.degenerate == "none") == ("," not in energy)
+        assert settings.initial_weight_rule == WEIGHTS[weights]["initial_weight_rule"]
+        assert (settings.degenerate_rows == "none") == ("," not in energy)
         assert "," not in energy or operator not in ("graph", "heat_kernel", "cotangent_identity")
     energies = {energy for operator, energy, _ in found if operator == "cotangent"}
-    assert energies == {"first order", "least squares", *(f"least squares, {rows}" for rows in DEGENERATE)} - {
+    assert energies == {"curvature flow", "least squares", *(f"least squares, {rows}" for rows in ROW_TREATMENTS)} - {
         "least squares, none"
     }
-    assert ("mean_value", "first order", "reach") not in found
-    assert len(found) == len(WEIGHTS) * (9 * len(DEGENERATE) + 8 + 2 * 3)  # 9 treated, 8 of them symmetric, 3 untreated
+    assert ("mean_value", "curvature flow", "diffusion_length") not in found
+    assert len(found) == len(WEIGHTS) * (
+        9 * len(ROW_TREATMENTS) + 8 + 2 * 3
+    )  # 9 treated, 8 of them symmetric, 3 untreated
 
 
 def test_variance_is_laid_to_the_factor_and_the_pair_that_cause_it():
@@ -81,16 +83,16 @@ def test_variance_is_laid_to_the_factor_and_the_pair_that_cause_it():
 
 
 def test_combinations_are_measured_and_told(monkeypatch, ring):
-    monkeypatch.setattr("benchmarks.influence_factorial.WEIGHTS", {"reach": WEIGHTS["reach"]})
+    monkeypatch.setattr("benchmarks.influence_factorial.WEIGHTS", {"diffusion_length": WEIGHTS["diffusion_length"]})
     truth = skeletonize(ring, preprocess=None)
     rows = measure({"ring": (ring, truth)}, ["intrinsic_delaunay", "mean_value_symmetric"])
     assert len(rows) == 10
     by_levels = {tuple(row[factor] for factor in FACTORS): row for row in rows}
-    default = by_levels["intrinsic_delaunay", "first order", "reach"]
+    default = by_levels["intrinsic_delaunay", "curvature flow", "diffusion_length"]
     assert default["sound"]
     assert default["coverage"] < 1e-9  # it is its own truth
     text = tables(rows)
-    assert all(f"| {row['operator']} | {row['energy and rows']} | reach |" in text for row in rows)
+    assert all(f"| {row['operator']} | {row['energy and rows']} | diffusion_length |" in text for row in rows)
 
 
 def test_a_watch_takes_no_time_for_looking_and_ends_at_the_cap():

@@ -12,7 +12,7 @@ from lbskel.contraction.flow import Status
 from lbskel.pipeline.comparison import CASES, AreaNormalized, outcome, record, representative
 from lbskel.shapes import chain_of_tori, flat_grid, make, torus
 
-SOME = ("flow", "clamped cotangents; least squares", "mean value; curvature flow")
+SOME = ("curvature_flow", "clamped cotangents; least squares", "mean value; curvature flow")
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def test_an_outcome_has_the_guarded_skeleton_and_the_free_steps():
     result = outcome(mesh, settings)
     assert result.free.broke_at is not None
     assert len(result.meshes) == len(result.free.steps) >= result.free.broke_at
-    row = record(result, reference=outcome(mesh, CASES["flow"]).skeleton)
+    row = record(result, reference=outcome(mesh, CASES["curvature_flow"]).skeleton)
     assert row["steps"] == row["broke at"] - 1  # what the guard leaves
     assert row["how"] in ("area grew", "box grew")
     assert row["status"] in (Status.AREA_GREW.value, Status.BOX_GREW.value)
@@ -49,7 +49,7 @@ def test_an_outcome_has_the_guarded_skeleton_and_the_free_steps():
 
 
 def test_the_default_is_no_distance_from_itself_and_breaks_nowhere(ring):
-    result = outcome(ring, CASES["flow"])
+    result = outcome(ring, CASES["curvature_flow"])
     row = record(result, reference=result.skeleton)
     assert row["from default"] < 1e-12
     assert row["broke at"] is None
@@ -67,13 +67,13 @@ def test_a_case_that_is_not_defined_says_why_and_shows_its_steps_all_the_same(ro
 
 def test_open_meshes_are_compared_too(rod):
     opened = Mesh(rod.vertices, rod.faces[10:])
-    row = record(outcome(opened, CASES["flow"]))
+    row = record(outcome(opened, CASES["curvature_flow"]))
     assert row["volumes"][0] is None
     json.dumps(row, allow_nan=False)
 
 
 def test_in_a_sheet_no_distance_is_told_in_radii_of_zero():
-    result = outcome(flat_grid(8, 6), CASES["flow"])
+    result = outcome(flat_grid(8, 6), CASES["curvature_flow"])
     row = record(result, reference=result.skeleton)
     assert row["contracted"]
     assert "from default" not in row
@@ -123,7 +123,7 @@ def test_the_page_and_what_it_shows_are_written(few_cases, rod, tmp_path, capsys
     document = json.loads((tmp_path / "report" / "comparison.json").read_text())
     assert list(document["cases"]) == list(few_cases)
     ended = {case: row["ended"] for case, row in document["cases"].items()}
-    assert ended["flow"] == "volume"
+    assert ended["curvature_flow"] == "volume"
     assert ended["mean value; curvature flow"] == "no skeleton"
     out, err = capsys.readouterr()
     assert all(case in out for case in few_cases)
@@ -133,7 +133,7 @@ def test_the_page_and_what_it_shows_are_written(few_cases, rod, tmp_path, capsys
 
 def test_what_explodes_is_drawn_and_told_and_replaces_only_what_it_may(tmp_path, monkeypatch, capsys):
     exploding = replace(CASES["mean value, symmetric; least squares"], max_steps=12, volume_ratio=1e-12)
-    monkeypatch.setattr("lbskel.cli.compare.CASES", {"flow": CASES["flow"], "exploding": exploding})
+    monkeypatch.setattr("lbskel.cli.compare.CASES", {"curvature_flow": CASES["curvature_flow"], "exploding": exploding})
     write_mesh(tmp_path / "hand.off", make("hand", n_vertices=600).mesh)
     report = tmp_path / "report"
     report.mkdir()
@@ -148,7 +148,7 @@ def test_what_explodes_is_drawn_and_told_and_replaces_only_what_it_may(tmp_path,
     assert capsys.readouterr().out == ""
     rows = json.loads((report / "comparison.json").read_text())["cases"]
     assert rows["exploding"]["broke at"]
-    assert max(rows["exploding"]["areas"]) > max(rows["flow"]["areas"])
+    assert max(rows["exploding"]["areas"]) > max(rows["curvature_flow"]["areas"])
 
 
 @pytest.mark.parametrize("output", ["rod.off", "rod.off/report", "no/such/place"])

@@ -108,7 +108,9 @@ def test_a_result_that_fails_its_score_exits_with_one(folder, python):
 def test_wrong_usage_is_told_in_one_line(apart):
     code, out, err = apart("skeletonize", "rod.off", "-o", "rod.swc", "--preset", "nosuch")
     assert (code, out, len(err)) == (2, [], 1)
-    assert re.match(r"lbskel: argument --preset: invalid choice: 'nosuch' \(choose from .*flow.*au2008", err[0])
+    assert re.match(
+        r"lbskel: argument --preset: invalid choice: 'nosuch' \(choose from .*curvature_flow.*au2008", err[0]
+    )
     assert err[0].endswith("; see lbskel skeletonize --help")
 
 
@@ -326,7 +328,7 @@ def test_several_into_a_folder_with_pictures_and_reports(here, folder):
 
 
 def test_choices_reach_the_contraction(here):
-    choices = ["--preset", "au2008", "--operator", "robust", "--energy", "curvature_flow", "--solver", "superlu"]
+    choices = ["--preset", "least_squares", "--operator", "robust", "--energy", "curvature_flow", "--solver", "superlu"]
     code, out, err = here("skeletonize", "rod.off", "-o", "rod.json", "--json", *choices)
     assert (code, err) == (0, [])
     settings = json.loads(out[0])["settings"]

@@ -12,7 +12,7 @@ from lbskel.contraction.homology import transfer_cochain, tunnel_cochain
 from lbskel.shapes import chain_of_tori, make, sphere, torus
 
 FEWEST = 16  # vertices left, in place of as many as are worth it
-EVERY_VERTEX = replace(PRESETS["flow"], collapse_length=0.0)
+EVERY_VERTEX = replace(PRESETS["curvature_flow"], collapse_length=0.0)
 
 
 def whole(mesh):
@@ -99,7 +99,7 @@ def test_the_skeleton_is_as_near_to_the_axis_as_with_every_vertex(name):
     shape = make(name, n_vertices=1500)
     every, fewer = (
         ground_truth_distances(skeletonize(shape.mesh, preset=preset), shape.truth)
-        for preset in (EVERY_VERTEX, PRESETS["flow"])
+        for preset in (EVERY_VERTEX, PRESETS["curvature_flow"])
     )
     assert fewer.is_topology_right
     assert fewer.n_tips == every.n_tips == fewer.n_true_tips
@@ -111,5 +111,5 @@ def test_the_skeleton_is_as_near_to_the_axis_as_with_every_vertex(name):
 def test_meshes_that_are_no_closed_manifold_keep_every_vertex():
     mesh = torus(1.0, 0.3, 40, 16)
     opened = Mesh(mesh.vertices, mesh.faces[2:])
-    contraction = contract(opened, replace(PRESETS["flow"], max_steps=4))
+    contraction = contract(opened, replace(PRESETS["curvature_flow"], max_steps=4))
     assert {step.n_vertices for step in contraction.steps} == {len(mesh.vertices)}

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from lbskel import ContractionSettings, contract, laplacian
-from lbskel.contraction.degenerate_rows import DEGENERATE, LARGEST_ROW_SUM
+from lbskel.contraction.degenerate_rows import MAX_ROW_SUM, ROW_TREATMENTS
 from lbskel.contraction.energies import ENERGIES, ContractionStepInput, rectangular
 from lbskel.contraction.flow import Status
-from lbskel.contraction.settings import PRESETS, STRATEGIES
+from lbskel.contraction.settings import DEGENERACY_STRATEGIES, PRESETS
 from lbskel.operators import OPERATORS
 from lbskel.shapes import torus
 
@@ -20,7 +20,7 @@ def away_from_the_origin():
 def pull_of(mesh, treatment, rows, weight):
     ones = np.ones(len(mesh.vertices))
     return ContractionStepInput(
-        laplacian(mesh), mesh.vertices, weight, ones, ones, lambda L: DEGENERATE[treatment](L, rows)
+        laplacian(mesh), mesh.vertices, weight, ones, ones, lambda L: ROW_TREATMENTS[treatment](L, rows)
     )
 
 
@@ -42,10 +42,10 @@ def test_sums_of_rows_are_capped_and_others_left():
     V = np.array(mesh.vertices)
     V[17] = V[16] + 1e-6 * (V[17] - V[16])  # cotangents of about a million
     L = (2 * laplacian(mesh.with_vertices(V)).stiffness).tocsr()
-    treatment = DEGENERATE["row_sums"](L, np.empty(0, dtype=int))
+    treatment = ROW_TREATMENTS["row_sums"](L, np.empty(0, dtype=int))
     capped = treatment.matrix(L)
     assert 0 < len(treatment.rows) < 20
-    assert capped.diagonal()[treatment.rows] == pytest.approx(LARGEST_ROW_SUM)
+    assert capped.diagonal()[treatment.rows] == pytest.approx(MAX_ROW_SUM)
     others = np.setdiff1d(np.arange(200), treatment.rows)
     assert abs(capped[others] - L[others]).max() == 0
     # a row scaled down has the direction that it had: of a million, a hundredth
@@ -54,7 +54,7 @@ def test_sums_of_rows_are_capped_and_others_left():
     )
 
 
-@pytest.mark.parametrize("treatment", DEGENERATE)
+@pytest.mark.parametrize("treatment", ROW_TREATMENTS)
 def test_the_rectangular_system_has_the_same_solution(treatment):
     pull = pull_of(away_from_the_origin(), treatment, np.arange(0, 200, 7), 3.0)
     K, b = rectangular(pull)
@@ -77,7 +77,7 @@ def test_degenerate_triangles_get_identity_rows_and_are_counted():
     V = np.array(mesh.vertices)
     V[17] = V[16]  # an edge of no length, and two faces of no area
     counts = {}
-    for treatment in DEGENERATE:
+    for treatment in ROW_TREATMENTS:
         chosen = ContractionSettings(
             operator="clamped_cotangent", energy="least_squares", degenerate_rows=treatment, max_steps=1
         )
@@ -86,15 +86,15 @@ def test_degenerate_triangles_get_identity_rows_and_are_counted():
     assert counts["identity"] == counts["identity_zero"] >= 4
 
 
-@pytest.mark.parametrize("strategy", STRATEGIES)
+@pytest.mark.parametrize("strategy", DEGENERACY_STRATEGIES)
 def test_every_strategy_contracts(strategy):
-    chosen = ContractionSettings(energy="least_squares", max_steps=3, **STRATEGIES[strategy])
+    chosen = ContractionSettings(energy="least_squares", max_steps=3, **DEGENERACY_STRATEGIES[strategy])
     contraction = contract(torus(1.0, 0.3, 40, 16), chosen)
     assert contraction.steps[-1].area_ratio < 0.9
 
 
 def test_strategies_name_operators_that_exist():
-    assert {changes["operator"] for changes in STRATEGIES.values()} <= set(OPERATORS)
+    assert {changes["operator"] for changes in DEGENERACY_STRATEGIES.values()} <= set(OPERATORS)
 
 
 @pytest.mark.parametrize("preset", PRESETS)

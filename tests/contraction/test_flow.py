@@ -8,20 +8,20 @@ import pytest
 from lbskel import PRESETS, ContractionSettings, Mesh, MeshError, UnknownChoice, contract
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.flow import Status
-from lbskel.contraction.weights import HOLDS, WEIGHTS, mean_ring_area
+from lbskel.contraction.weights import ATTRACTIONS, WEIGHTS, mean_ring_area
 from lbskel.operators import laplacian
 from lbskel.shapes import capsule, chain_of_tori, cylinder, torus
 
 
 def settings(**changes):
-    return replace(PRESETS["flow"], **changes)
+    return replace(PRESETS["curvature_flow"], **changes)
 
 
 def test_a_torus_shrinks_to_its_circle():
     """Of every vertex, since a ring of the three that merging leaves may be three times as wide as one of many."""
     contraction = contract(torus(1.0, 0.2, 64, 24), settings(collapse_length=0.0))
     assert contraction.status is Status.VOLUME
-    assert contraction.steps[-1].volume_ratio < PRESETS["flow"].volume_ratio
+    assert contraction.steps[-1].volume_ratio < PRESETS["curvature_flow"].volume_ratio
     V = contraction.mesh.vertices
     radius = np.hypot(V[:, 0], V[:, 1])
     # the flow draws a closed tube inwards by about r^2 / 2R, a tenth of the tube's radius here; and not out of plane
@@ -62,7 +62,7 @@ def test_open_meshes_end_by_their_area():
     contraction = contract(cylinder(0.3, 4.0, 24, 41))
     assert contraction.status is Status.AREA
     assert np.isnan(contraction.steps[-1].volume_ratio)
-    assert contraction.steps[-1].area_ratio <= PRESETS["flow"].area_ratio
+    assert contraction.steps[-1].area_ratio <= PRESETS["curvature_flow"].area_ratio
 
 
 def test_a_step_that_makes_the_area_grow_is_undone():
@@ -101,7 +101,7 @@ def test_an_operator_with_nan_ends_the_contraction_and_keeps_the_last_step():
 
 def test_clamped_angles_are_counted():
     mesh = torus(1.0, 0.3, 40, 16)
-    steps = contract(mesh, replace(PRESETS["au2008"], max_steps=12)).steps
+    steps = contract(mesh, replace(PRESETS["least_squares"], max_steps=12)).steps
     assert steps[0].n_clamped_angles == 0
     assert steps[-1].n_clamped_angles > 0
 
@@ -226,15 +226,15 @@ def test_published_weights_start_as_printed():
     average = mesh.area / mesh.diameter_bound**2 / len(mesh.faces)
     side = np.ptp(mesh.vertices, axis=0).max() / mesh.diameter_bound
     printed = {
-        "paper": 1e-3 * np.sqrt(average),
-        "report": 1e-3 * np.sqrt(average * len(mesh.faces)),
-        "program": 1 / (10 * np.sqrt(average)),
-        "cao": 1 / (10 * np.sqrt(average * (1.6 / side) ** 2)),
+        "au2008": 1e-3 * np.sqrt(average),
+        "au2008_total_area": 1e-3 * np.sqrt(average * len(mesh.faces)),
+        "au2008_demo": 1 / (10 * np.sqrt(average)),
+        "cao2010": 1 / (10 * np.sqrt(average * (1.6 / side) ** 2)),
     }
     for name, pull in printed.items():
         chosen = ContractionSettings(energy="least_squares", max_steps=2, volume_ratio=1e-12, **WEIGHTS[name])
         steps = contract(mesh, chosen).steps
-        growth = 3 if name == "cao" else 2
+        growth = 3 if name == "cao2010" else 2
         assert [step.weight for step in steps] == pytest.approx([pull**2, (growth * pull) ** 2])
 
 
@@ -242,5 +242,5 @@ def test_holds_compare_areas_as_they_say():
     mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -3, 0]], [[0, 1, 2], [0, 3, 1]])
     now = mesh.with_vertices([[0, 0, 0], [1, 0, 0], [0, 0.5, 0], [0, -0.75, 0]])
     # faces of 1/2 and 3/2 shrink to 1/4 and 3/8
-    assert HOLDS["ring_areas"](mesh, now) == pytest.approx([2 / 0.625, 2 / 0.625, 2, 4])
-    assert HOLDS["face_areas"](mesh, now) == pytest.approx([1 / 0.375, 1 / 0.375, 2, 4])
+    assert ATTRACTIONS["ring_areas"](mesh, now) == pytest.approx([2 / 0.625, 2 / 0.625, 2, 4])
+    assert ATTRACTIONS["face_areas"](mesh, now) == pytest.approx([1 / 0.375, 1 / 0.375, 2, 4])

@@ -233,7 +233,7 @@ print(json.dumps([skeleton.edges.tolist(), skeleton.node_of_vertex.tolist(), ske
 @pytest.mark.parametrize("preset", PRESETS)
 @pytest.mark.parametrize("operator", OPERATORS)
 def test_every_preset_with_every_operator_gives_a_whole_skeleton(preset, operator, ring):
-    if (preset, operator) == ("flow", "mean_value"):
+    if (preset, operator) == ("curvature_flow", "mean_value"):
         with pytest.raises(
             UnknownChoice, match="'mean_value' is not symmetric, which the energy 'curvature_flow' needs"
         ):
@@ -312,7 +312,7 @@ def test_the_report_has_every_step_whole(skeleton_of):
     assert [set(step) for step in steps] == [{field.name for field in fields(Step)}] * len(steps)
     areas = [1.0, *(step["area_ratio"] for step in steps)]
     assert (np.diff(areas) < 0).all()
-    assert steps[-1]["volume_ratio"] <= PRESETS["flow"].volume_ratio
+    assert steps[-1]["volume_ratio"] <= PRESETS["curvature_flow"].volume_ratio
 
 
 @pytest.mark.parametrize(("time_limit", "verdict"), [(None, "pass"), (1e-9, "fail")])
@@ -342,7 +342,7 @@ def test_the_report_has_the_score_of_the_finished_skeleton(shape, tmp_path):
 
 
 def test_a_contraction_that_is_cut_short_says_so(ring):
-    report = skeletonize(ring, preset=replace(PRESETS["flow"], max_steps=2)).report
+    report = skeletonize(ring, preset=replace(PRESETS["curvature_flow"], max_steps=2)).report
     assert report["components"][0]["status"] == "the number of steps allowed was reached"
 
 
@@ -644,7 +644,7 @@ def test_a_wrong_anchor_is_refused(shape):
 
 
 def test_a_name_is_refused_before_the_file_is_read(tmp_path):
-    with pytest.raises(UnknownChoice, match="unknown preset 'nosuch'; choose one of: flow, au2008"):
+    with pytest.raises(UnknownChoice, match="unknown preset 'nosuch'; choose one of: flow, least_squares"):
         skeletonize(tmp_path / "nosuch.obj", preset="nosuch")
 
 
