@@ -644,7 +644,7 @@ def test_a_wrong_anchor_is_refused(shape):
 
 
 def test_a_name_is_refused_before_the_file_is_read(tmp_path):
-    with pytest.raises(UnknownChoice, match="unknown preset 'nosuch'; choose one of: flow, least_squares"):
+    with pytest.raises(UnknownChoice, match="unknown preset 'nosuch'; choose one of: curvature_flow, least_squares"):
         skeletonize(tmp_path / "nosuch.obj", preset="nosuch")
 
 
