@@ -2,13 +2,13 @@
 
 from lbskel.contraction.flow import contract
 from lbskel.contraction.result import Contraction, Status, Step
-from lbskel.contraction.settings import PRESETS, DEGENERACY_STRATEGIES, ContractionSettings
+from lbskel.contraction.settings import DEGENERACY_STRATEGIES, PRESETS, ContractionSettings
 from lbskel.contraction.surgery import CollapsedGraph, collapse, collapse_mesh
 from lbskel.contraction.weights import WEIGHTS
 
 __all__ = [
-    "PRESETS",
     "DEGENERACY_STRATEGIES",
+    "PRESETS",
     "WEIGHTS",
     "CollapsedGraph",
     "Contraction",
