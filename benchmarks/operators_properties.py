@@ -148,8 +148,9 @@ def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
     text = markdown_table(summary)
     text += "\nKept: on every shape, as theory says; kept here: no shape of the set takes it away. Deviations:\n\n"
     text += "\n".join(deviations or ["- none."]) + "\n"
-    columns = ["operator", "asymmetry", "off_edges", "linear_precision", "negative_share", "worst_negative"]
-    columns += ["smallest_eigenvalue", "n_zero_eigenvalues", "overshoot", "condition", "n_fallback_rows", "area_ratio"]
+    columns = ["operator", "asymmetry", "nonlocal_fraction", "linear_precision_error", "negative_fraction"]
+    columns += ["most_negative_weight", "smallest_eigenvalue", "n_zero_eigenvalues", "overshoot", "condition_number"]
+    columns += ["n_fallback_rows", "area_ratio"]
     sections = {"Properties kept, over all shapes": text}
     for shape in dict.fromkeys(row["shape"] for row in rows):
         own = [row for row in rows if row["shape"] == shape]

@@ -1,4 +1,4 @@
-"""``lbskel laplacian MESH``: how healthy every discrete Laplacian is on a mesh."""
+"""``lbskel laplacian MESH``: the properties of every discrete Laplacian on a mesh."""
 
 from __future__ import annotations
 
@@ -16,31 +16,11 @@ from numpy.typing import NDArray
 
 from lbskel.cli.options import add_command
 from lbskel.errors import FormatError, MeshError
-from lbskel.evaluation.operator_health import LaplacianDiagnostics, laplacian_diagnostics
+from lbskel.evaluation.operator_health import laplacian_diagnostics
+from lbskel.evaluation.operator_report import LaplacianDiagnostics, diagnostics_table
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import read_mesh, write_safely
 from lbskel.operators import OPERATORS, Laplacian, laplacian
-
-COLUMNS: dict[str, tuple[str, str]] = {  # heading: the measure, and the property that it decides
-    "asymmetry": ("asymmetry", "symmetric"),
-    "off edges": ("off_edges", "local"),
-    "constants": ("constants", "constants"),
-    "linear": ("linear_precision", "linear"),
-    "negative": ("negative_share", "positive"),
-    "worst": ("worst_negative", "positive"),
-    "smallest": ("smallest_eigenvalue", "semidefinite"),
-    "zeros": ("n_zero_eigenvalues", "null space"),
-    "overshoot": ("overshoot", "maximum"),
-    "condition": ("condition", ""),
-    "treated": ("n_fallback_rows", "untreated"),
-    "area": ("area_ratio", "area"),
-}
-LEGEND = """\
-! the property does not hold; - not defined here, or not found.
-asymmetry, constants: of the largest entry. off edges: share of weights that belong to no edge. linear: error on planar
-patches. negative: share of weights, worst: in mean weights. smallest: eigenvalue below zero. zeros: functions without
-energy, of which there should be {components}. overshoot: of the maximum principle. treated: vertices that a guard
-changed. area: total mass over area."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -66,7 +46,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Measure, print, write; 0 also where properties do not hold, since none has them all."""
+    """Measure, print and write; return 0 also if properties do not hold, since no operator has all of them."""
     for path in (arguments.json, arguments.picture):
         if path and path != "-" and Path(path).exists() and not arguments.force:
             raise FormatError(f"{path} exists already; give --force to replace it")
@@ -81,11 +61,11 @@ def run(arguments: argparse.Namespace) -> int:
             if arguments.operator != "all":
                 raise
             refusals[name] = str(error)
-    sheets = {name: laplacian_diagnostics(operator, mesh) for name, operator in operators.items()}
+    diagnostics = {name: laplacian_diagnostics(operator, mesh) for name, operator in operators.items()}
     if arguments.json != "-":
-        print(_table(sheets, refusals, mesh))
+        print(diagnostics_table(diagnostics, refusals))
     if arguments.json:
-        text = json.dumps(_document(sheets, refusals, mesh), indent=1) + "\n"
+        text = json.dumps(_document(diagnostics, refusals, mesh), indent=1) + "\n"
         if arguments.json == "-":
             print(text, end="")
         else:
@@ -102,40 +82,18 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _mean_curvature(operator: Laplacian, mesh: Mesh) -> NDArray[np.float64]:
-    """H at each vertex, positive where the surface bends away from its normal."""
+    """Return H at each vertex, positive where the surface is convex with respect to its normal."""
     normals = np.nan_to_num(igl.per_vertex_normals(mesh.vertices, mesh.faces))
-    return np.einsum("nx,nx->n", operator.mean_curvature_normals(mesh.vertices), normals)
+    curvature: NDArray[np.float64] = np.einsum("nx,nx->n", operator.mean_curvature_normals(mesh.vertices), normals)
+    return curvature
 
 
-def _document(sheets: dict[str, LaplacianDiagnostics], refusals: dict[str, str], mesh: Mesh) -> dict[str, Any]:
-    """All measures, the properties that hold, and why an operator is not defined."""
+def _document(diagnostics: dict[str, LaplacianDiagnostics], refusals: dict[str, str], mesh: Mesh) -> dict[str, Any]:
+    """Return all measures, the properties that hold, and why operators are not defined."""
     return {
         "vertices": len(mesh.vertices),
         "faces": len(mesh.faces),
         "notes": list(mesh.notes),
-        "operators": {name: {**asdict(sheet), "passed": sheet.passed} for name, sheet in sheets.items()},
+        "operators": {name: {**asdict(each), "passed": each.passed} for name, each in diagnostics.items()},
         "refused": refusals,
     }
-
-
-def _table(sheets: dict[str, LaplacianDiagnostics], refusals: dict[str, str], mesh: Mesh) -> str:
-    """One row for each operator, each failed property marked."""
-    rows = [["operator", *COLUMNS]]
-    for name, sheet in sheets.items():
-        passed = sheet.passed
-        rows.append([name, *(_cell(field, getattr(sheet, field), passed.get(key)) for field, key in COLUMNS.values())])
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    lines = ["  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip() for row in rows]
-    lines += [f"{name}: {message}" for name, message in refusals.items()]
-    return "\n".join([*lines, "", LEGEND.format(components=mesh.n_components)])
-
-
-def _cell(field: str, value: float | None, holds: bool | None) -> str:
-    """A measure as a person reads it, marked where its property does not hold."""
-    if value is None:
-        return "- "
-    if field in ("off_edges", "negative_share"):
-        text = f"{100 * value:.3g}%"
-    else:
-        text = str(value) if isinstance(value, int) else f"{value:.2g}"
-    return text + ("!" if holds is False else " ")

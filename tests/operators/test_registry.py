@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array
 
-from lbskel import Mesh, MeshError, OperatorError, PointCloud, UnknownChoice
+from lbskel import Mesh, MeshError, OperatorError, PointCloud, UnknownChoice, write_mesh
 from lbskel.operators import (
     MASSES,
     OPERATORS,
@@ -148,11 +148,17 @@ def test_a_few_negative_entries_on_the_diagonal_are_not_taken_for_the_other_sign
     assert apply_operator(with_one, ring).stiffness.diagonal()[5] == -1e-3
 
 
-def test_what_as_mesh_takes_is_a_shape(ring):
+def test_what_as_mesh_takes_is_a_shape(ring, tmp_path):
     expected = laplacian(ring).stiffness
     for shape in ((ring.vertices, ring.faces), SimpleNamespace(vertices=ring.vertices, faces=ring.faces)):
         assert abs(laplacian(shape).stiffness - expected).max() == 0
         assert laplacian(shape, mass="barycentric").mass.sum() == pytest.approx(ring.area)
+    path = tmp_path / "ring.off"
+    write_mesh(path, ring)
+    assert abs(laplacian(path).stiffness - expected).max() == 0
+    assert (
+        abs(laplacian(str(path), operator="robust").stiffness - laplacian(ring, operator="robust").stiffness).max() == 0
+    )
     with pytest.raises(MeshError, match="cannot take a mesh from int"):
         laplacian(3)
 

@@ -1,0 +1,61 @@
+"""``lbskel laplacian``: the table of every operator, the JSON, the picture, and operators that are not defined."""
+
+import argparse
+import json
+
+import numpy as np
+import pytest
+
+from lbskel import FormatError, Mesh, MeshError, laplacian, laplacian_diagnostics
+from lbskel.cli import laplacian as command
+from lbskel.io import write_mesh
+from lbskel.operators import OPERATORS
+from lbskel.shapes import schwarz_lantern
+
+
+def run_command(*arguments):
+    parser = argparse.ArgumentParser()
+    command.add_parser(parser.add_subparsers())
+    parsed = parser.parse_args(["laplacian", *map(str, arguments)])
+    return parsed.run(parsed)
+
+
+def test_the_command_prints_every_operator_and_writes_what_is_asked_for(tmp_path, capsys):
+    path = tmp_path / "lantern.off"
+    write_mesh(path, schwarz_lantern(8, 30))
+    assert run_command(path, "--json", tmp_path / "health.json") == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[1 : 1 + len(OPERATORS)]] == list(OPERATORS)
+    assert "!" in next(line for line in lines if line.startswith("cotangent "))
+    assert "!" in next(line for line in lines if line.startswith("mean_value "))
+    written = json.loads((tmp_path / "health.json").read_text())
+    assert written["operators"]["cotangent"]["passed"]["positive"] is False
+    assert written["operators"]["graph"]["n_components"] == 1
+    assert run_command(path, "--operator", "robust", "--picture", tmp_path / "curvature.png") == 0
+    assert (tmp_path / "curvature.png").read_bytes()[:4] == b"\x89PNG"
+    with pytest.raises(FormatError, match="exists"):
+        run_command(path, "--json", tmp_path / "health.json")
+
+
+def test_the_command_goes_on_where_an_operator_is_not_defined(tmp_path, capsys):
+    path = tmp_path / "fin.off"
+    write_mesh(path, Mesh(np.eye(5, 3) + 1, [[0, 1, 2], [0, 1, 3], [0, 1, 4]]))
+    assert run_command(path, "--json", "-") == 0
+    document = json.loads(capsys.readouterr().out)
+    assert set(document["refused"]) == {"intrinsic_delaunay"}
+    assert set(document["operators"]) == set(OPERATORS) - {"intrinsic_delaunay"}
+    with pytest.raises(MeshError, match="use the operator 'robust'"):
+        run_command(path, "--operator", "intrinsic_delaunay")
+    assert run_command(path, "--operator", "graph") == 0
+    assert len(capsys.readouterr().out.splitlines()) == 2 + 1 + 5
+
+
+def test_one_operator_prints_what_print_of_its_diagnostics_does(tmp_path, capsys):
+    path = tmp_path / "lantern.off"
+    mesh = schwarz_lantern(8, 30)
+    write_mesh(path, mesh)
+    assert run_command(path, "--operator", "graph") == 0
+    printed = capsys.readouterr().out.rstrip("\n").splitlines()
+    expected = str(laplacian_diagnostics(laplacian(mesh, operator="graph"), mesh)).splitlines()
+    assert printed[1].split()[1:] == expected[1].split()[1:]
+    assert printed[2:] == expected[2:]
