@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness import markdown_table
+from lbskel import MEASURES
 
 README = Path(__file__).parent.parent / "README.md"
 PROPERTIES = ("symmetric", "local", "linear", "positive", "semidefinite")
@@ -22,11 +23,28 @@ def run(quick: bool, results: Path) -> None:
     if quick:
         return
     text = README.read_text(encoding="utf-8")
-    for name, table in {"skeletons": _skeletons, "speed": _speed, "operators": _operators}.items():
+    tables = {"measures": _measures, "skeletons": _skeletons, "speed": _speed, "operators": _operators}
+    for name, table in tables.items():
         pattern = re.compile(rf"(?<=<!-- {name} -->\n).*?(?=<!-- end -->)", re.S)
         before, after = pattern.split(text, maxsplit=1)
         text = before + markdown_table(table(results)) + after
     README.write_text(text, encoding="utf-8")
+
+
+def _measures(results: Path) -> list[dict[str, Any]]:
+    """The measures of the score with their thresholds."""
+    rows = []
+    for name, measure in MEASURES.items():
+        passes, fails = (">=", "<=") if measure.passes > measure.fails else ("<=", ">=")
+        rows.append(
+            {
+                "measure": f"`{name}`",
+                "passes": f"{passes} {measure.passes:g}",
+                "fails": f"{fails} {measure.fails:g}" if np.isfinite(measure.fails) else "never",
+                "what it measures": measure.text,
+            }
+        )
+    return rows
 
 
 def _rows(path: Path, key: str = "rows") -> list[dict[str, Any]]:

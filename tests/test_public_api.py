@@ -85,7 +85,10 @@ def test_the_stages_compose_to_skeletonize(name):
     octopus = make("octopus", n_vertices=1500).mesh
     mesh = {
         "two bodies": lambda: joined(octopus, moved(octopus, 3.0)),
-        "soup": lambda: (octopus.vertices[octopus.faces].reshape(-1, 3), np.arange(3 * len(octopus.faces)).reshape(-1, 3)),
+        "soup": lambda: (
+            octopus.vertices[octopus.faces].reshape(-1, 3),
+            np.arange(3 * len(octopus.faces)).reshape(-1, 3),
+        ),
     }.get(name, lambda: make(name, n_vertices=1500).mesh)()
     expected = lbskel.skeletonize(mesh)
     skeleton, score = composed(mesh)

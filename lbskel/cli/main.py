@@ -5,7 +5,7 @@ Exit codes: 0 done; 1 done, but the result failed its own checks; 2 bad input or
 
 from __future__ import annotations
 
-__all__ = ["main"]
+__all__ = ["command_line_parser", "main"]
 
 import argparse
 import io
@@ -27,7 +27,7 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"lbskel: {message}; see {self.prog} --help\n")
 
 
-def _parser() -> argparse.ArgumentParser:
+def command_line_parser() -> argparse.ArgumentParser:
     parser = _Parser(prog="lbskel", description="Curve skeletons and discrete Laplace-Beltrami operators of meshes.")
     parser.add_argument("--version", action="version", version=f"lbskel {lbskel.__version__}")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
@@ -41,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a file's name may hold what the terminal cannot show
             stream.reconfigure(errors="backslashreplace")
-    parsed = _parser().parse_args(arguments)
+    parsed = command_line_parser().parse_args(arguments)
     try:
         code = parsed.run(parsed)
         sys.stdout.flush()

@@ -7,7 +7,6 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 from helpers import joined, moved
-from lbskel.pipeline.component import enough_faces
 from scipy.spatial.transform import Rotation
 
 import lbskel
