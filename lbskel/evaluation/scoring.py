@@ -26,7 +26,7 @@ from lbskel.refinement.centering import inscribed_radii, mean_radii, own_radii
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import inside_fraction
 from lbskel.refinement.extrema import find_extrema, is_missed
-from lbskel.refinement.vertex_map import edges_with_disjoint_regions, is_in_largest_piece, nearest_balls
+from lbskel.refinement.region_map import edges_with_disjoint_regions, is_in_largest_piece, nearest_balls
 from lbskel.skeleton.skeleton import Skeleton
 
 COVERED = 2.0  # radii of its node within which a vertex is covered

@@ -1,3 +1,3 @@
-"""From the graph that surgery leaves to centered nodes, placed junctions and reached tips."""
+"""Refinement of the collapsed graph: nodes centered, junctions placed, tips extended, branches inside, vertices mapped."""
 
 __all__: list[str] = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["attach_anchors", "nearest_node", "reroot", "resolve_anchor"]
+__all__ = ["attach_anchors", "nearest_node", "resolve_anchor"]
 
 from dataclasses import replace
 from typing import Any
@@ -14,15 +14,16 @@ from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import interior_paths
-from lbskel.skeleton.editing import append_paths, reroot, split_edge
+from lbskel.skeleton.editing import append_paths, split_edge
 from lbskel.skeleton.skeleton import Skeleton
 
-PASSES = 0.5  # local radii within which the skeleton passes an anchor: it is led through it and gets no new branch
-OUTSIDE = 1e-6  # of the extent, by which an anchor may lie outside of a closed surface
+SNAP_DISTANCE = 0.5  # local radii from the skeleton within which an anchor gets no branch of its own; a guess
+OUTSIDE_TOLERANCE = 1e-6  # by which a point may lie outside a closed surface or a bounding sphere, relative to the
+# diameter bound; a guess that allows for rounding
 
 
 def resolve_anchor(anchor: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
-    """The vertex of a mesh that is meant, or that is nearest, and the place itself.
+    """The vertex that an anchor names, or the one nearest to it, and the anchor's position.
 
     Parameters
     ----------
@@ -50,10 +51,10 @@ def resolve_anchor(anchor: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
 def attach_anchors(
     skeleton: Skeleton, surface: Surface, vertices: NDArray[np.int64], points: NDArray[np.float64]
 ) -> Skeleton:
-    """The skeleton with a node at every point.
+    """The skeleton with a node at every anchor.
 
-    Where the skeleton passes near, it is led through the point; elsewhere a branch is added to it from the node that
-    stands for the vertex, inside the surface.
+    Where the skeleton passes near an anchor, it is bent through it. Elsewhere a branch is added below the surface, from
+    the node of the anchor's vertex.
 
     Parameters
     ----------
@@ -61,60 +62,90 @@ def attach_anchors(
         With inscribed radii.
     surface : Surface
     vertices : (a,) array of int
-        The vertex at or nearest to each point.
+        The vertex at or nearest to each anchor.
     points : (a, 3) array of float
 
     Raises
     ------
     MeshError
-        If a point lies outside of a closed surface.
+        If a point lies outside a closed surface, or outside the bounding sphere of an open one.
     """
-    if surface.mesh.is_closed and len(points):
-        is_outer = ~surface.contains(points) & (surface.distance(points) > OUTSIDE * surface.mesh.diameter_bound)
-        for number in np.flatnonzero(is_outer)[:1]:
-            raise MeshError(f"anchor {number} lies outside of the surface; give a vertex or a point inside")
+    if len(points) == 0:
+        return skeleton
+    if surface.mesh.is_closed:
+        tolerance = OUTSIDE_TOLERANCE * surface.mesh.diameter_bound
+        is_outside, where = ~surface.contains(points) & (surface.distance(points) > tolerance), "the surface"
+    else:
+        is_outside, where = _is_outside_bounding_sphere(points, surface.mesh), "the bounding sphere of the mesh"
+    for number in np.flatnonzero(is_outside)[:1]:
+        raise MeshError(f"anchor {number} lies outside of {where}; give a vertex or a point inside")
     for vertex, point in zip(vertices.tolist(), points, strict=True):
-        skeleton = _attached(skeleton, surface, int(skeleton.node_of_vertex[vertex]), point)
+        skeleton = _with_anchor(skeleton, surface, int(skeleton.node_of_vertex[vertex]), point)
     return skeleton
 
 
-def _attached(skeleton: Skeleton, surface: Surface, stands_for: int, point: NDArray[np.float64]) -> Skeleton:
-    """The skeleton with one more anchor."""
-    edge, share, far = _nearest(skeleton, point)
-    ends = skeleton.edges[edge] if len(skeleton.edges) else np.array([stands_for, stands_for])
+def _is_outside_bounding_sphere(points: NDArray[np.float64], mesh: Mesh) -> NDArray[np.bool_]:
+    """(k,) whether points lie outside the smallest sphere around the mesh's centroid that contains its vertices."""
+    distances = np.linalg.norm(points - mesh.centroid, axis=-1)
+    is_outside: NDArray[np.bool_] = distances > (0.5 + OUTSIDE_TOLERANCE) * mesh.diameter_bound
+    return is_outside
+
+
+def _with_anchor(skeleton: Skeleton, surface: Surface, node_of_anchor: int, point: NDArray[np.float64]) -> Skeleton:
+    """The skeleton with one more anchor, a branch to which would begin at ``node_of_anchor``."""
+    edge, share, distance = _nearest_edge(skeleton, point)
+    ends = skeleton.edges[edge] if len(skeleton.edges) else np.array([node_of_anchor, node_of_anchor])
     radius = (1 - share) * skeleton.radii[ends[0]] + share * skeleton.radii[ends[1]]
-    if far <= PASSES * radius and share in (0.0, 1.0) and ends[int(share)] not in skeleton.anchors:
+    is_near = distance <= SNAP_DISTANCE * radius
+    if is_near and share in (0.0, 1.0) and ends[int(share)] not in skeleton.anchors:
         node = int(ends[int(share)])
         nodes = np.array(skeleton.nodes)
         nodes[node] = point
         radii = np.array(skeleton.radii)
         radii[node] = surface.distance(point[None])[0]
         return replace(skeleton, nodes=nodes, radii=radii, anchors=np.append(skeleton.anchors, node))
-    if far <= PASSES * radius and 0 < share < 1:
+    if is_near and 0 < share < 1:
         extended = split_edge(skeleton, edge, point, float(surface.distance(point[None])[0]))
     else:
-        pair = np.stack([skeleton.nodes[stands_for], point])
+        pair = np.stack([skeleton.nodes[node_of_anchor], point])
         path = np.concatenate([*interior_paths(pair, np.array([[0, 1]]), surface), point[None]])
-        extended = append_paths(skeleton, [stands_for], [path], surface.distance(path))
+        extended = append_paths(skeleton, [node_of_anchor], [path], surface.distance(path))
     return replace(extended, anchors=np.append(extended.anchors, len(extended.nodes) - 1))
 
 
-def _nearest(skeleton: Skeleton, point: NDArray[np.float64]) -> tuple[int, float, float]:
-    """The edge nearest to a point, how far along it, from 0 to 1, and the distance."""
+def _nearest_edge(skeleton: Skeleton, point: NDArray[np.float64]) -> tuple[int, float, float]:
+    """The edge nearest to a point, the position along it from 0 to 1, and the distance."""
     if len(skeleton.edges) == 0:
         return 0, 0.0, float(np.linalg.norm(skeleton.nodes - point, axis=1).min())
     start, end = skeleton.nodes[skeleton.edges].transpose(1, 0, 2)
     along = end - start
     squared = np.einsum("ei,ei->e", along, along)
     share = np.clip(np.einsum("ei,ei->e", point - start, along) / np.where(squared > 0, squared, 1), 0, 1)
-    far = np.linalg.norm(start + share[:, None] * along - point, axis=1)
-    edge = int(np.argmin(far))
-    return edge, float(share[edge]), float(far[edge])
+    distances = np.linalg.norm(start + share[:, None] * along - point, axis=1)
+    edge = int(np.argmin(distances))
+    return edge, float(share[edge]), float(distances[edge])
 
 
-def nearest_node(skeleton: Skeleton, place: Any, mesh: Mesh) -> int:
-    """The node that stands for a vertex of the skeleton's mesh, or the one nearest to a point."""
-    vertex, point = resolve_anchor(place, mesh)
-    if np.ndim(place) == 0:
+def nearest_node(skeleton: Skeleton, root: Any, mesh: Mesh) -> int:
+    """The node to which a vertex of the skeleton's mesh is mapped, or the node nearest to a point.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    root : int or (3,) array_like
+        A vertex, or a point in the coordinates of the mesh.
+    mesh : Mesh
+        The mesh that ``node_of_vertex`` belongs to.
+
+    Raises
+    ------
+    MeshError
+        If there is no such vertex, it is neither a vertex nor a point, or the point lies outside the sphere around the
+        mesh's centroid that contains all vertices.
+    """
+    vertex, point = resolve_anchor(root, mesh)
+    if np.ndim(root) == 0:
         return int(skeleton.node_of_vertex[vertex])
+    if _is_outside_bounding_sphere(point, mesh):
+        raise MeshError(f"the root {root!r} lies outside of the bounding sphere of the mesh; give a vertex or a point inside")
     return int(np.argmin(np.linalg.norm(skeleton.nodes - point, axis=1)))

@@ -1,10 +1,11 @@
-"""The axis of each branch where it can be seen: the centroids of the sections that are the branch's own.
+"""The centerline of each branch where it is visible: the centroids of the branch's own cross-sections.
 
-Near a junction, or where another part of the shape lies close, a plane across a branch cuts more than the branch.
-Which sections are its own is told by what the faces they cross stand for and by how their size changes on the way.
+Near a junction, or where another part of the shape lies close, a plane across a branch cuts more than the branch. A
+section is the branch's own if the faces that it crosses are mapped to the branch, and if its size and position change
+gradually along the branch.
 
-The place of a skeleton node as the centroid of its cross-section: Cornea, Silver, Min 2007, "Curve-skeleton properties,
-applications, and algorithms", https://doi.org/10.1109/TVCG.2007.1002, on centeredness.
+The centroid of the cross-section as the position of a skeleton node: Cornea, Silver, Min 2007, "Curve-skeleton
+properties, applications, and algorithms", https://doi.org/10.1109/TVCG.2007.1002, on centeredness.
 """
 
 from __future__ import annotations
@@ -20,29 +21,32 @@ from lbskel.geometry.cross_sections import Sections, cross_sections
 from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.skeleton import Skeleton
 
-OWN = 0.95  # a section with less of its curve on its own branch, or on a junction, is another branch's too
-LEAP = 1.2  # a branch of its own does not grow by this factor from one node to the next
-STRIDE = 1.5  # nor does its axis go further, beside its nodes, from one to the next
+MIN_OWN_SHARE = 0.95  # of a section's length on faces of its own branch or of a junction; a guess,
+# benchmarks/results/constants.md
+MAX_GROWTH = 1.2  # upper bound on the ratio of the radii of sections at successive nodes of one branch; a guess,
+# benchmarks/results/constants.md
+MAX_STRIDE_RATIO = 1.5  # upper bound on the distance between successive centroids, relative to that of their nodes; a
+# guess, benchmarks/results/constants.md
 
 
 @dataclass(frozen=True, eq=False)
 class SectionCenters:
-    """What is known of the axis at each of k nodes.
+    """The visible part of the centerlines, at each of k nodes.
 
     Parameters
     ----------
     is_known : (k,) array of bool
         Whether the node has a section of its own.
-    places : (k, 3) array of float
-        The centroid of that section; where there is none, the node's own place.
+    positions : (k, 3) array of float
+        The centroid of that section, or the position of a node that has none.
     """
 
     is_known: NDArray[np.bool_]
-    places: NDArray[np.float64]
+    positions: NDArray[np.float64]
 
 
 def branch_of_node(skeleton: Skeleton) -> NDArray[np.int64]:
-    """(k,) the branch of each node; -1 at junctions, which belong to several."""
+    """(k,) index of the branch of each node; -1 at junctions, which belong to several."""
     branch_of = np.full(len(skeleton.nodes), -1)
     for index, branch in enumerate(skeleton.branches):
         branch_of[branch] = index
@@ -53,15 +57,15 @@ def branch_of_node(skeleton: Skeleton) -> NDArray[np.int64]:
 def find_section_centers(
     skeleton: Skeleton, surface: Surface, nodes: NDArray[np.int64] | None = None
 ) -> SectionCenters:
-    """Cut the surface across the branches and keep the sections that are their own.
+    """Cut the surface across the branches and keep the sections that belong to one branch only.
 
     Parameters
     ----------
     skeleton : Skeleton
-        With branches evenly sampled. A section's centroid further from its node than its radius is not the node's.
+        With evenly spaced branches. A section whose centroid is farther from its node than its radius is rejected.
     surface : Surface
     nodes : array of int, optional
-        The nodes to look at; all by default.
+        The nodes at which to cut; all by default.
     """
     branch_of = branch_of_node(skeleton)
     tangents = _tangents(skeleton)
@@ -78,12 +82,12 @@ def find_section_centers(
     radii[at] = sections.radii
     centroids = np.array(skeleton.nodes)
     centroids[at] = sections.centroids
-    is_known &= _runs_on(skeleton, is_known, radii, centroids)
+    is_known &= _is_continuous(skeleton, is_known, radii, centroids)
     return SectionCenters(is_known, np.where(is_known[:, None], centroids, skeleton.nodes))
 
 
 def _tangents(skeleton: Skeleton) -> NDArray[np.float64]:
-    """Unit direction of each node's branch, from the nodes before and after it; zero at junctions."""
+    """(k, 3) unit tangents of the branches by central differences; zero at junctions."""
     tangents = np.zeros_like(skeleton.nodes)
     for branch in skeleton.branches:
         P = skeleton.nodes[branch]
@@ -98,31 +102,32 @@ def _tangents(skeleton: Skeleton) -> NDArray[np.float64]:
 
 
 def _is_own(sections: Sections, nodes: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:
-    """Which sections are cut across one branch alone, about its node, and hold their centroid."""
-    shift = np.linalg.norm(sections.centroids - nodes, axis=1)
-    is_own = sections.is_cut & (sections.own >= OWN) & (shift <= sections.radii)
+    """Which sections cut one branch only, lie around their node, and have their centroid inside the surface."""
+    offset = np.linalg.norm(sections.centroids - nodes, axis=1)
+    is_own = sections.is_cut & (sections.own >= MIN_OWN_SHARE) & (offset <= sections.radii)
     is_own[is_own] = surface.contains(sections.centroids[is_own])
     return is_own
 
 
-def _runs_on(
-    skeleton: Skeleton, good: NDArray[np.bool_], radii: NDArray[np.float64], centroids: NDArray[np.float64]
+def _is_continuous(
+    skeleton: Skeleton, is_own: NDArray[np.bool_], radii: NDArray[np.float64], centroids: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """Which nodes are reached from the middle of their branch without a leap of the section, in size or from its place.
+    """Which sections are connected to the middle of their branch without a jump in size or position.
 
-    Where a branch runs into another at a junction, its section becomes the other's, or that of both, within a step.
-    From a tip, whose sections grow anyway, only leaps from place to place count.
+    Where a branch enters another one at a junction, its section becomes that of the other, or of both, within one step.
+    So jumps count in the half of a branch next to the junction. In the other half they count only if it ends in a tip,
+    and only those in position, since sections grow from a tip in any case.
     """
-    reached = np.array(good)
+    is_continuous = np.array(is_own)
     for branch in skeleton.branches:
-        for way in (branch, branch[::-1]):
-            own = way[good[way]]
-            if skeleton.degrees[way[-1]] < 3 or len(own) < 2:
+        for path in (branch, branch[::-1]):
+            own = path[is_own[path]]
+            if skeleton.degrees[path[-1]] < 3 or len(own) < 2:
                 continue
-            apart, strides = (np.linalg.norm(np.diff(P[own], axis=0), axis=1) for P in (skeleton.nodes, centroids))
-            leaps, grows = strides > STRIDE * apart, radii[own[1:]] > LEAP * radii[own[:-1]]
-            middle = np.arange(len(apart)) >= (len(own) - 1) / 2
-            leaps = (leaps & (middle | (skeleton.degrees[way[0]] == 1))) | (grows & middle)
-            if leaps.any():
-                reached[own[np.argmax(leaps) + 1 :]] = False
-    return reached
+            steps, strides = (np.linalg.norm(np.diff(P[own], axis=0), axis=1) for P in (skeleton.nodes, centroids))
+            jumps, grows = strides > MAX_STRIDE_RATIO * steps, radii[own[1:]] > MAX_GROWTH * radii[own[:-1]]
+            is_second_half = np.arange(len(steps)) >= (len(own) - 1) / 2
+            is_jump = (jumps & (is_second_half | (skeleton.degrees[path[0]] == 1))) | (grows & is_second_half)
+            if is_jump.any():
+                is_continuous[own[np.argmax(is_jump) + 1 :]] = False
+    return is_continuous

@@ -1,15 +1,17 @@
-"""The ends of a shape, found on its surface alone: where a skeleton has to have a tip.
+"""The ends of a shape, found on its surface alone: where a skeleton must have a tip.
 
-The mean geodesic distance to the rest of the surface is largest at the ends of limbs (Hilaga, Shinagawa, Kohmura, Kunii
+The mean geodesic distance to the rest of the surface is maximal at the ends of limbs (Hilaga, Shinagawa, Kohmura, Kunii
 2001, https://doi.org/10.1145/383259.383282). From every maximum a limb grows downwards until it meets another one, by
-union and find over the vertices in falling order. With its length l from end to border and its area A it counts where
+union-find over the vertices in descending order. A limb with length l from its end to its border and area A is accepted
+if it is long enough,
 
-    2 pi l^2 / A > ELONGATION
+    2 pi l^2 / A > MIN_ELONGATION
 
-(a round limb of radius r has A = 2 pi r l, so this is l / r), where it falls off by a share of its length, and where
-it is a disc: what is cut out of a ring has a maximum too, but no end.
+(a round limb of radius r has A = 2 pi r l, so this is l / r), and if it is a topological disk: a part of a ring has a
+maximum too, but no end.
 
-Distances run along the edges between CELLS cells of the surface, so that neither noise nor the size of the mesh counts.
+Distances are measured along edges between N_CELLS cells of the surface, so that the result depends neither on noise nor
+on the resolution of the mesh.
 """
 
 from __future__ import annotations
@@ -33,29 +35,32 @@ from lbskel.geometry.sorting import numbered
 from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.skeleton import Skeleton
 
-CELLS = 2000
-SOURCES = 40  # cells to which the mean distance is taken
-FEWEST_CELLS = 6  # of a limb whose length and area can be told
-ELONGATION = 2.8  # a half ball has 2.5, a ball on a stalk half its radius long 2.9; shapes without ends have up to 2.7
-REACH = 3.0  # radii of a limb from its end within which a tip reaches it; measured up to 2.5 where the tip is right
-STANDS_OUT = 1.75  # radii of the nearest node, and of its limb, from which on an end that has no tip is missed
-FALL = 0.15  # of its length by which the mean distance falls along a limb; on a rod it is one half, on a ball nothing
+N_CELLS = 2000  # upper bound on the cells of a surface, which bounds the time; a guess, benchmarks/results/constants.md
+N_SOURCES = 40  # cells to which the mean distance is taken; a guess, benchmarks/results/constants.md
+MIN_CELLS = 6  # of a limb whose length and area can be measured; a guess, benchmarks/results/constants.md
+MIN_ELONGATION = 2.8  # of a limb; a hemisphere has 2.5, a ball on a stalk half its radius long 2.9, and our shapes
+# without ends have up to 2.7
+TIP_REACH = 3.0  # distance from the end of a limb within which a tip reaches it, in radii of the limb; up to 2.5 was
+# measured where the tip is right
+MIN_DISTANCE = 1.75  # of a missed end from the nearest node, in radii of the node and of the limb; a guess,
+# benchmarks/results/constants.md
+MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound, since csgraph takes length 0 for no edge
 
 
 @dataclass(frozen=True, eq=False)
 class GeodesicExtrema:
-    """The ends of a shape.
+    """The ends of a shape's limbs.
 
     Parameters
     ----------
     vertices : (e,) array of int
         The vertex at each end.
     lengths : (e,) array of float
-        Of each limb, along the surface from its end to where it meets another one.
+        Distance along the surface from each end to where its limb meets another one.
     radii : (e,) array of float
-        Of a round limb of that length and area.
+        Radius of a round limb of that length and area.
     limb_of_vertex : (n,) array of int
-        The limb that each vertex of the mesh is on, -1 on none.
+        The limb of each vertex of the mesh, -1 for none.
     """
 
     vertices: NDArray[np.int64]
@@ -66,7 +71,10 @@ class GeodesicExtrema:
 
 @dataclass(frozen=True, eq=False)
 class _Cells:
-    """Vertices grouped about seeds, with their areas and the lengths of the ways between neighboring seeds."""
+    """Geodesic Voronoi cells of the vertices around seeds, their areas, and the distances between adjacent seeds.
+
+    ``cell_of_vertex`` is -1 for vertices of components without a seed.
+    """
 
     seeds: NDArray[np.int64]
     cell_of_vertex: NDArray[np.int64]
@@ -75,36 +83,41 @@ class _Cells:
 
     @cached_property
     def pairs(self) -> NDArray[np.int64]:
-        """(p, 2) neighbors, each pair in both orders."""
-        return np.stack(self.graph.nonzero(), axis=1).astype(np.int64)
+        """(p, 2) adjacent cells, each pair in both orders."""
+        pairs: NDArray[np.int64] = np.stack(self.graph.nonzero(), axis=1).astype(np.int64)
+        return pairs
 
     @cached_property
-    def ways(self) -> ShortestPaths:
-        """To look for ways between cells."""
+    def shortest_paths(self) -> ShortestPaths:
+        """Shortest paths between cells."""
         return ShortestPaths(self.graph.indptr.astype(np.int64), self.graph.indices.astype(np.int64), self.graph.data)
 
 
+_Limb = tuple[NDArray[np.int64], float, float]  # the cells of a limb, its end first, its length and its area
+
+
 def find_extrema(mesh: Mesh) -> GeodesicExtrema:
-    """Find the ends of limbs, once for each mesh.
+    """Find the ends of the limbs of a mesh; computed once per mesh.
 
     Parameters
     ----------
     mesh : Mesh
-        Of any number of components; those that are small beside the whole are not looked at closely.
+        Of any number of components. Components without a seed, being small, have no ends.
     """
-    return Surface(mesh).memoize("find_extrema", lambda: _found(mesh))
+    found: GeodesicExtrema = Surface(mesh).memoize("find_extrema", lambda: _find_extrema(mesh))
+    return found
 
 
-def _found(mesh: Mesh) -> GeodesicExtrema:
+def _find_extrema(mesh: Mesh) -> GeodesicExtrema:
     cells = _cells(mesh)
     k = len(cells.seeds)
-    sources = np.unique(np.linspace(0, k - 1, SOURCES).astype(np.int64))
-    far = cells.ways.distances(sources)
-    is_reached = np.isfinite(far)
-    height = np.where(is_reached, far, 0).sum(axis=0) / np.maximum(is_reached.sum(axis=0), 1)
+    sources = np.unique(np.linspace(0, k - 1, N_SOURCES).astype(np.int64))
+    distances = cells.shortest_paths.distances(sources)
+    is_reached = np.isfinite(distances)
+    height = np.where(is_reached, distances, 0).sum(axis=0) / np.maximum(is_reached.sum(axis=0), 1)
     component = pieces(cells.pairs, np.zeros(k, dtype=np.int64))
-    limbs = [limb for limb in _limbs(cells, height) if _is_disc(mesh, cells, component, limb[0])]
-    limb_of_cell = np.full(k + 1, -1)  # the last is that of vertices without a cell
+    limbs = [limb for limb in _grow_limbs(cells, height) if _is_disk(mesh, cells, component, limb[0])]
+    limb_of_cell = np.full(k + 1, -1)  # the last entry is for vertices without a cell
     for number, (inner, *_) in enumerate(limbs):
         limb_of_cell[inner] = number
     return GeodesicExtrema(
@@ -115,72 +128,79 @@ def _found(mesh: Mesh) -> GeodesicExtrema:
     )
 
 
-def is_missed(found: GeodesicExtrema, mesh: Mesh, skeleton: Skeleton) -> NDArray[np.bool_]:
-    """(e,) whether an end of a mesh has no tip near, and stands out of the nearest ball of the skeleton."""
-    if len(found.vertices) == 0:
+def is_missed(extrema: GeodesicExtrema, mesh: Mesh, skeleton: Skeleton) -> NDArray[np.bool_]:
+    """(e,) whether an end of a mesh has no tip near it and lies well outside the nearest ball of the skeleton.
+
+    Parameters
+    ----------
+    extrema : GeodesicExtrema
+    mesh : Mesh
+        The mesh of the extrema.
+    skeleton : Skeleton
+        With inscribed radii, in the coordinates of the mesh.
+    """
+    if len(extrema.vertices) == 0:
         return np.empty(0, dtype=bool)
-    apart = cdist(mesh.vertices[found.vertices], skeleton.nodes)
-    has_tip = (apart[:, skeleton.degrees <= 1] <= REACH * found.radii[:, None]).any(axis=1)
-    limit = STANDS_OUT * np.maximum(skeleton.radii[apart.argmin(axis=1)], found.radii)
-    return ~has_tip & (apart.min(axis=1) > limit)
+    distances = cdist(mesh.vertices[extrema.vertices], skeleton.nodes)
+    has_tip = (distances[:, skeleton.degrees <= 1] <= TIP_REACH * extrema.radii[:, None]).any(axis=1)
+    limit = MIN_DISTANCE * np.maximum(skeleton.radii[distances.argmin(axis=1)], extrema.radii)
+    return ~has_tip & (distances.min(axis=1) > limit)
 
 
-def _graph(edges: NDArray[np.int64], lengths: NDArray[np.float64], n: int) -> csr_array:
-    """Symmetric weights, the shortest of several edges between the same two."""
+def _shortest_edges(edges: NDArray[np.int64], lengths: NDArray[np.float64], n_nodes: int) -> csr_array:
+    """Symmetric graph of edge lengths, with the shortest of parallel edges."""
     i, j = edges.T
-    pairs, which = numbered(np.minimum(i, j) * n + np.maximum(i, j))
+    pairs, pair_of_edge = numbered(np.minimum(i, j) * n_nodes + np.maximum(i, j))
     shortest = np.full(len(pairs), np.inf)
-    np.minimum.at(shortest, which, lengths)
-    graph = weighted_graph(np.stack([pairs // n, pairs % n], axis=1), shortest, n)
+    np.minimum.at(shortest, pair_of_edge, lengths)
+    graph = weighted_graph(np.stack([pairs // n_nodes, pairs % n_nodes], axis=1), shortest, n_nodes)
     return graph + graph.T
 
 
 def _cells(mesh: Mesh) -> _Cells:
-    """Each vertex with the seed that is nearest along edges; seeds are evenly taken from the list of vertices."""
+    """The cells of the nearest seed along edges; seeds are evenly spaced in the list of vertices."""
     n, used = len(mesh.vertices), mesh.used_vertices
     i, j = mesh.edges.T
-    lengths = (
-        np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1) + 1e-12 * mesh.diameter_bound
-    )  # none may be zero
+    lengths = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1) + MIN_EDGE_LENGTH * mesh.diameter_bound
     graph = weighted_graph(mesh.edges, lengths, n)
-    seeds = used[np.unique(np.linspace(0, len(used) - 1, CELLS).astype(np.int64))]
-    far, _, source = dijkstra(graph, directed=False, indices=seeds, min_only=True, return_predecessors=True)
+    seeds = used[np.unique(np.linspace(0, len(used) - 1, N_CELLS).astype(np.int64))]
+    distances, _, source = dijkstra(graph, directed=False, indices=seeds, min_only=True, return_predecessors=True)
     cell = np.where(source >= 0, np.searchsorted(seeds, source), -1)
     ends = cell[mesh.edges]
-    crosses = (ends[:, 0] != ends[:, 1]) & (ends[:, 0] >= 0) & (ends[:, 1] >= 0)
-    ways = (lengths + far[mesh.edges].sum(axis=1))[crosses]
+    is_crossing = (ends[:, 0] != ends[:, 1]) & (ends[:, 0] >= 0) & (ends[:, 1] >= 0)
+    seed_distances = (lengths + distances[mesh.edges].sum(axis=1))[is_crossing]
     corners, thirds = cell[mesh.faces.ravel()], np.repeat(mesh.face_areas / 3, 3)
-    is_reached = corners >= 0  # components so small that no seed fell on them are not
-    areas = np.bincount(corners[is_reached], thirds[is_reached], minlength=len(seeds)).astype(np.float64)
-    return _Cells(seeds, cell, areas, _graph(ends[crosses], ways, len(seeds)))
+    has_cell = corners >= 0
+    areas = np.bincount(corners[has_cell], thirds[has_cell], minlength=len(seeds)).astype(np.float64)
+    return _Cells(seeds, cell, areas, _shortest_edges(ends[is_crossing], seed_distances, len(seeds)))
 
 
-def _limbs(cells: _Cells, height: NDArray[np.float64]) -> list[tuple[NDArray[np.int64], float, float]]:
-    """The cells of each limb, its end first, with its length and area."""
+def _grow_limbs(cells: _Cells, height: NDArray[np.float64]) -> list[_Limb]:
+    """The limbs of a surface: union-find over the cells by descending height."""
     pointers, neighbors = cells.graph.indptr.tolist(), cells.graph.indices.tolist()
     group = [-1] * len(height)
     members: dict[int, list[int]] = {}
-    is_body: dict[int, bool] = {}  # more than one limb
-    limbs: list[tuple[NDArray[np.int64], float, float]] = []
+    is_body: dict[int, bool] = {}  # whether a group holds more than one limb
+    limbs: list[_Limb] = []
     for cell in np.argsort(-height, kind="stable").tolist():
-        meeting = sorted({group[near] for near in neighbors[pointers[cell] : pointers[cell + 1]]} - {-1})
-        if not meeting:
+        adjacent = sorted({group[near] for near in neighbors[pointers[cell] : pointers[cell + 1]]} - {-1})
+        if not adjacent:
             group[cell], members[cell], is_body[cell] = cell, [cell], False
             continue
-        into = meeting[0]
-        if len(meeting) > 1:
-            into = max(meeting, key=lambda g: height[members[g][0]])
-            found = {g: limb for g in meeting if not is_body[g] and (limb := _limb(cells, height, members[g], cell))}
-            largest = max(meeting, key=lambda g: len(members[g]))
+        into = adjacent[0]
+        if len(adjacent) > 1:
+            into = max(adjacent, key=lambda g: height[members[g][0]])
+            found = {g: limb for g in adjacent if not is_body[g] and (limb := _as_limb(cells, members[g], cell))}
+            largest = max(adjacent, key=lambda g: len(members[g]))
             is_body[into] = (
-                any(is_body[g] for g in meeting) or len(found) > 1 or (len(found) == 1 and largest not in found)
+                any(is_body[g] for g in adjacent) or len(found) > 1 or (len(found) == 1 and largest not in found)
             )
             if is_body[into]:
                 limbs.extend(found.values())
-            elif found:  # a limb takes up what is smaller and does not stand out
+            elif found:  # a limb absorbs smaller groups that are no limbs
                 into = largest
                 is_body[into] = False
-            for other in meeting:
+            for other in adjacent:
                 if other != into:
                     for member in members[other]:
                         group[member] = into
@@ -190,29 +210,26 @@ def _limbs(cells: _Cells, height: NDArray[np.float64]) -> list[tuple[NDArray[np.
     return limbs
 
 
-def _limb(
-    cells: _Cells, height: NDArray[np.float64], members: list[int], border: int
-) -> tuple[NDArray[np.int64], float, float] | None:
-    """A group of cells as a limb that meets another one at the border; None where it does not stand out."""
-    if len(members) < FEWEST_CELLS:
+def _as_limb(cells: _Cells, members: list[int], border: int) -> _Limb | None:
+    """A group of cells as a limb that meets another one at the border; None if it is not elongated."""
+    if len(members) < MIN_CELLS:
         return None
     inner = np.array(members)
-    kinds = np.full(len(height), 2, dtype=np.int8)
+    kinds = np.full(len(cells.seeds), 2, dtype=np.int8)
     kinds[inner] = 1
-    length, area = cells.ways.first_of(inner[:1], kinds)[0], float(cells.areas[inner].sum())
-    falls = height[members[0]] - height[border] > FALL * length
-    return (inner, length, area) if falls and 2 * np.pi * length**2 > ELONGATION * area else None
+    length, area = cells.shortest_paths.first_of(inner[:1], kinds)[0], float(cells.areas[inner].sum())
+    return (inner, length, area) if 2 * np.pi * length**2 > MIN_ELONGATION * area else None
 
 
-def _is_disc(mesh: Mesh, cells: _Cells, component: NDArray[np.int64], limb: NDArray[np.int64]) -> bool:
-    """Whether the vertices of some cells, with the cells that they cut off from the rest filled in, are a disc."""
-    is_here = component == component[limb[0]]
-    outside = np.array(is_here)
-    outside[limb] = False
-    piece = pieces(cells.pairs, outside.astype(np.int64))
-    is_in = is_here & (piece != np.bincount(piece[outside]).argmax())
-    is_in = np.append(is_in, False)  # the last is that of vertices without a cell
-    within = is_in[cells.cell_of_vertex]
+def _is_disk(mesh: Mesh, cells: _Cells, component: NDArray[np.int64], limb: NDArray[np.int64]) -> bool:
+    """Whether the vertices of a limb's cells, with the cells that they cut off from the rest, form a disk."""
+    is_in_component = component == component[limb[0]]
+    is_outside = np.array(is_in_component)
+    is_outside[limb] = False
+    piece = pieces(cells.pairs, is_outside.astype(np.int64))
+    is_in_limb = is_in_component & (piece != np.bincount(piece[is_outside]).argmax())
+    is_within = np.append(is_in_limb, False)[cells.cell_of_vertex]  # the last entry is for vertices without a cell
     (i, j), (a, b, c) = mesh.edges.T, mesh.faces.T
-    n_edges = np.count_nonzero(within[i] & within[j])
-    return bool(np.count_nonzero(within) - n_edges + np.count_nonzero(within[a] & within[b] & within[c]) == 1)
+    n_edges = np.count_nonzero(is_within[i] & is_within[j])
+    n_faces = np.count_nonzero(is_within[a] & is_within[b] & is_within[c])
+    return bool(np.count_nonzero(is_within) - n_edges + n_faces == 1)

@@ -1,7 +1,7 @@
-"""Junctions, placed by the branches that meet there.
+"""Junctions, placed by the centerlines of the branches that meet there.
 
-A junction has no section of its own. It goes where the axes of its branches, carried on from their own sections, come
-nearest to one point; and two junctions are one where all the branches that leave the pair point to one place.
+A junction has no cross-section of its own. It goes to the point nearest to the centerlines of its branches, extended
+straight from their own sections. Two junctions are merged where all branches that leave the pair point to one place.
 """
 
 from __future__ import annotations
@@ -19,19 +19,26 @@ from lbskel.refinement.containment import segments_outside
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
-NEAR = 4  # sections that tell the direction of a branch at its junction
-ANCHORED = 0.02  # weight of a junction's contracted place, beside the axes of its branches
-LONGEST = 3.0  # radii of the thicker of two junctions beyond which they are not taken for one
-MISSES = 1.5  # radii of a branch by which its axis may pass the place where all meet
-TILT = 0.4  # and the same as a sine of the angle between them
-FREE = 0.5  # radii by which a junction may leave its contracted place though its branches do not all lead there
+N_SECTIONS = 4  # sections next to a junction that give the direction of a branch; a guess,
+# benchmarks/results/constants.md
+REGULARIZATION = 0.02  # weight of a junction's contracted position, relative to the trace of the system of its lines; a
+# guess, benchmarks/results/constants.md
+MAX_MERGE_LENGTH = 3.0  # upper bound on the branch between two junctions that are merged, in radii of the larger; a
+# guess, benchmarks/results/constants.md
+MAX_MISS = 1.5  # upper bound on the distance of a branch's line from the common place, in radii of the branch; a guess,
+# benchmarks/results/constants.md
+MAX_SINE = 0.4  # upper bound on the sine of the angle between a branch's line and the direction to the common place; a
+# guess, benchmarks/results/constants.md
+MAX_FREE_MOVE = 0.5  # upper bound on the move of a junction whose branches do not all point to one place, in radii; a
+# guess, benchmarks/results/constants.md
 
 
 @dataclass(frozen=True, eq=False)
 class _Lines:
-    """The axes of the branches at junctions, as lines: one row for each that has sections enough.
+    """Straight extensions of branches to their junctions: one row per junction and branch with enough sections.
 
-    ``starts`` are the own sections nearest to the junction, ``means`` the centers of those that told the direction.
+    ``starts`` are the own sections nearest to the junction, ``means`` the centroids of the sections that gave the
+    direction. The unit ``directions`` point to the junction.
     """
 
     junctions: NDArray[np.int64]
@@ -47,112 +54,123 @@ class _Lines:
         )
 
 
-def _lines(skeleton: Skeleton, axes: SectionCenters) -> _Lines:
-    """The line of every branch at each of its junctions, pointing to the junction."""
-    rows: list[tuple[int, int, NDArray, NDArray, NDArray]] = []
+def _branch_lines(skeleton: Skeleton, centers: SectionCenters) -> _Lines:
+    """The line of every branch at each of its junctions."""
+    junctions: list[int] = []
+    branches: list[int] = []
+    vectors: list[NDArray[np.float64]] = []
     for index, branch in enumerate(skeleton.branches):
-        for way in (branch, branch[::-1]):
-            own = way[1:-1][axes.is_known[way[1:-1]]][:NEAR]
-            if skeleton.degrees[way[0]] < 3 or len(own) < 2:
+        for path in (branch, branch[::-1]):
+            own = path[1:-1][centers.is_known[path[1:-1]]][:N_SECTIONS]
+            if skeleton.degrees[path[0]] < 3 or len(own) < 2:
                 continue
-            P = axes.places[own]
+            P = centers.positions[own]
             direction = P[0] - P[-1]
             length = np.linalg.norm(direction)
             if length > 0:
-                rows.append((int(way[0]), index, P[0], P.mean(axis=0), direction / length))
-    junctions, branches, *vectors = zip(*rows, strict=True) if rows else ([], [], [], [], [])
-    starts, means, directions = (np.array(v, dtype=np.float64).reshape(-1, 3) for v in vectors)
+                junctions.append(int(path[0]))
+                branches.append(index)
+                vectors.append(np.stack([P[0], P.mean(axis=0), direction / length]))
+    starts, means, directions = np.array(vectors, dtype=np.float64).reshape(-1, 3, 3).transpose(1, 0, 2)
     return _Lines(np.array(junctions, dtype=np.int64), np.array(branches, dtype=np.int64), starts, means, directions)
 
 
-def _meeting(lines: _Lines, anchor: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
-    """The point nearest to all lines, each counted by the square of the distance over which it is carried on.
+def _nearest_point(lines: _Lines, anchor: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
+    """The point with the least weighted sum of squared distances to all lines.
 
-    What the lines leave open the anchor decides.
+    A line's weight is the inverse square of the distance over which it is extended, at least the radius. Directions
+    that the lines leave undetermined are decided by the anchor.
     """
-    far = np.linalg.norm(lines.starts - anchor, axis=1)
-    across = np.eye(3) - lines.directions[:, :, None] * lines.directions[:, None, :]
-    across /= np.maximum(far, radius)[:, None, None] ** 2
-    A = across.sum(axis=0)
-    b = np.einsum("lij,lj->i", across, lines.means - anchor)
-    loose = (ANCHORED * np.trace(A)) ** 2  # beside the squares, so that what the lines do tell is hardly moved
-    return np.asarray(anchor + np.linalg.solve(A @ A + loose * np.eye(3), A @ b))
+    distances = np.linalg.norm(lines.starts - anchor, axis=1)
+    projections = np.eye(3) - lines.directions[:, :, None] * lines.directions[:, None, :]
+    projections /= np.maximum(distances, radius)[:, None, None] ** 2
+    A = projections.sum(axis=0)
+    b = np.einsum("lij,lj->i", projections, lines.means - anchor)
+    regularization = (REGULARIZATION * np.trace(A)) ** 2  # added to A @ A, so that well-determined directions hardly move
+    return np.asarray(anchor + np.linalg.solve(A @ A + regularization * np.eye(3), A @ b))
 
 
-def place_junctions(skeleton: Skeleton, axes: SectionCenters, surface: Surface) -> SectionCenters:
-    """The axes with each junction where those of its branches come nearest to one point.
-
-    Sections beyond that point belong to the junction and are no longer known.
+def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surface) -> SectionCenters:
+    """Move each junction to the point nearest to the extended centerlines of its branches.
 
     Parameters
     ----------
     skeleton : Skeleton
-        At its contracted places.
-    axes : SectionCenters
+        Its nodes are the contracted positions.
+    centers : SectionCenters
     surface : Surface
-        A place outside of it is not taken, the junction stays.
+        A junction stays where its new position would be outside.
+
+    Returns
+    -------
+    SectionCenters
+        With the junctions' new positions. Sections that a junction has passed are no longer known.
     """
     junctions = skeleton.junctions
     placed = np.array(skeleton.nodes[junctions])
     if len(junctions) == 0:
-        return axes
+        return centers
     radii = surface.distance(placed)
-    lines = _lines(skeleton, axes)
+    lines = _branch_lines(skeleton, centers)
     for row, junction in enumerate(junctions.tolist()):
-        mine = lines.take(lines.junctions == junction)
-        if len(mine.junctions) < 2:
+        own = lines.take(lines.junctions == junction)
+        if len(own.junctions) < 2:
             continue
-        place = _meeting(mine, placed[row], radii[row])
-        move = place - placed[row]
-        far = float(np.linalg.norm(move))
-        if far > FREE * radii[row] and not np.isfinite(_misses(mine, place, surface)):
-            move *= FREE * radii[row] / far
+        target = _nearest_point(own, placed[row], radii[row])
+        move = target - placed[row]
+        distance = float(np.linalg.norm(move))
+        max_move = MAX_FREE_MOVE * radii[row]
+        if distance > max_move and not np.isfinite(_largest_sine(own, target, surface)):
+            move *= max_move / distance
         placed[row] += move
-    outer = ~surface.contains(placed)
-    placed[outer] = skeleton.nodes[junctions[outer]]
-    places = np.array(axes.places)
-    places[junctions] = placed
-    return SectionCenters(axes.is_known & ~_passed(skeleton, axes, lines, places), places)
+    is_outside = ~surface.contains(placed)
+    placed[is_outside] = skeleton.nodes[junctions[is_outside]]
+    positions = np.array(centers.positions)
+    positions[junctions] = placed
+    return SectionCenters(centers.is_known & ~_is_passed(skeleton, centers, lines, positions), positions)
 
 
-def _passed(skeleton: Skeleton, axes: SectionCenters, lines: _Lines, places: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """(k,) which sections a junction has moved past, along the direction of its branch."""
-    passed = np.zeros(len(places), dtype=bool)
+def _is_passed(
+    skeleton: Skeleton, centers: SectionCenters, lines: _Lines, positions: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """(k,) the sections that lie behind the new position of a junction, in the direction of their branch."""
+    is_passed = np.zeros(len(positions), dtype=bool)
     for junction, index, direction in zip(lines.junctions.tolist(), lines.branches, lines.directions, strict=True):
         branch = skeleton.branches[index]
-        way = branch if branch[0] == junction else branch[::-1]
-        own = way[axes.is_known[way]]
-        is_beyond = (places[own] - places[junction]) @ direction >= 0
-        passed[own[: len(own) if is_beyond.all() else np.argmin(is_beyond)]] = True
-    return passed
+        path = branch if branch[0] == junction else branch[::-1]
+        own = path[centers.is_known[path]]
+        is_behind = (positions[own] - positions[junction]) @ direction >= 0
+        is_passed[own[: len(own) if is_behind.all() else np.argmin(is_behind)]] = True
+    return is_passed
 
 
-def merge_junctions_by_axes(skeleton: Skeleton, axes: SectionCenters, surface: Surface) -> Skeleton:
-    """Make one of two junctions where the branches that leave the pair all point to one place between them or beyond.
+def merge_junctions_by_axes(skeleton: Skeleton, centers: SectionCenters, surface: Surface) -> Skeleton:
+    """Merge two junctions where the branches that leave the pair all point to one place.
 
-    In a thick body several branches run together before they end, and contraction joins them two by two, in an order
-    that has nothing to do with where they come from: fingers in a palm. The best two go first, but never with a loop.
+    In a thick part, such as a palm, several branches run together before they end. Contraction then joins them in
+    pairs, in an order that does not depend on where they come from. The pair that fits best is merged first, and no
+    cycle is closed.
 
     Parameters
     ----------
     skeleton : Skeleton
-        With branches evenly sampled and inscribed radii.
-    axes : SectionCenters
+        With evenly spaced branches and inscribed radii.
+    centers : SectionCenters
     surface : Surface
     """
     while inner := _inner_branches(skeleton):
-        lines = _lines(skeleton, axes)
-        found = [(*_common_place(skeleton, lines, index, surface), index) for index in inner]
-        for _, place, index in sorted((one for one in found if np.isfinite(one[0])), key=lambda one: one[0]):
+        lines = _branch_lines(skeleton, centers)
+        candidates = [(*_common_place(skeleton, lines, index, surface), index) for index in inner]
+        for _, place, index in sorted((c for c in candidates if np.isfinite(c[0])), key=lambda candidate: candidate[0]):
             branch = skeleton.branches[index]
             target = np.arange(len(skeleton.nodes))
             target[branch] = branch[0]
-            nodes, places = np.array(skeleton.nodes), np.array(axes.places)
-            nodes[branch[0]] = places[branch[0]] = place
+            nodes, positions = np.array(skeleton.nodes), np.array(centers.positions)
+            nodes[branch[0]] = positions[branch[0]] = place
             merged = contract_nodes(replace(skeleton, nodes=nodes), target)
             if merged.cycle_rank == skeleton.cycle_rank:
                 kept = np.unique(target)
-                skeleton, axes = merged, SectionCenters(axes.is_known[kept], places[kept])
+                skeleton, centers = merged, SectionCenters(centers.is_known[kept], positions[kept])
                 break
         else:
             return skeleton
@@ -160,39 +178,42 @@ def merge_junctions_by_axes(skeleton: Skeleton, axes: SectionCenters, surface: S
 
 
 def _inner_branches(skeleton: Skeleton) -> list[int]:
-    """Branches short enough for their two junctions to be one."""
+    """The branches between two junctions that are short enough for them to be merged."""
     found = []
     for index, branch in enumerate(skeleton.branches):
         ends = branch[[0, -1]]
         length = np.linalg.norm(np.diff(skeleton.nodes[branch], axis=0), axis=1).sum()
-        if ends[0] != ends[1] and min(skeleton.degrees[ends]) >= 3 and length <= LONGEST * skeleton.radii[ends].max():
+        is_short = length <= MAX_MERGE_LENGTH * skeleton.radii[ends].max()
+        if ends[0] != ends[1] and min(skeleton.degrees[ends]) >= 3 and is_short:
             found.append(index)
     return found
 
 
 def _common_place(skeleton: Skeleton, lines: _Lines, index: int, surface: Surface) -> tuple[float, NDArray[np.float64]]:
-    """Where all branches at the two ends of an inner one meet, and by how much they miss it."""
+    """Where all other branches at the two ends of an inner branch meet, and the largest sine by which one misses it."""
     branch = skeleton.branches[index]
     middle = skeleton.nodes[branch[[0, -1]]].mean(axis=0)
     outer = lines.take(np.isin(lines.junctions, branch[[0, -1]]) & (lines.branches != index))
     if not np.isin(branch[[0, -1]], outer.junctions).all():
         return np.inf, middle
-    place = _meeting(outer, middle, 0.0)
-    return _misses(outer, place, surface), place
+    place = _nearest_point(outer, middle, 0.0)
+    return _largest_sine(outer, place, surface), place
 
 
-def _misses(lines: _Lines, place: NDArray[np.float64], surface: Surface) -> float:
-    """The largest sine of an angle by which a line misses a place, if all of them lead there.
+def _largest_sine(lines: _Lines, place: NDArray[np.float64], surface: Surface) -> float:
+    """The largest sine of an angle between a line and the direction to a place, if all lines point there.
 
-    Infinite where one has sections well beyond, passes too far, or would have to leave the surface; and for fewer than
-    three lines, since two nearly meet somewhere in any case.
+    Infinite where a line starts well beyond the place, passes it too far, or leaves the surface on the way; and for
+    fewer than three lines, since two lines nearly meet somewhere in any case.
     """
-    way = place - lines.means
+    to_place = place - lines.means
     along = np.einsum("li,li->l", place - lines.starts, lines.directions)
-    miss = np.linalg.norm(np.cross(way, lines.directions), axis=1)
-    sine = miss / np.linalg.norm(way, axis=1)
+    miss = np.linalg.norm(np.cross(to_place, lines.directions), axis=1)
+    sine = miss / np.linalg.norm(to_place, axis=1)
     radii = surface.distance(lines.starts)
-    leads = (along > -radii) & (miss <= MISSES * radii) & (sine <= TILT)
-    ends, last = np.concatenate([lines.starts, place[None]]), len(leads)
-    ways = np.stack([np.arange(last), np.full(last, last)], axis=1)
-    return np.inf if last < 3 or not leads.all() or segments_outside(ends, ways, surface).any() else float(sine.max())
+    points_there = (along > -radii) & (miss <= MAX_MISS * radii) & (sine <= MAX_SINE)
+    nodes, n_lines = np.concatenate([lines.starts, place[None]]), len(points_there)
+    segments = np.stack([np.arange(n_lines), np.full(n_lines, n_lines)], axis=1)
+    if n_lines < 3 or not points_there.all() or segments_outside(nodes, segments, surface).any():
+        return np.inf
+    return float(sine.max())

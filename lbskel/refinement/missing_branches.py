@@ -1,7 +1,8 @@
-"""Limbs that contraction has left without a branch: one is grown along each.
+"""Missing branches: a branch is grown along every limb that contraction has left without one.
 
-A limb that is short, or thin beside the faces that were contracted, may be drawn into the body before it has become a
-line. Its end is found on the surface (:mod:`lbskel.refinement.extrema`), its axis from that end (:mod:`lbskel.refinement.level_sets`).
+A limb that is short, or thin relative to the contracted faces, may be pulled into the body before it becomes a line.
+Its end is found on the surface (:mod:`lbskel.refinement.extrema`), and its axis from the distance to that end
+(:mod:`lbskel.refinement.level_sets`).
 """
 
 from __future__ import annotations
@@ -16,87 +17,91 @@ from scipy.spatial.distance import cdist
 
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.centering import inscribed_radii, mean_radii
 from lbskel.refinement.extrema import GeodesicExtrema, find_extrema, is_missed
 from lbskel.refinement.level_sets import find_geodesic_caps
-from lbskel.refinement.tips import append_paths, clip_to_interior, recenter_points, trace_centerline
+from lbskel.refinement.radii import inscribed_radii, mean_radii
+from lbskel.refinement.tips import clip_to_interior, extend_ends, recenter_points, trace_centerline
 from lbskel.skeleton.editing import contract_nodes
+from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
-STRAY = 0.5  # share of a limb's vertices from which on the branch that stands for them is the limb's
+MIN_SHARE = 0.5  # fraction of a limb's vertices mapped to an end branch above which the branch is the limb's; a guess,
+# benchmarks/results/constants.md
 
 
-def grow_missing_branches(skeleton: Skeleton, surface: Surface, *, ratio: float = 1.5) -> Skeleton:
-    """A branch for each limb that stands out of the skeleton and has no tip near its end.
+def grow_missing_branches(skeleton: Skeleton, surface: Surface, *, ratio: float = MIN_BRANCH_RATIO) -> Skeleton:
+    """Grow a branch along each limb whose end is outside the skeleton's balls and has no tip near it.
 
     Parameters
     ----------
     skeleton : Skeleton
     surface : Surface
     ratio : float
-        The end of a limb is further than so many local radii from the node that the branch begins at, as in
-        :func:`lbskel.skeleton.pruning.prune`.
+        Lower bound on the distance from the end of a limb to the node where its branch begins, in mean radii of that
+        node, as in :func:`lbskel.skeleton.pruning.prune`.
     """
-    mesh = surface.proxy.mesh
-    found = find_extrema(mesh)
-    missed = is_missed(found, mesh, inscribed_radii(skeleton, surface.proxy))
-    limb_of_vertex = np.where(np.isin(found.limb_of_vertex, np.flatnonzero(missed)), found.limb_of_vertex, -1)
-    axes = {
-        number: clip_to_interior(limb, surface) for number, limb in find_geodesic_caps(mesh, limb_of_vertex).items()
-    }
-    axes = {number: axis for number, axis in axes.items() if len(axis) >= 2}
+    proxy_mesh = surface.proxy.mesh
+    extrema = find_extrema(proxy_mesh)
+    missed = is_missed(extrema, proxy_mesh, inscribed_radii(skeleton, surface.proxy))
+    is_on_missed = np.isin(extrema.limb_of_vertex, np.flatnonzero(missed))
+    limb_of_vertex = np.where(is_on_missed, extrema.limb_of_vertex, -1)
+    caps = find_geodesic_caps(proxy_mesh, limb_of_vertex)
+    axes = {limb: axis for limb, cap in caps.items() if len(axis := clip_to_interior(cap, surface)) >= 2}
     if not axes:
         return skeleton
-    skeleton, strayed = _without_strays(skeleton, surface, found, missed, list(axes))
+    skeleton, misplaced = _without_misplaced_ends(skeleton, surface, extrema, missed, list(axes))
     widths = mean_radii(skeleton, surface.mesh).radii
-    centers = recenter_points(list(axes.values()), surface)
+    centered = recenter_points(list(axes.values()), surface)
     onward = trace_centerline(
-        surface, np.array([way[-1] for way in centers]), np.array([way[-1] - way[-2] for way in centers])
+        surface, np.array([axis[-1] for axis in centered]), np.array([axis[-1] - axis[-2] for axis in centered])
     )
-    node_of_vertex, full_limb = np.array(skeleton.node_of_vertex), surface.from_proxy(limb_of_vertex)
-    bases, ways = [], []
-    for number, center, path in zip(axes, centers, onward, strict=True):
-        way = np.array([*center, *path])
-        near = np.unique(surface.on_proxy(skeleton.node_of_vertex)[_with_border(limb_of_vertex == number, mesh)])
-        apart = cdist(way, skeleton.nodes[near])
-        leaves = np.flatnonzero(apart.min(axis=1) <= found.radii[number])
-        first = leaves[-1] + 1 if len(leaves) else 0
-        base = near[apart[max(first - 1, 0)].argmin()]
-        far = np.linalg.norm(mesh.vertices[found.vertices[number]] - skeleton.nodes[base])
-        if first < len(way) and (number in strayed or far > ratio * widths[base]):
-            node_of_vertex[full_limb == number] = base
-            bases.append(base)
-            ways.append(list(way[first:]))
+    node_of_vertex, limb_of_full_vertex = np.array(skeleton.node_of_vertex), surface.from_proxy(limb_of_vertex)
+    starts: list[int] = []
+    paths: list[list[NDArray[np.float64]]] = []
+    for limb, axis, continuation in zip(axes, centered, onward, strict=True):
+        path = np.array([*axis, *continuation])
+        nearby = surface.on_proxy(skeleton.node_of_vertex)[_with_adjacent(limb_of_vertex == limb, proxy_mesh)]
+        candidates = np.unique(nearby)
+        distances = cdist(path, skeleton.nodes[candidates])
+        touching = np.flatnonzero(distances.min(axis=1) <= extrema.radii[limb])
+        first = touching[-1] + 1 if len(touching) else 0
+        start = candidates[distances[max(first - 1, 0)].argmin()]
+        reach = np.linalg.norm(proxy_mesh.vertices[extrema.vertices[limb]] - skeleton.nodes[start])
+        if first < len(path) and (limb in misplaced or reach > ratio * widths[start]):
+            node_of_vertex[limb_of_full_vertex == limb] = start
+            starts.append(start)
+            paths.append(list(path[first:]))
     skeleton = replace(skeleton, node_of_vertex=node_of_vertex)
-    return append_paths(skeleton, surface, np.array(bases, dtype=np.int64), ways)
+    return extend_ends(skeleton, surface, np.array(starts, dtype=np.int64), paths)
 
 
-def _without_strays(
-    skeleton: Skeleton, surface: Surface, found: GeodesicExtrema, missed: NDArray[np.bool_], limbs: list[int]
+def _without_misplaced_ends(
+    skeleton: Skeleton, surface: Surface, extrema: GeodesicExtrema, missed: NDArray[np.bool_], limbs: list[int]
 ) -> tuple[Skeleton, list[int]]:
-    """End branches that stand for one of these limbs but end elsewhere cut back to where they begin to, and the limbs.
+    """Cut back end branches to which the vertices of a missed limb are mapped but which end elsewhere.
 
-    The tip nearest to the end of another limb is that one's.
+    Each is cut back to the node before the first that has vertices of the limb. The tip nearest to an end that is not
+    missed belongs to that end. Also returns the numbers of the limbs concerned.
     """
-    node, tips = surface.on_proxy(skeleton.node_of_vertex), skeleton.tips
-    reached = surface.proxy.mesh.vertices[found.vertices[~missed]]
+    node_of_vertex, tips = surface.on_proxy(skeleton.node_of_vertex), skeleton.tips
+    reached = surface.proxy.mesh.vertices[extrema.vertices[~missed]]
     taken = tips[cdist(reached, skeleton.nodes[tips]).argmin(axis=1)] if len(reached) and len(tips) else tips[:0]
-    target, strayed = np.arange(len(skeleton.nodes)), []
-    for way in skeleton.end_branches:
-        if way[-1] in taken:
+    target, misplaced = np.arange(len(skeleton.nodes)), []
+    for branch in skeleton.end_branches:
+        if branch[-1] in taken:
             continue
         for limb in limbs:
-            mine = node[found.limb_of_vertex == limb]
-            if np.isin(mine, way[1:]).mean() > STRAY:
-                stands = np.flatnonzero(np.isin(way[1:], mine))
-                target[way[stands[0] + 1 :]] = way[stands[0]]
-                strayed.append(limb)
+            nodes_of_limb = node_of_vertex[extrema.limb_of_vertex == limb]
+            if np.isin(nodes_of_limb, branch[1:]).mean() > MIN_SHARE:
+                first = np.flatnonzero(np.isin(branch[1:], nodes_of_limb))[0]
+                target[branch[first + 1 :]] = branch[first]
+                misplaced.append(limb)
                 break
-    return contract_nodes(skeleton, target), strayed
+    return contract_nodes(skeleton, target), misplaced
 
 
-def _with_border(is_chosen: NDArray[np.bool_], mesh: Mesh) -> NDArray[np.bool_]:
-    """Some vertices, and those beside them."""
+def _with_adjacent(is_chosen: NDArray[np.bool_], mesh: Mesh) -> NDArray[np.bool_]:
+    """(n,) the chosen vertices and those adjacent to them."""
     is_near = np.array(is_chosen)
     is_near[mesh.edges[is_chosen[mesh.edges].any(axis=1)]] = True
     return is_near

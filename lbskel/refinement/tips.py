@@ -1,13 +1,14 @@
-"""Tips: every end branch carried on to one radius under the surface, which contraction had drawn it back from.
+"""Tips: every end branch extended to one radius below the surface, from where contraction had pulled it back.
 
-From its last node an end follows the axis ahead, put back to the centroid of the section at each step, until the
-surface ahead is as near as the surface round it: there is the last inscribed ball. Where that is not at the end of the
-limb that the last nodes stand for, they are put on the axis of the limb itself (:mod:`lbskel.refinement.level_sets`) and go on from it.
+From its last node an end follows the centerline, corrected to the centroid of the cross-section at each step, until the
+surface ahead is as near as the surface around it: there is the last inscribed ball. Where that is not at the end of the
+limb that the last nodes represent, these are moved to the axis of the limb (:mod:`lbskel.refinement.level_sets`) and
+extended from there.
 """
 
 from __future__ import annotations
 
-__all__ = ["append_paths", "clip_to_interior", "extend_tips", "recenter_points", "tips_at_surface", "trace_centerline"]
+__all__ = ["clip_to_interior", "extend_ends", "extend_tips", "recenter_points", "tips_at_surface", "trace_centerline"]
 
 from dataclasses import replace
 
@@ -17,29 +18,37 @@ from numpy.typing import NDArray
 from lbskel.geometry.cross_sections import Sections, cross_sections
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.level_sets import GeodesicCap, find_geodesic_caps
-from lbskel.skeleton.editing import contract_nodes
-from lbskel.skeleton.pruning import STANDS_OUT
+from lbskel.skeleton.editing import append_paths, contract_nodes
+from lbskel.skeleton.pruning import MIN_TIP_DISTANCE
 from lbskel.skeleton.skeleton import Skeleton
 
-STEP = 0.5  # of the local radius
-MOST_STEPS = 60
-STRAIGHT = 0.5  # cosine of the most that an end turns from where it set out
-SLACK = 1.05  # the surface ahead counts as near as the surface around within this factor
-FARTHEST = 2.0  # radii of the last ball within which the surface ahead is the end of a branch
-REACHES = 2.5  # radii of a limb, and of the last ball, within which its end is reached
-LIMB = 3.4  # length of a limb in radii; a flat spot has 2, a half ball 2.5, the rounded corner of a foot up to 3.3
-DEEP = 0.5  # radii of a limb under the surface that its axis has to run: that of a strip of surface runs on it
-ASTRAY = 2.0  # radii of a section by which an end outside the surface may lie beside it
-WIDEST = 1.5  # an end goes no further where its section is wider by this factor than at the step before
+STEP = 0.5  # along a centerline, in local radii; a guess, benchmarks/results/constants.md
+MAX_STEPS = 60  # per end, which bounds the time; a guess
+MIN_COS_TURN = 0.5  # lower bound on the cosine of the angle between an end's first and present direction; a guess,
+# benchmarks/results/constants.md
+END_TOLERANCE = 1.05  # the surface ahead is as near as the surface around within this factor; a guess,
+# benchmarks/results/constants.md
+MAX_TIP_DISTANCE = 2.0  # to the surface straight ahead of a tip that ends a branch, in radii of its ball; a guess,
+# benchmarks/results/constants.md
+TIP_REACH = 2.5  # distance from the end of a limb within which a tip reaches it, in radii of the limb or of the last
+# ball; a guess, benchmarks/results/constants.md
+MIN_LIMB_LENGTH = 3.4  # lower bound on the length of a limb in radii; a flat patch has 2, a hemisphere 2.5, and the
+# rounded corner of a foot up to 3.3
+MIN_DEPTH = 0.5  # lower bound on the median depth of an axis below the surface, in radii of its limb: rejects flat
+# strips; a guess, benchmarks/results/constants.md
+MAX_OFFSET = 2.0  # distance from an end outside the surface to the centroid of its section, in radii of the section; a
+# guess, benchmarks/results/constants.md
+MAX_WIDENING = 1.5  # upper bound on the ratio of the radii of successive sections along a centerline; a guess,
+# benchmarks/results/constants.md
 
 
 def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Add nodes at the ends until each tip is the center of the last ball that fits.
+    """Extend every end branch until its tip is the center of the last inscribed ball.
 
     Parameters
     ----------
     skeleton : Skeleton
-        Recentered; its end branches follow the axis of the shape.
+        Centered, so that its end branches follow the centerlines.
     surface : Surface
     """
     ends = [b if skeleton.degrees[b[-1]] == 1 else b[::-1] for b in skeleton.branches]
@@ -49,60 +58,65 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
     ends = [b for b in ends if (skeleton.nodes[b[-1]] != skeleton.nodes[b[-4:][0]]).any()]
     if not ends:
         return skeleton
-    ahead = _ahead(skeleton, surface, ends)
+    directions = _end_directions(skeleton, surface, ends)
     last = np.array([b[-1] for b in ends])
-    skeleton = _ends_centered(skeleton, surface, ends, ahead)
-    paths = trace_centerline(surface, skeleton.nodes[last], ahead)
+    skeleton = _with_centered_ends(skeleton, surface, ends, directions)
+    paths = trace_centerline(surface, skeleton.nodes[last], directions)
     tips = np.array([path[-1] if path else skeleton.nodes[end] for end, path in zip(last, paths, strict=True)])
     missed = _missed_limbs(skeleton, surface, ends, tips)
     if not missed:
-        return append_paths(skeleton, surface, last, paths)
+        return extend_ends(skeleton, surface, last, paths)
     axes = recenter_points([axis for _, axis in missed.values()], surface)
     onward = trace_centerline(
         surface, np.array([axis[-1] for axis in axes]), np.array([axis[-1] - axis[-2] for axis in axes])
     )
     target, nodes = np.arange(len(skeleton.nodes)), np.array(skeleton.nodes)
-    for (end, (n, _)), axis, path in zip(missed.items(), axes, onward, strict=True):
-        target[ends[end][-n:]] = last[end]
-        nodes[last[end]] = axis[0]
-        paths[end] = [*axis[1:], *path]
+    for (index, (n, _)), axis, continuation in zip(missed.items(), axes, onward, strict=True):
+        target[ends[index][-n:]] = last[index]
+        nodes[last[index]] = axis[0]
+        paths[index] = [*axis[1:], *continuation]
     last = np.searchsorted(np.unique(target), last)
-    return append_paths(contract_nodes(replace(skeleton, nodes=nodes), target), surface, last, paths)
+    return extend_ends(contract_nodes(replace(skeleton, nodes=nodes), target), surface, last, paths)
 
 
-def _ahead(skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]]) -> NDArray[np.float64]:
-    """(e, 3) unit directions in which end branches lead; towards what it stands for, where a tip is at its junction."""
-    along = np.array([skeleton.nodes[end[-1]] - skeleton.nodes[end[-4:][0]] for end in ends])
+def _end_directions(skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]]) -> NDArray[np.float64]:
+    """(e, 3) unit directions in which to extend end branches.
+
+    That is the direction of the last nodes or, where the tip is still at its junction, from the junction to the
+    centroid of the branch's vertices.
+    """
+    directions = np.array([skeleton.nodes[end[-1]] - skeleton.nodes[end[-4:][0]] for end in ends])
     first = skeleton.nodes[[end[0] for end in ends]]
-    off = np.linalg.norm(skeleton.nodes[[end[-1] for end in ends]] - first, axis=1)
-    for row in np.flatnonzero(off < STANDS_OUT * surface.distance(first)).tolist():
-        mine = np.isin(skeleton.node_of_vertex, ends[row][1:])
-        towards = surface.mesh.vertices[mine].sum(axis=0) - np.count_nonzero(mine) * first[row]
-        along[row] = towards if towards.any() else along[row]
-    return along / np.linalg.norm(along, axis=1, keepdims=True)
+    distances = np.linalg.norm(skeleton.nodes[[end[-1] for end in ends]] - first, axis=1)
+    for row in np.flatnonzero(distances < MIN_TIP_DISTANCE * surface.distance(first)).tolist():
+        is_mapped = np.isin(skeleton.node_of_vertex, ends[row][1:])
+        outward = surface.mesh.vertices[is_mapped].sum(axis=0) - np.count_nonzero(is_mapped) * first[row]
+        directions[row] = outward if outward.any() else directions[row]
+    unit: NDArray[np.float64] = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    return unit
 
 
-def _ends_centered(
-    skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], ahead: NDArray[np.float64]
+def _with_centered_ends(
+    skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], directions: NDArray[np.float64]
 ) -> Skeleton:
-    """The skeleton with its tips at the centroids of the sections there, where those are about them and not far off."""
+    """The skeleton with its tips at the centroids of their cross-sections, where these are around or near the tips."""
     nodes, first, last = np.array(skeleton.nodes), [end[0] for end in ends], [end[-1] for end in ends]
-    section = cross_sections(surface.mesh, nodes[last], ahead)
-    shift, length = (np.linalg.norm(nodes[last] - there, axis=1) for there in (section.centroids, nodes[first]))
-    is_own = section.surrounds & (shift <= section.radii)
-    is_own |= section.is_cut & ~surface.contains(nodes[last]) & (shift <= ASTRAY * section.radii)
-    is_own &= (shift <= length) & surface.contains(section.centroids)
+    section = cross_sections(surface.mesh, nodes[last], directions)
+    offset, length = (np.linalg.norm(nodes[last] - other, axis=1) for other in (section.centroids, nodes[first]))
+    is_own = section.surrounds & (offset <= section.radii)
+    is_own |= section.is_cut & ~surface.contains(nodes[last]) & (offset <= MAX_OFFSET * section.radii)
+    is_own &= (offset <= length) & surface.contains(section.centroids)
     nodes[np.array(last)[is_own]] = section.centroids[is_own]
     return replace(skeleton, nodes=nodes)
 
 
 def tips_at_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Carry every tip on to the surface: straight ahead, or where that is far to the nearest place.
+    """Extend every tip to the surface: straight ahead, or to the nearest point where that is far.
 
     Parameters
     ----------
     skeleton : Skeleton
-        With its tips at the centers of the last balls.
+        With its tips at the centers of the last inscribed balls.
     surface : Surface
     """
     tips = skeleton.tips
@@ -112,66 +126,77 @@ def tips_at_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
     directions = P - skeleton.nodes[[int(skeleton.neighbors[tip][0]) for tip in tips]]
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     ahead, (radii, nearest) = surface.ray_distance(P, directions), surface.closest(P)
-    goes_on = ahead < FARTHEST * radii
-    ends = np.where(goes_on[:, None], P + np.where(goes_on, ahead, 0)[:, None] * directions, nearest)
-    return append_paths(skeleton, surface, tips, [[end] for end in ends])
+    is_near = ahead < MAX_TIP_DISTANCE * radii
+    ends = np.where(is_near[:, None], P + np.where(is_near, ahead, 0)[:, None] * directions, nearest)
+    return extend_ends(skeleton, surface, tips, [[end] for end in ends])
 
 
 def _missed_limbs(
     skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], tips: NDArray[np.float64]
 ) -> dict[int, tuple[int, NDArray[np.float64]]]:
-    """For each branch whose tip is not at the end of its limb, how many nodes to leave for the limb's axis, and that.
+    """For each end branch whose tip is not at the end of its limb: how many nodes to replace, and the limb's axis.
 
-    One, two, four and so on of its last nodes may stand for the limb, up to all. Of what is a limb that counts which
-    leads from the junction to its end with the least detour.
+    The limb is the patch of the vertices of the branch's last 1, 2, 4, ... nodes, up to all. Among candidate limbs,
+    keep the one with the smallest detour from the junction to its end.
     """
     radii = surface.distance(tips)
     n_tried = dict.fromkeys(range(len(ends)), 1)
     best: dict[int, tuple[float, int, NDArray[np.float64]]] = {}
     while n_tried:
-        piece = np.full(len(skeleton.nodes), -1)
+        patch = np.full(len(skeleton.nodes), -1)
         for index, n in n_tried.items():
-            piece[ends[index][-n:]] = index
-        limbs = find_geodesic_caps(surface.proxy.mesh, surface.on_proxy(piece[skeleton.node_of_vertex]))
+            patch[ends[index][-n:]] = index
+        caps = find_geodesic_caps(surface.proxy.mesh, surface.on_proxy(patch[skeleton.node_of_vertex]))
         trying, n_tried = n_tried, {}
         for index, n in trying.items():
-            way, limb = ends[index], limbs.get(index)
-            if limb is not None:
-                if np.linalg.norm(limb.end - tips[index]) <= REACHES * max(limb.radius, radii[index]):
+            branch, cap = ends[index], caps.get(index)
+            if cap is not None:
+                if np.linalg.norm(cap.end - tips[index]) <= TIP_REACH * max(cap.radius, radii[index]):
                     continue
-                axis = clip_to_interior(limb, surface) if limb.length > LIMB * limb.radius else np.empty((0, 3))
+                is_limb = cap.length > MIN_LIMB_LENGTH * cap.radius
+                axis = clip_to_interior(cap, surface) if is_limb else np.empty((0, 3))
                 if len(axis) >= 2:
-                    detour = _detour(np.concatenate([skeleton.nodes[way[:-n]], axis, limb.end[None]]))
-                    best[index] = min(best.get(index, (np.inf, n, axis)), (detour, n, axis), key=lambda one: one[0])
-            if n < len(way) - 1:
-                n_tried[index] = min(2 * n, len(way) - 1)
+                    detour = _detour(np.concatenate([skeleton.nodes[branch[:-n]], axis, cap.end[None]]))
+                    if index not in best or detour < best[index][0]:
+                        best[index] = detour, n, axis
+            if n < len(branch) - 1:
+                n_tried[index] = min(2 * n, len(branch) - 1)
     return {index: (n, axis) for index, (_, n, axis) in best.items()}
 
 
-def clip_to_interior(limb: GeodesicCap, surface: Surface) -> NDArray[np.float64]:
-    """The axis of a limb, as far as it is inside from its end on; none of what has no thickness."""
-    axis = limb.axis
-    if len(axis) == 0 or np.median(surface.distance(axis)) < DEEP * limb.radius:
+def clip_to_interior(cap: GeodesicCap, surface: Surface) -> NDArray[np.float64]:
+    """The part of a cap's axis next to its end that is inside the surface; empty if the axis is too shallow."""
+    axis = cap.axis
+    if len(axis) == 0 or np.median(surface.distance(axis)) < MIN_DEPTH * cap.radius:
         return np.empty((0, 3))
-    outer = np.flatnonzero(~surface.contains(axis))
-    return axis[outer[-1] + 1 :] if len(outer) else axis
+    outside = np.flatnonzero(~surface.contains(axis))
+    return axis[outside[-1] + 1 :] if len(outside) else axis
 
 
-def _detour(way: NDArray[np.float64]) -> float:
-    """How many times longer a way is than straight."""
-    straight = float(np.linalg.norm(way[-1] - way[0]))
-    return float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum()) / max(straight, 1e-300)
+def _detour(path: NDArray[np.float64]) -> float:
+    """The length of a path relative to the distance between its ends."""
+    straight = float(np.linalg.norm(path[-1] - path[0]))
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) / max(straight, 1e-300)
 
 
 def recenter_points(axes: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
-    """SectionCenters put to the centroids of their own sections, without the points that have none if at least two are left."""
+    """Move the points of axes to the centroids of their cross-sections.
+
+    Points without a section of their own are dropped; an axis with fewer than two other points is returned unchanged.
+
+    Parameters
+    ----------
+    axes : list of (k, 3) arrays of float
+        At least one, each of at least two points.
+    surface : Surface
+    """
     P = np.concatenate(axes)
     T = np.concatenate([np.gradient(axis, axis=0) for axis in axes])
     section = cross_sections(surface.mesh, P, T / np.linalg.norm(T, axis=1, keepdims=True))
     parts = np.cumsum([len(axis) for axis in axes])[:-1]
-    usual = np.concatenate([np.full(len(radii), np.median(radii)) for radii in np.split(section.radii, parts)])
+    median = np.concatenate([np.full(len(radii), np.median(radii)) for radii in np.split(section.radii, parts)])
     is_own = section.surrounds & (np.linalg.norm(section.centroids - P, axis=1) <= section.radii)
-    is_own &= (section.radii <= WIDEST * usual) & surface.contains(section.centroids)
+    is_own &= (section.radii <= MAX_WIDENING * median) & surface.contains(section.centroids)
     own = zip(np.split(section.centroids, parts), np.split(is_own, parts), strict=True)
     return [C[known] if known.sum() >= 2 else axis for axis, (C, known) in zip(axes, own, strict=True)]
 
@@ -179,7 +204,16 @@ def recenter_points(axes: list[NDArray[np.float64]], surface: Surface) -> list[N
 def trace_centerline(
     surface: Surface, starts: NDArray[np.float64], directions: NDArray[np.float64]
 ) -> list[list[NDArray[np.float64]]]:
-    """For each end, the points on its way to its tip, all ends at once."""
+    """The points of the centerline ahead of each end, up to its last inscribed ball; all ends are traced at once.
+
+    Parameters
+    ----------
+    surface : Surface
+    starts : (e, 3) array of float
+        On the centerlines.
+    directions : (e, 3) array of float
+        Need not be of unit length.
+    """
     P = np.array(starts)
     T = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     first = np.array(T)
@@ -187,18 +221,19 @@ def trace_centerline(
     section = cross_sections(surface.mesh, P, T)
     width, radii = section.radii, _hydraulic_radii(section)
     active = np.arange(len(P))
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_STEPS):
         radius = radii[active]
         ahead = surface.ray_distance(P[active], T[active])
-        is_straight = np.einsum("ki,ki->k", T[active], first[active]) > STRAIGHT
-        goes_on = is_straight & np.isfinite(ahead) & (ahead > SLACK * radius) & (radius > 0)
-        active, radius, ahead = active[goes_on], radius[goes_on], ahead[goes_on]
+        is_straight = np.einsum("ki,ki->k", T[active], first[active]) > MIN_COS_TURN
+        continues = is_straight & np.isfinite(ahead) & (ahead > END_TOLERANCE * radius) & (radius > 0)
+        active, radius, ahead = active[continues], radius[continues], ahead[continues]
         if len(active) == 0:
             break
         step = np.minimum(STEP * radius, ahead - radius)
         forward = P[active] + step[:, None] * T[active]
         section = cross_sections(surface.mesh, forward, T[active])
-        is_own = section.surrounds & (section.radii < WIDEST * width[active]) & surface.contains(section.centroids)
+        is_own = section.surrounds & (section.radii < MAX_WIDENING * width[active])
+        is_own &= surface.contains(section.centroids)
         active, moved, step = active[is_own], section.centroids[is_own], step[is_own]
         width[active], radii[active] = section.radii[is_own], _hydraulic_radii(section)[is_own]
         turned = T[active] + (moved - P[active]) / step[:, None]
@@ -210,40 +245,40 @@ def trace_centerline(
 
 
 def _hydraulic_radii(sections: Sections) -> NDArray[np.float64]:
-    """Twice the area over the length of each curve: the radius of a circle, and of a flat section about its thickness.
+    """Hydraulic radii, 2 area / length: the radius of a circle, about the thickness of a flat section.
 
-    It averages over the curve, so that noise does not make it small as it does the distance to the nearest point.
+    As an average over the curve they are not made small by noise, as the distance to the nearest point is.
     """
-    return np.divide(
+    radii: NDArray[np.float64] = np.divide(
         2 * sections.areas, sections.lengths, out=np.zeros(len(sections.areas)), where=sections.lengths > 0
     )
+    return radii
 
 
-def append_paths(
-    skeleton: Skeleton, surface: Surface, last: NDArray[np.int64], paths: list[list[NDArray[np.float64]]]
+def extend_ends(
+    skeleton: Skeleton, surface: Surface, ends: NDArray[np.int64], paths: list[list[NDArray[np.float64]]]
 ) -> Skeleton:
-    """The skeleton with a chain of new nodes at each end; the end's vertices go to the nearest along the chain."""
-    nodes, edges, node_of_vertex = [skeleton.nodes], [skeleton.edges], np.array(skeleton.node_of_vertex)
-    n_nodes = len(skeleton.nodes)
-    for end, path in zip(last, paths, strict=True):
-        if not path:
+    """Append a path of new nodes at each of some nodes, whose vertices go to the nearest node along the path.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    surface : Surface
+    ends : (p,) array of int
+    paths : list of p lists of (3,) arrays of float
+        Positions of the new nodes; an empty path adds nothing.
+    """
+    positions = [np.array(path).reshape(-1, 3) for path in paths]
+    radii = surface.distance(np.concatenate([np.empty((0, 3)), *positions]))
+    node_of_vertex, first = np.array(skeleton.node_of_vertex), len(skeleton.nodes)
+    for end, new in zip(ends, positions, strict=True):
+        if len(new) == 0:
             continue
-        new = n_nodes + np.arange(len(path))
-        chain = np.concatenate([[end], new])
-        nodes.append(np.array(path))
-        edges.append(np.stack([chain[:-1], chain[1:]], axis=1))
-        n_nodes += len(path)
-        mine = np.flatnonzero(node_of_vertex == end)
-        places = np.concatenate([skeleton.nodes[[end]], np.array(path)])
-        apart = np.linalg.norm(surface.mesh.vertices[mine][:, None, :] - places, axis=2)
-        node_of_vertex[mine] = chain[np.argmin(apart, axis=1)]
-    P = np.concatenate(nodes)
-    radii = np.concatenate([skeleton.radii, surface.distance(P[len(skeleton.nodes) :])])
-    return replace(
-        skeleton,
-        nodes=P,
-        edges=np.concatenate(edges),
-        radii=radii,
-        mean_radii=np.empty(0),
-        node_of_vertex=node_of_vertex,
-    )
+        is_mapped = np.flatnonzero(node_of_vertex == end)
+        chain = np.concatenate([[end], first + np.arange(len(new))])
+        candidates = np.concatenate([skeleton.nodes[[end]], new])
+        distances = np.linalg.norm(surface.mesh.vertices[is_mapped][:, None, :] - candidates, axis=2)
+        node_of_vertex[is_mapped] = chain[np.argmin(distances, axis=1)]
+        first += len(new)
+    extended = append_paths(skeleton, ends.tolist(), positions, radii)
+    return replace(extended, node_of_vertex=node_of_vertex)

@@ -1,4 +1,4 @@
-"""Points evenly along the edges of a skeleton, where its length is to be measured."""
+"""Evenly spaced points along the edges of a skeleton, for measures weighted by length."""
 
 from __future__ import annotations
 
@@ -11,11 +11,19 @@ from lbskel.skeleton.skeleton import Skeleton
 
 
 def sample_edges(skeleton: Skeleton, spacing: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Points along every edge, no further apart than the spacing, and the radii there.
+    """Sample points along every edge, and the radii there by linear interpolation.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    spacing : float
+        Upper bound on the distance between points of one edge, in the skeleton's units. The points are the midpoints of
+        equal pieces.
 
     Returns
     -------
     points : (p, 3) array of float
+        The nodes themselves where there is no edge.
     radii : (p,) array of float
     """
     if len(skeleton.edges) == 0:

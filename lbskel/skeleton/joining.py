@@ -1,8 +1,8 @@
-"""Graphs of several components joined to one where the caller wants that: by edges as few and as short as may be.
+"""Joining the components of a skeleton to one graph by the shortest possible edges.
 
-The edges are those of the shortest tree between the components, Kruskal 1956,
-https://doi.org/10.1090/S0002-9939-1956-0078686-7, among the edges of the Delaunay tetrahedra of the nodes, which hold
-the shortest tree of points (Shamos, Hoey 1975, https://doi.org/10.1109/SFCS.1975.8).
+The added edges are those of the minimum spanning tree between the components (Kruskal 1956,
+https://doi.org/10.1090/S0002-9939-1956-0078686-7). Candidates are the edges of the Delaunay tetrahedra of the nodes,
+which contain the Euclidean minimum spanning tree (Shamos, Hoey 1975, https://doi.org/10.1109/SFCS.1975.8).
 """
 
 from __future__ import annotations
@@ -20,17 +20,18 @@ from lbskel.errors import UnknownChoice
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.skeleton import Skeleton
 
-FEW = 100  # nodes, of which every pair is looked at
+MAX_NODES_ALL_PAIRS = 100  # number of nodes up to which all pairs are candidates; a guess, it affects speed only
 
 
 def join_components(skeleton: Skeleton, *, reach: float | None = None) -> Skeleton:
-    """The skeleton with edges between nodes of different components until it is one graph; cycles stay what they are.
+    """Add edges between nodes of different components until the skeleton is connected; cycles are kept.
 
     Parameters
     ----------
     skeleton : Skeleton
     reach : float, optional
-        The longest such edge, as a multiple of the sum of its nodes' radii; components further apart stay apart.
+        Upper bound on the length of an added edge, as a multiple of the sum of the radii of its nodes. Components
+        farther apart stay separate. By default every component is joined.
 
     Raises
     ------
@@ -48,30 +49,30 @@ def join_components(skeleton: Skeleton, *, reach: float | None = None) -> Skelet
     2
     """
     if reach is not None and not reach > 0:
-        raise UnknownChoice(f"reach must be positive, not {reach}")
-    label, n = skeleton.component_of_node, skeleton.n_components
+        raise UnknownChoice(f"reach must be a positive multiple of the radii, not {reach}")
+    component, n = skeleton.component_of_node, skeleton.n_components
     if n == 1:
         return skeleton
-    i, j = _near_pairs(skeleton.nodes).T
-    far = np.linalg.norm(skeleton.nodes[i] - skeleton.nodes[j], axis=1)
-    may_be = label[i] != label[j]
+    i, j = _candidate_pairs(skeleton.nodes).T
+    lengths = np.linalg.norm(skeleton.nodes[i] - skeleton.nodes[j], axis=1)
+    is_allowed = component[i] != component[j]
     if reach is not None:
-        may_be &= far <= reach * (skeleton.radii[i] + skeleton.radii[j])
-    i, j, far = i[may_be], j[may_be], far[may_be]
-    order = np.lexsort((j, i, far))
-    ends = np.sort(np.stack([label[i], label[j]], axis=1)[order], axis=1)
-    key, first = np.unique(ends @ [n, 1], return_index=True)  # the shortest edge of each two components
-    # ranks in place of lengths: none is zero, which would mean no edge
-    tree = minimum_spanning_tree(weighted_graph(ends[first], first + 1.0, n)).tocoo()
+        is_allowed &= lengths <= reach * (skeleton.radii[i] + skeleton.radii[j])
+    i, j, lengths = i[is_allowed], j[is_allowed], lengths[is_allowed]
+    order = np.lexsort((j, i, lengths))
+    joined = np.sort(np.stack([component[i], component[j]], axis=1)[order], axis=1)
+    key, first = np.unique(joined @ [n, 1], return_index=True)  # the shortest edge between each pair of components
+    # ranks replace lengths as weights, since csgraph takes a weight of zero for a missing edge
+    tree = minimum_spanning_tree(weighted_graph(joined[first], first + 1.0, n)).tocoo()
     chosen = order[first[np.searchsorted(key, tree.row.astype(np.int64) * n + tree.col)]]
     return replace(skeleton, edges=np.concatenate([skeleton.edges, np.stack([i[chosen], j[chosen]], axis=1)]))
 
 
-def _near_pairs(nodes: NDArray[np.float64]) -> NDArray[np.int64]:
-    """(p, 2) pairs of nodes among which are those of the shortest tree that spans them."""
-    if len(nodes) <= FEW:
+def _candidate_pairs(nodes: NDArray[np.float64]) -> NDArray[np.int64]:
+    """(p, 2) pairs of nodes that contain the edges of the Euclidean minimum spanning tree."""
+    if len(nodes) <= MAX_NODES_ALL_PAIRS:
         return np.stack(np.triu_indices(len(nodes), 1), axis=1)
     unit = (nodes - nodes.mean(axis=0)) / (np.abs(nodes - nodes.mean(axis=0)).max() or 1.0)
-    corners = Delaunay(unit, qhull_options="QJ").simplices  # joggled, for nodes in a plane or on a line
-    pairs = np.concatenate([corners[:, [a, b]] for a in range(4) for b in range(a + 1, 4)])
+    tetrahedra = Delaunay(unit, qhull_options="QJ").simplices  # joggled, since nodes may be coplanar or collinear
+    pairs = np.concatenate([tetrahedra[:, [a, b]] for a in range(4) for b in range(a + 1, 4)])
     return np.unique(np.sort(pairs, axis=1), axis=0).astype(np.int64)

@@ -1,55 +1,93 @@
-"""Simplifying a skeleton's graph: spurs cut, near junctions merged.
+"""Simplifying a skeleton's graph: short end branches are removed, close junctions are merged.
 
-Every function takes a skeleton and returns one; ``node_of_vertex`` follows what happens to the nodes. A branch that
-belongs to a cycle is never cut and a cycle never closed, so the cycle rank stays; anchors stay too.
+Every function takes a skeleton and returns one whose ``node_of_vertex`` follows the removed nodes. Branches on a cycle
+are never removed and no cycle is closed, so the cycle rank is kept; anchors are kept too.
 """
 
 from __future__ import annotations
 
-__all__ = ["MIN_BRANCH_RATIO", "merge_junctions", "prune", "prune_contained_branches"]
+__all__ = [
+    "MIN_BRANCH_RATIO",
+    "MIN_TIP_DISTANCE",
+    "branch_reach",
+    "merge_junctions",
+    "prune",
+    "prune_contained_branches",
+]
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.geometry.mesh import Mesh
+from lbskel.errors import MeshError, UnknownChoice
+from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
-MIN_BRANCH_RATIO = 1.5  # local radii that an end branch must reach from its junction to be kept
-SWALLOWED = 1.75  # radii of a junction within which all balls of a branch lie that says nothing new
+MIN_BRANCH_RATIO = 1.5  # default distance from its junction that an end branch reaches, in local radii; a guess
 
-STANDS_OUT = 0.65  # radii of a junction from which on a tip tells where its branch leads
+CONTAINED_RATIO = 1.75  # a branch is redundant if all its balls lie within this many junction radii; a guess on which
+# some graphs depend: benchmarks/results/constants.md
+
+MIN_TIP_DISTANCE = 0.65  # in junction radii: a tip closer to its junction says nothing about the direction of its
+# branch; a guess, benchmarks/results/constants.md
 
 
 def branch_reach(skeleton: Skeleton, mesh: Mesh, branch: NDArray[np.int64]) -> float:
-    """How far from a branch's first node the vertices lie that its other nodes stand for."""
-    on_branch = np.zeros(len(skeleton.nodes), dtype=bool)
-    on_branch[branch[1:]] = True
-    far = mesh.vertices[on_branch[skeleton.node_of_vertex]] - skeleton.nodes[branch[0]]
-    return float(np.linalg.norm(far, axis=1).max(initial=0.0))
+    """Largest distance from a branch's first node to the vertices mapped to its other nodes, in the mesh's units."""
+    is_on_branch = np.zeros(len(skeleton.nodes), dtype=bool)
+    is_on_branch[branch[1:]] = True
+    offsets = mesh.vertices[is_on_branch[skeleton.node_of_vertex]] - skeleton.nodes[branch[0]]
+    return float(np.linalg.norm(offsets, axis=1).max(initial=0.0))
 
 
-def prune(skeleton: Skeleton, mesh: Mesh, *, ratio: float = MIN_BRANCH_RATIO) -> Skeleton:
-    """Cut the end branches that do not stand out of the shape.
+def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH_RATIO) -> Skeleton:
+    """Remove the end branches whose surface does not reach far enough from their junction.
 
-    An end branch is a spur where the vertices it stands for reach no further than ``ratio`` times the radius from its
-    junction. The shortest goes first, and what it stood for goes to the junction.
+    A branch is removed where no vertex that is mapped to it is farther from its junction than ``min_branch_ratio``
+    times the radius there. The shortest goes first, and its vertices go to the junction.
 
     Parameters
     ----------
     skeleton : Skeleton
-        With mean radii, or inscribed ones, at its nodes.
-    mesh : Mesh
-    ratio : float
-        In local radii.
+        With ``node_of_vertex``. Its radii may be inscribed or mean ones.
+    mesh : Mesh, (vertices, faces), path or mesh object
+        The mesh that ``node_of_vertex`` belongs to.
+    min_branch_ratio : float
+        In radii of the junction.
+
+    Raises
+    ------
+    MeshError
+        If the skeleton has no map, or one for another number of vertices than the mesh has.
+    UnknownChoice
+        If the ratio is negative or NaN.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import make
+    >>> mesh = make("tripod", n_vertices=800).mesh
+    >>> skeleton = lbskel.skeletonize(mesh)
+    >>> len(skeleton.tips), len(lbskel.prune(skeleton, mesh, min_branch_ratio=50).tips)
+    (3, 2)
     """
+    if not min_branch_ratio >= 0:
+        raise UnknownChoice(f"min_branch_ratio must be a number of local radii, 0 or more, not {min_branch_ratio}")
+    mesh = as_mesh(mesh)
+    if len(skeleton.node_of_vertex) != len(mesh.vertices):
+        raise MeshError(
+            f"prune needs the mesh that the skeleton's node_of_vertex belongs to: the map has "
+            f"{len(skeleton.node_of_vertex)} vertices and the mesh {len(mesh.vertices)}"
+        )
     while True:
         ends = [b for b in skeleton.end_branches if not np.isin(b[1:], skeleton.anchors).any()]
         if not ends:
             return skeleton
-        spare = [branch_reach(skeleton, mesh, b) / max(skeleton.radii[b[0]], 1e-300) for b in ends]
-        shortest = int(np.argmin(spare))
-        if spare[shortest] > ratio:
+        ratios = [branch_reach(skeleton, mesh, b) / max(skeleton.radii[b[0]], 1e-300) for b in ends]
+        shortest = int(np.argmin(ratios))
+        if ratios[shortest] > min_branch_ratio:
             return skeleton
         target = np.arange(len(skeleton.nodes))
         target[ends[shortest][1:]] = ends[shortest][0]
@@ -57,33 +95,51 @@ def prune(skeleton: Skeleton, mesh: Mesh, *, ratio: float = MIN_BRANCH_RATIO) ->
 
 
 def prune_contained_branches(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
-    """Cut the end branches whose inscribed balls hardly stand out of that of their junction.
+    """Remove the end branches whose inscribed balls lie almost inside that of their junction.
 
-    One whose tip is away from the junction stays if the vertices that it stands for do stand out: its limb is there,
-    though the tip is not at its end.
+    A branch whose tip is clear of the junction is kept if the vertices mapped to it reach farther: its limb exists,
+    though the tip has not arrived at its end.
 
     Parameters
     ----------
     skeleton : Skeleton
         With inscribed radii.
     mesh : Mesh
+        The mesh that ``node_of_vertex`` belongs to.
     """
     target = np.arange(len(skeleton.nodes))
-    for way in skeleton.end_branches:
-        radius, far = skeleton.radii[way[0]], np.linalg.norm(skeleton.nodes[way] - skeleton.nodes[way[0]], axis=1)
-        if (far + skeleton.radii[way]).max() >= SWALLOWED * radius or np.isin(way[1:], skeleton.anchors).any():
+    for branch in skeleton.end_branches:
+        radius = skeleton.radii[branch[0]]
+        distances = np.linalg.norm(skeleton.nodes[branch] - skeleton.nodes[branch[0]], axis=1)
+        if (distances + skeleton.radii[branch]).max() >= CONTAINED_RATIO * radius:
             continue
-        if far[-1] < STANDS_OUT * radius or branch_reach(skeleton, mesh, way) < SWALLOWED * radius:
-            target[way] = way[0]
+        if np.isin(branch[1:], skeleton.anchors).any():
+            continue
+        is_tip_near = distances[-1] < MIN_TIP_DISTANCE * radius
+        if is_tip_near or branch_reach(skeleton, mesh, branch) < CONTAINED_RATIO * radius:
+            target[branch] = branch[0]
     return contract_nodes(skeleton, target)
 
 
 def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
-    """Make one of two junctions that are joined by a branch shorter than their radius.
+    """Merge pairs of junctions that are joined by a branch shorter than their radius.
 
-    The one with the larger radius keeps its place. The shortest branch goes first, but none that would take a loop with
-    it: of three junctions in a ring no two become one.
+    The junction with the larger radius keeps its position. The shortest branch goes first, unless that would remove a
+    cycle: the three junctions of a triangle are never merged.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    ratio : float
+        Length of the branch below which its junctions are merged, as a multiple of the larger of their radii.
+
+    Raises
+    ------
+    UnknownChoice
+        If the ratio is negative or NaN.
     """
+    if not ratio >= 0:
+        raise UnknownChoice(f"ratio must be a number of local radii, 0 or more, not {ratio}")
     while True:
         lengths = {}
         for index, branch in enumerate(skeleton.branches):
@@ -98,9 +154,9 @@ def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
                 lengths[index] = length
         for index in sorted(lengths, key=lambda index: (lengths[index], index)):
             branch = skeleton.branches[index]
-            keeper = branch[0] if skeleton.radii[branch[0]] >= skeleton.radii[branch[-1]] else branch[-1]
+            kept = branch[0] if skeleton.radii[branch[0]] >= skeleton.radii[branch[-1]] else branch[-1]
             target = np.arange(len(skeleton.nodes))
-            target[branch] = keeper
+            target[branch] = kept
             merged = contract_nodes(skeleton, target)
             if merged.cycle_rank == skeleton.cycle_rank:
                 skeleton = merged

@@ -1,6 +1,7 @@
-"""Resampling a skeleton: nodes evenly spaced along every branch, by a distance or to a number.
+"""Resampling a skeleton: nodes evenly spaced along every branch, at a given distance or of a given number.
 
-New nodes lie on cubic curves through the old ones, with directions there by differences: chords would cut its bends.
+New nodes lie on cubic Hermite curves through the present nodes, with tangents by finite differences, since chords would
+cut the bends.
 """
 
 from __future__ import annotations
@@ -9,47 +10,59 @@ __all__ = ["resample"]
 
 import heapq
 import itertools
+import operator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from lbskel.errors import UnknownChoice
+from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
 
-FINER = 4  # pieces at most for each that a branch had: what is flat has no radius to go by
+MAX_SPACING = (
+    10.0  # local radii per piece above which a resampling that removes every inner node is taken for one whose
+)
+# spacing was meant as a length; a guess
+MAX_REFINEMENT = 4  # upper bound on the new pieces per present edge, for flat parts whose radii are near zero; a guess
 
 
 @dataclass(frozen=True, eq=False)
 class _Path:
-    """A polyline of nodes between two that stay, how far along each of them lies, and its fewest pieces."""
+    """A polyline of nodes between two that are kept.
+
+    ``arc_length`` is the distance along it to each of its nodes, and ``min_pieces`` the number of pieces that keeps the
+    topology.
+    """
 
     nodes: NDArray[np.int64]
-    along: NDArray[np.float64]
-    fewest: int
+    arc_length: NDArray[np.float64]
+    min_pieces: int
 
     @property
     def length(self) -> float:
-        return float(self.along[-1])
+        return float(self.arc_length[-1])
 
 
 def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int | None = None) -> Skeleton:
-    """Space the nodes evenly along each branch; junctions, tips, anchors and loops stay.
+    """Space the nodes evenly along each branch; junctions, tips, anchors and loops are kept.
 
     Parameters
     ----------
     skeleton : Skeleton
     spacing : float, optional
-        Distance between nodes aimed at, in median radii of each branch.
+        Distance between nodes to aim at, as a multiple of the median radius of each branch. It is not a length: give
+        0.5 for two nodes per local radius.
     n_nodes : int, optional
-        Number of nodes to have instead, at about one distance everywhere.
+        Number of nodes to have instead, at about the same distance everywhere.
 
     Raises
     ------
     UnknownChoice
-        If not just one of the two is given, the spacing is not positive, or so few nodes cannot keep the junctions,
-        tips, anchors and loops.
+        If not exactly one of the two is given; if the spacing is not positive, or above 10 and so large that no inner
+        node of a branch would be left; or if so few nodes cannot keep the junctions, tips, anchors and loops.
 
     Examples
     --------
@@ -57,22 +70,21 @@ def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int |
     >>> path = Skeleton([[0, 0, 0], [1, 0, 0], [4, 0, 0]], [[0, 1], [1, 2]], [1.0, 1.0, 1.0])
     >>> resample(path, n_nodes=5).nodes[:, 0]
     array([0., 4., 1., 2., 3.])
+    >>> resample(path, spacing=2.0).nodes[:, 0]
+    array([0., 4., 2.])
     """
     if (spacing is None) == (n_nodes is None):
         raise UnknownChoice("give either spacing or n_nodes")
     paths = _paths(skeleton)
-    fixed = np.flatnonzero(skeleton.degrees != 2)
-    ends = [path.nodes[[0, -1]] for path in paths]
-    fixed = np.unique(np.concatenate([fixed, skeleton.anchors, *ends]))
     if spacing is not None:
         counts = _counts_for_spacing(skeleton, paths, spacing)
     else:
-        counts = _counts_for_number(paths, int(n_nodes or 0) - len(fixed), len(fixed))
-    return _divided(skeleton, fixed, paths, counts)
+        counts = _counts_for_number(skeleton, paths, n_nodes)
+    return _divided(skeleton, paths, counts)
 
 
 def _paths(skeleton: Skeleton) -> list[_Path]:
-    """The branches, cut at anchors; a loop needs three pieces, and of two paths with the same ends one needs two."""
+    """The branches, split at anchors; a loop needs three pieces, and of two paths with the same ends one needs two."""
     is_anchor = np.zeros(len(skeleton.nodes), dtype=bool)
     is_anchor[skeleton.anchors] = True
     paths, seen = [], set()
@@ -80,76 +92,89 @@ def _paths(skeleton: Skeleton) -> list[_Path]:
         stops = np.unique([0, *np.flatnonzero(is_anchor[branch]), len(branch) - 1])
         for first, last in itertools.pairwise(stops.tolist()):
             nodes = branch[first : last + 1]
-            steps = np.linalg.norm(np.diff(skeleton.nodes[nodes], axis=0), axis=1)
+            lengths = np.linalg.norm(np.diff(skeleton.nodes[nodes], axis=0), axis=1)
             ends = frozenset((int(nodes[0]), int(nodes[-1])))
-            fewest = 3 if len(ends) == 1 else 2 if ends in seen else 1
+            min_pieces = 3 if len(ends) == 1 else 2 if ends in seen else 1
             seen.add(ends)
-            paths.append(_Path(nodes, np.concatenate([[0.0], np.cumsum(steps)]), fewest))
+            paths.append(_Path(nodes, np.concatenate([[0.0], np.cumsum(lengths)]), min_pieces))
     return paths
 
 
 def _counts_for_spacing(skeleton: Skeleton, paths: list[_Path], spacing: float) -> list[int]:
-    """How many pieces each path is divided into, by the radii along it."""
+    """The number of pieces of each path for a spacing in median radii of the path."""
     if not spacing > 0:
-        raise UnknownChoice(f"spacing must be positive, not {spacing}")
+        raise UnknownChoice(f"spacing must be a positive number of local radii, not {spacing}")
     counts = []
     for path in paths:
         radius = float(np.median(skeleton.radii[path.nodes]))
-        apart = max(spacing * radius, path.length / (FINER * (len(path.nodes) - 1)))
-        counts.append(max(path.fewest, round(path.length / apart)) if apart > 0 else path.fewest)
+        piece = max(spacing * radius, path.length / (MAX_REFINEMENT * (len(path.nodes) - 1)))
+        counts.append(max(path.min_pieces, round(path.length / piece)) if piece > 0 else path.min_pieces)
+    removes_all = all(count == path.min_pieces for path, count in zip(paths, counts, strict=True))
+    if spacing > MAX_SPACING and removes_all and any(len(path.nodes) - 1 > path.min_pieces for path in paths):
+        raise UnknownChoice(
+            f"spacing is in local radii, and {spacing} of them are longer than every branch; for a distance d in the "
+            f"skeleton's units give d / {float(np.median(skeleton.radii)):.3g}, which is its median radius"
+        )
     return counts
 
 
-def _counts_for_number(paths: list[_Path], n_free: int, n_fixed: int) -> list[int]:
-    """How many pieces each path is divided into for so many nodes beside the fixed ones, the longest piece first."""
-    counts = [path.fewest for path in paths]
-    n_free -= sum(counts) - len(counts)
-    if n_free < 0:
-        fewest = n_fixed + sum(counts) - len(counts)
+def _counts_for_number(skeleton: Skeleton, paths: list[_Path], n_nodes: Any) -> list[int]:
+    """The number of pieces of each path for a total number of nodes; the longest piece is divided first."""
+    try:
+        n_asked = operator.index(n_nodes)
+    except TypeError:
+        raise UnknownChoice(f"n_nodes must be a whole number, not {n_nodes!r}") from None
+    counts = [path.min_pieces for path in paths]
+    n_min = len(_kept_nodes(skeleton, paths)) + sum(counts) - len(counts)
+    if n_asked < n_min:
         raise UnknownChoice(
-            f"n_nodes must be at least {fewest} to keep every junction, tip, anchor and loop; prune the skeleton first"
+            f"n_nodes must be at least {n_min} to keep every junction, tip, anchor and loop; prune the skeleton first"
         )
     queue = [(-path.length / count, index) for index, (path, count) in enumerate(zip(paths, counts, strict=True))]
     heapq.heapify(queue)
-    for _ in range(n_free if queue else 0):
+    for _ in range(n_asked - n_min if queue else 0):
         _, index = queue[0]
         counts[index] += 1
         heapq.heapreplace(queue, (-paths[index].length / counts[index], index))
     return counts
 
 
-def _divided(skeleton: Skeleton, fixed: NDArray[np.int64], paths: list[_Path], counts: list[int]) -> Skeleton:
-    """The skeleton with every path divided evenly; a vertex stays with what is nearest to its node along the path."""
-    new_of = np.full(len(skeleton.nodes), -1)
-    new_of[fixed] = np.arange(len(fixed))
-    values = np.column_stack(
-        [skeleton.nodes, skeleton.radii, *([skeleton.mean_radii] if len(skeleton.mean_radii) else [])]
-    )
-    rows, edges, n_nodes = [values[fixed]], [np.empty((0, 2), dtype=np.int64)], len(fixed)
+def _kept_nodes(skeleton: Skeleton, paths: list[_Path]) -> NDArray[np.int64]:
+    """The nodes that stay: junctions, tips, isolated nodes, anchors and the ends of all paths, in ascending order."""
+    ends = [path.nodes[[0, -1]] for path in paths]
+    return np.unique(np.concatenate([np.flatnonzero(skeleton.degrees != 2), skeleton.anchors, *ends]))
+
+
+def _divided(skeleton: Skeleton, paths: list[_Path], counts: list[int]) -> Skeleton:
+    """The skeleton with every path divided evenly; vertices go to the new node nearest to theirs along the path."""
+    has_mean_radii = len(skeleton.mean_radii) > 0
+    values = np.column_stack([skeleton.nodes, skeleton.radii, *([skeleton.mean_radii] if has_mean_radii else [])])
+    kept = _kept_nodes(skeleton, paths)
+    new_index = np.full(len(skeleton.nodes), -1)
+    new_index[kept] = np.arange(len(kept))
+    inner, n_nodes = [np.empty((0, values.shape[1]))], len(kept)
     for path, count in zip(paths, counts, strict=True):
-        inner = np.linspace(0, path.length, count + 1)[1:-1]
-        rows.append(_between(path.along, values[path.nodes], inner))
-        chain = np.concatenate([new_of[path.nodes[:1]], n_nodes + np.arange(count - 1), new_of[path.nodes[-1:]]])
+        at = np.linspace(0, path.length, count + 1)[1:-1]
+        inner.append(_interpolated(path.arc_length, values[path.nodes], at))
+        chain = np.concatenate([new_index[path.nodes[:1]], n_nodes + np.arange(count - 1), new_index[path.nodes[-1:]]])
         n_nodes += count - 1
-        edges.append(np.stack([chain[:-1], chain[1:]], axis=1))
-        share = path.along[1:-1] / path.length if path.length > 0 else np.zeros(len(path.nodes) - 2)
-        new_of[path.nodes[1:-1]] = chain[np.rint(share * count).astype(np.int64)]
-    values = np.concatenate(rows)
+        share = path.arc_length[1:-1] / path.length if path.length > 0 else np.zeros(len(path.nodes) - 2)
+        new_index[path.nodes[1:-1]] = chain[np.rint(share * count).astype(np.int64)]
+    positions = [rows[:, :3] for rows in inner[1:]]
+    resampled = replace_paths(skeleton, [path.nodes for path in paths], positions, np.concatenate(inner)[:, 3])
     return replace(
-        skeleton,
-        nodes=values[:, :3],
-        edges=np.concatenate(edges),
-        radii=values[:, 3],
-        mean_radii=values[:, 4] if values.shape[1] > 4 else skeleton.mean_radii,
-        anchors=new_of[skeleton.anchors],
-        node_of_vertex=new_of[skeleton.node_of_vertex],
+        resampled,
+        mean_radii=np.concatenate([values[kept], *inner])[:, 4] if has_mean_radii else np.empty(0),
+        node_of_vertex=new_index[skeleton.node_of_vertex],
     )
 
 
-def _between(along: NDArray[np.float64], values: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(k, d) values at some places of a path, and positions on a curve through its nodes."""
-    linear = np.stack([np.interp(at, along, column) for column in values.T], axis=1)
-    if len(along) > 2 and (np.diff(along) > 0).all():
+def _interpolated(
+    arc_length: NDArray[np.float64], values: NDArray[np.float64], at: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(k, d) values at some arc lengths of a path: positions on a cubic curve through its nodes, the rest linear."""
+    result = np.stack([np.interp(at, arc_length, column) for column in values.T], axis=1)
+    if len(arc_length) > 2 and (np.diff(arc_length) > 0).all():
         P = values[:, :3]
-        linear[:, :3] = CubicHermiteSpline(along, P, np.gradient(P, along, axis=0))(at)
-    return linear
+        result[:, :3] = CubicHermiteSpline(arc_length, P, np.gradient(P, arc_length, axis=0))(at)
+    return result

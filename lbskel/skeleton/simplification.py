@@ -1,9 +1,9 @@
-"""Few straight bones for many nodes: each branch of a skeleton as the shortest polyline that stays within a tolerance.
+"""Simplifying branches: each branch as the polyline with the fewest segments that stays within a tolerance.
 
-Of all polylines through some of a branch's nodes, whose segments pass every node left out within ``tolerance`` of its
-radii, that with the fewest segments: a shortest path over the segments allowed (Imai, Iri 1988, "Polygonal
-approximations of a curve", https://doi.org/10.1016/B978-0-444-70467-2.50011-4). Of equals, the one with the least sum
-of squared distances. The simplification of meshes is another thing: :func:`lbskel.preprocess.simplify`.
+Among all polylines through some of a branch's nodes, whose segments pass every omitted node within ``tolerance`` of its
+radii, the one with the fewest segments is a shortest path over the allowed segments (Imai, Iri 1988, "Polygonal
+approximations of a curve", https://doi.org/10.1016/B978-0-444-70467-2.50011-4). Ties are broken by the sum of squared
+distances. Meshes are simplified by :func:`lbskel.preprocess.simplify`.
 """
 
 from __future__ import annotations
@@ -16,25 +16,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import UnknownChoice
+from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
-LONGEST = 128  # nodes that a bone may span, so that time grows with the number of nodes only
+MAX_SPAN = 128  # number of nodes that a segment may span, so that time is linear in the number of nodes; a guess
 
 
 def simplify_branches(skeleton: Skeleton, *, tolerance: float = 0.5) -> Skeleton:
-    """The fewest straight bones along every branch; junctions, tips, anchors and loops stay.
+    """Replace every branch by the fewest straight segments; junctions, tips, anchors and loops are kept.
 
     Parameters
     ----------
     skeleton : Skeleton
     tolerance : float
-        Largest distance from a node that is left out to its bone, in radii of the node.
+        Upper bound on the distance of an omitted node from its segment, in radii of the node.
 
     Returns
     -------
     Skeleton
-        Some of the nodes, none of them moved; a loop keeps three at least. The vertices of a node that is left out go
-        to the nearest one along the branch.
+        Some of the nodes, none of them moved; a loop keeps at least three. The vertices of an omitted node go to the
+        nearest kept node along the branch.
 
     Raises
     ------
@@ -50,78 +51,66 @@ def simplify_branches(skeleton: Skeleton, *, tolerance: float = 0.5) -> Skeleton
     Skeleton(2 nodes, 1 edges, 2 tips, 0 junctions, 0 cycles)
     """
     if not tolerance > 0:
-        raise UnknownChoice(f"tolerance must be positive, not {tolerance}")
+        raise UnknownChoice(f"tolerance must be a positive number of local radii, not {tolerance}")
     target = np.arange(len(skeleton.nodes))
     edges, ends_seen = [np.empty((0, 2), dtype=np.int64)], set()
-    for branch in sorted(skeleton.branches, key=len):  # a single edge between two junctions cannot make way
+    for branch in sorted(skeleton.branches, key=len):  # a single edge between two junctions cannot be bent aside
         ends = frozenset((int(branch[0]), int(branch[-1])))
-        least = 3 if len(ends) == 1 else 2 if ends in ends_seen else 1
+        min_segments = 3 if len(ends) == 1 else 2 if ends in ends_seen else 1
         ends_seen.add(ends)
-        reach = tolerance * np.where(np.isin(branch, skeleton.anchors), np.nan, skeleton.radii[branch])
-        kept = _fewest(skeleton.nodes[branch], reach, least)
+        tolerances = tolerance * np.where(np.isin(branch, skeleton.anchors), np.nan, skeleton.radii[branch])
+        kept = _fewest_segments(skeleton.nodes[branch], tolerances, min_segments)
         edges.append(np.stack([branch[kept[:-1]], branch[kept[1:]]], axis=1))
-        along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(skeleton.nodes[branch], axis=0), axis=1)))
-        middles = (along[kept[:-1]] + along[kept[1:]]) / 2
-        nearest = kept[np.searchsorted(middles, along)]
+        lengths = np.linalg.norm(np.diff(skeleton.nodes[branch], axis=0), axis=1)
+        arc_length = np.append(0.0, np.cumsum(lengths))
+        middles = (arc_length[kept[:-1]] + arc_length[kept[1:]]) / 2
+        nearest = kept[np.searchsorted(middles, arc_length)]
         target[branch[1:-1]] = branch[nearest[1:-1]]
-    kept_nodes, group = np.unique(target, return_inverse=True)
-    return _of_nodes(skeleton, kept_nodes, group, np.concatenate(edges))
+    return contract_nodes(replace(skeleton, edges=np.concatenate(edges)), target)
 
 
-def _of_nodes(
-    skeleton: Skeleton, kept: NDArray[np.int64], group: NDArray[np.int64], edges: NDArray[np.int64]
-) -> Skeleton:
-    """Some nodes of a skeleton with edges between them; each of the others in the group of one of them."""
-    return replace(
-        skeleton,
-        nodes=skeleton.nodes[kept],
-        edges=group[edges],
-        radii=skeleton.radii[kept],
-        node_of_vertex=group[skeleton.node_of_vertex],
-        mean_radii=skeleton.mean_radii[kept] if len(skeleton.mean_radii) else skeleton.mean_radii,
-        anchors=group[skeleton.anchors],
-    )
+def _fewest_segments(P: NDArray[np.float64], tolerances: NDArray[np.float64], min_segments: int) -> NDArray[np.int64]:
+    """Indices of the points of the polyline with the fewest segments, but no fewer than ``min_segments``.
 
-
-def _fewest(P: NDArray[np.float64], reach: NDArray[np.float64], least: int) -> NDArray[np.int64]:
-    """Indices of the points of the polyline with the fewest segments, but no fewer than ``least``.
-
-    ``segments[s, i]`` and ``error[s, i]`` are those of the best way to point i in s segments, or in s or more where s
-    is ``least``.
+    Dynamic programming over the points: ``segments[s, i]`` and ``error[s, i]`` belong to the best polyline to point i
+    with s segments, or with s or more where s is ``min_segments``.
     """
     n = len(P)
-    segments = np.full((least + 1, n), n)
-    error = np.full((least + 1, n), np.inf)
-    before = np.zeros((least + 1, n, 2), dtype=np.int64)
+    segments = np.full((min_segments + 1, n), n)
+    error = np.full((min_segments + 1, n), np.inf)
+    previous = np.zeros((min_segments + 1, n, 2), dtype=np.int64)
     segments[0, 0] = error[0, 0] = 0
     for i in range(n - 1):
-        allowed, cost = _segments_from(P[i : i + LONGEST + 1], reach[i : i + LONGEST + 1])
+        allowed, cost = _segments_from(P[i : i + MAX_SPAN + 1], tolerances[i : i + MAX_SPAN + 1])
         following = i + 1 + allowed
-        for s in range(least + 1):
+        for s in range(min_segments + 1):
             if segments[s, i] == n:
                 continue
-            t = min(s + 1, least)
-            fewer = segments[s, i] + 1 < segments[t, following]
-            nearer = (segments[s, i] + 1 == segments[t, following]) & (error[s, i] + cost < error[t, following])
-            at, own = following[fewer | nearer], cost[fewer | nearer]
-            segments[t, at], error[t, at], before[t, at] = segments[s, i] + 1, error[s, i] + own, (s, i)
-    kept, state = [n - 1], min(least, n - 1)
+            t = min(s + 1, min_segments)
+            has_fewer = segments[s, i] + 1 < segments[t, following]
+            is_tie = segments[s, i] + 1 == segments[t, following]
+            is_better = has_fewer | (is_tie & (error[s, i] + cost < error[t, following]))
+            at, own_cost = following[is_better], cost[is_better]
+            segments[t, at], error[t, at], previous[t, at] = segments[s, i] + 1, error[s, i] + own_cost, (s, i)
+    kept, state = [n - 1], min(min_segments, n - 1)
     while kept[-1] > 0:
-        state, previous = before[state, kept[-1]].tolist()
-        kept.append(previous)
+        state, point = previous[state, kept[-1]].tolist()
+        kept.append(point)
     return np.array(kept[::-1])
 
 
-def _segments_from(P: NDArray[np.float64], reach: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """To which of the points 1, 2, ... a segment from point 0 is allowed, counted from 0, and its squared distances.
+def _segments_from(
+    P: NDArray[np.float64], tolerances: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """The points 1, 2, ... that a segment from point 0 may end at, counted from 0, and the squared distances it costs.
 
-    No segment passes a point whose reach is NaN.
+    No segment passes a point whose tolerance is NaN.
     """
     Q = P[1:] - P[0]
     squared = (Q * Q).sum(axis=1)
-    share = np.clip((Q @ Q.T) / np.where(squared > 0, squared, 1)[:, None], 0, 1)  # of segment j at point k
-    apart = np.maximum(squared - share * (2 * (Q @ Q.T) - share * squared[:, None]), 0)
-    between = np.tri(len(Q), k=-1, dtype=bool)
-    is_near = apart <= reach[1:] ** 2
-    allowed = np.flatnonzero((is_near | ~between).all(axis=1))
-    return allowed, np.where(between, apart, 0).sum(axis=1)[allowed]
+    share = np.clip((Q @ Q.T) / np.where(squared > 0, squared, 1)[:, None], 0, 1)  # along segment j, of point k
+    distances = np.maximum(squared - share * (2 * (Q @ Q.T) - share * squared[:, None]), 0)  # squared
+    is_between = np.tri(len(Q), k=-1, dtype=bool)
+    is_near = distances <= tolerances[1:] ** 2
+    allowed = np.flatnonzero((is_near | ~is_between).all(axis=1))
+    return allowed, np.where(is_between, distances, 0).sum(axis=1)[allowed]

@@ -10,7 +10,7 @@ from helpers import joined, moved
 from lbskel import Mesh, MeshError, Skeleton, score, skeletonize
 from lbskel.evaluation.measures import MEASURES
 from lbskel.refinement.extrema import find_extrema
-from lbskel.refinement.vertex_map import is_in_largest_piece
+from lbskel.refinement.region_map import is_in_largest_piece
 from lbskel.shapes import capsule, chain_of_tori, make, mesh_solid, solid_of, sphere, torus, tube
 
 

@@ -5,7 +5,7 @@ import pytest
 from helpers import joined, moved
 
 from lbskel import Skeleton, skeletonize
-from lbskel.refinement.vertex_map import (
+from lbskel.refinement.region_map import (
     complete_map,
     edges_with_disjoint_regions,
     is_in_largest_piece,

@@ -1,0 +1,76 @@
+"""Radii of skeleton nodes: the distance to the surface, and the mean distance to the vertices mapped to a node."""
+
+from __future__ import annotations
+
+__all__ = ["inscribed_radii", "mean_radii", "own_radii"]
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse import coo_array
+
+from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.surface_queries import Surface
+from lbskel.skeleton.skeleton import Skeleton
+
+
+def inscribed_radii(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """The skeleton with inscribed radii: the distance of each node to the surface."""
+    return replace(skeleton, radii=surface.distance(skeleton.nodes), radius_kind="inscribed")
+
+
+def own_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
+    """The skeleton with the distance of each node to the component of the mesh that its graph represents.
+
+    That is the mesh component to which most vertices of the node's graph component belong, so that the surfaces of
+    other components, which may intersect it or lie inside it, do not count. A graph component without vertices keeps
+    its radii.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With ``node_of_vertex``.
+    mesh : Mesh
+        The mesh that ``node_of_vertex`` belongs to.
+    """
+    graph_of_node, body_of_vertex, used = skeleton.component_of_node, mesh.component_of_vertex, mesh.used_vertices
+    votes = graph_of_node[skeleton.node_of_vertex[used]], body_of_vertex[used]
+    count = coo_array((np.ones(len(used), dtype=np.int64), votes), shape=(skeleton.n_components, mesh.n_components))
+    body_of_graph = np.where(count.sum(axis=1) > 0, count.tocsr().argmax(axis=1), -1)
+    body_of_node, body_of_face = body_of_graph[graph_of_node], body_of_vertex[mesh.faces[:, 0]]
+    radii = np.array(skeleton.radii)
+    for body in np.unique(body_of_node[body_of_node >= 0]):
+        is_own = body_of_node == body
+        vertices, faces = np.unique(mesh.faces[body_of_face == body], return_inverse=True)
+        surface = Surface(Mesh(mesh.vertices[vertices], faces.reshape(-1, 3)))
+        radii[is_own] = surface.distance(skeleton.nodes[is_own])
+    return replace(skeleton, radii=radii)
+
+
+def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
+    """The skeleton with mean radii: the mean distance of each node to the vertices mapped to it.
+
+    A node without vertices takes the mean radius of its neighbors along the skeleton.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With ``node_of_vertex``.
+    mesh : Mesh
+        The mesh that ``node_of_vertex`` belongs to.
+    """
+    count = np.bincount(skeleton.node_of_vertex, minlength=len(skeleton.nodes))
+    distance = np.linalg.norm(mesh.vertices - skeleton.nodes[skeleton.node_of_vertex], axis=1)
+    total = np.bincount(skeleton.node_of_vertex, weights=distance, minlength=len(skeleton.nodes))
+    is_known = count > 0
+    radii = np.where(is_known, total / np.maximum(count, 1), 0.0)
+    i, j = np.concatenate([skeleton.edges, skeleton.edges[:, ::-1]]).T
+    while not is_known.all():
+        n_known_neighbors = np.bincount(i, weights=is_known[j], minlength=len(is_known))
+        neighbor_sum = np.bincount(i, weights=radii[j] * is_known[j], minlength=len(is_known))
+        is_new = ~is_known & (n_known_neighbors > 0)
+        if not is_new.any():
+            break
+        radii[is_new] = neighbor_sum[is_new] / n_known_neighbors[is_new]
+        is_known = is_known | is_new
+    return replace(skeleton, radii=radii, radius_kind="mean")

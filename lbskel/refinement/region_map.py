@@ -1,0 +1,194 @@
+"""The map from vertices to nodes, as regions of the surface: near their nodes, connected, and adjacent along edges.
+
+The region of a node is the set of vertices mapped to it. Nearness alone splits regions where nodes are closer together
+than vertices. The largest connected piece of each region is kept; the other vertices are taken over by the regions
+around them, from their borders inwards, each by the adjacent region whose node is nearest. A region that grows vertex
+by vertex along edges stays connected. Where the regions of two adjacent nodes then do not touch, as at junctions, the
+shortest path between the regions is divided between the two nodes.
+
+A connected preimage is what Cornea, Silver, Min 2007, https://doi.org/10.1109/TVCG.2007.1002, call component-wise
+differentiation: a part of the skeleton represents a part of the shape.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "complete_map",
+    "edges_with_disjoint_regions",
+    "is_in_largest_piece",
+    "make_regions_connected",
+    "nearest_balls",
+    "reassign_to_nearest_node",
+]
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
+from scipy.spatial.distance import cdist
+
+from lbskel._kernels.connectivity import nearer_nodes, pieces
+from lbskel._kernels.dijkstra import ShortestPaths
+from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.sorting import stable_order
+from lbskel.skeleton.skeleton import Skeleton
+
+MAX_ROUNDS = 4  # of connecting disjoint regions; measured: the number of such edges hardly falls after them
+MAX_DISTANCES = 4_000_000  # held in memory at a time, which is 32 MB
+N_RINGS = 3  # edges of the skeleton from its two nodes within which the path between two regions is searched; a guess,
+# benchmarks/results/constants.md
+MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound, since sparse graphs drop length 0
+
+
+def nearest_balls(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
+    """(n,) the node whose ball is nearest to each vertex: a map for a skeleton that has none."""
+    radii = np.nan_to_num(skeleton.radii)  # unknown radii are NaN
+    chunk = max(1, MAX_DISTANCES // len(skeleton.nodes))
+    parts = [mesh.vertices[first : first + chunk] for first in range(0, len(mesh.vertices), chunk)]
+    return np.concatenate([np.argmin(cdist(part, skeleton.nodes) - radii, axis=1) for part in parts])
+
+
+def reassign_to_nearest_node(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
+    """Hand each vertex on along the edges of the skeleton, as long as an adjacent node is nearer to it."""
+    node_of_vertex = nearer_nodes(mesh.vertices, skeleton.node_of_vertex, skeleton.nodes, *skeleton.adjacency)
+    return replace(skeleton, node_of_vertex=node_of_vertex)
+
+
+def is_in_largest_piece(
+    node_of_vertex: NDArray[np.int64], mesh: Mesh, nodes: NDArray[np.int64] | None = None
+) -> NDArray[np.bool_]:
+    """(n,) whether a vertex belongs to the connected piece of its region that has the most vertices.
+
+    Of equal pieces, the one with the smallest vertex index counts.
+
+    Parameters
+    ----------
+    node_of_vertex : (n,) array of int
+    mesh : Mesh
+    nodes : array of int, optional
+        The nodes to test; the regions of all others are taken to be connected. All by default.
+    """
+    if len(node_of_vertex) != len(mesh.vertices):
+        raise ValueError("there must be a node for each vertex")
+    tested = node_of_vertex if nodes is None else np.where(np.isin(node_of_vertex, nodes), node_of_vertex, -1)
+    piece = pieces(mesh.edges, tested)
+    size = np.bincount(piece)
+    first = np.flatnonzero(size)
+    node = node_of_vertex[first]
+    order = np.lexsort((first, -size[first], node))
+    is_largest = np.zeros(len(size), dtype=bool)
+    is_largest[first[order[np.diff(node[order], prepend=-1) > 0]]] = True
+    return is_largest[piece] | (tested < 0)
+
+
+def edges_with_disjoint_regions(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
+    """(p, 2) edges of the skeleton whose nodes both have vertices, but none that are adjacent on the mesh."""
+    k = len(skeleton.nodes)
+    has_vertex = np.bincount(skeleton.node_of_vertex, minlength=k) > 0
+    i, j = (skeleton.node_of_vertex[ends] for ends in mesh.edges.T)
+    differ = np.flatnonzero(i != j)
+    i, j = i[differ], j[differ]
+    touching = np.unique(np.minimum(i, j) * k + np.maximum(i, j))
+    is_touching = np.isin(skeleton.edges @ [k, 1], touching)
+    return skeleton.edges[~is_touching & has_vertex[skeleton.edges].all(axis=1)]
+
+
+def make_regions_connected(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
+    """The skeleton with a map whose regions are connected, and adjacent for adjacent nodes.
+
+    Every region is connected, unless its vertices lie on several components of the mesh. Nearly every edge of the
+    skeleton joins adjacent regions.
+    """
+    skeleton = _with_connected_regions(skeleton, mesh)
+    disjoint = edges_with_disjoint_regions(skeleton, mesh)
+    if len(disjoint) == 0:
+        return skeleton
+    i, j = mesh.edges.T
+    offset = mesh.vertices[i] - mesh.vertices[j]
+    length = np.sqrt(np.einsum("ex,ex->e", offset, offset)) + MIN_EDGE_LENGTH * mesh.diameter_bound
+    graph = coo_array((length, (i, j)), shape=(len(mesh.vertices), len(mesh.vertices))).tocsr()
+    graph = graph + graph.T
+    for _ in range(MAX_ROUNDS):
+        candidate = _with_connecting_paths(skeleton, graph, disjoint)
+        both = np.stack([skeleton.node_of_vertex, candidate.node_of_vertex])
+        candidate = _with_connected_regions(candidate, mesh, np.unique(both[:, both[0] != both[1]]))
+        still_disjoint = edges_with_disjoint_regions(candidate, mesh)
+        if len(still_disjoint) >= len(disjoint):
+            break
+        skeleton, disjoint = candidate, still_disjoint
+    return skeleton
+
+
+def complete_map(skeleton: Skeleton, node_of_vertex: NDArray[np.int64], mesh: Mesh) -> Skeleton:
+    """The skeleton with a map that is partly known, completed by growing its regions.
+
+    Vertices that no region reaches are mapped to the nearest ball.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With radii.
+    node_of_vertex : (n,) array of int
+        -1 where it is not known.
+    mesh : Mesh
+    """
+    grown = _grown(skeleton.nodes, node_of_vertex, node_of_vertex >= 0, mesh)
+    return replace(skeleton, node_of_vertex=np.where(grown < 0, nearest_balls(skeleton, mesh), grown))
+
+
+def _with_connected_regions(skeleton: Skeleton, mesh: Mesh, nodes: NDArray[np.int64] | None = None) -> Skeleton:
+    """Reassign vertices outside the largest connected piece of their region to an adjacent region.
+
+    The regions of nodes other than those given are known to be connected.
+    """
+    is_fixed = is_in_largest_piece(skeleton.node_of_vertex, mesh, nodes)
+    return replace(skeleton, node_of_vertex=_grown(skeleton.nodes, skeleton.node_of_vertex, is_fixed, mesh))
+
+
+def _grown(
+    nodes: NDArray[np.float64], node_of_vertex: NDArray[np.int64], is_fixed: NDArray[np.bool_], mesh: Mesh
+) -> NDArray[np.int64]:
+    """The map with every vertex that is not fixed given to the region of an adjacent one, as far as edges lead."""
+    node_of_vertex, is_fixed = np.array(node_of_vertex), np.array(is_fixed)
+    i, j = mesh.edges.T
+    from_start, from_end = np.flatnonzero(~is_fixed[i]), np.flatnonzero(~is_fixed[j])
+    open_edges = np.concatenate([mesh.edges[from_start], mesh.edges[from_end, ::-1]])
+    while True:
+        vertex, adjacent = open_edges[is_fixed[open_edges[:, 1]]].T
+        if len(vertex) == 0:
+            return node_of_vertex
+        node = node_of_vertex[adjacent]
+        distances = np.linalg.norm(mesh.vertices[vertex] - nodes[node], axis=1)
+        order = np.lexsort((node, distances, vertex))
+        reached, first = np.unique(vertex[order], return_index=True)
+        node_of_vertex[reached] = node[order][first]
+        is_fixed[reached] = True
+        open_edges = open_edges[~is_fixed[open_edges[:, 0]]]
+
+
+def _with_connecting_paths(skeleton: Skeleton, graph: csr_array, disjoint: NDArray[np.int64]) -> Skeleton:
+    """For each edge with disjoint regions, the shortest path between them divided between its nodes, half to each."""
+    node_of_vertex = np.array(skeleton.node_of_vertex)
+    shortest_paths = ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
+    by_node = stable_order(node_of_vertex)
+    begins = np.searchsorted(node_of_vertex[by_node], np.arange(len(skeleton.nodes) + 1))
+    neighbors = [adjacent.tolist() for adjacent in skeleton.neighbors]
+    kinds, is_near = np.zeros(len(node_of_vertex), dtype=np.int8), np.zeros(len(neighbors), dtype=bool)
+    for first, last in disjoint.tolist():
+        near = {first, last}
+        for _ in range(N_RINGS):
+            near.update(*(neighbors[node] for node in near))
+        nodes = sorted(near)
+        is_near[nodes] = True
+        local = np.concatenate([by_node[begins[node] : begins[node + 1]] for node in nodes])
+        local = np.sort(local[is_near[node_of_vertex[local]]])
+        is_near[nodes] = False
+        node = node_of_vertex[local]
+        kinds[local] = np.where(node == last, 2, 1)
+        # the path is empty where an earlier one has taken over a whole region
+        inner = shortest_paths.first_of(local[node == first], kinds)[1][1:-1]
+        kinds[local] = 0
+        node_of_vertex[inner[: len(inner) // 2]] = last
+        node_of_vertex[inner[len(inner) // 2 :]] = first
+    return replace(skeleton, node_of_vertex=node_of_vertex)
