@@ -81,7 +81,7 @@ def _scored(nodes: np.ndarray, edges: np.ndarray, mesh: lbskel.Mesh, path: Path)
     from scipy.spatial import cKDTree
 
     from lbskel.geometry.surface_queries import Surface
-    from lbskel.refinement.centering import inscribed_radii
+    from lbskel.refinement.radii import inscribed_radii
 
     graph = lbskel.Skeleton(nodes, edges, np.zeros(len(nodes)))
     told = {"nodes": len(graph.nodes), "cycles": graph.cycle_rank, **_beside_truth(graph, path)}

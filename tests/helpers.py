@@ -1,8 +1,14 @@
 """Functions that several test files use."""
 
+import itertools
+
 import numpy as np
 
-from lbskel import Mesh
+from lbskel import Mesh, Skeleton
+from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.radii import inscribed_radii
+from lbskel.shapes.isosurface import marching_cubes, project
+from lbskel.shapes.solid import solid_of
 
 
 def joined(*meshes):
@@ -17,3 +23,45 @@ def joined(*meshes):
 def moved(mesh, by):
     """The mesh moved along x."""
     return mesh.with_vertices(mesh.vertices + [by, 0, 0])
+
+
+def nearest_rows(points, targets):
+    """For each point, the row of the nearest target."""
+    return np.linalg.norm(points[:, None] - np.asarray(targets), axis=2).argmin(axis=1)
+
+
+def path_in(mesh, points, radius=0.1):
+    """A skeleton that is one path of nodes; each vertex of the mesh is mapped to the nearest node."""
+    points = np.asarray(points, dtype=float)
+    k = np.arange(len(points) - 1)
+    nearest = nearest_rows(mesh.vertices, points)
+    return Skeleton(points, np.stack([k, k + 1], axis=1), np.full(len(points), radius), nearest)
+
+
+def loop_in(mesh, points, radius=0.1):
+    """A skeleton that is one closed loop of nodes; each vertex of the mesh is mapped to the nearest node."""
+    n = len(points)
+    edges = np.stack([np.arange(n), (np.arange(n) + 1) % n], axis=1)
+    return Skeleton(points, edges, np.full(n, radius), nearest_rows(mesh.vertices, points))
+
+
+def mesh_of_branches(branches, step=0.04):
+    """The surface of a union of tubes, each a (points, radius) pair, by marching cubes."""
+    solid = solid_of(branches)
+    raw = marching_cubes(solid, step)
+    return Mesh(project(solid, raw.vertices, step=step), raw.faces)
+
+
+def straight_graph(mesh, positions, paths, spacing=0.07):
+    """Straight, evenly sampled branches between named positions, with inscribed radii and the nearest-node map."""
+    index = {name: k for k, name in enumerate(positions)}
+    nodes, edges = [np.asarray(position, dtype=float) for position in positions.values()], []
+    for a, b in paths:
+        start, end = nodes[index[a]], nodes[index[b]]
+        n_pieces = max(1, round(np.linalg.norm(end - start) / spacing))
+        chain = [index[a], *range(len(nodes), len(nodes) + n_pieces - 1), index[b]]
+        nodes += [start + (end - start) * k / n_pieces for k in range(1, n_pieces)]
+        edges += list(itertools.pairwise(chain))
+    nodes = np.array(nodes)
+    skeleton = Skeleton(nodes, np.array(edges), np.zeros(len(nodes)), nearest_rows(mesh.vertices, nodes))
+    return inscribed_radii(skeleton, Surface(mesh))

@@ -22,10 +22,10 @@ from lbskel.geometry.components import MIN_FACES
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.centering import inscribed_radii, mean_radii, own_radii
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import inside_fraction
 from lbskel.refinement.extrema import find_extrema, is_missed
+from lbskel.refinement.radii import inscribed_radii, mean_radii, own_radii
 from lbskel.refinement.region_map import edges_with_disjoint_regions, is_in_largest_piece, nearest_balls
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -107,9 +107,9 @@ def _off_center(skeleton: Skeleton, widths: NDArray[np.float64], surface: Surfac
     at = inner[axes.is_known[inner]]
     if len(at) == 0:
         return None, None
-    radii = np.maximum(surface.distance(axes.places[at]), widths[at])
+    radii = np.maximum(surface.distance(axes.positions[at]), widths[at])
     off = np.full(len(skeleton.nodes), np.nan)
-    off[at] = np.linalg.norm(axes.places[at] - skeleton.nodes[at], axis=1) / radii
+    off[at] = np.linalg.norm(axes.positions[at] - skeleton.nodes[at], axis=1) / radii
     known = [off[branch][~np.isnan(off[branch])] for branch in skeleton.branches]
     medians = [float(np.median(values)) for values in known if len(values) >= FEWEST_SECTIONS]
     return float(off[at].mean()), max(medians, default=None)

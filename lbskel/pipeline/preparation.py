@@ -20,7 +20,7 @@ from lbskel.io import as_mesh
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess import Pipeline, preprocess_mesh, simplify_to_proxy, surface_with_proxy, why_no_inside
 from lbskel.preprocess.result import PreprocessResult, identity_result
-from lbskel.refinement.vertex_map import complete_map
+from lbskel.refinement.region_map import complete_map
 from lbskel.skeleton.skeleton import Skeleton
 
 SIMPLIFY = ("auto", "none")

@@ -31,19 +31,14 @@ from lbskel.pipeline.preparation import Body, prepare
 from lbskel.pipeline.profiling import Progress, StageTimer
 from lbskel.preprocess import Pipeline
 from lbskel.refinement.anchors import attach_anchors, nearest_node
-from lbskel.refinement.centering import (
-    fit_to_centerlines,
-    inscribed_radii,
-    mean_radii,
-    reassign_to_nearest_node,
-    recenter,
-)
+from lbskel.refinement.centering import fit_to_centerlines, recenter
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import reroute_inside
 from lbskel.refinement.junctions import merge_junctions_by_axes
 from lbskel.refinement.missing_branches import grow_missing_branches
+from lbskel.refinement.radii import inscribed_radii, mean_radii
+from lbskel.refinement.region_map import make_regions_connected, reassign_to_nearest_node
 from lbskel.refinement.tips import extend_tips, tips_at_surface
-from lbskel.refinement.vertex_map import make_regions_connected
 from lbskel.skeleton.editing import reroot
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, merge_junctions, prune, prune_contained_branches
 from lbskel.skeleton.resampling import resample
@@ -162,7 +157,7 @@ def skeletonize(
     skeleton = assemble(skeletons, prepared)
     if min_branch_ratio > MIN_BRANCH_RATIO:
         with timer("prune"):
-            skeleton = prune(skeleton, prepared.source, ratio=min_branch_ratio)
+            skeleton = prune(skeleton, prepared.source, min_branch_ratio=min_branch_ratio)
     if n_nodes is not None:
         skeleton = resample(skeleton, n_nodes=n_nodes)
     if root is not None:
@@ -210,7 +205,7 @@ def refine(
     surface, proxy = body.surface, body.surface.proxy
     ratio = min(min_branch_ratio, MIN_BRANCH_RATIO)
     with timer("prune spurs"):
-        skeleton = prune(mean_radii(skeleton, proxy.mesh), proxy.mesh, ratio=ratio)
+        skeleton = prune(mean_radii(skeleton, proxy.mesh), proxy.mesh, min_branch_ratio=ratio)
         skeleton = merge_junctions(inscribed_radii(skeleton, proxy), ratio=MERGE_RATIO)
         skeleton = _evenly_spaced(skeleton, proxy)
     if timer.has_time_for("merge junctions"):
@@ -227,7 +222,7 @@ def refine(
         skeleton = prune_contained_branches(inscribed_radii(skeleton, proxy), body.mesh)
     if timer.has_time_for("grow missing branches"):
         with timer("grow missing branches"):
-            skeleton = grow_missing_branches(skeleton, surface, ratio=ratio)
+            skeleton = grow_missing_branches(skeleton, surface, min_branch_ratio=ratio)
     if timer.has_time_for("reroute inside"):
         with timer("reroute inside"):
             skeleton = _rerouted_inside(skeleton, surface)

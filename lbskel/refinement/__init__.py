@@ -1,3 +1,3 @@
-"""Refinement of the collapsed graph: nodes centered, junctions placed, tips extended, branches inside, vertices mapped."""
+"""Refinement of the collapsed graph: centering, junctions, tips, containment, anchors, radii and the vertex map."""
 
 __all__: list[str] = []

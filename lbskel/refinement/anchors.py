@@ -147,5 +147,7 @@ def nearest_node(skeleton: Skeleton, root: Any, mesh: Mesh) -> int:
     if np.ndim(root) == 0:
         return int(skeleton.node_of_vertex[vertex])
     if _is_outside_bounding_sphere(point, mesh):
-        raise MeshError(f"the root {root!r} lies outside of the bounding sphere of the mesh; give a vertex or a point inside")
+        raise MeshError(
+            f"the root {root!r} lies outside of the bounding sphere of the mesh; give a vertex or a point inside"
+        )
     return int(np.argmin(np.linalg.norm(skeleton.nodes - point, axis=1)))

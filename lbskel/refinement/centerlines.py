@@ -88,7 +88,7 @@ def find_section_centers(
 
 def _tangents(skeleton: Skeleton) -> NDArray[np.float64]:
     """(k, 3) unit tangents of the branches by central differences; zero at junctions."""
-    tangents = np.zeros_like(skeleton.nodes)
+    tangents: NDArray[np.float64] = np.zeros_like(skeleton.nodes)
     for branch in skeleton.branches:
         P = skeleton.nodes[branch]
         if branch[0] == branch[-1]:
@@ -98,13 +98,14 @@ def _tangents(skeleton: Skeleton) -> NDArray[np.float64]:
             tangents[branch] = np.gradient(P, axis=0)
     tangents[skeleton.degrees >= 3] = 0
     length = np.linalg.norm(tangents, axis=1, keepdims=True)
-    return np.divide(tangents, length, out=np.zeros_like(tangents), where=length > 0)
+    unit: NDArray[np.float64] = np.divide(tangents, length, out=np.zeros_like(tangents), where=length > 0)
+    return unit
 
 
 def _is_own(sections: Sections, nodes: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:
     """Which sections cut one branch only, lie around their node, and have their centroid inside the surface."""
     offset = np.linalg.norm(sections.centroids - nodes, axis=1)
-    is_own = sections.is_cut & (sections.own >= MIN_OWN_SHARE) & (offset <= sections.radii)
+    is_own: NDArray[np.bool_] = sections.is_cut & (sections.own >= MIN_OWN_SHARE) & (offset <= sections.radii)
     is_own[is_own] = surface.contains(sections.centroids[is_own])
     return is_own
 

@@ -19,7 +19,9 @@ from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
 
 N_SAMPLES = 12  # points along a segment at which it is tested; a guess, benchmarks/results/constants.md
-MAX_GAP = 4  # upper bound on the edges between two parts of a branch that leave the surface and are rerouted together; a
+MAX_GAP = (
+    4  # upper bound on the edges between two parts of a branch that leave the surface and are rerouted together; a
+)
 # guess, benchmarks/results/constants.md
 N_SMOOTHING_STEPS = 10  # of a rerouted path; a guess, benchmarks/results/constants.md
 MIN_EDGE_LENGTH = 1e-12  # added to every edge in the mesh's units, since csgraph takes length 0 for no edge
@@ -44,7 +46,7 @@ def inside_fraction(skeleton: Skeleton, surface: Surface) -> float:
 
 
 def _moved_inside(points: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
-    """Each outside point moved as far inside as it was outside, or MIN_DEPTH, but at most to the middle of the shape."""
+    """Each outside point moved as far inside as it was outside, or MIN_DEPTH, but not past the middle of the shape."""
     _, nearest = surface.closest(points)
     inward = nearest - points
     distance = np.linalg.norm(inward, axis=1, keepdims=True)
@@ -53,7 +55,8 @@ def _moved_inside(points: NDArray[np.float64], surface: Surface) -> NDArray[np.f
     thickness = surface.ray_distance(entry, inward)
     thickness = np.where(np.isfinite(thickness), thickness, 0.0)
     depth = np.minimum(0.5 * thickness, np.maximum(distance[:, 0], MIN_DEPTH * surface.mesh.diameter_bound))
-    return entry + depth[:, None] * inward
+    moved: NDArray[np.float64] = entry + depth[:, None] * inward
+    return moved
 
 
 def reroute_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:

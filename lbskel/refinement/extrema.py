@@ -144,7 +144,8 @@ def is_missed(extrema: GeodesicExtrema, mesh: Mesh, skeleton: Skeleton) -> NDArr
     distances = cdist(mesh.vertices[extrema.vertices], skeleton.nodes)
     has_tip = (distances[:, skeleton.degrees <= 1] <= TIP_REACH * extrema.radii[:, None]).any(axis=1)
     limit = MIN_DISTANCE * np.maximum(skeleton.radii[distances.argmin(axis=1)], extrema.radii)
-    return ~has_tip & (distances.min(axis=1) > limit)
+    missed: NDArray[np.bool_] = ~has_tip & (distances.min(axis=1) > limit)
+    return missed
 
 
 def _shortest_edges(edges: NDArray[np.int64], lengths: NDArray[np.float64], n_nodes: int) -> csr_array:

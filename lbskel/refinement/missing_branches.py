@@ -29,14 +29,16 @@ MIN_SHARE = 0.5  # fraction of a limb's vertices mapped to an end branch above w
 # benchmarks/results/constants.md
 
 
-def grow_missing_branches(skeleton: Skeleton, surface: Surface, *, ratio: float = MIN_BRANCH_RATIO) -> Skeleton:
+def grow_missing_branches(
+    skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float = MIN_BRANCH_RATIO
+) -> Skeleton:
     """Grow a branch along each limb whose end is outside the skeleton's balls and has no tip near it.
 
     Parameters
     ----------
     skeleton : Skeleton
     surface : Surface
-    ratio : float
+    min_branch_ratio : float
         Lower bound on the distance from the end of a limb to the node where its branch begins, in mean radii of that
         node, as in :func:`lbskel.skeleton.pruning.prune`.
     """
@@ -67,7 +69,7 @@ def grow_missing_branches(skeleton: Skeleton, surface: Surface, *, ratio: float 
         first = touching[-1] + 1 if len(touching) else 0
         start = candidates[distances[max(first - 1, 0)].argmin()]
         reach = np.linalg.norm(proxy_mesh.vertices[extrema.vertices[limb]] - skeleton.nodes[start])
-        if first < len(path) and (limb in misplaced or reach > ratio * widths[start]):
+        if first < len(path) and (limb in misplaced or reach > min_branch_ratio * widths[start]):
             node_of_vertex[limb_of_full_vertex == limb] = start
             starts.append(start)
             paths.append(list(path[first:]))

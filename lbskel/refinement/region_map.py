@@ -79,7 +79,8 @@ def is_in_largest_piece(
     order = np.lexsort((first, -size[first], node))
     is_largest = np.zeros(len(size), dtype=bool)
     is_largest[first[order[np.diff(node[order], prepend=-1) > 0]]] = True
-    return is_largest[piece] | (tested < 0)
+    result: NDArray[np.bool_] = is_largest[piece] | (tested < 0)
+    return result
 
 
 def edges_with_disjoint_regions(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:

@@ -49,7 +49,7 @@ def join_components(skeleton: Skeleton, *, reach: float | None = None) -> Skelet
     2
     """
     if reach is not None and not reach > 0:
-        raise UnknownChoice(f"reach must be a positive multiple of the radii, not {reach}")
+        raise UnknownChoice(f"reach must be positive, a multiple of the radii, not {reach}")
     component, n = skeleton.component_of_node, skeleton.n_components
     if n == 1:
         return skeleton

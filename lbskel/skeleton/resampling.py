@@ -103,7 +103,7 @@ def _paths(skeleton: Skeleton) -> list[_Path]:
 def _counts_for_spacing(skeleton: Skeleton, paths: list[_Path], spacing: float) -> list[int]:
     """The number of pieces of each path for a spacing in median radii of the path."""
     if not spacing > 0:
-        raise UnknownChoice(f"spacing must be a positive number of local radii, not {spacing}")
+        raise UnknownChoice(f"spacing must be positive, in local radii, not {spacing}")
     counts = []
     for path in paths:
         radius = float(np.median(skeleton.radii[path.nodes]))

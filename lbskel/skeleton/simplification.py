@@ -51,7 +51,7 @@ def simplify_branches(skeleton: Skeleton, *, tolerance: float = 0.5) -> Skeleton
     Skeleton(2 nodes, 1 edges, 2 tips, 0 junctions, 0 cycles)
     """
     if not tolerance > 0:
-        raise UnknownChoice(f"tolerance must be a positive number of local radii, not {tolerance}")
+        raise UnknownChoice(f"tolerance must be positive, in local radii, not {tolerance}")
     target = np.arange(len(skeleton.nodes))
     edges, ends_seen = [np.empty((0, 2), dtype=np.int64)], set()
     for branch in sorted(skeleton.branches, key=len):  # a single edge between two junctions cannot be bent aside

@@ -27,10 +27,8 @@ from lbskel.operators import intrinsic_triangulation as flips
 from lbskel.operators.intrinsic_delaunay import intrinsic_delaunay
 from lbskel.operators.intrinsic_triangulation import IntrinsicTriangulation, delaunay, half_edge_twins
 from lbskel.operators.masses import voronoi_mass
-from lbskel.refinement import centering as refinement
 from lbskel.refinement import region_map as mapping
-from lbskel.refinement.centering import reassign_to_nearest_node
-from lbskel.refinement.region_map import is_in_largest_piece
+from lbskel.refinement.region_map import is_in_largest_piece, reassign_to_nearest_node
 from lbskel.shapes import make
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -187,8 +185,7 @@ CASES = {
         {
             roughness_module: ("sums_beside",),
             mesh_module: ("fans", "pieces"),
-            mapping: ("pieces",),
-            refinement: ("nearer_nodes",),
+            mapping: ("nearer_nodes", "pieces"),
         },
     ),
     "triangles": (

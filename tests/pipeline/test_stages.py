@@ -619,7 +619,11 @@ def test_anchors_are_nodes_and_survive_what_simplifies(shape, skeleton_of):
     assert (skeleton.n_components, skeleton.cycle_rank) == (1, 0)
     assert is_whole(skeleton, mesh)
     for place in (mesh.vertices[vertex], middle):
-        for each in (skeleton, lbskel.prune(skeleton, mesh, ratio=50.0), lbskel.resample(skeleton, spacing=4.0)):
+        for each in (
+            skeleton,
+            lbskel.prune(skeleton, mesh, min_branch_ratio=50.0),
+            lbskel.resample(skeleton, spacing=4.0),
+        ):
             # the way to unit size and back costs a rounding
             assert np.linalg.norm(each.nodes[each.anchors] - place, axis=1).min() < 1e-12 * mesh.diagonal
     assert skeleton.report["score"]["measures"]["inside_fraction"] > 0.99

@@ -8,7 +8,7 @@ from helpers import joined, moved
 from benchmarks.damage import damaged
 from lbskel import Mesh, MeshError, Skeleton, check, score, skeletonize
 from lbskel.preprocess.orientability import no_inside
-from lbskel.refinement.centering import own_radii
+from lbskel.refinement.radii import own_radii
 from lbskel.shapes import capsule, flat_grid, torus
 
 RING = torus(1.0, 0.3, 30, 16)

@@ -6,8 +6,10 @@ import pytest
 from lbskel import Skeleton, collapse_mesh, contract
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement import containment as inside
-from lbskel.refinement.centering import inscribed_radii, mean_radii, reassign_to_nearest_node, recenter
+from lbskel.refinement.centering import recenter
 from lbskel.refinement.containment import inside_fraction, reroute_inside, segments_outside
+from lbskel.refinement.radii import inscribed_radii, mean_radii
+from lbskel.refinement.region_map import reassign_to_nearest_node
 from lbskel.refinement.tips import extend_tips
 from lbskel.shapes import capsule, make, sphere, torus, tube
 
@@ -215,5 +217,5 @@ def test_a_way_under_the_surface_is_the_shortest_wherever_it_is_looked_for_first
     pairs = np.array([[0, 1], [0, 2], [2, 3], [2, 4]])  # the first two points are near, but far round the tube
     ways = inside.interior_paths(P, pairs, Surface(mesh))
     assert [len(way) > 1 for way in ways] == [True, True, True, False]
-    monkeypatch.setattr(inside, "AT_FIRST", at_first)
+    monkeypatch.setattr(inside, "SEARCH_FACTOR", at_first)
     assert all(map(np.array_equal, inside.interior_paths(P, pairs, Surface(mesh)), ways))

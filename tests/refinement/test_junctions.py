@@ -8,9 +8,10 @@ import pytest
 from lbskel import Skeleton
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.centering import inscribed_radii, recenter
-from lbskel.refinement.centerlines import SectionCenters, _runs_on, branch_of_node, find_section_centers
+from lbskel.refinement.centering import recenter
+from lbskel.refinement.centerlines import SectionCenters, _is_continuous, branch_of_node, find_section_centers
 from lbskel.refinement.junctions import merge_junctions_by_axes, place_junctions
+from lbskel.refinement.radii import inscribed_radii
 from lbskel.shapes import chain_of_tori, sphere
 from lbskel.shapes.isosurface import marching_cubes, project
 from lbskel.shapes.solid import solid_of
@@ -73,9 +74,9 @@ def test_a_branch_is_left_where_its_sections_leap():
     good, even = skeleton.degrees == 2, np.full(14, 0.3)
     between, wide = np.array(nodes), np.where(k < 3, 0.5, 0.3)
     between[1:8, 1] = 0.3
-    assert np.flatnonzero(_runs_on(skeleton, good, even, nodes)).tolist() == [*range(1, 11)]
-    assert np.flatnonzero(_runs_on(skeleton, good, even, between)).tolist() == [8, 9, 10]
-    assert np.flatnonzero(_runs_on(skeleton, good, np.append(wide, [0, 0]), nodes)).tolist() == [*range(3, 11)]
+    assert np.flatnonzero(_is_continuous(skeleton, good, even, nodes)).tolist() == [*range(1, 11)]
+    assert np.flatnonzero(_is_continuous(skeleton, good, even, between)).tolist() == [8, 9, 10]
+    assert np.flatnonzero(_is_continuous(skeleton, good, np.append(wide, [0, 0]), nodes)).tolist() == [*range(3, 11)]
 
 
 @pytest.mark.parametrize("shift", [[0.1, 0.05, 0.02], [0, 0, 0.15], [-0.08, 0, -0.08]])
@@ -83,7 +84,7 @@ def test_a_junction_goes_to_where_its_branches_meet(star, shift):
     skeleton = star_graph(star, np.array(shift))
     axes = place_junctions(skeleton, find_section_centers(skeleton, Surface(star)), Surface(star))
     # sections of oblique paths are off by a few hundredths
-    assert np.linalg.norm(axes.places[skeleton.junctions]) < 0.25 * np.linalg.norm(shift)
+    assert np.linalg.norm(axes.positions[skeleton.junctions]) < 0.25 * np.linalg.norm(shift)
 
 
 @pytest.mark.parametrize("degrees", [45.0, 11.5, 0.1])
@@ -94,7 +95,7 @@ def test_a_junction_keeps_its_place_only_where_its_branches_tell_none(degrees):
     edges = [[0, 1], [0, 6], [0, 11], *([k, k + 1] for k in (1, 2, 3, 4, 6, 7, 8, 9))]
     skeleton = Skeleton([[0, 0, 0], *arms, [0, 0, 0.1]], edges, np.full(12, 0.1), np.zeros(1))
     axes = SectionCenters(np.arange(12) % 11 > 0, skeleton.nodes)
-    placed = place_junctions(skeleton, axes, Surface(Mesh(3 * mesh.vertices, mesh.faces))).places[0]
+    placed = place_junctions(skeleton, axes, Surface(Mesh(3 * mesh.vertices, mesh.faces))).positions[0]
     told, asked = 2 * np.sin(np.radians(degrees)) ** 2, 0.02 * 4  # the curvature along x, and a fiftieth of the sum
     assert placed == pytest.approx([told**2 / (told**2 + asked**2), 0, 0], abs=1e-9)
 

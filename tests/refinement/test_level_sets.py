@@ -6,7 +6,7 @@ import pytest
 from lbskel import Mesh, Skeleton
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.level_sets import find_geodesic_caps
-from lbskel.refinement.tips import LIMB, extend_tips
+from lbskel.refinement.tips import MIN_LIMB_LENGTH, extend_tips
 from lbskel.shapes import capsule, mesh_solid, solid_of, sphere
 
 
@@ -42,7 +42,7 @@ def test_a_cap_and_a_flat_spot_are_no_limbs():
         limb = find_geodesic_caps(ball, np.where(ball.vertices[:, 2] > height, 0, -1))[0]
         # distances along edges are up to 15 % too long
         assert limb.length / limb.radius < 1.15**2 * most
-        assert limb.length / limb.radius < LIMB
+        assert limb.length / limb.radius < MIN_LIMB_LENGTH
 
 
 def test_what_has_no_border_is_no_limb():

@@ -62,7 +62,7 @@ def test_what_is_complete_or_has_no_limbs_stays_as_it_is(whole, tripod):
 
 def test_what_was_to_be_pruned_does_not_grow_again(whole, tripod):
     lost = without(whole, whole.end_branches[0])
-    assert len(grow_missing_branches(lost, Surface(tripod), ratio=100.0).nodes) == len(lost.nodes)
+    assert len(grow_missing_branches(lost, Surface(tripod), min_branch_ratio=100.0).nodes) == len(lost.nodes)
 
 
 def test_a_branch_that_ends_in_another_limb_is_led_back_to_its_own(whole, tripod):

@@ -41,7 +41,7 @@ def theta(lengths=(4, 4, 4)):
 
 def test_a_spur_goes_and_a_limb_stays():
     skeleton, mesh = star([3, 3, 0.5, 2])
-    pruned = prune(skeleton, mesh, ratio=1.5)
+    pruned = prune(skeleton, mesh, min_branch_ratio=1.5)
     assert len(pruned.tips) == 3
     assert pruned.nodes[:, 1].max() == 0
     assert pruned.nodes[:, 1].min() == -2
@@ -53,13 +53,13 @@ def test_a_spur_goes_and_a_limb_stays():
 def test_the_ratio_is_in_radii_of_the_junction():
     for radius, n_tips in ((0.3, 4), (0.7, 3)):
         skeleton, mesh = star([3, 3, 0.75, 2], radius)
-        assert len(prune(skeleton, mesh, ratio=1.5).tips) == n_tips
+        assert len(prune(skeleton, mesh, min_branch_ratio=1.5).tips) == n_tips
 
 
 def test_pruning_never_cuts_a_cycle():
     skeleton = theta()
     mesh = Mesh(skeleton.nodes, [[0, 1, 2]])
-    assert prune(skeleton, mesh, ratio=1e9).cycle_rank == 2
+    assert prune(skeleton, mesh, min_branch_ratio=1e9).cycle_rank == 2
 
 
 def test_near_junctions_become_one():
@@ -79,9 +79,10 @@ def test_merging_keeps_the_cycles(lengths):
     assert merge_junctions(theta(lengths), ratio=1e9).cycle_rank == 2
 
 
-@pytest.mark.parametrize("spacing", [0.01, 0.3, 1.0, 100.0])
+@pytest.mark.parametrize("spacing", [0.01, 0.3, 1.0, 9.0, 10.0])
 def test_resampling_keeps_the_graph(spacing):
-    for skeleton in (theta(), theta((1, 2, 3)), star([3, 3, 2, 2])[0]):
+    thick = replace(theta((1, 2, 3)), radii=np.full(5, 2.0))  # ten radii are longer than every path
+    for skeleton in (theta(), theta((1, 2, 3)), thick, star([3, 3, 2, 2])[0]):
         resampled = resample(skeleton, spacing=spacing)
         assert resampled.cycle_rank == skeleton.cycle_rank
         assert len(resampled.tips) == len(skeleton.tips)
@@ -133,6 +134,22 @@ def test_a_corner_stays_a_corner_between_new_nodes():
 def test_a_spacing_must_be_positive():
     with pytest.raises(UnknownChoice, match="positive"):
         resample(theta(), spacing=0.0)
+
+
+def test_a_spacing_meant_as_a_length_is_refused():
+    """The paths are 40 radii of 0.1 long and more; 100 radii would leave nothing between the junctions."""
+    with pytest.raises(
+        UnknownChoice, match=r"spacing is in local radii, and 100 .* give d / 0\.1, which is its median"
+    ):
+        resample(theta(), spacing=100)
+    chords = theta((1, 2, 2))  # already as few pieces as keep the cycles
+    assert len(resample(chords, spacing=1e9).nodes) == len(chords.nodes)
+
+
+@pytest.mark.parametrize("n_nodes", [9.5, "9", [9]])
+def test_a_number_of_nodes_that_is_no_whole_number_is_refused(n_nodes):
+    with pytest.raises(UnknownChoice, match="n_nodes must be a whole number"):
+        resample(theta(), n_nodes=n_nodes)
 
 
 @pytest.mark.parametrize(
