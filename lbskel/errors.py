@@ -1,6 +1,6 @@
-"""Every error that lbskel raises on purpose.
+"""The exceptions that lbskel raises, and the lookup of a name in a table of choices.
 
-Each message names the place (which vertices, which faces, which line) and the way out.
+Each message says where the fault is (which vertices, which faces, which line) and how to fix it.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ Value = TypeVar("Value")
 
 
 class LbskelError(Exception):
-    """The parent of all of lbskel's errors."""
+    """Base class of all exceptions of lbskel."""
 
 
 class MeshError(LbskelError, ValueError):
-    """The vertices or faces cannot be used; the message names them."""
+    """The vertices or faces are invalid; the message names them."""
 
 
 class UnknownChoice(LbskelError, ValueError):
-    """A name that is in no table; the message lists the names that are."""
+    """A name is not in its table of choices; the message lists the valid names."""
 
 
 class OperatorError(LbskelError, TypeError):
@@ -40,16 +40,16 @@ class OperatorError(LbskelError, TypeError):
 
 
 class FormatError(LbskelError, ValueError):
-    """A file that cannot be read or written as the format that its name tells."""
+    """A file cannot be read or written, or is not in the format of its extension."""
 
 
 class SolveError(LbskelError, ArithmeticError):
-    """A linear system that could not be solved to a useful accuracy.
+    """A linear system could not be solved to a useful accuracy.
 
     Attributes
     ----------
     residual : float
-        Relative residual that was reached; infinity where there is no solution at all.
+        Relative residual of the solution that was found; infinity if none was found.
     """
 
     def __init__(self, message: str, residual: float = float("inf")):
@@ -58,23 +58,32 @@ class SolveError(LbskelError, ArithmeticError):
 
 
 class MissingDependency(LbskelError, ImportError):
-    """An optional package is not installed; the message carries the pip line."""
+    """An optional package is not installed; the message contains the pip command that installs it."""
 
     def __init__(self, package: str, extra: str, purpose: str):
         super().__init__(f"{purpose} needs {package}, which is not installed: pip install 'lbskel[{extra}]'")
-        self._given = package, extra, purpose
+        self._arguments = package, extra, purpose
 
     def __reduce__(self) -> tuple[type[MissingDependency], tuple[str, str, str]]:
-        return type(self), self._given  # so that it comes back from another process
+        return type(self), self._arguments  # pickle would pass the message, and __init__ takes three arguments
 
 
 def choose(table: Mapping[str, Value], name: str, what: str) -> Value:
-    """The table's entry of that name.
+    """Return the entry of a table of choices.
+
+    Parameters
+    ----------
+    table : mapping
+        The choices by name.
+    name : str
+        The requested choice.
+    what : str
+        What the choices are, for the message: ``operator``, ``solver``.
 
     Raises
     ------
     UnknownChoice
-        If there is none; the message lists those that exist.
+        If the table has no such name; the message lists the valid names.
     """
     try:
         return table[name]
@@ -83,7 +92,7 @@ def choose(table: Mapping[str, Value], name: str, what: str) -> Value:
 
 
 def first_few(indices: Iterable[object], at_most: int = 5) -> str:
-    """The first of some indices as text for a message: ``3, 17, 40 and 12 more``."""
+    """Format the first of some indices for a message: ``3, 17, 40 and 12 more``."""
     names = [str(index) for index in indices]
     shown = ", ".join(names[:at_most])
     return shown if len(names) <= at_most else f"{shown} and {len(names) - at_most} more"

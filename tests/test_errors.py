@@ -1,4 +1,4 @@
-"""Errors: their families, their messages, and that every name that is unknown is answered with those that exist."""
+"""Errors: their base classes, their messages, and that an unknown name is answered with the valid names."""
 
 import pickle
 
@@ -22,13 +22,13 @@ from lbskel import (
 )
 from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ENERGIES
-from lbskel.errors import choose
+from lbskel.errors import choose, first_few
 from lbskel.io import FORMATS, MESH_READERS, read_mesh, read_skeleton
 from lbskel.operators import MASSES
 from lbskel.shapes import SHAPES, make
 from lbskel.solvers import ALL_SOLVERS
 
-FAMILY = {
+BUILTIN_BASE = {
     MeshError: ValueError,
     OperatorError: TypeError,
     UnknownChoice: ValueError,
@@ -38,19 +38,19 @@ FAMILY = {
 }
 
 
-def test_every_error_has_its_family():
+def test_every_error_has_a_builtin_base_class():
     defined = {kind for kind in vars(errors).values() if isinstance(kind, type) and issubclass(kind, Exception)}
-    assert defined == {LbskelError, *FAMILY}
-    for kind, family in FAMILY.items():
-        assert kind.__bases__ == (LbskelError, family)
+    assert defined == {LbskelError, *BUILTIN_BASE}
+    for kind, base in BUILTIN_BASE.items():
+        assert kind.__bases__ == (LbskelError, base)
 
 
-def test_solve_error_carries_its_residual():
+def test_solve_error_has_a_residual():
     assert SolveError("no").residual == float("inf")
     assert SolveError("no", 0.5).residual == 0.5
 
 
-def test_missing_dependency_carries_the_pip_line():
+def test_missing_dependency_gives_the_pip_command():
     error = MissingDependency("networkx", "graph", "to_networkx()")
     assert str(error) == "to_networkx() needs networkx, which is not installed: pip install 'lbskel[graph]'"
 
@@ -60,19 +60,26 @@ def test_missing_dependency_carries_the_pip_line():
     [MeshError("a"), UnknownChoice("a"), FormatError("a"), SolveError("a", 0.5), MissingDependency("p", "e", "it")],
     ids=lambda error: type(error).__name__,
 )
-def test_errors_survive_the_way_between_processes(error):
+def test_errors_can_be_pickled(error):
     back = pickle.loads(pickle.dumps(error))
     assert (type(back), str(back), vars(back)) == (type(error), str(error), vars(error))
 
 
-def test_choose():
+def test_choose_returns_the_entry_or_lists_the_names():
     assert choose({"a": 1}, "a", "letter") == 1
     for name in ("b", "", None, ["a"], 3):
         with pytest.raises(UnknownChoice, match=r"unknown letter .*; choose one of: a$"):
             choose({"a": 1}, name, "letter")
 
 
-ASKED = {
+def test_first_few_counts_the_rest():
+    assert first_few([]) == ""
+    assert first_few(range(5)) == "0, 1, 2, 3, 4"
+    assert first_few(range(6)) == "0, 1, 2, 3, 4 and 1 more"
+    assert first_few([3, 17, 40], at_most=1) == "3 and 2 more"
+
+
+CHOICES = {
     "operator": (OPERATORS, lambda name, mesh: laplacian(mesh, operator=name)),
     "operator of skeletonize": (OPERATORS, lambda name, mesh: skeletonize(mesh, operator=name)),
     "mass": (MASSES, lambda name, mesh: laplacian(mesh, mass=name)),
@@ -85,9 +92,9 @@ ASKED = {
 }
 
 
-@pytest.mark.parametrize("what", ASKED)
-def test_an_unknown_name_is_answered_with_all_that_exist(what, tetrahedron):
-    table, ask = ASKED[what]
+@pytest.mark.parametrize("what", CHOICES)
+def test_an_unknown_name_lists_the_valid_names(what, tetrahedron):
+    table, ask = CHOICES[what]
     with pytest.raises(UnknownChoice) as caught:
         ask("nosuch", tetrahedron)
     assert "'nosuch'" in str(caught.value)
@@ -95,7 +102,7 @@ def test_an_unknown_name_is_answered_with_all_that_exist(what, tetrahedron):
 
 
 @pytest.mark.parametrize(("read", "table"), [(read_mesh, MESH_READERS), (read_skeleton, FORMATS)])
-def test_an_unknown_format_is_answered_with_all_that_exist(read, table, tmp_path):
+def test_an_unknown_format_lists_the_valid_extensions(read, table, tmp_path):
     with pytest.raises(FormatError) as caught:
         read(tmp_path / "a.nosuch")
     assert str(caught.value).endswith(", ".join(table))

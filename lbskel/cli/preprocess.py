@@ -16,7 +16,7 @@ from lbskel.cli.options import add_command
 from lbskel.errors import FormatError
 from lbskel.io import MESH_WRITERS, read_mesh
 from lbskel.io.atomic_write import write_all_safely
-from lbskel.io.text import suffix_in
+from lbskel.io.text import known_extension
 from lbskel.preprocess import PIPELINES, PREPARATIONS, STEPS, Pipeline, PreprocessResult, preprocess_mesh
 
 
@@ -53,7 +53,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     paths = [Path(path) for path in (arguments.output, arguments.map, arguments.report) if path]
-    suffix = suffix_in(arguments.output, MESH_WRITERS, "meshes")
+    suffix = known_extension(arguments.output, MESH_WRITERS, "meshes")
     for path in paths:
         if path.exists() and not arguments.force:
             raise FormatError(f"{path} exists already; give --force to replace it")

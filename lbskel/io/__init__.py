@@ -1,4 +1,4 @@
-"""Meshes, point clouds and skeletons: from files and into files.
+"""Reading and writing of meshes, point clouds and skeletons.
 
 =============  =====  ======  =======================================================
 meshes         read   write   remarks
@@ -6,29 +6,30 @@ meshes         read   write   remarks
 obj            yes    yes     vertices in the order of the ``v`` lines, seams ignored
 off            yes    yes     also COFF, NOFF and STOFF
 ply            yes    yes     text and binary
-stl            yes    yes     a soup, merged on reading; written in single precision
-glb, gltf      yes    no      needs no compression; meshes of the scene are joined
+stl            yes    yes     equal corners merged on reading; single precision
+glb, gltf      yes    no      without compression; meshes of the scene are joined
+3mf            yes    no      through trimesh, lxml and networkx; objects are joined
 =============  =====  ======  =======================================================
 
 Point clouds are read from xyz, ply and off.
 
-Skeletons are written and read as below. Positions, edges and cycles always come back exactly, the rest where it says
-so. What is lost is empty when read, or NaN for radii.
+Skeletons are written and read as below. Positions, edges and cycles are always kept exactly, other fields as the table
+says. A lost field is empty after reading; lost radii are NaN.
 
 =========  =======  =======  ==============  ===========  =======  =======  ===================================
 skeletons  radii    order    node_of_vertex  radius_kind  extras   report   remarks
 =========  =======  =======  ==============  ===========  =======  =======  ===================================
-swc        kept     lost     lost            kept         lost     lost     a tree: cycles cut, the cuts noted
+swc        kept     lost     lost            kept         lost     lost     trees only: removed edges as comments
 json       kept     kept     kept            kept         kept     kept
 npz        kept     kept     kept            kept         kept     kept
 ply        kept     kept     kept            kept         lost     lost     elements vertex, edge, mesh_vertex
-vtp        kept     kept     kept            kept         lost     lost     a polyline per branch
+vtp        kept     kept     kept            kept         lost     lost     one polyline per branch
 graphml    kept     kept     lost            kept         lost     lost     through networkx
-csv        kept     kept     lost            lost         lost     lost     two files, nodes and edges
-obj        lost     kept     lost            lost         lost     lost     a polyline per branch
+csv        kept     kept     lost            lost         lost     lost     two files: nodes and edges
+obj        lost     kept     lost            lost         lost     lost     one polyline per branch
 =========  =======  =======  ==============  ===========  =======  =======  ===================================
 
-``order`` is the order of the nodes, ``extras`` are the mean radii and the anchors.
+``order`` is the order of the nodes; ``extras`` are the mean radii and the anchors.
 JSON has no NaN and no infinity: in the report they become null.
 """
 

@@ -1,11 +1,11 @@
-"""Writing files: nothing is overwritten unasked, and nothing half-written is ever left under the name asked for.
+"""Atomic writing of files: no file is overwritten unless asked, and no partly written file is left behind.
 
-The content goes to a temporary name in the same folder, which then takes the place of the target in one step.
+The content is written to a temporary file in the same folder, which then replaces the target in one step.
 """
 
 from __future__ import annotations
 
-__all__ = ["Content", "rows_text", "write_all_safely", "write_safely"]
+__all__ = ["Content", "write_all_safely", "write_safely"]
 
 import os
 import secrets
@@ -14,36 +14,47 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TypeAlias
 
-from numpy.typing import NDArray
-
 from lbskel.errors import FormatError, LbskelError
 
 Content: TypeAlias = bytes | str | Callable[[Path], object]
 
 
 def write_safely(path: str | os.PathLike[str], data: Content, force: bool = False) -> None:
-    """Write one file whole or not at all.
+    """Write one file completely or not at all.
 
     Parameters
     ----------
     path : path-like
-        In a folder that exists.
+        The target, in a folder that exists.
     data : bytes, str or callable
-        Text is encoded as UTF-8; a callable is given a temporary path with the same extension and writes there.
+        Text is encoded as UTF-8. A callable is called with a temporary path of the same extension, and writes there.
     force : bool
-        Whether a file that exists may be replaced.
+        Whether an existing file may be replaced.
 
     Raises
     ------
     FormatError
-        If the file exists and ``force`` is not set, or the system refuses to write it.
+        If the file exists and ``force`` is not set, or the operating system refuses to write it.
     """
     write_all_safely({Path(path): data}, force)
 
 
 def write_all_safely(contents: Mapping[Path, Content], force: bool = False) -> None:
-    """Write several files that belong together: none takes its place before the content of all is on the disk."""
-    targets = {_target(path, force): data for path, data in contents.items()}
+    """Write several files that belong together; no target is replaced before all contents are on the disk.
+
+    Parameters
+    ----------
+    contents : mapping of Path to bytes, str or callable
+        The content of each file, as :func:`write_safely` takes it.
+    force : bool
+        Whether existing files may be replaced.
+
+    Raises
+    ------
+    FormatError
+        If a file exists and ``force`` is not set, or the operating system refuses to write it.
+    """
+    targets = {_resolve_target(path, force): data for path, data in contents.items()}
     temporaries = {target: target.with_name(f".{secrets.token_hex(8)}{target.suffix}") for target in targets}
     try:
         for target, data in targets.items():
@@ -59,12 +70,12 @@ def write_all_safely(contents: Mapping[Path, Content], force: bool = False) -> N
             temporary.unlink(missing_ok=True)
 
 
-def _target(path: Path, force: bool) -> Path:
-    """The file behind the path (links followed), or a FormatError that says why it must not be written."""
+def _resolve_target(path: Path, force: bool) -> Path:
+    """Follow the links of a path to the file it names; a FormatError if that must not be written."""
     try:
         target = Path(os.path.realpath(path))
         if target.is_dir():
-            raise FormatError(f"{path}: is a folder; name a file in it")
+            raise FormatError(f"{path}: is a folder; give the name of a file in it")
         if not target.parent.is_dir():
             raise FormatError(f"{path}: the folder {target.parent} does not exist; create it first")
         if target.exists() and not target.is_file():
@@ -73,19 +84,14 @@ def _target(path: Path, force: bool) -> Path:
             raise FormatError(f"{path}: exists already; to replace it use force=True (--force on the command line)")
     except LbskelError:
         raise
-    except (OSError, ValueError) as error:  # a name that is too long, has a null character or is not permitted
+    except (OSError, ValueError) as error:  # the name is too long, has a null character or is not permitted
         raise FormatError(f"{path}: cannot be written: {error}") from None
     return target
 
 
 def _write(temporary: Path, data: Content) -> None:
-    """Create a new file with that content."""
+    """Create a file with the given content."""
     if callable(data):
         data(temporary)
     else:
         temporary.write_bytes(data.encode() if isinstance(data, str) else data)
-
-
-def rows_text(prefix: str, rows: NDArray) -> str:
-    """One line per row: the prefix and the numbers, written so that reading gives the same float64 again."""
-    return "".join(prefix + " ".join(map(repr, row)) + "\n" for row in rows.tolist())

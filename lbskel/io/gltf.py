@@ -1,7 +1,8 @@
-"""glTF 2.0, as one binary file (glb) or as JSON with its buffers beside it (gltf), through trimesh.
+"""glTF 2.0, as one binary file (glb) or as JSON with separate buffer files (gltf), read through trimesh.
 
-All meshes of the scene become one, each where the scene places it; materials are passed over. trimesh takes what it
-cannot decode, compressed or sparse arrays, for zeros, and quantized positions as they are: these are refused first.
+All meshes of the scene are joined into one, each transformed to its place in the scene; materials are ignored. trimesh
+reads data that it cannot decode (compressed or sparse accessors) as zeros, and quantized positions without their scale,
+so such files are rejected before trimesh sees them.
 Format: https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
 """
 
@@ -16,67 +17,71 @@ from typing import Any
 from urllib.parse import unquote
 
 from lbskel.errors import FormatError
-from lbskel.io.polygon_soup import Polygons
-from lbskel.io.scenes import polygons_of_scene
+from lbskel.io.polygon_soup import PolygonSoup
+from lbskel.io.scenes import polygons_from_scene
 from lbskel.io.text import read_bytes
 
-GLB_MAGIC, GLB_HEADER = b"glTF", 20
-FLOAT, TRIANGLE_FAN = 5126, 6
+GLB_MAGIC = b"glTF"
+GLB_HEADER = 20  # bytes before the JSON text: 12 of the file header, 8 of the header of the first chunk (glTF 2.0)
+JSON_LENGTH = slice(12, 16)  # bytes that hold the length of the JSON text, a little-endian uint32 (glTF 2.0)
+FLOAT = 5126  # accessor.componentType of float32 (glTF 2.0)
+TRIANGLE_FAN = 6  # mesh.primitive.mode of a triangle fan (glTF 2.0)
 
 
-def read_gltf(path: Path) -> Polygons:
-    """The triangles of all meshes in a glTF scene."""
+def read_gltf(path: Path) -> PolygonSoup:
+    """Read the triangles of all meshes in a glTF scene."""
     import trimesh
 
     data = read_bytes(path)
-    binary = data.startswith(GLB_MAGIC)
-    tree = _tree(data[GLB_HEADER : GLB_HEADER + int.from_bytes(data[12:16], "little")] if binary else data)
-    _refuse_what_trimesh_mistakes(tree)
+    is_binary = data.startswith(GLB_MAGIC)
+    end_of_json = GLB_HEADER + int.from_bytes(data[JSON_LENGTH], "little")
+    tree = _parse_json(data[GLB_HEADER:end_of_json] if is_binary else data)
+    _reject_unsupported(tree)
     scene = trimesh.load_scene(
         io.BytesIO(data),
-        file_type="glb" if binary else "gltf",
-        resolver={} if binary else _buffers(tree, path),
+        file_type="glb" if is_binary else "gltf",
+        resolver={} if is_binary else _read_buffers(tree, path),
         process=False,
         maintain_order=True,
         skip_materials=True,
     )
-    return polygons_of_scene(scene)
+    return polygons_from_scene(scene)
 
 
-def _tree(text: bytes) -> dict[str, Any]:
-    """The JSON part."""
+def _parse_json(text: bytes) -> dict[str, Any]:
+    """Parse the JSON part of the file."""
     tree = json.loads(text)
     if not isinstance(tree, dict) or "asset" not in tree:
         raise FormatError("not a glTF file: the JSON part has no asset")
     return tree
 
 
-def _refuse_what_trimesh_mistakes(tree: dict[str, Any]) -> None:
-    """Raise a FormatError for what trimesh takes for zeros, for other numbers, or passes over."""
+def _reject_unsupported(tree: dict[str, Any]) -> None:
+    """Raise a FormatError for data that trimesh would read as zeros, scale wrongly or skip."""
     accessors = tree.get("accessors", [])
     for primitive in [primitive for mesh in tree.get("meshes", []) for primitive in mesh["primitives"]]:
         positions, indices = primitive["attributes"].get("POSITION"), primitive.get("indices")
         used = [accessors[index] for index in (positions, indices) if index is not None]
         if any("sparse" in accessor or "bufferView" not in accessor for accessor in used):
             raise FormatError(
-                "holds compressed or sparse triangles, which are not read; save it without "
+                "has compressed or sparse triangles, which are not supported; save it without "
                 + (", ".join(tree.get("extensionsUsed", [])) or "sparse accessors")
             )
         if positions is not None and accessors[positions]["componentType"] != FLOAT:
-            raise FormatError("holds quantized positions, which are not read; save it without quantization")
+            raise FormatError("has quantized positions, which are not supported; save it without quantization")
         if primitive.get("mode") == TRIANGLE_FAN:
-            raise FormatError("holds triangle fans, which are not read; save it with triangles")
+            raise FormatError("has triangle fans, which are not supported; save it with triangles")
 
 
-def _buffers(tree: dict[str, Any], path: Path) -> dict[str, bytes]:
-    """The content of the buffer files, which lie in the folder of the glTF file or below."""
+def _read_buffers(tree: dict[str, Any], path: Path) -> dict[str, bytes]:
+    """Read the buffer files, by URI; they must be in the folder of the glTF file or below it."""
     files = {}
     for buffer in tree.get("buffers", []):
         uri = buffer["uri"]
         if not uri.startswith("data:"):
             file = (path.parent / unquote(uri)).resolve()
             if not file.is_relative_to(path.parent.resolve()):
-                raise FormatError(f"its buffer {uri!r} lies outside of its folder")
+                raise FormatError(f"its buffer {uri!r} is outside of its folder")
             try:
                 files[uri] = read_bytes(file)
             except FormatError as error:

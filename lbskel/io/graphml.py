@@ -1,11 +1,11 @@
-"""GraphML, the XML format of graphs, through networkx: nodes with x, y, z and radius, edges with their length.
+"""GraphML, an XML format of graphs, through networkx: nodes with x, y, z and radius, edges with their length.
 
 Format: http://graphml.graphdrawing.org/specification.html
 """
 
 from __future__ import annotations
 
-__all__ = ["read_graphml", "skeleton_graphml"]
+__all__ = ["encode_graphml", "read_graphml"]
 
 import io
 from pathlib import Path
@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from lbskel.errors import FormatError, MissingDependency
-from lbskel.io.text import array_of, read_bytes
+from lbskel.io.text import as_floats, read_bytes
 from lbskel.skeleton.skeleton import Skeleton
 
 
-def skeleton_graphml(skeleton: Skeleton, path: Path) -> dict[Path, bytes]:
-    """A skeleton as GraphML; the nodes are named 0, 1, 2 and so on."""
+def encode_graphml(skeleton: Skeleton, path: Path) -> dict[Path, bytes]:
+    """Encode a skeleton as GraphML; the ids of the nodes are 0, 1, 2 and so on."""
     graph = skeleton.to_networkx()
     import networkx
 
@@ -31,7 +31,7 @@ def skeleton_graphml(skeleton: Skeleton, path: Path) -> dict[Path, bytes]:
 
 
 def read_graphml(path: Path) -> Skeleton:
-    """The skeleton in a GraphML file, whatever its nodes are named; radii that it lacks are NaN."""
+    """Read a skeleton from GraphML with node ids of any kind; missing radii become NaN."""
     try:
         import networkx
     except ImportError:
@@ -44,8 +44,8 @@ def read_graphml(path: Path) -> Skeleton:
             raise FormatError(f"node {name!r} lacks x, y or z")
         nodes.append([attributes[axis] for axis in "xyz"])
     return Skeleton(
-        array_of(nodes, "positions", 3),
+        as_floats(nodes, "positions", 3),
         np.array([(index[start], index[end]) for start, end in graph.edges()], dtype=np.int64).reshape(-1, 2),
-        array_of([attributes.get("radius") for _, attributes in graph.nodes(data=True)], "radii"),
+        as_floats([attributes.get("radius") for _, attributes in graph.nodes(data=True)], "radii"),
         radius_kind=str(graph.graph.get("radius_kind", Skeleton.radius_kind)),
     )

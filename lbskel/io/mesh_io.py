@@ -1,8 +1,8 @@
-"""Meshes and point clouds from files and into files; what users have, a path included, as a Mesh.
+"""Reading and writing meshes and point clouds; paths for :func:`lbskel.as_mesh`.
 
-The vertices of a file keep their number and order, also those that no face uses, so that what is computed on them
-can be handed back. All but glTF and 3MF is read here and not through trimesh, which (5.2) is silent about a truncated
-OFF or PLY file and, in OBJ, drops unused vertices, splits by material, takes index 0 for 1 and miscounts relative ones.
+All vertices of a file are kept in their order, also those that no face uses, so that results per vertex fit the file.
+Only glTF and 3MF are read through trimesh: for the other formats trimesh 5.2 accepts truncated OFF and PLY files
+silently and, in OBJ, drops unused vertices, splits by material, reads index 0 as 1 and miscounts relative indices.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from typing import Any
 from lbskel.geometry.mesh import Mesh, PointCloud, as_mesh
 from lbskel.io.atomic_write import write_safely
 from lbskel.io.gltf import read_gltf
-from lbskel.io.obj import obj_text, read_obj
-from lbskel.io.off import off_text, read_off
-from lbskel.io.ply_mesh import mesh_ply, read_ply
-from lbskel.io.polygon_soup import Polygons, mesh_of
-from lbskel.io.stl import mesh_stl, read_stl
-from lbskel.io.text import naming, reading, suffix_in
+from lbskel.io.obj import encode_obj, read_obj
+from lbskel.io.off import encode_off, read_off
+from lbskel.io.ply_mesh import encode_ply, read_ply
+from lbskel.io.polygon_soup import PolygonSoup, mesh_from_polygons
+from lbskel.io.stl import encode_stl, read_stl
+from lbskel.io.text import convert_errors, known_extension, prefix_errors
 from lbskel.io.threemf import read_3mf
 from lbskel.io.xyz import read_xyz
 
-MESH_READERS: dict[str, Callable[[Path], Polygons]] = {
+MESH_READERS: dict[str, Callable[[Path], PolygonSoup]] = {
     "obj": read_obj,
     "off": read_off,
     "ply": read_ply,
@@ -37,19 +37,19 @@ MESH_READERS: dict[str, Callable[[Path], Polygons]] = {
 }
 
 MESH_WRITERS: dict[str, Callable[[Mesh], str | bytes]] = {
-    "obj": obj_text,
-    "off": off_text,
-    "ply": mesh_ply,
-    "stl": mesh_stl,
+    "obj": encode_obj,
+    "off": encode_off,
+    "ply": encode_ply,
+    "stl": encode_stl,
 }
 
-POINT_READERS: dict[str, Callable[[Path], Polygons]] = {"xyz": read_xyz, "ply": read_ply, "off": read_off}
+POINT_READERS: dict[str, Callable[[Path], PolygonSoup]] = {"xyz": read_xyz, "ply": read_ply, "off": read_off}
 
 
 @as_mesh.register(str)
 @as_mesh.register(os.PathLike)
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
-    """The triangle mesh in a file; ``notes`` says what was done to it on the way in.
+    r"""Read a triangle mesh; ``notes`` says what was changed on reading.
 
     Parameters
     ----------
@@ -59,27 +59,27 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     Raises
     ------
     FormatError
-        If there is no such file or it is not of the format that its extension tells.
+        If there is no such file or it is not in the format of its extension.
     MeshError
-        If it is, but a coordinate is not finite, a face names a vertex that does not exist, or there is no face.
+        If a coordinate is not finite, a face uses a vertex that does not exist, or there are no faces.
 
     Examples
     --------
     >>> import pathlib, tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = pathlib.Path(folder) / "square.obj"
-    ...     _ = path.write_text("v 0 0 0\\nv 1 0 0\\nv 1 1 0\\nv 0 1 0\\nf 1 2 3 4\\n")
+    ...     _ = path.write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n")
     ...     mesh = read_mesh(path)
     >>> mesh, mesh.notes
     (Mesh(4 vertices, 2 faces), ('1 polygons were cut into triangles',))
     """
-    read = MESH_READERS[suffix_in(path, MESH_READERS, "meshes")]
-    with reading(path):
-        return mesh_of(read(Path(path)))
+    read = MESH_READERS[known_extension(path, MESH_READERS, "meshes")]
+    with convert_errors(path):
+        return mesh_from_polygons(read(Path(path)))
 
 
 def read_points(path: str | os.PathLike[str]) -> PointCloud:
-    """The points in a file; faces, normals and colors are passed over.
+    """Read a point cloud; faces, normals and colors are ignored.
 
     Parameters
     ----------
@@ -89,17 +89,17 @@ def read_points(path: str | os.PathLike[str]) -> PointCloud:
     Raises
     ------
     FormatError
-        If there is no such file or it is not of the format that its extension tells.
+        If there is no such file or it is not in the format of its extension.
     MeshError
-        If it is, but holds no point or a coordinate is not finite.
+        If there are no points or a coordinate is not finite.
     """
-    read = POINT_READERS[suffix_in(path, POINT_READERS, "point clouds")]
-    with reading(path):
+    read = POINT_READERS[known_extension(path, POINT_READERS, "point clouds")]
+    with convert_errors(path):
         return PointCloud(read(Path(path)).points)
 
 
 def write_mesh(path: str | os.PathLike[str], mesh: Any, *, force: bool = False) -> None:
-    """Write a mesh; all formats but STL give back the same float64 coordinates.
+    """Write a mesh; all formats except STL keep the float64 coordinates bit for bit.
 
     Parameters
     ----------
@@ -107,15 +107,17 @@ def write_mesh(path: str | os.PathLike[str], mesh: Any, *, force: bool = False) 
         With an extension in MESH_WRITERS.
     mesh : Mesh or anything that :func:`lbskel.as_mesh` takes
     force : bool
-        Whether a file that exists may be replaced.
+        Whether an existing file may be replaced.
 
     Raises
     ------
     FormatError
-        If the extension is unknown, the format cannot hold the mesh, or the file must not or cannot be written.
+        If the extension is unknown, the format cannot store the mesh, or the file exists or cannot be written.
+    MeshError
+        If ``mesh`` is not a mesh.
     """
-    encode = MESH_WRITERS[suffix_in(path, MESH_WRITERS, "meshes")]
+    encode = MESH_WRITERS[known_extension(path, MESH_WRITERS, "meshes")]
     given = as_mesh(mesh)
-    with naming(path):
+    with prefix_errors(path):
         data = encode(given)
     write_safely(path, data, force)

@@ -1,12 +1,12 @@
-"""OBJ, the text format of Wavefront: vertices (v), polygons (f) and polylines (l), numbered from 1.
+"""OBJ, the text format of Wavefront: vertices (v), polygons (f) and polylines (l), with 1-based indices.
 
-A negative number counts back from the vertex line before it. Texture coordinates, normals, groups and materials are
-passed over: the vertices are the ``v`` lines, all of them, in their order. A skeleton is one polyline per branch.
+A negative index counts back from the last vertex defined before its line. Texture coordinates, normals, groups and
+materials are ignored: the vertices are all ``v`` lines in their order. A skeleton is one polyline per branch.
 """
 
 from __future__ import annotations
 
-__all__ = ["obj_text", "read_obj", "read_obj_skeleton", "skeleton_obj"]
+__all__ = ["encode_obj", "encode_obj_skeleton", "read_obj", "read_obj_skeleton"]
 
 import re
 from collections import defaultdict
@@ -17,33 +17,32 @@ from numpy.typing import NDArray
 
 from lbskel.errors import FormatError
 from lbskel.geometry.mesh import Mesh
-from lbskel.io.atomic_write import rows_text
-from lbskel.io.polygon_soup import Polygons
-from lbskel.io.text import Lines, ragged, read_text, table
+from lbskel.io.polygon_soup import PolygonSoup
+from lbskel.io.text import Lines, format_rows, parse_columns, parse_index_lists, read_text
 from lbskel.skeleton.skeleton import Skeleton
 
 
-def read_obj(path: Path) -> Polygons:
-    """The vertices and polygons of an OBJ file."""
+def read_obj(path: Path) -> PolygonSoup:
+    """Read the vertices and polygons of an OBJ file."""
     statements = _statements(read_text(path))
-    return Polygons(_points(statements), *_indices(statements, "f"), first_index=1)
+    return PolygonSoup(_points(statements), *_indices(statements, "f"), first_index=1)
 
 
 def read_obj_skeleton(path: Path) -> Skeleton:
-    """The vertices and polylines of an OBJ file; it has no radii, so they are NaN."""
+    """Read the vertices and polylines of an OBJ file as a skeleton; OBJ has no radii, so they are NaN."""
     statements = _statements(read_text(path))
     points = _points(statements)
     if "f" in statements and "l" not in statements:
-        raise FormatError("holds faces and no lines: it is a mesh and no skeleton")
-    corners, sizes = _indices(statements, "l")
+        raise FormatError("has faces and no polylines: it is a mesh, not a skeleton")
+    indices, sizes = _indices(statements, "l")
     polyline = np.repeat(np.arange(len(sizes)), sizes)
-    joined = polyline[1:] == polyline[:-1]
-    edges = np.stack([corners[:-1], corners[1:]], axis=1)[joined]
+    is_edge = polyline[1:] == polyline[:-1]
+    edges = np.stack([indices[:-1], indices[1:]], axis=1)[is_edge]
     return Skeleton(points, edges, np.full(len(points), np.nan))
 
 
 def _statements(text: str) -> dict[str, Lines]:
-    """What follows the first word of each line, by that word."""
+    """Group the arguments of all statements by their keyword, the first word of the line."""
     found: defaultdict[str, tuple[list[str], list[int]]] = defaultdict(lambda: ([], []))
     for number, line in enumerate(re.sub(r"\\\r?\n", " ", text).splitlines(), 1):
         words = line.split("#", 1)[0].split(None, 1)
@@ -55,33 +54,33 @@ def _statements(text: str) -> dict[str, Lines]:
 
 
 def _points(statements: dict[str, Lines]) -> NDArray[np.float64]:
-    """The (n, 3) positions."""
+    """Parse the (n, 3) vertex positions."""
     if "v" not in statements:
-        raise FormatError("not an OBJ file of a shape: no line begins with v")
-    return table(statements["v"], range(3), "three coordinates")
+        raise FormatError("not an OBJ file with geometry: no line begins with v")
+    return parse_columns(statements["v"], range(3), "three coordinates")
 
 
-def _indices(statements: dict[str, Lines], word: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """0-based vertex indices of all f or l lines, one line after the other, and how many each has.
+def _indices(statements: dict[str, Lines], keyword: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Parse all f or l statements: their 0-based vertex indices, concatenated, and the number of indices of each.
 
-    What names no vertex becomes a negative index, which whoever takes them refuses.
+    Indices of vertices that do not exist are out of range, negative or too large, and rejected by the caller.
     """
-    if word not in statements:
+    if keyword not in statements:
         return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
-    lines = statements[word]
+    lines = statements[keyword]
     lines = Lines(re.sub(r"/\S*", "", "\n".join(lines.texts)).split("\n"), lines.numbers)  # 7/2/9 is vertex 7
     sizes = np.array([len(line.split()) for line in lines.texts], dtype=np.int64)
-    given = ragged(lines, sizes, 0, "vertex indices")
-    seen = np.repeat(np.searchsorted(statements["v"].numbers, lines.numbers), sizes)
-    return np.where(given < 0, seen + given, given - 1), sizes
+    given = parse_index_lists(lines, sizes, 0, "vertex indices")
+    n_before = np.repeat(np.searchsorted(statements["v"].numbers, lines.numbers), sizes)
+    return np.where(given < 0, n_before + given, given - 1), sizes
 
 
-def obj_text(mesh: Mesh) -> str:
-    """A mesh as OBJ text."""
-    return rows_text("v ", mesh.vertices) + rows_text("f ", mesh.faces + 1)
+def encode_obj(mesh: Mesh) -> str:
+    """Encode a mesh as OBJ text."""
+    return format_rows("v ", mesh.vertices) + format_rows("f ", mesh.faces + 1)
 
 
-def skeleton_obj(skeleton: Skeleton, path: Path) -> dict[Path, str]:
-    """A skeleton as vertices and one polyline per branch; radii are lost."""
+def encode_obj_skeleton(skeleton: Skeleton, path: Path) -> dict[Path, str]:
+    """Encode a skeleton as vertices and one polyline per branch; radii are lost."""
     polylines = "".join(f"l {' '.join(map(str, branch + 1))}\n" for branch in skeleton.branches)
-    return {path: rows_text("v ", skeleton.nodes) + polylines}
+    return {path: format_rows("v ", skeleton.nodes) + polylines}

@@ -1,8 +1,8 @@
-"""What a mesh file holds, before it is a Mesh: points, and polygons of any number of corners, unchecked."""
+"""The content of a mesh file before validation: points, and polygons with any number of corners."""
 
 from __future__ import annotations
 
-__all__ = ["Polygons", "mesh_of"]
+__all__ = ["PolygonSoup", "mesh_from_polygons"]
 
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -10,30 +10,31 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import MeshError
-from lbskel.geometry.mesh import Mesh, as_mesh, first_few
+from lbskel.errors import MeshError, first_few
+from lbskel.geometry.mesh import Mesh, as_mesh
 
 
 def _no_indices() -> NDArray[np.int64]:
-    """What a file without faces has."""
+    """Return an empty array, for a file without faces."""
     return np.empty(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
-class Polygons:
-    """Points and polygons as a file lists them.
+class PolygonSoup:
+    """Points and polygons as a file lists them, not validated.
 
     Parameters
     ----------
     points : (n, 3) array of float
+        Positions, in the units of the file.
     corners : (c,) array of int
-        0-based vertex indices of the corners, one polygon after the other.
+        0-based vertex indices of the corners of all polygons, concatenated.
     sizes : (m,) array of int
-        How many corners each polygon has.
+        Number of corners of each polygon.
     notes : tuple of str
-        What was done on the way in.
+        What the reader changed, one sentence each.
     first_index : int
-        The number that the file gives its first vertex, for messages.
+        Index of the first vertex in the file (0 or 1), for messages.
     """
 
     points: NDArray[np.float64]
@@ -43,25 +44,25 @@ class Polygons:
     first_index: int = 0
 
 
-def mesh_of(polygons: Polygons) -> Mesh:
-    """The Mesh of some polygons, all vertices kept in their order, polygons cut into triangles.
+def mesh_from_polygons(polygons: PolygonSoup) -> Mesh:
+    """Convert to a Mesh: all vertices are kept in their order, polygons are triangulated.
 
     Raises
     ------
     MeshError
-        If a polygon names a vertex that does not exist or has fewer than three corners, or Mesh refuses the rest.
+        If a polygon uses a vertex that does not exist or has fewer than three corners, or Mesh rejects the rest.
     """
     n, sizes, first = len(polygons.points), polygons.sizes, polygons.first_index
     if polygons.corners.min(initial=0) < 0 or polygons.corners.max(initial=-1) >= n:
-        is_astray = (polygons.corners < 0) | (polygons.corners >= n)
-        astray = np.unique(np.repeat(np.arange(len(sizes)), sizes)[is_astray])
+        is_invalid = (polygons.corners < 0) | (polygons.corners >= n)
+        invalid = np.unique(np.repeat(np.arange(len(sizes)), sizes)[is_invalid])
         raise MeshError(
-            f"faces {first_few(astray)} (counted from 0) name vertices that do not exist; "
+            f"faces {first_few(invalid)} (0-based) use vertices that do not exist; "
             f"the file has {n} vertices, numbered {first} to {n - 1 + first}"
         )
-    small = np.flatnonzero(sizes < 3)
-    if len(small):
-        raise MeshError(f"faces {first_few(small)} (counted from 0) have fewer than three corners")
+    too_small = np.flatnonzero(sizes < 3)
+    if len(too_small):
+        raise MeshError(f"faces {first_few(too_small)} (0-based) have fewer than three corners")
     if (sizes == 3).all():
         return Mesh(polygons.points, polygons.corners.reshape(-1, 3), polygons.notes)
     if len(np.unique(sizes)) > 1:

@@ -1,4 +1,4 @@
-"""Skeletons into files and from files: one table of formats, with what each cannot hold."""
+"""Reading and writing skeletons: the table of formats, with what each of them loses."""
 
 from __future__ import annotations
 
@@ -11,17 +11,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lbskel.errors import FormatError, MeshError
-from lbskel.geometry.mesh import first_few
+from lbskel.errors import FormatError, MeshError, first_few
 from lbskel.io.atomic_write import Content, write_all_safely
-from lbskel.io.csv import read_csv, skeleton_csv
-from lbskel.io.graphml import read_graphml, skeleton_graphml
-from lbskel.io.json_npz import read_json, read_npz, skeleton_json, skeleton_npz
-from lbskel.io.obj import read_obj_skeleton, skeleton_obj
-from lbskel.io.ply_mesh import read_ply_skeleton, skeleton_ply
-from lbskel.io.swc import read_swc, skeleton_swc
-from lbskel.io.text import naming, reading, suffix_in
-from lbskel.io.vtp import read_vtp, skeleton_vtp
+from lbskel.io.csv import encode_csv, read_csv
+from lbskel.io.graphml import encode_graphml, read_graphml
+from lbskel.io.json_npz import encode_json, encode_npz, read_json, read_npz
+from lbskel.io.obj import encode_obj_skeleton, read_obj_skeleton
+from lbskel.io.ply_mesh import encode_ply_skeleton, read_ply_skeleton
+from lbskel.io.swc import encode_swc, read_swc
+from lbskel.io.text import convert_errors, known_extension, prefix_errors
+from lbskel.io.vtp import encode_vtp, read_vtp
 from lbskel.skeleton.skeleton import Skeleton
 
 
@@ -31,31 +30,33 @@ class Format(NamedTuple):
     Parameters
     ----------
     read : callable
-        From a path to a Skeleton.
-    contents : callable
-        From a Skeleton and a path to the content of each file to be written.
+        Takes a path, returns a Skeleton.
+    encode : callable
+        Takes a Skeleton and a path, returns the content of each file to be written.
     loses : tuple of str
-        What does not come back: ``radii``, ``order`` (of the nodes), ``node_of_vertex``, ``radius_kind``, ``extras``
-        (mean radii and anchors), ``report``.
+        What the format does not store: ``radii``, ``order`` (of the nodes), ``node_of_vertex``, ``radius_kind``,
+        ``extras`` (mean radii and anchors), ``report``.
     only_trees : bool
-        Whether cycles must be cut; ``contents`` then takes ``cut_cycles`` and ``root``.
+        Whether the format cannot store cycles; ``encode`` then takes ``cut_cycles`` and ``root`` as well.
     """
 
     read: Callable[[Path], Skeleton]
-    contents: Callable[..., Mapping[Path, Content]]
+    encode: Callable[..., Mapping[Path, Content]]
     loses: tuple[str, ...] = ()
     only_trees: bool = False
 
 
 FORMATS: dict[str, Format] = {
-    "swc": Format(read_swc, skeleton_swc, ("order", "node_of_vertex", "extras", "report"), only_trees=True),
-    "json": Format(read_json, skeleton_json),
-    "npz": Format(read_npz, skeleton_npz),
-    "ply": Format(read_ply_skeleton, skeleton_ply, ("extras", "report")),
-    "vtp": Format(read_vtp, skeleton_vtp, ("extras", "report")),
-    "graphml": Format(read_graphml, skeleton_graphml, ("node_of_vertex", "extras", "report")),
-    "csv": Format(read_csv, skeleton_csv, ("node_of_vertex", "radius_kind", "extras", "report")),
-    "obj": Format(read_obj_skeleton, skeleton_obj, ("radii", "node_of_vertex", "radius_kind", "extras", "report")),
+    "swc": Format(read_swc, encode_swc, ("order", "node_of_vertex", "extras", "report"), only_trees=True),
+    "json": Format(read_json, encode_json),
+    "npz": Format(read_npz, encode_npz),
+    "ply": Format(read_ply_skeleton, encode_ply_skeleton, ("extras", "report")),
+    "vtp": Format(read_vtp, encode_vtp, ("extras", "report")),
+    "graphml": Format(read_graphml, encode_graphml, ("node_of_vertex", "extras", "report")),
+    "csv": Format(read_csv, encode_csv, ("node_of_vertex", "radius_kind", "extras", "report")),
+    "obj": Format(
+        read_obj_skeleton, encode_obj_skeleton, ("radii", "node_of_vertex", "radius_kind", "extras", "report")
+    ),
 }
 
 
@@ -67,38 +68,38 @@ def write_skeleton(
     cut_cycles: bool = False,
     root: int | None = None,
 ) -> None:
-    """Write a skeleton in the format that the extension tells; numbers come back the same to the last bit.
+    """Write a skeleton in the format of the extension; numbers are read back bit for bit.
 
     Parameters
     ----------
     path : path-like
-        With an extension in FORMATS. A csv gets a second file beside it, ``hand.csv`` and ``hand_edges.csv``.
+        With an extension in FORMATS. For csv a second file is written, ``hand_edges.csv`` next to ``hand.csv``.
     skeleton : Skeleton
     force : bool
-        Whether files that exist may be replaced.
+        Whether existing files may be replaced.
     cut_cycles : bool
-        For a format that holds trees only (swc): whether each cycle may be cut at its longest edge. The cuts are
-        noted in the file and undone by :func:`read_skeleton`.
+        For a format that stores only trees (swc): whether to break each cycle at its longest edge. The removed edges
+        are stored as comments and restored by :func:`read_skeleton`.
     root : int, optional
-        For such a format: the node that is the root of its component; by default the first node of each is.
+        For such a format: the node that is the root of its component; by default the first node of each component.
 
     Raises
     ------
     FormatError
-        If the extension is unknown, the format cannot hold the skeleton, or a file must not or cannot be written.
+        If the extension is unknown, the format cannot store the skeleton, or a file exists or cannot be written.
     MissingDependency
         If the format needs a package that is not installed.
     """
-    entry = FORMATS[suffix_in(path, FORMATS, "skeletons")]
+    entry = FORMATS[known_extension(path, FORMATS, "skeletons")]
     options: dict[str, Any] = {"cut_cycles": cut_cycles, "root": root} if entry.only_trees else {}
-    with naming(path):
+    with prefix_errors(path):
         _check(skeleton)
-        contents = entry.contents(skeleton, Path(path), **options)
+        contents = entry.encode(skeleton, Path(path), **options)
     write_all_safely(contents, force)
 
 
 def read_skeleton(path: str | os.PathLike[str]) -> Skeleton:
-    """The skeleton in a file; what the format does not hold is empty, and radii NaN.
+    """Read a skeleton; fields that the format does not store are empty, radii are NaN.
 
     Parameters
     ----------
@@ -108,7 +109,7 @@ def read_skeleton(path: str | os.PathLike[str]) -> Skeleton:
     Raises
     ------
     FormatError
-        If there is no such file or it holds no skeleton of the format that its extension tells.
+        If there is no such file or it is not a skeleton in the format of its extension.
     MissingDependency
         If the format needs a package that is not installed.
 
@@ -128,18 +129,18 @@ def read_skeleton(path: str | os.PathLike[str]) -> Skeleton:
     # cut edge 2 3
      Skeleton(3 nodes, 3 edges, 0 tips, 0 junctions, 1 cycles)
     """
-    entry = FORMATS[suffix_in(path, FORMATS, "skeletons")]
-    with reading(path):
+    entry = FORMATS[known_extension(path, FORMATS, "skeletons")]
+    with convert_errors(path):
         try:
             skeleton = entry.read(Path(path))
-        except MeshError as error:  # of Skeleton: indices of the file that name no node
+        except MeshError as error:  # raised by Skeleton for indices that are not nodes
             raise FormatError(str(error)) from None
         _check(skeleton)
         return skeleton
 
 
 def _check(skeleton: Skeleton) -> None:
-    """Raise a FormatError for a skeleton without nodes or with one that is nowhere."""
+    """Raise a FormatError for a skeleton without nodes or with non-finite positions."""
     if not len(skeleton.nodes):
         raise FormatError("the skeleton has no nodes")
     bad = np.flatnonzero(~np.isfinite(skeleton.nodes).all(axis=1))

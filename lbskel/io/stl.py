@@ -1,12 +1,12 @@
 """STL, the triangle soup of stereolithography, as text or binary: three corners per triangle, no shared vertices.
 
-Corners at exactly the same position become one vertex, in the order of first appearance. Binary STL holds single
+Corners at exactly equal positions are merged into one vertex, in the order of first appearance. Binary STL has single
 precision: about seven digits survive writing.
 """
 
 from __future__ import annotations
 
-__all__ = ["mesh_stl", "read_stl"]
+__all__ = ["encode_stl", "read_stl"]
 
 from pathlib import Path
 
@@ -15,63 +15,64 @@ from numpy.typing import NDArray
 
 from lbskel.errors import FormatError
 from lbskel.geometry.mesh import Mesh
-from lbskel.io.polygon_soup import Polygons
-from lbskel.io.text import lines_of, read_bytes, table
+from lbskel.io.polygon_soup import PolygonSoup
+from lbskel.io.text import content_lines, parse_columns, read_bytes
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-HEADER_BYTES, COUNT_BYTES = 80, 4
+HEADER_BYTES, COUNT_BYTES = 80, 4  # of binary STL: free text, then the number of triangles as a little-endian uint32
 FACET = ("facet", "outer", "vertex", "vertex", "vertex", "endloop", "endfacet")
 
 
-def read_stl(path: Path) -> Polygons:
-    """The triangles of an STL file, corners at the same position merged."""
+def read_stl(path: Path) -> PolygonSoup:
+    """Read the triangles of an STL file; corners at exactly equal positions are merged."""
     data = read_bytes(path)
     start = HEADER_BYTES + COUNT_BYTES
-    promised = int.from_bytes(data[HEADER_BYTES:start], "little")
-    if len(data) == start + promised * TRIANGLE.itemsize and promised:  # text of exactly that length is no accident
-        corners = np.frombuffer(data, TRIANGLE, promised, start)["corners"].reshape(-1, 3)
+    declared = int.from_bytes(data[HEADER_BYTES:start], "little")
+    if len(data) == start + declared * TRIANGLE.itemsize and declared:  # a text has this exact length only by accident
+        corners = np.frombuffer(data, TRIANGLE, declared, start)["corners"].reshape(-1, 3)
     elif data[:HEADER_BYTES].lstrip().lower().startswith(b"solid"):
-        corners = _corners_of_text(data.decode(errors="replace"))
+        corners = _parse_text(data.decode(errors="replace"))
     else:
         raise FormatError(
-            f"neither STL text, which begins with solid, nor binary STL: its header promises {promised} triangles, "
-            f"which take {start + promised * TRIANGLE.itemsize} bytes, but the file has {len(data)}"
+            f"neither STL text, which begins with solid, nor binary STL: its header declares {declared} triangles, "
+            f"which take {start + declared * TRIANGLE.itemsize} bytes, but the file has {len(data)}"
         )
-    points, index = _merged(corners.astype(np.float64))
+    points, index = _merge(corners.astype(np.float64))
     note = f"{len(corners)} corners at {len(points)} exactly equal positions were merged into as many vertices"
-    return Polygons(points, index, np.full(len(corners) // 3, 3), (note,))
+    return PolygonSoup(points, index, np.full(len(corners) // 3, 3), (note,))
 
 
-def _corners_of_text(text: str) -> NDArray[np.float64]:
-    """The (3m, 3) corners of the facets of STL text."""
-    lines = lines_of(text, comment="\0")
-    words = [line.split(None, 1)[0].lower() for line in lines.texts]
-    rows = np.flatnonzero([word not in ("solid", "endsolid") for word in words])
+def _parse_text(text: str) -> NDArray[np.float64]:
+    """Parse the (3m, 3) corners of the facets of STL text."""
+    lines = content_lines(text, comment="\0")
+    keywords = [line.split(None, 1)[0].lower() for line in lines.texts]
+    rows = np.flatnonzero([keyword not in ("solid", "endsolid") for keyword in keywords])
     expected = FACET * (len(rows) // len(FACET) + 1)
-    for row, word in zip(rows, expected, strict=False):
-        if words[row] != word:
-            raise FormatError(f"line {lines.numbers[row]}: {word} expected, found {lines.texts[row][:60]!r}")
-    if len(rows) % len(FACET) or words[-1] != "endsolid":
+    for row, keyword in zip(rows, expected, strict=False):
+        if keywords[row] != keyword:
+            raise FormatError(f"line {lines.numbers[row]}: {keyword} expected, found {lines.texts[row][:60]!r}")
+    if len(rows) % len(FACET) or keywords[-1] != "endsolid":
         raise FormatError(f"ends at line {lines.numbers[-1]} without endsolid; is the file truncated?")
-    return table(lines[rows[np.array(expected[: len(rows)]) == "vertex"]], range(1, 4), "vertex and three coordinates")
+    vertices = lines[rows[np.array(expected[: len(rows)]) == "vertex"]]
+    return parse_columns(vertices, range(1, 4), "vertex and three coordinates")
 
 
-def _merged(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """The positions that differ, in the order of first appearance, and for each corner its position."""
-    as_bytes = np.ascontiguousarray(corners + 0.0).view(np.dtype((np.void, 24)))[:, 0]  # + 0.0 makes -0.0 and 0.0 one
+def _merge(corners: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Find the distinct positions, in the order of first appearance, and the index of each corner's position."""
+    as_bytes = np.ascontiguousarray(corners + 0.0).view(np.dtype((np.void, 24)))[:, 0]  # + 0.0 turns -0.0 into 0.0
     _, first, position = np.unique(as_bytes, return_index=True, return_inverse=True)
     order = np.argsort(first)
     rank = np.argsort(order)
     return corners[first[order]], rank[position]
 
 
-def mesh_stl(mesh: Mesh) -> bytes:
-    """A mesh as binary STL."""
+def encode_stl(mesh: Mesh) -> bytes:
+    """Encode a mesh as binary STL, with unit normals by the right-hand rule."""
     rows = np.zeros(len(mesh.faces), dtype=TRIANGLE)
     with np.errstate(over="ignore"):
         rows["corners"] = mesh.vertices[mesh.faces]
     if not np.isfinite(rows["corners"]).all():
-        raise FormatError("coordinates beyond the single precision of STL; write obj, off or ply")
+        raise FormatError("coordinates overflow the single precision of STL; write obj, off or ply")
     A, B, C = mesh.vertices[mesh.faces].transpose(1, 0, 2)
     normals = np.cross(B - A, C - A)
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)

@@ -1,27 +1,28 @@
-"""From files to numbers, with the place of the fault in every error.
+"""Numbers from text files and into text files; errors name the line.
 
-Numbers of text files are read a block of lines at a time, or all at once where nothing else is in it; only where that
-does not parse is the line at fault looked for. Sizes that a file promises are compared with what it holds before
-anything is allocated.
+Numbers are parsed in blocks of lines, or all at once in a file of numbers only; the faulty line is searched for only
+after a block has failed to parse. Sizes declared by a file are compared with the size of the file before memory is
+allocated.
 """
 
 from __future__ import annotations
 
 __all__ = [
-    "EXACT_WHOLE",
+    "MAX_EXACT_INTEGER",
     "Lines",
-    "array_of",
+    "as_floats",
     "as_integers",
-    "lines_of",
-    "naming",
-    "numbers_of",
-    "ragged",
+    "content_lines",
+    "convert_errors",
+    "decode_text",
+    "format_rows",
+    "known_extension",
+    "parse_columns",
+    "parse_index_lists",
+    "parse_numbers",
+    "prefix_errors",
     "read_bytes",
     "read_text",
-    "reading",
-    "suffix_in",
-    "table",
-    "text_of",
 ]
 
 import os
@@ -29,6 +30,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,21 +38,30 @@ from numpy.typing import ArrayLike, NDArray
 from lbskel._kernels.number_parsing import numbers_in
 from lbskel.errors import FormatError, LbskelError, MeshError, MissingDependency
 
-EXACT_WHOLE = 2.0**53  # whole numbers below are exact in float64
+MAX_EXACT_INTEGER = 2.0**53  # all integers below are exact in float64, whose significand has 53 bits (IEEE 754)
 
 
-def suffix_in(path: str | os.PathLike[str], known: Collection[str], what: str) -> str:
-    """The extension of a path, lower case and without its dot, or a FormatError that lists those that are known."""
+def known_extension(path: str | os.PathLike[str], known: Collection[str], what: str) -> str:
+    """Return the extension of a path in lower case and without its dot; a FormatError lists the known ones.
+
+    Parameters
+    ----------
+    path : path-like
+    known : collection of str
+        The supported extensions.
+    what : str
+        What is read or written, for the message: ``meshes``.
+    """
     suffix = Path(path).suffix.lower().removeprefix(".")
     if suffix not in known:
-        place = f"unknown extension {suffix!r}" if suffix else "is a folder" if os.path.isdir(path) else "no extension"
-        raise FormatError(f"{path}: {place}; known for {what}: {', '.join(known)}")
+        fault = f"unknown extension {suffix!r}" if suffix else "is a folder" if os.path.isdir(path) else "no extension"
+        raise FormatError(f"{path}: {fault}; known for {what}: {', '.join(known)}")
     return suffix
 
 
 @contextmanager
-def naming(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Put the path in front of every error of lbskel inside."""
+def prefix_errors(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Prefix the message of every error of lbskel in the block with the path."""
     try:
         yield
     except MissingDependency:
@@ -62,19 +73,19 @@ def naming(path: str | os.PathLike[str]) -> Iterator[None]:
 
 
 @contextmanager
-def reading(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Put the path in front of every error inside, and make those of other packages FormatErrors."""
-    with naming(path):
+def convert_errors(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Prefix the message of every error in the block with the path, and convert those of others to FormatError."""
+    with prefix_errors(path):
         try:
             yield
         except LbskelError:
             raise
         except Exception as error:
-            raise FormatError(f"not readable as {Path(path).suffix}: {type(error).__name__}: {error}") from error
+            raise FormatError(f"cannot be read as {Path(path).suffix}: {type(error).__name__}: {error}") from error
 
 
 def read_bytes(path: Path) -> bytes:
-    """The content of a regular file that is not empty, or a FormatError."""
+    """Read a regular file that is not empty; a FormatError if it is something else."""
     try:
         if path.is_dir():
             raise FormatError("is a folder, not a file")
@@ -90,19 +101,26 @@ def read_bytes(path: Path) -> bytes:
     return data
 
 
-def text_of(data: bytes) -> str:
-    """The content of a text file; bytes that are no UTF-8, as old names of materials are, become a replacement sign."""
+def decode_text(data: bytes) -> str:
+    """Decode UTF-8; invalid bytes, as in material names in other encodings, become the replacement character."""
     return data.decode("utf-8-sig", errors="replace")
 
 
 def read_text(path: Path) -> str:
-    """The content of a regular file that is not empty as text, or a FormatError."""
-    return text_of(read_bytes(path))
+    """Read a regular file that is not empty as text; a FormatError if it is something else."""
+    return decode_text(read_bytes(path))
 
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Lines of a file with the numbers, from 1, that an editor shows for them."""
+    """Lines of a file with their line numbers.
+
+    Parameters
+    ----------
+    texts : list of str
+    numbers : (n,) array of int
+        1-based line numbers, as an editor shows them.
+    """
 
     texts: list[str]
     numbers: NDArray[np.int64]
@@ -115,8 +133,8 @@ class Lines:
         return Lines(texts, self.numbers[rows])
 
 
-def lines_of(text: str, comment: str = "#") -> Lines:
-    """The lines that hold something, without comments."""
+def content_lines(text: str, comment: str = "#") -> Lines:
+    """Return the lines that are not empty after comments are removed."""
     texts = text.splitlines()
     if comment in text:
         texts = [line.split(comment, 1)[0] for line in texts]
@@ -124,39 +142,49 @@ def lines_of(text: str, comment: str = "#") -> Lines:
     return Lines(list(filter(None, texts)), 1 + np.flatnonzero(np.fromiter(map(len, texts), dtype=np.int64)))
 
 
-def numbers_of(text: str | bytes | memoryview) -> NDArray[np.float64]:
-    """All numbers of a text, whatever white space is between them.
+def parse_numbers(text: str | bytes | memoryview) -> NDArray[np.float64]:
+    """Parse a text of numbers separated by any white space.
 
     Raises
     ------
     ValueError
-        If something else stands there.
+        If the text contains anything else.
     """
-    return numbers_in(text.encode() if isinstance(text, str) else text)
+    numbers: NDArray[np.float64] = numbers_in(text.encode() if isinstance(text, str) else text)
+    return numbers
 
 
-def table(lines: Lines, columns: range, what: str) -> NDArray[np.float64]:
-    """The numbers in some columns of each line.
+def parse_columns(lines: Lines, columns: range, what: str) -> NDArray[np.float64]:
+    """Parse the numbers in some columns of each line, as an (n, len(columns)) array.
+
+    Parameters
+    ----------
+    lines : Lines
+        Lines of numbers separated by white space.
+    columns : range
+        0-based columns; others are ignored.
+    what : str
+        What the columns are, for the message.
 
     Raises
     ------
     FormatError
-        If a line has fewer columns or something else than a number there; the message names the line.
+        If a line has too few columns or a column is not a number; the message names the line.
     """
     if not len(lines) or not len(columns):
         return np.empty((len(lines), len(columns)))
-    if (numbers := _parse(lines.texts, columns)) is not None:
+    if (numbers := _parse_block(lines.texts, columns)) is not None:
         return numbers
-    low, high = 0, len(lines)  # the first line at fault is in low..high
+    low, high = 0, len(lines)  # the first faulty line is in low..high, found by bisection
     while high - low > 1:
         middle = (low + high) // 2
-        low, high = (low, middle) if _parse(lines.texts[low:middle], columns) is None else (middle, high)
+        low, high = (low, middle) if _parse_block(lines.texts[low:middle], columns) is None else (middle, high)
     raise FormatError(f"line {lines.numbers[low]}: {what} expected, found {lines.texts[low][:60]!r}")
 
 
-def _parse(texts: list[str], columns: range) -> NDArray[np.float64] | None:
-    """The numbers in those columns, None where the lines do not hold them."""
-    if not all(texts):  # loadtxt passes over empty lines
+def _parse_block(texts: list[str], columns: range) -> NDArray[np.float64] | None:
+    """Parse the numbers in some columns of each line; None if a line is faulty."""
+    if not all(texts):  # loadtxt skips empty lines
         return None
     try:
         return np.loadtxt(texts, usecols=columns, comments=None, ndmin=2)
@@ -164,27 +192,32 @@ def _parse(texts: list[str], columns: range) -> NDArray[np.float64] | None:
         return None
 
 
-def ragged(lines: Lines, sizes: NDArray[np.int64], first: int, what: str) -> NDArray[np.int64]:
-    """The whole numbers of lines that hold several each, one line after the other.
+def parse_index_lists(lines: Lines, sizes: NDArray[np.int64], first: int, what: str) -> NDArray[np.int64]:
+    """Parse one list of integers per line, and concatenate the lists.
 
     Parameters
     ----------
     lines : Lines
     sizes : (n,) array of int
-        How many numbers each line holds.
+        Length of the list of each line.
     first : int
-        Column of the first of them.
+        0-based column in which the lists begin.
     what : str
-        What they are, for the message.
+        What the integers are, for the message.
+
+    Raises
+    ------
+    FormatError
+        If a line has fewer columns, or one that is not an integer; the message names the line.
     """
     lengths = np.fromiter(map(len, lines.texts), dtype=np.int64, count=len(lines))
     for row in np.flatnonzero((sizes < 0) | (sizes > lengths))[:1]:
-        raise FormatError(f"line {lines.numbers[row]}: holds no {sizes[row]} {what}")
+        raise FormatError(f"line {lines.numbers[row]}: cannot have {sizes[row]} {what}")
     starts = np.cumsum(sizes) - sizes
     values = np.empty(sizes.sum(), dtype=np.int64)
     for size in np.unique(sizes):
         rows = np.flatnonzero(sizes == size)
-        numbers = table(lines[rows], range(first, first + size), f"{size} {what}")
+        numbers = parse_columns(lines[rows], range(first, first + size), f"{size} {what}")
         values[starts[rows][:, None] + np.arange(size)] = as_integers(numbers, what, lines.numbers[rows])
     return values
 
@@ -192,18 +225,36 @@ def ragged(lines: Lines, sizes: NDArray[np.int64], first: int, what: str) -> NDA
 def as_integers(
     values: NDArray[np.float64], what: str, line_numbers: NDArray[np.int64] | None = None
 ) -> NDArray[np.int64]:
-    """The values as int64, or a FormatError that names the line, or the row, of the first that is not whole."""
-    bad = ~(np.abs(values) < EXACT_WHOLE) | (values != np.floor(values))
+    """Convert to int64; a FormatError names the line, or the row, of the first value that is not an integer.
+
+    Parameters
+    ----------
+    values : (n,) or (n, k) array of float
+    what : str
+        What the values are, for the message.
+    line_numbers : (n,) array of int, optional
+        1-based line of each row in the file.
+    """
+    bad = ~(np.abs(values) < MAX_EXACT_INTEGER) | (values != np.floor(values))
     rows = np.flatnonzero(bad.any(axis=tuple(range(1, bad.ndim))))
     if len(rows):
-        place = "row" if line_numbers is None else "line"
+        unit = "row" if line_numbers is None else "line"
         number = rows[0] if line_numbers is None else line_numbers[rows[0]]
-        raise FormatError(f"{place} {number}: {what} must be whole numbers")
+        raise FormatError(f"{unit} {number}: {what} must be whole numbers")
     return values.astype(np.int64)
 
 
-def array_of(values: ArrayLike, what: str, width: int = 0) -> NDArray[np.float64]:
-    """An (n,) array, or (n, width) where a width is given, of what a structured file holds; None becomes NaN."""
+def as_floats(values: ArrayLike, what: str, width: int = 0) -> NDArray[np.float64]:
+    """Convert the nested lists of a structured file to an array; None becomes NaN.
+
+    Parameters
+    ----------
+    values : array_like
+    what : str
+        What the values are, for the message.
+    width : int
+        Number of columns of an (n, width) array; 0 for an (n,) array.
+    """
     try:
         array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
@@ -213,3 +264,8 @@ def array_of(values: ArrayLike, what: str, width: int = 0) -> NDArray[np.float64
     if array.ndim != (2 if width else 1) or (width and array.shape[1] != width):
         raise FormatError(f"{what}: the shape must be {f'(n, {width})' if width else '(n,)'}, not {array.shape}")
     return array
+
+
+def format_rows(prefix: str, rows: NDArray[Any]) -> str:
+    """Format one line per row: the prefix and the shortest decimals that parse to the same float64."""
+    return "".join(prefix + " ".join(map(repr, row)) + "\n" for row in rows.tolist())

@@ -1,7 +1,8 @@
-"""3MF, the zip archive of XML of additive manufacturing, through trimesh, which needs lxml and networkx for it.
+"""3MF, the zip archive of XML of additive manufacturing, read through trimesh, which needs lxml and networkx for it.
 
-All objects that the file builds become one mesh, each where it is placed. How much an archive unpacks to is looked at
-first. Format: https://3mf.io/spec/
+All objects of the build are joined into one mesh, each transformed to its place. The unpacked size of the archive is
+checked before it is unpacked.
+Format: https://3mf.io/spec/
 """
 
 from __future__ import annotations
@@ -14,16 +15,17 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from lbskel.errors import FormatError, MissingDependency
-from lbskel.io.polygon_soup import Polygons
-from lbskel.io.scenes import polygons_of_scene
+from lbskel.io.polygon_soup import PolygonSoup
+from lbskel.io.scenes import polygons_from_scene
 from lbskel.io.text import read_bytes
 
-MOST_BYTES = 2**31  # that an archive may unpack to
-MOST_TIMES = 1000  # its own size: XML of numbers packs to a tenth
+MAX_UNPACKED_BYTES = 2**31  # upper bound on the unpacked size of an archive, in bytes; a guess
+# Upper bound on the unpacked size divided by the size of the archive; a guess, 100 times the ratio of XML of numbers
+MAX_COMPRESSION_RATIO = 1000
 
 
-def read_3mf(path: Path) -> Polygons:
-    """The triangles of all objects that a 3MF file builds."""
+def read_3mf(path: Path) -> PolygonSoup:
+    """Read the triangles of all objects that a 3MF file builds."""
     for package in ("lxml", "networkx"):
         if find_spec(package) is None:
             raise MissingDependency(package, "3mf", "reading 3mf")
@@ -37,8 +39,9 @@ def read_3mf(path: Path) -> Polygons:
     except zipfile.BadZipFile as error:
         raise FormatError(f"not a 3MF archive: {error}; is the file truncated?") from None
     if not models:
-        raise FormatError("not a 3MF archive: it holds no model")
-    if unpacked > min(MOST_BYTES, MOST_TIMES * len(data)):
-        raise FormatError(f"unpacks to {unpacked:,} bytes from {len(data):,}, which no model does")
+        raise FormatError("not a 3MF archive: it has no model")
+    limit = min(MAX_UNPACKED_BYTES, MAX_COMPRESSION_RATIO * len(data))
+    if unpacked > limit:
+        raise FormatError(f"would unpack from {len(data):,} to {unpacked:,} bytes, more than the limit of {limit:,}")
     scene = trimesh.load_scene(io.BytesIO(data), file_type="3mf", process=False, maintain_order=True)
-    return polygons_of_scene(scene)
+    return polygons_from_scene(scene)

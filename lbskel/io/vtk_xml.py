@@ -1,12 +1,12 @@
-"""The arrays in an XML file of VTK: as text, as base64 or appended, plain or compressed with zlib or LZMA.
+"""The arrays of an XML file of VTK: as text, base64 or appended data, plain or compressed with zlib or LZMA.
 
-vtk's own reader is not used because a damaged file ends the process in it. Compressed with LZ4 is refused.
+vtk's own reader is not used because it ends the process on a damaged file. LZ4 compression is not supported.
 Format: https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html
 """
 
 from __future__ import annotations
 
-__all__ = ["VtkFile", "data_array", "parse_vtk"]
+__all__ = ["VtkFile", "encode_array", "parse_vtk"]
 
 import base64
 import lzma
@@ -23,9 +23,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from lbskel.errors import FormatError, choose
 
-KINDS = {f"{name}{8 * size}": f"{code}{size}" for name, code in (("Int", "i"), ("UInt", "u")) for size in (1, 2, 4, 8)}
-KINDS |= {"Float32": "f4", "Float64": "f8", "String": "u1"}
-ORDERS = {"LittleEndian": "<", "BigEndian": ">"}
+DTYPES = {f"{name}{8 * size}": f"{code}{size}" for name, code in (("Int", "i"), ("UInt", "u")) for size in (1, 2, 4, 8)}
+DTYPES |= {"Float32": "f4", "Float64": "f8", "String": "u1"}
+BYTE_ORDERS = {"LittleEndian": "<", "BigEndian": ">"}
 DECOMPRESSORS: dict[str, Callable[[], Any]] = {
     "vtkZLibDataCompressor": zlib.decompressobj,
     "vtkLZMADataCompressor": lzma.LZMADecompressor,
@@ -35,59 +35,75 @@ APPENDED = re.compile(rb"<AppendedData[^>]*encoding\s*=\s*[\"'](raw|base64)[\"']
 
 @dataclass(frozen=True, eq=False)
 class VtkFile:
-    """The XML part of the file, and the block of appended data with whether that is base64."""
+    """A parsed file.
+
+    Parameters
+    ----------
+    root : Element
+        The XML tree.
+    appended : bytes
+        The appended data; empty if there are none.
+    is_base64 : bool
+        Whether the appended data are encoded as base64.
+    """
 
     root: ElementTree.Element
     appended: bytes
     is_base64: bool
 
-    def array(self, element: ElementTree.Element) -> NDArray:
-        """The values of an array element, one after the other."""
-        kind = choose(KINDS, element.get("type", ""), "type of array")
-        place = element.get("format")
-        if place == "ascii":
+    def array(self, element: ElementTree.Element) -> NDArray[Any]:
+        """Decode the values of a DataArray or Array element, as a flat array."""
+        dtype = choose(DTYPES, element.get("type", ""), "type of array")
+        encoding = element.get("format")
+        if encoding == "ascii":
             return np.array((element.text or "").split(), dtype=np.float64)
-        order = choose(ORDERS, self.root.get("byte_order", "LittleEndian"), "byte order")
-        if place == "binary":
-            data = self._block(re.sub(rb"\s", b"", (element.text or "").encode()), 0, True, order)
-        elif place == "appended":
-            data = self._block(self.appended, int(element.get("offset", "")), self.is_base64, order)
+        order = choose(BYTE_ORDERS, self.root.get("byte_order", "LittleEndian"), "byte order")
+        if encoding == "binary":
+            data = self._decode(re.sub(rb"\s", b"", (element.text or "").encode()), 0, True, order)
+        elif encoding == "appended":
+            data = self._decode(self.appended, int(element.get("offset", "")), self.is_base64, order)
         else:
-            raise FormatError(f"array {element.get('Name')}: unknown format {place!r}")
-        return np.frombuffer(data, order + kind)
+            raise FormatError(f"array {element.get('Name')}: unknown format {encoding!r}")
+        return np.frombuffer(data, order + dtype)
 
-    def _block(self, data: bytes, start: int, is_base64: bool, order: str) -> bytes:
-        """The bytes of an array: a head with their count, or with the sizes of compressed blocks, and then they."""
-        head = np.dtype(order + choose(KINDS, self.root.get("header_type", "UInt32"), "header type"))
+    def _decode(self, data: bytes, start: int, is_base64: bool, order: str) -> bytes:
+        """Decode one array; its header has its number of bytes or the sizes of its compressed blocks."""
+        head = np.dtype(order + choose(DTYPES, self.root.get("header_type", "UInt32"), "header type"))
         if "compressor" not in self.root.attrib:
-            count = int(np.frombuffer(_bytes(data, start, head.itemsize, is_base64), head)[0])
-            return _bytes(data, start, head.itemsize + count, is_base64)[head.itemsize :]
+            count = int(np.frombuffer(_decode_bytes(data, start, head.itemsize, is_base64), head)[0])
+            return _decode_bytes(data, start, head.itemsize + count, is_base64)[head.itemsize :]
         decompressor = choose(DECOMPRESSORS, self.root.attrib["compressor"], "compressor")
-        n_blocks, size, _ = np.frombuffer(_bytes(data, start, 3 * head.itemsize, is_base64), head).tolist()
+        n_blocks, size, _ = np.frombuffer(_decode_bytes(data, start, 3 * head.itemsize, is_base64), head).tolist()
         head_bytes = (3 + n_blocks) * head.itemsize
-        sizes = np.frombuffer(_bytes(data, start, head_bytes, is_base64), head)[3:].tolist()
-        body = _bytes(data, start + _stored(head_bytes, is_base64), sum(sizes), is_base64)
+        sizes = np.frombuffer(_decode_bytes(data, start, head_bytes, is_base64), head)[3:].tolist()
+        body = _decode_bytes(data, start + _encoded_length(head_bytes, is_base64), sum(sizes), is_base64)
         ends = np.cumsum([0, *sizes]).tolist()
         blocks = (body[a:b] for a, b in pairwise(ends))
         return b"".join(decompressor().decompress(block, size) for block in blocks)
 
 
-def _stored(count: int, is_base64: bool) -> int:
-    """How long so many bytes are as they are stored."""
+def _encoded_length(count: int, is_base64: bool) -> int:
+    """Return the length of that many bytes after encoding."""
     return -(-count // 3) * 4 if is_base64 else count
 
 
-def _bytes(data: bytes, start: int, count: int, is_base64: bool) -> bytes:
-    """That many bytes from a place on, or a FormatError if there are fewer."""
-    part = data[start : start + _stored(count, is_base64)] if start >= 0 else b""
+def _decode_bytes(data: bytes, start: int, count: int, is_base64: bool) -> bytes:
+    """Decode that many bytes from a position on; a FormatError if there are fewer."""
+    part = data[start : start + _encoded_length(count, is_base64)] if start >= 0 else b""
     part = base64.b64decode(part, validate=True) if is_base64 else part
     if len(part) < count:
-        raise FormatError(f"an array of {count} bytes is promised, {len(part)} are there; is the file truncated?")
+        raise FormatError(f"an array declares {count} bytes, but {len(part)} follow; is the file truncated?")
     return part[:count]
 
 
 def parse_vtk(data: bytes) -> VtkFile:
-    """The XML part and the appended block of a file."""
+    """Parse the content of a file into its XML tree and its appended data.
+
+    Raises
+    ------
+    FormatError
+        If it is not XML.
+    """
     appended, is_base64 = b"", False
     if match := APPENDED.search(data):
         appended, is_base64 = data[match.end() :], match.group(1) == b"base64"
@@ -99,14 +115,21 @@ def parse_vtk(data: bytes) -> VtkFile:
     return VtkFile(root, appended, is_base64)
 
 
-def data_array(name: str, values: ArrayLike, components: int = 1) -> str:
-    """The element of an array of float, of int, or of unsigned bytes, which are a string that ends with 0.
+def encode_array(name: str, values: ArrayLike, components: int = 1) -> str:
+    """Encode an array as an XML element, for a file with byte order LittleEndian and header type UInt64.
 
-    The byte order is LittleEndian and the header type UInt64.
+    Parameters
+    ----------
+    name : str
+        The name of the array.
+    values : array_like
+        Floats, integers, or unsigned bytes: the latter are a string that ends with a zero byte.
+    components : int
+        Number of values per tuple.
     """
     array = np.asarray(values)
     kind = {"f": "Float64", "u": "String"}.get(array.dtype.kind, "Int64")
-    data = array.astype("<" + KINDS[kind]).tobytes()
+    data = array.astype("<" + DTYPES[kind]).tobytes()
     content = base64.b64encode(len(data).to_bytes(8, "little") + data).decode()
     tag, rows = ("Array", 1) if kind == "String" else ("DataArray", array.size // components)
     shape = f'NumberOfComponents="{components}" NumberOfTuples="{rows}"'

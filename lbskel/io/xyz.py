@@ -1,6 +1,6 @@
-"""XYZ, a point per line: three coordinates with spaces or commas between.
+"""XYZ, one point per line: three coordinates separated by spaces or commas.
 
-What follows them, colors or normals, is passed over.
+Further columns, such as colors or normals, are ignored.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ __all__ = ["read_xyz"]
 from pathlib import Path
 
 from lbskel.errors import FormatError
-from lbskel.io.polygon_soup import Polygons
-from lbskel.io.text import lines_of, read_text, table
+from lbskel.io.polygon_soup import PolygonSoup
+from lbskel.io.text import content_lines, parse_columns, read_text
 
 
-def read_xyz(path: Path) -> Polygons:
-    """The points of an XYZ file."""
-    lines = lines_of(read_text(path).replace(",", " "))
+def read_xyz(path: Path) -> PolygonSoup:
+    """Read the points of an XYZ file."""
+    lines = content_lines(read_text(path).replace(",", " "))
     if not len(lines):
-        raise FormatError("holds no points")
-    return Polygons(table(lines, range(3), "three coordinates"))
+        raise FormatError("the file has no points")
+    return PolygonSoup(parse_columns(lines, range(3), "three coordinates"))

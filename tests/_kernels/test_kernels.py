@@ -20,7 +20,7 @@ from lbskel.geometry import mesh as mesh_module
 from lbskel.geometry.cross_sections import cross_sections
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import text as reading
-from lbskel.io.text import numbers_of
+from lbskel.io.text import parse_numbers
 from lbskel.operators import assembly, masses
 from lbskel.operators import corner_angles as corners
 from lbskel.operators import intrinsic_triangulation as flips
@@ -158,20 +158,20 @@ def numbers():
     values = rng.normal(size=600) * 10.0 ** rng.integers(-9, 9, size=600)
     forms = ("{!r}", "{:.6f}", "{:.15e}", "{:.18f}", "{:.17g}")
     words = [form.format(value) for value in values.tolist() for form in forms]
-    return (numbers_of(" ".join([*words, WORDS, HALFWAY])),)
+    return (parse_numbers(" ".join([*words, WORDS, HALFWAY])),)
 
 
 def test_numbers_are_those_of_python():
     words = [f"{value:.{digits}g}" for value in np.pi ** np.arange(-40, 40.0) for digits in range(1, 25)]
     words += [*WORDS.split(), *HALFWAY.split()]
     expected = np.array([float(word) for word in words])
-    assert np.array_equal(numbers_of(" \r\n\t".join(words)).view(np.int64), expected.view(np.int64))
+    assert np.array_equal(parse_numbers(" \r\n\t".join(words)).view(np.int64), expected.view(np.int64))
 
 
 @pytest.mark.parametrize("text", ["1 2 x", "1_0", "--1", "1..2", ".", "-", "1,2", "0x10", "1\0", "1e", "\u0661"])
 def test_what_is_no_number_is_an_error(text):
     with pytest.raises(ValueError, match=r"number|convert"):
-        numbers_of(text)
+        parse_numbers(text)
 
 
 CASES = {

@@ -1,4 +1,4 @@
-"""Writing: nothing overwritten unasked, nothing half-written left."""
+"""Atomic writing: nothing is overwritten unless asked, nothing partly written is left."""
 
 import os
 import stat
@@ -13,7 +13,7 @@ def names(folder):
     return sorted(path.name for path in folder.iterdir())
 
 
-def test_writes_bytes_text_and_what_a_callable_writes(tmp_path):
+def test_bytes_text_and_callables_are_written(tmp_path):
     write_safely(tmp_path / "bytes.bin", b"\x00\xff")
     write_safely(str(tmp_path / "text.txt"), "é\n")
     write_safely(tmp_path / "called.txt", lambda path: path.write_text(path.suffix))
@@ -23,7 +23,7 @@ def test_writes_bytes_text_and_what_a_callable_writes(tmp_path):
     assert names(tmp_path) == ["bytes.bin", "called.txt", "text.txt"]
 
 
-def test_refuses_what_exists_unless_forced(tmp_path):
+def test_an_existing_file_is_replaced_only_with_force(tmp_path):
     path = tmp_path / "a.txt"
     path.write_text("old")
     with pytest.raises(FormatError, match=r"a\.txt: exists already.*force=True.*--force"):
@@ -35,7 +35,7 @@ def test_refuses_what_exists_unless_forced(tmp_path):
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, RuntimeError, OSError(28, "No space left on device")])
 @pytest.mark.parametrize("exists", [False, True])
-def test_leaves_nothing_half_written(tmp_path, error, exists):
+def test_nothing_partly_written_is_left(tmp_path, error, exists):
     path = tmp_path / "a.txt"
     if exists:
         path.write_text("old")
@@ -50,7 +50,7 @@ def test_leaves_nothing_half_written(tmp_path, error, exists):
     assert not exists or path.read_text() == "old"
 
 
-def test_a_full_disk_is_named(tmp_path):
+def test_a_full_disk_is_reported(tmp_path):
     def fail(_):
         raise OSError(28, "No space left on device")
 
@@ -58,7 +58,7 @@ def test_a_full_disk_is_named(tmp_path):
         write_safely(tmp_path / "a.txt", fail)
 
 
-def test_files_that_belong_together_are_all_written_or_none(tmp_path):
+def test_several_files_are_all_written_or_none(tmp_path):
     (tmp_path / "b.txt").write_text("old")
     contents = {tmp_path / "a.txt": "a", tmp_path / "b.txt": "b"}
     with pytest.raises(FormatError, match=r"b\.txt: exists already"):
@@ -76,7 +76,7 @@ def test_files_that_belong_together_are_all_written_or_none(tmp_path):
     assert [(tmp_path / name).read_text() for name in names(tmp_path)] == ["a", "b"]
 
 
-def test_refuses_folders_missing_folders_and_impossible_names(tmp_path):
+def test_folders_missing_folders_and_impossible_names_are_rejected(tmp_path):
     with pytest.raises(FormatError, match="is a folder"):
         write_safely(tmp_path, "x", force=True)
     with pytest.raises(FormatError, match="missing does not exist; create it first"):
@@ -88,7 +88,7 @@ def test_refuses_folders_missing_folders_and_impossible_names(tmp_path):
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes on this system")
-def test_refuses_to_replace_what_is_no_file(tmp_path):
+def test_a_pipe_is_not_replaced(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(FormatError, match="not a regular file"):
         write_safely(tmp_path / "pipe", "x", force=True)
@@ -96,7 +96,7 @@ def test_refuses_to_replace_what_is_no_file(tmp_path):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="links and permissions of POSIX")
-def test_follows_links_and_keeps_permissions(tmp_path):
+def test_links_are_followed_and_permissions_kept(tmp_path):
     (tmp_path / "target.txt").write_text("old")
     (tmp_path / "target.txt").chmod(0o640)
     (tmp_path / "link.txt").symlink_to("target.txt")

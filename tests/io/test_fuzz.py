@@ -1,4 +1,4 @@
-"""Whatever bytes a file holds, reading gives a value or an error of lbskel, and never another."""
+"""Reading a file of any bytes returns a value or raises an error of lbskel, never another error."""
 
 import contextlib
 
@@ -29,7 +29,7 @@ PYRAMID = Mesh(
 )
 LOOP = Skeleton([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 2, 0]], [[0, 1], [1, 2], [0, 2], [2, 3]], [1, 2, 3, 4], [0, 3, 1])
 
-# What breaks readers: other numbers, other types, the ends of lines and of tags
+# Words that break readers: other numbers, other types, ends of lines and of tags
 WORDS = [b"-1", b"0", b"4294967295", b"99999999999999999999", b"nan", b"inf", b"1e999", b"\n", b" ", b"#", b",", b"x"]
 WORDS += [b"\x00\x00\x00\x00", b"\xff\xff\xff\xff", b"\xff\xff\xff\x7f", b"{}", b"[]", b"null", b'"a"', b"<a>", b"\\\n"]
 
@@ -41,14 +41,14 @@ edits = st.lists(
 
 
 def edited(data, changes):
-    """The data with some stretches replaced; the places are fractions of its length."""
-    for place, length, word in changes:
-        start = int(place * len(data))
+    """The data with some ranges replaced; positions are fractions of its length."""
+    for position, length, word in changes:
+        start = int(position * len(data))
         data = data[:start] + word + data[start + length :]
     return data
 
 
-def only_errors_of_lbskel(read, path, data):
+def check_only_lbskel_errors(read, path, data):
     path.write_bytes(data)
     message = str(path)
     try:
@@ -65,7 +65,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def valid(folder):
-    """A file of each extension by the function that reads it, as bytes."""
+    """The bytes of a valid file for each reader and extension."""
     trimesh = pytest.importorskip("trimesh")
     pytest.importorskip("lxml")
     exported = trimesh.Trimesh(PYRAMID.vertices, PYRAMID.faces, process=False)
@@ -99,7 +99,7 @@ READERS += [(read_skeleton, name) for name in FORMATS]
 @settings(max_examples=50, deadline=None, derandomize=True)
 @given(changes=edits)
 def test_damaged_files(folder, valid, read, name, changes):
-    only_errors_of_lbskel(read, folder / f"{read.__name__}.{name}", edited(valid[read, name], changes))
+    check_only_lbskel_errors(read, folder / f"{read.__name__}.{name}", edited(valid[read, name], changes))
 
 
 HEADS = {
@@ -127,7 +127,7 @@ def test_any_bytes(folder, read, name, data):
     head = data.draw(st.sampled_from([b"", *HEADS[name]]))
     tail = data.draw(st.one_of(st.binary(max_size=200), st.text('0123456789.- \n{}[]<>,:"ve', max_size=60)))
     content = head + (tail if isinstance(tail, bytes) else tail.encode())
-    only_errors_of_lbskel(read, folder / f"{read.__name__}.{name}", content)
+    check_only_lbskel_errors(read, folder / f"{read.__name__}.{name}", content)
 
 
 def test_every_reader_is_fuzzed(valid):
@@ -145,7 +145,7 @@ corners = st.one_of(rows, st.lists(st.lists(st.integers(-1, 6), min_size=3, max_
 @settings(max_examples=100, deadline=None, derandomize=True)
 @given(vertices=points, faces=corners)
 def test_as_mesh_of_anything(vertices, faces):
-    """Whatever lists are given, there is a mesh that can be prepared, or an error of lbskel."""
+    """Any lists give a mesh that can be preprocessed, or an error of lbskel."""
     with contextlib.suppress(LbskelError):
         mesh = as_mesh((vertices, faces))
         assert np.isfinite(preprocess_mesh(mesh).mesh.vertices).all()

@@ -1,4 +1,4 @@
-"""3MF: read where its packages are, and refused in a sentence where the file or the packages are not what is needed."""
+"""3MF: objects joined at their places, and clear errors for damaged archives and missing packages."""
 
 import io
 import zipfile
@@ -33,7 +33,7 @@ def archive_of(name, content):
     return data.getvalue()
 
 
-def test_all_objects_become_one_mesh_where_they_are_placed(tmp_path):
+def test_all_objects_are_joined_at_their_places(tmp_path):
     mesh = reads(tmp_path, exported(RING, RING.with_vertices(RING.vertices + [5, 0, 0])))
     assert (mesh.n_components, mesh.genus) == (2, 2)
     assert mesh.notes == ("2 meshes of the scene were joined into one",)
@@ -46,13 +46,13 @@ def test_all_objects_become_one_mesh_where_they_are_placed(tmp_path):
     [
         (exported(RING)[:400], "truncated"),
         (b"no archive", "not a 3MF archive"),
-        (archive_of("other.txt", b"3"), "holds no model"),
-        (archive_of("3D/3dmodel.model", b" " * 50_000_000), "which no model does"),
-        (archive_of("3D/3dmodel.model", b"<model><"), "not readable as .3mf"),
+        (archive_of("other.txt", b"3"), "has no model"),
+        (archive_of("3D/3dmodel.model", b" " * 50_000_000), "more than the limit"),
+        (archive_of("3D/3dmodel.model", b"<model><"), "cannot be read as .3mf"),
         (archive_of("3D/3dmodel.model", b"<model></model>"), "3mf"),
     ],
 )
-def test_what_is_no_3mf_is_told(tmp_path, content, message):
+def test_damaged_archives_are_rejected(tmp_path, content, message):
     with pytest.raises(FormatError, match=message):
         reads(tmp_path, content)
 

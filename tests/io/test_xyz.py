@@ -1,0 +1,34 @@
+"""XYZ: one point per line, further columns ignored."""
+
+import numpy as np
+import pytest
+
+from lbskel.errors import FormatError, MeshError
+from lbskel.io import read_points
+
+ROWS = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n9 9 9\n"
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "# c\n0 0 0\n1\t0 0\n\n1 1 0\n0 1 0\n9 9 9",
+        ROWS.replace(" ", ", "),
+        ROWS.replace("\n", " 0.1 0.2 0.3\n"),
+    ],
+)
+def test_comments_commas_and_further_columns(read, content):
+    cloud = read("a.xyz", content, read_points)
+    np.testing.assert_array_equal(cloud.points, [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [9, 9, 9]])
+
+
+@pytest.mark.parametrize(
+    ("content", "error", "message"),
+    [
+        ("1 2 3\n1 2\n", FormatError, "line 2: three coordinates expected, found '1 2'"),
+        ("# nothing\n", FormatError, "has no points"),
+        ("1 2 3\n1 nan 3\n", MeshError, "points 1"),
+    ],
+)
+def test_errors_name_the_place(rejects, content, error, message):
+    rejects("a.xyz", content, error, message, read_points)
