@@ -48,7 +48,7 @@ def encode_swc(skeleton: Skeleton, path: Path, *, cut_cycles: bool = False, root
     """
     if skeleton.cycle_rank and not cut_cycles:
         raise FormatError(
-            f"the skeleton has {skeleton.cycle_rank} cycles, but SWC stores only trees; cut_cycles=True (--cut-cycles "
+            f"the skeleton has {skeleton.cycle_rank} cycles and SWC stores only trees; cut_cycles=True (--cut-cycles "
             "on the command line) breaks each at its longest edge and stores that as a comment; other formats keep them"
         )
     k = len(skeleton.nodes)
