@@ -1,9 +1,10 @@
-"""Operators by treatments, energies and weights: all combinations that mean something, on a few meshes.
+"""Full factorial of operators, treatments of degenerate rows, energies and weights, on a few meshes.
 
-Left out are the treatments of rows where there is no such row or none to treat: with the first-order energy, with
-operators whose weights no triangle's shape makes large, and with the one that replaces rows itself; the first-order
-energy of an operator that is not symmetric; and an operator with the stiffness of another. Weights with a unit are
-brought to the scale of the area, since the rules for the first pull suppose weights without one.
+Meaningless combinations are left out: treatments of degenerate rows with the curvature-flow energy, which has no such
+rows, with operators whose weights do not depend on the shapes of triangles, and with the operator that replaces rows
+itself; the curvature-flow energy with operators that are not symmetric; and operators with the stiffness of another.
+Operators whose weights have a unit are normalized by area, because the rules for the initial weight assume weights
+without a unit.
 """
 
 from __future__ import annotations

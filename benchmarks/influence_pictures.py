@@ -67,8 +67,8 @@ def blow_up(meshes: Mapping[str, Mesh], results: Path) -> list[dict[str, Any]]:
             free = outcomes[bad].free
             assert free is not None
             boxes = [step.box_ratio for step in free.steps]
-            drifts = [step.max_displacement for step in free.steps]
-            number = 1 + int(np.argmax(drifts if "zero" in bad else boxes))
+            displacements = [step.max_displacement for step in free.steps]
+            number = 1 + int(np.argmax(displacements if "zero" in bad else boxes))
             for strategy, result in outcomes.items():
                 assert result.free is not None
                 shown = min(number, len(result.meshes))
@@ -82,7 +82,7 @@ def blow_up(meshes: Mapping[str, Mesh], results: Path) -> list[dict[str, Any]]:
                         "area": step.area_ratio,
                         "box": step.box_ratio,
                         "treated": step.n_fallback_rows,
-                        "drift of treated": step.max_displacement,
+                        "max displacement of treated": step.max_displacement,
                         "first broken step": result.free.broke_at,
                     }
                 )

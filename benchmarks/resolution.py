@@ -1,6 +1,6 @@
-"""The default, which contracts a simplified copy of a large mesh, beside full resolution: fine shapes of known axis.
+"""Skeletons of fine shapes with a known axis: contraction of a simplified proxy, the default, or of every vertex.
 
-Distances are in units of the true local radius; seconds are of the processor, for what they are worth beside others.
+Distances are in units of the true local radius; seconds are processor seconds.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ import numpy as np
 
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
+from lbskel.pipeline.preparation import SIMPLIFY
 from lbskel.shapes import SHAPES, Shape, make
 
-VERTICES = (18_000, 28_000, 45_000)  # beyond 16,000 faces, from which on the default simplifies
+VERTICES = (18_000, 28_000, 45_000)  # so that there are more than 16,000 faces, above which the default simplifies
 QUICK = ("limbs", "knot")
 DISTANCES = ("accuracy", "accuracy_95", "coverage", "coverage_95")
-SIMPLIFY = {"auto": "auto", "full": "none"}  # by the name of each row
 
 
 def run(quick: bool, results: Path) -> None:
@@ -29,15 +29,15 @@ def run(quick: bool, results: Path) -> None:
     for name in QUICK if quick else SHAPES:
         for n_vertices in (9_000,) if quick else VERTICES:
             shape = make(name, n_vertices=n_vertices)
-            rows += [_row(name, shape, resolution) for resolution in SIMPLIFY]
+            rows += [_row(name, shape, simplify) for simplify in SIMPLIFY]
     save_json(results / "resolution.json", {"rows": rows})
-    means = [_means(rows, resolution) for resolution in SIMPLIFY]
+    means = [_means(rows, simplify) for simplify in SIMPLIFY]
     shapes = [
         {"shape": name}
         | {
-            f"{distance}, {resolution}": _mean(rows, distance, shape=name, resolution=resolution)
+            f"{distance}, {simplify}": _mean(rows, distance, shape=name, simplify=simplify)
             for distance in ("accuracy", "coverage")
-            for resolution in SIMPLIFY
+            for simplify in SIMPLIFY
         }
         for name in dict.fromkeys(row["shape"] for row in rows)
     ]
@@ -49,16 +49,16 @@ def run(quick: bool, results: Path) -> None:
     )
 
 
-def _row(name: str, shape: Shape, resolution: str) -> dict[str, Any]:
-    """One shape at one resolution."""
+def _row(name: str, shape: Shape, simplify: str) -> dict[str, Any]:
+    """One shape, with a proxy or without."""
     began = time.process_time()
-    skeleton = lbskel.skeletonize(shape.mesh, simplify=SIMPLIFY[resolution])
+    skeleton = lbskel.skeletonize(shape.mesh, simplify=simplify)
     seconds = time.process_time() - began
     comparison = lbskel.ground_truth_distances(skeleton, shape.truth)
     return {
         "shape": name,
         "faces": len(shape.mesh.faces),
-        "resolution": resolution,
+        "simplify": simplify,
         **{distance: getattr(comparison, distance) for distance in DISTANCES},
         "topology right": comparison.is_topology_right,
         "tips right": comparison.n_tips == comparison.n_true_tips,
@@ -70,10 +70,10 @@ def _mean(rows: list[dict[str, Any]], what: str, **where: Any) -> float:
     return float(np.mean([row[what] for row in rows if all(row[key] == value for key, value in where.items())]))
 
 
-def _means(rows: list[dict[str, Any]], resolution: str) -> dict[str, Any]:
-    mine = [row for row in rows if row["resolution"] == resolution]
+def _means(rows: list[dict[str, Any]], simplify: str) -> dict[str, Any]:
+    mine = [row for row in rows if row["simplify"] == simplify]
     return (
-        {"resolution": resolution}
+        {"simplify": simplify}
         | {distance: _mean(mine, distance) for distance in DISTANCES}
         | {what: f"{sum(row[what] for row in mine)}/{len(mine)}" for what in ("topology right", "tips right")}
         | {"median seconds": float(np.median([row["seconds"] for row in mine]))}

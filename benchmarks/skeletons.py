@@ -124,7 +124,7 @@ def _mesh_row(path: Path) -> dict[str, Any]:
         "components": skeleton.n_components,
         "tips": len(skeleton.tips),
         "nodes inside": float(Surface(mesh).contains(skeleton.nodes).mean()),
-        "length inside": part["inside_fraction"],
+        "length inside": skeleton.report["score"]["measures"]["inside_fraction"],
     }
 
 

@@ -33,7 +33,7 @@ SHAPE = "dinosaur"  # of the catalog
 ALLOWED = 150.0  # seconds on the wall for one run
 TURNS = {5_000: 3}  # of each size; one for the larger ones
 DIRECT = 50_000  # faces up to which the shape is meshed; beyond, it is subdivided, and simplified to the size
-TOLD = ("nodes", "cycles", "accuracy", "coverage", *SCORED)
+REPORTED = ("nodes", "cycles", "accuracy", "coverage", *SCORED)
 
 
 def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
@@ -94,7 +94,7 @@ def _rows(mesh: Path, name: str, n_faces: int, turns: int, late: set[str]) -> li
                 row
                 | {name: float(np.median([value[name] for value in values])) for name in ("seconds", "read")}
                 | {"megabytes": max(value["megabytes"] for value in values), "turns": turns}
-                | {name: values[0].get(name) for name in TOLD}
+                | {name: values[0].get(name) for name in REPORTED}
             )
     return rows
 

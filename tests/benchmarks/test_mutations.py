@@ -104,8 +104,8 @@ def test_a_mutated_kernel_must_run_uncompiled(tmp_path):
     (tmp_path / "_kernels" / "area.py").write_text(MODULE)
     (tmp_path / "_kernels" / "area.cpython-311.so").write_bytes(b"")
     (tmp_path / "test_area.py").write_text(
-        "def test_it_is_uncompiled():\n    from pathlib import Path\n"
-        "    assert not list(Path('_kernels').glob('*.so'))\n    assert 'a * b' in Path('_kernels/area.py').read_text()\n"
+        "from pathlib import Path\n\n\ndef test_it():\n    assert not list(Path('_kernels').glob('*.so'))\n"
+        "    assert 'a * b' in Path('_kernels/area.py').read_text()\n"
     )
     values = ("kernels", "_kernels/area.py", "the area is a sum", "a * b", "a + b", ("test_area.py",))
     with pytest.raises(ValueError, match="uncompiled = true"):
