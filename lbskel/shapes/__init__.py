@@ -1,8 +1,9 @@
 """Shapes whose curve skeleton or spectrum is known exactly, for tests, benchmarks and the demo.
 
-``make(name)`` gives a :class:`Shape`, a mesh with the skeleton that it was built around, of any name in SHAPES and, by
-``make(name, **VARIANTS["noisy"])``, in any variant; ``mesh_solid(solid_of(branches))`` meshes one of your own. The
-meshes in closed form (:func:`sphere`, :func:`torus`, ...) and :func:`chain_of_tori` need nothing but numpy and libigl.
+``make(name)`` returns a :class:`Shape`, a mesh with the skeleton that it was built around, for any name in SHAPES;
+``make(name, **VARIANTS["noisy"])`` returns a variant of it. ``mesh_solid(solid_of(branches))`` meshes a solid around
+other polylines. The meshes in closed form (:func:`sphere`, :func:`torus`, ...) and :func:`chain_of_tori` do not need
+pymeshlab.
 """
 
 from __future__ import annotations
@@ -31,5 +32,5 @@ __all__ = [
 from lbskel.shapes.catalog import SHAPES, VARIANTS, chain_of_tori, make, mesh_solid
 from lbskel.shapes.isosurface import marching_cubes, project
 from lbskel.shapes.primitives import capsule, cylinder, flat_grid, schwarz_lantern, sphere, torus, tube
-from lbskel.shapes.solid import Solid, solid_of
+from lbskel.shapes.round_cones import Solid, solid_of
 from lbskel.shapes.truth import Shape, Truth

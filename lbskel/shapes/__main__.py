@@ -1,4 +1,4 @@
-"""``python -m lbskel.shapes FOLDER`` writes the example meshes there."""
+"""The command ``python -m lbskel.shapes FOLDER``, which writes the example meshes into a folder."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 from lbskel.io import write_mesh
 from lbskel.shapes.catalog import make
 
+# File names, the stem being the name of the shape, and keyword arguments of make().
 EXAMPLES: dict[str, dict[str, Any]] = {
     "dinosaur.ply": {"n_vertices": 3500},
     "hand.ply": {"n_vertices": 2500},
@@ -20,7 +21,7 @@ EXAMPLES: dict[str, dict[str, Any]] = {
 
 
 def main(folder: Path) -> None:
-    """Write all of EXAMPLES into a folder and say what they are."""
+    """Write all of EXAMPLES into a folder, which is created if needed, and print a line for each."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, options in EXAMPLES.items():
         shape = make(Path(name).stem, **options)

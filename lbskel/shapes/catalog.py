@@ -1,4 +1,4 @@
-"""The shapes by name, meshed as a benchmark or a test wants them."""
+"""The catalog of shapes with known skeletons: names, variants, and their meshes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lbskel.preprocess.pymeshlab_adapter import remesh_isotropic
 from lbskel.shapes import solids
 from lbskel.shapes.dinosaur import dinosaur
 from lbskel.shapes.isosurface import marching_cubes, project
-from lbskel.shapes.solid import Solid
+from lbskel.shapes.round_cones import Solid
 from lbskel.shapes.truth import Shape
 
 SHAPES: dict[str, Callable[[], Solid]] = {
@@ -35,45 +35,56 @@ SHAPES: dict[str, Callable[[], Solid]] = {
     "dinosaur": dinosaur,
 }
 
-# options of make()
+# Keyword arguments of make() for each variant; "coarse" has 2,000 vertices in place of 5,000.
 VARIANTS: dict[str, dict[str, Any]] = {"clean": {}, "noisy": {"noise": 0.25}, "coarse": {"n_vertices": 2000}}
 
-LENGTH_RATIO = 0.99  # of target to mean length of the edges that the remesher leaves; measured on all shapes
-LONGEST_EDGE = 0.75  # of the smallest radius; at 0.9 the remesher begins to eat ends, at 1.3 whole branches are gone
+# Ratio of the remesher's target length to the mean edge length that it produces; measured on all shapes.
+LENGTH_RATIO = 0.99
+# Upper bound on the target edge length, relative to the smallest radius: from 0.9 the remesher shortens tips, at 1.3 it
+# removes whole branches (tried on the catalog; there is no committed table).
+MAX_EDGE_LENGTH = 0.75
+# Grid step of marching cubes, relative to the target edge length; a guess.
+GRID_STEP = 0.7
 
 
 def mesh_solid(solid: Solid, *, n_vertices: int = 5000) -> Mesh:
-    """The surface of a solid in nearly equilateral triangles of one size, all vertices on the surface.
+    """Mesh the surface of a solid by nearly equilateral triangles of one size, with all vertices on the surface.
 
     Parameters
     ----------
     solid : Solid
     n_vertices : int
-        About how many vertices to have. There are more where the thinnest part needs shorter edges.
+        Approximate number of vertices; exceeded if the thinnest branch needs shorter edges.
+
+    Raises
+    ------
+    MissingDependency
+        If pymeshlab is not installed.
     """
-    longest = LONGEST_EDGE * solid.radii.min()
+    max_length = MAX_EDGE_LENGTH * solid.radii.min()
     start, end = solid.centers[solid.segments].transpose(1, 0, 2)
-    overlapping = 2 * np.pi * np.linalg.norm(end - start, axis=1) @ solid.radii.mean(axis=1)
-    raw = marching_cubes(solid, 0.7 * min(_edge_length(overlapping, n_vertices), longest))
-    length = min(_edge_length(raw.area, n_vertices), longest)
+    lateral_area = 2 * np.pi * np.linalg.norm(end - start, axis=1) @ solid.radii.mean(axis=1)
+    raw = marching_cubes(solid, GRID_STEP * min(_edge_length(lateral_area, n_vertices), max_length))
+    length = min(_edge_length(raw.area, n_vertices), max_length)
     V, F = remesh_isotropic(raw.vertices, raw.faces, target_length=LENGTH_RATIO * length, feature_angle=180.0)
     return Mesh(project(solid, V, step=length), F)
 
 
 def _edge_length(area: float, n_vertices: int) -> float:
-    """Edge length of twice as many equilateral triangles as vertices that have that area together."""
-    return np.sqrt(2 * area / (np.sqrt(3) * n_vertices))
+    """Compute the edge length at which 2 n_vertices equilateral triangles have that total area."""
+    length: float = np.sqrt(2 * area / (np.sqrt(3) * n_vertices))
+    return length
 
 
 def chain_of_tori(genus: int = 2, *, step: float = 0.1) -> Mesh:
-    """A closed surface of any genus, the vertices of marching cubes on it: no pymeshlab, and some slivers.
+    """Mesh a closed surface of any genus by marching cubes alone: it does not need pymeshlab and has some slivers.
 
     Parameters
     ----------
     genus : int
-        Rings in a row, each of radius 1 and thickness 0.25.
+        Number of rings in a row, each of radius 1 with a tube of radius 0.25; for 0, a rod.
     step : float
-        Of the grid.
+        Side of a grid cell of marching cubes, in the same units.
     """
     solid = solids.rings(genus)
     raw = marching_cubes(solid, step)
@@ -81,18 +92,18 @@ def chain_of_tori(genus: int = 2, *, step: float = 0.1) -> Mesh:
 
 
 def make(name: str, *, n_vertices: int = 5000, noise: float = 0.0, seed: int = 0) -> Shape:
-    """A shape of the catalog.
+    """Make a shape of the catalog.
 
     Parameters
     ----------
     name : str
         A key of SHAPES.
     n_vertices : int
-        About how many vertices to have.
+        Approximate number of vertices.
     noise : float
         Standard deviation of a Gaussian displacement along the vertex normals, in mean edge lengths.
     seed : int
-        Of the noise.
+        Seed of the noise.
 
     Raises
     ------
@@ -112,8 +123,8 @@ def make(name: str, *, n_vertices: int = 5000, noise: float = 0.0, seed: int = 0
     mesh = mesh_solid(solid, n_vertices=n_vertices)
     if noise > 0:
         start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
-        height = noise * np.linalg.norm(end - start, axis=1).mean()
-        heights = height * np.random.default_rng(seed).standard_normal(len(mesh.vertices))
+        deviation = noise * np.linalg.norm(end - start, axis=1).mean()
+        heights = deviation * np.random.default_rng(seed).standard_normal(len(mesh.vertices))
         normals = igl.per_vertex_normals(mesh.vertices, mesh.faces)
         mesh = Mesh(mesh.vertices + heights[:, None] * normals, mesh.faces)
     return Shape(mesh, solid.truth, name)

@@ -1,4 +1,4 @@
-"""A long-necked dinosaur of round cones."""
+"""A long-necked dinosaur built from round cones along smooth curves."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator, make_interp_spline
 
-from lbskel.shapes.solid import Branch, Solid, solid_of
+from lbskel.shapes.round_cones import Branch, Solid, solid_of
 
-# x forwards, z upwards, radius; the spine lies in the plane y = 0
+# Control points of the spine, in the plane y = 0: x (forwards), z (upwards), radius. The coordinates and radii of all
+# tables were chosen by eye and define the unit of length.
 SPINE = [
     (-2.20, 0.46, 0.080),  # tip of the tail
     (-1.80, 0.26, 0.090),
@@ -27,8 +28,8 @@ SPINE = [
     (1.66, 2.17, 0.150),
     (1.84, 2.08, 0.130),  # snout
 ]
-HIPS, SHOULDERS = 4, 6
-# x from the spine, y to the left, z from the spine, radius
+HIPS, SHOULDERS = 4, 6  # rows of SPINE at which the legs start
+# Control points of a left leg relative to its row of SPINE: x, y (to the left), z, radius.
 HIND_LEG = [
     (0.00, 0.00, 0.00, 0.20),
     (0.02, 0.23, -0.22, 0.20),
@@ -43,19 +44,20 @@ FORE_LEG = [
     (-0.02, 0.25, -0.84, 0.11),
     (0.07, 0.25, -0.94, 0.115),
 ]
-STEPS = 5  # points of a curve between two of the table
+N_STEPS = 5  # segments of a curve between two control points; a guess
 
 
 def _curve(points: ArrayLike, radii: ArrayLike) -> Branch:
-    """A smooth curve through the points, with radii that do not overshoot."""
+    """Interpolate points by a cubic spline, and radii by a monotone interpolant, which does not overshoot."""
     P = np.asarray(points, dtype=np.float64)
     knots = np.append(0.0, np.cumsum(np.sqrt(np.linalg.norm(np.diff(P, axis=0), axis=1))))
-    at = np.interp(np.linspace(0, len(P) - 1, STEPS * (len(P) - 1) + 1), np.arange(len(P)), knots)
-    return make_interp_spline(knots, P, k=3)(at), PchipInterpolator(knots, np.asarray(radii, dtype=np.float64))(at)
+    parameters = np.interp(np.linspace(0, len(P) - 1, N_STEPS * (len(P) - 1) + 1), np.arange(len(P)), knots)
+    radius_at = PchipInterpolator(knots, np.asarray(radii, dtype=np.float64))
+    return make_interp_spline(knots, P, k=3)(parameters), radius_at(parameters)
 
 
 def dinosaur() -> Solid:
-    """A body on four legs with a long neck and a long tail: six ends."""
+    """Build a body on four legs with a long neck and a long tail: six tips."""
     spine = np.array([(x, 0.0, z) for x, z, _ in SPINE])
     branches = [_curve(spine, [radius for *_, radius in SPINE])]
     for root, leg in ((HIPS, HIND_LEG), (SHOULDERS, FORE_LEG)):

@@ -1,8 +1,8 @@
-"""The surface of a solid as a mesh: marching cubes in the cells that the surface can cross, and Newton's method.
+"""Meshing the zero level set of an implicit function: marching cubes, then Newton's method for the vertices.
 
-Lorensen, Cline 1987, "Marching cubes", https://doi.org/10.1145/37402.37422. The cells are found from coarse to fine: a
-function that falls by no more than the distance walked has no zero in a cell whose center is further than half a
-diagonal from zero.
+Lorensen, Cline 1987, "Marching cubes", https://doi.org/10.1145/37402.37422. Only cells that the surface can cross are
+evaluated. They are found from coarse to fine: a function with Lipschitz constant 1 has no zero in a cell if its value
+at the center exceeds half the diagonal.
 """
 
 from __future__ import annotations
@@ -14,54 +14,79 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
-from lbskel.shapes.solid import Solid
+from lbskel.shapes.round_cones import Solid
 
-CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
-N_HALVINGS = 4
-OFF_CENTER = np.array([0.137, 0.311, 0.223])  # of a cell, so that symmetric shapes have no zeros on the grid
-GRADIENTS, STEPS_PER_GRADIENT = 2, 4  # Newton's method that keeps each gradient, six times dearer, for some steps
-FLATTEST = 0.2  # smallest gradient that a step is divided by; smooth unions between fingers get there
-DIFFERENCE = 1e-4  # step of the differences, of a grid step: error 1e-8 by the step squared, 1e-12 by rounding
+# Corners of the unit cell in the order of igl.marching_cubes.
+CELL_CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
+# Number of times that the coarsest cells are halved; a guess.
+N_REFINEMENTS = 4
+# Offset of the grid, in cells, so that grid points of symmetric shapes are not on the surface; arbitrary.
+GRID_OFFSET = np.array([0.137, 0.311, 0.223])
+# Newton's method reuses each gradient, which costs six values, for several steps; guesses.
+N_GRADIENTS, N_STEPS_PER_GRADIENT = 2, 4
+# Lower bound on the gradient's length in a Newton step; smooth unions between fingers come down to it. A guess.
+MIN_SLOPE = 0.2
+# Step of the central differences, relative to a grid step: truncation error 1e-8 (the step squared), rounding 1e-12.
+DIFFERENCE_STEP = 1e-4
 
 
 def _crossed_cells(
     solid: Solid, origin: NDArray[np.float64], size: float, counts: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """(c, 3) grid positions of the cells of that size, from a grid coarser by N_HALVINGS, that can hold a zero."""
+    """Find the cells that the surface can cross: (c, 3) integer positions in the finest grid.
+
+    ``size`` is the side of a cell of the finest grid, ``counts`` the numbers of cells of the coarsest one.
+    """
     cells = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), axis=-1).reshape(-1, 3)
-    for halving in range(N_HALVINGS, -1, -1):
-        width = size * 2**halving
-        reach = np.sqrt(3) / 2 * width
-        cells = cells[np.abs(solid.distance(origin + (cells + 0.5) * width, reach=reach)) <= reach]
-        if halving:
-            cells = (2 * cells[:, None] + CORNERS).reshape(-1, 3)
+    for level in range(N_REFINEMENTS, -1, -1):
+        width = size * 2**level
+        half_diagonal = np.sqrt(3) / 2 * width
+        cells = cells[np.abs(solid.distance(origin + (cells + 0.5) * width, cutoff=half_diagonal)) <= half_diagonal]
+        if level:
+            cells = (2 * cells[:, None] + CELL_CORNERS).reshape(-1, 3)
     return cells
 
 
 def project(solid: Solid, points: NDArray[np.float64], *, step: float) -> NDArray[np.float64]:
-    """Points near the surface moved onto it along its gradient, by no more than ``step`` at a time."""
-    for _ in range(GRADIENTS):
-        slope = solid.gradient(points, step=DIFFERENCE * step)
-        slope /= np.maximum((slope**2).sum(axis=1, keepdims=True), FLATTEST**2)
-        for _ in range(STEPS_PER_GRADIENT):
-            points = points - np.clip(solid.distance(points, reach=step), -step, step)[:, None] * slope
+    """Move points near the surface of a solid onto it, along the gradient.
+
+    Parameters
+    ----------
+    solid : Solid
+    points : (n, 3) array of float
+        Coordinates in the units of the solid, at most a few ``step`` off the surface.
+    step : float
+        Upper bound on the length of each Newton step, in the units of the solid.
+    """
+    for _ in range(N_GRADIENTS):
+        slope = solid.gradient(points, step=DIFFERENCE_STEP * step)
+        slope /= np.maximum((slope**2).sum(axis=1, keepdims=True), MIN_SLOPE**2)
+        for _ in range(N_STEPS_PER_GRADIENT):
+            points = points - np.clip(solid.distance(points, cutoff=step), -step, step)[:, None] * slope
     return points
 
 
 def marching_cubes(solid: Solid, step: float) -> Mesh:
-    """The triangles of marching cubes on a grid of that step, oriented outwards; some are slivers.
+    """Mesh the surface of a solid by marching cubes; faces point outwards, and some are slivers.
 
-    Its vertices are off the surface by about ``step**2 / (8 * radius)``; :func:`project` takes them there.
+    The vertices are off the surface by about ``step**2 / (8 * radius)``; :func:`project` moves them onto it.
+
+    Parameters
+    ----------
+    solid : Solid
+    step : float
+        Side of a grid cell, in the units of the solid.
     """
-    outer = 2 * solid.radii.max()
-    low, high = solid.centers.min(axis=0) - outer, solid.centers.max(axis=0) + outer
-    origin = low - OFF_CENTER * step
-    counts = np.ceil((high - origin) / (step * 2**N_HALVINGS)).astype(np.int64)
+    margin = 2 * solid.radii.max()
+    low, high = solid.centers.min(axis=0) - margin, solid.centers.max(axis=0) + margin
+    origin = low - GRID_OFFSET * step
+    counts = np.ceil((high - origin) / (step * 2**N_REFINEMENTS)).astype(np.int64)
     cells = _crossed_cells(solid, origin, step, counts)
-    grid = (counts << N_HALVINGS) + 1
-    number, row = np.unique(np.ravel_multi_index((cells[:, None] + CORNERS).T, grid), return_inverse=True)
-    at = origin + np.stack(np.unravel_index(number, grid), axis=1) * step
+    grid_shape = (counts << N_REFINEMENTS) + 1
+    corners = np.ravel_multi_index((cells[:, None] + CELL_CORNERS).T, grid_shape)
+    grid_points, corner_rows = np.unique(corners, return_inverse=True)
+    positions = origin + np.stack(np.unravel_index(grid_points, grid_shape), axis=1) * step
     V, F, _ = igl.marching_cubes(
-        solid.distance(at, reach=2 * step), at, np.ascontiguousarray(row.reshape(8, -1).T), 0.0
+        solid.distance(positions, cutoff=2 * step), positions, np.ascontiguousarray(corner_rows.reshape(8, -1).T), 0.0
     )
     return Mesh(V, F)

@@ -14,7 +14,7 @@ from lbskel.refinement.junctions import merge_junctions_by_axes, place_junctions
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.shapes import chain_of_tori, sphere
 from lbskel.shapes.isosurface import marching_cubes, project
-from lbskel.shapes.solid import solid_of
+from lbskel.shapes.round_cones import solid_of
 
 
 def meshed(branches, step=0.04):

@@ -1,24 +1,18 @@
-"""Every shape of the catalog is what it promises, and its truth is the axis of its mesh."""
+"""Shapes of the catalog: topology, edge lengths, noise, and a truth that is the axis of the mesh."""
 
 import sys
 from functools import lru_cache
-from pathlib import Path
 
 import igl
 import numpy as np
 import pytest
 
 from lbskel.errors import MissingDependency, UnknownChoice
-from lbskel.io import read_mesh
-from lbskel.preprocess.pymeshlab_adapter import remesh_isotropic
-from lbskel.shapes import SHAPES, VARIANTS, make
-from lbskel.shapes.__main__ import EXAMPLES, main
-from lbskel.shapes.catalog import LONGEST_EDGE
+from lbskel.shapes import SHAPES, VARIANTS, chain_of_tori, make, mesh_solid, solid_of
+from lbskel.shapes.catalog import MAX_EDGE_LENGTH
 
-MESHES = Path(__file__).parents[2] / "meshes"
-
-# genus, tips, junctions
-PROMISED = {
+# genus, number of tips, number of junctions
+EXPECTED = {
     "limbs": (0, 6, 2),
     "tree": (0, 13, 10),
     "octopus": (0, 9, 1),
@@ -42,45 +36,45 @@ def _mean_edge(mesh):
     return np.linalg.norm(end - start, axis=1).mean()
 
 
-def test_the_table_here_names_every_shape():
-    assert PROMISED.keys() == SHAPES.keys()
+def test_the_table_of_this_test_names_every_shape():
+    assert EXPECTED.keys() == SHAPES.keys()
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_mesh_and_truth_have_the_promised_topology(name):
+def test_mesh_and_truth_have_the_expected_topology(name):
     shape = made(name)
     assert shape.mesh.is_closed_manifold
     assert (shape.mesh.n_components, shape.truth.n_components) == (1, 1)
     assert shape.mesh.volume > 0
     assert len(np.unique(shape.mesh.faces)) == len(shape.mesh.vertices)
-    assert (shape.truth.genus, shape.truth.n_tips, len(shape.truth.junctions)) == PROMISED[name]
+    assert (shape.truth.genus, shape.truth.n_tips, len(shape.truth.junctions)) == EXPECTED[name]
     assert shape.mesh.genus == shape.truth.genus
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_coarse_meshes_are_coarse_and_even(name):
+def test_coarse_meshes_have_few_vertices_and_even_edges(name):
     mesh = made(name).mesh
     assert 500 <= len(mesh.vertices) <= 2900
     start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
     lengths = np.linalg.norm(end - start, axis=1)
-    assert np.percentile(lengths, 95) < 2 * np.percentile(lengths, 5)  # the remesher keeps 4/5 to 4/3 of its target
-    assert lengths.mean() < 1.1 * LONGEST_EDGE * SHAPES[name]().radii.min()  # of the target, by a twentieth
+    assert np.percentile(lengths, 95) < 2 * np.percentile(lengths, 5)  # the remesher allows 4/5 to 4/3 of its target
+    assert lengths.mean() < 1.1 * MAX_EDGE_LENGTH * SHAPES[name]().radii.min()  # 5 % over the target
 
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_every_vertex_is_on_the_surface(name):
-    value = SHAPES[name]().distance(made(name).mesh.vertices, reach=0.01)
-    assert np.abs(value).max() < 1e-8  # Newton's method ends at 1e-13 but in the flat saddles between fingers
+    value = SHAPES[name]().distance(made(name).mesh.vertices, cutoff=0.01)
+    assert np.abs(value).max() < 1e-8  # Newton's method ends at 1e-13, except in the flat saddles between fingers
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_truth_runs_inside_at_its_radius_from_the_surface(name):
+def test_truth_is_inside_the_mesh_at_its_radius_from_the_surface(name):
     mesh, truth = made(name).mesh, made(name).truth
     points, radii = truth.sample(0.05)
     assert igl.fast_winding_number(mesh.vertices, mesh.faces, points).min() > 0.5
     distance = np.sqrt(igl.point_mesh_squared_distance(points, mesh.vertices, mesh.faces)[0])
-    # Edges of up to 4/3 of 3/4 of the radius r cut into a sphere: a triangle inscribed in it with edges l has its
-    # center at sqrt(r^2 - l^2 / 3), 0.82 r, and less where four of them meet at a corner. Blends add to the radius.
+    # A triangle with edges l = 4/3 * 3/4 r inscribed in a sphere of radius r is sqrt(r^2 - l^2 / 3), 0.82 r, away from
+    # the sphere's center; less where four triangles meet. Blending adds to the radius.
     assert (distance / radii).min() > 0.65
     assert (distance / radii).max() < 1.5
     tips = np.sqrt(igl.point_mesh_squared_distance(truth.nodes[truth.tips], mesh.vertices, mesh.faces)[0])
@@ -88,7 +82,7 @@ def test_truth_runs_inside_at_its_radius_from_the_surface(name):
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_every_end_stands_clear_of_its_trunk(name):
+def test_every_tip_is_clear_of_the_branch_it_grows_from(name):
     truth = made(name).truth
     tips = set(truth.tips.tolist())
     for path in truth.branches:
@@ -99,11 +93,11 @@ def test_every_end_stands_clear_of_its_trunk(name):
         assert length - truth.radii[trunk] > 1.5 * truth.radii[tip]
 
 
-def test_full_size_is_near_what_was_asked():
+def test_the_number_of_vertices_is_near_the_target():
     assert len(make("knot").mesh.vertices) == pytest.approx(5000, rel=0.1)
 
 
-def test_noise_is_along_the_normals_at_its_scale_and_by_its_seed():
+def test_noise_displaces_along_the_normals_by_the_given_deviation_and_seed():
     clean, noisy = made("knot").mesh, make("knot", **VARIANTS["coarse"], noise=0.25).mesh
     assert np.array_equal(clean.faces, noisy.faces)
     moves = noisy.vertices - clean.vertices
@@ -116,64 +110,43 @@ def test_noise_is_along_the_normals_at_its_scale_and_by_its_seed():
 
 
 @pytest.mark.parametrize("options", [{}, {"noise": 0.25}])
-def test_the_same_bytes_every_time(options):
+def test_two_calls_give_the_same_bytes(options):
     first, second = (make("tripod", n_vertices=1000, **options).mesh for _ in range(2))
     assert first.vertices.tobytes() == second.vertices.tobytes()
     assert first.faces.tobytes() == second.faces.tobytes()
 
 
-def test_an_unknown_shape_is_answered_with_the_known_ones():
+def test_an_unknown_shape_raises_an_error_that_lists_the_known_ones():
     with pytest.raises(UnknownChoice, match=r"unknown shape 'cube'; choose one of: limbs, tree, .*dinosaur"):
         make("cube")
 
 
-def test_without_pymeshlab_the_message_carries_the_pip_line(monkeypatch):
+def test_without_pymeshlab_the_error_names_the_pip_command(monkeypatch):
     monkeypatch.setitem(sys.modules, "pymeshlab", None)
     with pytest.raises(MissingDependency, match=r"pip install 'lbskel\[preprocess\]'"):
         make("knot", n_vertices=500)
 
 
-def test_remeshing_keeps_sharp_edges_only_if_asked():
-    box = igl.upsample(*_box(), 4)
-    kept, rounded = (remesh_isotropic(*box, target_length=0.1, feature_angle=angle)[0] for angle in (30.0, 180.0))
-
-    def worst(vertices):
-        """Distance of the corner of the box that is furthest from all vertices."""
-        corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
-        return np.linalg.norm(vertices[:, None] - corners, axis=2).min(axis=0).max()
-
-    assert worst(kept) == 0.0
-    assert worst(rounded) > 0.05  # half an edge
-
-
-def _box():
-    """The unit cube in twelve triangles."""
-    V = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
-    quads = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
-    return V, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-
-
-def test_the_example_meshes_are_those_of_the_command():
-    assert {path.name for path in MESHES.iterdir()} == {*EXAMPLES, "README.md"}
-    assert sum(path.stat().st_size for path in MESHES.iterdir()) < 2_000_000
-    assert (MESHES / "dinosaur.ply").stat().st_size < 400_000
-
-
-@pytest.mark.parametrize("name", EXAMPLES)
-def test_an_example_mesh_is_the_shape_that_it_is_named_after(name):
-    mesh, solid = read_mesh(MESHES / name), SHAPES[Path(name).stem]()
-    genus, tips, _ = PROMISED[Path(name).stem]
+@pytest.mark.parametrize("genus", [0, 1, 2, 5, 9])
+def test_chain_of_tori_has_its_genus(genus):
+    mesh = chain_of_tori(genus, step=0.12)
     assert mesh.is_closed_manifold
-    assert mesh.genus == genus
-    row = next(line for line in (MESHES / "README.md").read_text(encoding="utf-8").splitlines() if f"`{name}`" in line)
-    assert row.endswith(f" | {len(mesh.vertices):,} | {genus} | {tips} |")
-    noise = EXAMPLES[name].get("noise", 0.0) * _mean_edge(mesh)
-    value = solid.distance(mesh.vertices, reach=5 * noise + 0.01)
-    assert np.abs(value).max() < 5 * noise + 1e-6  # STL has single precision; noise beyond 5 deviations is one in 1e6
+    assert (mesh.genus, mesh.n_components) == (genus, 1)
+    assert mesh.volume > 0
+    assert mesh.face_areas.min() > 0
 
 
-def test_the_command_writes_what_it_says(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("lbskel.shapes.__main__.EXAMPLES", {"tripod.off": {"n_vertices": 600}})
-    main(tmp_path / "new")
-    mesh = read_mesh(tmp_path / "new" / "tripod.off")
-    assert f"{mesh}, genus 0, 3 tips" in capsys.readouterr().out
+def test_edges_are_no_longer_than_the_thinnest_branch_allows():
+    thin = mesh_solid(solid_of([([[0, 0, 0], [1, 0, 0]], 0.05)]), n_vertices=100)
+    assert _mean_edge(thin) == pytest.approx(MAX_EDGE_LENGTH * 0.05, rel=0.1)
+    assert len(thin.vertices) > 200  # more than asked for
+
+
+def test_noise_is_measured_in_mean_edge_lengths():
+    """A mesh with four times the vertices has half the edge length, so half the displacement."""
+    deviations = []
+    for n_vertices in (1000, 4000):
+        clean, noisy = (make("tripod", n_vertices=n_vertices, noise=noise).mesh for noise in (0.0, 0.1))
+        deviations.append(np.linalg.norm(noisy.vertices - clean.vertices, axis=1).std() / _mean_edge(clean))
+    # |normal deviate| has the standard deviation sqrt(1 - 2 / pi)
+    assert deviations == pytest.approx([0.1 * np.sqrt(1 - 2 / np.pi)] * 2, rel=0.1)
