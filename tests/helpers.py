@@ -8,7 +8,7 @@ from lbskel import Mesh, Skeleton
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.shapes.isosurface import marching_cubes, project
-from lbskel.shapes.solid import solid_of
+from lbskel.shapes.round_cones import solid_of
 
 
 def joined(*meshes):
