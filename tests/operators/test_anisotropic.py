@@ -1,0 +1,32 @@
+"""The anisotropic Laplacian: shape operators, and damping along the bend."""
+
+import numpy as np
+
+from lbskel.operators import (
+    laplacian,
+)
+from lbskel.operators.anisotropic import anisotropic, shape_operators
+from lbskel.shapes import cylinder, torus
+
+
+def test_shape_operators_of_a_torus():
+    R, r = 1.0, 0.4
+    K = shape_operators(torus(R, r, 300, 120)) / 2  # the longest coordinate is 1.4: scaled by one half
+    mean, spread = (K[0] + K[2]) / 2, np.hypot((K[0] - K[2]) / 2, K[1])
+    # 1/r across everywhere, between -1/(R - r) and 1/(R + r) along
+    assert np.abs(mean + spread - 1 / r).max() < 0.01
+    assert abs((mean - spread).min() + 1 / (R - r)) < 0.01
+    assert abs((mean - spread).max() - 1 / (R + r)) < 0.01
+
+
+def test_anisotropic_diffusion_is_damped_along_the_bend_and_nowhere_else():
+    side = cylinder(1.0, 2.0, 64, 41)
+    strength = 3.0
+    radius = np.sqrt(side.area / (4 * np.pi))  # curvature is in units of the sphere of this area
+    plain = laplacian(side).stiffness
+    damped = anisotropic(side, strength=strength).stiffness
+    x, _, z = side.vertices.T
+    along, around = z @ damped @ z / (z @ plain @ z), x @ damped @ x / (x @ plain @ x)
+    assert abs(along - 1) < 0.01  # normals at the open rims lean by the half of an edge
+    assert abs(around - 1 / (1 + strength * radius)) < 0.01
+    assert abs(anisotropic(side, strength=0.0).stiffness - plain).max() < 1e-13

@@ -1,0 +1,39 @@
+"""The tufted Laplacian: positive weights, any triangle soup, mollification."""
+
+import numpy as np
+import pytest
+from operator_shapes import PYTHAGORAS, stiffness_of_lengths
+
+from lbskel import Mesh
+from lbskel.operators import (
+    laplacian,
+)
+from lbskel.operators.robust import robust
+from lbskel.shapes import schwarz_lantern
+
+
+def test_positive_weights_where_cotangents_are_negative():
+    lantern = schwarz_lantern(12, 40)
+    plain, robust = (laplacian(lantern, operator=name).stiffness.toarray() for name in ("cotangent", "robust"))
+    assert (plain - np.diag(plain.diagonal())).max() > 1
+    assert (robust - np.diag(robust.diagonal())).max() < 1e-14 * np.abs(robust).max()
+
+
+def test_all_edges_are_lengthened_by_what_the_thinnest_triangle_needs():
+    L = robust(PYTHAGORAS, mollify_factor=0.3)
+    # acute triangles are Delaunay, so that the cover of a single one has its cotangents
+    assert L.stiffness.toarray()[:3, :3] == pytest.approx(stiffness_of_lengths(5.8, 3.8, 4.8), rel=1e-12, abs=1e-12)
+    assert L.treated_vertices.tolist() == [3, 4, 5]
+
+
+def test_vertices_without_a_face_and_faces_that_repeat_a_vertex_have_no_weight():
+    V = [[0, 0, 0], [4, 0, 0], [0, 3, 0], [9, 9, 9]]
+    L = robust(Mesh(V, [[0, 1, 2], [1, 1, 2]]))
+    # the largest angle is a right one: mollification by 1e-5 of the mean length changes digits from the sixth on
+    assert L.stiffness.toarray()[:3, :3] == pytest.approx(stiffness_of_lengths(5, 3, 4), abs=1e-4)
+    assert (L.stiffness.toarray()[3] == 0).all()
+
+
+def test_the_mass_is_in_the_units_of_the_caller():
+    V = 40 * np.array([[0, 0, 0], [4, 0, 0], [0, 3, 0]])
+    assert robust(Mesh(V, [[0, 1, 2]])).mass.sum() == pytest.approx(6 * 40**2, rel=1e-4)
