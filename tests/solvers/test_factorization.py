@@ -1,40 +1,22 @@
-"""Solvers: every one against dense numpy, on ill-conditioned systems, and on those that have no solution."""
+"""Direct solvers: against dense numpy, ill-conditioned and unsolvable systems; refinement and residuals."""
 
 import numpy as np
 import pytest
-from cvxopt import cholmod
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.sparse import csc_array, diags_array, eye_array
+from linear_systems import EPSILON, ill_conditioned, right_hand_sides, shifted_laplacian
+from scipy.sparse import csc_array, eye_array
 
-from lbskel import SolveError, factorize, laplacian
+from lbskel import SolveError, UnknownChoice, factorize, laplacian
 from lbskel.shapes import flat_grid, torus
-from lbskel.solvers import DIRECT_SOLVERS, Factorization
+from lbskel.solvers import ALL_SOLVERS, CLASSICAL_ITERATIONS, DIRECT_SOLVERS, SOLVERS, Factorization, relative_residual
 
-EPSILON = np.finfo(float).eps
 every_solver = pytest.mark.parametrize("solver", DIRECT_SOLVERS)
-
-
-def shifted_laplacian(mesh, shift=0.1):
-    """The graph Laplacian plus a multiple of the identity: eigenvalues from the shift to shift + 12 on these meshes."""
-    S = laplacian(mesh, operator="graph").stiffness
-    return (S + shift * eye_array(S.shape[0])).tocsc()
-
-
-def right_hand_sides(n, columns=3):
-    return np.random.default_rng(0).normal(size=(n, columns))
-
-
-def ill_conditioned(n=2000):
-    """Fourth differences along a chain, as in Au's normal equations, and their condition number, 2.6e12."""
-    chain = diags_array([-np.ones(n - 1), np.full(n, 2.0), -np.ones(n - 1)], offsets=[-1, 0, 1])
-    extreme = 2 - 2 * np.cos(np.array([n, 1]) * np.pi / (n + 1))
-    return (chain @ chain).tocsc(), (extreme[0] / extreme[1]) ** 2
 
 
 @every_solver
 @pytest.mark.parametrize("columns", [1, 3, 7])
-def test_like_dense_numpy(solver, columns):
+def test_solutions_are_those_of_dense_numpy(solver, columns):
     A = shifted_laplacian(torus(1.0, 0.3, 14, 9))
     B = right_hand_sides(A.shape[0], columns)
     X = factorize(A, solver).solve(B)
@@ -44,7 +26,7 @@ def test_like_dense_numpy(solver, columns):
 
 
 @every_solver
-def test_by_hand(solver):
+def test_solutions_by_hand(solver):
     A = csc_array([[4.0, 2.0], [2.0, 5.0]])
     assert factorize(A, solver).solve(np.array([[8.0, 4.0], [8.0, 2.0]])) == pytest.approx(np.array([[1.5, 1], [1, 0]]))
     assert factorize(csc_array([[4.0]]), solver).solve(np.array([[2.0]])) == pytest.approx(0.5)
@@ -98,7 +80,7 @@ def test_ordering_is_a_permutation(solver):
 
 @every_solver
 @pytest.mark.parametrize("other", DIRECT_SOLVERS)
-def test_like_a_matrix_of_the_same_pattern_and_of_another(solver, other):
+def test_an_ordering_may_come_from_a_matrix_of_the_same_pattern_or_another(solver, other):
     first = factorize(shifted_laplacian(torus(1.0, 0.3, 20, 10)), other)
     B = right_hand_sides(200)
     for A in (
@@ -110,14 +92,6 @@ def test_like_a_matrix_of_the_same_pattern_and_of_another(solver, other):
         assert again.residual(again.solve(B), B) < 1e2 * EPSILON  # as above: condition 120
         once_more = factorize(A, solver, like=again)
         assert once_more.residual(once_more.solve(B), B) < 1e2 * EPSILON
-
-
-def test_an_ordering_used_again_fills_no_more():
-    """The inverse of a permutation is one too, and gives right solutions of a matrix that fills up."""
-    A = shifted_laplacian(flat_grid(40, 40))
-    first = factorize(A, "superlu")
-    again = factorize(A, "superlu", like=first)
-    assert again._factor.L.nnz < 1.1 * first._factor.L.nnz
 
 
 @every_solver
@@ -152,7 +126,7 @@ def test_refinement_squares_the_error():
     assert solver.residual(solver.solve(B), B) == pytest.approx(1e-8, rel=1e-3)
 
 
-def test_a_solution_of_no_use_is_refused_with_its_residual():
+def test_a_solution_with_a_large_residual_is_refused():
     class Useless(Inexact):
         def _solve_unrefined(self, B):
             return 0.5 * (self._inverse @ B)
@@ -218,19 +192,28 @@ def test_a_matrix_that_is_not_symmetric_is_solved_or_refused(solver):
     assert np.abs(A @ X - B).max() < 1e-10  # 1e5 roundings
 
 
-@pytest.mark.parametrize("A", [shifted_laplacian(flat_grid(4, 4)), csc_array(np.ones((3, 3)))], ids=["good", "bad"])
-def test_options_of_cholmod_are_left_as_they_were(A, monkeypatch):
-    monkeypatch.setitem(cholmod.options, "print", 0)
-    before = dict(cholmod.options)
-    try:
-        factorize(A, "cholmod")
-    except SolveError:
-        assert A.shape == (3, 3)
-    assert cholmod.options == before
-
-
 @every_solver
 def test_two_solutions_are_the_same_to_the_last_bit(solver):
     A = shifted_laplacian(torus(1.0, 0.3, 20, 10))
     B = right_hand_sides(200)
     assert factorize(A, solver).solve(B).tobytes() == factorize(A, solver).solve(B).tobytes()
+
+
+def test_the_residual_is_that_of_the_right_hand_side_and_checked_after_refinement():
+    """Wrong by a factor, a solution has a small residual against A X and a large one against B."""
+    A = shifted_laplacian(flat_grid(6, 5))
+    B = right_hand_sides(30)
+    X = np.linalg.solve(A.toarray(), B)
+    assert relative_residual(A, 2 * X, B) == pytest.approx(1)
+    assert relative_residual(A, X, 4 * B) == pytest.approx(0.75)
+    assert relative_residual(A, 0 * X, B) == 1
+
+
+def test_tables_of_solvers():
+    assert set(DIRECT_SOLVERS) < set(SOLVERS)
+    assert not set(SOLVERS) & set(CLASSICAL_ITERATIONS)
+    assert list(ALL_SOLVERS) == [*SOLVERS, *CLASSICAL_ITERATIONS]
+    for name, kind in ALL_SOLVERS.items():
+        assert type(factorize(eye_array(3, format="csc"), name)) is kind
+    with pytest.raises(UnknownChoice, match="cholmod, superlu, cg_jacobi, cg_amg, richardson, jacobi"):
+        factorize(eye_array(3, format="csc"), "magic")

@@ -1,0 +1,43 @@
+"""CHOLMOD: its options and its ordering."""
+
+import numpy as np
+import pytest
+from cvxopt import cholmod
+from linear_systems import ill_conditioned, right_hand_sides, shifted_laplacian
+from scipy.sparse import csc_array
+
+from lbskel import SolveError, factorize
+from lbskel.shapes import flat_grid, torus
+
+
+@pytest.mark.parametrize("A", [shifted_laplacian(flat_grid(4, 4)), csc_array(np.ones((3, 3)))], ids=["good", "bad"])
+def test_options_of_cholmod_are_left_as_they_were(A, monkeypatch):
+    monkeypatch.setitem(cholmod.options, "print", 0)
+    before = dict(cholmod.options)
+    try:
+        factorize(A, "cholmod")
+    except SolveError:
+        assert A.shape == (3, 3)
+    assert cholmod.options == before
+
+
+def test_an_ordering_is_reused_for_the_same_pattern_only():
+    first = factorize(shifted_laplacian(torus(1.0, 0.3, 20, 10)), "cholmod")
+    same = factorize(shifted_laplacian(torus(1.0, 0.3, 20, 10), 0.3), "cholmod", like=first)
+    assert (same.ordering == first.ordering).all()
+    other = shifted_laplacian(torus(1.0, 0.3, 10, 20))
+    assert (factorize(other, "cholmod", like=first).ordering == factorize(other, "cholmod").ordering).all()
+    assert (factorize(other, "cholmod").ordering != first.ordering).any()
+
+
+def test_a_solution_is_refined_once():
+    A, _ = ill_conditioned(500)
+    B = right_hand_sides(500)
+    factor = factorize(A, "cholmod")
+    X = factor._solve_unrefined(B)
+    assert (factor.solve(B) == X + factor._solve_unrefined(B - A @ X)).all()
+
+
+def test_the_message_names_the_column_that_is_not_positive():
+    with pytest.raises(SolveError, match="not positive definite at column"):
+        factorize(csc_array(np.diag([1.0, -1.0, 1.0])), "cholmod")

@@ -1,0 +1,66 @@
+"""Iterative solvers: solutions, what is refused, normal matrices that are not formed, eigenvalue bounds."""
+
+import numpy as np
+import pytest
+from linear_systems import rectangular, right_hand_side
+from scipy.sparse import csc_array, diags_array, eye_array
+
+from lbskel import SolveError, factorize, laplacian
+from lbskel.shapes import torus
+from lbskel.solvers import ALL_SOLVERS, DIRECT_SOLVERS
+from lbskel.solvers.iterative import NormalMatrix, eigenvalue_upper_bound, estimate_smallest_eigenvalue
+
+
+@pytest.mark.parametrize("solver", sorted(set(ALL_SOLVERS) - set(DIRECT_SOLVERS)))
+def test_iterative_solvers_of_symmetric_systems(solver):
+    S = laplacian(torus(1.0, 0.3, 14, 9), operator="graph").stiffness
+    A = csc_array(S + eye_array(S.shape[0]))
+    B = np.random.default_rng(1).normal(size=(A.shape[0], 3))
+    seen = []
+    factorization = factorize(A, solver)
+    X = factorization.solve(B, on_iterate=lambda number, X: seen.append(number))
+    assert np.abs(X - np.linalg.solve(A.toarray(), B)).max() < 1e-8  # as above
+    assert seen == list(range(1, len(seen) + 1))
+    assert factorization.solve(B[:, 0]) == pytest.approx(X[:, 0], abs=1e-8)
+    assert factorization.residual(factorization.solve(B, start=X), B) < 1e-9
+
+
+@pytest.mark.parametrize("solver", sorted(set(ALL_SOLVERS) - set(DIRECT_SOLVERS)))
+def test_iterative_solvers_refuse_what_is_not_positive_definite(solver):
+    with pytest.raises(SolveError, match="not positive definite"):
+        factorize(csc_array([[0.0, 1.0], [1.0, 0.0]]), solver)
+
+
+def test_a_normal_matrix_has_the_products_of_the_formed_matrix():
+    K = rectangular(0.7)
+    dense = (K.T @ K).toarray()
+    normal = NormalMatrix(K)
+    X = right_hand_side(K)[: K.shape[1]]
+    assert normal @ X == pytest.approx(dense @ X)
+    assert normal.diagonal() == pytest.approx(np.diag(dense))
+    ones = np.ones(K.shape[1])
+    eigenvalues = np.linalg.eigvalsh(dense)
+    assert eigenvalue_upper_bound(normal, ones) >= eigenvalues[-1]
+    assert eigenvalues[0] <= estimate_smallest_eigenvalue(normal, ones) < 2 * eigenvalues[0] + 0.05 * eigenvalues[-1]
+
+
+def test_eigenvalue_bounds_of_a_chain():
+    """The chain of second differences has the eigenvalues 2 - 2 cos(k pi / (n + 1))."""
+    n = 20
+    A = diags_array([-np.ones(n - 1), np.full(n, 2.0), -np.ones(n - 1)], offsets=[-1, 0, 1]).tocsc()
+    exact = 2 - 2 * np.cos(np.arange(1, n + 1) * np.pi / (n + 1))
+    ones, half = np.ones(n), np.full(n, 0.5)
+    assert eigenvalue_upper_bound(A, ones) == 4  # Gershgorin
+    assert eigenvalue_upper_bound(A, half) == 1
+    # as many Lanczos steps as rows: exact up to rounding
+    assert estimate_smallest_eigenvalue(A, ones) == pytest.approx(exact[0])
+    assert estimate_smallest_eigenvalue(A, half) == pytest.approx(exact[0] / 4)
+
+
+def test_too_few_iterations_are_an_error_only_where_none_were_asked_for():
+    n = 3000
+    A = (diags_array([-np.ones(n - 1), np.full(n, 2.0), -np.ones(n - 1)], offsets=[-1, 0, 1])).tocsc()
+    b = np.ones(n)
+    with pytest.raises(SolveError, match="2000 iterations leave a residual"):
+        factorize(A, "gauss_seidel").solve(b)
+    assert np.isfinite(factorize(A, "gauss_seidel").solve(b, iterations=3)).all()
