@@ -15,7 +15,7 @@ from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.settings import DEGENERACY_STRATEGIES
 from lbskel.contraction.weights import WEIGHTS
 from lbskel.geometry.mesh import Mesh
-from lbskel.pipeline.comparison import CASES, outcome, record, representative
+from lbskel.pipeline.comparison import CASES, record, representative, run_case
 
 _COMPARED = {changes["operator"] for changes in DEGENERACY_STRATEGIES.values()}
 OTHERS = {
@@ -40,9 +40,9 @@ def measure(
     """One row for each mesh and case."""
     rows = []
     for name, (mesh, truth) in meshes.items():
-        default = outcome(mesh, CASES["curvature_flow"])
+        default = run_case(mesh, CASES["curvature_flow"])
         for case, settings in cases.items():
-            result = default if settings == CASES["curvature_flow"] else outcome(mesh, settings)
+            result = default if settings == CASES["curvature_flow"] else run_case(mesh, settings)
             row = record(result, truth=truth, reference=default.skeleton)
             rows.append({"mesh": name, "vertices": len(mesh.vertices), "case": case, **row})
     return rows

@@ -25,7 +25,7 @@ from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.weights import WEIGHTS
 from lbskel.geometry.mesh import Mesh
-from lbskel.pipeline.comparison import AreaNormalized, outcome, record
+from lbskel.pipeline.comparison import AreaNormalized, record, run_case
 
 FACTORS = ("operator", "energy and rows", "weights")
 DEFAULT = ("intrinsic_delaunay", "curvature flow", "diffusion_length")
@@ -79,7 +79,7 @@ def measure(
     for name, (mesh, truth) in meshes.items():
         mine = []
         for levels, settings in combinations(operators).items():
-            row = record(outcome(mesh, settings), truth=truth)
+            row = record(run_case(mesh, settings), truth=truth)
             kept = {key: row[key] for key in KEPT if key in row}
             mine.append({"mesh": name, **dict(zip(FACTORS, levels, strict=True)), **kept})
         (default,) = (row for row in mine if _levels(row) == DEFAULT)

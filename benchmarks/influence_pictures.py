@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.harness import save_picture
 from lbskel import Mesh
 from lbskel.contraction.settings import DEGENERACY_STRATEGIES, ContractionSettings
-from lbskel.pipeline.comparison import ComparisonResult, outcome
+from lbskel.pipeline.comparison import ComparisonResult, run_case
 from lbskel.visualization import Panel, render
 
 THIN = 0.05  # of the area, which shows the shape of what is left
@@ -33,7 +33,7 @@ def _cut(mesh: Mesh, start: Mesh) -> Mesh:
 def stages(mesh: Mesh, cases: Mapping[str, ContractionSettings], results: Path) -> None:
     """Mesh, after one step, after more, skeleton: a picture for each case."""
     for case, settings in cases.items():
-        result = outcome(mesh, settings)
+        result = run_case(mesh, settings)
         name = "_".join(re.findall(r"\w+", case.lower()))
         render(_four(mesh, result, case), results / f"influence_dinosaur_{name}.png", size=(1300, 260), force=True)
 
@@ -61,7 +61,7 @@ def blow_up(meshes: Mapping[str, Mesh], results: Path) -> list[dict[str, Any]]:
         panels = [Panel(mesh, title=name)]
         for bad, good in PAIRS:
             outcomes = {
-                strategy: outcome(mesh, ContractionSettings(energy="least_squares", **DEGENERACY_STRATEGIES[strategy]))
+                strategy: run_case(mesh, ContractionSettings(energy="least_squares", **DEGENERACY_STRATEGIES[strategy]))
                 for strategy in (bad, good)
             }
             free = outcomes[bad].free

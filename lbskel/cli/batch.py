@@ -1,6 +1,6 @@
-"""``lbskel batch INPUT... -o FOLDER``: the skeletons of many meshes, here or on a Dask cluster.
+"""``lbskel batch MESH... -o FOLDER``: the skeletons of many meshes, on this machine or on a Dask cluster.
 
-What was done before, of the same content and with the same parameters, is not done again.
+Inputs whose content and options have not changed since the last batch are not done again.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """All inputs; 0 if every skeleton passed its checks, 1 if one did not, 2 if an input has none."""
+    """Make all skeletons; 0 if every score passes, 1 if one fails, 2 if an input has no skeleton."""
     paths = _paths(arguments.input)
     with _Bar(len(paths), arguments.quiet) as bar:
         records = skeletonize_many(
@@ -72,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
             reports=arguments.report,
             **skeleton_options(arguments),
         )
-        n_old = bar.n_old
+        n_earlier = bar.n_earlier
     for record in records:
         if record.outcome not in (BatchStatus.PASSED, BatchStatus.FAILED_CHECKS):
             where = "" if record.input in record.message else f"{record.input}: "
@@ -81,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not arguments.quiet:
         by_status = ", ".join(f"{counts[each]} {each.value}" for each in BatchStatus if counts[each])
         print(f"{len(records)} inputs: {by_status}")
-        print(f"  {n_old} of them were done before; {Path(arguments.output) / SUMMARY} has a row for each")
+        print(f"  {n_earlier} of them are from earlier batches; {Path(arguments.output) / SUMMARY} has a row for each")
     return (
         0
         if set(counts) == {BatchStatus.PASSED}
@@ -92,7 +92,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _paths(given: list[str]) -> list[str]:
-    """What is named, each once; a pattern stands for the files it matches, by name."""
+    """The paths named, each once, with patterns replaced by the files that they match in the order of their names."""
     paths = []
     for name in given:
         is_pattern = glob.has_magic(name) and not Path(name).exists()
@@ -103,9 +103,9 @@ def _paths(given: list[str]) -> list[str]:
 
 
 class _Bar:
-    """How many are done, on a terminal."""
+    """A progress bar, on a terminal."""
 
-    n_old = 0
+    n_earlier = 0
 
     def __init__(self, n_inputs: int, is_quiet: bool):
         self._n_inputs = n_inputs
@@ -117,8 +117,8 @@ class _Bar:
         self._bar = tqdm(total=self._n_inputs, unit=" meshes", leave=False, disable=self._is_quiet)
         return self
 
-    def show(self, record: Record, is_old: bool) -> None:
-        self.n_old += is_old
+    def show(self, record: Record, is_earlier: bool) -> None:
+        self.n_earlier += is_earlier
         self._bar.update()
 
     def __exit__(self, *_: object) -> None:

@@ -1,4 +1,4 @@
-"""``lbskel check MESH``: what stands in the way of a skeleton, and what lbskel will do about it.
+"""``lbskel check MESH``: the defects of a mesh, and how lbskel will treat them.
 
 Exit code 1 where contraction is not advised.
 """
@@ -31,6 +31,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    """Print the report; 1 where contraction is not advised."""
     report = check(read_mesh(arguments.mesh))
     print(json.dumps(report.as_dict()) if arguments.json else _text(arguments.mesh, report))
     return 0 if report.is_advised else 1

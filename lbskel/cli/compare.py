@@ -1,4 +1,4 @@
-"""``lbskel compare MESH -o FOLDER``: what every treatment, energy and preset does to a mesh and its skeleton."""
+"""``lbskel compare MESH -o FOLDER``: a page that compares operators, treatments, energies and presets on a mesh."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from lbskel.errors import FormatError
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import read_mesh
 from lbskel.io.atomic_write import Content, write_all_safely
-from lbskel.pipeline.comparison import CASES, ComparisonResult, outcome, record, representative
+from lbskel.pipeline.comparison import CASES, ComparisonResult, record, representative, run_case
 from lbskel.visualization import Panel, draw
 from lbskel.visualization.line_plots import draw_curves
 
 MOST_FACES = 6000  # that are compared: some thirty contractions, twice each, should not take minutes
-COLUMNS_DRAWN, WIDTH, HEIGHT = 5, 320, 400  # panels beside each other, and the pixels of each
-REACH = 0.6  # of the extent from the center, beyond which a vertex is drawn at the edge of the picture
+COLUMNS_DRAWN, WIDTH, HEIGHT = 5, 320, 400  # panels in a row, and pixels of each; they fit a page of 1300 pixels
+MAX_DISTANCE = 0.6  # from the center, in diameter bounds: vertices beyond are drawn at the edge of the picture
 
-COLUMNS = {  # of the table: the key of the record, and how to show it
+COLUMNS = {  # headings of the table, and the key of the record below each
     "breaks at step": "broke at",
     "how": "how",
     "largest box": "largest box",
@@ -48,17 +48,17 @@ img {{ max-width: 100%; }}
 </style></head><body>
 <h1>{title}</h1>
 <p>{what}</p>
-<p>The first columns tell what the steps do as published, without a guard, down to a millionth of the volume: at which
-one the area or the bounding box first grew, and the largest box, in that of the mesh. The others tell what the guard,
-which undoes such a step, leaves, and what ended it: that is what <code>lbskel skeletonize</code> gives.</p>
+<p>The first columns show the steps as published, without roll-back, down to a millionth of the volume: the step at
+which the area or the bounding box first grew, and the largest bounding box relative to that of the mesh. The others
+show the result with roll-back, which undoes such a step, as <code>lbskel skeletonize</code> computes it.</p>
 <table><tr>{head}</tr>
 {rows}
 </table>
 {reasons}
-<h2>Area and bounding box by step, without the guard</h2><img src="curves.png" alt="curves">
-<h2>Contracted meshes, without the guard: at the first step that breaks, or the last</h2>
+<h2>Area and bounding box by step, without roll-back</h2><img src="curves.png" alt="curves">
+<h2>Contracted meshes, without roll-back: at the first step that breaks, or the last</h2>
 <img src="contracted.png" alt="contracted meshes">
-<h2>Skeletons, with the guard</h2><img src="skeletons.png" alt="skeletons">
+<h2>Skeletons, with roll-back</h2><img src="skeletons.png" alt="skeletons">
 </body></html>
 """
 
@@ -79,13 +79,13 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Compare and write the page; 0 also where cases break, since showing that is what it is for."""
+    """Compare and write the page; 0 also where settings break, since the page shows that."""
     folder = Path(arguments.output)
     names = [
         folder / name for name in ("index.html", "comparison.json", "curves.png", "contracted.png", "skeletons.png")
     ]
     if not folder.parent.is_dir() or (folder.exists() and not folder.is_dir()):
-        raise FormatError(f"{folder}: is not a folder, nor a name for one in a folder that exists")
+        raise FormatError(f"{folder}: is no folder, and cannot be made in a folder that exists")
     existing = [path for path in names if path.exists()]
     if existing and not arguments.force:
         raise FormatError(f"{existing[0]} exists already; give --force to replace it")
@@ -95,11 +95,11 @@ def run(arguments: argparse.Namespace) -> int:
     for number, (case, settings) in enumerate(CASES.items(), 1):
         if not arguments.quiet and sys.stderr.isatty():
             print(f"\r{number}/{len(CASES)} {case:60.60s}", end="", file=sys.stderr, flush=True)
-        results[case] = outcome(mesh, settings)
+        results[case] = run_case(mesh, settings)
     if not arguments.quiet and sys.stderr.isatty():
         print(file=sys.stderr)
     reference = results["curvature_flow"].skeleton
-    records = {case: _told(record(result, reference=reference)) for case, result in results.items()}
+    records = {case: _with_reason(record(result, reference=reference)) for case, result in results.items()}
     title = f"Contractions of {Path(arguments.mesh).name}"
     what = f"{len(given.vertices)} vertices and {len(given.faces)} faces; compared on {len(mesh.faces)} faces"
     what += " of its largest component." if given.n_components > 1 else "."
@@ -129,14 +129,14 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _told(row: dict[str, Any]) -> dict[str, Any]:
-    """A record with what ended the guarded contraction in a word or two."""
+def _with_reason(row: dict[str, Any]) -> dict[str, Any]:
+    """A record with the reason why the contraction with roll-back ended."""
     ended = Status(row["status"]).name.lower().replace("_", " ") if "status" in row else "no skeleton"
     return {**row, "ended": ended}
 
 
 def _short(case: str) -> str:
-    """A case as a title over a drawing."""
+    """The title of a case over its drawing."""
     return (
         case.replace("right-hand side zero", "zero")
         .replace("least squares", "l. s.")
@@ -145,13 +145,13 @@ def _short(case: str) -> str:
 
 
 def _drawn(panels: list[Panel]) -> bytes:
-    """A picture of many panels, each large enough for its title."""
+    """A picture of many panels."""
     n_rows = -(-len(panels) // COLUMNS_DRAWN)
     return draw(panels, size=(WIDTH * min(len(panels), COLUMNS_DRAWN), HEIGHT * n_rows))
 
 
 def _curves(records: dict[str, dict[str, Any]]) -> bytes:
-    """Area and box of every case of least squares, the published energy, and of the default."""
+    """Area and box curves of every case of least squares, the published energy, and of the default."""
     shown = {case: row for case, row in records.items() if "areas" in row and "curvature flow" not in case}
     return draw_curves(
         {
@@ -162,12 +162,12 @@ def _curves(records: dict[str, dict[str, Any]]) -> bytes:
 
 
 def _contracted(case: str, result: ComparisonResult, mesh: Mesh) -> Panel:
-    """The mesh at the first step that breaks, or the last; what flew off is drawn at the edge."""
+    """The mesh at the first step that breaks, or the last; vertices far away are drawn at the edge."""
     assert result.free is not None
     number = min(result.free.broke_at or len(result.meshes), len(result.meshes))
     V = result.meshes[number - 1].vertices
     far = (V**2).sum(axis=1, keepdims=True) ** 0.5
-    near = V * (REACH / far.clip(min=REACH))
+    near = V * (MAX_DISTANCE / far.clip(min=MAX_DISTANCE))
     return Panel(mesh.with_vertices(near * mesh.diameter_bound + mesh.centroid), title=f"{_short(case)}, step {number}")
 
 
@@ -176,12 +176,12 @@ def _skeleton(case: str, result: ComparisonResult, mesh: Mesh) -> Panel:
 
 
 def _reasons(records: dict[str, dict[str, Any]]) -> list[str]:
-    """Why cases have no skeleton."""
+    """The reasons why cases have no skeleton."""
     return [f"{case}: {row['error']}" for case, row in records.items() if "error" in row]
 
 
 def _cell(value: Any) -> str:
-    """A value of the table as a person reads it."""
+    """A value as text for the table."""
     if value is None:
         return "-"
     if isinstance(value, bool):
@@ -190,7 +190,7 @@ def _cell(value: Any) -> str:
 
 
 def _page(records: dict[str, dict[str, Any]], title: str, what: str) -> str:
-    """The page, with every name in it made safe."""
+    """The page, with all text escaped."""
     rows = []
     for case, row in records.items():
         cells = "".join(f"<td>{escape(_cell(row.get(key)))}</td>" for key in COLUMNS.values())
@@ -202,7 +202,7 @@ def _page(records: dict[str, dict[str, Any]], title: str, what: str) -> str:
 
 
 def _summary(records: dict[str, dict[str, Any]]) -> str:
-    """The table for a terminal, and why some of it is empty."""
+    """The table for a terminal, and the reasons for its gaps."""
     lines = [
         ["case", *COLUMNS],
         *([case, *(_cell(row.get(k)) for k in COLUMNS.values())] for case, row in records.items()),

@@ -1,4 +1,4 @@
-"""``lbskel info MESH``: what a mesh is, in a few lines."""
+"""``lbskel info MESH``: sizes, topology and measures of a mesh."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    """Print the measures as text or JSON."""
     mesh = read_mesh(arguments.mesh)
     facts = _facts(mesh)
     if arguments.json:
@@ -60,7 +61,7 @@ def _facts(mesh: Mesh) -> dict[str, Any]:
 
 
 def _text(value: Any) -> str:
-    """A fact as a person writes it."""
+    """A measure as text."""
     if value is None:
         return "not defined"
     if isinstance(value, bool):

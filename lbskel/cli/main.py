@@ -21,13 +21,14 @@ from lbskel.errors import LbskelError
 
 
 class _Parser(argparse.ArgumentParser):
-    """Wrong usage is told in one line, as every other error is."""
+    """Reports wrong usage in one line, as every other error."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"lbskel: {message}; see {self.prog} --help\n")
 
 
 def command_line_parser() -> argparse.ArgumentParser:
+    """The parser of all commands."""
     parser = _Parser(prog="lbskel", description="Curve skeletons and discrete Laplace-Beltrami operators of meshes.")
     parser.add_argument("--version", action="version", version=f"lbskel {lbskel.__version__}")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
@@ -37,13 +38,13 @@ def command_line_parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; the exit code."""
+    """Run one command and return the exit code."""
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # a file's name may hold what the terminal cannot show
+        if isinstance(stream, io.TextIOWrapper):  # the name of a file may hold characters that the terminal cannot show
             stream.reconfigure(errors="backslashreplace")
     parsed = command_line_parser().parse_args(arguments)
     try:
-        code = parsed.run(parsed)
+        code = int(parsed.run(parsed))
         sys.stdout.flush()
         return code
     except BrokenPipeError:  # the reader of the output has gone
@@ -52,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (LbskelError, OSError) as error:  # OSError: a name that the system refuses
         return _failed(str(error))
     except KeyboardInterrupt:
-        print("lbskel: interrupted, nothing half-written is left", file=sys.stderr)
+        print("lbskel: interrupted; no partial file is left", file=sys.stderr)
         return 130
     except MemoryError:
         return _failed("out of memory; simplify the mesh first")
@@ -63,6 +64,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _failed(message: str) -> int:
-    """Say so in one line on stderr; the exit code of bad input."""
+    """Print an error in one line and return the exit code of bad input."""
     print(f"lbskel: {' '.join(message.splitlines())}", file=sys.stderr)
     return 2

@@ -1,4 +1,4 @@
-"""``lbskel preprocess MESH -o OUT``: a mesh cleaned, remeshed or simplified, step by step, each step measured."""
+"""``lbskel preprocess MESH -o OUT``: a mesh cleaned, remeshed or simplified, with a report of each step."""
 
 from __future__ import annotations
 
@@ -43,15 +43,18 @@ def add_parser(subparsers: Any) -> None:
         dest="pipeline",
         default=argparse.SUPPRESS,
         metavar="TEXT",
-        help="such as merge_close,remesh_isotropic:edge=0.01",
+        help="steps, such as merge_close,remesh_isotropic:edge=0.01",
     )
-    parser.add_argument("--map", metavar="NPY", help="write for each vertex its new one, -1 for none, as a numpy array")
-    parser.add_argument("--report", metavar="JSON", help="write what each step did")
+    parser.add_argument(
+        "--map", metavar="NPY", help="write the new index of each vertex, -1 for none, as a numpy array"
+    )
+    parser.add_argument("--report", metavar="JSON", help="write the report of each step")
     parser.add_argument("--force", action="store_true", help="replace files that exist")
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
+    """Run the pipeline and write the mesh, and the map and the report where they are asked for."""
     paths = [Path(path) for path in (arguments.output, arguments.map, arguments.report) if path]
     suffix = known_extension(arguments.output, MESH_WRITERS, "meshes")
     for path in paths:
@@ -75,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _array(result: PreprocessResult) -> bytes:
-    """The map as an npy file."""
+    """The vertex map as an npy file."""
     data = io.BytesIO()
     np.save(data, result.vertex_map.indices, allow_pickle=False)
     return data.getvalue()

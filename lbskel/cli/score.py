@@ -1,4 +1,4 @@
-"""``lbskel score SKELETON MESH``: how good a skeleton is, measured on its mesh.
+"""``lbskel score SKELETON MESH``: the quality of a skeleton, measured on its mesh.
 
 Exit codes: 0 pass or warn, 1 fail, 2 bad input.
 """
@@ -35,7 +35,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Measure and print; 1 where a measure fails."""
+    """Measure and print; 1 if a measure fails."""
     skeleton, mesh = read_skeleton(arguments.skeleton), read_mesh(arguments.mesh)
     try:
         found = score(skeleton, mesh)

@@ -52,7 +52,7 @@ def add_parser(subparsers: Any) -> None:
 
 @dataclass(frozen=True)
 class _Job:
-    """One input and the files to be made of it."""
+    """One input and the files to write."""
 
     mesh: Path
     skeleton: Path
@@ -60,12 +60,12 @@ class _Job:
     report: Path | None
 
     def outputs(self) -> list[tuple[Path | None, Collection[str]]]:
-        """Each file to write, where it is wanted, with the extensions that it may have."""
+        """The files to write, with the extensions that each may have."""
         return [(self.skeleton, FORMATS), (self.picture, ("png",)), (self.report, ("json",))]
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Every input in turn; one that fails does not stop the rest."""
+    """Make the skeleton of every input in turn; an input that fails does not stop the rest."""
     jobs = _jobs(arguments)
     codes = []
     for job in jobs:
@@ -79,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _jobs(arguments: argparse.Namespace) -> list[_Job]:
-    """What to make of what, with all that would be overwritten refused before any work is done."""
+    """The files to write for each input; what would be overwritten is refused before any work is done."""
     inputs = [Path(name) for name in arguments.input]
     are_several = len(inputs) > 1
     jobs = [
@@ -93,7 +93,7 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
     ]
     outputs = [(path, kinds) for job in jobs for path, kinds in job.outputs() if path is not None]
     if len({path for path, _ in outputs}) < len(outputs):
-        raise FormatError("two outputs have the same name; give inputs of different names, or make them one by one")
+        raise FormatError("two outputs have the same name; give inputs of different names, or run them one by one")
     for path, kinds in outputs:
         if path.suffix.lower().lstrip(".") not in kinds:
             raise FormatError(f"{path}: the name must end in one of: {', '.join(kinds)}")
@@ -105,7 +105,7 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
 
 
 def _output(given: str, mesh: Path, suffix: str, are_several: bool) -> Path:
-    """The path asked for, or one in the folder asked for."""
+    """The path given, or the file in the folder given."""
     path = Path(given)
     if path.is_dir():
         return path / (mesh.stem + suffix)
@@ -146,7 +146,7 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
 
 
 def _summary(job: _Job, skeleton: Skeleton) -> str:
-    """The report in a few lines that a person reads."""
+    """The report in a few lines."""
     report = skeleton.report
     size = report["input"]
     lines = [
@@ -186,7 +186,7 @@ def _bodies(bodies: list[dict[str, Any]]) -> list[str]:
 
 
 class _Bar:
-    """A line on the terminal that tells the stage; nothing where there is no terminal."""
+    """The current stage, on a terminal."""
 
     def __init__(self, name: str, is_quiet: bool):
         self._name = name

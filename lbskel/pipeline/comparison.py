@@ -1,12 +1,12 @@
-"""What settings of the contraction do to a mesh and to its skeleton: any number of them, side by side.
+"""Comparison of contraction settings on one mesh.
 
-Each is run twice. Guarded, as :func:`lbskel.skeletonize` runs it, it tells what a user gets. Without the guard, as
-published, and on to a millionth of the volume, it tells whether and where the step itself breaks.
+Each setting runs twice: with roll-back, as :func:`lbskel.skeletonize` runs it, which shows the result for a user; and
+without, as published, down to a millionth of the volume, which shows whether and where the step itself breaks.
 """
 
 from __future__ import annotations
 
-__all__ = ["CASES", "AreaNormalized", "ComparisonResult", "outcome", "record", "representative"]
+__all__ = ["CASES", "AreaNormalized", "ComparisonResult", "record", "representative", "run_case"]
 
 import time
 from collections.abc import Mapping
@@ -28,14 +28,14 @@ from lbskel.preprocess import MAX_FACES, preprocess_mesh, simplify, why_no_insid
 from lbskel.skeleton.skeleton import Skeleton
 
 FINISHED = (Status.VOLUME, Status.AREA, Status.STALLED)  # reasons to stop because nothing is left to contract
-FREE_VOLUME = 1e-6  # the published target
+FREE_VOLUME_RATIO = 1e-6  # volume at which runs without roll-back stop; Au et al. 2008
 
 
 @dataclass(frozen=True)
 class AreaNormalized:
-    """An operator whose weights are multiplied by area over total mass: 1 where the mass is the area.
+    """An operator multiplied by area over total mass, which is 1 where the mass is the area.
 
-    Weights with a unit, as mean values, pull the harder the finer the mesh; so multiplied they do not.
+    Mean value weights have a unit and grow with the fineness of the mesh; the product does not.
 
     Parameters
     ----------
@@ -46,17 +46,18 @@ class AreaNormalized:
     operator: str
 
     def __call__(self, mesh: Mesh) -> Laplacian:
+        """The Laplacian of a mesh."""
         laplacian = operator_named(self.operator)(mesh)
         total = float(laplacian.mass.sum())
         factor = mesh.area / total if total > 0 else 1.0
         return replace(laplacian, stiffness=(laplacian.stiffness * factor).tocsc())
 
     def __repr__(self) -> str:
-        return f"{self.operator} in the scale of the area"
+        return f"area-normalized {self.operator}"
 
 
 def _cases() -> dict[str, ContractionSettings]:
-    """The presets, then each strategy with each energy that it belongs to."""
+    """The presets, then each strategy against degenerate triangles with each energy that it belongs to."""
     cases = dict(PRESETS)
     scaled = {
         "mean value, to scale": {"operator": AreaNormalized("mean_value")},
@@ -74,20 +75,20 @@ CASES: Mapping[str, ContractionSettings] = _cases()
 
 @dataclass(frozen=True, eq=False)
 class ComparisonResult:
-    """What came of a mesh by one choice of settings.
+    """The result of one choice of settings on a mesh.
 
     Parameters
     ----------
     settings : ContractionSettings
     skeleton : Skeleton or None
-        None if there is none, which ``error`` then explains.
+        None if there is none, for the reason in ``error``.
     free : Contraction or None
-        Without the guard; None if the operator is not defined on the mesh, or the energy does not take it.
+        The contraction without roll-back; None if the operator is not defined on the mesh or not for the energy.
     meshes : tuple of Mesh
-        After each step of ``free``, scaled to extent 1.
+        After each step of ``free``, at a diameter bound of 1.
     error : str
     seconds : float
-        That the skeleton took.
+        Time of the skeleton.
     """
 
     settings: ContractionSettings
@@ -115,13 +116,13 @@ def representative(mesh: Mesh, *, most_faces: int = MAX_FACES) -> Mesh:
     return simplify(largest.mesh, target_faces=most_faces).mesh
 
 
-def outcome(mesh: Mesh, settings: ContractionSettings) -> ComparisonResult:
-    """Contract with the guard and without, and make a skeleton.
+def run_case(mesh: Mesh, settings: ContractionSettings) -> ComparisonResult:
+    """Contract with roll-back and without, and make a skeleton.
 
     Parameters
     ----------
     mesh : Mesh
-        One connected surface, as :func:`representative` gives; it is contracted as it is.
+        One connected surface, as :func:`representative` returns it, contracted without preprocessing.
     settings : ContractionSettings
     """
     skeleton, free, error = None, None, ""
@@ -132,7 +133,7 @@ def outcome(mesh: Mesh, settings: ContractionSettings) -> ComparisonResult:
     except LbskelError as problem:
         error = str(problem)
     seconds = time.perf_counter() - began
-    unguarded = replace(settings, rollback=False, volume_ratio=min(FREE_VOLUME, settings.volume_ratio))
+    unguarded = replace(settings, rollback=False, volume_ratio=min(FREE_VOLUME_RATIO, settings.volume_ratio))
     try:
         free = contract(mesh, unguarded, on_step=lambda step, now: meshes.append(now))
     except LbskelError as problem:
@@ -143,26 +144,26 @@ def outcome(mesh: Mesh, settings: ContractionSettings) -> ComparisonResult:
 def record(
     result: ComparisonResult, *, truth: Skeleton | None = None, reference: Skeleton | None = None
 ) -> dict[str, Any]:
-    """The numbers of an outcome, plain enough for JSON.
+    """The numbers of a result, ready for JSON.
 
     Parameters
     ----------
     result : ComparisonResult
     truth : Skeleton, optional
-        The true skeleton, for accuracy and coverage.
+        The known skeleton, for accuracy and coverage.
     reference : Skeleton, optional
-        Another skeleton, of which the distance is told in its radii.
+        Another skeleton, to which the distance is given in its radii.
     """
     row: dict[str, Any] = {"error": result.error} if result.error else {}
     if result.skeleton is not None:
-        row |= _of_skeleton(result.skeleton, truth, reference) | {"seconds": result.seconds}
+        row |= _skeleton_record(result.skeleton, truth, reference) | {"seconds": result.seconds}
     if result.free is not None:
-        row |= _of_free(result.free)
+        row |= _free_record(result.free)
     return row
 
 
-def _of_skeleton(skeleton: Skeleton, truth: Skeleton | None, reference: Skeleton | None) -> dict[str, Any]:
-    """What the guarded contraction led to."""
+def _skeleton_record(skeleton: Skeleton, truth: Skeleton | None, reference: Skeleton | None) -> dict[str, Any]:
+    """The numbers of the skeleton, made with roll-back."""
     (part,) = skeleton.report["components"]
     genus = part["genus"]
     last = part["steps"][-1] if part["steps"] else {}
@@ -184,17 +185,17 @@ def _of_skeleton(skeleton: Skeleton, truth: Skeleton | None, reference: Skeleton
             "coverage": measured.coverage,
             "tips right": measured.n_tips == measured.n_true_tips,
         }
-    if reference is not None and len(reference.edges) and reference.radii.min() > 0:  # in a sheet they are zero
+    if reference is not None and len(reference.edges) and reference.radii.min() > 0:  # sheets have zero radii
         row["from default"] = ground_truth_distances(skeleton, reference).accuracy
     return row
 
 
-def _of_free(free: Contraction) -> dict[str, Any]:
-    """What the steps did without the guard."""
+def _free_record(free: Contraction) -> dict[str, Any]:
+    """The numbers of the steps without roll-back."""
     steps = free.steps
     return {
         "broke at": free.broke_at,
-        "how": _how(free),
+        "how": _fault(free),
         "free steps": len(steps),
         "free status": free.status.value,
         "largest box": _plain(max((step.box_ratio for step in steps), default=1.0)),
@@ -208,12 +209,12 @@ def _of_free(free: Contraction) -> dict[str, Any]:
 
 
 def _plain(value: float) -> float | None:
-    """A number as JSON can hold it: open meshes have no volume, and what explodes may overflow."""
+    """A number for JSON, None if it is not finite: open meshes have no volume, and exploding steps overflow."""
     return value if np.isfinite(value) else None
 
 
-def _how(free: Contraction) -> str | None:
-    """In a word or two, what went wrong first."""
+def _fault(free: Contraction) -> str | None:
+    """The first fault in a word or two."""
     if free.broke_at is None:
         return None
     broken: Step | None = free.steps[free.broke_at - 1] if free.broke_at <= len(free.steps) else None

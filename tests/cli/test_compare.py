@@ -9,7 +9,7 @@ from helpers import joined, moved
 from lbskel import PRESETS, Mesh, MeshError, laplacian, write_mesh
 from lbskel.cli.main import main
 from lbskel.contraction.flow import Status
-from lbskel.pipeline.comparison import CASES, AreaNormalized, outcome, record, representative
+from lbskel.pipeline.comparison import CASES, AreaNormalized, record, representative, run_case
 from lbskel.shapes import chain_of_tori, flat_grid, make, torus
 
 SOME = ("curvature_flow", "clamped cotangents; least squares", "mean value; curvature flow")
@@ -35,10 +35,10 @@ def test_cases_have_every_strategy_by_both_energies_where_rows_are_not_needed():
 def test_an_outcome_has_the_guarded_skeleton_and_the_free_steps():
     mesh = chain_of_tori(2, step=0.2)
     settings = CASES["clamped cotangents; least squares"]
-    result = outcome(mesh, settings)
+    result = run_case(mesh, settings)
     assert result.free.broke_at is not None
     assert len(result.meshes) == len(result.free.steps) >= result.free.broke_at
-    row = record(result, reference=outcome(mesh, CASES["curvature_flow"]).skeleton)
+    row = record(result, reference=run_case(mesh, CASES["curvature_flow"]).skeleton)
     assert row["steps"] == row["broke at"] - 1  # what the guard leaves
     assert row["how"] in ("area grew", "box grew")
     assert row["status"] in (Status.AREA_GREW.value, Status.BOX_GREW.value)
@@ -49,7 +49,7 @@ def test_an_outcome_has_the_guarded_skeleton_and_the_free_steps():
 
 
 def test_the_default_is_no_distance_from_itself_and_breaks_nowhere(ring):
-    result = outcome(ring, CASES["curvature_flow"])
+    result = run_case(ring, CASES["curvature_flow"])
     row = record(result, reference=result.skeleton)
     assert row["from default"] < 1e-12
     assert row["broke at"] is None
@@ -57,23 +57,23 @@ def test_the_default_is_no_distance_from_itself_and_breaks_nowhere(ring):
 
 
 def test_a_case_that_is_not_defined_says_why_and_shows_its_steps_all_the_same(rod):
-    row = record(outcome(rod, CASES["mean value; curvature flow"]))
+    row = record(run_case(rod, CASES["mean value; curvature flow"]))
     assert "not symmetric" in row["error"]
-    scaled = record(outcome(rod, CASES["mean value, to scale; curvature flow"]))
-    assert "the operator mean_value in the scale of the area is not symmetric" in scaled["error"]
+    scaled = record(run_case(rod, CASES["mean value, to scale; curvature flow"]))
+    assert "the operator area-normalized mean_value is not symmetric" in scaled["error"]
     assert "tips" not in row
     assert row["free steps"] > 0  # general elimination needs no symmetry
 
 
 def test_open_meshes_are_compared_too(rod):
     opened = Mesh(rod.vertices, rod.faces[10:])
-    row = record(outcome(opened, CASES["curvature_flow"]))
+    row = record(run_case(opened, CASES["curvature_flow"]))
     assert row["volumes"][0] is None
     json.dumps(row, allow_nan=False)
 
 
 def test_in_a_sheet_no_distance_is_told_in_radii_of_zero():
-    result = outcome(flat_grid(8, 6), CASES["curvature_flow"])
+    result = run_case(flat_grid(8, 6), CASES["curvature_flow"])
     row = record(result, reference=result.skeleton)
     assert row["contracted"]
     assert "from default" not in row

@@ -260,7 +260,7 @@ def test_what_is_wrong_is_told_in_one_line_and_nothing_is_written(name, here, fo
             r"internal error in test_main\.py line \d+, please report it: RuntimeError: one two",
         ),
         (MemoryError(), 2, "out of memory; simplify the mesh first"),
-        (KeyboardInterrupt(), 130, "interrupted, nothing half-written is left"),
+        (KeyboardInterrupt(), 130, "interrupted; no partial file is left"),
         (OSError(5, "Input/output error"), 2, r"\[Errno 5\] Input/output error"),
         (lbskel.SolveError("no\nsolution"), 2, "rod.off: no solution"),
         (lbskel.MissingDependency("p", "view", "it"), 2, r"rod\.off: it needs p.*pip install 'lbskel\[view\]'"),

@@ -1,4 +1,4 @@
-"""Many meshes at once: one process each, here or on a Dask cluster, none of which can stop the rest."""
+"""Many meshes at once: each in a process of its own, on this machine or on a Dask cluster."""
 
 __all__ = ["BatchStatus", "Record", "skeletonize_many"]
 

@@ -1,4 +1,4 @@
-"""``python -m lbskel.pipeline.batch MEGABYTES``: the process at the other end of a WorkerProcess."""
+"""``python -m lbskel.pipeline.batch MEGABYTES``: the process that a WorkerProcess starts."""
 
 import os
 import sys

@@ -1,4 +1,4 @@
-"""What became of each input of a batch: a line of JSON in the manifest as it ends, and a table of all at the end."""
+"""Records of a batch: a line of JSON in the manifest for each input as it ends, and a table of all at the end."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, fields
 from enum import Enum
 from pathlib import Path
 
-MANIFEST, SUMMARY = "manifest.jsonl", "summary.csv"  # in the folder of the outputs
+MANIFEST, SUMMARY = "manifest.jsonl", "summary.csv"  # files in the output folder
 
 
 class BatchStatus(str, Enum):
@@ -26,11 +26,11 @@ class BatchStatus(str, Enum):
     ENDED = "process ended"
 
 
-SETTLED = (
+FINAL = (
     BatchStatus.PASSED,
     BatchStatus.FAILED_CHECKS,
     BatchStatus.REFUSED,
-)  # the same input would end the same way again
+)  # a second run would end the same way
 
 
 @dataclass(frozen=True)
@@ -40,17 +40,17 @@ class Record:
     Parameters
     ----------
     input, output : str
-        The mesh as it was given; the skeleton, relative to the folder of the outputs.
+        The mesh as the caller named it, and the skeleton relative to the output folder.
     outcome : BatchStatus
     message : str
-        Why there is no skeleton, or which checks it fails.
+        Why there is no skeleton, or which measures of its score fail.
     key : str
-        Hash of the content of the input and of all parameters; empty where the input could not be read.
+        Hash of the content of the input and of all options; empty if the input could not be read.
     seconds : float
     vertices, faces, nodes, tips, junctions, cycles : int or None
-        None where there is no skeleton.
+        None if there is no skeleton.
     inside_fraction : float or None
-        The least of its components.
+        Share of the length inside the surface.
     """
 
     input: str
@@ -69,7 +69,7 @@ class Record:
 
 
 def known(folder: Path) -> dict[str, Record]:
-    """The last record of each output in a folder's manifest; a line that was cut short by a crash is passed over."""
+    """The last record of each output in a folder's manifest; lines that a crash cut short are skipped."""
     try:
         lines = (folder / MANIFEST).read_text(encoding="utf-8").splitlines()
     except FileNotFoundError:
@@ -77,8 +77,8 @@ def known(folder: Path) -> dict[str, Record]:
     records = {}
     for line in lines:
         try:
-            told = json.loads(line)
-            record = Record(**{**told, "outcome": BatchStatus(told["outcome"])})
+            values = json.loads(line)
+            record = Record(**{**values, "outcome": BatchStatus(values["outcome"])})
         except (ValueError, TypeError, KeyError):
             continue
         records[record.output] = record
@@ -86,7 +86,7 @@ def known(folder: Path) -> dict[str, Record]:
 
 
 def append(folder: Path, record: Record) -> None:
-    """Add a record to the manifest, on a line of its own whatever the last one ended with."""
+    """Append a record to the manifest on a line of its own, also after a line that was cut short."""
     with open(folder / MANIFEST, "a+b") as file:
         if file.tell() > 0:
             file.seek(-1, io.SEEK_END)
@@ -95,15 +95,15 @@ def append(folder: Path, record: Record) -> None:
         file.write(json.dumps(asdict(record)).encode() + b"\n")
 
 
-def is_settled(record: Record | None, key: str, folder: Path) -> bool:
-    """Whether a record is of the same content and parameters, and what it tells of is still there."""
-    if record is None or record.key != key or record.outcome not in SETTLED:
+def is_final(record: Record | None, key: str, folder: Path) -> bool:
+    """Whether a record has the same content and options, is final, and its skeleton still exists."""
+    if record is None or record.key != key or record.outcome not in FINAL:
         return False
     return record.outcome is BatchStatus.REFUSED or (folder / record.output).is_file()
 
 
 def summary(records: Iterable[Record]) -> str:
-    """The records as CSV, a row each."""
+    """The records as CSV, one row each."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(field.name for field in fields(Record))

@@ -1,4 +1,4 @@
-"""A batch: which inputs are left to do, who does them, and what became of each."""
+"""A batch: which inputs are still to be done, in which processes, and the record of each."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ from typing import Any, TypeAlias
 
 from lbskel.errors import FormatError, MissingDependency, UnknownChoice, choose
 from lbskel.io import FORMATS, write_safely
-from lbskel.pipeline.batch.records import SUMMARY, BatchStatus, Record, append, is_settled, known, summary
+from lbskel.pipeline.batch.records import SUMMARY, BatchStatus, Record, append, is_final, known, summary
 from lbskel.pipeline.batch.worker import WorkerProcess
 from lbskel.pipeline.stages import skeletonize
 
-CONNECT = 10  # seconds to wait for a scheduler
-CHUNK = 1 << 20  # bytes hashed at a time
+CONNECT_SECONDS = 10  # wait for a Dask scheduler at most; a guess
+CHUNK_BYTES = 1 << 20  # read at a time for hashing
 
-Job: TypeAlias = tuple[str, str, "Record | None"]  # mesh, name of the skeleton, and what is known of that
-Answer: TypeAlias = tuple[Record, bool]  # and whether it was there before
+Job: TypeAlias = tuple[str, str, "Record | None"]  # mesh, name of the skeleton, and its record in the manifest
+Answer: TypeAlias = tuple[Record, bool]  # a record, and whether it is from an earlier batch
 
-_of_thread = threading.local()  # on a worker of a cluster: the process of each of its threads
+_thread_data = threading.local()  # on a worker of a cluster: the process of each of its threads
 
 
 @dataclass(frozen=True)
 class _Task:
-    """What is asked of every input, plain enough to be sent anywhere."""
+    """The options of every input, which can be pickled."""
 
     folder: str
     extension: str
@@ -69,49 +69,49 @@ def skeletonize_many(
     on_record: Callable[[Record, bool], None] | None = None,
     **options: Any,
 ) -> list[Record]:
-    """The skeletons of many meshes, each made in a process that can fail by itself.
+    """Make the skeletons of many meshes, each in a process that can fail without the others.
 
-    What the folder's ``manifest.jsonl`` says was done, of the same content and with the same parameters, is not done
-    again; refused inputs neither. At the end ``summary.csv`` has a row for each input.
+    Inputs of the same content and options that the folder's ``manifest.jsonl`` lists as done or refused are skipped. At
+    the end ``summary.csv`` has a row for each input.
 
     Parameters
     ----------
     inputs : iterable of path-like
     output : path-like
-        A folder, made if it is not there. Skeletons are named after their meshes, below what these have in common.
+        A folder, made if it does not exist. Skeletons have the names of their meshes, relative to the
+        common folder of these.
     extension : str
         A format in FORMATS.
     cut_cycles : bool
-        For a format that holds trees only (swc).
+        Whether to cut cycles for a format that holds trees only (swc).
     join : bool
         Whether to join the graphs of several components to one.
     pictures, reports : bool
         Whether to write a picture (``NAME.png``) and the full report (``NAME.report.json``) beside each skeleton.
     workers : int, optional
-        Processes at a time, each on one thread; as many as there are processors by default.
+        Number of processes, each on one thread; the number of processors by default.
     dask : str, optional
-        Address of a Dask scheduler whose workers see the same files, ``tcp://...``, to do the work instead.
+        Address of a Dask scheduler, ``tcp://...``, whose workers see the same files and do the work.
     time_limit, memory_limit : float, optional
-        Seconds that an input may take, and megabytes of data that its process may hold, of which some 300 are
-        lbskel's own.
+        Seconds for each input, and megabytes of data for its process, of which lbskel itself takes about 300.
     force : bool
-        Whether skeletons that no manifest tells of may be replaced.
+        Whether skeletons that are in no manifest may be replaced.
     on_record : callable, optional
-        Called with each record as it comes, and whether it was there before.
+        Called with each record, and whether it is from an earlier batch.
     **options
         Of :func:`lbskel.skeletonize`.
 
     Returns
     -------
     list of Record
-        One for each input, in their order.
+        One for each input, in the order of the inputs.
 
     Raises
     ------
     FormatError
-        If there is no input, or outputs exist that are not the batch's own.
+        If there is no input, or outputs exist that no batch has made.
     UnknownChoice
-        If a name or a number makes no sense.
+        If an option is unknown or out of range.
     MissingDependency
         If Dask is asked for and not installed.
     """
@@ -127,9 +127,9 @@ def skeletonize_many(
         raise FormatError("no mesh is named, so there is nothing to do")
     folder = Path(output)
     folder.mkdir(parents=True, exist_ok=True)
-    before = known(folder)
+    earlier = known(folder)
     names = _names(paths, extension)
-    taken = [name for name in names if name not in before and (folder / name).exists()]
+    taken = [name for name in names if name not in earlier and (folder / name).exists()]
     if taken and not force:
         raise FormatError(
             f"{len(taken)} files exist already in {folder} that no batch has made, such as {taken[0]}; "
@@ -139,14 +139,16 @@ def skeletonize_many(
         str(folder.absolute()), extension, cut_cycles, join, pictures, reports, options, time_limit, memory_limit
     )
     records: dict[str, Record] = {}
-    jobs = [(str(path), name, before.get(name)) for path, name in zip(paths, names, strict=True)]
-    with closing(_there(task, jobs, dask) if dask else _here(task, jobs, workers or _processors())) as answers:
-        for record, is_old in answers:
+    jobs = [(str(path), name, earlier.get(name)) for path, name in zip(paths, names, strict=True)]
+    with closing(
+        _on_cluster(task, jobs, dask) if dask else _on_this_machine(task, jobs, workers or _processors())
+    ) as answers:
+        for record, is_earlier in answers:
             records[record.output] = record
-            if not is_old:
+            if not is_earlier:
                 append(folder, record)
             if on_record is not None:
-                on_record(record, is_old)
+                on_record(record, is_earlier)
     in_order = [records[name] for name in names]
     write_safely(folder / SUMMARY, summary(in_order), force=True)
     return in_order
@@ -160,58 +162,58 @@ def _is_plain(option: Any) -> bool:
 
 
 def _processors() -> int:
-    """How many processors this process may use."""
+    """Number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _names(paths: Sequence[Path], extension: str) -> list[str]:
-    """Where each skeleton goes, below the folder that all inputs have in common; a full name where two would clash."""
-    whole = [path.absolute() for path in paths]
-    if len(set(whole)) < len(whole):
-        twice = next(path for path, count in Counter(whole).items() if count > 1)
+    """Name of each skeleton, relative to the common folder of the inputs; with the full name if two would be equal."""
+    absolute = [path.absolute() for path in paths]
+    if len(set(absolute)) < len(absolute):
+        twice = next(path for path, count in Counter(absolute).items() if count > 1)
         raise FormatError(f"{twice} is named twice; name each mesh once")
-    below = Path(os.path.commonpath([path.parent for path in whole]))
-    short = [path.relative_to(below).with_suffix(f".{extension}").as_posix() for path in whole]
+    below = Path(os.path.commonpath([path.parent for path in absolute]))
+    short = [path.relative_to(below).with_suffix(f".{extension}").as_posix() for path in absolute]
     count = Counter(short)
-    full = [f"{path.relative_to(below).as_posix()}.{extension}" for path in whole]
+    full = [f"{path.relative_to(below).as_posix()}.{extension}" for path in absolute]
     return [name if count[name] == 1 else longer for name, longer in zip(short, full, strict=True)]
 
 
-def _do(task: _Task, child: WorkerProcess, job: Job) -> Answer:
-    """Do one job in a process of its own, unless it was done before."""
+def _do(task: _Task, worker: WorkerProcess, job: Job) -> Answer:
+    """Do one job in a process, unless an earlier batch has done it."""
     mesh, name, before = job
     try:
         key = _key(Path(mesh), task)
     except OSError as error:
         return Record(mesh, name, BatchStatus.REFUSED, f"cannot be read: {error.strerror or error}"), False
     folder = Path(task.folder)
-    if before is not None and is_settled(before, key, folder):
+    if before is not None and is_final(before, key, folder):
         return before, True
-    place = (folder / name).parent
-    place.mkdir(parents=True, exist_ok=True)
+    target = (folder / name).parent
+    target.mkdir(parents=True, exist_ok=True)
     unfinished = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
     try:
-        whole = unfinished / Path(name).name
+        output = unfinished / Path(name).name
         asked = {
             "input": mesh,
-            "output": str(whole),
+            "output": str(output),
             "options": dict(task.options),
             "cut_cycles": task.cut_cycles,
             "join": task.join,
             "picture": task.pictures,
             "report": task.reports,
         }
-        reply = child.run(asked)
+        reply = worker.run(asked)
         if reply["outcome"] in (BatchStatus.PASSED, BatchStatus.FAILED_CHECKS):
             for path in sorted(unfinished.iterdir()):
-                os.replace(path, place / path.name)
+                os.replace(path, target / path.name)
     finally:
         shutil.rmtree(unfinished, ignore_errors=True)
     return Record(input=mesh, output=name, key=key, **reply), False
 
 
 def _key(mesh: Path, task: _Task) -> str:
-    """Hash of a file and of everything that the skeleton made of it depends on."""
+    """Hash of a file and of everything else that its skeleton depends on."""
     parameters = {
         "lbskel": version("lbskel"),
         "format": task.extension,
@@ -223,51 +225,51 @@ def _key(mesh: Path, task: _Task) -> str:
     }
     digest = hashlib.sha256(json.dumps(parameters, sort_keys=True).encode())
     with open(mesh, "rb") as file:
-        while chunk := file.read(CHUNK):
+        while chunk := file.read(CHUNK_BYTES):
             digest.update(chunk)
     return digest.hexdigest()
 
 
-def _here(task: _Task, jobs: Sequence[Job], workers: int) -> Generator[Answer, None, None]:
-    """Answers as they come, from processes on this machine; whatever ends this ends them."""
-    children = [WorkerProcess(task.time_limit, task.memory_limit) for _ in range(min(workers, len(jobs)))]
+def _on_this_machine(task: _Task, jobs: Sequence[Job], workers: int) -> Generator[Answer, None, None]:
+    """Answers in the order of completion, from processes on this machine, which end with this generator."""
+    processes = [WorkerProcess(task.time_limit, task.memory_limit) for _ in range(min(workers, len(jobs)))]
     idle: queue.SimpleQueue[WorkerProcess] = queue.SimpleQueue()
-    for child in children:
-        idle.put(child)
+    for process in processes:
+        idle.put(process)
 
     def do(job: Job) -> Answer:
-        child = idle.get()
+        process = idle.get()
         try:
-            return _do(task, child, job)
+            return _do(task, process, job)
         finally:
-            idle.put(child)
+            idle.put(process)
 
-    executor = ThreadPoolExecutor(len(children))
+    executor = ThreadPoolExecutor(len(processes))
     try:
         for future in as_completed([executor.submit(do, job) for job in jobs]):
             yield future.result()
     finally:
-        for child in children:
-            child.stop()
+        for process in processes:
+            process.stop()
         executor.shutdown(cancel_futures=True)
 
 
-def _there(task: _Task, jobs: Sequence[Job], address: str) -> Generator[Answer, None, None]:
-    """Answers as they come, from the workers of a Dask cluster."""
+def _on_cluster(task: _Task, jobs: Sequence[Job], address: str) -> Generator[Answer, None, None]:
+    """Answers in the order of completion, from the workers of a Dask cluster."""
     try:
         from dask.distributed import Client
-        from dask.distributed import as_completed as as_completed_there
+        from dask.distributed import as_completed as as_completed_on_cluster
     except ImportError:
         raise MissingDependency("dask", "batch", "a batch on a cluster") from None
     try:
-        client = Client(address, timeout=CONNECT)
+        client = Client(address, timeout=CONNECT_SECONDS)
     except (OSError, ValueError) as error:
         raise UnknownChoice(f"no Dask scheduler answers at {address}: {error}") from None
     with client:
-        futures = client.map(partial(_do_there, task), jobs, pure=False)
+        futures = client.map(partial(_do_on_worker, task), jobs, pure=False)
         job_of = {future.key: job for future, job in zip(futures, jobs, strict=True)}
         try:
-            for future in as_completed_there(futures):
+            for future in as_completed_on_cluster(futures):
                 if future.status == "finished":
                     yield future.result()
                 else:
@@ -277,9 +279,9 @@ def _there(task: _Task, jobs: Sequence[Job], address: str) -> Generator[Answer, 
             client.cancel(futures)
 
 
-def _do_there(task: _Task, job: Job) -> Answer:
-    """On a worker of the cluster: do one job in the process that belongs to this thread."""
+def _do_on_worker(task: _Task, job: Job) -> Answer:
+    """Do one job in the process of this thread, on a worker of the cluster."""
     limits = task.time_limit, task.memory_limit
-    if getattr(_of_thread, "limits", None) != limits:
-        _of_thread.child, _of_thread.limits = WorkerProcess(*limits), limits
-    return _do(task, _of_thread.child, job)
+    if getattr(_thread_data, "limits", None) != limits:
+        _thread_data.process, _thread_data.limits = WorkerProcess(*limits), limits
+    return _do(task, _thread_data.process, job)

@@ -1,7 +1,7 @@
-"""The process that one input after another is worked on in, and its other end.
+"""A worker process that makes one skeleton after another, and the handle on it.
 
-Jobs and replies are lines of JSON on its standard input and output. It is its own process so that what stops it, a
-limit or a crash, stops nothing else; the next job gets a new one. It ends by itself when its input does.
+Jobs and replies are lines of JSON on its standard input and output. A limit or a crash stops only this process; the
+next job starts a new one. The process ends when its standard input is closed.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from lbskel.pipeline.batch.records import BatchStatus
 
 READY = "ready\n"
 MEGABYTE = 1_000_000
-ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # each, where the caller's environment has no other
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # unless the caller's environment says otherwise
 
 
 class WorkerProcess:
-    """A process for jobs, started when first needed and again whenever it is gone."""
+    """A process for jobs, started when first needed and again after it has ended."""
 
     def __init__(self, time_limit: float | None, memory_limit: float | None):
         self._time_limit = time_limit
@@ -37,7 +37,7 @@ class WorkerProcess:
         self._is_stopped = False
 
     def run(self, job: dict[str, Any]) -> dict[str, Any]:
-        """Do a job: its reply, with ``outcome``, ``seconds`` and fields of a record."""
+        """Do a job and return its reply: ``outcome``, ``seconds`` and fields of a record."""
         process = self._process = self._process or self._started()
         if self._is_stopped:
             process.kill()
@@ -63,16 +63,19 @@ class WorkerProcess:
             if is_over_time.is_set():
                 return {"outcome": BatchStatus.OVER_TIME, "message": f"over {self._time_limit:g} s", "seconds": seconds}
             message = f"the process ended with code {code}"
-            if self._memory_limit and -code in (signal.SIGABRT, signal.SIGSEGV):  # how compiled code runs out of it
+            if self._memory_limit and -code in (
+                signal.SIGABRT,
+                signal.SIGSEGV,
+            ):  # how compiled code ends without memory
                 return {"outcome": BatchStatus.OVER_MEMORY, "message": f"out of memory: {message}", "seconds": seconds}
             return {"outcome": BatchStatus.ENDED, "message": message, "seconds": seconds}
         reply["outcome"] = BatchStatus(reply["outcome"])
-        if reply["outcome"] is BatchStatus.OVER_MEMORY:  # what it holds cannot be told
+        if reply["outcome"] is BatchStatus.OVER_MEMORY:  # how much it still holds is unknown
             self.close()
         return {**reply, "seconds": seconds}
 
     def stop(self) -> None:
-        """End the process, whatever it is doing, from any thread; every job after that ends at once."""
+        """End the process from any thread, whatever it does; later jobs end at once."""
         self._is_stopped = True
         if process := self._process:
             process.kill()
@@ -85,11 +88,11 @@ class WorkerProcess:
             process.wait()
             for pipe in (process.stdin, process.stdout):
                 if pipe is not None:
-                    with contextlib.suppress(BrokenPipeError):  # of what it was not there to read
+                    with contextlib.suppress(BrokenPipeError):  # of data that it did not read
                         pipe.close()
 
     def _started(self) -> subprocess.Popen[str]:
-        """A process that has imported all it needs, so that no job pays for that."""
+        """A process that has imported lbskel, so that no job has to wait for that."""
         process = subprocess.Popen(
             [sys.executable, "-m", "lbskel.pipeline.batch", str(self._memory_limit or 0)],
             stdin=subprocess.PIPE,
@@ -98,16 +101,18 @@ class WorkerProcess:
             text=True,
             encoding="utf-8",
             env={**ONE_THREAD, **os.environ},
-            start_new_session=True,  # an interrupt at the terminal is for the caller to pass on
+            start_new_session=True,  # an interrupt at the terminal reaches the caller only
         )
         assert process.stdout is not None
         if process.stdout.readline() != READY:
-            raise LbskelError(f"no process could be started; '{sys.executable} -m lbskel.pipeline.batch 0' tells why")
+            raise LbskelError(
+                f"no process could be started; run '{sys.executable} -m lbskel.pipeline.batch 0' to see why"
+            )
         return process
 
     @staticmethod
     def _exchange(process: subprocess.Popen[str], job: dict[str, Any]) -> dict[str, Any] | None:
-        """Send a job and wait for its reply; None where the process is gone."""
+        """Send a job and wait for its reply; None if the process has ended."""
         assert process.stdin is not None
         assert process.stdout is not None
         try:
@@ -120,14 +125,14 @@ class WorkerProcess:
 
 
 def serve(jobs: TextIO, replies: TextIO, memory_limit: float) -> None:
-    """In the process: do each job that comes in, until no more come."""
+    """Do jobs in the worker process until its input ends."""
     from lbskel.pipeline import stages  # noqa: F401  before the limit is set, and before the first job
 
     if memory_limit:
         import resource
 
-        most = int(memory_limit * MEGABYTE)
-        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+        n_bytes = int(memory_limit * MEGABYTE)
+        resource.setrlimit(resource.RLIMIT_DATA, (n_bytes, n_bytes))
     replies.write(READY)
     replies.flush()
     for line in jobs:
@@ -136,7 +141,7 @@ def serve(jobs: TextIO, replies: TextIO, memory_limit: float) -> None:
 
 
 def _reply(job: dict[str, Any]) -> dict[str, Any]:
-    """Make one skeleton and tell of it."""
+    """Make one skeleton and describe it."""
     from lbskel.io import as_mesh, write_safely, write_skeleton
     from lbskel.pipeline.stages import skeletonize
     from lbskel.skeleton.joining import join_components

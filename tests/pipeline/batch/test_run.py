@@ -45,7 +45,7 @@ def files(folder):
 def test_a_batch_gives_what_each_alone_gives_and_one_failure_stops_no_other(meshes, tmp_path):
     told = []
     out = tmp_path / "out"
-    records = skeletonize_many(meshes, out, workers=2, on_record=lambda record, is_old: told.append(record.input))
+    records = skeletonize_many(meshes, out, workers=2, on_record=lambda record, is_earlier: told.append(record.input))
     assert [record.input for record in records] == [str(path) for path in meshes]
     assert sorted(told) == [str(path) for path in meshes]
     assert outcomes(records) == [BatchStatus.REFUSED] + [BatchStatus.PASSED] * 3
@@ -70,13 +70,13 @@ def test_what_was_done_is_not_done_again(meshes, tmp_path, tripod):
     first = skeletonize_many(meshes, out, workers=1)
     before = files(out)
     old = []
-    again = skeletonize_many(meshes, out, workers=1, on_record=lambda record, is_old: old.append(is_old))
+    again = skeletonize_many(meshes, out, workers=1, on_record=lambda record, is_earlier: old.append(is_earlier))
     assert (again, old, files(out)) == (first, [True] * 4, before)
 
     def redone(**options):
         new = []
         skeletonize_many(
-            meshes, out, workers=1, on_record=lambda record, is_old: is_old or new.append(record.output), **options
+            meshes, out, workers=1, on_record=lambda record, is_earlier: is_earlier or new.append(record.output), **options
         )
         return new
 
@@ -135,7 +135,7 @@ def test_an_interrupted_batch_leaves_no_half_file_and_goes_on_from_there(tmp_pat
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
-    assert (process.returncode, errors) == (130, "lbskel: interrupted, nothing half-written is left\n")
+    assert (process.returncode, errors) == (130, "lbskel: interrupted; no partial file is left\n")
     done = sorted(known(out))
     assert 1 <= len(done) < 6
     assert sorted(path.name for path in out.iterdir()) == sorted([*done, MANIFEST])
@@ -153,7 +153,7 @@ needs_dask = pytest.mark.skipif(importlib.util.find_spec("distributed") is None,
 
 @needs_dask
 def test_a_scheduler_that_does_not_answer_is_named(meshes, tmp_path, monkeypatch):
-    monkeypatch.setattr(running, "CONNECT", 0.5)
+    monkeypatch.setattr(running, "CONNECT_SECONDS", 0.5)
     with pytest.raises(UnknownChoice, match="no Dask scheduler answers at tcp:"):
         skeletonize_many(meshes, tmp_path / "out", dask="tcp://127.0.0.1:9")
 
