@@ -1,9 +1,21 @@
-"""Loops that numpy has no words for: modules that Cython compiles at installation, and that run uncompiled as well.
+"""Inner loops that cannot be vectorized with numpy: modules that Cython compiles at installation.
 
-Each is plain Python with the types of C written beside it (Cython's pure Python mode), so there is one text, the same
-results, and no compiler needed, only many times as long. They take arrays that their callers have checked.
+Each is plain Python with C types as annotations (Cython's pure Python mode). Where there was no C compiler it runs
+uncompiled, with the same results, only many times slower. Arguments are arrays that the callers have checked.
 """
 
 from __future__ import annotations
 
 __all__: list[str] = []
+
+from lbskel._kernels.compiled_files import changed_sources, installed_twin, is_compiled
+
+_folder = __path__[0]
+if is_compiled(_folder):
+    if _changed := changed_sources(_folder):
+        raise ImportError(
+            f"the compiled kernels in {_folder} are not those of the sources ({', '.join(_changed)} changed): "
+            "run pip install -e . in the clone"
+        )
+elif _twin := installed_twin(_folder):
+    __path__.insert(0, _twin)

@@ -1,23 +1,80 @@
-"""How the kernels are compiled; for setuptools, which loads this file by itself, without the package."""
+"""Build commands for setuptools, which loads this file on its own, without the package.
+
+A build leaves nothing in the source folder: C files, objects and metadata go to a temporary folder. Only a development
+install (``pip install -e .``) puts compiled kernels beside their sources, with a record of these (``compiled_files``).
+"""
 
 from __future__ import annotations
 
-__all__ = ["BesideSources"]
+__all__ = ["Build", "BuildKernels", "EggInfo"]
 
+import atexit
+import importlib.util
+import os
+import shutil
+import tempfile
+
+from setuptools.command.build import build
 from setuptools.command.build_ext import build_ext
+from setuptools.command.egg_info import egg_info
+
+# how the kernels are compiled: no checks of indices, and C's division
+DIRECTIVES = {
+    "language_level": 3,
+    "boundscheck": False,
+    "wraparound": False,
+    "initializedcheck": False,
+    "cdivision": True,
+}
+CHECKS = "LBSKEL_KERNEL_CHECKS"  # environment variable: directives to switch on, separated by spaces
+
+TEMPORARY = tempfile.mkdtemp(prefix="lbskel-build-")
+atexit.register(shutil.rmtree, TEMPORARY, ignore_errors=True)
 
 
-class BesideSources(build_ext):
-    """Optimizes, and puts what is compiled beside its source too, since Python run in the clone finds it there."""
+class Build(build):
+    """Builds in a temporary folder."""
+
+    def initialize_options(self) -> None:
+        """Set the folder."""
+        super().initialize_options()
+        self.build_base = os.path.join(TEMPORARY, "build")
+
+
+class EggInfo(egg_info):
+    """Writes metadata to a temporary folder."""
+
+    def initialize_options(self) -> None:
+        """Set the folder."""
+        super().initialize_options()
+        self.egg_base = TEMPORARY
+
+
+class BuildKernels(build_ext):
+    """Compiles the kernels with Cython."""
+
+    def finalize_options(self) -> None:
+        """Set the directives, and the folder of C files."""
+        super().finalize_options()
+        checks = dict.fromkeys(os.environ.get(CHECKS, "").split(), True)
+        if unknown := checks.keys() - DIRECTIVES.keys():
+            raise ValueError(f"{CHECKS}: unknown {', '.join(sorted(unknown))}; known: {', '.join(DIRECTIVES)}")
+        self.cython_directives = DIRECTIVES | checks
+        self.cython_c_in_temp = True
 
     def build_extensions(self) -> None:
-        """Compile with the same roundings everywhere: a product and a sum are not made one."""
+        """Compile with the same rounding on all platforms: no fused multiply-add."""
         for extension in self.extensions:
-            if self.compiler.compiler_type != "msvc":  # which optimizes, and keeps to the standard, by itself
+            if self.compiler.compiler_type != "msvc":  # which optimizes and rounds like this by default
                 extension.extra_compile_args = ["-O3", "-ffp-contract=off"]
         super().build_extensions()
 
     def run(self) -> None:
-        """Build into the wheel, then copy."""
+        """Build; beside the sources, write the record of these too."""
         super().run()
-        self.copy_extensions_to_source()
+        if self.inplace:
+            folder = os.path.dirname(os.path.abspath(__file__))
+            spec = importlib.util.spec_from_file_location("compiled_files", os.path.join(folder, "compiled_files.py"))
+            compiled_files = importlib.util.module_from_spec(spec)
+            spec.loader.exec_module(compiled_files)
+            compiled_files.write_record(folder)

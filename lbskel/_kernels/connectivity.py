@@ -1,9 +1,8 @@
-# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Along the edges of a surface: what hangs together, fans round vertices, sums over neighbors, nearer nodes."""
+"""Traversals along the edges of a surface: components, umbrellas of vertices, neighbor sums, nearest nodes."""
 
 from __future__ import annotations
 
-__all__ = ["fans", "nearer_nodes", "pieces", "sums_beside"]
+__all__ = ["component_roots", "count_umbrellas", "descend_to_nearest_node", "neighbor_sums"]
 
 import cython
 import numpy as np
@@ -11,43 +10,57 @@ from numpy.typing import NDArray
 
 
 @cython.locals(edge=cython.Py_ssize_t, i=cython.longlong, j=cython.longlong)
-def pieces(
+def component_roots(
     edges: cython.const[cython.longlong][:, ::1], labels: cython.const[cython.longlong][::1]
 ) -> NDArray[np.int64]:
-    """(n,) the least vertex that each hangs together with by edges between vertices of its own label, if not negative.
+    """(n,) smallest vertex index in the connected region of each vertex.
 
-    By union and find: Tarjan 1975, "Efficiency of a good but not linear set union algorithm",
+    Regions are connected by edges between vertices of equal label; a vertex with a negative label is its own region.
+    Union and find: Tarjan 1975, "Efficiency of a good but not linear set union algorithm",
     https://doi.org/10.1145/321879.321884.
+
+    Parameters
+    ----------
+    edges : (e, 2) array of int
+    labels : (n,) array of int
     """
     n: cython.Py_ssize_t = labels.shape[0]
     array = np.arange(n)
-    least: cython.longlong[::1] = array
+    parent: cython.longlong[::1] = array
     for edge in range(edges.shape[0]):
         i, j = edges[edge, 0], edges[edge, 1]
         if labels[i] != labels[j] or labels[i] < 0:
             continue
-        while least[i] != i:
-            least[i] = least[least[i]]
-            i = least[i]
-        while least[j] != j:
-            least[j] = least[least[j]]
-            j = least[j]
-        least[max(i, j)] = min(i, j)
-    for edge in range(n):  # in ascending order that before is done
-        least[edge] = least[least[edge]]
+        while parent[i] != i:
+            parent[i] = parent[parent[i]]
+            i = parent[i]
+        while parent[j] != j:
+            parent[j] = parent[parent[j]]
+            j = parent[j]
+        parent[max(i, j)] = min(i, j)
+    for i in range(n):  # a parent has a smaller index, so in ascending order it already points to its root
+        parent[i] = parent[parent[i]]
     return array
 
 
 @cython.locals(side=cython.Py_ssize_t, at=cython.Py_ssize_t, edge=cython.longlong)
-def fans(
+def count_umbrellas(
     F: cython.const[cython.longlong][:, ::1],
     edge_of_side: cython.const[cython.longlong][::1],
     n_edges: cython.Py_ssize_t,
 ) -> int:
-    """How many fans of faces there are about corners: one for each vertex, or more where a surface is pinched there.
+    """Number of umbrellas, or -1 where the two faces at some edge are not oriented alike.
 
-    Every edge has two sides; -1 where not all of them run opposite ways. Side k lies opposite corner k // m of face
-    k % m, as in ``Mesh.half_edges``.
+    An umbrella is a cycle of faces around one vertex, each adjacent to the next: a manifold vertex has one, a vertex
+    at which surfaces are pinched together has more.
+
+    Parameters
+    ----------
+    F : (m, 3) array of int
+        Faces of a surface without boundary, of which each edge has exactly two faces.
+    edge_of_side : (3 m,) array of int
+        Edge of each half-edge. Half-edge k lies opposite corner k // m of face k % m, as in ``Mesh.half_edges``.
+    n_edges : int
     """
     m: cython.Py_ssize_t = F.shape[0]
     count: cython.Py_ssize_t = 0
@@ -70,7 +83,7 @@ def fans(
         at = side
         while not is_seen[at]:
             is_seen[at] = 1
-            at = (twins[(at + m) % (3 * m)] + m) % (3 * m)  # across the side that leaves the corner
+            at = (twins[(at + m) % (3 * m)] + m) % (3 * m)  # the next face: across the half-edge that leaves the corner
     return count
 
 
@@ -82,19 +95,26 @@ def fans(
     dx=cython.double,
     dy=cython.double,
     dz=cython.double,
-    far=cython.double,
-    least=cython.double,
+    squared=cython.double,
+    smallest=cython.double,
 )
-def nearer_nodes(
+def descend_to_nearest_node(
     vertices: cython.const[cython.double][:, ::1],
     node_of_vertex: cython.const[cython.longlong][::1],
     nodes: cython.const[cython.double][:, ::1],
     first: cython.const[cython.longlong][::1],
-    beside: cython.const[cython.longlong][::1],
+    neighbors: cython.const[cython.longlong][::1],
 ) -> NDArray[np.int64]:
-    """(n,) the node of each vertex handed on to the nearest of it and those beside it, until it is the node itself.
+    """(n,) node of each vertex after steps to the adjacent node nearest to the vertex, until no neighbor is nearer.
 
-    The nodes beside node k are those from ``beside[first[k]]`` on, before ``beside[first[k + 1]]``.
+    Parameters
+    ----------
+    vertices : (n, 3) array of float
+    node_of_vertex : (n,) array of int
+        Nodes to begin with.
+    nodes : (k, 3) array of float
+    first, neighbors : (k + 1,) and (2 e,) arrays of int
+        Adjacency: the neighbors of node k are ``neighbors[first[k]:first[k + 1]]``.
     """
     if node_of_vertex.shape[0] != vertices.shape[0]:
         raise ValueError("there must be a node for each vertex")
@@ -104,25 +124,25 @@ def nearer_nodes(
         nearest = result[vertex]
         dx, dy = nodes[nearest, 0] - vertices[vertex, 0], nodes[nearest, 1] - vertices[vertex, 1]
         dz = nodes[nearest, 2] - vertices[vertex, 2]
-        least = dx * dx + dy * dy + dz * dz
+        smallest = dx * dx + dy * dy + dz * dz
         node = -1
         while nearest != node:
             node = nearest
             for at in range(first[node], first[node + 1]):
-                dx, dy = nodes[beside[at], 0] - vertices[vertex, 0], nodes[beside[at], 1] - vertices[vertex, 1]
-                dz = nodes[beside[at], 2] - vertices[vertex, 2]
-                far = dx * dx + dy * dy + dz * dz
-                if far < least:
-                    nearest, least = beside[at], far
+                dx, dy = nodes[neighbors[at], 0] - vertices[vertex, 0], nodes[neighbors[at], 1] - vertices[vertex, 1]
+                dz = nodes[neighbors[at], 2] - vertices[vertex, 2]
+                squared = dx * dx + dy * dy + dz * dz
+                if squared < smallest:
+                    nearest, smallest = neighbors[at], squared
         result[vertex] = nearest
     return array
 
 
 @cython.locals(edge=cython.Py_ssize_t, axis=cython.Py_ssize_t, i=cython.longlong, j=cython.longlong)
-def sums_beside(
+def neighbor_sums(
     edges: cython.const[cython.longlong][:, ::1], values: cython.const[cython.double][:, ::1]
 ) -> NDArray[np.float64]:
-    """(n, k) the sums of (n, k) values over the neighbors of each vertex."""
+    """(n, k) sum of the (n, k) values over the neighbors of each vertex, by its (e, 2) edges."""
     array = np.zeros((values.shape[0], values.shape[1]))
     result: cython.double[:, ::1] = array
     for edge in range(edges.shape[0]):

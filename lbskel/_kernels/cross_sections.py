@@ -1,44 +1,47 @@
-# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""The curves in which planes cut faces: found by a tree of boxes, joined by shared edges, one chosen and measured.
+"""Curves in which planes cut a mesh: one curve for each plane is selected and measured.
 
-A curve has segments, one in each face cut, and ends, one on each edge cut; segments with an end in common are joined.
-An end has the same coordinates for all its faces, so that a curve winds round a point a whole number of times.
+A curve consists of segments, one in each face that is cut, and of points, one on each edge that is cut; segments that
+share a point belong to one curve. A point has exactly the same coordinates for all faces at its edge, so the winding
+number of a curve around the query point is an integer.
 """
 
 from __future__ import annotations
 
-__all__ = ["Curves"]
+__all__ = ["SectionCurves"]
 
 import cython
 import numpy as np
 from cython.cimports.libc.math import atan2, fabs, sqrt
 from numpy.typing import NDArray
 
-LEAF = cython.declare(cython.Py_ssize_t, 4)  # faces
-DEPTH = cython.declare(cython.Py_ssize_t, 64)  # levels of any tree
-NEAR = cython.declare(cython.double, 3.0)  # times the distance to something near: where a curve is looked for first
-FARTHER = cython.declare(cython.double, 2.0)  # times as far is looked where that does not tell
-CLOSED = cython.declare(cython.double, 1e-6)  # of a curve's length that its ends may be apart
-FLAT = cython.declare(cython.double, 1e-12)  # of the square of its length that its area must have to have a centroid
-TURN = cython.declare(cython.double, 2 * np.pi)
-NEVER = cython.declare(cython.double, float("inf"))
-NOWHERE = cython.declare(cython.double, 1e150)  # the place of boxes without a face, as in trees
+LEAF = cython.declare(cython.Py_ssize_t, 4)  # faces in a leaf, as in bvh
+DEPTH = cython.declare(cython.Py_ssize_t, 64)  # length of a traversal stack, as in bvh
+FIRST_REACH = cython.declare(cython.double, 3.0)  # first search radius, in distances to a nearby vertex (a guess)
+REACH_GROWTH = cython.declare(cython.double, 2.0)  # factor on the search radius while the curve is undecided (a guess)
+CLOSURE_TOLERANCE = cython.declare(cython.double, 1e-6)  # gap / length of a closed curve: rounding (a guess)
+MIN_COMPACTNESS = cython.declare(cython.double, 1e-12)  # area / length^2 for an area centroid (a guess)
+FULL_TURN = cython.declare(cython.double, 2 * np.pi)
+INFINITY = cython.declare(cython.double, float("inf"))
+EMPTY = cython.declare(cython.double, 1e150)  # coordinate of boxes without faces, as in bvh
 
-LENGTH = cython.declare(cython.Py_ssize_t, 0)  # columns of the sums over a curve
-CROSS = cython.declare(cython.Py_ssize_t, 1)  # products, twice the area
-TURNS = cython.declare(cython.Py_ssize_t, 2)  # signed crossings of an axis
-STEP = cython.declare(cython.Py_ssize_t, 3)  # from its first end to its last
-BY_AREA = cython.declare(cython.Py_ssize_t, 5)  # twice the middles of its segments, times cross products
-BY_LENGTH = cython.declare(cython.Py_ssize_t, 7)  # the same times lengths
-OWN = cython.declare(cython.Py_ssize_t, 9)  # length on faces of the label
-NEAREST = cython.declare(cython.Py_ssize_t, 10)  # least square of a distance from the point
-WHOLE = cython.declare(cython.Py_ssize_t, 11)  # whether it runs on nowhere outside of what was looked at
-SUMS = cython.declare(cython.Py_ssize_t, 12)
+LENGTH = cython.declare(cython.Py_ssize_t, 0)  # columns of the sums over a curve: its length
+CROSS = cython.declare(cython.Py_ssize_t, 1)  # cross products: twice the area
+TURNS = cython.declare(cython.Py_ssize_t, 2)  # signed crossings of the first axis: the winding number
+DISPLACEMENT = cython.declare(cython.Py_ssize_t, 3)  # from its first point to its last; two columns
+AREA_MOMENT = cython.declare(cython.Py_ssize_t, 5)  # twice the midpoints times cross products; two columns
+LENGTH_MOMENT = cython.declare(cython.Py_ssize_t, 7)  # twice the midpoints times lengths; two columns
+OWN_LENGTH = cython.declare(cython.Py_ssize_t, 9)  # length on faces of the label, or of a negative one
+MIN_DISTANCE = cython.declare(cython.Py_ssize_t, 10)  # squared distance to the query point
+IS_COMPLETE = cython.declare(cython.Py_ssize_t, 11)  # 1 if all faces at its points were cut, else 0
+N_SUMS = cython.declare(cython.Py_ssize_t, 12)
 
 
 @cython.cclass
-class Curves:
-    """What planes cut out of a mesh; the arrays are those of a Mesh, its tree, and a label for each face or none."""
+class SectionCurves:
+    """Plane sections of one mesh.
+
+    The arrays are those of a Mesh, those of :mod:`lbskel._kernels.bvh`, and a label for each face, or none.
+    """
 
     edge_of_half_edge: cython.const[cython.longlong][::1]
     faces_per_edge: cython.const[cython.longlong][::1]
@@ -46,7 +49,7 @@ class Curves:
     corners: cython.const[cython.double][:, ::1]
     boxes: cython.const[cython.double][:, ::1]
     labels: cython.const[cython.longlong][::1]
-    x: cython.double  # the point, the normal, and two unit vectors in the plane
+    x: cython.double  # the query point, the normal (a, b, c), and two unit vectors in the plane
     y: cython.double
     z: cython.double
     a: cython.double
@@ -55,14 +58,14 @@ class Curves:
     offset: cython.double
     frame: cython.double[:, ::1]
     stack: cython.longlong[::1]
-    is_all: cython.bint  # whether nothing of the plane was left out for being far
+    is_everything_cut: cython.bint  # whether no box that meets the plane was beyond the reach
     n_segments: cython.Py_ssize_t
-    n_ends: cython.Py_ssize_t
-    end_of_edge: cython.longlong[::1]
-    edge_of_end: cython.longlong[::1]
-    segment_of_end: cython.longlong[::1]
-    faces_at_end: cython.longlong[::1]
-    ends: cython.double[:, ::1]
+    n_points: cython.Py_ssize_t
+    point_of_edge: cython.longlong[::1]
+    edge_of_point: cython.longlong[::1]
+    segment_of_point: cython.longlong[::1]
+    faces_at_point: cython.longlong[::1]
+    points_2d: cython.double[:, ::1]
     face_of_segment: cython.longlong[::1]
     start: cython.longlong[::1]
     stop: cython.longlong[::1]
@@ -84,61 +87,56 @@ class Curves:
         self.edge_of_half_edge, self.faces_per_edge = edge_of_half_edge, faces_per_edge
         self.order, self.corners, self.boxes, self.labels = order, corners, boxes, labels
         self.frame, self.stack = np.empty((2, 3)), np.empty(DEPTH, dtype=np.int64)
-        # as long as ever needed; memory is taken only where something is written
-        self.end_of_edge = np.zeros(n_edges, dtype=np.int64)
-        self.edge_of_end, self.segment_of_end = np.empty_like(self.end_of_edge), np.empty_like(self.end_of_edge)
-        self.faces_at_end, self.ends = np.empty_like(self.end_of_edge), np.empty((n_edges, 2))
+        # as long as can be needed; the system allocates only the pages that are written
+        self.point_of_edge = np.zeros(n_edges, dtype=np.int64)
+        self.edge_of_point, self.segment_of_point = np.empty_like(self.point_of_edge), np.empty_like(self.point_of_edge)
+        self.faces_at_point, self.points_2d = np.empty_like(self.point_of_edge), np.empty((n_edges, 2))
         self.face_of_segment, self.start = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64)
         self.stop, self.parent = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64)
-        self.sums = np.empty((m, SUMS))
+        self.sums = np.empty((m, N_SUMS))
 
     @cython.locals(i=cython.Py_ssize_t, axis=cython.Py_ssize_t, best=cython.Py_ssize_t, reach=cython.double)
-    def chosen(
+    def measure(
         self,
         points: cython.const[cython.double][:, ::1],
         frames: cython.const[cython.double][:, :, ::1],
         labels: cython.const[cython.longlong][::1],
     ) -> NDArray[np.float64]:
-        """(k, 8) of the curve chosen for each plane: whether it is one, whether it goes round the point, the centroid
-        in the plane from there, area, length, mean distance from the centroid, and the share on faces of the label.
+        """(k, 8) measures of the curve selected in the plane through each point.
 
-        Parameters
-        ----------
-        points : (k, 3) array of float
-        frames : (k, 3, 3) array of float
-            Of each plane two unit vectors in it, and its normal.
-        labels : (k,) array of int
-            Faces of this label, or of a negative one, are the curve's own.
+        The frames are two unit vectors in each plane, and its normal. The measures are 1 if there is a curve, 1 if it
+        surrounds the point, the two plane coordinates of its centroid relative to the point, its area, length and mean
+        distance from the centroid, and the fraction of its length on faces of the plane's label or a negative one.
         """
         k: cython.Py_ssize_t = points.shape[0]
         if frames.shape[0] != k or labels.shape[0] != k:
             raise ValueError("there must be a frame and a label for each point")
-        chosen_array = np.zeros((k, 8))
-        chosen: cython.double[:, ::1] = chosen_array
+        measures_array = np.zeros((k, 8))
+        measures: cython.double[:, ::1] = measures_array
         for i in range(k):
             self.x, self.y, self.z = points[i, 0], points[i, 1], points[i, 2]
             self.a, self.b, self.c = frames[i, 2, 0], frames[i, 2, 1], frames[i, 2, 2]
             self.offset = self.a * self.x + self.b * self.y + self.c * self.z
             for axis in range(3):
                 self.frame[0, axis], self.frame[1, axis] = frames[i, 0, axis], frames[i, 1, axis]
-            reach = NEAR * self._distance_of_something_near()
+            reach = FIRST_REACH * self._distance_to_nearby_vertex()
             if not reach > 0:  # at a vertex
-                reach = NEVER
+                reach = INFINITY
             while True:
                 self._cut_within(reach)
-                self._sum_up(labels[i])
+                self._sum_curves(labels[i])
                 best = self._best()
-                if self.is_all or (best >= 0 and self.sums[best, WHOLE] > 0 and self._goes_round(best)):
+                if self.is_everything_cut or (best >= 0 and self.sums[best, IS_COMPLETE] > 0 and self._surrounds(best)):
                     break
-                reach *= FARTHER
+                reach *= REACH_GROWTH
             if best >= 0:
-                self._measure(best, chosen[i])
-        return chosen_array
+                self._write_measures(best, measures[i])
+        return measures_array
 
     @cython.cfunc
     @cython.exceptval(check=False)
     def _box_distance(self, node: cython.Py_ssize_t) -> cython.double:
-        """The square of the distance of the point from a box."""
+        """Squared distance from the query point to a box."""
         dx: cython.double = max(max(self.boxes[node, 0] - self.x, self.x - self.boxes[node, 3]), 0.0)
         dy: cython.double = max(max(self.boxes[node, 1] - self.y, self.y - self.boxes[node, 4]), 0.0)
         dz: cython.double = max(max(self.boxes[node, 2] - self.z, self.z - self.boxes[node, 5]), 0.0)
@@ -147,7 +145,7 @@ class Curves:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _meets(self, node: cython.Py_ssize_t) -> cython.bint:
-        """Whether the plane meets a box."""
+        """Whether the plane intersects a box."""
         x: cython.double = (self.boxes[node, 0] + self.boxes[node, 3]) / 2
         y: cython.double = (self.boxes[node, 1] + self.boxes[node, 4]) / 2
         z: cython.double = (self.boxes[node, 2] + self.boxes[node, 5]) / 2
@@ -159,113 +157,115 @@ class Curves:
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _distance_of_something_near(self) -> cython.double:
-        """From the point to a vertex in the box found by going where it is nearer."""
+    def _distance_to_nearby_vertex(self) -> cython.double:
+        """Distance from the query point to a vertex in the leaf found by descending to the nearer child."""
         p: cython.Py_ssize_t = self.boxes.shape[0] // 2
         node: cython.Py_ssize_t = 1
         while node < p:
             node *= 2
-            if self.boxes[node + 1, 0] < NOWHERE and self._box_distance(node + 1) < self._box_distance(node):
+            if self.boxes[node + 1, 0] < EMPTY and self._box_distance(node + 1) < self._box_distance(node):
                 node += 1
-        at: cython.Py_ssize_t = (node - p) * LEAF
-        dx: cython.double = self.corners[at, 0] - self.x
-        dy: cython.double = self.corners[at, 1] - self.y
-        dz: cython.double = self.corners[at, 2] - self.z
+        row: cython.Py_ssize_t = (node - p) * LEAF
+        dx: cython.double = self.corners[row, 0] - self.x
+        dy: cython.double = self.corners[row, 1] - self.y
+        dz: cython.double = self.corners[row, 2] - self.z
         return sqrt(dx * dx + dy * dy + dz * dz)
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    @cython.locals(node=cython.Py_ssize_t, at=cython.Py_ssize_t)
+    @cython.locals(node=cython.Py_ssize_t, row=cython.Py_ssize_t)
     def _cut_within(self, reach: cython.double) -> cython.void:
-        """Every segment in the boxes that are within reach of the point."""
+        """Cut all faces in boxes within a distance of the query point."""
         p: cython.Py_ssize_t = self.boxes.shape[0] // 2
         top: cython.Py_ssize_t = 1
-        self.n_segments = self.n_ends = 0
-        self.is_all = True
+        self.n_segments = self.n_points = 0
+        self.is_everything_cut = True
         self.stack[0] = 1
         while top > 0:
             top -= 1
             node = self.stack[top]
-            if self.boxes[node, 0] >= NOWHERE or not self._meets(node):
+            if self.boxes[node, 0] >= EMPTY or not self._meets(node):
                 continue
             if self._box_distance(node) > reach * reach:
-                self.is_all = False
+                self.is_everything_cut = False
             elif node < p:
                 self.stack[top], self.stack[top + 1] = 2 * node, 2 * node + 1
                 top += 2
             else:
-                for at in range((node - p) * LEAF, min((node - p + 1) * LEAF, self.order.shape[0])):
-                    self._cut_face(at)
+                for row in range((node - p) * LEAF, min((node - p + 1) * LEAF, self.order.shape[0])):
+                    self._cut_face(row)
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _height(self, at: cython.Py_ssize_t, corner: cython.Py_ssize_t) -> cython.double:
-        """Of a corner over the plane; the same for all faces at a vertex."""
-        x: cython.double = self.corners[at, 3 * corner]
-        y: cython.double = self.corners[at, 3 * corner + 1]
-        z: cython.double = self.corners[at, 3 * corner + 2]
+    def _height(self, row: cython.Py_ssize_t, corner: cython.Py_ssize_t) -> cython.double:
+        """Signed height of a corner above the plane; exactly the same for all faces at a vertex."""
+        x: cython.double = self.corners[row, 3 * corner]
+        y: cython.double = self.corners[row, 3 * corner + 1]
+        z: cython.double = self.corners[row, 3 * corner + 2]
         return self.a * x + self.b * y + self.c * z - self.offset
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _cut_face(self, at: cython.Py_ssize_t) -> cython.void:
-        """The segment in a face, if the plane cuts it, counter-clockwise round the normal where faces face outwards."""
-        first: cython.bint = self._height(at, 0) >= 0
-        second: cython.bint = self._height(at, 1) >= 0
-        third: cython.bint = self._height(at, 2) >= 0
+    def _cut_face(self, row: cython.Py_ssize_t) -> cython.void:
+        """Add the segment in a face that the plane cuts, counterclockwise if faces are oriented outwards."""
+        first: cython.bint = self._height(row, 0) >= 0
+        second: cython.bint = self._height(row, 1) >= 0
+        third: cython.bint = self._height(row, 2) >= 0
         if first == second and second == third:
             return
         m: cython.Py_ssize_t = self.order.shape[0]
-        face: cython.longlong = self.order[at]
-        lone: cython.Py_ssize_t = 0 if second == third else 1 if third == first else 2  # that one alone is on its side
-        is_above: cython.bint = first if lone == 0 else second if lone == 1 else third
-        left: cython.Py_ssize_t = (lone + 1) % 3
-        right: cython.Py_ssize_t = (lone + 2) % 3
+        face: cython.longlong = self.order[row]
+        single: cython.Py_ssize_t = 0 if second == third else 1 if third == first else 2  # alone on its side
+        is_above: cython.bint = first if single == 0 else second if single == 1 else third
+        left: cython.Py_ssize_t = (single + 1) % 3
+        right: cython.Py_ssize_t = (single + 2) % 3
+        left_edge: cython.longlong = self.edge_of_half_edge[right * m + face]  # opposite the right corner
+        right_edge: cython.longlong = self.edge_of_half_edge[left * m + face]
         segment: cython.Py_ssize_t = self.n_segments
         self.n_segments += 1
         self.parent[segment] = segment
         self.face_of_segment[segment] = face
         if is_above:
-            self.start[segment] = self._end_on(self.edge_of_half_edge[right * m + face], segment, at, left, lone)
-            self.stop[segment] = self._end_on(self.edge_of_half_edge[left * m + face], segment, at, right, lone)
+            self.start[segment] = self._point_on_edge(left_edge, segment, row, left, single)
+            self.stop[segment] = self._point_on_edge(right_edge, segment, row, right, single)
         else:
-            self.start[segment] = self._end_on(self.edge_of_half_edge[left * m + face], segment, at, lone, right)
-            self.stop[segment] = self._end_on(self.edge_of_half_edge[right * m + face], segment, at, lone, left)
+            self.start[segment] = self._point_on_edge(right_edge, segment, row, single, right)
+            self.stop[segment] = self._point_on_edge(left_edge, segment, row, single, left)
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _end_on(
+    def _point_on_edge(
         self,
         edge: cython.longlong,
         segment: cython.Py_ssize_t,
-        at: cython.Py_ssize_t,
+        row: cython.Py_ssize_t,
         low: cython.Py_ssize_t,
         high: cython.Py_ssize_t,
     ) -> cython.longlong:
-        """The end on an edge, from the corner under the plane to that above; who else has a segment there is joined."""
-        end: cython.longlong = self.end_of_edge[edge]
-        if end < self.n_ends and self.edge_of_end[end] == edge:
-            self.faces_at_end[end] += 1
-            self._join(self.segment_of_end[end], segment)
-            return end
-        end = self.n_ends
-        self.n_ends += 1
-        self.end_of_edge[edge], self.edge_of_end[end] = end, edge
-        self.segment_of_end[end], self.faces_at_end[end] = segment, 1
-        height: cython.double = self._height(at, low)
-        share: cython.double = height / (height - self._height(at, high))
+        """Point on an edge between its corners below and above the plane; merges the curves that meet in it."""
+        point: cython.longlong = self.point_of_edge[edge]
+        if point < self.n_points and self.edge_of_point[point] == edge:
+            self.faces_at_point[point] += 1
+            self._merge(self.segment_of_point[point], segment)
+            return point
+        point = self.n_points
+        self.n_points += 1
+        self.point_of_edge[edge], self.edge_of_point[point] = point, edge
+        self.segment_of_point[point], self.faces_at_point[point] = segment, 1
+        height: cython.double = self._height(row, low)
+        t: cython.double = height / (height - self._height(row, high))
         low, high = 3 * low, 3 * high
-        x: cython.double = (1 - share) * self.corners[at, low] + share * self.corners[at, high] - self.x
-        y: cython.double = (1 - share) * self.corners[at, low + 1] + share * self.corners[at, high + 1] - self.y
-        z: cython.double = (1 - share) * self.corners[at, low + 2] + share * self.corners[at, high + 2] - self.z
-        self.ends[end, 0] = self.frame[0, 0] * x + self.frame[0, 1] * y + self.frame[0, 2] * z
-        self.ends[end, 1] = self.frame[1, 0] * x + self.frame[1, 1] * y + self.frame[1, 2] * z
-        return end
+        x: cython.double = (1 - t) * self.corners[row, low] + t * self.corners[row, high] - self.x
+        y: cython.double = (1 - t) * self.corners[row, low + 1] + t * self.corners[row, high + 1] - self.y
+        z: cython.double = (1 - t) * self.corners[row, low + 2] + t * self.corners[row, high + 2] - self.z
+        self.points_2d[point, 0] = self.frame[0, 0] * x + self.frame[0, 1] * y + self.frame[0, 2] * z
+        self.points_2d[point, 1] = self.frame[1, 0] * x + self.frame[1, 1] * y + self.frame[1, 2] * z
+        return point
 
     @cython.cfunc
     @cython.exceptval(check=False)
     def _curve(self, segment: cython.Py_ssize_t) -> cython.Py_ssize_t:
-        """The curve that a segment is on: the first of its segments."""
+        """Curve of a segment, which is the number of its first segment; union and find."""
         while self.parent[segment] != segment:
             self.parent[segment] = self.parent[self.parent[segment]]
             segment = self.parent[segment]
@@ -273,53 +273,53 @@ class Curves:
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _join(self, i: cython.Py_ssize_t, j: cython.Py_ssize_t) -> cython.void:
-        """Make one curve of those of two segments."""
+    def _merge(self, i: cython.Py_ssize_t, j: cython.Py_ssize_t) -> cython.void:
+        """Merge the curves of two segments."""
         i, j = self._curve(i), self._curve(j)
         self.parent[max(i, j)] = min(i, j)
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    @cython.locals(segment=cython.Py_ssize_t, curve=cython.Py_ssize_t, end=cython.Py_ssize_t, at=cython.Py_ssize_t)
-    def _sum_up(self, label: cython.longlong) -> cython.void:
-        """The sums over each curve, in the row of its first segment."""
+    @cython.locals(segment=cython.Py_ssize_t, curve=cython.Py_ssize_t, point=cython.Py_ssize_t, row=cython.Py_ssize_t)
+    def _sum_curves(self, label: cython.longlong) -> cython.void:
+        """Sum over each curve, in the row of its first segment."""
         for segment in range(self.n_segments):
             curve = self._curve(segment)
             if curve == segment:
-                for at in range(SUMS):
-                    self.sums[curve, at] = 0
-                self.sums[curve, NEAREST], self.sums[curve, WHOLE] = NEVER, 1
-            self._add(segment, curve, label)
-        for end in range(self.n_ends):
-            if self.faces_at_end[end] < self.faces_per_edge[self.edge_of_end[end]]:
-                self.sums[self._curve(self.segment_of_end[end]), WHOLE] = 0
+                for row in range(N_SUMS):
+                    self.sums[curve, row] = 0
+                self.sums[curve, MIN_DISTANCE], self.sums[curve, IS_COMPLETE] = INFINITY, 1
+            self._add_segment(segment, curve, label)
+        for point in range(self.n_points):
+            if self.faces_at_point[point] < self.faces_per_edge[self.edge_of_point[point]]:
+                self.sums[self._curve(self.segment_of_point[point]), IS_COMPLETE] = 0
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _add(self, segment: cython.Py_ssize_t, curve: cython.Py_ssize_t, label: cython.longlong) -> cython.void:
-        """A segment to the sums of its curve; area and centroid by Green's theorem."""
-        ax: cython.double = self.ends[self.start[segment], 0]
-        ay: cython.double = self.ends[self.start[segment], 1]
-        bx: cython.double = self.ends[self.stop[segment], 0]
-        by: cython.double = self.ends[self.stop[segment], 1]
+    def _add_segment(self, segment: cython.Py_ssize_t, curve: cython.Py_ssize_t, label: cython.longlong) -> cython.void:
+        """Add a segment to the sums of its curve; area and centroid follow by Green's theorem."""
+        ax: cython.double = self.points_2d[self.start[segment], 0]
+        ay: cython.double = self.points_2d[self.start[segment], 1]
+        bx: cython.double = self.points_2d[self.stop[segment], 0]
+        by: cython.double = self.points_2d[self.stop[segment], 1]
         dx: cython.double = bx - ax
         dy: cython.double = by - ay
         cross: cython.double = ax * by - ay * bx
         length: cython.double = sqrt(dx * dx + dy * dy)
-        share: cython.double = 0
+        t: cython.double = 0
         if length > 0:
-            share = min(max(-(ax * dx + ay * dy) / (length * length), 0.0), 1.0)
-        x: cython.double = ax + share * dx
-        y: cython.double = ay + share * dy
+            t = min(max(-(ax * dx + ay * dy) / (length * length), 0.0), 1.0)
+        x: cython.double = ax + t * dx
+        y: cython.double = ay + t * dy
         self.sums[curve, LENGTH] += length
         self.sums[curve, CROSS] += cross
-        self.sums[curve, STEP] += dx
-        self.sums[curve, STEP + 1] += dy
-        self.sums[curve, BY_AREA] += (ax + bx) * cross
-        self.sums[curve, BY_AREA + 1] += (ay + by) * cross
-        self.sums[curve, BY_LENGTH] += (ax + bx) * length
-        self.sums[curve, BY_LENGTH + 1] += (ay + by) * length
-        self.sums[curve, NEAREST] = min(self.sums[curve, NEAREST], x * x + y * y)
+        self.sums[curve, DISPLACEMENT] += dx
+        self.sums[curve, DISPLACEMENT + 1] += dy
+        self.sums[curve, AREA_MOMENT] += (ax + bx) * cross
+        self.sums[curve, AREA_MOMENT + 1] += (ay + by) * cross
+        self.sums[curve, LENGTH_MOMENT] += (ax + bx) * length
+        self.sums[curve, LENGTH_MOMENT + 1] += (ay + by) * length
+        self.sums[curve, MIN_DISTANCE] = min(self.sums[curve, MIN_DISTANCE], x * x + y * y)
         if ay <= 0 < by and cross > 0:
             self.sums[curve, TURNS] += 1
         elif by <= 0 < ay and cross < 0:
@@ -327,21 +327,21 @@ class Curves:
         if self.labels.shape[0] > 0:
             face_label: cython.longlong = self.labels[self.face_of_segment[segment]]
             if face_label == label or face_label < 0:
-                self.sums[curve, OWN] += length
+                self.sums[curve, OWN_LENGTH] += length
 
     @cython.cfunc
     @cython.exceptval(check=False)
     def _is_closed(self, curve: cython.Py_ssize_t) -> cython.bint:
-        """Whether the steps of a curve lead back to where it began."""
-        dx: cython.double = self.sums[curve, STEP]
-        dy: cython.double = self.sums[curve, STEP + 1]
-        return sqrt(dx * dx + dy * dy) < CLOSED * self.sums[curve, LENGTH]
+        """Whether the segments of a curve sum to zero, up to rounding."""
+        dx: cython.double = self.sums[curve, DISPLACEMENT]
+        dy: cython.double = self.sums[curve, DISPLACEMENT + 1]
+        return sqrt(dx * dx + dy * dy) < CLOSURE_TOLERANCE * self.sums[curve, LENGTH]
 
     @cython.cfunc
     @cython.exceptval(check=False)
     @cython.locals(segment=cython.Py_ssize_t, i=cython.Py_ssize_t, j=cython.Py_ssize_t)
-    def _goes_round(self, curve: cython.Py_ssize_t) -> cython.bint:
-        """Whether a curve winds round the point by more than half a turn."""
+    def _surrounds(self, curve: cython.Py_ssize_t) -> cython.bint:
+        """Whether a curve winds around the query point by more than half a turn."""
         if self._is_closed(curve):
             return self.sums[curve, TURNS] != 0
         angle: cython.double = 0
@@ -349,25 +349,25 @@ class Curves:
             if self._curve(segment) == curve:
                 i, j = self.start[segment], self.stop[segment]
                 angle += atan2(
-                    self.ends[i, 0] * self.ends[j, 1] - self.ends[i, 1] * self.ends[j, 0],
-                    self.ends[i, 0] * self.ends[j, 0] + self.ends[i, 1] * self.ends[j, 1],
+                    self.points_2d[i, 0] * self.points_2d[j, 1] - self.points_2d[i, 1] * self.points_2d[j, 0],
+                    self.points_2d[i, 0] * self.points_2d[j, 0] + self.points_2d[i, 1] * self.points_2d[j, 1],
                 )
-        return fabs(angle) > TURN / 2
+        return fabs(angle) > FULL_TURN / 2
 
     @cython.cfunc
     @cython.exceptval(check=False)
     @cython.locals(curve=cython.Py_ssize_t, rank=cython.Py_ssize_t, size=cython.double)
     def _best(self) -> cython.Py_ssize_t:
-        """Of whole curves, or else of all, the smallest that goes round the point, or else the nearest; -1 if none."""
+        """Smallest curve around the query point, or else the nearest, complete ones first; -1 if there is none."""
         best: cython.Py_ssize_t = -1
         best_rank: cython.Py_ssize_t = 4
-        least: cython.double = NEVER
+        least: cython.double = INFINITY
         for curve in range(self.n_segments):
             if self.parent[curve] != curve:
                 continue
-            goes_round: cython.bint = self._goes_round(curve)
-            rank = (0 if self.sums[curve, WHOLE] > 0 else 2) + (0 if goes_round else 1)
-            size = fabs(self.sums[curve, CROSS]) if goes_round else self.sums[curve, NEAREST]
+            surrounds: cython.bint = self._surrounds(curve)
+            rank = (0 if self.sums[curve, IS_COMPLETE] > 0 else 2) + (0 if surrounds else 1)
+            size = fabs(self.sums[curve, CROSS]) if surrounds else self.sums[curve, MIN_DISTANCE]
             if rank < best_rank or (rank == best_rank and size < least):
                 best, best_rank, least = curve, rank, size
         return best
@@ -375,26 +375,26 @@ class Curves:
     @cython.cfunc
     @cython.exceptval(check=False)
     @cython.locals(segment=cython.Py_ssize_t, i=cython.Py_ssize_t, j=cython.Py_ssize_t)
-    def _measure(self, curve: cython.Py_ssize_t, row: cython.double[::1]) -> cython.void:
-        """What is told of the curve that was chosen."""
+    def _write_measures(self, curve: cython.Py_ssize_t, out: cython.double[::1]) -> cython.void:
+        """Write the eight measures of the selected curve."""
         area: cython.double = self.sums[curve, CROSS] / 2
         length: cython.double = self.sums[curve, LENGTH]
         x: cython.double = 0
         y: cython.double = 0
-        if self._is_closed(curve) and fabs(area) > FLAT * length * length:
-            x, y = self.sums[curve, BY_AREA] / (6 * area), self.sums[curve, BY_AREA + 1] / (6 * area)
+        if self._is_closed(curve) and fabs(area) > MIN_COMPACTNESS * length * length:
+            x, y = self.sums[curve, AREA_MOMENT] / (6 * area), self.sums[curve, AREA_MOMENT + 1] / (6 * area)
         elif length > 0:
-            x, y = self.sums[curve, BY_LENGTH] / (2 * length), self.sums[curve, BY_LENGTH + 1] / (2 * length)
+            x, y = self.sums[curve, LENGTH_MOMENT] / (2 * length), self.sums[curve, LENGTH_MOMENT + 1] / (2 * length)
         total: cython.double = 0
         for segment in range(curve, self.n_segments):
             if self._curve(segment) == curve:
                 i, j = self.start[segment], self.stop[segment]
-                dx: cython.double = self.ends[j, 0] - self.ends[i, 0]
-                dy: cython.double = self.ends[j, 1] - self.ends[i, 1]
-                mx: cython.double = (self.ends[i, 0] + self.ends[j, 0]) / 2 - x
-                my: cython.double = (self.ends[i, 1] + self.ends[j, 1]) / 2 - y
+                dx: cython.double = self.points_2d[j, 0] - self.points_2d[i, 0]
+                dy: cython.double = self.points_2d[j, 1] - self.points_2d[i, 1]
+                mx: cython.double = (self.points_2d[i, 0] + self.points_2d[j, 0]) / 2 - x
+                my: cython.double = (self.points_2d[i, 1] + self.points_2d[j, 1]) / 2 - y
                 total += sqrt(dx * dx + dy * dy) * sqrt(mx * mx + my * my)
-        row[0], row[1], row[2], row[3], row[4], row[5] = 1, self._goes_round(curve), x, y, fabs(area), length
+        out[0], out[1], out[2], out[3], out[4], out[5] = 1, self._surrounds(curve), x, y, fabs(area), length
         if length > 0:
-            row[6] = total / length
-            row[7] = self.sums[curve, OWN] / length if self.labels.shape[0] > 0 else 1.0
+            out[6] = total / length
+            out[7] = self.sums[curve, OWN_LENGTH] / length if self.labels.shape[0] > 0 else 1.0

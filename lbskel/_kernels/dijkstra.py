@@ -1,5 +1,7 @@
-# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Shortest ways in a graph: Dijkstra 1959, "A note on two problems in connexion with graphs"."""
+"""Shortest paths in a graph.
+
+Dijkstra 1959, "A note on two problems in connexion with graphs", https://doi.org/10.1007/BF01386390.
+"""
 
 from __future__ import annotations
 
@@ -9,135 +11,146 @@ import cython
 import numpy as np
 from numpy.typing import NDArray
 
-NEVER = cython.declare(cython.double, float("inf"))
+INFINITY = cython.declare(cython.double, float("inf"))
 
 
 @cython.cclass
 class ShortestPaths:
-    """A graph to look for ways in: beside node i are those from ``beside[first[i]]`` on, before ``first[i + 1]``.
+    """Shortest path searches in one graph, which share their working arrays.
 
-    Lengths are none of them negative, and of several starts no two are the same.
+    Parameters
+    ----------
+    first : (n + 1,) array of int
+    neighbors : (e,) array of int
+        Adjacency: the neighbors of node i are ``neighbors[first[i]:first[i + 1]]``.
+    lengths : (e,) array of float
+        Lengths of these edges; none is negative.
     """
 
     first: cython.const[cython.longlong][::1]
-    beside: cython.const[cython.longlong][::1]
+    neighbors: cython.const[cython.longlong][::1]
     lengths: cython.const[cython.double][::1]
-    far: cython.double[::1]
-    before: cython.longlong[::1]
+    distance: cython.double[::1]
+    predecessor: cython.longlong[::1]
     is_done: cython.schar[::1]
     reached: cython.longlong[::1]
     n_reached: cython.Py_ssize_t
     heap: cython.longlong[::1]
     keys: cython.double[::1]
-    n_waiting: cython.Py_ssize_t
+    heap_size: cython.Py_ssize_t
 
-    def __init__(self, first: NDArray[np.int64], beside: NDArray[np.int64], lengths: NDArray[np.float64]) -> None:
+    def __init__(self, first: NDArray[np.int64], neighbors: NDArray[np.int64], lengths: NDArray[np.float64]) -> None:
         n = len(first) - 1
-        self.first, self.beside, self.lengths = first, beside, lengths
-        self.far, self.before = np.full(n, NEVER), np.empty(n, dtype=np.int64)
+        self.first, self.neighbors, self.lengths = first, neighbors, lengths
+        self.distance, self.predecessor = np.full(n, INFINITY), np.empty(n, dtype=np.int64)
         self.is_done, self.reached = np.zeros(n, dtype=np.int8), np.empty(n, dtype=np.int64)
-        self.heap, self.keys = np.empty(len(beside) + n, dtype=np.int64), np.empty(len(beside) + n)
-        self.n_reached = self.n_waiting = 0
+        self.heap, self.keys = np.empty(len(neighbors) + n, dtype=np.int64), np.empty(len(neighbors) + n)
+        self.n_reached = self.heap_size = 0
 
-    @cython.locals(source=cython.Py_ssize_t, node=cython.Py_ssize_t, everywhere=cython.schar[::1])
+    @cython.locals(source=cython.Py_ssize_t, node=cython.Py_ssize_t, all_allowed=cython.schar[::1])
     def distances(self, sources: cython.const[cython.longlong][::1]) -> NDArray[np.float64]:
-        """(s, n) how far it is from each source to each node; infinite where no way leads."""
-        array = np.full((sources.shape[0], self.far.shape[0]), NEVER)
+        """(s, n) distance from each source to each node; infinite if there is no path."""
+        array = np.full((sources.shape[0], self.distance.shape[0]), INFINITY)
         result: cython.double[:, ::1] = array
-        everywhere = np.ones(self.far.shape[0], dtype=np.int8)
+        all_allowed = np.ones(self.distance.shape[0], dtype=np.int8)
         for source in range(sources.shape[0]):
-            self._spread(sources[source : source + 1], everywhere)
+            self._search(sources[source : source + 1], all_allowed)
             for node in range(self.n_reached):
-                result[source, self.reached[node]] = self.far[self.reached[node]]
-            self._forget()
+                result[source, self.reached[node]] = self.distance[self.reached[node]]
+            self._reset()
         return array
 
     @cython.locals(node=cython.longlong)
-    def first_of(
+    def nearest_goal(
         self, starts: cython.const[cython.longlong][::1], kinds: cython.const[cython.schar][::1]
     ) -> tuple[float, NDArray[np.int64]]:
-        """How far it is to the nearest goal, and the nodes on the way, the goal first; infinite, none if there is none.
+        """Distance to the nearest goal, or infinity, and the nodes of the path from it back to a start.
 
-        Kinds are 0 for nodes that no way may use, 1 for those that one may, 2 for goals.
+        Parameters
+        ----------
+        starts : (s,) array of int
+            Distinct nodes.
+        kinds : (n,) array of int8
+            0 for nodes that no path may enter, 1 for nodes that one may, 2 for goals.
         """
-        if kinds.shape[0] != self.far.shape[0]:
+        if kinds.shape[0] != self.distance.shape[0]:
             raise ValueError("there must be a kind for each node")
-        node = self._spread(starts, kinds)
-        far, way = NEVER, []
+        node = self._search(starts, kinds)
+        distance, path = INFINITY, []
         if node >= 0:
-            far = self.far[node]
+            distance = self.distance[node]
         while node >= 0:
-            way.append(node)
-            node = self.before[node]
-        self._forget()
-        return far, np.array(way, dtype=np.int64)
+            path.append(node)
+            node = self.predecessor[node]
+        self._reset()
+        return distance, np.array(path, dtype=np.int64)
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    @cython.locals(node=cython.longlong, other=cython.longlong, at=cython.Py_ssize_t, far=cython.double)
-    def _spread(
+    @cython.locals(node=cython.longlong, other=cython.longlong, slot=cython.Py_ssize_t, distance=cython.double)
+    def _search(
         self, starts: cython.const[cython.longlong][::1], kinds: cython.const[cython.schar][::1]
     ) -> cython.longlong:
-        """The first goal reached, or -1; what is reached on the way is known then."""
-        for at in range(starts.shape[0]):
-            self._reach(starts[at], -1, 0.0)
-        while self.n_waiting > 0:
-            node = self._next()
+        """Nearest goal, or -1; distances and predecessors of all nodes reached before it are set."""
+        for slot in range(starts.shape[0]):
+            self._update(starts[slot], -1, 0.0)
+        while self.heap_size > 0:
+            node = self._pop()
             if self.is_done[node]:
                 continue
             self.is_done[node] = 1
             if kinds[node] == 2:
                 return node
-            for at in range(self.first[node], self.first[node + 1]):
-                other = self.beside[at]
-                far = self.far[node] + self.lengths[at]
-                if kinds[other] > 0 and far < self.far[other]:
-                    self._reach(other, node, far)
+            for slot in range(self.first[node], self.first[node + 1]):
+                other = self.neighbors[slot]
+                distance = self.distance[node] + self.lengths[slot]
+                if kinds[other] > 0 and distance < self.distance[other]:
+                    self._update(other, node, distance)
         return -1
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    @cython.locals(at=cython.Py_ssize_t)
-    def _forget(self) -> cython.void:
-        """Be ready for the next search."""
-        for at in range(self.n_reached):
-            self.far[self.reached[at]], self.is_done[self.reached[at]] = NEVER, 0
-        self.n_reached = self.n_waiting = 0
+    @cython.locals(slot=cython.Py_ssize_t)
+    def _reset(self) -> cython.void:
+        """Clear what the search has set, for the next one."""
+        for slot in range(self.n_reached):
+            self.distance[self.reached[slot]], self.is_done[self.reached[slot]] = INFINITY, 0
+        self.n_reached = self.heap_size = 0
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    @cython.locals(at=cython.Py_ssize_t, above=cython.Py_ssize_t)
-    def _reach(self, node: cython.longlong, before: cython.longlong, far: cython.double) -> cython.void:
-        """A node by a shorter way, which waits in the heap."""
-        if self.far[node] == NEVER:
+    @cython.locals(slot=cython.Py_ssize_t, parent=cython.Py_ssize_t)
+    def _update(self, node: cython.longlong, predecessor: cython.longlong, distance: cython.double) -> cython.void:
+        """Set a smaller distance and the predecessor of a node, and push it on the heap."""
+        if self.distance[node] == INFINITY:
             self.reached[self.n_reached] = node
             self.n_reached += 1
-        self.far[node], self.before[node] = far, before
-        at = self.n_waiting
-        self.n_waiting += 1
-        while at > 0:
-            above = (at - 1) // 2
-            if self.keys[above] <= far:
+        self.distance[node], self.predecessor[node] = distance, predecessor
+        slot = self.heap_size
+        self.heap_size += 1
+        while slot > 0:
+            parent = (slot - 1) // 2
+            if self.keys[parent] <= distance:
                 break
-            self.heap[at], self.keys[at] = self.heap[above], self.keys[above]
-            at = above
-        self.heap[at], self.keys[at] = node, far
+            self.heap[slot], self.keys[slot] = self.heap[parent], self.keys[parent]
+            slot = parent
+        self.heap[slot], self.keys[slot] = node, distance
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    @cython.locals(at=cython.Py_ssize_t, under=cython.Py_ssize_t, last=cython.longlong, key=cython.double)
-    def _next(self) -> cython.longlong:
-        """The nearest node that waits."""
+    @cython.locals(slot=cython.Py_ssize_t, child=cython.Py_ssize_t, last=cython.longlong, key=cython.double)
+    def _pop(self) -> cython.longlong:
+        """Remove the nearest node from the heap."""
         nearest: cython.longlong = self.heap[0]
-        self.n_waiting -= 1
-        last, key = self.heap[self.n_waiting], self.keys[self.n_waiting]
-        at, under = 0, 1
-        while under < self.n_waiting:
-            if under + 1 < self.n_waiting and self.keys[under + 1] < self.keys[under]:
-                under += 1
-            if key <= self.keys[under]:
+        self.heap_size -= 1
+        last, key = self.heap[self.heap_size], self.keys[self.heap_size]
+        slot, child = 0, 1
+        while child < self.heap_size:
+            if child + 1 < self.heap_size and self.keys[child + 1] < self.keys[child]:
+                child += 1
+            if key <= self.keys[child]:
                 break
-            self.heap[at], self.keys[at] = self.heap[under], self.keys[under]
-            at, under = under, 2 * under + 1
-        self.heap[at], self.keys[at] = last, key
+            self.heap[slot], self.keys[slot] = self.heap[child], self.keys[child]
+            slot, child = child, 2 * child + 1
+        self.heap[slot], self.keys[slot] = last, key
         return nearest

@@ -1,100 +1,108 @@
-# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Numbers out of text, each the double that is nearest to it."""
+"""Parser of decimal numbers, each rounded to the nearest double."""
 
 from __future__ import annotations
 
-__all__ = ["numbers_in"]
+__all__ = ["parse_numbers"]
 
 import cython
 import numpy as np
 from numpy.typing import NDArray
 
-FEW = cython.declare(
-    cython.Py_ssize_t, 15
-)  # digits that a double holds, so that one quotient is exact but for rounding
-DIGITS = cython.declare(cython.Py_ssize_t, 18)  # that an integer of 64 bits holds; and 10^18 is a double
-SPLIT = cython.declare(cython.double, 2.0**27 + 1)  # leaves half the bits
-UNSURE = cython.declare(cython.double, 1e-10)  # share of a correction, far more than its rounding error
+# decimal digits that a double represents exactly: one division by a power of ten is then correctly rounded
+EXACT_DIGITS = cython.declare(cython.Py_ssize_t, 15)
+# decimal digits that a 64-bit integer holds; 10^18 is exact as a double
+MAX_DIGITS = cython.declare(cython.Py_ssize_t, 18)
+SPLITTER = cython.declare(cython.double, 2.0**27 + 1)  # splits a double of 53 bits into halves: Dekker 1971
+CORRECTION_MARGIN = cython.declare(cython.double, 1e-10)  # relative; above the rounding error of a correction (a guess)
 
 
 @cython.cfunc
 @cython.inline
 @cython.exceptval(check=False)
 def _is_space(character: cython.uchar) -> cython.bint:
-    """Whether a character stands between numbers."""
+    """Whether a character is white space."""
     return character == 32 or 9 <= character <= 13
 
 
 @cython.cfunc
 @cython.exceptval(check=False)
-def _quotient(whole: cython.longlong, ten: cython.double) -> cython.double:
-    """The double nearest to a whole number of many digits over a power of ten; not a number where that is not sure.
+def _quotient(integer: cython.longlong, power: cython.double) -> cython.double:
+    """The double nearest to an integer of up to 18 digits over a power of ten; NaN where rounding is not decided.
 
-    The quotient of doubles and what it leaves, which is exact: Dekker 1971, "A floating-point technique for extending
+    The quotient of doubles, corrected by its exact remainder: Dekker 1971, "A floating-point technique for extending
     the available precision", https://doi.org/10.1007/BF01397083.
     """
-    high: cython.double = float(whole)
-    low: cython.double = whole - cython.cast(cython.longlong, high)
-    first: cython.double = high / ten
-    a: cython.double = SPLIT * first
-    b: cython.double = SPLIT * ten
-    a, b = a - (a - first), b - (b - ten)
+    high: cython.double = float(integer)
+    low: cython.double = integer - cython.cast(cython.longlong, high)
+    first: cython.double = high / power
+    a: cython.double = SPLITTER * first
+    b: cython.double = SPLITTER * power
+    a, b = a - (a - first), b - (b - power)
     c: cython.double = first - a
-    d: cython.double = ten - b
-    product: cython.double = first * ten
-    rest: cython.double = (high - product) - (((a * b - product) + a * d + c * b) + c * d)
-    correction: cython.double = (rest + low) / ten
-    below: cython.double = first + correction * (1 - UNSURE)
-    above: cython.double = first + correction * (1 + UNSURE)
+    d: cython.double = power - b
+    product: cython.double = first * power
+    remainder: cython.double = (high - product) - (((a * b - product) + a * d + c * b) + c * d)
+    correction: cython.double = (remainder + low) / power
+    below: cython.double = first + correction * (1 - CORRECTION_MARGIN)
+    above: cython.double = first + correction * (1 + CORRECTION_MARGIN)
     return below if below == above else float("nan")
 
 
-@cython.locals(n=cython.Py_ssize_t, at=cython.Py_ssize_t, begin=cython.Py_ssize_t, point=cython.Py_ssize_t)
-@cython.locals(digits=cython.Py_ssize_t, whole=cython.longlong, value=cython.double, ten=cython.double)
-def numbers_in(text: cython.const[cython.uchar][::1]) -> NDArray[np.float64]:
-    """All numbers of a text, whatever white space is between them.
+@cython.locals(n=cython.Py_ssize_t, i=cython.Py_ssize_t, begin=cython.Py_ssize_t, point=cython.Py_ssize_t)
+@cython.locals(digits=cython.Py_ssize_t, integer=cython.longlong, value=cython.double, power=cython.double)
+def parse_numbers(text: cython.const[cython.uchar][::1]) -> NDArray[np.float64]:
+    """All numbers of a text, separated by white space.
 
-    What has too many digits, or is no plain decimal, is left to Python; what it does not know either is a ValueError.
+    Numbers with too many digits or with an exponent are left to Python's ``float``.
+
+    Parameters
+    ----------
+    text : (n,) array of uint8, or bytes
+
+    Raises
+    ------
+    ValueError
+        If a word is not a number.
     """
     n = len(text)
-    at = 0
+    i = 0
     count: cython.Py_ssize_t = 0
     array = np.empty(n // 2 + 1)
     result: cython.double[::1] = array
-    tens: cython.double[::1] = np.array([float(10**k) for k in range(DIGITS + 1)])
+    powers: cython.double[::1] = np.array([float(10**k) for k in range(MAX_DIGITS + 1)])
     while True:
-        while at < n and _is_space(text[at]):
-            at += 1
-        if at == n:
+        while i < n and _is_space(text[i]):
+            i += 1
+        if i == n:
             return array[:count]
-        begin = at
-        if text[at] == 45 or text[at] == 43:  # a sign
-            at += 1
-        digits, whole, point = 0, 0, -1
-        while at < n and digits <= DIGITS:
-            if 48 <= text[at] <= 57:
-                whole = 10 * whole + (text[at] - 48) if digits < DIGITS else 0
+        begin = i
+        if text[i] == 45 or text[i] == 43:  # a sign
+            i += 1
+        digits, integer, point = 0, 0, -1
+        while i < n and digits <= MAX_DIGITS:
+            if 48 <= text[i] <= 57:
+                integer = 10 * integer + (text[i] - 48) if digits < MAX_DIGITS else 0
                 digits += 1
-            elif text[at] == 46 and point < 0:
+            elif text[i] == 46 and point < 0:
                 point = digits
             else:
                 break
-            at += 1
+            i += 1
         value = float("nan")
-        if 0 < digits <= DIGITS and (at == n or _is_space(text[at])):
-            ten = tens[digits - point if point >= 0 else 0]
-            value = whole / ten if digits <= FEW else _quotient(whole, ten)
+        if 0 < digits <= MAX_DIGITS and (i == n or _is_space(text[i])):
+            power = powers[digits - point if point >= 0 else 0]
+            value = integer / power if digits <= EXACT_DIGITS else _quotient(integer, power)
         if value == value:
             result[count] = -value if text[begin] == 45 else value
         else:
-            while at < n and not _is_space(text[at]):
-                at += 1
-            result[count] = _by_python(bytes(text[begin:at]))
+            while i < n and not _is_space(text[i]):
+                i += 1
+            result[count] = _python_float(bytes(text[begin:i]))
         count += 1
 
 
-def _by_python(word: bytes) -> float:
-    """A number as Python reads it, but for what is only a number in a program."""
+def _python_float(word: bytes) -> float:
+    """Python's ``float``, except for underscores between digits, which are an error here."""
     if b"_" in word:
-        raise ValueError(f"no number: {word!r}")
+        raise ValueError(f"not a number: {word!r}")
     return float(word)

@@ -1,9 +1,8 @@
-# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""What triangles measure: areas, angles at their corners, and integrals over their surface and what it encloses."""
+"""Areas and corner products of triangles, and integrals over a surface and over the volume that it encloses."""
 
 from __future__ import annotations
 
-__all__ = ["corners_of", "integrals", "voronoi_of"]
+__all__ = ["corner_products", "integrals", "mixed_voronoi_areas"]
 
 import cython
 import numpy as np
@@ -13,12 +12,13 @@ from numpy.typing import NDArray
 
 @cython.locals(face=cython.Py_ssize_t, k=cython.Py_ssize_t, axis=cython.Py_ssize_t, longest=cython.Py_ssize_t)
 @cython.locals(p=cython.Py_ssize_t, q=cython.Py_ssize_t, x=cython.double, y=cython.double, z=cython.double)
-def corners_of(
+def corner_products(
     V: cython.const[cython.double][:, ::1], F: cython.const[cython.longlong][:, ::1]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """(m, 3) scalar products of the two sides at each corner, (m, 3) squares of the sides opposite, (m,) double areas.
+    """(m, 3) dot product of the sides at each corner, (m, 3) squared length of the opposite side, (m,) double areas.
 
-    The double area is the length of the cross product of the two shortest sides.
+    The cotangent at a corner is its dot product over the double area, which is the length of the cross product of the
+    two shortest sides, for the least rounding error.
     """
     m: cython.Py_ssize_t = F.shape[0]
     products_array, squares_array, areas_array = np.empty((m, 3)), np.empty((m, 3)), np.empty(m)
@@ -46,31 +46,42 @@ def corners_of(
 
 
 @cython.locals(face=cython.Py_ssize_t, k=cython.Py_ssize_t, obtuse=cython.Py_ssize_t, left=cython.Py_ssize_t)
-@cython.locals(right=cython.Py_ssize_t, most=cython.double, total=cython.double)
-def voronoi_of(
+@cython.locals(right=cython.Py_ssize_t, max_product=cython.double, total=cython.double)
+def mixed_voronoi_areas(
     products: cython.const[cython.double][:, ::1],
     squares: cython.const[cython.double][:, ::1],
     areas: cython.const[cython.double][::1],
     limit: cython.double,
 ) -> NDArray[np.float64]:
-    """(m, 3) mixed Voronoi areas of corners; one whose cotangent is beyond the limit adds nothing to the others."""
+    """(m, 3) mixed Voronoi area of each corner.
+
+    Meyer, Desbrun, Schroeder, Barr 2003, "Discrete differential-geometry operators for triangulated 2-manifolds",
+    https://doi.org/10.1007/978-3-662-05105-4_2, section 3.3.
+
+    Parameters
+    ----------
+    products, squares, areas
+        As :func:`corner_products` returns them.
+    limit : float
+        A corner whose cotangent exceeds it in magnitude contributes nothing to the areas of the other two.
+    """
     m: cython.Py_ssize_t = products.shape[0]
     array = np.empty((m, 3))
     result: cython.double[:, ::1] = array
     for face in range(m):
-        most = limit * areas[face]
+        max_product = limit * areas[face]
         obtuse = -1
         for k in range(3):
-            if products[face, k] < 0 and -products[face, k] <= most:
+            if products[face, k] < 0 and -products[face, k] <= max_product:
                 obtuse = k
         for k in range(3):
             left, right, total = (k + 1) % 3, (k + 2) % 3, 0.0
             if obtuse >= 0:
                 result[face, k] = areas[face] / 4 if k == obtuse else areas[face] / 8
             elif areas[face] > 0:
-                if fabs(products[face, left]) <= most:
+                if fabs(products[face, left]) <= max_product:
                     total += squares[face, left] * products[face, left]
-                if fabs(products[face, right]) <= most:
+                if fabs(products[face, right]) <= max_product:
                     total += squares[face, right] * products[face, right]
                 result[face, k] = total / (8 * areas[face])
             else:
@@ -83,13 +94,17 @@ def voronoi_of(
 def integrals(
     V: cython.const[cython.double][:, ::1], F: cython.const[cython.longlong][:, ::1]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """(m,) areas, (3,) the center of mass, which is the mean of the vertices if there is no area, and signed volume."""
+    """(m,) face areas, (3,) centroid of the surface, signed enclosed volume.
+
+    The centroid is the mean of the vertices where the total area is zero. The volume is the sum of the signed volumes
+    of tetrahedra from that mean to each face: positive where faces are oriented outwards.
+    """
     m: cython.Py_ssize_t = F.shape[0]
     n: cython.Py_ssize_t = V.shape[0]
     areas_array, center_array = np.empty(m), np.empty(3)
     areas: cython.double[::1] = areas_array
     center: cython.double[::1] = center_array
-    origin: cython.double[::1] = np.zeros(3)  # near the surface, for the sake of the last digits
+    origin: cython.double[::1] = np.zeros(3)  # mean of the vertices: an origin near the surface reduces rounding errors
     moment: cython.double[::1] = np.zeros(3)
     corner: cython.double[:, ::1] = np.empty((3, 3))
     volume: cython.double = 0.0
@@ -120,7 +135,7 @@ def integrals(
 @cython.inline
 @cython.exceptval(check=False)
 def _cross(corner: cython.double[:, ::1], i: cython.Py_ssize_t, j: cython.Py_ssize_t) -> cython.double:
-    """A coordinate of the cross product of the sides at the first of three corners."""
+    """One coordinate of the cross product of the two sides at the first of three corners."""
     a: cython.double = (corner[1, i] - corner[0, i]) * (corner[2, j] - corner[0, j])
     b: cython.double = (corner[1, j] - corner[0, j]) * (corner[2, i] - corner[0, i])
     return a - b

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel._kernels.bvh import halved, nearest_places, tree_of
-from lbskel._kernels.ray_casting import first_hits, windings
+from lbskel._kernels.bvh import bounding_boxes, nearest_points, spatial_order
+from lbskel._kernels.ray_casting import first_hits, winding_numbers
 
 ROUNDING = 1e-12  # of the largest coordinate, by which each box is larger, so that none is missed by rounding
 
@@ -41,7 +41,7 @@ class AABBTree:
 
     def nearest(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(k,) distance of each point from the faces, and (k, 3) the place on them that is nearest."""
-        return nearest_places(self.corners, self.bounds, np.ascontiguousarray(points, dtype=np.float64))
+        return nearest_points(self.corners, self.bounds, np.ascontiguousarray(points, dtype=np.float64))
 
     def windings(self, points: NDArray[np.float64]) -> NDArray[np.int64]:
         """(k,) how often the faces wind round each point, where they are closed and oriented alike.
@@ -49,7 +49,7 @@ class AABBTree:
         They are counted along a ray: those that it leaves by, less those that it enters by. Sides that it runs through
         belong to one of their two faces: Haines 1994, "Point in polygon strategies", Graphics Gems IV, pages 24 to 46.
         """
-        return windings(self.corners, self.bounds, np.ascontiguousarray(points, dtype=np.float64))
+        return winding_numbers(self.corners, self.bounds, np.ascontiguousarray(points, dtype=np.float64))
 
     def first_hits(
         self, origins: NDArray[np.float64], directions: NDArray[np.float64]
@@ -65,5 +65,5 @@ class AABBTree:
 
 def build_aabb_tree(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> AABBTree:
     """The tree of some triangles."""
-    order = halved(vertices, faces)
-    return AABBTree(order, *tree_of(vertices, faces, order, ROUNDING * float(np.abs(vertices).max())))
+    order = spatial_order(vertices, faces)
+    return AABBTree(order, *bounding_boxes(vertices, faces, order, ROUNDING * float(np.abs(vertices).max())))

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel._kernels.cross_sections import Curves
+from lbskel._kernels.cross_sections import SectionCurves
 from lbskel.geometry.mesh import Mesh
 
 NO_LABELS = np.empty(0, dtype=np.int64)
@@ -73,7 +73,7 @@ def cross_sections(
         With these, ``own`` tells how much of each curve lies on faces of the plane's own label.
     """
     tree = mesh.boxes
-    curves = Curves(
+    curves = SectionCurves(
         mesh.edge_of_half_edge,
         mesh.faces_per_edge,
         tree.order,
@@ -82,7 +82,7 @@ def cross_sections(
         NO_LABELS if face_labels is None or labels is None else face_labels,
     )
     points, frames = np.ascontiguousarray(points, dtype=np.float64), _frames(normals)
-    found = curves.chosen(points, frames, np.zeros(len(points), dtype=np.int64) if labels is None else labels)
+    found = curves.measure(points, frames, np.zeros(len(points), dtype=np.int64) if labels is None else labels)
     is_cut, surrounds, x, y, areas, lengths, radii, own = found.T
     moved = points + x[:, None] * frames[:, 0] + y[:, None] * frames[:, 1]
     centroids = np.where(is_cut[:, None] > 0, moved, points)

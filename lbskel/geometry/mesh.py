@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lbskel._kernels.connectivity import fans, pieces
+from lbskel._kernels.connectivity import component_roots, count_umbrellas
 from lbskel._kernels.triangles import integrals
 from lbskel.errors import MeshError, first_few
 from lbskel.geometry.bvh import AABBTree, build_aabb_tree
@@ -216,7 +216,7 @@ class Mesh:
     @cached_property
     def component_of_vertex(self) -> NDArray[np.int64]:
         """(n,) number of the connected component of each vertex; components without a face come last."""
-        least = pieces(self.edges, np.zeros(len(self.vertices), dtype=np.int64))
+        least = component_roots(self.edges, np.zeros(len(self.vertices), dtype=np.int64))
         labels = (np.cumsum(least == np.arange(len(least))) - 1)[least]
         has_face = np.zeros(labels.max() + 1, dtype=bool)
         has_face[labels[self.faces[:, 0]]] = True
@@ -245,7 +245,7 @@ class Mesh:
         """Whether the mesh is a closed, consistently oriented surface without pinched vertices."""
         if not (self.is_edge_manifold and self.is_closed):
             return False
-        return fans(self.faces, self.edge_of_half_edge, len(self.edges)) == len(self.used_vertices)
+        return count_umbrellas(self.faces, self.edge_of_half_edge, len(self.edges)) == len(self.used_vertices)
 
     @cached_property
     def euler_characteristic(self) -> int:

@@ -18,7 +18,7 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel._kernels.triangles import corners_of
+from lbskel._kernels.triangles import corner_products
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import stiffness_of_corner_weights
@@ -94,7 +94,7 @@ def anisotropic(mesh: Mesh, *, strength: float = STRENGTH) -> Laplacian:
     """
     edges = edge_vectors(mesh)
     frames = _frames(edges)
-    double_area = corners_of(unit_scale(mesh.vertices)[0], mesh.faces)[2]
+    double_area = corner_products(unit_scale(mesh.vertices)[0], mesh.faces)[2]
     radius = np.sqrt(double_area.sum() / (8 * np.pi))
     xx, xy, yy = _diffusion(strength * radius * _shape_operators(mesh, frames))
     # The gradient of a hat function is the opposite edge rotated by 90 degrees over twice the area: D rotates as well.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
-from lbskel._kernels.assembly import symmetric
+from lbskel._kernels.assembly import assemble_symmetric
 
 
 def diagonal_matrix(values: NDArray[Any]) -> csc_array:
@@ -31,7 +31,7 @@ def symmetric_matrix(faces: NDArray[np.int64], edge_entries: NDArray[np.float64]
     """
     n = len(diagonal)
     entries = np.ascontiguousarray(edge_entries, dtype=np.float64)
-    return csc_array(symmetric(faces, entries, np.asarray(diagonal, dtype=np.float64)), shape=(n, n))
+    return csc_array(assemble_symmetric(faces, entries, np.asarray(diagonal, dtype=np.float64)), shape=(n, n))
 
 
 def stiffness_of_corner_weights(n: int, faces: NDArray[np.int64], weights: NDArray[np.float64]) -> csc_array:

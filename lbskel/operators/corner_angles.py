@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel._kernels.triangles import corners_of
+from lbskel._kernels.triangles import corner_products
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 
@@ -44,7 +44,7 @@ def row_dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float6
 
 def corner_cotangents(mesh: Mesh) -> NDArray[np.float64]:
     """Return the (m, 3) cotangents of the corner angles: infinite at 0 and 180 degrees, NaN where undefined."""
-    dots, _, double_areas = corners_of(unit_scale(mesh.vertices)[0], mesh.faces)
+    dots, _, double_areas = corner_products(unit_scale(mesh.vertices)[0], mesh.faces)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         cotangents: NDArray[np.float64] = dots / double_areas[:, None]
     return cotangents

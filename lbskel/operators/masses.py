@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from lbskel._kernels.triangles import corners_of, voronoi_of
+from lbskel._kernels.triangles import corner_products, mixed_voronoi_areas
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import diagonal_matrix, symmetric_matrix
@@ -35,7 +35,7 @@ def _lumped(mesh: Mesh, corner_areas: NDArray[np.float64]) -> csc_array:
 def voronoi_corner_areas(mesh: Mesh) -> NDArray[np.float64]:
     """Compute the (m, 3) mixed Voronoi area of each corner of each face; the rows sum to the faces' areas."""
     V, k = unit_scale(mesh.vertices)
-    areas: NDArray[np.float64] = np.ldexp(voronoi_of(*corners_of(V, mesh.faces), MAX_COTANGENT), 2 * k)
+    areas: NDArray[np.float64] = np.ldexp(mixed_voronoi_areas(*corner_products(V, mesh.faces), MAX_COTANGENT), 2 * k)
     return areas
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
-from lbskel._kernels.triangles import corners_of
+from lbskel._kernels.triangles import corner_products
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import diagonal_matrix, stiffness_of_corner_weights
@@ -28,7 +28,7 @@ def _half_tangents(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]
     arrays are zero in triangles where one of them is not finite.
     """
     V, k = unit_scale(mesh.vertices)
-    dots, squared_lengths, double_areas = corners_of(V, mesh.faces)
+    dots, squared_lengths, double_areas = corner_products(V, mesh.faces)
     lengths, crosses = np.sqrt(squared_lengths), double_areas[:, None]
     sums = lengths[:, [1, 2, 0]] * lengths[:, [2, 0, 1]] + np.abs(dots)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -20,7 +20,7 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel._kernels.connectivity import sums_beside
+from lbskel._kernels.connectivity import neighbor_sums
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 
@@ -62,7 +62,7 @@ def roughness(mesh: Mesh) -> float:
 
     def residual(X: NDArray[np.float64]) -> NDArray[np.float64]:
         """(I - P) X, without a matrix, which takes longer to set up than to use twice."""
-        return X - sums_beside(edges, X) / degrees[:, None]
+        return X - neighbor_sums(edges, X) / degrees[:, None]
 
     once = residual(V)
     normals = np.nan_to_num(igl.per_vertex_normals(V - once / 2, faces))

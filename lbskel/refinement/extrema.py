@@ -27,7 +27,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial.distance import cdist
 
-from lbskel._kernels.connectivity import pieces
+from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
@@ -115,7 +115,7 @@ def _find_extrema(mesh: Mesh) -> GeodesicExtrema:
     distances = cells.shortest_paths.distances(sources)
     is_reached = np.isfinite(distances)
     height = np.where(is_reached, distances, 0).sum(axis=0) / np.maximum(is_reached.sum(axis=0), 1)
-    component = pieces(cells.pairs, np.zeros(k, dtype=np.int64))
+    component = component_roots(cells.pairs, np.zeros(k, dtype=np.int64))
     limbs = [limb for limb in _grow_limbs(cells, height) if _is_disk(mesh, cells, component, limb[0])]
     limb_of_cell = np.full(k + 1, -1)  # the last entry is for vertices without a cell
     for number, (inner, *_) in enumerate(limbs):
@@ -218,7 +218,7 @@ def _as_limb(cells: _Cells, members: list[int], border: int) -> _Limb | None:
     inner = np.array(members)
     kinds = np.full(len(cells.seeds), 2, dtype=np.int8)
     kinds[inner] = 1
-    length, area = cells.shortest_paths.first_of(inner[:1], kinds)[0], float(cells.areas[inner].sum())
+    length, area = cells.shortest_paths.nearest_goal(inner[:1], kinds)[0], float(cells.areas[inner].sum())
     return (inner, length, area) if 2 * np.pi * length**2 > MIN_ELONGATION * area else None
 
 
@@ -227,7 +227,7 @@ def _is_disk(mesh: Mesh, cells: _Cells, component: NDArray[np.int64], limb: NDAr
     is_in_component = component == component[limb[0]]
     is_outside = np.array(is_in_component)
     is_outside[limb] = False
-    piece = pieces(cells.pairs, is_outside.astype(np.int64))
+    piece = component_roots(cells.pairs, is_outside.astype(np.int64))
     is_in_limb = is_in_component & (piece != np.bincount(piece[is_outside]).argmax())
     is_within = np.append(is_in_limb, False)[cells.cell_of_vertex]  # the last entry is for vertices without a cell
     (i, j), (a, b, c) = mesh.edges.T, mesh.faces.T

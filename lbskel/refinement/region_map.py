@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 from scipy.spatial.distance import cdist
 
-from lbskel._kernels.connectivity import nearer_nodes, pieces
+from lbskel._kernels.connectivity import component_roots, descend_to_nearest_node
 from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order
@@ -51,7 +51,9 @@ def nearest_balls(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
 
 def reassign_to_nearest_node(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     """Hand each vertex on along the edges of the skeleton, as long as an adjacent node is nearer to it."""
-    node_of_vertex = nearer_nodes(mesh.vertices, skeleton.node_of_vertex, skeleton.nodes, *skeleton.adjacency)
+    node_of_vertex = descend_to_nearest_node(
+        mesh.vertices, skeleton.node_of_vertex, skeleton.nodes, *skeleton.adjacency
+    )
     return replace(skeleton, node_of_vertex=node_of_vertex)
 
 
@@ -72,7 +74,7 @@ def is_in_largest_piece(
     if len(node_of_vertex) != len(mesh.vertices):
         raise ValueError("there must be a node for each vertex")
     tested = node_of_vertex if nodes is None else np.where(np.isin(node_of_vertex, nodes), node_of_vertex, -1)
-    piece = pieces(mesh.edges, tested)
+    piece = component_roots(mesh.edges, tested)
     size = np.bincount(piece)
     first = np.flatnonzero(size)
     node = node_of_vertex[first]
@@ -188,7 +190,7 @@ def _with_connecting_paths(skeleton: Skeleton, graph: csr_array, disjoint: NDArr
         node = node_of_vertex[local]
         kinds[local] = np.where(node == last, 2, 1)
         # the path is empty where an earlier one has taken over a whole region
-        inner = shortest_paths.first_of(local[node == first], kinds)[1][1:-1]
+        inner = shortest_paths.nearest_goal(local[node == first], kinds)[1][1:-1]
         kinds[local] = 0
         node_of_vertex[inner[: len(inner) // 2]] = last
         node_of_vertex[inner[len(inner) // 2 :]] = first
