@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["parse_numbers"]
+__all__ = ["parse_decimals"]
 
 import cython
 import numpy as np
@@ -50,7 +50,7 @@ def _quotient(integer: cython.longlong, power: cython.double) -> cython.double:
 
 @cython.locals(n=cython.Py_ssize_t, i=cython.Py_ssize_t, begin=cython.Py_ssize_t, point=cython.Py_ssize_t)
 @cython.locals(digits=cython.Py_ssize_t, integer=cython.longlong, value=cython.double, power=cython.double)
-def parse_numbers(text: cython.const[cython.uchar][::1]) -> NDArray[np.float64]:
+def parse_decimals(text: cython.const[cython.uchar][::1]) -> NDArray[np.float64]:
     """All numbers of a text, separated by white space.
 
     Numbers with too many digits or with an exponent are left to Python's ``float``.

@@ -35,7 +35,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lbskel._kernels.number_parsing import parse_numbers
+from lbskel._kernels.number_parsing import parse_decimals
 from lbskel.errors import FormatError, LbskelError, MeshError, MissingDependency
 
 MAX_EXACT_INTEGER = 2.0**53  # all integers below are exact in float64, whose significand has 53 bits (IEEE 754)
@@ -150,7 +150,7 @@ def parse_numbers(text: str | bytes | memoryview) -> NDArray[np.float64]:
     ValueError
         If the text contains anything else.
     """
-    numbers: NDArray[np.float64] = parse_numbers(text.encode() if isinstance(text, str) else text)
+    numbers: NDArray[np.float64] = parse_decimals(text.encode() if isinstance(text, str) else text)
     return numbers
 
 

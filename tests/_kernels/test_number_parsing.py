@@ -16,7 +16,7 @@ def bits(values):
 def test_numbers_are_those_of_python(kernel):
     words = [f"{value:.{digits}g}" for value in np.pi ** np.arange(-40, 40.0) for digits in range(1, 25)]
     words += [*WORDS.split(), *HALFWAY.split()]
-    found = kernel.parse_numbers(" \r\n\t".join(words).encode())
+    found = kernel.parse_decimals(" \r\n\t".join(words).encode())
     assert bits(found) == bits([float(word) for word in words])
 
 
@@ -27,11 +27,11 @@ def test_numbers_of_many_digits_are_rounded_to_the_nearest(kernel):
     words = [
         f"{number}"[:-k] + "." + f"{number}"[-k:] for number, k in zip(whole, rng.integers(1, 15, 3000), strict=True)
     ]
-    assert bits(kernel.parse_numbers(" ".join(words).encode())) == bits([float(word) for word in words])
+    assert bits(kernel.parse_decimals(" ".join(words).encode())) == bits([float(word) for word in words])
 
 
 def test_white_space_alone_holds_no_number(kernel):
-    assert kernel.parse_numbers(b"").shape == kernel.parse_numbers(b" \t\r\n\v\f ").shape == (0,)
+    assert kernel.parse_decimals(b"").shape == kernel.parse_decimals(b" \t\r\n\v\f ").shape == (0,)
 
 
 @pytest.mark.parametrize(
@@ -39,7 +39,7 @@ def test_white_space_alone_holds_no_number(kernel):
 )
 def test_what_is_not_a_number_is_an_error(kernel, text):
     with pytest.raises(ValueError, match=r"number|convert"):
-        kernel.parse_numbers(text.encode())
+        kernel.parse_decimals(text.encode())
 
 
 def test_compiled_or_not_is_the_same(assert_same):
@@ -47,4 +47,4 @@ def test_compiled_or_not_is_the_same(assert_same):
     values = rng.normal(size=600) * 10.0 ** rng.integers(-9, 9, size=600)
     forms = ("{!r}", "{:.6f}", "{:.15e}", "{:.18f}", "{:.17g}")
     words = [form.format(value) for value in values.tolist() for form in forms]
-    assert_same(lambda kernel: [kernel.parse_numbers(" ".join([*words, WORDS, HALFWAY]).encode())])
+    assert_same(lambda kernel: [kernel.parse_decimals(" ".join([*words, WORDS, HALFWAY]).encode())])
