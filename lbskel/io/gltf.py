@@ -1,8 +1,8 @@
 """glTF 2.0, as one binary file (glb) or as JSON with separate buffer files (gltf), read through trimesh.
 
-All meshes of the scene are joined into one, each transformed to its place in the scene; materials are ignored. trimesh
-reads data that it cannot decode (compressed or sparse accessors) as zeros, and quantized positions without their scale,
-so such files are rejected before trimesh sees them.
+All meshes of the scene are joined into one with their transforms applied; materials are ignored. trimesh reads data
+that it cannot decode (compressed or sparse accessors) as zeros, and quantized positions without their scale, so such
+files are rejected before trimesh sees them.
 Format: https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
 """
 

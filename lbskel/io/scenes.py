@@ -1,4 +1,4 @@
-"""Scenes loaded by trimesh as one mesh: each instance is transformed to its place, in the order of the file."""
+"""Scenes loaded by trimesh as one mesh: all instances with their transforms applied, in the order of the file."""
 
 from __future__ import annotations
 

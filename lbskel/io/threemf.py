@@ -1,6 +1,6 @@
 """3MF, the zip archive of XML of additive manufacturing, read through trimesh, which needs lxml and networkx for it.
 
-All objects of the build are joined into one mesh, each transformed to its place. The unpacked size of the archive is
+All objects of the build are joined into one mesh with their transforms applied. The unpacked size of the archive is
 checked before it is unpacked.
 Format: https://3mf.io/spec/
 """

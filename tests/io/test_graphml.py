@@ -27,13 +27,13 @@ def test_networkx_reads_a_written_skeleton(tmp_path, skeleton):
 def test_a_directed_graph_with_other_ids_and_no_radii(tmp_path):
     networkx = pytest.importorskip("networkx")
     graph = networkx.DiGraph()
-    for name, x in (("b", 1), ("a", 2)):
+    for name, x in (("b", 1), ("c", 2), ("a", 3)):
         graph.add_node(name, x=x, y=0.5, z=0)
-    graph.add_edge("a", "b")
+    graph.add_edge("a", "c")
     networkx.write_graphml(graph, tmp_path / "a.graphml")
     skeleton = read_skeleton(tmp_path / "a.graphml")
-    np.testing.assert_array_equal(skeleton.nodes, [[1, 0.5, 0], [2, 0.5, 0]])
-    np.testing.assert_array_equal(skeleton.edges, [[0, 1]])
+    np.testing.assert_array_equal(skeleton.nodes, [[1, 0.5, 0], [2, 0.5, 0], [3, 0.5, 0]])
+    np.testing.assert_array_equal(skeleton.edges, [[1, 2]])
     assert np.isnan(skeleton.radii).all()
 
 

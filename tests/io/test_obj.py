@@ -92,6 +92,11 @@ def test_polylines_become_edges(read):
     assert np.isnan(skeleton.radii).all()
 
 
+def test_consecutive_polylines_are_not_joined(read):
+    skeleton = read("a.obj", VERTICES + "l 1 2 3\nl 5 4\n", read_skeleton)
+    np.testing.assert_array_equal(skeleton.edges, [[0, 1], [1, 2], [3, 4]])
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [

@@ -65,6 +65,10 @@ def test_elements_comments_and_counts_of_a_header():
         (ply("ascii", b"0 0 0\n1 nought 0\n", vertex=(5, POINT)), "line 9: 'nought' is not a number"),
         (ply("ascii", b"1 2 3 4", vertex=(5, POINT)), "element vertex of 5: the header declares more data"),
         (ply("ascii", b" \n", a=(1, ["int b"])), "element a of 1: the header declares more data"),
+        (
+            ply("binary_little_endian", bytes(36), a=(2, POINT), b=(2, POINT)),
+            "element b of 2: the header declares more data",
+        ),
         (ply("ascii", b"-3 0 1 2", face=(1, LIST)), "element face of 1: a list cannot have -3"),
         (ply("ascii", b"1.5 0 1 2", face=(1, LIST)), "a list cannot have 1.5"),
     ],

@@ -1,4 +1,4 @@
-"""Scenes of trimesh: every instance at its place, in the order of the file."""
+"""Scenes of trimesh: all instances with their transforms, in the order of the file."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from lbskel.io.scenes import polygons_from_scene
 trimesh = pytest.importorskip("trimesh")
 
 
-def test_an_instance_is_repeated_at_every_place(tetrahedron):
+def test_every_instance_is_included_with_its_transform(tetrahedron):
     scene = trimesh.Scene()
     geometry = trimesh.Trimesh(tetrahedron.vertices, tetrahedron.faces, process=False)
     for x in (0, 5, 10):

@@ -1,4 +1,4 @@
-"""3MF: objects joined at their places, and clear errors for damaged archives and missing packages."""
+"""3MF: objects joined with their transforms, and clear errors for damaged archives and missing packages."""
 
 import io
 import zipfile
@@ -33,7 +33,7 @@ def archive_of(name, content):
     return data.getvalue()
 
 
-def test_all_objects_are_joined_at_their_places(tmp_path):
+def test_all_objects_are_joined_with_their_transforms(tmp_path):
     mesh = reads(tmp_path, exported(RING, RING.with_vertices(RING.vertices + [5, 0, 0])))
     assert (mesh.n_components, mesh.genus) == (2, 2)
     assert mesh.notes == ("2 meshes of the scene were joined into one",)
