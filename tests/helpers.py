@@ -65,3 +65,8 @@ def straight_graph(mesh, positions, paths, spacing=0.07):
     nodes = np.array(nodes)
     skeleton = Skeleton(nodes, np.array(edges), np.zeros(len(nodes)), nearest_rows(mesh.vertices, nodes))
     return inscribed_radii(skeleton, Surface(mesh))
+
+
+def file_names(folder):
+    """Sorted names of the files in a folder."""
+    return sorted(path.name for path in folder.iterdir())

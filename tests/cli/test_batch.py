@@ -1,0 +1,38 @@
+"""``lbskel batch``: the options reach every skeleton, and pictures and reports lie beside it."""
+
+import csv
+import json
+
+from helpers import file_names
+
+from lbskel import read_skeleton, skeletonize
+
+
+def test_every_option_reaches_the_skeletons(here, folder, rod):
+    options = ("--min-branch-ratio", "2", "--tip-position", "surface", "--nodes", "9", "--root", "0", "--anchor", "0,0,0.5")
+    code, _, err = here("batch", "rod.off", "-o", "out", "--workers", "1", "--picture", "--report", *options)
+    assert (code, err) == (0, [])
+    assert file_names(folder / "out") == ["manifest.jsonl", "rod.json", "rod.png", "rod.report.json", "summary.csv"]
+    expected = skeletonize(
+        rod, min_branch_ratio=2.0, tip_position="surface", n_nodes=9, root=0, anchors=[[0, 0, 0.5]]
+    )
+    found = read_skeleton(folder / "out" / "rod.json")
+    assert (found.nodes == expected.nodes).all()
+    report = json.loads((folder / "out" / "rod.report.json").read_text())
+    assert report["score"] == expected.report["score"]
+    with open(folder / "out" / "summary.csv") as table:
+        [row] = csv.DictReader(table)
+    assert (row["outcome"], row["nodes"]) == ("passed", "9")
+
+
+def test_other_options_are_another_batch(here, folder):
+    assert here("batch", "rod.off", "-o", "out", "--workers", "1")[0] == 0
+    _, again, _ = here("batch", "rod.off", "-o", "out", "--workers", "1")
+    assert "1 of them are from earlier batches" in again[-1]
+    _, other, _ = here("batch", "rod.off", "-o", "out", "--workers", "1", "--preprocess", "none")
+    assert "0 of them are from earlier batches" in other[-1]
+
+
+def test_exit_codes(here, folder):
+    (folder / "bad.off").write_text("OFF\n1 0 0\n0 0 0\n")
+    assert here("batch", "rod.off", "bad.off", "-o", "out", "--workers", "1", "--quiet")[0] == 2

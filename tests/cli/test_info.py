@@ -1,0 +1,35 @@
+"""``lbskel info``: the measures of a mesh, as text and as JSON."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+
+def test_info(here, rod):
+    code, out, err = here("info", "rod.off")
+    assert (code, err) == (0, [])
+    facts = dict(re.split(r"\s{2,}", line, maxsplit=1) for line in out)
+    assert facts["vertices"] == "152"
+    assert facts["closed manifold"] == "yes"
+    assert facts["genus"] == "0"
+    assert float(facts["volume"]) == pytest.approx(rod.volume, rel=1e-5)  # six digits are printed
+    assert facts["notes"] == "none"
+
+
+def test_info_as_json_of_an_open_mesh_with_faults(here, folder):
+    lines = ["v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", "v 2 0 0", "v 9 9 9", "f 1 2 3 4", "f 1 2 5"]
+    (folder / "faults.obj").write_text("\n".join(lines) + "\n")
+    code, out, err = here("info", "faults.obj", "--json")
+    assert (code, err, len(out)) == (0, [], 1)
+    facts = json.loads(out[0])
+    assert facts["vertices"] == 6
+    assert facts["faces"] == 3
+    assert facts["closed_manifold"] is False
+    assert (facts["genus"], facts["volume"]) == (None, None)
+    assert facts["zero_area_faces"] == 1
+    assert facts["unused_vertices"] == 1
+    assert facts["area"] == pytest.approx(1.0)
+    assert np.array(facts["bounding_box"]).tolist() == [[0, 0, 0], [9, 9, 9]]
+    assert facts["notes"] == ["1 polygons were cut into triangles"]

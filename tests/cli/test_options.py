@@ -1,0 +1,59 @@
+"""The options of a skeleton: the same for one mesh and for many, and each reaches skeletonize."""
+
+import argparse
+import inspect
+
+import pytest
+
+from lbskel import skeletonize
+from lbskel.cli.main import command_line_parser
+from lbskel.cli.options import add_skeleton_options, skeleton_options
+
+NOT_OPTIONS = {"mesh", "on_stage", "time_limit", "profile"}  # given by the commands themselves
+
+
+def parsed(*arguments):
+    parser = argparse.ArgumentParser(exit_on_error=False)
+    add_skeleton_options(parser)
+    return skeleton_options(parser.parse_args(arguments))
+
+
+def test_every_parameter_of_skeletonize_has_an_option_with_its_default():
+    parameters = inspect.signature(skeletonize).parameters
+    assert set(parsed()) == set(parameters) - NOT_OPTIONS
+    assert {**parsed(), "anchors": ()} == {name: parameters[name].default for name in parsed()}
+
+
+def test_values_are_converted():
+    options = parsed("--anchor", "3", "--anchor", "1,2.5,-3", "--root", "0,0,1", "--nodes", "9", "--min-branch-ratio", "3")
+    assert options["anchors"] == [3, [1.0, 2.5, -3.0]]
+    assert (options["root"], options["n_nodes"], options["min_branch_ratio"]) == ([0.0, 0.0, 1.0], 9, 3.0)
+
+
+@pytest.mark.parametrize("text", ["x", "1,2", "1,2,3,4", "1,b,3", "1.5"])
+def test_what_is_no_vertex_and_no_point_is_refused_in_words(text, here):
+    code, out, err = here("skeletonize", "rod.off", "-o", "a.swc", "--root", text)
+    assert (code, out) == (2, [])
+    assert f"argument --root: must be the index of a vertex or a point as X,Y,Z, not '{text}'" in err[0]
+
+
+def test_batch_and_skeletonize_have_the_same_skeleton_options():
+    commands = command_line_parser()._subparsers._group_actions[0].choices
+
+    def options_of(name):
+        return {option for action in commands[name]._actions for option in action.option_strings}
+
+    shared = argparse.ArgumentParser(add_help=False)
+    add_skeleton_options(shared)
+    expected = {option for action in shared._actions for option in action.option_strings}
+    assert expected <= options_of("skeletonize")
+    assert options_of("skeletonize") - options_of("batch") == {"--json", "--profile"}  # of one mesh
+
+
+@pytest.mark.parametrize("name", command_line_parser()._subparsers._group_actions[0].choices)
+def test_every_command_has_an_example_and_no_markup_in_its_help(name, here):
+    code, out, err = here(name, "--help")
+    assert (code, err) == (0, [])
+    assert "example:" in out
+    assert out[out.index("example:") + 1].strip().startswith(f"lbskel {name} ")
+    assert "`" not in "".join(out)

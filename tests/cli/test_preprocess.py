@@ -1,0 +1,33 @@
+"""``lbskel preprocess``: the mesh, its vertex map and the report are written, or nothing is."""
+
+import json
+
+import numpy as np
+
+import lbskel
+
+
+def test_the_mesh_its_map_and_the_report_are_written(here, folder):
+    arguments = ("rod.off", "-o", "fewer.ply", "--steps", "simplify:target_faces=120", "--map", "map.npy", "--report", "r.json")
+    code, out, err = here("preprocess", *arguments)
+    assert (code, err) == (0, [])
+    fewer = lbskel.read_mesh(folder / "fewer.ply")
+    assert len(fewer.faces) <= 132
+    assert out[-1] == f"fewer.ply: {len(fewer.vertices)} vertices, {len(fewer.faces)} faces"
+    mapped = np.load(folder / "map.npy")
+    assert (len(mapped), mapped.max()) == (152, len(fewer.vertices) - 1)
+    assert json.loads((folder / "r.json").read_text())["pipeline"] == "simplify:target_faces=120"
+
+
+def test_an_existing_file_is_kept(here, folder):
+    (folder / "out.ply").write_text("mine")
+    code, out, err = here("preprocess", "rod.off", "-o", "out.ply")
+    assert (code, out) == (2, [])
+    assert "out.ply exists already" in err[0]
+    assert (folder / "out.ply").read_text() == "mine"
+
+
+def test_an_unknown_step_is_named(here):
+    code, _, err = here("preprocess", "rod.off", "-o", "out.ply", "--steps", "polish")
+    assert code == 2
+    assert "polish" in err[0]

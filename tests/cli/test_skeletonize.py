@@ -1,0 +1,192 @@
+"""``lbskel skeletonize``: files, report, picture, options and exit codes."""
+
+import json
+import os
+import re
+import struct
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from helpers import file_names
+
+import lbskel
+from lbskel import read_skeleton, write_mesh
+from lbskel.io import FORMATS
+
+GIVEN = ["pipe.ply", "ring.obj", "rod.off"]
+
+
+# --- in a process of its own
+
+
+def test_a_skeleton_with_picture_and_report(apart, folder):
+    code, out, err = apart("skeletonize", "rod.off", "-o", "rod.swc", "--picture", "rod.png", "--report", "rod.json")
+    assert (code, err) == (0, [])
+    assert out[0] == "rod.off: 152 vertices, 300 faces, 1 component(s)"
+    assert re.fullmatch(r"  skeleton  \d+ nodes, 2 tips, 0 junctions, 0 cycles, inscribed radii", out[1])
+    assert re.fullmatch(r"  component 300 faces, genus 0: 0 cycles; \d+ steps, the volume .*", out[2])
+    assert re.fullmatch(r"  wrote     rod\.swc in \d+\.\d s", out[-1])
+    assert len(read_skeleton(folder / "rod.swc").tips) == 2
+    assert (folder / "rod.png").read_bytes().startswith(b"\x89PNG")
+    assert json.loads((folder / "rod.json").read_text())["passed"] is True
+    assert file_names(folder) == sorted([*GIVEN, "rod.swc", "rod.png", "rod.json"])
+
+
+def test_json_is_one_line_per_input_on_a_closed_and_an_open_mesh(apart, folder):
+    code, out, err = apart("skeletonize", "ring.obj", "pipe.ply", "-o", ".", "--json", "--cut-cycles")
+    assert (code, err) == (0, [])
+    reports = [json.loads(line, parse_constant=pytest.fail) for line in out]
+    assert [report["mesh"] for report in reports] == ["ring.obj", "pipe.ply"]
+    assert [report["components"][0]["genus"] for report in reports] == [1, 0]  # the ends of the pipe were closed
+    assert file_names(folder) == sorted([*GIVEN, "ring.swc", "pipe.swc"])
+
+
+def test_one_bad_input_does_not_stop_the_others(apart, folder):
+    (folder / "bad.off").write_text("OFF\n3 1 0\n0 0 0\n")
+    code, out, err = apart("skeletonize", "bad.off", "nosuch.ply", "rod.off", "-o", ".", "--quiet")
+    assert (code, out) == (2, [])
+    assert [line.split(":")[:2] for line in err] == [["lbskel", " bad.off"], ["lbskel", " nosuch.ply"]]
+    assert file_names(folder) == sorted([*GIVEN, "bad.off", "rod.swc"])
+
+
+def test_a_result_that_fails_its_score_exits_with_one(folder, python):
+    options = ("skeletonize", "rod.off", "-o", "rod.json", "--time-limit", "1e-9")
+    result = python("-m", "lbskel", *options, cwd=folder)
+    assert (result.returncode, result.stderr) == (1, "")
+    assert "  score     fail: " in result.stdout
+    assert read_skeleton(folder / "rod.json").report["passed"] is False
+
+
+def test_all_is_refused_before_any_work(here, folder):
+    """One of three outputs is there already: not one of the inputs is begun."""
+    (folder / "ring.json").touch()
+    code, out, err = here("skeletonize", "rod.off", "ring.obj", "-o", ".", "--report", ".", "--cut-cycles")
+    assert (code, out, err) == (2, [], ["lbskel: ring.json exists already; give --force to replace it"])
+    assert file_names(folder) == sorted([*GIVEN, "ring.json"])
+
+
+def test_nothing_is_overwritten_unasked(here, folder):
+    (folder / "rod.swc").write_text("mine")
+    code, out, err = here("skeletonize", "rod.off", "-o", "rod.swc")
+    assert (code, out, err) == (2, [], ["lbskel: rod.swc exists already; give --force to replace it"])
+    assert (folder / "rod.swc").read_text() == "mine"
+
+
+def test_force_replaces(here, folder):
+    for name in ("rod.swc", "rod.png", "rod.json"):
+        (folder / name).write_text("mine")
+    arguments = ["skeletonize", "rod.off", "-o", "rod.swc", "--picture", "rod.png", "--report", "rod.json", "--quiet"]
+    assert here(*arguments)[0] == 2
+    assert here(*arguments, "--force") == (0, [], [])
+    assert all((folder / name).read_bytes()[:4] != b"mine" for name in ("rod.swc", "rod.png", "rod.json"))
+
+
+def test_cycles_are_cut_on_request_and_noted(here, folder):
+    assert here("skeletonize", "ring.obj", "-o", "ring.swc", "--cut-cycles", "--quiet") == (0, [], [])
+    assert "# cut edge" in (folder / "ring.swc").read_text()
+    assert read_skeleton(folder / "ring.swc").cycle_rank == 1
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_every_format_is_written(name, here, folder):
+    assert here("skeletonize", "rod.off", "-o", f"rod-skeleton.{name}", "--quiet") == (0, [], [])
+    back = read_skeleton(folder / f"rod-skeleton.{name}")
+    assert (len(back.tips), back.cycle_rank) == (2, 0)
+
+
+def test_several_into_a_folder_with_pictures_and_reports(here, folder):
+    for name in ("skeletons", "pictures", "reports"):
+        (folder / name).mkdir()
+    code, out, err = here(
+        *["skeletonize", "rod.off", "pipe.ply", "-o", "skeletons", "--picture", "pictures", "--report", "reports"]
+    )
+    assert (code, err) == (0, [])
+    assert sum(not line.startswith(" ") for line in out) == 2
+    for name, suffix in (("skeletons", ".swc"), ("pictures", ".png"), ("reports", ".json")):
+        assert file_names(folder / name) == [f"pipe{suffix}", f"rod{suffix}"]
+
+
+def test_choices_reach_the_contraction(here):
+    choices = ["--preset", "least_squares", "--operator", "robust", "--energy", "curvature_flow", "--solver", "superlu"]
+    code, out, err = here("skeletonize", "rod.off", "-o", "rod.json", "--json", *choices)
+    assert (code, err) == (0, [])
+    settings = json.loads(out[0])["settings"]
+    assert (settings["operator"], settings["energy"], settings["solver"]) == ("robust", "curvature_flow", "superlu")
+
+
+def test_failed_measures_are_named_and_the_result_is_written(here, folder):
+    code, out, err = here("skeletonize", "rod.off", "-o", "rod.swc", "--time-limit", "1e-9")
+    assert (code, err) == (1, [])
+    assert any(line.startswith("  score     fail: ") and "inside_fraction" in line for line in out)
+    assert (folder / "rod.swc").exists()
+
+
+def test_knobs(here, folder):
+    options = (
+        "--root",
+        "0",
+        "--anchor",
+        "0,0,0.5",
+        "--nodes",
+        "9",
+        "--tip-position",
+        "surface",
+        "--min-branch-ratio",
+        "2",
+    )
+    assert here("skeletonize", "rod.off", "-o", "rod.json", *options)[0] == 0
+    skeleton = read_skeleton(folder / "rod.json")
+    assert (len(skeleton.nodes), len(skeleton.anchors)) == (9, 1)
+    assert here("skeletonize", "rod.off", "-o", "rod.json", "--force", "--anchor", "99999")[0] == 2
+
+
+def test_the_worst_exit_code_counts(here):
+    assert here("skeletonize", "rod.off", "pipe.ply", "-o", ".", "--quiet", "--time-limit", "1e-9")[0] == 1
+    assert here("skeletonize", "rod.off", "nosuch.off", "-o", ".", "--quiet", "--force")[0] == 2
+
+
+def test_the_graphs_of_several_components_are_joined_where_that_is_asked(here, folder, rod):
+    apart = rod.with_vertices(rod.vertices + [2.0, 0.0, 0.0])
+    vertices = np.concatenate([rod.vertices, apart.vertices])
+    faces = np.concatenate([rod.faces, rod.faces + len(rod.vertices)])
+    write_mesh(folder / "two.off", lbskel.Mesh(vertices, faces))
+    for options, n_components in (((), 2), (("--join", "--force"), 1)):
+        assert here("skeletonize", "two.off", "-o", "two.json", *options)[0] == 0
+        assert read_skeleton(folder / "two.json").n_components == n_components
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no pseudo-terminals")
+def test_a_terminal_is_told_the_stage_and_left_clean(folder):
+    import fcntl
+    import pty
+    import termios
+
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+    process = subprocess.Popen(
+        [sys.executable, "-m", "lbskel", "skeletonize", "rod.off", "-o", "rod.json"],
+        stdout=subprocess.PIPE,
+        stderr=theirs,
+        cwd=folder,
+    )
+    os.close(theirs)
+    shown = b""
+    while True:
+        try:
+            piece = os.read(ours, 4096)
+        except OSError:  # Linux: the other side is closed
+            break
+        if not piece:
+            break
+        shown += piece
+    os.close(ours)
+    assert process.wait(timeout=60) == 0
+    process.stdout.close()
+    assert b"rod.off: contract" in shown
+    assert shown.endswith(b"\r")
+    assert shown.split(b"\r")[-2].strip() == b""
+
+
+# --- in this process
