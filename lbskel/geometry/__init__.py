@@ -1,4 +1,4 @@
-"""Triangle meshes and point clouds, and the queries on them: search trees, cross-sections, distances, components."""
+"""Triangle meshes and point clouds, and queries on them: bounding volumes, cross-sections, distances, components."""
 
 from lbskel.geometry.mesh import Mesh, PointCloud, as_mesh
 from lbskel.geometry.surface_queries import Surface

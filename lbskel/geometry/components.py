@@ -17,14 +17,14 @@ MIN_FACES = 4  # faces of the smallest surface that encloses a volume, a tetrahe
 
 @dataclass(frozen=True, eq=False)
 class Component:
-    """A connected part of a mesh.
+    """A connected component of a mesh.
 
     Parameters
     ----------
     mesh : Mesh
-        The part alone.
+        The component as a mesh of its own.
     vertices : (k,) array of int
-        Which vertex of the whole each of its vertices is, in ascending order.
+        For each of its vertices, the vertex of the whole mesh, in ascending order.
     """
 
     mesh: Mesh
@@ -32,17 +32,22 @@ class Component:
 
 
 def components(mesh: Mesh) -> list[Component]:
-    """Each connected component as a mesh of its own, in the order of ``mesh.component_of_vertex``."""
+    """Split a mesh into its connected components, in the order of ``mesh.component_of_vertex``.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    """
     if mesh.n_components == 1 and len(mesh.used_vertices) == len(mesh.vertices):
         return [Component(mesh, mesh.used_vertices)]
     n = mesh.n_components
-    label = np.minimum(mesh.component_of_vertex, n)  # n: of vertices that no face uses
+    label = np.minimum(mesh.component_of_vertex, n)  # vertices that no face uses have label n
     vertices, faces = stable_order(label), stable_order(label[mesh.faces[:, 0]])
     ends = np.cumsum(np.bincount(label, minlength=n + 1))[:n]
     face_ends = np.cumsum(np.bincount(label[mesh.faces[:, 0]]))
     number = np.empty(len(label), dtype=np.int64)
     number[vertices] = np.arange(len(label)) - np.append(0, ends)[label[vertices]]
     return [
-        Component(Mesh(mesh.vertices[mine], number[mesh.faces[its_faces]]), mine)
-        for mine, its_faces in zip(np.split(vertices, ends)[:n], np.split(faces, face_ends)[:n], strict=True)
+        Component(Mesh(mesh.vertices[part], number[mesh.faces[part_faces]]), part)
+        for part, part_faces in zip(np.split(vertices, ends)[:n], np.split(faces, face_ends)[:n], strict=True)
     ]

@@ -1,4 +1,7 @@
-"""What users hold, taken apart: mesh objects of packages not imported here, and polygons, which become triangles."""
+"""Vertex and face arrays of the mesh objects of other packages, and triangulation of polygons.
+
+The packages are not imported; their objects are recognized by their attributes.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,11 @@ from lbskel.errors import MeshError, first_few
 
 
 def arrays_of(data: Any) -> tuple[Any, Any]:
-    """Vertices and faces, unchecked, of a pair or of a trimesh, pyvista or meshio mesh.
+    """Extract vertices and faces, unchecked, from a pair or from a trimesh, pyvista or meshio mesh.
+
+    Parameters
+    ----------
+    data : pair of array_like, or mesh object
 
     Raises
     ------
@@ -37,7 +44,7 @@ def arrays_of(data: Any) -> tuple[Any, Any]:
 
 
 def _rows_of_flat(flat: NDArray[Any]) -> list[NDArray[Any]]:
-    """The polygons of a flat list that has before each polygon how many corners it has."""
+    """Split a flat list of polygons, each preceded by its number of corners."""
     rows, position = [], 0
     while position < len(flat):
         size = int(flat[position])
@@ -49,33 +56,40 @@ def _rows_of_flat(flat: NDArray[Any]) -> list[NDArray[Any]]:
 
 
 def triangulate(faces: Any) -> tuple[NDArray[Any], NDArray[np.int64]]:
-    """Triangles of polygons, each cut into a fan from its first corner, and the polygon that each came from.
+    """Triangulate polygons as fans from their first corners.
 
-    Takes an (m, k) array, in which -1 at the end of a row of more than three means no corner, or a sequence of index
-    sequences.
+    Parameters
+    ----------
+    faces : (m, k) array of int, or sequence of index sequences
+        In rows of more than three corners, -1 at the end means that there is no corner.
+
+    Returns
+    -------
+    triangles : (t, 3) array of int
+    polygon : (t,) array of int
+        The polygon that each triangle came from.
 
     Raises
     ------
     MeshError
-        If a polygon has fewer than three corners, or it is no such sequence.
+        If a polygon has fewer than three corners, or the faces are no such sequence.
     """
     corners, sizes = _flat_polygons(faces)
     small = np.flatnonzero(sizes < 3)
     if len(small):
         raise MeshError(f"faces {first_few(small)} have fewer than three corners; leave them out")
-    fans = sizes - 2
-    first = np.repeat(np.cumsum(sizes) - sizes, fans)
-    along = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
-    return corners[np.stack([first, first + along + 1, first + along + 2], axis=1)], np.repeat(
-        np.arange(len(fans)), fans
-    )
+    n_triangles = sizes - 2
+    first = np.repeat(np.cumsum(sizes) - sizes, n_triangles)
+    step = np.arange(n_triangles.sum()) - np.repeat(np.cumsum(n_triangles) - n_triangles, n_triangles)
+    triangles = corners[np.stack([first, first + step + 1, first + step + 2], axis=1)]
+    return triangles, np.repeat(np.arange(len(n_triangles)), n_triangles)
 
 
 def _flat_polygons(faces: Any) -> tuple[NDArray[Any], NDArray[np.int64]]:
-    """The corners of all polygons one after the other, and how many each has."""
+    """Concatenate the corners of all polygons, and count those of each."""
     try:
         given = np.asarray(faces)
-    except ValueError:  # polygons of several sizes
+    except ValueError:  # polygons of different sizes
         given = np.empty(0, dtype=object)
     if given.dtype.kind in "iuf" and given.ndim == 2:
         k = given.shape[1]

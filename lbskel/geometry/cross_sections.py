@@ -1,11 +1,11 @@
-"""Plane sections of a mesh: the closed curve round a point, its centroid and size.
+"""Plane cross-sections of a mesh: the intersection curve around a point, its centroid and size.
 
-A section is cut exactly, triangle by triangle, so it does not depend on how densely the surface is sampled. Of the
-curves that a plane cuts, the smallest that goes round the point counts, or the nearest where none does. Area and
-centroid come from Green's theorem over its segments.
+The plane is intersected with each triangle exactly, so the result does not depend on the sampling density. Of several
+intersection curves, the smallest that surrounds the point is taken, or the nearest if none does. Area and centroid
+follow from Green's theorem over its segments.
 
-Triangles are looked for near the point first, then farther and farther. Curves of one plane do not cross, so one round
-the point that lies within what was looked at is inside of any that does not, and no more need be known.
+Triangles are searched in growing neighborhoods of the point. Curves in one plane do not intersect each other, so a
+curve around the point that lies in the searched neighborhood is inside any that does not, and the search can stop.
 """
 
 from __future__ import annotations
@@ -25,23 +25,24 @@ NO_LABELS = np.empty(0, dtype=np.int64)
 
 @dataclass(frozen=True, eq=False)
 class Sections:
-    """One section for each of k planes.
+    """One cross-section for each of k planes.
 
     Parameters
     ----------
     is_cut : (k,) array of bool
-        Whether the plane meets the mesh at all.
+        Whether the plane intersects the mesh.
     surrounds : (k,) array of bool
-        Whether the curve goes round the point.
+        Whether the curve surrounds the point.
     centroids : (k, 3) array of float
-        Of the area inside the curve; of the curve itself where it is not closed. The point itself where nothing is cut.
+        Of the area inside the curve; of the curve itself if it is open; the given point if there is no intersection.
     areas : (k,) array of float
+        Inside the curve, in squared units of the mesh.
     lengths : (k,) array of float
-        Of the curve.
+        Of the curve, in units of the mesh.
     radii : (k,) array of float
         Mean distance of the curve from its centroid.
-    own : (k,) array of float
-        Share of the curve's length on faces with the label of the plane, or with a negative one, which is nobody's.
+    label_fractions : (k,) array of float
+        Fraction of the curve's length on faces with the label of the plane or with a negative label.
     """
 
     is_cut: NDArray[np.bool_]
@@ -50,7 +51,7 @@ class Sections:
     areas: NDArray[np.float64]
     lengths: NDArray[np.float64]
     radii: NDArray[np.float64]
-    own: NDArray[np.float64]
+    label_fractions: NDArray[np.float64]
 
 
 def cross_sections(
@@ -61,18 +62,19 @@ def cross_sections(
     face_labels: NDArray[np.int64] | None = None,
     labels: NDArray[np.int64] | None = None,
 ) -> Sections:
-    """The section of a mesh round each point, in the plane through it.
+    """Compute the cross-section of a mesh around each point, in the plane through it.
 
     Parameters
     ----------
     mesh : Mesh
     points, normals : (k, 3) array of float
-        The planes; normals of length one.
+        A point on each plane and its unit normal.
     face_labels : (m,) array of int, optional
+        Negative labels belong to every plane.
     labels : (k,) array of int, optional
-        With these, ``own`` tells how much of each curve lies on faces of the plane's own label.
+        Of the planes. With both, ``label_fractions`` compares them.
     """
-    tree = mesh.boxes
+    tree = mesh.aabb_tree
     curves = SectionCurves(
         mesh.edge_of_half_edge,
         mesh.faces_per_edge,
@@ -83,14 +85,14 @@ def cross_sections(
     )
     points, frames = np.ascontiguousarray(points, dtype=np.float64), _frames(normals)
     found = curves.measure(points, frames, np.zeros(len(points), dtype=np.int64) if labels is None else labels)
-    is_cut, surrounds, x, y, areas, lengths, radii, own = found.T
+    is_cut, surrounds, x, y, areas, lengths, radii, label_fractions = found.T
     moved = points + x[:, None] * frames[:, 0] + y[:, None] * frames[:, 1]
     centroids = np.where(is_cut[:, None] > 0, moved, points)
-    return Sections(is_cut > 0, surrounds > 0, centroids, areas, lengths, radii, own)
+    return Sections(is_cut > 0, surrounds > 0, centroids, areas, lengths, radii, label_fractions)
 
 
 def _frames(normals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(k, 3, 3) two unit vectors in each plane, right-handed with its normal, and the normal."""
+    """(k, 3, 3) right-handed frame of each plane: two unit vectors in it and its normal."""
     helper = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
     first = np.cross(helper, normals)
     first /= np.linalg.norm(first, axis=1, keepdims=True)

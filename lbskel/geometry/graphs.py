@@ -1,4 +1,4 @@
-"""Weighted graphs for scipy.sparse.csgraph, which before scipy 1.17 takes indices of 32 bits only."""
+"""Weighted graphs for scipy.sparse.csgraph, which before scipy 1.17 accepts only 32-bit indices."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ def weighted_graph(edges: NDArray[np.int64], weights: NDArray[Any], n_nodes: int
     Parameters
     ----------
     edges : (e, 2) array of int
-        Each is entered once, from its first node to its second.
+        Each gives one entry, from its first node to its second.
     weights : (e,) array
-        Zero means that there is no edge.
+        Zero means no edge.
     n_nodes : int
     """
     rows, columns = edges.T.astype(np.int32)

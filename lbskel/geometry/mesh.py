@@ -1,12 +1,13 @@
-"""Triangle meshes and point clouds as frozen values, validated once at the door.
+"""Triangle meshes and point clouds as frozen values, validated when they are made.
 
-A ``Mesh`` holds only what the caller gave; what follows from it (edges, components, genus) is computed when asked for
-and kept. Nothing here changes a vertex or drops a face: repairs belong to :mod:`lbskel.preprocess`.
+A ``Mesh`` holds only what the caller gave. What follows from it (edges, components, genus) is computed at first use and
+cached in its ``__dict__``, also by :mod:`lbskel.geometry.surface_queries`. Nothing here moves a vertex or removes a
+face: repairs belong to :mod:`lbskel.preprocess`.
 """
 
 from __future__ import annotations
 
-__all__ = ["Mesh", "PointCloud", "as_mesh", "first_few", "read_only"]
+__all__ = ["Mesh", "PointCloud", "as_mesh"]
 
 import math
 from dataclasses import dataclass
@@ -18,56 +19,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from lbskel._kernels.connectivity import component_roots, count_umbrellas
 from lbskel._kernels.triangles import integrals
-from lbskel.errors import MeshError, first_few
+from lbskel.geometry.arrays import checked_points, checked_triangles, read_only
 from lbskel.geometry.bvh import AABBTree, build_aabb_tree
 from lbskel.geometry.conversion import arrays_of, triangulate
-from lbskel.geometry.polygon_triangulation import unfold
-from lbskel.geometry.sorting import numbered
+from lbskel.geometry.normals import normalized, triangle_normals
+from lbskel.geometry.polygon_triangulation import retriangulate_nonconvex
+from lbskel.geometry.sorting import unique_inverse
 
 
-def read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """The array itself, which nobody can write to from now on."""
-    array.setflags(write=False)
-    return array
-
-
-def _coordinates(values: ArrayLike, what: str) -> NDArray[np.float64]:
-    """A read-only (n, 3) float64 copy, or a MeshError that says what is wrong with the values."""
-    try:
-        points = np.array(values, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise MeshError(f"{what} must be an (n, 3) array of numbers: {error}") from None
-    if points.size == 0:
-        raise MeshError(f"the mesh is empty: there are no {what}")
-    if points.ndim != 2 or points.shape[1] != 3:
-        hint = "; for a planar shape add a column of zeros" if points.ndim == 2 and points.shape[1] == 2 else ""
-        raise MeshError(f"{what} must have shape (n, 3), not {points.shape}{hint}")
-    if not np.isfinite(points).all():
-        bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-        raise MeshError(f"{what} {first_few(bad)} have NaN or infinite coordinates; remove them with their faces")
-    return read_only(points)
-
-
-def _triangles(values: ArrayLike, n_vertices: int) -> NDArray[np.int64]:
-    """A read-only (m, 3) int64 copy with every index in range, or a MeshError that names the faces."""
-    given = np.asarray(values)
-    if given.size == 0:
-        raise MeshError("the mesh is empty: it has no faces; a set of points is a PointCloud")
-    if given.ndim != 2 or given.shape[1] != 3:
-        raise MeshError(f"faces must have shape (m, 3), not {given.shape}; as_mesh() triangulates quads")
-    if given.dtype.kind not in "iu" and not (given.dtype.kind == "f" and np.all(given == np.floor(given))):
-        raise MeshError(f"faces must be whole numbers, not {given.dtype}")
-    faces = np.array(given, dtype=np.int64, order="C")
-    if faces.min() < 0 or faces.max() >= n_vertices:
-        bad = np.flatnonzero(((faces < 0) | (faces >= n_vertices)).any(axis=1))
-        raise MeshError(
-            f"faces {first_few(bad)} use a vertex index outside 0..{n_vertices - 1}; "
-            "indices are 0-based, subtract 1 from those of a 1-based file"
-        )
-    return read_only(faces)
-
-
-_OF_CONNECTIVITY = (
+# Cached properties that depend on the faces alone
+_CONNECTIVITY_PROPERTIES = (
     "_edge_table",
     "used_vertices",
     "half_edges",
@@ -83,7 +44,7 @@ _OF_CONNECTIVITY = (
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """A triangle mesh: what the caller gave, checked, read-only.
+    """A triangle mesh: validated, read-only vertices and faces.
 
     Parameters
     ----------
@@ -92,9 +53,9 @@ class Mesh:
     faces : (m, 3) array_like of int
         0-based vertex indices of each triangle.
     notes : tuple of str
-        What was done to the input on its way in (quads triangulated, vertices merged), a sentence each.
+        What was done to the input (quads triangulated, vertices merged), a sentence each.
     polygon_of_face : (m,) array of int, optional
-        The polygon of the input that each triangle was cut from, where any was cut.
+        The polygon of the input that each triangle was cut from, if any polygon was.
 
     Raises
     ------
@@ -116,17 +77,22 @@ class Mesh:
     polygon_of_face: NDArray[np.int64] | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", _coordinates(self.vertices, "vertices"))
-        object.__setattr__(self, "faces", _triangles(self.faces, len(self.vertices)))
+        object.__setattr__(self, "vertices", checked_points(self.vertices, "vertices"))
+        object.__setattr__(self, "faces", checked_triangles(self.faces, len(self.vertices)))
 
     def __repr__(self) -> str:
         return f"Mesh({len(self.vertices)} vertices, {len(self.faces)} faces)"
 
     def with_vertices(self, vertices: ArrayLike) -> Mesh:
-        """The same faces on other positions; what is known of the connectivity is kept."""
+        """Make a mesh with the same faces and other positions; cached properties of the connectivity are kept.
+
+        Parameters
+        ----------
+        vertices : (n, 3) array_like of float
+        """
         moved = Mesh(np.asarray(vertices), self.faces, self.notes, self.polygon_of_face)
         if len(moved.vertices) == len(self.vertices):
-            moved.__dict__.update({name: self.__dict__[name] for name in _OF_CONNECTIVITY if name in self.__dict__})
+            moved.__dict__.update({name: self.__dict__[name] for name in _CONNECTIVITY_PROPERTIES if name in self.__dict__})
         return moved
 
     @cached_property
@@ -135,7 +101,7 @@ class Mesh:
         n = len(self.vertices)
         start, end = self.half_edges.T
         key = np.minimum(start, end) * n + np.maximum(start, end)
-        unique, row = numbered(key)
+        unique, row = unique_inverse(key)
         edges = np.stack([unique // n, unique % n], axis=1)
         return read_only(edges), read_only(row)
 
@@ -157,13 +123,14 @@ class Mesh:
 
     @cached_property
     def faces_per_edge(self) -> NDArray[np.int64]:
-        """(k,) number of faces at each edge: 2 inside a surface, 1 on its boundary."""
+        """(k,) number of faces at each edge: 2 in the interior of a surface, 1 on its boundary."""
         return read_only(np.bincount(self.edge_of_half_edge, minlength=len(self.edges)))
 
     @cached_property
     def _integrals(self) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-        """The area of each face, the center of mass of all, and the volume."""
-        return integrals(self.vertices, self.faces)
+        """Area of each face, centroid of the surface, and volume."""
+        values: tuple[NDArray[np.float64], NDArray[np.float64], float] = integrals(self.vertices, self.faces)
+        return values
 
     @property
     def face_areas(self) -> NDArray[np.float64]:
@@ -171,8 +138,13 @@ class Mesh:
         return read_only(self._integrals[0])
 
     @cached_property
-    def boxes(self) -> AABBTree:
-        """The faces in a tree of boxes, for searches."""
+    def face_normals(self) -> NDArray[np.float64]:
+        """(m, 3) unit normal of each triangle, outwards where the faces are oriented so; zero for degenerate ones."""
+        return read_only(normalized(triangle_normals(*self.vertices[self.faces].transpose(1, 0, 2))))
+
+    @cached_property
+    def aabb_tree(self) -> AABBTree:
+        """The faces in a tree of bounding boxes, for searches."""
         return build_aabb_tree(self.vertices, self.faces)
 
     @cached_property
@@ -187,25 +159,28 @@ class Mesh:
 
     @property
     def volume(self) -> float:
-        """Signed volume, positive where the faces are oriented outwards; of use for closed meshes only."""
+        """Signed volume, positive where the faces are oriented outwards; meaningful only for closed meshes."""
         return self._integrals[2]
 
     @cached_property
     def diagonal(self) -> float:
         """Length of the diagonal of the bounding box of the vertices that faces use."""
-        columns = self.vertices[self.used_vertices].T.copy()  # long rows take numpy a tenth of the time of short ones
+        columns = self.vertices[self.used_vertices].T.copy()  # numpy reduces long rows in a tenth of the time of short ones
         return math.hypot(*np.ptp(columns, axis=1))
 
     @cached_property
     def centroid(self) -> NDArray[np.float64]:
-        """(3,) center of mass of the surface."""
+        """(3,) center of mass of the surface; of the corners of all faces, if it has no area."""
         if not self.area > 0:
             return read_only(self.vertices[self.faces].mean(axis=(0, 1)))
         return read_only(self._integrals[1])
 
     @cached_property
     def diameter_bound(self) -> float:
-        """Twice the distance from the centroid to the farthest vertex in use: a size that turning does not change."""
+        """Twice the largest distance of a used vertex from the centroid: an upper bound on the diameter.
+
+        Unlike the bounding box, it does not change when the mesh is rotated.
+        """
         offsets = self.vertices[self.used_vertices] - self.centroid
         largest = float(np.abs(offsets).max())
         if not largest > 0:
@@ -216,8 +191,8 @@ class Mesh:
     @cached_property
     def component_of_vertex(self) -> NDArray[np.int64]:
         """(n,) number of the connected component of each vertex; components without a face come last."""
-        least = component_roots(self.edges, np.zeros(len(self.vertices), dtype=np.int64))
-        labels = (np.cumsum(least == np.arange(len(least))) - 1)[least]
+        first = component_roots(self.edges, np.zeros(len(self.vertices), dtype=np.int64))
+        labels = (np.cumsum(first == np.arange(len(first))) - 1)[first]
         has_face = np.zeros(labels.max() + 1, dtype=bool)
         has_face[labels[self.faces[:, 0]]] = True
         rank = np.argsort(np.argsort(~has_face, kind="stable"), kind="stable")
@@ -245,11 +220,12 @@ class Mesh:
         """Whether the mesh is a closed, consistently oriented surface without pinched vertices."""
         if not (self.is_edge_manifold and self.is_closed):
             return False
-        return count_umbrellas(self.faces, self.edge_of_half_edge, len(self.edges)) == len(self.used_vertices)
+        n_umbrellas: int = count_umbrellas(self.faces, self.edge_of_half_edge, len(self.edges))
+        return n_umbrellas == len(self.used_vertices)
 
     @cached_property
     def euler_characteristic(self) -> int:
-        """Vertices in use, less edges, plus faces."""
+        """Number of used vertices minus edges plus faces."""
         return len(self.used_vertices) - len(self.edges) + len(self.faces)
 
     @property
@@ -260,7 +236,12 @@ class Mesh:
 
 @dataclass(frozen=True, eq=False)
 class PointCloud:
-    """Points sampled from a surface: (n, 3) positions in the caller's units, checked, read-only.
+    """Points sampled from a surface: validated, read-only.
+
+    Parameters
+    ----------
+    points : (n, 3) array_like of float
+        In the caller's units.
 
     Raises
     ------
@@ -271,7 +252,7 @@ class PointCloud:
     points: NDArray[np.float64]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", _coordinates(self.points, "points"))
+        object.__setattr__(self, "points", checked_points(self.points, "points"))
 
     def __repr__(self) -> str:
         return f"PointCloud({len(self.points)} points)"
@@ -303,7 +284,7 @@ def as_mesh(data: Any) -> Mesh:
     if not n_cut:
         return mesh
     note = f"{n_cut} polygons were cut into triangles"
-    return Mesh(mesh.vertices, unfold(mesh.vertices, mesh.faces, polygon), (note,), polygon)
+    return Mesh(mesh.vertices, retriangulate_nonconvex(mesh.vertices, mesh.faces, polygon), (note,), polygon)
 
 
 @as_mesh.register(Mesh)

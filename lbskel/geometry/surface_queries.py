@@ -1,8 +1,11 @@
-"""A mesh as a surface to ask of: how far is it, what lies ahead, is a point inside.
+"""Surface queries: closest point, ray distance, inside test.
 
-Trees are built when first needed: boxes for distances and rays, and for the inside of what is closed; for that of other
-meshes libigl's fast winding number of Barill, Dickson, Schmidt, Levin, Jacobson 2018,
-https://doi.org/10.1145/3197517.3201337.
+Search trees are built when first needed: bounding boxes for distances, rays, and the inside test of closed manifolds;
+for the inside test of other meshes the tree of libigl's fast winding number, Barill, Dickson, Schmidt, Levin, Jacobson
+2018, https://doi.org/10.1145/3197517.3201337.
+
+Trees and recent results are cached in the ``__dict__`` of the mesh. The cache only holds values that follow from the
+mesh, so it does not change what the frozen mesh is; meshes of ``with_vertices`` start with an empty one.
 """
 
 from __future__ import annotations
@@ -11,31 +14,37 @@ __all__ = ["Proxy", "Surface"]
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.geometry.mesh import Mesh, read_only
+from lbskel.geometry.arrays import read_only
+from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.vertex_map import VertexMap
 
-REMEMBERED = 16  # answers at most
+MAX_CACHED_RESULTS = 16  # results of recent queries kept for each mesh; a guess that bounds the memory
+
+VERTEX_OFFSET = 1e-6  # distance under a vertex, relative to the diameter bound, at which inward rays start; a guess
+
+
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, eq=False)
 class Proxy:
-    """About the same surface in fewer triangles, for what need not be exact.
+    """A simplified copy of a mesh, used where the result need not be exact.
 
     Parameters
     ----------
     mesh : Mesh
     vertex_map : VertexMap
-        From the vertices of the full mesh to those of this one; every vertex has a target.
+        From the vertices of the full mesh to those of the proxy; every vertex has a target.
     source_vertices : (k,) array of int
-        For each vertex of this mesh one vertex of the full mesh that it stands for.
+        For each vertex of the proxy one vertex of the full mesh.
     deviation : float
-        How far the two may be apart.
+        Upper bound on the distance of the two surfaces, in the units of the mesh.
     """
 
     mesh: Mesh
@@ -46,7 +55,7 @@ class Proxy:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Queries on a mesh; all surfaces of one mesh share its search trees.
+    """Queries on a mesh; all surfaces of one mesh share its search trees and cached results.
 
     Parameters
     ----------
@@ -59,39 +68,57 @@ class Surface:
 
     @property
     def proxy(self) -> Surface:
-        """The simplified mesh as a surface, or this one where there is none."""
+        """The simplified mesh as a surface, or this surface if there is none."""
         return self if self.simplified is None else Surface(self.simplified.mesh)
 
     def on_proxy(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Values at vertices of the mesh, at those of the rough one."""
+        """Transfer values from the vertices of the mesh to those of the proxy.
+
+        Parameters
+        ----------
+        values : (n,) array of int
+        """
         return values if self.simplified is None else values[self.simplified.source_vertices]
 
     def from_proxy(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Values at vertices of the rough mesh, at those of this one."""
+        """Transfer values from the vertices of the proxy to those of the mesh.
+
+        Parameters
+        ----------
+        values : (k,) array of int
+        """
         return values if self.simplified is None else self.simplified.vertex_map.pull_back(values)
 
     def memoize(self, name: str, make: Callable[[], Any]) -> Any:
-        """What is made when first asked for, and kept by the mesh as it keeps all that follows from it."""
-        kept = self.mesh.__dict__.setdefault("_searches", {})
-        if name not in kept:
-            kept[name] = make()
-        return kept[name]
+        """Return a value that follows from the mesh, computed at the first call and cached in the mesh.
 
-    def _remembered(self, name: str, points: NDArray[np.float64], answer: Callable[[], Any]) -> Any:
-        """What was answered to the same question of late: the nodes of a skeleton are asked for by several stages."""
-        answers = self.memoize("answers", dict)
-        question = name, points.tobytes()
-        if question not in answers:
-            while len(answers) >= REMEMBERED:
-                del answers[next(iter(answers))]
-            answers[question] = answer()
-        return answers[question]
+        Parameters
+        ----------
+        name : str
+            Key in the cache.
+        make : callable
+            Computes the value.
+        """
+        cache = self.mesh.__dict__.setdefault("_searches", {})
+        if name not in cache:
+            cache[name] = make()
+        return cache[name]
+
+    def _cached(self, name: str, points: NDArray[np.float64], query: Callable[[], Result]) -> Result:
+        """Return the result of a recent query at the same points: several stages query the nodes of a skeleton."""
+        results: dict[tuple[str, bytes], Result] = self.memoize("results", dict)
+        key = name, points.tobytes()
+        if key not in results:
+            while len(results) >= MAX_CACHED_RESULTS:
+                del results[next(iter(results))]
+            results[key] = query()
+        return results[key]
 
     @property
-    def _windings(self) -> igl.FastWindingNumberBVH:
-        return self.memoize("windings", self._winding_tree)
-
     def _winding_tree(self) -> igl.FastWindingNumberBVH:
+        return self.memoize("winding tree", self._build_winding_tree)
+
+    def _build_winding_tree(self) -> igl.FastWindingNumberBVH:
         tree = igl.FastWindingNumberBVH()
         tree.init(self.mesh.vertices, self.mesh.faces)
         return tree
@@ -99,51 +126,86 @@ class Surface:
     def inner_offset(
         self, vertices: NDArray[np.int64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """(k, 3) places just under some vertices, (k, 3) unit directions in from there, (k,) the thickness there."""
-        entry, inward, thickness = self.memoize("inward", self._inward)
+        """(k, 3) points just inside some vertices, (k, 3) unit directions inwards, (k,) distances to the opposite side.
+
+        A ray that hits nothing has distance 0.
+
+        Parameters
+        ----------
+        vertices : (k,) array of int
+            Numbers of vertices.
+        """
+        entry, inward, thickness = self.memoize("inward", self._inward_rays)
         unknown = vertices[np.isnan(thickness[vertices])]
         if len(unknown):
-            ahead = self.ray_distance(entry[unknown], inward[unknown])
-            thickness[unknown] = np.where(np.isfinite(ahead), ahead, 0.0)
+            distance = self.ray_distance(entry[unknown], inward[unknown])
+            thickness[unknown] = np.where(np.isfinite(distance), distance, 0.0)
         return entry[vertices], inward[vertices], thickness[vertices]
 
-    def _inward(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """The places and directions at all vertices, and an array of NaN for what thickness comes to be known."""
+    def _inward_rays(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Compute the ray of every vertex, and an array of NaN that caches the thickness measured so far."""
         V, F = self.mesh.vertices, self.mesh.faces
         outward = igl.per_vertex_normals(V, F, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_ANGLE)
-        inward = -np.nan_to_num(outward)  # a vertex all of whose faces are degenerate has none
+        inward = -np.nan_to_num(outward)  # zero where all faces of a vertex are degenerate
         inward = -inward if self.mesh.volume < 0 else inward
-        return V + 1e-6 * self.mesh.diameter_bound * inward, inward, np.full(len(V), np.nan)
+        return V + VERTEX_OFFSET * self.mesh.diameter_bound * inward, inward, np.full(len(V), np.nan)
 
     def closest(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(k,) distance to the surface and (k, 3) the point on it that is nearest."""
+        """(k,) distance to the surface, and (k, 3) closest point on it.
+
+        Parameters
+        ----------
+        points : (k, 3) array of float
+        """
         points = np.ascontiguousarray(points)
-        return self._remembered("closest", points, lambda: self._closest(points))
+        return self._cached("closest", points, lambda: self._closest(points))
 
     def _closest(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        distance, nearest = self.mesh.boxes.nearest(points)
+        distance, nearest = self.mesh.aabb_tree.nearest(points)
         return read_only(distance), read_only(nearest)
 
     def distance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(k,) distance to the surface."""
+        """(k,) distance to the surface.
+
+        Parameters
+        ----------
+        points : (k, 3) array of float
+        """
         return self.closest(points)[0]
 
     def clearance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(k,) radii of balls that the surface does not cut: the distance to it, or less where a rough one is asked."""
+        """(k,) lower bound on the distance to the surface, exact if there is no proxy.
+
+        Parameters
+        ----------
+        points : (k, 3) array of float
+        """
         if self.simplified is None:
             return self.distance(points)
         return np.maximum(self.proxy.distance(points) - self.simplified.deviation, 0.0)
 
     def ray_distance(self, points: NDArray[np.float64], directions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(k,) how far the surface lies in a unit direction; infinite where it is never met."""
-        return self.mesh.boxes.first_hits(points, directions)[1]
+        """(k,) distance to the surface along a direction; infinite where the ray hits nothing.
+
+        Parameters
+        ----------
+        points, directions : (k, 3) array of float
+            Directions of length 1.
+        """
+        return self.mesh.aabb_tree.first_hits(points, directions)[1]
 
     def contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """(k,) whether the surface winds round a point more than half a turn."""
+        """(k,) whether a point lies inside: whether the absolute winding number is above 1/2.
+
+        Parameters
+        ----------
+        points : (k, 3) array of float
+        """
         points = np.ascontiguousarray(points)
-        return self._remembered("contains", points, lambda: read_only(self._contains(points)))
+        return self._cached("contains", points, lambda: read_only(self._contains(points)))
 
     def _contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         if self.mesh.is_closed_manifold:
-            return self.mesh.boxes.windings(points) != 0
-        return np.abs(self._windings.winding_number(points)) > 0.5
+            return self.mesh.aabb_tree.winding_numbers(points) != 0
+        is_inside: NDArray[np.bool_] = np.abs(self._winding_tree.winding_number(points)) > 0.5
+        return is_inside

@@ -1,4 +1,4 @@
-"""A map from the vertices of one mesh to those of another, which carries fields, labels and node maps along."""
+"""Maps from the vertices of one mesh to those of another, which transfer labels and node maps between them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from lbskel.geometry.mesh import read_only
+from lbskel.geometry.arrays import read_only
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +20,7 @@ class VertexMap:
     Parameters
     ----------
     indices : (n,) array of int
-        For each source vertex its target vertex; -1 where it has none.
+        Target vertex of each source vertex; -1 where it has none.
     """
 
     indices: NDArray[np.int64]
@@ -33,7 +33,12 @@ class VertexMap:
 
     @classmethod
     def identity(cls, n_vertices: int) -> VertexMap:
-        """The map of n vertices to themselves."""
+        """Make the map of n vertices to themselves.
+
+        Parameters
+        ----------
+        n_vertices : int
+        """
         return cls(np.arange(n_vertices))
 
     @property
@@ -47,17 +52,33 @@ class VertexMap:
         return bool(np.array_equal(self.indices, np.arange(len(self.indices))))
 
     def compose(self, following: VertexMap) -> VertexMap:
-        """This map followed by another, whose sources are this one's targets."""
+        """Return the map that applies this map and then another.
+
+        Parameters
+        ----------
+        following : VertexMap
+            Its sources are the targets of this map.
+        """
         return VertexMap(self.pull_back(following.indices))
 
     def pull_back(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
-        """(n,) whole numbers at the targets, read at the sources; -1 at sources without a target."""
+        """(n,) integers given at the targets, read at the sources; -1 at sources without a target.
+
+        Parameters
+        ----------
+        values : (n_targets,) array of int
+        """
         return np.where(self.is_mapped, values[self.indices], -1)
 
     def push_forward(self, values: NDArray[np.int64], n_targets: int) -> NDArray[np.int64]:
-        """(n_targets,) whole numbers at the sources, placed at their targets; -1 at targets of no source.
+        """(n_targets,) integers given at the sources, written to their targets; -1 at targets without a source.
 
-        Of several sources of one target the first counts.
+        The first of several sources of one target counts.
+
+        Parameters
+        ----------
+        values : (n,) array of int
+        n_targets : int
         """
         result = np.full(n_targets, -1)
         mapped = np.flatnonzero(self.is_mapped)[::-1]
@@ -65,14 +86,19 @@ class VertexMap:
         return result
 
     def one_source_per_target(self, n_targets: int) -> NDArray[np.int64]:
-        """(n_targets,) the last source vertex of each target; -1 where it has none."""
+        """(n_targets,) last source vertex of each target; -1 where it has none.
+
+        Parameters
+        ----------
+        n_targets : int
+        """
         result = np.full(n_targets, -1)
         mapped = np.flatnonzero(self.is_mapped)
         result[self.indices[mapped]] = mapped
         return result
 
     def complete(self, sources: NDArray[np.float64], targets: NDArray[np.float64]) -> VertexMap:
-        """The map with the nearest target for every source that has none.
+        """Return the map in which every source without a target is mapped to the nearest target.
 
         Parameters
         ----------

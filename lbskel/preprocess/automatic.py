@@ -1,46 +1,72 @@
-"""What a mesh needs before it is contracted, and no more: a sound closed surface, fine and smooth enough, is kept."""
+"""The preprocessing that a mesh gets by default: only what it needs before it is contracted.
+
+A closed manifold that is fine and smooth enough is returned unchanged.
+"""
 
 from __future__ import annotations
 
-__all__ = ["COARSE_EDGE", "COARSE_SHARE", "PREPARATIONS", "preprocess_mesh"]
+__all__ = ["COARSE_EDGE", "MAX_COARSE_FRACTION", "PREPARATIONS", "preprocess_mesh"]
+
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, UnknownChoice
-from lbskel.geometry.mesh import Mesh
-from lbskel.preprocess.cleaning import merge_close, remove_duplicates, tidy, without_unused
+from lbskel.geometry.mesh import Mesh, as_mesh
+from lbskel.preprocess.cleaning import clean, extract_faces, merge_close, remove_duplicates
 from lbskel.preprocess.degenerate_faces import remove_degenerate
 from lbskel.preprocess.holes import close_holes
-from lbskel.preprocess.noise import ROUGH, roughness
+from lbskel.preprocess.noise import ROUGHNESS_LIMIT, roughness
 from lbskel.preprocess.orientation import fix_orientation, split_nonmanifold
 from lbskel.preprocess.pipelines import PIPELINES, Pipeline
 from lbskel.preprocess.remeshing import smooth_noise
-from lbskel.preprocess.result import PreprocessResult, identity_result, measured
-from lbskel.preprocess.subdivision import coarse_share, refine
+from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
+from lbskel.preprocess.subdivision import coarse_fraction, refine
 
 AUTOMATIC = "auto"
 PREPARATIONS = (AUTOMATIC, "none", *PIPELINES)
 
-LARGEST = 1e75  # whose fourth powers, of sums over vertices, are finite
+# Upper bound on coordinates, in the units of the mesh: sums over vertices of their fourth powers stay below 1.8e308.
+MAX_COORDINATE = 1e75
 
-COARSE_EDGE = 0.8  # of the local thickness; of low-poly shapes, 0.5 and 0.8 measured alike, and 0.8 has fewer faces
-COARSE_SHARE = 0.1  # of the faces; meshes with fewer measured no better for being refined
-LARGEST_HOLE = 1.0  # rim against diagonal: the ends of pipes too, since a capped end is a tip and gives an inside
-CRUMB = 0.01  # of the largest component's area: smaller open pieces are what fell off around holes
-LINE = 0.01  # degrees: of faces that are no more than a line, as closing T-junctions makes them
-FEW_FACES = 20_000  # more are not too coarse, or long to measure
-SMOOTHINGS = 60  # of noise of up to a limb's radius; 30 left skeletons a fifth further off, 120 were a tenth better
+# Longest edge of a fine face, as a fraction of the local thickness. On low-poly shapes 0.5 and 0.8 gave the same
+# measured accuracy, and 0.8 makes fewer faces; that comparison is not in a committed table.
+COARSE_EDGE = 0.8
+
+# Fraction of coarse faces above which a mesh is refined. Meshes with fewer were measured not to gain; that measurement
+# is not in a committed table.
+MAX_COARSE_FRACTION = 0.1
+
+# Longest perimeter of a hole that is closed, as a fraction of the diagonal. It includes the ends of pipes, since a
+# capped end becomes a tip and the closed surface has an inside. A guess.
+MAX_HOLE_PERIMETER = 1.0
+
+# Area below which an open component is removed as debris around a hole, as a fraction of the largest component's area.
+# A guess.
+MIN_OPEN_AREA = 0.01
+
+# Corner angle, in degrees, up to which a face counts as collinear, as those that close T-junctions do. A guess.
+COLLINEAR_ANGLE = 0.01
+
+# Number of faces above which a mesh is not tested for coarse faces: it is fine enough, and the test takes long. A guess.
+MAX_FACES_TO_REFINE = 20_000
+
+# Iterations of smoothing of a rough surface, whose noise may be as high as a limb's radius. Skeletons after 30 were a
+# fifth less accurate, after 120 a tenth more accurate; that measurement is not in a committed table.
+N_SMOOTHING_ITERATIONS = 60
 
 
-def preprocess_mesh(mesh: Mesh, how: str | Pipeline | None = AUTOMATIC) -> PreprocessResult:
-    """The mesh to be contracted, and the way of the vertices to it.
+def preprocess_mesh(mesh: Any, how: str | Pipeline | None = AUTOMATIC) -> PreprocessResult:
+    """Preprocess a mesh for contraction and map its vertices to the result.
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : Mesh, (vertices, faces), path or mesh object
     how : str, Pipeline or None
-        ``auto`` for what it needs; ``none`` or None for nothing; a name in PIPELINES, steps as text, or a TOML file.
+        ``auto`` does what the mesh needs, ``none`` or None nothing; else a pipeline, its name in PIPELINES, its steps
+        as text, or the path of a TOML file.
 
     Raises
     ------
@@ -49,56 +75,63 @@ def preprocess_mesh(mesh: Mesh, how: str | Pipeline | None = AUTOMATIC) -> Prepr
     UnknownChoice
         If there is no such pipeline or step.
     """
+    mesh = as_mesh(mesh)
     largest = float(np.abs(mesh.vertices).max())
-    if largest > LARGEST:
+    if largest > MAX_COORDINATE:
         raise MeshError(
             f"the coordinates of vertex {np.abs(mesh.vertices).max(axis=1).argmax()} are as large as {largest:.3g}: "
-            f"beyond {LARGEST:g} areas and volumes overflow; scale the mesh down"
+            f"beyond {MAX_COORDINATE:g} areas and volumes overflow; scale the mesh down"
         )
     if how is None or how == "none":
         return identity_result(mesh)
     if how == AUTOMATIC:
-        return _needed(mesh)
+        return _preprocess_as_needed(mesh)
     if not isinstance(how, Pipeline | str):
         raise UnknownChoice(f"preprocess must be a Pipeline, a name or None, not {type(how).__name__}")
     return (how if isinstance(how, Pipeline) else Pipeline.parse(how))(mesh)
 
 
-def _needed(mesh: Mesh) -> PreprocessResult:
-    """Tidied; made a closed manifold as far as that changes nothing but damage; smoothed if rough, split if coarse."""
-    result = tidy(mesh)
+def _preprocess_as_needed(mesh: Mesh) -> PreprocessResult:
+    """Clean a mesh, repair it towards a closed manifold, smooth it if it is rough, and refine it if it is coarse.
+
+    The repair changes nothing but defects: bodies that touch are split only where all of them become closed manifolds.
+    """
+    result = clean(mesh)
     if not result.mesh.is_closed_manifold:
         result = result.compose(merge_close).compose(remove_duplicates).compose(fix_orientation)
-        result = result.compose(_without_crumbs).compose(lambda given: close_holes(given, largest=LARGEST_HOLE))
-        result = result.compose(lambda given: remove_degenerate(given, angle=LINE))
-        apart = result.compose(split_nonmanifold)
-        if apart.mesh.is_closed_manifold and _areas(apart.mesh).min() >= CRUMB * _areas(apart.mesh).max():
-            result = apart  # bodies that touch; no wall, fin or crumb
+        result = result.compose(_remove_open_debris)
+        result = result.compose(lambda given: close_holes(given, max_perimeter=MAX_HOLE_PERIMETER))
+        result = result.compose(lambda given: remove_degenerate(given, angle=COLLINEAR_ANGLE))
+        split = result.compose(split_nonmanifold)
+        if split.mesh.is_closed_manifold:
+            areas = _component_areas(split.mesh)
+            if areas.min() >= MIN_OPEN_AREA * areas.max():
+                result = split  # bodies that touch; neither an inner wall, nor a fin, nor debris
     elif result.mesh.volume < 0:
         result = result.compose(fix_orientation)
-    if roughness(result.mesh) > ROUGH:
-        result = result.compose(lambda given: smooth_noise(given, iterations=SMOOTHINGS))
-    if len(result.mesh.faces) <= FEW_FACES and coarse_share(result.mesh, COARSE_EDGE) > COARSE_SHARE:
-        result = result.compose(lambda given: refine(given, edge=COARSE_EDGE))
+    if roughness(result.mesh) > ROUGHNESS_LIMIT:
+        result = result.compose(lambda given: smooth_noise(given, iterations=N_SMOOTHING_ITERATIONS))
+    is_small = len(result.mesh.faces) <= MAX_FACES_TO_REFINE
+    if is_small and coarse_fraction(result.mesh, COARSE_EDGE) > MAX_COARSE_FRACTION:
+        result = result.compose(lambda given: refine(given, max_edge_length=COARSE_EDGE))
     steps = [step for step in result.report.get("steps", []) if step["notes"]]
-    result.report.update(pipeline=AUTOMATIC, steps=steps)
-    return result
+    return replace(result, report={**result.report, "pipeline": AUTOMATIC, "steps": steps})
 
 
-def _areas(mesh: Mesh) -> NDArray[np.float64]:
+def _component_areas(mesh: Mesh) -> NDArray[np.float64]:
     """(c,) area of each component."""
     return np.asarray(np.bincount(mesh.component_of_vertex[mesh.faces[:, 0]], mesh.face_areas), dtype=np.float64)
 
 
-@measured
-def _without_crumbs(mesh: Mesh) -> PreprocessResult:
-    """The mesh without its smallest open components; small closed ones are bodies of their own."""
+@preprocess_step
+def _remove_open_debris(mesh: Mesh) -> PreprocessResult:
+    """Remove small open components; small closed components are kept as bodies."""
     label = mesh.component_of_vertex[mesh.faces[:, 0]]
-    areas = _areas(mesh)
+    areas = _component_areas(mesh)
     is_open = np.zeros(len(areas), dtype=bool)
     is_open[mesh.component_of_vertex[mesh.edges[mesh.faces_per_edge == 1]]] = True
-    is_crumb = is_open & (areas < CRUMB * areas.max())
-    if not is_crumb.any():
+    is_debris = is_open & (areas < MIN_OPEN_AREA * areas.max())
+    if not is_debris.any():
         return identity_result(mesh)
-    note = f"{is_crumb.sum()} open components of less than {CRUMB:g} of the largest one's area were left out"
-    return without_unused(mesh, mesh.faces[~is_crumb[label]], note)
+    note = f"{is_debris.sum()} open components smaller than {MIN_OPEN_AREA:g} of the largest one's area were removed"
+    return extract_faces(mesh, mesh.faces[~is_debris[label]], note)

@@ -1,8 +1,13 @@
-"""Vertices in one place become one, and what says nothing is left out: no geometry changes, the way is exact."""
+"""Removal of redundant vertices and faces: duplicates, unused vertices, small components.
+
+No position changes, so the vertex map is exact.
+"""
 
 from __future__ import annotations
 
-__all__ = ["keep_components", "merge_close", "remove_duplicates", "tidy", "without_unused"]
+__all__ = ["clean", "extract_faces", "keep_components", "merge_close", "remove_duplicates"]
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,24 +16,25 @@ from scipy.spatial import cKDTree
 
 from lbskel.errors import UnknownChoice, first_few
 from lbskel.geometry.graphs import weighted_graph
-from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.vertex_map import VertexMap
-from lbskel.preprocess.result import PreprocessResult, identity_result, measured
+from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
 
-MOST_PAIRS = 50  # near pairs for each place: beyond, the tolerance would swallow the mesh
+# Upper bound on the pairs within the tolerance, per position: with more, merging would destroy the mesh. A guess.
+MAX_PAIRS_PER_POSITION = 50
 
 
-@measured
+@preprocess_step
 def merge_close(mesh: Mesh, *, tolerance: float = 1e-6) -> PreprocessResult:
-    """Make one vertex of those that lie within a tolerance of each other, as in a soup or along a seam.
+    """Merge vertices that lie within a tolerance of each other, as in a triangle soup or along a seam.
 
-    A closed manifold is given back: it has no seams, and where two of its sheets touch they must stay two.
+    A closed manifold is returned unchanged: it has no seams, and sheets of it that touch must stay separate.
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : Mesh, (vertices, faces), path or mesh object
     tolerance : float
-        As a fraction of the diagonal; 0 merges what lies at exactly the same place.
+        Largest distance, as a fraction of the diagonal; 0 merges identical positions only.
 
     Raises
     ------
@@ -39,97 +45,121 @@ def merge_close(mesh: Mesh, *, tolerance: float = 1e-6) -> PreprocessResult:
         raise UnknownChoice(f"tolerance must not be negative, as {tolerance} is")
     if mesh.is_closed_manifold:
         return identity_result(mesh)
-    _, first, place = np.unique(mesh.vertices, axis=0, return_index=True, return_inverse=True)
-    place, group = place.reshape(-1), np.arange(len(first))
+    _, first, position = np.unique(mesh.vertices, axis=0, return_index=True, return_inverse=True)
+    position, group = position.reshape(-1), np.arange(len(first))
     if tolerance > 0 and mesh.diagonal > 0:
-        group = _near(mesh.vertices[first], tolerance * mesh.diagonal)[1]
-    return _merged(mesh, group[place])
+        group = _group_within(mesh.vertices[first], tolerance * mesh.diagonal)
+    return _merge_groups(mesh, group[position])
 
 
-def _near(points: NDArray[np.float64], reach: float) -> tuple[int, NDArray[np.int64]]:
-    """Number and labels of the groups of points that are joined by steps within reach."""
+def _group_within(points: NDArray[np.float64], distance: float) -> NDArray[np.int64]:
+    """(k,) group of each point; points within the distance of each other share one, also by way of other points."""
     tree = cKDTree(points)
-    if tree.count_neighbors(tree, reach) > (1 + 2 * MOST_PAIRS) * len(points):
+    if tree.count_neighbors(tree, distance) > (1 + 2 * MAX_PAIRS_PER_POSITION) * len(points):
         raise UnknownChoice("the tolerance would merge most of the mesh; make it smaller")
-    pairs = tree.query_pairs(reach, output_type="ndarray")
-    return connected_components(weighted_graph(pairs, np.ones(len(pairs), dtype=np.int8), len(points)))
+    pairs = tree.query_pairs(distance, output_type="ndarray")
+    graph = weighted_graph(pairs, np.ones(len(pairs), dtype=np.int8), len(points))
+    groups: NDArray[np.int64] = connected_components(graph)[1]
+    return groups
 
 
-def _merged(mesh: Mesh, group: NDArray[np.int64]) -> PreprocessResult:
-    """The first vertex of each group, which all of its group become."""
+def _merge_groups(mesh: Mesh, group: NDArray[np.int64]) -> PreprocessResult:
+    """Replace all vertices of a group by the first of them."""
     _, first, label = np.unique(group, return_index=True, return_inverse=True)
-    to = first[label]
+    representative = first[label]
     used = mesh.used_vertices
-    if not (n_merged := len(used) - len(np.unique(to[used]))):
+    if not (n_merged := len(used) - len(np.unique(representative[used]))):
         return identity_result(mesh)
     rank = np.cumsum(np.bincount(first, minlength=len(group)) > 0) - 1
-    note = f"{n_merged} vertices at the place of another were merged with it"
+    note = f"{n_merged} vertices at the position of another were merged with it"
     return PreprocessResult(
-        Mesh(mesh.vertices[np.sort(first)], rank[to[mesh.faces]], mesh.notes), VertexMap(rank[to]), (note,)
+        Mesh(mesh.vertices[np.sort(first)], rank[representative[mesh.faces]], mesh.notes),
+        VertexMap(rank[representative]),
+        (note,),
     )
 
 
-@measured
+@preprocess_step
 def remove_duplicates(mesh: Mesh) -> PreprocessResult:
-    """Leave out faces that copy another, either way round, or name a vertex twice, and vertices that no face uses."""
+    """Remove duplicate faces of either orientation, faces that name a vertex twice, and vertices without a face.
+
+    Parameters
+    ----------
+    mesh : Mesh, (vertices, faces), path or mesh object
+    """
     F, notes = mesh.faces, []
-    has_corners = (F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])
-    if not has_corners.all():
-        bad = np.flatnonzero(~has_corners)
-        notes.append(f"{len(bad)} faces with a corner twice were left out: {first_few(bad)}")
-    F, face = F[has_corners], np.flatnonzero(has_corners)
+    is_distinct = (F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])
+    if not is_distinct.all():
+        removed = np.flatnonzero(~is_distinct)
+        notes.append(f"{len(removed)} faces that name a vertex twice were removed: {first_few(removed)}")
+    F, face = F[is_distinct], np.flatnonzero(is_distinct)
     _, first = np.unique(np.sort(F, axis=1), axis=0, return_index=True)
     if len(first) < len(F):
-        bad = np.setdiff1d(face, face[first])
-        notes.append(f"{len(bad)} faces that copy another were left out: {first_few(bad)}")
+        removed = np.setdiff1d(face, face[first])
+        notes.append(f"{len(removed)} duplicate faces were removed: {first_few(removed)}")
     if len(mesh.used_vertices) < len(mesh.vertices):
         n_unused = len(mesh.vertices) - len(mesh.used_vertices)
         notes.append(f"{n_unused} vertices belong to no face and are mapped to the nearest node")
     if not notes or len(first) == 0:
         return identity_result(mesh)
-    return without_unused(mesh, F[np.sort(first)], *notes)
+    return extract_faces(mesh, F[np.sort(first)], *notes)
 
 
-def without_unused(mesh: Mesh, faces: NDArray[np.int64], *notes: str) -> PreprocessResult:
-    """The mesh of some faces on the vertices of another, of which it keeps those that are used."""
+def extract_faces(mesh: Mesh, faces: NDArray[np.int64], *notes: str) -> PreprocessResult:
+    """Make a mesh of some faces and of the vertices that they use.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    faces : (k, 3) array of int
+        Vertices of ``mesh``; the faces need not be faces of it.
+    notes : str
+        What was done, a sentence each.
+    """
     used = np.unique(faces)
     new_of = np.full(len(mesh.vertices), -1)
     new_of[used] = np.arange(len(used))
     return PreprocessResult(Mesh(mesh.vertices[used], new_of[faces], mesh.notes), VertexMap(new_of), notes)
 
 
-@measured
-def keep_components(mesh: Mesh, *, smallest: float = 0.01) -> PreprocessResult:
-    """Leave out small components: crumbs of a scan, screws.
+@preprocess_step
+def keep_components(mesh: Mesh, *, min_area: float = 0.01) -> PreprocessResult:
+    """Remove small components, such as debris of a scan or screws of a machine.
 
     Parameters
     ----------
-    mesh : Mesh
-    smallest : float
-        Area below which a component is left out, as a fraction of the largest component's.
+    mesh : Mesh, (vertices, faces), path or mesh object
+    min_area : float
+        Area below which a component is removed, as a fraction of the largest component's area.
 
     Raises
     ------
     UnknownChoice
-        If it is not within 0 and 1.
+        If it is not between 0 and 1.
     """
-    if not 0 <= smallest <= 1:
-        raise UnknownChoice(f"smallest must lie within 0 and 1, not {smallest}")
+    if not 0 <= min_area <= 1:
+        raise UnknownChoice(f"min_area must lie between 0 and 1, not {min_area}")
     label = mesh.component_of_vertex[mesh.faces[:, 0]]
     areas = np.bincount(label, weights=mesh.face_areas)
-    is_kept = areas >= smallest * areas.max()
+    is_kept = areas >= min_area * areas.max()
     if is_kept.all():
         return identity_result(mesh)
-    note = f"{np.sum(~is_kept)} components of less than {smallest:g} of the largest one's area were left out"
-    return without_unused(mesh, mesh.faces[is_kept[label]], note)
+    note = f"{np.sum(~is_kept)} components smaller than {min_area:g} of the largest one's area were removed"
+    return extract_faces(mesh, mesh.faces[is_kept[label]], note)
 
 
-def tidy(mesh: Mesh) -> PreprocessResult:
-    """Merge vertices at the same place, leave out faces that are a copy or have no three corners, and unused vertices.
+def clean(mesh: Any) -> PreprocessResult:
+    """Merge vertices of identical position, and remove duplicate faces, collapsed faces and unused vertices.
 
-    Vertices are merged only where the mesh is not a closed manifold as it stands: what is one surface stays so.
+    Vertices are merged only where the mesh is not a closed manifold already, so that one surface is not joined to
+    itself where it touches itself.
+
+    Parameters
+    ----------
+    mesh : Mesh, (vertices, faces), path or mesh object
     """
+    mesh = as_mesh(mesh)
     if mesh.is_closed_manifold and len(mesh.used_vertices) == len(mesh.vertices) and len(mesh.faces) > 2:
         return identity_result(mesh)
-    tidied = merge_close(mesh, tolerance=0.0).compose(remove_duplicates)
-    return tidied if tidied.notes else identity_result(mesh)
+    result = merge_close(mesh, tolerance=0.0).compose(remove_duplicates)
+    return result if result.notes else identity_result(mesh)

@@ -1,73 +1,82 @@
-"""What a mesh is, and what of it stands in the way of a skeleton: counted and measured, nothing changed."""
+"""Measures and defects of a mesh that matter for its skeleton, counted without changing the mesh."""
 
 from __future__ import annotations
 
 __all__ = ["MeshReport", "check"]
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from lbskel.geometry.components import components
-from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.mesh import as_mesh
 from lbskel.preprocess.automatic import COARSE_EDGE, preprocess_mesh
-from lbskel.preprocess.cleaning import tidy
+from lbskel.preprocess.cleaning import clean
 from lbskel.preprocess.degenerate_faces import corner_angles
 from lbskel.preprocess.holes import boundary_loops
-from lbskel.preprocess.messages import advised, sentences
+from lbskel.preprocess.messages import describe_findings, reasons_against_contraction
 from lbskel.preprocess.noise import roughness
-from lbskel.preprocess.orientation import SHEET, relative_vector_area
-from lbskel.preprocess.self_intersections import crossing_faces
-from lbskel.preprocess.subdivision import coarse_share
-from lbskel.preprocess.vertex_umbrellas import fans_of
+from lbskel.preprocess.orientation import MIN_SHEET_VECTOR_AREA, relative_vector_area
+from lbskel.preprocess.self_intersections import self_intersecting_faces
+from lbskel.preprocess.subdivision import coarse_fraction
+from lbskel.preprocess.vertex_umbrellas import find_umbrellas
 
-SHARP = 0.5  # degrees: of a corner that makes a face degenerate by its angles, as remove_degenerate has it
-NO_AREA = 1e-12  # of the squared diagonal: of a face that is degenerate by its area
-MOST_COMPONENTS = 1000  # that are looked at one by one
+# Corner angle, in degrees, below which (or above 180 minus which) a face is a needle (a cap): the default of
+# remove_degenerate.
+DEGENERATE_ANGLE = 0.5
+
+MIN_FACE_AREA = 1e-12  # area up to which a face is degenerate, relative to the squared diagonal; a guess
+
+# Number of components above which genus and sheets are measured on the whole mesh instead of one by one. A guess that
+# bounds the time.
+MAX_COMPONENTS = 1000
+
+MAX_GENERA_SHOWN = 5  # components whose genus is printed
 
 
 @dataclass(frozen=True)
 class MeshReport:
-    """What :func:`check` found; lengths are fractions of the diagonal, angles are in degrees.
+    """Measures and findings of :func:`check`; lengths are fractions of the diagonal.
 
     Parameters
     ----------
     vertices, faces, components : int
     boundary_loops, boundary_edges : int
-        Rims of holes, and edges of one face.
+        Boundary loops of holes; edges with exactly one face.
     nonmanifold_edges, nonmanifold_vertices : int
-        Edges of more than two faces; vertices where surfaces meet in a point or an edge.
+        Edges with more than two faces; vertices where surfaces meet in a point or an edge.
     misoriented_edges : int
-        Edges whose two faces disagree which side is out.
+        Edges whose two faces have opposite orientation.
     is_inside_out : bool
-        Whether a closed surface has a negative volume.
-    crossing_faces : int
-        Faces found to cut through others.
-    crossings_tested : float
-        Share of the faces that were tested for it.
+        Whether the mesh is closed and its volume negative.
+    self_intersecting_faces : int
+        Faces found to intersect others.
+    self_intersection_sample : float
+        Fraction of the faces that were tested for it.
     duplicate_vertices, duplicate_faces, repeated_corners, unreferenced_vertices : int
         ``repeated_corners`` counts faces that name a vertex twice.
     zero_area_faces, needles, caps : int
-        Degenerate by area; by an angle near 0 and by one near 180 degrees.
-    smallest_angle, largest_angle : float
+        Faces that are degenerate by their area, by an angle near 0, and by an angle near 180 degrees.
+    min_angle_deg, max_angle_deg : float
+        Extreme corner angles, in degrees.
     shortest_edge, median_edge, longest_edge : float
     genera : tuple of int or None
-        Of each component, once duplicates are merged; None where it is not closed.
+        Genus of each component after duplicates are merged; None where it is not a closed manifold.
     sheets : int
-        Components that enclose nothing to speak of.
-    coarse_faces : float
-        Share of the faces with an edge that is long against the thickness of the shape, from a sample.
+        Components whose relative vector area is that of a sheet, which encloses no volume.
+    coarse_fraction : float
+        Fraction of the faces with an edge that is long relative to the local thickness, estimated from a sample.
     roughness : float
-        Height of noise, in edge lengths, as :func:`lbskel.preprocess.noise.roughness` has it.
+        Height of noise, in edge lengths, as :func:`lbskel.preprocess.noise.roughness` measures it.
     diagonal, area : float
         In the units of the mesh.
     volume : float or None
-        None unless the mesh is a closed manifold.
+        In the units of the mesh; None unless the mesh is a closed manifold.
     findings : tuple of str
-        A sentence for each thing found, with what lbskel does about it.
+        A sentence for each defect, with what lbskel does about it.
     is_advised : bool
-        Whether a skeleton can be expected to stand for the shape.
+        Whether a skeleton can be expected to represent the shape.
     """
 
     vertices: int
@@ -79,8 +88,8 @@ class MeshReport:
     nonmanifold_vertices: int
     misoriented_edges: int
     is_inside_out: bool
-    crossing_faces: int
-    crossings_tested: float
+    self_intersecting_faces: int
+    self_intersection_sample: float
     duplicate_vertices: int
     duplicate_faces: int
     repeated_corners: int
@@ -88,14 +97,14 @@ class MeshReport:
     zero_area_faces: int
     needles: int
     caps: int
-    smallest_angle: float
-    largest_angle: float
+    min_angle_deg: float
+    max_angle_deg: float
     shortest_edge: float
     median_edge: float
     longest_edge: float
     genera: tuple[int | None, ...]
     sheets: int
-    coarse_faces: float
+    coarse_fraction: float
     roughness: float
     diagonal: float
     area: float
@@ -104,20 +113,33 @@ class MeshReport:
     is_advised: bool = True
 
     def as_dict(self) -> dict[str, Any]:
-        """All of it, plain enough for JSON."""
+        """Return all fields as a dictionary that JSON can hold."""
         return asdict(self)
 
+    def __str__(self) -> str:
+        genera = ", ".join("open" if genus is None else f"genus {genus}" for genus in self.genera[:MAX_GENERA_SHOWN])
+        more = ", ..." if len(self.genera) > MAX_GENERA_SHOWN else ""
+        edges = f"{self.shortest_edge:.2g}, {self.median_edge:.2g}, {self.longest_edge:.2g}"
+        lines = [
+            f"{self.vertices:,} vertices, {self.faces:,} faces, {self.components:,} component(s): {genera}{more}",
+            f"  edges     shortest, median and longest {edges} of the diagonal, {self.diagonal:.6g}",
+            f"  angles    {self.min_angle_deg:.2g} to {self.max_angle_deg:.4g} degrees",
+            *(f"  found     {finding}" for finding in self.findings or ["Nothing that prevents a skeleton."]),
+        ]
+        return "\n".join(lines)
 
-def check(mesh: Mesh) -> MeshReport:
-    """Look a mesh over before it is contracted.
+
+def check(mesh: Any) -> MeshReport:
+    """Measure a mesh and list its defects before it is contracted.
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : Mesh, (vertices, faces), path or mesh object
 
     Returns
     -------
     MeshReport
+        ``print`` shows it as ``lbskel check`` does.
 
     Raises
     ------
@@ -132,61 +154,55 @@ def check(mesh: Mesh) -> MeshReport:
     >>> check(ring).findings
     ()
     >>> print(*check(Mesh(ring.vertices, ring.faces[:-1])).findings)
-    1 hole: it is closed, unless it is the rim of a sheet.
+    1 hole: it is closed, unless it is the boundary of a sheet.
     """
+    mesh = as_mesh(mesh)
     prepared = preprocess_mesh(mesh).mesh
-    tidied = tidy(mesh).mesh
+    cleaned = clean(mesh).mesh
     F = mesh.faces
-    has_corners = (F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])
-    angles = np.degrees(corner_angles(mesh.vertices[F[has_corners]])) if has_corners.any() else np.zeros((1, 3))
+    is_distinct = (F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])
+    angles = np.degrees(corner_angles(mesh.vertices[F[is_distinct]])) if is_distinct.any() else np.zeros((1, 3))
     start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
     diagonal = mesh.diagonal
     lengths = np.linalg.norm(end - start, axis=1) / (diagonal or 1.0)
-    is_cap = angles.max(axis=1) > 180 - SHARP
-    crossing, tested = crossing_faces(tidied)
+    is_cap = angles.max(axis=1) > 180 - DEGENERATE_ANGLE
+    intersecting, tested = self_intersecting_faces(cleaned)
     directed = mesh.half_edges[:, 0] * len(mesh.vertices) + mesh.half_edges[:, 1]
-    of_two = mesh.faces_per_edge[mesh.edge_of_half_edge] == 2
-    parts = [part.mesh for part in components(tidied)] if tidied.n_components <= MOST_COMPONENTS else [tidied]
-    fans = fans_of(tidied)
+    is_interior = mesh.faces_per_edge[mesh.edge_of_half_edge] == 2
+    parts = [part.mesh for part in components(cleaned)] if cleaned.n_components <= MAX_COMPONENTS else [cleaned]
+    umbrellas = find_umbrellas(cleaned)
     report = MeshReport(
         vertices=len(mesh.vertices),
         faces=len(F),
         components=mesh.n_components,
-        boundary_loops=len(boundary_loops(tidied)),
+        boundary_loops=len(boundary_loops(cleaned)),
         boundary_edges=int((mesh.faces_per_edge == 1).sum()),
         nonmanifold_edges=int((mesh.faces_per_edge > 2).sum()),
-        nonmanifold_vertices=len(np.unique(tidied.faces[fans.of_corner != tidied.faces])),
-        misoriented_edges=int(of_two.sum() - len(np.unique(directed[of_two]))),
-        is_inside_out=bool(tidied.is_closed_manifold and tidied.volume < 0),
-        crossing_faces=len(crossing),
-        crossings_tested=tested,
+        nonmanifold_vertices=len(np.unique(cleaned.faces[umbrellas.of_corner != cleaned.faces])),
+        misoriented_edges=int(is_interior.sum() - len(np.unique(directed[is_interior]))),
+        is_inside_out=bool(cleaned.is_closed_manifold and cleaned.volume < 0),
+        self_intersecting_faces=len(intersecting),
+        self_intersection_sample=tested,
         duplicate_vertices=len(mesh.used_vertices) - len(np.unique(mesh.vertices[mesh.used_vertices], axis=0)),
-        duplicate_faces=int(has_corners.sum()) - len(np.unique(np.sort(F[has_corners], axis=1), axis=0)),
-        repeated_corners=int((~has_corners).sum()),
+        duplicate_faces=int(is_distinct.sum()) - len(np.unique(np.sort(F[is_distinct], axis=1), axis=0)),
+        repeated_corners=int((~is_distinct).sum()),
         unreferenced_vertices=len(mesh.vertices) - len(mesh.used_vertices),
-        zero_area_faces=int((mesh.face_areas <= NO_AREA * diagonal**2).sum()),
-        needles=int(((angles.min(axis=1) < SHARP) & ~is_cap).sum()),
+        zero_area_faces=int((mesh.face_areas <= MIN_FACE_AREA * diagonal**2).sum()),
+        needles=int(((angles.min(axis=1) < DEGENERATE_ANGLE) & ~is_cap).sum()),
         caps=int(is_cap.sum()),
-        smallest_angle=float(angles.min()),
-        largest_angle=float(angles.max()),
+        min_angle_deg=float(angles.min()),
+        max_angle_deg=float(angles.max()),
         shortest_edge=float(lengths.min()),
         median_edge=float(np.median(lengths)),
         longest_edge=float(lengths.max()),
         genera=tuple(part.genus for part in parts),
-        sheets=sum(relative_vector_area(part) > SHEET for part in parts),
-        coarse_faces=coarse_share(tidied, COARSE_EDGE),
-        roughness=roughness(tidied),
+        sheets=sum(relative_vector_area(part) > MIN_SHEET_VECTOR_AREA for part in parts),
+        coarse_fraction=coarse_fraction(cleaned, COARSE_EDGE),
+        roughness=roughness(cleaned),
         diagonal=diagonal,
         area=mesh.area,
         volume=mesh.volume if mesh.is_closed_manifold else None,
     )
-    return _told(report, mesh, prepared)
-
-
-def _told(report: MeshReport, mesh: Mesh, prepared: Mesh) -> MeshReport:
-    """The report with what it means."""
-    facts = report.as_dict()
-    facts.update(findings=sentences(facts), is_advised=True)
-    reasons = advised(facts, prepared)
-    facts.update(findings=(*facts["findings"], *reasons), is_advised=not reasons)
-    return MeshReport(**facts)
+    reasons = reasons_against_contraction(prepared)
+    findings = (*describe_findings(report.as_dict()), *reasons)
+    return replace(report, findings=findings, is_advised=not reasons)

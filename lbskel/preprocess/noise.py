@@ -1,12 +1,13 @@
-"""How rough a surface is: its second differences across itself against its edges, which noise has and no shape.
+"""Roughness: the height of noise on a surface, relative to its edge length.
 
-With x the vertices, P x the mean of each one's neighbors, n the normals of the surface half smoothed by that, and e
-the mean length of a vertex's edges, roughness is
+With x the vertices, P x the mean of each vertex's neighbors, n the normals of the surface (x + P x) / 2, and e the mean
+length of a vertex's edges, roughness is
 
     median | n . (I - P)^2 x | / e
 
-A curved surface lies near P x and even nearer P (2 I - P) x, and a crease has few of the vertices; noise along the
-normals with a standard deviation of s edges has 0.9 s, from where edges become steep less, and never over 0.65.
+It is small for a smooth surface, which lies near P x and nearer still to P (2 I - P) x, and for creases, which have few
+of the vertices. Noise along the normals with a standard deviation of s edge lengths gives 0.9 s; less where it makes
+edges steep, and never more than 0.65.
 
 The operator is that of Taubin 1995, "A signal processing approach to fair surface design",
 https://doi.org/10.1145/218380.218473.
@@ -14,7 +15,7 @@ https://doi.org/10.1145/218380.218473.
 
 from __future__ import annotations
 
-__all__ = ["ROUGH", "roughness"]
+__all__ = ["ROUGHNESS_LIMIT", "roughness"]
 
 import igl
 import numpy as np
@@ -24,19 +25,26 @@ from lbskel._kernels.connectivity import neighbor_sums
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 
-ROUGH = 0.3  # beyond: noise of a third of an edge; of a quarter it is 0.22 to 0.25, of scans and models up to 0.1
-FEWEST_VERTICES = 500  # that tell noise from shape: of fewer each may be meant
-SAMPLES = 5000  # vertices at most that are looked at
-LOPSIDED = 0.1  # noise stands out at half of the vertices, but for this share; spikes on every face, at two thirds
+# Roughness, in edge lengths, above which a surface is smoothed: noise with a standard deviation of a third of an edge.
+# Measured: 0.22 to 0.25 for noise of a quarter of an edge, up to 0.1 for scans and models; not in a committed table.
+ROUGHNESS_LIMIT = 0.3
+
+MIN_VERTICES = 500  # vertices below which noise and detail are not told apart, and roughness is 0; a guess
+
+MAX_SAMPLES = 5000  # vertices, at most about this many, whose median is taken; a guess that bounds the time
+
+# Largest deviation from 1/2 of the fraction of vertices that noise moves outwards. Noise moves half of them outwards,
+# spikes on every face two thirds. A guess.
+MAX_ASYMMETRY = 0.1
 
 
 def roughness(mesh: Mesh) -> float:
-    """The roughness of a surface; 0 where what is rough may be its shape.
+    """Measure the roughness of a surface, in edge lengths; 0 where noise cannot be told from detail.
 
     Parameters
     ----------
     mesh : Mesh
-        With vertices that its faces share.
+        With vertices that are shared by faces, not a triangle soup.
 
     Examples
     --------
@@ -44,33 +52,34 @@ def roughness(mesh: Mesh) -> float:
     >>> from lbskel.shapes import torus
     >>> smooth = torus(1.0, 0.3, 48, 24)
     >>> noise = np.random.default_rng(0).normal(scale=0.1, size=smooth.vertices.shape)
-    >>> roughness(smooth) < ROUGH < roughness(smooth.with_vertices(smooth.vertices + noise))
+    >>> roughness(smooth) < ROUGHNESS_LIMIT < roughness(smooth.with_vertices(smooth.vertices + noise))
     True
     """
     used = mesh.used_vertices
-    if len(used) < FEWEST_VERTICES:
+    if len(used) < MIN_VERTICES:
         return 0.0
-    sample, V = used[:: 1 + len(used) // SAMPLES], unit_scale(mesh.vertices)[0]
+    sample, V = used[:: 1 + len(used) // MAX_SAMPLES], unit_scale(mesh.vertices)[0]
     is_near = np.zeros(len(V), dtype=bool)
     is_near[sample] = True
     A, B, C = mesh.faces.T
     faces = mesh.faces[is_near[A] | is_near[B] | is_near[C]]
     is_near[faces] = True
     i, j = mesh.edges.T
-    edges = mesh.edges[is_near[i] | is_near[j]]  # all that the mean of a near vertex's neighbors needs
+    edges = mesh.edges[is_near[i] | is_near[j]]  # all edges at the near vertices
     degrees = np.maximum(np.bincount(edges.ravel(), minlength=len(V)), 1)
 
     def residual(X: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(I - P) X, without a matrix, which takes longer to set up than to use twice."""
-        return X - neighbor_sums(edges, X) / degrees[:, None]
+        """(n, 3) (I - P) X, without a sparse matrix, which would take longer to assemble than to apply twice."""
+        difference: NDArray[np.float64] = X - neighbor_sums(edges, X) / degrees[:, None]
+        return difference
 
-    once = residual(V)
-    normals = np.nan_to_num(igl.per_vertex_normals(V - once / 2, faces))
-    heights = np.einsum("ij,ij->i", residual(once), normals)[sample]
+    first_difference = residual(V)
+    normals = np.nan_to_num(igl.per_vertex_normals(V - first_difference / 2, faces))
+    heights = np.einsum("ij,ij->i", residual(first_difference), normals)[sample]
     along = V[edges[:, 0]] - V[edges[:, 1]]
     lengths = np.repeat(np.sqrt(np.einsum("ei,ei->e", along, along)), 2)
     edge = (np.bincount(edges.ravel(), lengths, len(V)) / degrees)[sample]
     has_edge = edge > 0
-    if abs((heights > 0).mean() - 0.5) > LOPSIDED or not has_edge.any():
+    if abs((heights > 0).mean() - 0.5) > MAX_ASYMMETRY or not has_edge.any():
         return 0.0
     return float(np.median(np.abs(heights[has_edge]) / edge[has_edge]))

@@ -1,8 +1,9 @@
-"""Whether a connected surface has an inside at all, without which no curve can run through its middle.
+"""Whether a connected surface has an inside, in which a curve skeleton can lie.
 
-A sheet has none either, but a curve along it is of use. What is flat has its two sides in one place, and nothing is
-between them. A surface of one side, as a Moebius strip, has no orientation, so neither side of it is the inside; where
-nearly all of it still parts an inside from an outside, by the winding numbers on both sides, it is a body with a fault.
+Two kinds of surface have none. A flattened closed surface has both of its sides at the same position. A non-orientable
+surface, as a Moebius strip, has no inner side; but if the winding number shows that most of it separates an inside from
+an outside, it is taken for a body with a defect. An open sheet has no inside either, and is accepted all the same: a
+curve along it is of use.
 """
 
 from __future__ import annotations
@@ -15,61 +16,82 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.components import Component
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import normalized, triangle_normals
 
-FLAT = 1e-5  # of the extent: a thickness below cannot be told from none by rays, which start as far beside their face
-SAMPLE = 500  # faces that are asked what they part
-BESIDE = 1e-4  # of the extent: how far from a face its two sides are looked at
-INSIDE, OUTSIDE = 0.75, 0.25  # winding numbers beyond which a side is one or the other; a strip has a half on each
-PARTING = 0.5  # share of the area that must part an inside from an outside
+# Mean thickness, relative to the diameter bound, below which a closed surface counts as flat: rays start this far from
+# their face (RAY_OFFSET of lbskel.geometry.shape_diameter) and cannot measure less.
+MIN_THICKNESS = 1e-5
+
+MAX_SAMPLES = 500  # faces, at most about this many, whose two sides are compared; a guess that bounds the time
+
+SIDE_OFFSET = 1e-4  # distance from a face, relative to the diameter bound, at which its sides are tested; a guess
+
+# Winding numbers above which a point is inside and below which it is outside; both sides of a Moebius strip have one
+# half. Guesses.
+MIN_INSIDE_WINDING, MAX_OUTSIDE_WINDING = 0.75, 0.25
+
+MIN_SEPARATING_FRACTION = 0.5  # fraction of the area that must separate an inside from an outside; a guess
 
 
 def why_no_inside(number: int, part: Component, whole: Mesh) -> str:
-    """Which component has no inside, at which place of the whole, why, and the way out; empty if it may have one."""
+    """Explain which component has no inside, where, why, and what to do; empty if it may have one.
+
+    Parameters
+    ----------
+    number : int
+        Of the component, for the message.
+    part : Component
+    whole : Mesh
+        The mesh that the component belongs to, in the caller's coordinates.
+    """
     found = no_inside(part.mesh)
     if found is None:
         return ""
     reason, vertex = found
-    place = ", ".join(f"{x:.6g}" for x in whole.vertices[part.vertices[vertex]])
-    return f"component {number}, at ({place}), {reason}"
+    position = ", ".join(f"{x:.6g}" for x in whole.vertices[part.vertices[vertex]])
+    return f"component {number}, at ({position}), {reason}"
 
 
 def no_inside(mesh: Mesh) -> tuple[str, int] | None:
-    """Why nothing can lie inside a connected surface with an area, and a vertex where that shows; None if it may."""
+    """Find why a connected surface of positive area has no inside, and a vertex where that shows; None if it has one.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Connected.
+    """
     if not mesh.is_closed_manifold:
-        seam = _seam(mesh)
-        if len(seam) == 0 or _parting_share(mesh) > PARTING:
+        seam = _orientation_seam(mesh)
+        if len(seam) == 0 or _separating_fraction(mesh) > MIN_SEPARATING_FRACTION:
             return None
-        return "has one side only, as a Moebius strip has: give it a thickness, or cut it open there", int(seam[0])
+        return "is non-orientable, as a Moebius strip is: give it a thickness, or cut it open there", int(seam[0])
     is_unit = 0.5 <= mesh.diameter_bound <= 2  # so that no product of lengths underflows
     unit = mesh if is_unit else mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.diameter_bound)
-    apart = 2 * abs(unit.volume) / (unit.area * unit.diameter_bound) if unit.area > 0 else 0.0
-    if apart > FLAT:
+    thickness = 2 * abs(unit.volume) / (unit.area * unit.diameter_bound) if unit.area > 0 else 0.0
+    if thickness > MIN_THICKNESS:
         return None
-    reason = f"has its sides {apart:.1g} of its extent apart, too near to tell inside from outside: give it a thickness"
+    reason = f"is flat, its two sides only {thickness:.1g} of its diameter apart: give it a thickness"
     return reason, int(mesh.faces[0, 0])
 
 
-def _seam(mesh: Mesh) -> NDArray[np.int64]:
-    """Vertices at edges whose two faces disagree however faces are turned; empty where the surface has two sides."""
-    turned = Mesh(mesh.vertices, igl.bfs_orient(mesh.faces)[0])
-    start, end = turned.half_edges.T
-    balance = np.bincount(turned.edge_of_half_edge, weights=np.where(start < end, 1, -1))
-    return turned.edges[(turned.faces_per_edge == 2) & (balance != 0)].ravel()
+def _orientation_seam(mesh: Mesh) -> NDArray[np.int64]:
+    """Vertices of edges whose faces have opposite orientation after reorientation; empty for an orientable surface."""
+    oriented = Mesh(mesh.vertices, igl.bfs_orient(mesh.faces)[0])
+    start, end = oriented.half_edges.T
+    balance = np.bincount(oriented.edge_of_half_edge, weights=np.where(start < end, 1, -1))
+    seam: NDArray[np.int64] = oriented.edges[(oriented.faces_per_edge == 2) & (balance != 0)].ravel()
+    return seam
 
 
-def _parting_share(mesh: Mesh) -> float:
-    """The share of the area that has an inside on one of its sides and an outside on the other, from a sample."""
-    chosen = np.arange(0, len(mesh.faces), 1 + len(mesh.faces) // SAMPLE)
+def _separating_fraction(mesh: Mesh) -> float:
+    """Estimate the fraction of the area with the inside on one side and the outside on the other, from a sample."""
+    chosen = np.arange(0, len(mesh.faces), 1 + len(mesh.faces) // MAX_SAMPLES)
     A, B, C = mesh.vertices[mesh.faces[chosen]].transpose(1, 0, 2)
-    normals = np.cross(B - A, C - A)
+    normals = triangle_normals(A, B, C)
     areas = np.linalg.norm(normals, axis=1)
-    aside = (
-        BESIDE
-        * mesh.diameter_bound
-        * np.divide(normals, areas[:, None], out=np.zeros_like(A), where=areas[:, None] > 0)
-    )
+    offsets = SIDE_OFFSET * mesh.diameter_bound * normalized(normals)
     centers = (A + B + C) / 3
-    places = np.concatenate([centers - aside, centers + aside])
-    around = np.abs(igl.fast_winding_number(mesh.vertices, mesh.faces, places)).reshape(2, -1)
-    parts = (around.max(axis=0) > INSIDE) & (around.min(axis=0) < OUTSIDE)
-    return float(areas[parts].sum() / areas.sum()) if areas.any() else 0.0
+    points = np.concatenate([centers - offsets, centers + offsets])
+    winding = np.abs(igl.fast_winding_number(mesh.vertices, mesh.faces, points)).reshape(2, -1)
+    separates = (winding.max(axis=0) > MIN_INSIDE_WINDING) & (winding.min(axis=0) < MAX_OUTSIDE_WINDING)
+    return float(areas[separates].sum() / areas.sum()) if areas.any() else 0.0

@@ -1,58 +1,62 @@
-"""All faces the same way round, outwards; and surfaces that meet in an edge or a vertex taken apart there."""
+"""Consistent outward orientation of faces, and splitting of surfaces that meet in an edge or a vertex."""
 
 from __future__ import annotations
 
-__all__ = ["fix_orientation", "relative_vector_area", "split_nonmanifold"]
+__all__ = ["MIN_SHEET_VECTOR_AREA", "fix_orientation", "relative_vector_area", "split_nonmanifold"]
 
 import igl
 import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import triangle_normals
 from lbskel.geometry.vertex_map import VertexMap
-from lbskel.preprocess.result import PreprocessResult, identity_result, measured
-from lbskel.preprocess.vertex_umbrellas import fans_of
+from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
+from lbskel.preprocess.vertex_umbrellas import find_umbrellas
 
-SHEET = 0.5  # openness of a half sphere: beyond, a patch has no inside to speak of
+# Relative vector area above which a patch counts as a sheet, which encloses no volume: that of a hemisphere.
+MIN_SHEET_VECTOR_AREA = 0.5
 
 
-@measured
+@preprocess_step
 def fix_orientation(mesh: Mesh) -> PreprocessResult:
-    """Turn faces so that neighbors agree and closed surfaces face outwards; inner walls of a hollow body face inwards.
+    """Orient adjacent faces consistently and closed surfaces outwards; cavity walls of a hollow body stay inwards.
 
-    A surface with one side, as a Moebius strip, keeps a seam at which neighbors disagree.
+    A non-orientable surface, as a Moebius strip, keeps a seam of edges whose faces have opposite orientation.
+
+    Parameters
+    ----------
+    mesh : Mesh, (vertices, faces), path or mesh object
     """
     if mesh.is_closed_manifold and mesh.n_components == 1 and mesh.volume >= 0:
         return identity_result(mesh)
     F, patch = igl.bfs_orient(mesh.faces)
-    # the patch starts at a face that stays as it is; where all agreed, none has been turned
-    turned = (mesh.faces != F).any(axis=1)
+    # the first face of a patch keeps its orientation; a patch that was consistent has no reversed faces
+    is_reversed = (mesh.faces != F).any(axis=1)
     A, B, C = mesh.vertices[F].transpose(1, 0, 2)
-    normals = np.cross(B - A, C - A) / 2
+    normals = triangle_normals(A, B, C) / 2
     areas = np.linalg.norm(normals, axis=1)
     centers = (A + B + C) / 3
-    total = np.bincount(patch, areas)
+    patch_area = np.bincount(patch, areas)
     weighted = np.stack([np.bincount(patch, areas * x) for x in centers.T], axis=1)
-    middle = weighted / np.where(total > 0, total, 1.0)[:, None]
-    volume = np.bincount(patch, np.einsum("mx,mx->m", centers - middle[patch], normals))
-    vector = np.stack([np.bincount(patch, x) for x in normals.T], axis=1)
-    is_sheet = np.linalg.norm(vector, axis=1) > SHEET * total
-    was_mixed = np.bincount(patch, turned) > 0
-    is_wrong = np.where(is_sheet, np.bincount(patch, areas * turned) > total / 2, volume < 0)
+    centroid = weighted / np.where(patch_area > 0, patch_area, 1.0)[:, None]
+    volume = np.bincount(patch, np.einsum("mx,mx->m", centers - centroid[patch], normals))
+    vector_area = np.stack([np.bincount(patch, x) for x in normals.T], axis=1)
+    is_sheet = np.linalg.norm(vector_area, axis=1) > MIN_SHEET_VECTOR_AREA * patch_area
+    was_mixed = np.bincount(patch, is_reversed) > 0
+    is_wrong = np.where(is_sheet, np.bincount(patch, areas * is_reversed) > patch_area / 2, volume < 0)
     for number in np.flatnonzero(is_wrong & ~is_sheet & ~was_mixed):
         is_wrong[number] = not _is_inside(mesh, F, patch == number)
     F[is_wrong[patch]] = F[is_wrong[patch]][:, [0, 2, 1]]
-    n_turned = int((turned != is_wrong[patch]).sum())
-    if not n_turned:
+    n_reversed = int((is_reversed != is_wrong[patch]).sum())
+    if not n_reversed:
         return identity_result(mesh)
-    turned_mesh = Mesh(mesh.vertices, F, mesh.notes)
-    return PreprocessResult(
-        turned_mesh, VertexMap.identity(len(mesh.vertices)), (f"{n_turned} faces were turned round",)
-    )
+    note = f"{n_reversed} faces were reversed"
+    return PreprocessResult(Mesh(mesh.vertices, F, mesh.notes), VertexMap.identity(len(mesh.vertices)), (note,))
 
 
 def _is_inside(mesh: Mesh, F: NDArray[np.int64], patch: NDArray[np.bool_]) -> bool:
-    """Whether the faces of a patch lie inside of the rest, as the wall of a hollow does."""
+    """Whether a patch lies inside the other faces, as the wall of a cavity does."""
     others = np.ascontiguousarray(F[~patch])
     if len(others) == 0:
         return False
@@ -61,25 +65,34 @@ def _is_inside(mesh: Mesh, F: NDArray[np.int64], patch: NDArray[np.bool_]) -> bo
 
 
 def relative_vector_area(mesh: Mesh) -> float:
-    """How far a surface is from enclosing something: 0 if it is closed or a tube, 1/2 for half a sphere, 1 for a sheet.
+    """Length of the sum of the face area vectors over the area: 0 if closed, 1/2 for a hemisphere, 1 for a flat sheet.
 
-    The length of the sum of all normals, weighted by area, over the area.
+    An open tube has 0 too. A mesh without area has 1.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Consistently oriented.
     """
-    A, B, C = mesh.vertices[mesh.faces].transpose(1, 0, 2)
-    return float(np.linalg.norm(np.cross(B - A, C - A).sum(axis=0)) / 2 / mesh.area) if mesh.area > 0 else 1.0
+    normals = triangle_normals(*mesh.vertices[mesh.faces].transpose(1, 0, 2))
+    return float(np.linalg.norm(normals.sum(axis=0)) / 2 / mesh.area) if mesh.area > 0 else 1.0
 
 
-@measured
+@preprocess_step
 def split_nonmanifold(mesh: Mesh) -> PreprocessResult:
-    """Give each fan of faces a vertex of its own, so that surfaces which meet in an edge or a vertex come apart there.
+    """Split surfaces that meet in an edge or a vertex, by giving each umbrella of faces a vertex of its own.
 
-    Nothing moves, and each vertex is mapped to the one of its first fan.
+    No vertex moves; each is mapped to the vertex of its first umbrella.
+
+    Parameters
+    ----------
+    mesh : Mesh, (vertices, faces), path or mesh object
     """
-    fans = fans_of(mesh)
-    n, n_fans = len(mesh.vertices), max(len(mesh.vertices), int(fans.of_corner.max()) + 1)
-    if n_fans == n:
+    umbrellas = find_umbrellas(mesh)
+    n, n_umbrellas = len(mesh.vertices), max(len(mesh.vertices), int(umbrellas.of_corner.max()) + 1)
+    if n_umbrellas == n:
         return identity_result(mesh)
-    origin = np.arange(n_fans)
-    origin[fans.of_corner] = mesh.faces
-    note = f"{n_fans - n} vertices were added where surfaces that meet in an edge or a vertex were taken apart"
-    return PreprocessResult(Mesh(mesh.vertices[origin], fans.of_corner, mesh.notes), VertexMap.identity(n), (note,))
+    origin = np.arange(n_umbrellas)
+    origin[umbrellas.of_corner] = mesh.faces
+    note = f"{n_umbrellas - n} vertices were added where surfaces that meet in an edge or a vertex were split"
+    return PreprocessResult(Mesh(mesh.vertices[origin], umbrellas.of_corner, mesh.notes), VertexMap.identity(n), (note,))

@@ -1,7 +1,7 @@
-"""Steps of preprocessing by name, one after the other, as text, as TOML or in Python.
+"""Pipelines of named preprocessing steps, written in Python, as text or as TOML.
 
-As text: ``merge_close,remesh_isotropic:edge=0.3:of=thickness``. As TOML, a table ``[[step]]`` for each, with its name
-and its options::
+As text: ``merge_close,remesh_isotropic:edge_length=0.3:relative_to=thickness``. As TOML, one table ``[[step]]`` for each
+step, with its name and options::
 
     [[step]]
     name = "merge_close"
@@ -16,18 +16,19 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from inspect import signature
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from lbskel.errors import FormatError, UnknownChoice, choose
-from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.mesh import as_mesh
 from lbskel.preprocess.cleaning import keep_components, merge_close, remove_duplicates
 from lbskel.preprocess.degenerate_faces import remove_degenerate
 from lbskel.preprocess.holes import close_holes
 from lbskel.preprocess.orientation import fix_orientation, split_nonmanifold
 from lbskel.preprocess.remeshing import remesh_isotropic, smooth_noise
-from lbskel.preprocess.result import PreprocessResult, distance_between, identity_result
+from lbskel.preprocess.result import PreprocessResult, hausdorff_distance, identity_result
 from lbskel.preprocess.simplification import simplify
 from lbskel.preprocess.subdivision import refine
 
@@ -47,22 +48,23 @@ STEPS: dict[str, Callable[..., PreprocessResult]] = {
     "remesh_isotropic": remesh_isotropic,
 }
 
-_KINDS: dict[str, tuple[type, ...]] = {"float": (float, int), "int": (int,), "str": (str,)}
+# Types of value that an option accepts, by its annotation
+_ACCEPTED_TYPES: dict[str, tuple[type, ...]] = {"float": (float, int), "int": (int,), "str": (str,)}
 
 
 @dataclass(frozen=True, eq=False)
 class Pipeline:
-    """An ordered list of steps; call it with a mesh.
+    """A sequence of preprocessing steps; call it with a mesh.
 
     Parameters
     ----------
     steps : iterable
-        Names in STEPS, or pairs of a name and a mapping of its options.
+        Names in STEPS, or pairs of a name and a mapping of options.
 
     Raises
     ------
     UnknownChoice
-        If there is no such step or option, or a value is of another type.
+        If there is no such step or option, or a value has the wrong type.
 
     Examples
     --------
@@ -79,7 +81,7 @@ class Pipeline:
 
     def __init__(self, steps: Iterable[str | Step]):
         pairs = [(step, {}) if isinstance(step, str) else step for step in steps]
-        object.__setattr__(self, "steps", tuple((name, _checked(name, options)) for name, options in pairs))
+        object.__setattr__(self, "steps", tuple((name, _validated(name, options)) for name, options in pairs))
 
     def __str__(self) -> str:
         return ",".join(
@@ -87,24 +89,34 @@ class Pipeline:
             for name, options in self.steps
         )
 
-    def __call__(self, mesh: Mesh) -> PreprocessResult:
-        """The mesh after all steps; the report has each of them, and how far the surface is from the first."""
-        result = identity_result(mesh)
+    def __call__(self, mesh: Any) -> PreprocessResult:
+        """Apply all steps; the report lists them and the distance of the result from the input.
+
+        Parameters
+        ----------
+        mesh : Mesh, (vertices, faces), path or mesh object
+        """
+        source = as_mesh(mesh)
+        result = identity_result(source)
         for name, options in self.steps:
-            result = result.compose(lambda given, step=STEPS[name], options=options: step(given, **options))  # type: ignore[misc]
-        report = {"pipeline": str(self), **result.report, "distance": distance_between(mesh, result.mesh)}
+            result = result.compose(partial(STEPS[name], **options))
+        report = {"pipeline": str(self), **result.report, "distance": hausdorff_distance(source, result.mesh)}
         return replace(result, report=report)
 
     @classmethod
     def parse(cls, text: str) -> Pipeline:
-        """A pipeline from its text, ``name:option=value:option=value,name``; of PIPELINES by name; or of a TOML file.
+        """Make a pipeline from text as ``name:option=value:option=value,name``, a name in PIPELINES, or a TOML file.
+
+        Parameters
+        ----------
+        text : str
 
         Raises
         ------
         FormatError
-            If it ends in ``.toml`` and :meth:`read` refuses that file.
+            If it ends in ``.toml`` and :meth:`read` rejects that file.
         UnknownChoice
-            If it names no steps, or no pipeline.
+            If it names no step and no pipeline.
         """
         if text in PIPELINES:
             return PIPELINES[text]
@@ -116,17 +128,21 @@ class Pipeline:
             if name not in STEPS and "," not in text and not options:
                 choose({**PIPELINES, **STEPS}, name, "pipeline or step")
             pairs = [option.partition("=") for option in options]
-            steps.append((name, {key.strip(): _value(value.strip()) for key, _, value in pairs}))
+            steps.append((name, {key.strip(): _parse_value(value.strip()) for key, _, value in pairs}))
         return cls(steps)
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Pipeline:
-        """A pipeline from a TOML file.
+        """Read a pipeline from a TOML file.
+
+        Parameters
+        ----------
+        path : path-like
 
         Raises
         ------
         FormatError
-            If there is no such file, or it is no TOML with tables ``[[step]]``.
+            If there is no such file, or it is not TOML with tables ``[[step]]``.
         UnknownChoice
             If it names a step or an option that does not exist.
         """
@@ -138,8 +154,8 @@ class Pipeline:
             tables = tomllib.loads(Path(path).read_text(encoding="utf-8"))
         except OSError as error:
             raise FormatError(f"{path}: cannot be read: {error.strerror}") from None
-        except ValueError as error:  # no UTF-8 too
-            raise FormatError(f"{path}: no TOML: {error}") from None
+        except ValueError as error:  # also for text that is not UTF-8
+            raise FormatError(f"{path}: not TOML: {error}") from None
         steps = tables.get("step")
         if set(tables) != {"step"} or not isinstance(steps, list) or not all(isinstance(s, dict) for s in steps):
             raise FormatError(f"{path}: must hold a table [[step]] with a name for each step, and nothing else")
@@ -149,20 +165,20 @@ class Pipeline:
         return cls((step["name"], {key: value for key, value in step.items() if key != "name"}) for step in steps)
 
 
-def _checked(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """The options of a step, refused where it has none of that name or type."""
+def _validated(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options of a step, or raise UnknownChoice where a name or type is wrong."""
     known = dict(list(signature(choose(STEPS, name, "step")).parameters.items())[1:])
     for option, value in options.items():
         if option not in known:
             raise UnknownChoice(f"{name} has no option {option!r}; it has: {', '.join(known) or 'none'}")
         kind = str(known[option].annotation).removesuffix(" | None")
-        if not isinstance(value, _KINDS[kind]) or isinstance(value, bool):
-            raise UnknownChoice(f"option {option} of {name} must be of type {kind}, not {value!r}")
+        if not isinstance(value, _ACCEPTED_TYPES[kind]) or isinstance(value, bool):
+            raise UnknownChoice(f"option {option} of {name} must have type {kind}, not {value!r}")
     return dict(options)
 
 
-def _value(text: str) -> int | float | str:
-    """A value as it is written: a number where it is one."""
+def _parse_value(text: str) -> int | float | str:
+    """Convert text to a number where it is one."""
     for kind in (int, float):
         try:
             return kind(text)
@@ -171,27 +187,29 @@ def _value(text: str) -> int | float | str:
     return text
 
 
-_SOUND: list[str | Step] = ["merge_close", "remove_duplicates", "fix_orientation"]
+# The start of every pipeline: shared vertices, each face once, outward orientation
+_CONNECT: list[str | Step] = ["merge_close", "remove_duplicates", "fix_orientation"]
 
-_APART = ("split_nonmanifold", "remove_degenerate")  # after holes are closed, whose rims often touch themselves
+# Only after holes are closed, since their boundary loops often touch themselves
+_SPLIT = ("split_nonmanifold", "remove_degenerate")
 
 PIPELINES: dict[str, Pipeline] = {
-    # crumbs, holes, and noise of the sensor
+    # debris, holes, and noise of the sensor
     "scan": Pipeline(
-        [*_SOUND, "keep_components", ("close_holes", {"largest": 1.0}), *_APART, "refine", "smooth_noise"]
+        [*_CONNECT, "keep_components", ("close_holes", {"max_perimeter": 1.0}), *_SPLIT, "refine", "smooth_noise"]
     ),
-    # long triangles on flat parts, seams between patches, sharp edges that stay
-    "cad": Pipeline([*_SOUND, "close_holes", *_APART, ("remesh_isotropic", {"edge": 0.4, "of": "thickness"})]),
+    # long triangles on flat parts, seams between patches, sharp edges to keep
+    "cad": Pipeline([*_CONNECT, "close_holes", *_SPLIT, ("remesh_isotropic", {"edge_length": 0.4, "relative_to": "thickness"})]),
     # few large triangles, vertices split for textures, open parts
     "game": Pipeline(
         [
             ("merge_close", {"tolerance": 1e-5}),
-            *_SOUND[1:],
-            ("close_holes", {"largest": 1.0}),
-            *_APART,
+            *_CONNECT[1:],
+            ("close_holes", {"max_perimeter": 1.0}),
+            *_SPLIT,
             "refine",
         ]
     ),
-    # dense and smooth: fewer triangles do
-    "organic": Pipeline([*_SOUND, "close_holes", *_APART, ("simplify", {"error": 0.002})]),
+    # dense and smooth surfaces, which fewer triangles represent as well
+    "organic": Pipeline([*_CONNECT, "close_holes", *_SPLIT, ("simplify", {"error": 0.002})]),
 }

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.shape_diameter import straight_thickness
+from lbskel.geometry.shape_diameter import thickness_along_normal
 from lbskel.geometry.surface_queries import Proxy, Surface
 from lbskel.preprocess.result import PreprocessResult
 from lbskel.preprocess.simplification import simplify
@@ -30,10 +30,14 @@ MAX_SLENDER_FACES = 128_000  # upper bound on the faces of long, thin shapes; a 
 
 
 def face_budget(mesh: Mesh) -> int:
-    """The number of faces that a mesh is contracted with at most.
+    """Compute the largest number of faces with which a mesh is contracted.
 
-    It gives edges of a fraction of the local radius, between limits that are wider for shapes that are long and thin
+    It gives edges of a fraction of the local radius, between bounds that are wider for shapes that are long and thin
     all over.
+
+    Parameters
+    ----------
+    mesh : Mesh
     """
     squared_volume = mesh.volume**2 if mesh.is_closed else 0.0
     if not squared_volume > 0:
@@ -42,19 +46,31 @@ def face_budget(mesh: Mesh) -> int:
     if len(mesh.faces) <= upper:
         return upper
     sample = np.flatnonzero(mesh.face_areas)[:: 1 + len(mesh.faces) // N_SAMPLES]
-    radii = np.maximum(straight_thickness(mesh, sample) / 2, MIN_RADIUS * mesh.diameter_bound)
+    radii = np.maximum(thickness_along_normal(mesh, sample) / 2, MIN_RADIUS * mesh.diameter_bound)
     areas = mesh.face_areas[sample]
     area_in_edges = (areas / radii**2).sum() * mesh.area / areas.sum() / EDGE**2
     return int(np.clip(area_in_edges / EQUILATERAL_AREA, MIN_FACES, upper))
 
 
 def simplify_to_proxy(mesh: Mesh) -> PreprocessResult:
-    """The mesh simplified to its face budget; the mesh itself if it is within it, or its topology would change."""
+    """Simplify a mesh to its face budget; return it unchanged if it has no more faces or its topology would change.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    """
     return simplify(mesh, target_faces=face_budget(mesh))
 
 
 def surface_with_proxy(mesh: Mesh, proxy: PreprocessResult) -> Surface:
-    """Queries on a mesh, and on the proxy that was made of it where that differs."""
+    """Make the surface queries of a mesh and of the proxy that was made of it, where that differs.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    proxy : PreprocessResult
+        Made by :func:`simplify_to_proxy`, with the deviation in its report.
+    """
     deviations = [step["deviation"] for step in proxy.report.get("steps", []) if "deviation" in step]
     if not deviations:
         return Surface(mesh)

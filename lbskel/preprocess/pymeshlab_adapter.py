@@ -1,7 +1,8 @@
-"""The filters of pymeshlab that lbskel uses; nothing else imports it, since their names change between releases.
+"""The filters of pymeshlab that lbskel uses; no other module imports it, since filter names change between releases.
 
-Run as a script, this file takes one call from standard input and answers on standard output, as npz both: a process
-that pymeshlab may end without harm (see :mod:`lbskel.preprocess.subprocess_filter`). It must not import lbskel to be quick.
+Run as a script, this file reads one call from standard input and writes the result to standard output, both as npz, so
+that pymeshlab may crash without harm (see :mod:`lbskel.preprocess.subprocess_filter`). It imports lbskel only for an
+error, to start fast.
 """
 
 from __future__ import annotations
@@ -24,18 +25,21 @@ def remesh_isotropic(
     iterations: int = 10,
     feature_angle: float = 30.0,
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Nearly equilateral triangles on the same surface, by splits, collapses, flips and tangential smoothing.
+    """Remesh a surface with nearly equilateral triangles, by splits, collapses, flips and tangential smoothing.
 
     Botsch, Kobbelt 2004, "A remeshing approach to multiresolution modeling", https://doi.org/10.1145/1057432.1057457.
 
     Parameters
     ----------
-    vertices, faces
-        A closed or open mesh; pymeshlab may end the process on one that is not a manifold.
+    vertices : (n, 3) array of float
+    faces : (m, 3) array of int
+        A closed or open mesh; pymeshlab may crash on one that is not a manifold.
     target_length : float
-        Wanted length of the edges, in the units of the vertices.
+        Target edge length, in the units of the vertices.
+    iterations : int
+        Rounds of these operations.
     feature_angle : float
-        Edges with a larger angle between their normals, in degrees, stay where they are; 180 for a surface without.
+        Edges whose faces have normals at a larger angle, in degrees, are kept in place; 180 keeps none.
 
     Raises
     ------
@@ -45,7 +49,7 @@ def remesh_isotropic(
     pymeshlab = _pymeshlab()
     meshes = pymeshlab.MeshSet(verbose=False)
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-    absolute = _first_known(pymeshlab, "PureValue", "AbsoluteValue")  # the latter until 2023.12
+    absolute = _first_known(pymeshlab, "PureValue", "AbsoluteValue")  # AbsoluteValue before 2023.12
     remesh = _first_known(meshes, "meshing_isotropic_explicit_remeshing", "remeshing_isotropic_explicit_remeshing")
     remesh(
         targetlen=absolute(target_length),
@@ -58,7 +62,7 @@ def remesh_isotropic(
 
 
 def _pymeshlab() -> Any:
-    """The package, imported only now."""
+    """Import pymeshlab at its first use."""
     try:
         import pymeshlab
     except ImportError:
@@ -69,7 +73,7 @@ def _pymeshlab() -> Any:
 
 
 def _first_known(owner: Any, *names: str) -> Any:
-    """The attribute under the first of its names, new and old, that this release has."""
+    """Return the attribute under the first of its names, new and old, that this release has."""
     return next(getattr(owner, name) for name in names if hasattr(owner, name))
 
 
@@ -78,21 +82,21 @@ FILTERS: dict[str, Callable[..., tuple[NDArray[np.float64], NDArray[np.int64]]]]
 }
 
 
-def _answer_one_call() -> None:
-    """Read a filter's name, a mesh and options; write the mesh that comes out."""
+def _serve_one_call() -> None:
+    """Read a filter name, a mesh and options; write the resulting mesh."""
     import io
     import os
 
-    answer = os.dup(1)
-    os.dup2(2, 1)  # what pymeshlab prints must not get into the answer
+    output = os.dup(1)
+    os.dup2(2, 1)  # what pymeshlab prints must not get into the result
     with np.load(io.BytesIO(sys.stdin.buffer.read()), allow_pickle=False) as call:
         options = {name: call[name].item() for name in call.files if name not in ("filter", "vertices", "faces")}
         V, F = FILTERS[str(call["filter"])](call["vertices"], call["faces"], **options)
     data = io.BytesIO()
     np.savez(data, vertices=V, faces=F)
-    with os.fdopen(answer, "wb") as stream:
+    with os.fdopen(output, "wb") as stream:
         stream.write(data.getbuffer())
 
 
 if __name__ == "__main__":
-    _answer_one_call()
+    _serve_one_call()

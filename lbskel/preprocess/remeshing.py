@@ -1,4 +1,4 @@
-"""A surface meshed anew by pymeshlab, and noise smoothed away."""
+"""Isotropic remeshing by pymeshlab, and smoothing of noise."""
 
 from __future__ import annotations
 
@@ -11,51 +11,63 @@ from lbskel.errors import MeshError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_thickness
 from lbskel.geometry.vertex_map import VertexMap
-from lbskel.preprocess.result import PreprocessResult, identity_result, measured
+from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
 from lbskel.preprocess.subprocess_filter import run_in_subprocess
 from lbskel.preprocess.transfer import transfer_map
 
-LENGTHS = ("diagonal", "thickness")
-THIN = 0.05  # share of the area that may be thinner than what the edges are fitted to
-SAMPLE = 3000  # faces that tell how thick the shape is
-LONGEST = 0.02  # of the diagonal: horns and ears on a thick body would be lost to longer edges
-MOST_FACES = 2_000_000
+REFERENCE_LENGTHS = ("diagonal", "thickness")
 
-MOST_ITERATIONS = 1000
-TAUBIN = 0.5, -0.53  # steps there and back, so that low frequencies pass: lambda and mu with a pass band of 0.1
+THIN_FRACTION = 0.05  # fraction of the area that may be thinner than the thickness that edges are fitted to; a guess
+
+MAX_SAMPLES = 3000  # faces, at most about this many, at which the thickness is measured; a guess that bounds the time
+
+# Longest edge, relative to the diagonal, when edges are fitted to the thickness: longer ones would lose horns and ears
+# on a thick body. A guess.
+MAX_EDGE_LENGTH = 0.02
+
+MAX_FACES = 2_000_000  # faces that remeshing may be asked for; a guess that bounds time and memory
+
+MAX_ITERATIONS = 1000  # of smoothing; a guess that bounds the time
+
+# Taubin's lambda and mu: a step that smooths and one that restores low frequencies; 1/lambda + 1/mu is a pass band
+# of 0.1.
+TAUBIN_FACTORS = 0.5, -0.53
 
 
-@measured
+@preprocess_step
 def remesh_isotropic(
-    mesh: Mesh, *, edge: float = 0.01, of: str = "diagonal", feature_angle: float = 30.0
+    mesh: Mesh, *, edge_length: float = 0.01, relative_to: str = "diagonal", feature_angle: float = 30.0
 ) -> PreprocessResult:
-    """Nearly equilateral triangles of one size on the same surface, by pymeshlab in a process of its own.
+    """Remesh a surface with nearly equilateral triangles of one size, by pymeshlab in a process of its own.
 
     Parameters
     ----------
-    mesh : Mesh
-    edge : float
-        Length of the edges, as a fraction of what ``of`` names.
-    of : str
-        ``diagonal``, or ``thickness``: of the thinnest parts, leaving out a twentieth of the area; edges are then not
-        longer than a fiftieth of the diagonal.
+    mesh : Mesh, (vertices, faces), path or mesh object
+    edge_length : float
+        Target edge length, as a fraction of the length that ``relative_to`` names.
+    relative_to : str
+        ``diagonal``, or ``thickness``: the local thickness that 95 % of the area exceeds; edges are then at most a
+        fiftieth of the diagonal long.
     feature_angle : float
-        Edges with a larger angle between their normals, in degrees, stay.
+        Edges whose faces have normals at a larger angle, in degrees, are kept.
 
     Raises
     ------
     UnknownChoice
-        If the length is not positive, so small that millions of faces would come of it, or relative to something else.
+        If the length is not positive, is so small that it would make millions of faces, or ``relative_to`` is unknown.
     MissingDependency
         If pymeshlab is not installed.
     """
-    choose(dict.fromkeys(LENGTHS), of, "length")
-    if not edge > 0:
-        raise UnknownChoice(f"edge must be positive, not {edge}")
-    length = edge * mesh.diagonal if of == "diagonal" else min(edge * _thin_part(mesh), LONGEST * mesh.diagonal)
+    choose(dict.fromkeys(REFERENCE_LENGTHS), relative_to, "reference length")
+    if not edge_length > 0:
+        raise UnknownChoice(f"edge_length must be positive, not {edge_length}")
+    if relative_to == "diagonal":
+        length = edge_length * mesh.diagonal
+    else:
+        length = min(edge_length * _thickness_of_thin_parts(mesh), MAX_EDGE_LENGTH * mesh.diagonal)
     n_faces = mesh.area / max(length, 1e-300) / max(length, 1e-300) * 4 / np.sqrt(3)
-    if not n_faces < MOST_FACES:
-        raise UnknownChoice(f"edge={edge:g} would make more than {MOST_FACES:,} faces; make it larger")
+    if not n_faces < MAX_FACES:
+        raise UnknownChoice(f"edge_length={edge_length:g} would make more than {MAX_FACES:,} faces; make it larger")
     try:
         remeshed = run_in_subprocess("remesh_isotropic", mesh, target_length=length, feature_angle=feature_angle)
     except MeshError as error:
@@ -64,35 +76,35 @@ def remesh_isotropic(
     return transfer_map(mesh, remeshed, note)
 
 
-def _thin_part(mesh: Mesh) -> float:
-    """The local thickness that all but a twentieth of the area has."""
-    sample = np.arange(0, len(mesh.faces), 1 + len(mesh.faces) // SAMPLE)
+def _thickness_of_thin_parts(mesh: Mesh) -> float:
+    """Measure the local thickness that all but the thinnest 5 % of the area reach."""
+    sample = np.arange(0, len(mesh.faces), 1 + len(mesh.faces) // MAX_SAMPLES)
     thickness = np.minimum(local_thickness(mesh, sample), mesh.diagonal)
     order = np.argsort(thickness)
     areas = mesh.face_areas[sample][order]
-    passed = np.cumsum(areas) >= THIN * areas.sum()
-    return float(thickness[order][passed.argmax()])
+    is_reached = np.cumsum(areas) >= THIN_FRACTION * areas.sum()
+    return float(thickness[order][is_reached.argmax()])
 
 
-@measured
+@preprocess_step
 def smooth_noise(mesh: Mesh, *, iterations: int = 10) -> PreprocessResult:
-    """Smooth noise of a few edge lengths away without shrinking the shape; rims stay.
+    """Smooth noise of a wavelength of a few edges without shrinking the shape; boundary vertices are fixed.
 
     Taubin 1995, "A signal processing approach to fair surface design", https://doi.org/10.1145/218380.218473.
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : Mesh, (vertices, faces), path or mesh object
     iterations : int
-        Times that every vertex is moved there and back.
+        Number of pairs of steps, one that smooths and one that restores.
 
     Raises
     ------
     UnknownChoice
-        If it is negative, or more than a thousand.
+        If it is negative or more than a thousand.
     """
-    if not 0 <= iterations <= MOST_ITERATIONS:
-        raise UnknownChoice(f"iterations must lie within 0 and {MOST_ITERATIONS:,}, not {iterations}")
+    if not 0 <= iterations <= MAX_ITERATIONS:
+        raise UnknownChoice(f"iterations must lie between 0 and {MAX_ITERATIONS:,}, not {iterations}")
     n, (i, j) = len(mesh.vertices), mesh.edges.T
     adjacency = coo_array((np.ones(2 * len(i)), (np.concatenate([i, j]), np.concatenate([j, i]))), shape=(n, n)).tocsr()
     mean = diags_array(1 / np.maximum(adjacency.sum(axis=1), 1)) @ adjacency
@@ -100,8 +112,8 @@ def smooth_noise(mesh: Mesh, *, iterations: int = 10) -> PreprocessResult:
     is_fixed[mesh.edges[mesh.faces_per_edge != 2]] = True
     V = np.array(mesh.vertices)
     for _ in range(iterations):
-        for share in TAUBIN:
-            V = np.where(is_fixed[:, None], V, V + share * (mean @ V - V))
+        for factor in TAUBIN_FACTORS:
+            V = np.where(is_fixed[:, None], V, V + factor * (mean @ V - V))
     return PreprocessResult(
         mesh.with_vertices(V), VertexMap.identity(n), (f"noise was smoothed by {iterations} iterations",)
     )

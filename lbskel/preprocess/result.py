@@ -1,35 +1,37 @@
-"""What every step of preprocessing gives: a mesh, the way of each vertex to it, and what was measured.
+"""The result of a preprocessing step: a mesh, the vertex map to it, and a report of what changed.
 
-The way is kept exactly through merges, collapses and removals. Where a surface is meshed anew, a vertex goes to a point
-of the new surface, which its barycentric weights tell; the vertex that it is mapped to is then the one of most weight.
+The vertex map is exact through merges, collapses and removals. Where a surface is remeshed, a vertex is mapped to a
+point of the new surface, given by barycentric weights, and the vertex map has the vertex of largest weight.
 """
 
 from __future__ import annotations
 
-__all__ = ["PreprocessResult", "distance_between", "identity_result", "measured", "measures"]
+__all__ = ["PreprocessResult", "hausdorff_distance", "identity_result", "mesh_statistics", "preprocess_step"]
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import wraps
 from inspect import signature
-from typing import Any, Concatenate, ParamSpec
+from typing import Any, Concatenate, ParamSpec, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 
-from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 
 Options = ParamSpec("Options")
 
-SAMPLES = 4_000  # points of each surface from which the distance to the other is measured
+# Points of each surface, at most about this many, from which its distance to the other is measured. A guess that bounds
+# the time.
+MAX_SAMPLES = 4_000
 
 
 @dataclass(frozen=True, eq=False)
 class PreprocessResult:
-    """A mesh and where the vertices of the one before it went.
+    """A mesh, and the map of the input's vertices to its vertices.
 
     Parameters
     ----------
@@ -39,9 +41,9 @@ class PreprocessResult:
     notes : tuple of str
         What was done, a sentence each.
     weights : (n, k) sparse array, optional
-        Barycentric weights of each input vertex on the vertices of ``mesh``, where the surface was meshed anew.
+        Barycentric weights of each input vertex with respect to the k vertices of ``mesh``, if the surface was remeshed.
     report : dict
-        Each step with its options and what it changed, plain enough for JSON.
+        Each step with its options and what it changed, ready for JSON.
     """
 
     mesh: Mesh
@@ -51,40 +53,46 @@ class PreprocessResult:
     report: dict[str, Any] = field(default_factory=dict)
 
     def compose(self, step: Callable[[Mesh], PreprocessResult]) -> PreprocessResult:
-        """The result of another step on ``mesh``, with the way from the vertices that this one began with."""
+        """Apply another step to ``mesh``; the maps of the result start at the vertices of this result's input.
+
+        Parameters
+        ----------
+        step : callable
+            Takes a Mesh and returns a PreprocessResult.
+        """
         after = step(self.mesh)
         vertex_map = self.vertex_map.compose(after.vertex_map)
         weights = None
         if self.weights is not None or after.weights is not None:
-            weights = csr_array(self._all_weights() @ after._all_weights())
+            weights = csr_array(self._weights_or_map() @ after._weights_or_map())
         steps = [*self.report.get("steps", []), *after.report.get("steps", [])]
         return PreprocessResult(after.mesh, vertex_map, self.notes + after.notes, weights, {"steps": steps})
 
     def pull_back(self, values: ArrayLike, *, missing: float = np.nan) -> NDArray[Any]:
-        """Values at the vertices of ``mesh`` brought back to the vertices of the input.
+        """Bring values at the vertices of ``mesh`` back to the vertices of the input.
 
-        Real numbers are interpolated where the surface was meshed anew; whole numbers, as labels are, and truth values
-        are those of the vertex in ``vertex_map``.
+        Real numbers are interpolated where the surface was remeshed; integers, such as labels, and booleans are those
+        of the vertex in ``vertex_map``.
 
         Parameters
         ----------
         values : (k, ...) array_like
         missing : float
-            Of vertices that have no place in ``mesh``; whole numbers have -1 there.
+            Value at vertices that are not mapped; integers have -1 there, booleans False.
         """
         given = np.asarray(values)
-        there, target = self.vertex_map.is_mapped, self.vertex_map.indices
+        is_mapped, target = self.vertex_map.is_mapped, self.vertex_map.indices
         if given.dtype.kind != "f":
-            back = given[target]
-            back[~there] = -1 if given.dtype.kind == "i" else 0
-            return back
+            values_back: NDArray[Any] = given[target]
+            values_back[~is_mapped] = -1 if given.dtype.kind == "i" else 0
+            return values_back
         flat = given.reshape(len(given), -1)
-        back = flat[target] if self.weights is None else self.weights @ flat
-        back[~there] = missing
-        return back.reshape(len(there), *given.shape[1:])
+        interpolated: NDArray[Any] = flat[target] if self.weights is None else self.weights @ flat
+        interpolated[~is_mapped] = missing
+        return interpolated.reshape(len(is_mapped), *given.shape[1:])
 
-    def _all_weights(self) -> csr_array:
-        """``weights``, which an exact way has too: one for each vertex that is mapped."""
+    def _weights_or_map(self) -> csr_array:
+        """(n, k) ``weights``, or the exact vertex map as a sparse matrix of ones."""
         if self.weights is not None:
             return self.weights
         mapped = np.flatnonzero(self.vertex_map.is_mapped)
@@ -93,35 +101,54 @@ class PreprocessResult:
 
 
 def identity_result(mesh: Mesh, *notes: str) -> PreprocessResult:
-    """The mesh itself, every vertex where it was."""
+    """Make the result of a step that changes nothing.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    notes : str
+        Why nothing was changed, a sentence each.
+    """
     return PreprocessResult(mesh, VertexMap.identity(len(mesh.vertices)), notes)
 
 
-def measured(
+def preprocess_step(
     step: Callable[Concatenate[Mesh, Options], PreprocessResult],
-) -> Callable[Concatenate[Mesh, Options], PreprocessResult]:
-    """The step with a report: its name and options, the measures of the mesh before and after, and what it reports."""
+) -> Callable[Concatenate[Any, Options], PreprocessResult]:
+    """Decorate a step so that it takes what as_mesh takes and reports its options and the change of the mesh.
+
+    Parameters
+    ----------
+    step : callable
+        Takes a Mesh and keyword options, and returns a PreprocessResult.
+    """
 
     @wraps(step)
-    def with_report(mesh: Mesh, *arguments: Options.args, **options: Options.kwargs) -> PreprocessResult:
+    def with_report(mesh: Any, *arguments: Options.args, **options: Options.kwargs) -> PreprocessResult:
+        mesh = as_mesh(mesh)
         result = step(mesh, *arguments, **options)
         given = signature(step).bind(mesh, *arguments, **options)
         given.apply_defaults()
         record = {
             "step": step.__name__,
             "options": {name: value for name, value in list(given.arguments.items())[1:] if value is not None},
-            "before": measures(mesh),
-            "after": measures(result.mesh),
+            "before": mesh_statistics(mesh),
+            "after": mesh_statistics(result.mesh),
             "notes": list(result.notes),
             **result.report,
         }
         return replace(result, report={"steps": [record]})
 
-    return with_report
+    return cast("Callable[Concatenate[Any, Options], PreprocessResult]", with_report)
 
 
-def measures(mesh: Mesh) -> dict[str, Any]:
-    """What a step may change of a mesh: sizes, topology, area."""
+def mesh_statistics(mesh: Mesh) -> dict[str, Any]:
+    """Measure what a step may change of a mesh: counts, topology, area.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    """
     return {
         "vertices": len(mesh.vertices),
         "faces": len(mesh.faces),
@@ -134,18 +161,22 @@ def measures(mesh: Mesh) -> dict[str, Any]:
     }
 
 
-def distance_between(one: Mesh, other: Mesh) -> float:
-    """The Hausdorff distance of two surfaces, from evenly picked vertices and centers of faces of each to the other.
+def hausdorff_distance(one: Mesh, other: Mesh) -> float:
+    """Estimate the Hausdorff distance of two surfaces, as a fraction of the first one's diagonal.
 
-    It is a lower bound, exact where the surfaces differ most at such a point; as a fraction of the first's diagonal.
+    It is measured from evenly picked vertices and face centers of each surface to the other, and thus a lower bound.
+
+    Parameters
+    ----------
+    one, other : Mesh
     """
     if one is other:
         return 0.0
-    return max(_farthest(one, other), _farthest(other, one)) / (one.diagonal or 1.0)
+    return max(_one_sided_distance(one, other), _one_sided_distance(other, one)) / (one.diagonal or 1.0)
 
 
-def _farthest(one: Mesh, other: Mesh) -> float:
-    """The largest distance of the samples of one surface from another."""
-    vertices, faces = (some[:: 1 + 2 * len(some) // SAMPLES] for some in (one.used_vertices, one.faces))
+def _one_sided_distance(one: Mesh, other: Mesh) -> float:
+    """Measure the largest distance of samples of one surface from another."""
+    vertices, faces = (rows[:: 1 + 2 * len(rows) // MAX_SAMPLES] for rows in (one.used_vertices, one.faces))
     points = np.concatenate([one.vertices[vertices], one.vertices[faces].mean(axis=1)])
     return float(Surface(other).distance(points).max())

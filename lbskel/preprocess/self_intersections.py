@@ -1,46 +1,59 @@
-"""Faces that cut through other faces of the same mesh.
+"""Faces that intersect other faces of the same mesh.
 
-Pairs that may meet come from a grid of boxes; two triangles cut each other where an edge of one passes through the
-other. Faces that share a vertex, and those that lie in one plane, do not count.
+Candidate pairs have bounding boxes that overlap in a uniform grid; two triangles intersect where an edge of one passes
+through the other. Faces that share a vertex, and coplanar faces, do not count.
 """
 
 from __future__ import annotations
 
-__all__ = ["crossing_faces"]
+__all__ = ["self_intersecting_faces"]
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import triangle_normals
 from lbskel.geometry.scaling import unit_scale
 
-MOST_FACES = 10_000  # tested against all others; of larger meshes so many are picked evenly
-MOST_PAIRS = 20_000_000  # tested in all
-BLOCK = 1_000_000
+# Upper bounds on the time and memory of the test. All are guesses.
+MAX_TESTED_FACES = 10_000  # faces tested against all others; of larger meshes so many are picked evenly
+MAX_PAIRS = 20_000_000  # pairs of faces tested in all
+BLOCK_SIZE = 1_000_000  # pairs tested at a time
 
 
-def crossing_faces(mesh: Mesh) -> tuple[NDArray[np.int64], float]:
-    """The faces that were found to cut through another, and which share of the faces was tested."""
+def self_intersecting_faces(mesh: Mesh) -> tuple[NDArray[np.int64], float]:
+    """Find faces that intersect others.
+
+    Parameters
+    ----------
+    mesh : Mesh
+
+    Returns
+    -------
+    faces : (k,) array of int
+    sample : float
+        Fraction of the faces that were tested.
+    """
     m = len(mesh.faces)
     mesh = mesh.with_vertices(unit_scale(mesh.vertices)[0])  # products of six lengths would overflow
-    every = 1 + (m - 1) // MOST_FACES
-    pairs = _near_pairs(mesh, np.arange(0, m, every))
-    tested = 1.0 / every * min(1.0, MOST_PAIRS / max(len(pairs), 1))
-    pairs = pairs[:MOST_PAIRS]
+    stride = 1 + (m - 1) // MAX_TESTED_FACES
+    pairs = _candidate_pairs(mesh, np.arange(0, m, stride))
+    tested = 1.0 / stride * min(1.0, MAX_PAIRS / max(len(pairs), 1))
+    pairs = pairs[:MAX_PAIRS]
     found = []
-    for first in range(0, len(pairs), BLOCK):
-        one, other = pairs[first : first + BLOCK].T
+    for first in range(0, len(pairs), BLOCK_SIZE):
+        one, other = pairs[first : first + BLOCK_SIZE].T
         F, G = mesh.faces[one], mesh.faces[other]
-        apart = ~(F[:, :, None] == G[:, None, :]).any(axis=(1, 2))
-        one, other = one[apart], other[apart]
+        is_disjoint = ~(F[:, :, None] == G[:, None, :]).any(axis=(1, 2))
+        one, other = one[is_disjoint], other[is_disjoint]
         P, Q = mesh.vertices[mesh.faces[one]], mesh.vertices[mesh.faces[other]]
-        cuts = _passes_through(P, Q) | _passes_through(Q, P)
-        found.append(np.unique(np.concatenate([one[cuts], other[cuts]])))
+        intersects = _edge_passes_through(P, Q) | _edge_passes_through(Q, P)
+        found.append(np.unique(np.concatenate([one[intersects], other[intersects]])))
     return np.unique(np.concatenate([np.empty(0, dtype=np.int64), *found])), tested
 
 
-def _near_pairs(mesh: Mesh, chosen: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(k, 2) pairs of a chosen face and any other whose boxes share a cell of a grid and overlap."""
+def _candidate_pairs(mesh: Mesh, chosen: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(k, 2) pairs of a chosen face and another whose bounding boxes share a grid cell and overlap."""
     corners = mesh.vertices[mesh.faces]
     low, high = corners.min(axis=1), corners.max(axis=1)
     size = max(float(np.percentile(high - low, 75)), 1e-3 * mesh.diagonal) or 1.0
@@ -60,7 +73,7 @@ def _near_pairs(mesh: Mesh, chosen: NDArray[np.int64]) -> NDArray[np.int64]:
     begin, end = np.searchsorted(key, key, "left"), np.searchsorted(key, key, "right")
     here = np.flatnonzero(is_chosen[face])
     widths = (end - begin)[here]
-    budget = np.cumsum(widths) <= 5 * MOST_PAIRS
+    budget = np.cumsum(widths) <= 5 * MAX_PAIRS
     here, widths = here[budget], widths[budget]
     other = np.repeat(begin[here], widths) + np.arange(widths.sum()) - np.repeat(np.cumsum(widths) - widths, widths)
     pairs = np.stack([np.repeat(face[here], widths), face[other]], axis=1)
@@ -70,17 +83,18 @@ def _near_pairs(mesh: Mesh, chosen: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.stack(np.divmod(np.unique(i[keep] * len(low) + j[keep]), len(low)), axis=1)
 
 
-def _passes_through(P: NDArray[np.float64], Q: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """(k,) whether an edge of each triangle of P passes through the inside of that of Q."""
+def _edge_passes_through(P: NDArray[np.float64], Q: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(k,) whether an edge of each triangle of P passes through the interior of the same row's triangle of Q."""
     origin = Q[:, :1]
     one, two = Q[:, 1] - Q[:, 0], Q[:, 2] - Q[:, 0]
-    normal = np.cross(one, two)
-    height = np.einsum("kcx,kx->kc", P - origin, normal)
-    ahead = np.roll(height, -1, axis=1)
-    crosses = height * ahead < 0
-    share = np.divide(height, height - ahead, out=np.zeros_like(height), where=crosses)
-    point = P + share[:, :, None] * (np.roll(P, -1, axis=1) - P) - origin
+    normal = triangle_normals(Q[:, 0], Q[:, 1], Q[:, 2])
+    heights = np.einsum("kcx,kx->kc", P - origin, normal)
+    end_heights = np.roll(heights, -1, axis=1)
+    crosses = heights * end_heights < 0
+    t = np.divide(heights, heights - end_heights, out=np.zeros_like(heights), where=crosses)
+    point = P + t[:, :, None] * (np.roll(P, -1, axis=1) - P) - origin
     squared = np.einsum("kx,kx->k", normal, normal)[:, None]
     u = np.einsum("kcx,kx->kc", np.cross(point, two[:, None]), normal)
     v = np.einsum("kcx,kx->kc", np.cross(one[:, None], point), normal)
-    return (crosses & (u > 0) & (v > 0) & (u + v < squared)).any(axis=1)
+    passes: NDArray[np.bool_] = (crosses & (u > 0) & (v > 0) & (u + v < squared)).any(axis=1)
+    return passes

@@ -1,7 +1,7 @@
-"""Filters that may end the process or never return, in a child process with a time limit.
+"""Filters that may crash or never return, run in a subprocess with a time limit.
 
-The child is a fresh interpreter that reads the mesh from a pipe and writes the result to one: nothing is shared, so
-that its crash, its memory and its threads are its own.
+The subprocess is a new interpreter that reads the mesh from a pipe and writes the result to another. Nothing is shared,
+so its crashes, its memory and its threads do not affect the caller.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from lbskel.errors import MeshError, MissingDependency
 from lbskel.geometry.mesh import Mesh
 
 SCRIPT = Path(__file__).with_name("pymeshlab_adapter.py")
-SECONDS = 60.0
-SECONDS_PER_FACE = 2e-3
+BASE_SECONDS = 60.0  # time limit, in seconds, of a filter on a small mesh; a guess
+SECONDS_PER_FACE = 2e-3  # time added to the limit for each face, in seconds; a guess
 
 
 def run_in_subprocess(filter_name: str, mesh: Mesh, *, seconds: float | None = None, **options: float) -> Mesh:
-    """What a filter of pymeshlab makes of a mesh.
+    """Apply a filter of pymeshlab to a mesh.
 
     Parameters
     ----------
@@ -33,43 +33,43 @@ def run_in_subprocess(filter_name: str, mesh: Mesh, *, seconds: float | None = N
         A key of ``pymeshlab_adapter.FILTERS``.
     mesh : Mesh
     seconds : float, optional
-        Limit after which the child is ended; a minute and more for large meshes where it is left out.
-    options
-        Numbers, handed to the filter.
+        Time limit; by default a minute, and longer for large meshes.
+    options : float
+        Options of the filter.
 
     Raises
     ------
     MissingDependency
         If pymeshlab is not installed.
     MeshError
-        If the child crashed, took too long, or what it made is no mesh.
+        If the subprocess crashed, took too long, or returned no usable mesh.
     """
     if find_spec("pymeshlab") is None:
         raise MissingDependency("pymeshlab", "preprocess", filter_name)
-    limit = SECONDS + SECONDS_PER_FACE * len(mesh.faces) if seconds is None else seconds
+    limit = BASE_SECONDS + SECONDS_PER_FACE * len(mesh.faces) if seconds is None else seconds
     call = io.BytesIO()
     np.savez(call, filter=filter_name, vertices=mesh.vertices, faces=mesh.faces, **options)  # type: ignore[arg-type]
     try:
-        done = subprocess.run(
+        process = subprocess.run(
             [sys.executable, str(SCRIPT)], input=call.getvalue(), capture_output=True, timeout=limit, check=False
         )
     except subprocess.TimeoutExpired:
-        raise MeshError(f"pymeshlab's {filter_name} took more than {limit:.0f} s on this mesh and was ended") from None
-    if done.returncode != 0:
-        raise MeshError(f"pymeshlab's {filter_name} cannot take this mesh: {_reason(done)}")
+        raise MeshError(f"pymeshlab's {filter_name} took more than {limit:.0f} s on this mesh and was stopped") from None
+    if process.returncode != 0:
+        raise MeshError(f"pymeshlab's {filter_name} failed on this mesh: {_reason(process)}")
     try:
-        with np.load(io.BytesIO(done.stdout), allow_pickle=False) as answer:
-            V, F = answer["vertices"], answer["faces"]
+        with np.load(io.BytesIO(process.stdout), allow_pickle=False) as result:
+            V, F = result["vertices"], result["faces"]
     except (ValueError, EOFError, OSError, TypeError):
-        raise MeshError(f"pymeshlab's {filter_name} answered nothing that could be read") from None
+        raise MeshError(f"pymeshlab's {filter_name} returned nothing that can be read") from None
     if len(F) == 0 or not np.isfinite(V).all():
-        raise MeshError(f"pymeshlab's {filter_name} leaves nothing of this mesh that could be used")
+        raise MeshError(f"pymeshlab's {filter_name} returned no faces or positions that are not finite")
     return Mesh(V, F, mesh.notes)
 
 
-def _reason(done: subprocess.CompletedProcess[bytes]) -> str:
-    """Why a child failed: the signal that ended it, or the last line of its complaint."""
-    if done.returncode < 0:
-        return f"its process was ended by signal {-done.returncode}"
-    lines = done.stderr.decode(errors="replace").strip().splitlines()
-    return lines[-1] if lines else f"its process ended with code {done.returncode}"
+def _reason(process: subprocess.CompletedProcess[bytes]) -> str:
+    """Explain why a subprocess failed: the signal that ended it, or the last line of its error output."""
+    if process.returncode < 0:
+        return f"its process was ended by signal {-process.returncode}"
+    lines = process.stderr.decode(errors="replace").strip().splitlines()
+    return lines[-1] if lines else f"its process ended with code {process.returncode}"

@@ -1,7 +1,7 @@
-"""The way of vertices to a surface that was meshed anew: the nearest point that faces the same way, and whole patches.
+"""Vertex map from a mesh to a remeshed version of it: the nearest point with a similar normal, in connected patches.
 
-The nearest point alone jumps to the other side where a shape is thin. Of the vertices that then go to one vertex, those
-that do not hang together with most of them go where their neighbors go, so that every patch is in one piece.
+The nearest point alone may lie on the other side of a thin shape, so its normal must agree. The vertices mapped to one
+target are then made a connected patch: those outside the largest part take the targets of their neighbors.
 """
 
 from __future__ import annotations
@@ -17,86 +17,89 @@ from scipy.spatial import cKDTree
 
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import triangle_normals
 from lbskel.geometry.scaling import unit_scale
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult
 
-CANDIDATES = 32  # vertices searched for one that faces the same way
-ROUNDS = 50
+N_CANDIDATES = 32  # nearest vertices searched for one with a similar normal; a guess
+MAX_ROUNDS = 50  # rounds in which targets spread from neighbor to neighbor; a guess
 
 
 def transfer_map(mesh: Mesh, surface: Mesh, *notes: str) -> PreprocessResult:
-    """The way of each vertex of a mesh to another mesh of the same surface.
+    """Map the vertices of a mesh to those of another mesh of the same surface.
 
     Parameters
     ----------
     mesh, surface : Mesh
-        Before and after.
+        Source and target.
     notes : str
         What was done, a sentence each.
     """
-    given = surface
-    mesh, surface = (
-        each.with_vertices(np.ldexp(each.vertices, -unit_scale(mesh.vertices)[1])) for each in (mesh, surface)
-    )
-    V, F = surface.vertices, surface.faces
+    exponent = unit_scale(mesh.vertices)[1]
+    source, target = (each.with_vertices(np.ldexp(each.vertices, -exponent)) for each in (mesh, surface))
+    V, F = target.vertices, target.faces
     tree = igl.AABB()
     tree.init(V, F)
-    _, face, point = tree.squared_distance(V, F, mesh.vertices)
+    _, face, point = tree.squared_distance(V, F, source.vertices)
     A, B, C = (np.ascontiguousarray(corner) for corner in V[F[face]].transpose(1, 0, 2))
-    share = igl.barycentric_coordinates(point, A, B, C)
-    share = np.clip(np.nan_to_num(share), 0.0, 1.0)
-    share[share.sum(axis=1) == 0] = [1.0, 0.0, 0.0]
-    share /= share.sum(axis=1, keepdims=True)
+    weight = igl.barycentric_coordinates(point, A, B, C)
+    weight = np.clip(np.nan_to_num(weight), 0.0, 1.0)
+    weight[weight.sum(axis=1) == 0] = [1.0, 0.0, 0.0]
+    weight /= weight.sum(axis=1, keepdims=True)
     corners = F[face]
 
-    normals = np.nan_to_num(igl.per_vertex_normals(mesh.vertices, mesh.faces))
-    there = np.nan_to_num(igl.per_vertex_normals(V, F))
-    faces_away = np.flatnonzero(np.einsum("nx,nx->n", np.cross(B - A, C - A), normals) < 0)
-    if len(faces_away):
-        corners[faces_away] = _facing_alike(mesh.vertices[faces_away], normals[faces_away], surface, there)[:, None]
-        share[faces_away] = [1.0, 0.0, 0.0]
-    vertex_map = corners[np.arange(len(corners)), share.argmax(axis=1)]
-    joined = _in_one_piece(mesh, vertex_map)
-    moved = np.flatnonzero(joined != vertex_map)
-    corners[moved], share[moved] = joined[moved, None], [1.0, 0.0, 0.0]
-    joined[np.setdiff1d(np.arange(len(joined)), mesh.used_vertices)] = -1
+    normals = np.nan_to_num(igl.per_vertex_normals(source.vertices, source.faces))
+    target_normals = np.nan_to_num(igl.per_vertex_normals(V, F))
+    is_opposite = np.flatnonzero(np.einsum("nx,nx->n", triangle_normals(A, B, C), normals) < 0)
+    if len(is_opposite):
+        nearest = _nearest_with_similar_normal(
+            source.vertices[is_opposite], normals[is_opposite], target, target_normals
+        )
+        corners[is_opposite] = nearest[:, None]
+        weight[is_opposite] = [1.0, 0.0, 0.0]
+    heaviest = corners[np.arange(len(corners)), weight.argmax(axis=1)]
+    vertex_map = _make_patches_connected(source, heaviest)
+    changed = np.flatnonzero(vertex_map != heaviest)
+    corners[changed], weight[changed] = vertex_map[changed, None], [1.0, 0.0, 0.0]
+    vertex_map[np.setdiff1d(np.arange(len(vertex_map)), source.used_vertices)] = -1
     rows = np.repeat(np.arange(len(corners)), 3)
-    weights = csr_array((share.ravel(), (rows, corners.ravel())), shape=(len(corners), len(V)))
-    return PreprocessResult(given, VertexMap(joined), notes, weights)
+    weights = csr_array((weight.ravel(), (rows, corners.ravel())), shape=(len(corners), len(V)))
+    return PreprocessResult(surface, VertexMap(vertex_map), notes, weights)
 
 
-def _facing_alike(
-    points: NDArray[np.float64], normals: NDArray[np.float64], surface: Mesh, there: NDArray[np.float64]
+def _nearest_with_similar_normal(
+    points: NDArray[np.float64], normals: NDArray[np.float64], target: Mesh, target_normals: NDArray[np.float64]
 ) -> NDArray[np.int64]:
-    """(k,) the nearest vertex that faces as each point does; the nearest of all where none of the near ones does."""
-    used = surface.used_vertices
-    _, near = cKDTree(surface.vertices[used]).query(points, k=min(CANDIDATES, len(used)))
-    near = used[near.reshape(len(points), -1)]
-    alike = np.einsum("nkx,nx->nk", there[near], normals) > 0
-    return near[np.arange(len(points)), alike.argmax(axis=1)]
+    """(k,) nearest vertex whose normal agrees with that of each point; the nearest of all where no candidate's does."""
+    used = target.used_vertices
+    _, candidates = cKDTree(target.vertices[used]).query(points, k=min(N_CANDIDATES, len(used)))
+    candidates = used[candidates.reshape(len(points), -1)]
+    agrees = np.einsum("nkx,nx->nk", target_normals[candidates], normals) > 0
+    nearest: NDArray[np.int64] = candidates[np.arange(len(points)), agrees.argmax(axis=1)]
+    return nearest
 
 
-def _in_one_piece(mesh: Mesh, target: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Targets of vertices, changed so that the vertices of each target hang together through edges of the mesh."""
+def _make_patches_connected(mesh: Mesh, target: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(n,) targets of vertices, changed so that the vertices of each target are connected by edges of the mesh."""
     target = np.array(target)
     i, j = mesh.edges.T
     n = len(target)
-    for _ in range(ROUNDS):
-        same = target[i] == target[j]
-        graph = weighted_graph(mesh.edges[same], np.ones(same.sum(), dtype=np.int8), n)
-        n_pieces, piece = connected_components(graph, directed=False)
-        size = np.bincount(piece)
-        target_of_piece = np.zeros(n_pieces, dtype=np.int64)
-        target_of_piece[piece] = target
-        order = np.lexsort((np.arange(n_pieces), -size, target_of_piece))
-        is_main = np.zeros(n_pieces, dtype=bool)
-        is_main[order[np.unique(target_of_piece[order], return_index=True)[1]]] = True
-        # a vertex of a stray piece takes the target of a neighbor in a main one
-        stray = ~is_main[piece]
-        here, beside = np.concatenate([i, j]), np.concatenate([j, i])
-        hands_on = stray[here] & ~stray[beside]
-        if not hands_on.any():
+    for _ in range(MAX_ROUNDS):
+        has_same_target = target[i] == target[j]
+        graph = weighted_graph(mesh.edges[has_same_target], np.ones(has_same_target.sum(), dtype=np.int8), n)
+        n_patches, patch = connected_components(graph, directed=False)
+        size = np.bincount(patch)
+        target_of_patch = np.zeros(n_patches, dtype=np.int64)
+        target_of_patch[patch] = target
+        order = np.lexsort((np.arange(n_patches), -size, target_of_patch))
+        is_largest = np.zeros(n_patches, dtype=bool)
+        is_largest[order[np.unique(target_of_patch[order], return_index=True)[1]]] = True
+        # a vertex outside the largest patch of its target takes the target of a neighbor inside one
+        is_outside = ~is_largest[patch]
+        vertex, neighbor = np.concatenate([i, j]), np.concatenate([j, i])
+        is_changed = is_outside[vertex] & ~is_outside[neighbor]
+        if not is_changed.any():
             break
-        target[here[hands_on][::-1]] = target[beside[hands_on][::-1]]
+        target[vertex[is_changed][::-1]] = target[neighbor[is_changed][::-1]]
     return target

@@ -1,12 +1,13 @@
-"""Fans: the faces around a vertex that hang together through its edges, of which a manifold has one at each vertex.
+"""Umbrellas: the faces around a vertex that are connected through its edges; a manifold has one at each vertex.
 
-Two faces hang together at an edge that they alone have, in opposite directions. At an edge of more faces, those hang
-together that bound the same wedge of the inside: the edge where two solids touch belongs to each of them.
+Two faces are connected at an edge if it has no other face and they run along it in opposite directions. At an edge of
+more than two faces, those that bound the same wedge of the inside are connected, so that an edge where two solids touch
+is split between them.
 """
 
 from __future__ import annotations
 
-__all__ = ["Fans", "fans_of"]
+__all__ = ["Umbrellas", "find_umbrellas"]
 
 from dataclasses import dataclass
 
@@ -20,40 +21,46 @@ from lbskel.geometry.sorting import stable_order
 
 
 @dataclass(frozen=True, eq=False)
-class Fans:
-    """The fans of a mesh.
+class Umbrellas:
+    """The umbrellas of a mesh.
 
     Parameters
     ----------
     of_corner : (m, 3) array of int
-        Number of the fan at each corner of each face: that of its vertex for the first fan there, n and above for more.
-    partner : (3m,) array of int
-        The half-edge on the other side of each, -1 where there is none.
+        Umbrella at each corner of each face. The first umbrella at a vertex has the number of the vertex, others have
+        numbers from n on.
+    twin : (3m,) array of int
+        The opposite half-edge of each half-edge, -1 where there is none.
     """
 
     of_corner: NDArray[np.int64]
-    partner: NDArray[np.int64]
+    twin: NDArray[np.int64]
 
 
-def fans_of(mesh: Mesh) -> Fans:
-    """The fans of a mesh; faces that name a vertex twice hang together with none."""
-    pairs = _pairs(mesh)
+def find_umbrellas(mesh: Mesh) -> Umbrellas:
+    """Find the umbrellas of a mesh; faces that name a vertex twice are connected to no others.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    """
+    pairs = _connected_half_edges(mesh)
     while True:
-        of_corner = _numbers(mesh, pairs)
-        # where a fan passes an edge twice it would keep more than two faces: there nothing hangs together
+        of_corner = _number_umbrellas(mesh, pairs)
+        # an umbrella that passes an edge twice would have more than two faces there: disconnect them
         F = np.sort(of_corner[:, [[1, 2], [2, 0], [0, 1]]], axis=2).transpose(1, 0, 2).reshape(-1, 2)
         _, edge, count = np.unique(F, axis=0, return_inverse=True, return_counts=True)
         crowded = (count[edge.reshape(-1)] > 2)[pairs].any(axis=1)
         if not crowded.any():
             break
         pairs = pairs[~crowded]
-    partner = np.full(3 * len(mesh.faces), -1)
-    partner[pairs], partner[pairs[:, ::-1]] = pairs[:, ::-1], pairs
-    return Fans(of_corner, partner)
+    twin = np.full(3 * len(mesh.faces), -1)
+    twin[pairs], twin[pairs[:, ::-1]] = pairs[:, ::-1], pairs
+    return Umbrellas(of_corner, twin)
 
 
-def _numbers(mesh: Mesh, pairs: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(m, 3) the number of the fan at each corner, where faces hang together through pairs of half-edges."""
+def _number_umbrellas(mesh: Mesh, pairs: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(m, 3) umbrella at each corner, where faces are connected through pairs of half-edges."""
     m, n = len(mesh.faces), len(mesh.vertices)
     a, b = pairs.T
     links = [(_corner(a, 1, m), _corner(b, 2, m)), (_corner(a, 2, m), _corner(b, 1, m))]
@@ -61,21 +68,22 @@ def _numbers(mesh: Mesh, pairs: NDArray[np.int64]) -> NDArray[np.int64]:
     graph = weighted_graph(pairs_of_corners, np.ones(len(pairs_of_corners), dtype=np.int8), 3 * m)
     label = connected_components(graph, directed=False)[1]
     vertex = mesh.faces.T.ravel()
-    _, first = np.unique(label, return_index=True)  # a corner of each fan
-    _, first_fan = np.unique(vertex[first], return_index=True)
+    _, first = np.unique(label, return_index=True)  # a corner of each umbrella
+    _, first_umbrella = np.unique(vertex[first], return_index=True)
     is_first = np.zeros(len(first), dtype=bool)
-    is_first[first_fan] = True
+    is_first[first_umbrella] = True
     number = np.where(is_first, vertex[first], n - 1 + np.cumsum(~is_first))
-    return number[label].reshape(3, m).T
+    of_corner: NDArray[np.int64] = number[label].reshape(3, m).T
+    return of_corner
 
 
 def _corner(half_edge: NDArray[np.int64], along: int, m: int) -> NDArray[np.int64]:
-    """The corner at the start (1) or the end (2) of half-edges, numbered as half-edges are by the corner opposite."""
+    """(k,) corner at the start (1) or the end (2) of half-edges; a corner has the number of the half-edge opposite it."""
     return (half_edge // m + along) % 3 * m + half_edge % m
 
 
-def _pairs(mesh: Mesh) -> NDArray[np.int64]:
-    """(k, 2) half-edges through which two faces hang together."""
+def _connected_half_edges(mesh: Mesh) -> NDArray[np.int64]:
+    """(k, 2) pairs of half-edges through which two faces are connected."""
     start = mesh.half_edges[:, 0]
     order = stable_order(mesh.edge_of_half_edge)
     counts = mesh.faces_per_edge
@@ -84,12 +92,12 @@ def _pairs(mesh: Mesh) -> NDArray[np.int64]:
     pairs = np.stack([order[doubles], order[doubles + 1]], axis=1)
     pairs = pairs[start[pairs[:, 0]] != start[pairs[:, 1]]]
     crowded = np.flatnonzero((counts > 2) & (mesh.edges[:, 0] != mesh.edges[:, 1]))
-    more = [_wedges(mesh, order[first[edge] : first[edge] + counts[edge]], *mesh.edges[edge]) for edge in crowded]
+    more = [_wedge_pairs(mesh, order[first[edge] : first[edge] + counts[edge]], *mesh.edges[edge]) for edge in crowded]
     return np.concatenate([pairs, *more])
 
 
-def _wedges(mesh: Mesh, half_edges: NDArray[np.int64], u: int, v: int) -> NDArray[np.int64]:
-    """Pairs of the half-edges of the edge (u, v) between which the inside lies."""
+def _wedge_pairs(mesh: Mesh, half_edges: NDArray[np.int64], u: int, v: int) -> NDArray[np.int64]:
+    """(k, 2) pairs of half-edges of the edge (u, v) between whose faces the inside lies."""
     V, m = mesh.vertices, len(mesh.faces)
     axis = V[v] - V[u]
     across = V[mesh.faces[half_edges % m, half_edges // m]] - V[u]
@@ -97,7 +105,8 @@ def _wedges(mesh: Mesh, half_edges: NDArray[np.int64], u: int, v: int) -> NDArra
     side = np.cross(axis, across[0])
     angle = np.arctan2(across @ side * np.sqrt(across[0] @ across[0]), across @ across[0] * np.sqrt(side @ side))
     order = np.argsort(np.round(angle, 9), kind="stable")
-    # around the axis, the outside of a face that runs along it lies ahead, and that of one that runs back behind
+    # in the order around the axis, the inside lies before a face that runs from u to v and after one that runs back
     before, after = half_edges[order], half_edges[np.roll(order, -1)]
     is_wedge = (mesh.half_edges[before, 0] == v) & (mesh.half_edges[after, 0] == u)
-    return np.stack([before, after], axis=1)[is_wedge]
+    pairs: NDArray[np.int64] = np.stack([before, after], axis=1)[is_wedge]
+    return pairs

@@ -1,0 +1,83 @@
+"""Validation of coordinate and index arrays, and read-only arrays."""
+
+from __future__ import annotations
+
+__all__ = ["checked_points", "checked_triangles", "read_only"]
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lbskel.errors import MeshError, first_few
+
+
+def read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """Make an array read-only and return it.
+
+    Parameters
+    ----------
+    array : ndarray
+        Changed in place.
+    """
+    array.setflags(write=False)
+    return array
+
+
+def checked_points(values: ArrayLike, what: str) -> NDArray[np.float64]:
+    """Copy coordinates to a read-only (n, 3) float64 array.
+
+    Parameters
+    ----------
+    values : (n, 3) array_like of float
+    what : str
+        Their name in messages, in the plural.
+
+    Raises
+    ------
+    MeshError
+        If the shape is another, or a coordinate is not finite; the message names the rows.
+    """
+    try:
+        points = np.array(values, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise MeshError(f"{what} must be an (n, 3) array of numbers: {error}") from None
+    if points.size == 0:
+        raise MeshError(f"the mesh is empty: there are no {what}")
+    if points.ndim != 2 or points.shape[1] != 3:
+        hint = "; for a planar shape add a column of zeros" if points.ndim == 2 and points.shape[1] == 2 else ""
+        raise MeshError(f"{what} must have shape (n, 3), not {points.shape}{hint}")
+    if not np.isfinite(points).all():
+        bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+        raise MeshError(f"{what} {first_few(bad)} have NaN or infinite coordinates; remove them with their faces")
+    return read_only(points)
+
+
+def checked_triangles(values: ArrayLike, n_vertices: int) -> NDArray[np.int64]:
+    """Copy vertex indices to a read-only (m, 3) int64 array.
+
+    Parameters
+    ----------
+    values : (m, 3) array_like of int
+    n_vertices : int
+
+    Raises
+    ------
+    MeshError
+        If the shape is another, or an index is out of range; the message names the faces.
+    """
+    given = np.asarray(values)
+    if given.size == 0:
+        raise MeshError("the mesh is empty: it has no faces; a set of points is a PointCloud")
+    if given.ndim != 2 or given.shape[1] != 3:
+        raise MeshError(f"faces must have shape (m, 3), not {given.shape}; as_mesh() triangulates quads")
+    if given.dtype.kind not in "iu" and not (given.dtype.kind == "f" and np.all(given == np.floor(given))):
+        raise MeshError(f"faces must be whole numbers, not {given.dtype}")
+    faces = np.array(given, dtype=np.int64, order="C")
+    if faces.min() < 0 or faces.max() >= n_vertices:
+        bad = np.flatnonzero(((faces < 0) | (faces >= n_vertices)).any(axis=1))
+        raise MeshError(
+            f"faces {first_few(bad)} use a vertex index outside 0..{n_vertices - 1}; "
+            "indices are 0-based, subtract 1 from those of a 1-based file"
+        )
+    return read_only(faces)

@@ -1,0 +1,29 @@
+"""Normals of triangles, and vectors scaled to unit length."""
+
+from __future__ import annotations
+
+__all__ = ["normalized", "triangle_normals"]
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def triangle_normals(
+    A: NDArray[np.float64], B: NDArray[np.float64], C: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(..., 3) normals (B - A) x (C - A) of triangles; their length is twice the area.
+
+    Parameters
+    ----------
+    A, B, C : (..., 3) array of float
+        Corners, counter-clockwise as seen from the tip of the normal; the shapes are broadcast.
+    """
+    normals: NDArray[np.float64] = np.cross(B - A, C - A)
+    return normals
+
+
+def normalized(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(k, 3) vectors scaled to length 1; zero vectors stay zero."""
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    unit: NDArray[np.float64] = np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0)
+    return unit
