@@ -34,7 +34,7 @@ MORE_MESHES = "LBSKEL_MESHES"  # environment variable: a folder of more meshes t
 # Of a scan's skeleton from that of the clean mesh: noise of a tenth of an edge moves sections by hundredths of a
 # radius, holes at tips and junctions move these by up to a quarter of one, and along a thick body a junction by more
 LIMITS = {"mean, in radii": 0.1, "worst twentieth, in radii": 0.25, "worst, of the diagonal": 0.04}
-SAMPLED = Pipeline.parse("remesh_isotropic:edge=0.01")  # how densely, and evenly, a scanner samples a shape
+SAMPLED = Pipeline.parse("remesh_isotropic:edge_length=0.01")  # how densely, and evenly, a scanner samples a shape
 RUNS, QUICK_RUNS = 1000, 20
 LIMIT = 10.0  # seconds for one run of a filter, of which half a second is its start
 ENDS = {"signal": "child crashes", "took more": "over its time", "leaves nothing": "leaves nothing"}  # of what is said

@@ -70,3 +70,27 @@ def straight_graph(mesh, positions, paths, spacing=0.07):
 def file_names(folder):
     """Sorted names of the files in a folder."""
     return sorted(path.name for path in folder.iterdir())
+
+
+def triangle_soup(mesh):
+    """The mesh with three vertices of its own for every triangle, as in an STL file."""
+    return Mesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3))
+
+
+def without_faces(mesh, faces):
+    """The mesh without some of its faces, on the same vertices."""
+    return Mesh(mesh.vertices, np.delete(mesh.faces, faces, axis=0))
+
+
+def with_reversed_faces(mesh, faces):
+    """The mesh with the orientation of some of its faces reversed."""
+    F = np.array(mesh.faces)
+    F[faces] = F[faces][:, ::-1]
+    return Mesh(mesh.vertices, F)
+
+
+def patches_are_connected(mesh, target):
+    """Whether the vertices that are mapped to one target are connected by edges of the mesh."""
+    same = mesh.edges[target[mesh.edges[:, 0]] == target[mesh.edges[:, 1]]]
+    faces = np.concatenate([np.column_stack([same, same[:, 0]]), np.arange(len(target))[:, None].repeat(3, 1)])
+    return len(np.unique(Mesh(mesh.vertices, faces).component_of_vertex)) == len(np.unique(target))

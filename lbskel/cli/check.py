@@ -13,7 +13,7 @@ from typing import Any
 
 from lbskel.cli.options import add_command
 from lbskel.io import read_mesh
-from lbskel.preprocess import MeshReport, check
+from lbskel.preprocess import check
 
 
 def add_parser(subparsers: Any) -> None:
@@ -33,20 +33,5 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print the report; 1 where contraction is not advised."""
     report = check(read_mesh(arguments.mesh))
-    print(json.dumps(report.as_dict()) if arguments.json else _text(arguments.mesh, report))
+    print(json.dumps(report.as_dict()) if arguments.json else f"{arguments.mesh}: {report}")
     return 0 if report.is_advised else 1
-
-
-def _text(name: str, report: MeshReport) -> str:
-    """The report as a person reads it."""
-    genera = ", ".join("open" if genus is None else f"genus {genus}" for genus in report.genera[:5])
-    more = ", ..." if len(report.genera) > 5 else ""
-    edges = f"{report.shortest_edge:.2g}, {report.median_edge:.2g}, {report.longest_edge:.2g}"
-    lines = [
-        f"{name}: {report.vertices:,} vertices, {report.faces:,} faces, {report.components:,} component(s): "
-        f"{genera}{more}",
-        f"  edges     shortest, median and longest {edges} of the diagonal, {report.diagonal:.6g}",
-        f"  angles    {report.smallest_angle:.2g} to {report.largest_angle:.4g} degrees",
-        *(f"  found     {finding}" for finding in report.findings or ["Nothing that stands in the way of a skeleton."]),
-    ]
-    return "\n".join(lines)

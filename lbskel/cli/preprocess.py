@@ -43,7 +43,7 @@ def add_parser(subparsers: Any) -> None:
         dest="pipeline",
         default=argparse.SUPPRESS,
         metavar="TEXT",
-        help="steps, such as merge_close,remesh_isotropic:edge=0.01",
+        help="steps, such as merge_close,remesh_isotropic:edge_length=0.01",
     )
     parser.add_argument(
         "--map", metavar="NPY", help="write the new index of each vertex, -1 for none, as a numpy array"

@@ -81,9 +81,7 @@ def _smoothed_copies(mesh: Mesh) -> Iterator[Mesh]:
 
 def _is_crumpled(mesh: Mesh) -> bool:
     """Whether the surface turns back on itself at more than a few edges."""
-    A, B, C = mesh.vertices[mesh.faces].transpose(1, 0, 2)
-    normals = np.cross(B - A, C - A)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+    normals = mesh.face_normals
     first, second = stable_order(mesh.edge_of_half_edge).reshape(-1, 2).T % len(mesh.faces)
     cosines = np.einsum("ij,ij->i", normals[first], normals[second])
     return float((cosines < FOLD).mean()) > CRUMPLED

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from lbskel._kernels.bvh import bounding_boxes, nearest_points, spatial_order
 from lbskel._kernels.ray_casting import first_hits, winding_numbers
 
-# Margin by which each box is enlarged, relative to the largest coordinate, so that rounding errors miss no face. A guess
-# that is well above the rounding error of 1e-16.
+# Margin by which each box is enlarged, relative to the largest coordinate, so that rounding errors miss no face. A
+# guess, well above the rounding error of 1e-16.
 BOX_MARGIN = 1e-12
 
 
@@ -33,7 +33,7 @@ class AABBTree:
     corners : (m, 9) array of float
         Positions of the three corners of each face, in that order.
     bounds : (2 p, 6) array of float
-        Lowest and highest corner of each box. Row 1 is the root, the children of row i are rows 2 i and 2 i + 1, and the
+        Lowest and highest corner of each box. Row 1 is the root, the children of row i are rows 2 i and 2 i + 1, the
         second half are leaves.
     """
 
@@ -72,7 +72,7 @@ class AABBTree:
     def first_hits(
         self, origins: NDArray[np.float64], directions: NDArray[np.float64]
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """(k,) first face that each ray hits, -1 for none, and (k,) its distance in lengths of the direction, or infinity.
+        """(k,) first face that each ray hits, or -1, and (k,) its distance in lengths of the direction, or infinity.
 
         Möller, Trumbore 1997, "Fast, minimum storage ray/triangle intersection",
         https://doi.org/10.1080/10867651.1997.10487468.

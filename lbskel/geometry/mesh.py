@@ -26,7 +26,6 @@ from lbskel.geometry.normals import normalized, triangle_normals
 from lbskel.geometry.polygon_triangulation import retriangulate_nonconvex
 from lbskel.geometry.sorting import unique_inverse
 
-
 # Cached properties that depend on the faces alone
 _CONNECTIVITY_PROPERTIES = (
     "_edge_table",
@@ -92,7 +91,9 @@ class Mesh:
         """
         moved = Mesh(np.asarray(vertices), self.faces, self.notes, self.polygon_of_face)
         if len(moved.vertices) == len(self.vertices):
-            moved.__dict__.update({name: self.__dict__[name] for name in _CONNECTIVITY_PROPERTIES if name in self.__dict__})
+            moved.__dict__.update(
+                {name: self.__dict__[name] for name in _CONNECTIVITY_PROPERTIES if name in self.__dict__}
+            )
         return moved
 
     @cached_property
@@ -165,7 +166,9 @@ class Mesh:
     @cached_property
     def diagonal(self) -> float:
         """Length of the diagonal of the bounding box of the vertices that faces use."""
-        columns = self.vertices[self.used_vertices].T.copy()  # numpy reduces long rows in a tenth of the time of short ones
+        columns = self.vertices[
+            self.used_vertices
+        ].T.copy()  # numpy reduces long rows in a tenth of the time of short ones
         return math.hypot(*np.ptp(columns, axis=1))
 
     @cached_property

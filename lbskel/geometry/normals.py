@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def triangle_normals(
-    A: NDArray[np.float64], B: NDArray[np.float64], C: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def triangle_normals(A: NDArray[np.float64], B: NDArray[np.float64], C: NDArray[np.float64]) -> NDArray[np.float64]:
     """(..., 3) normals (B - A) x (C - A) of triangles; their length is twice the area.
 
     Parameters

@@ -205,7 +205,9 @@ class Surface:
         return self._cached("contains", points, lambda: read_only(self._contains(points)))
 
     def _contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        is_inside: NDArray[np.bool_]
         if self.mesh.is_closed_manifold:
-            return self.mesh.aabb_tree.winding_numbers(points) != 0
-        is_inside: NDArray[np.bool_] = np.abs(self._winding_tree.winding_number(points)) > 0.5
+            is_inside = self.mesh.aabb_tree.winding_numbers(points) != 0
+        else:
+            is_inside = np.abs(self._winding_tree.winding_number(points)) > 0.5
         return is_inside

@@ -73,8 +73,5 @@ def encode_stl(mesh: Mesh) -> bytes:
         rows["corners"] = mesh.vertices[mesh.faces]
     if not np.isfinite(rows["corners"]).all():
         raise FormatError("coordinates overflow the single precision of STL; write obj, off or ply")
-    A, B, C = mesh.vertices[mesh.faces].transpose(1, 0, 2)
-    normals = np.cross(B - A, C - A)
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    rows["normal"] = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
+    rows["normal"] = mesh.face_normals
     return b"lbskel".ljust(HEADER_BYTES) + len(rows).to_bytes(COUNT_BYTES, "little") + rows.tobytes()

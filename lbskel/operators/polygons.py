@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csc_array
 
-from lbskel.errors import MeshError
-from lbskel.geometry.mesh import PointCloud, first_few
+from lbskel.errors import MeshError, first_few
+from lbskel.geometry.mesh import PointCloud
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import diagonal_matrix
 from lbskel.operators.base import Laplacian

@@ -50,7 +50,7 @@ MIN_OPEN_AREA = 0.01
 # Corner angle, in degrees, up to which a face counts as collinear, as those that close T-junctions do. A guess.
 COLLINEAR_ANGLE = 0.01
 
-# Number of faces above which a mesh is not tested for coarse faces: it is fine enough, and the test takes long. A guess.
+# Number of faces above which a mesh is not tested for coarse faces: it is fine enough, and the test slow. A guess.
 MAX_FACES_TO_REFINE = 20_000
 
 # Iterations of smoothing of a rough surface, whose noise may be as high as a limb's radius. Skeletons after 30 were a

@@ -10,14 +10,12 @@ from typing import Any
 import numpy as np
 
 from lbskel.errors import first_few
-from lbskel.geometry.components import components
+from lbskel.geometry.components import MIN_FACES, components
 from lbskel.geometry.mesh import Mesh
 from lbskel.preprocess.automatic import COARSE_EDGE, MAX_COARSE_FRACTION
 from lbskel.preprocess.noise import ROUGHNESS_LIMIT
 from lbskel.preprocess.orientability import why_no_inside
 from lbskel.preprocess.orientation import MIN_SHEET_VECTOR_AREA, relative_vector_area
-
-MIN_FACES = 4  # faces of the smallest surface that encloses a volume, a tetrahedron
 
 # Fraction of the area in components of fewer faces above which the mesh counts as a triangle soup. A guess.
 MAX_FRAGMENT_AREA = 0.5

@@ -95,4 +95,6 @@ def split_nonmanifold(mesh: Mesh) -> PreprocessResult:
     origin = np.arange(n_umbrellas)
     origin[umbrellas.of_corner] = mesh.faces
     note = f"{n_umbrellas - n} vertices were added where surfaces that meet in an edge or a vertex were split"
-    return PreprocessResult(Mesh(mesh.vertices[origin], umbrellas.of_corner, mesh.notes), VertexMap.identity(n), (note,))
+    return PreprocessResult(
+        Mesh(mesh.vertices[origin], umbrellas.of_corner, mesh.notes), VertexMap.identity(n), (note,)
+    )

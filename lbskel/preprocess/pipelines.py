@@ -1,7 +1,7 @@
 """Pipelines of named preprocessing steps, written in Python, as text or as TOML.
 
-As text: ``merge_close,remesh_isotropic:edge_length=0.3:relative_to=thickness``. As TOML, one table ``[[step]]`` for each
-step, with its name and options::
+As text: ``merge_close,remesh_isotropic:edge_length=0.3:relative_to=thickness``. As TOML, one table ``[[step]]`` for
+each step, with its name and options::
 
     [[step]]
     name = "merge_close"
@@ -199,7 +199,9 @@ PIPELINES: dict[str, Pipeline] = {
         [*_CONNECT, "keep_components", ("close_holes", {"max_perimeter": 1.0}), *_SPLIT, "refine", "smooth_noise"]
     ),
     # long triangles on flat parts, seams between patches, sharp edges to keep
-    "cad": Pipeline([*_CONNECT, "close_holes", *_SPLIT, ("remesh_isotropic", {"edge_length": 0.4, "relative_to": "thickness"})]),
+    "cad": Pipeline(
+        [*_CONNECT, "close_holes", *_SPLIT, ("remesh_isotropic", {"edge_length": 0.4, "relative_to": "thickness"})]
+    ),
     # few large triangles, vertices split for textures, open parts
     "game": Pipeline(
         [

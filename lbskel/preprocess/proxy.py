@@ -20,7 +20,7 @@ from lbskel.preprocess.simplification import simplify
 DEVIATION_MARGIN = 2.0  # safety factor on the proxy's measured deviation before it is trusted for inside tests; a guess
 
 MAX_FACES = 16_000  # faces contracted without a proxy; benchmarks/results/resolution.md
-MIN_FACES = 12_000  # faces of a proxy at least: with 8,000 the shapes of resolution.md were a tenth less accurate
+MIN_PROXY_FACES = 12_000  # faces of a proxy at least: with 8,000 the shapes of resolution.md were a tenth less accurate
 EDGE = 0.4  # proxy edge length aimed at, in local radii; with 0.5 the armadillo lost claws
 N_SAMPLES = 1_000  # faces at which the local radius is sampled
 MIN_RADIUS = 0.001  # lower bound on radii, relative to the diameter bound: anything thinner is a crease; a guess
@@ -49,7 +49,7 @@ def face_budget(mesh: Mesh) -> int:
     radii = np.maximum(thickness_along_normal(mesh, sample) / 2, MIN_RADIUS * mesh.diameter_bound)
     areas = mesh.face_areas[sample]
     area_in_edges = (areas / radii**2).sum() * mesh.area / areas.sum() / EDGE**2
-    return int(np.clip(area_in_edges / EQUILATERAL_AREA, MIN_FACES, upper))
+    return int(np.clip(area_in_edges / EQUILATERAL_AREA, MIN_PROXY_FACES, upper))
 
 
 def simplify_to_proxy(mesh: Mesh) -> PreprocessResult:

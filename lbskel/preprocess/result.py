@@ -41,7 +41,7 @@ class PreprocessResult:
     notes : tuple of str
         What was done, a sentence each.
     weights : (n, k) sparse array, optional
-        Barycentric weights of each input vertex with respect to the k vertices of ``mesh``, if the surface was remeshed.
+        Barycentric weights of each input vertex on the k vertices of ``mesh``, if the surface was remeshed.
     report : dict
         Each step with its options and what it changed, ready for JSON.
     """

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lbskel.errors import UnknownChoice
+from lbskel.geometry.components import MIN_FACES
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.geometry.vertex_map import VertexMap
@@ -31,8 +32,6 @@ from lbskel.preprocess.transfer import transfer_map
 AGGRESSIVENESS = (4.0, 2.0)
 
 TARGET_TOLERANCE = 1.1  # faces that still meet the target, relative to it; a guess
-
-MIN_FACES = 4  # of a tetrahedron, the smallest closed surface
 
 # Number of faces of the next attempt, relative to the last, while the error bound is met. A guess.
 REDUCTION = 0.7

@@ -55,7 +55,9 @@ def refine(mesh: Mesh, *, max_edge_length: float = 0.5) -> PreprocessResult:
         limits = limits[parent]
     if len(F) == len(mesh.faces):
         return identity_result(mesh)
-    note = f"{len(mesh.faces):,} faces were split into {len(F):,}, since edges were long relative to the local thickness"
+    note = (
+        f"{len(mesh.faces):,} faces were split into {len(F):,}, since edges were long relative to the local thickness"
+    )
     return PreprocessResult(Mesh(V, F, mesh.notes), VertexMap.identity(len(mesh.vertices)), (note,))
 
 

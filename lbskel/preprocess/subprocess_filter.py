@@ -54,7 +54,9 @@ def run_in_subprocess(filter_name: str, mesh: Mesh, *, seconds: float | None = N
             [sys.executable, str(SCRIPT)], input=call.getvalue(), capture_output=True, timeout=limit, check=False
         )
     except subprocess.TimeoutExpired:
-        raise MeshError(f"pymeshlab's {filter_name} took more than {limit:.0f} s on this mesh and was stopped") from None
+        raise MeshError(
+            f"pymeshlab's {filter_name} took more than {limit:.0f} s on this mesh and was stopped"
+        ) from None
     if process.returncode != 0:
         raise MeshError(f"pymeshlab's {filter_name} failed on this mesh: {_reason(process)}")
     try:

@@ -78,7 +78,7 @@ def _number_umbrellas(mesh: Mesh, pairs: NDArray[np.int64]) -> NDArray[np.int64]
 
 
 def _corner(half_edge: NDArray[np.int64], along: int, m: int) -> NDArray[np.int64]:
-    """(k,) corner at the start (1) or the end (2) of half-edges; a corner has the number of the half-edge opposite it."""
+    """(k,) corner at the start (1) or the end (2) of half-edges, numbered as the half-edge opposite it."""
     return (half_edge // m + along) % 3 * m + half_edge % m
 
 

@@ -105,7 +105,9 @@ def _tangents(skeleton: Skeleton) -> NDArray[np.float64]:
 def _is_own(sections: Sections, nodes: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:
     """Which sections cut one branch only, lie around their node, and have their centroid inside the surface."""
     offset = np.linalg.norm(sections.centroids - nodes, axis=1)
-    is_own: NDArray[np.bool_] = sections.is_cut & (sections.own >= MIN_OWN_SHARE) & (offset <= sections.radii)
+    is_own: NDArray[np.bool_] = (
+        sections.is_cut & (sections.label_fractions >= MIN_OWN_SHARE) & (offset <= sections.radii)
+    )
     is_own[is_own] = surface.contains(sections.centroids[is_own])
     return is_own
 

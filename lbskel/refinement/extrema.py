@@ -31,7 +31,7 @@ from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.sorting import numbered
+from lbskel.geometry.sorting import unique_inverse
 from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -151,7 +151,7 @@ def is_missed(extrema: GeodesicExtrema, mesh: Mesh, skeleton: Skeleton) -> NDArr
 def _shortest_edges(edges: NDArray[np.int64], lengths: NDArray[np.float64], n_nodes: int) -> csr_array:
     """Symmetric graph of edge lengths, with the shortest of parallel edges."""
     i, j = edges.T
-    pairs, pair_of_edge = numbered(np.minimum(i, j) * n_nodes + np.maximum(i, j))
+    pairs, pair_of_edge = unique_inverse(np.minimum(i, j) * n_nodes + np.maximum(i, j))
     shortest = np.full(len(pairs), np.inf)
     np.minimum.at(shortest, pair_of_edge, lengths)
     graph = weighted_graph(np.stack([pairs // n_nodes, pairs % n_nodes], axis=1), shortest, n_nodes)

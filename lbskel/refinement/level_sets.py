@@ -19,7 +19,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.sorting import numbered
+from lbskel.geometry.sorting import unique_inverse
 
 LEVEL_SPACING = 0.5  # between level sets, in radii of the limb; a guess, benchmarks/results/constants.md
 MAX_LEVELS = 500  # per limb, which bounds the memory that hair-thin limbs take; a guess
@@ -84,7 +84,7 @@ class GeodesicCap:
         points = (start + (low / (low - high))[:, None] * (end - start)).reshape(-1, 2, 3)
         segments = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
         key = level[:, None] * (self.edges.max(initial=0) + 1) + self.edges[face][is_cut].reshape(-1, 2)
-        crossings, ends = numbered(key.ravel())
+        crossings, ends = unique_inverse(key.ravel())
         ends = ends.reshape(-1, 2)
         graph = weighted_graph(ends, np.ones(len(ends)), len(crossings))
         curve = connected_components(graph, directed=False)[1][ends[:, 0]]

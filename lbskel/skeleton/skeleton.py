@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components
 
 from lbskel.errors import MeshError, MissingDependency
 from lbskel.geometry.graphs import weighted_graph
-from lbskel.geometry.mesh import read_only
+from lbskel.geometry.arrays import read_only
 
 
 def _rows(values: ArrayLike, what: str, width: int, kind: type) -> NDArray[Any]:

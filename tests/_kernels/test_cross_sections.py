@@ -12,7 +12,7 @@ X_PLANE = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])  # first axis y, second 
 
 def sections(kernel, V, F, points, *, frame=X_PLANE, face_labels=NO_LABELS, labels=None):
     mesh = Mesh(V, F)
-    tree = mesh.boxes
+    tree = mesh.aabb_tree
     curves = kernel.SectionCurves(
         mesh.edge_of_half_edge, mesh.faces_per_edge, tree.order, tree.corners, tree.bounds, face_labels
     )
@@ -98,7 +98,7 @@ def test_arrays_of_other_lengths_are_errors(kernel, box):
 
 
 def test_the_search_ends_at_a_vertex_and_for_planes_that_are_not_finite(limbs):
-    at = limbs.vertices[limbs.boxes.order[:1]]
+    at = limbs.vertices[limbs.aabb_tree.order[:1]]
     points = np.concatenate([limbs.vertices[limbs.faces[:3, 0]], at, [[np.nan, 0, 0], [0, 0, 0]]])
     normals = np.array([[0, 0, 1.0]] * 5 + [[np.nan, 0, 0]])
     found = cross_sections(limbs, points, normals)

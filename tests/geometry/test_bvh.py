@@ -29,7 +29,7 @@ def met(mesh, origin, way):
 def test_the_nearest_place_is_that_of_libigl(name):
     mesh = make(name, n_vertices=3000).mesh
     points = np.concatenate([rays(mesh, 400)[0], mesh.vertices[::50], mesh.vertices[:5]])
-    distance, place = mesh.boxes.nearest(points)
+    distance, place = mesh.aabb_tree.nearest(points)
     squared = igl.point_mesh_squared_distance(points, mesh.vertices, mesh.faces)[0]
     assert np.abs(distance - np.sqrt(squared)).max() < 1e-12 * mesh.diameter_bound
     assert np.abs(np.linalg.norm(place - points, axis=1) - distance).max() < 1e-12 * mesh.diameter_bound
@@ -38,7 +38,7 @@ def test_the_nearest_place_is_that_of_libigl(name):
 def test_the_nearest_place_is_on_a_corner_an_edge_or_inside():
     mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     points = np.array([[-1, -1, 1], [0.5, -2, 0], [2, 2, 0], [0.2, 0.2, 3], [0, 0, 0], [3, -1, 0.0]])
-    distance, place = mesh.boxes.nearest(points)
+    distance, place = mesh.aabb_tree.nearest(points)
     assert np.allclose(place, [[0, 0, 0], [0.5, 0, 0], [0.5, 0.5, 0], [0.2, 0.2, 0], [0, 0, 0], [1, 0, 0]], atol=1e-15)
     assert np.allclose(distance, np.linalg.norm(points - place, axis=1), atol=1e-15)
 
@@ -47,15 +47,15 @@ def test_the_nearest_place_is_on_a_corner_an_edge_or_inside():
 def test_what_is_nearest_does_not_depend_on_size(size):
     mesh = make("knot", n_vertices=800).mesh
     points = rays(mesh, 50)[0]
-    distance, place = mesh.boxes.nearest(points)
-    sized = mesh.with_vertices(size * mesh.vertices).boxes.nearest(size * points)
+    distance, place = mesh.aabb_tree.nearest(points)
+    sized = mesh.with_vertices(size * mesh.vertices).aabb_tree.nearest(size * points)
     assert np.array_equal(sized[0], size * distance)
     assert np.array_equal(sized[1], size * place)
 
 
 def test_faces_without_area_are_near_too():
     mesh = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [5, 5, 5]], [[0, 1, 2], [3, 3, 3]])
-    distance, place = mesh.boxes.nearest(np.array([[1.5, 1, 0], [6, 5, 5.0]]))
+    distance, place = mesh.aabb_tree.nearest(np.array([[1.5, 1, 0], [6, 5, 5.0]]))
     assert np.allclose(distance, [1, 1])
     assert np.allclose(place, [[1.5, 0, 0], [5, 5, 5]])
 
@@ -63,7 +63,7 @@ def test_faces_without_area_are_near_too():
 def test_a_ray_meets_what_the_nearest_of_all_triangles_it_meets_is():
     mesh = make("octopus", n_vertices=3000).mesh
     origins, ways = rays(mesh, 300)
-    face, far = mesh.boxes.first_hits(origins, ways)
+    face, far = mesh.aabb_tree.first_hits(origins, ways)
     every = np.array([met(mesh, origin, way) for origin, way in zip(origins, ways, strict=True)])
     nearest = every.min(axis=1)
     assert 30 < np.isfinite(nearest).sum() < 300
@@ -79,7 +79,7 @@ def test_rays_meet_small_faces():
     mesh = torus(1e-3, 3e-4, 96, 32)
     origins = np.array([[1e-3, 0, 0]])
     for way in np.eye(3):
-        assert np.isfinite(mesh.boxes.first_hits(origins, way[None])[1]).all()
+        assert np.isfinite(mesh.aabb_tree.first_hits(origins, way[None])[1]).all()
 
 
 def test_rays_along_the_axes_and_along_edges_do_not_pass_between_faces():
@@ -92,8 +92,8 @@ def test_rays_along_the_axes_and_along_edges_do_not_pass_between_faces():
         np.linspace(0.5, n - 1.5, 2 * n - 3), np.linspace(0.5, n - 1.5, 2 * n - 3)
     )  # on edges and corners
     origins = np.stack([u.ravel(), v.ravel(), np.full(u.size, 2.0)], axis=1)
-    assert (mesh.boxes.first_hits(origins, np.tile([0, 0, -1.0], (u.size, 1)))[1] == 2).all()
-    assert np.isinf(mesh.boxes.first_hits(origins, np.tile([0, 0, 1.0], (u.size, 1)))[1]).all()
+    assert (mesh.aabb_tree.first_hits(origins, np.tile([0, 0, -1.0], (u.size, 1)))[1] == 2).all()
+    assert np.isinf(mesh.aabb_tree.first_hits(origins, np.tile([0, 0, 1.0], (u.size, 1)))[1]).all()
 
 
 def joined(*meshes):
@@ -109,7 +109,7 @@ def test_faces_wind_round_a_point_as_often_as_their_solid_angles_tell(name):
     points = np.concatenate([rays(mesh, 1000)[0], near])
     expected = igl.winding_number(mesh.vertices, mesh.faces, points)
     assert 300 < (expected > 0.5).sum() < len(points) - 300
-    assert np.array_equal(mesh.boxes.windings(points), np.round(expected))
+    assert np.array_equal(mesh.aabb_tree.winding_numbers(points), np.round(expected))
 
 
 def test_windings_of_what_overlaps_is_hollow_or_inside_out():
@@ -118,9 +118,9 @@ def test_windings_of_what_overlaps_is_hollow_or_inside_out():
     hollow = joined(ball, Mesh(inner.vertices, inner.faces[:, ::-1]))
     twice = joined(ball, inner)
     points = np.array([[0.01, 0.02, 0.03], [0.1, 0.7, 0.2], [0.1, 1.2, 0.2]])
-    assert hollow.boxes.windings(points).tolist() == [0, 1, 0]
-    assert twice.boxes.windings(points).tolist() == [2, 1, 0]
-    assert Mesh(ball.vertices, ball.faces[:, ::-1]).boxes.windings(points).tolist() == [-1, -1, 0]
+    assert hollow.aabb_tree.winding_numbers(points).tolist() == [0, 1, 0]
+    assert twice.aabb_tree.winding_numbers(points).tolist() == [2, 1, 0]
+    assert Mesh(ball.vertices, ball.faces[:, ::-1]).aabb_tree.winding_numbers(points).tolist() == [-1, -1, 0]
 
 
 @pytest.mark.parametrize("degrees", [0, 1, 30, 45, 77])
@@ -149,14 +149,14 @@ def test_windings_at_points_over_corners_sides_and_walls(degrees):
     assert mesh.is_closed
     grid = np.stack(np.meshgrid(np.arange(0, 5.01, 0.5), np.arange(0, 5.01, 0.5), np.arange(0.25, 4, 0.5)), axis=-1)
     points = grid.reshape(-1, 3)
-    is_clear = mesh.boxes.nearest(points)[0] > 0
+    is_clear = mesh.aabb_tree.nearest(points)[0] > 0
     points = points[is_clear]
     cell = np.floor(points).astype(int)
     expected = np.zeros(len(points), dtype=int)
     inside_grid = (cell < solid.shape).all(axis=1)
     expected[inside_grid] = solid[tuple(cell[inside_grid].T)]
     assert 20 < expected.sum() < len(points) - 20
-    assert np.array_equal(mesh.with_vertices(turn.apply(V)).boxes.windings(turn.apply(points)), expected)
+    assert np.array_equal(mesh.with_vertices(turn.apply(V)).aabb_tree.winding_numbers(turn.apply(points)), expected)
 
 
 def test_windings_do_not_depend_on_a_face_without_area():
@@ -169,8 +169,8 @@ def test_windings_do_not_depend_on_a_face_without_area():
     assert split.is_closed_manifold
     aside = np.concatenate([on_edge + [0, 0, height] for height in (-0.2, -0.1, -0.03, 0.03, 0.1)])
     points = np.concatenate([rays(split, 1000)[0], middle * np.linspace(0.5, 1.5, 40)[:, None], aside])
-    points = points[mesh.boxes.nearest(points)[0] > 1e-12]
-    assert np.array_equal(split.boxes.windings(points), mesh.boxes.windings(points))
+    points = points[mesh.aabb_tree.nearest(points)[0] > 1e-12]
+    assert np.array_equal(split.aabb_tree.winding_numbers(points), mesh.aabb_tree.winding_numbers(points))
 
 
 def test_windings_in_the_plane_of_an_upright_face():
@@ -183,6 +183,6 @@ def test_windings_in_the_plane_of_an_upright_face():
         mesh = Mesh(V, faces)
         share, height = rng.random((200, 1)), rng.uniform(-2, 2, size=200)
         points = np.column_stack([V[0, :2] + share * (V[1, :2] - V[0, :2]), height])
-        points = points[mesh.boxes.nearest(points)[0] > 1e-12]
+        points = points[mesh.aabb_tree.nearest(points)[0] > 1e-12]
         assert len(points) > 100
-        assert not mesh.boxes.windings(points).any()  # all of a tetrahedron is on one side of each face
+        assert not mesh.aabb_tree.winding_numbers(points).any()  # all of a tetrahedron is on one side of each face

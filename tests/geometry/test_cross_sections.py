@@ -84,7 +84,7 @@ def test_own_is_the_share_of_the_label():
     mesh = capsule(2.0, 0.5, 16)
     labels = (mesh.vertices[mesh.faces].mean(axis=1)[:, 0] > 0).astype(np.int64)
     section = cross_sections(mesh, np.array([[0, 0, 0.2]]), Z, face_labels=labels, labels=np.array([1]))
-    assert section.own[0] == pytest.approx(0.5, abs=1e-12)
+    assert section.label_fractions[0] == pytest.approx(0.5, abs=1e-12)
 
 
 def test_many_planes_together_give_what_each_gives_alone():
@@ -94,7 +94,7 @@ def test_many_planes_together_give_what_each_gives_alone():
     together = cross_sections(mesh, points, normals)
     for i in range(17):
         alone = cross_sections(mesh, points[i : i + 1], normals[i : i + 1])
-        for name in ("centroids", "areas", "lengths", "radii", "own", "surrounds"):
+        for name in ("centroids", "areas", "lengths", "radii", "label_fractions", "surrounds"):
             assert np.array_equal(getattr(together, name)[i], getattr(alone, name)[0])
 
 

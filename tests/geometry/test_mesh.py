@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lbskel import LbskelError, Mesh, MeshError, PointCloud
-from lbskel.geometry.mesh import as_mesh, first_few, read_only
+from lbskel.geometry.arrays import read_only
+from lbskel.geometry.mesh import as_mesh
 from lbskel.shapes import capsule, chain_of_tori, cylinder, flat_grid, sphere, torus
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
@@ -515,8 +516,3 @@ def test_other_counts_start_afresh(tetrahedron):
 def test_positions_are_checked(tetrahedron):
     with pytest.raises(MeshError, match="vertices 2 have NaN"):
         tetrahedron.with_vertices(np.where(np.arange(4)[:, None] == 2, np.nan, tetrahedron.vertices))
-
-
-@pytest.mark.parametrize(("count", "text"), [(0, ""), (1, "0"), (5, "0, 1, 2, 3, 4"), (6, "0, 1, 2, 3, 4 and 1 more")])
-def test_first_few(count, text):
-    assert first_few(np.arange(count)) == text

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lbskel import as_mesh, read_mesh
-from lbskel.geometry.polygon_triangulation import least_area
+from lbskel.geometry.polygon_triangulation import min_area_triangulation
 
 # The letter L, seen from above, against the clock from its inner corner
 LETTER = np.array([[1, 1, 0], [1, 2, 0], [0, 2, 0], [0, 0, 0], [2, 0, 0], [2, 1, 0]], dtype=float)
@@ -77,7 +77,7 @@ def test_a_polygon_of_too_many_corners_is_cut_in_little_time():
 
 def test_a_rim_whose_edges_are_all_taken_has_no_triangles():
     taken = np.ones((1, 5, 5), dtype=bool)
-    assert np.isinf(least_area(star(5)[None], taken)[1]).all()
+    assert np.isinf(min_area_triangulation(star(5)[None], taken)[1]).all()
 
 
 @given(st.integers(0, 2**32 - 1))

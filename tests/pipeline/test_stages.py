@@ -384,8 +384,8 @@ def test_duplicate_and_flat_faces_change_nothing_but_the_notes(ring, skeleton_of
     assert graph(skeleton) == graph(skeleton_of("ring"))
     assert (skeleton.nodes == skeleton_of("ring").nodes).all()
     assert skeleton.report["notes"][:2] == [
-        "1 faces with a corner twice were left out: 260",
-        "4 faces that copy another were left out: 256, 257, 258, 259",
+        "1 faces that name a vertex twice were removed: 260",
+        "4 duplicate faces were removed: 256, 257, 258, 259",
     ]
 
 
@@ -498,7 +498,7 @@ def test_a_flipped_face_is_no_hindrance(rod):
     skeleton = skeletonize((rod.vertices, F))
     assert (len(skeleton.tips), skeleton.cycle_rank) == (2, 0)
     assert skeleton.report["score"]["measures"]["extra_cycles"] == 0
-    assert "1 faces were turned round" in skeleton.report["notes"]
+    assert "1 faces were reversed" in skeleton.report["notes"]
 
 
 def test_turned_inside_out_it_is_the_same(ring):

@@ -5,7 +5,7 @@ import pytest
 
 from lbskel import Mesh, check, ground_truth_distances, skeletonize
 from lbskel.preprocess import preprocess_mesh
-from lbskel.preprocess.noise import ROUGH, roughness
+from lbskel.preprocess.noise import ROUGHNESS_LIMIT, roughness
 from lbskel.shapes import SHAPES, make, mesh_solid, schwarz_lantern, sphere, torus
 
 
@@ -68,7 +68,7 @@ def test_noise_along_normals_counts_in_edge_lengths():
     ids=["box", "ball", "torus", "lantern", "spikes", "short spikes", "few vertices", "noisy hand", "noisy ring"],
 )
 def test_what_may_be_shape_or_is_moderate_is_left_as_it_is(mesh):
-    assert roughness(mesh) <= ROUGH
+    assert roughness(mesh) <= ROUGHNESS_LIMIT
     prepared = preprocess_mesh(mesh)
     assert np.array_equal(prepared.mesh.vertices[: len(mesh.vertices)], mesh.vertices)
     assert not [note for note in prepared.notes if "noise" in note]
@@ -82,13 +82,13 @@ def test_a_box_is_a_closed_surface():
 def test_what_is_rough_is_smoothed_and_says_so():
     mesh = mesh_solid(SHAPES["limbs"](), n_vertices=1500)
     rough = with_noise(mesh, 0.03)
-    assert roughness(rough) > ROUGH
+    assert roughness(rough) > ROUGHNESS_LIMIT
     assert any("rough" in finding for finding in check(rough).findings)
     prepared = preprocess_mesh(rough)
     assert any("noise was smoothed" in note for note in prepared.notes)
     assert [step["step"] for step in prepared.report["steps"]] == ["smooth_noise"]
     assert np.array_equal(prepared.vertex_map.indices, np.arange(len(mesh.vertices)))
-    assert roughness(prepared.mesh) < 0.2 * ROUGH
+    assert roughness(prepared.mesh) < 0.2 * ROUGHNESS_LIMIT
     # noise has no volume of its own, and smoothing passes what is longer than ten edges; it adds up to a tenth
     assert prepared.mesh.volume == pytest.approx(mesh.volume, rel=0.1)
 

@@ -35,9 +35,8 @@ def klein_bottle(k=60, m=30):
 @pytest.mark.parametrize("mesh", [flattened(0.0), flattened(1e-6), STRIP])
 def test_what_has_no_inside_is_refused_with_its_place(mesh):
     assert no_inside(mesh) is not None
-    with pytest.raises(
-        MeshError, match=r"component 0, at \(.*\), (has its sides .* apart|has one side only).*: give it a thickness"
-    ):
+    message = r"component 0, at \(.*\), (is flat, its two sides only .* apart|is non-orientable).*: give it a thickness"
+    with pytest.raises(MeshError, match=message):
         skeletonize(mesh)
     report = check(mesh)
     assert not report.is_advised
@@ -76,7 +75,7 @@ def test_one_flat_part_does_not_spoil_the_rest():
     rod = capsule(3.0, 0.4, 12)
     skeleton = skeletonize(joined(rod, moved(flattened(0.0), 4.0)))
     assert (skeleton.n_components, len(skeleton.tips)) == (1, 2)
-    assert "component 1, at (5.3, 0, 0), has its sides" in skeleton.report["notes"][-1]
+    assert "component 1, at (5.3, 0, 0), is flat" in skeleton.report["notes"][-1]
     assert skeleton.report["passed"] is False  # a component has none
 
 

@@ -1,12 +1,14 @@
-"""Simplification: fewer faces, the same topology and surface, and every vertex on its way to its new one."""
+"""Simplification: fewer faces, the same topology and surface, and an exact vertex map."""
 
 import numpy as np
 import pytest
+from helpers import patches_are_connected
 
 from lbskel import Mesh, UnknownChoice, skeletonize
 from lbskel.geometry.surface_queries import Proxy, Surface
 from lbskel.preprocess import simplify
-from lbskel.preprocess.simplification import _way_of_collapses
+from lbskel.preprocess.result import hausdorff_distance
+from lbskel.preprocess.simplification import _vertex_map_of_collapses
 from lbskel.shapes import capsule, chain_of_tori, cylinder, sphere, torus
 
 SHAPES = {
@@ -33,7 +35,7 @@ def test_fewer_faces_of_the_same_topology(name):
 def test_the_map_is_local_and_complete(name):
     mesh = SHAPES[name]
     simple = simplify(mesh, target_faces=len(mesh.faces) // 4)
-    assert simple.vertex_map.shape == (len(mesh.vertices),)
+    assert simple.vertex_map.indices.shape == (len(mesh.vertices),)
     assert set(simple.vertex_map.indices) == set(range(len(simple.mesh.vertices)))
     start, end = simple.mesh.vertices[simple.mesh.edges].transpose(1, 0, 2)
     longest = np.linalg.norm(end - start, axis=1).max()
@@ -44,25 +46,25 @@ def test_the_map_is_local_and_complete(name):
     assert all(a == b or (min(a, b), max(a, b)) in pairs for a, b in zip(i.tolist(), j.tolist(), strict=True))
 
 
-def test_the_surface_stays():
+def test_the_simplified_surface_stays_close():
     mesh = sphere(5)
     simple = simplify(mesh, target_faces=2000)
     # of 2000 uneven faces the longest edges are 0.2 long: chords and overshoot of h^2 / 8 each
     assert Surface(mesh).distance(simple.mesh.vertices).max() < 2 * 0.2**2 / 8
 
 
-def test_a_small_mesh_is_left_alone():
+def test_a_mesh_below_the_target_is_returned_unchanged():
     mesh = sphere(2)
     same = simplify(mesh, target_faces=10_000)
     assert same.mesh is mesh
     assert np.array_equal(same.vertex_map.indices, np.arange(len(mesh.vertices)))
 
 
-def test_what_cannot_keep_its_topology_is_left_alone_and_says_so():
+def test_a_mesh_whose_topology_forbids_the_target_is_returned_unchanged():
     mesh = chain_of_tori(3)
     same = simplify(mesh, target_faces=8)  # three handles need more faces than that
     assert same.mesh is mesh
-    assert "without breaking the topology" in same.notes[0]
+    assert "without changing the topology" in same.notes[0]
 
 
 def test_a_target_must_be_positive():
@@ -70,7 +72,7 @@ def test_a_target_must_be_positive():
         simplify(sphere(2), target_faces=0)
 
 
-def test_a_skeleton_through_a_simplified_copy_is_that_of_the_full_mesh(monkeypatch):
+def test_the_skeleton_of_a_proxy_is_that_of_the_full_mesh(monkeypatch):
     mesh = torus(1.0, 0.3, 96, 40)
     full = skeletonize(mesh, simplify="none")
     monkeypatch.setattr("lbskel.preprocess.proxy.MAX_FACES", 1500)
@@ -86,20 +88,20 @@ def test_a_skeleton_through_a_simplified_copy_is_that_of_the_full_mesh(monkeypat
     assert near.max() < 1.1 * 0.3 * 1.05  # the nearest node is half a spacing away along the circle
 
 
-def test_unused_vertices_do_not_come_back():
+def test_unused_vertices_are_mapped_to_nodes():
     mesh = sphere(4)
     more = Mesh(np.concatenate([mesh.vertices, [[9.0, 9, 9]]]), mesh.faces)
     assert len(skeletonize(more).node_of_vertex) == len(more.vertices)
 
 
-def test_a_vertex_whose_faces_are_all_gone_has_no_number():
+def test_a_vertex_without_remaining_faces_is_not_mapped():
     faces = np.array([[0, 1, 2], [3, 4, 5]])
-    assert _way_of_collapses(np.array([[3, 4]]), faces, 6).tolist() == [0, 1, 2, -1, -1, -1]
-    assert _way_of_collapses(np.array([[1, 0], [2, 1]]), faces, 6).tolist() == [-1, -1, -1, 0, 1, 2]
+    assert _vertex_map_of_collapses(np.array([[3, 4]]), faces, 6).tolist() == [0, 1, 2, -1, -1, -1]
+    assert _vertex_map_of_collapses(np.array([[1, 0], [2, 1]]), faces, 6).tolist() == [-1, -1, -1, 0, 1, 2]
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_inside_and_outside_are_the_same_with_a_rough_surface_beside(name):
+def test_inside_tests_with_a_proxy_agree_with_the_mesh(name):
     mesh = SHAPES[name]
     simple = simplify(mesh, target_faces=len(mesh.faces) // 4)
     deviation = 2 * simple.report["steps"][0]["deviation"]
@@ -113,3 +115,20 @@ def test_inside_and_outside_are_the_same_with_a_rough_surface_beside(name):
     clear, far = rough.clearance(points), Surface(mesh).distance(points)
     assert (clear <= far * (1 + 1e-9)).all()
     assert (clear >= far - 2 * deviation).all()
+
+
+def test_simplifying_by_error_respects_the_bound():
+    mesh = sphere(4)
+    result = simplify(mesh, error=0.01)
+    assert len(result.mesh.faces) < 0.3 * len(mesh.faces)
+    assert hausdorff_distance(mesh, result.mesh) <= 0.01
+
+
+def test_libigl_simplifies_where_fast_simplification_fails(monkeypatch):
+    mesh = torus(1.0, 0.4, 40, 24)
+    monkeypatch.setattr("lbskel.preprocess.simplification.AGGRESSIVENESS", ())
+    result = simplify(mesh, target_faces=600)
+    assert "by libigl" in result.notes[0]
+    assert result.mesh.genus == 1
+    assert len(result.mesh.faces) <= 660
+    assert patches_are_connected(mesh, result.vertex_map.indices)

@@ -1,0 +1,48 @@
+"""Connected components: each as a mesh of its own, with the vertices of the whole."""
+
+import numpy as np
+import pytest
+from helpers import joined, moved
+
+from lbskel import Mesh
+from lbskel.geometry.components import components
+
+
+def test_a_connected_mesh_is_its_only_component(ring):
+    [part] = components(ring)
+    assert part.mesh is ring
+    assert part.vertices.tolist() == list(range(len(ring.vertices)))
+
+
+def test_components_keep_their_vertices_and_faces(ring, tetrahedron, rod):
+    whole = joined(ring, moved(tetrahedron, 4), moved(rod, 8))
+    parts = components(whole)
+    assert [part.mesh.genus for part in parts] == [1, 0, 0]
+    for part, alone in zip(parts, (ring, moved(tetrahedron, 4), moved(rod, 8)), strict=True):
+        assert (part.mesh.vertices == alone.vertices).all()
+        assert (part.mesh.faces == alone.faces).all()
+        assert (whole.vertices[part.vertices] == part.mesh.vertices).all()
+    assert np.concatenate([part.vertices for part in parts]).tolist() == list(range(len(whole.vertices)))
+
+
+def test_the_numbering_of_vertices_does_not_matter(ring, tetrahedron):
+    whole = joined(ring, moved(tetrahedron, 4))
+    order = np.random.default_rng(0).permutation(len(whole.vertices))
+    mixed = Mesh(whole.vertices[order], np.random.default_rng(1).permutation(np.argsort(order)[whole.faces]))
+    parts = components(mixed)
+    assert sorted((len(part.mesh.vertices), part.mesh.genus) for part in parts) == [(4, 0), (128, 1)]
+    assert sum(part.mesh.area for part in parts) == pytest.approx(whole.area)
+    assert all((mixed.vertices[part.vertices] == part.mesh.vertices).all() for part in parts)
+
+
+def test_unused_vertices_are_in_no_component(tetrahedron):
+    V = np.concatenate([[[9, 9, 9]], tetrahedron.vertices, [[8, 8, 8]]])
+    [part] = components(Mesh(V, tetrahedron.faces + 1))
+    assert part.vertices.tolist() == [1, 2, 3, 4]
+    assert part.mesh.genus == 0
+
+
+def test_surfaces_that_share_one_vertex_are_one_component(tetrahedron):
+    V = np.concatenate([tetrahedron.vertices, -tetrahedron.vertices[1:]])
+    F = np.concatenate([tetrahedron.faces, np.array([0, 4, 5, 6])[tetrahedron.faces[:, ::-1]]])
+    assert len(components(Mesh(V, F))) == 1

@@ -1,0 +1,51 @@
+"""Holes: which boundary loops are found, and what fills them."""
+
+import numpy as np
+import pytest
+from helpers import with_reversed_faces, without_faces
+
+from lbskel.preprocess.holes import boundary_loops, close_holes
+from lbskel.preprocess.result import hausdorff_distance
+from lbskel.shapes import cylinder, flat_grid, sphere
+
+
+def test_the_ends_of_a_pipe_are_closed():
+    pipe = cylinder(0.3, 2.0, 24, 8)
+    assert sorted(map(len, boundary_loops(pipe))) == [24, 24]
+    result = close_holes(pipe, max_perimeter=1.0)
+    assert result.mesh.genus == 0
+    # a prism of 24 sides
+    assert result.mesh.volume == pytest.approx(2.0 * 0.3**2 * 12 * np.sin(2 * np.pi / 24))
+    assert np.array_equal(result.mesh.vertices[: len(pipe.vertices)], pipe.vertices)
+    assert close_holes(pipe, max_perimeter=0.5).mesh is pipe
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_surface_with_many_missing_faces_is_closed(seed):
+    ball = sphere(3)
+    rng = np.random.default_rng(seed)
+    given = without_faces(ball, np.flatnonzero(rng.random(len(ball.faces)) < 0.12))
+    result = close_holes(given, max_perimeter=2.0)
+    assert result.mesh.is_closed
+    assert result.mesh.is_edge_manifold
+    assert (
+        hausdorff_distance(ball, result.mesh) < 0.1
+    )  # holes are two or three edges of 0.15 wide, of a diagonal of 3.5
+
+
+def test_a_boundary_loop_too_long_to_triangulate_is_filled_with_a_fan():
+    pipe = cylinder(0.3, 2.0, 320, 3)
+    result = close_holes(pipe, max_perimeter=1.0)
+    assert (result.mesh.genus, len(result.mesh.vertices)) == (0, len(pipe.vertices) + 2)
+
+
+def test_the_boundary_of_a_sheet_is_not_a_hole():
+    grid = flat_grid()
+    assert close_holes(grid, max_perimeter=9.0).mesh is grid
+    hollow = without_faces(grid, [len(grid.faces) // 2])
+    assert len(close_holes(hollow, max_perimeter=9.0).mesh.faces) == len(grid.faces)
+
+
+def test_a_seam_of_opposite_orientation_is_not_a_hole(ring):
+    given = with_reversed_faces(ring, range(40))
+    assert boundary_loops(given) == []

@@ -1,0 +1,95 @@
+"""Orientation of faces, relative vector area, and splitting of surfaces that touch."""
+
+import numpy as np
+import pytest
+from helpers import joined, with_reversed_faces, without_faces
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from lbskel import Mesh
+from lbskel.preprocess.cleaning import remove_duplicates
+from lbskel.preprocess.orientation import fix_orientation, relative_vector_area, split_nonmanifold
+from lbskel.preprocess.vertex_umbrellas import find_umbrellas
+from lbskel.shapes import cylinder, flat_grid, sphere
+
+CUBE = Mesh(
+    [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)],
+    [
+        *([0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]),
+        *([2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]),
+    ],
+)
+
+
+def welded(mesh):
+    """The mesh with vertices at the same place made one, whatever comes of it."""
+    V, place = np.unique(mesh.vertices, axis=0, return_inverse=True)
+    return Mesh(V, place.reshape(-1)[mesh.faces])
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 1.0])
+def test_faces_are_oriented_outwards(ring, share):
+    chosen = np.flatnonzero(np.random.default_rng(1).random(len(ring.faces)) < share)
+    result = fix_orientation(with_reversed_faces(ring, chosen))
+    assert result.mesh.is_closed_manifold
+    assert result.mesh.volume == pytest.approx(ring.volume)
+
+
+def test_the_wall_of_a_cavity_faces_inwards_and_a_separate_body_outwards():
+    ball = sphere(2)
+    hollow = joined(ball, Mesh(0.5 * ball.vertices, ball.faces[:, ::-1]))
+    assert fix_orientation(hollow).mesh is hollow
+    beside = joined(ball, Mesh(ball.vertices + [3, 0, 0], ball.faces[:, ::-1]))
+    assert fix_orientation(beside).mesh.volume == pytest.approx(2 * ball.volume)
+
+
+def test_a_sheet_keeps_the_orientation_of_most_of_its_area():
+    grid = flat_grid()
+    result = fix_orientation(with_reversed_faces(grid, [0, 5]))
+    assert np.array_equal(np.sort(result.mesh.faces, axis=1), np.sort(grid.faces, axis=1))
+    normal = np.cross(
+        *(result.mesh.vertices[result.mesh.faces[:, k]] - result.mesh.vertices[result.mesh.faces[:, 0]] for k in (1, 2))
+    )
+    assert (normal[:, 2] > 0).all()
+
+
+def test_relative_vector_area():
+    assert relative_vector_area(sphere(2)) == pytest.approx(0.0, abs=1e-12)
+    assert relative_vector_area(flat_grid()) == pytest.approx(1.0)
+    assert relative_vector_area(cylinder(0.3, 2.0, 16, 8)) == pytest.approx(0.0, abs=1e-12)
+    ball = sphere(4)
+    half = without_faces(ball, np.flatnonzero(ball.vertices[ball.faces].mean(axis=1)[:, 2] < 0))
+    assert relative_vector_area(half) == pytest.approx(0.5, abs=0.02)  # the rim is a row of triangles, about 0.1 wide
+
+
+@pytest.mark.parametrize("step", [[1, 1, 0], [1, 1, 1]], ids=["edge", "vertex"])
+def test_bodies_that_touch_are_split(step):
+    touching = welded(joined(CUBE, Mesh(CUBE.vertices + step, CUBE.faces)))
+    assert touching.n_components == 1
+    assert not touching.is_closed_manifold
+    result = split_nonmanifold(touching)
+    assert (result.mesh.is_closed_manifold, result.mesh.n_components) == (True, 2)
+    assert result.mesh.volume == pytest.approx(2.0)
+    assert np.array_equal(result.mesh.vertices[result.vertex_map.indices], touching.vertices)
+
+
+def test_a_fin_becomes_a_separate_sheet():
+    mesh = Mesh([*CUBE.vertices, [2, 2, 0.5]], [*CUBE.faces, [6, 7, 8]])
+    assert (mesh.faces_per_edge > 2).sum() == 1
+    result = split_nonmanifold(mesh)
+    assert result.mesh.is_edge_manifold
+    assert result.mesh.area == pytest.approx(mesh.area)
+
+
+@given(st.integers(0, 2**32 - 1))
+@example(364590)  # a fan that passes an edge twice
+@settings(max_examples=40, deadline=None)
+def test_any_triangles_are_split_into_manifold_pieces(seed):
+    rng = np.random.default_rng(seed)
+    given = remove_duplicates(Mesh(rng.normal(size=(9, 3)), rng.integers(0, 9, size=(14, 3)))).mesh
+    result = split_nonmanifold(given)
+    F = result.mesh.faces
+    if (np.sort(F, axis=1)[:, :2] != np.sort(F, axis=1)[:, 1:]).all():
+        assert result.mesh.is_edge_manifold
+    assert np.array_equal(result.mesh.vertices[F], given.vertices[given.faces])
+    assert (find_umbrellas(result.mesh).of_corner == F).all()
