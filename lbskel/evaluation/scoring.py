@@ -1,8 +1,8 @@
-"""How good a skeleton is where no truth is known: measured on its mesh, with a verdict for each measure.
+"""The quality of a skeleton, measured on its mesh, where no true skeleton is known.
 
 The measures follow the properties of Cornea, Silver, Min 2007, https://doi.org/10.1109/TVCG.2007.1002: homotopic to the
-shape, inside, centered, reaching every part, smooth, and standing part by part for the shape. Lengths are in units of
-the local radius, the distance from a node to the surface of its body, whatever radii the skeleton came with.
+shape, inside it, centered, reliable, smooth, and decomposing the shape into its parts. Lengths are in units of the local
+radius, which is the distance from a node to the surface of its body; the radii of the skeleton itself are not used.
 """
 
 from __future__ import annotations
@@ -29,17 +29,28 @@ from lbskel.refinement.radii import inscribed_radii, mean_radii, own_radii
 from lbskel.refinement.region_map import edges_with_disjoint_regions, is_in_largest_piece, nearest_balls
 from lbskel.skeleton.skeleton import Skeleton
 
-COVERED = 2.0  # radii of its node within which a vertex is covered
-LIMB = 0.05  # of the extent: shorter ends may be too small for the skeleton of the whole shape
-PRESSED = 0.2  # of the mean distance of its vertices: nearer, a node is at the wall; in a flat limb it has 0.3
-ON = 1e-6  # of the extent: so near a node is on the surface, where tips may be asked for and rays put them within 1e-8
-SPUR = 1.2  # radii of its junction that all balls of a spur stay within
-MOST_SECTIONS = 60  # cutting takes long: of more nodes than that as many are taken, evenly
-FEWEST_SECTIONS = 5  # that tell whether a branch is off its axis
+# What skeletons and scores make of each of these, moved by -30 and +40 %, is in benchmarks/results/constants.md
+MAX_COVERED_DISTANCE = 2.0  # in radii of its node: a vertex no farther away is covered; a guess
+MIN_LIMB_LENGTH = 0.05  # in diameter bounds: an extremity of a shorter limb may have no tip; a guess
+NEAR_SURFACE_RATIO = 0.2  # distance to the surface over mean distance to own vertices, below which a node is near the
+# surface; a guess below 0.3, which nodes on the axis of a flat limb have
+SURFACE_TOLERANCE = 1e-6  # in diameter bounds: a node this near is on the surface; rays put tips within 1e-8 of it
+MAX_SPUR_REACH = 1.2  # in radii of the junction: a spur is an end branch whose balls all stay within; a guess
+MAX_SECTIONS = 60  # nodes whose cross-sections are cut, evenly sampled; a guess that bounds the time
+MIN_SECTIONS = 5  # cross-sections that a branch needs for a median of its own; a guess
 
 
 def score_on(skeleton: Skeleton, surface: Surface) -> Score:
-    """Measure a skeleton on a surface of extent 1 about the origin, in whose coordinates it is."""
+    """Measure a skeleton on the surface of a mesh at unit size.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        In the coordinates of the surface. Without a vertex map, each vertex is mapped to the nearest ball, and the
+        measures of the map are None.
+    surface : Surface
+        Of a mesh with a diameter bound of 1, with its centroid at the origin.
+    """
     unit, has_map = surface.mesh, len(skeleton.node_of_vertex) > 0
     skeleton = inscribed_radii(skeleton, surface)
     if not has_map:
@@ -47,40 +58,52 @@ def score_on(skeleton: Skeleton, surface: Surface) -> Score:
     if unit.n_components > 1:
         skeleton = own_radii(skeleton, unit)
     node = skeleton.node_of_vertex
-    far = np.linalg.norm(unit.vertices - skeleton.nodes[node], axis=1)
-    area = np.bincount(unit.faces.ravel(), weights=np.repeat(unit.face_areas, 3), minlength=len(unit.vertices))
-    ends = find_extrema(surface.proxy.mesh)
-    missed = is_missed(ends, surface.proxy.mesh, skeleton)
+    distances = np.linalg.norm(unit.vertices - skeleton.nodes[node], axis=1)
+    areas = np.bincount(unit.faces.ravel(), weights=np.repeat(unit.face_areas, 3), minlength=len(unit.vertices))
+    extrema = find_extrema(surface.proxy.mesh)
+    missed = is_missed(extrema, surface.proxy.mesh, skeleton)
     widths = mean_radii(skeleton, unit).radii
-    centeredness_error, centeredness_error_worst_branch = _off_center(skeleton, widths, surface)
-    parted = edges_with_disjoint_regions(skeleton, unit)
+    mean_error, worst_branch_error = _centeredness_errors(skeleton, widths, surface)
+    disjoint = edges_with_disjoint_regions(skeleton, unit)
     return Score(
-        nodes_inside_fraction=float((surface.contains(skeleton.nodes) | (skeleton.radii <= ON)).mean()),
+        nodes_inside_fraction=float((surface.contains(skeleton.nodes) | (skeleton.radii <= SURFACE_TOLERANCE)).mean()),
         inside_fraction=inside_fraction(skeleton, surface),
-        centeredness_error=centeredness_error,
-        centeredness_error_worst_branch=centeredness_error_worst_branch,
-        near_surface_fraction=_share_of_length(skeleton, skeleton.radii < PRESSED * widths),
-        coverage=float(area[far <= COVERED * skeleton.radii[node]].sum() / area.sum()),
+        centeredness_error=mean_error,
+        centeredness_error_worst_branch=worst_branch_error,
+        near_surface_fraction=_length_fraction(skeleton, skeleton.radii < NEAR_SURFACE_RATIO * widths),
+        coverage=float(areas[distances <= MAX_COVERED_DISTANCE * skeleton.radii[node]].sum() / areas.sum()),
         extremities=len(missed),
         extremities_missed=int(missed.sum()),
-        limb_extremities_missed=int((missed & (ends.lengths > LIMB)).sum()),
-        rms_curvature=_bending(skeleton),
+        limb_extremities_missed=int((missed & (extrema.lengths > MIN_LIMB_LENGTH)).sum()),
+        rms_curvature=_rms_curvature(skeleton),
         extra_components=skeleton.n_components - _n_bodies(unit),
         extra_cycles=_extra_cycles(skeleton, unit),
         connected_regions=float(is_in_largest_piece(node, unit)[unit.used_vertices].mean()) if has_map else None,
-        adjacent_regions=1 - len(parted) / max(1, len(skeleton.edges)) if has_map else None,
-        shortcut_edges=_bridges(skeleton, widths, parted),
-        spurs=_spurs(skeleton),
+        adjacent_regions=1 - len(disjoint) / max(1, len(skeleton.edges)) if has_map else None,
+        shortcut_edges=_n_shortcut_edges(skeleton, widths, disjoint),
+        spurs=_n_spurs(skeleton),
     )
 
 
 def require_scorable(skeleton: Skeleton, mesh: Mesh) -> None:
-    """Refuse a skeleton that cannot be measured, or has a map for another mesh."""
+    """Raise MeshError for a skeleton that has no score on a mesh.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    mesh : Mesh
+        The mesh that it was made from.
+
+    Raises
+    ------
+    MeshError
+        If it has no nodes, nodes that are not finite, or a vertex map of another mesh.
+    """
     if len(skeleton.nodes) == 0:
         raise MeshError("the skeleton has no nodes, so there is nothing to score")
-    bad = np.flatnonzero(~np.isfinite(skeleton.nodes).all(axis=1))
-    if len(bad):
-        raise MeshError(f"nodes {first_few(bad)} of the skeleton have NaN or infinite coordinates")
+    not_finite = np.flatnonzero(~np.isfinite(skeleton.nodes).all(axis=1))
+    if len(not_finite):
+        raise MeshError(f"nodes {first_few(not_finite)} of the skeleton have NaN or infinite coordinates")
     n_mapped = len(skeleton.node_of_vertex)
     if n_mapped not in (0, len(mesh.vertices)):
         raise MeshError(
@@ -89,61 +112,68 @@ def require_scorable(skeleton: Skeleton, mesh: Mesh) -> None:
         )
 
 
-def _share_of_length(skeleton: Skeleton, is_chosen: NDArray[np.bool_]) -> float:
-    """How much of the length of all edges belongs to some nodes, half an edge to each end; of nodes without any."""
+def _length_fraction(skeleton: Skeleton, is_chosen: NDArray[np.bool_]) -> float:
+    """Fraction of the total length that belongs to the chosen nodes, half of each edge to either end.
+
+    Without edges, the fraction of the nodes.
+    """
     length = np.bincount(skeleton.edges.ravel(), weights=np.repeat(skeleton.edge_lengths, 2), minlength=len(is_chosen))
     return float(np.average(is_chosen, weights=length if length.any() else None))
 
 
-def _off_center(skeleton: Skeleton, widths: NDArray[np.float64], surface: Surface) -> tuple[float | None, float | None]:
-    """Distances of nodes from the centroids of their own sections, in radii: the mean, and the worst branch's median.
+def _centeredness_errors(
+    skeleton: Skeleton, widths: NDArray[np.float64], surface: Surface
+) -> tuple[float | None, float | None]:
+    """Distances from nodes to the centroids of their cross-sections, in radii: the mean, and the worst branch's median.
 
-    The radius is the mean distance of the node's vertices, or that from the centroid to the surface if it is larger.
+    Nodes whose cross-section is not that of their branch alone are left out. The radius is the mean distance of the
+    node's vertices, or the distance from the centroid to the surface if that is larger.
     """
     inner = np.flatnonzero(skeleton.degrees == 2)
-    if len(inner) > MOST_SECTIONS:
-        inner = inner[np.linspace(0, len(inner) - 1, MOST_SECTIONS).astype(np.int64)]
-    axes = find_section_centers(skeleton, surface, inner)
-    at = inner[axes.is_known[inner]]
-    if len(at) == 0:
+    if len(inner) > MAX_SECTIONS:
+        inner = inner[np.linspace(0, len(inner) - 1, MAX_SECTIONS).astype(np.int64)]
+    sections = find_section_centers(skeleton, surface, inner)
+    known = inner[sections.is_known[inner]]
+    if len(known) == 0:
         return None, None
-    radii = np.maximum(surface.distance(axes.positions[at]), widths[at])
-    off = np.full(len(skeleton.nodes), np.nan)
-    off[at] = np.linalg.norm(axes.positions[at] - skeleton.nodes[at], axis=1) / radii
-    known = [off[branch][~np.isnan(off[branch])] for branch in skeleton.branches]
-    medians = [float(np.median(values)) for values in known if len(values) >= FEWEST_SECTIONS]
-    return float(off[at].mean()), max(medians, default=None)
+    centers = sections.positions[known]
+    radii = np.maximum(surface.distance(centers), widths[known])
+    errors = np.full(len(skeleton.nodes), np.nan)
+    errors[known] = np.linalg.norm(centers - skeleton.nodes[known], axis=1) / radii
+    by_branch = [errors[branch][~np.isnan(errors[branch])] for branch in skeleton.branches]
+    medians = [float(np.median(values)) for values in by_branch if len(values) >= MIN_SECTIONS]
+    return float(errors[known].mean()), max(medians, default=None)
 
 
-def _bending(skeleton: Skeleton) -> float:
-    """Root of the mean square, along the length, of the turn at each node per length of one radius."""
-    turns, weights = [0.0], [0.0]
+def _rms_curvature(skeleton: Skeleton) -> float:
+    """Root mean square, along the length, of the turning angle at each node per length of one local radius."""
+    curvatures, weights = [0.0], [0.0]
     for branch in skeleton.branches:
-        closed = branch[0] == branch[-1] and skeleton.degrees[branch[0]] == 2
-        walk = np.concatenate([branch[-2:-1], branch]) if closed else branch
-        steps = np.diff(skeleton.nodes[walk], axis=0)
-        length = np.linalg.norm(steps, axis=1)
-        apart = (length[1:] + length[:-1]) / 2
+        is_cycle = branch[0] == branch[-1] and skeleton.degrees[branch[0]] == 2
+        path = np.concatenate([branch[-2:-1], branch]) if is_cycle else branch
+        steps = np.diff(skeleton.nodes[path], axis=0)
+        lengths = np.linalg.norm(steps, axis=1)
+        spacing = (lengths[1:] + lengths[:-1]) / 2
         cosine = np.einsum("ij,ij->i", steps[1:], steps[:-1])
         sine = np.linalg.norm(np.cross(steps[1:], steps[:-1]), axis=1)
-        is_long = apart > 0
-        turn = np.arctan2(sine, cosine)[is_long] * skeleton.radii[walk[1:-1]][is_long] / apart[is_long]
-        turns.extend(turn)
-        weights.extend(apart[is_long])
-    return float(np.sqrt(np.average(np.square(turns), weights=weights))) if any(weights) else 0.0
+        is_long = spacing > 0
+        radii = skeleton.radii[path[1:-1]][is_long]
+        curvatures.extend(np.arctan2(sine, cosine)[is_long] * radii / spacing[is_long])
+        weights.extend(spacing[is_long])
+    return float(np.sqrt(np.average(np.square(curvatures), weights=weights))) if any(weights) else 0.0
 
 
 def _n_bodies(mesh: Mesh) -> int:
-    """Components that a skeleton can stand for: crumbs of a few faces or without area are none."""
+    """Number of components that a skeleton can represent; those with too few faces or no area do not count."""
     component = mesh.component_of_vertex[mesh.faces[:, 0]]
     return int(((np.bincount(component) >= MIN_FACES) & (np.bincount(component, mesh.face_areas) > 0)).sum())
 
 
 def _extra_cycles(skeleton: Skeleton, mesh: Mesh) -> int | None:
-    """Cycles less handles, with holes closed; None where more than two faces meet at an edge.
+    """Number of cycles minus number of handles, with holes closed; None if more than two faces meet at an edge.
 
-    Each component of the skeleton is compared with the components of the mesh that it represents: a cycle too many in
-    one does not make up for a cycle lost in another.
+    Each component of the skeleton is compared with the components of the mesh that it represents, so that an extra cycle
+    in one does not compensate for a lost cycle in another. If both occur, the result is the sum of their numbers.
     """
     if not mesh.is_edge_manifold:
         return None
@@ -154,10 +184,10 @@ def _extra_cycles(skeleton: Skeleton, mesh: Mesh) -> int | None:
         - np.bincount(component[edges[:, 0]], minlength=mesh.n_components)
         + np.bincount(component[mesh.faces[:, 0]], minlength=mesh.n_components)
     )
-    border = edges[mesh.faces_per_edge == 1]
-    if len(border):
-        rim, ends = np.unique(border, return_inverse=True)
-        graph = weighted_graph(ends.reshape(-1, 2), np.ones(len(border), dtype=np.int8), len(rim))
+    boundary = edges[mesh.faces_per_edge == 1]
+    if len(boundary):
+        rim, ends = np.unique(boundary, return_inverse=True)
+        graph = weighted_graph(ends.reshape(-1, 2), np.ones(len(boundary), dtype=np.int8), len(rim))
         first_of_hole = np.unique(connected_components(graph, directed=False)[1], return_index=True)[1]
         euler += np.bincount(component[rim[first_of_hole]], minlength=mesh.n_components)
     handles = 1 - euler // 2
@@ -172,18 +202,20 @@ def _extra_cycles(skeleton: Skeleton, mesh: Mesh) -> int | None:
         + 1
     )
     surplus = cycles - expected
-    total, spread = int(surplus.sum()), int(np.abs(surplus).sum())
-    return total if abs(total) == spread else spread
+    total, total_absolute = int(surplus.sum()), int(np.abs(surplus).sum())
+    return total if abs(total) == total_absolute else total_absolute
 
 
-def _bridges(skeleton: Skeleton, widths: NDArray[np.float64], parted: NDArray[np.int64]) -> int:
-    """Of the edges between regions that do not touch, those that are longer than the regions are wide."""
-    length = np.linalg.norm(skeleton.nodes[parted[:, 0]] - skeleton.nodes[parted[:, 1]], axis=1)
-    return int((length > widths[parted].sum(axis=1)).sum())
+def _n_shortcut_edges(skeleton: Skeleton, widths: NDArray[np.float64], disjoint: NDArray[np.int64]) -> int:
+    """Number of edges between regions that do not touch which are longer than the mean radii of both ends together."""
+    lengths = np.linalg.norm(skeleton.nodes[disjoint[:, 0]] - skeleton.nodes[disjoint[:, 1]], axis=1)
+    return int((lengths > widths[disjoint].sum(axis=1)).sum())
 
 
-def _spurs(skeleton: Skeleton) -> int:
-    """End branches whose balls hardly leave the ball of their junction."""
+def _n_spurs(skeleton: Skeleton) -> int:
+    """Number of end branches whose balls stay within ``MAX_SPUR_REACH`` radii of their junction."""
     ends = skeleton.end_branches
-    reached = [np.linalg.norm(skeleton.nodes[b] - skeleton.nodes[b[0]], axis=1) + skeleton.radii[b] for b in ends]
-    return sum(float(r.max()) < SPUR * float(skeleton.radii[b[0]]) for r, b in zip(reached, ends, strict=True))
+    reaches = [np.linalg.norm(skeleton.nodes[b] - skeleton.nodes[b[0]], axis=1) + skeleton.radii[b] for b in ends]
+    return sum(
+        float(r.max()) < MAX_SPUR_REACH * float(skeleton.radii[b[0]]) for r, b in zip(reaches, ends, strict=True)
+    )
