@@ -11,14 +11,16 @@ import numpy as np
 
 
 class Measure(NamedTuple):
-    """What a measure tells and what its verdict is.
+    """The description of a measure and the thresholds of its verdict.
 
     Parameters
     ----------
     text : str
+        What is measured, in a phrase.
     passes, fails : float
-        Sizes up to which it passes and from which on it fails; between them it warns. Chosen so that the 39 shapes of
-        the catalog pass or warn, and that skeletons of them spoilt in one respect fail.
+        Absolute values up to which it passes and from which on it fails; between them it warns. They are chosen so
+        that the skeletons of the 39 shapes of the catalog pass or warn, and that skeletons with one fault put in fail.
+        Where ``passes`` is the larger one, larger values are better.
     """
 
     text: str
@@ -26,12 +28,13 @@ class Measure(NamedTuple):
     fails: float
 
     def verdict(self, value: float | None) -> str:
-        """``pass``, ``warn`` or ``fail``; ``not measured`` for None."""
+        """Judge a value: ``pass``, ``warn`` or ``fail``; ``not measured`` for None."""
         if value is None:
             return "not measured"
         sign = 1 if self.passes < self.fails else -1
-        past, lost = sign * (abs(value) - self.passes), sign * (abs(value) - self.fails)
-        return "pass" if past <= 0 else "fail" if lost >= 0 else "warn"
+        if sign * (abs(value) - self.passes) <= 0:
+            return "pass"
+        return "fail" if sign * (abs(value) - self.fails) >= 0 else "warn"
 
 
 MEASURES = {
@@ -57,18 +60,24 @@ MEASURES = {
 
 @dataclass(frozen=True)
 class Score:
-    """What :func:`score` measured; :data:`MEASURES` says what each is. None where it could not be told.
+    """The measures of a skeleton on its mesh, which :data:`MEASURES` describes; None where one could not be taken.
 
     Parameters
     ----------
-    nodes_inside_fraction, inside_fraction, centeredness_error, centeredness_error_worst_branch, near_surface_fraction, coverage : float
+    nodes_inside_fraction, inside_fraction : float
+    centeredness_error, centeredness_error_worst_branch : float or None
+        None if no node has a cross-section of its own.
+    near_surface_fraction, coverage : float
     extremities : int
-        Ends of the shape, found on its surface.
+        Number of ends of the shape, found on its surface.
     extremities_missed, limb_extremities_missed : int
-        Of small ends, as fingers are on a man, not all may have a tip; a limb has to.
+        A limb must have a tip; smaller ends, such as the fingers of a man, may have none.
     rms_curvature : float
-    extra_components, extra_cycles : int
-    connected_regions, adjacent_regions : float
+    extra_components : int
+    extra_cycles : int or None
+        None if more than two faces meet at an edge of the mesh.
+    connected_regions, adjacent_regions : float or None
+        None for a skeleton without a vertex map.
     shortcut_edges, spurs : int
     """
 
@@ -112,7 +121,7 @@ class Score:
         return tuple(name for name, verdict in self.verdicts.items() if verdict == "not measured")
 
     def __str__(self) -> str:
-        """A table of the measures with their thresholds, and the verdict."""
+        """Tabulate the measures with their thresholds, and give the verdict."""
         values = asdict(self)
         rows = [("measure", "value", "verdict", "passes", "fails", "")]
         for name, measure in MEASURES.items():
@@ -129,5 +138,5 @@ class Score:
         return "\n".join([*lines, f"verdict: {self.verdict}; the shape has {self.extremities} extremities"])
 
     def report(self) -> dict[str, Any]:
-        """The verdict, the measures and their verdicts, ready for JSON."""
+        """Return the verdict, the measures and their verdicts, ready for JSON."""
         return {"verdict": self.verdict, "measures": asdict(self), "verdicts": self.verdicts}

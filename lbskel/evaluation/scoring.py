@@ -1,8 +1,8 @@
 """The quality of a skeleton, measured on its mesh, where no true skeleton is known.
 
 The measures follow the properties of Cornea, Silver, Min 2007, https://doi.org/10.1109/TVCG.2007.1002: homotopic to the
-shape, inside it, centered, reliable, smooth, and decomposing the shape into its parts. Lengths are in units of the local
-radius, which is the distance from a node to the surface of its body; the radii of the skeleton itself are not used.
+shape, inside it, centered, reliable, smooth, and decomposing the shape into its parts. Lengths are in units of the
+local radius, the distance from a node to the surface of its body; the radii of the skeleton itself are not used.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def require_scorable(skeleton: Skeleton, mesh: Mesh) -> None:
 
 
 def _length_fraction(skeleton: Skeleton, is_chosen: NDArray[np.bool_]) -> float:
-    """Fraction of the total length that belongs to the chosen nodes, half of each edge to either end.
+    """Compute the fraction of the total length that belongs to the chosen nodes, half of each edge to either end.
 
     Without edges, the fraction of the nodes.
     """
@@ -124,9 +124,9 @@ def _length_fraction(skeleton: Skeleton, is_chosen: NDArray[np.bool_]) -> float:
 def _centeredness_errors(
     skeleton: Skeleton, widths: NDArray[np.float64], surface: Surface
 ) -> tuple[float | None, float | None]:
-    """Distances from nodes to the centroids of their cross-sections, in radii: the mean, and the worst branch's median.
+    """Measure the distances from nodes to the centroids of their cross-sections: the mean, and the worst branch's median.
 
-    Nodes whose cross-section is not that of their branch alone are left out. The radius is the mean distance of the
+    Nodes whose cross-section is not that of their branch alone are left out. The unit is the mean distance of the
     node's vertices, or the distance from the centroid to the surface if that is larger.
     """
     inner = np.flatnonzero(skeleton.degrees == 2)
@@ -146,7 +146,7 @@ def _centeredness_errors(
 
 
 def _rms_curvature(skeleton: Skeleton) -> float:
-    """Root mean square, along the length, of the turning angle at each node per length of one local radius."""
+    """Compute the root mean square, along the length, of the turning angle per length of one local radius."""
     curvatures, weights = [0.0], [0.0]
     for branch in skeleton.branches:
         is_cycle = branch[0] == branch[-1] and skeleton.degrees[branch[0]] == 2
@@ -164,16 +164,16 @@ def _rms_curvature(skeleton: Skeleton) -> float:
 
 
 def _n_bodies(mesh: Mesh) -> int:
-    """Number of components that a skeleton can represent; those with too few faces or no area do not count."""
+    """Count the components that a skeleton can represent, not those with too few faces or no area."""
     component = mesh.component_of_vertex[mesh.faces[:, 0]]
     return int(((np.bincount(component) >= MIN_FACES) & (np.bincount(component, mesh.face_areas) > 0)).sum())
 
 
 def _extra_cycles(skeleton: Skeleton, mesh: Mesh) -> int | None:
-    """Number of cycles minus number of handles, with holes closed; None if more than two faces meet at an edge.
+    """Count cycles minus handles, with the holes of the mesh closed; None if more than two faces meet at an edge.
 
-    Each component of the skeleton is compared with the components of the mesh that it represents, so that an extra cycle
-    in one does not compensate for a lost cycle in another. If both occur, the result is the sum of their numbers.
+    Each component of the skeleton is compared with the components of the mesh that it represents, so that an extra
+    cycle in one does not compensate for a lost cycle in another. If both occur, the result is the sum of their numbers.
     """
     if not mesh.is_edge_manifold:
         return None
@@ -207,13 +207,13 @@ def _extra_cycles(skeleton: Skeleton, mesh: Mesh) -> int | None:
 
 
 def _n_shortcut_edges(skeleton: Skeleton, widths: NDArray[np.float64], disjoint: NDArray[np.int64]) -> int:
-    """Number of edges between regions that do not touch which are longer than the mean radii of both ends together."""
+    """Count the edges that join regions which do not touch and are longer than the mean radii of both ends together."""
     lengths = np.linalg.norm(skeleton.nodes[disjoint[:, 0]] - skeleton.nodes[disjoint[:, 1]], axis=1)
     return int((lengths > widths[disjoint].sum(axis=1)).sum())
 
 
 def _n_spurs(skeleton: Skeleton) -> int:
-    """Number of end branches whose balls stay within ``MAX_SPUR_REACH`` radii of their junction."""
+    """Count the end branches whose balls stay within ``MAX_SPUR_REACH`` radii of their junction."""
     ends = skeleton.end_branches
     reaches = [np.linalg.norm(skeleton.nodes[b] - skeleton.nodes[b[0]], axis=1) + skeleton.radii[b] for b in ends]
     return sum(
