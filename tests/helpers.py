@@ -94,3 +94,45 @@ def patches_are_connected(mesh, target):
     same = mesh.edges[target[mesh.edges[:, 0]] == target[mesh.edges[:, 1]]]
     faces = np.concatenate([np.column_stack([same, same[:, 0]]), np.arange(len(target))[:, None].repeat(3, 1)])
     return len(np.unique(Mesh(mesh.vertices, faces).component_of_vertex)) == len(np.unique(target))
+
+
+def star_skeleton(lengths, radius=0.5):
+    """A junction with arms along the axes, a node every 0.25; and a mesh with a vertex at each node."""
+    directions = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]])
+    nodes, edges = [np.zeros(3)], []
+    for direction, length in zip(directions, lengths, strict=False):
+        last = 0
+        for s in np.arange(0.25, length + 1e-9, 0.25):
+            nodes.append(direction * s)
+            edges.append((last, len(nodes) - 1))
+            last = len(nodes) - 1
+    nodes = np.array(nodes)
+    mesh = Mesh(nodes, [[0, 1, 2]])
+    return Skeleton(nodes, np.array(edges), np.full(len(nodes), radius), np.arange(len(nodes))), mesh
+
+
+def theta_skeleton(lengths=(4, 4, 4)):
+    """Two junctions joined by three paths, of so many edges each."""
+    nodes, edges = [[0.0, 0, 0], [4.0, 0, 0]], []
+    for number, n in enumerate(lengths):
+        chain = [0]
+        for k in range(1, n):
+            nodes.append([4 * k / n, np.sin(np.pi * k / n) * (number - 1), 0.1 * number])
+            chain.append(len(nodes) - 1)
+        chain.append(1)
+        edges += itertools.pairwise(chain)
+    nodes = np.array(nodes)
+    return Skeleton(nodes, np.array(edges), np.full(len(nodes), 0.1), np.arange(len(nodes)))
+
+
+STAR_RADIUS = 0.12
+STAR_ENDS = {f"end {k}": 1.2 * np.array([np.cos(a), np.sin(a), 0.3]) for k, a in enumerate(np.pi / 2 * np.arange(4))}
+STAR_ENDS["foot"] = np.array([0, 0, -1.0])
+
+
+def graph_of_star(mesh, center, other=None):
+    """The arms of the fixture ``star`` from one junction, or two of them and the foot from one and two from another."""
+    second = "center" if other is None else "other"
+    positions = {"center": center, **({} if other is None else {"other": other}), **STAR_ENDS}
+    paths = [("center", "end 0"), ("center", "end 1"), (second, "end 2"), (second, "end 3"), ("center", "foot")]
+    return straight_graph(mesh, positions, paths + ([] if other is None else [("center", "other")]))

@@ -9,9 +9,8 @@ from helpers import joined, moved
 
 from lbskel import Mesh, MeshError, Skeleton, score, skeletonize
 from lbskel.evaluation.measures import MEASURES
-from lbskel.refinement.extrema import find_extrema
 from lbskel.refinement.region_map import is_in_largest_piece
-from lbskel.shapes import capsule, chain_of_tori, make, mesh_solid, solid_of, sphere, torus, tube
+from lbskel.shapes import capsule, make, mesh_solid, solid_of, sphere, torus
 
 
 @pytest.fixture(scope="module")
@@ -316,33 +315,6 @@ def test_any_skeleton_gets_a_score(ring, spoilt):
     found = score(Skeleton(spoilt, edges, np.zeros(9)), ring)
     assert np.isfinite([value for value in asdict(found).values() if value is not None]).all()
     assert not found.passed
-
-
-@pytest.mark.parametrize(
-    ("mesh", "n_ends"),
-    [
-        (capsule(4.0, 0.5, 16), 2),
-        (sphere(4), 0),
-        (torus(1.0, 0.3), 0),
-        (chain_of_tori(2, step=0.15), 0),
-        (tube([[0, 0, 0], [2, 0, 0], [2, 2, 0]], 0.3), 2),
-    ],
-    ids=["capsule", "sphere", "torus", "two rings", "angle"],
-)
-def test_the_ends_of_simple_shapes(mesh, n_ends):
-    assert len(find_extrema(mesh).vertices) == n_ends
-
-
-def test_the_ends_lie_where_the_true_tips_are():
-    for name in ("tripod", "dumbbell"):
-        shape = make(name, n_vertices=1500, noise=0.25)
-        found = find_extrema(shape.mesh)
-        tips = shape.truth.nodes[shape.truth.tips]
-        apart = np.linalg.norm(shape.mesh.vertices[found.vertices][:, None] - tips, axis=2)
-        radii = shape.truth.radii[shape.truth.tips]
-        assert sorted(apart.argmin(axis=1)) == list(range(len(tips)))
-        # an end is a radius from the center of the last ball; half a radius more for noise and the cells' size
-        assert (apart.min(axis=1) < 1.5 * radii[apart.argmin(axis=1)]).all()
 
 
 def test_the_map_of_skeletonize_is_in_one_piece(limbs):

@@ -1,8 +1,8 @@
-"""The map from vertices to nodes: one piece for each node, neighbors that touch, and near all the same."""
+"""Region map: connected regions, adjacent for adjacent nodes, and near their nodes."""
 
 import numpy as np
 import pytest
-from helpers import joined, moved
+from helpers import joined, moved, path_in
 
 from lbskel import Skeleton, skeletonize
 from lbskel.refinement.region_map import (
@@ -11,12 +11,13 @@ from lbskel.refinement.region_map import (
     is_in_largest_piece,
     make_regions_connected,
     nearest_balls,
+    reassign_to_nearest_node,
 )
 from lbskel.shapes import capsule, make
 
 
-def chain(positions, mesh):
-    """A path along z, mapped by nearness."""
+def path_along_z(positions, mesh):
+    """A path along z; each vertex is mapped to the node nearest in z."""
     nodes = np.stack([np.zeros(len(positions)), np.zeros(len(positions)), positions], axis=1)
     nearest = np.abs(mesh.vertices[:, 2:] - positions).argmin(axis=1)
     edges = np.stack([np.arange(len(nodes) - 1), np.arange(1, len(nodes))], axis=1)
@@ -27,31 +28,31 @@ def remapped(skeleton, node_of_vertex):
     return Skeleton(skeleton.nodes, skeleton.edges, skeleton.radii, node_of_vertex)
 
 
-def far(skeleton, mesh):
+def distances(skeleton, mesh):
     return np.linalg.norm(mesh.vertices - skeleton.nodes[skeleton.node_of_vertex], axis=1)
 
 
-def test_a_map_in_one_piece_is_left_alone():
+def test_a_connected_map_is_unchanged():
     mesh = capsule(4.0, 0.5, 32)
-    path = chain(np.linspace(-2, 2, 9), mesh)
+    path = path_along_z(np.linspace(-2, 2, 9), mesh)
     assert is_in_largest_piece(path.node_of_vertex, mesh).all()
     assert len(edges_with_disjoint_regions(path, mesh)) == 0
     assert np.array_equal(make_regions_connected(path, mesh).node_of_vertex, path.node_of_vertex)
 
 
-def test_single_vertices_astray_come_back():
+def test_single_vertices_in_other_regions_come_back():
     mesh = capsule(4.0, 0.5, 32)
-    path = chain(np.linspace(-2, 2, 9), mesh)
+    path = path_along_z(np.linspace(-2, 2, 9), mesh)
     inner = np.flatnonzero([len(set(path.node_of_vertex[mesh.faces[(mesh.faces == v).any(axis=1)]].ravel())) == 1
                             for v in range(len(mesh.vertices))])  # fmt: skip
-    astray = np.array(path.node_of_vertex)
-    astray[inner[::7]] = (astray[inner[::7]] + 4) % 9
-    assert not is_in_largest_piece(astray, mesh).all()
-    assert np.array_equal(make_regions_connected(remapped(path, astray), mesh).node_of_vertex, path.node_of_vertex)
+    misplaced = np.array(path.node_of_vertex)
+    misplaced[inner[::7]] = (misplaced[inner[::7]] + 4) % 9
+    assert not is_in_largest_piece(misplaced, mesh).all()
+    assert np.array_equal(make_regions_connected(remapped(path, misplaced), mesh).node_of_vertex, path.node_of_vertex)
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_any_map_is_made_one_of_single_pieces(seed, tripod):
+def test_any_map_becomes_connected(seed, tripod):
     rng = np.random.default_rng(seed)
     nodes = rng.normal(size=(12, 3))
     tree = Skeleton(
@@ -61,38 +62,38 @@ def test_any_map_is_made_one_of_single_pieces(seed, tripod):
     assert is_in_largest_piece(joined_up.node_of_vertex, tripod).all()
 
 
-def test_nodes_closer_than_vertices_have_one_piece_each():
+def test_nodes_closer_than_vertices_have_connected_regions():
     shape = make("tripod", n_vertices=800)
     skeleton = skeletonize(shape.mesh)
     assert is_in_largest_piece(skeleton.node_of_vertex, shape.mesh).all()
     assert len(edges_with_disjoint_regions(skeleton, shape.mesh)) == 0
-    # no map can be nearer than that to the nearest node; giving every vertex to the node beside adds 12 %
+    # the nearest node is a lower bound; mapping every vertex to the next node adds 12 %
     nearest = np.linalg.norm(shape.mesh.vertices[:, None] - skeleton.nodes, axis=2).min(axis=1)
-    assert far(skeleton, shape.mesh).mean() < 1.02 * nearest.mean()
+    assert distances(skeleton, shape.mesh).mean() < 1.02 * nearest.mean()
 
 
-def test_regions_that_do_not_touch_are_led_to_each_other():
+def test_disjoint_regions_of_adjacent_nodes_are_connected():
     mesh = capsule(4.0, 0.5, 32)
-    path = chain(np.linspace(-2, 2, 5), mesh)
+    path = path_along_z(np.linspace(-2, 2, 5), mesh)
     # 1 and 3 are joined too, and node 2 lies between them on the surface
     bypassed = Skeleton(path.nodes, [*path.edges.tolist(), [1, 3]], path.radii, path.node_of_vertex)
     assert edges_with_disjoint_regions(bypassed, mesh).tolist() == [[1, 3]]
-    led = make_regions_connected(bypassed, mesh)
-    assert is_in_largest_piece(led.node_of_vertex, mesh).all()
-    assert len(edges_with_disjoint_regions(led, mesh)) == 0
+    connected = make_regions_connected(bypassed, mesh)
+    assert is_in_largest_piece(connected.node_of_vertex, mesh).all()
+    assert len(edges_with_disjoint_regions(connected, mesh)) == 0
 
 
 def test_a_node_of_two_components_keeps_the_vertices_of_both():
     mesh = capsule(4.0, 0.5, 16)
     two = joined(mesh, moved(mesh, 5.0))
-    path = chain(np.linspace(-2, 2, 5), two)
+    path = path_along_z(np.linspace(-2, 2, 5), two)
     assert np.array_equal(make_regions_connected(path, two).node_of_vertex, path.node_of_vertex)
 
 
-def test_a_map_known_in_part_grows_over_its_component_and_is_nearest_elsewhere():
+def test_a_partly_known_map_grows_over_its_component_and_is_nearest_elsewhere():
     mesh = capsule(4.0, 0.5, 16)
     two = joined(mesh, moved(mesh, 5.0))
-    path = chain(np.linspace(-2, 2, 5), two)
+    path = path_along_z(np.linspace(-2, 2, 5), two)
     known = np.full(len(two.vertices), -1)
     known[two.vertices[:, 2].argmax()] = 3  # one vertex of the first
     found = complete_map(path, known, two).node_of_vertex
@@ -100,10 +101,18 @@ def test_a_map_known_in_part_grows_over_its_component_and_is_nearest_elsewhere()
     assert np.array_equal(found[len(mesh.vertices) :], path.node_of_vertex[len(mesh.vertices) :])
 
 
-def test_the_nearest_ball_is_that_of_the_smallest_gap():
+def test_the_nearest_ball_has_the_smallest_gap():
     mesh = capsule(4.0, 0.5, 16)
     two_balls = Skeleton([[0, 0, -2], [0, 0, 2]], [[0, 1]], [0.5, 1.5])
     # equal gaps where the distances differ by one: (z + 2) - (2 - z) = -1 at z = -0.5, on the axis
     expected = (mesh.vertices[:, 2] > -0.6).astype(int)
     is_clear = np.abs(mesh.vertices[:, 2] + 0.5) > 0.2  # the border is curved
     assert np.array_equal(nearest_balls(two_balls, mesh)[is_clear], expected[is_clear])
+
+
+def test_vertices_are_handed_on_to_the_nearest_node_along_the_skeleton():
+    mesh = capsule(4.0, 0.5, 32)
+    path = path_in(mesh, np.stack([np.zeros(9), np.zeros(9), np.linspace(-2, 2, 9)], axis=1))
+    nearest = path.node_of_vertex
+    misplaced = Skeleton(path.nodes, path.edges, path.radii, np.clip(nearest + 3, 0, 8))
+    assert np.array_equal(reassign_to_nearest_node(misplaced, mesh).node_of_vertex, nearest)

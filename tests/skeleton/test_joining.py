@@ -1,4 +1,4 @@
-"""Components joined on request: as few edges and as short as may be, cycles and maps as they were."""
+"""Joining: the shortest edges between components, with cycles and the map unchanged."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from lbskel.shapes import torus
 
 
 def dashes(n, seed=0, span=(1, 1, 1)):
-    """Short sticks anywhere."""
+    """Short edges at random positions, each a component."""
     rng = np.random.default_rng(seed)
     start = rng.uniform(size=(n, 3)) * span
     nodes = np.concatenate([start, start + 0.01 * rng.normal(size=(n, 3)) * span])
@@ -18,13 +18,13 @@ def dashes(n, seed=0, span=(1, 1, 1)):
 
 
 def shortest(skeleton):
-    """The length of the shortest tree between the components, by Prim's rule on all pairs."""
+    """The length of the minimum spanning tree between the components, by Prim's algorithm on all pairs."""
     n = len(skeleton.nodes) // 2
-    far = cdist(skeleton.nodes, skeleton.nodes).reshape(2, n, 2, n).min(axis=(0, 2))
+    gap = cdist(skeleton.nodes, skeleton.nodes).reshape(2, n, 2, n).min(axis=(0, 2))
     reached, total = np.zeros(n, dtype=bool), 0.0
     reached[0] = True
     while not reached.all():
-        gaps = np.where(reached[:, None] & ~reached, far, np.inf)
+        gaps = np.where(reached[:, None] & ~reached, gap, np.inf)
         a, b = np.unravel_index(gaps.argmin(), gaps.shape)
         reached[b], total = True, total + gaps[a, b]
     return total
@@ -32,14 +32,14 @@ def shortest(skeleton):
 
 @pytest.mark.parametrize("span", [(1, 1, 1), (1, 1, 0), (1, 0, 0)])
 @pytest.mark.parametrize("n", [2, 30, 90])
-def test_the_edges_are_the_shortest_tree(n, span):
+def test_the_added_edges_are_the_minimum_spanning_tree(n, span):
     given = dashes(n, span=span)
     whole = join_components(given)
     assert (whole.n_components, whole.cycle_rank) == (1, 0)
     assert whole.length - given.length == pytest.approx(shortest(given), rel=1e-6)
 
 
-def test_what_is_too_far_stays_apart():
+def test_components_beyond_reach_stay_separate():
     given = dashes(30)
     near = join_components(given, reach=5.0)
     assert 1 < near.n_components < 30
@@ -51,7 +51,7 @@ def test_what_is_too_far_stays_apart():
         join_components(given, reach=0.0)
 
 
-def test_rings_keep_their_holes_and_the_map():
+def test_cycles_and_the_map_are_kept():
     ring = torus(1.0, 0.25, 16, 8)
     apart = skeletonize(joined(ring, moved(ring, 3.0), moved(ring, 6.0)))
     whole = join_components(apart)
@@ -61,6 +61,6 @@ def test_rings_keep_their_holes_and_the_map():
     assert join_components(whole) is whole
 
 
-def test_nodes_at_one_place_are_joined():
+def test_coincident_nodes_are_joined():
     whole = join_components(Skeleton(np.zeros((4, 3)), np.array([[0, 1], [2, 3]]), np.ones(4)))
     assert whole.n_components == 1

@@ -1,4 +1,4 @@
-"""Bones: as few as any choice of nodes gives, within the tolerance, with everything kept that is no matter of shape."""
+"""Simplification of branches: the fewest segments within the tolerance, on the same graph."""
 
 import itertools
 
@@ -25,14 +25,14 @@ def ring(n, radius=0.1):
 
 
 def distance(P, a, b):
-    """Of points from a segment."""
+    """Distance of points from a segment."""
     along = b - a
     share = np.clip((P - a) @ along / max(along @ along, 1e-300), 0, 1)
     return np.linalg.norm(P - a - share[:, None] * along, axis=1)
 
 
 def furthest(before, after):
-    """Largest distance from the nodes of a path to their bones, in radii."""
+    """Largest distance from the nodes of a path to their segments, in radii."""
     rows = [np.flatnonzero((before.nodes == node).all(axis=1))[0] for node in after.nodes]
     return max(
         (distance(before.nodes[i : j + 1], before.nodes[i], before.nodes[j]) / before.radii[i : j + 1]).max()
@@ -44,15 +44,15 @@ def furthest(before, after):
 def test_no_choice_of_nodes_gives_fewer(seed):
     rng = np.random.default_rng(seed)
     wiggle = path(np.cumsum(rng.normal(size=(9, 3)), axis=0), rng.uniform(0.5, 2.0, size=9))
-    bones = simplify_branches(wiggle, tolerance=0.7)
-    assert furthest(wiggle, bones) <= 0.7
-    fewer = len(bones.nodes) - 1
+    simplified = simplify_branches(wiggle, tolerance=0.7)
+    assert furthest(wiggle, simplified) <= 0.7
+    fewer = len(simplified.nodes) - 1
     for inner in itertools.chain.from_iterable(itertools.combinations(range(1, 8), k) for k in range(fewer - 1)):
         chosen = wiggle.nodes[[0, *inner, 8]]
         assert furthest(wiggle, path(chosen)) > 0.7
 
 
-def test_a_straight_path_is_one_bone_and_a_bend_is_kept():
+def test_a_straight_path_is_one_segment_and_a_bend_is_kept():
     straight = path(np.linspace([0, 0, 0], [9, 0, 0], 40))
     assert len(simplify_branches(straight).edges) == 1
     bend = path(np.concatenate([straight.nodes, straight.nodes[-1] + np.linspace([0, 1, 0], [0, 9, 0], 30)]))
@@ -65,19 +65,19 @@ def test_the_tolerance_is_in_local_radii():
     assert len(simplify_branches(path(nodes, [1.0, 0.5, 1.0]), tolerance=0.4).nodes) == 3
 
 
-def test_a_path_longer_than_a_bone_may_span():
+def test_a_segment_spans_a_limited_number_of_nodes():
     long = path(np.linspace([0, 0, 0], [1, 0, 0], 300))
     assert len(simplify_branches(long).edges) == 3
 
 
 def test_a_loop_keeps_three_nodes_whatever_the_tolerance():
     for loop in (ring(20), ring(3)):
-        bones = simplify_branches(loop, tolerance=100.0)
-        assert (len(bones.nodes), bones.cycle_rank) == (3, 1)
+        simplified = simplify_branches(loop, tolerance=100.0)
+        assert (len(simplified.nodes), simplified.cycle_rank) == (3, 1)
 
 
-def test_loops_at_a_junction_and_two_ways_between_two_junctions_stay():
-    # a ring of eight with a stalk at 0, and two ways from 10 to 12 beside the direct one
+def test_loops_at_a_junction_and_parallel_paths_are_kept():
+    # a ring of eight with a stalk at 0, and two paths from 10 to 12 besides the direct one
     loop = ring(8)
     edges = [*loop.edges.tolist(), [0, 8], [8, 9], [9, 10], [10, 11], [11, 12], [10, 13], [13, 12], [10, 12], [12, 14]]
     nodes = np.concatenate([loop.nodes, [[2, 0, 0], [3, 0, 0], [4, 0, 0], [5, 1, 0], [6, 0, 0], [5, -1, 0], [7, 0, 0]]])
@@ -88,37 +88,37 @@ def test_loops_at_a_junction_and_two_ways_between_two_junctions_stay():
     assert len(after.nodes) == 3 + 5  # of the ring, and 10 to 14
 
 
-def test_anchors_stay_also_on_a_straight_line():
+def test_anchors_are_kept_also_on_a_straight_line():
     line = path(np.linspace([0, 0, 0], [9, 0, 0], 10))
     anchored = Skeleton(line.nodes, line.edges, line.radii, anchors=[3])
-    bones = simplify_branches(anchored)
-    assert bones.nodes[:, 0].tolist() == [0, 3, 9]
-    assert bones.nodes[bones.anchors, 0].tolist() == [3]
+    simplified = simplify_branches(anchored)
+    assert simplified.nodes[:, 0].tolist() == [0, 3, 9]
+    assert simplified.nodes[simplified.anchors, 0].tolist() == [3]
 
 
 def test_vertices_go_to_the_nearest_node_along_the_branch():
-    bones = simplify_branches(path(np.linspace([0, 0, 0], [9, 0, 0], 10), node_of_vertex=np.arange(10)))
-    assert bones.node_of_vertex.tolist() == [0] * 5 + [1] * 5
+    simplified = simplify_branches(path(np.linspace([0, 0, 0], [9, 0, 0], 10), node_of_vertex=np.arange(10)))
+    assert simplified.node_of_vertex.tolist() == [0] * 5 + [1] * 5
 
 
-def test_nodes_without_edges_stay():
+def test_nodes_without_edges_are_kept():
     alone = Skeleton(np.zeros((1, 3)), [], [1.0], [0, 0])
     assert simplify_branches(alone).node_of_vertex.tolist() == [0, 0]
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -1.0, np.nan])
-def test_a_tolerance_that_is_none_is_refused(tolerance):
+def test_a_tolerance_that_is_not_positive_is_refused(tolerance):
     with pytest.raises(UnknownChoice, match="tolerance must be positive"):
         simplify_branches(ring(4), tolerance=tolerance)
 
 
-def test_bones_of_a_whole_skeleton():
+def test_a_whole_skeleton_keeps_its_topology_and_stays_inside():
     shape = make("spiked_ring", n_vertices=1500)
     skeleton = skeletonize(shape.mesh)
-    bones = simplify_branches(skeleton)
-    before, after = ((s.n_components, s.cycle_rank, len(s.tips), len(s.junctions)) for s in (skeleton, bones))
+    simplified = simplify_branches(skeleton)
+    before, after = ((s.n_components, s.cycle_rank, len(s.tips), len(s.junctions)) for s in (skeleton, simplified))
     assert before == after
-    assert len(bones.nodes) < 0.25 * len(skeleton.nodes)
-    assert is_in_largest_piece(bones.node_of_vertex, shape.mesh).all()
-    # half a radius off the axis at most, so well inside
-    assert inside_fraction(bones, Surface(shape.mesh)) == 1
+    assert len(simplified.nodes) < 0.25 * len(skeleton.nodes)
+    assert is_in_largest_piece(simplified.node_of_vertex, shape.mesh).all()
+    # at most half a radius off the axis, so well inside
+    assert inside_fraction(simplified, Surface(shape.mesh)) == 1

@@ -1,4 +1,4 @@
-"""Skeletons as graphs: degrees, branches, cycles, and what is refused."""
+"""Skeletons as graphs: degrees, branches, cycles, and invalid input."""
 
 import sys
 from itertools import pairwise
@@ -59,7 +59,7 @@ def test_graphs_by_hand(name):
     assert [branch.tolist() for branch in skeleton.branches] == branches
 
 
-def test_a_lone_node_beside_a_path_is_a_component_and_no_branch():
+def test_an_isolated_node_is_a_component_and_no_branch():
     skeleton = skeleton_of([(0, 1)], n=3)
     assert (skeleton.n_components, skeleton.cycle_rank) == (2, 0)
     assert skeleton.degrees.tolist() == [1, 1, 0]
@@ -69,14 +69,14 @@ def test_a_lone_node_beside_a_path_is_a_component_and_no_branch():
 
 def test_end_branches_lead_from_a_junction_to_a_tip():
     forward = skeleton_of([(0, 1), (1, 2), (2, 0), (2, 3), (3, 4)])  # a loop with a tail
-    assert [way.tolist() for way in forward.end_branches] == [[2, 3, 4]]
+    assert [branch.tolist() for branch in forward.end_branches] == [[2, 3, 4]]
     backward = skeleton_of([(0, 1), (1, 2), (2, 3), (2, 4), (3, 4)])
-    assert [way.tolist() for way in backward.end_branches] == [[2, 1, 0]]
+    assert [branch.tolist() for branch in backward.end_branches] == [[2, 1, 0]]
     for without in ([], [(0, 1), (1, 2)], [(0, 1), (1, 2), (2, 0)]):  # no junction: a path has two tips, a loop none
         assert skeleton_of(without).end_branches == []
 
 
-def test_nothing_at_all():
+def test_an_empty_skeleton():
     skeleton = Skeleton([], [], [])
     assert skeleton.nodes.shape == (0, 3)
     assert skeleton.edges.shape == (0, 2)
@@ -95,7 +95,7 @@ def test_length_is_that_of_the_polyline():
     assert skeleton.length == 17
 
 
-def test_text():
+def test_repr():
     skeleton = skeleton_of(GRAPHS["loop with a tail"][0])
     assert repr(skeleton) == "Skeleton(4 nodes, 4 edges, 1 tips, 1 junctions, 1 cycles)"
 
@@ -142,7 +142,7 @@ def test_networkx_attributes():
     assert kinds == {float}
 
 
-def test_networkx_that_is_not_installed(monkeypatch):
+def test_a_missing_networkx_is_reported(monkeypatch):
     monkeypatch.setitem(sys.modules, "networkx", None)
     with pytest.raises(MissingDependency, match=r"to_networkx\(\) needs networkx.*pip install 'lbskel\[graph\]'"):
         skeleton_of([(0, 1)]).to_networkx()
@@ -164,12 +164,12 @@ def test_networkx_that_is_not_installed(monkeypatch):
         ((["abc"], [], [1]), "nodes of a skeleton must be an array of numbers"),
     ],
 )
-def test_what_is_refused(arguments, message):
+def test_invalid_input_is_refused(arguments, message):
     with pytest.raises(MeshError, match=message):
         Skeleton(*arguments)
 
 
-def test_arrays_are_copies_of_their_types_that_cannot_be_written_to():
+def test_arrays_are_read_only_copies_of_the_documented_types():
     nodes = np.zeros((3, 3), dtype=np.float32)
     skeleton = Skeleton(nodes, np.array([[0, 1]], dtype=np.uint8), [1, 2, 3], [0, 1, 2, 2])
     nodes[:] = 7

@@ -1,0 +1,105 @@
+"""Containment: which segments leave the surface, and paths that stay inside."""
+
+import numpy as np
+import pytest
+from helpers import joined, loop_in, moved, path_in
+
+from lbskel import Skeleton
+from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement import containment
+from lbskel.refinement.containment import inside_fraction, interior_paths, reroute_inside, segments_outside
+from lbskel.shapes import capsule, sphere, torus, tube
+
+
+def test_a_segment_is_outside_where_its_middle_or_either_end_is():
+    """In a torus of radii 1 and 0.3, where the middle of a chord is 0.87 from the center, or 0.5 over 120 degrees."""
+    turn = np.array([0, np.pi / 3, 2 * np.pi / 3, 0])
+    nodes = np.stack([np.cos(turn), np.sin(turn), [0, 0, 0, 1.0]], axis=1)
+    edges = np.array([[0, 1], [0, 2], [0, 3], [3, 0]])
+    assert segments_outside(nodes, edges, Surface(torus(1.0, 0.3, 96, 32))).tolist() == [False, True, True, True]
+
+
+def test_nodes_and_edges_outside_are_brought_inside():
+    t = np.linspace(0, np.pi, 60)
+    mesh = tube(np.stack([np.cos(t), np.sin(t), 0 * t], axis=1), 0.1)
+    surface = Surface(mesh)
+    straight = path_in(mesh, [[1, 0.15, 0], [0, 1.3, 0], [-1, 0.15, 0]])
+    assert inside_fraction(straight, surface) < 0.5
+    rerouted = reroute_inside(straight, surface)
+    assert surface.contains(rerouted.nodes).all()
+    assert inside_fraction(rerouted, surface) == 1.0
+    assert np.array_equal(rerouted.radii[2:], surface.distance(rerouted.nodes[2:]))  # the two kept nodes keep theirs
+    assert (rerouted.n_components, rerouted.cycle_rank) == (1, 0)
+    assert len(rerouted.tips) == 2
+
+
+def test_a_rerouted_loop_stays_a_loop():
+    mesh = torus(1.0, 0.1, 64, 16)
+    surface = Surface(mesh)
+    angle = np.linspace(0, 2 * np.pi, 9, endpoint=False)
+    for shift in (0.0, 0.25):  # edges cross the hole; then every node lies outside too
+        loop = np.stack([np.cos(angle) + shift, np.sin(angle), 0 * angle], axis=1)
+        rerouted = reroute_inside(loop_in(mesh, loop), surface)
+        assert rerouted.cycle_rank == 1
+        if shift == 0:
+            assert inside_fraction(rerouted, surface) == 1.0
+
+
+@pytest.mark.parametrize("factor", [0.01, 1e9])
+def test_the_first_search_region_does_not_change_a_path(monkeypatch, factor):
+    t = np.linspace(0, 1.9 * np.pi, 120)
+    mesh = tube(np.stack([np.cos(t), np.sin(t), 0 * t], axis=1), 0.1)
+    P = np.stack([np.cos(t), np.sin(t), 0 * t], axis=1)[[2, 117, 60, 90, 61]]
+    pairs = np.array([[0, 1], [0, 2], [2, 3], [2, 4]])  # the first two points are near, but far apart along the tube
+    paths = interior_paths(P, pairs, Surface(mesh))
+    assert [len(path) > 1 for path in paths] == [True, True, True, False]
+    monkeypatch.setattr(containment, "SEARCH_FACTOR", factor)
+    assert all(map(np.array_equal, interior_paths(P, pairs, Surface(mesh)), paths))
+
+
+def test_a_segment_is_sampled_along_its_whole_length():
+    """Three balls in a row: the ends and the middle of a segment through all are inside, the gaps are not."""
+    ball = sphere(2)
+    row = joined(moved(ball, -3.0), ball, moved(ball, 3.0))
+    nodes = np.array([[-3.0, 0, 0], [3, 0, 0], [-2.5, 0, 0]])
+    assert segments_outside(nodes, np.array([[0, 1], [0, 2]]), Surface(row)).tolist() == [True, False]
+
+
+def test_the_inside_fraction_is_a_fraction_of_the_length():
+    mesh = capsule(4.0, 0.5, 32)  # from -2.5 to 2.5 on its axis
+    uneven = path_in(mesh, [[0, 0, -4], [0, 0, -1], [0, 0, 0], [0, 0, 4]])
+    assert inside_fraction(uneven, Surface(mesh)) == pytest.approx(5 / 8, abs=0.01)
+    assert inside_fraction(path_in(mesh, [[0, 0, -2], [0, 0, 2]]), Surface(mesh)) == 1
+    assert inside_fraction(path_in(mesh, [[0, 0, 3], [0, 0, 9]]), Surface(mesh)) == 0
+    points = Skeleton([[0, 0, 0], [9, 0, 0]], [], np.ones(2))
+    assert inside_fraction(points, Surface(mesh)) == 0.5
+
+
+def test_a_tip_outside_is_moved_as_far_inside_as_it_was_outside():
+    mesh = capsule(4.0, 0.5, 64)
+    path = path_in(mesh, [[0, 0, -1], [0, 0, 0], [0.8, 0, 1]])
+    moved_in = reroute_inside(path, Surface(mesh)).nodes
+    # 0.3 outside the side of radius 0.5, so 0.3 inside it
+    assert np.linalg.norm(moved_in - [0.2, 0, 1], axis=1).min() < 0.01
+    far = reroute_inside(path_in(mesh, [[0, 0, -1], [0, 0, 0], [3.0, 0, 1]]), Surface(mesh)).nodes
+    assert np.linalg.norm(far - [0, 0, 1], axis=1).min() < 0.01  # not past the middle
+
+
+def test_the_vertices_of_a_rerouted_part_go_to_its_first_node():
+    t = np.linspace(0, np.pi, 60)
+    mesh = tube(np.stack([np.cos(t), np.sin(t), 0 * t], axis=1), 0.1)
+    path = path_in(mesh, [[1, 0.15, 0], [0, 1.3, 0], [-1, 0.15, 0]])
+    rerouted = reroute_inside(path, Surface(mesh))
+    first = np.flatnonzero((rerouted.nodes == path.nodes[0]).all(axis=1))[0]
+    assert (rerouted.node_of_vertex[path.node_of_vertex == 1] == first).all()
+
+
+def test_a_path_below_the_surface_is_no_deeper_than_its_ends():
+    """In half a torus, where ends half a radius below the surface are joined along the outer side."""
+    mesh = torus(1.0, 0.3, 96, 32)
+    ends = np.array([[1.15, 0, 0], [-1.15, 0, 0]])
+    surface = Surface(mesh)
+    [path] = interior_paths(ends, np.array([[0, 1]]), surface)
+    assert surface.contains(path).all()
+    assert surface.distance(path)[3:-3].min() > 0.1
+    assert surface.distance(path).max() < 0.3

@@ -1,0 +1,93 @@
+"""Geodesic extrema: the ends of limbs, and the ends that no tip reaches."""
+
+import numpy as np
+import pytest
+from helpers import joined, moved, path_in
+
+from lbskel.refinement.extrema import GeodesicExtrema, find_extrema, is_missed
+from lbskel.shapes import capsule, chain_of_tori, make, sphere, torus, tube
+
+
+def test_the_vertices_of_a_limb_lie_about_its_end(tripod):
+    found = find_extrema(tripod)
+    assert len(found.vertices) == 3
+    assert found.limb_of_vertex[found.vertices].tolist() == [0, 1, 2]
+    apart = np.linalg.norm(tripod.vertices[:, None] - tripod.vertices[found.vertices], axis=2)
+    is_outer = apart.min(axis=1) < found.lengths.min() / 2
+    assert (apart.argmin(axis=1) == found.limb_of_vertex)[is_outer].all()
+    assert 0.5 < (found.limb_of_vertex >= 0).mean() < 1
+
+
+@pytest.mark.parametrize(
+    ("mesh", "n_ends"),
+    [
+        (capsule(4.0, 0.5, 16), 2),
+        (sphere(4), 0),
+        (torus(1.0, 0.3), 0),
+        (chain_of_tori(2, step=0.15), 0),
+        (tube([[0, 0, 0], [2, 0, 0], [2, 2, 0]], 0.3), 2),
+    ],
+    ids=["capsule", "sphere", "torus", "two rings", "angle"],
+)
+def test_the_ends_of_simple_shapes(mesh, n_ends):
+    assert len(find_extrema(mesh).vertices) == n_ends
+
+
+def test_the_ends_lie_where_the_true_tips_are():
+    for name in ("tripod", "dumbbell"):
+        shape = make(name, n_vertices=1500, noise=0.25)
+        found = find_extrema(shape.mesh)
+        tips = shape.truth.nodes[shape.truth.tips]
+        apart = np.linalg.norm(shape.mesh.vertices[found.vertices][:, None] - tips, axis=2)
+        radii = shape.truth.radii[shape.truth.tips]
+        assert sorted(apart.argmin(axis=1)) == list(range(len(tips)))
+        # an end is a radius from the center of the last ball; half a radius more for noise and the cells' size
+        assert (apart.min(axis=1) < 1.5 * radii[apart.argmin(axis=1)]).all()
+
+
+def test_lengths_and_radii_are_those_of_round_limbs():
+    """Each half of a rod is a limb: 2 along its side and a quarter of a circle; half the surface is its area."""
+    rod = capsule(4.0, 0.5, 32)
+    found = find_extrema(rod)
+    assert sorted(rod.vertices[found.vertices, 2]) == pytest.approx([-2.5, 2.5], abs=0.05)
+    length = 2 + 0.5 * np.pi / 2
+    assert found.lengths == pytest.approx(length, rel=0.15)  # to the center of the last cell before the two halves meet
+    assert found.radii == pytest.approx(rod.area / 2 / (2 * np.pi * found.lengths), rel=0.1)
+
+
+def test_limbs_of_every_component_are_found():
+    rod = capsule(4.0, 0.5, 12)
+    two = joined(rod, moved(rod, 3.0))
+    ends = two.vertices[find_extrema(two).vertices]
+    assert sorted(np.round(ends[:, 0])) == [0, 0, 3, 3]
+    assert np.abs(ends[:, 2]) == pytest.approx(2.5, abs=0.15)
+
+
+def one_end(mesh, vertex, radius):
+    limb_of_vertex = np.full(len(mesh.vertices), -1)
+    return GeodesicExtrema(np.array([vertex]), np.array([1.0]), np.array([radius]), limb_of_vertex)
+
+
+@pytest.mark.parametrize(
+    ("last", "limb_radius", "node_radius", "expected"),
+    [
+        (1.0, 0.1, 0.1, True),  # 1.5 from the end
+        (1.0, 0.6, 0.1, False),  # a tip within three radii of the limb
+        (2.3, 0.1, 0.1, False),  # 0.2 from the end, which is no farther than three radii of the limb
+        (2.1, 0.1, 0.3, False),  # 0.4 from the end, within 1.75 radii of the node
+        (2.1, 0.1, 0.2, True),
+    ],
+)
+def test_an_end_is_missed_without_a_tip_or_a_ball_near_it(last, limb_radius, node_radius, expected):
+    rod = capsule(4.0, 0.5, 12)
+    top = int(rod.vertices[:, 2].argmax())
+    skeleton = path_in(rod, [[0, 0, -2], [0, 0, last]], radius=node_radius)
+    assert is_missed(one_end(rod, top, limb_radius), rod, skeleton).tolist() == [expected]
+
+
+def test_an_inner_node_near_an_end_is_no_tip():
+    rod = capsule(4.0, 0.5, 12)
+    top = int(rod.vertices[:, 2].argmax())
+    bent = path_in(rod, [[0, 0, -2], [0, 0, 2.2], [0, 0, -1.9]], radius=0.1)
+    assert is_missed(one_end(rod, top, 0.15), rod, bent).tolist() == [True]
+    assert is_missed(one_end(rod, top, 0.15), rod, path_in(rod, bent.nodes[:2], radius=0.1)).tolist() == [False]

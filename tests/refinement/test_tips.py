@@ -1,0 +1,103 @@
+"""Tips: end branches extended to the center of the last inscribed ball, or to the surface."""
+
+import numpy as np
+import pytest
+from helpers import nearest_rows, path_in
+
+from lbskel import Skeleton
+from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.tips import extend_tips
+from lbskel.shapes import capsule, make, mesh_solid, solid_of, sphere, tube
+
+
+@pytest.mark.parametrize("stops_at", [0.2, 0.6, 1.4])
+def test_tips_go_to_the_centers_of_the_last_balls(stops_at):
+    mesh = capsule(4.0, 0.5, 32)
+    short = path_in(mesh, np.stack([np.zeros(9), np.zeros(9), np.linspace(-stops_at, stops_at, 9)], axis=1))
+    skeleton = extend_tips(short, Surface(mesh))
+    ends = np.sort(skeleton.nodes[skeleton.tips][:, 2])
+    # one step of half a radius may pass the center by the slack of 5 % of the radius
+    assert np.abs(ends - [-2, 2]).max() < 0.06 * 0.5
+    assert len(skeleton.edges) == len(skeleton.nodes) - 1
+
+
+@pytest.mark.parametrize(("aside", "moves"), [(0.3, True), (0.7, True), (1.1, False)])
+def test_a_tip_beside_the_axis_is_centered(aside, moves):
+    """In a capsule of radius 0.5; a tip outside is moved to its section where that is within two radii."""
+    mesh = capsule(4.0, 0.5, 32)
+    path = np.stack([np.zeros(9), np.zeros(9), np.linspace(-1.5, 1.5, 9)], axis=1)
+    path[-1, 0] = aside
+    skeleton = extend_tips(path_in(mesh, path), Surface(mesh))
+    # the plane across the last four nodes, which lean by the shift, cuts an ellipse whose center is on the axis
+    assert (np.abs(skeleton.nodes[:, 0]).max() < 0.05 * 0.5) == moves
+    assert (skeleton.nodes[:, 2].max() > 1.9) == moves
+
+
+def test_a_tip_at_its_junction_is_extended_towards_its_vertices():
+    """A tip that points away from the arm whose vertices are mapped to it."""
+    mesh = make("tripod", n_vertices=2000)
+    V, arm = mesh.mesh.vertices, mesh.truth.nodes[mesh.truth.tips]
+    center = mesh.truth.nodes[mesh.truth.junctions[0]]
+    arms = [center + (end - center) * np.linspace(0, 0.8, 9)[1:, None] for end in arm[:2]]
+    nodes = np.concatenate([center[None], *arms, (center + 0.02 * (center - arm[2]))[None]])
+    edges = [[0, 1], [0, 9], *([k, k + 1] for k in range(1, 8)), *([k, k + 1] for k in range(9, 16)), [0, 17]]
+    at = np.concatenate([nodes[:17], [arm[2]]])
+    nearest = nearest_rows(V, at)
+    skeleton = extend_tips(Skeleton(nodes, edges, np.full(18, 0.1), nearest), Surface(mesh.mesh))
+    distances = np.linalg.norm(skeleton.nodes[skeleton.tips][:, None] - arm, axis=2).min(axis=0)
+    assert distances.max() < 0.2 * mesh.truth.radii.min()
+
+
+def test_an_end_without_a_direction_is_kept():
+    mesh = sphere(2)
+    point = Skeleton(np.zeros((2, 3)), [[0, 1]], np.ones(2), np.zeros(len(mesh.vertices)))
+    assert np.array_equal(extend_tips(point, Surface(mesh)).nodes, point.nodes)
+
+
+def test_tips_follow_a_bend():
+    t = np.linspace(0, np.pi / 2, 40)
+    axis = np.stack([2 * np.sin(t), 0 * t, 2 - 2 * np.cos(t)], axis=1)
+    mesh = tube(axis, 0.2)
+    skeleton = extend_tips(path_in(mesh, axis[4:26]), Surface(mesh))
+    from_center = np.hypot(skeleton.nodes[:, 0], skeleton.nodes[:, 2] - 2)
+    assert np.abs(from_center - 2).max() < 0.1 * 0.2
+    # the end of the tube is flat, so its last ball lies one radius in
+    last = skeleton.nodes[skeleton.tips]
+    assert np.linalg.norm(last - axis[-1], axis=1).min() == pytest.approx(0.2, rel=0.2)
+
+
+def test_the_vertices_of_an_end_go_to_its_new_nodes():
+    mesh = capsule(4.0, 0.5, 32)
+    short = path_in(mesh, np.stack([np.zeros(9), np.zeros(9), np.linspace(-1, 1, 9)], axis=1))
+    skeleton = extend_tips(short, Surface(mesh))
+    top = mesh.vertices[:, 2] > 1.9
+    assert skeleton.nodes[skeleton.node_of_vertex[top]][:, 2].min() > 1.5
+
+
+def hook():
+    """A thick body with a thin limb that bends by 150 degrees, and the axis of the limb."""
+    body = np.array([[-1.0, 0, 0], [0, 0, 0]])
+    angle = np.linspace(0, np.radians(150), 12)
+    bend = np.stack([0.5 + 0.3 * np.sin(angle), 0.3 - 0.3 * np.cos(angle), 0 * angle], axis=1)
+    ahead = (bend[-1] - bend[-2]) / np.linalg.norm(bend[-1] - bend[-2])
+    limb = np.concatenate([[[0.0, 0, 0]], bend, bend[-1] + np.linspace(0.05, 0.4, 8)[:, None] * ahead])
+    return mesh_solid(solid_of([(body, 0.3), (limb, 0.1)]), n_vertices=1200), limb
+
+
+def test_a_tip_follows_a_limb_that_bends_back():
+    mesh, limb = hook()
+    distances = np.linalg.norm(mesh.vertices[:, None] - limb, axis=2)
+    on_limb = (distances.min(axis=1) < 0.15) & (distances.argmin(axis=1) > 0)
+    # pulled back to the base of the limb, and outside of it
+    nodes = np.array([[-1.0, 0, 0], [-0.5, 0, 0], [0, 0, 0], [0.4, -0.2, 0]])
+    node = np.where(on_limb, 3, np.abs(mesh.vertices[:, :1] - nodes[:3, 0]).argmin(axis=1))
+    short = Skeleton(nodes, [[0, 1], [1, 2], [2, 3]], np.zeros(4), node)
+    long = extend_tips(short, Surface(mesh))
+    assert len(long.tips) == 2
+    off_axis = np.linalg.norm(long.nodes[:, None] - limb, axis=2).min(axis=1)
+    assert np.count_nonzero(long.nodes[:, 0] > 0.2) > 4
+    # the limb's axis is known at points 0.07 apart, its radius is 0.1
+    assert off_axis[long.nodes[:, 0] > 0.2].max() < 0.06
+    assert np.linalg.norm(long.nodes[long.tips] - limb[-1], axis=1).min() < 0.05
+    assert long.n_components == 1
+    assert np.linalg.norm(mesh.vertices - long.nodes[long.node_of_vertex], axis=1)[on_limb].max() < 0.25

@@ -1,0 +1,103 @@
+"""Resampling: evenly spaced nodes on the same graph, and where the vertices go."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers import star_skeleton, theta_skeleton
+
+from lbskel import Skeleton, UnknownChoice, resample
+
+
+@pytest.mark.parametrize("spacing", [0.01, 0.3, 1.0, 9.0, 10.0])
+def test_resampling_keeps_the_graph(spacing):
+    thick = replace(theta_skeleton((1, 2, 3)), radii=np.full(5, 2.0))  # ten radii are longer than every path
+    for skeleton in (theta_skeleton(), theta_skeleton((1, 2, 3)), thick, star_skeleton([3, 3, 2, 2])[0]):
+        resampled = resample(skeleton, spacing=spacing)
+        assert resampled.cycle_rank == skeleton.cycle_rank
+        assert len(resampled.tips) == len(skeleton.tips)
+        assert np.array_equal(resampled.nodes[: len(skeleton.junctions)], skeleton.nodes[: len(skeleton.junctions)])
+        assert resampled.node_of_vertex.shape == skeleton.node_of_vertex.shape
+
+
+def test_resampling_spaces_evenly_and_maps_to_the_nearest():
+    line = np.array([[0.0, 0, 0], [0.1, 0, 0], [3, 0, 0], [4, 0, 0]])
+    skeleton = Skeleton(line, [[0, 1], [1, 2], [2, 3]], np.full(4, 1.0), [0, 1, 2, 3])
+    resampled = resample(skeleton, spacing=0.5)
+    assert len(resampled.edges) == 8
+    assert np.ptp(resampled.edge_lengths) < 1e-12
+    assert np.allclose(resampled.nodes[resampled.node_of_vertex][:, 0], [0, 0, 3, 4])
+
+
+def test_a_bare_loop_stays_a_loop():
+    angle = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    skeleton = Skeleton(
+        ring, np.stack([np.arange(12), (np.arange(12) + 1) % 12], axis=1), np.full(12, 50.0), np.arange(12)
+    )
+    assert resample(skeleton, spacing=1.0).cycle_rank == 1
+
+
+def test_new_nodes_lie_on_the_curve_through_the_old_ones():
+    """Chords of 24 nodes to the circle are off by 1 - cos(pi / 24), 0.0086, in their middle."""
+    angle = np.linspace(0, 1.5 * np.pi, 19)
+    arc = Skeleton(
+        np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1),
+        [*itertools.pairwise(range(19))],
+        np.full(19, 0.3),
+        np.arange(19),
+    )
+    inner = np.linalg.norm(resample(arc, n_nodes=14).nodes, axis=1)
+    assert np.abs(inner - 1).max() < 0.001
+
+
+def test_a_corner_stays_a_corner_between_new_nodes():
+    """The curve overshoots next to a corner only, by less than a tenth of the distance between nodes."""
+    nodes = [[x, 0, 0] for x in range(6)] + [[5, y, 0] for y in range(1, 6)]
+    bent = Skeleton(nodes, [*itertools.pairwise(range(11))], np.ones(11), np.arange(11))
+    x, y, _ = resample(bent, n_nodes=24).nodes.T
+    off = np.minimum(np.abs(y), np.abs(x - 5))
+    assert off.max() < 0.1
+    assert off[(x < 3.9) | (y > 1.1)].max() < 1e-12
+
+
+def test_a_spacing_must_be_positive():
+    with pytest.raises(UnknownChoice, match="positive"):
+        resample(theta_skeleton(), spacing=0.0)
+
+
+def test_a_spacing_meant_as_a_length_is_refused():
+    """The paths are 40 radii of 0.1 long and more; 100 radii would leave nothing between the junctions."""
+    with pytest.raises(
+        UnknownChoice, match=r"spacing is in local radii, and 100 .* give d / 0\.1, which is its median"
+    ):
+        resample(theta_skeleton(), spacing=100)
+    chords = theta_skeleton((1, 2, 2))  # already as few pieces as keep the cycles
+    assert len(resample(chords, spacing=1e9).nodes) == len(chords.nodes)
+
+
+@pytest.mark.parametrize("n_nodes", [9.5, "9", [9]])
+def test_a_number_of_nodes_that_is_no_whole_number_is_refused(n_nodes):
+    with pytest.raises(UnknownChoice, match="n_nodes must be a whole number"):
+        resample(theta_skeleton(), n_nodes=n_nodes)
+
+
+def test_resampling_keeps_anchors_and_makes_as_many_nodes_as_asked():
+    loop = Skeleton(
+        [[np.cos(a), np.sin(a), 0] for a in 2 * np.pi * np.arange(12) / 12],
+        [[k, (k + 1) % 12] for k in range(12)],
+        np.full(12, 0.2),
+        np.arange(12),
+        mean_radii=np.full(12, 0.3),
+        anchors=[5],
+    )
+    for n in (3, 4, 7, 50):
+        even = resample(loop, n_nodes=n)
+        assert (len(even.nodes), even.cycle_rank, even.n_components) == (n, 1, 1)
+        assert np.array_equal(even.nodes[even.anchors], loop.nodes[[5]])
+        assert even.mean_radii == pytest.approx(0.3)
+    with pytest.raises(UnknownChoice, match="at least 3"):
+        resample(loop, n_nodes=2)
+    with pytest.raises(UnknownChoice, match="either spacing or n_nodes"):
+        resample(loop)
