@@ -23,7 +23,7 @@ OUTSIDE_TOLERANCE = 1e-6  # by which a point may lie outside a closed surface or
 
 
 def resolve_anchor(anchor: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
-    """The vertex that an anchor names, or the one nearest to it, and the anchor's position.
+    """Find the vertex that an anchor names, or the one nearest to it, and the anchor's position.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def resolve_anchor(anchor: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
 def attach_anchors(
     skeleton: Skeleton, surface: Surface, vertices: NDArray[np.int64], points: NDArray[np.float64]
 ) -> Skeleton:
-    """The skeleton with a node at every anchor.
+    """Add a node at every anchor.
 
     Where the skeleton passes near an anchor, it is bent through it. Elsewhere a branch is added below the surface, from
     the node of the anchor's vertex.
@@ -92,7 +92,7 @@ def _is_outside_bounding_sphere(points: NDArray[np.float64], mesh: Mesh) -> NDAr
 
 
 def _with_anchor(skeleton: Skeleton, surface: Surface, node_of_anchor: int, point: NDArray[np.float64]) -> Skeleton:
-    """The skeleton with one more anchor, a branch to which would begin at ``node_of_anchor``."""
+    """Add one anchor; a branch to it, where one is needed, begins at ``node_of_anchor``."""
     edge, share, distance = _nearest_edge(skeleton, point)
     ends = skeleton.edges[edge] if len(skeleton.edges) else np.array([node_of_anchor, node_of_anchor])
     radius = (1 - share) * skeleton.radii[ends[0]] + share * skeleton.radii[ends[1]]
@@ -114,7 +114,7 @@ def _with_anchor(skeleton: Skeleton, surface: Surface, node_of_anchor: int, poin
 
 
 def _nearest_edge(skeleton: Skeleton, point: NDArray[np.float64]) -> tuple[int, float, float]:
-    """The edge nearest to a point, the position along it from 0 to 1, and the distance."""
+    """Find the edge nearest to a point, the position along it from 0 to 1, and the distance."""
     if len(skeleton.edges) == 0:
         return 0, 0.0, float(np.linalg.norm(skeleton.nodes - point, axis=1).min())
     start, end = skeleton.nodes[skeleton.edges].transpose(1, 0, 2)
@@ -127,7 +127,7 @@ def _nearest_edge(skeleton: Skeleton, point: NDArray[np.float64]) -> tuple[int, 
 
 
 def nearest_node(skeleton: Skeleton, root: Any, mesh: Mesh) -> int:
-    """The node to which a vertex of the skeleton's mesh is mapped, or the node nearest to a point.
+    """Find the node to which a vertex of the skeleton's mesh is mapped, or the node nearest to a point.
 
     Parameters
     ----------

@@ -71,7 +71,7 @@ def fit_to_centerlines(skeleton: Skeleton, centers: SectionCenters, surface: Sur
 def _smoothing_spline(
     skeleton: Skeleton, target: NDArray[np.float64], weight: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """The discrete smoothing spline along every branch, with weighted targets and squared second differences."""
+    """Fit a discrete smoothing spline to every branch, by weighted targets and squared second differences."""
     previous, middle, following = _triples(skeleton)
     rows = np.tile(np.arange(len(middle)), 3)
     values = np.repeat([1.0, -2.0, 1.0], len(middle))

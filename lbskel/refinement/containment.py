@@ -105,7 +105,7 @@ def segments_outside(nodes: NDArray[np.float64], edges: NDArray[np.int64], surfa
 
 
 def _leaving_parts(branch: NDArray[np.int64], leaving: set[tuple[int, ...]]) -> list[NDArray[np.int64]]:
-    """The runs of nodes whose edges leave the surface; runs with a small gap between them are joined."""
+    """Find the runs of nodes whose edges leave the surface; runs with a small gap between them are joined."""
     is_leaving = np.array([(min(a, b), max(a, b)) in leaving for a, b in itertools.pairwise(branch.tolist())])
     at = np.flatnonzero(is_leaving)
     runs = np.split(at, np.flatnonzero(np.diff(at) > MAX_GAP) + 1) if len(at) else []
@@ -140,7 +140,7 @@ def interior_paths(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Su
 
 
 def _path_between(ends: NDArray[np.float64], depth: float, surface: Surface) -> NDArray[np.float64]:
-    """The points between two ends on a smoothed path below the surface."""
+    """Find the points between two ends on a smoothed path below the surface."""
     path = np.concatenate([ends[:1], _path_below_surface(ends[0], ends[1], depth, surface.proxy), ends[1:]])
     return _smoothed(path, surface)[1:-1]
 
@@ -148,7 +148,7 @@ def _path_between(ends: NDArray[np.float64], depth: float, surface: Surface) -> 
 def _path_below_surface(
     start: NDArray[np.float64], end: NDArray[np.float64], depth: float, surface: Surface
 ) -> NDArray[np.float64]:
-    """The shortest path along the edges of the inward-offset mesh, from near one point to near another.
+    """Find the shortest path along the edges of the inward-offset mesh, from near one point to near another.
 
     It is searched for in a growing ball around the midpoint. Once it is shorter than any path that leaves the ball, it
     is the shortest of all.
@@ -182,7 +182,7 @@ def _path_below_surface(
 
 
 def _smoothed(path: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
-    """The path with points repeatedly averaged with their neighbors, as long as it stays inside; its ends are fixed."""
+    """Average the points of a path with their neighbors repeatedly, as long as it stays inside; its ends are fixed."""
     segments = np.stack([np.arange(len(path) - 1), np.arange(1, len(path))], axis=1)
     for _ in range(N_SMOOTHING_STEPS):
         mean = np.array(path)

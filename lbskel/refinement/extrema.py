@@ -159,7 +159,7 @@ def _shortest_edges(edges: NDArray[np.int64], lengths: NDArray[np.float64], n_no
 
 
 def _cells(mesh: Mesh) -> _Cells:
-    """The cells of the nearest seed along edges; seeds are evenly spaced in the list of vertices."""
+    """Assign every vertex to the nearest seed along edges; seeds are evenly spaced in the list of vertices."""
     n, used = len(mesh.vertices), mesh.used_vertices
     i, j = mesh.edges.T
     lengths = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1) + MIN_EDGE_LENGTH * mesh.diameter_bound
@@ -177,7 +177,7 @@ def _cells(mesh: Mesh) -> _Cells:
 
 
 def _grow_limbs(cells: _Cells, height: NDArray[np.float64]) -> list[_Limb]:
-    """The limbs of a surface: union-find over the cells by descending height."""
+    """Find the limbs of a surface by union-find over the cells in order of descending height."""
     pointers, neighbors = cells.graph.indptr.tolist(), cells.graph.indices.tolist()
     group = [-1] * len(height)
     members: dict[int, list[int]] = {}
@@ -212,7 +212,7 @@ def _grow_limbs(cells: _Cells, height: NDArray[np.float64]) -> list[_Limb]:
 
 
 def _as_limb(cells: _Cells, members: list[int], border: int) -> _Limb | None:
-    """A group of cells as a limb that meets another one at the border; None if it is not elongated."""
+    """Measure a group of cells as a limb that meets another one at the border; None if it is not elongated."""
     if len(members) < MIN_CELLS:
         return None
     inner = np.array(members)

@@ -48,14 +48,14 @@ class _Lines:
     directions: NDArray[np.float64]
 
     def take(self, rows: NDArray[np.bool_]) -> _Lines:
-        """Some of the rows."""
+        """Select some of the rows."""
         return _Lines(
             self.junctions[rows], self.branches[rows], self.starts[rows], self.means[rows], self.directions[rows]
         )
 
 
 def _branch_lines(skeleton: Skeleton, centers: SectionCenters) -> _Lines:
-    """The line of every branch at each of its junctions."""
+    """Find the line of every branch at each of its junctions."""
     junctions: list[int] = []
     branches: list[int] = []
     vectors: list[NDArray[np.float64]] = []
@@ -76,7 +76,7 @@ def _branch_lines(skeleton: Skeleton, centers: SectionCenters) -> _Lines:
 
 
 def _nearest_point(lines: _Lines, anchor: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
-    """The point with the least weighted sum of squared distances to all lines.
+    """Find the point with the least weighted sum of squared distances to all lines.
 
     A line's weight is the inverse square of the distance over which it is extended, at least the radius. Directions
     that the lines leave undetermined are decided by the anchor.
@@ -180,7 +180,7 @@ def merge_junctions_by_axes(skeleton: Skeleton, centers: SectionCenters, surface
 
 
 def _inner_branches(skeleton: Skeleton) -> list[int]:
-    """The branches between two junctions that are short enough for them to be merged."""
+    """Find the branches between two junctions that are short enough for them to be merged."""
     found = []
     for index, branch in enumerate(skeleton.branches):
         ends = branch[[0, -1]]
@@ -203,7 +203,7 @@ def _common_place(skeleton: Skeleton, lines: _Lines, index: int, surface: Surfac
 
 
 def _largest_sine(lines: _Lines, place: NDArray[np.float64], surface: Surface) -> float:
-    """The largest sine of an angle between a line and the direction to a place, if all lines point there.
+    """Measure the largest sine of an angle between a line and the direction to a place, if all lines point there.
 
     Infinite where a line starts well beyond the place, passes it too far, or leaves the surface on the way; and for
     fewer than three lines, since two lines nearly meet somewhere in any case.

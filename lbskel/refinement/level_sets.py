@@ -74,7 +74,7 @@ class GeodesicCap:
         return np.array(points[:0:-1]).reshape(-1, 3)
 
     def _level_curves(self, levels: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """The level and the centroid of each connected curve at these distances from the end."""
+        """Compute the level and the centroid of each connected curve at these distances from the end."""
         is_above = self.distances[None] >= levels[:, None, None]
         level, face = np.nonzero(is_above.any(axis=2) & ~is_above.all(axis=2))
         is_above, heights = is_above[level, face], self.distances[face] - levels[level, None]
@@ -97,7 +97,7 @@ class GeodesicCap:
 
 
 def find_geodesic_caps(mesh: Mesh, patch_of_vertex: NDArray[np.int64]) -> dict[int, GeodesicCap]:
-    """The geodesic cap of each patch of a surface, by the number of the patch.
+    """Find the geodesic cap of each patch of a surface, by the number of the patch.
 
     Parameters
     ----------

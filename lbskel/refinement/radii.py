@@ -15,12 +15,12 @@ from lbskel.skeleton.skeleton import Skeleton
 
 
 def inscribed_radii(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """The skeleton with inscribed radii: the distance of each node to the surface."""
+    """Set inscribed radii: the distance of each node to the surface."""
     return replace(skeleton, radii=surface.distance(skeleton.nodes), radius_kind="inscribed")
 
 
 def own_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
-    """The skeleton with the distance of each node to the component of the mesh that its graph represents.
+    """Set the distance of each node to the component of the mesh that its graph represents.
 
     That is the mesh component to which most vertices of the node's graph component belong, so that the surfaces of
     other components, which may intersect it or lie inside it, do not count. A graph component without vertices keeps
@@ -48,7 +48,7 @@ def own_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
 
 
 def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
-    """The skeleton with mean radii: the mean distance of each node to the vertices mapped to it.
+    """Set mean radii: the mean distance of each node to the vertices mapped to it.
 
     A node without vertices takes the mean radius of its neighbors along the skeleton.
 

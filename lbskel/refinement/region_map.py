@@ -98,7 +98,7 @@ def edges_with_disjoint_regions(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.in
 
 
 def make_regions_connected(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
-    """The skeleton with a map whose regions are connected, and adjacent for adjacent nodes.
+    """Make the regions of the map connected, and adjacent for adjacent nodes.
 
     Every region is connected, unless its vertices lie on several components of the mesh. Nearly every edge of the
     skeleton joins adjacent regions.
@@ -124,7 +124,7 @@ def make_regions_connected(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
 
 
 def complete_map(skeleton: Skeleton, node_of_vertex: NDArray[np.int64], mesh: Mesh) -> Skeleton:
-    """The skeleton with a map that is partly known, completed by growing its regions.
+    """Complete a map that is partly known by growing its regions.
 
     Vertices that no region reaches are mapped to the nearest ball.
 
@@ -152,7 +152,7 @@ def _with_connected_regions(skeleton: Skeleton, mesh: Mesh, nodes: NDArray[np.in
 def _grown(
     nodes: NDArray[np.float64], node_of_vertex: NDArray[np.int64], is_fixed: NDArray[np.bool_], mesh: Mesh
 ) -> NDArray[np.int64]:
-    """The map with every vertex that is not fixed given to the region of an adjacent one, as far as edges lead."""
+    """Give every vertex that is not fixed to the region of an adjacent one, as far as edges lead."""
     node_of_vertex, is_fixed = np.array(node_of_vertex), np.array(is_fixed)
     i, j = mesh.edges.T
     from_start, from_end = np.flatnonzero(~is_fixed[i]), np.flatnonzero(~is_fixed[j])

@@ -99,7 +99,7 @@ def _end_directions(skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.
 def _with_centered_ends(
     skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], directions: NDArray[np.float64]
 ) -> Skeleton:
-    """The skeleton with its tips at the centroids of their cross-sections, where these are around or near the tips."""
+    """Move the tips to the centroids of their cross-sections, where these are around or near the tips."""
     nodes, first, last = np.array(skeleton.nodes), [end[0] for end in ends], [end[-1] for end in ends]
     section = cross_sections(surface.mesh, nodes[last], directions)
     offset, length = (np.linalg.norm(nodes[last] - other, axis=1) for other in (section.centroids, nodes[first]))
@@ -165,7 +165,7 @@ def _missed_limbs(
 
 
 def clip_to_interior(cap: GeodesicCap, surface: Surface) -> NDArray[np.float64]:
-    """The part of a cap's axis next to its end that is inside the surface; empty if the axis is too shallow."""
+    """Clip a cap's axis to the part next to its end that is inside the surface; empty if the axis is too shallow."""
     axis = cap.axis
     if len(axis) == 0 or np.median(surface.distance(axis)) < MIN_DEPTH * cap.radius:
         return np.empty((0, 3))
@@ -174,7 +174,7 @@ def clip_to_interior(cap: GeodesicCap, surface: Surface) -> NDArray[np.float64]:
 
 
 def _detour(path: NDArray[np.float64]) -> float:
-    """The length of a path relative to the distance between its ends."""
+    """Measure the length of a path relative to the distance between its ends."""
     straight = float(np.linalg.norm(path[-1] - path[0]))
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) / max(straight, 1e-300)
 
@@ -204,7 +204,7 @@ def recenter_points(axes: list[NDArray[np.float64]], surface: Surface) -> list[N
 def trace_centerline(
     surface: Surface, starts: NDArray[np.float64], directions: NDArray[np.float64]
 ) -> list[list[NDArray[np.float64]]]:
-    """The points of the centerline ahead of each end, up to its last inscribed ball; all ends are traced at once.
+    """Trace the centerline ahead of each end up to its last inscribed ball; all ends are traced at once.
 
     Parameters
     ----------

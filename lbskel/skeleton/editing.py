@@ -55,7 +55,7 @@ def reroot(skeleton: Skeleton, node: int) -> Skeleton:
 
 
 def _renumbered(skeleton: Skeleton, kept: NDArray[np.int64], new_index: NDArray[np.int64]) -> Skeleton:
-    """The nodes ``kept``, in this order, where ``new_index`` has the new number of every node."""
+    """Keep some nodes, in this order; ``new_index`` has the new number of every node."""
     return replace(
         skeleton,
         nodes=skeleton.nodes[kept],
@@ -172,7 +172,7 @@ def _steps(chain: NDArray[np.int64]) -> NDArray[np.int64]:
 def _extended(
     skeleton: Skeleton, edges: NDArray[np.int64], paths: Sequence[NDArray[np.float64]], radii: NDArray[np.float64]
 ) -> Skeleton:
-    """The skeleton with new nodes and other edges."""
+    """Add nodes and replace the edges."""
     return replace(
         skeleton,
         nodes=np.concatenate([skeleton.nodes, *(path.reshape(-1, 3) for path in paths)]),

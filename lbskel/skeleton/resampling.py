@@ -84,7 +84,7 @@ def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int |
 
 
 def _paths(skeleton: Skeleton) -> list[_Path]:
-    """The branches, split at anchors; a loop needs three pieces, and of two paths with the same ends one needs two."""
+    """Split the branches at anchors; a loop needs three pieces, and of two paths with the same ends one needs two."""
     is_anchor = np.zeros(len(skeleton.nodes), dtype=bool)
     is_anchor[skeleton.anchors] = True
     paths, seen = [], set()
@@ -101,7 +101,7 @@ def _paths(skeleton: Skeleton) -> list[_Path]:
 
 
 def _counts_for_spacing(skeleton: Skeleton, paths: list[_Path], spacing: float) -> list[int]:
-    """The number of pieces of each path for a spacing in median radii of the path."""
+    """Count the pieces of each path for a spacing in median radii of the path."""
     if not spacing > 0:
         raise UnknownChoice(f"spacing must be positive, in local radii, not {spacing}")
     counts = []
@@ -119,7 +119,7 @@ def _counts_for_spacing(skeleton: Skeleton, paths: list[_Path], spacing: float) 
 
 
 def _counts_for_number(skeleton: Skeleton, paths: list[_Path], n_nodes: Any) -> list[int]:
-    """The number of pieces of each path for a total number of nodes; the longest piece is divided first."""
+    """Count the pieces of each path for a total number of nodes; the longest piece is divided first."""
     try:
         n_asked = operator.index(n_nodes)
     except TypeError:
@@ -140,13 +140,13 @@ def _counts_for_number(skeleton: Skeleton, paths: list[_Path], n_nodes: Any) -> 
 
 
 def _kept_nodes(skeleton: Skeleton, paths: list[_Path]) -> NDArray[np.int64]:
-    """The nodes that stay: junctions, tips, isolated nodes, anchors and the ends of all paths, in ascending order."""
+    """Find the nodes that stay: junctions, tips, isolated nodes, anchors and the ends of all paths, in ascending order."""
     ends = [path.nodes[[0, -1]] for path in paths]
     return np.unique(np.concatenate([np.flatnonzero(skeleton.degrees != 2), skeleton.anchors, *ends]))
 
 
 def _divided(skeleton: Skeleton, paths: list[_Path], counts: list[int]) -> Skeleton:
-    """The skeleton with every path divided evenly; vertices go to the new node nearest to theirs along the path."""
+    """Divide every path evenly; vertices go to the new node nearest to theirs along the path."""
     has_mean_radii = len(skeleton.mean_radii) > 0
     values = np.column_stack([skeleton.nodes, skeleton.radii, *([skeleton.mean_radii] if has_mean_radii else [])])
     kept = _kept_nodes(skeleton, paths)

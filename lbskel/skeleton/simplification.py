@@ -70,7 +70,7 @@ def simplify_branches(skeleton: Skeleton, *, tolerance: float = 0.5) -> Skeleton
 
 
 def _fewest_segments(P: NDArray[np.float64], tolerances: NDArray[np.float64], min_segments: int) -> NDArray[np.int64]:
-    """Indices of the points of the polyline with the fewest segments, but no fewer than ``min_segments``.
+    """Find the points of the polyline with the fewest segments, but no fewer than ``min_segments``.
 
     Dynamic programming over the points: ``segments[s, i]`` and ``error[s, i]`` belong to the best polyline to point i
     with s segments, or with s or more where s is ``min_segments``.
@@ -102,7 +102,7 @@ def _fewest_segments(P: NDArray[np.float64], tolerances: NDArray[np.float64], mi
 def _segments_from(
     P: NDArray[np.float64], tolerances: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """The points 1, 2, ... that a segment from point 0 may end at, counted from 0, and the squared distances it costs.
+    """Find the points 1, 2, ... where a segment from point 0 may end, counted from 0, and the squared distances it costs.
 
     No segment passes a point whose tolerance is NaN.
     """

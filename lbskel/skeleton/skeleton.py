@@ -1,6 +1,6 @@
-"""A curve skeleton: a graph in space with a radius on every node and a node for every vertex of the mesh.
+"""A curve skeleton: a graph in space, a radius for every node, and a map from the vertices of the mesh to the nodes.
 
-It is a graph and not a tree: a handle of the shape is a cycle of the skeleton.
+It is a graph and not a tree: every handle of the shape is a cycle of the skeleton.
 """
 
 from __future__ import annotations
@@ -21,49 +21,56 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.arrays import read_only
 
 
-def _rows(values: ArrayLike, what: str, width: int, kind: type) -> NDArray[Any]:
-    """A copy of shape (k, width), also of nothing at all; a MeshError if it has another shape."""
+def _numbers(values: ArrayLike, name: str, dtype: type) -> NDArray[Any]:
+    """Copy the values; a MeshError if they are no numbers, or no whole numbers where these are needed."""
     try:
         given = np.asarray(values)
-        rows: NDArray[Any] = np.array(given, dtype=kind, order="C")
+        numbers: NDArray[Any] = np.array(given, dtype=dtype, order="C")
     except (TypeError, ValueError) as error:
-        raise MeshError(f"{what} of a skeleton must be an array of numbers: {error}") from None
+        raise MeshError(f"{name} of a skeleton must be an array of numbers: {error}") from None
+    if dtype is np.int64 and (numbers != given).any():
+        raise MeshError(f"{name} of a skeleton must be whole numbers")
+    return numbers
+
+
+def _rows(values: ArrayLike, name: str, width: int, dtype: type) -> NDArray[Any]:
+    """Copy the values to shape (k, width), also an empty sequence; a MeshError if they have another shape."""
+    rows = _numbers(values, name, dtype)
     if rows.size == 0:
         return rows.reshape(0, width)
     if rows.ndim != 2 or rows.shape[1] != width:
-        raise MeshError(f"{what} of a skeleton must have shape (k, {width}), not {rows.shape}")
-    if kind is np.int64 and (rows != given).any():
-        raise MeshError(f"{what} of a skeleton must be whole numbers")
+        raise MeshError(f"{name} of a skeleton must have shape (k, {width}), not {rows.shape}")
     return rows
 
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """Nodes joined by straight edges, in the coordinates of the mesh that it came from.
+    """Nodes connected by straight edges, in the coordinates of the mesh that the skeleton was made from.
 
     Parameters
     ----------
     nodes : (k, 3) array of float
         Positions.
     edges : (e, 2) array of int
-        Pairs of nodes, smaller index first, each pair once, sorted.
+        Pairs of nodes, smaller index first, each pair once, sorted. Self-loops are dropped.
     radii : (k,) array of float
-        Thickness of the shape at each node, of the kind that ``radius_kind`` names.
+        Thickness of the shape at each node, of the kind that ``radius_kind`` names; NaN where it is not known.
     node_of_vertex : (n,) array of int
-        For each vertex of the mesh, the node that stands for it. Empty where no mesh is known.
+        For each vertex of the mesh, the node that it is mapped to. Empty where no mesh is known.
     radius_kind : str
-        ``inscribed``: distance to the surface; ``mean``: mean distance to the vertices that the node stands for.
+        ``inscribed``: distance to the surface; ``mean``: mean distance to the vertices that are mapped to the node.
     mean_radii : (k,) array of float
-        Of the kind ``mean``, beside radii of another kind. Empty where they are not known.
+        Radii of the kind ``mean``, in addition to ``radii`` of another kind. Empty where they are not known.
     anchors : (a,) array of int
-        Nodes that the caller asked for: nothing that simplifies the graph removes or moves them.
+        Nodes that the caller asked for; no function that simplifies the graph removes or moves them.
     report : dict
-        What was done and checked on the way, ready for JSON.
+        How the skeleton was made and checked, ready for JSON.
 
     Raises
     ------
     MeshError
-        If an edge or the map names a node that does not exist, or the lengths do not agree.
+        If an array is not one of numbers of the right shape, the lengths do not agree, or an edge, the map or an anchor
+        refers to a node that does not exist.
     """
 
     nodes: NDArray[np.float64]
@@ -78,26 +85,26 @@ class Skeleton:
     def __post_init__(self) -> None:
         nodes = _rows(self.nodes, "nodes", 3, np.float64)
         edges = np.sort(_rows(self.edges, "edges", 2, np.int64), axis=1)
-        radii = np.array(self.radii, dtype=np.float64).reshape(-1)
-        mean_radii = np.array(self.mean_radii, dtype=np.float64).reshape(-1)
-        mapped = np.array(self.node_of_vertex, dtype=np.int64).reshape(-1)
-        anchors = np.unique(np.array(self.anchors, dtype=np.int64))
+        radii = _numbers(self.radii, "radii", np.float64).reshape(-1)
+        mean_radii = _numbers(self.mean_radii, "mean_radii", np.float64).reshape(-1)
+        node_of_vertex = _numbers(self.node_of_vertex, "node_of_vertex", np.int64).reshape(-1)
+        anchors = np.unique(_numbers(self.anchors, "anchors", np.int64))
         if len(radii) != len(nodes):
             raise MeshError(f"a skeleton of {len(nodes)} nodes needs as many radii, not {len(radii)}")
         if len(mean_radii) not in (0, len(nodes)):
             raise MeshError(
                 f"a skeleton of {len(nodes)} nodes needs as many mean radii, or none, not {len(mean_radii)}"
             )
-        for what, indices in (("edges", edges), ("node_of_vertex", mapped), ("anchors", anchors)):
+        for field_name, indices in (("edges", edges), ("node_of_vertex", node_of_vertex), ("anchors", anchors)):
             if indices.size and (indices.min() < 0 or indices.max() >= len(nodes)):
-                raise MeshError(f"{what} of the skeleton name a node outside 0..{len(nodes) - 1}")
-        apart = edges[edges[:, 0] != edges[:, 1]]
-        edges = np.stack(np.divmod(np.unique(apart @ [len(nodes), 1]), max(len(nodes), 1)), axis=1)
+                raise MeshError(f"{field_name} of the skeleton name a node outside 0..{len(nodes) - 1}")
+        distinct = edges[edges[:, 0] != edges[:, 1]]
+        edges = np.stack(np.divmod(np.unique(distinct @ [len(nodes), 1]), max(len(nodes), 1)), axis=1)
         for name, value in {
             "nodes": nodes,
             "edges": edges,
             "radii": radii,
-            "node_of_vertex": mapped,
+            "node_of_vertex": node_of_vertex,
             "mean_radii": mean_radii,
             "anchors": anchors,
         }.items():
@@ -116,12 +123,12 @@ class Skeleton:
 
     @property
     def tips(self) -> NDArray[np.int64]:
-        """Nodes with one edge, the ends of the shape."""
+        """Nodes with one edge, at the ends of the shape."""
         return np.flatnonzero(self.degrees == 1)
 
     @property
     def junctions(self) -> NDArray[np.int64]:
-        """Nodes with three edges or more."""
+        """Nodes with three or more edges."""
         return np.flatnonzero(self.degrees >= 3)
 
     @cached_property
@@ -137,7 +144,7 @@ class Skeleton:
 
     @cached_property
     def component_of_node(self) -> NDArray[np.int64]:
-        """(k,) number of the connected component of each node."""
+        """(k,) index of the connected component of each node."""
         k = len(self.nodes)
         graph = weighted_graph(self.edges, np.ones(len(self.edges), dtype=np.int8), k)
         return read_only(connected_components(graph, directed=False)[1].astype(np.int64))
@@ -149,12 +156,12 @@ class Skeleton:
 
     @property
     def cycle_rank(self) -> int:
-        """Number of independent cycles: edges less nodes plus components."""
+        """Number of independent cycles: edges minus nodes plus components."""
         return len(self.edges) - len(self.nodes) + self.n_components
 
     @cached_property
     def adjacency(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """(k + 1,) where the neighbors of each node begin, and (2 e,) all of them, each node's in ascending order."""
+        """Neighbors in compressed form: (k + 1,) where those of each node begin, and (2 e,) all, in ascending order."""
         both = np.concatenate([self.edges, self.edges[:, ::-1]])
         both = both[np.lexsort((both[:, 1], both[:, 0]))]
         return read_only(np.append(0, np.cumsum(self.degrees))), read_only(np.ascontiguousarray(both[:, 1]))
@@ -162,33 +169,33 @@ class Skeleton:
     @cached_property
     def neighbors(self) -> tuple[NDArray[np.int64], ...]:
         """For each node, the nodes that share an edge with it, in ascending order."""
-        first, beside = self.adjacency
-        return tuple(beside[begin:end] for begin, end in itertools.pairwise(first.tolist()))
+        first, adjacent = self.adjacency
+        return tuple(adjacent[begin:end] for begin, end in itertools.pairwise(first.tolist()))
 
     @cached_property
     def branches(self) -> tuple[NDArray[np.int64], ...]:
-        """Polylines of node indices, each from a tip or junction to the next; a bare loop repeats its first node.
+        """Polylines of node indices, from one tip or junction to the next; a loop without any repeats its first node.
 
-        Together they use every edge exactly once. The order is that of their first nodes.
+        Together they contain every edge exactly once. They are ordered by their first nodes.
         """
-        first, beside = (array.tolist() for array in self.adjacency)
-        neighbors = [beside[begin:end] for begin, end in itertools.pairwise(first)]
+        first, adjacent = (array.tolist() for array in self.adjacency)
+        neighbors = [adjacent[begin:end] for begin, end in itertools.pairwise(first)]
         ends = np.flatnonzero((self.degrees != 2) & (self.degrees > 0))
         used: set[tuple[int, int]] = set()
         walks = [walk for end in ends.tolist() for walk in _walks_from(end, neighbors, used)]
-        if len(used) < len(beside):  # what is left are loops without a junction
+        if len(used) < len(adjacent):  # the remaining edges are loops without a junction
             for node in np.flatnonzero(self.degrees == 2).tolist():
                 walks.extend(_walks_from(node, neighbors, used))
         return tuple(read_only(np.array(walk, dtype=np.int64)) for walk in walks)
 
     @property
     def end_branches(self) -> list[NDArray[np.int64]]:
-        """The branches that lead from a junction to a tip, the junction first."""
-        ways = [branch if self.degrees[branch[-1]] == 1 else branch[::-1] for branch in self.branches]
-        return [way for way in ways if self.degrees[way[-1]] == 1 and self.degrees[way[0]] >= 3]
+        """The branches between a junction and a tip, the junction first."""
+        to_tip = [branch if self.degrees[branch[-1]] == 1 else branch[::-1] for branch in self.branches]
+        return [branch for branch in to_tip if self.degrees[branch[-1]] == 1 and self.degrees[branch[0]] >= 3]
 
     def to_networkx(self) -> Any:
-        """An undirected ``networkx.Graph`` with ``pos`` and ``radius`` on nodes and ``length`` on edges.
+        """Convert to an undirected ``networkx.Graph``; nodes have ``pos`` and ``radius``, edges ``length``.
 
         Raises
         ------
@@ -208,7 +215,7 @@ class Skeleton:
 
 
 def _walks_from(start: int, neighbors: list[list[int]], used: set[tuple[int, int]]) -> list[list[int]]:
-    """The unused walks that leave a node, each up to a node of another degree than two or back to the start."""
+    """Follow the unused edges of a node, each to a node of a degree other than two or back to the start."""
     walks = []
     for following in neighbors[start]:
         if (start, following) in used:

@@ -162,6 +162,10 @@ def test_a_missing_networkx_is_reported(monkeypatch):
         (([[0, 0, 0]] * 3, [[0, 0.5]], [1, 1, 1]), "edges of a skeleton must be whole numbers"),
         (([[0, 0, 0], [1, 1]], [], [1, 1]), "nodes of a skeleton must be an array of numbers"),
         ((["abc"], [], [1]), "nodes of a skeleton must be an array of numbers"),
+        (([[0, 0, 0]], [], ["thick"]), "radii of a skeleton must be an array of numbers"),
+        (([[0, 0, 0]], [], [1], [0.5]), "node_of_vertex of a skeleton must be whole numbers"),
+        (([[0, 0, 0]], [], [1], [], "inscribed", [1, 2]), "needs as many mean radii, or none, not 2"),
+        (([[0, 0, 0]], [], [1], [], "inscribed", [], [1]), r"anchors of the skeleton name a node outside 0\.\.0"),
     ],
 )
 def test_invalid_input_is_refused(arguments, message):
