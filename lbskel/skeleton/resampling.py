@@ -140,7 +140,7 @@ def _counts_for_number(skeleton: Skeleton, paths: list[_Path], n_nodes: Any) -> 
 
 
 def _kept_nodes(skeleton: Skeleton, paths: list[_Path]) -> NDArray[np.int64]:
-    """Find the nodes that stay: junctions, tips, isolated nodes, anchors and the ends of all paths, in ascending order."""
+    """Find the nodes that stay: junctions, tips, isolated nodes, anchors, ends of all paths; in ascending order."""
     ends = [path.nodes[[0, -1]] for path in paths]
     return np.unique(np.concatenate([np.flatnonzero(skeleton.degrees != 2), skeleton.anchors, *ends]))
 

@@ -102,7 +102,7 @@ def _fewest_segments(P: NDArray[np.float64], tolerances: NDArray[np.float64], mi
 def _segments_from(
     P: NDArray[np.float64], tolerances: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Find the points 1, 2, ... where a segment from point 0 may end, counted from 0, and the squared distances it costs.
+    """Find where a segment from point 0 may end, as points counted from point 1, and the squared distances it costs.
 
     No segment passes a point whose tolerance is NaN.
     """
