@@ -1,7 +1,8 @@
 """The diagnostics of a discrete Laplacian as a value: measures, the properties they decide, and a table of them.
 
 The properties are those of Wardetzky, Mathur, Kaelberer, Grinspun 2007, "Discrete Laplace operators: no free lunch",
-https://doi.org/10.2312/SGP/SGP07/033-037, and what a contraction needs besides.
+https://doi.org/10.2312/SGP/SGP07/033-037, and two that a contraction needs: no row is changed at a degenerate triangle,
+and the total mass is the area.
 """
 
 from __future__ import annotations

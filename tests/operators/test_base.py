@@ -11,7 +11,7 @@ from lbskel.operators import Laplacian, from_igl, laplacian, to_igl
 from lbskel.shapes import cylinder, sphere, torus
 
 
-def test_mean_curvature_normals_of_a_sphere_point_outwards_and_are_as_long_as_one_over_its_radius():
+def test_mean_curvature_normals_of_a_sphere_point_outward_and_have_length_one_over_the_radius():
     ball = sphere(4)
     H = laplacian(ball.with_vertices(2 * ball.vertices)).mean_curvature_normals(2 * ball.vertices)
     # 2,562 vertices: h = 0.07, so h^2 = 0.005; at the twelve vertices of valence five the error stays near 1 %

@@ -26,7 +26,7 @@ def test_triangles_that_need_no_mollification_keep_their_cotangents(mesh):
     assert abs(mollified(mesh).stiffness - expected).max() < 1e-10 * abs(expected).max()
 
 
-def test_nothing_but_a_point_has_the_zero_operator():
+def test_a_mesh_collapsed_to_a_point_has_the_zero_operator():
     L = mollified(Mesh(np.ones((3, 3)), [[0, 1, 2]]))
     assert L.stiffness.nnz == 0
     assert L.treated_vertices.tolist() == [0, 1, 2]

@@ -38,7 +38,7 @@ def test_stars_of_a_grid_have_its_four_neighbors_and_weights_one():
     assert abs(L.mass.diagonal()[24] - 1) < 1e-12
 
 
-def test_stars_serve_again_for_points_that_have_moved():
+def test_stars_can_be_reused_for_moved_points():
     P = fibonacci_sphere(200)
     local = POINT_OPERATORS["local_delaunay"]
     first = local(PointCloud(P))

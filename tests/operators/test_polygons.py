@@ -60,7 +60,7 @@ def test_quads_of_a_plane_and_of_a_sphere():
     inner = corner[1:-1, 1:-1].ravel()
     assert np.abs((L.stiffness @ V)[inner]).max() < 1e-13
     assert np.linalg.eigvalsh(L.stiffness.toarray())[1] > 1e-3
-    # a cube of quads blown up to a sphere: 6 x 24 x 24 faces, h = 0.07
+    # a cube of quads projected to a sphere: 6 x 24 x 24 faces, h = 0.07
     side = np.tan(np.linspace(-np.pi / 4, np.pi / 4, 25))
     u, v = (axis.ravel() for axis in np.meshgrid(side, side, indexing="ij"))
     patches = [np.roll(np.column_stack([s * np.ones_like(u), u, v]), k, axis=1) for k in range(3) for s in (-1, 1)]
@@ -84,7 +84,7 @@ def test_operators_of_polygons_stay_finite(points, data):
     assert is_finite(laplacian(PolygonMesh(points, polygons)))
 
 
-def test_a_polygon_that_would_take_area_from_a_corner_shares_it_out_evenly():
+def test_the_area_of_a_polygon_with_a_negative_corner_area_is_divided_evenly():
     """Three corners of this pentagon lie nearly in a line, the rest is folded over them."""
     dented = [[0.589, 0.631, 1.172], [-0.419, -0.378, -0.547], [-2.062, -0.217, 1.048], [-1.698, -0.251, 0.68]]
     V = np.array([*dented, [-0.954, -0.494, -0.399], [3.0, 0, 0], [3, 2, 0]])
@@ -93,7 +93,7 @@ def test_a_polygon_that_would_take_area_from_a_corner_shares_it_out_evenly():
     assert theirs.min() < 0
     areas = laplacian(PolygonMesh(V, [pentagon, triangle])).mass.diagonal()
     assert areas[1:5] == pytest.approx(theirs.sum() / 5, rel=1e-9)
-    assert areas[0] > areas[1]  # the triangle's besides
+    assert areas[0] > areas[1]  # and its part of the triangle
     assert laplacian(PolygonMesh(V, [triangle])).mass.diagonal()[5] == areas[5]
 
 

@@ -86,11 +86,11 @@ def test_operators_are_rigid_invariant_and_scale_as_their_unit_does(name, rough)
 
 @pytest.mark.parametrize("name", OPERATORS)
 def test_vertices_without_a_face_have_empty_rows(name, ring):
-    with_stray = Mesh(np.concatenate([ring.vertices, [[9.0, 9.0, 9.0]]]), ring.faces)
-    L = laplacian(with_stray, operator=name)
+    with_unused = Mesh(np.concatenate([ring.vertices, [[9.0, 9.0, 9.0]]]), ring.faces)
+    L = laplacian(with_unused, operator=name)
     assert L.stiffness.shape == L.mass.shape == (129, 129)
     assert abs(L.stiffness[[128]]).sum() == 0
-    assert np.isfinite(L.delta(with_stray.vertices)).all()
+    assert np.isfinite(L.delta(with_unused.vertices)).all()
 
 
 @pytest.mark.parametrize("name", LINEAR_ON_A_PLANE + NOT_LINEAR_ON_A_PLANE)

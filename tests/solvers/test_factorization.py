@@ -86,7 +86,7 @@ def test_an_ordering_may_come_from_a_matrix_of_the_same_pattern_or_another(solve
     for A in (
         shifted_laplacian(torus(1.0, 0.3, 20, 10), 0.3),  # the same pattern
         shifted_laplacian(torus(1.0, 0.3, 10, 20), 0.3),  # another
-        eye_array(200, format="csc") * 2.0,  # nearly nothing of it
+        eye_array(200, format="csc") * 2.0,  # almost no entry in common
     ):
         again = factorize(A, solver, like=first)
         assert again.residual(again.solve(B), B) < 1e2 * EPSILON  # as above: condition 120

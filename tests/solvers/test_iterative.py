@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from linear_systems import rectangular, right_hand_side
+from linear_systems import rectangular, right_hand_side, right_hand_sides, shifted_laplacian
 from scipy.sparse import csc_array, diags_array, eye_array
 
 from lbskel import SolveError, factorize, laplacian
@@ -64,3 +64,16 @@ def test_too_few_iterations_are_an_error_only_where_none_were_asked_for():
     with pytest.raises(SolveError, match="2000 iterations leave a residual"):
         factorize(A, "gauss_seidel").solve(b)
     assert np.isfinite(factorize(A, "gauss_seidel").solve(b, iterations=3)).all()
+
+
+@pytest.mark.parametrize("solver", sorted(set(ALL_SOLVERS) - set(DIRECT_SOLVERS)))
+def test_iterations_begin_at_the_start_and_observe_whole_iterates(solver):
+    A, B = shifted_laplacian(torus(1.0, 0.3, 14, 9), 1.0), right_hand_sides(126)
+    exact = np.linalg.solve(A.toarray(), B)
+    start = exact + 1e-3 * right_hand_sides(126)
+    seen = []
+    found = factorize(A, solver).solve(B, start=start, iterations=2, on_iterate=lambda number, X: seen.append(X))
+    assert seen[-1] == pytest.approx(found, abs=1e-12)
+    # zero is 0.5 away, the start 4e-3, and no iteration goes farther away
+    assert max(np.abs(X - exact).max() for X in seen) < 0.02
+    assert factorize(A, solver).solve(B, start=exact, iterations=1) == pytest.approx(exact, abs=1e-12)
