@@ -25,7 +25,9 @@ def test_every_parameter_of_skeletonize_has_an_option_with_its_default():
 
 
 def test_values_are_converted():
-    options = parsed("--anchor", "3", "--anchor", "1,2.5,-3", "--root", "0,0,1", "--nodes", "9", "--min-branch-ratio", "3")
+    options = parsed(
+        "--anchor", "3", "--anchor", "1,2.5,-3", "--root", "0,0,1", "--nodes", "9", "--min-branch-ratio", "3"
+    )
     assert options["anchors"] == [3, [1.0, 2.5, -3.0]]
     assert (options["root"], options["n_nodes"], options["min_branch_ratio"]) == ([0.0, 0.0, 1.0], 9, 3.0)
 

@@ -8,7 +8,17 @@ import lbskel
 
 
 def test_the_mesh_its_map_and_the_report_are_written(here, folder):
-    arguments = ("rod.off", "-o", "fewer.ply", "--steps", "simplify:target_faces=120", "--map", "map.npy", "--report", "r.json")
+    arguments = (
+        "rod.off",
+        "-o",
+        "fewer.ply",
+        "--steps",
+        "simplify:target_faces=120",
+        "--map",
+        "map.npy",
+        "--report",
+        "r.json",
+    )
     code, out, err = here("preprocess", *arguments)
     assert (code, err) == (0, [])
     fewer = lbskel.read_mesh(folder / "fewer.ply")

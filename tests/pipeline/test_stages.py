@@ -322,7 +322,7 @@ def test_passed_and_the_verdict_are_one_decision(ring, time_limit, verdict):
 
 
 def test_the_report_has_the_score_of_the_finished_skeleton(shape, tmp_path):
-    """Also where vertices were merged, a body is simplified, the root is moved, and after a file was written and read."""
+    """Also with merged vertices, a proxy, another root, and after the skeleton was written and read."""
     mesh = shape("tripod")
     soup_of = mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3)
     fine = torus(1.0, 0.3, 200, 60)

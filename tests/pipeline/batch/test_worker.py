@@ -1,0 +1,56 @@
+"""The worker process: jobs and replies, limits, crashes, and a new process after each."""
+
+import signal
+
+import pytest
+
+from lbskel import read_skeleton, write_mesh
+from lbskel.pipeline.batch import BatchStatus
+from lbskel.pipeline.batch.worker import WorkerProcess
+
+PARAMETERS = {"cut_cycles": False, "join": False, "picture": False, "report": False, "options": {}}
+
+
+@pytest.fixture
+def job(tmp_path, rod):
+    """A mesh file and where its skeleton goes."""
+    write_mesh(tmp_path / "rod.off", rod)
+    return {"input": str(tmp_path / "rod.off"), "output": str(tmp_path / "skeleton.json"), **PARAMETERS}
+
+
+@pytest.fixture
+def worker():
+    """A worker process without limits, closed at the end."""
+    process = WorkerProcess(None, None)
+    yield process
+    process.close()
+
+
+def test_a_reply_describes_the_skeleton(worker, job):
+    reply = worker.run(job)
+    assert reply["outcome"] is BatchStatus.PASSED
+    assert (reply["vertices"], reply["faces"], reply["tips"], reply["cycles"]) == (152, 300, 2, 0)
+    assert reply["inside_fraction"] == 1.0
+    assert len(read_skeleton(job["output"]).nodes) == reply["nodes"]
+
+
+def test_a_refused_mesh_and_a_failed_score_say_why(worker, job, tmp_path):
+    (tmp_path / "bad.off").write_text("OFF\n1 0 0\n0 0 0\n")
+    reply = worker.run({**job, "input": str(tmp_path / "bad.off")})
+    assert reply["outcome"] is BatchStatus.REFUSED
+    assert "bad.off" in reply["message"]
+    failed = worker.run({**job, "options": {"time_limit": 1e-9}})
+    assert failed["outcome"] is BatchStatus.FAILED_CHECKS
+    assert "inside_fraction" in failed["message"]
+
+
+def test_a_killed_process_is_reported_and_the_next_job_gets_another(worker, job, tmp_path):
+    assert worker.run({**job, "output": str(tmp_path / "first.json")})["outcome"] is BatchStatus.PASSED
+    worker._process.send_signal(signal.SIGKILL)
+    assert worker.run(job)["outcome"] is BatchStatus.ENDED
+    assert worker.run(job)["outcome"] is BatchStatus.PASSED
+
+
+def test_a_stopped_worker_does_no_more_jobs(worker, job):
+    worker.stop()
+    assert worker.run(job)["outcome"] is BatchStatus.ENDED

@@ -1,0 +1,37 @@
+"""Anchors: from the caller's vertices and points to those of each body."""
+
+import numpy as np
+import pytest
+from helpers import joined, moved
+
+from lbskel import MeshError
+from lbskel.pipeline.anchoring import resolve_anchors
+from lbskel.pipeline.preparation import prepare
+
+
+def test_anchors_are_brought_to_unit_coordinates_and_to_their_body(rod, ring):
+    mesh = joined(rod, moved(ring, 4.0))
+    mesh = mesh.with_vertices(10 * mesh.vertices + [1.0, 2.0, 3.0])
+    prepared = prepare(mesh, preprocess=None)
+    on_ring = len(rod.vertices) + 5
+    point = mesh.vertices[3] * 0.5 + mesh.vertices[7] * 0.5
+    anchors = resolve_anchors([on_ring, point, 3], prepared)
+    assert (
+        np.abs(anchors.points - prepared.to_unit(np.stack([mesh.vertices[on_ring], point, mesh.vertices[3]]))).max()
+        == 0
+    )
+    of_rod, of_ring = (anchors.within(body) for body in prepared.bodies)
+    assert len(of_rod.points) == 2
+    assert of_ring.vertices.tolist() == [5]
+    assert np.array_equal(prepared.bodies[1].mesh.vertices[of_ring.vertices], of_ring.points)
+
+
+@pytest.mark.parametrize("anchors", [0, 1.5, "012", None])
+def test_what_is_no_list_is_refused(anchors, rod):
+    with pytest.raises(MeshError, match=r"anchors must be a list of vertices or points, such as \[0\]"):
+        resolve_anchors(anchors, prepare(rod))
+
+
+def test_no_anchors_are_none(rod):
+    anchors = resolve_anchors((), prepare(rod))
+    assert (anchors.vertices.shape, anchors.points.shape) == ((0,), (0, 3))

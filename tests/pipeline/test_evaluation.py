@@ -1,0 +1,57 @@
+"""The score of a skeleton on the user's mesh: the same as in the report, whatever form the mesh has."""
+
+import numpy as np
+import pytest
+
+import lbskel
+from lbskel import MeshError, Skeleton
+from lbskel.pipeline.evaluation import score
+
+
+def test_the_score_is_that_of_the_report_on_a_prepared_mesh_too(ring):
+    skeleton = lbskel.skeletonize(ring)
+    assert score(skeleton, ring).report() == skeleton.report["score"]
+    assert score(skeleton, lbskel.prepare(ring)) == score(skeleton, ring)
+
+
+def test_units_do_not_change_the_score(ring):
+    """Powers of two are exact."""
+    skeleton = lbskel.skeletonize(ring)
+    larger = Skeleton(4 * skeleton.nodes, skeleton.edges, 4 * skeleton.radii, skeleton.node_of_vertex)
+    assert score(larger, ring.with_vertices(4 * ring.vertices)) == score(skeleton, ring)
+
+
+def test_a_skeleton_without_a_map_says_what_is_not_measured(ring):
+    skeleton = lbskel.skeletonize(ring)
+    found = score(Skeleton(skeleton.nodes, skeleton.edges, skeleton.radii), ring)
+    assert found.not_measured == ("connected_regions", "adjacent_regions")
+    assert "not measured, since the skeleton has no vertex map: connected regions, adjacent regions" in str(found)
+    assert found.verdict == "pass"
+
+
+def test_a_cycle_lost_in_one_body_is_not_made_up_for_in_another(ring):
+    """Two rings, one skeleton opened and one with a chord: the total is right, the score is not."""
+    far = ring.with_vertices(ring.vertices + [6.0, 0.0, 0.0])
+    mesh = lbskel.Mesh(
+        np.concatenate([ring.vertices, far.vertices]), np.concatenate([ring.faces, far.faces + len(ring.vertices)])
+    )
+    skeleton = lbskel.skeletonize(mesh, preprocess=None)
+    first = np.flatnonzero(skeleton.component_of_node == 0)
+    cut = next(row for row, edge in enumerate(skeleton.edges) if edge[0] in first)
+    other = np.flatnonzero(skeleton.component_of_node == 1)
+    chord = [other[0], other[len(other) // 2]]
+    wrong = Skeleton(
+        skeleton.nodes,
+        np.concatenate([np.delete(skeleton.edges, cut, axis=0), [chord]]),
+        skeleton.radii,
+        skeleton.node_of_vertex,
+    )
+    assert wrong.cycle_rank == skeleton.cycle_rank == 2
+    assert score(skeleton, mesh, preprocess=None).extra_cycles == 0
+    assert score(wrong, mesh, preprocess=None).extra_cycles == 2
+    assert not score(wrong, mesh, preprocess=None).passed
+
+
+def test_the_arguments_in_the_wrong_order_are_named(ring):
+    with pytest.raises(MeshError, match="a score needs a Skeleton and its mesh, in this order"):
+        score(ring, lbskel.skeletonize(ring))

@@ -1,0 +1,62 @@
+"""Preparation: unit size, bodies, maps and notes, and the way back to the caller's coordinates."""
+
+import numpy as np
+import pytest
+from helpers import joined, moved
+
+import lbskel
+from lbskel import MeshError, Skeleton, UnknownChoice
+from lbskel.pipeline.preparation import prepare
+from lbskel.shapes import torus
+
+
+def test_the_mesh_is_at_unit_size_about_the_origin(tripod):
+    mesh = tripod.with_vertices(1000 * tripod.vertices + [5.0, -7.0, 11.0])
+    prepared = prepare(mesh)
+    assert prepared.mesh.diameter_bound == pytest.approx(1.0, rel=1e-12)
+    assert np.abs(prepared.mesh.centroid).max() < 1e-12
+    assert prepared.scale == mesh.diameter_bound
+    assert prepared.source is mesh
+    back = prepared.mesh.vertices * prepared.scale + prepared.center
+    assert np.abs(back - mesh.vertices).max() < 1e-12 * mesh.diameter_bound
+    assert np.abs(prepared.to_unit(mesh.vertices) - prepared.mesh.vertices).max() < 1e-14
+
+
+def test_each_part_with_an_inside_is_a_body(rod, ring):
+    crumb = lbskel.Mesh(np.eye(3) + 9, [[0, 1, 2]])
+    prepared = prepare(joined(rod, moved(ring, 4.0), crumb), preprocess=None)
+    assert [len(body.mesh.faces) for body in prepared.bodies] == [300, 256]
+    assert prepared.notes == ("1 components with too few faces or no area have no skeleton of their own",)
+    for body in prepared.bodies:
+        assert np.array_equal(body.mesh.vertices, prepared.mesh.vertices[body.vertices])
+
+
+def test_a_large_body_has_a_proxy_unless_it_is_not_wanted():
+    fine = torus(1.0, 0.35, 200, 60)
+    assert len(prepare(fine).bodies[0].proxy.mesh.faces) < len(fine.faces)
+    full = prepare(fine, simplify="none")
+    assert full.bodies[0].proxy.mesh is full.bodies[0].mesh
+    # the surface of the score is the same in both
+    assert len(full.surface.proxy.mesh.faces) == len(prepare(fine).surface.proxy.mesh.faces) < len(fine.faces)
+
+
+def test_a_skeleton_is_brought_to_the_vertices_of_the_prepared_mesh(rod):
+    corners = rod.faces.ravel()
+    soup = lbskel.Mesh(rod.vertices[corners], np.arange(len(corners)).reshape(-1, 3))
+    prepared = prepare(soup)
+    nodes = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
+    node_of_vertex = (soup.vertices[:, 2] > 0).astype(int)
+    skeleton = Skeleton(nodes, [[0, 1]], [0.4, 0.4], node_of_vertex, mean_radii=[0.5, 0.5])
+    local = prepared.skeleton_to_unit(skeleton)
+    assert np.abs(local.nodes - prepared.to_unit(nodes)).max() == 0
+    assert local.radii * prepared.scale == pytest.approx([0.4, 0.4])
+    assert local.mean_radii * prepared.scale == pytest.approx([0.5, 0.5])
+    height = prepared.mesh.vertices[:, 2] * prepared.scale + prepared.center[2]
+    assert np.array_equal(local.node_of_vertex, (height > 0).astype(int))
+
+
+def test_what_cannot_be_prepared_says_why(rod):
+    with pytest.raises(UnknownChoice, match="'some'"):
+        prepare(rod, simplify="some")
+    with pytest.raises(MeshError, match="all vertices of the mesh lie at one point"):
+        prepare(rod.with_vertices(0 * rod.vertices))
