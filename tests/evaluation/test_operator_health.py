@@ -7,6 +7,7 @@ import pytest
 from scipy.sparse import csc_array
 
 from lbskel import Mesh, MeshError, laplacian
+from lbskel.evaluation import operator_health
 from lbskel.evaluation.operator_health import laplacian_diagnostics
 from lbskel.operators import OPERATORS, Laplacian
 from lbskel.shapes import flat_grid, schwarz_lantern, sphere, torus
@@ -126,3 +127,41 @@ def test_the_measures_of_any_mesh_are_finite_numbers_or_none(name):
         for value in vars(found).values():
             assert value is None or (isinstance(value, float | int) and np.isfinite(value))
         assert all(value in (True, False, None) for value in found.passed.values())
+
+
+def test_overshoot_is_measured_above_and_below_the_boundary_values(monkeypatch):
+    """One free vertex with u = 2 a - b is 1 away from [0, 1] whenever the random values a and b differ."""
+    fan = Mesh([[0, 0, 0], [2, 0, 0], [1, 2, 0], [1, 1, 0]], [[0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    S = np.zeros((4, 4))
+    S[3] = [-2, 1, 0, 1]
+    L = Laplacian(csc_array(S), csc_array(np.eye(4)))
+    monkeypatch.setattr(operator_health, "N_PROBLEMS", 1)
+    found = []
+    for seed in range(80):
+        monkeypatch.setattr(operator_health, "SEED", seed)
+        overshoot = operator_health._overshoot(L.stiffness, fan)
+        if overshoot is not None:  # None where the random choice fixes the inner vertex too
+            found.append(overshoot)
+    assert set(found) == {0.0, 1.0}
+    # half of the pairs differ, 40 of 80 give or take 4.5; one sign alone makes a quarter
+    assert 30 <= found.count(1.0) <= 50
+
+
+def test_linear_precision_is_that_of_rows_within_a_plane():
+    """A weight that leads out of the plane is no error of linear precision, one within the plane is."""
+    grid = flat_grid(5, 5)
+    mesh = Mesh(
+        np.concatenate([grid.vertices, [[0.4, 0.4, 1], [0.6, 0.4, 1], [0.5, 0.6, 1]]]),
+        np.concatenate([grid.faces, [[25, 26, 27]]]),
+    )
+
+    def with_weight(i, j):
+        S = laplacian(mesh).stiffness.tolil()
+        S[i, j] -= 1
+        S[j, i] -= 1
+        S[i, i] += 1
+        S[j, j] += 1
+        return laplacian_diagnostics(Laplacian(csc_array(S), laplacian(mesh).mass), mesh).linear_precision_error
+
+    assert with_weight(12, 25) < 1e-12
+    assert with_weight(12, 0) > 0.1
