@@ -63,8 +63,10 @@ def test_coordinates_beyond_single_precision_are_rejected(tmp_path):
     assert not (tmp_path / "a.stl").exists()
 
 
-def test_degenerate_faces_are_written(tmp_path):
+def test_degenerate_faces_are_written_with_a_zero_normal(tmp_path):
     write_mesh(tmp_path / "a.stl", Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 1]]))
+    rows = np.frombuffer((tmp_path / "a.stl").read_bytes(), TRIANGLE, offset=84)
+    np.testing.assert_array_equal(rows["normal"], np.zeros((1, 3)))
     assert read_mesh(tmp_path / "a.stl").faces.tolist() == [[0, 1, 1]]
 
 
