@@ -134,20 +134,19 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
         from lbskel.visualization import picture
 
         picture(mesh, skeleton, job.picture, force=arguments.force)
-    skeleton.report["seconds"]["read"] = reading
-    report = {"mesh": str(job.mesh), **skeleton.report}
+    seconds = {**skeleton.report["seconds"], "read": reading}
+    report = {"mesh": str(job.mesh), **skeleton.report, "seconds": seconds}
     if job.report is not None:
         write_safely(job.report, json.dumps(report, indent=1) + "\n", force=arguments.force)
     if arguments.json:
         print(json.dumps(report), flush=True)
     elif not arguments.quiet:
-        print(_summary(job, skeleton), flush=True)
+        print(_summary(job, skeleton, report), flush=True)
     return 0 if skeleton.report["passed"] else 1
 
 
-def _summary(job: _Job, skeleton: Skeleton) -> str:
+def _summary(job: _Job, skeleton: Skeleton, report: dict[str, Any]) -> str:
     """The report in a few lines."""
-    report = skeleton.report
     size = report["input"]
     lines = [
         f"{job.mesh}: {size['vertices']:,} vertices, {size['faces']:,} faces, {size['components']} component(s)",
@@ -163,7 +162,7 @@ def _summary(job: _Job, skeleton: Skeleton) -> str:
     lines.append(f"  score     {scored['verdict']}{': ' if faults else ''}{', '.join(faults)}")
     for stage, seconds in report["seconds"].items() if "megabytes" in report else ():
         peak = report["megabytes"].get(stage)
-        lines.append(f"  {stage:<14}{seconds:8.2f} s" + (f"{peak:8.0f} MB at most" if peak else ""))
+        lines.append(f"  {stage:<24}{seconds:8.2f} s" + (f"{peak:8.0f} MB at most" if peak else ""))
     lines.append(f"  wrote     {job.skeleton} in {sum(report['seconds'].values()):.1f} s")
     return "\n".join(lines)
 

@@ -257,19 +257,19 @@ def _on_this_machine(task: _Task, jobs: Sequence[Job], workers: int) -> Generato
 def _on_cluster(task: _Task, jobs: Sequence[Job], address: str) -> Generator[Answer, None, None]:
     """Answers in the order of completion, from the workers of a Dask cluster."""
     try:
-        from dask.distributed import Client
-        from dask.distributed import as_completed as as_completed_on_cluster
+        import dask.distributed
     except ImportError:
         raise MissingDependency("dask", "batch", "a batch on a cluster") from None
+    cluster: Any = dask.distributed  # its functions have no types
     try:
-        client = Client(address, timeout=CONNECT_SECONDS)
+        client = cluster.Client(address, timeout=CONNECT_SECONDS)
     except (OSError, ValueError) as error:
         raise UnknownChoice(f"no Dask scheduler answers at {address}: {error}") from None
     with client:
         futures = client.map(partial(_do_on_worker, task), jobs, pure=False)
         job_of = {future.key: job for future, job in zip(futures, jobs, strict=True)}
         try:
-            for future in as_completed_on_cluster(futures):
+            for future in cluster.as_completed(futures):
                 if future.status == "finished":
                     yield future.result()
                 else:
