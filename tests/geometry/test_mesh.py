@@ -8,6 +8,7 @@ import trimesh
 from helpers import joined, moved
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from lbskel import LbskelError, Mesh, MeshError, PointCloud
 from lbskel.geometry.arrays import read_only
@@ -516,3 +517,48 @@ def test_other_counts_start_afresh(tetrahedron):
 def test_positions_are_checked(tetrahedron):
     with pytest.raises(MeshError, match="vertices 2 have NaN"):
         tetrahedron.with_vertices(np.where(np.arange(4)[:, None] == 2, np.nan, tetrahedron.vertices))
+
+
+def test_face_normals_of_the_corner_of_a_cube(tetrahedron):
+    expected = np.array([[0, 0, -1], [0, -1, 0], [-1, 0, 0], np.ones(3) / np.sqrt(3)])
+    assert tetrahedron.face_normals == pytest.approx(expected)
+    with pytest.raises(ValueError, match="read-only"):
+        tetrahedron.face_normals[0] = 0
+    scaled = tetrahedron.with_vertices(-2 * tetrahedron.vertices)
+    assert scaled.face_normals == pytest.approx(expected)  # a point reflection keeps (B - A) x (C - A)
+    degenerate = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])
+    assert degenerate.face_normals.tolist() == [[0, 0, 0]]
+
+
+def test_volume_is_positive_where_faces_are_oriented_outwards(ring):
+    assert ring.volume > 0
+    assert Mesh(ring.vertices, ring.faces[:, ::-1]).volume < 0
+
+
+def test_centroid_is_weighted_by_area():
+    """Two squares of one area, at heights 0 and 2, one of them of 81 vertices: the centroid lies halfway."""
+    grid = flat_grid(9, 9)
+    fine = grid.with_vertices(grid.vertices - grid.centroid)
+    x, y, _ = np.abs(fine.vertices).max(axis=0)
+    coarse = Mesh([[-x, -y, 2], [x, -y, 2], [x, y, 2], [-x, y, 2]], HALVES)
+    assert fine.area == pytest.approx(coarse.area)
+    both = joined(fine, coarse)
+    assert both.centroid == pytest.approx([0, 0, 1])
+    assert both.vertices[:, 2].mean() < 0.2
+
+
+def test_diameter_bound_is_twice_the_largest_distance_from_the_centroid():
+    mesh = sphere(3)
+    assert mesh.diameter_bound == pytest.approx(2.0)
+    assert mesh.with_vertices(3 * mesh.vertices + 5).diameter_bound == pytest.approx(6.0)
+    unused = Mesh([*mesh.vertices, [9, 9, 9]], mesh.faces)
+    assert unused.diameter_bound == pytest.approx(2.0)
+    rod = capsule(3.0, 0.4, 24)
+    assert rod.diameter_bound == pytest.approx(np.ptp(rod.vertices[:, 2]))
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_the_diameter_bound_does_not_change_under_rotation(seed):
+    mesh = capsule(3.0, 0.4, 8)
+    rotated = mesh.with_vertices(Rotation.random(random_state=seed).apply(np.array(mesh.vertices)))
+    assert rotated.diameter_bound == pytest.approx(mesh.diameter_bound)

@@ -71,3 +71,11 @@ def test_a_skeleton_through_a_pipeline_is_mapped_from_the_given_mesh(tmp_path):
     assert np.array_equal(again.nodes, skeleton.nodes)
     with pytest.raises(UnknownChoice, match="a Pipeline, a name or None"):
         skeletonize(mesh, preprocess=3)
+
+
+def test_vertices_and_faces_are_taken():
+    result = preprocess_mesh((TORUS.vertices, TORUS.faces[7:]))
+    assert (result.mesh.genus, result.report["pipeline"]) == (1, "auto")
+    alone = preprocess_mesh((TORUS.vertices, TORUS.faces[7:]), "close_holes")
+    assert alone.report["pipeline"] == "close_holes"
+    assert np.array_equal(alone.mesh.faces, result.mesh.faces)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lbskel import Mesh, UnknownChoice
-from lbskel.preprocess.cleaning import clean, keep_components, merge_close
+from lbskel.preprocess.cleaning import clean, extract_faces, keep_components, merge_close
 from lbskel.shapes import capsule, cylinder, flat_grid, sphere, torus
 
 
@@ -158,3 +158,31 @@ def test_small_components_are_removed(ring, tetrahedron):
     assert (result.mesh.n_components, result.mesh.genus) == (2, 2)
     assert (result.vertex_map.indices[len(ring.vertices) : len(ring.vertices) + 4] == -1).all()
     assert keep_components(joined(ring, small), min_area=0.0).mesh.n_components == 2
+
+
+def test_components_are_compared_with_the_largest_not_with_the_sum(tetrahedron):
+    """Of 60 equal bodies each has a sixtieth of the sum, and all of the largest one's area."""
+    many = joined(*(moved(tetrahedron, 3 * k) for k in range(60)))
+    assert keep_components(many, min_area=0.5).mesh is many
+    bigger = Mesh(2 * tetrahedron.vertices + [0, 5, 0], tetrahedron.faces)  # four times the area
+    result = keep_components(joined(many, bigger), min_area=0.3)
+    assert result.mesh.n_components == 1
+    assert result.vertex_map.indices.tolist() == [-1] * 240 + [0, 1, 2, 3]
+    assert keep_components(joined(many, bigger), min_area=0.2).mesh.n_components == 61
+
+
+def test_extracted_faces_keep_their_positions(ring):
+    result = extract_faces(ring, ring.faces[5:7], "two faces were kept")
+    assert np.array_equal(result.mesh.vertices[result.mesh.faces], ring.vertices[ring.faces[5:7]])
+    used = np.unique(ring.faces[5:7])
+    assert result.vertex_map.indices[used].tolist() == list(range(len(used)))
+    assert (np.delete(result.vertex_map.indices, used) == -1).all()
+    assert result.notes == ("two faces were kept",)
+
+
+def test_the_tolerance_is_relative_to_the_diagonal():
+    """A rectangle of diagonal 5, with a corner twice, 0.04 apart: less than a hundredth, more than a thousandth."""
+    V = np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0], [0.04, 0, 0]])
+    mesh = Mesh(V, [[0, 1, 2], [4, 2, 3]])
+    assert len(merge_close(mesh, tolerance=0.01).mesh.vertices) == 4
+    assert merge_close(mesh, tolerance=0.001).mesh is mesh

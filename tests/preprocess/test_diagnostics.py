@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from lbskel import Mesh, check
+from lbskel import Mesh, check, write_mesh
 from lbskel.shapes import flat_grid, torus
 
 TORUS = torus(1.0, 0.4, 40, 24)
@@ -44,3 +44,30 @@ def test_each_defect_is_counted_and_reported(name):
     assert getattr(report, name) == count
     assert report.findings
     assert report.is_advised is (name != "sheets")
+
+
+def test_the_text_is_that_of_the_command_line():
+    report = check(TORUS)
+    lines = str(report).splitlines()
+    assert lines[0] == "960 vertices, 1,920 faces, 1 component(s): genus 1"
+    assert lines[1].startswith("  edges     shortest, median and longest ")
+    assert lines[1].endswith(f"of the diagonal, {TORUS.diagonal:.6g}")
+    assert lines[2] == f"  angles    {report.min_angle_deg:.2g} to {report.max_angle_deg:.4g} degrees"
+    assert lines[3:] == ["  found     Nothing that prevents a skeleton."]
+    holed = str(check(Mesh(TORUS.vertices, TORUS.faces[1:])))
+    assert "1 component(s): open" in holed
+    assert holed.endswith("  found     1 hole: it is closed, unless it is the boundary of a sheet.")
+
+
+def test_vertices_and_faces_and_paths_are_taken(tmp_path):
+    assert check((TORUS.vertices, TORUS.faces)) == check(TORUS)
+    write_mesh(tmp_path / "ring.ply", TORUS)
+    assert check(tmp_path / "ring.ply").genera == (1,)
+
+
+def test_angles_are_in_degrees_and_edges_relative_to_the_diagonal():
+    """A right triangle with sides 3, 4 and 5; the longest is the diagonal of its bounding box."""
+    report = check(Mesh([[0, 0, 0], [3, 0, 0], [0, 4, 0]], [[0, 1, 2]]))
+    assert (report.min_angle_deg, report.max_angle_deg) == pytest.approx((np.degrees(np.arctan(0.75)), 90.0))
+    assert (report.shortest_edge, report.median_edge, report.longest_edge) == pytest.approx((0.6, 0.8, 1.0))
+    assert (report.diagonal, report.area, report.volume) == (5.0, 6.0, None)

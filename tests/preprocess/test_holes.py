@@ -49,3 +49,21 @@ def test_the_boundary_of_a_sheet_is_not_a_hole():
 def test_a_seam_of_opposite_orientation_is_not_a_hole(ring):
     given = with_reversed_faces(ring, range(40))
     assert boundary_loops(given) == []
+
+
+def test_a_filled_hole_has_the_orientation_of_its_surface():
+    ball = sphere(3)
+    given = without_faces(ball, [0, 100, 101])
+    filled = close_holes(given).mesh
+    assert filled.is_closed_manifold
+    assert filled.volume == pytest.approx(ball.volume, rel=0.01)
+    new = slice(len(given.faces), None)
+    assert (np.einsum("ij,ij->i", filled.face_normals[new], filled.vertices[filled.faces[new, 0]]) > 0).all()
+
+
+def test_the_limit_is_the_perimeter_relative_to_the_diagonal():
+    """The ends of a pipe are polygons of 24 chords."""
+    pipe = cylinder(0.3, 2.0, 24, 8)
+    perimeter = 24 * 2 * 0.3 * np.sin(np.pi / 24)
+    assert close_holes(pipe, max_perimeter=0.99 * perimeter / pipe.diagonal).mesh is pipe
+    assert close_holes(pipe, max_perimeter=1.01 * perimeter / pipe.diagonal).mesh.genus == 0

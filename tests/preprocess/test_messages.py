@@ -1,11 +1,38 @@
 """Findings as sentences, and reasons against contraction."""
 
 import numpy as np
+from helpers import joined, moved
 
 from lbskel import Mesh, check
+from lbskel.preprocess.messages import describe_findings, reasons_against_contraction
+from lbskel.shapes import flat_grid, torus
 
 
 def test_contraction_of_unconnected_or_collinear_faces_is_not_advised():
     V = np.random.default_rng(0).normal(size=(300, 3))
     assert check(Mesh(V, np.arange(300).reshape(-1, 3))).is_advised is False
     assert check(Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])).is_advised is False
+
+
+def test_many_components_without_an_inside_are_named_in_one_line(ring):
+    flat = ring.with_vertices(ring.vertices * [1, 1, 0])
+    [reason] = reasons_against_contraction(joined(*(moved(flat, 5 * k) for k in range(6))))
+    assert reason.startswith("Contraction is not advised: component 0, at ")
+    assert "component 1, at" in reason
+    assert "component 2" not in reason
+    assert reason.endswith("and 4 more.")
+
+
+def test_defects_are_counted_in_the_singular_or_plural():
+    facts = {**check(torus(1.0, 0.4, 40, 24)).as_dict(), "needles": 1, "caps": 1200}
+    assert describe_findings(facts) == (
+        "1 needle triangle (angle near 0): handled by the operator.",
+        "1,200 cap triangles (angle near 180 degrees): handled by the operator.",
+    )
+
+
+def test_a_valid_mesh_has_no_reasons_against_contraction(ring):
+    assert reasons_against_contraction(ring) == ()
+    assert reasons_against_contraction(flat_grid()) == (
+        "Contraction is not advised: the surface is a sheet that encloses no volume.",
+    )

@@ -1,12 +1,14 @@
 """Simplification: fewer faces, the same topology and surface, and an exact vertex map."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers import patches_are_connected
 
 from lbskel import Mesh, UnknownChoice, skeletonize
 from lbskel.geometry.surface_queries import Proxy, Surface
-from lbskel.preprocess import simplify
+from lbskel.preprocess import simplification, simplify
 from lbskel.preprocess.result import hausdorff_distance
 from lbskel.preprocess.simplification import _vertex_map_of_collapses
 from lbskel.shapes import capsule, chain_of_tori, cylinder, sphere, torus
@@ -132,3 +134,33 @@ def test_libigl_simplifies_where_fast_simplification_fails(monkeypatch):
     assert result.mesh.genus == 1
     assert len(result.mesh.faces) <= 660
     assert patches_are_connected(mesh, result.vertex_map.indices)
+
+
+def test_a_candidate_of_another_topology_is_rejected(monkeypatch):
+    """The first candidate has the faces and the shape asked for, but a hole; the second is closed."""
+    mesh = sphere(4)
+    closed = simplify(mesh, target_faces=1200)
+    holed = replace(closed, mesh=Mesh(closed.mesh.vertices, closed.mesh.faces[1:]))
+    monkeypatch.setattr(simplification, "_candidates", lambda mesh, target: iter([holed, closed]))
+    assert simplify(mesh, target_faces=1200).mesh is closed.mesh
+    monkeypatch.setattr(simplification, "_candidates", lambda mesh, target: iter([holed]))
+    assert simplify(mesh, target_faces=1200).mesh is mesh
+
+
+def test_a_candidate_far_from_the_surface_is_rejected(monkeypatch):
+    mesh = sphere(4)
+    closed = simplify(mesh, target_faces=1200)
+    far = replace(closed, mesh=closed.mesh.with_vertices(1.2 * closed.mesh.vertices))
+    monkeypatch.setattr(simplification, "_candidates", lambda mesh, target: iter([far]))
+    assert simplify(mesh, target_faces=1200).mesh is mesh
+
+
+def test_the_deviation_is_in_units_of_the_mesh():
+    mesh = sphere(4)
+    one, eight = (
+        simplify(mesh.with_vertices(size * mesh.vertices), target_faces=1000).report["steps"][0]["deviation"]
+        for size in (1.0, 8.0)
+    )
+    assert eight == pytest.approx(8 * one)
+    # 1000 equilateral triangles on a unit sphere have edges h of 0.17, and lie up to h^2 / 6 below it
+    assert 0.17**2 / 24 < one < 0.17**2

@@ -1,0 +1,44 @@
+"""Validation of coordinates and indices, and read-only arrays."""
+
+import numpy as np
+import pytest
+
+from lbskel import MeshError
+from lbskel.geometry.arrays import checked_points, checked_triangles, read_only
+
+
+def test_points_are_copied_to_read_only_doubles():
+    given = np.asfortranarray(np.arange(6, dtype=np.float32).reshape(2, 3))
+    points = checked_points(given, "points")
+    given[:] = 9
+    assert points.tolist() == [[0, 1, 2], [3, 4, 5]]
+    assert points.dtype == np.float64
+    assert points.flags.c_contiguous
+    assert not points.flags.writeable
+
+
+def test_points_that_are_not_finite_are_named():
+    with pytest.raises(MeshError, match=r"anchors 1 have NaN or infinite coordinates"):
+        checked_points([[0, 0, 0], [0, np.inf, 0]], "anchors")
+
+
+def test_triangles_are_copied_to_read_only_integers():
+    given = np.array([[0, 1, 2.0]])
+    triangles = checked_triangles(given, 3)
+    given[:] = 0
+    assert triangles.tolist() == [[0, 1, 2]]
+    assert triangles.dtype == np.int64
+    assert not triangles.flags.writeable
+
+
+@pytest.mark.parametrize("index", [-1, 3])
+def test_indices_must_be_those_of_vertices(index):
+    with pytest.raises(MeshError, match=r"faces 1 use a vertex index outside 0\.\.2"):
+        checked_triangles([[0, 1, 2], [0, 1, index]], 3)
+
+
+def test_read_only_returns_the_same_array():
+    array = np.zeros(3)
+    assert read_only(array) is array
+    with pytest.raises(ValueError, match="read-only"):
+        array[0] = 1

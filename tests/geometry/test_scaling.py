@@ -1,0 +1,20 @@
+"""Scaling by powers of two."""
+
+import numpy as np
+import pytest
+
+from lbskel.geometry.scaling import unit_scale
+
+
+@pytest.mark.parametrize("size", [1e-300, 0.3, 1.0, 2.0, 7.0, 1e300])
+def test_the_largest_coordinate_is_brought_to_between_a_half_and_one_exactly(size):
+    points = size * np.array([[1.0, -0.25, 0.1], [0.5, 0.0, -1.0]])
+    scaled, exponent = unit_scale(points)
+    assert 0.5 <= np.abs(scaled).max() < 1
+    assert np.array_equal(np.ldexp(scaled, exponent), points)
+
+
+def test_points_at_the_origin_stay():
+    scaled, exponent = unit_scale(np.zeros((2, 3)))
+    assert exponent == 0
+    assert not scaled.any()
