@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import connected_components
 
 from lbskel.errors import MeshError, MissingDependency
-from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.arrays import read_only
+from lbskel.geometry.graphs import weighted_graph
 
 
 def _numbers(values: ArrayLike, name: str, dtype: type) -> NDArray[Any]:
