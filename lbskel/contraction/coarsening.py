@@ -1,9 +1,9 @@
-"""Coarsening between the steps of a contraction: what has collapsed is collapsed, so that later steps cost less.
+"""Coarsening between contraction steps: short edges are collapsed, so that later steps solve smaller systems.
 
-Short edges become vertices, in rounds of collapses that do not touch each other. Only edges whose ends have no more
-than two neighbors in common collapse, the link condition: the surface keeps its topology, so every tunnel stays (Dey,
-Edelsbrunner, Guha, Nekhayev 1999, "Topology preserving edge contraction", Publ. Inst. Math. 66). A limb that has become
-thin keeps rings of three vertices.
+Edges collapse in rounds; no two collapses of a round touch each other. Only edges whose ends have exactly two common
+neighbors collapse, the link condition, so the surface keeps its topology and every handle (Dey, Edelsbrunner, Guha,
+Nekhayev 1999, "Topology preserving edge contraction", Publ. Inst. Math. 66). A limb that has become thin keeps rings
+of three vertices.
 """
 
 from __future__ import annotations
@@ -17,76 +17,94 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.edge_collapse import independent_collapses, short_edges
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.vertex_map import VertexMap
 
-ROUNDS = 6  # at most, at a time: what is left is for after the next step
-SELECTIONS = 3  # of collapses among the edges of one round; with all that are possible accuracy was worse
-WORTHWHILE = 0.02  # of the vertices must go in a round for another to pay
-FEWEST = 200  # vertices that are left at least: fewer take no time worth saving, and show the ends of limbs less well
-DIGITS = 9  # of a length that count, on a mesh of extent 1: of equal ones the order does not depend on rounding
+MAX_ROUNDS = 6  # rounds of collapses between two steps; a guess: edges still short collapse after the next step
+N_SELECTIONS = 3  # independent sets of edges chosen in one round; with maximal sets skeletons were less accurate
+MIN_PROGRESS = 0.02  # fraction of the vertices that a round must remove for another to follow; a guess
+MIN_VERTICES = 200  # no coarsening below this: the time saved is negligible, the ends of limbs get too coarse; a guess
+LENGTH_DIGITS = 9  # decimals of a length, in diameter bounds, that order edges, so that rounding does not decide ties
 
 
 @dataclass(frozen=True, eq=False)
 class Coarsened:
-    """A mesh of fewer vertices than the one it came from, and what they stand for.
+    """A mesh with merged vertices, and the map from the vertices of the original mesh.
 
     Parameters
     ----------
     mesh : Mesh
-    vertex_map : (n,) array of int
-        For each vertex of the first mesh, the one it went into.
+        Of k vertices, each at the weighted mean position of the original vertices merged into it.
+    vertex_map : VertexMap
+        From the n vertices of the original mesh to those of ``mesh``.
     kept : (k,) array of int
-        The vertex of the first mesh that each is named after; its place is the mean of all that went into it.
+        For each vertex of ``mesh`` one original vertex, the one that the others were merged into.
     weights : (k,) array of float
-        Sums over these.
+        Sum of the weights of the merged vertices; the contraction takes initial ring areas, in squared diameter
+        bounds.
     """
 
     mesh: Mesh
-    vertex_map: NDArray[np.int64]
+    vertex_map: VertexMap
     kept: NDArray[np.int64]
     weights: NDArray[np.float64]
 
+    @classmethod
+    def unmerged(cls, mesh: Mesh, weights: NDArray[np.float64]) -> Coarsened:
+        """Represent a mesh none of whose vertices has been merged.
 
-def coarsen(before: Coarsened, limits: NDArray[np.float64]) -> Coarsened:
-    """Collapse edges that are shorter than the limits at both their ends.
+        Parameters
+        ----------
+        mesh : Mesh
+        weights : (n,) array of float
+        """
+        n = len(mesh.vertices)
+        return cls(mesh, VertexMap.identity(n), np.arange(n), weights)
+
+
+def coarsen(current: Coarsened, max_lengths: NDArray[np.float64]) -> Coarsened:
+    """Collapse edges that are shorter than the limits of both their ends.
 
     Parameters
     ----------
-    before : Coarsened
-        A closed manifold that uses all its vertices.
-    limits : (n,) array of float
-        For each vertex of the first mesh.
+    current : Coarsened
+        A closed manifold all of whose vertices belong to a face.
+    max_lengths : (n,) array of float
+        Limit for each vertex of the original mesh, in the units of ``current.mesh``.
     """
-    V, F, W = np.array(before.mesh.vertices), before.mesh.faces, np.array(before.weights)
-    kept, vertex_map = before.kept, before.vertex_map
-    for _ in range(ROUNDS):
-        if len(V) <= FEWEST:
+    V, F, W = np.array(current.mesh.vertices), current.mesh.faces, np.array(current.weights)
+    kept, vertex_map = current.kept, current.vertex_map
+    for _ in range(MAX_ROUNDS):
+        if len(V) <= MIN_VERTICES:
             break
-        gone, target = _round(V, F, limits[kept])
-        if len(gone) <= WORTHWHILE * len(V):
+        removed, target = _choose_collapses(V, F, max_lengths[kept])
+        if len(removed) <= MIN_PROGRESS * len(V):
             break
-        both = W[gone] + W[target]
-        share = np.divide(W[gone], both, out=np.full(len(gone), 0.5), where=both > 0)[:, None]
-        V[target] += share * (V[gone] - V[target])
-        W[target] += W[gone]
-        stays = np.ones(len(V), dtype=bool)
-        stays[gone] = False
-        new_of = np.cumsum(stays) - 1
-        new_of[gone] = new_of[target]
-        F = new_of[F]
+        both = W[removed] + W[target]
+        share = np.divide(W[removed], both, out=np.full(len(removed), 0.5), where=both > 0)[:, None]
+        V[target] += share * (V[removed] - V[target])
+        W[target] += W[removed]
+        is_kept = np.ones(len(V), dtype=bool)
+        is_kept[removed] = False
+        new_index = np.cumsum(is_kept) - 1
+        new_index[removed] = new_index[target]
+        F = new_index[F]
         F = F[(F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])]
-        V, W, kept, vertex_map = V[stays], W[stays], kept[stays], new_of[vertex_map]
-    if len(V) == len(before.mesh.vertices):
-        return before
+        V, W, kept = V[is_kept], W[is_kept], kept[is_kept]
+        vertex_map = vertex_map.compose(VertexMap(new_index))
+    if len(V) == len(current.mesh.vertices):
+        return current
     return Coarsened(Mesh(V, F), vertex_map, kept, W)
 
 
-def _round(
-    V: NDArray[np.float64], F: NDArray[np.int64], limits: NDArray[np.float64]
+def _choose_collapses(
+    V: NDArray[np.float64], F: NDArray[np.int64], max_lengths: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Vertices that go and those they go into: the shortest edges first, none next to another."""
-    edges, places, lengths = short_edges(V, F, limits)
-    mixed = places * 2654435761 % 2**32  # of equal lengths in a row of edges more than the first can be the least about
-    rank = np.rint(lengths * 10**DIGITS).astype(np.int64) << 32 | mixed  # one number each, which is fast to sort by
-    target, gone = edges[np.argsort(rank)].T.copy()
-    is_chosen = independent_collapses(F, len(V), target, gone, SELECTIONS)
-    return gone[is_chosen], target[is_chosen]
+    """Choose edges for one round, shorter ones first; return the vertices to remove and those to merge them into."""
+    edges, edge_numbers, lengths = short_edges(V, F, max_lengths)
+    # Knuth's multiplicative hash orders edges of equal length, so that in a row of them more than one can be the
+    # first among its neighbors
+    hashed = edge_numbers * 2654435761 % 2**32
+    rank = np.rint(lengths * 10**LENGTH_DIGITS).astype(np.int64) << 32 | hashed  # one integer, fast to sort
+    target, removed = edges[np.argsort(rank)].T.copy()
+    is_chosen = independent_collapses(F, len(V), target, removed, N_SELECTIONS)
+    return removed[is_chosen], target[is_chosen]

@@ -1,19 +1,20 @@
-"""What a step of the contraction minimizes: a pull along the Laplacian against a hold on every vertex.
+"""The energy that a contraction step minimizes: contraction along the Laplacian against attraction of every vertex.
 
-- ``curvature_flow``:    tau V'^T S V' + (V' - V)^T H (V' - V),  H = M_0 A_0 / A_t
+- ``curvature_flow``:  tau V'^T S V' + (V' - V)^T H (V' - V),  H = M_0 A_0 / A_t
 - ``least_squares``:  W_L^2 ||L V' - T||^2 + (V' - V)^T W_H^2 (V' - V),  L = 2 S,  W_H^2 = A_0 / A_t
 
-A_0 and A_t are the areas of a vertex's ring of triangles at the start and now, M_0 the areas of the vertices: what has
-become thin is held harder; T is zero but for rows that :mod:`lbskel.contraction.degenerate_rows` puts into L. The second is Au, Tai,
-Chu, Cohen-Or, Lee 2008, "Skeleton extraction by mesh contraction", https://doi.org/10.1145/1399504.1360643, equations
-4 to 6; the first holds the backward Euler flow of Desbrun, Meyer, Schroeder, Barr 1999,
-https://doi.org/10.1145/311535.311576, by the same weights, and needs a symmetric S. Both are solved for the
-displacement, since an error relative to a small displacement is smaller than one relative to a position.
+A_0 and A_t are the areas of a vertex's ring of triangles at the start and now, M_0 the vertex areas at the start: the
+thinner the surroundings of a vertex have become, the more strongly it is attracted to its position. T is zero except
+for rows that :mod:`lbskel.contraction.degenerate_rows` changes in L. The second energy is that of Au, Tai, Chu,
+Cohen-Or, Lee 2008, "Skeleton extraction by mesh contraction", https://doi.org/10.1145/1399504.1360643, equations 4 to
+6. The first adds the same attraction to the backward Euler step of the flow of Desbrun, Meyer, Schroeder, Barr 1999,
+https://doi.org/10.1145/311535.311576, and needs a symmetric S. Both are solved for the displacement, since an error
+relative to a small displacement is smaller than one relative to a position.
 """
 
 from __future__ import annotations
 
-__all__ = ["ENERGIES", "ContractionStepInput", "LinearSystem", "rectangular"]
+__all__ = ["ENERGIES", "ContractionStepInput", "LinearSystem", "stacked_system"]
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -29,65 +30,99 @@ from lbskel.operators.assembly import diagonal_matrix
 
 @dataclass(frozen=True, eq=False)
 class ContractionStepInput:
-    """What an energy needs to know to set up a step."""
+    """What determines a contraction step, on a mesh scaled to diameter bound 1.
+
+    Parameters
+    ----------
+    laplacian : Laplacian
+        On the present positions.
+    vertices : (n, 3) array of float
+        Present positions.
+    weight : float
+        Contraction weight: tau for ``curvature_flow``, W_L^2 for ``least_squares``.
+    shrinkage : (n,) array of float
+        A_0 / A_t, the square of Au's W_H.
+    initial_mass : (n,) array of float
+        M_0, the vertex areas at the start.
+    treatment : callable
+        From L to the treatment of its degenerate rows.
+    """
 
     laplacian: Laplacian
     vertices: NDArray[np.float64]
     weight: float
-    area_kept: NDArray[np.float64]  # A_0 / A_t, the square of Au's W_H
-    start_mass: NDArray[np.float64]
+    shrinkage: NDArray[np.float64]
+    initial_mass: NDArray[np.float64]
     treatment: Callable[[csr_array], RowTreatment]
 
     @property
-    def rows(self) -> tuple[csr_array, RowTreatment]:
-        """L as it is treated, and how."""
+    def treated_rows(self) -> tuple[csr_array, RowTreatment]:
+        """L with its degenerate rows treated, and the treatment."""
         L = (2 * self.laplacian.stiffness).tocsr()
         treatment = self.treatment(L)
-        return treatment.matrix(L), treatment
+        return treatment.apply(L), treatment
 
 
 @dataclass(frozen=True, eq=False)
 class LinearSystem:
-    """A D = B for the displacement D, A V' = ``positions`` for where it leads.
+    """The linear system of a step, once for displacements and once for positions: A D = B and A V' = P.
 
-    ``attraction`` is H or W_H^2, and ``replaced`` are the rows of L that were changed.
+    Parameters
+    ----------
+    A : (n, n) csc_array
+        Symmetric positive definite where S is symmetric or the energy is ``least_squares``.
+    B : (n, 3) array of float
+        Right-hand side for the displacement D.
+    positions : (n, 3) array of float
+        Right-hand side P for the new positions V'.
+    attraction : (n,) array of float
+        Diagonal of H or W_H^2.
+    replaced_rows : (r,) array of int
+        Rows of L that were changed.
     """
 
     A: csc_array
     B: NDArray[np.float64]
     positions: NDArray[np.float64]
     attraction: NDArray[np.float64]
-    replaced: NDArray[np.int64]
+    replaced_rows: NDArray[np.int64]
 
 
-def _curvature_flow(pull: ContractionStepInput) -> LinearSystem:
+def _curvature_flow(step: ContractionStepInput) -> LinearSystem:
     """(H + tau S) D = -tau S V."""
-    S = pull.laplacian.stiffness * pull.weight
-    H = pull.start_mass * pull.area_kept
+    S = step.laplacian.stiffness * step.weight
+    H = step.initial_mass * step.shrinkage
     A = (S + diagonal_matrix(H)).tocsc()
-    return LinearSystem(A, -(S @ pull.vertices), H[:, None] * pull.vertices, H, np.empty(0, dtype=np.int64))
+    return LinearSystem(A, -(S @ step.vertices), H[:, None] * step.vertices, H, np.empty(0, dtype=np.int64))
 
 
-def _least_squares(pull: ContractionStepInput) -> LinearSystem:
+def _least_squares(step: ContractionStepInput) -> LinearSystem:
     """(W_H^2 + W_L^2 L^T L) D = -W_L^2 L^T (L V - T)."""
-    V, H = pull.vertices, pull.area_kept
-    L, treatment = pull.rows
-    A = diagonal_matrix(H) + pull.weight * (L.T @ L)
-    target = treatment.target(V)
-    B = -pull.weight * (L.T @ (L @ V - target))
-    return LinearSystem(A.tocsc(), B, H[:, None] * V + pull.weight * (L.T @ target), H, treatment.rows)
+    V, H = step.vertices, step.shrinkage
+    L, treatment = step.treated_rows
+    A = diagonal_matrix(H) + step.weight * (L.T @ L)
+    T = treatment.right_hand_side(V)
+    B = -step.weight * (L.T @ (L @ V - T))
+    return LinearSystem(A.tocsc(), B, H[:, None] * V + step.weight * (L.T @ T), H, treatment.changed_rows)
 
 
-def rectangular(pull: ContractionStepInput) -> tuple[csr_array, NDArray[np.float64]]:
-    """K = [W_L L; W_H] and its right-hand side, whose least-squares solution is the displacement of a step."""
-    L, treatment = pull.rows
-    W = np.sqrt(pull.weight)
-    K = vstack([W * L, diags_array(np.sqrt(pull.area_kept))]).tocsr()
-    V = pull.vertices
-    return K, np.concatenate([-W * (L @ V - treatment.target(V)), np.zeros_like(V)])
+def stacked_system(step: ContractionStepInput) -> tuple[csr_array, NDArray[np.float64]]:
+    """Build K = [W_L L; W_H] and its right-hand side, whose least-squares solution is the displacement of a step.
+
+    Returns
+    -------
+    K : (2 n, n) csr_array
+    right_hand_side : (2 n, 3) array of float
+    """
+    L, treatment = step.treated_rows
+    W = np.sqrt(step.weight)
+    K = vstack([W * L, diags_array(np.sqrt(step.shrinkage))]).tocsr()
+    V = step.vertices
+    return K, np.concatenate([-W * (L @ V - treatment.right_hand_side(V)), np.zeros_like(V)])
 
 
 ENERGIES: dict[str, Callable[[ContractionStepInput], LinearSystem]] = {
     "curvature_flow": _curvature_flow,
     "least_squares": _least_squares,
 }
+"""Functions from the input of a step to its linear system, by name."""

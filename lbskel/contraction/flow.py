@@ -1,8 +1,8 @@
 """Contraction of a surface to the neighborhood of its curve skeleton by an implicit Laplacian flow.
 
-Each step minimizes one of the energies of :mod:`lbskel.contraction.energies` on operators rebuilt on the positions so far. Weights,
-their growth and the stop are those of Au, Tai, Chu, Cohen-Or, Lee 2008, "Skeleton extraction by mesh contraction",
-https://doi.org/10.1145/1399504.1360643, section 4, made free of units.
+Each step minimizes one of the energies of :mod:`lbskel.contraction.energies`, with the operator rebuilt on the present
+positions. The weights, their growth and the stopping criterion are those of Au, Tai, Chu, Cohen-Or, Lee 2008,
+"Skeleton extraction by mesh contraction", https://doi.org/10.1145/1399504.1360643, section 4, made dimensionless.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ __all__ = ["PRESETS", "Contraction", "ContractionSettings", "Status", "Step", "c
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,47 +20,41 @@ from numpy.typing import NDArray
 from lbskel.contraction.coarsening import Coarsened, coarsen
 from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ENERGIES, ContractionStepInput, LinearSystem
-from lbskel.contraction.result import Contraction, Status, Step, fault_of, success_of
+from lbskel.contraction.result import Contraction, Status, Step, completion_status, step_fault
 from lbskel.contraction.settings import PRESETS, ContractionSettings
-from lbskel.contraction.weights import ATTRACTIONS, INITIAL_WEIGHT_RULES, mean_ring_area, ratio_of_areas, ring_areas
+from lbskel.contraction.weights import ATTRACTIONS, INITIAL_WEIGHT_RULES, mean_ring_area, ring_areas, ring_shrinkage
 from lbskel.errors import MeshError, SolveError, UnknownChoice
-from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.vertex_map import VertexMap
-from lbskel.operators import Laplacian, Operator, operator_named
+from lbskel.geometry.mesh import Mesh, as_mesh
+from lbskel.operators import Laplacian, Operator, apply_operator
 from lbskel.operators.corner_angles import corner_cotangents
 from lbskel.solvers import factorize, relative_residual, solve_once
 
-FINEST = 0.004  # of the extent: where vertices may be merged no shorter edge is kept after the first, smoothing step
-ASYMMETRY = 1e-12  # of the largest entry, which rounding leaves in a symmetric matrix
-
-
-def _smallest_angles(mesh: Mesh) -> NDArray[np.float64]:
-    """(m,) smallest angle of each face in radians; 0 where an edge has no length."""
-    a, b, c = corner_cotangents(mesh).T
-    return np.arctan2(1.0, np.nan_to_num(np.maximum(np.maximum(a, b), c), nan=np.inf, posinf=np.inf))
+# edges shorter than this, in diameter bounds, are collapsed after the first step whatever collapse_length says; a guess
+MIN_EDGE_LENGTH = 0.004
+MAX_ASYMMETRY = 1e-12  # entries of |A - A^T| relative to the largest entry that count as rounding; a guess
 
 
 def contract(
-    mesh: Mesh,
+    mesh: Any,
     settings: ContractionSettings = PRESETS["curvature_flow"],
     *,
     on_step: Callable[[Step, Mesh], None] | None = None,
     time_limit: float | None = None,
 ) -> Contraction:
-    """Contract a mesh until nearly nothing of its volume is left.
+    """Contract a mesh until nearly none of its volume is left.
 
-    A step after which the area or the bounding box has grown, or a number is not finite, is undone and ends the
-    contraction: what comes back is always the last good step, unless the settings take the guard away.
+    A step after which the area or the bounding box has grown, or a coordinate is not finite, is undone and ends the
+    contraction: the result is always that of the last good step, unless the settings switch the roll-back off.
 
     Parameters
     ----------
-    mesh : Mesh
-        One connected surface, closed or open.
+    mesh : Mesh, (vertices, faces), path or mesh object
+        One connected surface, closed or open; whatever :func:`lbskel.as_mesh` takes.
     settings : ContractionSettings
     on_step : callable, optional
-        Called after each step that was kept, with its record and the mesh so far, scaled to extent 1.
+        Called after each step that was kept, with its record and the present mesh, scaled to diameter bound 1.
     time_limit : float, optional
-        Seconds after which no step is begun.
+        In seconds; no step begins after it.
 
     Returns
     -------
@@ -71,6 +66,8 @@ def contract(
         If the mesh has no area, or the operator is not defined on it.
     UnknownChoice
         If the operator is not symmetric and the energy needs it to be.
+    OperatorError
+        If a function given as the operator returns no Laplacian of the mesh, or one with the wrong sign.
 
     References
     ----------
@@ -84,55 +81,61 @@ def contract(
     >>> contraction.status.value, contraction.steps[-1].volume_ratio < 1e-4
     ('the volume fell below its target', True)
     """
+    mesh = as_mesh(mesh)
     center, scale = mesh.centroid, mesh.diameter_bound
     if not (scale > 0 and mesh.area > 0):
         raise MeshError("the mesh has no area: every face is degenerate, so there is nothing to contract")
     start = mesh.with_vertices((mesh.vertices - center) / scale)
-    settings = replace(settings, operator=_operator_for(start, settings))
+    settings = replace(settings, operator=_choose_operator(start, settings))
     end = float("inf") if time_limit is None else time.perf_counter() + time_limit
-    steps, treated, now, status = _flow(start, settings, on_step, end)
+    steps, treated, now, status = _run_steps(start, settings, on_step, end)
     coarse = now.mesh.with_vertices(now.mesh.vertices * scale + center)
-    return Contraction(mesh, coarse, VertexMap(now.vertex_map), steps, status, treated)
+    return Contraction(mesh, coarse, now.vertex_map, steps, status, treated)
 
 
-def _operator_for(mesh: Mesh, settings: ContractionSettings) -> str | Operator:
-    """The operator asked for, or the best that is defined on such a mesh."""
+def _choose_operator(mesh: Mesh, settings: ContractionSettings) -> str | Operator:
+    """Return the operator of the settings, or the one that is stable under contraction and defined on the mesh."""
     if settings.operator is not None:
         return settings.operator
     return "intrinsic_delaunay" if mesh.is_closed and mesh.is_edge_manifold else "robust"
 
 
-def _flow(
+def _run_steps(
     start: Mesh, settings: ContractionSettings, on_step: Callable[[Step, Mesh], None] | None, end: float
 ) -> tuple[tuple[Step, ...], tuple[NDArray[np.int64], ...], Coarsened, Status]:
-    """Steps until a reason to stop, on a mesh of extent 1, and the vertices treated in each."""
-    operator = operator_named(settings.operator or "robust")
-    rings, everything = ring_areas(start), np.arange(len(start.vertices))
-    now, factorization = Coarsened(start, everything, everything, rings), None
-    limits = np.maximum(settings.collapse_length * np.sqrt(rings), FINEST) if _may_coarsen(start, settings) else None
-    weight, largest_weight = _weights(start, settings)
+    """Contract a mesh of diameter bound 1 until there is a reason to stop.
+
+    Returns the steps, the vertices treated in each, the mesh after the last, and the reason.
+    """
+    operator = settings.operator or "robust"
+    rings = ring_areas(start)
+    now, factorization = Coarsened.unmerged(start, rings), None
+    max_lengths = None
+    if _can_coarsen(start, settings):
+        max_lengths = np.maximum(settings.collapse_length * np.sqrt(rings), MIN_EDGE_LENGTH)
+    weight, max_weight = _contraction_weights(start, settings)
     steps: list[Step] = []
     treated: list[NDArray[np.int64]] = []
 
-    def ended(status: Status) -> tuple[tuple[Step, ...], tuple[NDArray[np.int64], ...], Coarsened, Status]:
+    def result(status: Status) -> tuple[tuple[Step, ...], tuple[NDArray[np.int64], ...], Coarsened, Status]:
         return tuple(steps), tuple(treated), now, status
 
     while len(steps) < settings.max_steps:
         began = time.perf_counter()
         if began > end:
-            return ended(Status.TIME_LIMIT)
-        if steps and limits is not None:
-            now = coarsen(now, limits)
+            return result(Status.TIME_LIMIT)
+        if steps and max_lengths is not None:
+            now = coarsen(now, max_lengths)
         mesh = now.mesh
-        angles = _smallest_angles(mesh)
+        angles = _min_face_angles(mesh)
         degenerate = np.unique(mesh.faces[angles < settings.degenerate_angle])
         try:
-            laplacian = operator(mesh)
+            laplacian = apply_operator(operator, mesh)
         except MeshError:
             if not steps:
                 raise
-            return ended(Status.NOT_FINITE)
-        system = _system(start, now, laplacian, min(weight, largest_weight), degenerate, settings)
+            return result(Status.NOT_FINITE)
+        system = _step_system(start, now, laplacian, min(weight, max_weight), degenerate, settings)
         try:
             if settings.rollback:
                 is_same_size = factorization is not None and len(factorization.ordering) == len(mesh.vertices)
@@ -144,63 +147,71 @@ def _flow(
         except SolveError:
             if not steps:
                 _require_symmetric(system, settings)
-            return ended(Status.NOT_SOLVED)
+            return result(Status.NOT_SOLVED)
         moved = mesh.vertices + D
         if not np.isfinite(moved).all():
-            return ended(Status.NOT_FINITE)
+            return result(Status.NOT_FINITE)
         following = mesh.with_vertices(moved)
-        touched = np.union1d(laplacian.treated_vertices, system.replaced)
+        touched = np.union1d(laplacian.treated_vertices, system.replaced_rows)
         step = Step(
             area_ratio=following.area / start.area,
             volume_ratio=abs(following.volume / start.volume) if start.is_closed and start.volume else float("nan"),
             box_ratio=following.diagonal / start.diagonal,
-            weight=min(weight, largest_weight),
+            weight=min(weight, max_weight),
             attraction=(float(system.attraction.min()), float(system.attraction.max())),
             min_angle_deg=float(np.degrees(angles.min())),
             n_vertices=len(mesh.vertices),
             n_clamped_angles=laplacian.n_clamped_angles,
             n_fallback_rows=len(touched),
-            n_replaced_rows=len(system.replaced),
+            n_replaced_rows=len(system.replaced_rows),
             max_displacement=float(np.linalg.norm(D[touched], axis=1).max(initial=0.0)),
             residual=relative_residual(system.A, D, system.B),
             seconds=time.perf_counter() - began,
         )
-        before = steps[-1] if steps else None
-        fault = fault_of(step, before)
+        previous = steps[-1] if steps else None
+        fault = step_fault(step, previous)
         if fault and settings.rollback:
-            return ended(fault)
+            return result(fault)
         now = replace(now, mesh=following)
-        steps, treated = [*steps, replace(step, fault=fault)], [*treated, now.kept[touched]]
+        steps.append(replace(step, fault=fault))
+        treated.append(now.kept[touched])
         if on_step is not None:
-            on_step(steps[-1], start.with_vertices(following.vertices[now.vertex_map]))
-        if not fault and (success := success_of(step, before, settings)):
-            return ended(success)
+            on_step(steps[-1], start.with_vertices(following.vertices[now.vertex_map.indices]))
+        if not fault and (completed := completion_status(step, previous, settings)):
+            return result(completed)
         weight *= settings.contraction_growth if settings.energy == "curvature_flow" else settings.contraction_growth**2
-    return ended(Status.STEPS)
+    return result(Status.STEPS)
 
 
-def _may_coarsen(start: Mesh, settings: ContractionSettings) -> bool:
-    """Whether vertices may be merged: where the energy and the hold know how merged ones count."""
-    knows_sums = settings.energy == "curvature_flow" and settings.attraction == "ring_areas" and settings.rollback
+def _min_face_angles(mesh: Mesh) -> NDArray[np.float64]:
+    """(m,) smallest angle of each face in radians; 0 where an edge has no length."""
+    a, b, c = corner_cotangents(mesh).T
+    largest: NDArray[np.float64] = np.nan_to_num(np.maximum(np.maximum(a, b), c), nan=np.inf, posinf=np.inf)
+    return np.asarray(np.arctan2(1.0, largest), dtype=np.float64)
+
+
+def _can_coarsen(start: Mesh, settings: ContractionSettings) -> bool:
+    """Whether vertices may be merged: energy and attraction must account for merged areas, the link condition hold."""
+    accounts_for_areas = (
+        settings.energy == "curvature_flow" and settings.attraction == "ring_areas" and settings.rollback
+    )
     return (
         settings.collapse_length > 0
-        and knows_sums
+        and accounts_for_areas
         and start.is_closed_manifold
         and len(start.used_vertices) == len(start.vertices)
     )
 
 
-def _weights(start: Mesh, settings: ContractionSettings) -> tuple[float, float]:
-    """tau, or W_L^2, of the first step on a mesh of extent 1, and the largest that it may become."""
-    tau, mean_ring = (
-        INITIAL_WEIGHT_RULES[settings.initial_weight_rule](start, settings.initial_weight),
-        mean_ring_area(start),
-    )
+def _contraction_weights(start: Mesh, settings: ContractionSettings) -> tuple[float, float]:
+    """Contraction weight of the first step, and its upper bound: tau or W_L^2, on a mesh of diameter bound 1."""
+    rule = INITIAL_WEIGHT_RULES[settings.initial_weight_rule]
+    tau, mean_ring = rule(start, settings.initial_weight), mean_ring_area(start)
     largest = float("inf") if settings.max_contraction_weight is None else settings.max_contraction_weight**2
     return (tau, largest * mean_ring) if settings.energy == "curvature_flow" else (tau / mean_ring, largest)
 
 
-def _system(
+def _step_system(
     start: Mesh,
     now: Coarsened,
     laplacian: Laplacian,
@@ -208,22 +219,22 @@ def _system(
     degenerate: NDArray[np.int64],
     settings: ContractionSettings,
 ) -> LinearSystem:
-    """What a step solves; the energies know neither how areas are compared nor what is degenerate."""
-    start_mass = np.where(now.weights > 0, now.weights / 3, mean_ring_area(start) / 3)
-    is_whole = len(now.kept) == len(start.vertices)
-    area_kept = ATTRACTIONS[settings.attraction](start, now.mesh) if is_whole else ratio_of_areas(now.weights, now.mesh)
+    """Build the linear system of a step from the present mesh and the weights."""
+    initial_mass = np.where(now.weights > 0, now.weights / 3, mean_ring_area(start) / 3)
+    is_unmerged = len(now.kept) == len(start.vertices)
+    shrinkage = ATTRACTIONS[settings.attraction](start, now.mesh) if is_unmerged else ring_shrinkage(now.weights, now.mesh)
     if settings.max_attraction is not None:
-        area_kept = np.minimum(area_kept, settings.max_attraction**2)
+        shrinkage = np.minimum(shrinkage, settings.max_attraction**2)
     treatment = ROW_TREATMENTS[settings.degenerate_rows]
-    pull = ContractionStepInput(
-        laplacian, now.mesh.vertices, weight, area_kept, start_mass, lambda L: treatment(L, degenerate)
+    step = ContractionStepInput(
+        laplacian, now.mesh.vertices, weight, shrinkage, initial_mass, lambda L: treatment(L, degenerate)
     )
-    return ENERGIES[settings.energy](pull)
+    return ENERGIES[settings.energy](step)
 
 
 def _require_symmetric(system: LinearSystem, settings: ContractionSettings) -> None:
-    """Tell that the operator is what cannot be solved with, if it is."""
-    if abs(system.A - system.A.T).max() > ASYMMETRY * abs(system.A).max():
+    """Raise UnknownChoice if the system could not be solved because the operator is not symmetric."""
+    if abs(system.A - system.A.T).max() > MAX_ASYMMETRY * abs(system.A).max():
         raise UnknownChoice(
             f"the operator {settings.operator!r} is not symmetric, which the energy {settings.energy!r} needs; "
             "use the energy 'least_squares', whose equations are symmetric for any operator, or another operator"

@@ -1,8 +1,8 @@
-"""What a contraction tells of itself: its steps, and why it ended."""
+"""The result of a contraction: the contracted mesh, a record of every step, and why it ended."""
 
 from __future__ import annotations
 
-__all__ = ["Contraction", "Status", "Step", "fault_of", "success_of"]
+__all__ = ["Contraction", "Status", "Step", "completion_status", "step_fault"]
 
 from dataclasses import dataclass
 from enum import Enum
@@ -15,12 +15,14 @@ from lbskel.contraction.settings import ContractionSettings
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.vertex_map import VertexMap
 
-AREA_GROWTH = 1 + 1e-9  # over a step that is no more than rounding
-BOX_GROWTH = 1.01  # over a step that held vertices may cause and that does no harm
+MAX_AREA_GROWTH = 1 + 1e-9  # factor on the area over one step, above which it has grown; allows for rounding
+MAX_BOX_GROWTH = 1.01  # factor on the box diagonal over one step, harmless where vertices are held; a guess
+MAX_FINAL_AREA = 0.1  # area ratio that a complete or stalled contraction must have reached; a guess
+STALLED_AREA = 0.999  # factor on the area over one step, above which the contraction has stalled; a guess
 
 
 class Status(str, Enum):
-    """Why a contraction ended, as a sentence that a person reads."""
+    """Why a contraction ended, as a sentence."""
 
     VOLUME = "the volume fell below its target"
     AREA = "the area fell below its target"
@@ -30,7 +32,7 @@ class Status(str, Enum):
     BOX_GREW = "the bounding box began to grow, the last good step was kept"
     NOT_FINITE = "a coordinate was no longer finite, the last good step was kept"
     NOT_SOLVED = "the system could no longer be solved, the last good step was kept"
-    TIME_LIMIT = "the time allowed was over, the last good step was kept"
+    TIME_LIMIT = "the time limit was reached, the last good step was kept"
 
 
 FAILURES = (Status.AREA_GREW, Status.BOX_GREW, Status.NOT_FINITE, Status.NOT_SOLVED)
@@ -38,13 +40,33 @@ FAILURES = (Status.AREA_GREW, Status.BOX_GREW, Status.NOT_FINITE, Status.NOT_SOL
 
 @dataclass(frozen=True)
 class Step:
-    """What one step did; ratios are to the start of the contraction.
+    """Measurements of one step; ratios are relative to the mesh before the contraction.
 
-    ``weight`` is tau or W_L^2, ``attraction`` the smallest and largest entry of H or W_H^2, ``min_angle_deg`` the smallest
-    angle in degrees before the step. ``n_vertices`` is how many it moved. ``n_fallback_rows`` counts the vertices that the
-    operator's guard or the treatment of degenerate triangles has touched, ``n_replaced_rows`` those of the treatment
-    alone; ``max_displacement`` is how far the farthest of them went in this step, as a fraction of the extent. ``fault`` is why a
-    guarded contraction would have undone the step.
+    Parameters
+    ----------
+    area_ratio, volume_ratio, box_ratio : float
+        Area, volume and bounding box diagonal after the step; the volume ratio of an open mesh is NaN.
+    weight : float
+        Contraction weight: tau for ``curvature_flow``, W_L^2 for ``least_squares``.
+    attraction : pair of float
+        Smallest and largest entry of H or W_H^2.
+    min_angle_deg : float
+        Smallest angle of a triangle before the step, in degrees.
+    n_vertices : int
+        Vertices of the mesh that the step moved, less than those of the input where vertices were merged.
+    n_clamped_angles : int
+        Angles that the operator clamped.
+    n_fallback_rows : int
+        Vertices where the operator fell back on other weights, or whose row was treated as degenerate.
+    n_replaced_rows : int
+        Rows of L treated as degenerate.
+    max_displacement : float
+        Largest displacement of those vertices in this step, in diameter bounds.
+    residual : float
+        Relative residual of the linear system.
+    seconds : float
+    fault : Status or None
+        Why a contraction with roll-back would have undone the step.
     """
 
     area_ratio: float
@@ -65,14 +87,14 @@ class Step:
 
 @dataclass(frozen=True, eq=False)
 class Contraction:
-    """A contracted mesh, with the record of how it came about.
+    """A contracted mesh and the record of its contraction; ``print()`` shows a line for each step.
 
     Parameters
     ----------
     source : Mesh
-        The mesh given.
+        The mesh before the contraction.
     coarse : Mesh
-        The contracted mesh, in the coordinates of the source; where vertices were merged on the way it has fewer.
+        The contracted mesh, in the units of the source; it has fewer vertices where vertices were merged.
     vertex_map : VertexMap
         From the vertices of the source to those of ``coarse``.
     steps : tuple of Step
@@ -80,7 +102,7 @@ class Contraction:
     status : Status
         Why it ended.
     treated_vertices : tuple of (t,) arrays of int
-        Of each step, the vertices that ``n_fallback_rows`` counts.
+        For each step the vertices of the source that ``n_fallback_rows`` counts.
     """
 
     source: Mesh
@@ -90,38 +112,75 @@ class Contraction:
     status: Status
     treated_vertices: tuple[NDArray[np.int64], ...] = ()
 
+    def __repr__(self) -> str:
+        left = f", {_remaining(self.steps[-1])}" if self.steps else ""
+        return f"Contraction({len(self.steps)} steps{left}: {self.status.value})"
+
+    def __str__(self) -> str:
+        """The steps as a table, then area and volume left and why the contraction ended."""
+        lines = ["step  vertices   area    volume  bounding box  smallest angle"]
+        for number, step in enumerate(self.steps, 1):
+            volume = "-" if np.isnan(step.volume_ratio) else f"{step.volume_ratio:.1e}"
+            fault = f"  {step.fault.value.split(',')[0]}" if step.fault else ""
+            lines.append(
+                f"{number:4d}  {step.n_vertices:8d}  {step.area_ratio:6.4f}  {volume:>7}  {step.box_ratio:12.4f}  "
+                f"{step.min_angle_deg:10.1e} deg{fault}"
+            )
+        left = f"; {_remaining(self.steps[-1])} left" if self.steps else ""
+        return "\n".join([*lines, f"{len(self.steps)} steps: {self.status.value}{left}"])
+
     @cached_property
     def mesh(self) -> Mesh:
-        """The faces of the source on the contracted vertices."""
+        """The faces of the source with the contracted positions."""
         return self.source.with_vertices(self.coarse.vertices[self.vertex_map.indices])
 
     @property
-    def broke_at(self) -> int | None:
-        """Number of the first step, from 1, that failed or was no step at all; None if there was none."""
+    def first_failed_step(self) -> int | None:
+        """Number, from 1, of the first step that was faulty or could not be completed; None if there is none."""
         faults = [number for number, step in enumerate(self.steps, 1) if step.fault]
         if faults:
             return faults[0]
         return len(self.steps) + 1 if self.status in FAILURES else None
 
 
-def fault_of(step: Step, before: Step | None) -> Status | None:
-    """Why a step must be undone, if it must."""
-    if step.area_ratio > AREA_GROWTH * (before.area_ratio if before else 1.0):
+def _remaining(step: Step) -> str:
+    """Area and, of a closed mesh, volume after a step, relative to the start."""
+    volume = "" if np.isnan(step.volume_ratio) else f", volume {step.volume_ratio:.1e}"
+    return f"area {step.area_ratio:.4f}{volume}"
+
+
+def step_fault(step: Step, previous: Step | None) -> Status | None:
+    """Why a step must be undone; None if it is good.
+
+    Parameters
+    ----------
+    step : Step
+    previous : Step or None
+        None before the first step.
+    """
+    if step.area_ratio > MAX_AREA_GROWTH * (previous.area_ratio if previous else 1.0):
         return Status.AREA_GREW
-    if step.box_ratio > BOX_GROWTH * (before.box_ratio if before else 1.0):
+    if step.box_ratio > MAX_BOX_GROWTH * (previous.box_ratio if previous else 1.0):
         return Status.BOX_GREW
     return None
 
 
-def success_of(step: Step, before: Step | None, settings: ContractionSettings) -> Status | None:
-    """Why a step is the last one needed, if it is.
+def completion_status(step: Step, previous: Step | None, settings: ContractionSettings) -> Status | None:
+    """Why a step completes the contraction; None if it does not.
 
     A signed volume may pass through zero early, so the area must be small too.
+
+    Parameters
+    ----------
+    step : Step
+    previous : Step or None
+        None before the first step.
+    settings : ContractionSettings
     """
-    if step.volume_ratio <= settings.volume_ratio and step.area_ratio <= 0.1:
+    if step.volume_ratio <= settings.volume_ratio and step.area_ratio <= MAX_FINAL_AREA:
         return Status.VOLUME
     if not np.isfinite(step.volume_ratio) and step.area_ratio <= settings.area_ratio:
         return Status.AREA
-    if before is not None and step.area_ratio > 0.999 * before.area_ratio and step.area_ratio <= 0.1:
+    if previous is not None and step.area_ratio > STALLED_AREA * previous.area_ratio and step.area_ratio <= MAX_FINAL_AREA:
         return Status.STALLED
     return None

@@ -1,14 +1,15 @@
-"""How strong the first pull of a contraction is, and how what has become thin is held: ours and the published rules.
+"""Contraction and attraction weights: lbskel's rules and the published ones.
 
-Au's W_L weighs a Laplacian without a unit, so it must have none; each published formula is a length or its inverse.
-Here they are taken on the mesh scaled to extent 1, where they mean the same at every size. Au, Tai, Chu, Cohen-Or,
-Lee 2008, https://doi.org/10.1145/1399504.1360643, section 4; Cao, Tagliasacchi, Olson, Zhang, Su 2010,
-https://doi.org/10.1109/SMI.2010.25, with the constants of the programs that go with the papers.
+Au's W_L multiplies a dimensionless Laplacian, so it must be dimensionless; each published formula for its first value
+is a length or an inverse length. Here the formulas are evaluated on the mesh scaled to diameter bound 1, where they
+give the same value at every size of the input. Au, Tai, Chu, Cohen-Or, Lee 2008,
+https://doi.org/10.1145/1399504.1360643, section 4; Cao, Tagliasacchi, Olson, Zhang, Su 2010,
+https://doi.org/10.1109/SMI.2010.25; and the constants of the programs that accompany the papers.
 """
 
 from __future__ import annotations
 
-__all__ = ["ATTRACTIONS", "INITIAL_WEIGHT_RULES", "WEIGHTS", "mean_ring_area", "ratio_of_areas", "ring_areas"]
+__all__ = ["ATTRACTIONS", "INITIAL_WEIGHT_RULES", "WEIGHTS", "mean_ring_area", "ring_areas", "ring_shrinkage"]
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -18,92 +19,104 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
 
-THINNEST = 1e-12  # areas are not let fall below this share of their start, which bounds the hold
+MIN_AREA_RATIO = 1e-12  # lower bound on areas relative to their initial value, so that W_H stays under 1e6; a guess
 
 
-def _at_vertices(mesh: Mesh, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n,) sums over the faces at each vertex."""
+def _sums_at_vertices(mesh: Mesh, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n,) sum of (m,) values over the faces at each vertex."""
     sums = np.bincount(mesh.faces.ravel(), weights=np.repeat(values, 3), minlength=len(mesh.vertices))
     return np.asarray(sums, dtype=np.float64)
 
 
 def ring_areas(mesh: Mesh) -> NDArray[np.float64]:
     """(n,) total area of the triangles at each vertex."""
-    return _at_vertices(mesh, mesh.face_areas)
+    return _sums_at_vertices(mesh, mesh.face_areas)
 
 
 def mean_ring_area(mesh: Mesh) -> float:
-    """Mean over the vertices that have any."""
+    """Mean ring area of the vertices whose ring area is positive."""
     rings = ring_areas(mesh)
     return float(rings[rings > 0].mean())
 
 
 def _by_diffusion_length(mesh: Mesh, constant: float) -> float:
-    """W_L = c * extent / sqrt(mean ring area): the first step reaches the fraction c of the extent."""
+    """W_L = c * diameter bound / sqrt(mean ring area): the first step smooths over the fraction c of the diameter."""
     return constant**2
 
 
 def _by_average_area(mesh: Mesh, constant: float) -> float:
-    """W_L = c * sqrt(average face area), as the paper prints it."""
+    """W_L = c * sqrt(mean face area), as printed by Au et al. 2008."""
     return constant**2 * float(mesh.face_areas.mean()) * mean_ring_area(mesh)
 
 
 def _by_total_area(mesh: Mesh, constant: float) -> float:
-    """W_L = c * sqrt(total area), another reading of the paper."""
+    """W_L = c * sqrt(total area), another reading of Au et al. 2008."""
     return constant**2 * mesh.area * mean_ring_area(mesh)
 
 
 def _by_inverse_area(mesh: Mesh, constant: float) -> float:
-    """W_L = c / sqrt(average face area), as the authors' program has it."""
+    """W_L = c / sqrt(mean face area), from the demo program of Au et al."""
     return constant**2 / float(mesh.face_areas.mean()) * mean_ring_area(mesh)
 
 
 def _by_inverse_area_in_box(mesh: Mesh, constant: float) -> float:
-    """W_L = c * longest side of the bounding box / sqrt(average face area)."""
+    """W_L = c * longest side of the bounding box / sqrt(mean face area), from the program of Cao et al. 2010."""
     side = float(np.ptp(mesh.vertices[mesh.used_vertices], axis=0).max())
     return side**2 * _by_inverse_area(mesh, constant)
 
 
-INITIAL_WEIGHT_RULES: dict[
-    str, Callable[[Mesh, float], float]
-] = {  # tau of the first step, which is W_L^2 * mean ring area
+INITIAL_WEIGHT_RULES: dict[str, Callable[[Mesh, float], float]] = {
     "diffusion_length": _by_diffusion_length,
     "average_area": _by_average_area,
     "total_area": _by_total_area,
     "inverse_area": _by_inverse_area,
     "inverse_area_in_box": _by_inverse_area_in_box,
 }
+"""Functions from a mesh of diameter bound 1 and a constant c to tau of the first step, by name.
+
+tau is W_L^2 times the mean ring area.
+"""
 
 
-def ratio_of_areas(before: NDArray[np.float64], now: Mesh) -> NDArray[np.float64]:
-    """The area of all triangles at the vertex, which was so much before, over that now."""
-    used = before > 0
-    rings = np.maximum(ring_areas(now), THINNEST * before)
-    return np.where(used, before / np.where(used, rings, 1.0), 1.0)
+def ring_shrinkage(initial_rings: NDArray[np.float64], mesh: Mesh) -> NDArray[np.float64]:
+    """(n,) ring area at the start over that of the mesh now; 1 where there was none at the start.
+
+    Parameters
+    ----------
+    initial_rings : (n,) array of float
+        Ring areas at the start, in squared units of the mesh.
+    mesh : Mesh
+        With its present positions.
+    """
+    used = initial_rings > 0
+    rings = np.maximum(ring_areas(mesh), MIN_AREA_RATIO * initial_rings)
+    return np.where(used, initial_rings / np.where(used, rings, 1.0), 1.0)
 
 
-def _ratio_of_rings(start: Mesh, now: Mesh) -> NDArray[np.float64]:
-    """The area of all triangles at the vertex, at the start over now."""
-    return ratio_of_areas(ring_areas(start), now)
+def _by_ring_areas(start: Mesh, now: Mesh) -> NDArray[np.float64]:
+    """(n,) ring area at the start over that now, as printed by Au et al. 2008."""
+    return ring_shrinkage(ring_areas(start), now)
 
 
-def _ratio_of_faces(start: Mesh, now: Mesh) -> NDArray[np.float64]:
-    """One over the mean, over the triangles at the vertex, of their area now over that at the start."""
-    before = start.face_areas
-    used = before > 0
-    shares = np.where(used, now.face_areas / np.where(used, before, 1.0), 1.0)
+def _by_face_areas(start: Mesh, now: Mesh) -> NDArray[np.float64]:
+    """(n,) inverse of the mean area ratio, now over start, of the faces at a vertex; Au et al.'s demo program."""
+    initial = start.face_areas
+    used = initial > 0
+    ratios = np.where(used, now.face_areas / np.where(used, initial, 1.0), 1.0)
     count = np.bincount(start.faces.ravel(), minlength=len(start.vertices))
-    mean = np.where(count > 0, _at_vertices(start, shares) / np.maximum(count, 1), 1.0)
-    return 1 / np.maximum(mean, THINNEST)
+    mean = np.where(count > 0, _sums_at_vertices(start, ratios) / np.maximum(count, 1), 1.0)
+    return 1 / np.maximum(mean, MIN_AREA_RATIO)
 
 
-ATTRACTIONS: dict[str, Callable[[Mesh, Mesh], NDArray[np.float64]]] = {  # A_0 / A_t, which is W_H^2
-    "ring_areas": _ratio_of_rings,
-    "face_areas": _ratio_of_faces,
+ATTRACTIONS: dict[str, Callable[[Mesh, Mesh], NDArray[np.float64]]] = {
+    "ring_areas": _by_ring_areas,
+    "face_areas": _by_face_areas,
 }
+"""Functions from the mesh at the start and now to A_0 / A_t of each vertex, which is W_H^2, by name."""
 
-_PROGRAM: Mapping[str, Any] = {"max_contraction_weight": 2048.0, "max_attraction": 1e4}
-WEIGHTS: dict[str, Mapping[str, Any]] = {  # settings of a contraction that belong together
+# bounds on W_L and W_H in the demo program of Au et al.; the program of Cao et al. has the same
+_DEMO_BOUNDS: Mapping[str, Any] = {"max_contraction_weight": 2048.0, "max_attraction": 1e4}
+WEIGHTS: dict[str, Mapping[str, Any]] = {
     "diffusion_length": {"initial_weight_rule": "diffusion_length", "initial_weight": 0.02, "contraction_growth": 2.0},
     "au2008": {"initial_weight_rule": "average_area", "initial_weight": 1e-3, "contraction_growth": 2.0},
     "au2008_total_area": {"initial_weight_rule": "total_area", "initial_weight": 1e-3, "contraction_growth": 2.0},
@@ -112,12 +125,20 @@ WEIGHTS: dict[str, Mapping[str, Any]] = {  # settings of a contraction that belo
         "initial_weight": 0.1,
         "contraction_growth": 2.0,
         "attraction": "face_areas",
-        **_PROGRAM,
+        **_DEMO_BOUNDS,
     },
     "cao2010": {
         "initial_weight_rule": "inverse_area_in_box",
-        "initial_weight": 0.1 / 1.6,
+        "initial_weight": 0.1 / 1.6,  # the program scales the bounding box to a longest side of 1.6
         "contraction_growth": 3.0,
-        **_PROGRAM,
-    },  # box of side 1.6
+        **_DEMO_BOUNDS,
+    },
 }
+"""Settings of the weights that belong together, by name: keyword arguments of ContractionSettings.
+
+- ``diffusion_length``: lbskel's own; the first step smooths over 2 % of the diameter bound.
+- ``au2008``: as printed by Au et al. 2008, from the mean face area.
+- ``au2008_total_area``: the same constant with the total area, another reading of the paper.
+- ``au2008_demo``: as in the demo program of Au et al.
+- ``cao2010``: as in the program of Cao et al. 2010 for meshes.
+"""
