@@ -24,7 +24,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from benchmarks.harness import markdown_table, peak_growth, run_in_subprocess, save_json, save_markdown, save_picture
 from lbskel import Mesh, SolveError, factorize
 from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
-from lbskel.contraction.energies import ContractionStepInput, rectangular
+from lbskel.contraction.energies import ContractionStepInput, stacked_system
 from lbskel.contraction.weights import ATTRACTIONS, INITIAL_WEIGHT_RULES, mean_ring_area, ring_areas
 from lbskel.operators import laplacian
 from lbskel.shapes import chain_of_tori
@@ -54,7 +54,7 @@ def _system(start: Mesh, now: Mesh, step: int) -> tuple[csr_array, NDArray[np.fl
         ring_areas(start) / 3,
         lambda L: ROW_TREATMENTS["none"](L, none),
     )
-    return rectangular(pull)
+    return stacked_system(pull)
 
 
 def _write_systems(n_vertices: int, folder: Path, last: int = max(STEPS.values())) -> dict[str, dict[str, Any]]:

@@ -164,7 +164,7 @@ def _curves(records: dict[str, dict[str, Any]]) -> bytes:
 def _contracted(case: str, result: ComparisonResult, mesh: Mesh) -> Panel:
     """The mesh at the first step that breaks, or the last; vertices far away are drawn at the edge."""
     assert result.free is not None
-    number = min(result.free.broke_at or len(result.meshes), len(result.meshes))
+    number = min(result.free.first_failed_step or len(result.meshes), len(result.meshes))
     V = result.meshes[number - 1].vertices
     far = (V**2).sum(axis=1, keepdims=True) ** 0.5
     near = V * (MAX_DISTANCE / far.clip(min=MAX_DISTANCE))

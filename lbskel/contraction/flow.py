@@ -222,7 +222,9 @@ def _step_system(
     """Build the linear system of a step from the present mesh and the weights."""
     initial_mass = np.where(now.weights > 0, now.weights / 3, mean_ring_area(start) / 3)
     is_unmerged = len(now.kept) == len(start.vertices)
-    shrinkage = ATTRACTIONS[settings.attraction](start, now.mesh) if is_unmerged else ring_shrinkage(now.weights, now.mesh)
+    shrinkage = (
+        ATTRACTIONS[settings.attraction](start, now.mesh) if is_unmerged else ring_shrinkage(now.weights, now.mesh)
+    )
     if settings.max_attraction is not None:
         shrinkage = np.minimum(shrinkage, settings.max_attraction**2)
     treatment = ROW_TREATMENTS[settings.degenerate_rows]

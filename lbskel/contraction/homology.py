@@ -1,12 +1,14 @@
-"""Which loops on a closed surface go round a tunnel: a cochain that surgery keeps.
+"""Tunnel loops of a closed surface: an integer cochain that tells them from loops that bound in the solid.
 
-A loop on a closed surface of genus g bounds inside the solid exactly if it is not linked with any loop just outside.
-``tunnel_cochain`` gives every edge a vector of whole numbers that sums to zero round every face, and round any loop to
-its linking numbers with g outer loops: zero for a ring round a limb, not zero for a way round a tunnel.
+A loop on a closed surface of genus g bounds inside the solid if and only if it is linked with no loop just outside the
+surface. ``tunnel_cochain`` gives every edge a vector of g integers. Their sum around every face is zero, and their sum
+along any loop is its linking numbers with g outer loops: zero for a loop around a limb, not zero for one around a
+tunnel.
 
-A basis of loops comes from a tree of vertices and a tree of faces that cross none of its edges (Erickson, Whittlesey
-2005, "Greedy optimal homotopy and homology generators", SODA), linking numbers from the Gauss integral in closed form
-over pairs of segments, as two solid angles (van Oosterom, Strackee 1983, https://doi.org/10.1109/TBME.1983.325207).
+A basis of loops comes from a spanning tree of the vertices and a spanning tree of the faces that crosses none of its
+edges (Erickson, Whittlesey 2005, "Greedy optimal homotopy and homology generators", SODA). Linking numbers are Gauss
+integrals in closed form over pairs of segments, each as two solid angles (van Oosterom, Strackee 1983,
+https://doi.org/10.1109/TBME.1983.325207).
 """
 
 from __future__ import annotations
@@ -25,19 +27,24 @@ from scipy.sparse.csgraph import breadth_first_order
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order
+from lbskel.geometry.vertex_map import VertexMap
 
-OFFSETS = (1e-2, 1e-3, 1e-1)  # outward shift of a loop, in shortest edges at a vertex; the first that is consistent
-SMOOTHINGS = (0, 3, 10, 30)  # rounds; measured on tori with noise up to two edge lengths
-FOLD = -0.2  # cosine between the normals of two faces that turn back
-CRUMPLED = 0.02  # share of the edges; measured below 0.002 on clean surfaces, above 0.04 on such that cut themselves
-INTEGRAL = 1e-3  # a linking number further than this from a whole number comes of loops that touch
+# outward shifts of a loop, relative to the shortest edge at a vertex, tried in turn until the linking numbers are
+# consistent; a guess
+LOOP_OFFSETS = (1e-2, 1e-3, 1e-1)
+SMOOTHING_ROUNDS = (0, 3, 10, 30)  # smoothed copies to try; measured on tori with noise up to two edge lengths
+MAX_FOLD_COSINE = -0.2  # an edge is folded if the normals of its faces have a smaller cosine; a guess
+# fraction of folded edges above which a surface may intersect itself; measured below 0.002 on clean surfaces, above
+# 0.04 on surfaces that intersect themselves
+MAX_FOLDED_FRACTION = 0.02
+MAX_LINKING_ERROR = 1e-3  # distance of a linking number from an integer, above which the loops touch; a guess
 
 
 def tunnel_cochain(mesh: Mesh) -> NDArray[np.int64] | None:
-    """A whole vector for each of ``mesh.edges``, smaller to larger vertex, that sums to zero round every face.
+    """Compute an integer vector for each edge that sums to the linking numbers of loops and to zero around faces.
 
-    A surface that is folded all over, as noise leaves it, may cut itself. What is inside is then asked of smoothed
-    copies too, and what two of them agree on counts.
+    A surface with many folded edges, as noise leaves it, may intersect itself. Then smoothed copies are evaluated too,
+    and the answer is taken that two of them agree on.
 
     Parameters
     ----------
@@ -47,7 +54,8 @@ def tunnel_cochain(mesh: Mesh) -> NDArray[np.int64] | None:
     Returns
     -------
     (k, g) array of int or None
-        None where the linking numbers are not those of an embedded surface, smoothed or not.
+        For each of ``mesh.edges``, from the smaller to the larger vertex. None if the linking numbers of neither the
+        surface nor its smoothed copies are those of an embedded surface.
     """
     if mesh.genus == 0:
         return np.zeros((len(mesh.edges), 0), dtype=np.int64)
@@ -60,41 +68,41 @@ def tunnel_cochain(mesh: Mesh) -> NDArray[np.int64] | None:
             continue
         is_confirmed = any(np.linalg.matrix_rank(np.hstack([values, other])) == values.shape[1] for other in found)
         found.append(values)
-        if is_confirmed or not _is_crumpled(mesh):
+        if is_confirmed or not _has_folds(mesh):
             break
     return _extend(mesh, generators, found[-1], cotree_levels) if found else None
 
 
 def _smoothed_copies(mesh: Mesh) -> Iterator[Mesh]:
-    """The mesh, and its vertices moved half way to the mean of their neighbors, again and again."""
+    """Yield the mesh, then copies with each vertex moved half way to the mean of its neighbors, ever more times."""
     n = len(mesh.vertices)
     i, j = np.concatenate([mesh.edges, mesh.edges[:, ::-1]]).T
     graph = coo_array((np.ones(len(i)), (i, j)), shape=(n, n)).tocsr()
     degrees = np.maximum(graph.sum(axis=1), 1)[:, None]
     vertices, done = mesh.vertices, 0
-    for rounds in SMOOTHINGS:
+    for rounds in SMOOTHING_ROUNDS:
         for _ in range(rounds - done):
             vertices = (vertices + graph @ vertices / degrees) / 2
         done = rounds
         yield mesh.with_vertices(vertices)
 
 
-def _is_crumpled(mesh: Mesh) -> bool:
-    """Whether the surface turns back on itself at more than a few edges."""
+def _has_folds(mesh: Mesh) -> bool:
+    """Whether the surface is folded back on itself at more than a few edges."""
     normals = mesh.face_normals
     first, second = stable_order(mesh.edge_of_half_edge).reshape(-1, 2).T % len(mesh.faces)
     cosines = np.einsum("ij,ij->i", normals[first], normals[second])
-    return float((cosines < FOLD).mean()) > CRUMPLED
+    return float((cosines < MAX_FOLD_COSINE).mean()) > MAX_FOLDED_FRACTION
 
 
 def _values_on_loops(loops: list[NDArray[np.int64]], mesh: Mesh) -> NDArray[np.int64] | None:
-    """(2g, g) linking numbers of a basis of loops with g independent loops outside; None if the surface has none."""
+    """(2g, g) linking numbers of a basis of loops with g independent outer loops; None if they are inconsistent."""
     genus = len(loops) // 2
     normals = igl.per_vertex_normals(mesh.vertices, mesh.faces, igl.PER_VERTEX_NORMALS_WEIGHTING_TYPE_ANGLE)
     if mesh.volume < 0:
         normals = -normals
     shortest = _shortest_edge(mesh)[:, None]
-    for offset in OFFSETS:
+    for offset in LOOP_OFFSETS:
         linking = _linking_numbers(loops, mesh.vertices, mesh.vertices + offset * shortest * normals)
         if linking is None or np.linalg.matrix_rank(linking) != genus:
             continue
@@ -117,14 +125,17 @@ def _shortest_edge(mesh: Mesh) -> NDArray[np.float64]:
 def _tree_and_cotree(
     mesh: Mesh,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], list[tuple[NDArray[np.int64], NDArray[np.int64]]]]:
-    """Edges in neither tree, the parent of each vertex, and per depth of the face tree, deepest first, faces and the
-    edges to their parents."""
+    """Build the tree of vertices and the tree of faces that crosses none of its edges.
+
+    Returns the edges in neither tree, the parent of each vertex, and for each depth of the face tree, deepest first,
+    the faces and the edges to their parents.
+    """
     n, k, m = len(mesh.vertices), len(mesh.edges), len(mesh.faces)
     i, j = mesh.edges.T
     graph = weighted_graph(mesh.edges, np.arange(1, k + 1), n)
     parent = breadth_first_order(graph, int(mesh.faces[0, 0]), directed=False)[1].astype(np.int64)
-    child_has = np.flatnonzero(parent >= 0)
-    low, high = np.minimum(child_has, parent[child_has]), np.maximum(child_has, parent[child_has])
+    children = np.flatnonzero(parent >= 0)
+    low, high = np.minimum(children, parent[children]), np.maximum(children, parent[children])
     in_tree = np.zeros(k, dtype=bool)
     in_tree[np.searchsorted(i * n + j, low * n + high)] = True
 
@@ -134,12 +145,12 @@ def _tree_and_cotree(
     _, first = np.unique(low * m + high, return_index=True)  # two faces may share two edges
     crossing, low, high = crossing[first], low[first], high[first]
     dual = weighted_graph(np.stack([low, high], axis=1), crossing + 1, m)
-    order, above = (indices.astype(np.int64) for indices in breadth_first_order(dual, 0, directed=False))
+    order, face_parent = (indices.astype(np.int64) for indices in breadth_first_order(dual, 0, directed=False))
     depth = np.zeros(m, dtype=np.int64)
     for face in order[1:]:
-        depth[face] = depth[above[face]] + 1
+        depth[face] = depth[face_parent[face]] + 1
     rows = order[1:]
-    pair = np.minimum(rows, above[rows]) * m + np.maximum(rows, above[rows])
+    pair = np.minimum(rows, face_parent[rows]) * m + np.maximum(rows, face_parent[rows])
     to_parent = crossing[np.searchsorted(low * m + high, pair)]
     generators = np.setdiff1d(np.flatnonzero(~in_tree), to_parent)
     cuts = np.flatnonzero(np.diff(depth[rows])) + 1
@@ -148,7 +159,7 @@ def _tree_and_cotree(
 
 
 def _loop_through(edge: NDArray[np.int64], parent: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The closed walk of vertices along an edge and back through the tree, its common stem left out."""
+    """(l,) vertices of the loop that an edge closes with the tree, without the path that both ends share."""
     to_root = []
     for vertex in edge:
         walk = [int(vertex)]
@@ -165,14 +176,14 @@ def _loop_through(edge: NDArray[np.int64], parent: NDArray[np.int64]) -> NDArray
 def _linking_numbers(
     loops: list[NDArray[np.int64]], inner: NDArray[np.float64], outer: NDArray[np.float64]
 ) -> NDArray[np.int64] | None:
-    """Linking number of each loop on the surface with each loop shifted outwards; None if one is no whole number."""
+    """Linking number of each loop on the surface with each loop shifted outwards; None if one is not an integer."""
     numbers = np.array([[_gauss_integral(inner[a], outer[b]) for b in loops] for a in loops])
-    whole = np.rint(numbers)
-    return whole.astype(np.int64) if np.abs(numbers - whole).max() < INTEGRAL else None
+    rounded = np.rint(numbers)
+    return rounded.astype(np.int64) if np.abs(numbers - rounded).max() < MAX_LINKING_ERROR else None
 
 
 def _gauss_integral(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-    """The linking number of two closed polylines, as the solid angle that their differences sweep over 4 pi."""
+    """Linking number of two closed polylines: the solid angle swept by their differences, over 4 pi."""
     R = second[None, :, :] - first[:, None, :]
     R /= np.linalg.norm(R, axis=2, keepdims=True)
     a, b = R, np.roll(R, -1, axis=1)
@@ -184,7 +195,8 @@ def _solid_angle(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.f
     """Signed solid angle of triangles whose corners are unit vectors."""
     triple = np.einsum("...k,...k->...", a, np.cross(b, c))
     dots = sum(np.einsum("...k,...k->...", p, q) for p, q in ((a, b), (b, c), (c, a)))
-    return 2 * np.arctan2(triple, 1 + dots)
+    angle: NDArray[np.float64] = 2 * np.arctan2(triple, 1 + dots)
+    return angle
 
 
 def _extend(
@@ -193,7 +205,7 @@ def _extend(
     values: NDArray[np.int64],
     cotree_levels: list[tuple[NDArray[np.int64], NDArray[np.int64]]],
 ) -> NDArray[np.int64] | None:
-    """The cochain that is zero on the tree, given on the generators, and zero round every face."""
+    """Extend values on the generators to the cochain that is zero on the tree and sums to zero around every face."""
     m = len(mesh.faces)
     edge_of = mesh.edge_of_half_edge.reshape(3, m)
     start, end = mesh.half_edges.T
@@ -201,50 +213,49 @@ def _extend(
     cochain = np.zeros((len(mesh.edges), values.shape[1]), dtype=np.int64)
     cochain[generators] = values
     for faces, edges in cotree_levels:
-        around = (sign[:, faces, None] * cochain[edge_of[:, faces]]).sum(axis=0)
+        sums = (sign[:, faces, None] * cochain[edge_of[:, faces]]).sum(axis=0)
         own = sign[np.argmax(edge_of[:, faces] == edges, axis=0), faces]
-        cochain[edges] = -own[:, None] * around
+        cochain[edges] = -own[:, None] * sums
     rest = (sign[:, :, None] * cochain[edge_of]).sum(axis=0)
     return cochain if not rest.any() else None
 
 
-def transfer_cochain(
-    cochain: NDArray[np.int64], mesh: Mesh, coarse: Mesh, vertex_map: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    """The cochain on the edges of a mesh whose vertices are patches of another's, each patch a disc.
+def transfer_cochain(cochain: NDArray[np.int64], mesh: Mesh, coarse: Mesh, vertex_map: VertexMap) -> NDArray[np.int64]:
+    """Transfer a cochain to a mesh each of whose vertices stands for a disc-shaped patch of vertices.
 
     Parameters
     ----------
     cochain : (k, g) array of int
         On ``mesh.edges``.
     mesh, coarse : Mesh
-        Every edge of ``coarse`` stands for one of ``mesh`` at least.
-    vertex_map : (n,) array of int
-        For each vertex of ``mesh`` the vertex of ``coarse`` whose patch it is in.
+        Every edge of ``coarse`` joins two patches that an edge of ``mesh`` joins.
+    vertex_map : VertexMap
+        From the vertices of ``mesh`` to those of ``coarse``.
 
     Returns
     -------
     (l, g) array of int
-        On ``coarse.edges``: the sum along a way between the middles of two patches that stays in them.
+        On ``coarse.edges``: the sum along a path between the centers of two patches that stays in the patches.
     """
-    n = len(vertex_map)
+    patch = vertex_map.indices
+    n = len(patch)
     i, j = mesh.edges.T
-    within = np.flatnonzero(vertex_map[i] == vertex_map[j])
-    middle = np.unique(vertex_map, return_index=True)[1]
-    to_middle = np.stack([np.full(len(middle), n), middle], axis=1)
-    links = np.concatenate([np.stack([i[within], j[within]], axis=1), to_middle])
+    within = np.flatnonzero(patch[i] == patch[j])
+    center = np.unique(patch, return_index=True)[1]
+    to_center = np.stack([np.full(len(center), n), center], axis=1)
+    links = np.concatenate([np.stack([i[within], j[within]], axis=1), to_center])
     graph = weighted_graph(links, np.ones(len(links), dtype=np.int8), n + 1)
-    above = breadth_first_order(graph, n, directed=False)[1][:n].astype(np.int64)
-    above = np.where(above == n, np.arange(n), above)
+    parent = breadth_first_order(graph, n, directed=False)[1][:n].astype(np.int64)
+    parent = np.where(parent == n, np.arange(n), parent)
     keys = i * n + j
-    row = np.searchsorted(keys, np.minimum(above, np.arange(n)) * n + np.maximum(above, np.arange(n)))
-    sign = np.sign(np.arange(n) - above)  # zero in the middle, which has no edge above it
-    offset = sign[:, None] * cochain[np.minimum(row, len(keys) - 1)]  # from the middle, once all are summed
-    while (above != above[above]).any():
-        offset, above = offset + offset[above], above[above]
-    a, b = vertex_map[i], vertex_map[j]
+    row = np.searchsorted(keys, np.minimum(parent, np.arange(n)) * n + np.maximum(parent, np.arange(n)))
+    sign = np.sign(np.arange(n) - parent)  # zero at a center, which has no parent
+    offset = sign[:, None] * cochain[np.minimum(row, len(keys) - 1)]  # from the parent
+    while (parent != parent[parent]).any():  # by pointer jumping, from the center in the end
+        offset, parent = offset + offset[parent], parent[parent]
+    a, b = patch[i], patch[j]
     between = np.flatnonzero(a != b)
-    value = (offset[i] + cochain - offset[j])[between]
+    value: NDArray[np.int64] = (offset[i] + cochain - offset[j])[between]
     a, b = a[between], b[between]
     value[a > b] *= -1
     size = len(coarse.vertices)

@@ -181,6 +181,10 @@ def completion_status(step: Step, previous: Step | None, settings: ContractionSe
         return Status.VOLUME
     if not np.isfinite(step.volume_ratio) and step.area_ratio <= settings.area_ratio:
         return Status.AREA
-    if previous is not None and step.area_ratio > STALLED_AREA * previous.area_ratio and step.area_ratio <= MAX_FINAL_AREA:
+    if (
+        previous is not None
+        and step.area_ratio > STALLED_AREA * previous.area_ratio
+        and step.area_ratio <= MAX_FINAL_AREA
+    ):
         return Status.STALLED
     return None

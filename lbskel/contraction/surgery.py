@@ -1,13 +1,13 @@
 """Surgery: from the contracted mesh to a graph, by collapsing edges until no face is left.
 
-The cost of a collapse i -> j is the squared distance of v_j to the lines of the edges gathered at i and j, plus a tenth
-of |v_i v_j| times the summed lengths of the edges at i: Au, Tai, Chu, Cohen-Or, Lee 2008,
-https://doi.org/10.1145/1399504.1360643, section 5. Instead of one heap, rounds: every edge that is the cheapest at both
-of its ends collapses at once.
+The cost of collapsing i into j is the squared distance of v_j to the lines of the edges accumulated at i and j, plus a
+tenth of |v_i v_j| times the summed lengths of the edges at i: Au, Tai, Chu, Cohen-Or, Lee 2008,
+https://doi.org/10.1145/1399504.1360643, section 5. In place of one priority queue there are rounds: every edge that is
+the cheapest at both of its ends collapses at once.
 
-What a collapse may not do is close a tunnel. The cochain of :mod:`lbskel.contraction.homology` decides it: two edges may become one
-only where their vectors agree, so that every tunnel of the surface stays a cycle of the graph. A sphere's graph is a
-tree whatever collapses.
+A collapse must not close a tunnel. The cochain of :mod:`lbskel.contraction.homology` decides: two edges may be merged
+only if their vectors are equal, so that every handle of the surface stays a cycle of the graph. The graph of a sphere
+becomes a tree whatever is collapsed.
 """
 
 from __future__ import annotations
@@ -28,8 +28,9 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import as_mesh
 from lbskel.geometry.vertex_map import VertexMap
 
-DIGITS = 11  # of a cost that count, on a mesh of extent 1: of equal ones the order does not depend on rounding
-SAMPLING = 0.1  # weight of the sampling cost beside the shape cost; Au et al. 2008
+COST_DIGITS = 11  # decimals of a cost, in squared diameter bounds, that order edges, so that rounding decides no ties
+SAMPLING_WEIGHT = 0.1  # weight of the sampling cost relative to the shape cost; Au et al. 2008
+TREE_LENGTH_SHIFT = 1e-12  # added to lengths, in diameter bounds: zero would mean no edge in a sparse matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +46,11 @@ class CollapsedGraph:
     edges : (e, 2) array of int
         Pairs of nodes.
     node_of_vertex : (n,) array of int
-        For each vertex of the source, the node it was merged into.
+        For each vertex of the source, the node that it was merged into; -1 for a vertex without a face.
     handles_certified : bool
-        Whether the tunnels were known, so that none could be lost.
+        Whether the tunnel loops of the source were known, so that its handles and the cycles of the graph correspond.
     n_spurious_loops_removed : int
-        Loops that went round no tunnel and were opened at their longest edge.
+        Cycles around no tunnel that were opened, each by removing an edge.
     """
 
     nodes: NDArray[np.float64]
@@ -62,7 +63,17 @@ class CollapsedGraph:
 
 @dataclass(frozen=True, eq=False)
 class _Complex:
-    """What is left of the mesh: faces with ascending corners, edges, and their cochain from lower to higher end."""
+    """The faces and edges not yet collapsed.
+
+    Parameters
+    ----------
+    faces : (m, 3) array of int
+        With ascending corners.
+    edges : (k, 2) array of int
+        With ascending ends.
+    cochain : (k, g) array of int
+        Of each edge from its lower to its higher end.
+    """
 
     faces: NDArray[np.int64]
     edges: NDArray[np.int64]
@@ -118,130 +129,131 @@ def collapse_mesh(contracted: Any, source: Any, *, vertex_map: VertexMap | None 
     if cochain is None:
         cochain = np.zeros((len(contracted.edges), 0), dtype=np.int64)
     elif vertex_map is not None:
-        cochain = transfer_cochain(cochain, source, contracted, vertex_map.indices)
+        cochain = transfer_cochain(cochain, source, contracted, vertex_map)
     used = contracted.used_vertices
     P = (contracted.vertices - contracted.vertices[used].mean(axis=0)) / source.diameter_bound
-    left = _Complex(np.sort(contracted.faces, axis=1), contracted.edges, cochain)
-    Q = _quadrics(P, left.edges)
+    remaining = _Complex(np.sort(contracted.faces, axis=1), contracted.edges, cochain)
+    Q = _quadrics(P, remaining.edges)
     merged_into = np.arange(n)
     blocked, has_progressed = np.empty(0, dtype=np.int64), False
-    while len(left.faces):
-        candidates = np.flatnonzero(_has_face(left, n) & ~np.isin(_keys(left.edges, n), blocked))
+    while len(remaining.faces):
+        candidates = np.flatnonzero(_has_face(remaining, n) & ~np.isin(_keys(remaining.edges, n), blocked))
         if len(candidates):
-            left, gone, target, refused = _round(left, candidates, P, Q, n)
-            np.add.at(Q, target, Q[gone])
+            remaining, removed, target, refused = _collapse_round(remaining, candidates, P, Q, n)
+            np.add.at(Q, target, Q[removed])
             step = np.arange(n)
-            step[gone] = target
+            step[removed] = target
             merged_into = step[merged_into]
             blocked = np.union1d(blocked, refused)
-            has_progressed |= len(gone) > 0
+            has_progressed |= len(removed) > 0
         elif has_progressed:
             blocked, has_progressed = blocked[:0], False
-        elif len(free := _free_edges(left, n)):
-            left, has_progressed = _open_at(left, int(free[0]), n), True
-        else:  # a closed surface of few vertices: a hole in it loses no tunnel, and loops too many are cut in the end
-            left, has_progressed = _Complex(left.faces[1:], left.edges, left.cochain), True
-    kept, node_of_vertex = np.unique(merged_into[used], return_inverse=True)
-    node_of = np.full(n, -1)
-    node_of[used] = node_of_vertex
-    edges = np.searchsorted(kept, left.edges)
-    needless = _loops_round_no_tunnel(P[kept], edges, left.cochain) if handles_certified else []
-    node_of = node_of if vertex_map is None else node_of[vertex_map.indices]
+        elif len(free := _free_edges(remaining, n)):
+            remaining, has_progressed = _remove_free_edge(remaining, int(free[0]), n), True
+        else:  # a closed surface of few vertices: opening it loses no tunnel, and spurious loops are removed at the end
+            remaining, has_progressed = _Complex(remaining.faces[1:], remaining.edges, remaining.cochain), True
+    kept, node_of_used = np.unique(merged_into[used], return_inverse=True)
+    node_of_vertex = np.full(n, -1)
+    node_of_vertex[used] = node_of_used
+    edges = np.searchsorted(kept, remaining.edges)
+    spurious = _spurious_loop_edges(P[kept], edges, remaining.cochain) if handles_certified else []
     return CollapsedGraph(
         contracted.vertices[kept],
         kept,
-        np.delete(edges, needless, axis=0),
-        node_of,
+        np.delete(edges, spurious, axis=0),
+        node_of_vertex if vertex_map is None else vertex_map.pull_back(node_of_vertex),
         handles_certified,
-        len(needless),
+        len(spurious),
     )
 
 
 def _keys(edges: NDArray[np.int64], n: int) -> NDArray[np.int64]:
-    """A number for each pair of vertices."""
-    return edges[:, 0] * n + edges[:, 1]
+    """(k,) unique number of each ordered pair of vertices."""
+    keys: NDArray[np.int64] = edges[:, 0] * n + edges[:, 1]
+    return keys
 
 
-def _has_face(left: _Complex, n: int) -> NDArray[np.bool_]:
-    """Which edges lie in a face."""
-    return np.isin(_keys(left.edges, n), _keys_of_sides(left, n))
+def _has_face(remaining: _Complex, n: int) -> NDArray[np.bool_]:
+    """(k,) whether each edge belongs to a face."""
+    return np.isin(_keys(remaining.edges, n), _keys_of_sides(remaining, n))
 
 
-def _keys_of_sides(left: _Complex, n: int) -> NDArray[np.int64]:
+def _keys_of_sides(remaining: _Complex, n: int) -> NDArray[np.int64]:
     """(3m,) number of the pair of vertices at each side of each face."""
-    return np.concatenate([_keys(left.faces[:, pair], n) for pair in ([0, 1], [0, 2], [1, 2])])
+    return np.concatenate([_keys(remaining.faces[:, pair], n) for pair in ([0, 1], [0, 2], [1, 2])])
 
 
 def _quadrics(P: NDArray[np.float64], edges: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(n, 4, 4) sum over the edges at each vertex of the squared distance to the edge's line."""
+    """(n, 4, 4) quadrics: sum over the edges at each vertex of the squared distance to the edge's line."""
     start, end = P[edges].transpose(1, 0, 2)
-    along = end - start
-    length = np.linalg.norm(along, axis=1, keepdims=True)
-    direction = np.divide(along, length, out=np.zeros_like(along), where=length > 0)
+    vector = end - start
+    length = np.linalg.norm(vector, axis=1, keepdims=True)
+    direction = np.divide(vector, length, out=np.zeros_like(vector), where=length > 0)
     A = np.eye(3) - direction[:, :, None] * direction[:, None, :]
-    A[length[:, 0] == 0] = 0  # a point has no line
+    A[length[:, 0] == 0] = 0  # an edge of no length has no line
     shifted = np.einsum("kij,kj->ki", A, start)
     line = np.empty((len(edges), 4, 4))
     line[:, :3, :3], line[:, :3, 3], line[:, 3, :3] = A, -shifted, -shifted
     line[:, 3, 3] = np.einsum("ki,ki->k", start, shifted)
     ends = coo_array((np.ones(2 * len(edges)), (edges.T.ravel(), np.tile(np.arange(len(edges)), 2))))
     ends.resize(len(P), len(edges))
-    return (ends.tocsr() @ line.reshape(-1, 16)).reshape(-1, 4, 4)
+    quadrics: NDArray[np.float64] = (ends.tocsr() @ line.reshape(-1, 16)).reshape(-1, 4, 4)
+    return quadrics
 
 
-def _round(
-    left: _Complex, candidates: NDArray[np.int64], P: NDArray[np.float64], Q: NDArray[np.float64], n: int
+def _collapse_round(
+    remaining: _Complex, candidates: NDArray[np.int64], P: NDArray[np.float64], Q: NDArray[np.float64], n: int
 ) -> tuple[_Complex, NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """Collapse every candidate that is the cheapest at both ends and closes no tunnel.
 
-    Returns the complex after it, the vertices gone, those they went into, and the keys of the edges refused.
+    Returns the complex afterwards, the vertices removed, those they were merged into, and the keys of refused edges.
     """
-    gone, target, chosen = _cheapest(left, candidates, P, Q, n)
-    keys = _keys(left.edges[chosen], n)
+    removed, target, chosen = _cheapest(remaining, candidates, P, Q, n)
+    keys = _keys(remaining.edges[chosen], n)
     refused = []
     while True:
-        after, in_conflict = _after(left, gone, target, chosen, n)
+        following, in_conflict = _collapse_edges(remaining, removed, target, chosen, n)
         if not in_conflict.any():
             break
-        bad = in_conflict[gone]
+        bad = in_conflict[removed]
         refused.append(keys[bad])
-        gone, target, chosen, keys = gone[~bad], target[~bad], chosen[~bad], keys[~bad]
-    return after, gone, target, np.concatenate(refused) if refused else keys[:0]
+        removed, target, chosen, keys = removed[~bad], target[~bad], chosen[~bad], keys[~bad]
+    return following, removed, target, np.concatenate(refused) if refused else keys[:0]
 
 
 def _cheapest(
-    left: _Complex, candidates: NDArray[np.int64], P: NDArray[np.float64], Q: NDArray[np.float64], n: int
+    remaining: _Complex, candidates: NDArray[np.int64], P: NDArray[np.float64], Q: NDArray[np.float64], n: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """The vertex that goes, the one that stays and the edge, for every candidate that is the cheapest at both ends."""
-    length = np.linalg.norm(P[left.edges[:, 0]] - P[left.edges[:, 1]], axis=1)
-    reach = np.bincount(left.edges.ravel(), weights=np.repeat(length, 2), minlength=n)
-    i, j = left.edges[candidates].T
+    """Select the candidates that are the cheapest at both ends: the vertex to remove, the one to keep, and the edge."""
+    length = np.linalg.norm(P[remaining.edges[:, 0]] - P[remaining.edges[:, 1]], axis=1)
+    length_sum = np.bincount(remaining.edges.ravel(), weights=np.repeat(length, 2), minlength=n)
+    i, j = remaining.edges[candidates].T
     both = Q[i] + Q[j]
     H = np.concatenate([P, np.ones((n, 1))], axis=1)
-    forward = np.einsum("ki,kij,kj->k", H[j], both, H[j]) + SAMPLING * length[candidates] * reach[i]
-    backward = np.einsum("ki,kij,kj->k", H[i], both, H[i]) + SAMPLING * length[candidates] * reach[j]
-    forward, backward = np.round(forward, DIGITS), np.round(backward, DIGITS)
+    forward = np.einsum("ki,kij,kj->k", H[j], both, H[j]) + SAMPLING_WEIGHT * length[candidates] * length_sum[i]
+    backward = np.einsum("ki,kij,kj->k", H[i], both, H[i]) + SAMPLING_WEIGHT * length[candidates] * length_sum[j]
+    forward, backward = np.round(forward, COST_DIGITS), np.round(backward, COST_DIGITS)
     rank = np.empty(len(candidates), dtype=np.int64)
     rank[np.argsort(np.minimum(forward, backward), kind="stable")] = np.arange(len(candidates))
     best = np.full(n, len(candidates))
     np.minimum.at(best, i, rank)
     np.minimum.at(best, j, rank)
     is_best = (best[i] == rank) & (best[j] == rank)
-    goes_forward = (forward <= backward)[is_best]
+    removes_i = (forward <= backward)[is_best]
     i, j = i[is_best], j[is_best]
-    return np.where(goes_forward, i, j), np.where(goes_forward, j, i), candidates[is_best]
+    return np.where(removes_i, i, j), np.where(removes_i, j, i), candidates[is_best]
 
 
-def _after(
-    left: _Complex, gone: NDArray[np.int64], target: NDArray[np.int64], chosen: NDArray[np.int64], n: int
+def _collapse_edges(
+    remaining: _Complex, removed: NDArray[np.int64], target: NDArray[np.int64], chosen: NDArray[np.int64], n: int
 ) -> tuple[_Complex, NDArray[np.bool_]]:
-    """The complex after some collapses, and the vertices at edges that would become one but differ in their cochain."""
-    into = np.arange(n)
-    into[gone] = target
-    shift = np.zeros((n, left.cochain.shape[1]), dtype=np.int64)  # of the way from the vertex that stays to it
-    shift[gone] = np.where((gone > target)[:, None], left.cochain[chosen], -left.cochain[chosen])
-    cochain = left.cochain + shift[left.edges[:, 0]] - shift[left.edges[:, 1]]
-    edges = into[left.edges]
+    """Collapse edges; also return (n,) whether each vertex is at edges that would be merged but differ in cochain."""
+    new_vertex = np.arange(n)
+    new_vertex[removed] = target
+    shift = np.zeros((n, remaining.cochain.shape[1]), dtype=np.int64)  # cochain of the edge from target to removed
+    shift[removed] = np.where((removed > target)[:, None], remaining.cochain[chosen], -remaining.cochain[chosen])
+    cochain = remaining.cochain + shift[remaining.edges[:, 0]] - shift[remaining.edges[:, 1]]
+    edges = new_vertex[remaining.edges]
     flipped = edges[:, 0] > edges[:, 1]
     edges = np.where(flipped[:, None], edges[:, ::-1], edges)
     cochain = np.where(flipped[:, None], -cochain, cochain)
@@ -250,60 +262,60 @@ def _after(
     differs = is_edge & (cochain != cochain[first][group]).any(axis=1)
     in_conflict = np.zeros(n, dtype=bool)
     if differs.any():
-        in_conflict[left.edges[np.isin(group, group[differs])]] = True
+        in_conflict[remaining.edges[np.isin(group, group[differs])]] = True
     first = first[is_edge[first]]
-    faces = np.sort(into[left.faces], axis=1)
+    faces = np.sort(new_vertex[remaining.faces], axis=1)
     faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2])]
-    return _Complex(_distinct(faces), edges[first], cochain[first]), in_conflict
+    return _Complex(_unique_rows(faces), edges[first], cochain[first]), in_conflict
 
 
-def _distinct(faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Each of the rows once, in lexicographic order."""
+def _unique_rows(faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The distinct rows in lexicographic order."""
     faces = faces[np.lexsort(faces.T[::-1])]
     is_new = np.ones(len(faces), dtype=bool)
     is_new[1:] = (faces[1:] != faces[:-1]).any(axis=1)
     return faces[is_new]
 
 
-def _free_edges(left: _Complex, n: int) -> NDArray[np.int64]:
-    """Keys of the edges that lie in exactly one face."""
-    keys, count = np.unique(_keys_of_sides(left, n), return_counts=True)
-    return keys[count == 1]
+def _free_edges(remaining: _Complex, n: int) -> NDArray[np.int64]:
+    """Keys of the edges that belong to exactly one face."""
+    keys, count = np.unique(_keys_of_sides(remaining, n), return_counts=True)
+    free: NDArray[np.int64] = keys[count == 1]
+    return free
 
 
-def _open_at(left: _Complex, free: int, n: int) -> _Complex:
-    """Take away an edge and the only face it lies in: no loop is opened or closed by it."""
-    is_there = (_keys_of_sides(left, n).reshape(3, -1) == free).any(axis=0)
-    stays = _keys(left.edges, n) != free
-    return _Complex(left.faces[~is_there], left.edges[stays], left.cochain[stays])
+def _remove_free_edge(remaining: _Complex, free: int, n: int) -> _Complex:
+    """Remove an edge and its only face, which neither opens nor closes a loop."""
+    has_edge = (_keys_of_sides(remaining, n).reshape(3, -1) == free).any(axis=0)
+    is_kept = _keys(remaining.edges, n) != free
+    return _Complex(remaining.faces[~has_edge], remaining.edges[is_kept], remaining.cochain[is_kept])
 
 
-def _loops_round_no_tunnel(P: NDArray[np.float64], edges: NDArray[np.int64], cochain: NDArray[np.int64]) -> list[int]:
-    """Edges to leave out so that as many independent loops stay as there are independent tunnels.
+def _spurious_loop_edges(P: NDArray[np.float64], edges: NDArray[np.int64], cochain: NDArray[np.int64]) -> list[int]:
+    """Find edges to remove so that there are as many independent loops as independent tunnels.
 
-    Off a tree of the shortest edges, each edge closes one loop with the loop's cochain; longer ways round are asked
-    first, since a loop that goes round no tunnel is small.
+    Each edge outside a minimum spanning tree closes one loop, which has a sum of the cochain. Loops are kept while
+    their sums are linearly independent; those of longer edges come first, since a loop around no tunnel is small.
     """
     k = len(P)
     length = np.linalg.norm(P[edges[:, 0]] - P[edges[:, 1]], axis=1)
-    tree = minimum_spanning_tree(weighted_graph(edges, length + 1e-12, k))
-    order, above = breadth_first_order(tree, 0, directed=False)
-    keys = _keys(edges, k)
-    lookup = {int(key): row for row, key in enumerate(keys)}
+    tree = minimum_spanning_tree(weighted_graph(edges, length + TREE_LENGTH_SHIFT, k))
+    order, parent = breadth_first_order(tree, 0, directed=False)
+    row_of_key = {int(key): row for row, key in enumerate(_keys(edges, k))}
     potential = np.zeros((k, cochain.shape[1]), dtype=np.int64)
     in_tree = np.zeros(len(edges), dtype=bool)
     for node in order[1:]:
-        up = int(above[node])
-        row = lookup[min(up, int(node)) * k + max(up, int(node))]
+        up = int(parent[node])
+        row = row_of_key[min(up, int(node)) * k + max(up, int(node))]
         in_tree[row] = True
         potential[node] = potential[up] + (cochain[row] if up < node else -cochain[row])
-    around = cochain + potential[edges[:, 0]] - potential[edges[:, 1]]
+    loop_sums = cochain + potential[edges[:, 0]] - potential[edges[:, 1]]
     off_tree = np.flatnonzero(~in_tree)
     kept: list[NDArray[np.int64]] = []
-    needless = []
+    spurious = []
     for row in off_tree[np.argsort(-length[off_tree], kind="stable")]:
-        if np.linalg.matrix_rank(np.array([*kept, around[row]])) > len(kept):
-            kept.append(around[row])
+        if np.linalg.matrix_rank(np.array([*kept, loop_sums[row]])) > len(kept):
+            kept.append(loop_sums[row])
         else:
-            needless.append(int(row))
-    return needless
+            spurious.append(int(row))
+    return spurious

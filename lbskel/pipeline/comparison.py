@@ -194,7 +194,7 @@ def _free_record(free: Contraction) -> dict[str, Any]:
     """The numbers of the steps without roll-back."""
     steps = free.steps
     return {
-        "broke at": free.broke_at,
+        "broke at": free.first_failed_step,
         "how": _fault(free),
         "free steps": len(steps),
         "free status": free.status.value,
@@ -215,8 +215,8 @@ def _plain(value: float) -> float | None:
 
 def _fault(free: Contraction) -> str | None:
     """The first fault in a word or two."""
-    if free.broke_at is None:
+    if free.first_failed_step is None:
         return None
-    broken: Step | None = free.steps[free.broke_at - 1] if free.broke_at <= len(free.steps) else None
+    broken: Step | None = free.steps[free.first_failed_step - 1] if free.first_failed_step <= len(free.steps) else None
     fault = broken.fault if broken is not None and broken.fault else free.status
     return fault.name.lower().replace("_", " ")

@@ -1,23 +1,22 @@
-"""Coarsening: short edges go, topology and sums stay, and the skeleton is the one that all vertices give."""
+"""Coarsening: short edges are collapsed, topology and sums are kept, and skeletons stay as accurate."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from lbskel import Mesh, collapse, contract, ground_truth_distances, skeletonize
+from lbskel import PRESETS, Mesh, collapse, contract, ground_truth_distances, skeletonize
 from lbskel.contraction.coarsening import Coarsened, coarsen
-from lbskel.contraction.flow import PRESETS
 from lbskel.contraction.homology import transfer_cochain, tunnel_cochain
 from lbskel.shapes import chain_of_tori, make, sphere, torus
 
-FEWEST = 16  # vertices left, in place of as many as are worth it
-EVERY_VERTEX = replace(PRESETS["curvature_flow"], collapse_length=0.0)
+MIN_VERTICES = 16  # in place of the value that saves time
+DEFAULT = PRESETS["curvature_flow"]
+EVERY_VERTEX = replace(DEFAULT, collapse_length=0.0)
 
 
-def whole(mesh):
-    everything = np.arange(len(mesh.vertices))
-    return Coarsened(mesh, everything, everything, np.ones(len(mesh.vertices)))
+def unmerged(mesh):
+    return Coarsened.unmerged(mesh, np.ones(len(mesh.vertices)))
 
 
 def edge_lengths(mesh):
@@ -25,37 +24,74 @@ def edge_lengths(mesh):
     return np.linalg.norm(end - start, axis=1)
 
 
+def closed_sums(cochain, mesh):
+    """The sums of a cochain around the faces of a mesh."""
+    start, end = mesh.half_edges.T
+    signed = np.where(start < end, 1, -1)[:, None] * cochain[mesh.edge_of_half_edge]
+    return signed.reshape(3, len(mesh.faces), -1).sum(axis=0)
+
+
 @pytest.mark.parametrize("genus", [0, 1, 3])
-def test_topology_and_sums_stay_however_short_the_edges_may_not_be(monkeypatch, genus):
-    """With a limit beyond every edge, and hardly one on the vertices, all collapse that may."""
-    monkeypatch.setattr("lbskel.contraction.coarsening.FEWEST", FEWEST)
+def test_topology_and_sums_are_kept_without_a_limit_on_lengths(monkeypatch, genus):
+    """With a limit beyond every edge, and almost none on the number of vertices, all edges collapse that may."""
+    monkeypatch.setattr("lbskel.contraction.coarsening.MIN_VERTICES", MIN_VERTICES)
     mesh = chain_of_tori(genus, step=0.2) if genus else sphere(3)
-    now = whole(mesh)
+    now = unmerged(mesh)
     for _ in range(30):
         now = coarsen(now, np.full(len(mesh.vertices), 1e9))
+    merged_into = now.vertex_map.indices
     assert len(now.mesh.vertices) < 0.2 * len(mesh.vertices)
-    assert len(now.mesh.vertices) >= FEWEST / 2
+    assert len(now.mesh.vertices) >= MIN_VERTICES / 2
     assert now.mesh.is_closed_manifold
     assert now.mesh.genus == genus
     assert now.weights.sum() == len(mesh.vertices)
-    assert (now.weights == np.bincount(now.vertex_map)).all()
-    assert (now.vertex_map[now.kept] == np.arange(len(now.kept))).all()
-    means = [np.bincount(now.vertex_map, weights=x) / now.weights for x in mesh.vertices.T]
-    # a mean of means is a mean: only rounding
+    assert (now.weights == np.bincount(merged_into)).all()
+    assert (merged_into[now.kept] == np.arange(len(now.kept))).all()
+    means = [np.bincount(merged_into, weights=x) / now.weights for x in mesh.vertices.T]
+    # a mean of means is a mean, up to rounding
     assert np.abs(np.array(means).T - now.mesh.vertices).max() < 1e-12
 
 
-def test_edges_over_the_limit_stay():
+def test_merged_positions_are_means_weighted_by_the_weights(monkeypatch):
+    monkeypatch.setattr("lbskel.contraction.coarsening.MIN_VERTICES", MIN_VERTICES)
+    mesh = sphere(2)
+    weights = np.random.default_rng(0).uniform(0.1, 10.0, len(mesh.vertices))
+    now = coarsen(Coarsened.unmerged(mesh, weights), np.full(len(mesh.vertices), 1e9))
+    merged_into = now.vertex_map.indices
+    assert now.weights == pytest.approx(np.bincount(merged_into, weights=weights))
+    means = [np.bincount(merged_into, weights=weights * x) / now.weights for x in mesh.vertices.T]
+    assert pytest.approx(now.mesh.vertices) == np.array(means).T
+
+
+def test_nothing_is_merged_below_the_smallest_number_of_vertices():
+    small = torus(1.0, 0.3, 20, 10)
+    assert coarsen(unmerged(small), np.full(len(small.vertices), 1e9)).mesh is small
+
+
+def test_edges_over_the_limit_are_kept():
     mesh = torus(1.0, 0.2, 48, 16)
-    assert coarsen(whole(mesh), np.full(len(mesh.vertices), 0.9 * edge_lengths(mesh).min())).mesh is mesh
+    assert coarsen(unmerged(mesh), np.full(len(mesh.vertices), 0.9 * edge_lengths(mesh).min())).mesh is mesh
     flat = mesh.with_vertices(mesh.vertices * [1, 1, 0.01])
     limit = 0.5 * np.median(edge_lengths(flat))
-    now = whole(flat)
+    now = unmerged(flat)
     for _ in range(10):
         now = coarsen(now, np.full(len(flat.vertices), limit))
     assert len(now.mesh.vertices) < len(flat.vertices)
-    # only rings around the tube, which may not close, and the last few per cent of a round are still short
+    # only rings around the tube, which must not close, and the last few per cent of a round are still short
     assert (edge_lengths(now.mesh) < limit).mean() < 0.1 < (edge_lengths(flat) < limit).mean()
+
+
+def test_limits_are_those_of_the_original_vertices():
+    """Where one half of a torus has no limit and the other half allows nothing, only the first is merged."""
+    mesh = torus(1.0, 0.2, 48, 16)
+    is_left = mesh.vertices[:, 0] < 0
+    now = unmerged(mesh)
+    for _ in range(3):
+        now = coarsen(now, np.where(is_left, 1e9, 0.0))
+    sizes = np.bincount(now.vertex_map.indices)
+    assert (sizes[now.vertex_map.indices[~is_left]] == 1).all()
+    assert len(now.kept) < 0.7 * len(mesh.vertices)
+    assert set(np.flatnonzero(~is_left)) <= set(now.kept)
 
 
 def test_patches_are_connected():
@@ -67,7 +103,7 @@ def test_patches_are_connected():
     assert len(np.unique(patches)) == n_patches == len(contraction.coarse.vertices) < 0.3 * len(mesh.vertices)
 
 
-def test_later_steps_have_fewer_vertices_and_the_maps_lead_back():
+def test_later_steps_have_fewer_vertices_and_the_map_leads_to_the_last():
     mesh = make("knot", n_vertices=2000).mesh
     contraction = contract(mesh)
     counts = [step.n_vertices for step in contraction.steps]
@@ -78,19 +114,16 @@ def test_later_steps_have_fewer_vertices_and_the_maps_lead_back():
     assert contract(mesh, EVERY_VERTEX).coarse.faces.tolist() == mesh.faces.tolist()
 
 
-def test_a_cochain_is_carried_to_the_merged_vertices():
-    """Round every face it sums to zero still, and no linking number is lost."""
+def test_handles_survive_where_vertices_are_merged():
+    """The transferred cochain still sums to zero around every face, and no handle is lost."""
     mesh = chain_of_tori(2, step=0.2)
     contraction = contract(mesh)
     coarse = contraction.coarse
     assert len(coarse.vertices) < 0.7 * len(mesh.vertices)
-    cochain = transfer_cochain(tunnel_cochain(mesh), mesh, coarse, contraction.vertex_map.indices)
-    start, end = coarse.half_edges.T
-    signed = np.where(start < end, 1, -1)[:, None] * cochain[coarse.edge_of_half_edge]
-    assert not signed.reshape(3, -1, 2).sum(axis=0).any()
+    assert not closed_sums(transfer_cochain(tunnel_cochain(mesh), mesh, coarse, contraction.vertex_map), coarse).any()
     graph = collapse(contraction)
     assert graph.handles_certified
-    assert len(graph.edges) - len(graph.kept) + 1 == 2
+    assert len(graph.edges) - len(graph.nodes) + 1 == 2
     assert graph.node_of_vertex.shape == (len(mesh.vertices),)
 
 
@@ -99,17 +132,17 @@ def test_the_skeleton_is_as_near_to_the_axis_as_with_every_vertex(name):
     shape = make(name, n_vertices=1500)
     every, fewer = (
         ground_truth_distances(skeletonize(shape.mesh, preset=preset), shape.truth)
-        for preset in (EVERY_VERTEX, PRESETS["curvature_flow"])
+        for preset in (EVERY_VERTEX, DEFAULT)
     )
     assert fewer.is_topology_right
     assert fewer.n_tips == every.n_tips == fewer.n_true_tips
-    # of the local radius: nodes are put to their sections, so that what differs is how junctions were reached
+    # in local radii: nodes move to their section centers, so the difference is in how junctions were reached
     assert fewer.accuracy < every.accuracy + 0.01
     assert fewer.coverage < every.coverage + 0.01
 
 
-def test_meshes_that_are_no_closed_manifold_keep_every_vertex():
+def test_meshes_that_are_not_closed_manifolds_keep_every_vertex():
     mesh = torus(1.0, 0.3, 40, 16)
     opened = Mesh(mesh.vertices, mesh.faces[2:])
-    contraction = contract(opened, replace(PRESETS["curvature_flow"], max_steps=4))
+    contraction = contract(opened, replace(DEFAULT, max_steps=4))
     assert {step.n_vertices for step in contraction.steps} == {len(mesh.vertices)}

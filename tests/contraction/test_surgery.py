@@ -1,10 +1,29 @@
-"""Surgery: a graph with the tunnels of the surface, whatever the positions, and the same every time."""
+"""Surgery: a graph with the handles of the surface, whatever the positions, and the same every time.
+
+``python -m benchmarks topology`` does the runs on difficult positions thousands of times, up to genus 9.
+"""
 
 import numpy as np
 import pytest
 
-from lbskel import Mesh, Skeleton, collapse, collapse_mesh, contract
+from lbskel import Mesh, Skeleton, collapse, collapse_mesh, contract, skeletonize
+from lbskel.contraction.surgery import _quadrics
 from lbskel.shapes import capsule, chain_of_tori, cylinder, sphere, torus
+
+POSITIONS = {
+    "scattered": lambda V, rng: rng.normal(size=V.shape),
+    "shuffled": lambda V, rng: rng.permutation(V),
+    "on a plane": lambda V, rng: rng.normal(size=V.shape) * [1, 1, 0],
+    "on a line": lambda V, rng: rng.normal(size=V.shape) * [1, 0, 0],
+    "on a grid": lambda V, rng: np.rint(rng.normal(size=V.shape)),
+    "squeezed": lambda V, rng: V * 10.0 ** rng.uniform(-4, 1, size=3),
+}
+MESHES = {
+    0: capsule(3.0, 0.4, 8),
+    1: torus(1.0, 0.4, 14, 6),
+    2: chain_of_tori(2, step=0.35),
+    4: chain_of_tori(4, step=0.35),
+}
 
 
 def as_skeleton(graph):
@@ -16,34 +35,94 @@ def scattered(mesh, seed):
     return mesh.with_vertices(np.random.default_rng(seed).normal(size=mesh.vertices.shape))
 
 
+def cycles_and_components(mesh, positions):
+    graph = collapse_mesh(mesh.with_vertices(positions), mesh)
+    skeleton = Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)))
+    assert set(graph.node_of_vertex) == set(range(len(graph.nodes)))
+    return skeleton.cycle_rank, skeleton.n_components
+
+
 @pytest.mark.parametrize("genus", [0, 1, 2, 4])
 def test_cycles_are_handles_after_a_contraction(genus):
     mesh = chain_of_tori(genus) if genus else capsule(3.0, 0.4, 20)
-    contracted = contract(mesh).mesh
-    graph = collapse_mesh(contracted, mesh)
+    graph = collapse_mesh(contract(mesh).mesh, mesh)
     skeleton = as_skeleton(graph)
     assert (skeleton.n_components, skeleton.cycle_rank) == (1, genus)
     assert graph.handles_certified
     assert len(graph.node_of_vertex) == len(mesh.vertices)
-    assert set(graph.node_of_vertex) == set(range(len(graph.kept)))
+    assert set(graph.node_of_vertex) == set(range(len(graph.nodes)))
+
+
+def test_a_contraction_collapses_to_nodes_at_vertices_of_its_coarse_mesh():
+    mesh = torus(1.0, 0.3, 40, 16)
+    contraction = contract(mesh)
+    assert len(contraction.coarse.vertices) < len(mesh.vertices)
+    graph = collapse(contraction)
+    assert np.array_equal(graph.nodes, contraction.coarse.vertices[graph.kept])
+    assert len(graph.node_of_vertex) == len(mesh.vertices)
+    # the vertices merged into a kept vertex of the coarse mesh belong to its node
+    own = contraction.vertex_map.indices
+    for node, vertex in enumerate(graph.kept):
+        assert set(graph.node_of_vertex[own == vertex]) == {node}
+    same = collapse_mesh(contraction.coarse, mesh, vertex_map=contraction.vertex_map)
+    assert np.array_equal(graph.edges, same.edges)
+    assert np.array_equal(graph.node_of_vertex, same.node_of_vertex)
+
+
+def test_two_meshes_may_be_pairs_of_arrays():
+    mesh = torus(1.0, 0.3, 12, 6)
+    pair = (mesh.vertices, mesh.faces)
+    assert collapse_mesh(pair, pair).edges.tolist() == collapse_mesh(mesh, mesh).edges.tolist()
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_no_tunnel_is_lost_and_no_loop_left_on_random_positions(seed):
+def test_no_handle_is_lost_and_no_loop_left_on_random_positions(seed):
     for mesh in (torus(1.0, 0.4, 14, 6), sphere(2)):
-        graph = collapse_mesh(scattered(mesh, seed), mesh)
-        skeleton = as_skeleton(graph)
+        skeleton = as_skeleton(collapse_mesh(scattered(mesh, seed), mesh))
         assert (skeleton.n_components, skeleton.cycle_rank) == (1, mesh.genus)
 
 
 def test_random_positions_at_higher_genus():
     mesh = chain_of_tori(3)
-    graph = collapse_mesh(scattered(mesh, 1), mesh)
-    assert (as_skeleton(graph).n_components, as_skeleton(graph).cycle_rank) == (1, 3)
+    skeleton = as_skeleton(collapse_mesh(scattered(mesh, 1), mesh))
+    assert (skeleton.n_components, skeleton.cycle_rank) == (1, 3)
 
 
-def test_the_tunnel_that_is_kept_is_the_right_one():
-    # a flat torus contracted the wrong way: the long way round is short in space, yet it is what has to stay
+@pytest.mark.parametrize("genus", MESHES)
+@pytest.mark.parametrize("kind", POSITIONS)
+def test_every_handle_is_kept_on_any_positions(genus, kind):
+    mesh = MESHES[genus]
+    assert mesh.genus == genus
+    for seed in range(3):
+        positions = POSITIONS[kind](mesh.vertices, np.random.default_rng(seed))
+        assert cycles_and_components(mesh, positions) == (genus, 1)
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("squeezed", 11), ("on a line", 15), ("on a grid", 46), ("scattered", 78)])
+def test_surgery_goes_on_where_no_edge_may_collapse_and_none_is_free(kind, seed):
+    # these come down to a torus of a few vertices, each of whose edges would close the tunnel
+    mesh = torus(1.0, 0.6, 20, 16)
+    positions = POSITIONS[kind](mesh.vertices, np.random.default_rng(seed))
+    assert cycles_and_components(mesh, positions) == (1, 1)
+
+
+@pytest.mark.parametrize("genus", [0, 1])
+def test_surgery_ends_where_all_vertices_are_one_point(genus):
+    assert cycles_and_components(MESHES[genus], np.zeros(MESHES[genus].vertices.shape)) == (genus, 1)
+
+
+@pytest.mark.parametrize(("genus", "noise"), [(1, 0.5), (2, 1.0)])
+def test_skeletons_of_surfaces_that_intersect_themselves_keep_their_handles(genus, noise):
+    mesh = MESHES[genus]
+    start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
+    height = noise * np.linalg.norm(end - start, axis=1).mean()
+    heights = height * np.random.default_rng(0).normal(size=mesh.vertices.shape)
+    skeleton = skeletonize(mesh.with_vertices(mesh.vertices + heights))
+    assert (skeleton.n_components, skeleton.cycle_rank) == (1, genus)
+
+
+def test_the_loop_that_is_kept_is_the_one_around_the_tunnel():
+    # a torus contracted the wrong way: the long way around is short in space, yet it is the loop that must stay
     n, m = 30, 8
     mesh = torus(1.0, 0.3, n, m)
     squeezed = mesh.with_vertices(mesh.vertices * [0.01, 0.01, 5.0])
@@ -53,10 +132,10 @@ def test_the_tunnel_that_is_kept_is_the_right_one():
     [loop] = skeleton.branches
     rings = np.arange(n * m).reshape(n, m)  # around the hole from row to row, around the tube along each
 
-    def turns(way):
-        """How often a closed way over the surface goes round the loop: over its first edge, there less back."""
-        there = graph.node_of_vertex[way]
-        steps = list(zip(there.tolist(), np.roll(there, -1).tolist(), strict=True))
+    def turns(closed_path):
+        """How often a closed path over the surface runs around the loop: forward less backward over its first edge."""
+        nodes = graph.node_of_vertex[closed_path]
+        steps = list(zip(nodes.tolist(), np.roll(nodes, -1).tolist(), strict=True))
         return steps.count((loop[0], loop[1])) - steps.count((loop[1], loop[0]))
 
     assert {abs(turns(rings[:, column])) for column in range(m)} == {1}
@@ -68,19 +147,18 @@ def test_regions_are_connected():
     graph = collapse_mesh(contract(mesh).mesh, mesh)
     same = graph.node_of_vertex[mesh.edges[:, 0]] == graph.node_of_vertex[mesh.edges[:, 1]]
     inner = Skeleton(mesh.vertices, mesh.edges[same], np.zeros(len(mesh.vertices)))
-    # each node's vertices hang together by edges between them, so there are as many pieces as nodes
-    assert inner.n_components == len(graph.kept)
+    # the vertices of each node are connected by edges among them, so there are as many components as nodes
+    assert inner.n_components == len(graph.nodes)
 
 
-def test_open_meshes_collapse_without_a_guard():
+def test_open_meshes_collapse_without_a_certificate():
     mesh = cylinder(0.3, 4.0, 24, 41)
-    contracted = contract(mesh).mesh
-    graph = collapse_mesh(contracted, mesh)
+    graph = collapse_mesh(contract(mesh).mesh, mesh)
     assert not graph.handles_certified
     assert as_skeleton(graph).n_components == 1
 
 
-def test_twice_gives_the_same_bytes():
+def test_two_runs_give_the_same_bytes():
     mesh = torus(1.0, 0.3, 40, 16)
     contracted = contract(mesh).mesh
     first, second = collapse_mesh(contracted, mesh), collapse_mesh(contracted, mesh)
@@ -96,22 +174,10 @@ def test_unused_vertices_have_no_node():
     assert (graph.node_of_vertex[:-1] >= 0).all()
 
 
-def test_a_contraction_collapses_to_nodes_at_vertices_of_its_coarse_mesh():
-    mesh = torus(1.0, 0.3, 40, 16)
-    contraction = contract(mesh)
-    assert len(contraction.coarse.vertices) < len(mesh.vertices)
-    graph = collapse(contraction)
-    assert np.array_equal(graph.nodes, contraction.coarse.vertices[graph.kept])
-    assert len(graph.node_of_vertex) == len(mesh.vertices)
-    # a node is the position of one of the vertices that were merged into it
-    own = contraction.vertex_map.pull_back(np.arange(len(contraction.coarse.vertices)))
-    assert np.array_equal(np.unique(graph.node_of_vertex[np.isin(own, graph.kept)]), np.arange(len(graph.nodes)))
-    same = collapse_mesh(contraction.coarse, mesh, vertex_map=contraction.vertex_map)
-    assert np.array_equal(graph.edges, same.edges)
-    assert np.array_equal(graph.node_of_vertex, same.node_of_vertex)
-
-
-def test_two_meshes_may_be_pairs_of_arrays():
-    mesh = torus(1.0, 0.3, 12, 6)
-    pair = (mesh.vertices, mesh.faces)
-    assert collapse_mesh(pair, pair).edges.tolist() == collapse_mesh(mesh, mesh).edges.tolist()
+def test_quadrics_are_squared_distances_to_the_lines_of_the_edges():
+    P = np.array([[0.0, 0, 0], [2.0, 0, 0], [0.0, 3, 0], [0.0, 3, 0]])
+    edges = np.array([[0, 1], [0, 2], [2, 3]])  # along x, along y, and one of no length
+    Q = _quadrics(P, edges)
+    point = np.array([1.0, 4.0, 2.0, 1.0])
+    to_x, to_y = 4.0**2 + 2.0**2, 1.0**2 + 2.0**2
+    assert [float(point @ q @ point) for q in Q] == pytest.approx([to_x + to_y, to_x, to_y, 0.0])

@@ -659,7 +659,7 @@ def test_a_time_limit_gives_the_best_so_far_and_says_so(ring):
     skeleton = skeletonize(ring, time_limit=1e-6)
     assert is_whole(skeleton, ring)
     [part] = skeleton.report["components"]
-    assert part["status"] == "the time allowed was over, the last good step was kept"
+    assert part["status"] == "the time limit was reached, the last good step was kept"
     assert part["steps"] == []
     skipped = "merge junctions, recenter, extend tips, grow missing branches, reroute inside"
     assert skeleton.report["notes"][-1] == f"the time limit was reached, so these stages were skipped: {skipped}"
