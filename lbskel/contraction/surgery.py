@@ -20,17 +20,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
 from lbskel.contraction.homology import transfer_cochain, tunnel_cochain
 from lbskel.contraction.result import Contraction
-from lbskel.geometry.graphs import weighted_graph
+from lbskel.contraction.spurious_loops import spurious_loop_edges
 from lbskel.geometry.mesh import as_mesh
 from lbskel.geometry.vertex_map import VertexMap
 
 COST_DIGITS = 11  # decimals of a cost, in squared diameter bounds, that order edges, so that rounding decides no ties
 SAMPLING_WEIGHT = 0.1  # weight of the sampling cost relative to the shape cost; Au et al. 2008
-TREE_LENGTH_SHIFT = 1e-12  # added to lengths, in diameter bounds: zero would mean no edge in a sparse matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +154,7 @@ def collapse_mesh(contracted: Any, source: Any, *, vertex_map: VertexMap | None 
     node_of_vertex = np.full(n, -1)
     node_of_vertex[used] = node_of_used
     edges = np.searchsorted(kept, remaining.edges)
-    spurious = _spurious_loop_edges(P[kept], edges, remaining.cochain) if handles_certified else []
+    spurious = spurious_loop_edges(P[kept], edges, remaining.cochain) if handles_certified else []
     return CollapsedGraph(
         contracted.vertices[kept],
         kept,
@@ -289,33 +287,3 @@ def _remove_free_edge(remaining: _Complex, free: int, n: int) -> _Complex:
     has_edge = (_keys_of_sides(remaining, n).reshape(3, -1) == free).any(axis=0)
     is_kept = _keys(remaining.edges, n) != free
     return _Complex(remaining.faces[~has_edge], remaining.edges[is_kept], remaining.cochain[is_kept])
-
-
-def _spurious_loop_edges(P: NDArray[np.float64], edges: NDArray[np.int64], cochain: NDArray[np.int64]) -> list[int]:
-    """Find edges to remove so that there are as many independent loops as independent tunnels.
-
-    Each edge outside a minimum spanning tree closes one loop, which has a sum of the cochain. Loops are kept while
-    their sums are linearly independent; those of longer edges come first, since a loop around no tunnel is small.
-    """
-    k = len(P)
-    length = np.linalg.norm(P[edges[:, 0]] - P[edges[:, 1]], axis=1)
-    tree = minimum_spanning_tree(weighted_graph(edges, length + TREE_LENGTH_SHIFT, k))
-    order, parent = breadth_first_order(tree, 0, directed=False)
-    row_of_key = {int(key): row for row, key in enumerate(_keys(edges, k))}
-    potential = np.zeros((k, cochain.shape[1]), dtype=np.int64)
-    in_tree = np.zeros(len(edges), dtype=bool)
-    for node in order[1:]:
-        up = int(parent[node])
-        row = row_of_key[min(up, int(node)) * k + max(up, int(node))]
-        in_tree[row] = True
-        potential[node] = potential[up] + (cochain[row] if up < node else -cochain[row])
-    loop_sums = cochain + potential[edges[:, 0]] - potential[edges[:, 1]]
-    off_tree = np.flatnonzero(~in_tree)
-    kept: list[NDArray[np.int64]] = []
-    spurious = []
-    for row in off_tree[np.argsort(-length[off_tree], kind="stable")]:
-        if np.linalg.matrix_rank(np.array([*kept, loop_sums[row]])) > len(kept):
-            kept.append(loop_sums[row])
-        else:
-            spurious.append(int(row))
-    return spurious

@@ -1,0 +1,52 @@
+"""Spurious loops: edges are removed from cycles around no tunnel, and from no other."""
+
+import numpy as np
+
+from lbskel.contraction.spurious_loops import spurious_loop_edges
+
+# two squares with a common side: nodes 0 to 3 at x = 0 and 1, nodes 4 and 5 at x = 3
+NODES = np.array([[0.0, 0, 0], [0, 1, 0], [1, 1, 0], [1, 0, 0], [3, 1, 0], [3, 0, 0]])
+EDGES = np.array([[0, 1], [1, 2], [2, 3], [0, 3], [2, 4], [4, 5], [3, 5]])
+
+
+def cochain_around(*values):
+    """A cochain whose sums along the left and the right square are the values."""
+    cochain = np.zeros((len(EDGES), 1), dtype=np.int64)
+    cochain[0], cochain[5] = values
+    return cochain
+
+
+def removed_edges(*values):
+    return [tuple(EDGES[row].tolist()) for row in spurious_loop_edges(NODES, EDGES, cochain_around(*values))]
+
+
+def test_a_loop_around_a_tunnel_stays_and_one_around_none_is_opened():
+    [edge] = removed_edges(1, 0)
+    assert edge in {(2, 4), (4, 5), (3, 5)}
+    [edge] = removed_edges(0, 1)
+    assert edge in {(0, 1), (1, 2), (2, 3), (0, 3)}
+
+
+def test_without_tunnels_a_tree_is_left():
+    assert len(removed_edges(0, 0)) == 2
+
+
+def test_of_two_loops_around_one_tunnel_the_one_with_the_longer_edge_stays():
+    [edge] = removed_edges(1, 1)
+    assert edge in {(0, 1), (1, 2), (2, 3), (0, 3)}
+
+
+def test_loops_around_independent_tunnels_all_stay():
+    cochain = np.zeros((len(EDGES), 2), dtype=np.int64)
+    cochain[0, 0] = cochain[5, 1] = 1
+    assert spurious_loop_edges(NODES, EDGES, cochain) == []
+
+
+def test_sums_take_the_direction_of_each_edge_into_account():
+    """A coboundary, the difference of a potential at the ends of each edge, sums to zero along every loop."""
+    potential = np.array([3, -1, 4, 1, -5, 9])
+    coboundary = (potential[EDGES[:, 1]] - potential[EDGES[:, 0]])[:, None]
+    assert len(spurious_loop_edges(NODES, EDGES, coboundary)) == 2
+    assert spurious_loop_edges(NODES, EDGES, coboundary + cochain_around(1, 0)) == spurious_loop_edges(
+        NODES, EDGES, cochain_around(1, 0)
+    )
