@@ -25,8 +25,8 @@ def test_an_outcome_has_the_guarded_skeleton_and_the_free_steps():
     mesh = chain_of_tori(2, step=0.2)
     settings = CASES["clamped cotangents; least squares"]
     result = run_case(mesh, settings)
-    assert result.free.broke_at is not None
-    assert len(result.meshes) == len(result.free.steps) >= result.free.broke_at
+    assert result.free.first_failed_step is not None
+    assert len(result.meshes) == len(result.free.steps) >= result.free.first_failed_step
     row = record(result, reference=run_case(mesh, CASES["curvature_flow"]).skeleton)
     assert row["steps"] == row["broke at"] - 1  # what the guard leaves
     assert row["how"] in ("area grew", "box grew")
