@@ -5,7 +5,8 @@ import itertools
 import numpy as np
 
 from lbskel import Mesh, Skeleton
-from lbskel.geometry.surface_queries import Surface
+from lbskel.geometry.surface_queries import Proxy, Surface
+from lbskel.geometry.vertex_map import VertexMap
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.shapes.isosurface import marching_cubes, project
 from lbskel.shapes.round_cones import solid_of
@@ -136,3 +137,10 @@ def graph_of_star(mesh, center, other=None):
     positions = {"center": center, **({} if other is None else {"other": other}), **STAR_ENDS}
     paths = [("center", "end 0"), ("center", "end 1"), (second, "end 2"), (second, "end 3"), ("center", "foot")]
     return straight_graph(mesh, positions, paths + ([] if other is None else [("center", "other")]))
+
+
+def reversed_proxy(mesh):
+    """A surface whose proxy is the same mesh with its vertices in reverse order, so that maps to it matter."""
+    order = np.arange(len(mesh.vertices))[::-1]
+    proxy = Mesh(mesh.vertices[order], len(mesh.vertices) - 1 - mesh.faces)
+    return Surface(mesh, Proxy(proxy, VertexMap(order), order, 0.0))

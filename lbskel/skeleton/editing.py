@@ -83,7 +83,7 @@ def append_paths(
         Radii of all new nodes.
     """
     chains = _chains(len(skeleton.nodes), starts, paths)
-    return _extended(skeleton, np.concatenate([skeleton.edges, *map(_steps, chains)]), paths, radii)
+    return _extended(skeleton, np.concatenate([skeleton.edges, *map(_edges_along, chains)]), paths, radii)
 
 
 def replace_paths(
@@ -108,11 +108,11 @@ def replace_paths(
     target = np.arange(n_nodes + sum(map(len, positions)))
     for path in paths:
         target[path[1:-1]] = path[0]
-    removed = np.sort(np.concatenate([np.empty((0, 2), dtype=np.int64), *map(_steps, paths)]), axis=1)
+    removed = np.sort(np.concatenate([np.empty((0, 2), dtype=np.int64), *map(_edges_along, paths)]), axis=1)
     is_kept = ~np.isin(skeleton.edges @ [n_nodes, 1], removed @ [n_nodes, 1])
     chains = _chains(n_nodes, [path[0] for path in paths], positions)
     closed = [np.append(chain, path[-1]) for chain, path in zip(chains, paths, strict=True)]
-    edges = np.concatenate([skeleton.edges[is_kept], *map(_steps, closed)])
+    edges = np.concatenate([skeleton.edges[is_kept], *map(_edges_along, closed)])
     return contract_nodes(_extended(skeleton, edges, positions, radii), target)
 
 
@@ -164,7 +164,7 @@ def _chains(n_nodes: int, starts: Sequence[int], paths: Sequence[NDArray[np.floa
     return chains
 
 
-def _steps(chain: NDArray[np.int64]) -> NDArray[np.int64]:
+def _edges_along(chain: NDArray[np.int64]) -> NDArray[np.int64]:
     """(k - 1, 2) the edges along a chain of k nodes."""
     return np.stack([chain[:-1], chain[1:]], axis=1)
 

@@ -3,11 +3,13 @@
 import itertools
 
 import numpy as np
-from helpers import STAR_RADIUS, graph_of_star
+import pytest
+from helpers import STAR_RADIUS, graph_of_star, joined, loop_in, moved, nearest_rows, path_in
 
 from lbskel import Skeleton
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.centerlines import _is_continuous, branch_of_node, find_section_centers
+from lbskel.shapes import capsule, torus
 
 
 def test_sections_are_known_along_the_arms_and_not_where_they_meet(star):
@@ -30,3 +32,49 @@ def test_sections_beyond_a_jump_in_size_or_position_are_rejected():
     assert np.flatnonzero(_is_continuous(skeleton, is_own, even, nodes)).tolist() == [*range(1, 11)]
     assert np.flatnonzero(_is_continuous(skeleton, is_own, even, between)).tolist() == [8, 9, 10]
     assert np.flatnonzero(_is_continuous(skeleton, is_own, np.append(wide, [0, 0]), nodes)).tolist() == [*range(3, 11)]
+
+
+def test_the_centers_of_a_rod_are_on_its_axis_and_ends_have_none():
+    mesh = capsule(4.0, 0.5, 48)
+    path = path_in(mesh, np.stack([np.full(9, 0.2), np.zeros(9), np.linspace(-2, 2, 9)], axis=1))
+    centers = find_section_centers(path, Surface(mesh))
+    assert centers.is_known.tolist() == [False, *[True] * 7, False]
+    assert np.abs(centers.positions[1:-1, :2]).max() < 0.01
+    assert np.array_equal(centers.positions[[0, -1]], path.nodes[[0, -1]])
+    some = find_section_centers(path, Surface(mesh), np.array([2, 5]))
+    assert np.flatnonzero(some.is_known).tolist() == [2, 5]
+
+
+def test_a_section_whose_centroid_is_far_from_its_node_is_rejected():
+    """Nodes outside a rod of radius 0.5: the section is farther away than its radius."""
+    mesh = capsule(4.0, 0.5, 48)
+    z = np.linspace(-1, 1, 9)
+    assert not find_section_centers(
+        path_in(mesh, np.stack([0.7 + 0 * z, 0 * z, z], axis=1)), Surface(mesh)
+    ).is_known.any()
+    assert find_section_centers(path_in(mesh, np.stack([0.4 + 0 * z, 0 * z, z], axis=1)), Surface(mesh)).is_known.any()
+
+
+def test_sections_across_a_bare_loop_are_known_everywhere():
+    mesh = torus(1.0, 0.3, 64, 24)
+    angle = np.linspace(0, 2 * np.pi, 16, endpoint=False)
+    loop = loop_in(mesh, np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1))
+    centers = find_section_centers(loop, Surface(mesh))
+    assert centers.is_known.all()
+    # the tangent at a node is that of the circle, so the section is exactly radial
+    assert np.abs(centers.positions @ [0, 0, 1]).max() < 1e-9
+    assert np.abs(np.cross(centers.positions, loop.nodes)).max() < 1e-3
+
+
+def test_a_section_of_another_branch_is_not_a_branchs_own():
+    """Two rods side by side; the vertices of the first are mapped to the nodes in the second."""
+    rod = capsule(4.0, 0.5, 24)
+    two = joined(rod, moved(rod, 3.0))
+    z = np.linspace(-2, 2, 9)
+    first, second = (np.stack([x + 0 * z, 0 * z, z], axis=1) for x in (0.0, 3.0))
+    edges = [*itertools.pairwise(range(9)), *itertools.pairwise(range(9, 18))]
+    nearest = nearest_rows(two.vertices, np.concatenate([first, second]))
+    own = Skeleton(np.concatenate([first, second]), edges, np.full(18, 0.5), nearest)
+    swapped = Skeleton(own.nodes, own.edges, own.radii, (nearest + 9) % 18)
+    assert find_section_centers(own, Surface(two)).is_known.sum() == 14
+    assert not find_section_centers(swapped, Surface(two)).is_known.any()

@@ -1,6 +1,7 @@
 """Junctions: placed where their branches point, and merged where all branches point to one place."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -82,3 +83,76 @@ def test_merging_closes_no_loop():
     skeleton = inscribed_radii(Skeleton(nodes, np.array(edges), np.zeros(len(nodes)), nearest), Surface(mesh))
     merged = merge_junctions_by_axes(skeleton, find_section_centers(skeleton, Surface(mesh)), Surface(mesh))
     assert (merged.cycle_rank, merged.n_components) == (2, 1)
+
+
+def synthetic(arms, surface, junction=(0, 0, 0)):
+    """A junction with arms of known sections, given as arrays of points from the junction outwards."""
+    nodes, edges, is_known = [np.asarray(junction, dtype=float)], [], [False]
+    for arm in arms:
+        last = 0
+        for number, point in enumerate(arm):
+            nodes.append(point)
+            edges.append((last, len(nodes) - 1))
+            is_known.append(number < len(arm) - 1)  # a tip has no section
+            last = len(nodes) - 1
+    skeleton = Skeleton(nodes, edges, np.ones(len(nodes)), np.zeros(len(surface.mesh.vertices)))
+    return skeleton, SectionCenters(np.array(is_known), skeleton.nodes)
+
+
+def ray(start, direction, n=5):
+    return np.asarray(start) + 0.1 * np.arange(n)[:, None] * np.asarray(direction, dtype=float)
+
+
+def test_lines_count_by_the_inverse_square_of_their_distance(rod_along_z):
+    """Two lines along z, at x = 0.1 from a section at 1, and at x = -0.1 from one at -2."""
+    arms = [ray([0.1, 0, 1], [0, 0, 1]), ray([-0.1, 0, -2], [0, 0, -1]), ray([0, 0.1, 0], [0, 1, 0], n=1)]
+    skeleton, centers = synthetic(arms, rod_along_z)
+    placed = place_junctions(skeleton, centers, rod_along_z).positions[0]
+    weights = 1 / np.array([1 + 0.1**2, 2**2 + 0.1**2])
+    x = weights @ [0.1, -0.1] / weights.sum()
+    # regularized by a fiftieth of the trace, which is twice the sum of the weights; along z the lines say nothing
+    assert placed == pytest.approx([x / (1 + 0.04**2), 0, 0], abs=1e-9)
+
+
+def test_a_junction_moves_half_a_radius_where_its_branches_do_not_agree(rod_along_z):
+    """Two lines cross one unit away, but two nearly always do."""
+    arms = [ray([0.3, 0, 1.3], [1, 0, 1], n=3), ray([-0.3, 0, 1.3], [-1, 0, 1], n=3), ray([0, 0.1, 0], [0, 1, 0], n=1)]
+    skeleton, centers = synthetic(arms, rod_along_z)
+    placed = place_junctions(skeleton, centers, rod_along_z).positions[0]
+    assert np.linalg.norm(placed) == pytest.approx(0.5 * rod_along_z.distance(np.zeros((1, 3)))[0], rel=1e-9)
+    assert placed[2] > 0.99 * np.linalg.norm(placed)
+
+
+def test_a_junction_moves_farther_where_three_branches_agree(rod_along_z):
+    arms = [ray([0.2 * np.cos(a), 0.2 * np.sin(a), 1.2], [np.cos(a), np.sin(a), 1], n=3) for a in (0, 2, 4)]
+    skeleton, centers = synthetic(arms, rod_along_z)
+    placed = place_junctions(skeleton, centers, rod_along_z).positions[0]
+    assert placed == pytest.approx([0, 0, 1], abs=0.01)
+
+
+def test_sections_that_a_junction_has_passed_are_dropped(rod_along_z):
+    """One arm along z, and two that cross it at z = 0.33; its sections at 0.1, 0.2 and 0.3 are passed."""
+    along = [[0, 0, 0.1 * k] for k in range(1, 9)]
+    left, right = (ray([sign * 0.1, 0, 0.43], [sign, 0, 1], n=4) for sign in (-1, 1))
+    skeleton, centers = synthetic([along, left, right], rod_along_z)
+    placed = place_junctions(skeleton, centers, rod_along_z)
+    assert placed.positions[0] == pytest.approx([0, 0, 0.33], abs=0.01)
+    assert placed.is_known[1:9].tolist() == [False, False, False, True, True, True, True, False]
+    assert placed.is_known[9:].tolist() == centers.is_known[9:].tolist()
+
+
+def test_a_junction_with_one_known_branch_keeps_its_position(rod_along_z):
+    arms = [ray([0.1, 0, 1], [0, 0, 1]), *(ray([0, y, 0], [0, 1, 0], n=1) for y in (-0.1, 0.1))]
+    skeleton, centers = synthetic(arms, rod_along_z)
+    assert np.array_equal(place_junctions(skeleton, centers, rod_along_z).positions[0], np.zeros(3))
+
+
+def test_junctions_farther_apart_than_three_radii_are_not_merged(star):
+    """The same lines as where they are merged, but with inscribed radii below a third of the branch between them."""
+    near = graph_of_star(star, np.array([0.07, 0.07, 0.02]), np.array([-0.07, -0.07, 0.02]))
+    length = np.linalg.norm(np.diff(near.nodes[near.junctions], axis=0))
+    thin = replace(near, radii=np.full(len(near.nodes), 0.33 * length))
+    thick = replace(near, radii=np.full(len(near.nodes), 0.34 * length))
+    centers = find_section_centers(near, Surface(star))
+    assert len(merge_junctions_by_axes(thin, centers, Surface(star)).junctions) == 2
+    assert len(merge_junctions_by_axes(thick, centers, Surface(star)).junctions) == 1

@@ -58,3 +58,31 @@ def test_the_axes_of_a_random_triangle_soup_are_finite():
     V[5] = V[6]
     for cap in find_geodesic_caps(Mesh(V, F), rng.integers(-1, 3, size=40)).values():
         assert np.isfinite(cap.axis).all()
+
+
+def test_the_centroid_of_a_level_set_does_not_depend_on_the_sampling():
+    """A rod that has four times as many vertices on one side as on the other; its level sets are still circles."""
+    angle = np.concatenate(
+        [np.linspace(0, np.pi, 24, endpoint=False), np.linspace(np.pi, 2 * np.pi, 6, endpoint=False)]
+    )
+    z = np.linspace(0, 4, 41)
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) * 0.5
+    V = np.concatenate([np.column_stack([ring, np.full(30, height)]) for height in z] + [[[0, 0, 4.0]]])
+    k = np.arange(30)
+    a, b = k, (k + 1) % 30
+    side = [
+        np.concatenate([np.stack([a, b, b + 30], 1), np.stack([a, b + 30, a + 30], 1)]) + 30 * row for row in range(40)
+    ]
+    top = np.stack([a + 1200, b + 1200, np.full(30, 1230)], axis=1)
+    mesh = Mesh(V, np.concatenate([*side, top]))
+    [cap] = find_geodesic_caps(mesh, np.where(V[:, 2] > 0.05, 0, -1)).values()
+    # the chords of 30 degrees on one side leave out 1 % of the radius; vertices alone would be off by half of it
+    assert np.abs(cap.axis[2:-2, :2]).max() < 0.05
+
+
+def test_a_cap_ends_at_the_nearest_part_of_a_slanted_border():
+    rod = capsule(4.0, 0.5, 48)
+    slanted = find_geodesic_caps(rod, np.where(rod.vertices @ [1.0, 0, 1] > 0, 0, -1))[0]
+    straight = find_geodesic_caps(rod, np.where(rod.vertices[:, 2] > 0.5, 0, -1))[0]
+    # the border is highest at z = 0.5, where x = -0.5; from the pole its middle is 0.5 farther and its lowest point 1
+    assert straight.length < slanted.length < straight.length + 0.5

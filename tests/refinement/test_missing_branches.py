@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers import reversed_proxy
 
 from lbskel import skeletonize
 from lbskel.geometry.surface_queries import Surface
@@ -24,10 +25,11 @@ def without(skeleton, branch):
     return contract_nodes(skeleton, target)
 
 
+@pytest.mark.parametrize("surface_of", [Surface, reversed_proxy])
 @pytest.mark.parametrize("number", range(3))
-def test_a_removed_branch_grows_again(whole, tripod, number):
+def test_a_removed_branch_grows_again(whole, tripod, number, surface_of):
     branch = whole.end_branches[number]
-    grown = grow_missing_branches(without(whole, branch), Surface(tripod))
+    grown = grow_missing_branches(without(whole, branch), surface_of(tripod))
     assert (len(grown.tips), len(grown.junctions), grown.cycle_rank, grown.n_components) == (3, 1, 0, 1)
     distances = np.linalg.norm(grown.nodes[grown.tips] - whole.nodes[branch[-1]], axis=1)
     tip = grown.tips[distances.argmin()]

@@ -2,11 +2,19 @@
 
 import numpy as np
 import pytest
-from helpers import nearest_rows, path_in
+from helpers import nearest_rows, path_in, reversed_proxy
 
 from lbskel import Skeleton
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.tips import extend_tips
+from lbskel.refinement.level_sets import find_geodesic_caps
+from lbskel.refinement.tips import (
+    clip_to_interior,
+    extend_ends,
+    extend_tips,
+    recenter_points,
+    tips_at_surface,
+    trace_centerline,
+)
 from lbskel.shapes import capsule, make, mesh_solid, solid_of, sphere, tube
 
 
@@ -84,7 +92,8 @@ def hook():
     return mesh_solid(solid_of([(body, 0.3), (limb, 0.1)]), n_vertices=1200), limb
 
 
-def test_a_tip_follows_a_limb_that_bends_back():
+@pytest.mark.parametrize("surface_of", [Surface, reversed_proxy])
+def test_a_tip_follows_a_limb_that_bends_back(surface_of):
     mesh, limb = hook()
     distances = np.linalg.norm(mesh.vertices[:, None] - limb, axis=2)
     on_limb = (distances.min(axis=1) < 0.15) & (distances.argmin(axis=1) > 0)
@@ -92,7 +101,7 @@ def test_a_tip_follows_a_limb_that_bends_back():
     nodes = np.array([[-1.0, 0, 0], [-0.5, 0, 0], [0, 0, 0], [0.4, -0.2, 0]])
     node = np.where(on_limb, 3, np.abs(mesh.vertices[:, :1] - nodes[:3, 0]).argmin(axis=1))
     short = Skeleton(nodes, [[0, 1], [1, 2], [2, 3]], np.zeros(4), node)
-    long = extend_tips(short, Surface(mesh))
+    long = extend_tips(short, surface_of(mesh))
     assert len(long.tips) == 2
     off_axis = np.linalg.norm(long.nodes[:, None] - limb, axis=2).min(axis=1)
     assert np.count_nonzero(long.nodes[:, 0] > 0.2) > 4
@@ -101,3 +110,69 @@ def test_a_tip_follows_a_limb_that_bends_back():
     assert np.linalg.norm(long.nodes[long.tips] - limb[-1], axis=1).min() < 0.05
     assert long.n_components == 1
     assert np.linalg.norm(mesh.vertices - long.nodes[long.node_of_vertex], axis=1)[on_limb].max() < 0.25
+
+
+def test_tips_at_the_surface_go_straight_ahead_or_to_the_nearest_point():
+    mesh = capsule(4.0, 0.5, 64)
+    path = path_in(mesh, [[0, 0, -2], [0, 0, 0], [0, 0, 1.8]])
+    # the lower end is 0.5 from the pole; from the upper one the pole is 0.7 away, less than two radii of 0.5
+    ends = tips_at_surface(path, Surface(mesh))
+    assert ends.nodes[ends.tips][:, 2] == pytest.approx([-2.5, 2.5], abs=0.01)
+    assert np.array_equal(ends.nodes[:3], path.nodes)
+    early = tips_at_surface(path_in(mesh, [[0, 0, -2], [0, 0, 0], [0.3, 0, 1.0]]), Surface(mesh))
+    # ahead it is 1.5 to the surface, more than two radii of 0.2, so the nearest point is taken
+    assert np.linalg.norm(early.nodes[early.tips] - [0.5, 0, 1.0], axis=1).min() < 0.01
+    point = Skeleton(np.zeros((1, 3)), [], [0.5], np.zeros(len(mesh.vertices)))
+    assert tips_at_surface(point, Surface(mesh)) is point
+
+
+def test_the_vertices_of_an_end_go_to_the_nearest_node_of_its_path():
+    mesh = capsule(4.0, 0.5, 16)
+    path = path_in(mesh, [[0, 0, -2], [0, 0, 0]])
+    longer = extend_ends(path, Surface(mesh), np.array([1, 0]), [[np.array([0, 0, 1.0]), np.array([0, 0, 2.0])], []])
+    assert longer.edges.tolist() == [[0, 1], [1, 2], [2, 3]]
+    z = mesh.vertices[:, 2]
+    for node, at in ((1, z < 0.4), (2, (z > 0.6) & (z < 1.4)), (3, z > 1.6)):
+        assert (longer.node_of_vertex[at & (path.node_of_vertex == 1)] == node).all()
+    assert np.array_equal(longer.node_of_vertex == 0, path.node_of_vertex == 0)
+    assert longer.radii[2:] == pytest.approx(0.5, rel=0.05)
+
+
+def test_a_centerline_ends_at_the_last_inscribed_ball():
+    mesh = capsule(4.0, 0.5, 48)
+    starts = np.array([[0.1, 0, 0], [0, 0, 1.99], [0, 0, 0]])
+    up, stays, down = trace_centerline(Surface(mesh), starts, np.array([[0, 0, 3.0], [0, 0, 1], [0, 0, -1]]))
+    assert len(stays) == 0  # 0.51 from the pole is a radius within the tolerance
+    for path, pole in ((up, 2.5), (down, -2.5)):
+        assert np.abs(np.array(path)[:, :2]).max() < 0.01
+        assert np.abs(path[-1][2] - pole) == pytest.approx(0.5, rel=0.06)
+        assert np.diff(np.abs(np.array(path)[:, 2])).max() == pytest.approx(0.25, rel=0.03)  # half a radius
+
+
+def test_a_centerline_ends_where_the_shape_widens():
+    """A rod of radius 0.1 that ends in the middle of a ball of radius 0.5."""
+    axis = [np.array([-1.5, 0, 0]), np.zeros(3)]
+    mesh = mesh_solid(solid_of([(np.array(axis), 0.1), (np.array([[0.0, 0, 0], [0.01, 0, 0]]), 0.5)]), n_vertices=2500)
+    [path] = trace_centerline(Surface(mesh), np.array([[-1.2, 0, 0]]), np.array([[1.0, 0, 0]]))
+    assert -0.6 < path[-1][0] < -0.4
+
+
+def test_points_of_an_axis_go_to_the_centroids_of_their_sections():
+    mesh = capsule(4.0, 0.5, 48)
+    z = np.linspace(-1, 1, 9)
+    [centered] = recenter_points([np.stack([0.2 + 0 * z, 0 * z, z], axis=1)], Surface(mesh))
+    assert centered == pytest.approx(np.stack([0 * z, 0 * z, z], axis=1), abs=0.01)
+    outside = np.stack([3 + 0 * z, 0 * z, z], axis=1)
+    kept, moved = recenter_points([outside, outside - [2.9, 0, 0]], Surface(mesh))
+    assert np.array_equal(kept, outside)  # it has no sections of its own
+    assert np.abs(moved[:, :2]).max() < 0.01
+
+
+def test_the_axis_of_a_flat_strip_is_rejected():
+    """A strip along a rod has a straight axis, but that runs just below its own surface."""
+    mesh = capsule(4.0, 0.5, 48)
+    x, y, z = mesh.vertices.T
+    [strip] = find_geodesic_caps(mesh, np.where((np.abs(np.arctan2(y, x)) < 0.3) & (np.abs(z) < 1.5), 0, -1)).values()
+    [half] = find_geodesic_caps(mesh, np.where(z > 0.3, 0, -1)).values()
+    assert len(clip_to_interior(half, Surface(mesh))) == len(half.axis) > 2
+    assert len(clip_to_interior(strip, Surface(mesh))) == 0

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from helpers import star_skeleton, theta_skeleton
 
-from lbskel import Mesh, Skeleton, merge_junctions, prune
-from lbskel.skeleton.pruning import prune_contained_branches
+from lbskel import Mesh, MeshError, Skeleton, UnknownChoice, merge_junctions, prune
+from lbskel.skeleton.pruning import branch_reach, prune_contained_branches
 
 
 def test_a_short_branch_is_removed_and_long_ones_are_kept():
@@ -23,7 +23,8 @@ def test_a_short_branch_is_removed_and_long_ones_are_kept():
 
 def test_the_ratio_is_in_radii_of_the_junction():
     for radius, n_tips in ((0.3, 4), (0.7, 3)):
-        skeleton, mesh = star_skeleton([3, 3, 0.75, 2], radius)
+        skeleton, mesh = star_skeleton([3, 3, 0.75, 2], 5.0)
+        skeleton = replace(skeleton, radii=[radius, *skeleton.radii[1:]])
         assert len(prune(skeleton, mesh, min_branch_ratio=1.5).tips) == n_tips
 
 
@@ -78,3 +79,45 @@ def test_the_junctions_of_a_triangle_are_not_merged():
     tailed = Skeleton(np.concatenate([ring, 3 * ring]), np.array(edges), np.full(6, 5.0))
     merged = merge_junctions(tailed)
     assert (merged.cycle_rank, len(merged.nodes)) == (1, 6)
+
+
+def test_the_reach_of_a_branch_is_measured_from_its_first_node_to_the_vertices_of_the_others():
+    skeleton = Skeleton([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1], [1, 2]], np.ones(3), [0, 1, 2, 2])
+    mesh = Mesh([[-9, 0, 0], [1, 3, 0], [2, 1, 0], [3, 0, 0]], [[0, 1, 2]])
+    assert branch_reach(skeleton, mesh, np.array([0, 1, 2])) == np.hypot(1, 3)
+    assert branch_reach(skeleton, mesh, np.array([2, 1, 0])) == 11
+    assert branch_reach(skeleton, mesh, np.array([0])) == 0
+
+
+def test_the_shortest_branch_goes_first_and_its_junction_may_be_none_after_it():
+    """Both side branches are below the ratio, but when the shorter is gone, the other is part of a longer path."""
+    skeleton, mesh = star_skeleton([3, 0.5, 0.75])
+    pruned = prune(skeleton, mesh, min_branch_ratio=1.5)
+    assert (len(pruned.tips), len(pruned.junctions)) == (2, 0)
+    assert pruned.nodes[:, 0].min() == 0
+    assert pruned.nodes[:, 1].max() == 0.75
+
+
+def test_anchors_are_not_pruned():
+    skeleton, mesh = star_skeleton([3, 3, 0.5, 2])
+    anchored = replace(skeleton, anchors=np.flatnonzero(skeleton.nodes[:, 1] == 0.5))
+    assert len(prune(anchored, mesh, min_branch_ratio=1.5).tips) == 4
+
+
+def test_prune_takes_what_as_mesh_takes():
+    skeleton, mesh = star_skeleton([3, 3, 0.5, 2])
+    assert len(prune(skeleton, (mesh.vertices, mesh.faces)).tips) == 3
+
+
+def test_prune_refuses_another_mesh_and_a_ratio_that_is_none():
+    skeleton, mesh = star_skeleton([3, 3, 0.5, 2])
+    smaller = Mesh(mesh.vertices[:9], [[0, 1, 2]])
+    with pytest.raises(MeshError, match=rf"the map has {len(mesh.vertices)} vertices and the mesh 9"):
+        prune(skeleton, smaller)
+    with pytest.raises(MeshError, match="the map has 0 vertices"):
+        prune(replace(skeleton, node_of_vertex=[]), mesh)
+    for ratio in (-1.0, np.nan):
+        with pytest.raises(UnknownChoice, match="min_branch_ratio must be a number of local radii, 0 or more"):
+            prune(skeleton, mesh, min_branch_ratio=ratio)
+        with pytest.raises(UnknownChoice, match="ratio must be a number of local radii, 0 or more"):
+            merge_junctions(skeleton, ratio=ratio)
