@@ -20,7 +20,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import ArpackError, eigsh, splu
 
 from lbskel.errors import MeshError, SolveError
-from lbskel.evaluation.operator_report import NEGATIVE_EIGENVALUE, ROUNDING, LaplacianDiagnostics
+from lbskel.evaluation.operator_report import ROUNDING, ZERO_EIGENVALUE, LaplacianDiagnostics
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Laplacian
@@ -149,8 +149,8 @@ def _definiteness(S: csc_array) -> tuple[float | None, int | None]:
     scaled = (diags_array(D**-0.5) @ S @ diags_array(D**-0.5)).tocsc()
     identity = csc_array(diags_array(np.ones(len(D))))
     try:
-        n_negative = count_below(scaled, identity, -NEGATIVE_EIGENVALUE)
-        n_zero = count_below(scaled, identity, NEGATIVE_EIGENVALUE) - n_negative + int(empty.sum())
+        n_negative = count_below(scaled, identity, -ZERO_EIGENVALUE)
+        n_zero = count_below(scaled, identity, ZERO_EIGENVALUE) - n_negative + int(empty.sum())
         start = np.random.default_rng(SEED).uniform(-1, 1, len(D))
         smallest = eigsh(scaled, 1, which="SA", tol=1e-2, v0=start)[0][0] if n_negative else 0.0
     except (RuntimeError, ArpackError):

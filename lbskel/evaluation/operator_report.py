@@ -7,17 +7,18 @@ and the total mass is the area.
 
 from __future__ import annotations
 
-__all__ = ["NEGATIVE_EIGENVALUE", "ROUNDING", "LaplacianDiagnostics", "diagnostics_table"]
+__all__ = ["ROUNDING", "ZERO_EIGENVALUE", "LaplacianDiagnostics", "diagnostics_table"]
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 # Bounds up to which a property counts as kept; all relative, without a unit.
-ROUNDING = 1e-12  # of the largest entry, or of the mean weight: the rounding of sums of a few dozen numbers
+ROUNDING = 1e-12  # relative to the largest entry or the mean weight: the rounding of sums of a few dozen numbers
 MAX_LINEAR_ERROR = 1e-8  # a guess: the tolerance for a plane, 1e-10, times the growth by the weights of needles
-NEGATIVE_EIGENVALUE = 1e-10  # of the eigenvalues of D^-1 S, which lie in 0..2; the first non-zero one is about 1 / n
-MAX_OVERSHOOT = 1e-9  # of boundary values in 0..1; a guess at the error of the linear solve
-MAX_AREA_ERROR = 1e-6  # of the area: mollified edge lengths, relative slack 1e-6, change areas by this much
+# Largest size of an eigenvalue that counts as zero. Those of D^-1 S lie in 0..2, the first non-zero one is about 1 / n.
+ZERO_EIGENVALUE = 1e-10
+MAX_OVERSHOOT = 1e-9  # for boundary values in 0..1: a guess at the error of the linear solve
+MAX_AREA_ERROR = 1e-6  # relative to the area: edge lengths mollified with a slack of 1e-6 change areas by this much
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ class LaplacianDiagnostics:
             "constants": self.row_sum_error <= ROUNDING,
             "linear": None if linear is None else linear <= MAX_LINEAR_ERROR,
             "positive": self.n_negative_weights == 0,
-            "semidefinite": None if smallest is None else smallest >= -NEGATIVE_EIGENVALUE,
+            "semidefinite": None if smallest is None else smallest >= -ZERO_EIGENVALUE,
             "null space": None if self.n_zero_eigenvalues is None else self.n_zero_eigenvalues == self.n_components,
             "maximum": None if overshoot is None else overshoot <= MAX_OVERSHOOT,
             "untreated": self.n_fallback_rows == 0,
