@@ -20,7 +20,7 @@ from lbskel.io import as_mesh
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess import Pipeline, preprocess_mesh, simplify_to_proxy, surface_with_proxy, why_no_inside
 from lbskel.preprocess.result import PreprocessResult, identity_result
-from lbskel.refinement.region_map import complete_map
+from lbskel.refinement.region_map import make_regions_connected, nearest_balls, reassign_to_nearest_node
 from lbskel.skeleton.skeleton import Skeleton
 
 SIMPLIFY = ("auto", "none")
@@ -98,7 +98,10 @@ class PreparedMesh:
         return (points - self.center) / self.scale
 
     def skeleton_to_unit(self, skeleton: Skeleton) -> Skeleton:
-        """A skeleton of the source, in the coordinates and with the vertices of ``mesh``."""
+        """A skeleton of the source, in the coordinates and with the vertices of ``mesh``.
+
+        Vertices that preprocessing has added are mapped as :func:`lbskel.refine` maps vertices.
+        """
         local = replace(
             skeleton,
             nodes=self.to_unit(skeleton.nodes),
@@ -107,8 +110,12 @@ class PreparedMesh:
         )
         if len(skeleton.node_of_vertex) == 0:
             return local
-        node_of_vertex = self.vertex_map.push_forward(skeleton.node_of_vertex, len(self.mesh.vertices))
-        return complete_map(local, node_of_vertex, self.mesh)
+        known = self.vertex_map.push_forward(skeleton.node_of_vertex, len(self.mesh.vertices))
+        if (known >= 0).all():
+            return replace(local, node_of_vertex=known)
+        nearest = replace(local, node_of_vertex=np.where(known < 0, nearest_balls(local, self.mesh), known))
+        connected = make_regions_connected(reassign_to_nearest_node(nearest, self.mesh), self.mesh)
+        return replace(local, node_of_vertex=np.where(known < 0, connected.node_of_vertex, known))
 
 
 def prepare(

@@ -13,7 +13,6 @@ differentiation: a part of the skeleton represents a part of the shape.
 from __future__ import annotations
 
 __all__ = [
-    "complete_map",
     "edges_with_disjoint_regions",
     "is_in_largest_piece",
     "make_regions_connected",
@@ -121,23 +120,6 @@ def make_regions_connected(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
             break
         skeleton, disjoint = candidate, still_disjoint
     return skeleton
-
-
-def complete_map(skeleton: Skeleton, node_of_vertex: NDArray[np.int64], mesh: Mesh) -> Skeleton:
-    """Complete a map that is partly known by growing its regions.
-
-    Vertices that no region reaches are mapped to the nearest ball.
-
-    Parameters
-    ----------
-    skeleton : Skeleton
-        With radii.
-    node_of_vertex : (n,) array of int
-        -1 where it is not known.
-    mesh : Mesh
-    """
-    grown = _grown(skeleton.nodes, node_of_vertex, node_of_vertex >= 0, mesh)
-    return replace(skeleton, node_of_vertex=np.where(grown < 0, nearest_balls(skeleton, mesh), grown))
 
 
 def _with_connected_regions(skeleton: Skeleton, mesh: Mesh, nodes: NDArray[np.int64] | None = None) -> Skeleton:

@@ -60,3 +60,18 @@ def test_what_cannot_be_prepared_says_why(rod):
         prepare(rod, simplify="some")
     with pytest.raises(MeshError, match="all vertices of the mesh lie at one point"):
         prepare(rod.with_vertices(0 * rod.vertices))
+
+
+def test_vertices_that_preprocessing_adds_are_mapped_to_nodes_near_them():
+    """A square tower of 8 vertices is split to hundreds; the finished skeleton knows the nodes of the 8 alone."""
+    corners = np.array([[x, y, z] for z in (0.0, 8.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], dtype=float)
+    quads = [[3, 2, 1, 0], [4, 5, 6, 7], *([k, (k + 1) % 4, (k + 1) % 4 + 4, k + 4] for k in range(4))]
+    tower = lbskel.as_mesh((corners, quads))
+    skeleton = lbskel.skeletonize(tower)
+    prepared = prepare(tower)
+    assert len(prepared.mesh.vertices) > 100
+    local = prepared.skeleton_to_unit(skeleton)
+    distance = np.linalg.norm(prepared.mesh.vertices - local.nodes[local.node_of_vertex], axis=1)
+    assert np.abs(prepared.mesh.vertices[:, 2] - local.nodes[local.node_of_vertex][:, 2]).max() < 2 / prepared.scale
+    assert distance.max() < 2 / prepared.scale
+    assert skeleton.report["score"]["measures"]["coverage"] > 0.5

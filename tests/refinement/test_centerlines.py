@@ -3,7 +3,6 @@
 import itertools
 
 import numpy as np
-import pytest
 from helpers import STAR_RADIUS, graph_of_star, joined, loop_in, moved, nearest_rows, path_in
 
 from lbskel import Skeleton

@@ -6,7 +6,6 @@ from helpers import joined, moved, path_in
 
 from lbskel import Skeleton, skeletonize
 from lbskel.refinement.region_map import (
-    complete_map,
     edges_with_disjoint_regions,
     is_in_largest_piece,
     make_regions_connected,
@@ -88,17 +87,6 @@ def test_a_node_of_two_components_keeps_the_vertices_of_both():
     two = joined(mesh, moved(mesh, 5.0))
     path = path_along_z(np.linspace(-2, 2, 5), two)
     assert np.array_equal(make_regions_connected(path, two).node_of_vertex, path.node_of_vertex)
-
-
-def test_a_partly_known_map_grows_over_its_component_and_is_nearest_elsewhere():
-    mesh = capsule(4.0, 0.5, 16)
-    two = joined(mesh, moved(mesh, 5.0))
-    path = path_along_z(np.linspace(-2, 2, 5), two)
-    known = np.full(len(two.vertices), -1)
-    known[two.vertices[:, 2].argmax()] = 3  # one vertex of the first
-    found = complete_map(path, known, two).node_of_vertex
-    assert (found[: len(mesh.vertices)] == 3).all()
-    assert np.array_equal(found[len(mesh.vertices) :], path.node_of_vertex[len(mesh.vertices) :])
 
 
 def test_the_nearest_ball_has_the_smallest_gap():
