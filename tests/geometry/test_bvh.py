@@ -1,4 +1,4 @@
-"""The tree of boxes: what is nearest, what a ray meets, what is inside, against every triangle in turn."""
+"""Bounding volume hierarchy: nearest points, ray hits and winding numbers, compared with tests of every triangle."""
 
 import igl
 import numpy as np
@@ -17,7 +17,7 @@ def rays(mesh, k, seed=0):
 
 
 def met(mesh, origin, way):
-    """How far on each triangle is met by a ray, from the volumes that it makes with the triangle's edges."""
+    """Distance at which a ray hits each triangle, from the signed volumes of the ray with the triangle's edges."""
     A, B, C = (mesh.vertices[mesh.faces[:, corner]] - origin for corner in range(3))
     volumes = np.stack([np.cross(P, Q) @ way for P, Q in ((B, C), (C, A), (A, B))])
     normal = np.cross(B - A, C - A)
@@ -26,7 +26,7 @@ def met(mesh, origin, way):
 
 
 @pytest.mark.parametrize("name", ["knot", "octopus"])
-def test_the_nearest_place_is_that_of_libigl(name):
+def test_nearest_points_are_those_of_libigl(name):
     mesh = make(name, n_vertices=3000).mesh
     points = np.concatenate([rays(mesh, 400)[0], mesh.vertices[::50], mesh.vertices[:5]])
     distance, place = mesh.aabb_tree.nearest(points)
@@ -35,7 +35,7 @@ def test_the_nearest_place_is_that_of_libigl(name):
     assert np.abs(np.linalg.norm(place - points, axis=1) - distance).max() < 1e-12 * mesh.diameter_bound
 
 
-def test_the_nearest_place_is_on_a_corner_an_edge_or_inside():
+def test_the_nearest_point_is_on_a_corner_an_edge_or_inside():
     mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     points = np.array([[-1, -1, 1], [0.5, -2, 0], [2, 2, 0], [0.2, 0.2, 3], [0, 0, 0], [3, -1, 0.0]])
     distance, place = mesh.aabb_tree.nearest(points)
@@ -44,7 +44,7 @@ def test_the_nearest_place_is_on_a_corner_an_edge_or_inside():
 
 
 @pytest.mark.parametrize("size", [2.0**200, 2.0**-200])
-def test_what_is_nearest_does_not_depend_on_size(size):
+def test_nearest_points_scale_with_the_mesh(size):
     mesh = make("knot", n_vertices=800).mesh
     points = rays(mesh, 50)[0]
     distance, place = mesh.aabb_tree.nearest(points)
@@ -53,14 +53,14 @@ def test_what_is_nearest_does_not_depend_on_size(size):
     assert np.array_equal(sized[1], size * place)
 
 
-def test_faces_without_area_are_near_too():
+def test_faces_without_area_have_nearest_points():
     mesh = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [5, 5, 5]], [[0, 1, 2], [3, 3, 3]])
     distance, place = mesh.aabb_tree.nearest(np.array([[1.5, 1, 0], [6, 5, 5.0]]))
     assert np.allclose(distance, [1, 1])
     assert np.allclose(place, [[1.5, 0, 0], [5, 5, 5]])
 
 
-def test_a_ray_meets_what_the_nearest_of_all_triangles_it_meets_is():
+def test_a_ray_hits_the_first_of_all_triangles_on_it():
     mesh = make("octopus", n_vertices=3000).mesh
     origins, ways = rays(mesh, 300)
     face, far = mesh.aabb_tree.first_hits(origins, ways)
@@ -74,8 +74,8 @@ def test_a_ray_meets_what_the_nearest_of_all_triangles_it_meets_is():
     assert far[hit] == pytest.approx(nearest[hit], rel=1e-9)
 
 
-def test_rays_meet_small_faces():
-    """With determinants under 1e-6, which faces of a million on a shape of size one have, libigl misses them."""
+def test_rays_hit_small_faces():
+    """libigl misses faces with determinants below 1e-6, as those of a unit shape of a million faces."""
     mesh = torus(1e-3, 3e-4, 96, 32)
     origins = np.array([[1e-3, 0, 0]])
     for way in np.eye(3):
@@ -103,7 +103,7 @@ def joined(*meshes):
 
 
 @pytest.mark.parametrize("name", ["knot", "octopus", "hand"])
-def test_faces_wind_round_a_point_as_often_as_their_solid_angles_tell(name):
+def test_winding_numbers_are_those_of_the_solid_angles(name):
     mesh = make(name, n_vertices=2000).mesh
     near = mesh.vertices + np.random.default_rng(1).normal(scale=0.01 * mesh.diameter_bound, size=mesh.vertices.shape)
     points = np.concatenate([rays(mesh, 1000)[0], near])
@@ -112,7 +112,7 @@ def test_faces_wind_round_a_point_as_often_as_their_solid_angles_tell(name):
     assert np.array_equal(mesh.aabb_tree.winding_numbers(points), np.round(expected))
 
 
-def test_windings_of_what_overlaps_is_hollow_or_inside_out():
+def test_winding_numbers_of_overlapping_hollow_and_reversed_surfaces():
     ball = sphere(2)
     inner = ball.with_vertices(0.5 * ball.vertices)
     hollow = joined(ball, Mesh(inner.vertices, inner.faces[:, ::-1]))
@@ -124,10 +124,10 @@ def test_windings_of_what_overlaps_is_hollow_or_inside_out():
 
 
 @pytest.mark.parametrize("degrees", [0, 1, 30, 45, 77])
-def test_windings_at_points_over_corners_sides_and_walls(degrees):
-    """A house of boxes on a grid: rays run through its corners, along its sides, and in the planes of its walls.
+def test_winding_numbers_at_points_above_corners_edges_and_walls(degrees):
+    """A building of boxes on a grid: rays pass through its corners, along its edges, and in the planes of its walls.
 
-    Where it is turned, each does but for rounding.
+    When it is rotated, they do so up to rounding.
     """
     turn = Rotation.from_euler("z", degrees, degrees=True)
     height = np.array([[0, 0, 0, 0, 0], [0, 3, 1, 2, 0], [0, 3, 3, 1, 0], [0, 1, 0, 0, 0], [0, 0, 0, 0, 0]])
@@ -159,7 +159,7 @@ def test_windings_at_points_over_corners_sides_and_walls(degrees):
     assert np.array_equal(mesh.with_vertices(turn.apply(V)).aabb_tree.winding_numbers(turn.apply(points)), expected)
 
 
-def test_windings_do_not_depend_on_a_face_without_area():
+def test_winding_numbers_do_not_depend_on_a_face_without_area():
     mesh = sphere(2)
     (a, b, c), k = mesh.faces[0], len(mesh.vertices)
     middle = 0.7 * mesh.vertices[a] + 0.3 * mesh.vertices[b]
@@ -173,8 +173,8 @@ def test_windings_do_not_depend_on_a_face_without_area():
     assert np.array_equal(split.aabb_tree.winding_numbers(points), mesh.aabb_tree.winding_numbers(points))
 
 
-def test_windings_in_the_plane_of_an_upright_face():
-    """There the face is seen from above as a line, and only rounding tells on which side of it a point is."""
+def test_winding_numbers_in_the_plane_of_a_vertical_face():
+    """Seen along the ray the face is a line, and rounding decides on which side of it a point lies."""
     rng = np.random.default_rng(0)
     faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
     for _ in range(200):

@@ -1,4 +1,4 @@
-"""Plane sections: exact on polygons that are known, and of the right curve where a plane cuts several."""
+"""Cross-sections: exact on known polygons, and of the right curve where a plane has several."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def test_the_section_of_a_prism_is_its_polygon():
     assert section.lengths[0] == pytest.approx(32 * 0.5 * np.sin(np.pi / 16), rel=1e-12)
 
 
-def test_of_two_curves_the_one_round_the_point_counts():
+def test_of_two_curves_the_one_around_the_point_is_taken():
     mesh = torus(1.0, 0.3, 64, 24)
     points = np.array([[1.05, 0, 0.02], [-1.05, 0, 0.02]])
     normals = np.array([[0.0, 1, 0], [0.0, 1, 0]])
@@ -36,7 +36,7 @@ def test_of_two_curves_the_one_round_the_point_counts():
     assert np.abs(section.centroids[:, 0] - [1, -1]).max() < 1e-12
 
 
-def test_from_outside_the_nearest_curve_counts():
+def test_from_outside_the_nearest_curve_is_taken():
     mesh = torus(1.0, 0.3, 64, 24)
     section = cross_sections(mesh, np.array([[1.5, 0, 0]]), np.array([[0.0, 1, 0]]))
     assert section.is_cut[0]
@@ -44,7 +44,7 @@ def test_from_outside_the_nearest_curve_counts():
     assert np.abs(section.centroids[0] - [1, 0, 0]).max() < 1e-12
 
 
-def test_a_plane_that_misses_cuts_nothing():
+def test_a_plane_that_misses_the_mesh_has_no_section():
     section = cross_sections(capsule(), np.array([[0, 0, 9.0]]), Z)
     assert not section.is_cut[0]
     assert np.array_equal(section.centroids[0], [0, 0, 9])
@@ -80,14 +80,14 @@ def test_sampling_density_does_not_move_the_centroid():
     assert np.abs(exact).max() < 0.25 < np.abs(V[:n, :2].mean(axis=0)).max()
 
 
-def test_own_is_the_share_of_the_label():
+def test_the_label_fraction_is_the_part_of_the_curve_with_the_label():
     mesh = capsule(2.0, 0.5, 16)
     labels = (mesh.vertices[mesh.faces].mean(axis=1)[:, 0] > 0).astype(np.int64)
     section = cross_sections(mesh, np.array([[0, 0, 0.2]]), Z, face_labels=labels, labels=np.array([1]))
     assert section.label_fractions[0] == pytest.approx(0.5, abs=1e-12)
 
 
-def test_many_planes_together_give_what_each_gives_alone():
+def test_sections_of_many_planes_equal_those_of_each_alone():
     mesh = tube([[0, 0, 0], [1, 0.2, 0], [2, 0, 0.3]], 0.2)
     points = np.linspace([0.1, 0, 0], [1.9, 0, 0.2], 17)
     normals = np.tile([[1.0, 0, 0]], (17, 1))
@@ -99,7 +99,7 @@ def test_many_planes_together_give_what_each_gives_alone():
 
 
 def every_curve(mesh, point, normal):
-    """Area and whether it goes round the point, of each curve of a whole plane: cut by trimesh, joined by places."""
+    """Area of each curve of a plane, and whether it surrounds the point; cut by trimesh and joined by position."""
     segments = trimesh.intersections.mesh_plane(
         trimesh.Trimesh(mesh.vertices, mesh.faces, process=False), normal, point
     )
@@ -123,7 +123,7 @@ def every_curve(mesh, point, normal):
 
 
 def walked(pairs):
-    """The numbers of a closed curve in their order."""
+    """The vertices of a closed curve in their order."""
     beside = {}
     for i, j in pairs:
         beside.setdefault(i, []).append(j)
@@ -135,8 +135,8 @@ def walked(pairs):
     return way[:-1]
 
 
-def test_looking_near_the_point_first_finds_the_smallest_curve_of_the_whole_plane():
-    """Planes of a knot cut several of its turns; from points beside the axis some have to look farther."""
+def test_the_local_search_finds_the_smallest_curve_of_the_whole_plane():
+    """Planes of a knot intersect several of its strands; at points off the axis the search has to be extended."""
     shape = make("knot", n_vertices=4000)
     rng = np.random.default_rng(0)
     at = rng.integers(len(shape.truth.nodes), size=60)
@@ -147,7 +147,7 @@ def test_looking_near_the_point_first_finds_the_smallest_curve_of_the_whole_plan
     assert 0.2 < found.surrounds.mean() < 0.8
     for point, normal, area, surrounds in zip(points, normals, found.areas, found.surrounds, strict=True):
         curves = every_curve(shape.mesh, point, normal)
-        around = [size for size, goes_round in curves if goes_round]
+        around = [size for size, surrounds_point in curves if surrounds_point]
         assert surrounds == bool(around)
         if around:
             assert area == pytest.approx(min(around), rel=1e-6)  # ends were joined at nine digits

@@ -1,4 +1,4 @@
-"""Meshes and point clouds: what is refused and how it is named, what is taken, and what follows from the faces."""
+"""Meshes and point clouds: validation, conversion from other types, connectivity and measures."""
 
 from types import SimpleNamespace
 
@@ -20,7 +20,7 @@ HALVES = [[0, 1, 2], [0, 2, 3]]
 
 
 def mobius_strip(n=6):
-    """A band of n squares with half a turn: vertex 2 i is on one side, 2 i + 1 on the other."""
+    """A strip of n squares with half a twist: vertex 2 i is on one edge, 2 i + 1 on the other."""
     turn = np.repeat(np.arange(n) * 2 * np.pi / n, 2)
     side = np.tile([-0.3, 0.3], n)
     wide = 1 + side * np.cos(turn / 2)
@@ -34,7 +34,7 @@ def mobius_strip(n=6):
 
 
 def klein_bottle(n=8, m=8):
-    """A closed surface with one side, as a grid that is glued straight one way and mirrored the other."""
+    """A closed non-orientable surface: a grid glued straight in one direction and mirrored in the other."""
 
     def at(i, j):
         return (i % n) * m + (j % m if i < n else -j % m)
@@ -47,7 +47,7 @@ def klein_bottle(n=8, m=8):
     return Mesh(np.random.default_rng(0).normal(size=(n * m, 3)), faces)
 
 
-# --- What is refused
+# --- Validation
 
 
 @pytest.mark.parametrize(
@@ -63,13 +63,13 @@ def klein_bottle(n=8, m=8):
         (None, "vertices"),
     ],
 )
-def test_vertices_of_another_shape(vertices, message):
+def test_vertices_of_a_wrong_shape_are_rejected(vertices, message):
     with pytest.raises(MeshError, match=message):
         Mesh(vertices, [[0, 1, 2]])
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_coordinates_that_are_not_finite_by_their_vertices(value):
+def test_coordinates_that_are_not_finite_are_rejected(value):
     V = np.zeros((20, 3))
     V[[3, 7], [0, 2]] = value
     with pytest.raises(MeshError, match=r"vertices 3, 7 have NaN or infinite"):
@@ -81,7 +81,7 @@ def test_coordinates_that_are_not_finite_by_their_vertices(value):
 
 @pytest.mark.parametrize("index", [-1, 4, 2**40, -(2**40)])
 @pytest.mark.parametrize("corner", [0, 1, 2])
-def test_an_index_out_of_range_by_its_face(index, corner):
+def test_an_index_out_of_range_is_rejected(index, corner):
     F = np.array([[0, 1, 2]] * 9)
     F[6, corner] = index
     with pytest.raises(MeshError, match=r"faces 6 use a vertex index outside 0\.\.3; .*1-based"):
@@ -106,7 +106,7 @@ def test_all_faces_out_of_range_are_counted():
         ([["0", "1", "2"]], "whole numbers, not <U1"),
     ],
 )
-def test_faces_of_another_kind(faces, message):
+def test_faces_of_a_wrong_shape_or_type_are_rejected(faces, message):
     with pytest.raises(MeshError, match=message):
         Mesh(SQUARE, faces)
 
@@ -120,15 +120,15 @@ def test_the_error_is_a_value_error_of_lbskel():
 @pytest.mark.parametrize(
     ("points", "message"), [([], "no points"), ([[0, 0]], "points must have shape"), ([[0, np.nan, 0]], "points 0")]
 )
-def test_points(points, message):
+def test_points_are_validated(points, message):
     with pytest.raises(MeshError, match=message):
         PointCloud(points)
 
 
-# --- What is held
+# --- Stored arrays
 
 
-def test_types_order_and_copies():
+def test_arrays_are_copied_to_contiguous_doubles_and_integers():
     V = np.asfortranarray(np.array(SQUARE, dtype=np.float32))
     F = np.asfortranarray(np.array(HALVES, dtype=np.uint16))
     mesh = Mesh(V, F)
@@ -140,11 +140,11 @@ def test_types_order_and_copies():
     assert mesh.faces.tolist() == HALVES
 
 
-def test_whole_floats_are_indices():
+def test_floats_with_integer_values_are_indices():
     assert Mesh(SQUARE, np.array(HALVES, dtype=float)).faces.tolist() == HALVES
 
 
-def test_one_face_and_points():
+def test_the_smallest_mesh_and_a_point_cloud():
     assert Mesh(SQUARE[:3], [[0, 1, 2]]).area == 0.5
     assert len(PointCloud(SQUARE).points) == 4
 
@@ -162,7 +162,7 @@ def test_one_face_and_points():
         "component_of_vertex",
     ],
 )
-def test_nothing_can_be_written_to(name, tetrahedron):
+def test_arrays_are_read_only(name, tetrahedron):
     array = getattr(tetrahedron, name)
     with pytest.raises(ValueError, match="read-only"):
         array[0] = 0
@@ -170,18 +170,18 @@ def test_nothing_can_be_written_to(name, tetrahedron):
         setattr(tetrahedron, name, array)
 
 
-def test_points_cannot_be_written_to():
+def test_points_are_read_only():
     with pytest.raises(ValueError, match="read-only"):
         PointCloud(SQUARE).points[0] = 0
     assert not read_only(np.zeros(3)).flags.writeable
 
 
-def test_text(tetrahedron):
+def test_repr(tetrahedron):
     assert repr(tetrahedron) == "Mesh(4 vertices, 4 faces)"
     assert repr(PointCloud(SQUARE)) == "PointCloud(4 points)"
 
 
-# --- What is taken: stand-ins have the attributes of the classes of other packages
+# --- Conversion: stand-ins have the attributes of the classes of other packages
 
 
 def same(data, faces=HALVES, notes=()):
@@ -193,22 +193,22 @@ def same(data, faces=HALVES, notes=()):
 
 
 @pytest.mark.parametrize("kind", [tuple, list])
-def test_pairs(kind):
+def test_pairs_are_converted(kind):
     same(kind([SQUARE, HALVES]))
     same(kind([np.array(SQUARE), np.array(HALVES)]))
     same(kind([np.array(SQUARE), np.array(HALVES, dtype=np.uint32)]))
 
 
-def test_a_mesh_is_itself(tetrahedron):
+def test_a_mesh_is_returned_unchanged(tetrahedron):
     assert as_mesh(tetrahedron) is tetrahedron
 
 
-def test_trimesh():
+def test_a_trimesh_is_converted():
     same(trimesh.Trimesh(SQUARE, HALVES, process=False))
     same(SimpleNamespace(vertices=SQUARE, faces=HALVES))
 
 
-def test_pyvista():
+def test_a_pyvista_mesh_is_converted():
     flat = np.array([3, 0, 1, 2, 3, 0, 2, 3])
     same(SimpleNamespace(points=np.array(SQUARE), faces=flat))
     same(
@@ -219,12 +219,12 @@ def test_pyvista():
 
 
 @pytest.mark.parametrize("flat", [[3, 0, 1, 2, -1, 0, 2], [0, 3, 0, 1, 2], [2, 0, 1], [3, 0, 1]])
-def test_pyvista_with_a_list_that_is_no_polygons(flat):
+def test_an_invalid_pyvista_list_is_rejected(flat):
     with pytest.raises(MeshError, match=r"number of corners|fewer than three corners"):
         as_mesh(SimpleNamespace(points=np.array(SQUARE), faces=np.array(flat)))
 
 
-def test_meshio():
+def test_a_meshio_mesh_is_converted():
     triangle, quad = np.array([[0, 1, 2]]), np.array([[0, 1, 2, 3]])
     points = np.array(SQUARE)
     same(SimpleNamespace(points=points, cells_dict={"line": triangle[:, :2], "triangle": np.array(HALVES)}))
@@ -237,7 +237,7 @@ def test_meshio():
 
 
 @pytest.mark.parametrize("data", [5, None, b"square", object(), (SQUARE,), (SQUARE, HALVES, HALVES)])
-def test_what_is_no_mesh(data):
+def test_other_objects_are_rejected(data):
     with pytest.raises(MeshError, match=r"cannot take a mesh from \w+; give \(vertices, faces\), a path"):
         as_mesh(data)
 
@@ -256,7 +256,7 @@ def test_mixed_polygons_become_fans_in_their_order():
     assert mesh.notes == ("1 polygons were cut into triangles",)
 
 
-def test_padding_is_no_corner():
+def test_padding_is_not_a_corner():
     mesh = as_mesh((SQUARE, np.array([[0, 1, 2, -1], [0, 2, 3, -1]])))
     assert mesh.faces.tolist() == HALVES
     assert mesh.notes == ()
@@ -285,14 +285,14 @@ def test_padding_is_no_corner():
         (np.empty((0, 4), dtype=int), "it has no faces"),
     ],
 )
-def test_polygons_that_are_none(faces, message):
+def test_invalid_polygons_are_rejected(faces, message):
     with pytest.raises(MeshError, match=message):
         as_mesh((SQUARE, faces))
 
 
 @given(st.lists(st.integers(3, 9), min_size=1, max_size=20))
 def test_fans_keep_area_and_corners(sizes):
-    """Regular polygons beside each other: every corner used, the area that of the formula."""
+    """Regular polygons side by side: every corner is used, and the area follows from the formula."""
     polygons, points, area, first = [], [], 0.0, 0
     for place, n in enumerate(sizes):
         angle = 2 * np.pi * np.arange(n) / n
@@ -366,7 +366,7 @@ def test_genus_is_summed_over_components(ring, tetrahedron):
         (klein_bottle, True, True, False),
     ],
 )
-def test_kinds_of_surface(make, edge_manifold, closed, closed_manifold):
+def test_manifold_properties_of_surfaces(make, edge_manifold, closed, closed_manifold):
     mesh = make()
     assert (mesh.is_edge_manifold, mesh.is_closed, mesh.is_closed_manifold) == (
         edge_manifold,
@@ -383,7 +383,7 @@ def test_euler_characteristics():
     assert flat_grid(4, 3).euler_characteristic == 1
 
 
-def test_a_pinched_vertex_is_no_manifold(tetrahedron):
+def test_a_pinched_vertex_is_not_manifold(tetrahedron):
     V = np.concatenate([tetrahedron.vertices, -tetrahedron.vertices[1:]])
     F = np.concatenate([tetrahedron.faces, np.array([0, 4, 5, 6])[tetrahedron.faces[:, ::-1]]])
     mesh = Mesh(V, F)
@@ -392,37 +392,37 @@ def test_a_pinched_vertex_is_no_manifold(tetrahedron):
     assert mesh.genus is None
 
 
-def test_a_flipped_face_is_no_oriented_surface(ring):
+def test_a_reversed_face_is_not_consistently_oriented(ring):
     F = np.array(ring.faces)
     F[17] = F[17, ::-1]
     mesh = Mesh(ring.vertices, F)
     assert (mesh.is_edge_manifold, mesh.is_closed, mesh.is_closed_manifold) == (True, True, False)
 
 
-def test_turned_inside_out_it_is_still_a_manifold(ring):
+def test_a_surface_inside_out_is_a_manifold(ring):
     mesh = Mesh(ring.vertices, ring.faces[:, ::-1])
     assert mesh.genus == 1
     assert mesh.volume == pytest.approx(-ring.volume)
 
 
-def test_three_faces_at_an_edge():
+def test_three_faces_at_an_edge_are_not_manifold():
     mesh = Mesh(np.random.default_rng(0).normal(size=(5, 3)), [[0, 1, 2], [0, 1, 3], [0, 1, 4]])
     assert mesh.faces_per_edge.max() == 3
     assert not mesh.is_edge_manifold
 
 
 @pytest.mark.parametrize("face", [[0, 1, 1], [2, 2, 2], [3, 0, 3]])
-def test_a_vertex_twice_in_a_face(face, tetrahedron):
+def test_a_face_that_names_a_vertex_twice_is_not_manifold(face, tetrahedron):
     assert not Mesh(tetrahedron.vertices, [*tetrahedron.faces.tolist(), face]).is_edge_manifold
 
 
-def test_a_duplicate_face(tetrahedron):
+def test_a_duplicate_face_is_not_manifold(tetrahedron):
     mesh = Mesh(tetrahedron.vertices, [*tetrahedron.faces.tolist(), tetrahedron.faces[0].tolist()])
     assert not mesh.is_edge_manifold
 
 
 def test_many_faces_do_not_overflow():
-    """46,341 squared is more than 32 bits hold, and pairs of vertices are numbered by products."""
+    """46,341 squared exceeds 32 bits, and pairs of vertices are numbered by products."""
     mesh = torus(1.0, 0.4, 260, 180)
     n = 260 * 180
     assert n > 46341
@@ -449,14 +449,14 @@ def test_numbering_does_not_matter(order, seed):
 # --- Measures
 
 
-def test_of_the_corner_of_a_cube(tetrahedron):
+def test_measures_of_the_corner_of_a_cube(tetrahedron):
     assert tetrahedron.face_areas == pytest.approx([0.5, 0.5, 0.5, np.sqrt(3) / 2])
     assert tetrahedron.volume == pytest.approx(1 / 6)
     assert tetrahedron.diagonal == pytest.approx(np.sqrt(3))
 
 
 @pytest.mark.parametrize("shift", [0.0, 1e6])
-def test_of_a_sphere(shift):
+def test_measures_of_a_sphere(shift):
     mesh = sphere(4)
     mesh = mesh.with_vertices(mesh.vertices + shift)
     # of 2,562 vertices; the error of an inscribed polyhedron is of second order in its edges of 0.07
@@ -471,7 +471,7 @@ def test_diagonal_is_that_of_the_bounding_box():
     assert mesh.diagonal == pytest.approx(np.sqrt(x * x + y * y + z * z))
 
 
-def test_diagonal_is_of_what_faces_use(tetrahedron):
+def test_diagonal_ignores_unused_vertices(tetrahedron):
     mesh = Mesh([*tetrahedron.vertices.tolist(), [100, 100, 100]], tetrahedron.faces)
     assert mesh.diagonal == pytest.approx(np.sqrt(3))
 
@@ -486,10 +486,10 @@ def test_areas_of_degenerate_faces_are_zero():
     assert mesh.face_areas.tolist() == [0, 0, 0]
 
 
-# --- With vertices
+# --- Other positions
 
 
-def test_keeps_what_is_known_of_the_connectivity(two_rings):
+def test_cached_connectivity_is_kept(two_rings):
     source = Mesh(two_rings.vertices, two_rings.faces, ("a note",))
     assert source.genus == 2
     moved = source.with_vertices(2 * source.vertices)
@@ -498,7 +498,7 @@ def test_keeps_what_is_known_of_the_connectivity(two_rings):
     assert moved.notes == ("a note",)
 
 
-def test_measures_are_its_own(tetrahedron):
+def test_measures_are_computed_anew(tetrahedron):
     assert tetrahedron.face_areas.sum() == tetrahedron.area  # known from here on
     moved = tetrahedron.with_vertices(2 * tetrahedron.vertices)
     assert moved.area == pytest.approx(4 * tetrahedron.area)
@@ -506,7 +506,7 @@ def test_measures_are_its_own(tetrahedron):
     assert moved.diagonal == pytest.approx(2 * tetrahedron.diagonal)
 
 
-def test_other_counts_start_afresh(tetrahedron):
+def test_another_number_of_vertices_discards_the_cache(tetrahedron):
     assert len(tetrahedron.component_of_vertex) == 4
     moved = tetrahedron.with_vertices([*tetrahedron.vertices.tolist(), [5, 5, 5]])
     assert len(moved.component_of_vertex) == 5

@@ -1,4 +1,4 @@
-"""Polygons that are not convex, and rims: the triangles lie beside each other, and each polygon keeps its own."""
+"""Triangulation of nonconvex polygons and boundary loops: triangles do not overlap, polygons keep their triangles."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from lbskel import as_mesh, read_mesh
 from lbskel.geometry.polygon_triangulation import min_area_triangulation
 
-# The letter L, seen from above, against the clock from its inner corner
+# The letter L, counter-clockwise from its inner corner
 LETTER = np.array([[1, 1, 0], [1, 2, 0], [0, 2, 0], [0, 0, 0], [2, 0, 0], [2, 1, 0]], dtype=float)
 ARROW = np.array([[0, 0, 0], [2, 1, 0], [0, 2, 0], [0.5, 1, 0]])
 
@@ -22,29 +22,29 @@ def prism(outline):
 
 
 def star(k):
-    """An outline of k corners, every other one far out."""
+    """A star-shaped outline of k corners."""
     turn = 2 * np.pi * np.arange(k) / k
     reach = np.where(np.arange(k) % 2, 0.3, 1.0)
     return np.stack([reach * np.cos(turn), reach * np.sin(turn), 0 * turn], axis=1)
 
 
 def outline_area(outline):
-    """By the trapezoids under its sides, in the plane z = 0."""
+    """By the trapezoid formula, in the plane z = 0."""
     x, y, _ = outline.T
     return abs((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()) / 2
 
 
 @pytest.mark.parametrize("turn", range(6))
 @pytest.mark.parametrize("scale", [1.0, 1e-100, 1e70])
-def test_wherever_a_polygon_begins_its_triangles_do_not_overlap(turn, scale):
+def test_triangles_do_not_overlap_whatever_corner_comes_first(turn, scale):
     mesh = as_mesh((scale * LETTER, [np.roll(np.arange(6), turn).tolist()]))
     assert mesh.area == pytest.approx(3 * scale**2)
     A, B, C = mesh.vertices[mesh.faces].transpose(1, 0, 2)
-    assert (np.cross(B - A, C - A)[:, 2] >= 0).all()  # three corners on a line are none the other way round
+    assert (np.cross(B - A, C - A)[:, 2] >= 0).all()  # zero for three collinear corners
 
 
 @pytest.mark.parametrize("outline", [LETTER, ARROW, star(40), star(7)])
-def test_a_prism_has_the_area_of_its_sides(outline):
+def test_a_prism_has_the_area_of_its_faces(outline):
     mesh = as_mesh(prism(outline))
     sides = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1).sum()
     assert mesh.genus == 0
@@ -70,12 +70,12 @@ def test_convex_polygons_stay_fans():
     assert mesh.faces.tolist() == [[0, k, k + 1] for k in range(1, 8)]
 
 
-def test_a_polygon_of_too_many_corners_is_cut_in_little_time():
-    outline = star(100_000)  # by stretches it would take a thousand terabytes
+def test_a_polygon_of_too_many_corners_becomes_a_fan():
+    outline = star(100_000)  # the tables of areas would take 80 gigabytes
     assert len(as_mesh((outline, [list(range(len(outline)))])).faces) == 99_998
 
 
-def test_a_rim_whose_edges_are_all_taken_has_no_triangles():
+def test_a_polygon_whose_chords_are_all_forbidden_has_no_triangulation():
     taken = np.ones((1, 5, 5), dtype=bool)
     assert np.isinf(min_area_triangulation(star(5)[None], taken)[1]).all()
 

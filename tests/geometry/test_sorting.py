@@ -1,4 +1,4 @@
-"""Orders of whole numbers against numpy's own."""
+"""Stable sorting of integers, compared with numpy."""
 
 import numpy as np
 import pytest
@@ -6,9 +6,9 @@ import pytest
 from lbskel.geometry.sorting import stable_order, unique_inverse
 
 
-@pytest.mark.parametrize("largest", [0, 1, 9, 10**6, 2**40, 2**62])  # the last cannot be packed with a place
+@pytest.mark.parametrize("largest", [0, 1, 9, 10**6, 2**40, 2**62])  # the last cannot be packed with an index
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 1000])
-def test_orders_are_those_of_numpy(n, largest):
+def test_orders_and_unique_numbers_are_those_of_numpy(n, largest):
     numbers = np.random.default_rng(n).integers(0, largest, n, endpoint=True)
     numbers[n // 2 :] = numbers[: n - n // 2]  # some twice
     assert np.array_equal(stable_order(numbers), np.argsort(numbers, kind="stable"))

@@ -1,4 +1,4 @@
-"""The default preprocessing: what is done, and what is left alone."""
+"""The default preprocessing: what it repairs and what it returns unchanged."""
 
 import numpy as np
 import pytest

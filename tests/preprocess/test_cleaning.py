@@ -12,7 +12,7 @@ from lbskel.shapes import capsule, cylinder, flat_grid, sphere, torus
 
 
 def positions_are_kept(given, result):
-    """Whether each vertex went to one at its own place."""
+    """Whether each vertex is mapped to one at the same position."""
     there = result.vertex_map.indices >= 0
     return (given.vertices[there] == result.mesh.vertices[result.vertex_map.indices[there]]).all()
 
@@ -56,7 +56,7 @@ def test_close_but_distinct_vertices_are_not_merged_by_default(tetrahedron):
 
 
 def test_closed_surfaces_that_touch_in_a_vertex_stay_separate(tetrahedron):
-    """Two closed surfaces that share the place of a vertex are two, and a manifold as they stand."""
+    """Two closed surfaces with a vertex at the same position are already a manifold."""
     mesh = joined(tetrahedron, Mesh(-tetrahedron.vertices, tetrahedron.faces[:, ::-1]))
     assert mesh.is_closed_manifold
     assert clean(mesh).mesh is mesh
@@ -96,7 +96,7 @@ def test_unused_vertices_are_not_mapped(tetrahedron):
 
 
 def test_zero_area_faces_that_close_a_surface_are_kept():
-    """A face with three corners on a line closes the gap of a vertex on an edge: without it there is a hole."""
+    """A face with three collinear corners closes a T-junction; without it there is a hole."""
     V = [[0, 0, 0], [2, 0, 0], [0, 2, 0], [0, 0, 2], [1, 0, 0]]
     F = [[0, 2, 4], [4, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3], [0, 4, 1]]
     mesh = Mesh(V, F)
@@ -145,7 +145,7 @@ def test_a_tolerance_that_would_merge_most_of_the_mesh_is_rejected(ring):
 
 
 def test_ten_thousand_vertices_at_one_position_are_merged():
-    """Pairs of them would be fifty million."""
+    """They have fifty million pairs, which must not be listed."""
     corner = np.zeros((10_000, 3))
     V = np.concatenate([corner, [[1, 0, 0], [0, 1, 0], [0, 0, 1]]])
     result = merge_close(Mesh(V, [[0, 10_000, 10_001], [5, 10_001, 10_002], [9, 10_002, 10_000]]))
@@ -186,3 +186,10 @@ def test_the_tolerance_is_relative_to_the_diagonal():
     mesh = Mesh(V, [[0, 1, 2], [4, 2, 3]])
     assert len(merge_close(mesh, tolerance=0.01).mesh.vertices) == 4
     assert merge_close(mesh, tolerance=0.001).mesh is mesh
+
+
+def test_a_closed_manifold_that_touches_itself_is_not_merged(tetrahedron):
+    mesh = joined(tetrahedron, Mesh(-tetrahedron.vertices, tetrahedron.faces[:, ::-1]))
+    assert merge_close(mesh).mesh is mesh
+    opened = without_faces(mesh, [0])
+    assert len(merge_close(opened).mesh.vertices) == 7

@@ -54,7 +54,7 @@ def test_collapsing_needles_at_a_boundary_opens_nothing():
 
 
 def test_a_collapse_that_would_pinch_the_surface_is_rejected():
-    """The waist of an hourglass of three sides, 1e-9 wide: without it there are two bodies."""
+    """The waist of a three-sided hourglass is 1e-9 wide; collapsing it would leave two bodies."""
     turn = 2 * np.pi * np.arange(3) / 3
     waist = 1e-9 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
     wide = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)

@@ -1,4 +1,4 @@
-"""Roughness: noise is told from shape and smoothed away, and what is smooth, coarse or spiky is left as it is."""
+"""Roughness: noise is distinguished from shape and smoothed; smooth, coarse and spiky surfaces are unchanged."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from lbskel.shapes import SHAPES, make, mesh_solid, schwarz_lantern, sphere, tor
 
 
 def with_noise(mesh, height, seed=0):
-    """Vertices moved by up to a share of the diagonal in any direction: along normals alone it would be less."""
+    """Vertices moved by up to a fraction of the diagonal along each axis."""
     offsets = np.random.default_rng(seed).uniform(-1, 1, size=mesh.vertices.shape)
     return mesh.with_vertices(mesh.vertices + height * mesh.diagonal * offsets)
 
@@ -26,7 +26,7 @@ def with_spikes(ball, height):
 
 
 def fine_box(n=12):
-    """A cube of n by n squares to a side, in triangles: nothing but flat sides and creases."""
+    """A triangulated cube with n by n squares on each side, which has only flat parts and creases."""
     u, v = (axis.ravel() for axis in np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij"))
     corner = np.flatnonzero((u < n) & (v < n))
     square = [[corner, corner + n + 1, corner + n + 2], [corner, corner + n + 2, corner + 1]]
@@ -41,7 +41,7 @@ def fine_box(n=12):
     return Mesh(V.astype(float), first.ravel()[np.concatenate(faces)])
 
 
-def test_noise_along_normals_counts_in_edge_lengths():
+def test_roughness_measures_noise_in_edge_lengths():
     ball = sphere(4)
     start, end = ball.vertices[ball.edges].transpose(1, 0, 2)
     edge = np.linalg.norm(end - start, axis=1).mean()
@@ -67,19 +67,19 @@ def test_noise_along_normals_counts_in_edge_lengths():
     ],
     ids=["box", "ball", "torus", "lantern", "spikes", "short spikes", "few vertices", "noisy hand", "noisy ring"],
 )
-def test_what_may_be_shape_or_is_moderate_is_left_as_it_is(mesh):
+def test_moderate_noise_and_detail_are_kept(mesh):
     assert roughness(mesh) <= ROUGHNESS_LIMIT
     prepared = preprocess_mesh(mesh)
     assert np.array_equal(prepared.mesh.vertices[: len(mesh.vertices)], mesh.vertices)
     assert not [note for note in prepared.notes if "noise" in note]
 
 
-def test_a_box_is_a_closed_surface():
+def test_the_box_of_these_tests_is_closed():
     assert fine_box().is_closed_manifold
     assert fine_box().volume == 12**3
 
 
-def test_what_is_rough_is_smoothed_and_says_so():
+def test_a_rough_surface_is_smoothed_and_reported():
     mesh = mesh_solid(SHAPES["limbs"](), n_vertices=1500)
     rough = with_noise(mesh, 0.03)
     assert roughness(rough) > ROUGHNESS_LIMIT
@@ -89,12 +89,12 @@ def test_what_is_rough_is_smoothed_and_says_so():
     assert [step["step"] for step in prepared.report["steps"]] == ["smooth_noise"]
     assert np.array_equal(prepared.vertex_map.indices, np.arange(len(mesh.vertices)))
     assert roughness(prepared.mesh) < 0.2 * ROUGHNESS_LIMIT
-    # noise has no volume of its own, and smoothing passes what is longer than ten edges; it adds up to a tenth
+    # noise adds no volume on average, but smoothing keeps wavelengths above ten edges, which add up to a tenth
     assert prepared.mesh.volume == pytest.approx(mesh.volume, rel=0.1)
 
 
 @pytest.mark.parametrize("name", ["limbs", "ladder"])
-def test_noise_as_high_as_a_limb_is_thick_hardly_moves_the_skeleton(name):
+def test_noise_as_high_as_a_limb_radius_hardly_moves_the_skeleton(name):
     mesh = mesh_solid(SHAPES[name](), n_vertices=1500)
     rough = skeletonize(with_noise(mesh, 0.03))
     moved = ground_truth_distances(rough, skeletonize(mesh))

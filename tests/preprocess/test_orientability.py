@@ -1,4 +1,4 @@
-"""Surfaces without an inside: told apart from sheets and from bodies with a fault, named, and passed over."""
+"""Surfaces without an inside: distinguished from sheets and from bodies with a defect, named, and skipped."""
 
 import igl
 import numpy as np
@@ -21,7 +21,7 @@ def flattened(height):
 
 
 def klein_bottle(k=60, m=30):
-    """The figure of eight turned over once on its way round; it cuts through itself along a circle."""
+    """A figure of eight swept around with half a twist; it intersects itself along a circle."""
     u, v = np.meshgrid(2 * np.pi * np.arange(k) / k, 2 * np.pi * np.arange(m) / m, indexing="ij")
     reach = 3 + np.cos(u / 2) * np.sin(v) - np.sin(u / 2) * np.sin(2 * v)
     height = np.sin(u / 2) * np.sin(v) + np.cos(u / 2) * np.sin(2 * v)
@@ -33,7 +33,7 @@ def klein_bottle(k=60, m=30):
 
 
 @pytest.mark.parametrize("mesh", [flattened(0.0), flattened(1e-6), STRIP])
-def test_what_has_no_inside_is_refused_with_its_place(mesh):
+def test_a_surface_without_an_inside_is_rejected_with_its_position(mesh):
     assert no_inside(mesh) is not None
     message = r"component 0, at \(.*\), (is flat, its two sides only .* apart|is non-orientable).*: give it a thickness"
     with pytest.raises(MeshError, match=message):
@@ -43,8 +43,8 @@ def test_what_has_no_inside_is_refused_with_its_place(mesh):
     assert "not advised: component 0, at" in report.findings[-1]
 
 
-def test_the_seam_of_a_strip_is_named():
-    """Its faces as they are disagree along the last row alone; however turned, they do so across the strip."""
+def test_a_vertex_of_the_orientation_seam_is_named():
+    """The faces have opposite orientation along the last row, and after any reorientation across the strip."""
     _, vertex = no_inside(STRIP)
     turned = Mesh(STRIP.vertices, igl.bfs_orient(STRIP.faces)[0])
     start, end = turned.half_edges.T
@@ -53,25 +53,25 @@ def test_the_seam_of_a_strip_is_named():
 
 
 @pytest.mark.parametrize("mesh", [RING, flattened(1e-3), flat_grid(), Mesh(RING.vertices, RING.faces[9:])])
-def test_what_has_one_and_what_is_a_sheet_is_taken(mesh):
+def test_bodies_and_sheets_are_accepted(mesh):
     assert no_inside(mesh) is None
 
 
-def test_faces_turned_at_random_are_no_fault_of_the_surface():
+def test_randomly_reversed_faces_are_accepted():
     F = np.array(RING.faces)
     turned = np.random.default_rng(0).random(len(F)) < 0.3
     F[turned] = F[turned][:, ::-1]
     assert no_inside(Mesh(RING.vertices, F)) is None
 
 
-def test_a_surface_of_one_side_that_holds_something_is_taken():
+def test_a_non_orientable_surface_around_a_volume_is_accepted():
     bottle = klein_bottle()
     assert bottle.is_closed
     assert not bottle.is_closed_manifold
     assert no_inside(bottle) is None
 
 
-def test_one_flat_part_does_not_spoil_the_rest():
+def test_a_flat_component_is_skipped():
     rod = capsule(3.0, 0.4, 12)
     skeleton = skeletonize(joined(rod, moved(flattened(0.0), 4.0)))
     assert (skeleton.n_components, len(skeleton.tips)) == (1, 2)
@@ -79,8 +79,8 @@ def test_one_flat_part_does_not_spoil_the_rest():
     assert skeleton.report["passed"] is False  # a component has none
 
 
-def test_the_walls_of_another_body_do_not_count():
-    """Two rings that cut through each other: each is measured alone, as its skeleton was made."""
+def test_intersecting_bodies_are_measured_alone():
+    """Two intersecting rings: the radii of each skeleton are measured on its own surface."""
     both = joined(RING, moved(RING, 0.9))
     skeleton = skeletonize(both)
     assert (skeleton.n_components, skeleton.cycle_rank) == (2, 2)

@@ -22,7 +22,7 @@ CUBE = Mesh(
 
 
 def welded(mesh):
-    """The mesh with vertices at the same place made one, whatever comes of it."""
+    """The mesh with vertices of the same position merged, manifold or not."""
     V, place = np.unique(mesh.vertices, axis=0, return_inverse=True)
     return Mesh(V, place.reshape(-1)[mesh.faces])
 
@@ -59,7 +59,9 @@ def test_relative_vector_area():
     assert relative_vector_area(cylinder(0.3, 2.0, 16, 8)) == pytest.approx(0.0, abs=1e-12)
     ball = sphere(4)
     half = without_faces(ball, np.flatnonzero(ball.vertices[ball.faces].mean(axis=1)[:, 2] < 0))
-    assert relative_vector_area(half) == pytest.approx(0.5, abs=0.02)  # the rim is a row of triangles, about 0.1 wide
+    assert relative_vector_area(half) == pytest.approx(
+        0.5, abs=0.02
+    )  # the boundary is a row of triangles, about 0.1 wide
 
 
 @pytest.mark.parametrize("step", [[1, 1, 0], [1, 1, 1]], ids=["edge", "vertex"])

@@ -77,14 +77,14 @@ def test_a_boolean_is_not_a_number():
 
 
 def test_the_vertex_map_is_composed_over_all_steps():
-    """A soup merged, a crumb dropped, simplified: each vertex of the soup comes near where it was."""
+    """Merging, removal of debris and simplification: each vertex of the soup is mapped to a vertex near it."""
     given = joined(triangle_soup(TORUS), Mesh([[5, 0, 0], [5.1, 0, 0], [5, 0.1, 0]], [[0, 1, 2]]))
     result = Pipeline.parse("merge_close,keep_components,simplify:target_faces=400")(given)
     assert (result.vertex_map.indices[-3:] == -1).all()
     assert result.mesh.genus == 1
     there = result.mesh.vertices[result.vertex_map.indices[:-3]]
     start, end = result.mesh.vertices[result.mesh.edges].transpose(1, 0, 2)
-    # taken in by a corner of a triangle over it
+    # merged into a corner of the triangle that covers it
     assert np.linalg.norm(there - given.vertices[:-3], axis=1).max() < 1.5 * np.linalg.norm(end - start, axis=1).max()
     report = result.report
     assert report["pipeline"] == "merge_close,keep_components,simplify:target_faces=400"
@@ -102,7 +102,7 @@ def test_presets_keep_a_valid_shape(name):
 
 
 def test_the_scan_preset_keeps_the_shape_of_a_coarse_mesh():
-    """Rounds of smoothing count in edges: of long ones they would take off the shape itself."""
+    """Smoothing acts on wavelengths of a few edges, which on a coarse mesh are the shape itself."""
     given = torus(1.0, 0.4, 9, 5)
     start, end = given.vertices[given.edges].transpose(1, 0, 2)
     assert np.linalg.norm(end - start, axis=1).max() > 0.2 * given.diagonal

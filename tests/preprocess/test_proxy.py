@@ -9,21 +9,21 @@ from lbskel.shapes import torus
 
 
 @pytest.mark.parametrize(("radius", "n_faces"), [(0.3, 16_000), (0.01, 31_600), (0.001, 128_000)])
-def test_what_is_long_and_thin_keeps_more_faces(radius, n_faces):
+def test_long_thin_shapes_keep_more_faces(radius, n_faces):
     """On a torus area^3 / volume^2 is 16 pi^2 / radius; one of 3,200 flat faces has 1 % less."""
     assert face_budget(torus(1.0, radius, 80, 20)) == pytest.approx(n_faces, rel=0.03)
 
 
 @pytest.mark.parametrize(("radius", "n_faces"), [(0.3, 12_000), (0.04, 14_250), (0.03, 16_000)])
-def test_what_is_thick_all_over_is_contracted_in_fewer_faces(radius, n_faces):
+def test_thick_shapes_are_contracted_with_fewer_faces(radius, n_faces):
     """Triangles with edges of 0.4 radii: 4 pi^2 radius / (sqrt(3) / 4 (0.4 radius)^2) of them on a torus."""
     mesh = torus(1.0, radius, 300, 60)
     assert face_budget(mesh) == pytest.approx(n_faces, rel=0.03)
     assert face_budget(Mesh(mesh.vertices, mesh.faces[:, ::-1])) == pytest.approx(n_faces, rel=0.03)  # inside out
 
 
-def test_faces_without_area_tell_no_thickness():
-    """Every face that would be looked at has none, then every second."""
+def test_faces_without_area_are_not_sampled():
+    """First every sampled face has no area, then every second face."""
     mesh = torus(1.0, 0.06, 300, 60)
     for every in (37, 2):
         V, faces = np.array(mesh.vertices), mesh.faces[::every]
@@ -31,7 +31,7 @@ def test_faces_without_area_tell_no_thickness():
         assert 12_000 <= face_budget(Mesh(V, mesh.faces)) <= 16_000
 
 
-def test_the_proxy_maps_every_vertex_and_stands_for_vertices_of_its_own():
+def test_the_proxy_maps_every_vertex_and_has_a_source_for_each_of_its_own():
     mesh = torus(1.0, 0.35, 300, 60)
     proxy = simplify_to_proxy(mesh)
     surface = surface_with_proxy(mesh, proxy)

@@ -14,7 +14,9 @@ def test_noise_is_smoothed_and_the_shape_kept():
     noisy = mesh.with_vertices(mesh.vertices + 0.008 * rng.standard_normal(mesh.vertices.shape))
     smooth = smooth_noise(noisy).mesh
     before, after = (np.linalg.norm(other.vertices - mesh.vertices, axis=1) for other in (noisy, smooth))
-    assert np.sqrt(np.mean(after**2)) < 0.75 * np.sqrt(np.mean(before**2))  # 0.66; what runs along the surface stays
+    assert np.sqrt(np.mean(after**2)) < 0.75 * np.sqrt(
+        np.mean(before**2)
+    )  # 0.66: noise tangential to the surface is kept
     assert smooth.volume == pytest.approx(mesh.volume, rel=0.02)
     pipe = cylinder(0.3, 2.0, 12, 8)
     is_rim = np.isin(np.arange(len(pipe.vertices)), pipe.edges[pipe.faces_per_edge == 1])

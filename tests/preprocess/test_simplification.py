@@ -41,7 +41,7 @@ def test_the_map_is_local_and_complete(name):
     assert set(simple.vertex_map.indices) == set(range(len(simple.mesh.vertices)))
     start, end = simple.mesh.vertices[simple.mesh.edges].transpose(1, 0, 2)
     longest = np.linalg.norm(end - start, axis=1).max()
-    # a vertex is taken in by one of the triangle's corners that now lies over it
+    # a vertex is merged into a corner of the triangle that now covers it
     assert np.linalg.norm(simple.mesh.vertices[simple.vertex_map.indices] - mesh.vertices, axis=1).max() < 1.5 * longest
     i, j = simple.vertex_map.indices[mesh.edges].T
     pairs = {tuple(edge) for edge in simple.mesh.edges.tolist()}
@@ -83,7 +83,7 @@ def test_the_skeleton_of_a_proxy_is_that_of_the_full_mesh(monkeypatch):
     assert full.report["components"][0]["notes"] == []
     assert (proxy.cycle_rank, len(proxy.tips)) == (full.cycle_rank, len(full.tips)) == (1, 0)
     assert len(proxy.node_of_vertex) == len(mesh.vertices)
-    # both are refined against the same surface; what is left is how the nodes lie along the circle
+    # both are refined against the same surface, so they differ only in where nodes lie along the circle
     for skeleton in (full, proxy):
         assert np.abs(np.hypot(*skeleton.nodes[:, :2].T) - 1).max() < 0.02
     near = np.linalg.norm(proxy.nodes[proxy.node_of_vertex] - mesh.vertices, axis=1)
@@ -107,7 +107,7 @@ def test_inside_tests_with_a_proxy_agree_with_the_mesh(name):
     mesh = SHAPES[name]
     simple = simplify(mesh, target_faces=len(mesh.faces) // 4)
     deviation = 2 * simple.report["steps"][0]["deviation"]
-    kept = np.zeros(len(simple.mesh.vertices), dtype=np.int64)  # nothing that is asked here
+    kept = np.zeros(len(simple.mesh.vertices), dtype=np.int64)  # not used by these queries
     rng = np.random.default_rng(0)
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     near = mesh.vertices + rng.normal(scale=deviation, size=mesh.vertices.shape)

@@ -1,4 +1,4 @@
-"""Refinement: long edges are split, the surface stays."""
+"""Refinement: long edges are split, the surface is unchanged."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from lbskel.preprocess.subdivision import coarse_fraction, refine
 from lbskel.shapes import torus
 
 
-def test_long_edges_are_split_and_the_surface_stays():
+def test_long_edges_are_split_without_changing_the_surface():
     mesh = torus(1.0, 0.1, 20, 5)
     assert coarse_fraction(mesh, 0.8) == 1.0
     result = refine(mesh, max_edge_length=0.5)
@@ -21,5 +21,5 @@ def test_long_edges_are_split_and_the_surface_stays():
 
 def test_flat_parts_are_hardly_refined(rod):
     flat = rod.with_vertices(rod.vertices * [1, 1, 1e-3])
-    # but for its rim, which looks along the plane; by its height there would be a hundred times the faces
+    # only its boundary, whose normals lie in the plane, is refined; else it would get a hundred times the faces
     assert len(refine(flat).mesh.faces) < 4 * len(flat.faces)

@@ -1,4 +1,4 @@
-"""Filters in a subprocess: whatever it does, the caller gets a mesh or an error."""
+"""Filters in a subprocess: crashes, timeouts and invalid results become errors."""
 
 import os
 import signal

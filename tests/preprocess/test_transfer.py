@@ -9,7 +9,7 @@ from lbskel.shapes import sphere
 
 
 def test_vertices_of_a_thin_slab_are_mapped_to_their_own_side():
-    """Two walls nearer to each other than to the vertices of either."""
+    """The two sides of the slab are nearer to each other than vertices on one side."""
     slab = sphere(4)
     slab = slab.with_vertices(slab.vertices * [1, 1, 0.01])
     other = sphere(3)
