@@ -32,7 +32,8 @@ ROOT = Path(__file__).parent.parent
 FOLDER = Path(__file__).parent / "mutations"
 MIN_CAUGHT = 0.9  # share of the mutations, without the equivalent ones, below which the run fails; the project's bar
 TIME_LIMIT = 300.0  # seconds for the tests of one mutation; a guess: the tests named need less than 20
-NOT_COPIED = (".git", ".venv", "venv", "build", "dist", "*.egg-info", "__pycache__", ".*_cache", ".hypothesis")
+# the last is the record of what the kernels were compiled from, which would make a mutated kernel an error at import
+NOT_COPIED = (".git", ".venv", "venv", "build", "dist", "*.egg-info", "__pycache__", ".*_cache", ".hypothesis", "*.crc")
 OUTCOMES = ("caught", "survived", "equivalent")
 PYTEST_USAGE_ERROR, PYTEST_NO_TESTS = 4, 5  # exit codes of pytest that say nothing about the mutation
 

@@ -43,6 +43,19 @@ def test_the_long_diagonal_of_a_rhombus_is_flipped_to_the_short_one(kernel):
     )
 
 
+def test_two_triangles_glued_along_all_their_edges(kernel):
+    """Both sides of an obtuse triangle: its base is flipped to a loop of twice its height at the apex."""
+    n_flips, F, L, T = flipped(kernel, np.array([[0, 1, 2], [1, 0, 2]]), np.sqrt([[5.0, 5, 16], [5, 5, 16]]))
+    assert n_flips == 1
+    assert sorted(L) == pytest.approx([2, 2, *4 * [np.sqrt(5)]])
+    assert T[T].tolist() == list(range(6))
+    assert L[T].tolist() == L.tolist()
+    (loop,) = [edge for edge in range(3) if T[edge] >= 3]
+    assert L[loop] == pytest.approx(2)
+    starts, ends = F.reshape(2, 3)[:, [1, 2, 0]].ravel(), F.reshape(2, 3)[:, [2, 0, 1]].ravel()
+    assert np.array_equal(starts[T], ends)
+
+
 def test_no_more_flips_than_allowed(kernel):
     lengths = lengths_of(RHOMBUS, LONG_DIAGONAL)
     n_flips, F, L, _ = flipped(kernel, LONG_DIAGONAL, lengths, 0)
