@@ -12,9 +12,11 @@ from __future__ import annotations
 
 __all__ = ["Proxy", "Surface"]
 
+import atexit
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
+from weakref import WeakSet
 
 import igl
 import numpy as np
@@ -30,6 +32,16 @@ VERTEX_OFFSET = 1e-6  # distance under a vertex, relative to the diameter bound,
 
 
 Result = TypeVar("Result")
+
+
+_meshes_with_winding_tree: WeakSet[Mesh] = WeakSet()
+
+
+@atexit.register
+def _drop_winding_trees() -> None:
+    """Free libigl's trees at exit: of those that a daemon thread still holds, nanobind would report a leak."""
+    for mesh in list(_meshes_with_winding_tree):
+        mesh.__dict__.get("_searches", {}).pop("winding tree", None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +133,7 @@ class Surface:
     def _build_winding_tree(self) -> igl.FastWindingNumberBVH:
         tree = igl.FastWindingNumberBVH()
         tree.init(self.mesh.vertices, self.mesh.faces)
+        _meshes_with_winding_tree.add(self.mesh)
         return tree
 
     def inner_offset(

@@ -55,6 +55,13 @@ def test_the_closest_points_of_a_square_are_the_points_clamped(kernel, square):
     assert distance == pytest.approx(np.linalg.norm(points - expected, axis=1), rel=1e-14)
 
 
+def test_the_closest_point_of_the_query_before_is_a_bound_that_may_be_zero(kernel, square):
+    """A point above the square, and then its closest point."""
+    distance, nearest = closest(kernel, *square, [[0.3, 0.6, 1], [0.3, 0.6, 0], [0.3, 0.6, 0], [0.3, 0.6, -2]])
+    assert distance.tolist() == [1, 0, 0, 2]
+    assert np.array_equal(nearest, [[0.3, 0.6, 0]] * 4)
+
+
 def test_points_that_are_not_finite_do_not_disturb_others(kernel, limbs):
     points = np.tile([0.1, 0.2, 0.3], (6, 1))
     points[[1, 3, 4], 0] = np.nan, np.inf, np.inf

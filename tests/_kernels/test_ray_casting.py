@@ -34,6 +34,14 @@ def test_the_face_hit_is_the_one_that_holds_the_point(kernel, square):
     assert (distance == 3).all()
 
 
+def test_a_ray_does_not_hit_what_lies_behind_it(kernel):
+    """A slanted triangle, in the plane z = x, whose box holds the origin."""
+    V = np.array([[0.0, 0, 0], [2, 0, 2], [0, 2, 0]])
+    faces, distance = first_hits(kernel, V, np.array([[0, 1, 2]]), [[0.5, 0.25, 1]] * 2, [[0, 0, 1], [0, 0, -1]])
+    assert faces.tolist() == [-1, 0]
+    assert distance.tolist() == [np.inf, 0.5]
+
+
 def test_the_nearest_of_several_faces_is_hit_first(kernel, square):
     V, F = square
     layers = np.concatenate([V + [0, 0, height] for height in (0.0, 3.0, 1.0, 2.0)])
