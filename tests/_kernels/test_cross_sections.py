@@ -5,6 +5,7 @@ import pytest
 
 from lbskel.geometry.cross_sections import cross_sections
 from lbskel.geometry.mesh import Mesh
+from lbskel.shapes import capsule
 
 NO_LABELS = np.empty(0, dtype=np.int64)
 X_PLANE = np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]])  # first axis y, second z, normal x
@@ -65,6 +66,15 @@ def test_the_nearest_curve_counts_where_none_is_around_the_point(kernel, box):
     assert (found[:, 1] == 0).all()
     assert (found[:, 0] == 1).all()
     assert found[:, 2] == pytest.approx([0.5 - 1.5, 5 - 3.5, 10.5 - 30])
+
+
+def test_a_curve_is_followed_to_its_end_far_from_the_point(kernel):
+    """A capsule cut along its axis, from a point near its tip: what is near it already spans more than half a turn."""
+    long = capsule(8.0, 0.5, 32)
+    (found,) = sections(kernel, long.vertices, long.faces, [[0.001, 0.0, 4.1]])
+    assert found[1] == 1
+    assert found[3] == pytest.approx(-4.1, abs=1e-9)
+    assert found[4:6] == pytest.approx([8 + 0.25 * np.pi, 16 + np.pi], rel=0.01)
 
 
 def test_a_curve_that_is_not_closed_has_the_centroid_of_its_length(kernel, box):
