@@ -9,8 +9,8 @@ from __future__ import annotations
 __all__ = ["Build", "BuildKernels", "EggInfo"]
 
 import atexit
-import importlib.util
 import os
+import runpy
 import shutil
 import tempfile
 
@@ -74,7 +74,4 @@ class BuildKernels(build_ext):
         super().run()
         if self.inplace:
             folder = os.path.dirname(os.path.abspath(__file__))
-            spec = importlib.util.spec_from_file_location("compiled_files", os.path.join(folder, "compiled_files.py"))
-            compiled_files = importlib.util.module_from_spec(spec)
-            spec.loader.exec_module(compiled_files)
-            compiled_files.write_record(folder)
+            runpy.run_path(os.path.join(folder, "compiled_files.py"))["write_record"](folder)

@@ -17,7 +17,7 @@ SUFFIX = EXTENSION_SUFFIXES[0]  # of compiled files, with the version of Python 
 RECORD = f"sources{SUFFIX}.crc"
 
 
-def checksums(folder: str) -> dict[str, str]:
+def checksums(folder: str | os.PathLike[str]) -> dict[str, str]:
     """CRC-32 of each Python file in a folder."""
     found = {}
     for name in sorted(os.listdir(folder)):
@@ -27,19 +27,19 @@ def checksums(folder: str) -> dict[str, str]:
     return found
 
 
-def write_record(folder: str) -> None:
+def write_record(folder: str | os.PathLike[str]) -> None:
     """Write the checksums of a folder, in which kernels have just been compiled, beside them."""
     with open(os.path.join(folder, RECORD), "w", encoding="ascii") as file:
         file.writelines(f"{name} {checksum}\n" for name, checksum in checksums(folder).items())
 
 
-def is_compiled(folder: str) -> bool:
+def is_compiled(folder: str | os.PathLike[str]) -> bool:
     """Whether a folder has compiled kernels for this Python."""
     return os.path.isdir(folder) and any(name.endswith(SUFFIX) for name in os.listdir(folder))
 
 
-def changed_sources(folder: str) -> list[str]:
-    """Python files that were added, removed or changed since the kernels in a folder were compiled; none if no record."""
+def changed_sources(folder: str | os.PathLike[str]) -> list[str]:
+    """Python files added, removed or changed since the kernels in a folder were compiled; none without a record."""
     try:
         with open(os.path.join(folder, RECORD), encoding="ascii") as file:
             recorded = dict(line.split() for line in file)
@@ -49,7 +49,7 @@ def changed_sources(folder: str) -> list[str]:
     return sorted(name for name in recorded.keys() | present.keys() if recorded.get(name) != present.get(name))
 
 
-def installed_twin(folder: str) -> str | None:
+def installed_twin(folder: str | os.PathLike[str]) -> str | None:
     """Folder of compiled kernels on ``sys.path`` that were made from the same sources as those in a folder, or None.
 
     Python started in a clone imports the package of the clone. After ``pip install .`` nothing is compiled there.
