@@ -1,13 +1,13 @@
-"""Where a shape is looked at from: along the axis in which it is thinnest, with the top up.
+"""The direction of view: along the principal axis of least variance, by orthographic projection.
 
-The axes are the eigenvectors of the second moment of the surface, ``C = integral (x - c)(x - c)^T dA``, which does not
-depend on how the surface is cut into triangles: the three edge midpoints of a triangle, a third of its area each,
-integrate a quadratic exactly. A distant viewer, so no perspective.
+The principal axes are the eigenvectors of the second moment of the surface, ``C = integral (x - c)(x - c)^T dA``. The
+quadrature at the three edge midpoints of each triangle, with a third of its area each, is exact for quadratics, so the
+moment does not depend on the triangulation.
 """
 
 from __future__ import annotations
 
-__all__ = ["Shape", "View", "principal_view"]
+__all__ = ["Drawable", "View", "principal_view"]
 
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -18,61 +18,73 @@ from numpy.typing import NDArray
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.skeleton.skeleton import Skeleton
 
-Shape: TypeAlias = Mesh | PointCloud | Skeleton
+Drawable: TypeAlias = Mesh | PointCloud | Skeleton
 
-# Share of the total variance added to x, y and z, so that a shape as wide in two directions is seen along z, x to the
-# right, and not along whatever rounding makes of it.
-PREFERENCE = np.diag([2e-3, 1e-3, 0.0])
-UPRIGHT = np.cos(np.radians(30))  # an axis of the caller is taken as up if it lies this near to the picture's plane
-
-FOOT = 0.05  # the part of a shape's height that touches the ground
+# Fraction of the total variance added to x, y and z, so that a shape with two equal variances is seen along z with x to
+# the right, and not along an axis that rounding chooses. A guess, small enough to leave other shapes as they are.
+AXIS_BIAS = np.diag([2e-3, 1e-3, 0.0])
+# The y or z axis can be up if its angle to the image plane is at most 30 degrees; a guess.
+MIN_UP_COSINE = np.cos(np.radians(30))
+# Points count as touching the ground up to this height above the lowest, relative to the shape's height; a guess.
+CONTACT_HEIGHT = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A direction to look from.
+    """An orthographic camera.
 
     Parameters
     ----------
     center : (3,) array of float
-        The point in the middle, in the caller's units.
+        The point shown in the middle of the image, in the caller's units.
     axes : (3, 3) array of float
-        Rows of unit length: to the right, up, towards the viewer.
+        Orthonormal rows: to the right, up, towards the viewer.
     """
 
     center: NDArray[np.float64]
     axes: NDArray[np.float64]
 
     def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Points as (right, up, towards the viewer), measured from the center, in the caller's units."""
-        return (points - self.center) @ self.axes.T
+        """Compute (n, 3) coordinates (right, up, towards the viewer) relative to the center.
+
+        Parameters
+        ----------
+        points : (n, 3) array of float
+            In the caller's units.
+        """
+        coordinates: NDArray[np.float64] = (points - self.center) @ self.axes.T
+        return coordinates
 
 
-def principal_view(shape: Shape) -> View:
-    """Look along the axis of least variance.
+def principal_view(shape: Drawable) -> View:
+    """Choose the view along the axis of least variance.
 
-    Up is the caller's y or z axis where one lies close to the picture's plane; where both do, that on which the shape
-    would stand rather than fall over, else that along which it is shorter. Where neither does, up is the second
-    principal axis, so that the longest is horizontal. Signs: the viewer is on the positive side, and up is where y or z
-    grows.
+    Up is the caller's y or z axis if it is close to the image plane. If both are, up is the one on which the shape
+    would stand and not fall over, or else the one of smaller variance. If neither is, up is the second principal axis,
+    so that the longest is horizontal. Signs: the viewer is on the positive side of the coordinate axis closest to the
+    direction of view, and y or z increases upwards.
+
+    Parameters
+    ----------
+    shape : Mesh, PointCloud or Skeleton
     """
-    points, weights = _samples(shape)
+    points, weights = _quadrature(shape)
     if not len(points):
         return View(np.zeros(3), np.eye(3))
     low, high = points.min(axis=0), points.max(axis=0)
     size = np.linalg.norm(high - low) or 1.0
-    X = (points - low) / size  # before any square: coordinates may be far from the origin, or tiny
+    X = (points - low) / size  # before squaring, since coordinates may be far from the origin, or tiny
     X -= np.average(X, axis=0, weights=weights)
     moment = (X * (weights / weights.sum())[:, None]).T @ X
-    principal = np.linalg.eigh(moment + (np.trace(moment) or 1.0) * PREFERENCE)[1].T
-    towards = _positive(principal[0], np.eye(3))
-    up = _up(towards, X, moment, principal[1])
-    right = np.cross(up, towards)
-    return View((low + high) / 2, np.stack([right, up, towards]))
+    principal = np.linalg.eigh(moment + (np.trace(moment) or 1.0) * AXIS_BIAS)[1].T
+    to_viewer = _oriented_along(principal[0], np.eye(3))
+    up = _up_direction(to_viewer, X, moment, principal[1])
+    right = np.cross(up, to_viewer)
+    return View((low + high) / 2, np.stack([right, up, to_viewer]))
 
 
-def _samples(shape: Shape) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Points and weights with the moments of the shape: of its surface, its edges, or else its points."""
+def _quadrature(shape: Drawable) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Find points and weights with the second moment of the shape: of its surface, its edges, or else its points."""
     if isinstance(shape, Mesh):
         A, B, C = shape.vertices[shape.faces].transpose(1, 0, 2)
         points, weights = np.concatenate([A + B, B + C, C + A]) / 2, np.tile(shape.face_areas, 3)
@@ -86,28 +98,29 @@ def _samples(shape: Shape) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return points, weights / weights.max() if weights.any() else np.ones(len(points))
 
 
-def _up(
-    towards: NDArray[np.float64], X: NDArray[np.float64], moment: NDArray[np.float64], second: NDArray[np.float64]
+def _up_direction(
+    to_viewer: NDArray[np.float64], X: NDArray[np.float64], moment: NDArray[np.float64], second: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """The unit vector across the direction of view that is shown upwards."""
+    """Choose the unit vector normal to the direction of view that is shown upwards."""
     y_and_z = np.eye(3)[1:]
-    in_plane = y_and_z - np.outer(y_and_z @ towards, towards)
+    in_plane = y_and_z - np.outer(y_and_z @ to_viewer, to_viewer)
     lengths = np.linalg.norm(in_plane, axis=1)
-    upright = in_plane[lengths >= UPRIGHT] / lengths[lengths >= UPRIGHT, None]
+    upright = in_plane[lengths >= MIN_UP_COSINE] / lengths[lengths >= MIN_UP_COSINE, None]
     if not len(upright):
-        return _positive(second, y_and_z)
+        return _oriented_along(second, y_and_z)
     variances = np.einsum("ij,jk,ik->i", upright, moment, upright)
-    falls = [not _stands(X @ up, X @ np.cross(up, towards)) for up in upright]
-    return upright[np.lexsort((variances.round(9), falls))[0]]  # y where rounding decides
+    is_unstable = [not _is_stable(X @ axis, X @ np.cross(axis, to_viewer)) for axis in upright]
+    up: NDArray[np.float64] = upright[np.lexsort((variances.round(9), is_unstable))[0]]  # y if equal up to rounding
+    return up
 
 
-def _stands(height: NDArray[np.float64], across: NDArray[np.float64]) -> bool:
-    """Whether the center, at 0, lies above the ground on which the lowest points stand."""
-    foot = across[height <= height.min() + FOOT * np.ptp(height)]
-    return bool(foot.min() <= 0 <= foot.max())
+def _is_stable(height: NDArray[np.float64], across: NDArray[np.float64]) -> bool:
+    """Whether the shape's center of mass, at 0, is above the interval in which it touches the ground."""
+    contact = across[height <= height.min() + CONTACT_HEIGHT * np.ptp(height)]
+    return bool(contact.min() <= 0 <= contact.max())
 
 
-def _positive(vector: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The vector or its opposite, whichever points along the axis that it agrees with most."""
-    agreement = axes @ vector
-    return vector if agreement[np.argmax(np.abs(agreement).round(9))] >= 0 else -vector
+def _oriented_along(vector: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Flip the vector, if needed, so that its component along the axis closest to it is positive."""
+    components = axes @ vector
+    return vector if components[np.argmax(np.abs(components).round(9))] >= 0 else -vector

@@ -1,12 +1,12 @@
-"""Which number has which color: radii on a skeleton, scalar fields on a surface.
+"""Color scales: of radii on a skeleton, of scalar fields on a surface.
 
-Perceptually uniform maps (plasma, viridis), of which the palest part is left out because it would be lost on white;
-for a field with both signs a map with a neutral middle at zero.
+Radii use matplotlib's plasma without its palest part, which would not be visible on white. Fields use viridis, or a
+diverging map centered at zero if they have both signs.
 """
 
 from __future__ import annotations
 
-__all__ = ["Scale", "field_scales", "radius_scale"]
+__all__ = ["ColorScale", "field_scales", "radius_scale"]
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -15,72 +15,79 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-UNKNOWN = "0.75"  # the gray of NaN
-OUTLIERS = 5.0  # per cent of a field at each end that may lie beyond its colors: curvature has a few huge values
+NAN_COLOR = "0.75"  # matplotlib's notation of a gray
+# Percentage of a field's values at each end that may lie outside the scale, because curvatures have a few huge values.
+# A guess.
+OUTLIER_PERCENT = 5.0
+# Part of plasma that is used, from its dark end; chosen by eye.
+PLASMA_FRACTION = 0.88
 
 
 @dataclass(frozen=True)
-class Scale:
+class ColorScale:
     """A range of numbers with a color map.
 
     Parameters
     ----------
     low, high : float
-        Numbers with the first and last color.
-    name : str
-        A matplotlib color map.
-    diameter_bound : float
-        The part of it that is used, from its start.
-    beyond : str
-        Where numbers lie outside the range: ``neither``, ``min``, ``max`` or ``both``.
+        Numbers with the first and the last color.
+    colormap : str
+        Name of a matplotlib color map.
+    fraction : float
+        Fraction of the color map that is used, from its start.
+    extend : str
+        At which ends of the range numbers lie outside it: ``neither``, ``min``, ``max`` or ``both``.
     """
 
     low: float
     high: float
-    name: str
-    diameter_bound: float = 1.0
-    beyond: str = "neither"
+    colormap: str
+    fraction: float = 1.0
+    extend: str = "neither"
 
     def mappable(self) -> Any:
-        """The scale as matplotlib has it."""
+        """Convert the scale to a matplotlib ScalarMappable."""
         from matplotlib import colormaps
         from matplotlib.cm import ScalarMappable
         from matplotlib.colors import ListedColormap, Normalize
 
-        listed = ListedColormap(colormaps[self.name](np.linspace(0, self.diameter_bound, 256)))
-        return ScalarMappable(Normalize(self.low, self.high), listed.with_extremes(bad=UNKNOWN))
+        listed = ListedColormap(colormaps[self.colormap](np.linspace(0, self.fraction, 256)))
+        return ScalarMappable(Normalize(self.low, self.high), listed.with_extremes(bad=NAN_COLOR))
 
     def colors(self, values: ArrayLike) -> NDArray[np.float32]:
-        """(n, 3) red, green and blue in [0, 1] of n numbers."""
-        return self.mappable().to_rgba(np.asarray(values, dtype=np.float64))[:, :3].astype(np.float32)
+        """Compute the (n, 3) red, green and blue in [0, 1] of n numbers; gray for NaN."""
+        rgb: NDArray[np.float32] = (
+            self.mappable().to_rgba(np.asarray(values, dtype=np.float64))[:, :3].astype(np.float32)
+        )
+        return rgb
 
 
-def radius_scale(radii: Iterable[NDArray[np.float64]]) -> Scale | None:
-    """One scale for the radii of all skeletons of a picture; None if no radius is known."""
-    together = np.concatenate([np.empty(0), *radii])
-    together = together[np.isfinite(together)]
-    return Scale(*_apart(together.min(), together.max()), "plasma", 0.88) if len(together) else None
+def radius_scale(radii: Iterable[NDArray[np.float64]]) -> ColorScale | None:
+    """Choose one scale for the radii of all skeletons of a picture; None if no radius is known (finite)."""
+    known = np.concatenate([np.empty(0), *radii])
+    known = known[np.isfinite(known)]
+    return ColorScale(*_nonempty_range(known.min(), known.max()), "plasma", PLASMA_FRACTION) if len(known) else None
 
 
-def field_scales(fields: Sequence[tuple[str, NDArray[np.float64]]]) -> dict[str, Scale]:
-    """One scale for all fields of one name."""
+def field_scales(fields: Sequence[tuple[str, NDArray[np.float64]]]) -> dict[str, ColorScale]:
+    """Choose one scale for all fields of the same name, given as pairs of a name and its values."""
     return {name: _field_scale(np.concatenate([f for n, f in fields if n == name])) for name, _ in fields}
 
 
-def _field_scale(values: NDArray[np.float64]) -> Scale:
-    """The range of all but the outliers; symmetric around zero where the field has both signs."""
+def _field_scale(values: NDArray[np.float64]) -> ColorScale:
+    """Choose the range of all values but the outliers; symmetric around zero if it contains both signs."""
     values = values[np.isfinite(values)] if np.isfinite(values).any() else np.zeros(1)
-    low, high = np.percentile(values, [OUTLIERS, 100 - OUTLIERS])
+    low, high = np.percentile(values, [OUTLIER_PERCENT, 100 - OUTLIER_PERCENT])
     signed = low < 0 < high
-    low, high = _apart(*((-max(-low, high), max(-low, high)) if signed else (low, high)))
-    beyond = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
-    outside = beyond[bool(values.min() < low), bool(values.max() > high)]
-    return Scale(low, high, "RdBu_r" if signed else "viridis", 1.0, outside)
+    low, high = _nonempty_range(*((-max(-low, high), max(-low, high)) if signed else (low, high)))
+    ends = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
+    extend = ends[bool(values.min() < low), bool(values.max() > high)]
+    return ColorScale(low, high, "RdBu_r" if signed else "viridis", 1.0, extend)
 
 
-def _apart(low: float, high: float) -> tuple[float, float]:
-    """The range itself, or one around the only number in it."""
+def _nonempty_range(low: float, high: float) -> tuple[float, float]:
+    """Widen a range that consists of one number."""
     if high > low:
         return float(low), float(high)
-    around = abs(low) / 2 or 0.5
-    return float(low - around), float(high + around)
+    margin = abs(low) / 2 or 0.5
+    return float(low - margin), float(high + margin)

@@ -1,12 +1,12 @@
-"""One panel on a matplotlib figure: the surface as an image, the skeleton over it, and what they mean in words.
+"""Drawing a panel on a matplotlib figure: the surface as an image, the skeleton over it, title, counts and color bars.
 
-Coordinates are pixels throughout: a figure at 72 dots per inch has points of one pixel, and every drawing is an axes
-whose data coordinates are its pixels.
+All coordinates are pixels: the figure has 72 dots per inch, so that a point is a pixel, and every drawing is an Axes
+whose data coordinates are pixels.
 """
 
 from __future__ import annotations
 
-__all__ = ["draw_panel", "lines_of_text"]
+__all__ = ["draw_panel", "text_lines"]
 
 from typing import Any
 
@@ -15,23 +15,26 @@ import numpy as np
 from lbskel.geometry.mesh import Mesh
 from lbskel.skeleton.skeleton import Skeleton
 from lbskel.visualization.camera import View
-from lbskel.visualization.colormaps import Scale
+from lbskel.visualization.colormaps import ColorScale
 from lbskel.visualization.layout import Frame, Layout
 from lbskel.visualization.panel import Panel
 from lbskel.visualization.shading import shade_mesh, shade_points
 
-LINE = (0.49, 0.01, 0.66)  # of a skeleton whose radii are not known, and in the counts
-TIP, JUNCTION, INK = "#d62728", "#1a1a2e", "#333333"
-FONT = "DejaVu Sans"  # comes with matplotlib, so the picture is the same everywhere
-VEIL = 0.7  # opacity of a surface with a skeleton in it
-EDGE_WIDTH = 1 / 180  # of the longer side of a drawing
-BEHIND = 0.02  # of the longer side: how far in front an edge must be to cut through the one behind with its halo
-BALL = 0.35  # radius of a point's ball, times the distance between as many points spread evenly over the drawing
-TITLE_LINES, COUNT_LINES, BAR_LINES = 2.2, 2.2, 2.6
+# All numbers and colors of this module are choices of style, made by eye.
+LINE_COLOR = (0.49, 0.01, 0.66)  # of skeletons whose radii are not known, and of the count of nodes
+TIP_COLOR, JUNCTION_COLOR, TEXT_COLOR = "#d62728", "#1a1a2e", "#333333"
+FONT = "DejaVu Sans"  # included in matplotlib, so that pictures are the same on every machine
+SURFACE_OPACITY = 0.7  # of a surface with a skeleton in it
+EDGE_WIDTH = 1 / 180  # line width of an edge, relative to the longer side of the drawing
+MIN_EDGE_WIDTH = 1.2  # of a line, in pixels
+HALO_DEPTH = 0.02  # smallest difference in depth at which an edge's halo covers another, relative to the longer side
+POINT_RADIUS = 0.35  # of the ball at a point, relative to the spacing of as many points on a grid over the drawing
+POINT_RADIUS_RANGE = (1.0, 6.0)  # bounds on that radius, in pixels
+TITLE_LINES, COUNT_LINES, BAR_LINES = 2.2, 2.2, 2.6  # heights of title, counts and color bars, in font sizes
 
 
-def lines_of_text(panel: Panel) -> tuple[float, float]:
-    """Lines of text that a panel needs above and below its drawing."""
+def text_lines(panel: Panel) -> tuple[float, float]:
+    """Compute the height of a panel's text above and below its drawing, in font sizes."""
     counts = COUNT_LINES * (panel.skeleton is not None)
     known = panel.skeleton is not None and np.isfinite(panel.skeleton.radii).any()
     bars = BAR_LINES * bool(known or panel.field is not None)
@@ -45,12 +48,26 @@ def draw_panel(
     panel: Panel,
     view: View,
     frame: Frame,
-    radii: Scale | None,
-    fields: Scale | None,
+    radii: ColorScale | None,
+    fields: ColorScale | None,
 ) -> None:
-    """Draw a panel at its place in the layout, with the scales of radii and of its field."""
+    """Draw a panel at its position in the layout.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        At 72 dots per inch, of the size of the layout.
+    layout : Layout
+    number : int
+        Index of the panel in the layout.
+    panel : Panel
+    view : View
+    frame : Frame
+    radii, fields : ColorScale or None
+        Color scales of the skeleton's radii and of the panel's field.
+    """
     (left, bottom), (width, height) = layout.corner(number), layout.drawing
-    axes = _axes(figure, left, bottom, width, height)
+    axes = _add_axes(figure, left, bottom, width, height)
     _draw_surface(axes, panel, view, frame, fields)
     bars = []
     if panel.field is not None and fields is not None:
@@ -59,48 +76,52 @@ def draw_panel(
         _draw_skeleton(axes, panel.skeleton, view, frame, radii)
         if radii is not None:
             bars.append(("radius", radii))
-        _write_counts(figure, panel.skeleton, left + width / 2, bottom - COUNT_LINES * layout.letter / 2, layout.letter)
-    top = bottom - COUNT_LINES * layout.letter * (panel.skeleton is not None)
+        _write_counts(
+            figure, panel.skeleton, left + width / 2, bottom - COUNT_LINES * layout.font_size / 2, layout.font_size
+        )
+    top = bottom - COUNT_LINES * layout.font_size * (panel.skeleton is not None)
     for i, (name, scale) in enumerate(bars):
         share = width / len(bars)
-        _draw_bar(figure, name, scale, left + i * share, top, share, layout.letter)
+        _draw_color_bar(figure, name, scale, left + i * share, top, share, layout.font_size)
     if panel.title:
-        size = min(1.25 * layout.letter, 1.6 * width / len(panel.title))
+        size = min(1.25 * layout.font_size, 1.6 * width / len(panel.title))
         _write(
             figure,
             panel.title,
             left + width / 2,
-            bottom + height + TITLE_LINES * layout.letter / 2,
+            bottom + height + TITLE_LINES * layout.font_size / 2,
             size,
             "center",
             "bold",
         )
 
 
-def _axes(figure: Any, left: float, bottom: float, width: float, height: float) -> Any:
-    """SectionCenters over a rectangle of the figure, whose data coordinates are its pixels; nothing of them is seen."""
-    across, down = figure.get_size_inches() * figure.dpi
-    axes = figure.add_axes((left / across, bottom / down, width / across, height / down))
+def _add_axes(figure: Any, left: float, bottom: float, width: float, height: float) -> Any:
+    """Add invisible Axes over a rectangle of the figure; their data coordinates are its pixels."""
+    figure_width, figure_height = figure.get_size_inches() * figure.dpi
+    rectangle = (left / figure_width, bottom / figure_height, width / figure_width, height / figure_height)
+    axes = figure.add_axes(rectangle)
     axes.set_axis_off()
     axes.set_xlim(0, width)
     axes.set_ylim(0, height)
     return axes
 
 
-def _draw_surface(axes: Any, panel: Panel, view: View, frame: Frame, fields: Scale | None) -> None:
-    """The mesh or point cloud as a shaded image, see-through where there is a skeleton in it."""
+def _draw_surface(axes: Any, panel: Panel, view: View, frame: Frame, fields: ColorScale | None) -> None:
+    """Draw the mesh or point cloud as a shaded image, translucent if there is a skeleton in it."""
     if isinstance(panel.mesh, Mesh):
-        points = frame.rows_down(view.project(panel.mesh.vertices))
-        paint = fields.colors if fields is not None and panel.field is not None else None
-        image = shade_mesh(points, panel.mesh.faces, frame.width, frame.height, field=panel.field, paint=paint)
+        points = frame.image_coordinates(view.project(panel.mesh.vertices))
+        colormap = fields.colors if fields is not None and panel.field is not None else None
+        image = shade_mesh(points, panel.mesh.faces, frame.width, frame.height, field=panel.field, colormap=colormap)
     elif panel.mesh is not None:
-        points = frame.rows_down(view.project(panel.mesh.points))
-        ball = float(np.clip(BALL * np.sqrt(frame.width * frame.height / len(points)), 1.0, 6.0))
-        image = shade_points(points, ball, frame.width, frame.height)
+        points = frame.image_coordinates(view.project(panel.mesh.points))
+        spacing = np.sqrt(frame.width * frame.height / len(points))
+        radius = float(np.clip(POINT_RADIUS * spacing, *POINT_RADIUS_RANGE))
+        image = shade_points(points, radius, frame.width, frame.height)
     else:
         return
     if panel.skeleton is not None:
-        image[..., 3] *= VEIL
+        image[..., 3] *= SURFACE_OPACITY
     axes.imshow(
         image,
         extent=(0, frame.width, 0, frame.height),
@@ -111,21 +132,21 @@ def _draw_surface(axes: Any, panel: Panel, view: View, frame: Frame, fields: Sca
     )
 
 
-def _draw_skeleton(axes: Any, skeleton: Skeleton, view: View, frame: Frame, radii: Scale | None) -> None:
-    """Edges colored by radius, near ones over far ones with a white halo; tips and junctions marked."""
+def _draw_skeleton(axes: Any, skeleton: Skeleton, view: View, frame: Frame, radii: ColorScale | None) -> None:
+    """Draw the edges colored by radius, the nearer over the farther with a white halo, and mark tips and junctions."""
     from matplotlib.collections import LineCollection
 
     longer = max(frame.width, frame.height)
-    width = max(EDGE_WIDTH * longer, 1.2)
+    width = max(EDGE_WIDTH * longer, MIN_EDGE_WIDTH)
     points = frame.pixels(view.project(skeleton.nodes))
     ends = points[skeleton.edges]
     depth = ends[:, :, 2].mean(axis=1)
-    # The halo of an edge cuts through edges far behind it, but through none that it is joined to.
-    lowest = np.full(len(points), np.inf)
-    np.minimum.at(lowest, skeleton.edges, depth[:, None])
-    halo_depth = lowest[skeleton.edges].min(axis=1) - BEHIND * longer
+    # The halo of an edge covers edges far behind it, but none that share a node with it.
+    farthest = np.full(len(points), np.inf)
+    np.minimum.at(farthest, skeleton.edges, depth[:, None])
+    halo_depth = farthest[skeleton.edges].min(axis=1) - HALO_DEPTH * longer
     order = np.argsort(np.concatenate([halo_depth, depth]), kind="stable")
-    colors = radii.colors(skeleton.radii[skeleton.edges].mean(axis=1)) if radii else np.tile(LINE, (len(ends), 1))
+    colors = radii.colors(skeleton.radii[skeleton.edges].mean(axis=1)) if radii else np.tile(LINE_COLOR, (len(ends), 1))
     axes.add_collection(
         LineCollection(
             list(np.concatenate([ends, ends])[order, :, :2]),
@@ -135,11 +156,11 @@ def _draw_skeleton(axes: Any, skeleton: Skeleton, view: View, frame: Frame, radi
             zorder=2,
         )
     )
-    lone = np.flatnonzero(skeleton.degrees == 0)
+    isolated = np.flatnonzero(skeleton.degrees == 0)
     for nodes, color, marker, size in (
-        (lone, radii.colors(skeleton.radii[lone]) if radii else LINE, "o", 2.2),
-        (skeleton.junctions, JUNCTION, "s", 1.7),
-        (skeleton.tips, TIP, "o", 1.9),
+        (isolated, radii.colors(skeleton.radii[isolated]) if radii else LINE_COLOR, "o", 2.2),
+        (skeleton.junctions, JUNCTION_COLOR, "s", 1.7),
+        (skeleton.tips, TIP_COLOR, "o", 1.9),
     ):
         x, y, _ = points[nodes].T
         axes.scatter(
@@ -154,72 +175,78 @@ def _draw_skeleton(axes: Any, skeleton: Skeleton, view: View, frame: Frame, radi
         )
 
 
-def _write_counts(figure: Any, skeleton: Skeleton, x: float, y: float, letter: float) -> None:
-    """How many nodes, tips, junctions and cycles, beside the marks that they have in the drawing."""
+def _write_counts(figure: Any, skeleton: Skeleton, x: float, y: float, font_size: float) -> None:
+    """Write the numbers of nodes, tips, junctions and cycles, each next to its marker in the drawing."""
     from matplotlib.lines import Line2D
 
-    across, down = figure.get_size_inches() * figure.dpi
+    figure_width, figure_height = figure.get_size_inches() * figure.dpi
     counts = (
-        ("node", len(skeleton.nodes), {"color": LINE, "linewidth": 0.25 * letter}),
-        ("tip", len(skeleton.tips), {"color": "none", "marker": "o", "markerfacecolor": TIP}),
-        ("junction", len(skeleton.junctions), {"color": "none", "marker": "s", "markerfacecolor": JUNCTION}),
+        ("node", len(skeleton.nodes), {"color": LINE_COLOR, "linewidth": 0.25 * font_size}),
+        ("tip", len(skeleton.tips), {"color": "none", "marker": "o", "markerfacecolor": TIP_COLOR}),
+        ("junction", len(skeleton.junctions), {"color": "none", "marker": "s", "markerfacecolor": JUNCTION_COLOR}),
         (
             "cycle",
             skeleton.cycle_rank,
-            {"color": "none", "marker": "o", "markerfacecolor": "none", "markeredgecolor": INK},
+            {"color": "none", "marker": "o", "markerfacecolor": "none", "markeredgecolor": TEXT_COLOR},
         ),
     )
     handles = [
         Line2D(
-            [], [], markersize=0.6 * letter, label=f"{n} {name}{'s' * (n != 1)}", **{"markeredgecolor": "none"} | look
+            [],
+            [],
+            markersize=0.6 * font_size,
+            label=f"{n} {name}{'s' * (n != 1)}",
+            **{"markeredgecolor": "none"} | style,
         )
-        for name, n, look in counts
+        for name, n, style in counts
     ]
     figure.legend(
         handles=handles,
         loc="center",
-        bbox_to_anchor=(x / across, y / down),
+        bbox_to_anchor=(x / figure_width, y / figure_height),
         ncols=len(handles),
         frameon=False,
         handlelength=1.0,
         handletextpad=0.4,
         columnspacing=1.4,
         borderpad=0,
-        labelcolor=INK,
-        prop={"family": FONT, "size": letter},
+        labelcolor=TEXT_COLOR,
+        prop={"family": FONT, "size": font_size},
     )
 
 
-def _draw_bar(figure: Any, name: str, scale: Scale, left: float, top: float, width: float, letter: float) -> None:
-    """A color bar with the name of what it shows to its left and three numbers under it."""
-    size = min(letter, 0.9 * width / max(len(name), 1))  # a letter is about 0.55 wide: at most half of the width
-    words = 0.55 * size * len(name)
-    length = min(0.5 * width, 0.86 * width - words - letter)
-    start = left + (width - length + words + letter) / 2
-    _write(figure, name, start - letter, top - 0.55 * letter, size, "right")
-    axes = _axes(figure, start, top - 0.9 * letter, length, 0.7 * letter)
+def _draw_color_bar(
+    figure: Any, name: str, scale: ColorScale, left: float, top: float, width: float, font_size: float
+) -> None:
+    """Draw a color bar with its label to the left and three numbers below."""
+    size = min(font_size, 0.9 * width / max(len(name), 1))  # a letter is about 0.55 sizes wide: at most half the width
+    label_width = 0.55 * size * len(name)
+    length = min(0.5 * width, 0.86 * width - label_width - font_size)
+    start = left + (width - length + label_width + font_size) / 2
+    _write(figure, name, start - font_size, top - 0.55 * font_size, size, "right")
+    axes = _add_axes(figure, start, top - 0.9 * font_size, length, 0.7 * font_size)
     axes.set_axis_on()
-    middle = (scale.low + scale.high) / 2
-    bar = figure.colorbar(
-        scale.mappable(), cax=axes, orientation="horizontal", extend=scale.beyond, ticks=[scale.low, middle, scale.high]
-    )
+    ticks = [scale.low, (scale.low + scale.high) / 2, scale.high]
+    bar = figure.colorbar(scale.mappable(), cax=axes, orientation="horizontal", extend=scale.extend, ticks=ticks)
     bar.outline.set_visible(False)
-    bar.ax.set_xticklabels([f"{number:.3g}" for number in (scale.low, middle, scale.high)], family=FONT)
-    bar.ax.tick_params(length=0.2 * letter, width=0.6, pad=0.15 * letter, labelsize=0.85 * letter, colors=INK)
+    bar.ax.set_xticklabels([f"{number:.3g}" for number in ticks], family=FONT)
+    bar.ax.tick_params(
+        length=0.2 * font_size, width=0.6, pad=0.15 * font_size, labelsize=0.85 * font_size, colors=TEXT_COLOR
+    )
 
 
-def _write(figure: Any, text: str, x: float, y: float, size: float, side: str, weight: str = "normal") -> None:
-    """Text at a pixel of the figure."""
-    across, down = figure.get_size_inches() * figure.dpi
+def _write(figure: Any, text: str, x: float, y: float, size: float, alignment: str, weight: str = "normal") -> None:
+    """Write text at a pixel of the figure, vertically centered and with that horizontal alignment."""
+    figure_width, figure_height = figure.get_size_inches() * figure.dpi
     figure.text(
-        x / across,
-        y / down,
+        x / figure_width,
+        y / figure_height,
         text,
         size=size,
-        ha=side,
+        ha=alignment,
         va="center",
         family=FONT,
         weight=weight,
-        color=INK,
+        color=TEXT_COLOR,
         parse_math=False,
     )

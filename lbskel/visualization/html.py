@@ -1,8 +1,8 @@
-"""An interactive page of a mesh and its skeleton: one HTML file that turns, zooms and tells radii, by plotly.
+"""An interactive 3D view of a mesh and its skeleton in one HTML file, by plotly.
 
-The file carries plotly.js in it (about 5 MB), so nothing is downloaded when it is opened. Browsers compute in single
-precision: coordinates are centered, divided by the size of the shape and turned to the view of the pictures; the
-numbers shown at a node are the caller's.
+The file contains plotly.js (about 5 MB), so nothing is downloaded when it is opened. Browsers compute in single
+precision, so the coordinates are projected to the view of the pictures and divided by the size of the shape; the labels
+of nodes show the caller's coordinates.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ from __future__ import annotations
 __all__ = ["page"]
 
 import os
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,11 @@ from lbskel.visualization.camera import principal_view
 from lbskel.visualization.colormaps import radius_scale
 from lbskel.visualization.panel import Panel
 
-SURFACE, LINE, TIP, JUNCTION = "#a8bad4", "#7e03a8", "#d62728", "#1a1a2e"
+# From (n, 3) points to the x, y and z of a trace.
+Coordinates: TypeAlias = Callable[[NDArray[np.float64]], dict[str, NDArray[np.float32]]]
+
+# Colors, opacity and sizes of this module are choices of style, made by eye.
+SURFACE_COLOR, LINE_COLOR, TIP_COLOR, JUNCTION_COLOR = "#a8bad4", "#7e03a8", "#d62728", "#1a1a2e"
 
 
 def page(
@@ -40,11 +45,13 @@ def page(
     ----------
     mesh : Mesh or PointCloud or None
     skeleton : Skeleton or None
+        In the coordinates of the mesh.
     path : path-like
-        Of the HTML file.
+        HTML file to write.
     title : str
+        Heading of the page.
     force : bool
-        Whether a file that exists may be replaced.
+        Whether an existing file may be replaced.
 
     Raises
     ------
@@ -60,22 +67,22 @@ def page(
     except ImportError:
         raise MissingDependency("plotly", "view", "writing an interactive page") from None
     panel = Panel(mesh, skeleton, title)
-    view = principal_view(panel.shape)
+    view = principal_view(panel.subject)
     size = np.abs(view.project(panel.points)).max(initial=0.0) or 1.0
 
-    def place(points: NDArray[np.float64]) -> dict[str, NDArray[np.float32]]:
+    def coordinates(points: NDArray[np.float64]) -> dict[str, NDArray[np.float32]]:
         return dict(zip("xyz", (view.project(points) / size).astype(np.float32).T, strict=True))
 
     traces = []
     if isinstance(mesh, Mesh):
         corners = dict(zip("ijk", mesh.faces.astype(np.int32).T, strict=True))
-        look = {"opacity": 0.35, "color": SURFACE, "name": "mesh", "hoverinfo": "skip", "showlegend": True}
-        traces.append({"type": "mesh3d", **place(mesh.vertices), **corners, **look})
+        style = {"opacity": 0.35, "color": SURFACE_COLOR, "name": "mesh", "hoverinfo": "skip", "showlegend": True}
+        traces.append({"type": "mesh3d", **coordinates(mesh.vertices), **corners, **style})
     elif mesh is not None:
-        traces.append(_dots(place(mesh.points), "points", SURFACE, 1.5))
+        traces.append(_point_trace(coordinates(mesh.points), "points", SURFACE_COLOR, 1.5))
     if skeleton is not None:
-        traces.extend(_skeleton_traces(skeleton, place))
-    unseen = {"visible": False}
+        traces.extend(_skeleton_traces(skeleton, coordinates))
+    hidden = {"visible": False}
     figure = Figure(
         traces,
         {
@@ -84,9 +91,9 @@ def page(
             "margin": {"l": 0, "r": 0, "b": 0, "t": 50 if title else 0},
             "legend": {"itemsizing": "constant", "x": 0.01, "y": 0.99},
             "scene": {
-                "xaxis": unseen,
-                "yaxis": unseen,
-                "zaxis": unseen,
+                "xaxis": hidden,
+                "yaxis": hidden,
+                "zaxis": hidden,
                 "aspectmode": "data",
                 "camera": {"eye": {"x": 0, "y": 0, "z": 1.8}, "up": {"x": 0, "y": 1, "z": 0}},
             },
@@ -96,39 +103,49 @@ def page(
     write_safely(path, html.encode(), force=force)
 
 
-def _skeleton_traces(skeleton: Skeleton, place: Any) -> list[dict[str, Any]]:
-    """Edges colored by radius, every node with its number, place and radius at hand, tips and junctions marked."""
+def _skeleton_traces(skeleton: Skeleton, coordinates: Coordinates) -> list[dict[str, Any]]:
+    """List the traces of a skeleton: edges colored by radius, nodes labeled with number, position, radius; markers."""
     from plotly.colors import sample_colorscale
 
     scale = radius_scale([skeleton.radii])
-    words = [
+    labels = [
         f"node {i}<br>({x:.6g}, {y:.6g}, {z:.6g})<br>{skeleton.radius_kind} radius {radius:.4g}"
         for i, ((x, y, z), radius) in enumerate(zip(skeleton.nodes, skeleton.radii, strict=True))
     ]
-    nodes = place(skeleton.nodes)
-    edge_look, node_look = {"width": 7, "color": LINE}, {"size": 3, "color": LINE}
+    nodes = coordinates(skeleton.nodes)
+    edge_style, node_style = {"width": 7, "color": LINE_COLOR}, {"size": 3, "color": LINE_COLOR}
     if scale is not None:
-        colors = sample_colorscale(scale.name, np.linspace(0, scale.diameter_bound, 12))
+        colors = sample_colorscale(scale.colormap, np.linspace(0, scale.fraction, 12))
         shared = {"colorscale": colors, "cmin": scale.low, "cmax": scale.high}
         bar = {"title": {"text": "radius"}, "len": 0.5, "thickness": 14}
-        edge_look |= {"color": np.repeat(skeleton.radii[skeleton.edges].mean(axis=1), 3), **shared}
-        node_look |= {"color": skeleton.radii, **shared, "colorbar": bar}
-    # The three entries of an edge are its ends and a gap.
+        edge_style |= {"color": np.repeat(skeleton.radii[skeleton.edges].mean(axis=1), 3), **shared}
+        node_style |= {"color": skeleton.radii, **shared, "colorbar": bar}
+    # Each edge has three entries: its two ends and NaN, which interrupts the line.
     ends = {axis: np.insert(values[skeleton.edges], 2, np.nan, axis=1).ravel() for axis, values in nodes.items()}
-    edges = {"type": "scatter3d", **ends, "mode": "lines", "line": edge_look}
-    every = {"type": "scatter3d", **nodes, "mode": "markers", "marker": node_look, "text": words, "hoverinfo": "text"}
+    edges = {"type": "scatter3d", **ends, "mode": "lines", "line": edge_style}
+    all_nodes = {
+        "type": "scatter3d",
+        **nodes,
+        "mode": "markers",
+        "marker": node_style,
+        "text": labels,
+        "hoverinfo": "text",
+    }
     traces = [
         {**edges, "name": f"{len(skeleton.edges)} edges, {skeleton.cycle_rank} cycles", "hoverinfo": "skip"},
-        {**every, "name": f"{len(skeleton.nodes)} nodes"},
+        {**all_nodes, "name": f"{len(skeleton.nodes)} nodes"},
     ]
-    for chosen, what, color in ((skeleton.tips, "tips", TIP), (skeleton.junctions, "junctions", JUNCTION)):
-        if len(chosen):
-            some = {axis: values[chosen] for axis, values in nodes.items()}
-            traces.append(_dots(some, f"{len(chosen)} {what}", color, 5))
+    for selected, kind, color in (
+        (skeleton.tips, "tips", TIP_COLOR),
+        (skeleton.junctions, "junctions", JUNCTION_COLOR),
+    ):
+        if len(selected):
+            marked = {axis: values[selected] for axis, values in nodes.items()}
+            traces.append(_point_trace(marked, f"{len(selected)} {kind}", color, 5))
     return traces
 
 
-def _dots(where: dict[str, NDArray[np.float32]], name: str, color: str, size: float) -> dict[str, Any]:
-    """Points of one color."""
+def _point_trace(coordinates: dict[str, NDArray[np.float32]], name: str, color: str, size: float) -> dict[str, Any]:
+    """Make a trace of points of one color and of a size in pixels."""
     marker = {"size": size, "color": color}
-    return {"type": "scatter3d", **where, "mode": "markers", "marker": marker, "name": name, "hoverinfo": "skip"}
+    return {"type": "scatter3d", **coordinates, "mode": "markers", "marker": marker, "name": name, "hoverinfo": "skip"}

@@ -1,4 +1,4 @@
-"""Curves of one quantity over the steps of several runs, as PNG, on a logarithmic scale."""
+"""Line plots of quantities over the steps of several runs, on a logarithmic scale, as PNG."""
 
 from __future__ import annotations
 
@@ -10,20 +10,23 @@ from typing import Any
 
 from lbskel.errors import MissingDependency
 
-LARGEST, SMALLEST = 1e3, 1e-6  # what is beyond goes to the edge of the drawing
+# Range of the values shown, in the plotted quantity's units; others are drawn at its limits. A choice for ratios to the
+# first step: 1e-6 is where a contraction stops.
+MAX_SHOWN, MIN_SHOWN = 1e3, 1e-6
 
 
 def draw_curves(
     panels: Mapping[str, Mapping[str, Sequence[float | None]]], *, size: tuple[float, float] = (12, 5)
 ) -> bytes:
-    """The content of a PNG file with curves side by side.
+    """Draw one plot for each quantity, side by side, and encode them as PNG.
 
     Parameters
     ----------
     panels : mapping
-        From the name of a quantity to the values, from step 1 on, of each run by its name; None is beyond all.
+        From the name of a quantity to a mapping from the name of a run to its values from step 1 on; None is drawn at
+        the upper limit.
     size : pair of float
-        In inches, of 110 dots.
+        Width and height in inches, at 110 dots per inch.
 
     Raises
     ------
@@ -40,7 +43,7 @@ def draw_curves(
         for name, values in runs.items():
             number = names.index(name)
             style: dict[str, Any] = {"color": f"C{number % 10}", "linestyle": ("-", "--", ":")[number // 10 % 3]}
-            shown = [LARGEST if value is None else min(max(value, SMALLEST), LARGEST) for value in values]
+            shown = [MAX_SHOWN if value is None else min(max(value, MIN_SHOWN), MAX_SHOWN) for value in values]
             ax.semilogy(range(1, 1 + len(shown)), shown, marker=".", label=name, **style)
         ax.set_xlabel("step")
         ax.set_ylabel(quantity)

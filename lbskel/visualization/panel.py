@@ -1,4 +1,4 @@
-"""What one drawing of a picture shows: finished values, checked, nothing drawn yet."""
+"""The content of one drawing of a picture, checked when it is made."""
 
 from __future__ import annotations
 
@@ -12,22 +12,24 @@ from numpy.typing import NDArray
 from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.skeleton.skeleton import Skeleton
-from lbskel.visualization.camera import Shape
+from lbskel.visualization.camera import Drawable
 
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """One drawing of a picture: a surface or points, a skeleton in it, or both.
+    """One drawing of a picture: a mesh or point cloud, a skeleton, or both.
 
     Parameters
     ----------
     mesh : Mesh or PointCloud, optional
     skeleton : Skeleton, optional
+        In the coordinates of the mesh.
     title : str
+        Text above the drawing.
     field : (n,) array_like of float, optional
-        A number for each vertex of the mesh, shown by color. NaN and infinity are shown gray.
+        A number for each vertex of the mesh, shown as color; gray for NaN and infinity.
     field_name : str
-        What the field is. Fields of the same name in one picture have the same colors for the same numbers.
+        Label of the field's color bar. Fields of the same name share one color scale in a picture.
 
     Raises
     ------
@@ -46,23 +48,25 @@ class Panel:
             raise MeshError("a panel needs a mesh, a point cloud or a skeleton to draw")
         if self.field is not None:
             field = np.array(self.field, dtype=np.float64)
-            wanted = (len(self.mesh.vertices),) if isinstance(self.mesh, Mesh) else ()
-            if field.shape != wanted:
-                raise MeshError(f"the field must be one number for each vertex of a mesh, {wanted}, not {field.shape}")
+            expected = (len(self.mesh.vertices),) if isinstance(self.mesh, Mesh) else ()
+            if field.shape != expected:
+                raise MeshError(
+                    f"the field must be one number for each vertex of a mesh, shape {expected}, not {field.shape}"
+                )
             field[~np.isfinite(field)] = np.nan
             field.setflags(write=False)
             object.__setattr__(self, "field", field)
 
     @property
-    def shape(self) -> Shape:
-        """What the direction of view is taken from: the mesh if there is one."""
-        shape = self.mesh if self.mesh is not None else self.skeleton
-        assert shape is not None  # see __post_init__
-        return shape
+    def subject(self) -> Drawable:
+        """The object that determines the direction of view: the mesh if there is one, else the skeleton."""
+        subject = self.mesh if self.mesh is not None else self.skeleton
+        assert subject is not None  # see __post_init__
+        return subject
 
     @property
     def points(self) -> NDArray[np.float64]:
-        """(n, 3) points that must fit into the drawing."""
+        """(n, 3) points that must fit into the drawing: skeleton nodes, vertices of faces, points of a cloud."""
         points = [self.skeleton.nodes] if self.skeleton is not None else []
         if isinstance(self.mesh, Mesh):
             points.append(

@@ -1,7 +1,7 @@
-"""Pictures of meshes, point clouds and skeletons as PNG, by matplotlib without a display and without OpenGL.
+"""Pictures of meshes, point clouds and skeletons as PNG, by matplotlib; no display and no OpenGL is needed.
 
-All panels of a picture share one direction of view, one scale and one range of radii, so that they can be compared.
-The same panels give the same bytes.
+All panels of a picture share one direction of view, one scale and one color scale of radii, so that they can be
+compared. The same panels give the same bytes.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ __all__ = ["draw", "picture", "render"]
 import io
 import os
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -36,12 +37,13 @@ def render(
     Parameters
     ----------
     panels : sequence of Panel
-        From left to right, then down.
+        Row by row, from left to right.
     path : path-like
+        PNG file to write.
     size : pair of int, optional
-        Width and height in pixels; by default as the shape needs.
+        Width and height in pixels; by default they follow the shape.
     force : bool
-        Whether a file that exists may be replaced.
+        Whether an existing file may be replaced.
 
     Raises
     ------
@@ -64,12 +66,28 @@ def picture(
     size: tuple[int, int] | None = None,
     force: bool = False,
 ) -> None:
-    """Write a picture of a mesh and its skeleton, or of one of them (the other None), as :func:`render` does."""
+    """Write a picture of a mesh and its skeleton, or of one of them (the other None), as PNG.
+
+    Parameters
+    ----------
+    mesh : Mesh or PointCloud or None
+    skeleton : Skeleton or None
+        In the coordinates of the mesh.
+    path, size, force
+        As in :func:`render`.
+    title : str
+        Text above the drawing.
+    """
     render([Panel(mesh, skeleton, title)], path, size=size, force=force)
 
 
 def draw(panels: Sequence[Panel], *, size: tuple[int, int] | None = None) -> bytes:
-    """The content of the PNG file that :func:`render` writes.
+    """Draw the picture that :func:`render` writes, and return the bytes of its PNG file.
+
+    Parameters
+    ----------
+    panels, size
+        As in :func:`render`.
 
     Examples
     --------
@@ -86,20 +104,20 @@ def draw(panels: Sequence[Panel], *, size: tuple[int, int] | None = None) -> byt
         raise MissingDependency("matplotlib", "view", "drawing pictures") from None
     if not panels:
         raise MeshError("a picture needs at least one panel")
-    from lbskel.visualization.drawing import draw_panel, lines_of_text
+    from lbskel.visualization.drawing import draw_panel, text_lines
 
-    view = principal_view(next((panel for panel in panels if panel.mesh is not None), panels[0]).shape)
+    view = principal_view(next((panel for panel in panels if panel.mesh is not None), panels[0]).subject)
     corners = np.concatenate([view.project(panel.points)[:, :2] for panel in panels])
     low, high = (corners.min(axis=0), corners.max(axis=0)) if len(corners) else np.zeros((2, 2))
-    layout = arrange(high - low, [lines_of_text(panel) for panel in panels], size)
+    layout = arrange(high - low, [text_lines(panel) for panel in panels], size)
     radii = radius_scale(panel.skeleton.radii for panel in panels if panel.skeleton is not None)
     fields = field_scales([(panel.field_name, panel.field) for panel in panels if panel.field is not None])
-    figure = Figure(
-        figsize=(layout.width / 72, layout.height / 72), dpi=72, facecolor="white"
-    )  # so that a point is a pixel
-    canvas = FigureCanvasAgg(figure)
+    # at 72 dots per inch, a point is a pixel
+    figure = Figure(figsize=(layout.width / 72, layout.height / 72), dpi=72, facecolor="white")
+    canvas: Any = FigureCanvasAgg(figure)
     for number, panel in enumerate(panels):
         draw_panel(figure, layout, number, panel, view, layout.frame(low, high), radii, fields.get(panel.field_name))
     content = io.BytesIO()
-    canvas.print_png(content, metadata={"Software": None}, pil_kwargs={"compress_level": 4})  # half the time of 6
+    # compression level 4 takes half the time of the default, 6
+    canvas.print_png(content, metadata={"Software": None}, pil_kwargs={"compress_level": 4})
     return content.getvalue()
