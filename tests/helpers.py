@@ -1,8 +1,10 @@
 """Functions that several test files use."""
 
+import io
 import itertools
 
 import numpy as np
+from scipy.ndimage import label
 
 from lbskel import Mesh, Skeleton
 from lbskel.geometry.surface_queries import Proxy, Surface
@@ -144,3 +146,40 @@ def reversed_proxy(mesh):
     order = np.arange(len(mesh.vertices))[::-1]
     proxy = Mesh(mesh.vertices[order], len(mesh.vertices) - 1 - mesh.faces)
     return Surface(mesh, Proxy(proxy, VertexMap(order), order, 0.0))
+
+
+def box_mesh(sides, center=(0, 0, 0)):
+    """A closed box of those side lengths around a center."""
+    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    return Mesh(corners * sides + center, [triangle for a, b, c, d in quads for triangle in ((a, b, c), (a, c, d))])
+
+
+def flat_tube(n=24, length=4.0, radius=0.5):
+    """A closed tube along x whose section is an ellipse, half as thick in z as in y."""
+    around = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    ring = np.stack([np.zeros(n), radius * np.cos(around), 0.5 * radius * np.sin(around)], axis=1)
+    V = np.concatenate([ring + np.array([x, 0, 0]) for x in np.linspace(0, length, n)] + [[[0, 0, 0], [length, 0, 0]]])
+    i, j = (grid.ravel() for grid in np.meshgrid(np.arange(n - 1), np.arange(n), indexing="ij"))
+    a, b = i * n + j, i * n + (j + 1) % n
+    j, k = np.arange(n), (np.arange(n) + 1) % n
+    caps = [np.stack([np.full(n, n * n), k, j], 1), np.stack([np.full(n, n * n + 1), n * n - n + j, n * n - n + k], 1)]
+    return Mesh(V, np.concatenate([np.stack([a, b, a + n], 1), np.stack([b, b + n, a + n], 1), *caps]))
+
+
+def planar_fork():
+    """A skeleton with one junction and three tips, in the plane z = 0 inside of flat_tube()."""
+    nodes = [[0.3, 0, 0], [2, 0, 0], [3.6, 0.3, 0], [3.6, -0.3, 0]]
+    return Skeleton(nodes, [[0, 1], [1, 2], [1, 3]], [0.2, 0.5, 0.3, 0.3])
+
+
+def png_pixels(png):
+    """(height, width, 3) integers in [0, 255] of the bytes of a PNG file."""
+    from matplotlib.image import imread  # here, since most tests that use this file draw nothing
+
+    return (imread(io.BytesIO(png), format="png")[:, :, :3] * 255).round().astype(int)
+
+
+def count_spots(image, color):
+    """The number of connected regions of exactly that color."""
+    return label((image == color).all(axis=2))[1]

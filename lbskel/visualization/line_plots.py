@@ -10,8 +10,7 @@ from typing import Any
 
 from lbskel.errors import MissingDependency
 
-# Range of the values shown, in the plotted quantity's units; others are drawn at its limits. A choice for ratios to the
-# first step: 1e-6 is where a contraction stops.
+# Range of the values shown, ratios to the values at the start; others are drawn at its limits. A choice of style.
 MAX_SHOWN, MIN_SHOWN = 1e3, 1e-6
 
 
