@@ -7,6 +7,7 @@ import pytest
 from helpers import box_mesh
 
 from lbskel import Mesh, PointCloud, Skeleton
+from lbskel.shapes import flat_grid
 from lbskel.visualization import camera
 
 
@@ -95,3 +96,20 @@ def test_long_edges_of_a_skeleton_count_more_than_many_nodes():
 def test_an_empty_skeleton_is_seen_along_z():
     view = camera.principal_view(Skeleton(np.empty((0, 3)), np.empty((0, 2)), []))
     np.testing.assert_array_equal(view.axes, np.eye(3))
+
+
+def test_a_small_fine_part_does_not_outweigh_a_large_coarse_one():
+    """A plate of two triangles in the plane z = 0, and across it a unit square of 722 triangles in the plane x = 0."""
+    square = flat_grid(20, 20)
+    plate = np.array([[-2, -2, 0], [2, -2, 0], [2, 2, 0], [-2, 2, 0]])
+    V = np.concatenate([plate, square.vertices[:, [2, 0, 1]] - [0, 0.5, 0.5]])
+    view = camera.principal_view(Mesh(V, np.concatenate([[[0, 1, 2], [0, 2, 3]], square.faces + 4])))
+    np.testing.assert_allclose(view.axes[2], [0, 0, 1], atol=1e-9)
+
+
+def test_the_moment_of_an_edge_is_that_of_its_line():
+    """A bar of length 2 along x has the moment 2^3 / 12, less than that of 8 units of length at z = 0.35 and -0.35."""
+    d = np.sqrt(1 / 8)
+    nodes = [[-1, 0, 0], [1, 0, 0], [0, -2, d], [0, 2, d], [0, -2, -d], [0, 2, -d]]
+    view = camera.principal_view(Skeleton(nodes, [[0, 1], [2, 3], [4, 5]], np.ones(6)))
+    np.testing.assert_allclose(view.axes[2], [1, 0, 0], atol=1e-9)

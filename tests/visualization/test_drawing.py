@@ -161,3 +161,13 @@ def test_a_nearer_edge_is_drawn_over_a_farther_one_with_a_halo():
         center = png_pixels(content.getvalue())[150, 200]
         expected = np.round(scale.colors([1.0, 2.0])[front // 2] * 255)
         np.testing.assert_allclose(center, expected, atol=40)  # antialiased; the two colors differ by over 150
+
+
+def test_an_edge_has_the_color_of_the_mean_radius_of_its_ends():
+    scale = radius_scale([np.array([1.0, 3.0])])
+    image = png_pixels(draw([Panel(skeleton=Skeleton([[0, 0, 0], [3, 0, 0]], [[0, 1]], [1, 3]))], size=(400, 300)))[
+        :240
+    ]
+    for radius, is_drawn in ((1.0, False), (2.0, True), (3.0, False)):
+        color = np.round(scale.colors([radius])[0] * 255)
+        assert ((np.abs(image - color).max(axis=2) <= 1).sum() > 50) == is_drawn

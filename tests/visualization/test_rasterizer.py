@@ -99,3 +99,9 @@ def test_balls_hide_each_other_by_the_depth_of_their_surfaces():
     np.testing.assert_allclose([depth[20, 14], depth[20, 26]], [np.sqrt(64 - 36), 9], rtol=1e-6)
     lens = 2 * 64 * np.arccos(6 / 16) - 6 / 2 * np.sqrt(256 - 36)  # overlap of two discs of radius 8 at distance 6
     assert (item >= 0).sum() == pytest.approx(2 * np.pi * 64 - lens, rel=0.05)
+
+
+def test_balls_outside_the_image_are_dropped():
+    outside = np.array([[-3.5, 10, 0], [23.5, 10, 0], [10, -3.5, 0], [10, 23.5, 0]])
+    item, _ = rasterizer.rasterize_balls(outside, 2, 20, 20)
+    assert (item == -1).all()
