@@ -205,7 +205,7 @@ def _common_place(skeleton: Skeleton, lines: _Lines, index: int, surface: Surfac
 def _largest_sine(lines: _Lines, place: NDArray[np.float64], surface: Surface) -> float:
     """Measure the largest sine of an angle between a line and the direction to a place, if all lines point there.
 
-    Infinite where a line starts well beyond the place, passes it too far, or leaves the surface on the way; and for
+    Infinite where a line starts well beyond the place, passes it too far, or leaves the surface before it; and for
     fewer than three lines, since two lines nearly meet somewhere in any case.
     """
     to_place = place - lines.means

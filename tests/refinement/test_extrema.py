@@ -12,9 +12,9 @@ def test_the_vertices_of_a_limb_lie_about_its_end(tripod):
     found = find_extrema(tripod)
     assert len(found.vertices) == 3
     assert found.limb_of_vertex[found.vertices].tolist() == [0, 1, 2]
-    apart = np.linalg.norm(tripod.vertices[:, None] - tripod.vertices[found.vertices], axis=2)
-    is_outer = apart.min(axis=1) < found.lengths.min() / 2
-    assert (apart.argmin(axis=1) == found.limb_of_vertex)[is_outer].all()
+    distances = np.linalg.norm(tripod.vertices[:, None] - tripod.vertices[found.vertices], axis=2)
+    is_outer = distances.min(axis=1) < found.lengths.min() / 2
+    assert (distances.argmin(axis=1) == found.limb_of_vertex)[is_outer].all()
     assert 0.5 < (found.limb_of_vertex >= 0).mean() < 1
 
 
@@ -38,11 +38,11 @@ def test_the_ends_lie_where_the_true_tips_are():
         shape = make(name, n_vertices=1500, noise=0.25)
         found = find_extrema(shape.mesh)
         tips = shape.truth.nodes[shape.truth.tips]
-        apart = np.linalg.norm(shape.mesh.vertices[found.vertices][:, None] - tips, axis=2)
+        distances = np.linalg.norm(shape.mesh.vertices[found.vertices][:, None] - tips, axis=2)
         radii = shape.truth.radii[shape.truth.tips]
-        assert sorted(apart.argmin(axis=1)) == list(range(len(tips)))
+        assert sorted(distances.argmin(axis=1)) == list(range(len(tips)))
         # an end is a radius from the center of the last ball; half a radius more for noise and the cells' size
-        assert (apart.min(axis=1) < 1.5 * radii[apart.argmin(axis=1)]).all()
+        assert (distances.min(axis=1) < 1.5 * radii[distances.argmin(axis=1)]).all()
 
 
 def test_lengths_and_radii_are_those_of_round_limbs():

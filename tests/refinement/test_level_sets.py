@@ -1,4 +1,4 @@
-"""Geodesic caps: limbs told from flat patches, and the centroids of their level sets."""
+"""Geodesic caps: limbs and flat patches, and the centroids of their level sets."""
 
 import numpy as np
 import pytest

@@ -67,7 +67,7 @@ def test_a_pruned_branch_does_not_grow_again(whole, tripod):
 
 
 def test_a_branch_that_ends_in_another_limb_is_replaced_in_its_own(whole, tripod):
-    """The branch of the first leg is laid beside the one of the second, and ends halfway down."""
+    """The branch of the first leg runs parallel to that of the second, and ends halfway down."""
     first, second, _ = whole.end_branches
     nodes = np.array(whole.nodes)
     share = np.linspace(0, 0.5, len(first))

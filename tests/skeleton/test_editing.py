@@ -56,13 +56,13 @@ def test_paths_are_appended_in_order_and_an_empty_one_adds_nothing():
 def test_a_replaced_path_keeps_its_ends_and_gives_its_vertices_to_the_first():
     path = line(6, node_of_vertex=[0, 1, 2, 3, 4, 5], anchors=[5])
     detour = np.array([[1.5, 1, 0], [2.5, 1, 0], [3.5, 1, 0]])
-    led = replace_paths(path, [np.array([1, 2, 3, 4])], [detour], np.array([9.0, 8, 7]))
-    assert led.nodes[:4, 0].tolist() == [0, 1, 4, 5]
-    assert np.array_equal(led.nodes[4:], detour)
-    assert led.edges.tolist() == [[0, 1], [1, 4], [2, 3], [2, 6], [4, 5], [5, 6]]
-    assert led.radii.tolist() == [1, 2, 5, 6, 9, 8, 7]
-    assert led.node_of_vertex.tolist() == [0, 1, 1, 1, 2, 3]
-    assert led.anchors.tolist() == [3]
+    replaced = replace_paths(path, [np.array([1, 2, 3, 4])], [detour], np.array([9.0, 8, 7]))
+    assert replaced.nodes[:4, 0].tolist() == [0, 1, 4, 5]
+    assert np.array_equal(replaced.nodes[4:], detour)
+    assert replaced.edges.tolist() == [[0, 1], [1, 4], [2, 3], [2, 6], [4, 5], [5, 6]]
+    assert replaced.radii.tolist() == [1, 2, 5, 6, 9, 8, 7]
+    assert replaced.node_of_vertex.tolist() == [0, 1, 1, 1, 2, 3]
+    assert replaced.anchors.tolist() == [3]
 
 
 def test_a_path_is_replaced_by_an_edge_and_a_loop_by_another_loop():

@@ -90,7 +90,7 @@ def test_the_reach_of_a_branch_is_measured_from_its_first_node_to_the_vertices_o
 
 
 def test_the_shortest_branch_goes_first_and_its_junction_may_be_none_after_it():
-    """Both side branches are below the ratio, but when the shorter is gone, the other is part of a longer path."""
+    """Both side branches are below the ratio, but without the shorter one the other is part of a longer path."""
     skeleton, mesh = star_skeleton([3, 0.5, 0.75])
     pruned = prune(skeleton, mesh, min_branch_ratio=1.5)
     assert (len(pruned.tips), len(pruned.junctions)) == (2, 0)

@@ -101,3 +101,15 @@ def test_resampling_keeps_anchors_and_makes_as_many_nodes_as_asked():
         resample(loop, n_nodes=2)
     with pytest.raises(UnknownChoice, match="either spacing or n_nodes"):
         resample(loop)
+
+
+@pytest.mark.parametrize(("radius", "n_edges"), [(0.5, 16), (1.0, 8), (2.0, 4)])
+def test_the_spacing_is_in_median_radii_of_the_branch(radius, n_edges):
+    line = Skeleton(np.linspace([0, 0, 0], [4, 0, 0], 9), [*itertools.pairwise(range(9))], [*[radius] * 8, 99])
+    assert len(resample(line, spacing=0.5).edges) == n_edges
+
+
+def test_no_edge_is_divided_into_more_than_four_pieces():
+    """Where a flat part has a radius near zero."""
+    line = Skeleton([[0, 0, 0], [4, 0, 0], [8, 0, 0]], [[0, 1], [1, 2]], np.full(3, 1e-9))
+    assert len(resample(line, spacing=0.5).edges) == 8
