@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from lbskel import Mesh
 from lbskel.operators import (
     laplacian,
 )
@@ -30,3 +31,11 @@ def test_anisotropic_diffusion_is_damped_along_the_bend_and_nowhere_else():
     assert abs(along - 1) < 0.01  # normals at the open rims lean by the half of an edge
     assert abs(around - 1 / (1 + strength * radius)) < 0.01
     assert abs(anisotropic(side, strength=0.0).stiffness - plain).max() < 1e-13
+
+
+def test_concave_surfaces_are_damped_as_convex_ones():
+    side = cylinder(1.0, 2.0, 24, 11)
+    inside_out = Mesh(side.vertices, side.faces[:, ::-1])
+    assert np.abs(shape_operators(side)).max() > 0.5
+    convex, concave = (anisotropic(mesh, strength=3.0).stiffness for mesh in (side, inside_out))
+    assert abs(convex - concave).max() < 1e-12 * abs(convex).max()
