@@ -1,4 +1,4 @@
-"""From the mesh that a user has to one that the algorithms can take; the only place that may import pymeshlab."""
+"""Preprocessing of meshes: check, repair, simplify and remesh; the only package that imports pymeshlab."""
 
 __all__ = [
     "MAX_FACES",

@@ -53,7 +53,7 @@ def merge_close(mesh: Mesh, *, tolerance: float = 1e-6) -> PreprocessResult:
 
 
 def _group_within(points: NDArray[np.float64], distance: float) -> NDArray[np.int64]:
-    """(k,) group of each point; points within the distance of each other share one, also by way of other points."""
+    """(k,) group of each point; points connected by a chain of steps within the distance share one."""
     tree = cKDTree(points)
     if tree.count_neighbors(tree, distance) > (1 + 2 * MAX_PAIRS_PER_POSITION) * len(points):
         raise UnknownChoice("the tolerance would merge most of the mesh; make it smaller")

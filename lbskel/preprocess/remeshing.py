@@ -29,8 +29,8 @@ MAX_FACES = 2_000_000  # faces that remeshing may be asked for; a guess that bou
 
 MAX_ITERATIONS = 1000  # of smoothing; a guess that bounds the time
 
-# Taubin's lambda and mu: a step that smooths and one that restores low frequencies; 1/lambda + 1/mu is a pass band
-# of 0.1.
+# Taubin's lambda and mu: a step that smooths and one that restores low frequencies. The pass band 1/lambda + 1/mu is
+# about 0.1.
 TAUBIN_FACTORS = 0.5, -0.53
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from helpers import with_reversed_faces, without_faces
 
+from lbskel import Mesh
 from lbskel.preprocess.holes import boundary_loops, close_holes
 from lbskel.preprocess.result import hausdorff_distance
 from lbskel.shapes import cylinder, flat_grid, sphere
@@ -67,3 +68,10 @@ def test_the_limit_is_the_perimeter_relative_to_the_diagonal():
     perimeter = 24 * 2 * 0.3 * np.sin(np.pi / 24)
     assert close_holes(pipe, max_perimeter=0.99 * perimeter / pipe.diagonal).mesh is pipe
     assert close_holes(pipe, max_perimeter=1.01 * perimeter / pipe.diagonal).mesh.genus == 0
+
+
+def test_a_folded_sheet_of_two_triangles_stays_open():
+    """Two triangles across the gap would have a fifth of the area, but as many faces as the sheet itself."""
+    sheet = Mesh([[0, 0, 0], [1, 0, 0], [0.5, 1, 0.05], [0.5, 1, -0.05]], [[0, 1, 2], [1, 0, 3]])
+    assert [len(loop) for loop in boundary_loops(sheet)] == [4]
+    assert close_holes(sheet, max_perimeter=9.0).mesh is sheet
