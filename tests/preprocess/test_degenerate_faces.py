@@ -9,7 +9,7 @@ from lbskel import Mesh
 from lbskel.preprocess.degenerate_faces import corner_angles, remove_degenerate
 from lbskel.preprocess.holes import boundary_loops
 from lbskel.preprocess.result import hausdorff_distance
-from lbskel.shapes import cylinder, sphere, torus
+from lbskel.shapes import cylinder, flat_grid, sphere, torus
 
 
 def with_needles(mesh, count, rng):
@@ -89,3 +89,18 @@ def test_faces_that_name_a_vertex_twice_do_no_harm(seed):
     result = remove_degenerate(Mesh(V, [*F, *F[:3, [0, 1, 1]]]), angle=10.0)
     assert np.isfinite(result.mesh.vertices).all()
     assert len(result.vertex_map.indices) == len(V)
+
+
+def test_a_needle_at_a_boundary_is_collapsed_to_its_boundary_vertex():
+    grid = flat_grid(6, 6)
+    is_boundary = np.isin(np.arange(len(grid.vertices)), grid.edges[grid.faces_per_edge == 1])
+    n_collapsed = 0
+    for i, j in np.concatenate([grid.edges, grid.edges[:, ::-1]]).tolist():
+        if is_boundary[i] and not is_boundary[j]:
+            V = np.array(grid.vertices)
+            V[j] = V[i] + 1e-9 * (V[j] - V[i])
+            result = remove_degenerate(grid.with_vertices(V))
+            n_collapsed += len(result.mesh.vertices) < len(V)
+            targets = result.vertex_map.indices[is_boundary]
+            assert np.array_equal(result.mesh.vertices[targets], V[is_boundary])
+    assert n_collapsed > 10
