@@ -1,4 +1,4 @@
-"""Pictures and interactive pages of meshes, point clouds and skeletons; finished values in, files out."""
+"""Pictures (PNG) and interactive pages (HTML) of meshes, point clouds and skeletons."""
 
 from lbskel.visualization.html import page
 from lbskel.visualization.panel import Panel

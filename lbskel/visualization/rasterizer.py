@@ -21,10 +21,10 @@ Visible: TypeAlias = tuple[NDArray[np.int64], NDArray[np.float32]]
 # Item indices, columns, rows and depths, (p,) each.
 Fragments: TypeAlias = tuple[NDArray[Any], NDArray[Any], NDArray[Any], NDArray[np.float64]]
 
-MAX_ROWS_PER_CHUNK = (
-    50_000  # pixel rows of triangles processed at once; bounds the memory and keeps it in cache; a guess
-)
-DEPTH_LEVELS = 2**30  # number of depths told apart; with the item index they must fit into 63 bits
+# Pixel rows of triangles processed at once; bounds the memory and keeps it in the processor's cache. A guess.
+MAX_ROWS_PER_CHUNK = 50_000
+# Number of distinct depths: 30 bits, which with the 32 bits of the item index fit into a signed 64-bit integer.
+DEPTH_LEVELS = 2**30
 
 
 def rasterize_triangles(triangles: NDArray[np.float64], width: int, height: int) -> Visible:

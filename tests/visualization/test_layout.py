@@ -39,7 +39,7 @@ def test_panels_are_numbered_row_by_row_and_do_not_overlap():
     layout = Layout(600, 500, 3, 10.0, (20, 30), (40, 50))
     assert layout.drawing == (200, (500 - 20 - 30 - 40 - 50) // 2)
     assert [layout.corner(i) for i in range(3)] == [(0, 300), (200, 300), (400, 300)]  # 500 - title 20 - height 180
-    assert layout.corner(3) == (0, 50)  # the last row stands on its text of 50 pixels
+    assert layout.corner(3) == (0, 50)  # above its text of 50 pixels
 
 
 def test_default_sizes_follow_the_shape():
@@ -75,4 +75,4 @@ def test_a_picture_too_small_for_its_panels_is_refused():
     with pytest.raises(FormatError, match="4 panels do not fit into 30 x 30 pixels"):
         arrange(np.ones(2), [(0, 0)] * 4, (30, 30))
     with pytest.raises(FormatError, match="1 panels do not fit into 200 x 40 pixels"):
-        arrange(np.ones(2), [(2, 3)], (200, 40))  # no height is left beside the text
+        arrange(np.ones(2), [(2, 3)], (200, 40))  # the text leaves no height for the drawing
