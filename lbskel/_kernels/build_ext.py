@@ -19,14 +19,9 @@ from setuptools.command.build_ext import build_ext
 from setuptools.command.egg_info import egg_info
 
 # how the kernels are compiled: no checks of indices, and C's division
-DIRECTIVES = {
-    "language_level": 3,
-    "boundscheck": False,
-    "wraparound": False,
-    "initializedcheck": False,
-    "cdivision": True,
-}
-CHECKS = "LBSKEL_KERNEL_CHECKS"  # environment variable: directives to switch on, separated by spaces
+INDEX_CHECKS = ("boundscheck", "wraparound", "initializedcheck")
+DIRECTIVES = {"language_level": 3, "cdivision": True, **dict.fromkeys(INDEX_CHECKS, False)}
+CHECKS = "LBSKEL_KERNEL_CHECKS"  # environment variable: index checks to switch on, separated by spaces
 
 TEMPORARY = tempfile.mkdtemp(prefix="lbskel-build-")
 atexit.register(shutil.rmtree, TEMPORARY, ignore_errors=True)
@@ -57,8 +52,8 @@ class BuildKernels(build_ext):
         """Set the directives, and the folder of C files."""
         super().finalize_options()
         checks = dict.fromkeys(os.environ.get(CHECKS, "").split(), True)
-        if unknown := checks.keys() - DIRECTIVES.keys():
-            raise ValueError(f"{CHECKS}: unknown {', '.join(sorted(unknown))}; known: {', '.join(DIRECTIVES)}")
+        if unknown := checks.keys() - set(INDEX_CHECKS):
+            raise ValueError(f"{CHECKS}: unknown {', '.join(sorted(unknown))}; known: {', '.join(INDEX_CHECKS)}")
         self.cython_directives = DIRECTIVES | checks
         self.cython_c_in_temp = True
 
@@ -66,7 +61,8 @@ class BuildKernels(build_ext):
         """Compile with the same rounding on all platforms: no fused multiply-add."""
         for extension in self.extensions:
             if self.compiler.compiler_type != "msvc":  # which optimizes and rounds like this by default
-                extension.extra_compile_args = ["-O3", "-ffp-contract=off"]
+                is_checked = any(self.cython_directives[name] for name in INDEX_CHECKS)
+                extension.extra_compile_args = ["-O1" if is_checked else "-O3", "-ffp-contract=off"]
         super().build_extensions()
 
     def run(self) -> None:

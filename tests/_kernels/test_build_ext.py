@@ -45,7 +45,7 @@ def test_kernels_are_compiled_without_checks_of_indices(build_ext, monkeypatch):
     command.ensure_finalized()
     assert command.cython_c_in_temp
     assert command.cython_directives == build_ext.DIRECTIVES
-    assert not {"boundscheck", "wraparound", "initializedcheck"} & {k for k, v in build_ext.DIRECTIVES.items() if v}
+    assert not any(build_ext.DIRECTIVES[name] for name in ("boundscheck", "wraparound", "initializedcheck"))
 
 
 def test_checks_are_switched_on_by_name(build_ext, monkeypatch):
@@ -54,7 +54,7 @@ def test_checks_are_switched_on_by_name(build_ext, monkeypatch):
     command.ensure_finalized()
     assert command.cython_directives == {**build_ext.DIRECTIVES, "boundscheck": True, "wraparound": True}
     monkeypatch.setenv(build_ext.CHECKS, "boundcheck")
-    with pytest.raises(ValueError, match="unknown boundcheck; known: language_level, boundscheck"):
+    with pytest.raises(ValueError, match="unknown boundcheck; known: boundscheck, wraparound"):
         build_ext.BuildKernels(Distribution({"name": "a"})).ensure_finalized()
 
 
