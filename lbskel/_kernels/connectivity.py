@@ -49,7 +49,7 @@ def count_umbrellas(
     edge_of_side: cython.const[cython.longlong][::1],
     n_edges: cython.Py_ssize_t,
 ) -> int:
-    """Number of umbrellas, or -1 where the two faces at some edge are not oriented alike.
+    """Count umbrellas, or return -1 where the two faces at some edge are not oriented alike.
 
     An umbrella is a cycle of faces around one vertex, each adjacent to the next: a manifold vertex has one, a vertex
     at which surfaces are pinched together has more.

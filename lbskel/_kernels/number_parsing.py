@@ -27,7 +27,7 @@ def _is_space(character: cython.uchar) -> cython.bint:
 @cython.cfunc
 @cython.exceptval(check=False)
 def _quotient(integer: cython.longlong, power: cython.double) -> cython.double:
-    """The double nearest to an integer of up to 18 digits over a power of ten; NaN where rounding is not decided.
+    """Divide an integer of up to 18 digits by a power of ten, to the nearest double; NaN where that is not decided.
 
     The quotient of doubles, corrected by its exact remainder: Dekker 1971, "A floating-point technique for extending
     the available precision", https://doi.org/10.1007/BF01397083.
