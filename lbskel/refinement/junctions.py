@@ -86,9 +86,7 @@ def _nearest_point(lines: _Lines, anchor: NDArray[np.float64], radius: float) ->
     projections /= np.maximum(distances, radius)[:, None, None] ** 2
     A = projections.sum(axis=0)
     b = np.einsum("lij,lj->i", projections, lines.means - anchor)
-    regularization = (
-        REGULARIZATION * np.trace(A)
-    ) ** 2  # added to A @ A, so that well-determined directions hardly move
+    regularization = (REGULARIZATION * np.trace(A)) ** 2  # added to A @ A: well-determined directions hardly move
     return np.asarray(anchor + np.linalg.solve(A @ A + regularization * np.eye(3), A @ b))
 
 
