@@ -56,13 +56,13 @@ def test_a_section_whose_centroid_is_far_from_its_node_is_rejected():
 
 def test_sections_across_a_bare_loop_are_known_everywhere():
     mesh = torus(1.0, 0.3, 64, 24)
-    angle = np.linspace(0, 2 * np.pi, 16, endpoint=False)
+    angle = np.linspace(0, 2 * np.pi, 6, endpoint=False)
     loop = loop_in(mesh, np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1))
     centers = find_section_centers(loop, Surface(mesh))
     assert centers.is_known.all()
     # the tangent at a node is that of the circle, so the section is exactly radial
     assert np.abs(centers.positions @ [0, 0, 1]).max() < 1e-9
-    assert np.abs(np.cross(centers.positions, loop.nodes)).max() < 1e-3
+    assert np.abs(np.cross(centers.positions, loop.nodes)).max() < 1e-9
 
 
 def test_a_section_of_another_branch_is_not_a_branchs_own():

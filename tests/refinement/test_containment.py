@@ -103,3 +103,10 @@ def test_a_path_below_the_surface_is_no_deeper_than_its_ends():
     assert surface.contains(path).all()
     assert surface.distance(path)[3:-3].min() > 0.1
     assert surface.distance(path).max() < 0.3
+
+
+def test_a_segment_is_outside_where_only_its_end_is():
+    """By less than the distance between samples."""
+    surface = Surface(capsule(4.0, 0.5, 48))
+    nodes = np.array([[0, 0, 0], [0, 0, 2.49], [0, 0, 2.51]])
+    assert segments_outside(nodes, np.array([[0, 1], [0, 2], [2, 0]]), surface).tolist() == [False, True, True]

@@ -14,6 +14,7 @@ from lbskel.refinement.centerlines import SectionCenters, find_section_centers
 from lbskel.refinement.junctions import merge_junctions_by_axes, place_junctions
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.shapes import chain_of_tori, make, sphere
+from lbskel.skeleton.editing import contract_nodes
 
 
 def test_a_junction_of_skeletonize_is_where_the_true_axes_meet():
@@ -156,3 +157,24 @@ def test_junctions_farther_apart_than_three_radii_are_not_merged(star):
     centers = find_section_centers(near, Surface(star))
     assert len(merge_junctions_by_axes(thin, centers, Surface(star)).junctions) == 2
     assert len(merge_junctions_by_axes(thick, centers, Surface(star)).junctions) == 1
+
+
+def test_two_junctions_on_a_small_cycle_are_not_merged(star):
+    """All their branches point to one place, but a second path between the two would be lost."""
+    tree = graph_of_star(star, np.array([0.07, 0.07, 0.02]), np.array([-0.07, -0.07, 0.02]))
+    [between] = [branch for branch in tree.branches if (tree.degrees[branch[[0, -1]]] >= 3).all()]
+    target = np.arange(len(tree.nodes))
+    target[between[:-1]] = between[0]
+    tree = contract_nodes(tree, target)  # one edge between the two
+    new = len(tree.nodes)
+    cycle = replace(
+        tree,
+        nodes=np.concatenate([tree.nodes, [[0, 0, 0.08]]]),
+        edges=np.concatenate([tree.edges, [[junction, new] for junction in tree.junctions]]),
+        radii=np.append(tree.radii, tree.radii.max()),
+    )
+    centers = find_section_centers(tree, Surface(star))
+    assert len(merge_junctions_by_axes(tree, centers, Surface(star)).junctions) == 1
+    longer = SectionCenters(np.append(centers.is_known, False), np.append(centers.positions, cycle.nodes[-1:], axis=0))
+    merged = merge_junctions_by_axes(cycle, longer, Surface(star))
+    assert (len(merged.junctions), merged.cycle_rank) == (2, 1)
