@@ -66,7 +66,10 @@ def _starts_another(written):
 @pytest.mark.skipif(not Path("/proc").exists(), reason="processes are looked up in /proc")
 def test_what_a_child_has_started_ends_with_it(tmp_path):
     written = tmp_path / "number"
-    assert run_in_subprocess(_starts_another, written, timeout=8.0)["error"] == "over 8 s"
+    for seconds in (4, 8, 16, 32, 64):  # on a busy machine it takes long to start
+        assert run_in_subprocess(_starts_another, written, timeout=float(seconds))["error"] == f"over {seconds} s"
+        if written.exists() and written.read_text():
+            break
     status = Path(f"/proc/{written.read_text()}/stat")
     until = time.monotonic() + 60
     while status.exists() and status.read_text().rsplit(")", 1)[1].split()[0] != "Z":  # ended, whoever asks how
