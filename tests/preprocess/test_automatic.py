@@ -79,3 +79,11 @@ def test_vertices_and_faces_are_taken():
     alone = preprocess_mesh((TORUS.vertices, TORUS.faces[7:]), "close_holes")
     assert alone.report["pipeline"] == "close_holes"
     assert np.array_equal(alone.mesh.faces, result.mesh.faces)
+
+
+def test_a_surface_inside_out_is_reoriented():
+    reversed_torus = Mesh(TORUS.vertices, TORUS.faces[:, ::-1])
+    result = preprocess_mesh(reversed_torus)
+    assert result.mesh.volume == pytest.approx(TORUS.volume)
+    assert result.notes == ("1920 faces were reversed",)
+    assert result.vertex_map.is_identity

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from lbskel import Mesh
+from lbskel.geometry.surface_queries import Surface
 from lbskel.preprocess.proxy import face_budget, simplify_to_proxy, surface_with_proxy
 from lbskel.shapes import torus
 
@@ -47,3 +48,13 @@ def test_a_small_mesh_is_its_own_proxy():
     mesh = torus(1.0, 0.35, 40, 20)
     assert simplify_to_proxy(mesh).mesh is mesh
     assert surface_with_proxy(mesh, simplify_to_proxy(mesh)).simplified is None
+
+
+def test_the_deviation_of_the_proxy_bounds_the_distance_of_the_surfaces():
+    mesh = torus(1.0, 0.35, 300, 60)
+    proxy = simplify_to_proxy(mesh)
+    surface = surface_with_proxy(mesh, proxy)
+    assert surface.simplified is not None
+    apart = Surface(mesh).distance(proxy.mesh.vertices[proxy.mesh.faces].mean(axis=1)).max()
+    assert 0 < apart <= surface.simplified.deviation
+    assert (surface.clearance(mesh.vertices) <= 0.0).all()
