@@ -39,6 +39,10 @@ def test_a_removed_branch_grows_again(whole, tripod, number, surface_of):
     assert axis.max() < 0.5 * np.median(whole.radii[branch])  # nodes are half a radius distances
     outer = np.isin(whole.node_of_vertex, branch[len(branch) // 2 :])
     assert np.isin(grown.node_of_vertex[outer], again[1:]).all()
+    for other in whole.end_branches:  # the vertices at the other ends keep their nodes
+        if other[-1] != branch[-1]:
+            at_end = np.isin(whole.node_of_vertex, other[len(other) // 2 :])
+            assert np.array_equal(grown.nodes[grown.node_of_vertex[at_end]], whole.nodes[whole.node_of_vertex[at_end]])
 
 
 def test_branches_grow_on_a_bare_loop_too():

@@ -176,3 +176,13 @@ def test_the_axis_of_a_flat_strip_is_rejected():
     [half] = find_geodesic_caps(mesh, np.where(z > 0.3, 0, -1)).values()
     assert len(clip_to_interior(half, Surface(mesh))) == len(half.axis) > 2
     assert len(clip_to_interior(strip, Surface(mesh))) == 0
+
+
+def test_a_tip_outside_the_surface_near_its_end_is_brought_inside():
+    """So near the end of its limb that its axis is not looked for."""
+    mesh = capsule(4.0, 0.5, 32)
+    path = np.stack([np.zeros(9), np.zeros(9), np.linspace(-1.5, 1.7, 9)], axis=1)
+    path[-1, 0] = 0.6
+    skeleton = extend_tips(path_in(mesh, path), Surface(mesh))
+    assert Surface(mesh).contains(skeleton.nodes).all()
+    assert skeleton.nodes[8, 0] < 0.3
