@@ -117,7 +117,7 @@ class Contraction:
         return f"Contraction({len(self.steps)} steps{left}: {self.status.value})"
 
     def __str__(self) -> str:
-        """The steps as a table, then area and volume left and why the contraction ended."""
+        """Show the steps as a table, then area and volume left and why the contraction ended."""
         lines = ["step  vertices   area    volume  bounding box  smallest angle"]
         for number, step in enumerate(self.steps, 1):
             volume = "-" if np.isnan(step.volume_ratio) else f"{step.volume_ratio:.1e}"

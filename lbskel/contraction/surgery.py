@@ -268,7 +268,7 @@ def _collapse_edges(
 
 
 def _unique_rows(faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The distinct rows in lexicographic order."""
+    """Return the distinct rows in lexicographic order."""
     faces = faces[np.lexsort(faces.T[::-1])]
     is_new = np.ones(len(faces), dtype=bool)
     is_new[1:] = (faces[1:] != faces[:-1]).any(axis=1)
