@@ -139,6 +139,7 @@ def test_knobs(here, folder):
     assert here("skeletonize", "rod.off", "-o", "rod.json", *options)[0] == 0
     skeleton = read_skeleton(folder / "rod.json")
     assert (len(skeleton.nodes), len(skeleton.anchors)) == (9, 1)
+    assert skeleton.node_of_vertex[0] == 0  # the root is the first node
     assert here("skeletonize", "rod.off", "-o", "rod.json", "--force", "--anchor", "99999")[0] == 2
 
 

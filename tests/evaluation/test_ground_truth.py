@@ -1,4 +1,4 @@
-"""Comparison with a truth: zero for the same, right for a known shift, one-sided where one is longer."""
+"""Distances to a known skeleton: zero for the same, in local radii for a shift, one-sided where one is longer."""
 
 import numpy as np
 import pytest
@@ -13,25 +13,40 @@ def line(z0, z1, x=0.0, radius=0.5):
 
 def test_the_same_skeleton_is_at_no_distance():
     # samples are a twenty-thousandth of the length apart, so the nearest is within half of that
-    comparison = ground_truth_distances(line(0, 2), line(0, 2))
-    assert comparison.accuracy < 2 / 20_000 / 0.5
-    assert comparison.coverage < 2 / 20_000 / 0.5
-    assert comparison.is_topology_right
-    assert (comparison.n_tips, comparison.n_true_tips) == (2, 2)
+    distances = ground_truth_distances(line(0, 2), line(0, 2))
+    assert distances.accuracy < 2 / 20_000 / 0.5
+    assert distances.coverage < 2 / 20_000 / 0.5
+    assert distances.is_topology_right
+    assert (distances.n_tips, distances.n_true_tips) == (2, 2)
 
 
 def test_a_shift_is_measured_in_radii():
-    comparison = ground_truth_distances(line(0, 2, x=0.1), line(0, 2))
-    for value in (comparison.accuracy, comparison.accuracy_95, comparison.coverage, comparison.coverage_95):
+    distances = ground_truth_distances(line(0, 2, x=0.1), line(0, 2))
+    for value in (distances.accuracy, distances.accuracy_95, distances.coverage, distances.coverage_95):
         assert value == pytest.approx(0.1 / 0.5, rel=1e-3)
 
 
+def test_the_unit_is_the_local_radius():
+    z = np.linspace(0, 2, 81)
+    edges = np.stack([np.arange(80), np.arange(1, 81)], axis=1)
+    nodes = np.stack([0 * z, 0 * z, z], axis=1)
+    cone = Skeleton(nodes, edges, 0.1 + 0.4 * z)
+    distances = ground_truth_distances(Skeleton(nodes + [0.05, 0, 0], edges, np.zeros(81)), cone)
+    mean = (
+        0.05 * np.log(0.9 / 0.1) / 0.8
+    )  # of 0.05 / (0.1 + 0.4 z) over z from 0 to 2; 0.05 over the mean radius is 0.1
+    worst = 0.05 / (0.1 + 0.8 * 0.05)  # a twentieth of the length has smaller radii
+    assert mean > 1.3 * 0.05 / 0.5  # in mean radii it would be less
+    assert (distances.accuracy, distances.coverage) == pytest.approx((mean, mean), rel=1e-3)
+    assert (distances.accuracy_95, distances.coverage_95) == pytest.approx((worst, worst), rel=1e-2)
+
+
 def test_what_is_missing_counts_for_coverage_alone():
-    comparison = ground_truth_distances(line(0, 1), line(0, 2))
-    assert comparison.accuracy < 1e-3
+    distances = ground_truth_distances(line(0, 1), line(0, 2))
+    assert distances.accuracy < 1e-3
     # half the axis is missing, its distances run evenly from 0 to 1: a mean of 1/4 over the whole, in radii of 1/2
-    assert comparison.coverage == pytest.approx(0.25 / 0.5, rel=0.01)
-    assert comparison.coverage_95 == pytest.approx(0.9 / 0.5, rel=0.01)
+    assert distances.coverage == pytest.approx(0.25 / 0.5, rel=0.01)
+    assert distances.coverage_95 == pytest.approx(0.9 / 0.5, rel=0.01)
 
 
 def test_another_topology_is_seen():
@@ -39,6 +54,15 @@ def test_another_topology_is_seen():
     loop = Skeleton(ring, [[0, 1], [1, 2], [0, 2]], np.full(3, 0.1))
     open_loop = Skeleton(ring, [[0, 1], [1, 2]], np.full(3, 0.1))
     assert not ground_truth_distances(open_loop, loop).is_topology_right
+
+
+def test_components_are_counted():
+    nodes = np.array([[0.0, 0, 0], [0, 0, 1], [0, 0, 1.1], [0, 0, 2]])
+    whole = Skeleton(nodes, [[0, 1], [1, 2], [2, 3]], np.full(4, 0.1))
+    broken = Skeleton(nodes, [[0, 1], [2, 3]], np.full(4, 0.1))
+    assert ground_truth_distances(whole, whole).is_topology_right
+    assert not ground_truth_distances(broken, whole).is_topology_right
+    assert ground_truth_distances(broken, whole).n_tips == 4
 
 
 def test_samples_lie_on_the_edges_no_further_apart_than_asked():

@@ -1,4 +1,4 @@
-"""The score without a truth: known values on shapes in closed form, and a verdict for every way to spoil a skeleton."""
+"""The score on a mesh: known values on shapes in closed form, and a verdict for each fault put into a skeleton."""
 
 import json
 from dataclasses import asdict, replace
@@ -10,7 +10,7 @@ from helpers import joined, moved
 from lbskel import Mesh, MeshError, Skeleton, score, skeletonize
 from lbskel.evaluation.measures import MEASURES
 from lbskel.refinement.region_map import is_in_largest_piece
-from lbskel.shapes import capsule, make, mesh_solid, solid_of, sphere, torus
+from lbskel.shapes import capsule, make, mesh_solid, solid_of, sphere, torus, tube
 
 
 @pytest.fixture(scope="module")
@@ -270,6 +270,99 @@ def test_the_mesh_is_prepared_as_it_is_for_the_skeleton(rings):
     assert (found.extra_components, found.extra_cycles, found.verdict) == (0, 0, "pass")
     with pytest.raises(MeshError, match="no component of the mesh has 4 faces and an area"):
         score(skeleton, soup, preprocess=None)
+
+
+def chain(points):
+    """A polyline as a skeleton without radii and without a map."""
+    n = len(points)
+    return Skeleton(np.array(points, float), np.stack([np.arange(n - 1), np.arange(1, n)], axis=1), np.zeros(n))
+
+
+def test_a_shortcut_between_two_legs_is_longer_than_both_are_wide():
+    corners = [[0, 0, 0], [0, 0, 4], [1.2, 0, 4], [1.2, 0, 0]]
+    mesh = mesh_solid(solid_of([(np.array(corners, float), 0.3)]), n_vertices=3000)
+    z = np.arange(0, 4.01, 0.2)
+    legs = [[0, 0, each] for each in z], [[1.2, 0, each] for each in z[::-1]]
+    skeleton = chain([*legs[0], [0.4, 0, 4], [0.8, 0, 4], *legs[1]])
+    assert score(skeleton, mesh).shortcut_edges == 0
+    across = [5, len(skeleton.nodes) - 6]  # 1.2 long at the same height; mean radii of both ends are 0.3 each
+    assert score(with_edges(skeleton, [*skeleton.edges.tolist(), across]), mesh).shortcut_edges == 1
+
+
+def test_coverage_is_a_share_of_the_area():
+    """A rod with nine tenths of its vertices at one end, which alone has nodes."""
+    z = np.concatenate([np.linspace(0, 1, 80, endpoint=False), np.linspace(1, 4, 10)])
+    mesh = tube(np.stack([0 * z, 0 * z, z], axis=1), 0.25, sides=24)
+    found = score(chain([[0, 0, each] for each in np.linspace(0, 0.5, 6)]), mesh)
+    # two radii of the last node reach sqrt(3) radii along the rod: 0.93 of 4, and one of the two ends
+    assert found.coverage == pytest.approx((0.5 + 3**0.5 * 0.25) / 4, abs=0.03)
+
+
+def test_what_is_near_the_surface_is_a_share_of_the_length():
+    mesh = tube([[0, 0, 0], [0, 0, 4]], 0.5, sides=24)
+    inner = [[0, 0, z] for z in (0.5, 1.5, 2.5)]
+    # a third of the length runs 0.02 under the surface, by five of eight nodes; each end of an edge gets half of it
+    near = [[0.48, 0, z] for z in (2.7, 2.8, 2.9, 3.0, 3.1)]
+    skeleton = chain(inner + near)
+    lengths = skeleton.edge_lengths
+    expected = (lengths[2] / 2 + lengths[3:].sum()) / lengths.sum()
+    assert expected < 0.4
+    assert score(skeleton, mesh).near_surface_fraction == pytest.approx(expected, rel=1e-9)
+
+
+def test_sections_of_several_branches_do_not_count(limbs):
+    # next to a junction the section is that of the body, whose centroid is not on the axis of the limb
+    mesh, skeleton = limbs
+    assert score(skeleton, mesh).centeredness_error < 0.05
+
+
+def test_the_worst_branch_is_told_from_the_mean(limbs):
+    mesh, skeleton = limbs
+    found = score(beside_the_middle(skeleton, 0.55), mesh)
+    assert found.centeredness_error_worst_branch > 0.4
+    assert found.centeredness_error < 0.25
+
+
+def test_a_cycle_lost_is_not_made_up_for_by_one_too_many_elsewhere():
+    ring, rod = torus(1.0, 0.2, 48, 12), moved(capsule(3.0, 0.3, 16), 4.0)
+    mesh = joined(ring, rod)
+    skeleton = skeletonize(mesh)
+    assert score(skeleton, mesh).extra_cycles == 0
+    nodes_of_rod = np.flatnonzero(skeleton.nodes[:, 0] > 2.5)
+    cut = loop_cut(skeleton).edges.tolist()
+    first, last = nodes_of_rod[skeleton.nodes[nodes_of_rod, 2].argsort()[[0, -1]]].tolist()
+    assert score(with_edges(skeleton, cut), mesh).extra_cycles == -1
+    assert score(with_edges(skeleton, [*cut, [first, last]]), mesh).extra_cycles == 2
+
+
+def test_components_too_small_for_a_skeleton_need_none():
+    mesh = capsule(4.0, 0.5, 16)
+    triangle = Mesh(np.eye(3) * 0.1 + 5, [[0, 1, 2]])
+    skeleton, _ = rod_with_axis(0.0)
+    assert score(bare(skeleton), joined(mesh, triangle)).extra_components == 0
+
+
+def test_radii_reach_to_the_surface_of_the_own_body():
+    """Two long boxes that cross: the axis of one runs through the other, whose surface is nearer than its own."""
+    one = tube([[0, 0, -3], [0, 0, 3]], 0.5, sides=24)
+    thin = tube([[-1.5, 0, 0], [1.5, 0, 0]], 0.1, sides=24)
+    z = np.linspace(-2.5, 2.5, 26)
+    axis = chain([[0, 0, each] for each in z])
+    crossing = chain([[each, 0, 0.0] for each in np.linspace(-1.4, 1.4, 29)])
+    skeleton = Skeleton(
+        np.concatenate([axis.nodes, crossing.nodes]),
+        np.concatenate([axis.edges, crossing.edges + 26]),
+        np.zeros(55),
+        np.concatenate(
+            [
+                np.abs(one.vertices[:, 2:] - z).argmin(axis=1),
+                26 + np.abs(thin.vertices[:, :1] - crossing.nodes[:, 0]).argmin(axis=1),
+            ]
+        ),
+    )
+    found = score(skeleton, joined(one, thin), preprocess=None)
+    assert found.near_surface_fraction == 0
+    assert found.coverage == 1
 
 
 def test_components_are_counted():

@@ -262,6 +262,26 @@ def test_solvers_agree(shape, skeleton_of):
     assert np.abs(other.nodes - skeleton_of("tripod").nodes).max() < 1e-6 * shape("tripod").diagonal
 
 
+def test_names_replace_the_choices_of_the_preset(ring):
+    settings = skeletonize(ring, operator="robust", energy="least_squares", solver="superlu").report["settings"]
+    assert (settings["operator"], settings["energy"], settings["solver"]) == ("robust", "least_squares", "superlu")
+
+
+def test_large_meshes_are_contracted_by_a_proxy_and_measured_themselves():
+    """A torus of 24,000 faces: the contraction sees at most 16,000, map and score are of all vertices."""
+    mesh = torus(1.0, 0.3, 200, 60)
+    prepared = lbskel.prepare(mesh)
+    [body] = prepared.bodies
+    assert len(body.proxy.mesh.faces) <= 16_000 < len(mesh.faces)
+    assert len(body.surface.mesh.faces) == len(prepared.surface.mesh.faces) == len(mesh.faces)
+    skeleton = skeletonize(mesh)
+    assert is_whole(skeleton, mesh)
+    # a vertex is a radius from the axis, and at most half the spacing of the nodes along it from its node
+    apart = np.linalg.norm(mesh.vertices - skeleton.nodes[skeleton.node_of_vertex], axis=1)
+    assert apart.max() < 0.3 * np.hypot(1, 0.5)
+    assert len(lbskel.prepare(mesh, simplify="none").bodies[0].proxy.mesh.faces) == len(mesh.faces)
+
+
 def test_settings_and_callables_are_taken(ring):
     settings = ContractionSettings(operator="robust", initial_weight=0.05, max_steps=20)
     assert skeletonize(ring, preset=settings).report["settings"]["initial_weight"] == 0.05
@@ -570,6 +590,13 @@ def test_a_finished_skeleton_has_both_radii(skeleton_of):
     assert len(rod.mean_radii) == len(rod.nodes)
     # on average over a section the surface is no nearer than at its nearest
     assert (rod.mean_radii > 0.9 * rod.radii)[rod.degrees == 2].all()
+
+
+def test_in_a_flat_limb_mean_radii_are_larger_than_inscribed_ones(rod):
+    skeleton = skeletonize(rod.with_vertices(rod.vertices * [3, 1, 1]))
+    inner = skeleton.degrees == 2
+    # the mean distance to an ellipse with half axes 1 and 3 from its center is about twice the smaller one
+    assert (skeleton.mean_radii[inner] > 1.5 * skeleton.radii[inner]).mean() > 0.8
 
 
 @pytest.mark.parametrize("name", ["rod", "tripod"])
