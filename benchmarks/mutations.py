@@ -139,6 +139,18 @@ def apply(mutation: Mutation, root: Path) -> str:
     return text.replace(mutation.find, mutation.replace)
 
 
+def _require_applicable(mutations: Sequence[Mutation], root: Path) -> None:
+    """Raise one ValueError for all mutations that cannot be applied."""
+    problems = []
+    for mutation in mutations:
+        try:
+            apply(mutation, root)
+        except ValueError as error:
+            problems.append(str(error))
+    if problems:
+        raise ValueError("\n".join(problems))
+
+
 def _files(mutation: Mutation) -> list[str]:
     """The test files."""
     return [test.split("::")[0] for test in mutation.tests]
@@ -162,8 +174,7 @@ def measure(mutations: Sequence[Mutation], root: Path, jobs: int = 1) -> list[di
     RuntimeError
         If tests that it names fail without it.
     """
-    for mutation in mutations:
-        apply(mutation, root)
+    _require_applicable(mutations, root)
     with ExitStack() as stack:
         copies: queue.SimpleQueue[Path] = queue.SimpleQueue()
         for _ in range(jobs):

@@ -596,7 +596,7 @@ def test_in_a_flat_limb_mean_radii_are_larger_than_inscribed_ones(rod):
     skeleton = skeletonize(rod.with_vertices(rod.vertices * [3, 1, 1]))
     inner = skeleton.degrees == 2
     # the mean distance to an ellipse with half axes 1 and 3 from its center is about twice the smaller one
-    assert (skeleton.mean_radii[inner] > 1.5 * skeleton.radii[inner]).mean() > 0.8
+    assert np.median(skeleton.mean_radii[inner] / skeleton.radii[inner]) > 1.4
 
 
 @pytest.mark.parametrize("name", ["rod", "tripod"])
