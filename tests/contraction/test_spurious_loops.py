@@ -4,13 +4,13 @@ import numpy as np
 
 from lbskel.contraction.spurious_loops import spurious_loop_edges
 
-# two squares with a common side: nodes 0 to 3 at x = 0 and 1, nodes 4 and 5 at x = 3
-NODES = np.array([[0.0, 0, 0], [0, 1, 0], [1, 1, 0], [1, 0, 0], [3, 1, 0], [3, 0, 0]])
+# two quadrangles with a common side, the shortest edge, so that each is closed by an edge of its own
+NODES = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0.75, 0], [1, 0.25, 0], [3, 1, 0], [3, 0, 0]])
 EDGES = np.array([[0, 1], [1, 2], [2, 3], [0, 3], [2, 4], [4, 5], [3, 5]])
 
 
 def cochain_around(*values):
-    """A cochain whose sums along the left and the right square are the values."""
+    """A cochain whose sums along the left and the right quadrangle are the values."""
     cochain = np.zeros((len(EDGES), 1), dtype=np.int64)
     cochain[0], cochain[5] = values
     return cochain
