@@ -36,7 +36,8 @@ def own_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     graph_of_node, body_of_vertex, used = skeleton.component_of_node, mesh.component_of_vertex, mesh.used_vertices
     votes = graph_of_node[skeleton.node_of_vertex[used]], body_of_vertex[used]
     count = coo_array((np.ones(len(used), dtype=np.int64), votes), shape=(skeleton.n_components, mesh.n_components))
-    body_of_graph = np.where(count.sum(axis=1) > 0, count.tocsr().argmax(axis=1), -1)
+    most_votes = np.asarray(count.tocsr().argmax(axis=1)).ravel()  # a column in older versions of scipy
+    body_of_graph = np.where(count.sum(axis=1) > 0, most_votes, -1)
     body_of_node, body_of_face = body_of_graph[graph_of_node], body_of_vertex[mesh.faces[:, 0]]
     radii = np.array(skeleton.radii)
     for body in np.unique(body_of_node[body_of_node >= 0]):

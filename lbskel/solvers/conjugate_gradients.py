@@ -71,7 +71,9 @@ class ConjugateGradientsMultigrid(_ConjugateGradients):
         state = np.random.get_state()  # noqa: NPY002 - pyamg uses numpy's legacy global generator
         np.random.seed(0)  # noqa: NPY002
         try:
-            self._cycle = pyamg.smoothed_aggregation_solver(csr_matrix(A)).aspreconditioner()
+            M = csr_matrix(A)
+            M.indices, M.indptr = M.indices.astype(np.int32), M.indptr.astype(np.int32)  # pyamg takes no others
+            self._cycle = pyamg.smoothed_aggregation_solver(M).aspreconditioner()
         finally:
             np.random.set_state(state)  # noqa: NPY002
 

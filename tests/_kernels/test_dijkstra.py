@@ -7,7 +7,7 @@ from scipy.sparse.csgraph import dijkstra
 
 
 def graph_of(edges, lengths, n):
-    graph = coo_array((lengths, np.asarray(edges).T), shape=(n, n))
+    graph = coo_array((lengths, np.asarray(edges, dtype=np.int32).T), shape=(n, n))
     return (graph + graph.T).tocsr()
 
 
