@@ -1,7 +1,7 @@
-"""A batch of many small shapes, one in a hundred of them broken, with a worker killed on the way, and its resumption.
+"""A batch of many small shapes, one in a hundred broken, whose worker is killed half-way, and its second run.
 
-Every input is accounted for, the one whose process is killed is told and made again by the second run, which does
-nothing else again. Throughput is for one process at a time, on one thread.
+Every input must have a record. The second run repeats only the input whose process was killed. Throughput is for one
+process at a time, on one thread.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from lbskel.pipeline.batch import BatchStatus, Record
 from lbskel.shapes import capsule, make, torus
 
 INPUTS, QUICK = 10_000, 60
-BROKEN = 100  # one input in so many
+BROKEN = 100  # one input in so many is a broken file
 SEED = 0
 
 BROKEN_FILES: Sequence[bytes] = (
@@ -60,7 +60,7 @@ def run(quick: bool, results: Path) -> None:
 
 
 def _write_inputs(folder: Path, n_inputs: int) -> list[int]:
-    """Shapes stretched at random, and broken files; the numbers of faces of the shapes."""
+    """Write randomly stretched shapes and broken files; return the numbers of faces of the shapes."""
     folder.mkdir()
     rng = np.random.default_rng(SEED)
     shapes = [
@@ -81,7 +81,7 @@ def _write_inputs(folder: Path, n_inputs: int) -> list[int]:
 
 
 def _timed(paths: list[Path], output: Path, kill_at: int | None = None) -> dict[str, Any]:
-    """A batch with one worker, whose process is killed after so many records."""
+    """Run a batch with one worker, whose process is killed after ``kill_at`` records."""
     done: list[bool] = []
 
     def on_record(record: Record, is_old: bool) -> None:
@@ -104,5 +104,5 @@ def _timed(paths: list[Path], output: Path, kill_at: int | None = None) -> dict[
 
 
 def _children() -> list[int]:
-    """The processes that this one has started."""
+    """List the child processes of this process."""
     return [int(child) for path in Path("/proc/self/task").glob("*/children") for child in path.read_text().split()]

@@ -1,7 +1,7 @@
-"""CGAL's mean curvature skeleton as a peer: a small driver of ours, built where a compiler and the headers are.
+"""CGAL's mean curvature skeleton, by a small C++ driver that is compiled where a compiler and the headers are found.
 
-The program is kept under the system's folder for temporary files, by the hash of its source, since building takes a
-minute.
+The program is cached in the system's folder for temporary files under the hash of its source, because compiling takes
+a minute.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ LIBRARIES = ("-lmpfr", "-lgmp")
 
 @functools.cache
 def driver() -> Path:
-    """The program, built if it is not there yet.
+    """Return the path of the program, which is compiled first if it is not cached.
 
     Raises
     ------
@@ -62,7 +62,12 @@ Graph: TypeAlias = tuple[NDArray[np.float64], NDArray[np.int64]]
 def cgal_seconds(
     vertices: NDArray[np.float64], faces: NDArray[np.int64], kind: str
 ) -> tuple[Graph, tuple[float, float, float]]:
-    """Nodes and edges by the driver, ``medial`` or ``plain``; its seconds of reading and of the rest, and megabytes.
+    """Compute a skeleton by the driver, of the kind ``medial`` or ``plain``.
+
+    Returns
+    -------
+    tuple
+        Nodes and edges; and the seconds of reading, the seconds of the rest, and the peak of memory in megabytes.
 
     Raises
     ------
@@ -85,5 +90,5 @@ def cgal_seconds(
 
 
 def cgal_medial(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Graph:
-    """Mean curvature skeleton drawn to the medial axis, CGAL's default."""
+    """Compute the medially centered mean curvature skeleton, CGAL's default."""
     return cgal_seconds(vertices, faces, "medial")[0]

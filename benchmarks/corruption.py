@@ -1,7 +1,7 @@
-"""What becomes of broken meshes: each kind of damage on three shapes, by lbskel, skeletor and PyGEL3D.
+"""Behavior on damaged meshes: each kind of damage on three shapes, for lbskel, skeletor and PyGEL3D.
 
-Every tool runs in a process of its own with a time limit, and gets the same arrays or the same file. A skeleton is
-judged by :func:`lbskel.score` on the sound mesh, for all tools alike.
+Every tool runs in a process of its own with a time limit, and gets the same arrays or the same file. The skeletons of
+all tools are scored by :func:`lbskel.score` on the undamaged mesh.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from benchmarks.peers import PEERS
 from lbskel.errors import LbskelError
 
 TOOLS = ("lbskel", "skeletor", "PyGEL3D")
-SECONDS = 60.0  # the limit for one mesh
+SECONDS = 60.0  # time limit for one mesh; a guess
 QUICK = ("NaN coordinate", "negative index", "duplicate faces", "soup", "truncated stl")
 
 OUTCOMES = {
@@ -72,13 +72,13 @@ def run(quick: bool, results: Path) -> None:
 
 
 def _together(rows: list[dict[str, Any]], tool: str, kind: str) -> str:
-    """The outcomes of one tool for one kind of damage, over the shapes."""
+    """Summarize the outcomes of one tool for one kind of damage over the shapes."""
     found = Counter(row["outcome"] for row in rows if (row["tool"], row["damage"]) == (tool, kind))
     return ", ".join(what if len(found) == 1 else f"{count} {what}" for what, count in found.items())
 
 
 def _given(broken: Broken, folder: Path) -> Any:
-    """A pair of arrays, or the path of a file."""
+    """Return the damaged mesh as a pair of arrays, or as the path of a file."""
     if not broken.extension:
         return broken.vertices, broken.faces
     path = folder / f"broken.{broken.extension}"
@@ -87,7 +87,7 @@ def _given(broken: Broken, folder: Path) -> Any:
 
 
 def _outcome(broken: Broken, answer: dict[str, Any]) -> dict[str, Any]:
-    """Which of OUTCOMES it is, with what was said."""
+    """Classify an answer as one of OUTCOMES, and keep the message."""
     row = {"seconds": answer["seconds"], "said": answer["error"]}
     if "outcome" in answer:
         return {"outcome": answer["outcome"], **row}
@@ -105,7 +105,7 @@ def _outcome(broken: Broken, answer: dict[str, Any]) -> dict[str, Any]:
 
 
 class _Worker:
-    """A process that makes skeletons by one tool until it crashes or takes too long, and then another one."""
+    """A process that makes skeletons by one tool, and is replaced when it crashes or takes too long."""
 
     def __init__(self, tool: str):
         self.tool = tool
@@ -130,7 +130,7 @@ class _Worker:
         self.pipe.close()
 
     def ask(self, given: Any) -> dict[str, Any]:
-        """The answer of the tool, or what became of its process."""
+        """Return the answer of the tool, or how its process ended."""
         began = time.perf_counter()
         self.pipe.send(given)
         try:
@@ -146,7 +146,7 @@ class _Worker:
 
 
 def _serve(pipe: Any, tool: str) -> None:
-    """In the child: one mesh after the other."""
+    """Make skeletons of one mesh after the other, in the child process."""
     while True:
         given = pipe.recv()
         began = time.perf_counter()
@@ -160,11 +160,11 @@ def _serve(pipe: Any, tool: str) -> None:
 
 
 def _skeleton(tool: str, given: Any) -> tuple[Any, Any, bool]:
-    """Nodes, edges, and whether the tool itself says that they are not good."""
+    """Return nodes, edges, and whether the tool itself reports that they failed."""
     if tool == "lbskel":
         skeleton = lbskel.skeletonize(given)
         return skeleton.nodes, skeleton.edges, skeleton.report["score"]["verdict"] == "fail"
-    if isinstance(given, str):  # both of the others leave files to trimesh
+    if isinstance(given, str):  # both of the others read files by trimesh
         import trimesh
 
         mesh: Any = trimesh.load(given, force="mesh", process=False)

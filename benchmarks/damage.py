@@ -1,7 +1,7 @@
-"""ShortestPaths in which meshes arrive broken, each as a function that breaks a sound one.
+"""Kinds of damage to meshes, each as a function that damages a sound one.
 
-Each takes a closed mesh and a random generator and gives vertices and faces, or the bytes of a file with its extension;
-and the mesh that a skeleton is judged on, None where no skeleton could be right and only an error is.
+Each takes a closed mesh and a random generator and returns vertices and faces, or the bytes of a file with its
+extension; and the mesh on which a skeleton is scored, which is None where the only right answer is an error.
 """
 
 from __future__ import annotations
@@ -28,15 +28,16 @@ SHAPES: dict[str, Callable[[], Mesh]] = {
 
 @dataclass(frozen=True, eq=False)
 class Broken:
-    """What a tool is given, and the mesh to judge its skeleton on.
+    """A damaged mesh, as arrays or as a file, and the mesh on which its skeleton is scored.
 
     Parameters
     ----------
     vertices, faces
-        Arrays or lists; None where a file is given.
+        Arrays or lists; None for a file.
     data : bytes
-        Of a file.
+        Content of the file; empty for arrays.
     extension : str
+        Of the file, without the dot; empty for arrays.
     reference : Mesh or None
     """
 
@@ -48,7 +49,7 @@ class Broken:
 
 
 def damaged(kind: str, mesh: Mesh, seed: int = 0) -> Broken:
-    """The mesh broken in one way."""
+    """Return the mesh with one kind of damage, a name in DAMAGE."""
     return DAMAGE[kind](mesh, np.random.default_rng(seed))
 
 
@@ -90,7 +91,7 @@ def _needles(mesh: Mesh, rng: np.random.Generator) -> Broken:
 
 
 def _caps(mesh: Mesh, rng: np.random.Generator) -> Broken:
-    """Vertices in the middle of edges on one side, and on the other a face of no height that closes the gap."""
+    """Split edges from one side only, and close the gap by a triangle of zero height."""
     V, F = mesh.vertices.tolist(), mesh.faces.tolist()
     for face in rng.choice(len(F), 40, replace=False):
         a, b, c = F[face]
@@ -108,7 +109,7 @@ def _t_junctions(mesh: Mesh, rng: np.random.Generator) -> Broken:
 
 
 def _duplicate_vertices(mesh: Mesh, rng: np.random.Generator) -> Broken:
-    """Two parts that share no vertex, as along the seam of a texture."""
+    """Cut the mesh into two parts that share no vertex, as along the seam of a texture."""
     n, is_right = len(mesh.vertices), mesh.vertices[mesh.faces].mean(axis=1)[:, 0] > np.median(mesh.vertices[:, 0])
     return _arrays(np.tile(mesh.vertices, (2, 1)), mesh.faces + n * is_right[:, None], mesh)
 
@@ -132,7 +133,7 @@ def _fin(mesh: Mesh, rng: np.random.Generator) -> Broken:
 
 
 def _pinched(mesh: Mesh, rng: np.random.Generator) -> Broken:
-    """A tetrahedron outside that shares a vertex with the surface: two bodies that touch."""
+    """Add a tetrahedron outside that shares one vertex with the surface: two bodies that touch."""
     vertex, n = int(mesh.vertices[:, 0].argmax()), len(mesh.vertices)
     step = 0.15 * mesh.diagonal
     more = mesh.vertices[vertex] + step * np.array([[1, 0, 0], [0.8, 0.5, 0], [0.8, 0, 0.5]])
@@ -163,19 +164,19 @@ def _soup(noise: float) -> Callable[[Mesh, np.random.Generator], Broken]:
 
 
 def _crossing(mesh: Mesh, rng: np.random.Generator) -> Broken:
-    """A second copy that cuts through the first; each is a body of its own."""
+    """Add a second copy that intersects the first; each is a body of its own."""
     V = np.concatenate([mesh.vertices, mesh.vertices + 0.35 * mesh.diagonal * np.array([1.0, 0.1, 0.1])])
     both = Mesh(V, np.concatenate([mesh.faces, mesh.faces + len(mesh.vertices)]))
     return _arrays(both.vertices, both.faces, both)
 
 
 def _shells(mesh: Mesh, rng: np.random.Generator) -> Broken:
-    """Forty-nine spindles beside the shape."""
+    """Add forty-nine small tori next to the shape."""
     spindle = torus(0.02 * mesh.diagonal, 0.008 * mesh.diagonal, 10, 6)
     step, n = 0.07 * mesh.diagonal, len(spindle.vertices)
     corner = mesh.vertices.max(axis=0)
-    places = corner + step * (1 + np.stack(np.divmod(np.arange(49), 7), axis=1) @ np.eye(2, 3))
-    V = np.concatenate([mesh.vertices, *(spindle.vertices + place for place in places)])
+    positions = corner + step * (1 + np.stack(np.divmod(np.arange(49), 7), axis=1) @ np.eye(2, 3))
+    V = np.concatenate([mesh.vertices, *(spindle.vertices + position for position in positions)])
     F = np.concatenate([mesh.faces, *(spindle.faces + len(mesh.vertices) + k * n for k in range(49))])
     return _arrays(V, F, Mesh(V, F))
 
@@ -187,13 +188,13 @@ def _noise(mesh: Mesh, rng: np.random.Generator) -> Broken:
 
 
 def _moebius(mesh: Mesh, rng: np.random.Generator) -> Broken:
-    """A strip of one side, whatever the shape was."""
+    """Replace the shape by a Moebius strip."""
     k, width = 60, 6
     turn, across = np.meshgrid(2 * np.pi * np.arange(k) / k, np.linspace(-0.3, 0.3, width), indexing="ij")
     reach = 1 + across * np.cos(turn / 2)
     V = np.stack([reach * np.cos(turn), reach * np.sin(turn), across * np.sin(turn / 2)], axis=2).reshape(-1, 3)
     number = np.arange(k * width).reshape(k, width)
-    after = np.concatenate([number[1:], number[:1, ::-1]])  # the last row meets the first turned over
+    after = np.concatenate([number[1:], number[:1, ::-1]])  # the last row is connected to the first in reverse order
     a, b, c, d = number[:, :-1].ravel(), after[:, :-1].ravel(), after[:, 1:].ravel(), number[:, 1:].ravel()
     F = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
     return _arrays(V, F)
@@ -204,7 +205,7 @@ def _line(mesh: Mesh, rng: np.random.Generator) -> Broken:
 
 
 def _bytes_of(mesh: Mesh, name: str) -> bytes:
-    """The mesh as a file."""
+    """Return the content of a file with the mesh."""
     if name == "glb":
         import trimesh
 
@@ -221,7 +222,7 @@ def _truncated(name: str) -> Callable[[Mesh, np.random.Generator], Broken]:
     return cut
 
 
-# What is put in, and where, as a share of the file
+# By format: the bytes that are put in, and their position as a fraction of the file
 _MALFORMED = {
     "obj": (b" x x x ", 0.2),
     "off": (b" x x x ", 0.2),
@@ -233,15 +234,15 @@ _MALFORMED = {
 
 def _malformed(name: str) -> Callable[[Mesh, np.random.Generator], Broken]:
     def spoil(mesh: Mesh, rng: np.random.Generator) -> Broken:
-        data, (word, place) = _bytes_of(mesh, name), _MALFORMED[name]
-        start = int(place * len(data))
+        data, (word, position) = _bytes_of(mesh, name), _MALFORMED[name]
+        start = int(position * len(data))
         return Broken(data=data[:start] + word + data[start + len(word) :], extension=name)
 
     return spoil
 
 
 def _gigabytes(name: str) -> Callable[[Mesh, np.random.Generator], Broken]:
-    """A header that promises about three gigabytes in a file of a kilobyte."""
+    """Make a file of a kilobyte whose header announces about three gigabytes."""
     heads = {
         "off": b"OFF\n125000000 1 0\n",
         "ply": b"ply\nformat binary_little_endian 1.0\nelement vertex 125000000\nproperty double x\nproperty double y\n"

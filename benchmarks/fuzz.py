@@ -1,7 +1,7 @@
-"""Coverage-guided fuzzing of the readers and of as_mesh, by atheris: no input may give another error than lbskel's.
+"""Coverage-guided fuzzing of the readers and of as_mesh by atheris: every error must be one of lbskel's.
 
-Each target runs in a process of its own for a fixed time; what it finds is written beside the results, as the bytes
-that did it. Needs atheris, which is installed for this alone.
+Each target runs in a process of its own for a fixed time. Inputs that cause another error are written next to the
+results. Needs atheris, which no extra of the package installs.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from benchmarks.harness import markdown_table, save_json, save_markdown
 SECONDS, QUICK_SECONDS = 60, 3
 READERS = ("obj", "off", "ply", "stl", "glb", "gltf", "3mf", "xyz", "swc", "json", "npz", "vtp", "graphml")
 TARGETS = (*READERS, "as_mesh")
-MEMORY = 2048  # megabytes that one input may take
-ONE_INPUT = 20  # seconds
+MEMORY = 2048  # limit for one input, in megabytes; a guess
+ONE_INPUT = 20  # time limit for one input, in seconds; a guess
 
 
 def run(quick: bool, results: Path) -> None:
@@ -36,7 +36,7 @@ def run(quick: bool, results: Path) -> None:
 
 
 def _row(target: str, seconds: int, results: Path) -> dict[str, Any]:
-    """One target in a process of its own."""
+    """Fuzz one target in a process of its own."""
     with tempfile.TemporaryDirectory() as folder:
         _seed(target, Path(folder))
         found = results / f"fuzz-{target}-"
@@ -63,7 +63,7 @@ def _row(target: str, seconds: int, results: Path) -> dict[str, Any]:
 
 
 def _seed(target: str, folder: Path) -> None:
-    """A valid file to begin with."""
+    """Write a valid file to start from."""
     import trimesh
 
     import lbskel
@@ -86,7 +86,7 @@ def _seed(target: str, folder: Path) -> None:
 
 
 def _fuzz(target: str, folder: str, seconds: str, found: str) -> None:
-    """In the process of a target: never returns."""
+    """Fuzz, in the process of a target; never returns."""
     import atheris  # type: ignore[import-untyped, import-not-found, unused-ignore]
 
     with atheris.instrument_imports(include=["lbskel"]):
@@ -105,13 +105,20 @@ def _fuzz(target: str, folder: str, seconds: str, found: str) -> None:
             read(scratch)
 
     def take_values(data: bytes) -> None:
-        given = atheris.FuzzedDataProvider(data)
-        n, m, width = given.ConsumeIntInRange(0, 6), given.ConsumeIntInRange(0, 6), given.ConsumeIntInRange(0, 5)
-        vertices: Any = [[given.ConsumeFloat() for _ in range(given.PickValueInList([3, 3, 3, 2]))] for _ in range(n)]
-        faces: Any = [
-            [given.ConsumeIntInRange(-2, 7) for _ in range(given.PickValueInList([width, 3, 4]))] for _ in range(m)
+        provider = atheris.FuzzedDataProvider(data)
+        n, m, width = (
+            provider.ConsumeIntInRange(0, 6),
+            provider.ConsumeIntInRange(0, 6),
+            provider.ConsumeIntInRange(0, 5),
+        )
+        vertices: Any = [
+            [provider.ConsumeFloat() for _ in range(provider.PickValueInList([3, 3, 3, 2]))] for _ in range(n)
         ]
-        if given.ConsumeBool():
+        faces: Any = [
+            [provider.ConsumeIntInRange(-2, 7) for _ in range(provider.PickValueInList([width, 3, 4]))]
+            for _ in range(m)
+        ]
+        if provider.ConsumeBool():
             faces = np.array(faces, dtype=object)
         with suppress(LbskelError):
             preprocess_mesh(lbskel.as_mesh((vertices, faces)))

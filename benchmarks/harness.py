@@ -1,4 +1,4 @@
-"""What every benchmark needs: measuring, the machine and the versions, JSON as measured, Markdown tables, pictures."""
+"""Shared by all benchmarks: timing, memory, subprocesses, provenance, JSON, Markdown tables, pictures."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ PACKAGES = ("lbskel", "numpy", "scipy", "libigl", "robust_laplacian", "cvxopt")
 
 
 def _processor() -> str:
-    """The processor's name as the system tells it."""
+    """Return the name of the processor."""
     cpuinfo = Path("/proc/cpuinfo")
     if cpuinfo.exists():
         lines = [line for line in cpuinfo.read_text().splitlines() if line.startswith("model name")]
@@ -45,7 +45,7 @@ def _processor() -> str:
 
 
 def machine(packages: Sequence[str] = ()) -> dict[str, Any]:
-    """When, on what and with which versions something was measured."""
+    """Return the date, the machine and the versions of packages, for the header of results."""
     versions = {}
     for package in dict.fromkeys((*PACKAGES, *packages)):
         try:
@@ -69,9 +69,9 @@ def interleaved(
     *,
     prepare: Mapping[str, Callable[[], Any]] | None = None,
 ) -> dict[str, list[float]]:
-    """Seconds of each call, taken in turns, so that a busy machine slows all of them alike; one warm-up round first.
+    """Time calls in turns, so that other load slows all of them alike, after one warm-up round; seconds of each turn.
 
-    A call that has a function in ``prepare`` gets what that returns, made anew each time and not timed.
+    A call that has a function in ``prepare`` is passed a new result of it each time, which is not timed.
     """
     seconds: dict[str, list[float]] = {name: [] for name in calls}
     for turn in range(repeats + 1):
@@ -86,15 +86,15 @@ def interleaved(
 
 
 def median_ratio(ours: Sequence[float], theirs: Sequence[float]) -> float:
-    """Median over the turns of the ratio of two series of :func:`interleaved`."""
+    """Compute the median over the turns of the ratio of two series of :func:`interleaved`."""
     return float(np.median(np.divide(ours, theirs)))
 
 
 def _measure(connection: Any, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
-    """In the child: call, and send back the value or the error, the seconds and the peak of resident memory."""
+    """Call, in the child process, and send the value or the error, the seconds and the peak of resident memory."""
     import resource
 
-    os.setsid()  # a group of its own with whatever it starts
+    os.setsid()  # a process group of its own, which includes what it starts
     unit = 1 if platform.system() == "Darwin" else 1024
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     start = time.perf_counter()
@@ -115,9 +115,9 @@ def run_in_subprocess(function: Callable[..., Any], *arguments: Any, timeout: fl
     Returns
     -------
     dict
-        ``value`` or ``error``; ``seconds``; ``megabytes``, by which the peak of resident memory grew during the call,
-        whatever the function builds for itself included; ``peak_megabytes``, that peak. After a crash or at the time
-        limit only ``error`` and ``seconds``; programs that it has started end with it.
+        ``value`` or ``error``; ``seconds``; ``megabytes``, the growth of the peak of resident memory during the call;
+        ``peak_megabytes``, that peak. After a crash or at the time limit only ``error`` and ``seconds``; programs that
+        the process has started are ended too.
     """
     context = get_context("spawn")
     receiver, sender = context.Pipe(duplex=False)
@@ -135,13 +135,13 @@ def run_in_subprocess(function: Callable[..., Any], *arguments: Any, timeout: fl
     finally:
         process.kill()
         if process.pid is not None:
-            with suppress(ProcessLookupError):  # of a group where nothing is left
+            with suppress(ProcessLookupError):  # all processes of the group have ended
                 os.killpg(process.pid, signal.SIGKILL)
         process.join()
 
 
 def peak_growth(call: Callable[[], Any]) -> float | None:
-    """Megabytes that a call takes at its peak beyond what the process holds before; None where there is no /proc."""
+    """Measure the peak memory of a call in megabytes above what the process held before; None without /proc."""
     reset, status = Path("/proc/self/clear_refs"), Path("/proc/self/status")
     if not reset.exists():
         return None
@@ -157,12 +157,12 @@ def peak_growth(call: Callable[[], Any]) -> float | None:
 
 
 def fitted_order(sizes: Sequence[float], errors: Sequence[float]) -> float:
-    """p of errors ~ sizes^p, by least squares in logarithms."""
+    """Fit p of errors ~ sizes^p by least squares in logarithms."""
     return float(np.polyfit(np.log(sizes), np.log(errors), 1)[0])
 
 
 def _text(value: Any) -> str:
-    """A table cell: numbers to three digits, absent ones as a dash."""
+    """Format a table cell: numbers with three digits, None as a dash."""
     if value is None:
         return "-"
     if isinstance(value, bool | np.bool_):
@@ -173,7 +173,7 @@ def _text(value: Any) -> str:
 
 
 def markdown_table(rows: Sequence[Mapping[str, Any]], columns: Sequence[str] | None = None) -> str:
-    """Rows as a Markdown table; columns default to the keys of all rows in the order of their appearance."""
+    """Format rows as a Markdown table; columns default to all keys in the order of their first appearance."""
     columns = list(columns or dict.fromkeys(key for row in rows for key in row))
     lines = ["| " + " | ".join(columns) + " |", "|" + " --- |" * len(columns)]
     lines += ["| " + " | ".join(_text(row.get(column)) for column in columns) + " |" for row in rows]
@@ -181,20 +181,20 @@ def markdown_table(rows: Sequence[Mapping[str, Any]], columns: Sequence[str] | N
 
 
 def _plain(value: Any) -> Any:
-    """What json does not know by itself: numpy's numbers and arrays."""
+    """Convert numpy's numbers and arrays for JSON."""
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
-    raise TypeError(f"{type(value).__name__} is no value for JSON")
+    raise TypeError(f"{type(value).__name__} cannot be written as JSON")
 
 
 def save_json(path: Path, measured: Mapping[str, Any], *, packages: Sequence[str] = ()) -> None:
-    """Write what was measured under the header that tells the machine and the versions."""
+    """Write measurements with a header of the machine and the versions."""
     document = {"machine": machine(packages), **measured}
     path.write_text(json.dumps(document, indent=1, default=_plain) + "\n", encoding="utf-8")
 
 
 def save_markdown(path: Path, title: str, sections: Mapping[str, str]) -> None:
-    """Write a page: a title, the machine in one line, and a heading with its text for each section."""
+    """Write a page with a title, the machine in one line, and the sections by their headings."""
     here = machine()
     where = f"{here['date']}, {here['processor']}, {here['cores']} cores, threads: {here['threads']}"
     parts = [f"# {title}\n\n{where}.\n"] + [f"## {heading}\n\n{text}" for heading, text in sections.items()]
@@ -202,7 +202,7 @@ def save_markdown(path: Path, title: str, sections: Mapping[str, str]) -> None:
 
 
 def save_picture(path: Path, draw: Callable[[Any], None], *, size: tuple[float, float] = (8, 5)) -> None:
-    """A PNG of what ``draw(figure)`` draws on an empty matplotlib figure."""
+    """Save as PNG what ``draw(figure)`` draws on an empty matplotlib figure."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=size, dpi=110, layout="constrained")

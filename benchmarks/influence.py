@@ -1,4 +1,4 @@
-"""Operators, treatments of degenerate triangles, energies and weights: what each does to the contraction and skeleton.
+"""Influence of operators, treatments of degenerate triangles, energies and weights on contraction and skeleton.
 
 Shapes whose skeleton is known, the repository's dinosaur, and the meshes of a folder given with --meshes. Every case
 runs twice, with the guard as a user has it, and without, as published, to see where the steps themselves break. First
@@ -25,20 +25,20 @@ from lbskel.shapes import SHAPES, make
 DINOSAUR = Path(__file__).parent.parent / "meshes" / "dinosaur.ply"
 QUICK = ("hand", "dinosaur", "ladder")
 FEW = ("hand", "ladder", "knot", "tripod")
-CROSSED = ("hand", "ladder")  # genus 0 and 4, and the dinosaur
-MOST_FACES, MOST_FACES_CROSSED = 60_000, 2_000
+CROSSED = ("hand", "ladder")  # genus 0 and 4; the dinosaur is added
+MAX_FACES, MAX_CROSSED_FACES = 60_000, 2_000
 
 Some = Mapping[str, tuple[Mesh, Skeleton | None]]
 
 
 def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
-    """Measure, and write influence.json, influence.md and pictures; what takes long is written as it comes."""
+    """Measure, and write influence.json, influence.md and pictures; files are rewritten after each part."""
     n_vertices = 800 if quick else 1500
     made = {name: make(name, n_vertices=n_vertices) for name in (QUICK if quick else SHAPES)}
-    shapes = prepared({name: (shape.mesh, shape.truth) for name, shape in made.items()}, MOST_FACES)
+    shapes = prepared({name: (shape.mesh, shape.truth) for name, shape in made.items()}, MAX_FACES)
     real: Some = {}
     if not quick:
-        real = prepared({path.name: (read_mesh(path), None) for path in (DINOSAUR, *meshes)}, MOST_FACES)
+        real = prepared({path.name: (read_mesh(path), None) for path in (DINOSAUR, *meshes)}, MAX_FACES)
     few = {name: shapes[name] for name in (QUICK[:1] if quick else FEW)}
     measured: dict[str, Any] = {"quick": quick}
     sections: dict[str, str] = {}
@@ -75,7 +75,7 @@ def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
 
 
 def _published(quick: bool) -> dict[str, ContractionSettings]:
-    """Each strategy, and each further operator, with the published energy."""
+    """Return the settings of each strategy and each further operator with the published energy."""
     cases = {
         name: ContractionSettings(energy="least_squares", **changes) for name, changes in DEGENERACY_STRATEGIES.items()
     }
@@ -87,9 +87,9 @@ def _published(quick: bool) -> dict[str, ContractionSettings]:
 
 
 def _crossed(shapes: Some) -> dict[str, tuple[Mesh, Skeleton]]:
-    """A shape without handles, one with, and the dinosaur as a simplified mesh has it, all of one size."""
+    """Return a shape without handles, one with handles, and the dinosaur, simplified to one size."""
     some = {name: shapes[name] for name in CROSSED}
     some[DINOSAUR.name] = read_mesh(DINOSAUR), make("dinosaur").truth
     return {
-        name: (mesh, truth) for name, (mesh, truth) in prepared(some, MOST_FACES_CROSSED).items() if truth is not None
+        name: (mesh, truth) for name, (mesh, truth) in prepared(some, MAX_CROSSED_FACES).items() if truth is not None
     }

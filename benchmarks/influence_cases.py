@@ -1,4 +1,4 @@
-"""The cases of the influence benchmark and their rows: one mesh, one choice of settings, what came of it."""
+"""Cases of the influence benchmark: settings by name, the result of each on each mesh, and their tables."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ WEIGHT_CASES = {
 def measure(
     meshes: Mapping[str, tuple[Mesh, Skeleton | None]], cases: Mapping[str, ContractionSettings]
 ) -> list[dict[str, Any]]:
-    """One row for each mesh and case."""
+    """Measure each case on each mesh, one row each."""
     rows = []
     for name, (mesh, truth) in meshes.items():
         default = run_case(mesh, CASES["curvature_flow"])
@@ -49,14 +49,14 @@ def measure(
 
 
 def prepared(
-    meshes: Mapping[str, tuple[Mesh, Skeleton | None]], most_faces: int
+    meshes: Mapping[str, tuple[Mesh, Skeleton | None]], max_faces: int
 ) -> dict[str, tuple[Mesh, Skeleton | None]]:
-    """The largest component of each, simplified if it has more faces."""
-    return {name: (representative(mesh, most_faces=most_faces), truth) for name, (mesh, truth) in meshes.items()}
+    """Return the largest component of each mesh, simplified if it has more faces."""
+    return {name: (representative(mesh, most_faces=max_faces), truth) for name, (mesh, truth) in meshes.items()}
 
 
 def _share(rows: Iterable[Mapping[str, Any]], key: str) -> str:
-    """How many of the rows that know it say yes."""
+    """Count the rows where a value is true, out of those that have it."""
     known = [row[key] for row in rows if row.get(key) is not None]
     return f"{sum(map(bool, known))}/{len(known)}" if known else "-"
 
@@ -67,9 +67,9 @@ def _median(rows: Iterable[Mapping[str, Any]], key: str) -> float | None:
 
 
 def summary(rows: list[dict[str, Any]], case: str) -> dict[str, Any]:
-    """A case over all meshes: what the steps do without a guard, then what a user gets with it."""
-    mine = [row for row in rows if row["case"] == case]
-    free = [row for row in mine if "free steps" in row]
+    """Summarize a case over all meshes: the steps without roll-back first, then the results with it."""
+    own = [row for row in rows if row["case"] == case]
+    free = [row for row in own if "free steps" in row]
     broken = [row for row in free if row["broke at"] is not None]
     boxes = [row["largest box"] for row in free]
     return {
@@ -77,24 +77,24 @@ def summary(rows: list[dict[str, Any]], case: str) -> dict[str, Any]:
         "breaks on": f"{len(broken)}/{len(free)}" if free else "not defined",
         "first at step": min((row["broke at"] for row in broken), default=None),
         "largest box": max(boxes) if boxes else None,
-        "steps": _median(mine, "steps"),
-        "contracted": _share(mine, "contracted"),
-        "accuracy": _median(mine, "accuracy"),
-        "coverage": _median(mine, "coverage"),
-        "topology": _share(mine, "topology right"),
-        "tips": _share(mine, "tips right"),
-        "inside": _median(mine, "inside"),
-        "from default": _median(mine, "from default"),
-        "seconds": _median(mine, "seconds"),
+        "steps": _median(own, "steps"),
+        "contracted": _share(own, "contracted"),
+        "accuracy": _median(own, "accuracy"),
+        "coverage": _median(own, "coverage"),
+        "topology": _share(own, "topology right"),
+        "tips": _share(own, "tips right"),
+        "inside": _median(own, "inside"),
+        "from default": _median(own, "from default"),
+        "seconds": _median(own, "seconds"),
     }
 
 
-FAR = 2.0  # times the default's coverage on the same mesh: parts are missing
+FAR = 2.0  # coverage over the default's on the same mesh, above which parts are missing; a guess
 RANKS = {1: "sound on most meshes", 2: "not sound on most", 3: "no skeleton"}
 
 
 def is_sound(row: Mapping[str, Any], enough: float) -> bool:
-    """Whether the steps break nowhere, the guarded ones reach their target, and the skeleton covers well enough."""
+    """Whether no step breaks, the contraction with roll-back reaches its target, and the coverage is good enough."""
     return (
         row.get("coverage") is not None
         and "broke at" in row
@@ -105,25 +105,25 @@ def is_sound(row: Mapping[str, Any], enough: float) -> bool:
 
 
 def ranking(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Cases by on how many meshes, whose true skeleton is known, they are sound, the best first.
+    """Rank the cases by the number of meshes with a known skeleton on which they are sound, best first.
 
-    Sound is a contraction that without the guard breaks nowhere down to a millionth of the volume, that with it reaches
-    its target, and whose skeleton covers the true one at most twice as badly as the default's.
+    A contraction is sound if without roll-back it breaks nowhere down to a millionth of the volume, with roll-back it
+    reaches its target, and the coverage of its skeleton is at most twice that of the default.
     """
     enough = {row["mesh"]: FAR * row["coverage"] for row in rows if row["case"] == "curvature_flow"}
     lines = []
     for case in dict.fromkeys(row["case"] for row in rows):
-        mine = [row for row in rows if row["case"] == case]
-        is_made = any(row.get("coverage") is not None for row in mine)
-        sound = [row for row in mine if is_sound(row, enough[row["mesh"]])]
-        rank = 3 if not is_made else 1 if 2 * len(sound) > len(mine) else 2
-        measured = {key: _median(mine, key) for key in ("coverage", "accuracy", "steps")}
+        own = [row for row in rows if row["case"] == case]
+        is_made = any(row.get("coverage") is not None for row in own)
+        sound = [row for row in own if is_sound(row, enough[row["mesh"]])]
+        rank = 3 if not is_made else 1 if 2 * len(sound) > len(own) else 2
+        measured = {key: _median(own, key) for key in ("coverage", "accuracy", "steps")}
         lines.append(
-            {"rank": rank, "what it is": RANKS[rank], "case": case, "sound on": f"{len(sound)}/{len(mine)}", **measured}
+            {"rank": rank, "what it is": RANKS[rank], "case": case, "sound on": f"{len(sound)}/{len(own)}", **measured}
         )
     return sorted(lines, key=lambda line: line["rank"])
 
 
 def tables(rows: list[dict[str, Any]]) -> str:
-    """One line for each case, in the order given."""
+    """Tabulate one line for each case, in the order of the rows."""
     return markdown_table([summary(rows, case) for case in dict.fromkeys(row["case"] for row in rows)])

@@ -1,4 +1,4 @@
-"""What Au et al. 2008 claim of their skeletons, measured: steps, noise, rotation, pose, homotopy, thin regions first.
+"""Claims of Au et al. 2008 about their skeletons, measured: steps, noise, rotation, pose, homotopy, thin regions first.
 
 Distances between skeletons are means in units of the true local radius.
 """
@@ -20,16 +20,16 @@ from lbskel import PRESETS, Mesh, Skeleton, contract, ground_truth_distances, sk
 from lbskel.shapes import Shape, make
 from lbskel.skeleton.edge_sampling import sample_edges
 
-BEND = np.radians(60)  # of the whole length of the shape
-VARIED = 1.1  # largest over smallest radius, below which no region is thin
-COLLAPSED = 0.2  # of its first distance to the axis: a vertex so near has been drawn in
+BEND = np.radians(60)  # turning angle along the whole length of the shape
+VARIED = 1.1  # largest over smallest radius, below which no region counts as thin; a guess
+COLLAPSED = 0.2  # distance to the axis over that at the start, below which a vertex has collapsed; a guess
 PRESETS_MEASURED = ("curvature_flow", "least_squares", "au2008_demo")
 
 
 def bent(points: NDArray[np.float64], axis: Mesh) -> NDArray[np.float64]:
-    """Points bent in the plane of the shape's two longest sides, so that its length turns by ``BEND``.
+    """Bend points in the plane of the shape's two longest sides by the angle ``BEND``.
 
-    The longest side becomes an arc of its own length; across it, distances from that arc stay.
+    The longest side becomes an arc of equal length; distances from that arc are kept.
     """
     low, high = axis.vertices.min(axis=0), axis.vertices.max(axis=0)
     long, across = np.argsort(high - low)[::-1][:2]
@@ -42,7 +42,7 @@ def bent(points: NDArray[np.float64], axis: Mesh) -> NDArray[np.float64]:
 
 
 def _rotation() -> NDArray[np.float64]:
-    """A turn about an axis in no special direction."""
+    """Return a rotation about an axis in general position."""
     Q = np.linalg.qr(np.random.default_rng(7).normal(size=(3, 3)))[0]
     return Q * np.sign(np.linalg.det(Q))
 
@@ -52,12 +52,12 @@ def _moved(skeleton: Skeleton, nodes: NDArray[np.float64]) -> Skeleton:
 
 
 def _spread(truth: Skeleton) -> float:
-    """Largest over smallest radius."""
+    """Return the ratio of the largest to the smallest radius."""
     return float(truth.radii.max() / truth.radii.min())
 
 
 def _thin_first(mesh: Mesh, truth: Skeleton, preset: str) -> float | None:
-    """Rank correlation of the local radius with the step that has drawn a vertex in: 1 is thin regions first."""
+    """Compute the rank correlation of local radius and step of collapse: 1 if thin regions collapse first."""
     if _spread(truth) < VARIED:
         return None
     axis, radii = sample_edges(truth, truth.length / 5000)
@@ -77,7 +77,7 @@ def _thin_first(mesh: Mesh, truth: Skeleton, preset: str) -> float | None:
 
 
 def _row(shape: Shape, preset: str, noisy: Mesh) -> dict[str, Any]:
-    """All claims on one shape."""
+    """Measure all claims on one shape."""
     mesh, truth, Q = shape.mesh, shape.truth, _rotation()
     skeleton = skeletonize(mesh, preset=preset)
     turned = skeletonize(mesh.with_vertices(mesh.vertices @ Q.T), preset=preset)
@@ -101,7 +101,7 @@ def _row(shape: Shape, preset: str, noisy: Mesh) -> dict[str, Any]:
 
 
 def measure(names: Iterable[str], n_vertices: int) -> list[dict[str, Any]]:
-    """One row for each shape and preset."""
+    """Measure each preset on each shape, one row each."""
     rows: list[dict[str, Any]] = []
     for name in names:
         shape, noisy = make(name, n_vertices=n_vertices), make(name, n_vertices=n_vertices, noise=0.25).mesh
@@ -110,13 +110,13 @@ def measure(names: Iterable[str], n_vertices: int) -> list[dict[str, Any]]:
 
 
 def tables(rows: list[dict[str, Any]]) -> str:
-    """Each preset over all shapes, then every row."""
+    """Tabulate each preset over all shapes, then every row."""
     lines: list[dict[str, Any]] = []
     for preset in PRESETS_MEASURED:
-        mine = [row for row in rows if row["preset"] == preset]
+        own = [row for row in rows if row["preset"] == preset]
 
-        def over(key: str, how: Callable[[list[float]], float], mine: list[dict[str, Any]] = mine) -> float:
-            return float(how([row[key] for row in mine if row[key] is not None]))
+        def over(key: str, how: Callable[[list[float]], float], own: list[dict[str, Any]] = own) -> float:
+            return float(how([row[key] for row in own if row[key] is not None]))
 
         lines.append(
             {
@@ -125,9 +125,9 @@ def tables(rows: list[dict[str, Any]]) -> str:
                 "accuracy": over("accuracy", np.mean),
                 "noisy": over("accuracy, noisy", np.mean),
                 "bent": over("accuracy, bent", np.mean),
-                "tips alike when bent": f"{sum(row['bent, tips alike'] for row in mine)}/{len(mine)}",
-                "turned, largest difference": max(abs(row["turned, apart"]) for row in mine),
-                "homotopic": f"{sum(row['homotopic'] for row in mine)}/{len(mine)}",
+                "tips alike when bent": f"{sum(row['bent, tips alike'] for row in own)}/{len(own)}",
+                "turned, largest difference": max(abs(row["turned, apart"]) for row in own),
+                "homotopic": f"{sum(row['homotopic'] for row in own)}/{len(own)}",
                 "thin first, rank correlation": over("thin first", np.median),
             }
         )

@@ -30,10 +30,10 @@ from lbskel.pipeline.comparison import AreaNormalized, record, run_case
 FACTORS = ("operator", "energy and rows", "weights")
 DEFAULT = ("intrinsic_delaunay", "curvature flow", "diffusion_length")
 NOT_SYMMETRIC = ("mean_value",)
-SAME = ("random_walk",)  # as graph, but for the mass, which no energy looks at
+SAME = ("random_walk",)  # equal to graph but for the mass, which no energy uses
 UNTREATED = ("graph", "heat_kernel", "cotangent_identity")
 WITH_A_UNIT = ("inverse_distance", "mean_value", "mean_value_symmetric")
-KEPT = (  # of a record
+KEPT = (  # keys of a record that rows keep
     "error",
     "steps",
     "contracted",
@@ -48,11 +48,11 @@ KEPT = (  # of a record
     "free steps",
     "largest box",
 )
-SHOWN = 8  # of the best combinations, and of the worst
+SHOWN = 8  # how many of the best and of the worst combinations are tabulated
 
 
 def combinations(operators: Sequence[str] = tuple(OPERATORS)) -> dict[tuple[Any, ...], ContractionSettings]:
-    """Settings by operator, energy and rows, and weights."""
+    """Return settings by operator, energy with row treatment, and weights."""
     found = {}
     for operator in operators:
         if operator in SAME:
@@ -74,16 +74,16 @@ def combinations(operators: Sequence[str] = tuple(OPERATORS)) -> dict[tuple[Any,
 def measure(
     meshes: Mapping[str, tuple[Mesh, Skeleton]], operators: Sequence[str] = tuple(OPERATORS)
 ) -> list[dict[str, Any]]:
-    """One row for each mesh and combination, which tells whether it is sound."""
+    """Measure each combination on each mesh, one row each, with whether it is sound."""
     rows = []
     for name, (mesh, truth) in meshes.items():
-        mine = []
+        own = []
         for levels, settings in combinations(operators).items():
             row = record(run_case(mesh, settings), truth=truth)
             kept = {key: row[key] for key in KEPT if key in row}
-            mine.append({"mesh": name, **dict(zip(FACTORS, levels, strict=True)), **kept})
-        (default,) = (row for row in mine if _levels(row) == DEFAULT)
-        rows += [{**row, "sound": is_sound(row, FAR * default["coverage"])} for row in mine]
+            own.append({"mesh": name, **dict(zip(FACTORS, levels, strict=True)), **kept})
+        (default,) = (row for row in own if _levels(row) == DEFAULT)
+        rows += [{**row, "sound": is_sound(row, FAR * default["coverage"])} for row in own]
     return rows
 
 
@@ -97,21 +97,21 @@ def _mean(rows: Sequence[Mapping[str, Any]], key: str) -> float | None:
 
 
 def _dummies(rows: Sequence[Mapping[str, Any]], *factors: str) -> NDArray[np.float64]:
-    """(n, levels) a column of zeros and ones for each level, or combination of levels, that occurs."""
+    """Build (n, levels) indicator columns, one for each level or combination of levels that occurs."""
     levels = [tuple(row[factor] for factor in factors) for row in rows]
     number = {level: column for column, level in enumerate(dict.fromkeys(levels))}
     return np.eye(len(number))[[number[level] for level in levels]]
 
 
 def _fit(y: NDArray[np.float64], *columns: NDArray[np.float64]) -> float:
-    """The share of the variance of y that a linear model of the columns explains."""
+    """Return the share of the variance of y that a linear model of the columns explains."""
     X = np.hstack(columns)
     residual = y - X @ np.linalg.lstsq(X, y)[0]
     return 1 - float(residual @ residual) / float(((y - y.mean()) ** 2).sum())
 
 
 def explained(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """What of the variance of soundness each factor explains beyond the others, and each pair beyond all factors."""
+    """Compute which share of the variance of soundness each factor, and each interaction, explains in addition."""
     y = np.array([row["sound"] for row in rows], dtype=np.float64)
     if y.min() == y.max():
         return []
@@ -129,28 +129,28 @@ def explained(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _level_line(rows: Sequence[Mapping[str, Any]], factor: str, level: Any) -> dict[str, Any]:
-    mine = [row for row in rows if row[factor] == level]
+    own = [row for row in rows if row[factor] == level]
     return {
         "factor": factor,
         "level": level,
-        "runs": len(mine),
-        "sound": _mean(mine, "sound"),
-        "breaks, unguarded": float(np.mean([row.get("broke at") is not None for row in mine])),
-        "contracted": float(np.mean([bool(row.get("contracted")) for row in mine])),
-        "coverage": _mean(mine, "coverage"),
-        "accuracy": _mean(mine, "accuracy"),
-        "steps": _mean(mine, "steps"),
-        "seconds": _mean(mine, "seconds"),
+        "runs": len(own),
+        "sound": _mean(own, "sound"),
+        "breaks, unguarded": float(np.mean([row.get("broke at") is not None for row in own])),
+        "contracted": float(np.mean([bool(row.get("contracted")) for row in own])),
+        "coverage": _mean(own, "coverage"),
+        "accuracy": _mean(own, "accuracy"),
+        "steps": _mean(own, "steps"),
+        "seconds": _mean(own, "seconds"),
     }
 
 
 def _crossed(rows: Sequence[Mapping[str, Any]], one: str, other: str) -> str:
-    """The share that is sound, by two factors."""
+    """Tabulate the share that is sound by two factors."""
     lines = []
     for level in dict.fromkeys(row[one] for row in rows):
-        mine = [row for row in rows if row[one] == level]
+        own = [row for row in rows if row[one] == level]
         cells = {
-            str(across): _mean([row for row in mine if row[other] == across], "sound")
+            str(across): _mean([row for row in own if row[other] == across], "sound")
             for across in dict.fromkeys(row[other] for row in rows)
         }
         lines.append({one: level, **cells})
@@ -158,13 +158,13 @@ def _crossed(rows: Sequence[Mapping[str, Any]], one: str, other: str) -> str:
 
 
 def _by_combination(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Each combination over all meshes: the best first; those without a skeleton last."""
+    """Summarize each combination over all meshes: the best first, those without a skeleton last."""
     lines = []
     for levels in dict.fromkeys(_levels(row) for row in rows):
-        mine = [row for row in rows if _levels(row) == levels]
-        measured = {key: _mean(mine, key) for key in ("coverage", "accuracy", "steps", "seconds")}
-        count = sum(row["sound"] for row in mine)
-        lines.append({**dict(zip(FACTORS, levels, strict=True)), "sound on": f"{count}/{len(mine)}", **measured})
+        own = [row for row in rows if _levels(row) == levels]
+        measured = {key: _mean(own, key) for key in ("coverage", "accuracy", "steps", "seconds")}
+        count = sum(row["sound"] for row in own)
+        lines.append({**dict(zip(FACTORS, levels, strict=True)), "sound on": f"{count}/{len(own)}", **measured})
 
     def order(line: dict[str, Any]) -> tuple[int, float]:
         return -int(line["sound on"].split("/")[0]), np.inf if line["coverage"] is None else line["coverage"]
@@ -173,7 +173,7 @@ def _by_combination(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 
 def tables(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Main effects, what explains soundness, every crossing of two factors, the best and the worst."""
+    """Tabulate main effects, shares of variance, every pair of factors, the best and the worst combinations."""
     levels = [
         _level_line(rows, factor, level) for factor in FACTORS for level in dict.fromkeys(row[factor] for row in rows)
     ]

@@ -1,4 +1,4 @@
-"""The pictures of the influence benchmark: the four stages by each strategy, what breaks beside its cure, curves."""
+"""Pictures of the influence benchmark: four stages by each strategy, failures next to their cures, curves."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from lbskel.contraction.settings import DEGENERACY_STRATEGIES, ContractionSettin
 from lbskel.pipeline.comparison import ComparisonResult, run_case
 from lbskel.visualization import Panel, render
 
-THIN = 0.05  # of the area, which shows the shape of what is left
-REACH = 0.6  # of the extent from the center, beyond which a vertex is drawn at the edge of the picture
+THIN = 0.05  # area ratio of the last stage that is pictured; a guess
+REACH = 0.6  # diameter bounds from the center, beyond which vertices are drawn at that distance
 
 
 def _cut(mesh: Mesh, start: Mesh) -> Mesh:
-    """A contracted mesh in the coordinates of its start, without what flew far away."""
+    """Bring a contracted mesh to the coordinates of its start, with far vertices pulled to ``REACH``."""
     V = mesh.vertices
     far = np.linalg.norm(V, axis=1, keepdims=True)
     return start.with_vertices(
@@ -31,7 +31,7 @@ def _cut(mesh: Mesh, start: Mesh) -> Mesh:
 
 
 def stages(mesh: Mesh, cases: Mapping[str, ContractionSettings], results: Path) -> None:
-    """Mesh, after one step, after more, skeleton: a picture for each case."""
+    """Draw mesh, first step, last or broken step, and skeleton: one picture for each case."""
     for case, settings in cases.items():
         result = run_case(mesh, settings)
         name = "_".join(re.findall(r"\w+", case.lower()))
@@ -39,10 +39,10 @@ def stages(mesh: Mesh, cases: Mapping[str, ContractionSettings], results: Path) 
 
 
 def _four(mesh: Mesh, result: ComparisonResult, title: str) -> list[Panel]:
-    """Without the guard, at the first step that breaks, or that leaves little; the skeleton is the guarded one's."""
+    """Make the panels: steps without roll-back up to the first that breaks or is thin; the skeleton with roll-back."""
     panels = [Panel(mesh, title=title)]
     free = result.free
-    assert free is not None  # least squares takes every operator
+    assert free is not None  # the least-squares energy admits every operator
     thin = [number for number, step in enumerate(free.steps, 1) if step.fault or step.area_ratio < THIN]
     for number in (1, thin[0] if thin else len(free.steps)):
         fault = free.steps[number - 1].fault
@@ -55,7 +55,7 @@ PAIRS = (("none", "intrinsic Delaunay"), ("identity row, right-hand side zero", 
 
 
 def blow_up(meshes: Mapping[str, Mesh], results: Path) -> list[dict[str, Any]]:
-    """What breaks, at its worst step, beside its cure after as many, a picture for each mesh; and their numbers."""
+    """Draw failing strategies at their worst step next to their cures at the same step; return their numbers."""
     rows: list[dict[str, Any]] = []
     for name, mesh in meshes.items():
         panels = [Panel(mesh, title=name)]
@@ -91,15 +91,15 @@ def blow_up(meshes: Mapping[str, Mesh], results: Path) -> list[dict[str, Any]]:
 
 
 def curves(rows: list[dict[str, Any]], mesh: str, path: Path) -> None:
-    """Area and bounding box by step for each strategy, without the guard."""
+    """Plot area and bounding box by step for each strategy, without roll-back."""
 
     names = list(dict.fromkeys(row["case"].split(";")[0] for row in rows if ";" in row["case"]))
 
     def draw(figure: Any) -> None:
         axes = figure.subplots(2, 2, sharex=True)
         for column, energy in enumerate(("least squares", "curvature flow")):
-            mine = [row for row in rows if row["mesh"] == mesh and row["case"].endswith(energy) and "areas" in row]
-            for row in mine:
+            own = [row for row in rows if row["mesh"] == mesh and row["case"].endswith(energy) and "areas" in row]
+            for row in own:
                 strategy = row["case"].split(";")[0]
                 number = names.index(strategy)
                 steps = np.arange(1, 1 + len(row["areas"]))

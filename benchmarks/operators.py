@@ -24,7 +24,7 @@ def run(quick: bool, results: Path) -> None:
 
     rows = operators_spectrum.measure((2_000,) if quick else (20_000, 80_000))
     save_json(results / "operators_spectrum.json", {"quick": quick, "rows": rows}, packages=["lapy"])
-    save_markdown(results / "operators_spectrum.md", "The spectrum beside LaPy's", operators_spectrum.tables(rows))
+    save_markdown(results / "operators_spectrum.md", "Spectra compared with LaPy", operators_spectrum.tables(rows))
 
     sizes = (2_000, 10_000) if quick else (10_000, 100_000, 1_000_000)
     rows = operators_speed.measure(sizes, {n: 1 if quick else 3 if n > 500_000 else 9 for n in sizes})

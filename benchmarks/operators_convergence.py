@@ -1,4 +1,4 @@
-"""Convergence of every operator over refinements, on meshes of good triangles without regularity.
+"""Convergence of every operator under refinement, on irregular meshes of well-shaped triangles.
 
 Eigenvalues of the sphere l (l + 1), of the flat torus 4 pi^2 (m^2 + n^2), of a rectangle pi^2 (m^2 / a^2 + n^2 / b^2);
 a Poisson problem on the sphere; the Laplacian of a harmonic at each vertex; the mean curvature of the sphere, a
@@ -32,13 +32,13 @@ Operator: TypeAlias = Callable[[Mesh], Laplacian]
 Errors: TypeAlias = tuple[float, dict[str, float]]  # the edge length, and relative errors by name
 
 N_EIGENVALUES = 9
-SIDES = (1.0, 0.7)  # of the rectangle
+SIDES = (1.0, 0.7)  # side lengths of the rectangle
 # Blind to lengths: multiples of the Laplacian at best, so these are compared after the best factor.
 SCALED = ("graph", "random_walk")
 
 
 def edge_length(mesh: Mesh) -> float:
-    """The mean over the edges."""
+    """Return the mean edge length."""
     return float(np.linalg.norm(mesh.vertices[mesh.edges[:, 0]] - mesh.vertices[mesh.edges[:, 1]], axis=1).mean())
 
 
@@ -100,8 +100,8 @@ def folded(operator: Operator, n: int) -> tuple[Laplacian, float]:
     for matrix in (L.stiffness, L.mass):
         entries = matrix.tocoo()
         kept = middle[entries.row]
-        places = vertex[entries.row[kept]], vertex[entries.col[kept]]
-        parts.append(csc_array(coo_array((entries.data[kept], places), shape=(n * n, n * n))))
+        positions = vertex[entries.row[kept]], vertex[entries.col[kept]]
+        parts.append(csc_array(coo_array((entries.data[kept], positions), shape=(n * n, n * n))))
     return Laplacian(*parts), edge_length(tiles)
 
 

@@ -1,4 +1,4 @@
-"""The no-free-lunch table: the health of every operator on a fixed set of shapes, beside what theory says.
+"""The no-free-lunch table: the properties of every operator on a fixed set of shapes, next to what theory says.
 
 Wardetzky, Mathur, Kaelberer, Grinspun 2007, https://doi.org/10.2312/SGP/SGP07/033-037. A property counts as kept when
 it holds on every shape where it is defined.
@@ -67,7 +67,7 @@ def oriented_hull(points: np.ndarray) -> Mesh:
 
 
 def uneven_square(n: int, by: float = 0.3, seed: int = 0) -> Mesh:
-    """The unit square with its inner vertices moved by up to that share of the grid."""
+    """Triangulate the unit square, with inner vertices displaced by up to a fraction of the grid spacing."""
     grid = flat_grid(n, n)
     V = grid.vertices.copy()
     inner = ((V[:, :2] > 0) & (V[:, :2] < 1)).all(axis=1)
@@ -90,7 +90,7 @@ def book(pages: int = 3, n: int = 8) -> Mesh:
 
 
 def shapes() -> dict[str, Mesh]:
-    """The fixed set; a real mesh beside them where the environment names one in BENCHMARK_MESH."""
+    """Return the fixed set of shapes, and the mesh that the environment variable BENCHMARK_MESH names."""
     random = np.random.default_rng(0)
     points = random.normal(size=(1500, 3))
     shear = np.array([[1, 0, 0], [1.4, 1, 0], [0, 0, 1]])
@@ -111,7 +111,7 @@ def shapes() -> dict[str, Mesh]:
 
 
 def measure(names: Iterable[str] | None = None) -> list[dict[str, Any]]:
-    """One row for each operator on each shape, of those named or all."""
+    """Measure each operator on each shape, one row each; on all shapes, or on those named."""
     rows: list[dict[str, Any]] = []
     chosen = {name: mesh for name, mesh in shapes().items() if names is None or name in names}
     for name, mesh in chosen.items():
@@ -126,7 +126,7 @@ def measure(names: Iterable[str] | None = None) -> list[dict[str, Any]]:
 
 
 def _kept(rows: list[dict[str, Any]], key: str) -> list[str]:
-    """The shapes on which a property fails."""
+    """List the shapes on which a property fails."""
     return [row["shape"] for row in rows if "passed" in row and row["passed"][key] is False]
 
 

@@ -1,4 +1,4 @@
-"""The spectrum by eigenpairs and by LaPy, on the same meshes with the same matrices of linear finite elements."""
+"""Spectra computed by eigenpairs and by LaPy, on the same meshes with the same matrices of linear finite elements."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Pairs: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 def meshes(n_faces: int) -> dict[str, Mesh]:
-    """One without symmetry, one of three components, and a symmetric one with multiple eigenvalues."""
+    """Return a mesh without symmetry, one of three components, and a symmetric one with multiple eigenvalues."""
     ring, part = mesh_of(n_faces), mesh_of(n_faces // 3)
     V, n = part.vertices, len(part.vertices)
     three = Mesh(np.concatenate([V, V + 3, V + 6]), np.concatenate([part.faces + i * n for i in range(3)]))
@@ -33,12 +33,12 @@ def meshes(n_faces: int) -> dict[str, Mesh]:
 
 
 def ours(mesh: Mesh) -> Pairs:
-    """Values and functions by eigenpairs."""
+    """Compute eigenvalues and eigenfunctions by eigenpairs."""
     return eigenpairs(laplacian(mesh, mass="full"), K)
 
 
 def lapys(mesh: Mesh) -> Pairs:
-    """Values and functions by LaPy, from the same start each time."""
+    """Compute eigenvalues and eigenfunctions by LaPy, from the same start vector each time."""
     lapy = import_module("lapy")
     return lapy.Solver(lapy.TriaMesh(np.array(mesh.vertices), np.array(mesh.faces))).eigs(K, rng=0)
 
@@ -59,7 +59,7 @@ def _row(shape: str, mesh: Mesh, by: str, found: Pairs, seconds: list[float]) ->
 
 
 def measure(sizes: tuple[int, ...]) -> list[dict[str, Any]]:
-    """One row for each mesh and program; the difference is to ours, and ours is complete by Sylvester's count."""
+    """Measure each program on each mesh; differences are to eigenpairs, which is complete by Sylvester's law."""
     rows: list[dict[str, Any]] = []
     for n_faces in sizes:
         for shape, mesh in meshes(n_faces).items():
@@ -80,7 +80,7 @@ def measure(sizes: tuple[int, ...]) -> list[dict[str, Any]]:
 
 
 def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
-    """All measures in one table."""
+    """Tabulate all measures."""
     lines = [{**row, "seconds": float(np.median(row["seconds"]))} for row in rows]
     columns = ["mesh", "vertices", "by", "seconds", "x eigenpairs", "orthonormal to", "zeros", "components"]
     columns += ["difference", "first wrong value"]

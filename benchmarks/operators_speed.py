@@ -1,4 +1,4 @@
-"""Time and memory of every operator beside libigl, robust_laplacian, LaPy and gpytoolbox called directly.
+"""Time and memory of every operator compared with direct calls of libigl, robust_laplacian, LaPy and gpytoolbox.
 
 Every call gets a Mesh that it has not seen, made beforehand; all calls of one size take turns in one process. Memory is
 that of one call in a process of its own, at its peak, beyond what the mesh and the packages hold.
@@ -27,7 +27,7 @@ PACKAGES = ("lapy", "gpytoolbox")
 
 
 def mesh_of(n_faces: int) -> Mesh:
-    """A torus of about that many faces, its vertices moved a little, so that some angles are obtuse."""
+    """Make a torus of about that many faces, with vertices displaced so that some angles are obtuse."""
     m = round(np.sqrt(n_faces / 5))
     ring = torus(1.0, 0.4, n_faces // (2 * m), m)
     by = np.random.default_rng(0).normal(size=ring.vertices.shape)
@@ -59,7 +59,7 @@ def _gpytoolbox(mesh: Mesh) -> None:
     gpytoolbox.massmatrix(np.array(mesh.vertices), np.array(mesh.faces), type="voronoi")
 
 
-DIRECT: dict[str, tuple[str | None, Callable[[Mesh], None]]] = {  # the package that it needs beside ours
+DIRECT: dict[str, tuple[str | None, Callable[[Mesh], None]]] = {  # the optional package that each call needs
     LIBIGL: (None, _libigl),
     "libigl: intrinsic_delaunay_cotmatrix, massmatrix": (None, _libigl_delaunay),
     "robust_laplacian: mesh_laplacian": (None, _robust_laplacian),
@@ -69,13 +69,13 @@ DIRECT: dict[str, tuple[str | None, Callable[[Mesh], None]]] = {  # the package 
 
 
 def calls() -> dict[str, Callable[[Mesh], Any]]:
-    """Ours by name, then the others that are installed."""
+    """Return the operators of lbskel by name, then the calls of other packages that are installed."""
     others = {name: call for name, (package, call) in DIRECT.items() if not package or find_spec(package)}
     return {**OPERATORS, **others}
 
 
 def megabytes(n_faces: int, name: str) -> float | None:
-    """Of one call, for a process of its own; a call on a small mesh first, which loads what is loaded late."""
+    """Measure the memory of one call in a new process, after a call on a small mesh that loads lazy imports."""
     mesh, call = mesh_of(n_faces), calls()[name]
     call(mesh_of(200))
     return peak_growth(lambda: call(mesh))
@@ -120,7 +120,7 @@ def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
 
 
 def picture(rows: list[dict[str, Any]], figure: Any) -> None:
-    """Seconds against faces, ours in lines and the others in dashes."""
+    """Plot seconds against faces: operators of lbskel solid, others dashed."""
     ax = figure.subplots()
     for number, name in enumerate(dict.fromkeys(row["call"] for row in rows)):
         own = [row for row in rows if row["call"] == name and "seconds" in row]

@@ -1,4 +1,4 @@
-"""Other curve skeletons, each called as its own documentation says; where one is not there its rows say so."""
+"""Other tools for curve skeletons, each called as its documentation shows; a missing tool gives an error row."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def lbskel_least_squares(vertices: NDArray[np.float64], faces: NDArray[np.int64]
 
 
 def skeletor_edge_collapse(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Graph:
-    """Contraction to the area ratio 0.1 of its default, then edge collapse."""
+    """Contract by skeletor to its default area ratio 0.1, then collapse edges."""
     import skeletor
     import trimesh
 
@@ -38,7 +38,7 @@ def skeletor_edge_collapse(vertices: NDArray[np.float64], faces: NDArray[np.int6
 
 
 def pygel_separators(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Graph:
-    """Multi-scale local separators on the graph of the mesh."""
+    """Compute multi-scale local separators by PyGEL3D on the graph of the mesh."""
     from pygel3d import graph, hmesh
 
     mesh = hmesh.Manifold.from_triangles(np.asarray(vertices), np.asarray(faces))

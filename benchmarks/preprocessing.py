@@ -1,4 +1,4 @@
-"""What preprocessing does to meshes, whether a scan's skeleton is that of its original, and that no filter harms.
+"""Effects of preprocessing on meshes, skeletons of simulated scans, and robustness of the filters.
 
 Distances are of the Hausdorff kind, between samples of both surfaces, as fractions of the diagonal.
 """
@@ -31,13 +31,17 @@ from lbskel.skeleton.edge_sampling import sample_edges
 
 MESHES = Path(__file__).parent.parent / "meshes"
 MORE_MESHES = "LBSKEL_MESHES"  # environment variable: a folder of more meshes to measure
-# Of a scan's skeleton from that of the clean mesh: noise of a tenth of an edge moves sections by hundredths of a
-# radius, holes at tips and junctions move these by up to a quarter of one, and along a thick body a junction by more
+# Distances allowed between the skeletons of a scan and of the clean mesh: noise of a tenth of an edge length moves
+# cross-sections by hundredths of a radius, holes move tips and junctions by up to a quarter, along a thick body by more
 LIMITS = {"mean, in radii": 0.1, "worst twentieth, in radii": 0.25, "worst, of the diagonal": 0.04}
-SAMPLED = Pipeline.parse("remesh_isotropic:edge_length=0.01")  # how densely, and evenly, a scanner samples a shape
+SAMPLED = Pipeline.parse("remesh_isotropic:edge_length=0.01")  # sampling of a simulated scanner
 RUNS, QUICK_RUNS = 1000, 20
-LIMIT = 10.0  # seconds for one run of a filter, of which half a second is its start
-ENDS = {"signal": "child crashes", "took more": "over its time", "leaves nothing": "leaves nothing"}  # of what is said
+LIMIT = 10.0  # seconds for one run of a filter, half a second of which starts the process
+ENDS = {
+    "signal": "child crashes",
+    "took more": "over its time",
+    "leaves nothing": "leaves nothing",
+}  # outcomes by parts of error messages
 
 
 def run(quick: bool, results: Path) -> None:
@@ -46,7 +50,7 @@ def run(quick: bool, results: Path) -> None:
     paths = [path for folder in folders for path in sorted(folder.iterdir()) if path.suffix[1:] in MESH_READERS]
     meshes = {}
     for path in paths[: 1 if quick else None]:
-        with suppress(MeshError):  # of points without faces
+        with suppress(MeshError):  # a file of points without faces
             meshes[path.name] = lbskel.read_mesh(path)
     presets = [_preset_row(name, preset, mesh) for name, mesh in meshes.items() for preset in PIPELINES]
     skeletons = [_skeleton_row(name, mesh) for name, mesh in meshes.items()]
@@ -70,17 +74,18 @@ def run(quick: bool, results: Path) -> None:
         "Preprocessing",
         {
             "Each preset on each mesh": markdown_table(presets),
-            "Skeletons, prepared automatically": markdown_table(skeletons),
-            "Scans: noise, holes, crumbs; the skeleton against the clean original's": _limits() + markdown_table(scans),
+            "Skeletons with automatic preprocessing": markdown_table(skeletons),
+            "Simulated scans: noise, holes, debris; distance to the skeleton of the clean mesh": _limits()
+            + markdown_table(scans),
             "Low-poly shapes, means": markdown_table(_coarse_summary(coarse)),
-            "What looking costs, on closed meshes": markdown_table(cost),
-            "pymeshlab on hostile meshes, in children": markdown_table([hostile]),
+            "Time of the checks of automatic preprocessing, on closed meshes": markdown_table(cost),
+            "pymeshlab on damaged meshes, in child processes": markdown_table([hostile]),
         },
     )
 
 
 def _preset_row(name: str, preset: str, mesh: Mesh) -> dict[str, Any]:
-    """Sizes, topology and distance after a preset."""
+    """Measure sizes, topology and distance after a preset."""
     began = time.perf_counter()
     try:
         result = PIPELINES[preset](mesh)
@@ -104,7 +109,7 @@ def _preset_row(name: str, preset: str, mesh: Mesh) -> dict[str, Any]:
 
 
 def _skeleton_row(name: str, mesh: Mesh) -> dict[str, Any]:
-    """What skeletonize makes of a mesh as it is."""
+    """Summarize the skeleton of a mesh with automatic preprocessing."""
     try:
         skeleton = lbskel.skeletonize(mesh)
     except LbskelError as error:
@@ -122,7 +127,7 @@ def _skeleton_row(name: str, mesh: Mesh) -> dict[str, Any]:
 
 
 def scanned(mesh: Mesh, seed: int = 0) -> Mesh:
-    """A mesh as a scanner gives it: noise of a tenth of an edge, twelve holes, crumbs, no shared vertices."""
+    """Simulate a scan: noise of a tenth of an edge length, twelve holes, small debris, no shared vertices."""
     rng = np.random.default_rng(seed)
     start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
     length = np.linalg.norm(end - start, axis=1).mean()
@@ -131,15 +136,15 @@ def scanned(mesh: Mesh, seed: int = 0) -> Mesh:
     seeds = centers[rng.choice(len(centers), 12, replace=False)]
     near = np.linalg.norm(centers[:, None] - seeds, axis=2).min(axis=1)
     F = mesh.faces[near > 1.2 * length]
-    crumb = torus(length, 0.4 * length, 5, 4)
-    places = V[rng.choice(len(V), 8, replace=False)] + 5 * length * rng.standard_normal((8, 3))
-    corners = [V[F], *(crumb.vertices[crumb.faces] + place for place in places)]
+    debris = torus(length, 0.4 * length, 5, 4)
+    positions = V[rng.choice(len(V), 8, replace=False)] + 5 * length * rng.standard_normal((8, 3))
+    corners = [V[F], *(debris.vertices[debris.faces] + position for position in positions)]
     soup = np.concatenate(corners).reshape(-1, 3)
     return Mesh(soup, np.arange(len(soup)).reshape(-1, 3))
 
 
 def _scan_row(name: str, mesh: Mesh) -> dict[str, Any]:
-    """The skeletons of a scan, prepared as one, and of the clean mesh: how far one is from the other."""
+    """Measure the distance between the skeletons of a simulated scan and of the clean mesh."""
     clean = lbskel.skeletonize(mesh)
     began = time.perf_counter()
     skeleton = lbskel.skeletonize(scanned(mesh), preprocess="scan")
@@ -154,7 +159,7 @@ def _scan_row(name: str, mesh: Mesh) -> dict[str, Any]:
 
 
 def from_clean(skeleton: lbskel.Skeleton, clean: lbskel.Skeleton, diagonal: float) -> dict[str, Any]:
-    """How far a scan's skeleton is from that of the clean mesh, both ways, and whether it is the same within LIMITS."""
+    """Measure distances between the skeletons of a scan and of the clean mesh, and whether they are within LIMITS."""
     found = lbskel.ground_truth_distances(skeleton, clean)
     curves = [sample_edges(each, diagonal / 2000)[0] for each in (skeleton, clean)]
     apart = [cKDTree(curves[1 - k]).query(curves[k])[0].max() for k in (0, 1)]
@@ -169,13 +174,13 @@ def from_clean(skeleton: lbskel.Skeleton, clean: lbskel.Skeleton, diagonal: floa
 
 
 def _limits() -> str:
-    """What LIMITS are, as a line."""
+    """Describe LIMITS in a line."""
     limits = ", ".join(f"{name}: {limit:g}" for name, limit in LIMITS.items())
     return f"Limits: {limits}; and the same components, cycles and tips. Meshes of files are sampled evenly first.\n\n"
 
 
 def _coarse_row(name: str, faces: int) -> dict[str, Any]:
-    """A shape of few faces with and without what is done unasked."""
+    """Measure the skeleton of a coarse shape with and without automatic preprocessing."""
     shape = make(name, n_vertices=2000)
     mesh = simplify(shape.mesh, target_faces=faces).mesh
     row: dict[str, Any] = {"shape": name, "faces": len(mesh.faces)}
@@ -188,7 +193,7 @@ def _coarse_row(name: str, faces: int) -> dict[str, Any]:
 
 
 def _coarse_summary(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Means, and counts of what is right, for each way."""
+    """Compute means and counts with and without automatic preprocessing."""
     return [
         {
             "preprocess": how,
@@ -203,7 +208,7 @@ def _coarse_summary(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _cost_row(name: str, mesh: Mesh) -> dict[str, Any]:
-    """Seconds of looking whether anything must be done, beside those of a skeleton."""
+    """Time the checks of automatic preprocessing, and a whole skeleton for comparison."""
     seconds = interleaved({"look": lambda: preprocess_mesh(Mesh(mesh.vertices, mesh.faces))}, repeats=3)["look"]
     began = time.perf_counter()
     lbskel.skeletonize(Mesh(mesh.vertices, mesh.faces))
@@ -216,7 +221,7 @@ def _cost_row(name: str, mesh: Mesh) -> dict[str, Any]:
 
 
 def _hostile(runs: int) -> dict[str, Any]:
-    """Outcomes of remeshing broken meshes in children, and what memory of this process they leave behind."""
+    """Count outcomes of remeshing damaged meshes in child processes, and measure the memory of this process."""
     ring, rng = torus(1.0, 0.3, 16, 8), np.random.default_rng(0)
     inputs = []
     for kind in DAMAGE:
@@ -251,6 +256,6 @@ def _hostile(runs: int) -> dict[str, Any]:
 
 
 def _resident() -> float:
-    """Bytes of memory that this process holds; NaN where there is no /proc."""
+    """Return the resident memory of this process in bytes; NaN without /proc."""
     statm = Path("/proc/self/statm")
     return int(statm.read_text().split()[1]) * resource.getpagesize() if statm.exists() else float("nan")

@@ -1,4 +1,4 @@
-"""The tables of README.md, made from the results: what is between ``<!-- name -->`` and ``<!-- end -->``."""
+"""Write the tables of README.md from the results, between ``<!-- name -->`` and ``<!-- end -->``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ PROPERTIES = ("symmetric", "local", "linear", "positive", "semidefinite")
 
 
 def run(quick: bool, results: Path) -> None:
-    """Fill every table whose results are there; quick runs have no results worth showing."""
+    """Fill every table; a quick run changes nothing."""
     if quick:
         return
     text = README.read_text(encoding="utf-8")
@@ -52,12 +52,12 @@ def _rows(path: Path, key: str = "rows") -> list[dict[str, Any]]:
 
 
 def _skeletons(results: Path) -> list[dict[str, Any]]:
-    """Means over the shapes that gave a skeleton, and counts over all."""
+    """Compute means over the shapes that gave a skeleton, and counts over all."""
     rows = _rows(results / "skeletons.json", "shapes")
     table = []
     for variant, tool in dict.fromkeys((row["variant"], row["tool"]) for row in rows):
-        mine = [row for row in rows if (row["variant"], row["tool"]) == (variant, tool)]
-        done = [row for row in mine if "error" not in row]
+        own = [row for row in rows if (row["variant"], row["tool"]) == (variant, tool)]
+        done = [row for row in own if "error" not in row]
         means = {key: np.mean([row[key] for row in done]) if done else np.nan for key in ("accuracy", "coverage")}
         worst = {key: np.mean([row[f"{key}_95"] for row in done]) if done else np.nan for key in means}
         table.append(
@@ -68,8 +68,8 @@ def _skeletons(results: Path) -> list[dict[str, Any]]:
                 "its worst 5 %": f"{worst['accuracy']:.3f}",
                 "coverage": f"{means['coverage']:.3f}",
                 "its worst 5 % ": f"{worst['coverage']:.3f}",
-                "topology": f"{sum(row.get('is_topology_right', False) for row in mine)}/{len(mine)}",
-                "tips": f"{sum('n_tips' in row and row['n_tips'] == row['n_true_tips'] for row in mine)}/{len(mine)}",
+                "topology": f"{sum(row.get('is_topology_right', False) for row in own)}/{len(own)}",
+                "tips": f"{sum('n_tips' in row and row['n_tips'] == row['n_true_tips'] for row in own)}/{len(own)}",
             }
         )
     order = {variant: k for k, variant in enumerate(dict.fromkeys(row[""] for row in table))}
@@ -77,9 +77,9 @@ def _skeletons(results: Path) -> list[dict[str, Any]]:
 
 
 def _speed(results: Path) -> list[dict[str, Any]]:
-    """Processor seconds of other tools over those of lbskel, as it comes and with every vertex contracted."""
+    """Compute processor seconds of other tools over those of lbskel, by default and with every vertex contracted."""
     ratios = _rows(results / "speed.json", "ratios")
-    by_size = {(row["mesh"], row["faces"], row["beside"]): row for row in ratios}
+    by_size = {(row["mesh"], row["faces"], row["reference"]): row for row in ratios}
 
     def shown(ratio: float | None) -> str:
         return "-" if ratio is None else f"{ratio:.2g}" if ratio < 10 else f"{ratio:.0f}"
@@ -91,13 +91,13 @@ def _speed(results: Path) -> list[dict[str, Any]]:
             **{tool: shown(row.get(tool)) for tool in ("CGAL medial", "PyGEL3D", "skeletor")},
             "CGAL medial, of full resolution": shown(by_size[mesh, faces, "lbskel full"].get("CGAL medial")),
         }
-        for (mesh, faces, beside), row in by_size.items()
-        if beside == "lbskel" and any(row.get(tool) for tool in ("CGAL medial", "PyGEL3D", "skeletor"))
+        for (mesh, faces, reference), row in by_size.items()
+        if reference == "lbskel" and any(row.get(tool) for tool in ("CGAL medial", "PyGEL3D", "skeletor"))
     ]
 
 
 def _operators(results: Path) -> list[dict[str, Any]]:
-    """Orders of convergence, the properties kept on every shape, and what each operator costs on the largest mesh."""
+    """List orders of convergence, properties kept on every shape, and the time on the largest mesh."""
     orders = {
         (row["case"], row["operator"].split(" (")[0], row["error"]): row["order"]
         for row in _rows(results / "operators_convergence.json")

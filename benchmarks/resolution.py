@@ -71,10 +71,10 @@ def _mean(rows: list[dict[str, Any]], what: str, **where: Any) -> float:
 
 
 def _means(rows: list[dict[str, Any]], simplify: str) -> dict[str, Any]:
-    mine = [row for row in rows if row["simplify"] == simplify]
+    own = [row for row in rows if row["simplify"] == simplify]
     return (
         {"simplify": simplify}
-        | {distance: _mean(mine, distance) for distance in DISTANCES}
-        | {what: f"{sum(row[what] for row in mine)}/{len(mine)}" for what in ("topology right", "tips right")}
-        | {"median seconds": float(np.median([row["seconds"] for row in mine]))}
+        | {distance: _mean(own, distance) for distance in DISTANCES}
+        | {what: f"{sum(row[what] for row in own)}/{len(own)}" for what in ("topology right", "tips right")}
+        | {"median seconds": float(np.median([row["seconds"] for row in own]))}
     )

@@ -1,13 +1,13 @@
-"""How far skeletons move when their meshes change and their shapes do not: noise, turns, other samplings, other poses.
+"""How far skeletons move when the mesh changes but not the shape: noise, rotation, other samplings, other poses.
 
 Distances are in local radii: from the changed skeleton to that of the unchanged mesh and back, the larger mean and the
-larger 95th percentile of the two. A shape in another pose has another skeleton, so there they are distances to its true
-axis. Noise is uniform along the normals; its height is in per cent of the diagonal of the bounding box, of which a limb
-has a radius of two to four.
+larger 95th percentile of the two directions. A shape in another pose has another skeleton, so there they are distances
+to its true axis. Noise is uniform along the normals; its height is in per cent of the diagonal of the bounding box, of
+which a limb has a radius of two to four.
 
-What is asked of the mean: noise may move a skeleton by a fifth of a radius, a turn by no more than rounding, another
-sampling of the surface by a tenth, and another pose may leave it a quarter from the true axis. The number of tips and
-the topology stay. The 95th percentile is told, and nothing asked of it.
+Limits of the mean: noise may move a skeleton by a fifth of a radius, a rotation by rounding only, another sampling of
+the surface by a tenth, and in another pose it may be a quarter from the true axis. The number of tips and the topology
+must stay. The 95th percentile is reported without a limit.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ NOISES = (0.5, 1.0, 2.0, 3.0)
 FACTORS = (0.25, 0.5, 2.0, 4.0)
 BENDS = (45.0, 75.0)  # degrees from one end of the shape to the other; by 90 two fingers of the hand grow together
 
-LEAST_SEEN = 0.01  # radii that a picture shows
+MIN_VISIBLE = 0.01  # distance in radii that a picture shows; a guess
 
-# radii that a change may move a skeleton by on average
+# mean distance in radii that a change may move a skeleton by: what the project asks of itself
 LIMITS = {"noise": 0.2, "turn": 1e-6, "sampling": 0.1, "pose": 0.25}
 
 
 class Case(NamedTuple):
-    """A changed mesh, how far its skeleton may move, and from what: None for that of the unchanged mesh turned back."""
+    """A changed mesh, the limit for its skeleton, and the true skeleton; None to compare with the unchanged mesh."""
 
     kind: str
     change: str
@@ -62,7 +62,7 @@ def run(quick: bool, results: Path) -> None:
         for case in _cases(solid, mesh):
             row, skeleton = _row(name, case, reference)
             rows.append(row)
-            if skeleton is not None and row["moved, 95 %"] > worst.get(case.kind, (LEAST_SEEN,))[0]:
+            if skeleton is not None and row["moved, 95 %"] > worst.get(case.kind, (MIN_VISIBLE,))[0]:
                 worst[case.kind] = row["moved, 95 %"], Panel(case.mesh, skeleton, f"{name}, {case.change}")
     save_json(
         results / "robustness.json",
@@ -82,7 +82,7 @@ def run(quick: bool, results: Path) -> None:
 
 
 def _cases(solid: Solid, mesh: lbskel.Mesh) -> Iterator[Case]:
-    """Every change of a shape."""
+    """Generate every change of a shape."""
     still = np.eye(3)
     normals = igl.per_vertex_normals(mesh.vertices, mesh.faces)
     for per_cent in NOISES:
@@ -103,7 +103,7 @@ def _cases(solid: Solid, mesh: lbskel.Mesh) -> Iterator[Case]:
 
 
 def _resampled(solid: Solid, mesh: lbskel.Mesh, factor: float) -> lbskel.Mesh:
-    """The surface with more vertices, or the mesh with edges collapsed: thin limbs keep the remesher from fewer."""
+    """Sample the surface with more vertices, or collapse edges of the mesh: thin limbs keep the remesher from fewer."""
     if factor > 1:
         return mesh_solid(solid, n_vertices=int(factor * len(mesh.vertices)))
     V, F, *_ = igl.decimate(mesh.vertices, mesh.faces, int(factor * len(mesh.faces)), True)
@@ -111,7 +111,7 @@ def _resampled(solid: Solid, mesh: lbskel.Mesh, factor: float) -> lbskel.Mesh:
 
 
 def _turn(axis: int, angle: float) -> NDArray[np.float64]:
-    """The rotation about an axis."""
+    """Return the matrix of a rotation about an axis."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     turn = np.eye(3)
     turn[[i, i, j, j], [i, j, i, j]] = np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)
@@ -119,7 +119,7 @@ def _turn(axis: int, angle: float) -> NDArray[np.float64]:
 
 
 def _bent(points: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
-    """Space bent along the longest side of the points' box, so that its ends are turned against each other."""
+    """Bend space along the longest side of the points' bounding box, so that its ends turn against each other."""
     along, aside = np.argsort(-np.ptp(points, axis=0), kind="stable")[:2]
     bent = np.array(points)
     middle = (points.max(axis=0) + points.min(axis=0)) / 2
@@ -131,7 +131,7 @@ def _bent(points: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
 
 
 def _row(name: str, case: Case, reference: lbskel.Skeleton) -> tuple[dict[str, Any], lbskel.Skeleton | None]:
-    """The changed skeleton beside what it should be."""
+    """Compare the changed skeleton with its reference."""
     row: dict[str, Any] = {"kind": case.kind, "change": case.change, "shape": name, "vertices": len(case.mesh.vertices)}
     row["limit"] = case.limit
     try:
@@ -154,22 +154,22 @@ def _row(name: str, case: Case, reference: lbskel.Skeleton) -> tuple[dict[str, A
 
 
 def _summary(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """A row for each change: the mean and the worst over the shapes."""
+    """Summarize each change in a row: the mean and the worst over the shapes."""
     summary = []
     for change in dict.fromkeys(row["change"] for row in rows):
-        mine = [row for row in rows if row["change"] == change]
-        done = [row for row in mine if "error" not in row]
+        own = [row for row in rows if row["change"] == change]
+        done = [row for row in own if "error" not in row]
         moved, moved_95 = ([row[key] for row in done] for key in ("moved", "moved, 95 %"))
         summary.append(
             {
                 "change": change,
-                "limit": f"{mine[0]['limit']:g}",
+                "limit": f"{own[0]['limit']:g}",
                 "moved, mean": float(np.mean(moved)) if done else None,
                 "moved, 95 %, mean": float(np.mean(moved_95)) if done else None,
                 "moved, 95 %, worst": max(moved_95, default=None),
-                "within": f"{sum(row['within'] for row in done)}/{len(mine)}",
-                "topology same": f"{sum(row['topology same'] for row in done)}/{len(mine)}",
-                "tips same": f"{sum(row['tips'] == row['tips before'] for row in done)}/{len(mine)}",
+                "within": f"{sum(row['within'] for row in done)}/{len(own)}",
+                "topology same": f"{sum(row['topology same'] for row in done)}/{len(own)}",
+                "tips same": f"{sum(row['tips'] == row['tips before'] for row in done)}/{len(own)}",
             }
         )
     return summary

@@ -1,4 +1,4 @@
-"""Skeletons of shapes whose axis is known, by lbskel and by others, and of the repository's meshes.
+"""Skeletons of shapes with a known axis, by lbskel and by other tools, and of the meshes of the repository.
 
 Distances are in units of the true local radius. A tool that fails has a row with its error, and counts as wrong.
 """
@@ -72,7 +72,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
 
 
 def _row(tool: str, name: str, variant: str, shape: Shape) -> dict[str, Any]:
-    """One tool on one shape."""
+    """Measure one tool on one shape."""
     row: dict[str, Any] = {"tool": tool, "shape": name, "variant": variant, "vertices": len(shape.mesh.vertices)}
     answer = run_in_subprocess(PEERS[tool], np.array(shape.mesh.vertices), np.array(shape.mesh.faces), timeout=120)
     row["seconds"] = answer["seconds"]
@@ -92,23 +92,23 @@ def _brief(row: dict[str, Any]) -> dict[str, Any]:
 
 
 def _summary(rows: list[dict[str, Any]], tool: str, variant: str) -> dict[str, Any]:
-    """Means over the shapes that gave a skeleton, and counts over all."""
-    mine = [row for row in rows if row["tool"] == tool and row["variant"] == variant]
-    done = [row for row in mine if "error" not in row]
+    """Compute means over the shapes that gave a skeleton, and counts over all."""
+    own = [row for row in rows if row["tool"] == tool and row["variant"] == variant]
+    done = [row for row in own if "error" not in row]
     means = {measure: float(np.mean([row[measure] for row in done])) if done else None for measure in MEASURES}
     return {
         "variant": variant,
         "tool": tool,
         **means,
-        "topology right": f"{sum(row.get('is_topology_right', False) for row in mine)}/{len(mine)}",
-        "tips right": f"{sum('n_tips' in row and row['n_tips'] == row['n_true_tips'] for row in mine)}/{len(mine)}",
+        "topology right": f"{sum(row.get('is_topology_right', False) for row in own)}/{len(own)}",
+        "tips right": f"{sum('n_tips' in row and row['n_tips'] == row['n_true_tips'] for row in own)}/{len(own)}",
         "length inside": float(np.mean([row["inside_fraction"] for row in done])) if done else None,
         "median seconds": float(np.median([row["seconds"] for row in done])) if done else None,
     }
 
 
 def _mesh_row(path: Path) -> dict[str, Any]:
-    """What the report says of one mesh of the repository."""
+    """Summarize the report on one mesh of the repository."""
     mesh = lbskel.read_mesh(path)
     skeleton = lbskel.skeletonize(mesh)
     (part,) = skeleton.report["components"]
@@ -129,7 +129,7 @@ def _mesh_row(path: Path) -> dict[str, Any]:
 
 
 def _process_row(n_vertices: int) -> dict[str, Any]:
-    """Seconds of whole processes, start-up, reading and writing included, in turns."""
+    """Time whole processes in turns, with start-up, reading and writing."""
     with tempfile.TemporaryDirectory() as folder:
         mesh, swc = Path(folder) / "mesh.off", Path(folder) / "skeleton.swc"
         shape = make("dinosaur", n_vertices=n_vertices)

@@ -1,9 +1,9 @@
 """Least-squares solvers on the systems of a contraction: error by iteration and by time, memory, conditioning.
 
-Early, middle and late steps of the published energy on a chain of two rings, solved for the displacement, so that zero
-is the warm start. Every method runs in a process of its own, and its seconds are those that the processor gave it, so
-that other work beside it counts less. At each of the three it goes on to larger systems as long as it ends in time with
-an error below a hundredth, and the last row tells how it ended; on the largest early system all of them run.
+Early, middle and late steps of the published energy on a chain of two rings are solved for the displacement, so that
+zero is the warm start. Every method runs in a process of its own and is measured in processor seconds, so that other
+load matters less. For each of the three steps it goes on to larger systems as long as it ends in time with an error
+below a hundredth, and the last row says how it ended. On the largest early system all methods run.
 """
 
 from __future__ import annotations
@@ -33,17 +33,22 @@ from lbskel.solvers.least_squares import LEAST_SQUARES, MAX_DENSE_BYTES, lstsq
 
 STEPS = {"early": 1, "middle": 4, "late": 8}
 DENSE = ("qr", "svd")
-GRIDS = {1_000: 0.1687, 5_000: 0.0737, 25_000: 0.032, 170_000: 0.01227}  # of marching cubes, for about so many vertices
-DENSE_GRIDS = {2_000: 0.114, 3_000: 0.093}  # between the first and the second of those
-CAP, QUICK_CAP, ITERATIONS = 60.0, 5.0, 2000  # seconds, and of the iterative methods
-USEFUL = 1e-2  # relative error, beyond which a method is not tried on larger systems
-OTHERS_WORK = 20.0  # times the cap: when a process is given up that waits for others
-REFINEMENTS = 3  # of the solution that errors are measured from
+GRIDS = {
+    1_000: 0.1687,
+    5_000: 0.0737,
+    25_000: 0.032,
+    170_000: 0.01227,
+}  # grid spacing of marching cubes, by the number of vertices that it gives
+DENSE_GRIDS = {2_000: 0.114, 3_000: 0.093}  # sizes between the first and the second of GRIDS, for dense methods
+CAP, QUICK_CAP, ITERATIONS = 60.0, 5.0, 2000  # seconds of a trial, of a quick one, and iterations; guesses
+USEFUL = 1e-2  # relative error above which a method is not tried on larger systems; a guess
+OTHER_LOAD = 20.0  # wall seconds over the cap in processor seconds, after which a process is ended; a guess
+REFINEMENTS = 3  # steps of iterative refinement of the reference solution
 OPERATOR = "intrinsic_delaunay"
 
 
 def _system(start: Mesh, now: Mesh, step: int) -> tuple[csr_array, NDArray[np.float64]]:
-    """K and its right-hand side at a step of the contraction, on a mesh of extent 1."""
+    """Build K and its right-hand side at a step of the contraction, on a mesh with a diameter bound of 1."""
     weight = INITIAL_WEIGHT_RULES["diffusion_length"](start, 0.02) / mean_ring_area(start) * 4.0 ** (step - 1)
     none: NDArray[np.int64] = np.empty(0, dtype=np.int64)
     pull = ContractionStepInput(
@@ -58,10 +63,10 @@ def _system(start: Mesh, now: Mesh, step: int) -> tuple[csr_array, NDArray[np.fl
 
 
 def _write_systems(n_vertices: int, folder: Path, last: int = max(STEPS.values())) -> dict[str, dict[str, Any]]:
-    """Contract a mesh of about that many vertices, and write the systems asked for, each with its solution."""
+    """Contract a mesh of about that many vertices, and write the systems of STEPS, each with its solution."""
     mesh = chain_of_tori(2, step={**GRIDS, **DENSE_GRIDS}[n_vertices])
     now = start = mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.diameter_bound)
-    told: dict[str, dict[str, Any]] = {}
+    facts: dict[str, dict[str, Any]] = {}
     for step in range(1, 1 + last):
         K, B = _system(start, now, step)
         factorization = factorize(csc_array(K.T @ K), "cholmod")
@@ -73,13 +78,17 @@ def _write_systems(n_vertices: int, folder: Path, last: int = max(STEPS.values()
                 save_npz(folder / f"{n_vertices}_{name}.npz", K)
                 np.savez(folder / f"{n_vertices}_{name}_sides.npz", B=B, X=X)
                 condition = _condition(K, factorization)
-                told[name] = {"vertices": len(start.vertices), "entries of K": K.nnz, "condition of K": condition}
+                facts[name] = {
+                    "vertices": len(start.vertices),
+                    "entries of K": K.nnz,
+                    "condition of K": condition,
+                }
         now = now.with_vertices(now.vertices + X)
-    return told
+    return facts
 
 
 def _condition(K: csr_array, factorization: Any) -> float:
-    """The ratio of the largest singular value to the smallest, the latter by inverse iteration."""
+    """Compute the ratio of the largest to the smallest singular value, the latter by inverse iteration."""
     n = K.shape[1]
     T = K.T.tocsr()
     forward = LinearOperator((n, n), matvec=lambda x: T @ (K @ x), dtype=np.float64)
@@ -97,7 +106,7 @@ def _read(n_vertices: int, when: str, folder: Path) -> tuple[csr_array, NDArray[
 
 
 def is_iterative(method: str) -> bool:
-    """Whether a method shows iterates."""
+    """Whether a method reports its iterates."""
     return method not in (*DENSE, "augmented", "plain normal equations", *DIRECT_SOLVERS)
 
 
@@ -106,7 +115,7 @@ class OutOfTimeError(Exception):
 
 
 class Watch:
-    """The errors of iterates by number and by seconds, less those spent looking.
+    """Records the errors of iterates by number and by seconds, without the seconds of recording.
 
     scipy's lsqr and lsmr are run anew for 1, 2, 4, ... iterations, so that each look tells the seconds of a run of its
     own, and the last is one that leaves no time for twice as many.
@@ -119,7 +128,7 @@ class Watch:
         self.number, self.looking, self.began = 0, 0.0, time.process_time()
 
     def error(self, X: NDArray[np.float64]) -> float:
-        """Of a solution, relative."""
+        """Return the relative error of a solution."""
         return float(np.linalg.norm(X - self.exact)) / self.size
 
     def __call__(self, number: int, X: NDArray[np.float64]) -> None:
@@ -138,7 +147,7 @@ class Watch:
 
 
 def trial(n_vertices: int, when: str, method: str, cap: float, folder: Path) -> dict[str, Any]:
-    """One method on one system."""
+    """Measure one method on one system."""
     K, B, exact = _read(n_vertices, when, folder)
     watch = Watch(exact, cap, by_restarts=method in ("lsqr", "lsmr"))
     found: list[NDArray[np.float64]] = []
@@ -179,11 +188,11 @@ def limited_trial(n_vertices: int, when: str, method: str, cap: float, folder: P
 
 
 def _row(n_vertices: int, when: str, method: str, cap: float, folder: Path) -> dict[str, Any]:
-    """What came of a trial, or how its process ended."""
-    answer = run_in_subprocess(limited_trial, n_vertices, when, method, cap, folder, timeout=OTHERS_WORK * cap)
+    """Return the result of a trial, or how its process ended."""
+    answer = run_in_subprocess(limited_trial, n_vertices, when, method, cap, folder, timeout=OTHER_LOAD * cap)
     row = {"size": n_vertices, "when": when, "method": method}
     if "error" in answer:
-        is_over = answer["error"].endswith((f"code -{signal.SIGXCPU.value}", f"over {OTHERS_WORK * cap:g} s"))
+        is_over = answer["error"].endswith((f"code -{signal.SIGXCPU.value}", f"over {OTHER_LOAD * cap:g} s"))
         return {**row, "ended": f"over {cap:g} s" if is_over else answer["error"]}
     return {**row, **answer["value"]}
 
@@ -203,8 +212,8 @@ def run(quick: bool, results: Path) -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for n_vertices in sizes:
-            told = _write_systems(n_vertices, folder)
-            systems += [{"size": n_vertices, "when": when, **facts} for when, facts in told.items()]
+            written = _write_systems(n_vertices, folder)
+            systems += [{"size": n_vertices, "when": when, **facts} for when, facts in written.items()]
             for when in STEPS:
                 for method in (*LEAST_SQUARES, "plain normal equations"):
                     shows_all = n_vertices == max(GRIDS) and when == "early"
@@ -213,7 +222,7 @@ def run(quick: bool, results: Path) -> None:
                     row = _row(n_vertices, when, method, cap, folder)
                     rows.append(row)
                     if not _is_useful(row):
-                        # how long a direct method takes hardly depends on the step
+                        # the time of a direct method hardly depends on the step
                         ended |= {(method, when)} if is_iterative(method) else {(method, other) for other in STEPS}
                 _save(rows, systems, quick, cap, results)
         for n_vertices in () if quick else DENSE_GRIDS:
@@ -224,7 +233,7 @@ def run(quick: bool, results: Path) -> None:
 
 
 def _save(rows: list[dict[str, Any]], systems: list[dict[str, Any]], quick: bool, cap: float, results: Path) -> None:
-    """What has been measured so far."""
+    """Write what has been measured so far."""
     measured = {"quick": quick, "cap": cap, "systems": systems, "rows": rows}
     save_json(results / "solvers.json", measured, packages=["pyamg"])
     save_markdown(results / "solvers.md", "Solvers of the least-squares step", _tables(rows, systems, cap))
@@ -256,7 +265,7 @@ def _tables(rows: list[dict[str, Any]], systems: list[dict[str, Any]], cap: floa
 
 
 def _time(row: dict[str, Any]) -> float | str | None:
-    """Seconds, or why it took no more of them."""
+    """Return the seconds, or why the trial ended early."""
     ended = row.get("ended", "")
     if not ended or ended.endswith("iterations"):
         return row.get("seconds")
@@ -264,7 +273,7 @@ def _time(row: dict[str, Any]) -> float | str | None:
 
 
 def _dense(rows: list[dict[str, Any]], systems: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Seconds and memory of the dense methods on early systems, by size."""
+    """Tabulate seconds and memory of the dense methods on early systems by size."""
     vertices = {system["size"]: system["vertices"] for system in systems}
     lines: dict[int, dict[str, Any]] = {}
     for row in (row for row in rows if row["when"] == "early" and row["method"] in DENSE):

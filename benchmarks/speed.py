@@ -1,10 +1,10 @@
 """Processor seconds, memory and score of whole skeletons from 5,000 to 5 million faces, in one run.
 
-Each run is a process of its own that reads the mesh from a file; what it takes to start and to import does not count.
-Runs of one size are taken in turns, tool by tool. One that fails, or takes longer than is allowed, is a row that says
-so; a tool that ran out of time is not asked again at a larger size. After the shape at every size come the meshes of a
-folder given with --meshes. The last rows of each mesh tell the distance to the limit: how long it takes to read the
-file alone, to simplify it too, and to factorize the systems of the steps alone.
+Each run is a process of its own that reads the mesh from a file; start-up and imports do not count. Runs of one size
+are taken in turns, tool by tool. A failure or a run over the time limit is a row that says so, and a tool that reached
+the time limit is not run at larger sizes. The shape at every size is followed by the meshes of a folder given with
+--meshes. The last rows of each mesh are lower bounds: the time to read the file, to simplify the mesh too, and to
+factorize the systems of the steps.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from lbskel.shapes import make
 
 SIZES = (5_000, 50_000, 90_000, 350_000, 1_400_000, 5_000_000)
 QUICK = (2_000, 5_000)
-SHAPE = "dinosaur"  # of the catalog
-ALLOWED = 150.0  # seconds on the wall for one run
-TURNS = {5_000: 3}  # of each size; one for the larger ones
-DIRECT = 50_000  # faces up to which the shape is meshed; beyond, it is subdivided, and simplified to the size
+SHAPE = "dinosaur"  # its name in the catalog
+ALLOWED = 150.0  # wall seconds for one run; a guess
+TURNS = {5_000: 3}  # runs by number of faces; one for larger sizes
+DIRECT = 50_000  # faces up to which the shape is meshed directly; larger meshes are subdivided and simplified
 REPORTED = ("nodes", "cycles", "accuracy", "coverage", *SCORED)
 
 
@@ -59,7 +59,7 @@ def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
 
 
 def _write_shape(path: Path, n_faces: int) -> None:
-    """The mesh and, beside it, its known axis."""
+    """Write the mesh, and a file with its known axis next to it."""
     shape = make(SHAPE, n_vertices=min(n_faces, DIRECT) // 2)
     V, F = np.array(shape.mesh.vertices), np.array(shape.mesh.faces)
     while len(F) < 0.9 * n_faces:
@@ -71,7 +71,7 @@ def _write_shape(path: Path, n_faces: int) -> None:
 
 
 def _rows(mesh: Path, name: str, n_faces: int, turns: int, late: set[str]) -> list[dict[str, Any]]:
-    """All tools on one mesh, in turns."""
+    """Run all tools on one mesh, in turns."""
     tools = {**TOOLS, **LIMITS}
     answers: dict[str, list[dict[str, Any]]] = {tool: [] for tool in tools if tool not in late}
     for _ in range(turns):
@@ -100,23 +100,23 @@ def _rows(mesh: Path, name: str, n_faces: int, turns: int, late: set[str]) -> li
 
 
 def _exponents(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """p of seconds ~ faces^p, for each tool over the sizes it managed, from 50,000 on."""
+    """Fit p of seconds ~ faces^p for each tool, over the sizes from 50,000 faces that it managed."""
     found = []
     for tool in (*TOOLS, *LIMITS):
-        mine = [row for row in _of_shape(rows, tool) if row["faces"] >= 50_000]
-        if len(mine) >= 2:
-            slope = np.polyfit(np.log([row["faces"] for row in mine]), np.log([row["seconds"] for row in mine]), 1)[0]
-            found.append({"tool": tool, "sizes": len(mine), "exponent": float(slope)})
+        own = [row for row in _of_shape(rows, tool) if row["faces"] >= 50_000]
+        if len(own) >= 2:
+            slope = np.polyfit(np.log([row["faces"] for row in own]), np.log([row["seconds"] for row in own]), 1)[0]
+            found.append({"tool": tool, "sizes": len(own), "exponent": float(slope)})
     return found
 
 
 def _of_shape(rows: list[dict[str, Any]], tool: str) -> list[dict[str, Any]]:
-    """What a tool managed of the shape that is measured at every size."""
+    """Select the rows of a tool on the shape that is measured at every size."""
     return [row for row in rows if row["tool"] == tool and row["mesh"] == SHAPE and "seconds" in row]
 
 
 def _ratios(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Seconds of each tool over those of lbskel at the same size."""
+    """Compute the seconds of each tool over those of lbskel at the same size."""
     seconds = {(row["mesh"], row["faces"], row["tool"]): row.get("seconds") for row in rows}
     table = []
     for mesh, faces in dict.fromkeys((row["mesh"], row["faces"]) for row in rows):
@@ -127,12 +127,12 @@ def _ratios(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
                 f"{tool} / {ours}"[: len(tool)]: taken / own if own and taken else None
                 for tool, taken in others.items()
             }
-            table.append({"mesh": mesh, "faces": faces, "beside": ours, **ratios})
+            table.append({"mesh": mesh, "faces": faces, "reference": ours, **ratios})
     return table
 
 
 def _write(rows: list[dict[str, Any]], results: Path) -> None:
-    """What is measured so far."""
+    """Write what is measured so far."""
     save_json(
         results / "speed.json",
         {"rows": rows, "exponents": _exponents(rows), "ratios": _ratios(rows)},
@@ -153,10 +153,10 @@ def _write(rows: list[dict[str, Any]], results: Path) -> None:
 def _plot(figure: Any, rows: list[dict[str, Any]]) -> None:
     axes = figure.subplots()
     for tool in (*TOOLS, *LIMITS):
-        mine = _of_shape(rows, tool)
+        own = _of_shape(rows, tool)
         style = "--" if tool in LIMITS else "-"
         width = 2.5 if tool.startswith("lbskel") else 1.2
-        axes.loglog([row["faces"] for row in mine], [row["seconds"] for row in mine], f"o{style}", label=tool, lw=width)
+        axes.loglog([row["faces"] for row in own], [row["seconds"] for row in own], f"o{style}", label=tool, lw=width)
     axes.set(xlabel="faces", ylabel="processor seconds", title=f"One skeleton, {machine()['processor']}, one thread")
     axes.grid(True, which="both", alpha=0.3)
     axes.legend(fontsize=8)

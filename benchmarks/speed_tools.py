@@ -1,6 +1,6 @@
-"""What the speed benchmark runs in a process each: a mesh's path in, seconds, memory and a score out.
+"""Runs of the speed benchmark, each in a process of its own: from the path of a mesh to seconds, memory and score.
 
-Seconds are the processor's, which others that run on the machine do not count in.
+Seconds are processor seconds, which other load on the machine does not count in.
 """
 
 from __future__ import annotations
@@ -20,16 +20,17 @@ import lbskel
 from benchmarks.cgal import cgal_seconds
 from benchmarks.peers import Graph, pygel_separators, skeletor_edge_collapse
 
-SCORED = {  # measures of lbskel.score by their names in the results, where coverage is that of the known axis
+SCORED = {  # measures of lbskel.score by their names in the results, where "coverage" is that of the known axis
     "inside_fraction": "inside_fraction",
     "centeredness_error": "centeredness_error",
     "surface_coverage": "coverage",
 }
-MOST_SCORED = 400_000  # faces of a mesh that skeletons of others are scored on, since that takes longer than they do
+# Faces of a mesh on which skeletons of other tools are scored: on larger ones the score takes longer than the tool
+MAX_SCORED_FACES = 400_000
 
 
 def _peak() -> float:
-    """Megabytes that this process has held at most; getrusage would count what it was forked from."""
+    """Return the peak memory of this process in megabytes; getrusage would include its parent's."""
     status = Path("/proc/self/status")
     if not status.exists():
         return float("nan")
@@ -38,7 +39,7 @@ def _peak() -> float:
 
 
 def _lbskel(mesh: Path, **options: Any) -> dict[str, Any]:
-    """Reading included, which is told apart."""
+    """Measure lbskel, with the time of reading apart."""
     began = time.process_time()
     read = lbskel.read_mesh(mesh)
     reading = time.process_time() - began
@@ -52,12 +53,12 @@ def _lbskel(mesh: Path, **options: Any) -> dict[str, Any]:
         "nodes": len(skeleton.nodes),
         "cycles": skeleton.cycle_rank,
         **{name: report["score"]["measures"][measure] for name, measure in SCORED.items()},
-        **_beside_truth(skeleton, mesh),
+        **_distances_to_truth(skeleton, mesh),
     }
 
 
-def _beside_truth(skeleton: lbskel.Skeleton, mesh: Path) -> dict[str, Any]:
-    """Distances to the known axis, if that lies beside the mesh in a file."""
+def _distances_to_truth(skeleton: lbskel.Skeleton, mesh: Path) -> dict[str, Any]:
+    """Measure distances to the known axis, if there is a file of it next to the mesh."""
     if not mesh.with_suffix(".npz").exists():
         return {}
     comparison = lbskel.ground_truth_distances(skeleton, lbskel.read_skeleton(mesh.with_suffix(".npz")))
@@ -65,7 +66,7 @@ def _beside_truth(skeleton: lbskel.Skeleton, mesh: Path) -> dict[str, Any]:
 
 
 def _peer(tool: Callable[..., Graph], mesh: Path) -> dict[str, Any]:
-    """The mesh is read by lbskel; scored afterwards, which does not count."""
+    """Measure another tool on a mesh read by lbskel; its score is not timed."""
     began = time.process_time()
     read = lbskel.read_mesh(mesh)
     reading = time.process_time() - began
@@ -75,30 +76,30 @@ def _peer(tool: Callable[..., Graph], mesh: Path) -> dict[str, Any]:
 
 
 def _cgal(kind: str, mesh: Path) -> dict[str, Any]:
-    """The seconds that the driver tells, and the memory of its process."""
+    """Measure CGAL by the seconds that the driver reports and the memory of its process."""
     read = lbskel.read_mesh(mesh)
     (nodes, edges), (reading, seconds, megabytes) = cgal_seconds(read.vertices, read.faces, kind)
     return {"seconds": reading + seconds, "read": reading, "megabytes": megabytes, **_scored(nodes, edges, read, mesh)}
 
 
 def _scored(nodes: np.ndarray, edges: np.ndarray, mesh: lbskel.Mesh, path: Path) -> dict[str, Any]:
-    """The score of a bare graph: each vertex belongs to the nearest node, radii are inscribed."""
+    """Score a bare graph: each vertex is mapped to the nearest node, radii are inscribed."""
     from scipy.spatial import cKDTree
 
     from lbskel.geometry.surface_queries import Surface
     from lbskel.refinement.radii import inscribed_radii
 
     graph = lbskel.Skeleton(nodes, edges, np.zeros(len(nodes)))
-    told = {"nodes": len(graph.nodes), "cycles": graph.cycle_rank, **_beside_truth(graph, path)}
-    if len(mesh.faces) > MOST_SCORED or len(edges) == 0:
-        return told
+    row = {"nodes": len(graph.nodes), "cycles": graph.cycle_rank, **_distances_to_truth(graph, path)}
+    if len(mesh.faces) > MAX_SCORED_FACES or len(edges) == 0:
+        return row
     mapped = lbskel.Skeleton(nodes, edges, np.zeros(len(nodes)), cKDTree(nodes).query(mesh.vertices)[1])
     scored = lbskel.score(inscribed_radii(mapped, Surface(mesh)), mesh).report()
-    return {**told, **{name: scored["measures"][measure] for name, measure in SCORED.items()}}
+    return {**row, **{name: scored["measures"][measure] for name, measure in SCORED.items()}}
 
 
 def _reading(mesh: Path) -> dict[str, Any]:
-    """Reading alone."""
+    """Time reading alone."""
     began = time.process_time()
     lbskel.read_mesh(mesh)
     seconds = time.process_time() - began
@@ -106,7 +107,7 @@ def _reading(mesh: Path) -> dict[str, Any]:
 
 
 def _simplifying(mesh: Path) -> dict[str, Any]:
-    """Reading and simplifying to what the default contracts, with all checks of it."""
+    """Time reading and simplification to the proxy, with its checks."""
     from lbskel.preprocess import simplify_to_proxy
 
     began = time.process_time()
@@ -117,10 +118,10 @@ def _simplifying(mesh: Path) -> dict[str, Any]:
 
 
 def _factorising(mesh: Path) -> dict[str, Any]:
-    """What the factorisations of a full contraction that merges nothing take by themselves."""
+    """Time the factorizations alone of a contraction of every vertex without edge collapses."""
     from dataclasses import replace
 
-    contraction: Any = importlib.import_module("lbskel.contraction.flow")  # its factorize is replaced by a timed one
+    contraction: Any = importlib.import_module("lbskel.contraction.flow")  # whose factorize is replaced by a timed one
 
     seconds = 0.0
     factorize = contraction.factorize

@@ -1,8 +1,8 @@
-"""Tunnels under stress: surgery on random positions, and whole skeletons of noisy surfaces, of genus 0 to 9.
+"""Topology under stress: edge collapse of random positions, and skeletons of noisy surfaces, of genus 0 to 9.
 
-Surgery must keep every tunnel and leave no other loop whatever the positions are: they are scattered, squashed onto a
-plane or a line, rounded to a coarse grid or squeezed. Noise is uneven in all directions, in mean edge lengths;
-from about 0.3 on surfaces cut themselves.
+The collapse must keep every handle and leave no other loop, whatever the positions are: random, permuted, projected to
+a plane or a line, rounded to a coarse grid, or scaled unevenly. Noise is Gaussian in all directions, in mean edge
+lengths; from about 0.3 on, surfaces intersect themselves.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ POSITIONS: dict[str, Callable[[lbskel.Mesh, np.random.Generator], NDArray[np.flo
 
 
 def surfaces() -> dict[str, lbskel.Mesh]:
-    """Small closed surfaces of genus 0 to 9."""
+    """Return small closed surfaces of genus 0 to 9."""
     return {
         "ball": sphere(2),
         "rod": capsule(3.0, 0.4, 16),
@@ -70,14 +70,14 @@ def run(quick: bool, results: Path) -> None:
 
 
 def _collapses(meshes: dict[str, lbskel.Mesh], n_runs: int) -> list[dict[str, Any]]:
-    """A row for each surface: all kinds of positions in turn, the tunnels told by the surface itself."""
+    """Collapse each surface, one row each: all kinds of positions in turn, handles by the original surface."""
     rows = []
     each = -(-n_runs // len(meshes))
-    once = functools.cache(tunnel_cochain)  # the surface stays the same, only the positions differ
+    cached = functools.cache(tunnel_cochain)  # the surface stays the same, only the positions differ
     for name, mesh in meshes.items():
         kinds = list(POSITIONS.values())
         began = time.perf_counter()
-        with mock.patch.object(surgery, "tunnel_cochain", once):
+        with mock.patch.object(surgery, "tunnel_cochain", cached):
             found = [_counts(mesh, kinds[i % len(kinds)](mesh, np.random.default_rng(i))) for i in range(each)]
         wrong = np.array(found)
         rows.append(
@@ -97,7 +97,7 @@ def _collapses(meshes: dict[str, lbskel.Mesh], n_runs: int) -> list[dict[str, An
 
 
 def _counts(mesh: lbskel.Mesh, positions: NDArray[np.float64]) -> tuple[int, int, int]:
-    """Cycles beyond the genus, components, and loops that were cut."""
+    """Count cycles minus genus, components, and loops that were removed."""
     graph = lbskel.collapse_mesh(mesh.with_vertices(positions), mesh)
     skeleton = lbskel.Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)))
     assert mesh.genus is not None
@@ -105,7 +105,7 @@ def _counts(mesh: lbskel.Mesh, positions: NDArray[np.float64]) -> tuple[int, int
 
 
 def _skeletons(meshes: dict[str, lbskel.Mesh], n_runs: int) -> list[dict[str, Any]]:
-    """A row for each surface and noise."""
+    """Make skeletons of each surface with each noise, one row each."""
     cases = list(product((name for name, mesh in meshes.items() if mesh.genus), NOISES))
     cases = cases[:: max(1, len(cases) // n_runs)]
     each = -(-n_runs // len(cases))
@@ -113,7 +113,7 @@ def _skeletons(meshes: dict[str, lbskel.Mesh], n_runs: int) -> list[dict[str, An
 
 
 def _noisy_row(name: str, mesh: lbskel.Mesh, noise: float, n_runs: int) -> dict[str, Any]:
-    """How often the tunnels were told and kept."""
+    """Count how often the handles were certified and kept."""
     start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
     height = noise * np.linalg.norm(end - start, axis=1).mean()
     row = {"surface": name, "genus": mesh.genus, "noise": noise, "runs": n_runs}
@@ -121,7 +121,7 @@ def _noisy_row(name: str, mesh: lbskel.Mesh, noise: float, n_runs: int) -> dict[
         "right": 0,
         "handles lost": 0,
         "loops too many": 0,
-        "wrong and not told": 0,
+        "wrong and not reported": 0,
         "not guarded": 0,
         "errors": 0,
     }
@@ -138,5 +138,5 @@ def _noisy_row(name: str, mesh: lbskel.Mesh, noise: float, n_runs: int) -> dict[
         outcomes["right"] += surplus == 0
         outcomes["handles lost"] += surplus < 0
         outcomes["loops too many"] += surplus > 0
-        outcomes["wrong and not told"] += surplus != 0 and skeleton.report["passed"]
+        outcomes["wrong and not reported"] += surplus != 0 and skeleton.report["passed"]
     return {**row, **outcomes}

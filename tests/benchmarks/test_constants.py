@@ -77,7 +77,7 @@ def test_lbskel_is_as_before_after_a_change():
     assert lbskel.skeletonize.__kwdefaults__["min_branch_ratio"] == MIN_BRANCH_RATIO
 
 
-def test_only_what_changes_is_told():
+def test_only_changes_are_reported():
     mesh = torus(1.0, 0.25, 16, 8)
     inputs = {"ring": constants.Input((mesh.vertices, mesh.faces), None)}
     before = measure(inputs)

@@ -82,7 +82,7 @@ def test_variance_is_laid_to_the_factor_and_the_pair_that_cause_it():
     assert explained([{**row, "sound": True} for row in levels]) == []
 
 
-def test_combinations_are_measured_and_told(monkeypatch, ring):
+def test_combinations_are_measured_and_tabulated(monkeypatch, ring):
     monkeypatch.setattr("benchmarks.influence_factorial.WEIGHTS", {"diffusion_length": WEIGHTS["diffusion_length"]})
     truth = skeletonize(ring, preprocess=None)
     rows = measure({"ring": (ring, truth)}, ["intrinsic_delaunay", "mean_value_symmetric"])

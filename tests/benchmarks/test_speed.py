@@ -20,12 +20,12 @@ def mesh(tmp_path, tripod):
 
 @pytest.mark.parametrize("tool", ["lbskel", "reading", "and simplifying", "factorisations"])
 def test_each_of_our_own_answers(tool, mesh):
-    told = {**speed_tools.TOOLS, **speed_tools.LIMITS}[tool](mesh)
-    assert 0 <= told["read"] <= told["seconds"]
+    row = {**speed_tools.TOOLS, **speed_tools.LIMITS}[tool](mesh)
+    assert 0 <= row["read"] <= row["seconds"]
     if tool == "lbskel":
-        assert told["cycles"] == 0
-        assert told["accuracy"] == 0  # beside itself
-        assert told["inside_fraction"] == 1
+        assert row["cycles"] == 0
+        assert row["accuracy"] == 0  # compared with itself
+        assert row["inside_fraction"] == 1
 
 
 def fails(path):
@@ -59,7 +59,7 @@ def test_exponents_and_ratios_are_of_the_rows(tmp_path):
     rows += [{"mesh": "dinosaur", "faces": faces[2], "tool": "CGAL medial", "error": "over 300 s"}]
     exponents = {row["tool"]: row["exponent"] for row in speed._exponents(rows)}
     assert exponents == pytest.approx({"lbskel": 1.5, "CGAL medial": 1.5})  # exact powers: only rounding
-    ratios = [row["CGAL medial"] for row in speed._ratios(rows) if row["beside"] == "lbskel"]
+    ratios = [row["CGAL medial"] for row in speed._ratios(rows) if row["reference"] == "lbskel"]
     assert ratios == [pytest.approx(4), pytest.approx(4), None]
     speed._write(rows, tmp_path)
     assert json.loads((tmp_path / "speed.json").read_text())["rows"][-1]["error"] == "over 300 s"
