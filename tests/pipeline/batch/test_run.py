@@ -119,7 +119,13 @@ def test_an_interrupted_batch_leaves_no_half_file_and_goes_on_from_there(tmp_pat
     write_mesh(meshes / "0.ply", tripod)
     write_mesh(meshes / "1.ply", torus(1.0, 0.3, 800, 400))
     command = [sys.executable, "-m", "lbskel", "batch", str(meshes / "*.ply"), "-o", str(out), "--workers", "1"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a test run in the background ignores it
+    )
     while process.poll() is None and not known(out):
         time.sleep(0.02)
     process.send_signal(signal.SIGINT)
