@@ -123,10 +123,11 @@ def test_failed_measures_are_named_and_the_result_is_written(here, folder):
     assert (folder / "rod.swc").exists()
 
 
-def test_knobs(here, folder):
+def test_knobs(here, folder, rod):
+    last = len(rod.vertices) - 1
     options = (
         "--root",
-        "0",
+        str(last),
         "--anchor",
         "0,0,0.5",
         "--nodes",
@@ -139,7 +140,7 @@ def test_knobs(here, folder):
     assert here("skeletonize", "rod.off", "-o", "rod.json", *options)[0] == 0
     skeleton = read_skeleton(folder / "rod.json")
     assert (len(skeleton.nodes), len(skeleton.anchors)) == (9, 1)
-    assert skeleton.node_of_vertex[0] == 0  # the root is the first node
+    assert skeleton.node_of_vertex[last] == 0  # the root is the first node
     assert here("skeletonize", "rod.off", "-o", "rod.json", "--force", "--anchor", "99999")[0] == 2
 
 

@@ -339,7 +339,7 @@ def test_components_too_small_for_a_skeleton_need_none():
     mesh = capsule(4.0, 0.5, 16)
     triangle = Mesh(np.eye(3) * 0.1 + 5, [[0, 1, 2]])
     skeleton, _ = rod_with_axis(0.0)
-    assert score(bare(skeleton), joined(mesh, triangle)).extra_components == 0
+    assert score(bare(skeleton), joined(mesh, triangle), preprocess=None).extra_components == 0
 
 
 def test_radii_reach_to_the_surface_of_the_own_body():
