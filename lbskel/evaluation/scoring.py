@@ -124,7 +124,7 @@ def _length_fraction(skeleton: Skeleton, is_chosen: NDArray[np.bool_]) -> float:
 def _centeredness_errors(
     skeleton: Skeleton, widths: NDArray[np.float64], surface: Surface
 ) -> tuple[float | None, float | None]:
-    """Measure the distances from nodes to the centroids of their cross-sections: the mean, and the worst branch's median.
+    """Measure the distances from nodes to the centroids of their sections: the mean, and the worst branch's median.
 
     Nodes whose cross-section is not that of their branch alone are left out. The unit is the mean distance of the
     node's vertices, or the distance from the centroid to the surface if that is larger.
