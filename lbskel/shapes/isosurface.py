@@ -86,7 +86,7 @@ def marching_cubes(solid: Solid, step: float) -> Mesh:
     corners = np.ravel_multi_index((cells[:, None] + CELL_CORNERS).T, grid_shape)
     grid_points, corner_rows = np.unique(corners, return_inverse=True)
     positions = origin + np.stack(np.unravel_index(grid_points, grid_shape), axis=1) * step
-    V, F, *_ = igl.marching_cubes(
+    V, F, _ = igl.marching_cubes(
         solid.distance(positions, cutoff=2 * step), positions, np.ascontiguousarray(corner_rows.reshape(8, -1).T), 0.0
     )
     return Mesh(V, F)
