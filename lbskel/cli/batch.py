@@ -92,7 +92,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _paths(given: list[str]) -> list[str]:
-    """The paths named, each once, with patterns replaced by the files that they match in the order of their names."""
+    """List the paths named, each once, with patterns replaced by the files that they match, in the order of names."""
     paths = []
     for name in given:
         is_pattern = glob.has_magic(name) and not Path(name).exists()

@@ -130,13 +130,13 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _with_reason(row: dict[str, Any]) -> dict[str, Any]:
-    """A record with the reason why the contraction with roll-back ended."""
+    """Add the reason why the contraction with roll-back ended to a record."""
     ended = Status(row["status"]).name.lower().replace("_", " ") if "status" in row else "no skeleton"
     return {**row, "ended": ended}
 
 
 def _short(case: str) -> str:
-    """The title of a case over its drawing."""
+    """Shorten the name of a case to a title over its drawing."""
     return (
         case.replace("right-hand side zero", "zero")
         .replace("least squares", "l. s.")
@@ -145,7 +145,7 @@ def _short(case: str) -> str:
 
 
 def _drawn(panels: list[Panel]) -> bytes:
-    """A picture of many panels."""
+    """Draw a picture of many panels."""
     n_rows = -(-len(panels) // COLUMNS_DRAWN)
     return draw(panels, size=(WIDTH * min(len(panels), COLUMNS_DRAWN), HEIGHT * n_rows))
 
@@ -162,7 +162,7 @@ def _curves(records: dict[str, dict[str, Any]]) -> bytes:
 
 
 def _contracted(case: str, result: ComparisonResult, mesh: Mesh) -> Panel:
-    """The mesh at the first step that breaks, or the last; vertices far away are drawn at the edge."""
+    """Show the mesh at the first step that breaks, or the last, with vertices far away at the edge."""
     assert result.free is not None
     number = min(result.free.first_failed_step or len(result.meshes), len(result.meshes))
     V = result.meshes[number - 1].vertices
@@ -176,12 +176,12 @@ def _skeleton(case: str, result: ComparisonResult, mesh: Mesh) -> Panel:
 
 
 def _reasons(records: dict[str, dict[str, Any]]) -> list[str]:
-    """The reasons why cases have no skeleton."""
+    """List the reasons why cases have no skeleton."""
     return [f"{case}: {row['error']}" for case, row in records.items() if "error" in row]
 
 
 def _cell(value: Any) -> str:
-    """A value as text for the table."""
+    """Format a value for the table."""
     if value is None:
         return "-"
     if isinstance(value, bool):
@@ -190,7 +190,7 @@ def _cell(value: Any) -> str:
 
 
 def _page(records: dict[str, dict[str, Any]], title: str, what: str) -> str:
-    """The page, with all text escaped."""
+    """Compose the page, with all text escaped."""
     rows = []
     for case, row in records.items():
         cells = "".join(f"<td>{escape(_cell(row.get(key)))}</td>" for key in COLUMNS.values())
@@ -202,7 +202,7 @@ def _page(records: dict[str, dict[str, Any]], title: str, what: str) -> str:
 
 
 def _summary(records: dict[str, dict[str, Any]]) -> str:
-    """The table for a terminal, and the reasons for its gaps."""
+    """Compose the table for a terminal, and the reasons for its gaps."""
     lines = [
         ["case", *COLUMNS],
         *([case, *(_cell(row.get(k)) for k in COLUMNS.values())] for case, row in records.items()),

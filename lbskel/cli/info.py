@@ -61,7 +61,7 @@ def _facts(mesh: Mesh) -> dict[str, Any]:
 
 
 def _text(value: Any) -> str:
-    """A measure as text."""
+    """Format a measure as text."""
     if value is None:
         return "not defined"
     if isinstance(value, bool):

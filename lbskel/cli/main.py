@@ -28,7 +28,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def command_line_parser() -> argparse.ArgumentParser:
-    """The parser of all commands."""
+    """Make the parser of all commands."""
     parser = _Parser(prog="lbskel", description="Curve skeletons and discrete Laplace-Beltrami operators of meshes.")
     parser.add_argument("--version", action="version", version=f"lbskel {lbskel.__version__}")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")

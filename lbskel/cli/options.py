@@ -21,7 +21,7 @@ from lbskel.solvers import SOLVERS
 def add_command(
     subparsers: Any, name: str, summary: str, *, example: str, details: str = ""
 ) -> argparse.ArgumentParser:
-    """The parser of a command, with a description and an example in its help."""
+    """Add the parser of a command, with a description and an example in its help."""
     description = f"{summary[0].upper()}{summary[1:]}.{' ' if details else ''}{details}"
     parser: argparse.ArgumentParser = subparsers.add_parser(
         name,
@@ -34,7 +34,7 @@ def add_command(
 
 
 def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
-    """The options of :func:`lbskel.skeletonize`, the same for one mesh and for many."""
+    """Add the options of :func:`lbskel.skeletonize`, the same for one mesh and for many."""
     group = parser.add_argument_group("skeleton")
     group.add_argument(
         "--preset",
@@ -111,7 +111,7 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
 
 
 def skeleton_options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """What was asked for, as keyword arguments of :func:`lbskel.skeletonize`, without the time limit."""
+    """Return the options as keyword arguments of :func:`lbskel.skeletonize`, without the time limit."""
     return {
         "preset": arguments.preset,
         "operator": arguments.operator,
@@ -128,7 +128,7 @@ def skeleton_options(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _vertex_or_point(text: str) -> int | list[float]:
-    """The index of a vertex, or a point."""
+    """Parse the index of a vertex, or a point."""
     try:
         point = [float(part) for part in text.split(",")] if "," in text else int(text)
     except ValueError:

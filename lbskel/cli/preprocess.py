@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _array(result: PreprocessResult) -> bytes:
-    """The vertex map as an npy file."""
+    """Encode the vertex map as an npy file."""
     data = io.BytesIO()
     np.save(data, result.vertex_map.indices, allow_pickle=False)
     return data.getvalue()

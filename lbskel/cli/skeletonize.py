@@ -60,7 +60,7 @@ class _Job:
     report: Path | None
 
     def outputs(self) -> list[tuple[Path | None, Collection[str]]]:
-        """The files to write, with the extensions that each may have."""
+        """List the files to write, with the extensions that each may have."""
         return [(self.skeleton, FORMATS), (self.picture, ("png",)), (self.report, ("json",))]
 
 
@@ -79,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _jobs(arguments: argparse.Namespace) -> list[_Job]:
-    """The files to write for each input; what would be overwritten is refused before any work is done."""
+    """List the files to write for each input, and refuse what would be overwritten before any work is done."""
     inputs = [Path(name) for name in arguments.input]
     are_several = len(inputs) > 1
     jobs = [
@@ -105,7 +105,7 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
 
 
 def _output(given: str, mesh: Path, suffix: str, are_several: bool) -> Path:
-    """The path given, or the file in the folder given."""
+    """Return the path given, or the file in the folder given."""
     path = Path(given)
     if path.is_dir():
         return path / (mesh.stem + suffix)
@@ -146,7 +146,7 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
 
 
 def _summary(job: _Job, skeleton: Skeleton, report: dict[str, Any]) -> str:
-    """The report in a few lines."""
+    """Sum up the report in a few lines."""
     size = report["input"]
     lines = [
         f"{job.mesh}: {size['vertices']:,} vertices, {size['faces']:,} faces, {size['components']} component(s)",
@@ -168,7 +168,7 @@ def _summary(job: _Job, skeleton: Skeleton, report: dict[str, Any]) -> str:
 
 
 def _bodies(bodies: list[dict[str, Any]]) -> list[str]:
-    """A line for each of the largest bodies and its notes, and one line for all others."""
+    """Write a line for each of the largest bodies and its notes, and one line for all others."""
     lines = []
     by_size = sorted(bodies, key=lambda body: -body["faces"])
     for body in by_size[:MAX_BODIES]:

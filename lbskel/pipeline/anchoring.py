@@ -32,7 +32,7 @@ class Anchors:
     points: NDArray[np.float64]
 
     def within(self, body: Body) -> Anchors:
-        """The anchors of one body of the prepared mesh, by the body's own vertices."""
+        """Select the anchors of one body of the prepared mesh, by the body's own vertices."""
         is_within = np.isin(self.vertices, body.vertices)
         return Anchors(np.searchsorted(body.vertices, self.vertices[is_within]), self.points[is_within])
 

@@ -25,7 +25,7 @@ from lbskel.skeleton.skeleton import Skeleton
 
 
 def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
-    """One skeleton in the caller's coordinates, with a node for each of the caller's vertices.
+    """Join the skeletons of all bodies to one in the caller's coordinates, with a node for each of the caller's vertices.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
 
 
 def body_report(body: Body, contraction: Contraction, graph: CollapsedGraph, skeleton: Skeleton) -> dict[str, Any]:
-    """What was done to one body, ready for JSON."""
+    """Report what was done to one body, ready for JSON."""
     return {
         "vertices": len(body.mesh.vertices),
         "faces": len(body.mesh.faces),
@@ -75,7 +75,7 @@ def full_report(
     scored: Score,
     timer: StageTimer,
 ) -> dict[str, Any]:
-    """What was done, what was checked and how long it took, ready for JSON."""
+    """Report what was done, the score, and the seconds of each stage, ready for JSON."""
     chosen = asdict(settings)
     if callable(chosen["operator"]):
         chosen["operator"] = getattr(chosen["operator"], "__name__", repr(chosen["operator"]))
@@ -96,7 +96,7 @@ def full_report(
 
 
 def _without_nan(step: Step) -> dict[str, Any]:
-    """A step for JSON, which has no NaN: an open mesh has None for a volume."""
+    """Replace NaN, which JSON has not: an open mesh has None for a volume."""
     return {name: None if value != value else value for name, value in asdict(step).items()}
 
 

@@ -46,7 +46,7 @@ class AreaNormalized:
     operator: str
 
     def __call__(self, mesh: Mesh) -> Laplacian:
-        """The Laplacian of a mesh."""
+        """Return the Laplacian of a mesh."""
         laplacian = operator_named(self.operator)(mesh)
         total = float(laplacian.mass.sum())
         factor = mesh.area / total if total > 0 else 1.0
@@ -57,7 +57,7 @@ class AreaNormalized:
 
 
 def _cases() -> dict[str, ContractionSettings]:
-    """The presets, then each strategy against degenerate triangles with each energy that it belongs to."""
+    """List the presets, then each strategy against degenerate triangles with each of its energies."""
     cases = dict(PRESETS)
     scaled = {
         "mean value, to scale": {"operator": AreaNormalized("mean_value")},
@@ -100,7 +100,7 @@ class ComparisonResult:
 
 
 def representative(mesh: Mesh, *, most_faces: int = MAX_FACES) -> Mesh:
-    """The largest component of a mesh as :func:`lbskel.skeletonize` prepares it, simplified if it has more faces.
+    """Prepare the largest component of a mesh as :func:`lbskel.skeletonize` does, simplified if it has more faces.
 
     Raises
     ------
@@ -144,7 +144,7 @@ def run_case(mesh: Mesh, settings: ContractionSettings) -> ComparisonResult:
 def record(
     result: ComparisonResult, *, truth: Skeleton | None = None, reference: Skeleton | None = None
 ) -> dict[str, Any]:
-    """The numbers of a result, ready for JSON.
+    """Collect the numbers of a result, ready for JSON.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def record(
 
 
 def _skeleton_record(skeleton: Skeleton, truth: Skeleton | None, reference: Skeleton | None) -> dict[str, Any]:
-    """The numbers of the skeleton, made with roll-back."""
+    """Collect the numbers of the skeleton, made with roll-back."""
     (part,) = skeleton.report["components"]
     genus = part["genus"]
     last = part["steps"][-1] if part["steps"] else {}
@@ -191,7 +191,7 @@ def _skeleton_record(skeleton: Skeleton, truth: Skeleton | None, reference: Skel
 
 
 def _free_record(free: Contraction) -> dict[str, Any]:
-    """The numbers of the steps without roll-back."""
+    """Collect the numbers of the steps without roll-back."""
     steps = free.steps
     return {
         "broke at": free.first_failed_step,
@@ -209,12 +209,12 @@ def _free_record(free: Contraction) -> dict[str, Any]:
 
 
 def _plain(value: float) -> float | None:
-    """A number for JSON, None if it is not finite: open meshes have no volume, and exploding steps overflow."""
+    """Replace numbers that are not finite by None: open meshes have no volume, and exploding steps overflow."""
     return value if np.isfinite(value) else None
 
 
 def _fault(free: Contraction) -> str | None:
-    """The first fault in a word or two."""
+    """Name the first fault in a word or two."""
     if free.first_failed_step is None:
         return None
     broken: Step | None = free.steps[free.first_failed_step - 1] if free.first_failed_step <= len(free.steps) else None

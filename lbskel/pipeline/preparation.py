@@ -98,7 +98,7 @@ class PreparedMesh:
         return (points - self.center) / self.scale
 
     def skeleton_to_unit(self, skeleton: Skeleton) -> Skeleton:
-        """A skeleton of the source, in the coordinates and with the vertices of ``mesh``.
+        """Bring a skeleton of the source to the coordinates and vertices of ``mesh``.
 
         Vertices that preprocessing has added are mapped as :func:`lbskel.refine` maps vertices.
         """

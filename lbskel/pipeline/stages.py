@@ -1,9 +1,9 @@
-"""From any mesh to a checked skeleton: the stages in their order.
+r"""From any mesh to a checked skeleton: the stages in their order.
 
 ::
 
     prepare -> contract -> collapse -> to_skeleton -> refine -> assemble -> score
-               \\________________ for each body _______________/
+               \________________ for each body _______________/
 
 :func:`skeletonize` is that line, :func:`refine` the passes on one body; neither has arithmetic of its own.
 """
@@ -69,7 +69,7 @@ def skeletonize(
     time_limit: float | None = None,
     profile: bool = False,
 ) -> Skeleton:
-    """The curve skeleton of a mesh, checked and scored.
+    """Make the curve skeleton of a mesh, and score it.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def skeletonize(
 
 
 def to_skeleton(graph: CollapsedGraph) -> Skeleton:
-    """The graph that contraction and collapse leave, as a skeleton without radii: the input of :func:`refine`."""
+    """Convert the graph that contraction and collapse leave to a skeleton without radii, the input of :func:`refine`."""
     return Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)), graph.node_of_vertex)
 
 
@@ -241,7 +241,7 @@ def refine(
 def _settings(
     preset: str | ContractionSettings, operator: str | Operator | None, energy: str | None, solver: str | None
 ) -> ContractionSettings:
-    """The preset, with the operator, energy and solver that were asked for by name."""
+    """Return the preset, with the operator, energy and solver that were asked for by name."""
     settings = preset if isinstance(preset, ContractionSettings) else choose(PRESETS, preset, "preset")
     changes: dict[str, Any] = {"operator": operator, "energy": energy, "solver": solver}
     if energy is not None and energy != settings.energy:

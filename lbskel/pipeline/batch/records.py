@@ -69,7 +69,7 @@ class Record:
 
 
 def known(folder: Path) -> dict[str, Record]:
-    """The last record of each output in a folder's manifest; lines that a crash cut short are skipped."""
+    """Read the last record of each output in a folder's manifest; lines that a crash cut short are skipped."""
     try:
         lines = (folder / MANIFEST).read_text(encoding="utf-8").splitlines()
     except FileNotFoundError:
@@ -103,7 +103,7 @@ def is_final(record: Record | None, key: str, folder: Path) -> bool:
 
 
 def summary(records: Iterable[Record]) -> str:
-    """The records as CSV, one row each."""
+    """Format the records as CSV, one row each."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(field.name for field in fields(Record))

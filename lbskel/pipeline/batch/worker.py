@@ -92,7 +92,7 @@ class WorkerProcess:
                         pipe.close()
 
     def _started(self) -> subprocess.Popen[str]:
-        """A process that has imported lbskel, so that no job has to wait for that."""
+        """Start a process that has imported lbskel, so that no job has to wait for that."""
         process = subprocess.Popen(
             [sys.executable, "-m", "lbskel.pipeline.batch", str(self._memory_limit or 0)],
             stdin=subprocess.PIPE,
