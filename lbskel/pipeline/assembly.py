@@ -25,7 +25,7 @@ from lbskel.skeleton.skeleton import Skeleton
 
 
 def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
-    """Join the skeletons of all bodies to one in the caller's coordinates, with a node for each of the caller's vertices.
+    """Join the skeletons of all bodies in the caller's coordinates, with a node for each of the caller's vertices.
 
     Parameters
     ----------

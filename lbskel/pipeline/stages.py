@@ -168,7 +168,7 @@ def skeletonize(
 
 
 def to_skeleton(graph: CollapsedGraph) -> Skeleton:
-    """Convert the graph that contraction and collapse leave to a skeleton without radii, the input of :func:`refine`."""
+    """Convert a collapsed graph to a skeleton without radii, the input of :func:`refine`."""
     return Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)), graph.node_of_vertex)
 
 
