@@ -383,8 +383,8 @@ def tables(baseline: Mapping[str, Mapping[str, Any]], rows: Sequence[Mapping[str
         f"Each cell says on how many of {len(baseline)} meshes something changes, and by how much the mean accuracy "
         "does, which is the distance to the known axis in local radii: "
         f"{np.mean(accuracies):.4f} over {len(accuracies)} shapes. "
-        "No effect: not one digit changes on any of these meshes, all of which are sound: guards against damaged, open or "
-        "very large ones have nothing to do here. "
+        "No effect: not one digit changes on any of these meshes, all of which are sound: guards against damaged, open "
+        "or very large ones have nothing to do here. "
         f"Only: nothing changes by default, but what follows does on one mesh ({WITH_OPTIONS}).\n\n"
     )
     lines = [
