@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["run"]
+__all__ = ["measures_table", "run"]
 
 import json
 import re
@@ -23,16 +23,17 @@ def run(quick: bool, results: Path) -> None:
     if quick:
         return
     text = README.read_text(encoding="utf-8")
-    tables = {"measures": _measures, "skeletons": _skeletons, "speed": _speed, "operators": _operators}
-    for name, table in tables.items():
+    rows = {"skeletons": _skeletons, "speed": _speed, "operators": _operators}
+    tables = {name: markdown_table(table(results)) for name, table in rows.items()}
+    for name, table in {"measures": measures_table(), **tables}.items():
         pattern = re.compile(rf"(?<=<!-- {name} -->\n).*?(?=<!-- end -->)", re.S)
         before, after = pattern.split(text, maxsplit=1)
-        text = before + markdown_table(table(results)) + after
+        text = before + table + after
     README.write_text(text, encoding="utf-8")
 
 
-def _measures(results: Path) -> list[dict[str, Any]]:
-    """The measures of the score with their thresholds."""
+def measures_table() -> str:
+    """Tabulate the measures of the score with their thresholds."""
     rows = []
     for name, measure in MEASURES.items():
         passes, fails = (">=", "<=") if measure.passes > measure.fails else ("<=", ">=")
@@ -44,7 +45,7 @@ def _measures(results: Path) -> list[dict[str, Any]]:
                 "what it measures": measure.text,
             }
         )
-    return rows
+    return markdown_table(rows)
 
 
 def _rows(path: Path, key: str = "rows") -> list[dict[str, Any]]:

@@ -126,3 +126,9 @@ def test_examples_in_docstrings(name, tmp_path, monkeypatch):
     assert results.failed == 0, report.getvalue()
     assert results.attempted == len(re.findall(r"^\s*>>> ", source, re.M))  # none is overlooked
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_table_of_measures_is_that_of_the_code():
+    from benchmarks.readme import measures_table
+
+    assert f"<!-- measures -->\n{measures_table()}<!-- end -->" in README

@@ -40,21 +40,27 @@ class Measure(NamedTuple):
 MEASURES = {
     "nodes_inside_fraction": Measure("share of the nodes inside the surface or on it", 0.995, 0.97),
     "inside_fraction": Measure("share of the length inside the surface", 0.995, 0.97),
-    "centeredness_error": Measure("mean distance from the middle of the section, in radii", 0.1, 0.25),
-    "centeredness_error_worst_branch": Measure("the same, median over the worst branch", 0.2, 0.4),
-    "near_surface_fraction": Measure("share of the length that runs close under the surface", 0.05, 0.25),
-    "coverage": Measure("share of the surface within two radii of its node", 0.9, 0.3),
-    "extremities_missed": Measure("ends of the shape that no tip reaches", 0, np.inf),
-    "limb_extremities_missed": Measure(
-        "those of them that are ends of limbs longer than a twentieth of the shape", 0, 1
+    "centeredness_error": Measure(
+        "mean distance of nodes from the centroid of their cross-section, in local radii", 0.1, 0.25
     ),
-    "rms_curvature": Measure("root mean square curvature, in turns by 1 radian per radius", 1.0, 5.0),
-    "extra_components": Measure("components, more or less than the surface has", 0, 1),
-    "extra_cycles": Measure("cycles, more or less than the surface has handles", 0, 1),
-    "connected_regions": Measure("share of the vertices in the largest piece of their node's region", 0.98, 0.6),
-    "adjacent_regions": Measure("share of the edges that join regions that touch", 0.9, 0.6),
-    "shortcut_edges": Measure("edges that cross to a part of the surface far away", 0, 1),
-    "spurs": Measure("end branches that stay within their junction's ball", 0, 6),
+    "centeredness_error_worst_branch": Measure(
+        "median of that distance over the worst branch, in local radii", 0.2, 0.4
+    ),
+    "near_surface_fraction": Measure(
+        "share of the length nearer to the surface than a fifth of the mean radius", 0.05, 0.25
+    ),
+    "coverage": Measure("share of the surface area within two local radii of its node", 0.9, 0.3),
+    "extremities_missed": Measure("extremities of the shape that no tip reaches", 0, np.inf),
+    "limb_extremities_missed": Measure("missed extremities of limbs longer than a twentieth of the shape", 0, 1),
+    "rms_curvature": Measure("root mean square curvature, in radians per local radius", 1.0, 5.0),
+    "extra_components": Measure("components of the skeleton minus components of the surface", 0, 1),
+    "extra_cycles": Measure("cycles of the skeleton minus handles of the surface", 0, 1),
+    "connected_regions": Measure(
+        "share of the vertices in the largest connected part of their node's region", 0.98, 0.6
+    ),
+    "adjacent_regions": Measure("share of the skeleton edges whose two regions are adjacent", 0.9, 0.6),
+    "shortcut_edges": Measure("skeleton edges between regions that are not adjacent, longer than these are wide", 0, 1),
+    "spurs": Measure("end branches that stay within 1.2 times the ball of their junction", 0, 6),
 }
 
 
