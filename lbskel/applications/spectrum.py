@@ -13,7 +13,7 @@ from lbskel.operators import Laplacian
 from lbskel.solvers.eigenproblem import Eigenpairs, smallest_eigenpairs
 
 # Largest |S - S^T| over largest |S| up to which an operator counts as symmetric: rounding errors of sums of a few dozen
-# terms. The same bound as ROUNDING in lbskel.evaluation.operator_health.
+# terms. The same bound as ROUNDING in lbskel.evaluation.operator_report.
 ROUNDING = 1e-12
 
 

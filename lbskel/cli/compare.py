@@ -23,7 +23,7 @@ from lbskel.visualization.line_plots import draw_curves
 
 MOST_FACES = 6000  # that are compared: some thirty contractions, twice each, should not take minutes
 COLUMNS_DRAWN, WIDTH, HEIGHT = 5, 320, 400  # panels in a row, and pixels of each; they fit a page of 1300 pixels
-MAX_DISTANCE = 0.6  # from the center, in diameter bounds: vertices beyond are drawn at the edge of the picture
+MAX_DISTANCE = 0.6  # from the center, in diameter bounds: vertices beyond are drawn at the edge of the picture; a guess
 
 COLUMNS = {  # headings of the table, and the key of the record below each
     "breaks at step": "broke at",

@@ -20,7 +20,7 @@ from lbskel.pipeline.stages import skeletonize
 from lbskel.skeleton.joining import join_components
 from lbskel.skeleton.skeleton import Skeleton
 
-MAX_BODIES = 5  # lines about components; the rest are one line
+MAX_BODIES = 5  # bodies with a line of their own in the summary, the rest share one; a guess at what a person reads
 
 
 def add_parser(subparsers: Any) -> None:
