@@ -2,8 +2,8 @@
 
 ``make(name)`` returns a :class:`Shape`, a mesh with the skeleton that it was built around, for any name in SHAPES;
 ``make(name, **VARIANTS["noisy"])`` returns a variant of it. ``mesh_solid(solid_of(branches))`` meshes a solid around
-other polylines. The meshes in closed form (:func:`sphere`, :func:`torus`, ...) and :func:`chain_of_tori` do not need
-pymeshlab.
+other polylines. The meshes in closed form (:func:`sphere`, :func:`torus`, ...), :func:`coil` and
+:func:`chain_of_tori` do not need pymeshlab.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ __all__ = [
     "Truth",
     "capsule",
     "chain_of_tori",
+    "coil",
     "cylinder",
     "flat_grid",
     "make",
@@ -33,4 +34,5 @@ from lbskel.shapes.catalog import SHAPES, VARIANTS, chain_of_tori, make, mesh_so
 from lbskel.shapes.isosurface import marching_cubes, project
 from lbskel.shapes.primitives import capsule, cylinder, flat_grid, schwarz_lantern, sphere, torus, tube
 from lbskel.shapes.round_cones import Solid, solid_of
+from lbskel.shapes.thin import coil
 from lbskel.shapes.truth import Shape, Truth

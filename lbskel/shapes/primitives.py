@@ -113,8 +113,8 @@ def capsule(length: float = 2.0, radius: float = 0.5, n: int = 32) -> Mesh:
     return _rings(rings, (pole, -pole))
 
 
-def tube(polyline: ArrayLike, radius: ArrayLike, *, sides: int = 16) -> Mesh:
-    """Build a closed tube with flat ends along an open polyline.
+def tube(polyline: ArrayLike, radius: ArrayLike, *, sides: int = 16, rounded: bool = False) -> Mesh:
+    """Build a closed tube along an open polyline.
 
     The section at a point is normal to the mean direction of the two segments there, and its frame is transported
     along the polyline without twist.
@@ -126,8 +126,19 @@ def tube(polyline: ArrayLike, radius: ArrayLike, *, sides: int = 16) -> Mesh:
         One for all points or one per point.
     sides : int
         Number of vertices in each section.
+    rounded : bool
+        Whether half spheres around the first and the last point close the tube, in place of flat sections.
     """
     P = np.asarray(polyline, dtype=np.float64)
+    R = np.broadcast_to(np.asarray(radius, dtype=np.float64), len(P))
+    poles = (P[-1], P[0])
+    if rounded:
+        steps = np.arange(1, max(sides // 4, 1)) * np.pi / 2 / max(sides // 4, 1)  # angles above the end sections
+        first, last = ((P[i] - P[j]) / np.linalg.norm(P[i] - P[j]) * R[i] for i, j in ((0, 1), (-1, -2)))
+        poles = (P[-1] + last, P[0] + first)
+        heights, lowered = np.sin(steps)[:, None], np.cos(steps)
+        P = np.concatenate([P[0] + heights[::-1] * first, P, P[-1] + heights * last])
+        R = np.concatenate([R[0] * lowered[::-1], R, R[-1] * lowered])
     segments = np.diff(P, axis=0)
     segments /= np.linalg.norm(segments, axis=1, keepdims=True)
     tangents = np.concatenate([segments[:1], segments[:-1] + segments[1:], segments[-1:]])
@@ -137,9 +148,8 @@ def tube(polyline: ArrayLike, radius: ArrayLike, *, sides: int = 16) -> Mesh:
         normal = normal - tangent * (normal @ tangent) / (tangent @ tangent)
         normal /= np.linalg.norm(normal)
         frames.append([normal, np.cross(tangent, normal) / np.linalg.norm(tangent)])
-    R = np.broadcast_to(np.asarray(radius, dtype=np.float64), len(P))
     rings = P[:, None] + R[:, None, None] * (_circle(sides) @ np.array(frames))
-    return _rings(rings[::-1], (P[-1], P[0]))
+    return _rings(rings[::-1], poles)
 
 
 def flat_grid(n: int = 16, m: int = 16) -> Mesh:

@@ -124,3 +124,17 @@ def test_tube_sections_are_normal_to_the_mean_direction_of_their_segments():
     assert np.abs(start[:, 0]).max() < ROUNDING
     assert np.abs((corner - [2, 0, 0]) @ [1, 1, 0]).max() < ROUNDING
     assert np.abs(end[:, 1] - 3).max() < ROUNDING
+
+
+@pytest.mark.parametrize("sides", [3, 12])
+def test_rounded_ends_are_half_spheres(sides):
+    mesh = tube([[0, 0, 0], [1, 2, 2]], [0.3, 0.2], sides=sides, rounded=True)
+    assert mesh.is_closed_manifold
+    assert mesh.volume > 0
+    direction = np.array([1, 2, 2]) / 3
+    along = mesh.vertices @ direction
+    below, above = mesh.vertices[along < ROUNDING], mesh.vertices[along > 3 - ROUNDING] - [1, 2, 2]
+    assert len(below) == len(above) == max(sides // 4, 1) * sides + 1
+    assert np.abs(np.linalg.norm(below, axis=1) - 0.3).max() < ROUNDING
+    assert np.abs(np.linalg.norm(above, axis=1) - 0.2).max() < ROUNDING
+    assert (along.min(), along.max()) == pytest.approx((-0.3, 3.2))

@@ -1,0 +1,35 @@
+"""Thin and long shapes, whose thinnest radius is a small part of their extent, with their axes."""
+
+from __future__ import annotations
+
+__all__ = ["coil"]
+
+import numpy as np
+
+from lbskel.shapes.primitives import tube
+from lbskel.shapes.truth import Shape, Truth
+
+# Of a coil, in tube radii: the radius of its turns, the height that it gains in a turn, the distance of two sections.
+TURN_RADIUS, PITCH, SECTION_SPACING = 8.0, 6.0, 1.0
+
+
+def coil(n_turns: int, *, sides: int = 12) -> Shape:
+    """Build a tube of radius 1 wound around the z axis, with rounded ends.
+
+    The radius of the turns is 8, their pitch 6, so the radius over the diagonal of the box is 0.0245 for 5 turns and
+    0.00055 for 300. A polygon of the sections has the area of a circle of radius 1: the volume is that of the tube.
+
+    Parameters
+    ----------
+    n_turns : int
+    sides : int
+        Number of vertices in each section; there are 51 sections in a turn.
+    """
+    turn = 2 * np.pi * n_turns
+    length = turn * np.hypot(TURN_RADIUS, PITCH / (2 * np.pi))
+    t = np.linspace(0, turn, int(np.ceil(length / SECTION_SPACING)) + 1)
+    axis = np.stack([TURN_RADIUS * np.cos(t), TURN_RADIUS * np.sin(t), PITCH * t / (2 * np.pi)], axis=1)
+    k = np.arange(len(t) - 1)
+    truth = Truth(axis, np.stack([k, k + 1], axis=1), np.ones(len(t)))
+    corner = 2 * np.pi / sides
+    return Shape(tube(axis, np.sqrt(corner / np.sin(corner)), sides=sides, rounded=True), truth, "coil")

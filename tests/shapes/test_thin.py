@@ -1,0 +1,44 @@
+"""Thin and long shapes: their proportions, closed surfaces, and axes that lie in them."""
+
+import numpy as np
+import pytest
+
+from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.containment import inside_fraction
+from lbskel.shapes import coil
+
+
+@pytest.mark.parametrize("n_turns", [2, 5])
+def test_a_coil_is_a_closed_tube_around_its_axis(n_turns):
+    shape = coil(n_turns)
+    assert shape.mesh.is_closed_manifold
+    assert (shape.mesh.genus, shape.mesh.n_components) == (0, 1)
+    assert (shape.truth.n_tips, shape.truth.genus, shape.truth.n_components) == (2, 0, 1)
+    arc = n_turns * np.hypot(16 * np.pi, 6)
+    # chords of angle 1/8: shorter by 1/24 of the angle squared, 7e-4
+    assert shape.truth.length == pytest.approx(arc, rel=1e-3)
+    # the chords, sections that meet at 1/8, by 1/8 of its square, 2e-3, and polyhedra in place of half spheres
+    assert shape.mesh.volume == pytest.approx(np.pi * arc + 4 / 3 * np.pi, rel=4e-3)
+    assert inside_fraction(shape.truth, Surface(shape.mesh)) == 1
+
+
+def test_the_radius_of_a_coil_is_near_its_distance_to_the_surface():
+    shape = coil(2)
+    distances = Surface(shape.mesh).distance(shape.truth.nodes)
+    # the inscribed radius of a 12-gon with the area of the unit circle is sqrt(pi / 12 / tan(pi / 12)), 0.9885; a bend
+    # of radius 8 with sections 1 apart puts the faces on the outside 1/128 of 9 closer
+    assert np.percentile(distances, [5, 95]) == pytest.approx([0.9885, 0.9885], abs=0.01)
+
+
+@pytest.mark.parametrize(("n_turns", "ratio"), [(5, 0.0245), (20, 0.0080), (60, 0.00276)])
+def test_the_thickness_over_the_diagonal_falls_with_the_turns(n_turns, ratio):
+    V = coil(n_turns).mesh.vertices
+    assert 1 / np.linalg.norm(np.ptp(V, axis=0)) == pytest.approx(ratio, rel=0.01)
+
+
+def test_edges_are_no_longer_than_the_sections_are_apart():
+    mesh = coil(3).mesh
+    start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
+    lengths = np.linalg.norm(end - start, axis=1)
+    assert lengths.max() < 1.35  # a diagonal: 0.53 around the tube, 9/8 on the outside of the bend
+    assert lengths.min() > 0.2  # in the ends' last rings, 0.53 cos 60 degrees
