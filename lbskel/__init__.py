@@ -46,7 +46,7 @@ from lbskel.pipeline import (
     to_skeleton,
 )
 from lbskel.preprocess import PIPELINES, MeshReport, Pipeline, PreprocessResult, check
-from lbskel.skeleton import Skeleton, join_components, merge_junctions, prune, resample, simplify_branches
+from lbskel.skeleton import Skeleton, join_components, merge_junctions, prune, resample, simplify_branches, to_tree
 from lbskel.solvers import SOLVERS, factorize
 from lbskel.solvers.least_squares import LEAST_SQUARES, lstsq
 
@@ -112,6 +112,7 @@ __all__ = [
     "skeletonize",
     "skeletonize_many",
     "to_skeleton",
+    "to_tree",
     "write_mesh",
     "write_skeleton",
 ]

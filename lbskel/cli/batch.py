@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
             paths,
             arguments.output,
             extension=arguments.format,
-            cut_cycles=arguments.cut_cycles,
+            tree=arguments.tree,
             workers=arguments.workers,
             dask=arguments.dask,
             time_limit=arguments.time_limit,

@@ -104,7 +104,7 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
         help=f"preprocessing of the mesh: {', '.join(PREPARATIONS)}, steps, or a .toml file (%(default)s)",
     )
     group.add_argument("--join", action="store_true", help="join the graphs of several components to one")
-    group.add_argument("--cut-cycles", action="store_true", help="cut each cycle for swc, which holds trees only")
+    group.add_argument("--tree", action="store_true", help="cut each cycle where it is thinnest")
     group.add_argument(
         "--time-limit", type=float, metavar="SECONDS", help="return the best result found within SECONDS"
     )

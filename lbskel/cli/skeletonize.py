@@ -16,6 +16,8 @@ from typing import Any
 from lbskel.cli.options import add_command, add_skeleton_options, skeleton_options
 from lbskel.errors import FormatError, LbskelError
 from lbskel.io import FORMATS, MESH_READERS, read_mesh, write_safely, write_skeleton
+from lbskel.io.skeleton_io import require_packages
+from lbskel.pipeline.cycles import cut_cycles
 from lbskel.pipeline.stages import skeletonize
 from lbskel.skeleton.joining import join_components
 from lbskel.skeleton.skeleton import Skeleton
@@ -79,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _jobs(arguments: argparse.Namespace) -> list[_Job]:
-    """List the files to write for each input, and refuse what would be overwritten before any work is done."""
+    """List the files to write for each input, and refuse what cannot be written before any work is done."""
     inputs = [Path(name) for name in arguments.input]
     are_several = len(inputs) > 1
     jobs = [
@@ -95,13 +97,24 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
     if len({path for path, _ in outputs}) < len(outputs):
         raise FormatError("two outputs have the same name; give inputs of different names, or run them one by one")
     for path, kinds in outputs:
-        if path.suffix.lower().lstrip(".") not in kinds:
+        if _format(path) not in kinds:
             raise FormatError(f"{path}: the name must end in one of: {', '.join(kinds)}")
         if not path.parent.is_dir():
             raise FormatError(f"{path}: the folder {path.parent} does not exist")
         if path.exists() and not arguments.force:
             raise FormatError(f"{path} exists already; give --force to replace it")
+    for name in {_format(job.skeleton) for job in jobs}:
+        require_packages(name)
+    if arguments.picture:
+        from lbskel.visualization.rendering import require_matplotlib
+
+        require_matplotlib()
     return jobs
+
+
+def _format(path: Path) -> str:
+    """Return the extension in lower case, without its dot."""
+    return path.suffix.lower().removeprefix(".")
 
 
 def _output(given: str, mesh: Path, suffix: str, are_several: bool) -> Path:
@@ -129,15 +142,16 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
         )
     if arguments.join:
         skeleton = join_components(skeleton)
-    write_skeleton(job.skeleton, skeleton, force=arguments.force, cut_cycles=arguments.cut_cycles)
-    if job.picture is not None:
-        from lbskel.visualization import picture
-
-        picture(mesh, skeleton, job.picture, force=arguments.force)
+    skeleton, _ = cut_cycles(skeleton, tree=arguments.tree, extension=_format(job.skeleton))
+    write_skeleton(job.skeleton, skeleton, force=arguments.force)
     seconds = {**skeleton.report["seconds"], "read": reading}
     report = {"mesh": str(job.mesh), **skeleton.report, "seconds": seconds}
     if job.report is not None:
         write_safely(job.report, json.dumps(report, indent=1) + "\n", force=arguments.force)
+    if job.picture is not None:
+        from lbskel.visualization import picture
+
+        picture(mesh, skeleton, job.picture, force=arguments.force)
     if arguments.json:
         print(json.dumps(report), flush=True)
     elif not arguments.quiet:

@@ -16,10 +16,10 @@ Point clouds are read from xyz, ply and off.
 Skeletons are written and read as below. Positions, edges and cycles are always kept exactly, other fields as the table
 says. A lost field is empty after reading; lost radii are NaN.
 
-=========  =======  =======  ==============  ===========  =======  =======  ===================================
+=========  =======  =======  ==============  ===========  =======  =======  ======================================
 skeletons  radii    order    node_of_vertex  radius_kind  extras   report   remarks
-=========  =======  =======  ==============  ===========  =======  =======  ===================================
-swc        kept     lost     lost            kept         lost     lost     trees only: removed edges as comments
+=========  =======  =======  ==============  ===========  =======  =======  ======================================
+swc        kept     lost     lost            kept         lost     lost     a tree; edges that were cut as comments
 json       kept     kept     kept            kept         kept     kept
 npz        kept     kept     kept            kept         kept     kept
 ply        kept     kept     kept            kept         lost     lost     elements vertex, edge, mesh_vertex
@@ -27,7 +27,7 @@ vtp        kept     kept     kept            kept         lost     lost     one 
 graphml    kept     kept     lost            kept         lost     lost     through networkx
 csv        kept     kept     lost            lost         lost     lost     two files: nodes and edges
 obj        lost     kept     lost            lost         lost     lost     one polyline per branch
-=========  =======  =======  ==============  ===========  =======  =======  ===================================
+=========  =======  =======  ==============  ===========  =======  =======  ======================================
 
 ``order`` is the order of the nodes; ``extras`` are the mean radii and the anchors.
 JSON has no NaN and no infinity: in the report they become null.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["FORMATS", "Format", "read_skeleton", "write_skeleton"]
+__all__ = ["FORMATS", "Format", "read_skeleton", "require_packages", "write_skeleton"]
 
 import os
 from collections.abc import Callable, Mapping
@@ -37,7 +37,7 @@ class Format(NamedTuple):
         What the format does not store: ``radii``, ``order`` (of the nodes), ``node_of_vertex``, ``radius_kind``,
         ``extras`` (mean radii and anchors), ``report``.
     only_trees : bool
-        Whether the format cannot store cycles; ``encode`` then takes ``cut_cycles`` and ``root`` as well.
+        Whether other programs read a tree from the format, and cycles are cut; ``encode`` then takes ``root`` as well.
     """
 
     read: Callable[[Path], Skeleton]
@@ -65,10 +65,12 @@ def write_skeleton(
     skeleton: Skeleton,
     *,
     force: bool = False,
-    cut_cycles: bool = False,
     root: int | None = None,
 ) -> None:
     """Write a skeleton in the format of the extension; numbers are read back bit for bit.
+
+    SWC is a format of trees: cycles are cut as :func:`lbskel.to_tree` cuts them, and the edges that were cut are stored
+    as comments, which :func:`read_skeleton` restores.
 
     Parameters
     ----------
@@ -77,11 +79,9 @@ def write_skeleton(
     skeleton : Skeleton
     force : bool
         Whether existing files may be replaced.
-    cut_cycles : bool
-        For a format that stores only trees (swc): whether to break each cycle at its longest edge. The removed edges
-        are stored as comments and restored by :func:`read_skeleton`.
     root : int, optional
-        For such a format: the node that is the root of its component; by default the first node of each component.
+        For swc, which is a format of trees: the node that is the root of its component; by default, and in other
+        components, the first node.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def write_skeleton(
         If the format needs a package that is not installed.
     """
     entry = FORMATS[known_extension(path, FORMATS, "skeletons")]
-    options: dict[str, Any] = {"cut_cycles": cut_cycles, "root": root} if entry.only_trees else {}
+    options: dict[str, Any] = {"root": root} if entry.only_trees else {}
     with prefix_errors(path):
         _check(skeleton)
         contents = entry.encode(skeleton, Path(path), **options)
@@ -119,14 +119,15 @@ def read_skeleton(path: str | os.PathLike[str]) -> Skeleton:
     >>> triangle = lbskel.Skeleton([[0, 0, 0], [1, 0, 0], [0, 2, 0]], [[0, 1], [1, 2], [0, 2]], [0.1, 0.2, 0.3])
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = pathlib.Path(folder) / "triangle.swc"
-    ...     write_skeleton(path, triangle, cut_cycles=True)
+    ...     write_skeleton(path, triangle)
     ...     print(path.read_text(), read_skeleton(path))
     # radius_kind inscribed
+    # cycles are cut at their thinnest edges, which lbskel restores:
+    # cut edge 1 3
     # id type x y z radius parent
     1 0 0.0 0.0 0.0 0.1 -1
     2 0 1.0 0.0 0.0 0.2 1
-    3 0 0.0 2.0 0.0 0.3 1
-    # cut edge 2 3
+    3 0 0.0 2.0 0.0 0.3 2
      Skeleton(3 nodes, 3 edges, 0 tips, 0 junctions, 1 cycles)
     """
     entry = FORMATS[known_extension(path, FORMATS, "skeletons")]
@@ -137,6 +138,22 @@ def read_skeleton(path: str | os.PathLike[str]) -> Skeleton:
             raise FormatError(str(error)) from None
         _check(skeleton)
         return skeleton
+
+
+def require_packages(name: str) -> None:
+    """Raise the error of writing a format now, and not after a skeleton has been made for it.
+
+    Parameters
+    ----------
+    name : str
+        A format in FORMATS.
+
+    Raises
+    ------
+    MissingDependency
+        If the format needs a package that is not installed.
+    """
+    FORMATS[name].encode(Skeleton(np.zeros((1, 3)), np.empty((0, 2)), np.ones(1)), Path(f"a.{name}"))
 
 
 def _check(skeleton: Skeleton) -> None:

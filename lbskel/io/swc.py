@@ -1,8 +1,9 @@
 """SWC, the format of neuron tracings: a line per node with id, type, position, radius and the id of its parent.
 
 Ids begin at 1, every parent precedes its children, a root has the parent -1, one root per component. Types: 5 for a
-fork, 6 for an end, 0 otherwise. SWC stores trees; edges removed to break cycles are stored as comments
-``# cut edge 7 12``, which other programs ignore and :func:`read_swc` restores. An unknown radius is written as 0.
+fork, 6 for an end, 0 otherwise. SWC stores trees: every cycle is cut at its thinnest edge, and the edges that were cut
+are comments ``# cut edge 7 12`` before the nodes, which other programs ignore and :func:`read_swc` restores. An unknown
+radius is written as 0.
 Format: Cannon et al. 1998, https://doi.org/10.1016/S0165-0270(98)00091-0
 """
 
@@ -15,12 +16,13 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import depth_first_order, minimum_spanning_tree
+from scipy.sparse.csgraph import depth_first_order
 
 from lbskel.errors import FormatError
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.io.text import as_integers, content_lines, parse_columns, read_text
 from lbskel.skeleton.skeleton import Skeleton
+from lbskel.skeleton.spanning_tree import cycle_edges
 
 FORK, END, OTHER = 5, 6, 0  # values of the type column
 NO_PARENT = -1  # value of the parent column of a root
@@ -28,56 +30,41 @@ CUT_EDGE = re.compile(r"#\s*cut edge (\d{1,15}) (\d{1,15})\s*")
 RADIUS_KIND = re.compile(r"#\s*radius_kind (.+)")
 
 
-def encode_swc(skeleton: Skeleton, path: Path, *, cut_cycles: bool = False, root: int | None = None) -> dict[Path, str]:
-    """Encode a skeleton as SWC text.
+def encode_swc(skeleton: Skeleton, path: Path, *, root: int | None = None) -> dict[Path, str]:
+    """Encode a skeleton as SWC text, with its cycles cut as :func:`lbskel.to_tree` cuts them.
 
     Parameters
     ----------
     skeleton : Skeleton
     path : Path
         The path that the file will have.
-    cut_cycles : bool
-        Whether to break each cycle at its longest edge; the removed edges are stored as comments.
     root : int, optional
         The node that is the root of its component. By default, and in other components, it is the first node.
 
     Raises
     ------
     FormatError
-        If the skeleton has cycles and ``cut_cycles`` is not set, or the root is not a node.
+        If the root is not a node.
     """
-    if skeleton.cycle_rank and not cut_cycles:
-        raise FormatError(
-            f"the skeleton has {skeleton.cycle_rank} cycles and SWC stores only trees; cut_cycles=True (--cut-cycles "
-            "on the command line) breaks each at its longest edge and stores that as a comment; other formats keep them"
-        )
     k = len(skeleton.nodes)
     if root is not None and not 0 <= root < k:
         raise FormatError(f"the root {root} is not a node; the nodes are 0 to {k - 1}")
-    kept = _spanning_edges(skeleton)
-    order, parents = _depth_first(skeleton, skeleton.edges[kept], root)
+    is_cut = cycle_edges(skeleton)
+    order, parents = _depth_first(skeleton, skeleton.edges[~is_cut], root)
     ids = np.empty(k, dtype=np.int64)
     ids[order] = np.arange(1, k + 1)
     types = np.select([skeleton.degrees >= 3, skeleton.degrees == 1], [FORK, END], OTHER)
     radii = np.where(np.isnan(skeleton.radii), 0.0, skeleton.radii)
-    lines = [f"# radius_kind {' '.join(skeleton.radius_kind.split())}", "# id type x y z radius parent"]
+    lines = [f"# radius_kind {' '.join(skeleton.radius_kind.split())}"]
+    if is_cut.any():
+        lines.append("# cycles are cut at their thinnest edges, which lbskel restores:")
+    lines += [f"# cut edge {start} {end}" for start, end in np.sort(ids[skeleton.edges[is_cut]], axis=1)]
+    lines.append("# id type x y z radius parent")
     for node in order.tolist():
         x, y, z = skeleton.nodes[node].tolist()
         parent = NO_PARENT if parents[node] < 0 else ids[parents[node]]
         lines.append(f"{ids[node]} {types[node]} {x!r} {y!r} {z!r} {radii[node].item()!r} {parent}")
-    lines += [f"# cut edge {start} {end}" for start, end in np.sort(ids[skeleton.edges[~kept]], axis=1)]
     return {path: "\n".join(lines) + "\n"}
-
-
-def _spanning_edges(skeleton: Skeleton) -> NDArray[np.bool_]:
-    """Mask the edges of the minimum spanning forest: each cycle loses its longest edge, of equal ones the last.
-
-    The weights are the ranks of the lengths, which make the forest unique and are all positive.
-    """
-    k, rank = len(skeleton.nodes), np.empty(len(skeleton.edges), dtype=np.int64)
-    rank[np.argsort(skeleton.edge_lengths, kind="stable")] = np.arange(1, len(rank) + 1)
-    forest = minimum_spanning_tree(weighted_graph(skeleton.edges, rank, k))
-    return np.isin(rank, forest.data)
 
 
 def _depth_first(

@@ -1,9 +1,10 @@
-"""The skeleton as a graph with radii and maps, and what edits it: pruning, resampling, simplification, joining."""
+"""The skeleton as a graph with radii and maps, and what edits it: pruning, resampling, joining, cutting cycles."""
 
 from lbskel.skeleton.joining import join_components
 from lbskel.skeleton.pruning import merge_junctions, prune
 from lbskel.skeleton.resampling import resample
 from lbskel.skeleton.simplification import simplify_branches
 from lbskel.skeleton.skeleton import Skeleton
+from lbskel.skeleton.spanning_tree import to_tree
 
-__all__ = ["Skeleton", "join_components", "merge_junctions", "prune", "resample", "simplify_branches"]
+__all__ = ["Skeleton", "join_components", "merge_junctions", "prune", "resample", "simplify_branches", "to_tree"]

@@ -6,11 +6,12 @@ compared. The same panels give the same bytes.
 
 from __future__ import annotations
 
-__all__ = ["draw", "picture", "render"]
+__all__ = ["draw", "picture", "render", "require_matplotlib"]
 
 import io
 import os
 from collections.abc import Sequence
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -81,6 +82,18 @@ def picture(
     render([Panel(mesh, skeleton, title)], path, size=size, force=force)
 
 
+def require_matplotlib() -> None:
+    """Raise the error of drawing without matplotlib now, and not after there is something to draw.
+
+    Raises
+    ------
+    MissingDependency
+        If matplotlib is not installed.
+    """
+    if find_spec("matplotlib") is None:
+        raise MissingDependency("matplotlib", "view", "drawing pictures")
+
+
 def draw(panels: Sequence[Panel], *, size: tuple[int, int] | None = None) -> bytes:
     """Draw the picture that :func:`render` writes, and return the bytes of its PNG file.
 
@@ -97,11 +110,10 @@ def draw(panels: Sequence[Panel], *, size: tuple[int, int] | None = None) -> byt
     >>> draw([Panel(skeleton=stick, title="a stick")])[1:4]
     b'PNG'
     """
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise MissingDependency("matplotlib", "view", "drawing pictures") from None
+    require_matplotlib()
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     if not panels:
         raise MeshError("a picture needs at least one panel")
     from lbskel.visualization.drawing import draw_panel, text_lines

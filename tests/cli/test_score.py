@@ -16,7 +16,7 @@ def files(tmp_path_factory, two_rings):
     skeleton = skeletonize(two_rings)
     write_mesh(folder / "mesh.ply", two_rings)
     write_skeleton(folder / "good.json", skeleton)
-    write_skeleton(folder / "tree.swc", skeleton, cut_cycles=True)
+    write_skeleton(folder / "tree.swc", skeleton)
     return folder
 
 

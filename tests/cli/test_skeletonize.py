@@ -35,7 +35,7 @@ def test_a_skeleton_with_picture_and_report(apart, folder):
 
 
 def test_json_is_one_line_per_input_on_a_closed_and_an_open_mesh(apart, folder):
-    code, out, err = apart("skeletonize", "ring.obj", "pipe.ply", "-o", ".", "--json", "--cut-cycles")
+    code, out, err = apart("skeletonize", "ring.obj", "pipe.ply", "-o", ".", "--json")
     assert (code, err) == (0, [])
     reports = [json.loads(line, parse_constant=pytest.fail) for line in out]
     assert [report["mesh"] for report in reports] == ["ring.obj", "pipe.ply"]
@@ -62,7 +62,7 @@ def test_a_result_that_fails_its_score_exits_with_one(folder, python):
 def test_all_is_refused_before_any_work(here, folder):
     """One of three outputs is there already: not one of the inputs is begun."""
     (folder / "ring.json").touch()
-    code, out, err = here("skeletonize", "rod.off", "ring.obj", "-o", ".", "--report", ".", "--cut-cycles")
+    code, out, err = here("skeletonize", "rod.off", "ring.obj", "-o", ".", "--report", ".")
     assert (code, out, err) == (2, [], ["lbskel: ring.json exists already; give --force to replace it"])
     assert file_names(folder) == sorted([*GIVEN, "ring.json"])
 
@@ -83,10 +83,41 @@ def test_force_replaces(here, folder):
     assert all((folder / name).read_bytes()[:4] != b"mine" for name in ("rod.swc", "rod.png", "rod.json"))
 
 
-def test_cycles_are_cut_on_request_and_noted(here, folder):
-    assert here("skeletonize", "ring.obj", "-o", "ring.swc", "--cut-cycles", "--quiet") == (0, [], [])
-    assert "# cut edge" in (folder / "ring.swc").read_text()
+def test_nothing_is_lost_of_cycles_in_swc_and_the_cut_is_told(here, folder):
+    options = ("--picture", "ring.png", "--report", "ring-report.json")
+    code, out, err = here("skeletonize", "ring.obj", "-o", "ring.swc", *options)
+    assert (code, err) == (0, [])
+    [note] = [line for line in out if "cycle(s) cut" in line]
+    assert re.match(
+        r"  note      1 cycle\(s\) cut where the skeleton is thinnest \(radius 0\.\d+\), since swc is", note
+    )
     assert read_skeleton(folder / "ring.swc").cycle_rank == 1
+    assert json.loads((folder / "ring-report.json").read_text())["notes"][-1] in note
+    assert (folder / "ring.png").exists()
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_tree_is_one_in_every_format(name, here, folder):
+    code, out, err = here("skeletonize", "ring.obj", "-o", f"tree.{name}", "--tree")
+    assert (code, err) == (0, [])
+    assert [line for line in out if "cycle(s) cut" in line and "a tree is asked for" in line]
+    skeleton = read_skeleton(folder / f"tree.{name}")
+    assert (skeleton.cycle_rank, skeleton.n_components, len(skeleton.tips)) == (0, 1, 2)
+
+
+@pytest.mark.parametrize(
+    ("package", "options"), [("networkx", ["-o", "a.graphml"]), ("matplotlib", ["-o", "a.swc", "--picture", "a.png"])]
+)
+@pytest.mark.parametrize("command", ["skeletonize", "batch"])
+def test_a_missing_package_is_told_before_any_work(command, package, options, here, folder, monkeypatch):
+    monkeypatch.setitem(sys.modules, package, None)
+    monkeypatch.setattr("lbskel.cli.skeletonize.read_mesh", lambda _: pytest.fail("work was begun"))
+    if command == "batch":
+        options = ["-o", "out", *(["--format", "graphml"] if package == "networkx" else ["--picture"])]
+    code, out, err = here(command, "rod.off", *options)
+    assert (code, out, len(err)) == (2, [], 1)
+    assert f"needs {package}, which is not installed" in err[0]
+    assert file_names(folder) == GIVEN
 
 
 @pytest.mark.parametrize("name", FORMATS)

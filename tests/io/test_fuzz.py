@@ -81,7 +81,7 @@ def valid(folder):
     for name in set(POINT_READERS) - {"xyz"}:
         files[read_points, name] = files[read_mesh, name]
     for name in FORMATS:
-        write_skeleton(folder / f"valid-skeleton.{name}", LOOP, cut_cycles=True)
+        write_skeleton(folder / f"valid-skeleton.{name}", LOOP)
         files[read_skeleton, name] = (folder / f"valid-skeleton.{name}").read_bytes()
     for (read, name), data in files.items():
         (folder / f"{read.__name__}.{name}").write_bytes(data)

@@ -17,7 +17,7 @@ PAIR = [[0, 0, 0], [1, 0, 0]]
 
 def round_trip(folder, name, skeleton):
     path = folder / f"a.{name}"
-    write_skeleton(path, skeleton, cut_cycles=True, force=True)
+    write_skeleton(path, skeleton, force=True)
     return read_skeleton(path)
 
 
@@ -76,9 +76,9 @@ def test_paths_that_cannot_be_read_or_written(tmp_path, skeleton, tree, name):
         write_skeleton(tmp_path / "missing" / f"a.{name}", tree)
     write_skeleton(tmp_path / f"a.{name}", tree)
     with pytest.raises(FormatError, match="exists already"):
-        write_skeleton(tmp_path / f"a.{name}", skeleton, cut_cycles=True)
+        write_skeleton(tmp_path / f"a.{name}", skeleton)
     assert len(read_skeleton(tmp_path / f"a.{name}").nodes) == 6
-    write_skeleton(tmp_path / f"a.{name}", skeleton, cut_cycles=True, force=True)
+    write_skeleton(tmp_path / f"a.{name}", skeleton, force=True)
     assert len(read_skeleton(tmp_path / f"a.{name}").nodes) == 9
 
 

@@ -34,7 +34,7 @@ def test_a_written_tree_line_by_line(tmp_path, tree):
 
 
 def test_the_given_node_is_the_root_of_its_component(tmp_path, skeleton):
-    write_skeleton(tmp_path / "a.swc", skeleton, cut_cycles=True, root=4)
+    write_skeleton(tmp_path / "a.swc", skeleton, root=4)
     roots = [row[2] for row in swc_rows(tmp_path / "a.swc") if row[4] == -1]
     assert roots == [skeleton.nodes[node].tolist() for node in (4, 6, 8)]
 
@@ -42,38 +42,24 @@ def test_the_given_node_is_the_root_of_its_component(tmp_path, skeleton):
 @pytest.mark.parametrize("root", [-1, 9])
 def test_a_root_that_is_not_a_node_is_an_error(tmp_path, skeleton, root):
     with pytest.raises(FormatError, match=f"the root {root} is not a node; the nodes are 0 to 8"):
-        write_skeleton(tmp_path / "a.swc", skeleton, cut_cycles=True, root=root)
+        write_skeleton(tmp_path / "a.swc", skeleton, root=root)
 
 
-def test_cycles_are_an_error_unless_they_may_be_cut(tmp_path, skeleton):
-    with pytest.raises(FormatError, match=r"a\.swc: the skeleton has 1 cycles.*cut_cycles=True \(--cut-cycles"):
-        write_skeleton(tmp_path / "a.swc", skeleton)
-    assert not (tmp_path / "a.swc").exists()
-
-
-def test_each_cycle_is_cut_at_its_longest_edge_and_restored_on_reading(tmp_path, unordered):
-    # A ladder: squares 0-1-3-2 and 2-3-5-4; the bridge 5-6 is longer than all other edges and must be kept
+def test_each_cycle_is_cut_where_it_is_thinnest_and_restored_on_reading(tmp_path, unordered):
+    # A ladder: squares 0-1-3-2 and 2-3-5-4, thinnest at nodes 1 and 4; the bridge 5-6 is thinner and must be kept
     nodes = [[0, 0, 0], [1.3, 0, 0], [0, 1, 0], [1.1, 1, 0], [0, 2, 0], [1.2, 2, 0], [50, 2, 0]]
     edges = [[0, 1], [0, 2], [1, 3], [2, 3], [2, 4], [3, 5], [4, 5], [5, 6]]
-    ladder = Skeleton(nodes, edges, np.arange(1, 8))
-    write_skeleton(tmp_path / "a.swc", ladder, cut_cycles=True)
+    radii = [9, 2, 8, 7, 3, 6, 1]
+    ladder = Skeleton(nodes, edges, radii)
+    write_skeleton(tmp_path / "a.swc", ladder)
     rows = swc_rows(tmp_path / "a.swc")
     node_of_id = {row[0]: nodes.index(row[2]) for row in rows}
-    cuts = re.findall(r"^# cut edge (\d+) (\d+)$", (tmp_path / "a.swc").read_text(), re.M)
+    text = (tmp_path / "a.swc").read_text()
+    cuts = re.findall(r"^# cut edge (\d+) (\d+)$", text, re.M)
     assert {frozenset(node_of_id[int(end)] for end in cut) for cut in cuts} == {frozenset({0, 1}), frozenset({4, 5})}
-    types = {node_of_id[row[0]]: row[1] for row in rows}
-    assert [types[node] for node in range(7)] == [0, 0, 5, 5, 0, 5, 6]  # of the skeleton, not of the tree
-    assert [row[3] for row in rows] == [1 + node_of_id[row[0]] for row in rows]  # the radii
+    assert "#" not in text[re.search("^1 ", text, re.M).start() :]  # no comment after the first node
+    assert [row[3] for row in rows] == [radii[node_of_id[row[0]]] for row in rows]
     assert unordered(read_skeleton(tmp_path / "a.swc")) == unordered(ladder)
-
-
-def test_of_equally_long_edges_the_last_is_cut(tmp_path):
-    nodes = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
-    square = Skeleton(nodes, [[0, 1], [1, 2], [2, 3], [0, 3]], np.ones(4))  # sorted: 0-1, 0-3, 1-2, 2-3
-    write_skeleton(tmp_path / "a.swc", square, cut_cycles=True)
-    node_of_id = {row[0]: nodes.index(row[2]) for row in swc_rows(tmp_path / "a.swc")}
-    (cut,) = re.findall(r"^# cut edge (\d+) (\d+)$", (tmp_path / "a.swc").read_text(), re.M)
-    assert {node_of_id[int(end)] for end in cut} == {2, 3}
 
 
 def test_a_file_of_another_program(read):

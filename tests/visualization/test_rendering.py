@@ -49,7 +49,7 @@ def test_an_existing_picture_is_replaced_only_by_force(tmp_path):
 
 
 def test_without_matplotlib_the_error_names_the_pip_command(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(MissingDependency, match=r"matplotlib.*pip install 'lbskel\[view\]'"):
         render([Panel(flat_tube())], tmp_path / "tube.png")
     assert not list(tmp_path.iterdir())

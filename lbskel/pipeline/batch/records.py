@@ -43,7 +43,7 @@ class Record:
         The mesh as the caller named it, and the skeleton relative to the output folder.
     outcome : BatchStatus
     message : str
-        Why there is no skeleton, or which measures of its score fail.
+        Why there is no skeleton, or which measures of its score fail and which cycles were cut.
     key : str
         Hash of the content of the input and of all options; empty if the input could not be read.
     seconds : float

@@ -24,6 +24,7 @@ from typing import Any, TypeAlias
 
 from lbskel.errors import FormatError, MissingDependency, UnknownChoice, choose
 from lbskel.io import FORMATS, write_safely
+from lbskel.io.skeleton_io import require_packages
 from lbskel.pipeline.batch.records import SUMMARY, BatchStatus, Record, append, is_final, known, summary
 from lbskel.pipeline.batch.worker import WorkerProcess
 from lbskel.pipeline.stages import skeletonize
@@ -43,7 +44,7 @@ class _Task:
 
     folder: str
     extension: str
-    cut_cycles: bool
+    tree: bool
     join: bool
     pictures: bool
     reports: bool
@@ -57,7 +58,7 @@ def skeletonize_many(
     output: str | os.PathLike[str],
     *,
     extension: str = "json",
-    cut_cycles: bool = False,
+    tree: bool = False,
     join: bool = False,
     pictures: bool = False,
     reports: bool = False,
@@ -82,8 +83,8 @@ def skeletonize_many(
         common folder of these.
     extension : str
         A format in FORMATS.
-    cut_cycles : bool
-        Whether to cut cycles for a format that holds trees only (swc).
+    tree : bool
+        Whether to make each skeleton a tree, as :func:`lbskel.to_tree`.
     join : bool
         Whether to join the graphs of several components to one.
     pictures, reports : bool
@@ -113,9 +114,14 @@ def skeletonize_many(
     UnknownChoice
         If an option is unknown or out of range.
     MissingDependency
-        If Dask is asked for and not installed.
+        If Dask is asked for and not installed, or a package that the format or the pictures need.
     """
     choose(FORMATS, extension, "format of skeletons")
+    require_packages(extension)
+    if pictures:
+        from lbskel.visualization.rendering import require_matplotlib
+
+        require_matplotlib()
     for name, number in (("workers", workers), ("time_limit", time_limit), ("memory_limit", memory_limit)):
         if number is not None and not number > 0:
             raise UnknownChoice(f"{name} must be positive, not {number}")
@@ -135,9 +141,7 @@ def skeletonize_many(
             f"{len(taken)} files exist already in {folder} that no batch has made, such as {taken[0]}; "
             "give force=True (--force on the command line) to replace them"
         )
-    task = _Task(
-        str(folder.absolute()), extension, cut_cycles, join, pictures, reports, options, time_limit, memory_limit
-    )
+    task = _Task(str(folder.absolute()), extension, tree, join, pictures, reports, options, time_limit, memory_limit)
     records: dict[str, Record] = {}
     jobs = [(str(path), name, earlier.get(name)) for path, name in zip(paths, names, strict=True)]
     with closing(
@@ -198,7 +202,7 @@ def _do(task: _Task, worker: WorkerProcess, job: Job) -> Answer:
             "input": mesh,
             "output": str(output),
             "options": dict(task.options),
-            "cut_cycles": task.cut_cycles,
+            "tree": task.tree,
             "join": task.join,
             "picture": task.pictures,
             "report": task.reports,
@@ -217,7 +221,7 @@ def _key(mesh: Path, task: _Task) -> str:
     parameters = {
         "lbskel": version("lbskel"),
         "format": task.extension,
-        "cut_cycles": task.cut_cycles,
+        "tree": task.tree,
         "join": task.join,
         "pictures": task.pictures,
         "reports": task.reports,

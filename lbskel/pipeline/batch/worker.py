@@ -143,6 +143,7 @@ def serve(jobs: TextIO, replies: TextIO, memory_limit: float) -> None:
 def _reply(job: dict[str, Any]) -> dict[str, Any]:
     """Make one skeleton and describe it."""
     from lbskel.io import as_mesh, write_safely, write_skeleton
+    from lbskel.pipeline.cycles import cut_cycles
     from lbskel.pipeline.stages import skeletonize
     from lbskel.skeleton.joining import join_components
 
@@ -151,15 +152,16 @@ def _reply(job: dict[str, Any]) -> dict[str, Any]:
         skeleton = skeletonize(mesh, **job["options"])
         if job["join"]:
             skeleton = join_components(skeleton)
-        write_skeleton(job["output"], skeleton, cut_cycles=job["cut_cycles"])
         output = Path(job["output"])
+        skeleton, cut_note = cut_cycles(skeleton, tree=job["tree"], extension=output.suffix.removeprefix("."))
+        write_skeleton(output, skeleton)
+        if job["report"]:
+            text = json.dumps({"mesh": job["input"], **skeleton.report}, indent=1) + "\n"
+            write_safely(output.with_suffix(".report.json"), text)
         if job["picture"]:
             from lbskel.visualization import picture
 
             picture(mesh, skeleton, output.with_suffix(".png"))
-        if job["report"]:
-            text = json.dumps({"mesh": job["input"], **skeleton.report}, indent=1) + "\n"
-            write_safely(output.with_suffix(".report.json"), text)
     except LbskelError as error:
         if isinstance(error.__context__, MemoryError):
             return {"outcome": BatchStatus.OVER_MEMORY, "message": "out of memory"}
@@ -172,7 +174,7 @@ def _reply(job: dict[str, Any]) -> dict[str, Any]:
     failed = {name for name, verdict in report["score"]["verdicts"].items() if verdict == "fail"}
     return {
         "outcome": BatchStatus.PASSED if report["passed"] else BatchStatus.FAILED_CHECKS,
-        "message": ", ".join(sorted(failed)),
+        "message": "; ".join(filter(None, [", ".join(sorted(failed)), cut_note])),
         "vertices": report["input"]["vertices"],
         "faces": report["input"]["faces"],
         "nodes": len(skeleton.nodes),

@@ -8,7 +8,7 @@ from lbskel import read_skeleton, write_mesh
 from lbskel.pipeline.batch import BatchStatus
 from lbskel.pipeline.batch.worker import WorkerProcess
 
-PARAMETERS = {"cut_cycles": False, "join": False, "picture": False, "report": False, "options": {}}
+PARAMETERS = {"tree": False, "join": False, "picture": False, "report": False, "options": {}}
 
 
 @pytest.fixture
@@ -42,6 +42,17 @@ def test_a_refused_mesh_and_a_failed_score_say_why(worker, job, tmp_path):
     failed = worker.run({**job, "options": {"time_limit": 1e-9}})
     assert failed["outcome"] is BatchStatus.FAILED_CHECKS
     assert "inside_fraction" in failed["message"]
+
+
+@pytest.mark.parametrize(("tree", "cycle_rank"), [(False, 1), (True, 0)])
+def test_cycles_in_a_format_of_trees_are_told_and_only_a_tree_loses_them(worker, job, tmp_path, ring, tree, cycle_rank):
+    write_mesh(tmp_path / "rod.off", ring, force=True)
+    reply = worker.run({**job, "output": str(tmp_path / "ring.swc"), "tree": tree, "picture": True, "report": True})
+    assert (reply["outcome"], reply["cycles"]) == (BatchStatus.PASSED, cycle_rank)
+    assert reply["message"].startswith("1 cycle(s) cut where the skeleton is thinnest")
+    assert read_skeleton(tmp_path / "ring.swc").cycle_rank == cycle_rank
+    assert (tmp_path / "ring.png").exists()
+    assert reply["message"] in (tmp_path / "ring.report.json").read_text()
 
 
 def test_a_killed_process_is_reported_and_the_next_job_gets_another(worker, job, tmp_path):
