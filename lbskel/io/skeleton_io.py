@@ -153,7 +153,7 @@ def require_packages(name: str) -> None:
     MissingDependency
         If the format needs a package that is not installed.
     """
-    FORMATS[name].encode(Skeleton(np.zeros((1, 3)), np.empty((0, 2)), np.ones(1)), Path(f"a.{name}"))
+    FORMATS[name].encode(Skeleton(np.zeros((1, 3)), np.empty((0, 2), np.int64), np.ones(1)), Path(f"a.{name}"))
 
 
 def _check(skeleton: Skeleton) -> None:

@@ -1,4 +1,4 @@
-"""Cycles of a finished skeleton: kept where the format holds them, cut and noted where it does not or a tree is asked."""
+"""Cycles of a finished skeleton: kept where the format holds them; cut and noted else, or where a tree is asked for."""
 
 import pytest
 
