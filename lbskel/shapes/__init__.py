@@ -22,17 +22,20 @@ __all__ = [
     "make",
     "marching_cubes",
     "mesh_solid",
+    "mesh_tubes",
     "project",
     "schwarz_lantern",
     "solid_of",
     "sphere",
     "torus",
     "tube",
+    "vessel_tree",
 ]
 
 from lbskel.shapes.catalog import SHAPES, VARIANTS, chain_of_tori, make, mesh_solid
 from lbskel.shapes.isosurface import marching_cubes, project
 from lbskel.shapes.primitives import capsule, cylinder, flat_grid, schwarz_lantern, sphere, torus, tube
+from lbskel.shapes.restricted_delaunay import mesh_tubes
 from lbskel.shapes.round_cones import Solid, solid_of
-from lbskel.shapes.thin import coil
+from lbskel.shapes.thin import coil, vessel_tree
 from lbskel.shapes.truth import Shape, Truth

@@ -5,7 +5,7 @@ The faces of closed surfaces point outwards.
 
 from __future__ import annotations
 
-__all__ = ["capsule", "cylinder", "flat_grid", "schwarz_lantern", "sphere", "torus", "tube"]
+__all__ = ["capsule", "cylinder", "flat_grid", "schwarz_lantern", "section_frames", "sphere", "torus", "tube"]
 
 from itertools import pairwise
 
@@ -113,11 +113,36 @@ def capsule(length: float = 2.0, radius: float = 0.5, n: int = 32) -> Mesh:
     return _rings(rings, (pole, -pole))
 
 
+def section_frames(polyline: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Compute two unit vectors across a polyline at each of its points, transported along it without twist.
+
+    Both are normal to the mean direction of the two segments at the point.
+
+    Parameters
+    ----------
+    polyline : (n, 3) array of float
+
+    Returns
+    -------
+    (n, 2, 3) array of float
+        The cross product of the two has the direction of the polyline.
+    """
+    segments = np.diff(polyline, axis=0)
+    segments /= np.linalg.norm(segments, axis=1, keepdims=True)
+    tangents = np.concatenate([segments[:1], segments[:-1] + segments[1:], segments[-1:]])
+    normal = np.eye(3)[np.argmin(np.abs(tangents[0]))]
+    frames = []
+    for tangent in tangents:
+        normal = normal - tangent * (normal @ tangent) / (tangent @ tangent)
+        normal /= np.linalg.norm(normal)
+        frames.append([normal, np.cross(tangent, normal) / np.linalg.norm(tangent)])
+    return np.array(frames)
+
+
 def tube(polyline: ArrayLike, radius: ArrayLike, *, sides: int = 16, rounded: bool = False) -> Mesh:
     """Build a closed tube along an open polyline.
 
-    The section at a point is normal to the mean direction of the two segments there, and its frame is transported
-    along the polyline without twist.
+    The section at a point is normal to the mean direction of the two segments there: see :func:`section_frames`.
 
     Parameters
     ----------
@@ -139,16 +164,8 @@ def tube(polyline: ArrayLike, radius: ArrayLike, *, sides: int = 16, rounded: bo
         heights, lowered = np.sin(steps)[:, None], np.cos(steps)
         P = np.concatenate([P[0] + heights[::-1] * first, P, P[-1] + heights * last])
         R = np.concatenate([R[0] * lowered[::-1], R, R[-1] * lowered])
-    segments = np.diff(P, axis=0)
-    segments /= np.linalg.norm(segments, axis=1, keepdims=True)
-    tangents = np.concatenate([segments[:1], segments[:-1] + segments[1:], segments[-1:]])
-    normal = np.eye(3)[np.argmin(np.abs(tangents[0]))]
-    frames = []
-    for tangent in tangents:
-        normal = normal - tangent * (normal @ tangent) / (tangent @ tangent)
-        normal /= np.linalg.norm(normal)
-        frames.append([normal, np.cross(tangent, normal) / np.linalg.norm(tangent)])
-    rings = P[:, None] + R[:, None, None] * (_circle(sides) @ np.array(frames))
+    frames = section_frames(P)
+    rings = P[:, None] + R[:, None, None] * (_circle(sides) @ frames)
     return _rings(rings[::-1], poles)
 
 

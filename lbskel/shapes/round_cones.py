@@ -13,7 +13,7 @@ of decreasing largest radius, each over a width of BLEND_WIDTH times its largest
 
 from __future__ import annotations
 
-__all__ = ["BLEND_WIDTH", "Branch", "Solid", "solid_of"]
+__all__ = ["BLEND_WIDTH", "Branch", "Solid", "solid_of", "subdivide"]
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -70,8 +70,18 @@ class Solid:
         np.maximum.at(max_radii, self.branch_of_segment, self.radii.max(axis=1))
         return max_radii
 
-    def _branch_distances(self, points: NDArray[np.float64], cutoff: float) -> NDArray[np.float64]:
-        """Compute the (n, b) distances to each branch; OUT_OF_RANGE if it cannot change values below the cutoff."""
+    def _branch_distances(
+        self, points: NDArray[np.float64], cutoff: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Compute the distances to the branches near each point, where they can change values below the cutoff.
+
+        Returns
+        -------
+        distances : (n, m) array of float
+            In order of the branches; m is the largest number of branches near one point. OUT_OF_RANGE beyond the last.
+        branches : (n, m) array of int
+            The branch of each distance; 0 beyond the last.
+        """
         start, end = self.centers[self.segments].transpose(1, 0, 2)
         lengths = np.linalg.norm(end - start, axis=1)
         margin = BLEND_REACH * BLEND_WIDTH * self._max_radii[self.branch_of_segment] * self.branch_of_segment.any()
@@ -87,11 +97,19 @@ class Solid:
         t = (offset * direction).sum(axis=1)
         q = np.linalg.norm(offset - t[:, None] * direction, axis=1)
         s = np.clip(t - q * (slopes / np.sqrt(1 - slopes**2))[segment], 0.0, lengths[segment])
-        distances = np.full((len(points), len(self._max_radii)), OUT_OF_RANGE)
-        entries = point * distances.shape[1] + self.branch_of_segment[segment]
         values = np.hypot(t - s, q) - (self.radii[segment, 0] - s * slopes[segment])
-        np.minimum.at(distances.reshape(-1), entries, values)
-        return distances
+
+        n_branches = len(self._max_radii)
+        pairs, pair = np.unique(point * n_branches + self.branch_of_segment[segment], return_inverse=True)
+        nearest = np.full(len(pairs), OUT_OF_RANGE)
+        np.minimum.at(nearest, pair, values)
+        row, branch = np.divmod(pairs, n_branches)
+        n_near = np.bincount(row, minlength=len(points))
+        column = np.arange(len(pairs)) - np.repeat(np.cumsum(n_near) - n_near, n_near)
+        shape = (len(points), max(int(n_near.max(initial=0)), 1))
+        distances, branches = np.full(shape, OUT_OF_RANGE), np.zeros(shape, dtype=np.int64)
+        distances[row, column], branches[row, column] = nearest, branch
+        return distances, branches
 
     def distance(self, points: NDArray[np.float64], *, cutoff: float = 0.0) -> NDArray[np.float64]:
         """Evaluate the implicit function: (n,) values, exact where below ``cutoff`` and at least that elsewhere.
@@ -103,10 +121,10 @@ class Solid:
         cutoff : float
             Not negative, in the units of the solid.
         """
-        total: NDArray[np.float64]
-        total, *others = self._branch_distances(points, cutoff).T
-        for other, max_radius in zip(others, self._max_radii[1:], strict=True):
-            width = BLEND_WIDTH * max_radius
+        distances, branches = self._branch_distances(points, cutoff)
+        widths = BLEND_WIDTH * self._max_radii[branches]
+        total: NDArray[np.float64] = distances[:, 0]
+        for other, width in zip(distances.T[1:], widths.T[1:], strict=True):
             share = np.clip(0.5 + 0.5 * (other - total) / width, 0.0, 1.0)
             total = share * total + (1 - share) * other - width * share * (1 - share)
         return total
@@ -128,7 +146,7 @@ class Solid:
     @property
     def truth(self) -> Truth:
         """The axes of all branches; a node's radius is that of the largest sphere around it inside a single branch."""
-        inscribed = -self._branch_distances(self.centers, 0.0).min(axis=1)
+        inscribed = -self._branch_distances(self.centers, 0.0)[0].min(axis=1)
         return Truth(self.centers, self.segments, inscribed)
 
 
@@ -147,7 +165,7 @@ def solid_of(branches: Sequence[Branch]) -> Solid:
         If one of two neighboring spheres contains the other, so that there is no cone between them.
     """
     spheres_of_branch = [
-        _subdivide(np.atleast_2d(P), np.ravel(R), f"branch {number}") for number, (P, R) in enumerate(branches)
+        subdivide(np.atleast_2d(P), np.ravel(R), f"branch {number}") for number, (P, R) in enumerate(branches)
     ]
     spheres_of_branch.sort(key=lambda spheres: -spheres[:, 3].max())
     branch = np.repeat(np.arange(len(spheres_of_branch)), list(map(len, spheres_of_branch)))
@@ -160,8 +178,21 @@ def solid_of(branches: Sequence[Branch]) -> Solid:
     return Solid(spheres[row_of_center, :3], center[segments], spheres[segments, 3], branch[first])
 
 
-def _subdivide(points: NDArray[Any], radii: NDArray[Any], name: str) -> NDArray[np.float64]:
-    """Sample a polyline by segments of at most MAX_SEGMENT_LENGTH: (k, 4) centers and radii; a single point twice."""
+def subdivide(points: NDArray[Any], radii: NDArray[Any], name: str) -> NDArray[np.float64]:
+    """Sample a polyline by segments of at most MAX_SEGMENT_LENGTH: (k, 4) centers and radii; a single point twice.
+
+    Parameters
+    ----------
+    points : (n, 3) array of float
+    radii : (n,) or (1,) array of float
+    name : str
+        What the error calls the polyline.
+
+    Raises
+    ------
+    MeshError
+        If one of two neighboring spheres contains the other, so that there is no cone between them.
+    """
     spheres = np.column_stack([points, np.broadcast_to(radii, len(points))]).astype(np.float64)
     if len(spheres) == 1:
         return np.repeat(spheres, 2, axis=0)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-__all__ = ["coil"]
+__all__ = ["coil", "vessel_tree"]
 
 import numpy as np
 
 from lbskel.shapes.primitives import tube
+from lbskel.shapes.restricted_delaunay import mesh_tubes, volume_factor
+from lbskel.shapes.round_cones import solid_of
 from lbskel.shapes.truth import Shape, Truth
+from lbskel.shapes.vessels import murray_branches
 
 # Of a coil, in tube radii: the radius of its turns, the height that it gains in a turn, the distance of two sections.
 TURN_RADIUS, PITCH, SECTION_SPACING = 8.0, 6.0, 1.0
@@ -33,3 +36,26 @@ def coil(n_turns: int, *, sides: int = 12) -> Shape:
     truth = Truth(axis, np.stack([k, k + 1], axis=1), np.ones(len(t)))
     corner = 2 * np.pi / sides
     return Shape(tube(axis, np.sqrt(corner / np.sin(corner)), sides=sides, rounded=True), truth, "coil")
+
+
+def vessel_tree(n_forks: int, *, min_radius: float = 0.0, seed: int = 0) -> Shape:
+    """Build a tree of vessels by Murray's law, the trunk of radius 1, as one surface.
+
+    Edges are half a local radius long. The vertices are outside the tubes by 1.5 % of the radius, so that the volume is
+    that of the tubes.
+
+    Parameters
+    ----------
+    n_forks, min_radius, seed
+        As for :func:`lbskel.shapes.vessels.murray_branches`.
+
+    Examples
+    --------
+    >>> from lbskel.shapes import vessel_tree
+    >>> shape = vessel_tree(3, seed=1)
+    >>> shape.mesh.is_closed_manifold, shape.truth.n_tips
+    (True, 5)
+    """
+    branches = murray_branches(n_forks, min_radius=min_radius, seed=seed)
+    mesh = mesh_tubes([(axis, volume_factor() * radii) for axis, radii in branches])
+    return Shape(mesh, solid_of(branches).truth, "vessel tree")
