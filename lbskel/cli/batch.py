@@ -61,6 +61,8 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.output,
             extension=arguments.format,
             tree=arguments.tree,
+            scale=arguments.scale,
+            units=arguments.units,
             workers=arguments.workers,
             dask=arguments.dask,
             time_limit=arguments.time_limit,

@@ -106,6 +106,14 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--join", action="store_true", help="join the graphs of several components to one")
     group.add_argument("--tree", action="store_true", help="cut each cycle where it is thinnest")
     group.add_argument(
+        "--scale",
+        type=float,
+        default=1.0,
+        metavar="FACTOR",
+        help="multiply the positions and radii in swc, such as 0.001 from nanometers to micrometers (%(default)s)",
+    )
+    group.add_argument("--units", metavar="NAME", help="name of the units in swc, such as um")
+    group.add_argument(
         "--time-limit", type=float, metavar="SECONDS", help="return the best result found within SECONDS"
     )
 

@@ -16,7 +16,7 @@ from typing import Any
 from lbskel.cli.options import add_command, add_skeleton_options, skeleton_options
 from lbskel.errors import FormatError, LbskelError
 from lbskel.io import FORMATS, MESH_READERS, read_mesh, write_safely, write_skeleton
-from lbskel.io.skeleton_io import require_packages
+from lbskel.io.skeleton_io import require_writable
 from lbskel.pipeline.cycles import cut_cycles
 from lbskel.pipeline.stages import skeletonize
 from lbskel.skeleton.joining import join_components
@@ -103,8 +103,8 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
             raise FormatError(f"{path}: the folder {path.parent} does not exist")
         if path.exists() and not arguments.force:
             raise FormatError(f"{path} exists already; give --force to replace it")
-    for name in {_format(job.skeleton) for job in jobs}:
-        require_packages(name)
+    for name in sorted({_format(job.skeleton) for job in jobs}):
+        require_writable(name, scale=arguments.scale, units=arguments.units)
     if arguments.picture:
         from lbskel.visualization.rendering import require_matplotlib
 
@@ -143,7 +143,7 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
     if arguments.join:
         skeleton = join_components(skeleton)
     skeleton, _ = cut_cycles(skeleton, tree=arguments.tree, extension=_format(job.skeleton))
-    write_skeleton(job.skeleton, skeleton, force=arguments.force)
+    write_skeleton(job.skeleton, skeleton, force=arguments.force, scale=arguments.scale, units=arguments.units)
     seconds = {**skeleton.report["seconds"], "read": reading}
     report = {"mesh": str(job.mesh), **skeleton.report, "seconds": seconds}
     if job.report is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["FORMATS", "Format", "read_skeleton", "require_packages", "write_skeleton"]
+__all__ = ["FORMATS", "Format", "read_skeleton", "require_writable", "write_skeleton"]
 
 import os
 from collections.abc import Callable, Mapping
@@ -37,7 +37,8 @@ class Format(NamedTuple):
         What the format does not store: ``radii``, ``order`` (of the nodes), ``node_of_vertex``, ``radius_kind``,
         ``extras`` (mean radii and anchors), ``report``.
     only_trees : bool
-        Whether other programs read a tree from the format, and cycles are cut; ``encode`` then takes ``root`` as well.
+        Whether other programs read a tree from the format, and cycles are cut; ``encode`` then takes
+        ``root``, ``scale`` and ``units`` as well.
     """
 
     read: Callable[[Path], Skeleton]
@@ -66,6 +67,8 @@ def write_skeleton(
     *,
     force: bool = False,
     root: int | None = None,
+    scale: float = 1.0,
+    units: str | None = None,
 ) -> None:
     """Write a skeleton in the format of the extension; numbers are read back bit for bit.
 
@@ -80,20 +83,26 @@ def write_skeleton(
     force : bool
         Whether existing files may be replaced.
     root : int, optional
-        For swc, which is a format of trees: the node that is the root of its component; by default, and in other
-        components, the first node.
+        For swc: the node that is the root of its component; by default the first node, which
+        :func:`lbskel.skeletonize` makes the soma or the thickest tip.
+    scale : float
+        For swc: factor of the positions and radii in the file, such as 0.001 from nanometers to micrometers. It is
+        stored as a comment, and :func:`read_skeleton` divides by it.
+    units : str, optional
+        For swc: name of the units in the file, such as ``um``, stored as a comment.
 
     Raises
     ------
     FormatError
-        If the extension is unknown, the format cannot store the skeleton, or a file exists or cannot be written.
+        If the extension is unknown, the format cannot store the skeleton, a scale or units, the scale is not a positive
+        number, or a file exists or cannot be written.
     MissingDependency
         If the format needs a package that is not installed.
     """
     entry = FORMATS[known_extension(path, FORMATS, "skeletons")]
-    options: dict[str, Any] = {"root": root} if entry.only_trees else {}
     with prefix_errors(path):
         _check(skeleton)
+        options = _tree_options(entry, root, scale, units)
         contents = entry.encode(skeleton, Path(path), **options)
     write_all_safely(contents, force)
 
@@ -140,20 +149,35 @@ def read_skeleton(path: str | os.PathLike[str]) -> Skeleton:
         return skeleton
 
 
-def require_packages(name: str) -> None:
+def require_writable(name: str, *, scale: float = 1.0, units: str | None = None) -> None:
     """Raise the error of writing a format now, and not after a skeleton has been made for it.
 
     Parameters
     ----------
     name : str
         A format in FORMATS.
+    scale, units
+        As for :func:`write_skeleton`.
 
     Raises
     ------
-    MissingDependency
-        If the format needs a package that is not installed.
+    FormatError, MissingDependency
+        As :func:`write_skeleton`.
     """
-    FORMATS[name].encode(Skeleton(np.zeros((1, 3)), np.empty((0, 2), np.int64), np.ones(1)), Path(f"a.{name}"))
+    one_node = Skeleton(np.zeros((1, 3)), np.empty((0, 2), np.int64), np.ones(1))
+    FORMATS[name].encode(one_node, Path(f"a.{name}"), **_tree_options(FORMATS[name], None, scale, units))
+
+
+def _tree_options(entry: Format, root: int | None, scale: float, units: str | None) -> dict[str, Any]:
+    """Return the options of a format of trees; a scale and units are an error with any other."""
+    if entry.only_trees:
+        return {"root": root, "scale": scale, "units": units}
+    if scale != 1 or units is not None:
+        trees = ", ".join(name for name, other in FORMATS.items() if other.only_trees)
+        raise FormatError(
+            f"a scale and units are stored by {trees} only; other formats keep the coordinates of the mesh"
+        )
+    return {}
 
 
 def _check(skeleton: Skeleton) -> None:

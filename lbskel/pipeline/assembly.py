@@ -21,11 +21,15 @@ from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.preparation import Body, PreparedMesh
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.skeleton.editing import concatenate
+from lbskel.skeleton.root import reroot_by_thickness
 from lbskel.skeleton.skeleton import Skeleton
 
 
 def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
     """Join the skeletons of all bodies in the caller's coordinates, with a node for each of the caller's vertices.
+
+    The first node is the root of trees: the soma of a neuron, else the thickest tip, as
+    :func:`~lbskel.skeleton.root.reroot_by_thickness` finds them.
 
     Parameters
     ----------
@@ -41,13 +45,14 @@ def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
         first += len(skeleton.nodes)
     to_node = VertexMap(node_of_vertex).complete(prepared.mesh.vertices, whole.nodes)
     from_source = prepared.vertex_map.compose(to_node)
-    return replace(
+    joined = replace(
         whole,
         nodes=whole.nodes * prepared.scale + prepared.center,
         radii=whole.radii * prepared.scale,
         mean_radii=whole.mean_radii * prepared.scale,
         node_of_vertex=from_source.complete(prepared.to_unit(prepared.source.vertices), whole.nodes).indices,
     )
+    return reroot_by_thickness(joined)
 
 
 def body_report(body: Body, contraction: Contraction, graph: CollapsedGraph, skeleton: Skeleton) -> dict[str, Any]:

@@ -42,6 +42,7 @@ from lbskel.refinement.tips import extend_tips, tips_at_surface
 from lbskel.skeleton.editing import reroot
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, merge_junctions, prune, prune_contained_branches
 from lbskel.skeleton.resampling import resample
+from lbskel.skeleton.root import reroot_by_thickness
 from lbskel.skeleton.skeleton import Skeleton
 
 MERGE_RATIO = 0.7  # junctions nearer than this many local radii are merged
@@ -90,7 +91,8 @@ def skeletonize(
     anchors : sequence of int or (3,) array_like
         Vertices, or points inside, at each of which there will be a node; they are in ``anchors`` of the result.
     root : int or (3,) array_like, optional
-        A vertex or a point: the node that represents it, or is nearest, comes first, and is the root in SWC.
+        A vertex or a point: the node that represents it, or is nearest, comes first, and is the root in SWC. By
+        default it is the soma of a neuron, else the thickest tip.
     n_nodes : int, optional
         The number of nodes, evenly spaced, in place of two for each local radius.
     preprocess : str, Pipeline or None
@@ -159,7 +161,7 @@ def skeletonize(
         with timer("prune"):
             skeleton = prune(skeleton, prepared.source, min_branch_ratio=min_branch_ratio)
     if n_nodes is not None:
-        skeleton = resample(skeleton, n_nodes=n_nodes)
+        skeleton = reroot_by_thickness(resample(skeleton, n_nodes=n_nodes))
     if root is not None:
         skeleton = reroot(skeleton, nearest_node(skeleton, root, prepared.source))
     with timer("score"):

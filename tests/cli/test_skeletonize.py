@@ -96,6 +96,24 @@ def test_nothing_is_lost_of_cycles_in_swc_and_the_cut_is_told(here, folder):
     assert (folder / "ring.png").exists()
 
 
+def test_a_scale_and_units_are_those_of_the_file_and_not_of_the_skeleton(here, folder):
+    assert here("skeletonize", "rod.off", "-o", "a.swc", "--scale", "1000", "--units", "um", "--quiet") == (0, [], [])
+    assert here("skeletonize", "rod.off", "-o", "b.swc", "--quiet") == (0, [], [])
+    rows = [np.loadtxt(folder / name)[:, 2:6] for name in ("a.swc", "b.swc")]
+    np.testing.assert_allclose(rows[0], 1000 * rows[1], rtol=1e-15)  # one rounding
+    assert '"units": "um"' in (folder / "a.swc").read_text()
+    for options, message in (
+        (("-o", "c.json", "--units", "um"), "stored by swc only"),
+        (("-o", "c.swc", "--scale", "0"), "positive number"),
+    ):
+        for command in ("skeletonize", "batch"):
+            given = ("-o", "out", "--format", options[1][2:], *options[2:]) if command == "batch" else options
+            code, out, err = here(command, "rod.off", *given)
+            assert (code, out, len(err)) == (2, [], 1)
+            assert message in err[0]
+    assert file_names(folder) == sorted([*GIVEN, "a.swc", "b.swc"])
+
+
 @pytest.mark.parametrize("name", FORMATS)
 def test_a_tree_is_one_in_every_format(name, here, folder):
     code, out, err = here("skeletonize", "ring.obj", "-o", f"tree.{name}", "--tree")

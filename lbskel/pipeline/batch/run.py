@@ -24,7 +24,7 @@ from typing import Any, TypeAlias
 
 from lbskel.errors import FormatError, MissingDependency, UnknownChoice, choose
 from lbskel.io import FORMATS, write_safely
-from lbskel.io.skeleton_io import require_packages
+from lbskel.io.skeleton_io import require_writable
 from lbskel.pipeline.batch.records import SUMMARY, BatchStatus, Record, append, is_final, known, summary
 from lbskel.pipeline.batch.worker import WorkerProcess
 from lbskel.pipeline.stages import skeletonize
@@ -44,11 +44,8 @@ class _Task:
 
     folder: str
     extension: str
-    tree: bool
-    join: bool
-    pictures: bool
-    reports: bool
-    options: Mapping[str, Any]
+    writing: Mapping[str, Any]  # what a worker does with each skeleton
+    options: Mapping[str, Any]  # of skeletonize
     time_limit: float | None
     memory_limit: float | None
 
@@ -59,6 +56,8 @@ def skeletonize_many(
     *,
     extension: str = "json",
     tree: bool = False,
+    scale: float = 1.0,
+    units: str | None = None,
     join: bool = False,
     pictures: bool = False,
     reports: bool = False,
@@ -85,6 +84,8 @@ def skeletonize_many(
         A format in FORMATS.
     tree : bool
         Whether to make each skeleton a tree, as :func:`lbskel.to_tree`.
+    scale, units
+        As for :func:`lbskel.write_skeleton`.
     join : bool
         Whether to join the graphs of several components to one.
     pictures, reports : bool
@@ -117,7 +118,7 @@ def skeletonize_many(
         If Dask is asked for and not installed, or a package that the format or the pictures need.
     """
     choose(FORMATS, extension, "format of skeletons")
-    require_packages(extension)
+    require_writable(extension, scale=scale, units=units)
     if pictures:
         from lbskel.visualization.rendering import require_matplotlib
 
@@ -141,7 +142,8 @@ def skeletonize_many(
             f"{len(taken)} files exist already in {folder} that no batch has made, such as {taken[0]}; "
             "give force=True (--force on the command line) to replace them"
         )
-    task = _Task(str(folder.absolute()), extension, tree, join, pictures, reports, options, time_limit, memory_limit)
+    writing = {"join": join, "tree": tree, "scale": scale, "units": units, "picture": pictures, "report": reports}
+    task = _Task(str(folder.absolute()), extension, writing, options, time_limit, memory_limit)
     records: dict[str, Record] = {}
     jobs = [(str(path), name, earlier.get(name)) for path, name in zip(paths, names, strict=True)]
     with closing(
@@ -202,10 +204,7 @@ def _do(task: _Task, worker: WorkerProcess, job: Job) -> Answer:
             "input": mesh,
             "output": str(output),
             "options": dict(task.options),
-            "tree": task.tree,
-            "join": task.join,
-            "picture": task.pictures,
-            "report": task.reports,
+            **task.writing,
         }
         reply = worker.run(asked)
         if reply["outcome"] in (BatchStatus.PASSED, BatchStatus.FAILED_CHECKS):
@@ -221,10 +220,7 @@ def _key(mesh: Path, task: _Task) -> str:
     parameters = {
         "lbskel": version("lbskel"),
         "format": task.extension,
-        "tree": task.tree,
-        "join": task.join,
-        "pictures": task.pictures,
-        "reports": task.reports,
+        **task.writing,
         **task.options,
     }
     digest = hashlib.sha256(json.dumps(parameters, sort_keys=True).encode())

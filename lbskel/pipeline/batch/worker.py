@@ -154,7 +154,7 @@ def _reply(job: dict[str, Any]) -> dict[str, Any]:
             skeleton = join_components(skeleton)
         output = Path(job["output"])
         skeleton, cut_note = cut_cycles(skeleton, tree=job["tree"], extension=output.suffix.removeprefix("."))
-        write_skeleton(output, skeleton)
+        write_skeleton(output, skeleton, scale=job["scale"], units=job["units"])
         if job["report"]:
             text = json.dumps({"mesh": job["input"], **skeleton.report}, indent=1) + "\n"
             write_safely(output.with_suffix(".report.json"), text)

@@ -8,7 +8,15 @@ from lbskel import read_skeleton, write_mesh
 from lbskel.pipeline.batch import BatchStatus
 from lbskel.pipeline.batch.worker import WorkerProcess
 
-PARAMETERS = {"tree": False, "join": False, "picture": False, "report": False, "options": {}}
+PARAMETERS = {
+    "tree": False,
+    "scale": 1.0,
+    "units": None,
+    "join": False,
+    "picture": False,
+    "report": False,
+    "options": {},
+}
 
 
 @pytest.fixture
@@ -47,10 +55,21 @@ def test_a_refused_mesh_and_a_failed_score_say_why(worker, job, tmp_path):
 @pytest.mark.parametrize(("tree", "cycle_rank"), [(False, 1), (True, 0)])
 def test_cycles_in_a_format_of_trees_are_told_and_only_a_tree_loses_them(worker, job, tmp_path, ring, tree, cycle_rank):
     write_mesh(tmp_path / "rod.off", ring, force=True)
-    reply = worker.run({**job, "output": str(tmp_path / "ring.swc"), "tree": tree, "picture": True, "report": True})
+    reply = worker.run(
+        {
+            **job,
+            "output": str(tmp_path / "ring.swc"),
+            "tree": tree,
+            "scale": 2.0,
+            "units": "mm",
+            "picture": True,
+            "report": True,
+        }
+    )
     assert (reply["outcome"], reply["cycles"]) == (BatchStatus.PASSED, cycle_rank)
     assert reply["message"].startswith("1 cycle(s) cut where the skeleton is thinnest")
     assert read_skeleton(tmp_path / "ring.swc").cycle_rank == cycle_rank
+    assert "multiplied by 2.0" in (tmp_path / "ring.swc").read_text()
     assert (tmp_path / "ring.png").exists()
     assert reply["message"] in (tmp_path / "ring.report.json").read_text()
 

@@ -1,0 +1,82 @@
+"""The root of a tree: a soma by its thickness, else the thickest tip."""
+
+import numpy as np
+import pytest
+
+from lbskel import Skeleton, skeletonize
+from lbskel.shapes import tube
+from lbskel.skeleton.root import find_roots, find_soma, reroot_by_thickness
+
+
+def neuron(ratio, *, length=30, at=7):
+    """A line along x whose node ``at`` has radius 1, the others 1 / ratio, half a unit apart."""
+    nodes = np.zeros((length, 3))
+    nodes[:, 0] = 0.5 * np.arange(length)
+    radii = np.full(length, 1 / ratio)
+    radii[at] = 1.0
+    return Skeleton(nodes, np.stack([np.arange(length - 1), np.arange(1, length)], axis=1), radii)
+
+
+def test_a_soma_is_four_times_as_thick_as_every_branch_that_leaves_it():
+    assert find_soma(neuron(4.1)) == 7
+    assert find_soma(neuron(3.9)) is None
+    lopsided = neuron(8.0)
+    radii = lopsided.radii.copy()
+    radii[20:] = 0.3  # far from the soma
+    assert find_soma(Skeleton(lopsided.nodes, lopsided.edges, radii)) == 7
+    radii[12:] = 0.3  # where one branch is two radii away
+    assert find_soma(Skeleton(lopsided.nodes, lopsided.edges, radii)) is None
+
+
+def test_what_is_within_two_radii_belongs_to_the_soma():
+    given = neuron(8.0)
+    radii = given.radii.copy()
+    radii[4:11] = 0.9
+    radii[7] = 1.0
+    assert find_soma(Skeleton(given.nodes, given.edges, radii)) == 7
+    assert find_soma(Skeleton(given.nodes[4:11], given.edges[:6], radii[4:11])) is None  # no branch leaves it
+
+
+def test_a_limb_that_only_passes_by_is_no_branch_of_the_soma():
+    given = neuron(8.0)
+    nodes = np.concatenate([given.nodes, given.nodes + [0.0, 1.5, 0.0]])
+    edges = np.concatenate([given.edges, given.edges + len(given.nodes)])
+    assert find_soma(Skeleton(nodes, edges, np.append(given.radii, np.full(len(given.nodes), 0.9)))) == 7
+
+
+@pytest.mark.parametrize("radii", [[np.nan, np.nan], [0, 0]])
+def test_without_radii_there_is_no_soma_and_the_first_node_stays(radii):
+    pair = Skeleton([[0, 0, 0], [1, 0, 0]], [[0, 1]], radii)
+    assert find_soma(pair) is None
+    assert reroot_by_thickness(pair).nodes.tolist() == pair.nodes.tolist()
+
+
+def test_the_thickest_tip_of_each_component():
+    nodes = np.random.default_rng(0).normal(size=(9, 3))
+    edges = [[0, 1], [1, 2], [3, 4], [4, 5], [3, 5], [6, 7]]
+    skeleton = Skeleton(nodes, edges, [1, 9, 2, 1, 2, 3, np.nan, 0.5, 1])
+    assert find_roots(skeleton).tolist() == [2, 3, 7, 8]  # a ring begins at its first node, a node at itself
+    assert reroot_by_thickness(skeleton).nodes[0].tolist() == nodes[2].tolist()
+
+
+@pytest.fixture(scope="module")
+def cell():
+    """A ball of radius 1 at x = 5 on a limb of radius 0.2 along x, closed: 2354 vertices."""
+    x = np.linspace(0, 14, 141)
+    return tube(np.outer(x, [1, 0, 0]), np.sqrt(np.maximum(0.2**2, 1 - (x - 5) ** 2)), rounded=True)
+
+
+def test_the_skeleton_of_a_cell_begins_at_its_soma_unless_a_root_is_given(cell):
+    for options in ({}, {"n_nodes": 30}):
+        skeleton = skeletonize(cell, **options)
+        assert find_soma(skeleton) == 0
+        assert skeleton.nodes[0, 0] == pytest.approx(5, abs=0.5)  # half a radius, the spacing of nodes
+    end = skeletonize(cell, root=[14, 0, 0])
+    assert end.nodes[0, 0] > 13
+    assert find_soma(end) == 1
+
+
+def test_a_skeleton_without_a_soma_begins_at_its_thickest_tip(tripod):
+    skeleton = skeletonize(tripod)
+    assert find_soma(skeleton) is None
+    assert skeleton.tips[np.argmax(skeleton.radii[skeleton.tips])] == 0
