@@ -70,8 +70,9 @@ def encode_swc(
     ids = np.empty(k, dtype=np.int64)
     ids[order] = np.arange(1, k + 1)
     soma = find_soma(skeleton)
-    radii = np.where(np.isnan(skeleton.radii), 0.0, skeleton.radii) * scale
-    positions = skeleton.nodes * scale
+    with np.errstate(over="ignore"):
+        radii = np.where(np.isnan(skeleton.radii), 0.0, skeleton.radii) * scale
+        positions = skeleton.nodes * scale
     if not np.isfinite(positions).all():
         raise FormatError(f"a scale of {scale} gives infinite coordinates")
     lines = [f"# radius_kind {' '.join(skeleton.radius_kind.split())}"]

@@ -53,14 +53,14 @@ def find_soma(skeleton: Skeleton) -> int | None:
     if not radii.max(initial=0.0) > 0:
         return None
     center, k = int(np.argmax(radii)), len(radii)
-    is_near = np.linalg.norm(skeleton.nodes - skeleton.nodes[center], axis=1) <= EXIT_DISTANCE * radii[center]
+    is_near = np.linalg.norm(skeleton.nodes - skeleton.nodes[center], axis=1) / EXIT_DISTANCE <= radii[center]
     near_edges = skeleton.edges[is_near[skeleton.edges].all(axis=1)]
     graph = weighted_graph(near_edges, np.ones(len(near_edges), dtype=np.int8), k)
     label = connected_components(graph, directed=False)[1]
     is_core = label == label[center]
     leaving = skeleton.edges[is_core[skeleton.edges].sum(axis=1) == 1]
     thickness = skeleton.radii[leaving[~is_core[leaving]]]
-    is_soma = len(thickness) > 0 and radii[center] >= MIN_SOMA_RATIO * thickness.max()
+    is_soma = len(thickness) > 0 and radii[center] / MIN_SOMA_RATIO >= thickness.max()
     return center if is_soma else None
 
 
