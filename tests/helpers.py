@@ -183,3 +183,64 @@ def png_pixels(png):
 def count_spots(image, color):
     """The number of connected regions of exactly that color."""
     return label((image == color).all(axis=2))[1]
+
+
+def vtk_polydata(kind):
+    """VTK's closed cylinder of quads and hexagons: as ``polygons``, as triangle ``strips``, or one of each (``both``).
+
+    A line, a vertex and data on points, cells and the whole must not disturb a reader.
+    """
+    import vtk
+
+    cylinder = vtk.vtkCylinderSource()
+    cylinder.SetResolution(6)
+    triangles, stripper, both = vtk.vtkTriangleFilter(), vtk.vtkStripper(), vtk.vtkAppendPolyData()
+    triangles.SetInputConnection(cylinder.GetOutputPort())
+    stripper.SetInputConnection(triangles.GetOutputPort())
+    both.AddInputConnection(cylinder.GetOutputPort())
+    both.AddInputConnection(stripper.GetOutputPort())
+    source = {"polygons": cylinder, "strips": stripper, "both": both}[kind]
+    source.Update()
+    data = source.GetOutput()
+    lines, vertices = vtk.vtkCellArray(), vtk.vtkCellArray()
+    lines.InsertNextCell(2, (0, 3))
+    vertices.InsertNextCell(1, (2,))
+    data.SetLines(lines)
+    data.SetVerts(vertices)
+    for attributes, n in ((data.GetPointData(), data.GetNumberOfPoints()), (data.GetFieldData(), 2)):
+        array = vtk.vtkDoubleArray()
+        array.SetName("values")
+        array.SetNumberOfComponents(2)
+        array.SetComponentName(0, "first")
+        array.SetNumberOfTuples(n)
+        array.Fill(0.5)
+        attributes.AddArray(array)
+    return data
+
+
+def vtk_faces(data):
+    """Points of polygonal data; its polygons and, as VTK cuts them, the triangles of its strips; smallest index first."""
+    import vtk
+    from vtk.util.numpy_support import vtk_to_numpy
+
+    only_strips, cut = vtk.vtkPolyData(), vtk.vtkTriangleFilter()
+    only_strips.SetPoints(data.GetPoints())
+    only_strips.SetStrips(data.GetStrips())
+    cut.SetInputData(only_strips)
+    cut.Update()
+    faces = []
+    for cells in (data.GetPolys(), cut.GetOutput().GetPolys()):
+        offsets, corners = (vtk_to_numpy(a) for a in (cells.GetOffsetsArray(), cells.GetConnectivityArray()))
+        faces += [corners[first:last].tolist() for first, last in itertools.pairwise(offsets.tolist())]
+    return vtk_to_numpy(data.GetPoints().GetData()), sorted(map(smallest_first, faces))
+
+
+def smallest_first(face):
+    """A face as it is listed from its smallest index on."""
+    first = face.index(min(face))
+    return face[first:] + face[:first]
+
+
+def soup_faces(soup):
+    """The polygons of a PolygonSoup, as :func:`vtk_faces` lists them."""
+    return sorted(smallest_first(face.tolist()) for face in np.split(soup.corners, np.cumsum(soup.sizes)[:-1]))

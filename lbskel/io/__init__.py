@@ -9,6 +9,7 @@ ply            yes    yes     text and binary
 stl            yes    yes     equal corners merged on reading; single precision
 glb, gltf      yes    no      without compression; meshes of the scene are joined
 3mf            yes    no      through trimesh, lxml and networkx; objects are joined
+vtp, vtk       yes    no      polygons and triangle strips of VTK's PolyData
 =============  =====  ======  =======================================================
 
 Point clouds are read from xyz, ply and off.

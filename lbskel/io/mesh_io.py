@@ -24,6 +24,8 @@ from lbskel.io.polygon_soup import PolygonSoup, mesh_from_polygons
 from lbskel.io.stl import encode_stl, read_stl
 from lbskel.io.text import convert_errors, known_extension, prefix_errors
 from lbskel.io.threemf import read_3mf
+from lbskel.io.vtk_legacy import read_vtk
+from lbskel.io.vtk_polydata import read_vtp_mesh
 from lbskel.io.xyz import read_xyz
 
 MESH_READERS: dict[str, Callable[[Path], PolygonSoup]] = {
@@ -34,6 +36,8 @@ MESH_READERS: dict[str, Callable[[Path], PolygonSoup]] = {
     "glb": read_gltf,
     "gltf": read_gltf,
     "3mf": read_3mf,
+    "vtp": read_vtp_mesh,
+    "vtk": read_vtk,
 }
 
 MESH_WRITERS: dict[str, Callable[[Mesh], str | bytes]] = {

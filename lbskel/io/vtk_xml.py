@@ -6,7 +6,7 @@ Format: https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html
 
 from __future__ import annotations
 
-__all__ = ["VtkFile", "encode_array", "parse_vtk"]
+__all__ = ["VtkFile", "encode_array", "find_array", "parse_vtk"]
 
 import base64
 import lzma
@@ -94,6 +94,14 @@ def _decode_bytes(data: bytes, start: int, count: int, is_base64: bool) -> bytes
     if len(part) < count:
         raise FormatError(f"an array declares {count} bytes, but {len(part)} follow; is the file truncated?")
     return part[:count]
+
+
+def find_array(file: VtkFile, section: ElementTree.Element | None, name: str | None) -> NDArray[np.float64] | None:
+    """Find an array of a section by name, or its first array if the name is None; None if there is none."""
+    for element in section if section is not None else ():
+        if name in (None, element.get("Name")):
+            return file.array(element).astype(np.float64)
+    return None
 
 
 def parse_vtk(data: bytes) -> VtkFile:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from lbskel.errors import FormatError
 from lbskel.io.text import as_integers, read_bytes
-from lbskel.io.vtk_xml import VtkFile, encode_array, parse_vtk
+from lbskel.io.vtk_xml import VtkFile, encode_array, find_array, parse_vtk
 from lbskel.skeleton.skeleton import Skeleton
 
 RADIUS_NAMES = ("radius", "MaximumInscribedSphereRadius")
@@ -61,16 +61,16 @@ def read_vtp(path: Path) -> Skeleton:
     edges: list[NDArray[np.int64]] = []
     radii: list[NDArray[np.float64]] = []
     for piece in pieces:
-        points = _find_array(file, piece.find("Points"), None)
+        points = find_array(file, piece.find("Points"), None)
         if points is None or points.size % 3:
             raise FormatError("the points do not have three coordinates each")
         first, n = sum(map(len, nodes)), points.size // 3
-        point_data = [_find_array(file, piece.find("PointData"), name) for name in RADIUS_NAMES]
+        point_data = [find_array(file, piece.find("PointData"), name) for name in RADIUS_NAMES]
         radii.append(next((values for values in point_data if values is not None), np.full(n, np.nan)))
         edges.append(_read_edges(file, piece.find("Lines"), n) + first)
         nodes.append(points.reshape(-1, 3))
     field = file.root.find("PolyData/FieldData")
-    mapped, kind = _find_array(file, field, "node_of_vertex"), _find_array(file, field, "radius_kind")
+    mapped, kind = find_array(file, field, "node_of_vertex"), find_array(file, field, "radius_kind")
     return Skeleton(
         np.concatenate(nodes),
         np.concatenate(edges),
@@ -80,17 +80,9 @@ def read_vtp(path: Path) -> Skeleton:
     )
 
 
-def _find_array(file: VtkFile, section: Element | None, name: str | None) -> NDArray[np.float64] | None:
-    """Find an array of a section by name, or its first array if the name is None; None if there is none."""
-    for element in section if section is not None else ():
-        if name in (None, element.get("Name")):
-            return file.array(element).astype(np.float64)
-    return None
-
-
 def _read_edges(file: VtkFile, lines: Element | None, n: int) -> NDArray[np.int64]:
     """Read the (e, 2) pairs of consecutive points of the polylines; n is the number of points."""
-    connectivity, offsets = _find_array(file, lines, "connectivity"), _find_array(file, lines, "offsets")
+    connectivity, offsets = find_array(file, lines, "connectivity"), find_array(file, lines, "offsets")
     if connectivity is None or offsets is None:
         return np.empty((0, 2), dtype=np.int64)
     points, ends = as_integers(connectivity, "connectivity of lines"), as_integers(offsets, "offsets of lines")

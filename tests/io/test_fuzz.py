@@ -73,6 +73,19 @@ def valid(folder):
         (read_mesh, "glb"): exported.export(file_type="glb"),
         (read_mesh, "gltf"): exported.export(file_type="gltf", embed_buffers=True)["model.gltf"],
         (read_mesh, "3mf"): trimesh.Scene(exported).export(file_type="3mf"),
+        (
+            read_mesh,
+            "vtp",
+        ): b'<VTKFile type="PolyData"><PolyData><Piece><Points><DataArray type="Float32" format="ascii">'
+        b'0 0 0 1 0 0 0 1 0</DataArray></Points><Polys><DataArray type="Int32" Name="connectivity" format="binary">'
+        b"DAAAAAAAAAABAAAAAgAAAA==</DataArray>"
+        b'<DataArray type="Int32" Name="offsets" format="ascii">3</DataArray></Polys>'
+        b"</Piece></PolyData></VTKFile>",
+        (
+            read_mesh,
+            "vtk",
+        ): b"# vtk DataFile Version 5.1\n\nBINARY\nDATASET POLYDATA\nPOINTS 3 char\n\0\0\0\1\0\0\0\1\0\n"
+        b"POLYGONS 2 3\nOFFSETS char\n\0\3\nCONNECTIVITY char\n\0\1\2\n",
         (read_points, "xyz"): b"0 0 0\n1 0 0\n1 1 0\n",
     }
     for name in MESH_WRITERS:
@@ -115,6 +128,7 @@ HEADS = {
     "json": [b'{"edges": [], "nodes": '],
     "npz": [b"PK\x03\x04"],
     "vtp": [b"<VTKFile><PolyData>"],
+    "vtk": [b"# vtk DataFile Version 3.0\n\nASCII\nDATASET POLYDATA\n"],
     "graphml": [b'<graphml xmlns="http://graphml.graphdrawing.org/xmlns">'],
     "csv": [b"id,x,y,z,radius\n"],
 }
