@@ -219,7 +219,7 @@ def vtk_polydata(kind):
 
 
 def vtk_faces(data):
-    """Points of polygonal data; its polygons and, as VTK cuts them, the triangles of its strips; smallest index first."""
+    """Points of polygonal data; its polygons, and the triangles that VTK cuts its strips into; smallest index first."""
     import vtk
     from vtk.util.numpy_support import vtk_to_numpy
 

@@ -23,6 +23,8 @@ from lbskel.skeleton.joining import join_components
 from lbskel.skeleton.skeleton import Skeleton
 
 MAX_BODIES = 5  # bodies with a line of their own in the summary, the rest share one; a guess at what a person reads
+# Share of the faces of all bodies below which a body, a crumb beside the others, has no line of its own. A guess.
+MIN_BODY_SHARE = 0.01
 
 
 def add_parser(subparsers: Any) -> None:
@@ -185,14 +187,16 @@ def _bodies(bodies: list[dict[str, Any]]) -> list[str]:
     """Write a line for each of the largest bodies and its notes, and one line for all others."""
     lines = []
     by_size = sorted(bodies, key=lambda body: -body["faces"])
-    for body in by_size[:MAX_BODIES]:
+    n_crumb = MIN_BODY_SHARE * sum(body["faces"] for body in bodies)
+    n_shown = max(1, sum(body["faces"] >= n_crumb for body in by_size[:MAX_BODIES]))
+    for body in by_size[:n_shown]:
         genus = "open, topology not checked" if body["genus"] is None else f"genus {body['genus']}"
         lines.append(
             f"  component {body['faces']:,} faces, {genus}: {body['cycle_rank']} cycles; "
             f"{len(body['steps'])} steps, {body['status']}"
         )
         lines.extend(f"  note      {note}" for note in body["notes"])
-    if others := by_size[MAX_BODIES:]:
+    if others := by_size[n_shown:]:
         n_faces = sum(body["faces"] for body in others)
         lines.append(f"  component {len(others)} more of {n_faces:,} faces together")
     return lines

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 __all__ = ["MeshReport", "check"]
 
+from collections import Counter
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -32,7 +33,7 @@ MIN_FACE_AREA = 1e-12  # area up to which a face is degenerate, relative to the 
 # bounds the time.
 MAX_COMPONENTS = 1000
 
-MAX_GENERA_SHOWN = 5  # components whose genus is printed
+MAX_GENERA_SHOWN = 5  # different genera that are printed
 
 
 @dataclass(frozen=True)
@@ -117,8 +118,9 @@ class MeshReport:
         return asdict(self)
 
     def __str__(self) -> str:
-        genera = ", ".join("open" if genus is None else f"genus {genus}" for genus in self.genera[:MAX_GENERA_SHOWN])
-        more = ", ..." if len(self.genera) > MAX_GENERA_SHOWN else ""
+        counts = Counter("open" if genus is None else f"genus {genus}" for genus in self.genera).most_common()
+        genera = ", ".join(kind if len(self.genera) == 1 else f"{n:,} {kind}" for kind, n in counts[:MAX_GENERA_SHOWN])
+        more = ", ..." if len(counts) > MAX_GENERA_SHOWN else ""
         edges = f"{self.shortest_edge:.2g}, {self.median_edge:.2g}, {self.longest_edge:.2g}"
         lines = [
             f"{self.vertices:,} vertices, {self.faces:,} faces, {self.components:,} component(s): {genera}{more}",

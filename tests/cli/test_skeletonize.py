@@ -9,11 +9,12 @@ import sys
 
 import numpy as np
 import pytest
-from helpers import file_names
+from helpers import file_names, joined, moved
 
 import lbskel
 from lbskel import read_skeleton, write_mesh
 from lbskel.io import FORMATS
+from lbskel.shapes import capsule
 
 GIVEN = ["pipe.ply", "ring.obj", "rod.off"]
 
@@ -206,6 +207,16 @@ def test_the_graphs_of_several_components_are_joined_where_that_is_asked(here, f
     for options, n_components in (((), 2), (("--join", "--force"), 1)):
         assert here("skeletonize", "two.off", "-o", "two.json", *options)[0] == 0
         assert read_skeleton(folder / "two.json").n_components == n_components
+
+
+def test_crumbs_share_one_line_of_the_summary(here, folder, rod, tetrahedron):
+    fine = capsule(3.0, 0.4, 16)  # of more than 600 faces, so that 4 are less than a hundredth
+    write_mesh(folder / "crumbs.off", joined(fine, *(moved(tetrahedron, 3.0 + 2 * i) for i in range(12))))
+    _, out, err = here("skeletonize", "crumbs.off", "-o", "crumbs.json")
+    assert err == []
+    large, crumbs = [line for line in out if line.startswith("  component ")]
+    assert large.startswith(f"  component {len(fine.faces):,} faces, genus 0")
+    assert crumbs == "  component 12 more of 48 faces together"
 
 
 @pytest.mark.skipif(os.name == "nt", reason="no pseudo-terminals")

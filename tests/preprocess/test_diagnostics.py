@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from helpers import joined, moved
 
 from lbskel import Mesh, check, write_mesh
 from lbskel.shapes import flat_grid, torus
@@ -57,6 +58,12 @@ def test_the_text_is_that_of_the_command_line():
     holed = str(check(Mesh(TORUS.vertices, TORUS.faces[1:])))
     assert "1 component(s): open" in holed
     assert holed.endswith("  found     1 hole: it is closed, unless it is the boundary of a sheet.")
+
+
+def test_components_of_one_genus_are_counted(tetrahedron):
+    crumbs = [moved(tetrahedron, 3.0 + 2 * i) for i in range(12)]
+    [line, *_] = str(check(joined(TORUS, *crumbs))).splitlines()
+    assert line.endswith("13 component(s): 12 genus 0, 1 genus 1")
 
 
 def test_vertices_and_faces_and_paths_are_taken(tmp_path):
