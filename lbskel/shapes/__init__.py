@@ -29,7 +29,9 @@ __all__ = [
     "sphere",
     "torus",
     "tube",
+    "tube_mesh",
     "vessel_tree",
+    "with_local_noise",
 ]
 
 from lbskel.shapes.catalog import SHAPES, VARIANTS, chain_of_tori, make, mesh_solid
@@ -37,5 +39,5 @@ from lbskel.shapes.isosurface import marching_cubes, project
 from lbskel.shapes.primitives import capsule, cylinder, flat_grid, schwarz_lantern, sphere, torus, tube
 from lbskel.shapes.restricted_delaunay import mesh_tubes
 from lbskel.shapes.round_cones import Solid, solid_of
-from lbskel.shapes.thin import coil, vessel_tree
+from lbskel.shapes.thin import coil, tube_mesh, vessel_tree, with_local_noise
 from lbskel.shapes.truth import Shape, Truth

@@ -24,6 +24,8 @@ N_REFINEMENTS = 4
 GRID_OFFSET = np.array([0.137, 0.311, 0.223])
 # Newton's method reuses each gradient, which costs six values, for several steps; guesses.
 N_GRADIENTS, N_STEPS_PER_GRADIENT = 2, 4
+# Value, relative to the largest step, at which a point is on the surface: above the rounding error.
+CONVERGED = 1e-12
 # Lower bound on the gradient's length in a Newton step; smooth unions between fingers come down to it. A guess.
 MIN_SLOPE = 0.2
 # Step of the central differences, relative to a grid step: truncation error 1e-8 (the step squared), rounding 1e-12.
@@ -58,11 +60,15 @@ def project(solid: Solid, points: NDArray[np.float64], *, step: float) -> NDArra
     step : float
         Upper bound on the length of each Newton step, in the units of the solid.
     """
+    points, off = np.array(points), np.arange(len(points))
     for _ in range(N_GRADIENTS):
-        slope = solid.gradient(points, step=DIFFERENCE_STEP * step)
+        slope = solid.gradient(points[off], step=DIFFERENCE_STEP * step)
         slope /= np.maximum((slope**2).sum(axis=1, keepdims=True), MIN_SLOPE**2)
         for _ in range(N_STEPS_PER_GRADIENT):
-            points = points - np.clip(solid.distance(points, cutoff=step), -step, step)[:, None] * slope
+            values = solid.distance(points[off], cutoff=step)
+            far = np.abs(values) > CONVERGED * step
+            off, slope = off[far], slope[far]
+            points[off] -= np.clip(values[far], -step, step)[:, None] * slope
     return points
 
 

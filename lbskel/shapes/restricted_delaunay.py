@@ -2,8 +2,8 @@
 
 Points are spread over the surface; of their Delaunay tetrahedra, those with the circumcenter inside the solid are
 kept, and the boundary of these is the surface. It is closed, and a manifold homeomorphic to the solid's surface where
-the points are dense enough; where they are not, midpoints of its edges are added to them: Boissonnat, Oudot 2005,
-"Provably good sampling and meshing of surfaces", https://doi.org/10.1016/j.gmod.2005.01.004.
+the points are dense enough; where they are not, midpoints of its edges are added to them, or points are taken out:
+Boissonnat, Oudot 2005, "Provably good sampling and meshing of surfaces", https://doi.org/10.1016/j.gmod.2005.01.004.
 
 A grid as of :mod:`lbskel.shapes.isosurface` would have cells of one size, which tubes of very different radii forbid.
 """
@@ -13,7 +13,9 @@ from __future__ import annotations
 __all__ = ["EDGE_LENGTH", "mesh_tubes", "volume_factor"]
 
 from collections.abc import Sequence
+from itertools import pairwise
 
+import igl
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay, cKDTree
@@ -30,8 +32,8 @@ EDGE_LENGTH = 0.5
 # Distances in edge lengths: of a sample under the surface of another tube, above which it is dropped; of the scatter
 # that breaks ties between tetrahedra of one sphere; below which one of two samples is dropped. Guesses.
 MAX_DEPTH, SCATTER, MIN_SPACING = 0.7, 0.03, 0.7
-# Distance from the surface, in edge lengths, up to which a sample is on it: above rounding.
-TOLERANCE = 1e-9
+# Bend of the surface, in edge lengths, up to which two cones of a tube share one ring of samples; a guess.
+RING_TOLERANCE = 0.3
 # Longest edge of a triangle, relative to the length asked for, above which a sample is added in the middle of it:
 # anywhere, and beside an edge that is not manifold. Guesses.
 MAX_EDGE, MIN_EDGE = 1.9, 0.6
@@ -80,14 +82,18 @@ def mesh_tubes(branches: Sequence[Branch], *, edge_length: float = EDGE_LENGTH) 
         scatter = SCATTER * lengths[:, None] * np.random.default_rng(0).standard_normal(points.shape)
         faces = _restricted_faces(solid, points + scatter)
         mesh = Mesh(points, faces)
-        is_broken = np.isin(faces, mesh.edges[mesh.faces_per_edge != 2]).any(axis=1)
+        broken = _broken_vertices(mesh)
+        is_broken = np.isin(faces, broken).any(axis=1)
         corners, allowed = points[faces], lengths[faces].min(axis=1)
         edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
         longest, edge = edges.max(axis=1), edges.argmax(axis=1)
         limit = MAX_EDGE if number == 0 else np.inf  # gaps where tubes meet are filled once
         split = longest > np.where(is_broken, MIN_EDGE, limit) * allowed
         if not split.any():
-            break
+            if not is_broken.any():
+                break
+            lengths, points = np.delete(lengths, broken), np.delete(points, broken, axis=0)
+            continue
         largest = np.flatnonzero(split)[np.argsort(-(longest / allowed)[split], kind="stable")]
         middles, spacing = _edge_middles(corners[largest], edge[largest]), longest[largest] / 2
         added, spacing = _thinned(_projected(solid, middles, spacing), spacing)
@@ -106,24 +112,29 @@ def _n_around(edge_length: float) -> int:
 
 
 def _samples(branches: Sequence[Branch], edge_length: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Spread points over each tube and its rounded ends, in rings: (n, 3) points and (n,) edge lengths."""
+    """Spread points over each tube and its rounded ends, in rings: (n, 3) points and (n,) edge lengths.
+
+    A ring at the latitude a of a sphere around the axis is where a cone with radii that decrease by sin a touches it.
+    """
     height = np.sqrt(3) / 2 * edge_length
-    n_cap = max(round(np.pi / 2 / height), 1)
-    latitudes = np.pi / 2 * np.arange(1, n_cap + 1) / n_cap
-    points, lengths = [], []
+    points: list[NDArray[np.float64]] = []
+    lengths = []
     for number, (polyline, radii) in enumerate(branches):
         spheres = subdivide(np.atleast_2d(polyline), np.ravel(radii), f"branch {number}")
         axis, R = _even_in_radii(spheres[:, :3], spheres[:, 3], height)
         frames = section_frames(axis)
-        ends = np.cross(frames[[0, -1], 0], frames[[0, -1], 1]) * [[-1], [1]]
-        rings = [(axis[k], R[k], 0.0, frames[k], ends[0]) for k in range(len(axis))]
-        rings += [(axis[k], R[k], angle, frames[k], ends[k]) for k in (0, -1) for angle in latitudes]
-        for k, (center, radius, latitude, frame, outwards) in enumerate(rings):
-            n = max(round(_n_around(edge_length) * np.cos(latitude)), 1)
-            around = 2 * np.pi * (np.arange(n) + 0.5 * (k % 2)) / n
-            across = np.stack([np.cos(around), np.sin(around)], axis=1) @ frame
-            points.append(center + radius * (np.cos(latitude) * across + np.sin(latitude) * outwards))
-            lengths.append(np.full(n, edge_length * radius))
+        along = np.cross(frames[:, 0], frames[:, 1])
+        slopes = np.diff(-R) / np.linalg.norm(np.diff(axis, axis=0), axis=1)
+        tilts = np.concatenate([[-np.pi / 2], np.arcsin(np.clip(slopes, -1, 1)), [np.pi / 2]])
+        for k, (before, after) in enumerate(pairwise(tilts)):
+            n_bands = int(np.ceil((after - before) / height - RING_TOLERANCE))
+            latitudes = np.linspace(before, after, n_bands + 1) if n_bands > 0 else [(before + after) / 2]
+            for latitude in latitudes:
+                n = max(round(_n_around(edge_length) * np.cos(latitude)), 1)
+                around = 2 * np.pi * (np.arange(n) + 0.5 * (len(points) % 2)) / n
+                across = np.stack([np.cos(around), np.sin(around)], axis=1) @ frames[k]
+                points.append(axis[k] + R[k] * (np.cos(latitude) * across + np.sin(latitude) * along[k]))
+                lengths.append(np.full(n, edge_length * R[k]))
     return np.concatenate(points), np.concatenate(lengths)
 
 
@@ -144,9 +155,7 @@ def _projected(solid: Solid, points: NDArray[np.float64], lengths: NDArray[np.fl
     for each in np.unique(octave):
         group = np.flatnonzero(octave == each)
         step = 2.0**each
-        moved = group[np.abs(solid.distance(points[group], cutoff=step)) > TOLERANCE * step]
-        if len(moved):
-            points[moved] = project(solid, points[moved], step=step)
+        points[group] = project(solid, points[group], step=step)
     return points
 
 
@@ -188,6 +197,13 @@ def _circumcenters(corners: NDArray[np.float64]) -> NDArray[np.float64]:
         total = sum(square * normal for square, normal in zip(squares, crossed, strict=True))
         centers: NDArray[np.float64] = a + total / (2 * (b * crossed[0]).sum(axis=1, keepdims=True))
     return centers
+
+
+def _broken_vertices(mesh: Mesh) -> NDArray[np.int64]:
+    """List the vertices at which the surface is not a closed manifold: at edges, or where two parts of it touch."""
+    at_edges = mesh.edges[mesh.faces_per_edge != 2].ravel()
+    pinched = np.flatnonzero(~igl.is_vertex_manifold(mesh.faces)) if len(at_edges) == 0 else at_edges
+    return np.unique(np.append(at_edges, pinched))
 
 
 def _edge_middles(corners: NDArray[np.float64], edge: NDArray[np.int64]) -> NDArray[np.float64]:

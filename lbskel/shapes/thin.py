@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-__all__ = ["coil", "vessel_tree"]
+__all__ = ["coil", "tube_mesh", "vessel_tree", "with_local_noise"]
 
+import igl
 import numpy as np
 
+from lbskel.errors import MeshError
+from lbskel.geometry.mesh import Mesh
 from lbskel.shapes.primitives import tube
-from lbskel.shapes.restricted_delaunay import mesh_tubes, volume_factor
+from lbskel.shapes.restricted_delaunay import EDGE_LENGTH, mesh_tubes, volume_factor
 from lbskel.shapes.round_cones import solid_of
 from lbskel.shapes.truth import Shape, Truth
+from lbskel.shapes.tubes import tubular
 from lbskel.shapes.vessels import murray_branches
+from lbskel.skeleton.skeleton import Skeleton
 
 # Of a coil, in tube radii: the radius of its turns, the height that it gains in a turn, the distance of two sections.
 TURN_RADIUS, PITCH, SECTION_SPACING = 8.0, 6.0, 1.0
@@ -59,3 +64,55 @@ def vessel_tree(n_forks: int, *, min_radius: float = 0.0, seed: int = 0) -> Shap
     branches = murray_branches(n_forks, min_radius=min_radius, seed=seed)
     mesh = mesh_tubes([(axis, volume_factor() * radii) for axis, radii in branches])
     return Shape(mesh, solid_of(branches).truth, "vessel tree")
+
+
+def tube_mesh(skeleton: Skeleton, *, edge_length: float = EDGE_LENGTH) -> Shape:
+    """Mesh the tubes around the edges of a skeleton, such as the tracing of a neuron, as one closed surface.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        Its radii and edges are first changed by :func:`lbskel.shapes.tubes.tubular`, and are then the truth.
+    edge_length : float
+        In local radii.
+
+    Raises
+    ------
+    MeshError
+        If the surface does not become a closed manifold with a handle for each cycle of the skeleton.
+
+    Examples
+    --------
+    >>> from lbskel import Skeleton
+    >>> from lbskel.shapes import tube_mesh
+    >>> fork = Skeleton([[0, 0, 0], [0, 0, 9], [5, 0, 15], [-5, 0, 15]], [[0, 1], [1, 2], [1, 3]], [1.0, 0.9, 0.6, 0.7])
+    >>> tube_mesh(fork).mesh.is_closed_manifold
+    True
+    """
+    axes = tubular(skeleton)
+    factor = volume_factor(edge_length)
+    mesh = mesh_tubes(
+        [(axes.nodes[branch], factor * axes.radii[branch]) for branch in axes.branches], edge_length=edge_length
+    )
+    truth = Truth(axes.nodes, axes.edges, axes.radii)
+    if (mesh.genus, mesh.n_components) != (truth.genus, truth.n_components):
+        raise MeshError("tubes of the skeleton touch where their axes do not meet: lower the radii there")
+    return Shape(mesh, truth, "tubes")
+
+
+def with_local_noise(mesh: Mesh, deviation: float, *, seed: int = 0) -> Mesh:
+    """Displace the vertices along their normals by Gaussian noise.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    deviation : float
+        Standard deviation, in mean lengths of the edges at each vertex.
+    seed : int
+    """
+    start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
+    lengths = np.repeat(np.linalg.norm(end - start, axis=1), 2)
+    ends, n = mesh.edges.ravel(), len(mesh.vertices)
+    local = np.bincount(ends, lengths, n) / np.maximum(np.bincount(ends, minlength=n), 1)
+    heights = deviation * local * np.random.default_rng(seed).standard_normal(n)
+    return mesh.with_vertices(mesh.vertices + heights[:, None] * igl.per_vertex_normals(mesh.vertices, mesh.faces))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lbskel.errors import MeshError
-from lbskel.shapes import mesh_tubes, solid_of
+from lbskel.shapes import mesh_tubes, restricted_delaunay, solid_of
 from lbskel.shapes.restricted_delaunay import EDGE_LENGTH, volume_factor
 
 CONE = [([[0, 0, 0], [0, 0, 6]], [1.0, 0.1])]
@@ -68,8 +68,19 @@ def test_two_calls_give_the_same_bytes():
     assert first.faces.tobytes() == second.faces.tobytes()
 
 
-def test_tubes_that_nearly_touch_are_refused():
+def test_a_surface_that_stays_broken_is_refused(monkeypatch):
+    """After one round the gap of 0.2 is bridged by a few triangles; further rounds mend it."""
     crossing = [([[0, 0, 0], [0, 0, 4]], 0.5), ([[1, -2, 2], [1, 2, 2]], 0.3)]
+    assert mesh_tubes(crossing, edge_length=1.5).n_components == 2
+    monkeypatch.setattr(restricted_delaunay, "MAX_ROUNDS", 1)
     with pytest.raises(MeshError, match="move those that nearly touch apart"):
-        mesh_tubes(crossing, edge_length=1.0)
-    assert mesh_tubes(crossing, edge_length=0.3).n_components == 2
+        mesh_tubes(crossing, edge_length=1.5)
+
+
+def test_a_ball_between_cones_is_covered():
+    """At the soma the latitudes between two cones need rings of their own."""
+    soma = [([[-4, 0, 0], [-1, 0, 0], [0, 0, 0], [1, 0, 0], [4, 0, 0]], [0.1, 0.3, 1.0, 0.3, 0.1])]
+    lengths, middles = edge_lengths(mesh_tubes(soma))
+    on_ball = np.abs(middles[:, 0]) < 0.6  # the cones of slope 0.7 leave the ball at 0.7
+    assert on_ball.sum() > 100  # the zone of area 1.2 * 2 pi / 0.108, a triangle's area, times 1.5
+    assert lengths[on_ball].max() < 1.5 * EDGE_LENGTH

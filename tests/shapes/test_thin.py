@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from lbskel import Skeleton
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import inside_fraction
-from lbskel.shapes import coil, vessel_tree
+from lbskel.shapes import coil, tube_mesh, vessel_tree, with_local_noise
 
 
 @pytest.mark.parametrize("n_turns", [2, 5])
@@ -56,3 +57,29 @@ def test_a_vessel_tree_is_one_surface_around_its_axes():
     assert np.median(distance) == pytest.approx(0.984, abs=0.01)
     assert np.percentile(distance, 2) > 0.95
     assert shape.truth.radii.min() >= 0.2
+
+
+def test_the_tubes_of_a_skeleton_are_one_surface():
+    nodes = [[0, 0, 0], [0, 0, 9], [5, 0, 15], [-5, 0, 15], [8, 0, 8]]
+    fork = Skeleton(nodes, [[0, 1], [1, 2], [1, 3], [2, 4]], [1.0, 0.9, 0.6, 0.7, 0.5])
+    shape = tube_mesh(fork)
+    assert shape.mesh.is_closed_manifold
+    assert (shape.mesh.genus, shape.truth.n_tips, len(shape.truth.junctions)) == (0, 3, 1)
+    assert shape.truth.length == pytest.approx(fork.length)
+    assert inside_fraction(shape.truth, Surface(shape.mesh)) == 1
+    coarse = tube_mesh(fork, edge_length=0.8)
+    assert len(coarse.mesh.faces) < 0.5 * len(shape.mesh.faces)
+    assert coarse.mesh.volume == pytest.approx(shape.mesh.volume, rel=0.01)  # both are of the volume of the tubes
+
+
+def test_noise_is_in_proportion_to_the_local_edge_length():
+    mesh = vessel_tree(2, seed=1).mesh
+    noisy = with_local_noise(mesh, 0.1)
+    moved = np.linalg.norm(noisy.vertices - mesh.vertices, axis=1)
+    start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
+    local = np.bincount(mesh.edges.ravel(), np.repeat(np.linalg.norm(end - start, axis=1), 2))
+    local /= np.bincount(mesh.edges.ravel())
+    # |normal deviate| has the mean sqrt(2 / pi); 2,000 of them are known to 2 %
+    assert (moved / local).mean() == pytest.approx(0.1 * np.sqrt(2 / np.pi), rel=0.05)
+    thin, thick = (local < np.percentile(local, 20)), (local > np.percentile(local, 80))
+    assert moved[thick].mean() / moved[thin].mean() == pytest.approx(local[thick].mean() / local[thin].mean(), rel=0.15)
