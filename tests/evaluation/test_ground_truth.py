@@ -12,10 +12,11 @@ def line(z0, z1, x=0.0, radius=0.5):
 
 
 def test_the_same_skeleton_is_at_no_distance():
-    # samples are a twenty-thousandth of the length apart, so the nearest is within half of that
     distances = ground_truth_distances(line(0, 2), line(0, 2))
-    assert distances.accuracy < 2 / 20_000 / 0.5
-    assert distances.coverage < 2 / 20_000 / 0.5
+    rounding = 1e-15  # of coordinates up to 2
+    assert distances.accuracy < rounding
+    assert distances.coverage < rounding
+    assert abs(distances.length_error) < rounding
     assert distances.is_topology_right
     assert (distances.n_tips, distances.n_true_tips) == (2, 2)
 
@@ -23,7 +24,7 @@ def test_the_same_skeleton_is_at_no_distance():
 def test_a_shift_is_measured_in_radii():
     distances = ground_truth_distances(line(0, 2, x=0.1), line(0, 2))
     for value in (distances.accuracy, distances.accuracy_95, distances.coverage, distances.coverage_95):
-        assert value == pytest.approx(0.1 / 0.5, rel=1e-3)
+        assert value == pytest.approx(0.1 / 0.5, rel=1e-12)
 
 
 def test_the_unit_is_the_local_radius():
@@ -39,6 +40,36 @@ def test_the_unit_is_the_local_radius():
     assert mean > 1.3 * 0.05 / 0.5  # in mean radii it would be less
     assert (distances.accuracy, distances.coverage) == pytest.approx((mean, mean), rel=1e-3)
     assert (distances.accuracy_95, distances.coverage_95) == pytest.approx((worst, worst), rel=1e-2)
+
+
+def test_distances_are_to_segments_however_long_they_are():
+    """A zigzag around a long thin axis: its distance runs evenly from 0 to 0.3 radii, below the spacing."""
+    radius, n = 1e-3, 31_000  # samples are 1.55 edges apart, so that they fall on all phases
+    x = np.arange(n + 1) * 5 * radius
+    y = 0.3 * radius * (np.arange(n + 1) % 2)
+    zigzag = Skeleton(
+        np.stack([x, y, 0 * x], axis=1), np.stack([np.arange(n), np.arange(1, n + 1)], 1), np.zeros(n + 1)
+    )
+    axis = Skeleton(np.array([[0, 0, 0], [x[-1], 0, 0]]), [[0, 1]], np.full(2, radius))
+    distances = ground_truth_distances(zigzag, axis)
+    assert x[-1] / 20_000 > 5 * radius
+    assert distances.accuracy == pytest.approx(0.15, rel=0.02)  # at the midpoints of its edges
+    # over the axis the distance to the zigzag is that to a line of slope 0.06, by a cosine
+    assert distances.coverage == pytest.approx(0.15 / np.hypot(1, 0.06), rel=0.02)
+    assert distances.length_error == pytest.approx(np.hypot(1, 0.06) - 1, rel=1e-9)
+
+
+def test_radii_are_compared_away_from_the_ends():
+    z = np.linspace(0, 8, 81)
+    nodes, edges = np.stack([0 * z, 0 * z, z], axis=1), np.stack([np.arange(80), np.arange(1, 81)], axis=1)
+    radii = np.where(np.abs(z - 4) > 2.6, 9.0, 0.55)  # wrong near the ends, and a tenth too thick elsewhere
+    measured = Skeleton(nodes, edges, radii)
+    assert ground_truth_distances(measured, line(0, 8)).radius_error == pytest.approx(0.1)
+    assert (
+        ground_truth_distances(measured, line(0, 8, radius=0.4)).radius_error > 0.375
+    )  # 1.2 from the ends is included
+    assert np.isnan(ground_truth_distances(line(0, 8, radius=np.nan), line(0, 8)).radius_error)
+    assert np.isnan(ground_truth_distances(line(0, 2), line(0, 2)).radius_error)  # no part is far from the ends
 
 
 def test_what_is_missing_counts_for_coverage_alone():
