@@ -13,7 +13,7 @@ from lbskel.skeleton.editing import concatenate
 from lbskel.skeleton.root import find_soma, reroot_by_thickness
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def neuron():
     """A soma of radius 5 at the first node, with three neurites of five nodes of radius 0.5."""
     directions = np.array([[1.0, 0.2, 0.3], [-1.0, 1.0, 0.1], [-1.0, -1.0, 0.7]])
@@ -143,7 +143,7 @@ def in_osteoid(path):
     return None, read.cable_length(), np.sort(read.radius)
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def drawn(neuron, tree, tripod, two_rings):
     """Skeletons by name."""
     line = Skeleton(np.arange(12.0).reshape(4, 3), [[0, 1], [1, 2], [2, 3]], [1, 2, 3, 2.5])
