@@ -1,0 +1,179 @@
+"""Skeletons of neurons: hemibrain meshes against their tracings, and tubes made of the tracings, with noise, remeshed.
+
+The five meshes and tracings are those that navis ships, in units of 8 nm; the tracings were made of voxels, by others.
+Cable counts as found within 400 nm, a tip within 800 nm. The tubes are of parts of the same tracings, so their truth is
+exact: a tip is found within two local radii.
+"""
+
+from __future__ import annotations
+
+__all__ = ["run"]
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.sparse.csgraph import depth_first_order
+
+import lbskel
+from benchmarks.harness import markdown_table, save_json, save_markdown
+from benchmarks.thin_tools import OURS, TOOLS, Answer, ask
+from benchmarks.vessels import tips_found
+from lbskel.geometry.graphs import weighted_graph
+from lbskel.preprocess import simplify
+from lbskel.shapes import Shape, tube_mesh, with_local_noise
+from lbskel.skeleton.edge_distances import nearest_on_edges
+from lbskel.skeleton.edge_sampling import sample_edges
+from lbskel.skeleton.pruning import merge_junctions
+
+CABLE, TIP = 50.0, 100.0  # distances within which cable and tips are found, in units of 8 nm
+SPACING = 5.0  # of the samples along skeletons, in the same units
+MEANS = ("F", "recall", "precision", "to axis", "to axis, median", "tips found", "tip precision", "cpu seconds")
+
+PART_TIPS, QUICK_TIPS = 60, 4  # at most so many tips in a part of a tracing
+EDGE_LENGTH, NOISE, KEPT = 0.6, 0.1, 0.5  # of tubes: edges in radii, noise in edges, share of faces after remeshing
+
+
+def run(quick: bool, results: Path, peers: bool = False) -> None:
+    """Measure, and write neurons.json and neurons.md."""
+    tools = list(TOOLS) if peers else list(OURS)
+    neurons = list(_neurons(1 if quick else 5))
+    rows = [
+        hemibrain_row(name, tool, truth, ask(tool, mesh), len(mesh.faces))
+        for name, mesh, truth in neurons
+        for tool in tools
+    ]
+    tubes = []
+    for name, _, tracing in neurons:
+        shape = remeshed(_tubes(tracing, QUICK_TIPS if quick else PART_TIPS))
+        tubes += [tube_row(name, tool, shape, ask(tool, shape.mesh)) for tool in tools]
+    summary = [_summary(rows, tool) for tool in tools]
+    save_json(
+        results / "neurons.json",
+        {"summary": summary, "hemibrain": rows, "tubes": tubes},
+        packages=("navis", "skeletor", "PyGEL3D"),
+    )
+    save_markdown(
+        results / "neurons.md",
+        "Neurons",
+        {
+            "Hemibrain neurons, means": markdown_table(summary),
+            "Each neuron": markdown_table(rows),
+            "Tubes around parts of the tracings": markdown_table(tubes),
+        },
+    )
+
+
+def _neurons(n: int) -> Iterator[tuple[str, lbskel.Mesh, lbskel.Skeleton]]:
+    """List the identifiers, meshes and tracings of the first neurons that navis ships."""
+    import navis
+
+    meshes = navis.NeuronList(navis.example_neurons(n, kind="mesh"))
+    tracings = navis.NeuronList(navis.example_neurons(n, kind="skeleton"))
+    for mesh, tracing in zip(meshes, tracings, strict=True):
+        table = tracing.nodes
+        ids, parents = table["node_id"].to_numpy(), table["parent_id"].to_numpy()
+        order = np.argsort(ids)
+        child = np.flatnonzero(parents >= 0)
+        edges = np.stack([child, order[np.searchsorted(ids[order], parents[child])]], axis=1)
+        truth = lbskel.Skeleton(table[["x", "y", "z"]].to_numpy(float), edges, table["radius"].to_numpy(float))
+        yield str(mesh.id), lbskel.Mesh(np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces)), truth
+
+
+def hemibrain_row(name: str, tool: str, truth: lbskel.Skeleton, answer: Answer | str, faces: int) -> dict[str, Any]:
+    """Compare an answer with a tracing of the same neuron: shares of the cable and of the tips that agree."""
+    row: dict[str, Any] = {"neuron": name, "tool": tool, "faces": faces}
+    if isinstance(answer, str):
+        return {**row, "error": answer}
+    skeleton = answer.skeleton
+    points, traced = sample_edges(skeleton, SPACING)[0], sample_edges(truth, SPACING)[0]
+    to_truth, _, radii = nearest_on_edges(truth, points)
+    precision = float((to_truth <= CABLE).mean())
+    recall = float((nearest_on_edges(skeleton, traced)[0] <= CABLE).mean())
+    return {
+        **row,
+        "F": 2 * precision * recall / max(precision + recall, 1e-12),
+        "recall": recall,
+        "precision": precision,
+        "to axis": float((to_truth / radii).mean()),
+        "to axis, median": float(np.median(to_truth / radii)),
+        "tips found": tips_found(skeleton, truth, TIP),
+        "tip precision": tips_found(truth, skeleton, TIP),
+        "tips": f"{len(skeleton.tips)}/{len(truth.tips)}",
+        "components": skeleton.n_components,
+        "cycles": skeleton.cycle_rank,
+        "length / true length": skeleton.length / truth.length,
+        "verdict": answer.verdict,
+        "cpu seconds": answer.seconds,
+    }
+
+
+def _summary(rows: list[dict[str, Any]], tool: str) -> dict[str, Any]:
+    """Compute means over the neurons with a skeleton."""
+    own = [row for row in rows if row["tool"] == tool]
+    done = [row for row in own if "error" not in row]
+    means = {key: float(np.mean([row[key] for row in done])) if done else None for key in MEANS}
+    one = sum(row.get("components") == 1 for row in own)
+    return {"tool": tool, **means, "one component": f"{one}/{len(own)}", "failed": len(own) - len(done)}
+
+
+def _tubes(tracing: lbskel.Skeleton, n_tips: int) -> Shape:
+    """Mesh the tubes of a part of a tracing; of a smaller part where tubes touch that should not."""
+    try:
+        return tube_mesh(part_of(tracing, n_tips), edge_length=EDGE_LENGTH)
+    except lbskel.MeshError:
+        return _tubes(tracing, n_tips * 3 // 4)
+
+
+def part_of(tracing: lbskel.Skeleton, n_tips: int) -> lbskel.Skeleton:
+    """Cut out the subtree with the most tips that are no more than so many; the root is the thickest node."""
+    graph = weighted_graph(tracing.edges, np.ones(len(tracing.edges)), len(tracing.nodes))
+    order, parents = depth_first_order(graph, int(np.argmax(tracing.radii)), directed=False)
+    tips = np.zeros(len(tracing.nodes), dtype=np.int64)
+    for node in order[::-1].tolist():
+        tips[node] += tracing.degrees[node] == 1
+        if parents[node] >= 0:
+            tips[parents[node]] += tips[node]
+    allowed = np.where(tips <= n_tips, tips, -1)
+    top = next(node for node in order.tolist() if allowed[node] == allowed.max())
+    below = np.zeros(len(tracing.nodes), dtype=bool)
+    for node in order.tolist():
+        below[node] = node == top or (parents[node] >= 0 and below[parents[node]])
+    row = np.cumsum(below) - 1
+    edges = row[tracing.edges[below[tracing.edges].all(axis=1)]]
+    return lbskel.Skeleton(tracing.nodes[below], edges, tracing.radii[below])
+
+
+def remeshed(shape: Shape) -> Shape:
+    """Roughen a mesh and collapse its edges, so that its triangles are uneven as those of a scan."""
+    rough = with_local_noise(shape.mesh, NOISE)
+    coarse = simplify(rough, target_faces=int(KEPT * len(rough.faces))).mesh
+    return Shape(coarse, shape.truth, shape.name)
+
+
+def tube_row(name: str, tool: str, shape: Shape, answer: Answer | str) -> dict[str, Any]:
+    """Compare an answer with the axis of tubes: length, sections, radii and tips."""
+    row: dict[str, Any] = {"neuron": name, "tool": tool, "faces": len(shape.mesh.faces)}
+    if isinstance(answer, str):
+        return {**row, "error": answer}
+    compared = lbskel.ground_truth_distances(answer.skeleton, shape.truth)
+    return {
+        **row,
+        "length error": compared.length_error,
+        "sections": f"{_sections(answer.skeleton, shape.truth)}/{_sections(shape.truth, shape.truth)}",
+        "radius error": compared.radius_error if np.isfinite(compared.radius_error) else None,
+        "tips": f"{compared.n_tips}/{compared.n_true_tips}",
+        "tips found": tips_found(answer.skeleton, shape.truth),
+        "accuracy": compared.accuracy,
+        "coverage": compared.coverage,
+        "topology right": compared.is_topology_right,
+        "verdict": answer.verdict,
+        "cpu seconds": answer.seconds,
+    }
+
+
+def _sections(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> int:
+    """Count branches after junctions that are closer than the true radius there are merged."""
+    radii = nearest_on_edges(truth, skeleton.nodes)[2]
+    return len(merge_junctions(lbskel.Skeleton(skeleton.nodes, skeleton.edges, radii)).branches)
