@@ -51,7 +51,7 @@ def driver() -> Path:
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode:
             reason = next((line for line in done.stderr.splitlines() if "error" in line), "the compiler failed")
-            raise RuntimeError(f"CGAL is not built: {reason[-200:]}")
+            raise RuntimeError(f"CGAL is not built: {reason.split('error: ')[-1][-200:]}")
         unfinished.replace(program)
     return program
 

@@ -24,7 +24,7 @@ def test_each_of_our_own_answers(tool, mesh):
     assert 0 <= row["read"] <= row["seconds"]
     if tool == "lbskel":
         assert row["cycles"] == 0
-        assert row["accuracy"] == 0  # compared with itself
+        assert row["accuracy"] < 1e-12  # compared with itself, so rounding only
         assert row["inside_fraction"] == 1
 
 
