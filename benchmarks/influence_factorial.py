@@ -28,7 +28,7 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.pipeline.comparison import AreaNormalized, record, run_case
 
 FACTORS = ("operator", "energy and rows", "weights")
-DEFAULT = ("intrinsic_delaunay", "curvature flow", "diffusion_length")
+DEFAULT = ("intrinsic_delaunay", "curvature flow", "local_radius")
 NOT_SYMMETRIC = ("mean_value",)
 SAME = ("random_walk",)  # equal to graph but for the mass, which no energy uses
 UNTREATED = ("graph", "heat_kernel", "cotangent_identity")

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 LEAF = cython.declare(cython.Py_ssize_t, 4)  # faces in a leaf, as in bvh
 DEPTH = cython.declare(cython.Py_ssize_t, 64)  # length of a traversal stack, as in bvh
 FIRST_REACH = cython.declare(cython.double, 3.0)  # first search radius, in distances to a nearby vertex (a guess)
+MAX_REACH = cython.declare(cython.double, 4.0)  # search radius for a curve around, in lengths of a nearer one (a guess)
 REACH_GROWTH = cython.declare(cython.double, 2.0)  # factor on the search radius while the curve is undecided (a guess)
 CLOSURE_TOLERANCE = cython.declare(cython.double, 1e-6)  # gap / length of a closed curve: rounding (a guess)
 MIN_COMPACTNESS = cython.declare(cython.double, 1e-12)  # area / length^2 for an area centroid (a guess)
@@ -56,7 +57,7 @@ class SectionCurves:
     b: cython.double
     c: cython.double
     offset: cython.double
-    frame: cython.double[:, ::1]
+    frame: cython.const[cython.double][:, ::1]
     stack: cython.longlong[::1]
     is_everything_cut: cython.bint  # whether no box that meets the plane was beyond the reach
     n_segments: cython.Py_ssize_t
@@ -86,7 +87,7 @@ class SectionCurves:
             raise ValueError("there must be a label for each face")
         self.edge_of_half_edge, self.faces_per_edge = edge_of_half_edge, faces_per_edge
         self.order, self.corners, self.boxes, self.labels = order, corners, boxes, labels
-        self.frame, self.stack = np.empty((2, 3)), np.empty(DEPTH, dtype=np.int64)
+        self.stack = np.empty(DEPTH, dtype=np.int64)
         # as long as can be needed; the system allocates only the pages that are written
         self.point_of_edge = np.zeros(n_edges, dtype=np.int64)
         self.edge_of_point, self.segment_of_point = np.empty_like(self.point_of_edge), np.empty_like(self.point_of_edge)
@@ -95,7 +96,7 @@ class SectionCurves:
         self.stop, self.parent = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64)
         self.sums = np.empty((m, N_SUMS))
 
-    @cython.locals(i=cython.Py_ssize_t, axis=cython.Py_ssize_t, best=cython.Py_ssize_t, reach=cython.double)
+    @cython.locals(i=cython.Py_ssize_t, best=cython.Py_ssize_t, reach=cython.double)
     def measure(
         self,
         points: cython.const[cython.double][:, ::1],
@@ -117,16 +118,13 @@ class SectionCurves:
             self.x, self.y, self.z = points[i, 0], points[i, 1], points[i, 2]
             self.a, self.b, self.c = frames[i, 2, 0], frames[i, 2, 1], frames[i, 2, 2]
             self.offset = self.a * self.x + self.b * self.y + self.c * self.z
-            for axis in range(3):
-                self.frame[0, axis], self.frame[1, axis] = frames[i, 0, axis], frames[i, 1, axis]
-            reach = FIRST_REACH * self._distance_to_nearby_vertex()
-            if not reach > 0:  # at a vertex
-                reach = INFINITY
+            self.frame = frames[i]
+            reach = FIRST_REACH * self._distance_to_nearby_vertex() or INFINITY  # 0 at a vertex
             while True:
                 self._cut_within(reach)
                 self._sum_curves(labels[i])
                 best = self._best()
-                if self.is_everything_cut or (best >= 0 and self.sums[best, IS_COMPLETE] > 0 and self._surrounds(best)):
+                if self.is_everything_cut or (best >= 0 and self._is_decided(best, reach)):
                     break
                 reach *= REACH_GROWTH
             if best >= 0:
@@ -280,14 +278,13 @@ class SectionCurves:
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    @cython.locals(segment=cython.Py_ssize_t, curve=cython.Py_ssize_t, point=cython.Py_ssize_t, row=cython.Py_ssize_t)
+    @cython.locals(segment=cython.Py_ssize_t, curve=cython.Py_ssize_t, point=cython.Py_ssize_t)
     def _sum_curves(self, label: cython.longlong) -> cython.void:
         """Sum over each curve, in the row of its first segment."""
         for segment in range(self.n_segments):
             curve = self._curve(segment)
             if curve == segment:
-                for row in range(N_SUMS):
-                    self.sums[curve, row] = 0
+                self.sums[curve] = 0
                 self.sums[curve, MIN_DISTANCE], self.sums[curve, IS_COMPLETE] = INFINITY, 1
             self._add_segment(segment, curve, label)
         for point in range(self.n_points):
@@ -306,9 +303,7 @@ class SectionCurves:
         dy: cython.double = by - ay
         cross: cython.double = ax * by - ay * bx
         length: cython.double = sqrt(dx * dx + dy * dy)
-        t: cython.double = 0
-        if length > 0:
-            t = min(max(-(ax * dx + ay * dy) / (length * length), 0.0), 1.0)
+        t: cython.double = min(max(-(ax * dx + ay * dy) / (length * length), 0.0), 1.0) if length > 0 else 0.0
         x: cython.double = ax + t * dx
         y: cython.double = ay + t * dy
         self.sums[curve, LENGTH] += length
@@ -356,12 +351,18 @@ class SectionCurves:
 
     @cython.cfunc
     @cython.exceptval(check=False)
+    def _is_decided(self, curve: cython.Py_ssize_t, reach: cython.double) -> cython.bint:
+        """Whether no farther search is needed: the curve is complete, and surrounds the point or is small and near."""
+        size: cython.double = sqrt(self.sums[curve, MIN_DISTANCE]) + self.sums[curve, LENGTH]
+        return self.sums[curve, IS_COMPLETE] > 0 and (self._surrounds(curve) or reach > MAX_REACH * size)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
     @cython.locals(curve=cython.Py_ssize_t, rank=cython.Py_ssize_t, size=cython.double)
+    @cython.locals(best=cython.Py_ssize_t, best_rank=cython.Py_ssize_t, least=cython.double)
     def _best(self) -> cython.Py_ssize_t:
         """Smallest curve around the query point, or else the nearest, complete ones first; -1 if there is none."""
-        best: cython.Py_ssize_t = -1
-        best_rank: cython.Py_ssize_t = 4
-        least: cython.double = INFINITY
+        best, best_rank, least = -1, 4, INFINITY
         for curve in range(self.n_segments):
             if self.parent[curve] != curve:
                 continue
@@ -375,17 +376,16 @@ class SectionCurves:
     @cython.cfunc
     @cython.exceptval(check=False)
     @cython.locals(segment=cython.Py_ssize_t, i=cython.Py_ssize_t, j=cython.Py_ssize_t)
+    @cython.locals(x=cython.double, y=cython.double, total=cython.double)
     def _write_measures(self, curve: cython.Py_ssize_t, out: cython.double[::1]) -> cython.void:
         """Write the eight measures of the selected curve."""
         area: cython.double = self.sums[curve, CROSS] / 2
         length: cython.double = self.sums[curve, LENGTH]
-        x: cython.double = 0
-        y: cython.double = 0
+        x = y = total = 0.0
         if self._is_closed(curve) and fabs(area) > MIN_COMPACTNESS * length * length:
             x, y = self.sums[curve, AREA_MOMENT] / (6 * area), self.sums[curve, AREA_MOMENT + 1] / (6 * area)
         elif length > 0:
             x, y = self.sums[curve, LENGTH_MOMENT] / (2 * length), self.sums[curve, LENGTH_MOMENT + 1] / (2 * length)
-        total: cython.double = 0
         for segment in range(curve, self.n_segments):
             if self._curve(segment) == curve:
                 i, j = self.start[segment], self.stop[segment]

@@ -18,6 +18,7 @@ def short_edges(
     V: cython.const[cython.double][:, ::1],
     F: cython.const[cython.longlong][:, ::1],
     limits: cython.const[cython.double][::1],
+    both_directions: cython.bint,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
     """(k, 2) edges shorter than the limits at both ends, (k,) their numbers among all edges, and (k,) their lengths.
 
@@ -25,13 +26,15 @@ def short_edges(
     ----------
     V : (n, 3) array of float
     F : (m, 3) array of int
-        Faces of a closed manifold.
     limits : (n,) array of float
         Length limit at each vertex.
+    both_directions : bool
+        Whether every half-edge counts, so that edges occur more than once; else only those from the lower vertex to
+        the higher, which is every edge of a closed oriented manifold once.
     """
     n = 0
     count: cython.longlong = 0
-    edges_array = np.empty((3 * F.shape[0] // 2 + 1, 2), dtype=np.int64)
+    edges_array = np.empty((3 * F.shape[0], 2), dtype=np.int64)
     numbers_array, lengths_array = np.empty(len(edges_array), dtype=np.int64), np.empty(len(edges_array))
     edges: cython.longlong[:, ::1] = edges_array
     numbers: cython.longlong[::1] = numbers_array
@@ -39,7 +42,7 @@ def short_edges(
     for corner in range(3):
         for face in range(F.shape[0]):
             i, j = F[face, (corner + 1) % 3], F[face, (corner + 2) % 3]
-            if i > j:  # the other half-edge of the same edge
+            if i > j and not both_directions:  # the other half-edge of the same edge
                 continue
             squared = 0.0
             for axis in range(3):
@@ -69,14 +72,14 @@ def independent_collapses(
 ) -> NDArray[np.bool_]:
     """(k,) whether each edge is chosen for collapse.
 
-    A candidate is an edge whose ends have exactly two common neighbors, which is the link condition on a closed
-    manifold. In each round, the candidates are chosen that precede every other candidate at their ends and at the
-    neighbors of these; candidates with an end in the neighborhood of a chosen edge are then dropped.
+    A candidate is an edge whose ends have no other common neighbors than the third corners of its faces, which is the
+    link condition for vertices, and each of these corners has another face at one of the ends, so that it keeps one.
+    In each round, the candidates are chosen that precede every other candidate at their ends and at the neighbors of
+    these; candidates with an end in the neighborhood of a chosen edge are then dropped.
 
     Parameters
     ----------
     F : (m, 3) array of int
-        Faces of a closed manifold.
     n : int
         Number of vertices.
     i, j : (k,) array of int
@@ -88,19 +91,14 @@ def independent_collapses(
     n_candidates: cython.Py_ssize_t = 0
     m: cython.Py_ssize_t = F.shape[0]
     first: cython.longlong[::1] = np.zeros(n + 2, dtype=np.int64)
-    neighbors: cython.longlong[::1] = np.empty(3 * m, dtype=np.int64)
+    neighbors: cython.longlong[::1] = np.empty(6 * m, dtype=np.int64)
     mark: cython.longlong[::1] = np.full(n, -1, dtype=np.int64)
     candidates: cython.longlong[::1] = np.empty(n_edges, dtype=np.int64)
     chosen_array = np.zeros(n_edges, dtype=np.int8)
     chosen: cython.schar[::1] = chosen_array
     _adjacency(F, n, first, neighbors)
     for edge in range(n_edges):
-        for slot in range(first[i[edge]], first[i[edge] + 1]):
-            mark[neighbors[slot]] = edge
-        common = 0
-        for slot in range(first[j[edge]], first[j[edge] + 1]):
-            common += mark[neighbors[slot]] == edge
-        if common == 2:
+        if _can_collapse(first, neighbors, mark, i[edge], j[edge], 3 * edge):
             candidates[n_candidates] = edge
             n_candidates += 1
     for _round in range(rounds):
@@ -138,17 +136,73 @@ def _adjacency(
     first: cython.longlong[::1],
     neighbors: cython.longlong[::1],
 ) -> cython.void:
-    """Write the neighbors of vertex i to ``neighbors[first[i]:first[i + 1]]``; ``first`` has n + 2 entries."""
+    """Write the other corners of each face at vertex i to ``neighbors[first[i]:first[i + 1]]``, two for each face.
+
+    ``first`` has n + 2 entries.
+    """
     for face in range(F.shape[0]):
         for corner in range(3):
-            first[F[face, corner] + 2] += 1
+            first[F[face, corner] + 2] += 2
     for vertex in range(n):
         first[vertex + 2] += first[vertex + 1]
-    for face in range(F.shape[0]):  # on a closed manifold each neighbor follows its vertex in exactly one face
+    for face in range(F.shape[0]):
         for corner in range(3):
             vertex = F[face, corner]
             neighbors[first[vertex + 1]] = F[face, (corner + 1) % 3]
-            first[vertex + 1] += 1
+            neighbors[first[vertex + 1] + 1] = F[face, (corner + 2) % 3]
+            first[vertex + 1] += 2
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+@cython.locals(slot=cython.Py_ssize_t)
+def _can_collapse(
+    first: cython.longlong[::1],
+    neighbors: cython.longlong[::1],
+    mark: cython.longlong[::1],
+    i: cython.longlong,
+    j: cython.longlong,
+    free: cython.longlong,
+) -> cython.bint:
+    """Whether the third corners of the faces at an edge are its only common neighbors, and all keep another face.
+
+    ``mark`` may hold any numbers below ``free``; afterwards it holds numbers up to ``free + 2``.
+    """
+    for slot in range(first[i], first[i + 1]):
+        mark[neighbors[slot]] = free
+    for slot in range(first[i], first[i + 1], 2):
+        if neighbors[slot] == j:
+            mark[neighbors[slot + 1]] = free + 1
+        elif neighbors[slot + 1] == j:
+            mark[neighbors[slot]] = free + 1
+    for slot in range(first[j], first[j + 1]):
+        if mark[neighbors[slot]] == free:
+            return False
+    _mark_kept(first, neighbors, mark, i, j, free + 1)
+    _mark_kept(first, neighbors, mark, j, i, free + 1)
+    keeps_all: cython.bint = True
+    for slot in range(first[i], first[i + 1]):
+        keeps_all = keeps_all and mark[neighbors[slot]] != free + 1
+    return keeps_all
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+@cython.locals(slot=cython.Py_ssize_t, side=cython.Py_ssize_t)
+def _mark_kept(
+    first: cython.longlong[::1],
+    neighbors: cython.longlong[::1],
+    mark: cython.longlong[::1],
+    vertex: cython.longlong,
+    other: cython.longlong,
+    apex: cython.longlong,
+) -> cython.void:
+    """Raise the mark ``apex`` by one at the corners of the faces at a vertex that do not have the other vertex."""
+    for slot in range(first[vertex], first[vertex + 1], 2):
+        if neighbors[slot] != other and neighbors[slot + 1] != other:
+            for side in range(2):
+                if mark[neighbors[slot + side]] == apex:
+                    mark[neighbors[slot + side]] = apex + 1
 
 
 @cython.cfunc

@@ -1,9 +1,10 @@
 """Coarsening between contraction steps: short edges are collapsed, so that later steps solve smaller systems.
 
-Edges collapse in rounds; no two collapses of a round touch each other. Only edges whose ends have exactly two common
-neighbors collapse, the link condition, so the surface keeps its topology and every handle (Dey, Edelsbrunner, Guha,
-Nekhayev 1999, "Topology preserving edge contraction", Publ. Inst. Math. 66). A limb that has become thin keeps rings
-of three vertices.
+Edges collapse in rounds; no two collapses of a round touch each other. Only edges whose ends have no other common
+neighbors than the third corners of their faces collapse, and only if these corners keep another face. On a closed
+manifold this is the link condition, so the surface keeps its topology and every handle (Dey, Edelsbrunner, Guha,
+Nekhayev 1999, "Topology preserving edge contraction", Publ. Inst. Math. 66). A limb that has become thin keeps rings of
+three vertices.
 """
 
 from __future__ import annotations
@@ -67,7 +68,7 @@ def coarsen(current: Coarsened, max_lengths: NDArray[np.float64]) -> Coarsened:
     Parameters
     ----------
     current : Coarsened
-        A closed manifold all of whose vertices belong to a face.
+        All of its vertices belong to a face.
     max_lengths : (n,) array of float
         Limit for each vertex of the original mesh, in the units of ``current.mesh``.
     """
@@ -76,7 +77,7 @@ def coarsen(current: Coarsened, max_lengths: NDArray[np.float64]) -> Coarsened:
     for _ in range(MAX_ROUNDS):
         if len(V) <= MIN_VERTICES:
             break
-        removed, target = _choose_collapses(V, F, max_lengths[kept])
+        removed, target = _choose_collapses(V, F, max_lengths[kept], not current.mesh.is_closed_manifold)
         if len(removed) <= MIN_PROGRESS * len(V):
             break
         both = W[removed] + W[target]
@@ -97,10 +98,10 @@ def coarsen(current: Coarsened, max_lengths: NDArray[np.float64]) -> Coarsened:
 
 
 def _choose_collapses(
-    V: NDArray[np.float64], F: NDArray[np.int64], max_lengths: NDArray[np.float64]
+    V: NDArray[np.float64], F: NDArray[np.int64], max_lengths: NDArray[np.float64], both_directions: bool
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Choose edges for one round, shorter ones first; return the vertices to remove and those to merge them into."""
-    edges, edge_numbers, lengths = short_edges(V, F, max_lengths)
+    edges, edge_numbers, lengths = short_edges(V, F, max_lengths, both_directions)
     # Knuth's multiplicative hash orders edges of equal length, so that in a row of them more than one can be the
     # first among its neighbors
     hashed = edge_numbers * 2654435761 % 2**32

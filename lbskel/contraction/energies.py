@@ -1,6 +1,6 @@
 """The energy that a contraction step minimizes: contraction along the Laplacian against attraction of every vertex.
 
-- ``curvature_flow``:  tau V'^T S V' + (V' - V)^T H (V' - V),  H = M_0 A_0 / A_t
+- ``curvature_flow``:  V'^T S V' + (V' - V)^T H / tau (V' - V),  H = M_0 A_0 / A_t
 - ``least_squares``:  W_L^2 ||L V' - T||^2 + (V' - V)^T W_H^2 (V' - V),  L = 2 S,  W_H^2 = A_0 / A_t
 
 A_0 and A_t are the areas of a vertex's ring of triangles at the start and now, M_0 the vertex areas at the start: the
@@ -38,7 +38,7 @@ class ContractionStepInput:
         On the present positions.
     vertices : (n, 3) array of float
         Present positions.
-    weight : float
+    weight : float or (n,) array of float
         Contraction weight: tau for ``curvature_flow``, W_L^2 for ``least_squares``.
     shrinkage : (n,) array of float
         A_0 / A_t, the square of Au's W_H.
@@ -50,7 +50,7 @@ class ContractionStepInput:
 
     laplacian: Laplacian
     vertices: NDArray[np.float64]
-    weight: float
+    weight: float | NDArray[np.float64]
     shrinkage: NDArray[np.float64]
     initial_mass: NDArray[np.float64]
     treatment: Callable[[csr_array], RowTreatment]
@@ -89,21 +89,26 @@ class LinearSystem:
 
 
 def _curvature_flow(step: ContractionStepInput) -> LinearSystem:
-    """(H + tau S) D = -tau S V."""
-    S = step.laplacian.stiffness * step.weight
-    H = step.initial_mass * step.shrinkage
-    A = (S + diagonal_matrix(H)).tocsc()
-    return LinearSystem(A, -(S @ step.vertices), H[:, None] * step.vertices, H, np.empty(0, dtype=np.int64))
+    """(H / tau + S) D = -S V.
+
+    Where tau varies, each vertex has a time step of its own and moves along its mean curvature normal. Edges weighted
+    by tau would move vertices along the surface too, towards larger tau, and fold it where the thickness changes.
+    """
+    S, H, tau = step.laplacian.stiffness, step.initial_mass * step.shrinkage, step.weight
+    H_over_tau = np.divide(H, tau, out=np.array(H), where=np.broadcast_to(tau, len(H)) > 0)  # it is 0 without a face
+    A = (S + diagonal_matrix(H_over_tau)).tocsc()
+    return LinearSystem(A, -(S @ step.vertices), H_over_tau[:, None] * step.vertices, H, np.empty(0, dtype=np.int64))
 
 
 def _least_squares(step: ContractionStepInput) -> LinearSystem:
     """(W_H^2 + W_L^2 L^T L) D = -W_L^2 L^T (L V - T)."""
     V, H = step.vertices, step.shrinkage
     L, treatment = step.treated_rows
-    A = diagonal_matrix(H) + step.weight * (L.T @ L)
+    W2 = diagonal_matrix(np.broadcast_to(step.weight, len(V)))
+    A = diagonal_matrix(H) + L.T @ W2 @ L
     T = treatment.right_hand_side(V)
-    B = -step.weight * (L.T @ (L @ V - T))
-    return LinearSystem(A.tocsc(), B, H[:, None] * V + step.weight * (L.T @ T), H, treatment.changed_rows)
+    B = -(L.T @ (W2 @ (L @ V - T)))
+    return LinearSystem(A.tocsc(), B, H[:, None] * V + L.T @ (W2 @ T), H, treatment.changed_rows)
 
 
 def stacked_system(step: ContractionStepInput) -> tuple[csr_array, NDArray[np.float64]]:
@@ -115,10 +120,10 @@ def stacked_system(step: ContractionStepInput) -> tuple[csr_array, NDArray[np.fl
     right_hand_side : (2 n, 3) array of float
     """
     L, treatment = step.treated_rows
-    W = np.sqrt(step.weight)
-    K = vstack([W * L, diags_array(np.sqrt(step.shrinkage))]).tocsr()
     V = step.vertices
-    return K, np.concatenate([-W * (L @ V - treatment.right_hand_side(V)), np.zeros_like(V)])
+    W = diags_array(np.broadcast_to(np.sqrt(step.weight), len(V)))
+    K = vstack([W @ L, diags_array(np.sqrt(step.shrinkage))]).tocsr()
+    return K, np.concatenate([-W @ (L @ V - treatment.right_hand_side(V)), np.zeros_like(V)])
 
 
 ENERGIES: dict[str, Callable[[ContractionStepInput], LinearSystem]] = {

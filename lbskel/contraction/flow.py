@@ -25,12 +25,13 @@ from lbskel.contraction.settings import PRESETS, ContractionSettings
 from lbskel.contraction.weights import ATTRACTIONS, INITIAL_WEIGHT_RULES, mean_ring_area, ring_areas, ring_shrinkage
 from lbskel.errors import MeshError, SolveError, UnknownChoice
 from lbskel.geometry.mesh import Mesh, as_mesh
+from lbskel.geometry.shape_diameter import local_radii
 from lbskel.operators import Laplacian, Operator, apply_operator
 from lbskel.operators.corner_angles import corner_cotangents
 from lbskel.solvers import factorize, relative_residual, solve_once
 
-# edges shorter than this, in diameter bounds, are collapsed after the first step whatever collapse_length says; a guess
-MIN_EDGE_LENGTH = 0.004
+MIN_EDGE_LENGTH = 0.1  # edges shorter than this, in initial local radii, are collapsed after the first step whatever
+# collapse_length says; a guess
 MAX_ASYMMETRY = 1e-12  # entries of |A - A^T| relative to the largest entry that count as rounding; a guess
 
 
@@ -112,8 +113,8 @@ def _run_steps(
     now, factorization = Coarsened.unmerged(start, rings), None
     max_lengths = None
     if _can_coarsen(start, settings):
-        max_lengths = np.maximum(settings.collapse_length * np.sqrt(rings), MIN_EDGE_LENGTH)
-    weight, max_weight = _contraction_weights(start, settings)
+        max_lengths = np.maximum(settings.collapse_length * np.sqrt(rings), MIN_EDGE_LENGTH * local_radii(start))
+    weights, max_weight = _contraction_weights(start, settings)
     steps: list[Step] = []
     treated: list[NDArray[np.int64]] = []
 
@@ -135,7 +136,8 @@ def _run_steps(
             if not steps:
                 raise
             return result(Status.NOT_FINITE)
-        system = _step_system(start, now, laplacian, min(weight, max_weight), degenerate, settings)
+        weight = np.minimum(weights[now.kept] if isinstance(weights, np.ndarray) else weights, max_weight)
+        system = _step_system(start, now, laplacian, weight, degenerate, settings)
         try:
             if settings.rollback:
                 is_same_size = factorization is not None and len(factorization.ordering) == len(mesh.vertices)
@@ -157,7 +159,7 @@ def _run_steps(
             area_ratio=following.area / start.area,
             volume_ratio=abs(following.volume / start.volume) if start.is_closed and start.volume else float("nan"),
             box_ratio=following.diagonal / start.diagonal,
-            weight=min(weight, max_weight),
+            weight=float(np.mean(weight)),
             attraction=(float(system.attraction.min()), float(system.attraction.max())),
             min_angle_deg=float(np.degrees(angles.min())),
             n_vertices=len(mesh.vertices),
@@ -179,7 +181,8 @@ def _run_steps(
             on_step(steps[-1], start.with_vertices(following.vertices[now.vertex_map.indices]))
         if not fault and (completed := completion_status(step, previous, settings)):
             return result(completed)
-        weight *= settings.contraction_growth if settings.energy == "curvature_flow" else settings.contraction_growth**2
+        growth = settings.contraction_growth
+        weights = weights * (growth if settings.energy == "curvature_flow" else growth**2)
     return result(Status.STEPS)
 
 
@@ -191,20 +194,15 @@ def _min_face_angles(mesh: Mesh) -> NDArray[np.float64]:
 
 
 def _can_coarsen(start: Mesh, settings: ContractionSettings) -> bool:
-    """Whether vertices may be merged: energy and attraction must account for merged areas, the link condition hold."""
+    """Whether vertices may be merged: energy and attraction must account for merged areas."""
     accounts_for_areas = (
         settings.energy == "curvature_flow" and settings.attraction == "ring_areas" and settings.rollback
     )
-    return (
-        settings.collapse_length > 0
-        and accounts_for_areas
-        and start.is_closed_manifold
-        and len(start.used_vertices) == len(start.vertices)
-    )
+    return settings.collapse_length > 0 and accounts_for_areas and len(start.used_vertices) == len(start.vertices)
 
 
-def _contraction_weights(start: Mesh, settings: ContractionSettings) -> tuple[float, float]:
-    """Contraction weight of the first step, and its upper bound: tau or W_L^2, on a mesh of diameter bound 1."""
+def _contraction_weights(start: Mesh, settings: ContractionSettings) -> tuple[float | NDArray[np.float64], float]:
+    """Contraction weights of the first step, and their upper bound: tau or W_L^2, on a mesh of diameter bound 1."""
     rule = INITIAL_WEIGHT_RULES[settings.initial_weight_rule]
     tau, mean_ring = rule(start, settings.initial_weight), mean_ring_area(start)
     largest = float("inf") if settings.max_contraction_weight is None else settings.max_contraction_weight**2
@@ -215,7 +213,7 @@ def _step_system(
     start: Mesh,
     now: Coarsened,
     laplacian: Laplacian,
-    weight: float,
+    weight: float | NDArray[np.float64],
     degenerate: NDArray[np.int64],
     settings: ContractionSettings,
 ) -> LinearSystem:

@@ -47,7 +47,7 @@ class Step:
     area_ratio, volume_ratio, box_ratio : float
         Area, volume and bounding box diagonal after the step; the volume ratio of an open mesh is NaN.
     weight : float
-        Contraction weight: tau for ``curvature_flow``, W_L^2 for ``least_squares``.
+        Contraction weight, the mean over the vertices: tau for ``curvature_flow``, W_L^2 for ``least_squares``.
     attraction : pair of float
         Smallest and largest entry of H or W_H^2.
     min_angle_deg : float

@@ -31,8 +31,9 @@ class ContractionSettings:
         A name in ENERGIES: what each step minimizes.
     initial_weight_rule : str
         A name in INITIAL_WEIGHT_RULES: how the contraction weight of the first step follows from ``initial_weight``.
-        ``diffusion_length`` takes it as the distance that the first step smooths over, as a fraction of the mesh's
-        diameter bound; the other rules are published formulas for W_L. WEIGHTS has the values published together.
+        ``local_radius`` takes it as the distance that the first step smooths over, as a fraction of the local radius,
+        ``diffusion_length`` as a fraction of the mesh's diameter bound; the other rules are published formulas for W_L.
+        WEIGHTS has the values published together.
     initial_weight : float
         The constant in that rule.
     contraction_growth : float
@@ -67,8 +68,8 @@ class ContractionSettings:
 
     operator: str | Operator | None = None
     energy: str = "curvature_flow"
-    initial_weight_rule: str = "diffusion_length"
-    initial_weight: float = 0.02
+    initial_weight_rule: str = "local_radius"
+    initial_weight: float = 0.5
     contraction_growth: float = 2.0
     attraction: str = "ring_areas"
     max_contraction_weight: float | None = None
@@ -78,7 +79,7 @@ class ContractionSettings:
     rollback: bool = True
     collapse_length: float = 0.45
     volume_ratio: float = 1e-4
-    area_ratio: float = 5e-3
+    area_ratio: float = 0.1
     max_steps: int = 30
     solver: str = "cholmod"
 
@@ -130,7 +131,11 @@ The first four need the least-squares energy: they change rows of L, or its oper
 PRESETS: dict[str, ContractionSettings] = {
     "curvature_flow": ContractionSettings(),
     "least_squares": ContractionSettings(
-        operator="clamped_cotangent", energy="least_squares", degenerate_rows="identity", volume_ratio=1e-6
+        operator="clamped_cotangent",
+        energy="least_squares",
+        degenerate_rows="identity",
+        volume_ratio=1e-6,
+        **WEIGHTS["diffusion_length"],
     ),
     "au2008": ContractionSettings(
         operator="cotangent", energy="least_squares", volume_ratio=1e-6, max_steps=40, **WEIGHTS["au2008"]

@@ -18,7 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.shape_diameter import local_radii
 
+LOCAL_FACTOR = 4.0
 MIN_AREA_RATIO = 1e-12  # lower bound on areas relative to their initial value, so that W_H stays under 1e6; a guess
 
 
@@ -37,6 +39,17 @@ def mean_ring_area(mesh: Mesh) -> float:
     """Mean ring area of the vertices whose ring area is positive."""
     rings = ring_areas(mesh)
     return float(rings[rings > 0].mean())
+
+
+def _by_local_radius(mesh: Mesh, constant: float) -> NDArray[np.float64]:
+    """W_L = c * local radius / sqrt(mean ring area): the first step smooths over the fraction c of the local radius.
+
+    Where that is above the mean over the area, the mean counts: thick parts become lines after the thin ones, which
+    they would pull into themselves otherwise.
+    """
+    radii, areas = local_radii(mesh), ring_areas(mesh)
+    mean = float(np.average(radii, weights=areas)) if areas.any() else np.inf
+    return (constant * np.minimum(LOCAL_FACTOR * radii, mean)) ** 2
 
 
 def _by_diffusion_length(mesh: Mesh, constant: float) -> float:
@@ -65,7 +78,8 @@ def _by_inverse_area_in_box(mesh: Mesh, constant: float) -> float:
     return side**2 * _by_inverse_area(mesh, constant)
 
 
-INITIAL_WEIGHT_RULES: dict[str, Callable[[Mesh, float], float]] = {
+INITIAL_WEIGHT_RULES: dict[str, Callable[[Mesh, float], float | NDArray[np.float64]]] = {
+    "local_radius": _by_local_radius,
     "diffusion_length": _by_diffusion_length,
     "average_area": _by_average_area,
     "total_area": _by_total_area,
@@ -74,7 +88,7 @@ INITIAL_WEIGHT_RULES: dict[str, Callable[[Mesh, float], float]] = {
 }
 """Functions from a mesh of diameter bound 1 and a constant c to tau of the first step, by name.
 
-tau is W_L^2 times the mean ring area.
+tau is W_L^2 times the mean ring area, a number or one for each vertex.
 """
 
 
@@ -117,6 +131,7 @@ ATTRACTIONS: dict[str, Callable[[Mesh, Mesh], NDArray[np.float64]]] = {
 # bounds on W_L and W_H in the demo program of Au et al.; the program of Cao et al. has the same
 _DEMO_BOUNDS: Mapping[str, Any] = {"max_contraction_weight": 2048.0, "max_attraction": 1e4}
 WEIGHTS: dict[str, Mapping[str, Any]] = {
+    "local_radius": {"initial_weight_rule": "local_radius", "initial_weight": 0.5, "contraction_growth": 2.0},
     "diffusion_length": {"initial_weight_rule": "diffusion_length", "initial_weight": 0.02, "contraction_growth": 2.0},
     "au2008": {"initial_weight_rule": "average_area", "initial_weight": 1e-3, "contraction_growth": 2.0},
     "au2008_total_area": {"initial_weight_rule": "total_area", "initial_weight": 1e-3, "contraction_growth": 2.0},
@@ -136,7 +151,8 @@ WEIGHTS: dict[str, Mapping[str, Any]] = {
 }
 """Settings of the weights that belong together, by name: keyword arguments of ContractionSettings.
 
-- ``diffusion_length``: lbskel's own; the first step smooths over 2 % of the diameter bound.
+- ``local_radius``: lbskel's own; the first step smooths over half the local radius.
+- ``diffusion_length``: the first step smooths over 2 % of the diameter bound, whatever the local radius.
 - ``au2008``: as printed by Au et al. 2008, from the mean face area.
 - ``au2008_total_area``: the same constant with the total area, another reading of the paper.
 - ``au2008_demo``: as in the demo program of Au et al.

@@ -5,7 +5,8 @@ intersection curves, the smallest that surrounds the point is taken, or the near
 follow from Green's theorem over its segments.
 
 Triangles are searched in growing neighborhoods of the point. Curves in one plane do not intersect each other, so a
-curve around the point that lies in the searched neighborhood is inside any that does not, and the search can stop.
+curve around the point that lies in the searched neighborhood is inside any that does not, and the search can stop. It
+also stops where the nearest curve is short relative to the neighborhood: the point lies outside of a thin part.
 """
 
 from __future__ import annotations

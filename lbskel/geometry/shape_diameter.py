@@ -7,11 +7,14 @@ the normal and the median of a cone of rays.
 
 from __future__ import annotations
 
-__all__ = ["local_thickness", "thickness_along_normal"]
+__all__ = ["local_radii", "local_thickness", "thickness_along_normal"]
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import dijkstra
 
+from lbskel.geometry.arrays import read_only
+from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import normalized, triangle_normals
 from lbskel.geometry.surface_queries import Surface
@@ -19,6 +22,44 @@ from lbskel.geometry.surface_queries import Surface
 N_CONE_RAYS = 4  # rays on the cone around the normal; a guess
 CONE_ANGLE = np.radians(30.0)  # between the rays of the cone and the normal; a guess
 RAY_OFFSET = 1e-5  # distance inside their face, relative to the diagonal, at which rays start; a guess
+
+MIN_RADIUS = 0.25  # lower bound on a local radius, in radii of the disk with the area of the triangles at the vertex: a
+# limb that is thinner is not resolved by its triangles; a guess
+
+
+def local_radii(mesh: Mesh) -> NDArray[np.float64]:
+    """(n,) radius of the shape at each vertex: half the thickness, which grows no faster than the distance.
+
+    At a vertex it is the median over the faces, so that single rays that miss do not count. A ray along an axis, from
+    the end of a limb, is much longer than the limb is thick; so the radius at a vertex is at most that at any other
+    plus their distance along the edges, as it is for the local feature size (Amenta, Bern 1999,
+    https://doi.org/10.1007/PL00009475).
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Oriented outwards, if it is open. Vertices without a face have radius 0.
+    """
+    radii: NDArray[np.float64] = Surface(mesh).memoize("local radii", lambda: read_only(_local_radii(mesh)))
+    return radii
+
+
+def _local_radii(mesh: Mesh) -> NDArray[np.float64]:
+    V, F, n = mesh.vertices, mesh.faces, len(mesh.vertices)
+    thickness = thickness_along_normal(mesh, np.arange(len(F)))
+    thickness[mesh.face_areas == 0] = np.inf
+    corners = np.lexsort((np.repeat(thickness, 3), F.ravel()))
+    count = np.bincount(F.ravel(), minlength=n)
+    middle = np.cumsum(count) - count + (count - 1) // 2
+    radii = np.repeat(thickness, 3)[corners][np.minimum(middle, len(corners) - 1)] / 2
+    rings = np.bincount(F.ravel(), weights=np.repeat(mesh.face_areas, 3), minlength=n)
+    radii = np.clip(radii, MIN_RADIUS * np.sqrt(rings / np.pi), mesh.diameter_bound)
+    lengths = np.linalg.norm(V[mesh.edges[:, 0]] - V[mesh.edges[:, 1]], axis=1)
+    shift = np.finfo(np.float64).tiny + np.finfo(np.float64).eps * mesh.diameter_bound  # csgraph takes 0 for no edge
+    to_vertex = np.stack([np.full(n, n), np.arange(n)], axis=1)
+    graph = weighted_graph(np.concatenate([mesh.edges, to_vertex]), np.append(lengths, radii) + shift, n + 1)
+    graded: NDArray[np.float64] = dijkstra(graph, directed=False, indices=n)[:n]
+    return np.where(count > 0, graded, 0.0)
 
 
 def thickness_along_normal(mesh: Mesh, faces: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers import joined
 
 from lbskel import PRESETS, Mesh, collapse, contract, ground_truth_distances, skeletonize
 from lbskel.contraction.coarsening import Coarsened, coarsen
 from lbskel.contraction.homology import transfer_cochain, tunnel_cochain
-from lbskel.shapes import chain_of_tori, make, sphere, torus
+from lbskel.shapes import chain_of_tori, cylinder, flat_grid, make, sphere, torus
 
 MIN_VERTICES = 16  # in place of the value that saves time
 DEFAULT = PRESETS["curvature_flow"]
@@ -141,8 +142,81 @@ def test_the_skeleton_is_as_near_to_the_axis_as_with_every_vertex(name):
     assert fewer.coverage < every.coverage + 0.01
 
 
-def test_meshes_that_are_not_closed_manifolds_keep_every_vertex():
-    mesh = torus(1.0, 0.3, 40, 16)
-    opened = Mesh(mesh.vertices, mesh.faces[2:])
-    contraction = contract(opened, replace(DEFAULT, max_steps=4))
-    assert {step.n_vertices for step in contraction.steps} == {len(mesh.vertices)}
+def page(angle, n=12):
+    """A square of n by n vertices, one side of which is on the z-axis."""
+    x, z, _ = flat_grid(n, n).vertices.T
+    return Mesh(np.stack([x * np.cos(angle), x * np.sin(angle), z], axis=1), flat_grid(n, n).faces)
+
+
+def book(n_pages):
+    """Squares at a common edge, the z-axis, which has as many faces as there are pages."""
+    pages = joined(*(page(2 * np.pi * k / n_pages) for k in range(n_pages)))
+    _, index = np.unique(np.round(pages.vertices, 9), axis=0, return_inverse=True)
+    V = np.zeros((index.max() + 1, 3))
+    V[index.ravel()] = pages.vertices
+    return Mesh(V, index.ravel()[pages.faces])
+
+
+def betti_numbers(mesh):
+    """Components, independent cycles and enclosed cavities, from the ranks of the boundary matrices."""
+    start = mesh.half_edges[:, 0]
+    m, half = len(mesh.faces), np.arange(3 * len(mesh.faces))
+    d1 = np.zeros((len(mesh.vertices), len(mesh.edges)))
+    d1[mesh.edges[:, 0], np.arange(len(mesh.edges))], d1[mesh.edges[:, 1], np.arange(len(mesh.edges))] = -1, 1
+    d2 = np.zeros((len(mesh.edges), m))
+    low = mesh.edges[mesh.edge_of_half_edge, 0]
+    d2[mesh.edge_of_half_edge, half % m] = np.where(start == low, 1, -1)
+    r1, r2 = np.linalg.matrix_rank(d1), np.linalg.matrix_rank(d2)
+    return len(mesh.vertices) - r1, len(mesh.edges) - r1 - r2, m - r2
+
+
+def torus_without_a_quad():
+    whole = torus(1.0, 0.3, 40, 16)
+    return Mesh(whole.vertices, whole.faces[2:])
+
+
+@pytest.mark.parametrize(
+    ("make_mesh", "expected"),
+    [
+        pytest.param(lambda: page(0.0, 20), (1, 0, 0), id="disk"),
+        pytest.param(lambda: cylinder(0.3, 4.0, 16, 40), (1, 1, 0), id="tube"),
+        pytest.param(torus_without_a_quad, (1, 2, 0), id="torus with a hole"),
+        pytest.param(lambda: book(3), (1, 0, 0), id="three pages"),
+        pytest.param(lambda: book(4), (1, 0, 0), id="four pages"),
+    ],
+)
+def test_open_and_nonmanifold_meshes_keep_their_topology(monkeypatch, make_mesh, expected):
+    """Without a limit on lengths and almost none on the number of vertices, all edges collapse that may."""
+    monkeypatch.setattr("lbskel.contraction.coarsening.MIN_VERTICES", MIN_VERTICES)
+    mesh = make_mesh()
+    assert not mesh.is_closed_manifold
+    assert betti_numbers(mesh) == expected
+    now = unmerged(mesh)
+    for _ in range(30):
+        now = coarsen(now, np.full(len(mesh.vertices), 1e9))
+    assert len(now.mesh.vertices) < 0.3 * len(mesh.vertices)
+    assert betti_numbers(now.mesh) == expected
+    assert len(now.mesh.used_vertices) == len(now.mesh.vertices)  # every vertex keeps a face
+    assert len(np.unique(np.sort(now.mesh.faces, axis=1), axis=0)) == len(now.mesh.faces)
+    assert now.weights.sum() == len(mesh.vertices)
+
+
+def test_boundary_edges_collapse_in_either_direction(monkeypatch):
+    """The only short edge is one of the boundary, whose one face has it from the higher vertex or from the lower."""
+    monkeypatch.setattr("lbskel.contraction.coarsening.MIN_PROGRESS", 0.0)
+    mesh = page(0.0, 20)
+    boundary = mesh.half_edges[mesh.faces_per_edge[mesh.edge_of_half_edge] == 1]
+    inner = boundary[~np.isin(boundary, [0, 19, 380, 399]).any(axis=1)]  # corners may be in one face only
+    for start, end in (inner[inner[:, 0] < inner[:, 1]][0], inner[inner[:, 0] > inner[:, 1]][0]):
+        limits = np.zeros(len(mesh.vertices))
+        limits[[start, end]] = 1e9
+        assert len(coarsen(unmerged(mesh), limits).mesh.vertices) == len(mesh.vertices) - 1
+
+
+def test_open_meshes_are_contracted_with_fewer_vertices():
+    mesh = cylinder(0.3, 4.0, 24, 60)
+    contraction = contract(mesh)
+    counts = [step.n_vertices for step in contraction.steps]
+    assert counts[0] == len(mesh.vertices)
+    assert counts[-1] < 0.6 * counts[0]
+    assert len(contraction.coarse.used_vertices) == len(contraction.coarse.vertices)

@@ -2,10 +2,23 @@
 
 import numpy as np
 import pytest
+from helpers import joined
 
 from lbskel import Mesh
-from lbskel.geometry.shape_diameter import local_thickness, thickness_along_normal
-from lbskel.shapes import flat_grid, sphere
+from lbskel.geometry.shape_diameter import MIN_RADIUS, local_radii, local_thickness, thickness_along_normal
+from lbskel.shapes import cylinder, flat_grid, sphere, torus
+
+
+def tower(width, height, n, m):
+    """A closed box on the plane z = 0, with n by n squares at each end and n by m squares at each side."""
+    side, end = flat_grid(n + 1, m + 1), flat_grid(n + 1, n + 1)
+    (x, z, _), (s, t, _), zero = side.vertices.T, end.vertices.T, np.zeros(len(side.vertices))
+    outlines = [(x, zero), (1 + zero, x), (1 - x, 1 + zero), (zero, 1 - x)]
+    sides = [side.with_vertices(np.stack([a, b, z], axis=1)) for a, b in outlines]
+    ends = [end.with_vertices(np.stack(at, axis=1)) for at in ((t, s, 0 * s), (s, t, 1 + 0 * s))]
+    whole = joined(*sides, *ends)
+    corners, index = np.unique(np.round(whole.vertices, 12), axis=0, return_inverse=True)
+    return Mesh(corners * [width, width, height], index.ravel()[whole.faces])
 
 
 def test_thickness_of_a_ball_and_of_a_sheet():
@@ -23,6 +36,79 @@ def test_thickness_along_the_normal_is_the_diameter_of_a_ball_also_inside_out():
         # faces with edges h of 0.15 lie up to h^2 / 3 below the sphere
         assert thickness_along_normal(mesh, faces) == pytest.approx(np.full(len(faces), 2.0), abs=0.02)
     assert np.isinf(thickness_along_normal(flat_grid(), np.array([0]))).all()
+
+
+def test_the_local_radius_of_a_ball_is_its_radius():
+    ball = sphere(3)
+    for mesh in (ball, Mesh(ball.vertices, ball.faces[:, ::-1]), ball.with_vertices(1e-3 * ball.vertices + 5)):
+        size = mesh.diameter_bound / ball.diameter_bound
+        # rays start at the centers of faces, up to h^2 / 3 = 0.0075 below the sphere where edges h are 0.15
+        assert local_radii(mesh) == pytest.approx(np.full(len(mesh.vertices), size), rel=0.01)
+
+
+def test_the_local_radius_of_a_tube_is_that_of_its_circle():
+    """Open and closed: polygons of 32 corners are thinner by 1 - cos(pi / 32), half a per cent."""
+    ring, pipe = torus(1.0, 0.1, 80, 32), cylinder(0.1, 2.0, 32, 40)
+    for mesh in (ring, pipe):
+        assert local_radii(mesh) == pytest.approx(np.full(len(mesh.vertices), 0.1), rel=0.03)
+
+
+def test_parts_of_different_thickness_have_radii_of_their_own():
+    V = np.concatenate([sphere(3).vertices, 0.1 * sphere(3).vertices + [5, 0, 0]])
+    n = len(sphere(3).vertices)
+    radii = local_radii(Mesh(V, np.concatenate([sphere(3).faces, sphere(3).faces + n])))
+    assert radii[:n] == pytest.approx(np.full(n, 1.0), rel=0.01)
+    assert radii[n:] == pytest.approx(np.full(n, 0.1), rel=0.01)
+
+
+def test_at_the_end_of_a_limb_the_radius_grows_no_faster_than_the_distance():
+    """A ray from the end of a box of 0.2 x 0.2 x 4 is twenty times as long as the box is wide."""
+    mesh = tower(0.2, 4.0, 4, 40)
+    assert mesh.is_closed_manifold
+    assert mesh.volume == pytest.approx(0.2 * 0.2 * 4)
+    ends = np.flatnonzero(np.isin(mesh.faces, np.flatnonzero(mesh.vertices[:, 2] == 0)).all(axis=1))
+    assert thickness_along_normal(mesh, ends) == pytest.approx(np.full(len(ends), 4.0), rel=1e-3)
+    radii = local_radii(mesh)
+    i, j = mesh.edges.T
+    lengths = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1)
+    assert (np.abs(radii[i] - radii[j]) <= lengths + 1e-12).all()
+    is_end = (mesh.vertices[:, 2] == 0) | (mesh.vertices[:, 2] == 4.0)
+    assert radii[~is_end] == pytest.approx(np.full((~is_end).sum(), 0.1), rel=1e-3)
+    # in the middle of an end the nearest side is half the width away
+    assert 0.1 < radii[is_end].max() <= 0.1 + 0.1 + 1e-12
+
+
+def test_single_rays_that_are_too_short_or_miss_do_not_count():
+    """A face hidden under another stops its ray, or a face opposite it is missing: five of six rays go on."""
+    ball = sphere(3)
+    n, face = len(ball.vertices), ball.vertices[ball.faces[0]]
+    hidden = 0.9 * (face.mean(axis=0) + 0.2 * (face - face.mean(axis=0)))
+    stopped = Mesh(np.concatenate([ball.vertices, hidden]), np.append(ball.faces, [[n, n + 1, n + 2]], axis=0))
+    opened = Mesh(ball.vertices, ball.faces[1:])
+    assert thickness_along_normal(stopped, np.array([0]))[0] < 0.2
+    assert np.isinf(thickness_along_normal(opened, np.arange(len(opened.faces)))).sum() == 1
+    for mesh in (stopped, opened):
+        assert local_radii(mesh)[:n] == pytest.approx(np.full(n, 1.0), rel=0.01)
+
+
+def test_radii_of_sheets_flat_parts_and_vertices_without_a_face_are_finite():
+    sheet = flat_grid()
+    V = np.concatenate([sheet.vertices, [[9, 9, 9]]])
+    radii = local_radii(Mesh(V, sheet.faces))
+    assert radii[-1] == 0
+    # no ray hits anything: as large as can be
+    assert radii[:-1] == pytest.approx(np.full(len(V) - 1, Mesh(V, sheet.faces).diameter_bound))
+    plate = tower(1.0, 1e-3, 10, 1)
+    is_inner = (np.abs(plate.vertices[:, :2] - 0.5) < 0.45).all(axis=1)
+    # a plate far thinner than its triangles, six of 0.005 at each vertex, has the radius of those
+    assert local_radii(plate)[is_inner] == pytest.approx(np.full(2 * 81, MIN_RADIUS * np.sqrt(0.03 / np.pi)))
+
+
+def test_radii_are_computed_once_for_a_mesh():
+    ball = sphere(2)
+    assert local_radii(ball) is local_radii(ball)
+    with pytest.raises(ValueError, match="read-only"):
+        local_radii(ball)[0] = 1
 
 
 def test_no_faces_have_no_thickness():
