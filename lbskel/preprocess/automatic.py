@@ -10,14 +10,16 @@ __all__ = ["COARSE_EDGE", "MAX_COARSE_FRACTION", "PREPARATIONS", "preprocess_mes
 from dataclasses import replace
 from typing import Any
 
+import igl
 import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, UnknownChoice
+from lbskel.geometry.components import components, find_crumbs
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.preprocess.cleaning import clean, extract_faces, merge_close, remove_duplicates
 from lbskel.preprocess.degenerate_faces import remove_degenerate
-from lbskel.preprocess.holes import close_holes
+from lbskel.preprocess.holes import close_holes, find_open_ends
 from lbskel.preprocess.noise import ROUGHNESS_LIMIT, roughness
 from lbskel.preprocess.orientation import fix_orientation, split_nonmanifold
 from lbskel.preprocess.pipelines import PIPELINES, Pipeline
@@ -50,7 +52,7 @@ MIN_OPEN_AREA = 0.01
 # Corner angle, in degrees, up to which a face counts as collinear, as those that close T-junctions do. A guess.
 COLLINEAR_ANGLE = 0.01
 
-# Number of faces above which a mesh is not tested for coarse faces: it is fine enough, and the test slow. A guess.
+# Number of faces above which a mesh is not tested for coarse faces: it is fine enough. A guess.
 MAX_FACES_TO_REFINE = 20_000
 
 # Iterations of smoothing of a rough surface, whose noise may be as high as a limb's radius. Skeletons after 30 were a
@@ -96,31 +98,67 @@ def _preprocess_as_needed(mesh: Mesh) -> PreprocessResult:
 
     The repair changes nothing but defects: bodies that touch are split only where all of them become closed manifolds.
     """
-    result = clean(mesh)
+    result, open_ends = clean(mesh), np.empty((0, 4))
     if not result.mesh.is_closed_manifold:
         result = result.compose(merge_close).compose(remove_duplicates).compose(fix_orientation)
         result = result.compose(_remove_open_debris)
+        open_ends = find_open_ends(result.mesh)
         result = result.compose(lambda given: close_holes(given, max_perimeter=MAX_HOLE_PERIMETER))
         result = result.compose(lambda given: remove_degenerate(given, angle=COLLINEAR_ANGLE))
-        split = result.compose(split_nonmanifold)
+        # an edge of one face, or of an odd number, cannot become one of two faces
+        split = result if (result.mesh.faces_per_edge % 2).any() else result.compose(split_nonmanifold)
         if split.mesh.is_closed_manifold:
             areas = _component_areas(split.mesh)
             if areas.min() >= MIN_OPEN_AREA * areas.max():
                 result = split  # bodies that touch; neither an inner wall, nor a fin, nor debris
     elif result.mesh.volume < 0:
         result = result.compose(fix_orientation)
+    result = result.compose(_remove_cavities)
+    result = result.compose(_remove_crumbs)
     if roughness(result.mesh) > ROUGHNESS_LIMIT:
         result = result.compose(lambda given: smooth_noise(given, iterations=N_SMOOTHING_ITERATIONS))
-    is_small = len(result.mesh.faces) <= MAX_FACES_TO_REFINE
-    if is_small and coarse_fraction(result.mesh, COARSE_EDGE) > MAX_COARSE_FRACTION:
+    # faces that are not connected have no thickness
+    is_refinable = len(result.mesh.faces) <= MAX_FACES_TO_REFINE and not find_crumbs(result.mesh).all()
+    if is_refinable and coarse_fraction(result.mesh, COARSE_EDGE) > MAX_COARSE_FRACTION:
         result = result.compose(lambda given: refine(given, max_edge_length=COARSE_EDGE))
     steps = [step for step in result.report.get("steps", []) if step["notes"]]
-    return replace(result, report={**result.report, "pipeline": AUTOMATIC, "steps": steps})
+    report = {**result.report, "pipeline": AUTOMATIC, "steps": steps, "open_ends": open_ends.tolist()}
+    return replace(result, report=report)
 
 
 def _component_areas(mesh: Mesh) -> NDArray[np.float64]:
     """(c,) area of each component."""
     return np.asarray(np.bincount(mesh.component_of_vertex[mesh.faces[:, 0]], mesh.face_areas), dtype=np.float64)
+
+
+@preprocess_step
+def _remove_cavities(mesh: Mesh) -> PreprocessResult:
+    """Remove closed inward surfaces inside others: a cavity belongs to the solid around it, which has one skeleton."""
+    if mesh.n_components == 1:
+        return identity_result(mesh)
+    parts = components(mesh)
+    walls = [k for k, part in enumerate(parts) if part.mesh.is_closed_manifold and part.mesh.volume < 0]
+    label = mesh.component_of_vertex[mesh.faces[:, 0]]
+    outer = mesh.faces[~np.isin(label, walls)]
+    if not walls or len(outer) == 0:
+        return identity_result(mesh)
+    points = np.array([parts[k].mesh.vertices[0] for k in walls])
+    is_inside = np.abs(igl.winding_number(mesh.vertices, outer, points)) > 0.5
+    cavities = np.array(walls)[is_inside]
+    if len(cavities) == 0:
+        return identity_result(mesh)
+    note = f"{len(cavities)} cavities were filled: they belong to the solid around them"
+    return extract_faces(mesh, mesh.faces[~np.isin(label, cavities)], note)
+
+
+@preprocess_step
+def _remove_crumbs(mesh: Mesh) -> PreprocessResult:
+    """Remove the components that are too small for a skeleton of their own."""
+    is_crumb = find_crumbs(mesh)
+    if not is_crumb.any() or is_crumb.all():
+        return identity_result(mesh)
+    note = f"{is_crumb.sum()} components too small for a skeleton of their own were removed"
+    return extract_faces(mesh, mesh.faces[~is_crumb[mesh.component_of_vertex[mesh.faces[:, 0]]]], note)
 
 
 @preprocess_step

@@ -6,7 +6,7 @@ Liepa 2003, "Filling holes in meshes", https://doi.org/10.2312/SGP/SGP03/200-206
 
 from __future__ import annotations
 
-__all__ = ["boundary_loops", "close_holes"]
+__all__ = ["boundary_loops", "close_holes", "find_open_ends"]
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +41,7 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.3) -> PreprocessResult:
     """
     if not max_perimeter > 0:
         raise UnknownChoice(f"max_perimeter must be positive, not {max_perimeter}")
-    loops = boundary_loops(mesh)
+    loops = boundary_loops(mesh) if (mesh.faces_per_edge == 1).any() else []
     V, faces = mesh.vertices, [mesh.faces]
     centers: list[list[float]] = []
     label = mesh.component_of_vertex[mesh.faces[:, 0]]
@@ -79,6 +79,24 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.3) -> PreprocessResult:
     note = f"{len(faces) - 1} holes were closed with {sum(map(len, faces[1:]))} faces{kept}"
     closed = Mesh(np.concatenate([V, *([centers] if centers else [])]), np.concatenate(faces), mesh.notes)
     return PreprocessResult(closed, VertexMap.identity(len(V)), (note,))
+
+
+def find_open_ends(mesh: Mesh) -> NDArray[np.float64]:
+    """(k, 4) center of each boundary loop, the centroid of its length, and its mean distance from the center.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Consistently oriented.
+    """
+    ends = []
+    for loop in boundary_loops(mesh) if (mesh.faces_per_edge == 1).any() else []:
+        P = mesh.vertices[loop]
+        lengths = np.linalg.norm(np.roll(P, -1, axis=0) - P, axis=1)
+        if lengths.sum() > 0:
+            center = np.average((np.roll(P, -1, axis=0) + P) / 2, axis=0, weights=lengths)
+            ends.append([*center, np.linalg.norm(P - center, axis=1).mean()])
+    return np.array(ends).reshape(-1, 4)
 
 
 def boundary_loops(mesh: Mesh) -> list[NDArray[np.int64]]:

@@ -76,11 +76,16 @@ def no_inside(mesh: Mesh) -> tuple[str, int] | None:
 
 def _orientation_seam(mesh: Mesh) -> NDArray[np.int64]:
     """Vertices of edges whose faces have opposite orientation after reorientation; empty for an orientable surface."""
-    oriented = Mesh(mesh.vertices, igl.bfs_orient(mesh.faces)[0])
-    start, end = oriented.half_edges.T
-    balance = np.bincount(oriented.edge_of_half_edge, weights=np.where(start < end, 1, -1))
-    seam: NDArray[np.int64] = oriented.edges[(oriented.faces_per_edge == 2) & (balance != 0)].ravel()
-    return seam
+    seam = _unbalanced_edges(mesh)
+    return seam if len(seam) == 0 else _unbalanced_edges(Mesh(mesh.vertices, igl.bfs_orient(mesh.faces)[0]))
+
+
+def _unbalanced_edges(mesh: Mesh) -> NDArray[np.int64]:
+    """Vertices of edges with two faces that run along them in the same direction."""
+    start, end = mesh.half_edges.T
+    balance = np.bincount(mesh.edge_of_half_edge, weights=np.where(start < end, 1, -1))
+    vertices: NDArray[np.int64] = mesh.edges[(mesh.faces_per_edge == 2) & (balance != 0)].ravel()
+    return vertices
 
 
 def _separating_fraction(mesh: Mesh) -> float:

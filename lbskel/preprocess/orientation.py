@@ -45,8 +45,8 @@ def fix_orientation(mesh: Mesh) -> PreprocessResult:
     is_sheet = np.linalg.norm(vector_area, axis=1) > MIN_SHEET_VECTOR_AREA * patch_area
     was_mixed = np.bincount(patch, is_reversed) > 0
     is_wrong = np.where(is_sheet, np.bincount(patch, areas * is_reversed) > patch_area / 2, volume < 0)
-    for number in np.flatnonzero(is_wrong & ~is_sheet & ~was_mixed):
-        is_wrong[number] = not _is_inside(mesh, F, patch == number)
+    inward = np.flatnonzero(is_wrong & ~is_sheet & ~was_mixed)
+    is_wrong[inward] = ~_are_inside(mesh, F, patch, inward)
     F[is_wrong[patch]] = F[is_wrong[patch]][:, [0, 2, 1]]
     n_reversed = int((is_reversed != is_wrong[patch]).sum())
     if not n_reversed:
@@ -55,13 +55,17 @@ def fix_orientation(mesh: Mesh) -> PreprocessResult:
     return PreprocessResult(Mesh(mesh.vertices, F, mesh.notes), VertexMap.identity(len(mesh.vertices)), (note,))
 
 
-def _is_inside(mesh: Mesh, F: NDArray[np.int64], patch: NDArray[np.bool_]) -> bool:
-    """Whether a patch lies inside the other faces, as the wall of a cavity does."""
-    others = np.ascontiguousarray(F[~patch])
-    if len(others) == 0:
-        return False
-    point = mesh.vertices[F[patch][:1, 0]]
-    return bool(np.abs(igl.winding_number(mesh.vertices, others, point))[0] > 0.5)
+def _are_inside(
+    mesh: Mesh, F: NDArray[np.int64], patch: NDArray[np.int64], numbers: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """(k,) whether patches lie inside the other faces, as the walls of cavities do."""
+    if len(numbers) == 0:
+        return np.empty(0, dtype=bool)
+    first = np.array([np.flatnonzero(patch == number)[0] for number in numbers])
+    points = mesh.vertices[F[first, 0]]
+    own = [igl.winding_number(mesh.vertices, F[patch == k], p[None])[0] for k, p in zip(numbers, points, strict=True)]
+    is_inside: NDArray[np.bool_] = np.abs(igl.winding_number(mesh.vertices, F, points) - own) > 0.5
+    return is_inside
 
 
 def relative_vector_area(mesh: Mesh) -> float:

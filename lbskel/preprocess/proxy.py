@@ -1,7 +1,6 @@
 """The proxy of a surface: a simplified copy with edges of a fraction of the local radius, contracted in its place.
 
-The number of faces follows from the shape-diameter function of Shapira, Shamir, Cohen-Or 2008,
-https://doi.org/10.1007/s00371-007-0197-5, sampled by single rays.
+The number of faces follows from the local radii (:mod:`lbskel.geometry.shape_diameter`).
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.shape_diameter import thickness_along_normal
+from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_queries import Proxy, Surface
 from lbskel.preprocess.result import PreprocessResult
 from lbskel.preprocess.simplification import simplify
@@ -22,10 +21,8 @@ DEVIATION_MARGIN = 2.0  # safety factor on the proxy's measured deviation before
 MAX_FACES = 16_000  # faces contracted without a proxy; benchmarks/results/resolution.md
 MIN_PROXY_FACES = 12_000  # faces of a proxy at least: with 8,000 the shapes of resolution.md were a tenth less accurate
 EDGE = 0.4  # proxy edge length aimed at, in local radii; with 0.5 the armadillo lost claws
-N_SAMPLES = 1_000  # faces at which the local radius is sampled
-MIN_RADIUS = 0.001  # lower bound on radii, relative to the diameter bound: anything thinner is a crease; a guess
 EQUILATERAL_AREA = 0.433  # area of an equilateral triangle of edge length 1, sqrt(3) / 4
-SLENDER_FACES = 2.0  # times area^3 / volume^2: the number of faces with edges of half the mean radius 2 volume / area
+SLENDER_FACES = 8.0  # times area / radius^2: the number of faces with edges of half the mean radius
 MAX_SLENDER_FACES = 128_000  # upper bound on the faces of long, thin shapes; a guess that bounds the time
 
 
@@ -39,16 +36,16 @@ def face_budget(mesh: Mesh) -> int:
     ----------
     mesh : Mesh
     """
-    squared_volume = mesh.volume**2 if mesh.is_closed else 0.0
-    if not squared_volume > 0:
+    if len(mesh.faces) <= MAX_FACES:
         return MAX_FACES
-    upper = int(np.clip(SLENDER_FACES * mesh.area**3 / squared_volume, MAX_FACES, MAX_SLENDER_FACES))
+    radii, areas = local_radii(mesh)[mesh.faces].mean(axis=1), mesh.face_areas
+    radius = 2 * abs(mesh.volume) / mesh.area if mesh.is_closed else float(np.median(radii))
+    if not radius > 0:
+        return MAX_FACES
+    upper = int(np.clip(SLENDER_FACES * mesh.area / radius**2, MAX_FACES, MAX_SLENDER_FACES))
     if len(mesh.faces) <= upper:
         return upper
-    sample = np.flatnonzero(mesh.face_areas)[:: 1 + len(mesh.faces) // N_SAMPLES]
-    radii = np.maximum(thickness_along_normal(mesh, sample) / 2, MIN_RADIUS * mesh.diameter_bound)
-    areas = mesh.face_areas[sample]
-    area_in_edges = (areas / radii**2).sum() * mesh.area / areas.sum() / EDGE**2
+    area_in_edges = float((areas / np.maximum(radii, 1e-300) ** 2).sum()) / EDGE**2
     return int(np.clip(area_in_edges / EQUILATERAL_AREA, MIN_PROXY_FACES, upper))
 
 

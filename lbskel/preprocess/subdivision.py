@@ -9,31 +9,31 @@ from numpy.typing import NDArray
 
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.shape_diameter import local_thickness
+from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
 
-MAX_FACES = 200_000  # faces that refinement may reach; a guess that bounds the time
+MAX_FACES = 50_000  # faces that refinement aims at where the limit on edges would take more; bounds the time. On the
+# neurons of benchmarks/results/neurons.md twice as many faces find a tenth more tips and take twice the time.
 
 MAX_ROUNDS = 8  # each round halves the longest edges; a guess
 
-MAX_SAMPLES = 300  # faces, at most about this many, that are tested for being coarse; a guess that bounds the time
-
-# Thickness, relative to the diagonal, below which parts are not refined: they are flat, or so long and thin that
-# refining them would take too many faces. A guess.
-MIN_THICKNESS = 0.02
+FACTOR_STEP = 1.1  # by which the limit is raised until there are few enough faces
 
 
 @preprocess_step
 def refine(mesh: Mesh, *, max_edge_length: float = 0.5) -> PreprocessResult:
-    """Split edges that are long relative to the local thickness, until none is or there are 200,000 faces.
+    """Split edges that are long relative to the local thickness, until none is or there are about 50,000 faces.
+
+    Where the limit would take more faces, it is raised by one factor everywhere, so that thick and thin parts stay
+    equally fine. A mesh that has more faces to begin with is returned unchanged.
 
     Parameters
     ----------
     mesh : Mesh, (vertices, faces), path or mesh object
         Oriented outwards, as :func:`fix_orientation` leaves it.
     max_edge_length : float
-        As a fraction of the local thickness.
+        As a fraction of the local thickness, twice the local radius.
 
     Raises
     ------
@@ -42,14 +42,16 @@ def refine(mesh: Mesh, *, max_edge_length: float = 0.5) -> PreprocessResult:
     """
     if not max_edge_length > 0:
         raise UnknownChoice(f"max_edge_length must be positive, not {max_edge_length}")
-    candidates = _coarse_candidates(mesh, max_edge_length)
-    limits = np.full(len(mesh.faces), np.inf)
-    limits[candidates] = _edge_length_limits(mesh, candidates, max_edge_length)
+    ratios = _length_ratios(mesh, max_edge_length)
+    factor = 1.0
+    while _predicted_faces(ratios / factor) > max(MAX_FACES, len(mesh.faces)):
+        factor *= FACTOR_STEP
+    limits = factor * _edge_length_limits(mesh, max_edge_length)
     V, F = mesh.vertices, mesh.faces
     for _ in range(MAX_ROUNDS):
         fine = Mesh(V, F)
         is_long = _is_too_long(fine, limits)
-        if not is_long.any() or len(F) + 2 * is_long.sum() > MAX_FACES:
+        if not is_long.any():
             break
         V, F, parent = _split_edges(fine, is_long)
         limits = limits[parent]
@@ -62,7 +64,7 @@ def refine(mesh: Mesh, *, max_edge_length: float = 0.5) -> PreprocessResult:
 
 
 def coarse_fraction(mesh: Mesh, max_edge_length: float) -> float:
-    """Estimate the fraction of the faces with an edge that is long relative to the local thickness, from a sample.
+    """Compute the fraction of the faces with an edge that is long relative to the local thickness.
 
     Parameters
     ----------
@@ -70,30 +72,29 @@ def coarse_fraction(mesh: Mesh, max_edge_length: float) -> float:
     max_edge_length : float
         As a fraction of the local thickness.
     """
-    candidates = _coarse_candidates(mesh, max_edge_length)
-    sample = candidates[:: 1 + len(candidates) // MAX_SAMPLES]
-    if len(sample) == 0:
-        return 0.0
-    is_coarse = _longest_edges(mesh)[sample] > _edge_length_limits(mesh, sample, max_edge_length)
-    return float(is_coarse.mean()) * len(candidates) / len(mesh.faces)
+    return float((_length_ratios(mesh, max_edge_length).max(axis=1) > 1).mean())
 
 
-def _longest_edges(mesh: Mesh) -> NDArray[np.float64]:
-    """(m,) length of the longest edge of each face."""
-    P = mesh.vertices[mesh.faces]
-    longest: NDArray[np.float64] = np.linalg.norm(P - np.roll(P, 1, axis=1), axis=2).max(axis=1)
-    return longest
+def _edge_length_limits(mesh: Mesh, max_edge_length: float) -> NDArray[np.float64]:
+    """(m,) longest admissible edge of each face, a fraction of the local thickness."""
+    limits: NDArray[np.float64] = 2 * max_edge_length * local_radii(mesh)[mesh.faces].mean(axis=1)
+    return limits
 
 
-def _coarse_candidates(mesh: Mesh, max_edge_length: float) -> NDArray[np.int64]:
-    """(k,) faces that are coarse if the shape there is only as thick as the smallest thickness that is refined."""
-    return np.flatnonzero(_longest_edges(mesh) > max_edge_length * MIN_THICKNESS * mesh.diagonal)
+def _length_ratios(mesh: Mesh, max_edge_length: float) -> NDArray[np.float64]:
+    """(m, 3) length of each edge of each face over its limit, in ascending order; 0 for faces without a limit."""
+    P, limits = mesh.vertices[mesh.faces], _edge_length_limits(mesh, max_edge_length)
+    lengths = np.sort(np.linalg.norm(P - np.roll(P, 1, axis=1), axis=2), axis=1)
+    ratios: NDArray[np.float64] = np.divide(
+        lengths, limits[:, None], out=np.zeros_like(lengths), where=limits[:, None] > 0
+    )
+    return ratios
 
 
-def _edge_length_limits(mesh: Mesh, faces: NDArray[np.int64], max_edge_length: float) -> NDArray[np.float64]:
-    """(k,) longest admissible edge of each face, a fraction of the local thickness; infinite in flat parts."""
-    thickness = local_thickness(mesh, faces)
-    return np.where(thickness > MIN_THICKNESS * mesh.diagonal, max_edge_length * thickness, np.inf)
+def _predicted_faces(ratios: NDArray[np.float64]) -> float:
+    """Predict the number of faces when every edge that is too long is halved until it is not."""
+    parts = 2.0 ** np.ceil(np.log2(np.maximum(ratios[:, 1:], 1.0)))
+    return float((parts[:, 0] * parts[:, 1]).sum())
 
 
 def _is_too_long(mesh: Mesh, limits: NDArray[np.float64]) -> NDArray[np.bool_]:

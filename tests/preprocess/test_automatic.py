@@ -6,7 +6,7 @@ from helpers import joined, without_faces
 
 from lbskel import Mesh, MeshError, Pipeline, UnknownChoice, skeletonize
 from lbskel.preprocess import preprocess_mesh
-from lbskel.shapes import capsule, chain_of_tori, flat_grid, torus
+from lbskel.shapes import capsule, chain_of_tori, flat_grid, make, sphere, torus
 
 TORUS = torus(1.0, 0.4, 40, 24)
 
@@ -15,7 +15,7 @@ def test_a_valid_mesh_is_returned_unchanged():
     for mesh in (TORUS, chain_of_tori(2, step=0.1)):
         result = preprocess_mesh(mesh)
         assert result.mesh is mesh
-        assert result.report == {"pipeline": "auto", "steps": []}
+        assert result.report == {"pipeline": "auto", "steps": [], "open_ends": []}
 
 
 @pytest.mark.parametrize("how", [None, "none"])
@@ -30,6 +30,15 @@ def test_holes_are_closed_and_a_coarse_mesh_refined():
     assert [step["step"] for step in closed.report["steps"]] == ["close_holes"]
     fine = preprocess_mesh(torus(1.0, 0.1, 20, 5))
     assert [step["step"] for step in fine.report["steps"]] == ["refine"]
+
+
+def test_crumbs_are_removed_unless_there_is_nothing_else():
+    crumb = Mesh(0.01 * np.eye(3) + [3.0, 0, 0], [[0, 1, 2]])
+    result = preprocess_mesh(joined(TORUS, crumb))
+    assert np.array_equal(result.mesh.faces, TORUS.faces)
+    assert result.vertex_map.indices[-3:].tolist() == [-1] * 3
+    only = joined(crumb, crumb.with_vertices(crumb.vertices + [1, 0, 0]))
+    assert len(preprocess_mesh(only).mesh.faces) == 2
 
 
 def test_t_junctions_are_closed():
@@ -87,3 +96,54 @@ def test_a_surface_inside_out_is_reoriented():
     assert result.mesh.volume == pytest.approx(TORUS.volume)
     assert result.notes == ("1920 faces were reversed",)
     assert result.vertex_map.is_identity
+
+
+BALL = sphere(2)
+
+
+@pytest.mark.parametrize("name", ["rod", "limbs"])
+def test_a_cavity_belongs_to_the_solid_around_it(name):
+    """A round void on the axis: one body, a note, and its vertices have nodes."""
+    if name == "rod":
+        solid, center, radius = capsule(6.0, 0.5, 20), np.zeros(3), 0.3
+    else:
+        shape = make("limbs", n_vertices=1500)
+        thickest = shape.truth.radii.argmax()
+        solid, center, radius = shape.mesh, shape.truth.nodes[thickest], 0.5 * shape.truth.radii[thickest]
+    void = Mesh(center + radius * BALL.vertices, BALL.faces[:, ::-1])
+    given = joined(solid, void)
+    result = preprocess_mesh(given)
+    assert (result.mesh.n_components, result.mesh.volume) == (1, pytest.approx(solid.volume))
+    assert (result.vertex_map.indices[len(solid.vertices) :] == -1).all()
+    skeleton = skeletonize(given)
+    alone = skeletonize(solid)
+    assert np.array_equal(skeleton.nodes, alone.nodes)
+    assert skeleton.report["score"]["verdict"] != "fail"
+    assert [note for note in skeleton.report["notes"] if "1 cavities were filled" in note]
+    assert np.array_equal(skeleton.node_of_vertex[: len(solid.vertices)], alone.node_of_vertex)
+    to_void = np.linalg.norm(skeleton.nodes[skeleton.node_of_vertex[len(solid.vertices) :]] - center, axis=1)
+    assert to_void.max() < 4 * radius
+
+
+def test_a_ball_inside_a_solid_is_a_body_and_one_that_is_inward_outside_of_it_is_no_cavity():
+    rod = capsule(6.0, 0.5, 20)
+    inside = joined(rod, Mesh(0.3 * BALL.vertices, BALL.faces))
+    assert preprocess_mesh(inside).mesh is inside
+    assert skeletonize(inside).n_components == 2
+    outside = joined(rod, Mesh(0.3 * BALL.vertices + [3.0, 0, 0], BALL.faces[:, ::-1]))
+    assert preprocess_mesh(outside).mesh.n_components == 2
+
+
+def test_crumbs_are_removed_and_their_vertices_have_nodes(tetrahedron):
+    fine = torus(1.0, 0.4, 60, 24)  # of 2880 faces, of which 4 are less than 0.2 %
+    crumb = Mesh(0.05 * tetrahedron.vertices + [1.6, 0, 0], tetrahedron.faces)
+    given = joined(fine, crumb, Mesh(crumb.vertices + [0, 0, 1.0], crumb.faces))
+    result = preprocess_mesh(given)
+    assert result.mesh.n_components == 1
+    assert "2 components too small for a skeleton of their own were removed" in result.notes
+    skeleton = skeletonize(given)
+    assert (skeleton.n_components, skeleton.cycle_rank, skeleton.report["passed"]) == (1, 1, True)
+    assert len(skeleton.node_of_vertex) == len(given.vertices)
+    # a component as small in faces alone is a body
+    large = joined(fine, Mesh(tetrahedron.vertices + [3.0, 0, 0], tetrahedron.faces))
+    assert preprocess_mesh(large).mesh.n_components == 2

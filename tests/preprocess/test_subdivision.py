@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from helpers import joined, moved
 
+from lbskel.preprocess import subdivision
 from lbskel.preprocess.subdivision import coarse_fraction, refine
-from lbskel.shapes import torus
+from lbskel.shapes import torus, tube
 
 
 def test_long_edges_are_split_without_changing_the_surface():
@@ -19,7 +21,44 @@ def test_long_edges_are_split_without_changing_the_surface():
     assert result.mesh.volume == pytest.approx(mesh.volume)
 
 
-def test_flat_parts_are_hardly_refined(rod):
+def test_a_flat_part_has_the_radius_of_its_triangles(rod):
+    """Its edges are divided at most as those of a part of a quarter of that radius: in 8, so a face in 64."""
     flat = rod.with_vertices(rod.vertices * [1, 1, 1e-3])
-    # only its boundary, whose normals lie in the plane, is refined; else it would get a hundred times the faces
-    assert len(refine(flat).mesh.faces) < 4 * len(flat.faces)
+    assert len(flat.faces) < len(refine(flat).mesh.faces) <= 64 * len(flat.faces)
+
+
+def relative_lengths(mesh, radius_at):
+    """Longest edge of each face over the local radius at its center."""
+    P = mesh.vertices[mesh.faces]
+    return np.linalg.norm(P - np.roll(P, 1, axis=1), axis=2).max(axis=1) / radius_at(P.mean(axis=1))
+
+
+def test_beyond_the_number_of_faces_all_parts_are_coarser_by_one_factor(monkeypatch):
+    """Two rings, one of a quarter of the other's radius."""
+    mesh = joined(torus(1.0, 0.2, 12, 6), moved(torus(1.0, 0.05, 48, 6), 3.0))
+    fine = refine(mesh, max_edge_length=0.2).mesh
+    monkeypatch.setattr(subdivision, "MAX_FACES", 12_000)
+    limited = refine(mesh, max_edge_length=0.2).mesh
+    assert len(mesh.faces) < len(limited.faces) < len(fine.faces)
+    # the prediction takes edges as halved until they are short, and each face by itself
+    assert 4_000 < len(limited.faces) < 18_000
+    lengths = relative_lengths(limited, lambda centers: np.where(centers[:, 0] < 1.5, 0.2, 0.05))
+    is_thick = limited.vertices[limited.faces][:, 0, 0] < 1.5
+    # halving leaves edges between half the limit and the limit
+    assert 0.5 < lengths[is_thick].max() / lengths[~is_thick].max() < 2
+
+
+def test_a_mesh_of_more_faces_is_left_as_it_is(monkeypatch):
+    mesh = torus(1.0, 0.1, 20, 5)
+    monkeypatch.setattr(subdivision, "MAX_FACES", len(mesh.faces))
+    assert refine(mesh).mesh is mesh
+
+
+def test_the_coarse_fraction_is_that_of_all_faces():
+    """A tube with three quarters of its faces in its finer half."""
+    z = np.concatenate([np.arange(0, 2, 0.5), np.linspace(2, 4, 13)])
+    mesh = tube(np.stack([0 * z, 0 * z, z], axis=1), 0.2, sides=8)
+    is_long = np.ptp(mesh.vertices[mesh.faces][:, :, 2], axis=1) > 0.4
+    assert 0.2 < is_long.mean() < 0.3
+    # edges of 0.5 and 0.17 along it on a tube 0.4 thick; diagonals 0.52 and 0.23
+    assert coarse_fraction(mesh, 0.8) == pytest.approx(is_long.mean(), abs=1e-12)
