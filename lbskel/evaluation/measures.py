@@ -47,11 +47,11 @@ MEASURES = {
         "median of that distance over the worst branch, in local radii", 0.2, 0.4
     ),
     "near_surface_fraction": Measure(
-        "share of the length nearer to the surface than a fifth of the mean radius", 0.05, 0.25
+        "share of the length nearer to the surface than a fifth of the local or mean radius", 0.05, 0.25
     ),
     "coverage": Measure("share of the surface area within two local radii of its node", 0.9, 0.3),
     "extremities_missed": Measure("extremities of the shape that no tip reaches", 0, np.inf),
-    "limb_extremities_missed": Measure("missed extremities of limbs longer than a twentieth of the shape", 0, 1),
+    "missed_limb_fraction": Measure("share of the limbs longer than six radii whose extremity no tip reaches", 0, 0.1),
     "rms_curvature": Measure("root mean square curvature, in radians per local radius", 1.0, 5.0),
     "extra_components": Measure("components of the skeleton minus components of the surface", 0, 1),
     "extra_cycles": Measure("cycles of the skeleton minus handles of the surface", 0, 1),
@@ -76,8 +76,9 @@ class Score:
     near_surface_fraction, coverage : float
     extremities : int
         Number of ends of the shape, found on its surface.
-    extremities_missed, limb_extremities_missed : int
-        A limb must have a tip; smaller ends, such as the fingers of a man, may have none.
+    extremities_missed : int
+    missed_limb_fraction : float
+        A limb must have a tip; shorter ends may have none.
     rms_curvature : float
     extra_components : int
     extra_cycles : int or None
@@ -95,7 +96,7 @@ class Score:
     coverage: float
     extremities: int
     extremities_missed: int
-    limb_extremities_missed: int
+    missed_limb_fraction: float
     rms_curvature: float
     extra_components: int
     extra_cycles: int | None

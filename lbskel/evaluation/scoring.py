@@ -18,9 +18,10 @@ from scipy.sparse.csgraph import connected_components
 
 from lbskel.errors import MeshError, first_few
 from lbskel.evaluation.measures import Score
-from lbskel.geometry.components import MIN_FACES
+from lbskel.geometry.components import find_crumbs
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import inside_fraction
@@ -30,17 +31,19 @@ from lbskel.refinement.region_map import edges_with_disjoint_regions, is_in_larg
 from lbskel.skeleton.skeleton import Skeleton
 
 # What skeletons and scores make of each of these, moved by -30 and +40 %, is in benchmarks/results/constants.md
-MAX_COVERED_DISTANCE = 2.0  # in radii of its node: a vertex no farther away is covered; a guess
-MIN_LIMB_LENGTH = 0.05  # in diameter bounds: an extremity of a shorter limb may have no tip; a guess
-NEAR_SURFACE_RATIO = 0.2  # distance to the surface over mean distance to own vertices, below which a node is near the
-# surface; a guess below 0.3, which nodes on the axis of a flat limb have
+MAX_COVERED_DISTANCE = 2.0  # in local radii: a vertex no farther from its node is covered; a guess
+MIN_LIMB_LENGTH = 6.0  # in radii of the limb: the extremity of a shorter limb may have no tip; a guess
+OPEN_TOLERANCE = 0.5  # in mean radii: as far outside a surface that is not closed counts as inside, since the surface
+# that is missing there has no exact place; a guess
+NEAR_SURFACE_RATIO = 0.2  # distance to the surface over the local radius, or over the mean distance to own vertices if
+# that is less, below which a node is near the surface; a guess below 0.3, which nodes on the axis of a flat limb have
 SURFACE_TOLERANCE = 1e-6  # in diameter bounds: a node this near is on the surface; rays put tips within 1e-8 of it
 MAX_SPUR_REACH = 1.2  # in radii of the junction: a spur is an end branch whose balls all stay within; a guess
 MAX_SECTIONS = 60  # nodes whose cross-sections are cut, evenly sampled; a guess that bounds the time
 MIN_SECTIONS = 5  # cross-sections that a branch needs for a median of its own; a guess
 
 
-def score_on(skeleton: Skeleton, surface: Surface) -> Score:
+def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -> Score:
     """Measure a skeleton on the surface of a mesh at unit size.
 
     Parameters
@@ -50,6 +53,8 @@ def score_on(skeleton: Skeleton, surface: Surface) -> Score:
         measures of the map are None.
     surface : Surface
         Of a mesh with a diameter bound of 1, with its centroid at the origin.
+    n_loops_opened : int
+        Cycles that were opened on purpose, and count as if they were there.
     """
     unit, has_map = surface.mesh, len(skeleton.node_of_vertex) > 0
     skeleton = inscribed_radii(skeleton, surface)
@@ -65,19 +70,26 @@ def score_on(skeleton: Skeleton, surface: Surface) -> Score:
     widths = mean_radii(skeleton, unit).radii
     mean_error, worst_branch_error = _centeredness_errors(skeleton, widths, surface)
     disjoint = edges_with_disjoint_regions(skeleton, unit)
+    thickness = local_radii(unit)
+    count = np.bincount(node, minlength=len(skeleton.nodes))
+    own_thickness = np.bincount(node, thickness, len(skeleton.nodes)) / np.maximum(count, 1)
+    expected = np.where(count > 0, np.minimum(widths, own_thickness), widths)
+    reach = np.maximum(skeleton.radii[node], thickness)
+    is_limb = extrema.lengths > MIN_LIMB_LENGTH * extrema.radii
+    tolerance = np.maximum(SURFACE_TOLERANCE, 0.0 if unit.is_closed_manifold else OPEN_TOLERANCE * widths)
     return Score(
-        nodes_inside_fraction=float((surface.contains(skeleton.nodes) | (skeleton.radii <= SURFACE_TOLERANCE)).mean()),
-        inside_fraction=inside_fraction(skeleton, surface),
+        nodes_inside_fraction=float((surface.contains(skeleton.nodes) | (skeleton.radii <= tolerance)).mean()),
+        inside_fraction=inside_fraction(skeleton, surface, tolerance),
         centeredness_error=mean_error,
         centeredness_error_worst_branch=worst_branch_error,
-        near_surface_fraction=_length_fraction(skeleton, skeleton.radii < NEAR_SURFACE_RATIO * widths),
-        coverage=float(areas[distances <= MAX_COVERED_DISTANCE * skeleton.radii[node]].sum() / areas.sum()),
+        near_surface_fraction=_length_fraction(skeleton, skeleton.radii < NEAR_SURFACE_RATIO * expected),
+        coverage=float(areas[distances <= MAX_COVERED_DISTANCE * reach].sum() / areas.sum()),
         extremities=len(missed),
         extremities_missed=int(missed.sum()),
-        limb_extremities_missed=int((missed & (extrema.lengths > MIN_LIMB_LENGTH)).sum()),
+        missed_limb_fraction=float(missed[is_limb].mean()) if is_limb.any() else 0.0,
         rms_curvature=_rms_curvature(skeleton),
-        extra_components=skeleton.n_components - _n_bodies(unit),
-        extra_cycles=_extra_cycles(skeleton, unit),
+        extra_components=skeleton.n_components - int((~find_crumbs(unit)).sum()),
+        extra_cycles=_extra_cycles(skeleton, unit, n_loops_opened),
         connected_regions=float(is_in_largest_piece(node, unit)[unit.used_vertices].mean()) if has_map else None,
         adjacent_regions=1 - len(disjoint) / max(1, len(skeleton.edges)) if has_map else None,
         shortcut_edges=_n_shortcut_edges(skeleton, widths, disjoint),
@@ -163,13 +175,7 @@ def _rms_curvature(skeleton: Skeleton) -> float:
     return float(np.sqrt(np.average(np.square(curvatures), weights=weights))) if any(weights) else 0.0
 
 
-def _n_bodies(mesh: Mesh) -> int:
-    """Count the components that a skeleton can represent, not those with too few faces or no area."""
-    component = mesh.component_of_vertex[mesh.faces[:, 0]]
-    return int(((np.bincount(component) >= MIN_FACES) & (np.bincount(component, mesh.face_areas) > 0)).sum())
-
-
-def _extra_cycles(skeleton: Skeleton, mesh: Mesh) -> int | None:
+def _extra_cycles(skeleton: Skeleton, mesh: Mesh, n_loops_opened: int) -> int | None:
     """Count cycles minus handles, with the holes of the mesh closed; None if more than two faces meet at an edge.
 
     Each component of the skeleton is compared with the components of the mesh that it represents, so that an extra
@@ -203,7 +209,9 @@ def _extra_cycles(skeleton: Skeleton, mesh: Mesh) -> int | None:
     )
     surplus = cycles - expected
     total, total_absolute = int(surplus.sum()), int(np.abs(surplus).sum())
-    return total if abs(total) == total_absolute else total_absolute
+    if abs(total) != total_absolute:
+        return total_absolute
+    return min(total + n_loops_opened, 0) if total < 0 else total
 
 
 def _n_shortcut_edges(skeleton: Skeleton, widths: NDArray[np.float64], disjoint: NDArray[np.int64]) -> int:

@@ -14,7 +14,6 @@ from scipy.spatial import cKDTree
 
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.surface_queries import Surface
-from lbskel.skeleton.edge_sampling import sample_edges
 from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -29,20 +28,30 @@ MIN_DEPTH = 0.01  # of a node moved inside, and of the first search region, rela
 ENTRY_OFFSET = 1e-6  # distance below the surface at which rays to the opposite side start, relative to the diameter
 # bound; a guess
 SEARCH_FACTOR = 2.0  # first search region of a path, relative to half the gap plus the depth; it affects speed only
-LENGTH_SAMPLES = 400  # samples per diameter bound at which the inside fraction of an edge is measured; a guess
 
 
-def inside_fraction(skeleton: Skeleton, surface: Surface) -> float:
-    """Fraction of the skeleton's length that lies inside, sampled along the edges that leave the surface somewhere."""
-    if len(skeleton.edges) == 0:
-        return float(surface.contains(skeleton.nodes).mean())
-    is_leaving = segments_outside(skeleton.nodes, skeleton.edges, surface)
-    if not (is_leaving.any() and skeleton.length > 0):
-        return float(1 - is_leaving.mean())
-    leaving = replace(skeleton, edges=skeleton.edges[is_leaving])
-    points, _ = sample_edges(leaving, surface.mesh.diameter_bound / LENGTH_SAMPLES)
-    share = skeleton.edge_lengths[is_leaving].sum() / skeleton.length
-    return float(1 - share * (1 - surface.contains(points).mean()))
+def inside_fraction(skeleton: Skeleton, surface: Surface, tolerance: NDArray[np.float64] | float = 0.0) -> float:
+    """Fraction of the skeleton's length that lies inside, sampled along the edges that leave the surface somewhere.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    surface : Surface
+    tolerance : float or (k,) array of float
+        Distance from the surface, at each node, up to which a point outside counts as inside.
+    """
+    allowed = np.broadcast_to(tolerance, len(skeleton.nodes))
+    if len(skeleton.edges) == 0 or not skeleton.length > 0:
+        return float((surface.contains(skeleton.nodes) | (surface.distance(skeleton.nodes) < allowed)).mean())
+    leaving = skeleton.edges[segments_outside(skeleton.nodes, skeleton.edges, surface)]
+    P, Q = skeleton.nodes[leaving].transpose(1, 0, 2)
+    share = ((np.arange(N_SAMPLES) + 0.5) / N_SAMPLES)[:, None]
+    points = (P[:, None] + share * (Q - P)[:, None]).reshape(-1, 3)
+    limits = np.repeat(allowed[leaving].min(axis=1), N_SAMPLES)
+    is_outside = ~surface.contains(points)
+    is_outside[is_outside] = surface.distance(points[is_outside]) >= limits[is_outside]
+    outside = is_outside.reshape(-1, N_SAMPLES).mean(axis=1) * np.linalg.norm(Q - P, axis=1)
+    return float(1 - outside.sum() / skeleton.length)
 
 
 def _moved_inside(points: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:

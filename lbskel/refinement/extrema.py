@@ -10,8 +10,8 @@ if it is long enough,
 (a round limb of radius r has A = 2 pi r l, so this is l / r), and if it is a topological disk: a part of a ring has a
 maximum too, but no end.
 
-Distances are measured along edges between N_CELLS cells of the surface, so that the result depends neither on noise nor
-on the resolution of the mesh.
+Distances are measured along edges between cells of the surface, at least one for each four squared local radii of area,
+so that the result depends neither on noise nor on the resolution of the mesh.
 """
 
 from __future__ import annotations
@@ -31,11 +31,14 @@ from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.sorting import unique_inverse
 from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.skeleton import Skeleton
 
-N_CELLS = 2000  # upper bound on the cells of a surface, which bounds the time; a guess, benchmarks/results/constants.md
+N_CELLS = 2000  # cells of a surface at least, if it has as many vertices; a guess, benchmarks/results/constants.md
+MAX_CELLS = 10_000  # cells of a surface at most, which bounds the time; a guess
+CELL_AREA = 4.0  # area of a cell at most, in squared local radii: a limb has 1.5 cells for each radius of its length
 N_SOURCES = 40  # cells to which the mean distance is taken; a guess, benchmarks/results/constants.md
 MIN_CELLS = 6  # of a limb whose length and area can be measured; a guess, benchmarks/results/constants.md
 MIN_ELONGATION = 2.8  # of a limb; a hemisphere has 2.5, a ball on a stalk half its radius long 2.9, and our shapes
@@ -164,7 +167,7 @@ def _cells(mesh: Mesh) -> _Cells:
     i, j = mesh.edges.T
     lengths = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1) + MIN_EDGE_LENGTH * mesh.diameter_bound
     graph = weighted_graph(mesh.edges, lengths, n)
-    seeds = used[np.unique(np.linspace(0, len(used) - 1, N_CELLS).astype(np.int64))]
+    seeds = used[np.unique(np.linspace(0, len(used) - 1, _n_cells(mesh)).astype(np.int64))]
     distances, _, source = dijkstra(graph, directed=False, indices=seeds, min_only=True, return_predecessors=True)
     cell = np.where(source >= 0, np.searchsorted(seeds, source), -1)
     ends = cell[mesh.edges]
@@ -174,6 +177,13 @@ def _cells(mesh: Mesh) -> _Cells:
     has_cell = corners >= 0
     areas = np.bincount(corners[has_cell], thirds[has_cell], minlength=len(seeds)).astype(np.float64)
     return _Cells(seeds, cell, areas, _shortest_edges(ends[is_crossing], seed_distances, len(seeds)))
+
+
+def _n_cells(mesh: Mesh) -> int:
+    """Compute the number of cells that the local radii ask for."""
+    squared = local_radii(mesh)[mesh.faces].mean(axis=1) ** 2
+    in_radii = np.divide(mesh.face_areas, squared, out=np.zeros_like(squared), where=squared > 0).sum()
+    return int(np.clip(in_radii / CELL_AREA, N_CELLS, MAX_CELLS))
 
 
 def _grow_limbs(cells: _Cells, height: NDArray[np.float64]) -> list[_Limb]:

@@ -13,6 +13,7 @@ differentiation: a part of the skeleton represents a part of the shape.
 from __future__ import annotations
 
 __all__ = [
+    "complete_regions",
     "edges_with_disjoint_regions",
     "is_in_largest_piece",
     "make_regions_connected",
@@ -31,6 +32,7 @@ from lbskel._kernels.connectivity import component_roots, descend_to_nearest_nod
 from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order
+from lbskel.geometry.vertex_map import VertexMap
 from lbskel.skeleton.skeleton import Skeleton
 
 MAX_ROUNDS = 4  # of connecting disjoint regions; measured: the number of such edges hardly falls after them
@@ -46,6 +48,31 @@ def nearest_balls(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
     chunk = max(1, MAX_DISTANCES // len(skeleton.nodes))
     parts = [mesh.vertices[first : first + chunk] for first in range(0, len(mesh.vertices), chunk)]
     return np.concatenate([np.argmin(cdist(part, skeleton.nodes) - radii, axis=1) for part in parts])
+
+
+def complete_regions(skeleton: Skeleton, node_of_vertex: NDArray[np.int64], mesh: Mesh) -> NDArray[np.int64]:
+    """(n,) a node for each vertex, near it where the given map has none.
+
+    A vertex without a node gets that of an adjacent vertex, from known ones outwards, or the nearest node where no
+    edges lead to a known one. It is handed on along the edges of the skeleton as long as an adjacent node is nearer,
+    and to an adjacent region where its own is not connected.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        Its own map is not used.
+    node_of_vertex : (n,) array of int
+        The known nodes, which are kept; -1 where there is none.
+    mesh : Mesh
+    """
+    is_known = node_of_vertex >= 0
+    if is_known.all():
+        return node_of_vertex
+    grown = VertexMap(_grown(skeleton.nodes, node_of_vertex, is_known, mesh)).complete(mesh.vertices, skeleton.nodes)
+    near = reassign_to_nearest_node(replace(skeleton, node_of_vertex=grown.indices), mesh).node_of_vertex
+    near = np.where(is_known, node_of_vertex, near)
+    connected = _with_connected_regions(replace(skeleton, node_of_vertex=near), mesh).node_of_vertex
+    return np.where(is_known, node_of_vertex, connected)
 
 
 def reassign_to_nearest_node(skeleton: Skeleton, mesh: Mesh) -> Skeleton:

@@ -23,6 +23,7 @@ from lbskel.skeleton.pruning import MIN_TIP_DISTANCE
 from lbskel.skeleton.skeleton import Skeleton
 
 STEP = 0.5  # along a centerline, in local radii; a guess, benchmarks/results/constants.md
+MIN_STEP = 0.125  # along a centerline, in radii at its start, so that a needle takes no more steps than a cone; a guess
 MAX_STEPS = 60  # per end, which bounds the time; a guess
 MIN_COS_TURN = 0.5  # lower bound on the cosine of the angle between an end's first and present direction; a guess,
 # benchmarks/results/constants.md
@@ -220,6 +221,7 @@ def trace_centerline(
     paths: list[list[NDArray[np.float64]]] = [[] for _ in P]
     section = cross_sections(surface.mesh, P, T)
     width, radii = section.radii, _hydraulic_radii(section)
+    first_radii = np.array(radii)
     active = np.arange(len(P))
     for _ in range(MAX_STEPS):
         radius = radii[active]
@@ -229,7 +231,7 @@ def trace_centerline(
         active, radius, ahead = active[continues], radius[continues], ahead[continues]
         if len(active) == 0:
             break
-        step = np.minimum(STEP * radius, ahead - radius)
+        step = np.minimum(np.maximum(STEP * radius, MIN_STEP * first_radii[active]), ahead - radius)
         forward = P[active] + step[:, None] * T[active]
         section = cross_sections(surface.mesh, forward, T[active])
         is_own = section.surrounds & (section.radii < MAX_WIDENING * width[active])

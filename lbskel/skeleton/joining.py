@@ -20,10 +20,17 @@ from lbskel.errors import UnknownChoice
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.skeleton import Skeleton
 
+N_NODES = 4  # nodes at the end of a branch that give its direction; a guess
 MAX_NODES_ALL_PAIRS = 100  # number of nodes up to which all pairs are candidates; a guess, it affects speed only
 
 
-def join_components(skeleton: Skeleton, *, reach: float | None = None) -> Skeleton:
+def join_components(
+    skeleton: Skeleton,
+    *,
+    reach: float | None = None,
+    max_angle: float | None = None,
+    is_joinable: NDArray[np.bool_] | None = None,
+) -> Skeleton:
     """Add edges between nodes of different components until the skeleton is connected; cycles are kept.
 
     Parameters
@@ -32,11 +39,16 @@ def join_components(skeleton: Skeleton, *, reach: float | None = None) -> Skelet
     reach : float, optional
         Upper bound on the length of an added edge, as a multiple of the sum of the radii of its nodes. Components
         farther apart stay separate. By default every component is joined.
+    max_angle : float, optional
+        Upper bound, in degrees, on the angle between an added edge and the direction of the branch whose tip it leaves,
+        at one of its ends at least. Edges between balls that touch may have any direction.
+    is_joinable : (c,) array of bool, optional
+        Which components may be joined, in the order of ``component_of_node``; all by default.
 
     Raises
     ------
     UnknownChoice
-        If the reach is not positive.
+        If the reach or the angle is not positive.
 
     Examples
     --------
@@ -50,14 +62,21 @@ def join_components(skeleton: Skeleton, *, reach: float | None = None) -> Skelet
     """
     if reach is not None and not reach > 0:
         raise UnknownChoice(f"reach must be positive, a multiple of the radii, not {reach}")
+    if max_angle is not None and not max_angle > 0:
+        raise UnknownChoice(f"max_angle must be positive, in degrees, not {max_angle}")
     component, n = skeleton.component_of_node, skeleton.n_components
     if n == 1:
         return skeleton
     i, j = _candidate_pairs(skeleton.nodes).T
     lengths = np.linalg.norm(skeleton.nodes[i] - skeleton.nodes[j], axis=1)
     is_allowed = component[i] != component[j]
+    if is_joinable is not None:
+        is_allowed &= is_joinable[component[i]] & is_joinable[component[j]]
     if reach is not None:
         is_allowed &= lengths <= reach * (skeleton.radii[i] + skeleton.radii[j])
+    if max_angle is not None:
+        is_ahead = _continues_branch(skeleton, i, j, max_angle) | _continues_branch(skeleton, j, i, max_angle)
+        is_allowed &= is_ahead | (lengths <= skeleton.radii[i] + skeleton.radii[j])
     i, j, lengths = i[is_allowed], j[is_allowed], lengths[is_allowed]
     order = np.lexsort((j, i, lengths))
     joined = np.sort(np.stack([component[i], component[j]], axis=1)[order], axis=1)
@@ -66,6 +85,22 @@ def join_components(skeleton: Skeleton, *, reach: float | None = None) -> Skelet
     tree = minimum_spanning_tree(weighted_graph(joined[first], first + 1.0, n)).tocoo()
     chosen = order[first[np.searchsorted(key, tree.row.astype(np.int64) * n + tree.col)]]
     return replace(skeleton, edges=np.concatenate([skeleton.edges, np.stack([i[chosen], j[chosen]], axis=1)]))
+
+
+def _continues_branch(
+    skeleton: Skeleton, start: NDArray[np.int64], end: NDArray[np.int64], max_angle: float
+) -> NDArray[np.bool_]:
+    """(p,) whether pairs of nodes begin at a tip and go on in the direction of its branch."""
+    direction = np.zeros_like(skeleton.nodes)
+    for branch in skeleton.branches:
+        for ordered in (branch, branch[::-1]):
+            if skeleton.degrees[ordered[-1]] == 1:
+                direction[ordered[-1]] = skeleton.nodes[ordered[-1]] - skeleton.nodes[ordered[-N_NODES:][0]]
+    across = skeleton.nodes[end] - skeleton.nodes[start]
+    cosine = np.einsum("pi,pi->p", across, direction[start])
+    lengths = np.linalg.norm(across, axis=1) * np.linalg.norm(direction[start], axis=1)
+    continues: NDArray[np.bool_] = (cosine >= np.cos(np.radians(max_angle)) * lengths) & (lengths > 0)
+    return continues
 
 
 def _candidate_pairs(nodes: NDArray[np.float64]) -> NDArray[np.int64]:

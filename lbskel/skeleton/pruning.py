@@ -9,7 +9,7 @@ from __future__ import annotations
 __all__ = [
     "MIN_BRANCH_RATIO",
     "MIN_TIP_DISTANCE",
-    "branch_reach",
+    "branch_reaches",
     "merge_junctions",
     "prune",
     "prune_contained_branches",
@@ -34,19 +34,28 @@ MIN_TIP_DISTANCE = 0.65  # in junction radii: a tip closer to its junction says 
 # branch; a guess, benchmarks/results/constants.md
 
 
-def branch_reach(skeleton: Skeleton, mesh: Mesh, branch: NDArray[np.int64]) -> float:
-    """Largest distance from a branch's first node to the vertices mapped to its other nodes, in the mesh's units."""
-    is_on_branch = np.zeros(len(skeleton.nodes), dtype=bool)
-    is_on_branch[branch[1:]] = True
-    offsets = mesh.vertices[is_on_branch[skeleton.node_of_vertex]] - skeleton.nodes[branch[0]]
-    return float(np.linalg.norm(offsets, axis=1).max(initial=0.0))
+def branch_reaches(skeleton: Skeleton, mesh: Mesh, branches: list[NDArray[np.int64]]) -> NDArray[np.float64]:
+    """(b,) largest distance from the first node of each branch to the vertices mapped to its other nodes.
+
+    No two branches share a node other than their first.
+    """
+    branch_of_node = np.full(len(skeleton.nodes), -1)
+    for number, branch in enumerate(branches):
+        branch_of_node[branch[1:]] = number
+    branch_of_vertex = branch_of_node[skeleton.node_of_vertex]
+    on_branch = np.flatnonzero(branch_of_vertex >= 0)
+    first = np.array([branch[0] for branch in branches], dtype=np.int64)
+    offsets = mesh.vertices[on_branch] - skeleton.nodes[first[branch_of_vertex[on_branch]]]
+    reaches = np.zeros(len(branches))
+    np.maximum.at(reaches, branch_of_vertex[on_branch], np.linalg.norm(offsets, axis=1))
+    return reaches
 
 
 def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH_RATIO) -> Skeleton:
     """Remove the end branches whose surface does not reach far enough from their junction.
 
     A branch is removed where no vertex that is mapped to it is farther from its junction than ``min_branch_ratio``
-    times the radius there. The shortest goes first, and its vertices go to the junction.
+    times the radius there. At each junction the shortest goes first, and its vertices go to the junction.
 
     Parameters
     ----------
@@ -85,12 +94,15 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
         ends = [b for b in skeleton.end_branches if not np.isin(b[1:], skeleton.anchors).any()]
         if not ends:
             return skeleton
-        ratios = [branch_reach(skeleton, mesh, b) / max(skeleton.radii[b[0]], 1e-300) for b in ends]
-        shortest = int(np.argmin(ratios))
-        if ratios[shortest] > min_branch_ratio:
-            return skeleton
+        junctions = np.array([b[0] for b in ends])
+        ratios = branch_reaches(skeleton, mesh, ends) / np.maximum(skeleton.radii[junctions], 1e-300)
+        order = np.argsort(ratios, kind="stable")
+        shortest = order[np.unique(junctions[order], return_index=True)[1]]  # one at each junction
         target = np.arange(len(skeleton.nodes))
-        target[ends[shortest][1:]] = ends[shortest][0]
+        for end in shortest[ratios[shortest] <= min_branch_ratio].tolist():
+            target[ends[end]] = ends[end][0]
+        if (target == np.arange(len(target))).all():
+            return skeleton
         skeleton = contract_nodes(skeleton, target)
 
 
@@ -107,8 +119,8 @@ def prune_contained_branches(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     mesh : Mesh
         The mesh that ``node_of_vertex`` belongs to.
     """
-    target = np.arange(len(skeleton.nodes))
-    for branch in skeleton.end_branches:
+    target, ends = np.arange(len(skeleton.nodes)), skeleton.end_branches
+    for branch, reach in zip(ends, branch_reaches(skeleton, mesh, ends).tolist(), strict=True):
         radius = skeleton.radii[branch[0]]
         distances = np.linalg.norm(skeleton.nodes[branch] - skeleton.nodes[branch[0]], axis=1)
         if (distances + skeleton.radii[branch]).max() >= CONTAINED_RATIO * radius:
@@ -116,7 +128,7 @@ def prune_contained_branches(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
         if np.isin(branch[1:], skeleton.anchors).any():
             continue
         is_tip_near = distances[-1] < MIN_TIP_DISTANCE * radius
-        if is_tip_near or branch_reach(skeleton, mesh, branch) < CONTAINED_RATIO * radius:
+        if is_tip_near or reach < CONTAINED_RATIO * radius:
             target[branch] = branch[0]
     return contract_nodes(skeleton, target)
 

@@ -1,7 +1,7 @@
 """Resampling a skeleton: nodes evenly spaced along every branch, at a given distance or of a given number.
 
-New nodes lie on cubic Hermite curves through the present nodes, with tangents by finite differences, since chords would
-cut the bends.
+New nodes lie on cubic Hermite curves through the present nodes, since straight pieces would cut the bends. The tangent
+at a node is that of the chord between its neighbors.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from lbskel.errors import UnknownChoice
 from lbskel.skeleton.editing import replace_paths
@@ -26,7 +25,7 @@ MAX_SPACING = (
     10.0  # local radii per piece above which a resampling that removes every inner node is taken for one whose
 )
 # spacing was meant as a length; a guess
-MAX_REFINEMENT = 4  # upper bound on the new pieces per present edge, for flat parts whose radii are near zero; a guess
+MAX_REFINEMENT = 3  # upper bound on the new pieces per present edge, for flat parts whose radii are near zero; a guess
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,29 +151,68 @@ def _divided(skeleton: Skeleton, paths: list[_Path], counts: list[int]) -> Skele
     kept = _kept_nodes(skeleton, paths)
     new_index = np.full(len(skeleton.nodes), -1)
     new_index[kept] = np.arange(len(kept))
-    inner, n_nodes = [np.empty((0, values.shape[1]))], len(kept)
+    n_nodes = len(kept)
     for path, count in zip(paths, counts, strict=True):
-        at = np.linspace(0, path.length, count + 1)[1:-1]
-        inner.append(_interpolated(path.arc_length, values[path.nodes], at))
         chain = np.concatenate([new_index[path.nodes[:1]], n_nodes + np.arange(count - 1), new_index[path.nodes[-1:]]])
         n_nodes += count - 1
         share = path.arc_length[1:-1] / path.length if path.length > 0 else np.zeros(len(path.nodes) - 2)
         new_index[path.nodes[1:-1]] = chain[np.rint(share * count).astype(np.int64)]
-    positions = [rows[:, :3] for rows in inner[1:]]
-    resampled = replace_paths(skeleton, [path.nodes for path in paths], positions, np.concatenate(inner)[:, 3])
+    inner = _interpolated(values, paths, counts)
+    ends = np.cumsum([count - 1 for count in counts])
+    positions = np.split(inner[:, :3], ends[:-1]) if paths else []
+    resampled = replace_paths(skeleton, [path.nodes for path in paths], positions, inner[:, 3])
     return replace(
         resampled,
-        mean_radii=np.concatenate([values[kept], *inner])[:, 4] if has_mean_radii else np.empty(0),
+        mean_radii=np.concatenate([values[kept], inner])[:, 4] if has_mean_radii else np.empty(0),
         node_of_vertex=new_index[skeleton.node_of_vertex],
     )
 
 
-def _interpolated(
-    arc_length: NDArray[np.float64], values: NDArray[np.float64], at: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """(k, d) values at some arc lengths of a path: positions on a cubic curve through its nodes, the rest linear."""
-    result = np.stack([np.interp(at, arc_length, column) for column in values.T], axis=1)
-    if len(arc_length) > 2 and (np.diff(arc_length) > 0).all():
-        P = values[:, :3]
-        result[:, :3] = CubicHermiteSpline(arc_length, P, np.gradient(P, arc_length, axis=0))(at)
+def _interpolated(values: NDArray[np.float64], paths: list[_Path], counts: list[int]) -> NDArray[np.float64]:
+    """(k, d) values at the inner points that divide each path: positions on a cubic curve, the rest linear.
+
+    All paths are laid end to end, so that one search finds the piece of each point. The tangent at a node is that of
+    the chord between its neighbors, so that short pieces beside long ones do not make the curve overshoot. A path with
+    a piece of no length is divided on its chords.
+    """
+    if not paths:
+        return np.empty((0, values.shape[1]))
+    rows = np.concatenate([path.nodes for path in paths])
+    sizes, lengths = np.array([len(path.nodes) for path in paths]), np.array([path.length for path in paths])
+    begin = np.cumsum(sizes) - sizes
+    arc = np.concatenate([path.arc_length for path in paths])
+    number = np.repeat(np.arange(len(paths)), sizes)
+    of_point = np.repeat(np.arange(len(paths)), np.array(counts) - 1)
+    step = np.arange(len(of_point)) - np.repeat(np.cumsum(np.array(counts) - 1) - counts + 1, np.array(counts) - 1) + 1
+    at = lengths[of_point] * step / np.array(counts)[of_point]
+    shares = np.divide(arc, lengths[number], out=np.zeros_like(arc), where=lengths[number] > 0) + number * 2.0
+    share_at = np.divide(at, lengths[of_point], out=np.zeros_like(at), where=lengths[of_point] > 0) + of_point * 2.0
+    left = np.clip(np.searchsorted(shares, share_at, side="right") - 1, begin[of_point], (begin + sizes - 2)[of_point])
+    width = arc[left + 1] - arc[left]
+    t = np.divide(at - arc[left], width, out=np.zeros_like(at), where=width > 0)[:, None]
+    start, end = values[rows[left]], values[rows[left + 1]]
+    result: NDArray[np.float64] = (1 - t) * start + t * end
+    tangents, is_smooth = _tangents(values[rows, :3], arc, begin, sizes)
+    cubic = is_smooth[of_point]
+    t, h = t[cubic], width[cubic, None]
+    offset = (t - 1) * tangents[left[cubic]] * h + t * tangents[left[cubic] + 1] * h
+    chord = (end - start)[cubic, :3]
+    result[cubic, :3] += t * (1 - t) * ((2 * t - 1) * chord - offset)
     return result
+
+
+def _tangents(
+    P: NDArray[np.float64], arc: NDArray[np.float64], begin: NDArray[np.int64], sizes: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """(n, 3) derivatives by arc length on paths laid end to end, and for each path whether it has any to use."""
+    h = np.diff(arc)
+    last = begin + sizes - 1
+    is_piece = np.ones(len(h), dtype=bool)
+    is_piece[last[:-1]] = False
+    is_smooth = (sizes > 2) & (np.bincount(np.repeat(np.arange(len(sizes)), sizes)[:-1], is_piece & ~(h > 0)) == 0)
+    slope = np.divide(np.diff(P, axis=0), h[:, None], out=np.zeros((len(h), 3)), where=(is_piece & (h > 0))[:, None])
+    tangents = np.zeros_like(P)
+    total = np.where(h[:-1] + h[1:] > 0, h[:-1] + h[1:], 1.0)[:, None]
+    tangents[1:-1] = (P[2:] - P[:-2]) / total
+    tangents[begin], tangents[last] = slope[begin], slope[last - 1]
+    return tangents, is_smooth

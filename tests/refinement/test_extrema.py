@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from helpers import joined, moved, path_in
 
+from lbskel.refinement import extrema
 from lbskel.refinement.extrema import GeodesicExtrema, find_extrema, is_missed
 from lbskel.shapes import capsule, chain_of_tori, make, sphere, torus, tube
 
@@ -53,6 +54,19 @@ def test_lengths_and_radii_are_those_of_round_limbs():
     length = 2 + 0.5 * np.pi / 2
     assert found.lengths == pytest.approx(length, rel=0.15)  # to the center of the last cell before the two halves meet
     assert found.radii == pytest.approx(rod.area / 2 / (2 * np.pi * found.lengths), rel=0.1)
+
+
+def test_long_thin_shapes_have_as_many_cells_as_their_length_in_radii(monkeypatch):
+    """A tube has 2 pi l / r squared radii of area; a cell for each four of them, within bounds."""
+    mesh = tube(np.stack([np.arange(0, 401), 0 * np.arange(0, 401), 0 * np.arange(0, 401)], axis=1), 1.0, sides=32)
+    monkeypatch.setattr(extrema, "N_CELLS", 10)
+    # polygons of 32 corners are half a per cent thinner, and the ends have 0.5 % of the area
+    assert extrema._n_cells(mesh) == pytest.approx(2 * np.pi * 400 / extrema.CELL_AREA, rel=0.02)
+    assert len(extrema._cells(mesh).seeds) == extrema._n_cells(mesh)
+    monkeypatch.setattr(extrema, "MAX_CELLS", 100)
+    assert extrema._n_cells(mesh) == 100
+    monkeypatch.setattr(extrema, "N_CELLS", 50)
+    assert extrema._n_cells(sphere(3)) == 50
 
 
 def test_limbs_of_every_component_are_found():

@@ -6,6 +6,7 @@ from helpers import joined, moved, path_in
 
 from lbskel import Skeleton, skeletonize
 from lbskel.refinement.region_map import (
+    complete_regions,
     edges_with_disjoint_regions,
     is_in_largest_piece,
     make_regions_connected,
@@ -80,6 +81,43 @@ def test_disjoint_regions_of_adjacent_nodes_are_connected():
     connected = make_regions_connected(bypassed, mesh)
     assert is_in_largest_piece(connected.node_of_vertex, mesh).all()
     assert len(edges_with_disjoint_regions(connected, mesh)) == 0
+
+
+def test_vertices_without_a_node_get_one_near_them_along_the_skeleton():
+    """Only the vertices at the ends of a rod have nodes, the first and the last; the others have been added."""
+    mesh = capsule(4.0, 0.5, 32)
+    path = path_along_z(np.linspace(-2, 2, 9), mesh)
+    known = np.where(np.abs(mesh.vertices[:, 2]) > 2, path.node_of_vertex, -1)
+    assert 0 < (known < 0).mean() < 1
+    assert set(known[known >= 0]) == {0, 8}
+    assert np.array_equal(complete_regions(path, known, mesh), path.node_of_vertex)
+
+
+def test_known_nodes_are_kept_and_others_follow_them_not_the_distance():
+    """Two rods side by side, each with a path of its own; one vertex in each is known, at the far end of the path."""
+    rod = capsule(4.0, 0.5, 16)
+    n = len(rod.vertices)
+    mesh = joined(rod, moved(rod, 1.2))
+    one = path_along_z(np.linspace(-2, 2, 9), rod)
+    nodes = np.concatenate([one.nodes + [0.9, 0, 0], one.nodes + [0.3, 0, 0]])  # each nearer to the other rod
+    both = Skeleton(nodes, np.concatenate([one.edges, one.edges + 9]), np.ones(18))
+    known = np.full(2 * n, -1)
+    known[0], known[n] = 8, 17
+    found = complete_regions(both, known, mesh)
+    assert (found[0], found[n]) == (8, 17)
+    assert (found[1:n] < 9).all()
+    assert (found[n + 1 :] >= 9).all()
+    connected = np.delete(is_in_largest_piece(found, mesh), [0, n])
+    assert connected.all()
+
+
+def test_where_no_edges_lead_to_a_known_vertex_the_nearest_node_counts():
+    rod = capsule(4.0, 0.5, 16)
+    mesh = joined(rod, moved(rod, 5.0))
+    path = path_along_z(np.linspace(-2, 2, 9), mesh)
+    known = np.array(path.node_of_vertex)
+    known[len(rod.vertices) :] = -1
+    assert np.array_equal(complete_regions(path, known, mesh), path.node_of_vertex)
 
 
 def test_a_node_of_two_components_keeps_the_vertices_of_both():

@@ -64,3 +64,50 @@ def test_cycles_and_the_map_are_kept():
 def test_coincident_nodes_are_joined():
     whole = join_components(Skeleton(np.zeros((4, 3)), np.array([[0, 1], [2, 3]]), np.ones(4)))
     assert whole.n_components == 1
+
+
+def line(start, end, n=6, radius=0.1):
+    """A path of nodes from a point to another."""
+    k = np.arange(n - 1)
+    return Skeleton(np.linspace(start, end, n), np.stack([k, k + 1], axis=1), np.full(n, radius))
+
+
+def both(*lines):
+    """Several skeletons as one with as many components."""
+    first = np.cumsum([0, *(len(each.nodes) for each in lines)])
+    return Skeleton(
+        np.concatenate([each.nodes for each in lines]),
+        np.concatenate([each.edges + offset for each, offset in zip(lines, first[:-1], strict=True)]),
+        np.concatenate([each.radii for each in lines]),
+    )
+
+
+@pytest.mark.parametrize(("degrees", "n_components"), [(0, 1), (29, 1), (31, 2), (90, 2)])
+def test_an_edge_continues_a_branch_within_the_angle(degrees, n_components):
+    """The gap of 2 goes off from the first line at an angle, and is crossed by the second line in its middle."""
+    angle = np.radians(degrees)
+    across = np.array([np.cos(angle), np.sin(angle), 0])
+    end = np.array([5.0, 0, 0])
+    beside = np.array([0, 0, 0.2])  # the second line stands on the first
+    given = both(line([0, 0, 0], end), line(end + 2 * across - 9 * beside, end + 2 * across + 9 * beside, 7))
+    assert join_components(given).n_components == 1
+    assert join_components(given, max_angle=30.0).n_components == n_components
+
+
+def test_balls_that_touch_are_joined_in_any_direction():
+    beside = line([0, 0.15, 0], [5, 0.15, 0])
+    assert join_components(both(line([0, 0, 0], [5, 0, 0]), beside), max_angle=30.0).n_components == 1
+    apart = line([0, 0.25, 0], [5, 0.25, 0])  # of a sum of radii of 0.2
+    assert join_components(both(line([0, 0, 0], [5, 0, 0]), apart), max_angle=30.0).n_components == 2
+    with pytest.raises(UnknownChoice, match="max_angle must be positive"):
+        join_components(both(beside, apart), max_angle=0.0)
+
+
+def test_only_components_that_may_be_joined_are():
+    given = both(*(line([3 * k, 0, 0], [3 * k + 2, 0, 0]) for k in range(4)))
+    is_joinable = np.array([True, False, True, True])
+    some = join_components(given, is_joinable=is_joinable)
+    assert some.n_components == 2
+    added = some.edges[len(given.edges) :]
+    assert not (given.component_of_node[added] == 1).any()
+    assert join_components(given, is_joinable=np.zeros(4, dtype=bool)).n_components == 4

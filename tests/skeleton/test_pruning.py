@@ -7,7 +7,7 @@ import pytest
 from helpers import star_skeleton, theta_skeleton
 
 from lbskel import Mesh, MeshError, Skeleton, UnknownChoice, merge_junctions, prune
-from lbskel.skeleton.pruning import branch_reach, prune_contained_branches
+from lbskel.skeleton.pruning import branch_reaches, prune_contained_branches
 
 
 def test_a_short_branch_is_removed_and_long_ones_are_kept():
@@ -84,9 +84,8 @@ def test_the_junctions_of_a_triangle_are_not_merged():
 def test_the_reach_of_a_branch_is_measured_from_its_first_node_to_the_vertices_of_the_others():
     skeleton = Skeleton([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1], [1, 2]], np.ones(3), [0, 1, 2, 2])
     mesh = Mesh([[-9, 0, 0], [1, 3, 0], [2, 1, 0], [3, 0, 0]], [[0, 1, 2]])
-    assert branch_reach(skeleton, mesh, np.array([0, 1, 2])) == np.hypot(1, 3)
-    assert branch_reach(skeleton, mesh, np.array([2, 1, 0])) == 11
-    assert branch_reach(skeleton, mesh, np.array([0])) == 0
+    assert branch_reaches(skeleton, mesh, [np.array([0, 1, 2])]).tolist() == [np.hypot(1, 3)]
+    assert branch_reaches(skeleton, mesh, [np.array([2, 1, 0]), np.array([0])]).tolist() == [11, 0]
 
 
 def test_the_shortest_branch_goes_first_and_its_junction_may_be_none_after_it():
@@ -96,6 +95,22 @@ def test_the_shortest_branch_goes_first_and_its_junction_may_be_none_after_it():
     assert (len(pruned.tips), len(pruned.junctions)) == (2, 0)
     assert pruned.nodes[:, 0].min() == 0
     assert pruned.nodes[:, 1].max() == 0.75
+
+
+def test_in_a_round_one_branch_goes_at_every_junction():
+    """Two junctions with three short branches each, and a long branch between them and beyond."""
+    one, _ = star_skeleton([3, 3, 0.5, 0.75, 0.5])
+    shift = np.array([6.0, 0, 0])
+    nodes = np.concatenate([one.nodes, one.nodes + shift])
+    k = len(one.nodes)
+    ends = (np.flatnonzero((one.nodes == [3, 0, 0]).all(axis=1)), np.flatnonzero((one.nodes == [-3, 0, 0]).all(axis=1)))
+    edges = np.concatenate([one.edges, one.edges + k, [[ends[0][0], k + ends[1][0]]]])
+    both = Skeleton(nodes, edges, np.full(2 * k, 0.5), np.arange(2 * k))
+    pruned = prune(both, Mesh(nodes, [[0, 1, 2]]), min_branch_ratio=1.6)
+    assert (len(pruned.tips), len(pruned.junctions)) == (2, 0)
+    # what each junction had at first is a path again, and its vertices went to it
+    for junction in (0, k):
+        assert np.bincount(pruned.node_of_vertex)[pruned.node_of_vertex[junction]] == 1 + 2 + 3 + 2
 
 
 def test_anchors_are_not_pruned():

@@ -62,6 +62,41 @@ def test_a_corner_stays_a_corner_between_new_nodes():
     assert off[(x < 3.9) | (y > 1.1)].max() < 1e-12
 
 
+def test_short_pieces_beside_long_ones_make_no_overshoot():
+    """A zigzag of a tenth of the long pieces between them: differences of slopes would reach far beyond it."""
+    x = np.array([0, 5, 10, 10.1, 10.2, 15, 20])
+    y = np.array([0, 0, 0, 0.1, 0, 0, 0])
+    bent = Skeleton(np.stack([x, y, 0 * x], axis=1), [*itertools.pairwise(range(7))], np.ones(7))
+    after = resample(bent, n_nodes=200).nodes
+    # a tangent of slope 1 at most, over the length of the short pieces
+    assert after[:, 1].min() > -0.05
+    assert after[:, 1].max() < 0.15
+
+
+def test_several_paths_are_divided_each_for_itself():
+    """Three arms of a star with curved arms, resampled at once and one at a time."""
+    t = np.linspace(0, 1, 9)[1:]
+    arms = [np.stack([np.cos(a) * t, np.sin(a) * t, t**2 * (1 + k)], axis=1) for k, a in enumerate((0.0, 2.0, 4.0))]
+    nodes = np.concatenate([np.zeros((1, 3)), *arms])
+    chains = [[0, *range(1 + 8 * k, 9 + 8 * k)] for k in range(3)]
+    star = Skeleton(nodes, [pair for chain in chains for pair in itertools.pairwise(chain)], np.full(25, 0.3))
+    together = resample(star, spacing=0.4).nodes
+    for chain in chains:
+        alone = Skeleton(nodes[chain], [*itertools.pairwise(range(9))], np.full(9, 0.3))
+        single = resample(alone, spacing=0.4).nodes
+        assert len(single) > 5
+        assert np.linalg.norm(together[:, None] - single, axis=2).min(axis=0).max() < 1e-12
+
+
+def test_a_path_with_a_piece_of_no_length_is_divided_on_its_chords():
+    x = np.array([0, 1, 1, 2, 3.0])
+    line = Skeleton(np.stack([x, x**2, 0 * x], axis=1), [*itertools.pairwise(range(5))], np.ones(5))
+    after = resample(line, n_nodes=30).nodes
+    # between (0, 0) and (1, 1) the chord is y = x
+    first = after[after[:, 0] < 1]
+    assert first[:, 1] == pytest.approx(first[:, 0])
+
+
 def test_a_spacing_must_be_positive():
     with pytest.raises(UnknownChoice, match="positive"):
         resample(theta_skeleton(), spacing=0.0)
@@ -109,7 +144,7 @@ def test_the_spacing_is_in_median_radii_of_the_branch(radius, n_edges):
     assert len(resample(line, spacing=0.5).edges) == n_edges
 
 
-def test_no_edge_is_divided_into_more_than_four_pieces():
+def test_no_edge_is_divided_into_more_than_three_pieces():
     """Where a flat part has a radius near zero."""
     line = Skeleton([[0, 0, 0], [4, 0, 0], [8, 0, 0]], [[0, 1], [1, 2]], np.full(3, 1e-9))
-    assert len(resample(line, spacing=0.5).edges) == 8
+    assert len(resample(line, spacing=0.5).edges) == 6

@@ -1,0 +1,53 @@
+"""Open ends: tips in tubes that were cut, as vessels at the border of a scan, end at the center of the cut."""
+
+from __future__ import annotations
+
+__all__ = ["extend_to_open_ends"]
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.radii import mean_radii
+from lbskel.refinement.tips import TIP_REACH, extend_ends
+from lbskel.skeleton.skeleton import Skeleton
+
+MAX_CUT_RATIO = 2.5  # upper bound on the ratio of the radii of a cut and of the limb that ends there; a guess
+
+
+def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray[np.float64]) -> Skeleton:
+    """Extend the tips in the open ends of tubes to the centers of the cuts; radii there are those of the cuts.
+
+    A tip ends at a cut if it is the nearest, at most ``TIP_REACH`` radii of the cut away, and about as thick.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With inscribed radii, which near a cut are smaller than the limb's.
+    surface : Surface
+        Whose cuts may have been closed.
+    open_ends : (e, 4) array of float
+        Center and mean radius of each cut.
+    """
+    tips = skeleton.tips
+    if len(tips) == 0 or len(open_ends) == 0:
+        return skeleton
+    widths = mean_radii(skeleton, surface.mesh).radii
+    starts: dict[int, NDArray[np.float64]] = {}
+    to_tip = cKDTree(skeleton.nodes[tips]).query(open_ends[:, :3])[0]
+    for end in open_ends[np.argsort(to_tip, kind="stable")]:  # of the ends that one tip could have, the nearest
+        distances = np.linalg.norm(skeleton.nodes[tips] - end[:3], axis=1)
+        tip = int(tips[distances.argmin()])
+        is_as_thick = end[3] / MAX_CUT_RATIO <= widths[tip] <= end[3] * MAX_CUT_RATIO
+        if 0 < distances.min() <= TIP_REACH * end[3] and is_as_thick:
+            starts.setdefault(tip, end)
+    if not starts:
+        return skeleton
+    n_nodes = len(skeleton.nodes)
+    extended = extend_ends(skeleton, surface, np.array(list(starts)), [[end[:3]] for end in starts.values()])
+    radii = np.array(extended.radii)
+    radii[n_nodes:] = [end[3] for end in starts.values()]
+    return replace(extended, radii=radii)

@@ -1,0 +1,127 @@
+"""Opening of short loops: handles that surfaces get where limbs touch, or by noise, and that the shape has not.
+
+The loops are those of the branch graph, whose edges are whole branches. Of a loop that is shorter than a number of
+local radii the thinnest branch is removed, so that the way around the other side stays.
+"""
+
+from __future__ import annotations
+
+__all__ = ["open_short_loops"]
+
+import heapq
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lbskel.errors import UnknownChoice
+from lbskel.skeleton.editing import contract_nodes
+from lbskel.skeleton.skeleton import Skeleton
+
+MIN_RADIUS = 0.25  # lower bound on the radius that divides a length, in median radii of the branch; a guess
+
+
+def open_short_loops(skeleton: Skeleton, min_loop: float) -> Skeleton:
+    """Remove the thinnest branch of every loop that is shorter than some local radii, the shortest loop first.
+
+    The vertices of a removed branch go to the nearer of its two ends. A branch with an anchor is not removed.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    min_loop : float
+        Length of a loop, in local radii along it, below which it is opened. The ring around a tunnel as wide as
+        its tube is thick has a length of 4 pi radii.
+
+    Raises
+    ------
+    UnknownChoice
+        If it is negative or NaN.
+
+    Examples
+    --------
+    >>> from lbskel import Skeleton, open_short_loops
+    >>> eye = Skeleton([[0, 0, 0], [1, 0, 0], [2, 1, 0], [2, -1, 0], [3, 0, 0], [4, 0, 0]],
+    ...                [[0, 1], [1, 2], [1, 3], [2, 4], [3, 4], [4, 5]], [1, 1, 1, 0.5, 1, 1])
+    >>> open_short_loops(eye, 10).cycle_rank, open_short_loops(eye, 3).cycle_rank
+    (0, 1)
+    """
+    if not min_loop >= 0:
+        raise UnknownChoice(f"min_loop must be a number of local radii, 0 or more, not {min_loop}")
+    while skeleton.cycle_rank and min_loop > 0:
+        removed = _branches_to_remove(skeleton, min_loop)
+        if not removed:
+            break
+        skeleton = _without_branches(skeleton, removed)
+    return skeleton
+
+
+def _branches_to_remove(skeleton: Skeleton, min_loop: float) -> list[NDArray[np.int64]]:
+    """Find the thinnest branch without an anchor of each short loop, of loops that share no branch."""
+    branches = skeleton.branches
+    lengths = [_length_in_radii(skeleton, branch) for branch in branches]
+    adjacent: dict[int, list[tuple[int, float, int]]] = {}
+    for index, (branch, length) in enumerate(zip(branches, lengths, strict=True)):
+        if length < min_loop:
+            for start, end in ((int(branch[0]), int(branch[-1])), (int(branch[-1]), int(branch[0]))):
+                adjacent.setdefault(start, []).append((end, length, index))
+    found = []
+    for index, length in enumerate(lengths):
+        if length < min_loop and (loop := _loop_through(branches[index], index, length, adjacent, min_loop)):
+            found.append((sum(lengths[part] for part in loop), loop))
+    taken: set[int] = set()
+    removed = []
+    for _, loop in sorted(found):
+        free = [part for part in loop if not np.isin(branches[part][1:-1], skeleton.anchors).any()]
+        if free and taken.isdisjoint(loop):
+            taken.update(loop)
+            removed.append(branches[min(free, key=lambda part: float(skeleton.radii[branches[part]].min()))])
+    return removed
+
+
+def _length_in_radii(skeleton: Skeleton, branch: NDArray[np.int64]) -> float:
+    """Integrate the inverse radius along a branch; where it is zero or unknown, that of the branch's median."""
+    lengths = np.linalg.norm(np.diff(skeleton.nodes[branch], axis=0), axis=1)
+    known = np.nan_to_num(skeleton.radii[branch])
+    radii = np.maximum(known, np.median(known[known > 0]) * MIN_RADIUS if known.any() else 0.0)
+    between = (radii[1:] + radii[:-1]) / 2
+    return float(np.divide(lengths, between, out=np.full_like(lengths, np.inf), where=between > 0).sum())
+
+
+def _loop_through(
+    branch: NDArray[np.int64],
+    index: int,
+    length: float,
+    adjacent: dict[int, list[tuple[int, float, int]]],
+    limit: float,
+) -> list[int]:
+    """Find the branches of the shortest loop through one of them; none if it is not shorter than a limit."""
+    start, end = int(branch[0]), int(branch[-1])
+    if start == end:
+        return [index]
+    queue: list[tuple[float, int, list[int]]] = [(length, start, [index])]
+    done: set[int] = set()
+    while queue:
+        total, node, path = heapq.heappop(queue)
+        if node == end:
+            return path
+        if node in done:
+            continue
+        done.add(node)
+        for other, further, part in adjacent[node]:
+            if part != index and other not in done and total + further < limit:
+                heapq.heappush(queue, (total + further, other, [*path, part]))
+    return []
+
+
+def _without_branches(skeleton: Skeleton, branches: list[NDArray[np.int64]]) -> Skeleton:
+    """Remove the edges and inner nodes of branches; of a loop that leaves one junction only its last edge goes."""
+    k = len(skeleton.nodes)
+    target, removed = np.arange(k), []
+    for branch in branches:
+        path = branch[-2:] if branch[0] == branch[-1] else branch
+        removed.append(np.sort(np.stack([path[:-1], path[1:]], axis=1), axis=1))
+        half = len(path) // 2
+        target[path[1:half]], target[path[half:-1]] = path[0], path[-1]
+    is_kept = ~np.isin(skeleton.edges @ [k, 1], np.concatenate(removed) @ [k, 1])
+    return contract_nodes(replace(skeleton, edges=skeleton.edges[is_kept]), target)

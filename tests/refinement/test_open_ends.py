@@ -1,0 +1,73 @@
+"""Open ends: tips in cut tubes end at the centers of the cuts, with their radii."""
+
+import numpy as np
+import pytest
+from helpers import path_in
+
+from lbskel import skeletonize
+from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.open_ends import extend_to_open_ends
+from lbskel.shapes import capsule, cylinder
+
+PIPE = capsule(8.0, 0.5, 32)  # closed, from -4.5 to 4.5 along z
+POINTS = np.linspace([0, 0, -3], [0, 0, 3], 13)
+
+
+@pytest.fixture(scope="module")
+def path():
+    return path_in(PIPE, POINTS, radius=0.5)
+
+
+def test_a_tip_is_extended_to_the_center_of_the_cut(path):
+    extended = extend_to_open_ends(path, Surface(PIPE), np.array([[0.1, 0.0, 4.0, 0.45]]))
+    added = extended.nodes[len(path.nodes) :]
+    assert len(added) > 0
+    assert np.array_equal(extended.nodes[: len(path.nodes)], path.nodes)
+    last = np.linalg.norm(extended.nodes - [0.1, 0, 4.0], axis=1).argmin()
+    assert extended.nodes[last] == pytest.approx([0.1, 0, 4.0], abs=1e-12)
+    assert extended.degrees[last] == 1
+    assert extended.radii[last] == 0.45
+    assert (extended.n_components, extended.cycle_rank, len(extended.tips)) == (1, 0, 2)
+    assert np.isin([0, 12], np.flatnonzero(extended.degrees == 1)).tolist() == [True, False]
+
+
+@pytest.mark.parametrize(
+    "end",
+    [
+        pytest.param([0, 0, 4.0, 5.0], id="a cut ten times as wide"),
+        pytest.param([0, 0, 4.0, 0.05], id="a hole in the wall"),
+        pytest.param([40.0, 0, 4.0, 0.5], id="a cut far away"),
+    ],
+)
+def test_cuts_of_other_limbs_change_nothing(path, end):
+    assert extend_to_open_ends(path, Surface(PIPE), np.array([end])) is path
+
+
+def test_without_cuts_or_tips_nothing_changes(path, ring):
+    assert extend_to_open_ends(path, Surface(PIPE), np.empty((0, 4))) is path
+    loop = skeletonize(ring)
+    assert extend_to_open_ends(loop, Surface(ring), np.array([[1.0, 0, 0, 0.25]])) is loop
+
+
+@pytest.mark.parametrize("n", [12, 24])
+def test_a_cut_tube_has_tips_at_the_centers_of_its_cuts(n):
+    mesh = cylinder(0.3, 3.0, n, 12)
+    moved = mesh.with_vertices(100 * mesh.vertices + [7.0, -20.0, 3.0])
+    skeleton = skeletonize(moved)
+    assert len(skeleton.tips) == 2
+    ends = skeleton.nodes[skeleton.tips]
+    ends = ends[np.argsort(ends[:, 2])]
+    # the rims are planar and regular: their centers are exact but for the rounding of coordinates of 1e2
+    np.testing.assert_allclose(ends, [[7, -20, -147], [7, -20, 153]], atol=1e-10)
+    # the radius is that of the rim's vertices
+    np.testing.assert_allclose(skeleton.radii[skeleton.tips], 30.0, rtol=1e-12)
+
+
+def test_a_tube_cut_at_one_end_has_a_round_end_at_the_other():
+    rod = capsule(6.0, 0.5, 24)
+    cut = rod.vertices[rod.faces].mean(axis=1)[:, 2] < 2.0
+    skeleton = skeletonize((rod.vertices, rod.faces[cut]))
+    low, high = skeleton.nodes[skeleton.tips][np.argsort(skeleton.nodes[skeleton.tips, 2])]
+    rim = rod.vertices[np.intersect1d(rod.faces[cut], rod.faces[~cut])]
+    assert high == pytest.approx(rim.mean(axis=0), abs=0.05)  # a tenth of the radius: the rim is no plane
+    assert low[2] == pytest.approx(-3.0, abs=0.25)  # half a radius from the center of the cap, inside it

@@ -1,0 +1,103 @@
+"""Short loops: which are opened, at which branch, and where the vertices of that branch go."""
+
+import numpy as np
+import pytest
+from helpers import joined, loop_in, moved, theta_skeleton
+
+from lbskel import Skeleton, UnknownChoice, open_short_loops, skeletonize
+from lbskel.shapes import torus
+
+# a loop with a tail on either side: the sides of the loop have lengths of 2 * sqrt(2)
+NODES = [[0, 0, 0], [1, 0, 0], [2, 1, 0], [2, -1, 0], [3, 0, 0], [4, 0, 0]]
+EDGES = [[0, 1], [1, 2], [1, 3], [2, 4], [3, 4], [4, 5]]
+
+
+def eye(radii=(1, 1, 1, 0.5, 1, 1), **more):
+    return Skeleton(NODES, EDGES, np.array(radii, dtype=float), np.arange(6), **more)
+
+
+def test_the_thinnest_branch_is_removed_and_its_vertices_go_to_its_ends():
+    opened = open_short_loops(eye(), 10)
+    assert (opened.cycle_rank, opened.n_components, len(opened.tips)) == (0, 1, 2)
+    assert opened.nodes.tolist() == [NODES[k] for k in (0, 1, 2, 4, 5)]  # node 3 is the thin one
+    kept = opened.nodes[opened.node_of_vertex]
+    assert np.delete(kept, 3, axis=0).tolist() == np.delete(NODES, 3, axis=0).tolist()
+    assert kept[3].tolist() in (NODES[1], NODES[4])
+
+
+def test_the_length_is_that_in_local_radii():
+    """The thick side is 2 sqrt(2) radii long; that with a radius of 0.5 at its middle, 4 / 3 of it."""
+    length = 2 * np.sqrt(2) * (1 + 4 / 3)
+    given = eye()
+    assert open_short_loops(given, 0.999 * length) is given
+    assert open_short_loops(given, 1.001 * length).cycle_rank == 0
+    half = eye(0.5 * np.array([1, 1, 1, 0.5, 1, 1]))
+    assert open_short_loops(half, 1.999 * length).cycle_rank == 1
+    assert open_short_loops(half, 2.001 * length).cycle_rank == 0
+
+
+def test_zero_opens_nothing_and_a_bad_number_is_refused():
+    given = eye()
+    assert open_short_loops(given, 0) is given
+    for bad in (-1, np.nan):
+        with pytest.raises(UnknownChoice, match="min_loop must be a number of local radii"):
+            open_short_loops(given, bad)
+
+
+def test_an_anchor_keeps_its_branch():
+    opened = open_short_loops(eye(anchors=[3]), 10)
+    assert opened.cycle_rank == 0
+    assert [2, -1, 0] in opened.nodes.tolist()
+    assert [2, 1, 0] not in opened.nodes.tolist()
+    both = eye(anchors=[2, 3])
+    assert open_short_loops(both, 10) is both
+
+
+def test_of_two_loops_the_short_one_is_opened():
+    """The second is three times as large as the first, and as thick."""
+    second = 3 * np.array(NODES) + [5.0, 0, 0]
+    edges = [*EDGES, *(np.array(EDGES) + 6).tolist(), [5, 6]]
+    two = Skeleton([*NODES, *second.tolist()], edges, np.ones(12))
+    assert open_short_loops(two, 5.6).cycle_rank == 2  # 4 sqrt(2) is 5.66
+    opened = open_short_loops(two, 16.9)  # three times that is 16.97
+    assert (opened.cycle_rank, opened.n_components) == (1, 1)
+    assert all(node in opened.nodes.tolist() for node in second.tolist())
+    assert open_short_loops(two, 17.0).cycle_rank == 0
+
+
+def test_of_loops_that_share_a_branch_both_are_opened():
+    theta = theta_skeleton((8, 8, 8))
+    tree = open_short_loops(theta, 100 * theta.length)
+    assert (tree.cycle_rank, tree.n_components) == (0, 1)
+
+
+def test_a_loop_at_one_junction_and_a_ring_are_opened_by_an_edge(ring):
+    angle = np.linspace(0, 2 * np.pi, 9)[:-1]
+    circle = loop_in(ring, np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1), 0.25)
+    opened = open_short_loops(circle, 4 * 8)  # a circumference of at most 8 units
+    assert (opened.cycle_rank, opened.n_components, len(opened.edges)) == (0, 1, 7)
+    k = len(circle.nodes)
+    with_tail = Skeleton(
+        [*circle.nodes.tolist(), [3, 0, 0]], [*circle.edges.tolist(), [0, k]], [*circle.radii, 0.25], np.zeros(1)
+    )
+    opened = open_short_loops(with_tail, 4 * 8)
+    assert (opened.cycle_rank, opened.n_components, len(opened.tips)) == (0, 1, 2)
+
+
+@pytest.mark.parametrize("radius", [0.0, np.nan])
+def test_where_no_radius_is_known_nothing_is_opened(radius):
+    given = eye(np.full(6, radius))
+    assert open_short_loops(given, 10).cycle_rank == 1
+
+
+def test_only_small_handles_of_a_mesh_are_opened_and_the_score_does_not_fail_for_it():
+    """A ring of radius 1 and one of radius 6 with tubes as thick: about 4 pi and 12 pi times 1 / 0.5 radii long."""
+    given = joined(torus(1.0, 0.5, 24, 12), moved(torus(6.0, 0.5, 96, 12), 9.0))
+    kept, opened = skeletonize(given), skeletonize(given, min_loop=30.0)
+    assert (kept.cycle_rank, kept.report["loops_opened"]) == (2, 0)
+    assert (opened.cycle_rank, opened.report["loops_opened"]) == (1, 1)
+    assert (opened.n_components, len(opened.tips)) == (2, 2)
+    assert opened.report["score"]["measures"]["extra_cycles"] == 0
+    assert opened.report["score"]["verdicts"]["extra_cycles"] == "pass"
+    # the same graph that nobody asked for fails
+    assert kept.report["score"]["measures"]["extra_cycles"] == 0
