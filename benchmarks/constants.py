@@ -1,9 +1,9 @@
 """What the numbers in the code do: every constant moved by -30 % and +40 %, and how skeletons and scores change.
 
 The constants are the numbers with upper-case names at the top level of the modules that contract, refine, edit, compose
-and score, and of those that choose proxies and automatic preprocessing. One at a time is changed in the syntax tree of
-its module, and lbskel is imported anew, so that names and defaults that come from it change too. Integers move by one
-at least.
+and score, and of those that measure local radii, find crumbs, and choose proxies and automatic preprocessing. One at a
+time is changed in the syntax tree of its module, and lbskel is imported anew, so that names and defaults that come from
+it change too. Integers move by one at least.
 
 Skeletons are made of a fixed set of meshes: the shapes of the catalog, fine and coarse, some of them noisy, one with
 enough faces for a proxy, and the meshes of the repository. One coarse shape also goes through what no default needs:
@@ -36,6 +36,8 @@ from benchmarks.harness import markdown_table, save_json, save_markdown
 
 ROOT = Path(__file__).parent.parent
 PLACES = (
+    "geometry/components.py",
+    "geometry/shape_diameter.py",
     "contraction",
     "refinement",
     "skeleton",
@@ -43,6 +45,7 @@ PLACES = (
     "evaluation",
     "preprocess/proxy.py",
     "preprocess/automatic.py",
+    "preprocess/subdivision.py",
 )
 SEEDS = ("SEED",)  # names of numbers that are no quantities
 SHIFTS = {"-30 %": 0.7, "+40 %": 1.4}

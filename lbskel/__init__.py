@@ -35,6 +35,7 @@ from lbskel.geometry import Mesh, PointCloud, VertexMap, as_mesh
 from lbskel.io import read_mesh, read_points, read_skeleton, write_mesh, write_skeleton
 from lbskel.operators import OPERATORS, Laplacian, laplacian
 from lbskel.pipeline import (
+    DOMAINS,
     Body,
     PreparedMesh,
     assemble,
@@ -46,7 +47,16 @@ from lbskel.pipeline import (
     to_skeleton,
 )
 from lbskel.preprocess import PIPELINES, MeshReport, Pipeline, PreprocessResult, check
-from lbskel.skeleton import Skeleton, join_components, merge_junctions, prune, resample, simplify_branches, to_tree
+from lbskel.skeleton import (
+    Skeleton,
+    join_components,
+    merge_junctions,
+    open_short_loops,
+    prune,
+    resample,
+    simplify_branches,
+    to_tree,
+)
 from lbskel.solvers import SOLVERS, factorize
 from lbskel.solvers.least_squares import LEAST_SQUARES, lstsq
 
@@ -54,6 +64,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "DEGENERACY_STRATEGIES",
+    "DOMAINS",
     "LEAST_SQUARES",
     "MEASURES",
     "OPERATORS",
@@ -100,6 +111,7 @@ __all__ = [
     "laplacian_diagnostics",
     "lstsq",
     "merge_junctions",
+    "open_short_loops",
     "prepare",
     "prune",
     "read_mesh",

@@ -25,6 +25,7 @@ from lbskel.contraction.energies import ENERGIES
 from lbskel.errors import choose, first_few
 from lbskel.io import FORMATS, MESH_READERS, read_mesh, read_skeleton
 from lbskel.operators import MASSES
+from lbskel.pipeline.options import DOMAINS
 from lbskel.shapes import SHAPES, make
 from lbskel.solvers import ALL_SOLVERS
 
@@ -86,7 +87,7 @@ CHOICES = {
     "solver": (ALL_SOLVERS, lambda name, mesh: factorize(laplacian(mesh).mass, name)),
     "solver of skeletonize": (ALL_SOLVERS, lambda name, mesh: skeletonize(mesh, solver=name)),
     "energy": (ENERGIES, lambda name, mesh: skeletonize(mesh, energy=name)),
-    "preset": (PRESETS, lambda name, mesh: skeletonize(mesh, preset=name)),
+    "preset": (PRESETS | DOMAINS, lambda name, mesh: skeletonize(mesh, preset=name)),
     "treatment": (ROW_TREATMENTS, lambda name, mesh: ContractionSettings(degenerate_rows=name)),
     "shape": (SHAPES, lambda name, mesh: make(name)),
 }

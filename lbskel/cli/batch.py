@@ -69,7 +69,6 @@ def run(arguments: argparse.Namespace) -> int:
             memory_limit=arguments.memory_limit,
             force=arguments.force,
             on_record=bar.show,
-            join=arguments.join,
             pictures=arguments.picture,
             reports=arguments.report,
             **skeleton_options(arguments),

@@ -11,8 +11,8 @@ from typing import Any
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.settings import PRESETS
 from lbskel.operators import OPERATORS
+from lbskel.pipeline.options import DOMAINS, JOIN, TIP_POSITIONS
 from lbskel.pipeline.preparation import SIMPLIFY
-from lbskel.pipeline.stages import TIP_POSITIONS
 from lbskel.preprocess import PREPARATIONS
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.solvers import SOLVERS
@@ -39,9 +39,10 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--preset",
         default="curvature_flow",
-        choices=PRESETS,
+        choices=[*PRESETS, *DOMAINS],
         metavar="NAME",
-        help=f"settings of the contraction: {', '.join(PRESETS)} (%(default)s)",
+        help=f"settings of the contraction: {', '.join(PRESETS)} (%(default)s); or options for a kind of shape: "
+        f"{', '.join(DOMAINS)}",
     )
     group.add_argument(
         "--operator",
@@ -71,16 +72,14 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--min-branch-ratio",
         type=float,
-        default=MIN_BRANCH_RATIO,
         metavar="RADII",
-        help="keep end branches that reach this many local radii from their junction (%(default)s)",
+        help=f"keep end branches that reach this many local radii from their junction ({MIN_BRANCH_RATIO})",
     )
     group.add_argument(
         "--tip-position",
-        default="inside",
         choices=TIP_POSITIONS,
         metavar="WHERE",
-        help="end branches at the last inscribed ball (inside) or on the surface (surface) (%(default)s)",
+        help="end branches at the last inscribed ball (inside, the default) or on the surface (surface)",
     )
     group.add_argument("--nodes", type=int, metavar="N", help="number of nodes of the skeleton")
     group.add_argument(
@@ -103,7 +102,17 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
         metavar="HOW",
         help=f"preprocessing of the mesh: {', '.join(PREPARATIONS)}, steps, or a .toml file (%(default)s)",
     )
-    group.add_argument("--join", action="store_true", help="join the graphs of several components to one")
+    group.add_argument(
+        "--join",
+        nargs="?",
+        const="all",
+        choices=JOIN,
+        metavar="WHICH",
+        help="join to one graph the pieces of open surfaces (pieces, the default), all components (all), or none",
+    )
+    group.add_argument(
+        "--min-loop", type=float, metavar="RADII", help="open loops shorter than this many local radii (0)"
+    )
     group.add_argument("--tree", action="store_true", help="cut each cycle where it is thinnest")
     group.add_argument(
         "--scale",
@@ -128,6 +137,8 @@ def skeleton_options(arguments: argparse.Namespace) -> dict[str, Any]:
         "simplify": arguments.simplify,
         "min_branch_ratio": arguments.min_branch_ratio,
         "tip_position": arguments.tip_position,
+        "join": arguments.join,
+        "min_loop": arguments.min_loop,
         "n_nodes": arguments.nodes,
         "root": arguments.root,
         "anchors": arguments.anchor,

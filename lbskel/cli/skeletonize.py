@@ -19,7 +19,6 @@ from lbskel.io import FORMATS, MESH_READERS, read_mesh, write_safely, write_skel
 from lbskel.io.skeleton_io import require_writable
 from lbskel.pipeline.cycles import cut_cycles
 from lbskel.pipeline.stages import skeletonize
-from lbskel.skeleton.joining import join_components
 from lbskel.skeleton.skeleton import Skeleton
 
 MAX_BODIES = 5  # bodies with a line of their own in the summary, the rest share one; a guess at what a person reads
@@ -142,8 +141,6 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
             time_limit=arguments.time_limit,
             profile=arguments.profile,
         )
-    if arguments.join:
-        skeleton = join_components(skeleton)
     skeleton, _ = cut_cycles(skeleton, tree=arguments.tree, extension=_format(job.skeleton))
     write_skeleton(job.skeleton, skeleton, force=arguments.force, scale=arguments.scale, units=arguments.units)
     seconds = {**skeleton.report["seconds"], "read": reading}

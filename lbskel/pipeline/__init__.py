@@ -2,11 +2,14 @@
 
 from lbskel.pipeline.assembly import assemble
 from lbskel.pipeline.batch import skeletonize_many
+from lbskel.pipeline.bodies import to_skeleton
 from lbskel.pipeline.evaluation import score
+from lbskel.pipeline.options import DOMAINS
 from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
-from lbskel.pipeline.stages import refine, skeletonize, to_skeleton
+from lbskel.pipeline.stages import refine, skeletonize
 
 __all__ = [
+    "DOMAINS",
     "Body",
     "PreparedMesh",
     "assemble",

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 __all__ = ["score"]
 
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
 
 from lbskel.errors import MeshError
 from lbskel.evaluation.measures import Score
@@ -23,7 +27,8 @@ def score(skeleton: Skeleton, mesh: Any, *, preprocess: str | Pipeline | None = 
     ----------
     skeleton : Skeleton
         In the coordinates of the mesh. Without a map, each vertex is mapped to the nearest ball, and the measures of
-        the map are ``None``.
+        the map are ``None``. The loops that its report says were opened on purpose do not count as
+        lost, and the edges that join pieces, or the bodies that its report says were joined, are not measured.
     mesh : Mesh, (vertices, faces), path, mesh object or PreparedMesh
         The mesh that the skeleton was made from.
     preprocess : str, Pipeline or None
@@ -51,4 +56,26 @@ def score(skeleton: Skeleton, mesh: Any, *, preprocess: str | Pipeline | None = 
         raise MeshError(f"a score needs a Skeleton and its mesh, in this order, not {type(skeleton).__name__} first")
     prepared = mesh if isinstance(mesh, PreparedMesh) else prepare(mesh, preprocess=preprocess)
     require_scorable(skeleton, prepared.source)
-    return score_on(prepared.skeleton_to_unit(skeleton), prepared.surface)
+    n_opened = int(skeleton.report.get("loops_opened", 0))
+    unit = _without_joints(prepared.skeleton_to_unit(skeleton), prepared)
+    return score_on(unit, prepared.surface, n_loops_opened=n_opened)
+
+
+def _without_joints(skeleton: Skeleton, prepared: PreparedMesh) -> Skeleton:
+    """Remove the edges between bodies that were joined on purpose: pieces, or all if the report says that it was done.
+
+    The body of a node is that of the last vertex that it represents, or else of the vertex nearest to it.
+    """
+    mesh = prepared.mesh
+    is_joinable = np.zeros(mesh.n_components, dtype=bool)
+    for body in prepared.bodies:
+        was_joined = body.is_piece or skeleton.report.get("pieces_joined", 0) > 0
+        is_joinable[mesh.component_of_vertex[body.vertices[0]]] = was_joined
+    if is_joinable.sum() < 2:
+        return skeleton
+    used = mesh.used_vertices
+    body_of_node = mesh.component_of_vertex[used[cKDTree(mesh.vertices[used]).query(skeleton.nodes)[1]]]
+    if len(skeleton.node_of_vertex):
+        body_of_node[skeleton.node_of_vertex[used]] = mesh.component_of_vertex[used]
+    i, j = body_of_node[skeleton.edges].T
+    return replace(skeleton, edges=skeleton.edges[~((i != j) & is_joinable[i] & is_joinable[j])])

@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from lbskel.errors import MeshError, choose, first_few
-from lbskel.geometry.components import MIN_FACES, components
+from lbskel.geometry.components import MIN_FACES, components, find_crumbs
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
@@ -20,7 +21,7 @@ from lbskel.io import as_mesh
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess import Pipeline, preprocess_mesh, simplify_to_proxy, surface_with_proxy, why_no_inside
 from lbskel.preprocess.result import PreprocessResult, identity_result
-from lbskel.refinement.region_map import make_regions_connected, nearest_balls, reassign_to_nearest_node
+from lbskel.refinement.region_map import complete_regions
 from lbskel.skeleton.skeleton import Skeleton
 
 SIMPLIFY = ("auto", "none")
@@ -38,11 +39,19 @@ class Body:
         For each of its vertices, the vertex of the prepared mesh.
     proxy : PreprocessResult
         The mesh simplified to the faces that its thickness needs, or the mesh itself.
+    open_ends : (e, 4) array of float
+        Center and mean radius of each of its boundary loops before they were closed, where branches may end.
     """
 
     mesh: Mesh
     vertices: NDArray[np.int64]
     proxy: PreprocessResult
+    open_ends: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 4)))
+
+    @property
+    def is_piece(self) -> bool:
+        """Whether its surface was not a closed manifold, so that it may be a piece of a larger one."""
+        return len(self.open_ends) > 0 or not self.mesh.is_closed_manifold
 
     @cached_property
     def surface(self) -> Surface:
@@ -100,7 +109,8 @@ class PreparedMesh:
     def skeleton_to_unit(self, skeleton: Skeleton) -> Skeleton:
         """Bring a skeleton of the source to the coordinates and vertices of ``mesh``.
 
-        Vertices that preprocessing has added are mapped as :func:`lbskel.refine` maps vertices.
+        Vertices that preprocessing has added go to nodes near them, see
+        :func:`lbskel.refinement.region_map.complete_regions`.
         """
         local = replace(
             skeleton,
@@ -111,11 +121,7 @@ class PreparedMesh:
         if len(skeleton.node_of_vertex) == 0:
             return local
         known = self.vertex_map.push_forward(skeleton.node_of_vertex, len(self.mesh.vertices))
-        if (known >= 0).all():
-            return replace(local, node_of_vertex=known)
-        nearest = replace(local, node_of_vertex=np.where(known < 0, nearest_balls(local, self.mesh), known))
-        connected = make_regions_connected(reassign_to_nearest_node(nearest, self.mesh), self.mesh)
-        return replace(local, node_of_vertex=np.where(known < 0, connected.node_of_vertex, known))
+        return replace(local, node_of_vertex=complete_regions(local, known, self.mesh))
 
 
 def prepare(
@@ -158,24 +164,27 @@ def prepare(
             raise MeshError("all vertices of the mesh lie at one point")
         unit = preprocessed.mesh.with_vertices((preprocessed.mesh.vertices - center) / scale)
     bodies: list[Body] = []
+    open_ends = (np.array(preprocessed.report.get("open_ends", [])).reshape(-1, 4) - [*center, 0.0]) / scale
     faults: list[str] = []
-    n_crumbs = 0
+    used = unit.used_vertices  # the nearest vertex tells whose cut it is: the rim, or the middle of what closes it
+    owner = unit.component_of_vertex[used[cKDTree(unit.vertices[used]).query(open_ends[:, :3])[1]]]
+    is_crumb = find_crumbs(unit)
     for number, part in enumerate(components(unit)):
-        if len(part.mesh.faces) < MIN_FACES or not part.mesh.area > 0:
-            n_crumbs += 1
-        elif fault := why_no_inside(number, part, preprocessed.mesh):
+        if is_crumb[number]:
+            continue
+        if fault := why_no_inside(number, part, preprocessed.mesh):
             faults.append(fault)
         else:
             with timer("simplify"):
                 proxy = simplify_to_proxy(part.mesh) if simplify == "auto" else identity_result(part.mesh)
-            bodies.append(Body(part.mesh, part.vertices, proxy))
+            bodies.append(Body(part.mesh, part.vertices, proxy, open_ends[owner == number]))
     if not bodies:
         raise MeshError(_why_no_body(source, faults))
     notes = [*source.notes, *preprocessed.notes]
     if faults:
         notes.append(f"no skeleton could be made of {first_few(faults, 2)}")
-    if n_crumbs:
-        notes.append(f"{n_crumbs} components with too few faces or no area have no skeleton of their own")
+    if is_crumb.any():
+        notes.append(f"{is_crumb.sum()} components are too small for a skeleton of their own")
     vertex_map, report = preprocessed.vertex_map, preprocessed.report
     return PreparedMesh(source, unit, vertex_map, center, scale, tuple(bodies), tuple(notes), report, simplify)
 

@@ -2,7 +2,7 @@ r"""From any mesh to a checked skeleton: the stages in their order.
 
 ::
 
-    prepare -> contract -> collapse -> to_skeleton -> refine -> assemble -> score
+    prepare -> contract -> collapse -> to_skeleton -> refine -> assemble -> join, open loops, prune -> score
                \________________ for each body _______________/
 
 :func:`skeletonize` is that line, :func:`refine` the passes on one body; neither has arithmetic of its own.
@@ -10,24 +10,25 @@ r"""From any mesh to a checked skeleton: the stages in their order.
 
 from __future__ import annotations
 
-__all__ = ["TIP_POSITIONS", "refine", "skeletonize", "to_skeleton"]
+__all__ = ["refine", "skeletonize"]
 
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from lbskel.contraction.flow import contract
-from lbskel.contraction.settings import PRESETS, ContractionSettings
-from lbskel.contraction.surgery import CollapsedGraph, collapse
-from lbskel.errors import UnknownChoice, choose
+from lbskel.contraction.settings import ContractionSettings
+from lbskel.errors import UnknownChoice
 from lbskel.geometry.surface_queries import Surface
 from lbskel.operators import Operator
 from lbskel.pipeline.anchoring import Anchors, resolve_anchors
-from lbskel.pipeline.assembly import assemble, body_report, full_report
+from lbskel.pipeline.assembly import assemble, full_report
+from lbskel.pipeline.bodies import skeletonize_body
 from lbskel.pipeline.evaluation import score
-from lbskel.pipeline.preparation import Body, prepare
+from lbskel.pipeline.options import require_refinement_options, resolve_options, resolve_settings
+from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
 from lbskel.pipeline.profiling import Progress, StageTimer
 from lbskel.preprocess import Pipeline
 from lbskel.refinement.anchors import attach_anchors, nearest_node
@@ -36,20 +37,23 @@ from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import reroute_inside
 from lbskel.refinement.junctions import merge_junctions_by_axes
 from lbskel.refinement.missing_branches import grow_missing_branches
+from lbskel.refinement.open_ends import extend_to_open_ends
 from lbskel.refinement.radii import inscribed_radii, mean_radii
 from lbskel.refinement.region_map import make_regions_connected, reassign_to_nearest_node
 from lbskel.refinement.tips import extend_tips, tips_at_surface
 from lbskel.skeleton.editing import reroot
+from lbskel.skeleton.joining import join_components
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, merge_junctions, prune, prune_contained_branches
 from lbskel.skeleton.resampling import resample
 from lbskel.skeleton.root import reroot_by_thickness
+from lbskel.skeleton.short_loops import open_short_loops
 from lbskel.skeleton.skeleton import Skeleton
 
 MERGE_RATIO = 0.7  # junctions nearer than this many local radii are merged
 SPACING = 0.5  # of nodes along a branch, in local radii
-CONTRACTION_SHARE = 0.5  # of the time left that contraction may take under a time limit; a guess
-
-TIP_POSITIONS = ("inside", "surface")
+# Between the pieces of an open surface: the longest edge that joins them, in sums of the radii of its ends, and its
+# largest angle to the branch that it continues, in degrees; guesses
+JOIN_REACH, JOIN_ANGLE = 10.0, 60.0
 
 
 def skeletonize(
@@ -60,8 +64,10 @@ def skeletonize(
     energy: str | None = None,
     solver: str | None = None,
     simplify: str = "auto",
-    min_branch_ratio: float = MIN_BRANCH_RATIO,
-    tip_position: str = "inside",
+    min_branch_ratio: float | None = None,
+    tip_position: str | None = None,
+    join: str | None = None,
+    min_loop: float | None = None,
     anchors: Sequence[Any] = (),
     root: Any = None,
     n_nodes: int | None = None,
@@ -77,17 +83,23 @@ def skeletonize(
     mesh : Mesh, (vertices, faces), path or mesh object
         Whatever :func:`lbskel.as_mesh` takes: closed or open, of one component or several.
     preset : str or ContractionSettings
-        A name in PRESETS: ``curvature_flow`` measures best, the others reproduce published methods.
+        A name in PRESETS: ``curvature_flow`` measures best, the others reproduce published methods. Or one in DOMAINS:
+        ``curvature_flow`` with the options that suit a kind of shape, where they are not given.
     operator, energy, solver : str, optional
         Names in OPERATORS, ENERGIES and SOLVERS in place of the preset's.
     simplify : str
         ``auto`` contracts a simplified proxy of bodies of more than 16,000 faces, or more where they are long and thin
         all over, and refines against the full surface; ``none`` contracts every vertex.
-    min_branch_ratio : float
-        An end branch is kept where the surface it represents reaches this many local radii from its junction. Values
-        above the default give what :func:`lbskel.prune` makes of the default skeleton.
-    tip_position : str
-        ``inside`` ends branches at the center of the last inscribed ball, ``surface`` on the surface.
+    min_branch_ratio : float, optional
+        An end branch is kept where the surface it represents reaches this many local radii from its junction, 1.5 by
+        default. Values above that give what :func:`lbskel.prune` makes of the default skeleton.
+    tip_position : str, optional
+        ``inside``, the default, ends branches at the center of the last inscribed ball, ``surface`` on the surface.
+    join : str, optional
+        Which parts get one graph: ``pieces``, the default, joins parts of open or non-manifold surface whose gap is at
+        most ten times the radii at its ends and lies ahead of a branch, ``all`` joins all, ``none`` none.
+    min_loop : float, optional
+        Loops shorter than this many local radii are opened as by :func:`lbskel.open_short_loops`; 0 by default.
     anchors : sequence of int or (3,) array_like
         Vertices, or points inside, at each of which there will be a node; they are in ``anchors`` of the result.
     root : int or (3,) array_like, optional
@@ -130,48 +142,37 @@ def skeletonize(
     >>> skeleton.cycle_rank, len(skeleton.tips), skeleton.report["passed"]
     (1, 0, True)
     """
-    settings = _settings(preset, operator, energy, solver)
-    _require_refinement_options(min_branch_ratio, tip_position)
+    given = {"min_branch_ratio": min_branch_ratio, "tip_position": tip_position, "join": join, "min_loop": min_loop}
+    options, settings = resolve_options(preset, given), resolve_settings(preset, operator, energy, solver)
     if time_limit is not None and not time_limit > 0:
         raise UnknownChoice(f"time_limit must be positive, not {time_limit}")
     timer = StageTimer(on_stage, time_limit, profile)
     prepared = prepare(mesh, preprocess=preprocess, simplify=simplify, timer=timer)
     located = resolve_anchors(anchors, prepared)
-    skeletons: list[Skeleton] = []
-    reports: list[dict[str, Any]] = []
-    for body in prepared.bodies:
-        with timer("contract"):
-            seconds = None if time_limit is None else CONTRACTION_SHARE * max(timer.seconds_left, 0.0)
-            contraction = contract(body.proxy.mesh, settings, time_limit=seconds)
-        with timer("collapse"):
-            graph = collapse(contraction)
-        skeletons.append(
-            refine(
-                to_skeleton(graph),
-                body,
-                min_branch_ratio=min_branch_ratio,
-                tip_position=tip_position,
-                anchors=located.within(body),
-                timer=timer,
-            )
-        )
-        reports.append(body_report(body, contraction, graph, skeletons[-1]))
-    skeleton = assemble(skeletons, prepared)
-    if min_branch_ratio > MIN_BRANCH_RATIO:
+    ratio, where = options["min_branch_ratio"], options["tip_position"]
+
+    def refined(skeleton: Skeleton, body: Body) -> Skeleton:
+        within = located.within(body)
+        return refine(skeleton, body, min_branch_ratio=ratio, tip_position=where, anchors=within, timer=timer)
+
+    results = [skeletonize_body(body, settings, refined, timer) for body in prepared.bodies]
+    skeletons, reports = [skeleton for skeleton, _ in results], [report for _, report in results]
+    skeleton = _joined(assemble(skeletons, prepared), skeletons, prepared, options["join"])
+    n_cycles, n_joined = skeleton.cycle_rank, sum(part.n_components for part in skeletons) - skeleton.n_components
+    if options["min_loop"] > 0:
+        with timer("open loops"):
+            skeleton = open_short_loops(skeleton, options["min_loop"])
+    counts = {"pieces_joined": n_joined, "loops_opened": n_cycles - skeleton.cycle_rank}
+    if ratio > MIN_BRANCH_RATIO:
         with timer("prune"):
-            skeleton = prune(skeleton, prepared.source, min_branch_ratio=min_branch_ratio)
+            skeleton = prune(skeleton, prepared.source, min_branch_ratio=ratio)
     if n_nodes is not None:
         skeleton = reroot_by_thickness(resample(skeleton, n_nodes=n_nodes))
     if root is not None:
         skeleton = reroot(skeleton, nearest_node(skeleton, root, prepared.source))
     with timer("score"):
-        scored = score(skeleton, prepared)
-    return replace(skeleton, report=full_report(prepared, settings, reports, scored, timer))
-
-
-def to_skeleton(graph: CollapsedGraph) -> Skeleton:
-    """Convert a collapsed graph to a skeleton without radii, the input of :func:`refine`."""
-    return Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)), graph.node_of_vertex)
+        scored = score(replace(skeleton, report=counts), prepared)
+    return replace(skeleton, report=full_report(prepared, settings, reports, scored, timer) | counts)
 
 
 def refine(
@@ -202,7 +203,7 @@ def refine(
     Skeleton
         In the body's coordinates, with inscribed and mean radii and a node for each vertex of the body.
     """
-    _require_refinement_options(min_branch_ratio, tip_position)
+    require_refinement_options(min_branch_ratio, tip_position)
     timer = timer or StageTimer()
     surface, proxy = body.surface, body.surface.proxy
     ratio = min(min_branch_ratio, MIN_BRANCH_RATIO)
@@ -231,8 +232,8 @@ def refine(
     if tip_position == "surface" and timer.has_time_for("tips at surface"):
         with timer("tips at surface"):
             skeleton = tips_at_surface(skeleton, surface)
-    with timer("attach anchors"):
-        skeleton = inscribed_radii(skeleton, surface)
+    with timer("attach open ends and anchors"):
+        skeleton = extend_to_open_ends(inscribed_radii(skeleton, surface), surface, body.open_ends)
         if anchors is not None:
             skeleton = attach_anchors(skeleton, surface, anchors.vertices, anchors.points)
     with timer("map vertices"):
@@ -240,22 +241,18 @@ def refine(
         return replace(skeleton, mean_radii=mean_radii(skeleton, body.mesh).radii)
 
 
-def _settings(
-    preset: str | ContractionSettings, operator: str | Operator | None, energy: str | None, solver: str | None
-) -> ContractionSettings:
-    """Return the preset, with the operator, energy and solver that were asked for by name."""
-    settings = preset if isinstance(preset, ContractionSettings) else choose(PRESETS, preset, "preset")
-    changes: dict[str, Any] = {"operator": operator, "energy": energy, "solver": solver}
-    if energy is not None and energy != settings.energy:
-        changes["degenerate_rows"] = "none"
-    return replace(settings, **{name: value for name, value in changes.items() if value is not None})
-
-
-def _require_refinement_options(min_branch_ratio: float, tip_position: str) -> None:
-    """Refuse options that are no choice before any work is done."""
-    choose(dict.fromkeys(TIP_POSITIONS), tip_position, "tip position")
-    if not min_branch_ratio >= 0:
-        raise UnknownChoice(f"min_branch_ratio must be a number of local radii, 0 or more, not {min_branch_ratio}")
+def _joined(skeleton: Skeleton, parts: Sequence[Skeleton], prepared: PreparedMesh, join: str) -> Skeleton:
+    """Join the graphs of the bodies: all, or those of surfaces that were not closed, which may be pieces of one."""
+    is_piece = np.array([body.is_piece for body in prepared.bodies])
+    if join == "none" or len(parts) == 1 or (join == "pieces" and np.count_nonzero(is_piece) < 2):
+        return skeleton
+    if join == "all":
+        return reroot_by_thickness(join_components(skeleton))
+    first = np.array([part.nodes[0] for part in parts]) * prepared.scale + prepared.center
+    is_joinable = np.zeros(skeleton.n_components, dtype=bool)
+    is_joinable[skeleton.component_of_node[cKDTree(skeleton.nodes).query(first)[1]]] = is_piece
+    joined = join_components(skeleton, reach=JOIN_REACH, max_angle=JOIN_ANGLE, is_joinable=is_joinable)
+    return reroot_by_thickness(joined)
 
 
 def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:

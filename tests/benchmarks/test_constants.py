@@ -72,9 +72,9 @@ def test_lbskel_is_as_before_after_a_change():
     with changed(constant, 3.0):
         import lbskel as changed_lbskel
 
-        assert changed_lbskel.skeletonize.__kwdefaults__["min_branch_ratio"] == 3.0
+        assert changed_lbskel.prune.__kwdefaults__["min_branch_ratio"] == 3.0
     assert {name: module for name, module in sys.modules.items() if name.split(".")[0] == "lbskel"} == before
-    assert lbskel.skeletonize.__kwdefaults__["min_branch_ratio"] == MIN_BRANCH_RATIO
+    assert lbskel.prune.__kwdefaults__["min_branch_ratio"] == MIN_BRANCH_RATIO
 
 
 def test_only_changes_are_reported():

@@ -7,7 +7,7 @@ from benchmarks.influence_cases import OTHERS, WEIGHT_CASES, ranking
 from benchmarks.influence_claims import BEND, bent
 from benchmarks.influence_factorial import FACTORS, combinations, explained, measure, tables
 from benchmarks.solvers import OutOfTimeError, Watch, _is_useful, _system, trial
-from lbskel import skeletonize
+from lbskel import ContractionSettings, skeletonize
 from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.weights import WEIGHTS
 from lbskel.operators import OPERATORS
@@ -41,7 +41,8 @@ def test_cases_are_ranked_by_where_they_are_sound():
 
 def test_every_operator_and_weight_is_measured():
     assert {name.split(";")[0] for name in OTHERS} < set(OPERATORS)
-    assert len(WEIGHT_CASES) == 20
+    assert len(WEIGHT_CASES) == 2 * 2 * len(WEIGHTS) == 24
+    assert ContractionSettings() in WEIGHT_CASES.values()
 
 
 def test_combinations_are_all_that_mean_something():
@@ -57,7 +58,7 @@ def test_combinations_are_all_that_mean_something():
     assert energies == {"curvature flow", "least squares", *(f"least squares, {rows}" for rows in ROW_TREATMENTS)} - {
         "least squares, none"
     }
-    assert ("mean_value", "curvature flow", "diffusion_length") not in found
+    assert ("mean_value", "curvature flow", "local_radius") not in found
     assert len(found) == len(WEIGHTS) * (
         9 * len(ROW_TREATMENTS) + 8 + 2 * 3
     )  # 9 treated, 8 of them symmetric, 3 untreated
@@ -83,16 +84,16 @@ def test_variance_is_laid_to_the_factor_and_the_pair_that_cause_it():
 
 
 def test_combinations_are_measured_and_tabulated(monkeypatch, ring):
-    monkeypatch.setattr("benchmarks.influence_factorial.WEIGHTS", {"diffusion_length": WEIGHTS["diffusion_length"]})
+    monkeypatch.setattr("benchmarks.influence_factorial.WEIGHTS", {"local_radius": WEIGHTS["local_radius"]})
     truth = skeletonize(ring, preprocess=None)
     rows = measure({"ring": (ring, truth)}, ["intrinsic_delaunay", "mean_value_symmetric"])
     assert len(rows) == 10
     by_levels = {tuple(row[factor] for factor in FACTORS): row for row in rows}
-    default = by_levels["intrinsic_delaunay", "curvature flow", "diffusion_length"]
+    default = by_levels["intrinsic_delaunay", "curvature flow", "local_radius"]
     assert default["sound"]
     assert default["coverage"] < 1e-9  # it is its own truth
     text = tables(rows)
-    assert all(f"| {row['operator']} | {row['energy and rows']} | diffusion_length |" in text for row in rows)
+    assert all(f"| {row['operator']} | {row['energy and rows']} | local_radius |" in text for row in rows)
 
 
 def test_a_watch_takes_no_time_for_looking_and_ends_at_the_cap():

@@ -20,11 +20,24 @@ def test_every_option_reaches_the_skeletons(here, folder, rod):
         "0",
         "--anchor",
         "0,0,0.5",
+        "--join",
+        "none",
+        "--min-loop",
+        "3",
     )
     code, _, err = here("batch", "rod.off", "-o", "out", "--workers", "1", "--picture", "--report", *options)
     assert (code, err) == (0, [])
     assert file_names(folder / "out") == ["manifest.jsonl", "rod.json", "rod.png", "rod.report.json", "summary.csv"]
-    expected = skeletonize(rod, min_branch_ratio=2.0, tip_position="surface", n_nodes=9, root=0, anchors=[[0, 0, 0.5]])
+    expected = skeletonize(
+        rod,
+        min_branch_ratio=2.0,
+        tip_position="surface",
+        n_nodes=9,
+        root=0,
+        anchors=[[0, 0, 0.5]],
+        join="none",
+        min_loop=3.0,
+    )
     found = read_skeleton(folder / "out" / "rod.json")
     assert (found.nodes == expected.nodes).all()
     report = json.loads((folder / "out" / "rod.report.json").read_text())

@@ -5,7 +5,7 @@ import inspect
 
 import pytest
 
-from lbskel import skeletonize
+from lbskel import read_skeleton, skeletonize
 from lbskel.cli.main import command_line_parser
 from lbskel.cli.options import add_skeleton_options, skeleton_options
 
@@ -59,3 +59,23 @@ def test_every_command_has_an_example_and_no_markup_in_its_help(name, here):
     assert "example:" in out
     assert out[out.index("example:") + 1].strip().startswith(f"lbskel {name} ")
     assert "`" not in "".join(out)
+
+
+def test_the_ways_to_join_and_the_presets_by_domain():
+    assert (parsed()["join"], parsed("--join")["join"], parsed("--join", "none")["join"]) == (None, "all", "none")
+    options = parsed("--preset", "neuron", "--min-loop", "3.5")
+    assert (options["preset"], options["min_loop"], options["join"]) == ("neuron", 3.5, None)
+
+
+@pytest.mark.parametrize("option", [("--join", "some"), ("--preset", "neurons"), ("--min-loop", "short")])
+def test_what_is_no_choice_is_refused_with_the_choices(option, here):
+    code, out, err = here("skeletonize", "rod.off", "-o", "a.swc", *option)
+    assert (code, out) == (2, [])
+    assert option[1] in " ".join(err)
+
+
+def test_a_domain_on_the_command_line_is_that_of_the_function(here, folder, ring):
+    assert here("skeletonize", "ring.obj", "-o", "a.json", "--preset", "neuron", "--quiet") == (0, [], [])
+    assert read_skeleton("a.json").cycle_rank == 0
+    assert here("skeletonize", "ring.obj", "-o", "b.json", "--min-loop", "1", "--quiet") == (0, [], [])
+    assert read_skeleton("b.json").cycle_rank == 1

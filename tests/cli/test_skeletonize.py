@@ -204,7 +204,7 @@ def test_the_graphs_of_several_components_are_joined_where_that_is_asked(here, f
     vertices = np.concatenate([rod.vertices, apart.vertices])
     faces = np.concatenate([rod.faces, rod.faces + len(rod.vertices)])
     write_mesh(folder / "two.off", lbskel.Mesh(vertices, faces))
-    for options, n_components in (((), 2), (("--join", "--force"), 1)):
+    for options, n_components in (((), 2), (("--force", "--join"), 1), (("--force", "--join", "none"), 2)):
         assert here("skeletonize", "two.off", "-o", "two.json", *options)[0] == 0
         assert read_skeleton(folder / "two.json").n_components == n_components
 

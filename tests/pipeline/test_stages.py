@@ -18,13 +18,14 @@ from lbskel import (
     Mesh,
     MeshError,
     UnknownChoice,
+    ground_truth_distances,
     skeletonize,
     write_mesh,
 )
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.flow import Step
 from lbskel.operators.cotangent import cotangent
-from lbskel.shapes import chain_of_tori, cylinder, flat_grid, make, sphere, torus, tube
+from lbskel.shapes import chain_of_tori, coil, cylinder, flat_grid, make, sphere, torus, tube
 from lbskel.solvers import ALL_SOLVERS
 
 T = np.linspace(0, 6, 40)
@@ -483,7 +484,7 @@ def test_components_that_enclose_nothing_are_said_and_mapped(rod):
     skeleton = skeletonize(given)
     assert is_whole(skeleton, given)
     assert skeleton.n_components == 1
-    assert skeleton.report["notes"] == ["1 components with too few faces or no area have no skeleton of their own"]
+    assert skeleton.report["notes"] == ["1 components too small for a skeleton of their own were removed"]
     nearest = np.linalg.norm(skeleton.nodes[None] - face.vertices[:, None], axis=2).argmin(axis=1)
     assert skeleton.node_of_vertex[:3].tolist() == nearest.tolist()
 
@@ -701,3 +702,66 @@ def test_a_profile_has_the_memory_of_each_stage(ring):
     if report["megabytes"]:  # where the system tells
         assert set(report["megabytes"]) == set(report["seconds"])
         assert all(10 < peak < 10_000 for peak in report["megabytes"].values())
+
+
+# --- pieces of one body
+
+
+def open_tube(start, end, aside=0.0):
+    """A tube of radius 0.3 along z without its ends."""
+    pipe = cylinder(0.3, end - start, 16, 26)
+    return pipe.with_vertices(pipe.vertices + [aside, 0, (start + end) / 2])
+
+
+def test_the_pieces_of_a_broken_tube_have_one_graph():
+    """A gap of a third of the reach of ten times the sum of the radii."""
+    broken = joined(open_tube(5, 8), open_tube(0, 3))
+    whole, apart = skeletonize(broken), skeletonize(broken, join="none")
+    assert (whole.n_components, len(whole.tips), whole.report["pieces_joined"]) == (1, 2, 1)
+    assert (apart.n_components, len(apart.tips), apart.report["pieces_joined"]) == (2, 4, 0)
+    assert whole.length == pytest.approx(8.0)
+    assert apart.length == pytest.approx(6.0)
+    for skeleton in (whole, apart):
+        measures = skeleton.report["score"]["measures"]
+        assert (measures["extra_components"], measures["inside_fraction"], measures["shortcut_edges"]) == (0, 1.0, 0)
+        assert skeleton.report["passed"] is True
+    assert lbskel.score(replace(whole, report={}), broken).extra_components == 0
+
+
+def test_each_piece_ends_at_its_own_cuts():
+    """The gap is two radii wide, so that the other cut is within reach of a tip too."""
+    for parts in ((open_tube(0, 3), open_tube(3.6, 6)), (open_tube(3.6, 6), open_tube(0, 3))):
+        skeleton = skeletonize(joined(*parts), join="none")
+        assert sorted(skeleton.nodes[skeleton.tips, 2]) == pytest.approx([0, 3, 3.6, 6])
+
+
+@pytest.mark.parametrize(
+    "other", [pytest.param((0, 3, 1.5), id="beside"), pytest.param((10, 13, 0.0), id="beyond reach")]
+)
+def test_open_tubes_that_do_not_continue_each_other_stay_apart(other):
+    skeleton = skeletonize(joined(open_tube(0, 3), open_tube(*other)))
+    assert (skeleton.n_components, skeleton.report["pieces_joined"]) == (2, 0)
+
+
+def test_closed_bodies_in_line_stay_apart_unless_all_are_joined(rod):
+    pair = joined(rod, rod.with_vertices(rod.vertices + [0, 0, 4.6]))
+    assert skeletonize(pair).n_components == 2
+    whole = skeletonize(pair, join="all")
+    assert (whole.n_components, whole.report["pieces_joined"]) == (1, 1)
+    assert whole.report["passed"] is True  # what was asked for is no fault
+    assert lbskel.score(replace(whole, report={}), pair).extra_components == -1
+
+
+@pytest.mark.parametrize("n_turns", [1, 12])
+def test_the_skeleton_of_a_coil_is_its_axis_however_long_it_is(n_turns):
+    """Its length is 50 or 600 radii: what follows the local radius does not depend on the extent."""
+    shape = coil(n_turns)
+    skeleton = skeletonize(shape.mesh)
+    found = ground_truth_distances(skeleton, shape.truth)
+    assert (found.is_topology_right, found.n_tips) == (True, 2)
+    # the centroids of 12-gons in a bend of 8 radii; the tips end at the last ball, a radius before the end of the cap
+    assert max(found.accuracy, found.coverage) < 0.01
+    assert max(found.accuracy_95, found.coverage_95) < 0.03
+    assert skeleton.length == pytest.approx(shape.truth.length, rel=1 / 50)
+    assert skeleton.report["score"]["measures"]["coverage"] == 1
+    assert skeleton.report["passed"]

@@ -18,7 +18,7 @@ from lbskel.visualization import page
 def traces(path):
     """The traces of a page, with the numbers that plotly encodes in base64."""
     text = path.read_text()
-    start = text.index("Plotly.newPlot(")
+    start = text.rindex("Plotly.newPlot(")  # plotly's own program, which comes first, may have the words too
     start = text.index("[{", start)
     return json.JSONDecoder().raw_decode(text, start)[0]
 

@@ -58,7 +58,6 @@ def skeletonize_many(
     tree: bool = False,
     scale: float = 1.0,
     units: str | None = None,
-    join: bool = False,
     pictures: bool = False,
     reports: bool = False,
     workers: int | None = None,
@@ -86,8 +85,6 @@ def skeletonize_many(
         Whether to make each skeleton a tree, as :func:`lbskel.to_tree`.
     scale, units
         As for :func:`lbskel.write_skeleton`.
-    join : bool
-        Whether to join the graphs of several components to one.
     pictures, reports : bool
         Whether to write a picture (``NAME.png``) and the full report (``NAME.report.json``) beside each skeleton.
     workers : int, optional
@@ -142,7 +139,7 @@ def skeletonize_many(
             f"{len(taken)} files exist already in {folder} that no batch has made, such as {taken[0]}; "
             "give force=True (--force on the command line) to replace them"
         )
-    writing = {"join": join, "tree": tree, "scale": scale, "units": units, "picture": pictures, "report": reports}
+    writing = {"tree": tree, "scale": scale, "units": units, "picture": pictures, "report": reports}
     task = _Task(str(folder.absolute()), extension, writing, options, time_limit, memory_limit)
     records: dict[str, Record] = {}
     jobs = [(str(path), name, earlier.get(name)) for path, name in zip(paths, names, strict=True)]

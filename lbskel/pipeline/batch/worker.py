@@ -145,13 +145,10 @@ def _reply(job: dict[str, Any]) -> dict[str, Any]:
     from lbskel.io import as_mesh, write_safely, write_skeleton
     from lbskel.pipeline.cycles import cut_cycles
     from lbskel.pipeline.stages import skeletonize
-    from lbskel.skeleton.joining import join_components
 
     try:
         mesh = as_mesh(job["input"])
         skeleton = skeletonize(mesh, **job["options"])
-        if job["join"]:
-            skeleton = join_components(skeleton)
         output = Path(job["output"])
         skeleton, cut_note = cut_cycles(skeleton, tree=job["tree"], extension=output.suffix.removeprefix("."))
         write_skeleton(output, skeleton, scale=job["scale"], units=job["units"])

@@ -12,7 +12,6 @@ PARAMETERS = {
     "tree": False,
     "scale": 1.0,
     "units": None,
-    "join": False,
     "picture": False,
     "report": False,
     "options": {},

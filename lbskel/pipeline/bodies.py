@@ -1,0 +1,66 @@
+"""The skeleton of one body: contract, collapse, refine; again on the full surface where the proxy loses a handle."""
+
+from __future__ import annotations
+
+__all__ = ["skeletonize_body", "to_skeleton"]
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from lbskel.contraction.flow import contract
+from lbskel.contraction.settings import ContractionSettings
+from lbskel.contraction.surgery import CollapsedGraph, collapse
+from lbskel.pipeline.assembly import body_report
+from lbskel.pipeline.preparation import Body
+from lbskel.pipeline.profiling import StageTimer
+from lbskel.preprocess.result import identity_result
+from lbskel.skeleton.skeleton import Skeleton
+
+CONTRACTION_SHARE = 0.5  # of the time left that contraction may take under a time limit; a guess
+
+
+def skeletonize_body(
+    body: Body, settings: ContractionSettings, refine: Callable[[Skeleton, Body], Skeleton], timer: StageTimer
+) -> tuple[Skeleton, dict[str, Any]]:
+    """Make the skeleton of a body, and its report.
+
+    If the skeleton of a closed surface has not one cycle for each handle, and a proxy was contracted, the full surface
+    is contracted in its place.
+
+    Parameters
+    ----------
+    body : Body
+    settings : ContractionSettings
+    refine : callable
+        Takes the skeleton of the body's proxy and the body, returns that of the body: :func:`lbskel.refine`.
+    timer : StageTimer
+    """
+    skeleton, report = _skeletonize_proxy(body, settings, refine, timer)
+    has_lost_handles = body.mesh.genus is not None and skeleton.cycle_rank != body.mesh.genus
+    is_simplified = len(body.proxy.mesh.faces) < len(body.mesh.faces)
+    if not (has_lost_handles and is_simplified and timer.has_time_for("contract the full surface")):
+        return skeleton, report
+    full = replace(body, proxy=identity_result(body.mesh))
+    again, report_again = _skeletonize_proxy(full, settings, refine, timer)
+    note = f"contracted in full, since {skeleton.cycle_rank} cycles of {body.mesh.genus} were left of the proxy"
+    return again, {**report_again, "notes": [*report_again["notes"], note]}
+
+
+def _skeletonize_proxy(
+    body: Body, settings: ContractionSettings, refine: Callable[[Skeleton, Body], Skeleton], timer: StageTimer
+) -> tuple[Skeleton, dict[str, Any]]:
+    with timer("contract"):
+        seconds = None if timer.time_limit is None else CONTRACTION_SHARE * max(timer.seconds_left, 0.0)
+        contraction = contract(body.proxy.mesh, settings, time_limit=seconds)
+    with timer("collapse"):
+        graph = collapse(contraction)
+    skeleton = refine(to_skeleton(graph), body)
+    return skeleton, body_report(body, contraction, graph, skeleton)
+
+
+def to_skeleton(graph: CollapsedGraph) -> Skeleton:
+    """Convert a collapsed graph to a skeleton without radii, the input of :func:`lbskel.refine`."""
+    return Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)), graph.node_of_vertex)
