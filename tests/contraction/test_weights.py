@@ -69,13 +69,13 @@ def test_rules_give_tau_which_is_w_l_squared_times_the_mean_ring_area(kite):
 
 
 def test_the_rule_of_local_radii_gives_tau_at_each_vertex():
-    """On two tubes side by side, one of half the other's radius and area: tau is (c * radius)^2 up to the mean."""
-    thick, thin = torus(1.0, 0.1, 60, 32), torus(1.0, 0.05, 120, 32)
+    """On a thick and a thin ring side by side: up to the mean radius over the area, tau grows with the radius."""
+    thick, thin = torus(1.0, 0.1, 60, 32), torus(0.2, 0.01, 120, 32)
     tau = INITIAL_WEIGHT_RULES["local_radius"](joined(thick, moved(thin, 3.0)), 0.5)
-    n, mean = len(thick.vertices), (2 * 0.1 + 0.05) / 3
+    n, mean = len(thick.vertices), (0.1 * 0.1 + 0.002 * 0.01) / 0.102  # areas are as the products of the two radii
     # polygons of 32 corners are thinner by the cosine of pi / 32, half a per cent
     assert tau[:n] == pytest.approx((0.5 * min(LOCAL_FACTOR * 0.1, mean)) ** 2, rel=0.03)
-    assert tau[n:] == pytest.approx((0.5 * min(LOCAL_FACTOR * 0.05, mean)) ** 2, rel=0.03)
+    assert tau[n:] == pytest.approx((0.5 * min(LOCAL_FACTOR * 0.01, mean)) ** 2, rel=0.03)
     assert tau[n:].max() < tau[:n].min()
 
 
