@@ -31,7 +31,8 @@ class ContractionSettings:
         A name in ENERGIES: what each step minimizes.
     initial_weight_rule : str
         A name in INITIAL_WEIGHT_RULES: how the contraction weight of the first step follows from ``initial_weight``.
-        ``local_radius`` takes it as the distance that the first step smooths over, as a fraction of the local radius,
+        ``local_radius`` takes it as the distance that the first step smooths over, as a fraction of the mean radius, or
+        of four local radii where that is less,
         ``diffusion_length`` as a fraction of the mesh's diameter bound; the other rules are published formulas for W_L.
         WEIGHTS has the values published together.
     initial_weight : float
