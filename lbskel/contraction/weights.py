@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_radii
 
-# The first step reaches at most this many times as far, relative to the local radius, as relative to the mean radius. Of
-# 1, 2, 3 and 4, all tried with c = 0.5 or 0.35, only 4 kept the ends of armadillo, koala, spot and elephant, and the
+# The first step reaches at most this many times as far, relative to the local radius, as relative to the mean radius.
+# Of 1, 2, 3 and 4, tried with c = 0.5 or 0.35, only 4 kept the ends of armadillo, koala, spot and elephant, and the
 # thirteen shapes were most accurate with 3 and 4; that comparison is not in a committed table.
 LOCAL_FACTOR = 4.0
 
