@@ -14,7 +14,7 @@ from lbskel.geometry.sorting import stable_order
 
 MIN_FACES = 4  # faces of the smallest surface that encloses a volume, a tetrahedron
 MIN_SHARE = 0.002  # of the faces and of the area of the largest component: with less of both, one is a crumb. The
-# neurons of benchmarks/results/neurons.md have 30 to 90 components of 4 to 20 faces beside the cell of 13,000; a guess
+# neurons of benchmarks/neurons.py have 30 to 90 components of 4 to 20 faces beside the cell of 13,000; a guess
 
 
 @dataclass(frozen=True, eq=False)

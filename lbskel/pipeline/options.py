@@ -31,7 +31,7 @@ DOMAINS: dict[str, Mapping[str, Any]] = {
 
 - ``neuron``: one graph for each cell, whose pieces are joined whatever the gap, and no loops shorter than 60 radii:
   touching neurites leave loops, and a cell has none. Of the 29 and 40 loops of two hemibrain neurons 17 and 25 are
-  longer; the F-score of the cable falls by 0.002 (benchmarks/results/neurons.md).
+  longer; the F-score of the cable falls by 0.002. Not in a committed table.
 - ``vessel``, ``plant``: no loops around tunnels narrower than the vessel, the length of whose ring is 4 pi radii: where
   vessels touch, and where noise has made a handle.
 - ``character``: no branches that reach less than two local radii from their junction, such as those of ears and folds,
