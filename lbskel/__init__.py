@@ -1,6 +1,6 @@
 """lbskel: discrete Laplace-Beltrami operators and curve skeletons by Laplacian contraction."""
 
-from lbskel.applications import eigenpairs
+from lbskel.applications import BranchTable, branch_table, eigenpairs
 from lbskel.contraction import (
     DEGENERACY_STRATEGIES,
     PRESETS,
@@ -73,6 +73,7 @@ __all__ = [
     "SOLVERS",
     "WEIGHTS",
     "Body",
+    "BranchTable",
     "CollapsedGraph",
     "Contraction",
     "ContractionSettings",
@@ -99,6 +100,7 @@ __all__ = [
     "VertexMap",
     "as_mesh",
     "assemble",
+    "branch_table",
     "check",
     "collapse",
     "collapse_mesh",

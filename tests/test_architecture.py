@@ -48,6 +48,7 @@ LAZY = {
     "matplotlib",
     "meshio",
     "networkx",
+    "pandas",
     "plotly",
     "pymeshlab",
     "trimesh",

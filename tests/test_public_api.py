@@ -12,6 +12,7 @@ from lbskel.shapes import make
 
 TAKES_A_MESH = {
     "as_mesh": lambda mesh: lbskel.as_mesh(mesh).vertices,
+    "branch_table": lambda mesh: lbskel.branch_table(lbskel.skeletonize(mesh), mesh).volume,
     "check": lambda mesh: lbskel.check(mesh).faces,
     "collapse_mesh": lambda mesh: lbskel.collapse_mesh(mesh, mesh).edges,
     "contract": lambda mesh: lbskel.contract(mesh).mesh.vertices,

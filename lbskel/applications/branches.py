@@ -1,0 +1,202 @@
+"""The branches of a skeleton as a table: lengths, radii, cross-sections, volume, surface, angles and order.
+
+Lengths and radii are those of the polyline. With the mesh, cross-sections, area and volume are those of the surface:
+:mod:`lbskel.applications.branch_measures`. Order and angles: :mod:`lbskel.applications.branch_tree`.
+"""
+
+from __future__ import annotations
+
+__all__ = ["BranchTable", "branch_table"]
+
+import json
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lbskel.applications.branch_measures import N_PROFILE, Polyline, section_areas, shared_among_branches
+from lbskel.applications.branch_tree import branch_order
+from lbskel.errors import MissingDependency
+from lbskel.geometry.arrays import read_only
+from lbskel.geometry.mesh import as_mesh
+from lbskel.skeleton.skeleton import Skeleton
+
+
+@dataclass(frozen=True, eq=False)
+class BranchTable:
+    """One row for each branch of a skeleton; lengths in its units.
+
+    Parameters
+    ----------
+    start, end : (b,) array of int
+        Nodes, that nearer to the root first.
+    parent : (b,) array of int
+        Row of the branch that a branch hangs on; -1 where it begins at the root or holds it.
+    strahler : (b,) array of int
+        Strahler order.
+    length, chord : (b,) array of float
+        Of the polyline, and of the line between its ends.
+    tortuosity : (b,) array of float
+        Length over chord; NaN for loops.
+    mean_radius, min_radius, max_radius : (b,) array of float
+        Of the radii of the nodes, the mean by length.
+    section_area : (b,) array of float
+        Mean area of the cross-sections more than two radii from junctions; NaN without a mesh.
+    area, volume : (b,) array of float
+        Of the part of the mesh that belongs to the branch; without a mesh, of truncated cones, without their ends.
+    area_share, volume_share : (b,) array of float
+        Of the sum over the branches.
+    local_angle, remote_angle : (b,) array of float
+        Degrees between the two children at the end: of their first edges, and of the lines to their ends; NaN where
+        there are not two.
+    radius_profile, section_area_profile : (b, 11) array of float
+        Radius and area of the cross-section at 0, 10, ... 100 % of the length.
+    """
+
+    start: NDArray[np.int64]
+    end: NDArray[np.int64]
+    parent: NDArray[np.int64]
+    strahler: NDArray[np.int64]
+    length: NDArray[np.float64]
+    chord: NDArray[np.float64]
+    tortuosity: NDArray[np.float64]
+    mean_radius: NDArray[np.float64]
+    min_radius: NDArray[np.float64]
+    max_radius: NDArray[np.float64]
+    section_area: NDArray[np.float64]
+    area: NDArray[np.float64]
+    volume: NDArray[np.float64]
+    area_share: NDArray[np.float64]
+    volume_share: NDArray[np.float64]
+    local_angle: NDArray[np.float64]
+    remote_angle: NDArray[np.float64]
+    radius_profile: NDArray[np.float64]
+    section_area_profile: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.length)
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Return the columns by name; a profile has one for each place, such as ``radius_at_50`` percent."""
+        columns: dict[str, NDArray[Any]] = {"branch": np.arange(len(self))}
+        for field in fields(self):
+            values = getattr(self, field.name)
+            if values.ndim == 1:
+                columns[field.name] = values
+            else:
+                name = field.name.removesuffix("_profile")
+                places = np.linspace(0, 100, N_PROFILE).round().astype(int).tolist()
+                columns.update({f"{name}_at_{place}": values[:, k] for k, place in enumerate(places)})
+        return columns
+
+    def to_csv(self) -> str:
+        """Return the table as CSV, one line for each branch; NaN is an empty field."""
+        columns = self.columns()
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        lines = [",".join("" if value != value else repr(value) for value in row) for row in rows]
+        return "\n".join([",".join(columns), *lines, ""])
+
+    def to_json(self) -> str:
+        """Return the table as JSON, one object for each branch; NaN is null, a profile a list."""
+        columns = {field.name: getattr(self, field.name).tolist() for field in fields(self)}
+        rows = [
+            {"branch": row, **{name: _without_nan(values[row]) for name, values in columns.items()}}
+            for row in range(len(self))
+        ]
+        return json.dumps({"branches": rows}, indent=1) + "\n"
+
+    def to_pandas(self) -> Any:
+        """Return the table as a ``pandas.DataFrame`` with the columns of :meth:`columns`.
+
+        Raises
+        ------
+        MissingDependency
+            If pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise MissingDependency("pandas", "tables", "to_pandas()") from None
+        return pandas.DataFrame(self.columns()).set_index("branch")
+
+
+def _without_nan(value: Any) -> Any:
+    """Replace NaN by None, also in a list."""
+    if isinstance(value, list):
+        return [_without_nan(each) for each in value]
+    return None if value != value else value
+
+
+def branch_table(skeleton: Skeleton, mesh: Any = None) -> BranchTable:
+    """Measure every branch of a skeleton.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With ``node_of_vertex``, if the mesh is given. Its first node is the root.
+    mesh : Mesh or anything that :func:`lbskel.as_mesh` takes, optional
+        That the skeleton was made from.
+
+    Returns
+    -------
+    BranchTable
+        In the order of ``skeleton.branches``.
+
+    Raises
+    ------
+    MeshError
+        If the skeleton's map is not one of the vertices of the mesh.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import capsule
+    >>> rod = capsule(4.0, 0.5)
+    >>> table = lbskel.branch_table(lbskel.skeletonize(rod), rod)
+    >>> len(table), float(table.mean_radius[0].round(2)), float(table.section_area[0].round(2))
+    (1, 0.5, 0.78)
+    """
+    order = branch_order(skeleton)
+    lines = [Polyline.of(skeleton, path) for path in order.paths]
+    length = np.array([line.length for line in lines])
+    chord = np.array([float(np.linalg.norm(line.points[-1] - line.points[0])) for line in lines])
+    places = np.linspace(0, 1, N_PROFILE)
+    profile = np.array([line.radii_at(places * line.length) for line in lines]).reshape(-1, N_PROFILE)
+    if mesh is None:
+        cones = np.array([line.cones() for line in lines]).reshape(-1, 2)
+        area, volume = cones.T.copy()
+        section, section_profile = np.full(len(lines), np.nan), np.full((len(lines), N_PROFILE), np.nan)
+    else:
+        surface = as_mesh(mesh)
+        area, volume = shared_among_branches(skeleton, order.paths, surface)
+        section, section_profile = section_areas(skeleton, order.paths, lines, surface)
+    ends = np.array([(path[0], path[-1]) for path in order.paths], dtype=np.int64).reshape(-1, 2)
+    values = {
+        "start": ends[:, 0].copy(),
+        "end": ends[:, 1].copy(),
+        "parent": order.parents,
+        "strahler": order.strahler,
+        "length": length,
+        "chord": chord,
+        "tortuosity": np.divide(length, chord, out=np.full(len(lines), np.nan), where=chord > 0),
+        "mean_radius": np.array([line.mean_radius for line in lines]),
+        "min_radius": np.array([line.radii.min() for line in lines]),
+        "max_radius": np.array([line.radii.max() for line in lines]),
+        "section_area": section,
+        "area": area,
+        "volume": volume,
+        "area_share": _share(area),
+        "volume_share": _share(volume),
+        "local_angle": order.local_angles,
+        "remote_angle": order.remote_angles,
+        "radius_profile": profile,
+        "section_area_profile": section_profile,
+    }
+    return BranchTable(**{name: read_only(column) for name, column in values.items()})
+
+
+def _share(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(b,) shares of the sum; NaN if that is not positive."""
+    total = values.sum()
+    return values / total if total > 0 else np.full(len(values), np.nan)

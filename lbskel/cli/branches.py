@@ -1,0 +1,52 @@
+"""``lbskel branches MESH -o TABLE``: the branches of a mesh's skeleton as a table."""
+
+from __future__ import annotations
+
+__all__ = ["add_parser", "run"]
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from lbskel.applications import branch_table
+from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
+from lbskel.cli.options import add_command
+from lbskel.errors import FormatError
+from lbskel.io import write_safely
+
+EXTENSIONS = (".csv", ".json")
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add ``lbskel branches``."""
+    parser = add_command(
+        subparsers,
+        "branches",
+        "measure the branches of a mesh: length, radii, sections, volume, angles, order",
+        details="One row for each branch. Without -o the table is printed as CSV.",
+        example="lbskel branches meshes/tree.stl -o tree_branches.csv",
+    )
+    parser.add_argument("-o", "--output", metavar="TABLE", help="table to write: csv or json")
+    parser.add_argument("--force", action="store_true", help="replace a file that exists")
+    add_input(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measure and write or print the table."""
+    output = Path(arguments.output) if arguments.output else None
+    if output is not None:
+        if output.suffix.lower() not in EXTENSIONS:
+            raise FormatError(f"{output}: the name must end in one of: {', '.join(EXTENSIONS)}")
+        if output.exists() and not arguments.force:
+            raise FormatError(f"{output} exists already; give --force to replace it")
+    mesh, skeleton = mesh_and_skeleton(arguments)
+    table = branch_table(skeleton, mesh)
+    if output is None:
+        print(table.to_csv(), end="")
+    else:
+        write_safely(
+            output, table.to_json() if output.suffix.lower() == ".json" else table.to_csv(), force=arguments.force
+        )
+        print(f"{output}: {len(table)} branches")
+    return 0

@@ -1,0 +1,41 @@
+"""The input that commands on a mesh and its skeleton have in common: MESH, and a skeleton in a file or made of it."""
+
+from __future__ import annotations
+
+__all__ = ["add_input", "mesh_and_skeleton"]
+
+import argparse
+
+from lbskel.cli.options import add_skeleton_options, skeleton_options
+from lbskel.errors import MeshError
+from lbskel.geometry.mesh import Mesh
+from lbskel.io import FORMATS, MESH_READERS, read_mesh, read_skeleton
+from lbskel.pipeline.stages import skeletonize
+from lbskel.skeleton.skeleton import Skeleton
+
+
+def add_input(parser: argparse.ArgumentParser) -> None:
+    """Add MESH, ``--skeleton`` and the options of a skeleton that is made."""
+    parser.add_argument("mesh", metavar="MESH", help=f"mesh: {', '.join(MESH_READERS)}")
+    stored = [name for name, entry in FORMATS.items() if "node_of_vertex" not in entry.loses]
+    parser.add_argument(
+        "--skeleton",
+        metavar="FILE",
+        help=f"skeleton of the mesh with its vertex map, by lbskel skeletonize ({', '.join(stored)}), in place of one "
+        "made with the options below",
+    )
+    add_skeleton_options(parser)
+
+
+def mesh_and_skeleton(arguments: argparse.Namespace) -> tuple[Mesh, Skeleton]:
+    """Read the mesh, and read or make its skeleton."""
+    mesh = read_mesh(arguments.mesh)
+    if not arguments.skeleton:
+        return mesh, skeletonize(mesh, **skeleton_options(arguments), time_limit=arguments.time_limit)
+    skeleton = read_skeleton(arguments.skeleton)
+    if len(skeleton.node_of_vertex) != len(mesh.vertices):
+        raise MeshError(
+            f"{arguments.skeleton}: maps {len(skeleton.node_of_vertex)} vertices to its nodes, and {arguments.mesh} "
+            f"has {len(mesh.vertices)}; write the skeleton of this mesh as json, npz, ply or vtp, which store the map"
+        )
+    return mesh, skeleton

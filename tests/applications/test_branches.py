@@ -1,0 +1,99 @@
+"""The table of branches: known shapes, the same numbers in every format, NeuroM's lengths, a round trip."""
+
+import io
+import json
+
+import numpy as np
+import pytest
+
+import lbskel
+from lbskel import Skeleton, branch_table, skeletonize, write_skeleton
+from lbskel.shapes import capsule, make, torus, tube_mesh
+
+FORK = Skeleton([[0, 0, 0], [0, 0, 9], [5, 0, 15], [-5, 0, 15]], [[0, 1], [1, 2], [1, 3]], [1.0, 0.9, 0.6, 0.7])
+
+
+def test_a_rod_and_a_ring_are_measured_within_two_percent():
+    rod, ring = capsule(4.0, 0.5), torus(1.0, 0.25, 96, 48)
+    of_rod, of_ring = branch_table(skeletonize(rod), rod), branch_table(skeletonize(ring), ring)
+    for table, length, radius, mesh in ((of_rod, 4.0, 0.5, rod), (of_ring, 2 * np.pi, 0.25, ring)):
+        assert len(table) == 1
+        assert table.length == pytest.approx([length], rel=0.02)
+        for radii in (table.mean_radius, table.min_radius, table.max_radius, table.radius_profile[0]):
+            assert radii == pytest.approx(np.full(len(radii), radius), rel=0.02)
+        for areas in (table.section_area, table.section_area_profile[0]):
+            assert areas == pytest.approx(np.full(len(areas), np.pi * radius**2), rel=0.02)
+        assert table.volume == pytest.approx([mesh.volume], rel=0.01)  # triangles of nodes enclose a little in bends
+        assert table.area == pytest.approx([mesh.area])
+        assert (table.volume_share, table.area_share) == (1, 1)
+    assert of_rod.tortuosity == pytest.approx([1.0], abs=1e-3)
+    assert np.isnan(of_ring.tortuosity[0])
+
+
+def test_the_limbs_of_a_tripod_are_measured_within_two_percent():
+    shape = make("tripod", n_vertices=1500)
+    ours, truth = (branch_table(each, shape.mesh) for each in (skeletonize(shape.mesh), with_map(shape)))
+    assert np.sort(ours.length) == pytest.approx(np.sort(truth.length), rel=0.02)
+    assert ours.mean_radius == pytest.approx(np.full(3, 0.14), rel=0.02)
+    assert ours.section_area == pytest.approx(np.full(3, np.pi * 0.14**2), rel=0.02)
+    assert ours.volume.sum() == pytest.approx(shape.mesh.volume, rel=0.01)
+
+
+def with_map(shape):
+    """The true skeleton of a shape, with each vertex of the mesh mapped to the nearest node."""
+    from helpers import nearest_rows
+
+    truth = shape.truth
+    return Skeleton(truth.nodes, truth.edges, truth.radii, nearest_rows(shape.mesh.vertices, truth.nodes))
+
+
+def test_the_radii_of_a_skeleton_come_back_from_the_mesh_of_its_tubes():
+    shape = tube_mesh(FORK)
+    table, truth = branch_table(skeletonize(shape.mesh), shape.mesh), branch_table(shape.truth)
+    rows = np.argsort(table.mean_radius), np.argsort(truth.mean_radius)
+    assert table.mean_radius[rows[0]] == pytest.approx(truth.mean_radius[rows[1]], rel=0.02)
+    assert table.length[rows[0]] == pytest.approx(truth.length[rows[1]], rel=0.02)
+
+
+def test_without_a_mesh_a_branch_is_truncated_cones():
+    table = branch_table(FORK)
+    assert table.volume[0] == pytest.approx(np.pi / 3 * 9 * (1 + 0.9 + 0.81))
+    assert table.area[0] == pytest.approx(np.pi * 1.9 * np.hypot(0.1, 9))
+    assert np.isnan(table.section_area).all()
+    assert table.radius_profile[0] == pytest.approx(np.linspace(1, 0.9, 11))
+
+
+def test_lengths_and_volumes_are_those_of_neurom(tmp_path):
+    neurom = pytest.importorskip("neurom")
+    write_skeleton(tmp_path / "fork.swc", FORK)
+    sections = list(neurom.iter_sections(neurom.load_morphology(tmp_path / "fork.swc")))
+    table = branch_table(FORK)
+    for name in ("length", "volume", "area"):  # NeuroM stores single precision
+        assert sorted(getattr(table, name)) == pytest.approx(sorted(getattr(s, name) for s in sections), rel=1e-5)
+
+
+def test_every_format_has_the_same_numbers():
+    pandas = pytest.importorskip("pandas")
+    table = branch_table(FORK)
+    frame, rows = table.to_pandas(), json.loads(table.to_json())["branches"]
+    read = pandas.read_csv(io.StringIO(table.to_csv())).set_index("branch")
+    pandas.testing.assert_frame_equal(read, frame, check_exact=True)
+    assert [row["length"] for row in rows] == table.length.tolist() == frame["length"].tolist()
+    assert rows[0]["radius_profile"] == frame.filter(regex="^radius_at").iloc[0].tolist()
+    assert rows[0]["section_area"] is None
+    assert frame.notna().all(axis=0)["local_angle"] == False  # noqa: E712
+
+
+def test_to_pandas_without_pandas_says_how_to_install_it(monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "pandas", None)
+    with pytest.raises(lbskel.MissingDependency, match="tables"):
+        branch_table(FORK).to_pandas()
+
+
+def test_what_has_no_branch_or_no_radius_gives_a_table():
+    assert len(branch_table(Skeleton([[0, 0, 0]], [], [1.0]))) == 0
+    assert branch_table(Skeleton([[0, 0, 0]], [], [1.0])).to_csv().count("\n") == 1
+    flat = branch_table(Skeleton(np.zeros((2, 3)), [[0, 1]], [np.nan, 1.0]))
+    assert flat.length == 0
+    assert np.isnan(flat.volume_share).all()
+    assert json.loads(flat.to_json())["branches"][0]["mean_radius"] is None
