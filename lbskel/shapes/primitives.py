@@ -5,7 +5,17 @@ The faces of closed surfaces point outwards.
 
 from __future__ import annotations
 
-__all__ = ["capsule", "cylinder", "flat_grid", "schwarz_lantern", "section_frames", "sphere", "torus", "tube"]
+__all__ = [
+    "capsule",
+    "cylinder",
+    "flat_grid",
+    "join_rings",
+    "schwarz_lantern",
+    "section_frames",
+    "sphere",
+    "torus",
+    "tube",
+]
 
 from itertools import pairwise
 
@@ -38,8 +48,17 @@ def _grid_faces(n: int, m: int) -> NDArray[np.int64]:
     return np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3)
 
 
-def _rings(rings: NDArray[np.float64], poles: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None) -> Mesh:
-    """Join (n, m, 3) rings of points by triangles; close the ends by triangle fans to two poles if these are given."""
+def join_rings(
+    rings: NDArray[np.float64], poles: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+) -> Mesh:
+    """Join rings of points by triangles, and close the ends by triangle fans to two poles if these are given.
+
+    Parameters
+    ----------
+    rings : (n, m, 3) array of float
+        Each counterclockwise as seen from the rings before it, for faces that point outwards.
+    poles : tuple of two (3,) arrays of float, optional
+    """
     n, m, _ = rings.shape
     closed = np.append(np.arange(m), 0)  # columns of a ring, the first one repeated at the end
     F = (np.arange(n)[:, None] * m + closed).ravel()[_grid_faces(n, m + 1)]
@@ -89,7 +108,7 @@ def cylinder(radius: float = 1.0, height: float = 2.0, n: int = 32, m: int = 17)
     """
     flat = np.broadcast_to(radius * _circle(n), (m, n, 2))
     z = np.broadcast_to(np.linspace(height / 2, -height / 2, m)[:, None, None], (m, n, 1))
-    return _rings(np.concatenate([flat, z], axis=2))
+    return join_rings(np.concatenate([flat, z], axis=2))
 
 
 def capsule(length: float = 2.0, radius: float = 0.5, n: int = 32) -> Mesh:
@@ -110,7 +129,7 @@ def capsule(length: float = 2.0, radius: float = 0.5, n: int = 32) -> Mesh:
     z = np.concatenate([cap, np.linspace(length / 2, -length / 2, n_bands + 1)[1:-1], -cap[::-1]])
     rings = np.concatenate([rho[:, None, None] * _circle(n), np.broadcast_to(z[:, None, None], (len(z), n, 1))], axis=2)
     pole = np.array([0, 0, length / 2 + radius])
-    return _rings(rings, (pole, -pole))
+    return join_rings(rings, (pole, -pole))
 
 
 def section_frames(polyline: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -166,7 +185,7 @@ def tube(polyline: ArrayLike, radius: ArrayLike, *, sides: int = 16, rounded: bo
         R = np.concatenate([R[0] * lowered[::-1], R, R[-1] * lowered])
     frames = section_frames(P)
     rings = P[:, None] + R[:, None, None] * (_circle(sides) @ frames)
-    return _rings(rings[::-1], poles)
+    return join_rings(rings[::-1], poles)
 
 
 def flat_grid(n: int = 16, m: int = 16) -> Mesh:

@@ -56,12 +56,15 @@ class Solid:
         radii may meet in one center.
     branch_of_segment : (s,) array of int
         Branch index of each segment.
+    blend : float
+        Width over which a branch is blended with the others, relative to its largest radius.
     """
 
     centers: NDArray[np.float64]
     segments: NDArray[np.int64]
     radii: NDArray[np.float64]
     branch_of_segment: NDArray[np.int64]
+    blend: float = BLEND_WIDTH
 
     @property
     def _max_radii(self) -> NDArray[np.float64]:
@@ -84,7 +87,7 @@ class Solid:
         """
         start, end = self.centers[self.segments].transpose(1, 0, 2)
         lengths = np.linalg.norm(end - start, axis=1)
-        margin = BLEND_REACH * BLEND_WIDTH * self._max_radii[self.branch_of_segment] * self.branch_of_segment.any()
+        margin = BLEND_REACH * self.blend * self._max_radii[self.branch_of_segment] * self.branch_of_segment.any()
         outer = lengths / 2 + self.radii.max(axis=1) + margin + cutoff
         nearby = cKDTree(points).query_ball_point((start + end) / 2, outer)
         segment = np.repeat(np.arange(len(nearby)), [len(found) for found in nearby])
@@ -122,7 +125,7 @@ class Solid:
             Not negative, in the units of the solid.
         """
         distances, branches = self._branch_distances(points, cutoff)
-        widths = BLEND_WIDTH * self._max_radii[branches]
+        widths = self.blend * self._max_radii[branches]
         total: NDArray[np.float64] = distances[:, 0]
         for other, width in zip(distances.T[1:], widths.T[1:], strict=True):
             share = np.clip(0.5 + 0.5 * (other - total) / width, 0.0, 1.0)
@@ -150,7 +153,7 @@ class Solid:
         return Truth(self.centers, self.segments, inscribed)
 
 
-def solid_of(branches: Sequence[Branch]) -> Solid:
+def solid_of(branches: Sequence[Branch], *, blend: float = BLEND_WIDTH) -> Solid:
     """Build a solid around polylines.
 
     Parameters
@@ -158,6 +161,8 @@ def solid_of(branches: Sequence[Branch]) -> Solid:
     branches : sequence of Branch
         The points of each polyline and the radii at them, or one radius for all. Branches that share a point are
         joined there. A polyline of one point is a ball; one that ends at its first point is a loop.
+    blend : float
+        Width over which a branch is blended with the others, relative to its largest radius.
 
     Raises
     ------
@@ -175,7 +180,7 @@ def solid_of(branches: Sequence[Branch]) -> Solid:
     size = np.ptp(spheres[:, :3], axis=0).max() or 1.0
     rounded = np.round(spheres[:, :3] / (MERGE_TOLERANCE * size)) + 0.0  # no negative zeros
     _, row_of_center, center = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
-    return Solid(spheres[row_of_center, :3], center[segments], spheres[segments, 3], branch[first])
+    return Solid(spheres[row_of_center, :3], center[segments], spheres[segments, 3], branch[first], blend)
 
 
 def subdivide(points: NDArray[Any], radii: NDArray[Any], name: str) -> NDArray[np.float64]:

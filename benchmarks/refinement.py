@@ -1,0 +1,201 @@
+"""Refinement: accuracy on shapes that are not tubes, beside other tools, and what each pass is good for.
+
+Distances are exact, from points along one graph to the segments of the other, in true local radii. A graph is right if
+its tips, cycles and components are those of the axis, and its junctions after those nearer than a radius are merged.
+The second set has parameters at which nothing was tuned. In the ablation each pass is left out in turn.
+"""
+
+from __future__ import annotations
+
+__all__ = ["PASSES", "run"]
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+import lbskel
+from benchmarks.harness import markdown_table, run_in_subprocess, save_json, save_markdown
+from benchmarks.peers import PEERS
+from lbskel.shapes import SHAPES, Shape, make
+from lbskel.shapes.hard import HARD_SHAPES
+from lbskel.skeleton.edge_distances import nearest_on_edges
+from lbskel.skeleton.pruning import merge_junctions
+
+MESHES = Path(__file__).parent.parent / "meshes"
+TOOLS = ("lbskel", "PyGEL3D", "CGAL")
+TIME_LIMIT = 120.0  # seconds for a tool on one mesh
+MEASURES = ("accuracy", "accuracy_95", "coverage", "coverage_95")
+
+TUNED: dict[str, dict[str, Any]] = {**{name: {} for name in HARD_SHAPES}, "vessels": {"n_forks": 20, "seed": 3}}
+HELD_OUT: dict[str, dict[str, Any]] = {
+    "twisted ellipse": {"ratio": 3.0, "twist": 2.0},
+    "ribbon": {"ratio": 7.0, "length": 3.0},
+    "leaf": {"ratio": 4.5, "width": 0.4},
+    "zigzag": {"degrees": 42.0, "n_bends": 3},
+    "acute fork": {"degrees": 20.0},
+    "oblique cross": {"degrees": 50.0, "ratio": 0.45},
+    "prongs": {"n": 3, "gap": 0.3},
+    "torso": {"degrees": 12.0},
+    "vessels": {"n_forks": 30, "seed": 8},
+    "twigs": {"ratio": 0.2},
+    "horn": {"ratio": 6.0},
+    "tee": {"ratio": 0.6},
+    "lattice": {"n": 4},
+    "spring": {"gap": 0.8},
+}
+QUICK, QUICK_TUBES = ("zigzag", "tee"), ("tripod",)
+EXTENSIONS = ("off", "obj", "ply", "stl")
+TIP_DISTANCE = 3.0  # within which two tips are the same, in mean radii; a guess: an end has a cap of one radius
+
+STAGES = "lbskel.pipeline.stages"
+
+
+def _unchanged(skeleton: lbskel.Skeleton, *_: Any, **__: Any) -> lbskel.Skeleton:
+    """Stand in for a pass that is left out."""
+    return skeleton
+
+
+# For each pass, what stands in for its function.
+PASSES: dict[str, dict[str, Callable[..., Any]]] = {
+    "prune": {f"{STAGES}.prune": _unchanged},
+    "merge junctions by distance": {f"{STAGES}.merge_junctions": _unchanged},
+    "merge junctions by axes": {f"{STAGES}._with_merged_junctions": _unchanged},
+    "recenter": {f"{STAGES}.recenter": _unchanged},
+    "place junctions": {"lbskel.refinement.centering.place_junctions": lambda skeleton, centers, surface: centers},
+    "extend tips": {f"{STAGES}.extend_tips": _unchanged},
+    "limbs at the ends of branches": {"lbskel.refinement.tips._missed_limbs": lambda *_: {}},
+    "prune contained branches": {f"{STAGES}.prune_contained_branches": _unchanged},
+    "grow missing branches": {f"{STAGES}.grow_missing_branches": _unchanged},
+    "reroute inside": {f"{STAGES}._rerouted_inside": _unchanged},
+}
+
+
+@contextmanager
+def without(name: str) -> Iterator[None]:
+    """Leave a pass out; a name that is in no table leaves out nothing."""
+    patches = [mock.patch(target, stand_in) for target, stand_in in PASSES.get(name, {}).items()]
+    for patch in patches:
+        patch.start()
+    try:
+        yield
+    finally:
+        for patch in patches:
+            patch.stop()
+
+
+def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] = ()) -> None:
+    """Measure, and write refinement.json and refinement.md; ``meshes`` are more real ones for the ablation."""
+    shapes = {
+        (part, name): HARD_SHAPES[name](**given)
+        for part, parameters in (("tuned", TUNED), ("held out", HELD_OUT))
+        for name, given in parameters.items()
+        if not quick or name in QUICK
+    }
+    tools = TOOLS if peers else TOOLS[:1]
+    rows = [
+        {"set": part, "shape": name, "tool": tool, **_row(tool, shape)}
+        for (part, name), shape in shapes.items()
+        for tool in tools
+    ]
+    summary = [_summary(rows, part, tool) for part in ("tuned", "held out") for tool in tools]
+    tubes = [make(name) for name in (QUICK_TUBES if quick else SHAPES)]
+    paths = [path for path in (*sorted(MESHES.iterdir()), *meshes) if path.suffix.lstrip(".") in EXTENSIONS]
+    real = [lbskel.read_mesh(path) for path in paths[: 1 if quick else None]]
+    baseline = [lbskel.skeletonize(mesh) for mesh in real]
+    ablation = [_ablation(name, tubes, list(shapes.values()), real, baseline) for name in ("none", *PASSES)]
+    save_json(
+        results / "refinement.json", {"summary": summary, "rows": rows, "ablation": ablation}, packages=("PyGEL3D",)
+    )
+    save_markdown(
+        results / "refinement.md",
+        "Refinement",
+        {
+            "Hard shapes, means": markdown_table(summary),
+            "Each hard shape": markdown_table(rows),
+            f"Passes left out in turn, on {len(tubes)} tubes, {len(shapes)} hard shapes and {len(real)} other meshes": (
+                markdown_table(ablation)
+            ),
+        },
+    )
+
+
+def _row(tool: str, shape: Shape) -> dict[str, Any]:
+    """Measure one tool on one shape."""
+    answer = run_in_subprocess(
+        PEERS[tool], np.array(shape.mesh.vertices), np.array(shape.mesh.faces), timeout=TIME_LIMIT
+    )
+    if "error" in answer:
+        return {"error": answer["error"]}
+    nodes, edges = answer["value"]
+    return measured(lbskel.Skeleton(nodes, edges, np.zeros(len(nodes))), shape.truth)
+
+
+def measured(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> dict[str, Any]:
+    """Compare a skeleton with the axis: distances, tips, junctions, and whether the graph is right."""
+    distances = lbskel.ground_truth_distances(skeleton, truth)
+    junctions, true_junctions = _n_junctions(skeleton, truth), _n_junctions(truth, truth)
+    is_right = distances.is_topology_right and distances.n_tips == distances.n_true_tips and junctions == true_junctions
+    return {
+        **{measure: getattr(distances, measure) for measure in MEASURES},
+        "tips": f"{distances.n_tips}/{distances.n_true_tips}",
+        "junctions": f"{junctions}/{true_junctions}",
+        "graph right": is_right,
+    }
+
+
+def _n_junctions(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> int:
+    """Count junctions after those closer than the true radius there are merged."""
+    radii = nearest_on_edges(truth, skeleton.nodes)[2]
+    return len(merge_junctions(lbskel.Skeleton(skeleton.nodes, skeleton.edges, radii)).junctions)
+
+
+def _means(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Compute means over the shapes that gave a skeleton, and count right graphs over all."""
+    done = [row for row in rows if "error" not in row]
+    return {
+        **{measure: float(np.mean([row[measure] for row in done])) if done else None for measure in MEASURES},
+        "graphs right": f"{sum(row.get('graph right', False) for row in rows)}/{len(rows)}",
+    }
+
+
+def _summary(rows: Sequence[dict[str, Any]], part: str, tool: str) -> dict[str, Any]:
+    return {"set": part, "tool": tool} | _means([row for row in rows if (row["set"], row["tool"]) == (part, tool)])
+
+
+def _ablation(
+    name: str,
+    tubes: Sequence[Shape],
+    hard: Sequence[Shape],
+    real: Sequence[lbskel.Mesh],
+    baseline: Sequence[lbskel.Skeleton],
+) -> dict[str, Any]:
+    """Measure what is left without one pass; tips of the whole refinement with none near are lost."""
+    with without(name):
+        on_tubes, on_hard = (
+            _means([measured(lbskel.skeletonize(shape.mesh), shape.truth) for shape in shapes])
+            for shapes in (tubes, hard)
+        )
+        skeletons = [lbskel.skeletonize(mesh) for mesh in real]
+    return {
+        "left out": name,
+        **{f"tubes, {key}": on_tubes[key] for key in ("accuracy", "coverage", "graphs right")},
+        **{f"hard, {key}": on_hard[key] for key in ("accuracy", "coverage", "graphs right")},
+        "extremities missed": sum(s.report["score"]["measures"]["extremities_missed"] for s in skeletons),
+        "tips lost": sum(map(_n_lost, skeletons, baseline)),
+        "tips added": sum(map(_n_lost, baseline, skeletons)),
+        "fail": sum(s.report["score"]["verdict"] == "fail" for s in skeletons),
+    }
+
+
+def _n_lost(skeleton: lbskel.Skeleton, reference: lbskel.Skeleton) -> int:
+    """Count the tips of a reference that have no tip within TIP_DISTANCE of their mean radii."""
+    tips = reference.tips
+    if len(skeleton.tips) == 0:
+        return len(tips)
+    distances = cKDTree(skeleton.nodes[skeleton.tips]).query(reference.nodes[tips])[0]
+    return int((distances > TIP_DISTANCE * reference.mean_radii[tips]).sum())

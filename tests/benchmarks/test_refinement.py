@@ -1,0 +1,53 @@
+"""The benchmark of refinement: a graph is judged by its tips, junctions and cycles, and each pass can be left out."""
+
+import numpy as np
+import pytest
+
+import lbskel
+from benchmarks.refinement import HELD_OUT, PASSES, TUNED, measured, without
+from lbskel.pipeline import stages
+from lbskel.shapes import make
+from lbskel.shapes.hard import HARD_SHAPES
+
+
+def test_both_sets_have_every_kind_with_other_parameters():
+    assert set(TUNED) == set(HELD_OUT) == set(HARD_SHAPES)
+    assert all(HELD_OUT[name] != TUNED[name] for name in HARD_SHAPES)
+
+
+def test_the_axis_itself_is_right_and_with_a_spike_is_not():
+    truth = make("tripod", n_vertices=500).truth
+    own = measured(truth, truth)
+    assert own["graph right"]
+    assert own["accuracy"] == pytest.approx(0, abs=1e-9)
+    tip = truth.tips[0]
+    spiked = lbskel.Skeleton(
+        np.vstack([truth.nodes, truth.nodes[truth.neighbors[tip][0]] + 0.5]),
+        np.vstack([truth.edges, [truth.neighbors[tip][0], len(truth.nodes)]]),
+        np.append(truth.radii, 0.1),
+    )
+    assert not measured(spiked, truth)["graph right"]
+
+
+@pytest.mark.parametrize("name", PASSES)
+def test_a_pass_is_left_out_only_inside_the_block(name):
+    before = {target: _value(target) for target in PASSES[name]}
+    with without(name):
+        assert all(_value(target) is not before[target] for target in before)
+    assert {target: _value(target) for target in before} == before
+
+
+def _value(target):
+    """What a dotted name of a module's attribute refers to now."""
+    module, attribute = target.rsplit(".", 1)
+    return getattr(__import__(module, fromlist=[attribute]), attribute)
+
+
+def test_the_stages_call_what_is_left_out():
+    assert callable(stages.refine)
+    shape = make("tripod", n_vertices=600)
+    with without("recenter"):
+        raw = lbskel.skeletonize(shape.mesh)
+    assert (
+        measured(raw, shape.truth)["accuracy"] > 2 * measured(lbskel.skeletonize(shape.mesh), shape.truth)["accuracy"]
+    )
