@@ -1,6 +1,6 @@
 """lbskel: discrete Laplace-Beltrami operators and curve skeletons by Laplacian contraction."""
 
-from lbskel.applications import BranchTable, branch_table, eigenpairs
+from lbskel.applications import SMOOTHING_METHODS, BranchTable, branch_table, eigenpairs, smooth
 from lbskel.contraction import (
     DEGENERACY_STRATEGIES,
     PRESETS,
@@ -70,6 +70,7 @@ __all__ = [
     "OPERATORS",
     "PIPELINES",
     "PRESETS",
+    "SMOOTHING_METHODS",
     "SOLVERS",
     "WEIGHTS",
     "Body",
@@ -125,6 +126,7 @@ __all__ = [
     "simplify_branches",
     "skeletonize",
     "skeletonize_many",
+    "smooth",
     "to_skeleton",
     "to_tree",
     "write_mesh",

@@ -22,6 +22,7 @@ TAKES_A_MESH = {
     "prune": lambda mesh: lbskel.prune(lbskel.skeletonize(mesh), mesh).nodes,
     "score": lambda mesh: lbskel.score(lbskel.skeletonize(mesh), mesh).coverage,
     "skeletonize": lambda mesh: lbskel.skeletonize(mesh).nodes,
+    "smooth": lambda mesh: lbskel.smooth(mesh).vertices,
     "Pipeline": lambda mesh: lbskel.Pipeline(["merge_close"])(mesh).mesh.vertices,
     "write_mesh": lambda mesh: b"",  # writes a file: tested below
 }

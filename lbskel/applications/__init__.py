@@ -1,6 +1,13 @@
-"""Applications of operators and skeletons: the spectrum of a Laplacian, the branches of a skeleton as a table."""
+"""Applications of operators and skeletons, one module each."""
 
 from lbskel.applications.branches import BranchTable, branch_table
+from lbskel.applications.smoothing import SMOOTHING_METHODS, smooth
 from lbskel.applications.spectrum import eigenpairs
 
-__all__ = ["BranchTable", "branch_table", "eigenpairs"]
+__all__ = [
+    "SMOOTHING_METHODS",
+    "BranchTable",
+    "branch_table",
+    "eigenpairs",
+    "smooth",
+]

@@ -2,6 +2,6 @@
 
 __all__ = ["COMMANDS"]
 
-from lbskel.cli import batch, branches, check, compare, info, laplacian, preprocess, score, skeletonize
+from lbskel.cli import batch, branches, check, compare, info, laplacian, preprocess, score, skeletonize, smooth
 
-COMMANDS = (skeletonize, batch, score, check, preprocess, info, branches, laplacian, compare)
+COMMANDS = (skeletonize, batch, score, check, preprocess, info, branches, laplacian, compare, smooth)

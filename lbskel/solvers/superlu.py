@@ -7,7 +7,7 @@ Li 2005, "An overview of SuperLU", https://doi.org/10.1145/1089014.1089017.
 
 from __future__ import annotations
 
-__all__ = ["SuperLU", "solve_once"]
+__all__ = ["GeneralLU", "SuperLU", "solve_once"]
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,21 @@ class SuperLU(Factorization):
     def _solve_unrefined(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
         X = np.empty_like(B, dtype=np.float64)
         X[self._applied] = self._factor.solve(np.ascontiguousarray(B[self._applied]))
+        return X
+
+
+class GeneralLU(Factorization):
+    """The factorization L U with row pivoting, of any square matrix that is not singular."""
+
+    def _factorize(self, A: csc_array, like: Factorization | None) -> None:
+        try:
+            self._factor = splu(A)
+        except RuntimeError as error:
+            raise SolveError(f"the matrix cannot be factorized: {error}") from None
+        self.ordering = np.argsort(self._factor.perm_c)
+
+    def _solve_unrefined(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
+        X: NDArray[np.float64] = self._factor.solve(np.ascontiguousarray(B))
         return X
 
 

@@ -8,6 +8,7 @@ from scipy.sparse import csc_array
 from lbskel import SolveError, factorize
 from lbskel.shapes import flat_grid
 from lbskel.solvers import solve_once
+from lbskel.solvers.superlu import GeneralLU
 
 
 def test_a_reused_ordering_causes_no_more_fill():
@@ -39,3 +40,10 @@ def test_solve_once_refuses_singular_matrices_and_entries_that_are_not_finite(en
     A.data[1] = entry
     with pytest.raises(SolveError, match=message):
         solve_once(A, np.ones(2))
+
+
+def test_general_lu_solves_what_is_not_definite_and_refuses_singular_matrices():
+    A = csc_array([[0.0, 2.0], [1.0, 1.0]])
+    assert GeneralLU(A).solve(np.array([4.0, 5.0])) == pytest.approx([3, 2])
+    with pytest.raises(SolveError, match="factorized"):
+        GeneralLU(csc_array((3, 3)))

@@ -1,0 +1,236 @@
+"""Smoothing: diffusion of the positions along a Laplacian, dX/dt = -M^-1 S X, by explicit and implicit steps.
+
+- ``explicit``:  X' = X - t M^-1 S X, stable for t <= 2 / lambda_max
+- ``implicit``:  (M + t S) X' = M X, stable for every t
+- ``curvature_flow``:  the implicit step with M and S of the present surface, as in a contraction
+- ``bilaplacian``:  (M + t^2 S M^-1 S) X' = M X, which changes low frequencies least
+- ``taubin``:  X' = (1 - mu K)(1 - lambda K) X with K = D^-1 S, D the diagonal of S; passes low frequencies unchanged
+
+Desbrun, Meyer, Schroeder, Barr 1999, "Implicit fairing of irregular meshes using diffusion and curvature flow",
+https://doi.org/10.1145/311535.311576; Taubin 1995, "A signal processing approach to fair surface design",
+https://doi.org/10.1145/218380.218473. Implicit steps are solved for the displacement, as those of a contraction.
+"""
+
+from __future__ import annotations
+
+__all__ = ["SMOOTHING_METHODS", "smooth"]
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csr_array
+
+from lbskel.applications.constrained_systems import ConstrainedSystem, checked_indices
+from lbskel.applications.volume import has_volume, keep_volumes
+from lbskel.errors import MeshError, SolveError, UnknownChoice, choose
+from lbskel.geometry.mesh import Mesh, as_mesh
+from lbskel.geometry.scaling import unit_scale
+from lbskel.operators import Laplacian, Operator, apply_operator
+from lbskel.operators.assembly import diagonal_matrix
+
+PASS_BAND = 0.1  # eigenvalue of K, in [0, 2], up to which Taubin's filter amplifies: his example
+FIRST_FACTOR = 0.5  # lambda of Taubin's filter: removes the eigenvalue 2 at once
+
+# Time step in mean vertex areas, and iterations, by default: near the smallest distance to the clean surface after
+# noise of a quarter of the mean edge length (benchmarks/results/applications_smoothing.md). None: half of what is
+# stable.
+DEFAULTS: dict[str, tuple[float | None, int]] = {
+    "explicit": (None, 10),
+    "implicit": (0.25, 2),
+    "curvature_flow": (0.25, 2),
+    "bilaplacian": (0.5, 4),
+    "taubin": (None, 30),
+}
+
+Positions = NDArray[np.float64]
+Step = Callable[[Positions], Positions]
+
+
+def _largest_row(K: csr_array, held: NDArray[np.int64]) -> float:
+    """Compute the largest sum of magnitudes in a free row: Gershgorin's bound on the largest eigenvalue."""
+    row_sums: NDArray[np.float64] = abs(K).sum(axis=1)
+    row_sums[held] = 0
+    return float(row_sums.max(initial=0.0))
+
+
+def _explicit(L: Laplacian, t: float | None, held: NDArray[np.int64], solver: str) -> Step:
+    K = L.strong().tocsr()
+    largest = _largest_row(K, held)
+    stable = 2 / largest if largest > 0 else np.inf
+    if t is None:
+        t = stable / 2 if largest > 0 else 0.0
+    if t > stable:
+        raise SolveError(
+            f"an explicit step is stable up to a time_step of {stable:.3g} on this mesh, not {t:.3g}; take more, "
+            "smaller steps, or the method 'implicit', which is stable for every time_step"
+        )
+    is_free = np.ones((K.shape[0], 1))
+    is_free[held] = 0
+    factor = -t * is_free
+
+    def step(X: Positions) -> Positions:
+        moved: Positions = factor * (K @ X)
+        return moved
+
+    return step
+
+
+def _implicit(L: Laplacian, t: float | None, held: NDArray[np.int64], solver: str) -> Step:
+    assert t is not None  # only explicit steps have a default of their own
+    S = L.stiffness
+    system = ConstrainedSystem((L.mass / t + S).tocsc(), held, solver=solver)
+    zeros = np.zeros((len(held), 3))
+    return lambda X: system.solve(zeros, -(S @ X))
+
+
+def _bilaplacian(L: Laplacian, t: float | None, held: NDArray[np.int64], solver: str) -> Step:
+    assert t is not None
+    # divided by the time step, so that entries have no unit and do not overflow
+    B = (L.stiffness @ (L.strong() * t)).tocsc()
+    system = ConstrainedSystem((L.mass / t + B).tocsc(), held, solver=solver)
+    zeros = np.zeros((len(held), 3))
+    return lambda X: system.solve(zeros, -(B @ X))
+
+
+def _taubin(L: Laplacian, t: float | None, held: NDArray[np.int64], solver: str) -> Step:
+    S, diagonal = L.stiffness, L.stiffness.diagonal()
+    K = (diagonal_matrix(np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=diagonal > 0)) @ S).tocsr()
+    K = K * (2 / max(2.0, _largest_row(K, held)))  # negative weights would give eigenvalues above 2
+    second = 1 / (PASS_BAND - 1 / FIRST_FACTOR)
+    is_free = np.ones((len(diagonal), 1))
+    is_free[held] = 0
+
+    def step(X: Positions) -> Positions:
+        Y = X - FIRST_FACTOR * is_free * (K @ X)
+        moved: Positions = Y - second * is_free * (K @ Y) - X
+        return moved
+
+    return step
+
+
+SMOOTHING_METHODS: dict[str, Callable[[Laplacian, float | None, NDArray[np.int64], str], Step]] = {
+    "explicit": _explicit,
+    "implicit": _implicit,
+    "curvature_flow": _implicit,
+    "bilaplacian": _bilaplacian,
+    "taubin": _taubin,
+}
+"""By name: from a Laplacian, a time step, the vertices held and a solver to a function from positions to displacements.
+"""
+
+
+def smooth(
+    mesh: Any,
+    *,
+    method: str = "bilaplacian",
+    time_step: float | None = None,
+    iterations: int | None = None,
+    operator: str | Operator = "cotangent",
+    fixed: ArrayLike = (),
+    fix_boundary: bool = True,
+    keep_volume: bool = False,
+    solver: str = "cholmod",
+) -> Mesh:
+    """Smooth a surface by diffusion of its positions.
+
+    Vertices without a face or an area stay where they are.
+
+    Parameters
+    ----------
+    mesh : Mesh or anything that :func:`lbskel.as_mesh` takes
+    method : {"explicit", "implicit", "curvature_flow", "bilaplacian", "taubin"}
+        The formulas are at the top of :mod:`lbskel.applications.smoothing`. All but ``curvature_flow`` keep the
+        matrices of the given mesh, and factorize once.
+    time_step : float, optional
+        Of each iteration, in units of the operator's mass: area. Features of a width below about its square root
+        vanish. By default 0.5 mean vertex areas for ``bilaplacian``, 0.25 for ``implicit`` and ``curvature_flow``, half
+        of what is stable for ``explicit``; ``taubin`` has none.
+    iterations : int, optional
+        By default 4 for ``bilaplacian``, 2 for ``implicit`` and ``curvature_flow``, 10 for ``explicit``, 30 for
+        ``taubin``.
+    operator : str or callable
+        A name in OPERATORS, or a function from a Mesh to a Laplacian.
+    fixed : (k,) array_like of int
+        Vertices that stay where they are.
+    fix_boundary : bool
+        Whether vertices of edges with one face stay too.
+    keep_volume : bool
+        Whether each component keeps the volume that it encloses.
+    solver : str
+        A name in SOLVERS.
+
+    Returns
+    -------
+    Mesh
+        The same faces and order of vertices, in the caller's units.
+
+    Raises
+    ------
+    MeshError
+        If the mesh has no area, an index in ``fixed`` is no vertex, or the volume to keep is not defined.
+    SolveError
+        If an explicit step is not stable, or no offset restores the volume.
+    UnknownChoice
+        If no method, operator or solver has that name, or a value is out of range.
+
+    References
+    ----------
+    Desbrun, Meyer, Schroeder, Barr 1999, equations 8 and 14. Taubin 1995, section 3.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import sphere
+    >>> smaller = lbskel.smooth(sphere(3), method="implicit", time_step=0.5, iterations=1)
+    >>> round(float(smaller.vertices[0] @ smaller.vertices[0]) ** 0.5, 2)
+    0.5
+    """
+    given: Mesh = as_mesh(mesh)
+    make_step = choose(SMOOTHING_METHODS, method, "method")
+    default_step, default_iterations = DEFAULTS[method]
+    iterations = default_iterations if iterations is None else iterations
+    _check_ranges(method, time_step, iterations)
+    is_fixed = np.zeros(len(given.vertices), dtype=bool)
+    is_fixed[checked_indices(fixed, len(given.vertices), "fixed vertices")] = True
+    if fix_boundary:
+        is_fixed[given.edges[given.faces_per_edge == 1]] = True
+    if keep_volume and not has_volume(given, is_fixed):
+        raise MeshError(
+            "the volume to keep is not defined: faces are not consistently oriented, or the boundary is not fixed; "
+            "see lbskel.check"
+        )
+    laplacian = apply_operator(operator, given)
+    areas = laplacian.mass.diagonal()
+    if not areas.max() > 0:
+        raise MeshError("the mesh has no area: every face is degenerate; see lbskel.check")
+    is_fixed |= ~(areas > 0)
+    held = np.flatnonzero(is_fixed)
+    t = time_step
+    if t is None and default_step is not None:
+        t = default_step * float(areas[areas > 0].mean())
+    center = given.centroid
+    X, exponent = unit_scale(given.vertices - center)
+    step = make_step(laplacian, t, held, solver)
+    for number in range(iterations):
+        if method == "curvature_flow" and number > 0:
+            present = given.with_vertices(np.ldexp(X, exponent) + center)
+            step = make_step(apply_operator(operator, present), t, held, solver)
+        moved = X + step(X)
+        if not np.isfinite(moved).all():
+            raise SolveError("the positions are not finite; take a smaller time_step")
+        X = keep_volumes(X, moved, given, is_fixed) if keep_volume else moved
+    result = np.ldexp(X, exponent) + center
+    result[is_fixed] = given.vertices[is_fixed]
+    return given.with_vertices(result)
+
+
+def _check_ranges(method: str, time_step: float | None, iterations: int) -> None:
+    """Raise if a number is out of its range."""
+    if time_step is not None and method == "taubin":
+        raise UnknownChoice("the method 'taubin' has no time_step: its filter is set by the iterations alone")
+    if time_step is not None and not (np.isfinite(time_step) and time_step > 0):
+        raise UnknownChoice(f"time_step must be an area above zero, not {time_step!r}")
+    if not (isinstance(iterations, int | np.integer) and iterations >= 1):
+        raise UnknownChoice(f"iterations must be a whole number from 1 on, not {iterations!r}")

@@ -1,0 +1,89 @@
+"""``lbskel smooth MESH -o OUT``: a mesh smoothed by a Laplacian, and how far its vertices, area and volume moved."""
+
+from __future__ import annotations
+
+__all__ = ["add_parser", "run"]
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lbskel.applications import SMOOTHING_METHODS, smooth
+from lbskel.cli.options import add_command
+from lbskel.errors import FormatError
+from lbskel.geometry.mesh import Mesh
+from lbskel.io import MESH_WRITERS, read_mesh, write_mesh
+from lbskel.io.text import known_extension
+from lbskel.operators import OPERATORS
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add ``lbskel smooth``."""
+    parser = add_command(
+        subparsers,
+        "smooth",
+        "smooth a mesh by a discrete Laplacian",
+        details="The vertices keep their order.",
+        example="lbskel smooth scan.ply -o smooth.ply --keep-volume",
+    )
+    parser.add_argument("mesh", metavar="MESH")
+    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=f"mesh: {', '.join(MESH_WRITERS)}")
+    parser.add_argument(
+        "--method",
+        default="bilaplacian",
+        choices=SMOOTHING_METHODS,
+        metavar="NAME",
+        help=f"{', '.join(SMOOTHING_METHODS)} (%(default)s)",
+    )
+    parser.add_argument(
+        "--time-step", type=float, metavar="AREA", help="of each iteration, in squared units of the mesh"
+    )
+    parser.add_argument("--iterations", type=int, metavar="N", help="number of time steps")
+    parser.add_argument(
+        "--operator",
+        default="cotangent",
+        choices=OPERATORS,
+        metavar="NAME",
+        help="discrete Laplacian; 'lbskel laplacian --help' lists them (%(default)s)",
+    )
+    parser.add_argument("--keep-volume", action="store_true", help="keep the volume of each component")
+    parser.add_argument("--free-boundary", action="store_true", help="move vertices on the boundary too")
+    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Smooth, write and print what has changed."""
+    known_extension(arguments.output, MESH_WRITERS, "meshes")
+    if Path(arguments.output).exists() and not arguments.force:
+        raise FormatError(f"{arguments.output} exists already; give --force to replace it")
+    mesh = read_mesh(arguments.mesh)
+    result = smooth(
+        mesh,
+        method=arguments.method,
+        time_step=arguments.time_step,
+        iterations=arguments.iterations,
+        operator=arguments.operator,
+        fix_boundary=not arguments.free_boundary,
+        keep_volume=arguments.keep_volume,
+    )
+    write_mesh(arguments.output, result, force=arguments.force)
+    print(f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces")
+    print(f"{arguments.output}: {_changes(mesh, result)}")
+    return 0
+
+
+def _changes(mesh: Mesh, result: Mesh) -> str:
+    """Describe how far vertices moved, and by how much the area and the volume changed."""
+    moved = np.linalg.norm(result.vertices - mesh.vertices, axis=1)
+    start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
+    edge = float(np.linalg.norm(end - start, axis=1).mean())
+    text = (
+        f"{np.count_nonzero(moved):,} vertices moved by {moved.mean() / edge:.3g} edge lengths on average, "
+        f"{moved.max() / edge:.3g} at most; area {100 * (result.area / mesh.area - 1):+.3g} %"
+    )
+    if mesh.is_closed_manifold and mesh.volume != 0:
+        text += f", volume {100 * (result.volume / mesh.volume - 1):+.3g} %"
+    return text
