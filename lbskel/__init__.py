@@ -1,64 +1,7 @@
 """lbskel: discrete Laplace-Beltrami operators and curve skeletons by Laplacian contraction."""
 
-from lbskel.applications import SMOOTHING_METHODS, BranchTable, branch_table, eigenpairs, smooth
-from lbskel.contraction import (
-    DEGENERACY_STRATEGIES,
-    PRESETS,
-    WEIGHTS,
-    CollapsedGraph,
-    Contraction,
-    ContractionSettings,
-    Status,
-    Step,
-    collapse,
-    collapse_mesh,
-    contract,
-)
-from lbskel.errors import (
-    FormatError,
-    LbskelError,
-    MeshError,
-    MissingDependency,
-    OperatorError,
-    SolveError,
-    UnknownChoice,
-)
-from lbskel.evaluation import (
-    MEASURES,
-    GroundTruthDistances,
-    LaplacianDiagnostics,
-    Score,
-    ground_truth_distances,
-    laplacian_diagnostics,
-)
-from lbskel.geometry import Mesh, PointCloud, VertexMap, as_mesh
-from lbskel.io import read_mesh, read_points, read_skeleton, write_mesh, write_skeleton
-from lbskel.operators import OPERATORS, Laplacian, laplacian
-from lbskel.pipeline import (
-    DOMAINS,
-    Body,
-    PreparedMesh,
-    assemble,
-    prepare,
-    refine,
-    score,
-    skeletonize,
-    skeletonize_many,
-    to_skeleton,
-)
-from lbskel.preprocess import PIPELINES, MeshReport, Pipeline, PreprocessResult, check
-from lbskel.skeleton import (
-    Skeleton,
-    join_components,
-    merge_junctions,
-    open_short_loops,
-    prune,
-    resample,
-    simplify_branches,
-    to_tree,
-)
-from lbskel.solvers import SOLVERS, factorize
-from lbskel.solvers.least_squares import LEAST_SQUARES, lstsq
+from importlib import import_module
+from typing import TYPE_CHECKING
 
 __version__ = "0.1.0"
 
@@ -132,3 +75,99 @@ __all__ = [
     "write_mesh",
     "write_skeleton",
 ]
+
+if TYPE_CHECKING:
+    from lbskel.applications import SMOOTHING_METHODS, BranchTable, branch_table, eigenpairs, smooth
+    from lbskel.contraction import (
+        DEGENERACY_STRATEGIES,
+        PRESETS,
+        WEIGHTS,
+        CollapsedGraph,
+        Contraction,
+        ContractionSettings,
+        Status,
+        Step,
+        collapse,
+        collapse_mesh,
+        contract,
+    )
+    from lbskel.errors import (
+        FormatError,
+        LbskelError,
+        MeshError,
+        MissingDependency,
+        OperatorError,
+        SolveError,
+        UnknownChoice,
+    )
+    from lbskel.evaluation import (
+        MEASURES,
+        GroundTruthDistances,
+        LaplacianDiagnostics,
+        Score,
+        ground_truth_distances,
+        laplacian_diagnostics,
+    )
+    from lbskel.geometry import Mesh, PointCloud, VertexMap, as_mesh
+    from lbskel.io import read_mesh, read_points, read_skeleton, write_mesh, write_skeleton
+    from lbskel.operators import OPERATORS, Laplacian, laplacian
+    from lbskel.pipeline import (
+        DOMAINS,
+        Body,
+        PreparedMesh,
+        assemble,
+        prepare,
+        refine,
+        score,
+        skeletonize,
+        skeletonize_many,
+        to_skeleton,
+    )
+    from lbskel.preprocess import PIPELINES, MeshReport, Pipeline, PreprocessResult, check
+    from lbskel.skeleton import (
+        Skeleton,
+        join_components,
+        merge_junctions,
+        open_short_loops,
+        prune,
+        resample,
+        simplify_branches,
+        to_tree,
+    )
+    from lbskel.solvers import SOLVERS, factorize
+    from lbskel.solvers.least_squares import LEAST_SQUARES, lstsq
+else:
+    # where a public name is looked for when it is first used (PEP 562), from the bottom of the architecture up;
+    # "import lbskel" alone imports nothing else
+    _PACKAGES = (
+        "errors",
+        "geometry",
+        "skeleton",
+        "io",
+        "solvers",
+        "solvers.least_squares",
+        "operators",
+        "applications",
+        "contraction",
+        "preprocess",
+        "evaluation",
+        "pipeline",
+        "shapes",
+        "visualization",
+    )
+
+    def __getattr__(name: str) -> object:
+        """Import a package of lbskel, or the one that exports a public name."""
+        if name in _PACKAGES:
+            return import_module(f"lbskel.{name}")
+        if name in __all__:
+            for package in _PACKAGES:
+                module = import_module(f"lbskel.{package}")
+                if name in module.__all__:
+                    globals()[name] = getattr(module, name)
+                    return globals()[name]
+        raise AttributeError(f"module 'lbskel' has no attribute {name!r}")
+
+    def __dir__() -> list[str]:
+        """List the public names, whether they have been used or not."""
+        return sorted({*globals(), *__all__})
