@@ -25,7 +25,7 @@ options order output parse part partition parts passed path per picture pictures
 position prefix prepare prepared preprocess preprocessing profile progress quiet radii radius ratio reach read
 record removed replace replaced report reports resample result rms row rows rule seconds settings shape short shortest
 simplify size skeleton skeletonize skeletons skipped smallest solve source sources spacing split square squares
-stage start status step steps str strategies strong suffix surface surplus swc target text thickness time timer
+stage start status step steps str strategies strong suffix surface surplus swc system target text thickness time timer
 title to tolerance total translate treated type unit unknown upper used value values vertex vertices volume where
 width with within workers worst write x y z
 """

@@ -1,14 +1,15 @@
 """Inner loops that cannot be vectorized with numpy: modules that Cython compiles at installation.
 
 Each is plain Python with C types as annotations (Cython's pure Python mode). Where there was no C compiler it runs
-uncompiled, with the same results, only many times slower. Arguments are arrays that the callers have checked.
+uncompiled, with the same results, only many times slower (``is_slow``). Arguments are arrays that the callers have
+checked.
 """
 
 from __future__ import annotations
 
-__all__: list[str] = []
+__all__ = ["is_slow"]
 
-from lbskel._kernels.compiled_files import changed_sources, installed_twin, is_compiled
+from lbskel._kernels.compiled_files import changed_sources, installed_twin, is_compiled, uncompiled_kernels
 
 _folder = __path__[0]
 if is_compiled(_folder):
@@ -19,3 +20,8 @@ if is_compiled(_folder):
         )
 elif _twin := installed_twin(_folder):
     __path__.insert(0, _twin)
+
+
+def is_slow() -> bool:
+    """Whether kernels run uncompiled."""
+    return bool(uncompiled_kernels(_folder))

@@ -9,9 +9,13 @@ from __future__ import annotations
 
 __all__ = ["assemble_symmetric"]
 
-import cython
 import numpy as np
 from numpy.typing import NDArray
+
+try:
+    import cython
+except ImportError:  # not needed where this is compiled
+    from lbskel._kernels import c_types as cython
 
 
 @cython.locals(face=cython.Py_ssize_t, k=cython.Py_ssize_t, i=cython.Py_ssize_t, j=cython.Py_ssize_t)

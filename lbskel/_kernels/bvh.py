@@ -8,10 +8,17 @@ from __future__ import annotations
 
 __all__ = ["bounding_boxes", "nearest_points", "spatial_order"]
 
-import cython
 import numpy as np
-from cython.cimports.libc.math import sqrt
 from numpy.typing import NDArray
+
+try:
+    import cython
+except ImportError:  # not needed where this is compiled
+    from lbskel._kernels import c_types as cython
+if cython.compiled:
+    from cython.cimports.libc.math import sqrt
+else:
+    from math import sqrt
 
 LEAF = cython.declare(cython.Py_ssize_t, 4)  # faces in a leaf; a guess, the same in ray_casting and cross_sections
 DEPTH = cython.declare(cython.Py_ssize_t, 64)  # length of a traversal stack: no tree of 2^63 faces is deeper

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 __all__ = ["component_roots", "count_umbrellas", "descend_to_nearest_node", "neighbor_sums"]
 
-import cython
 import numpy as np
 from numpy.typing import NDArray
+
+try:
+    import cython
+except ImportError:  # not needed where this is compiled
+    from lbskel._kernels import c_types as cython
 
 
 @cython.locals(edge=cython.Py_ssize_t, i=cython.longlong, j=cython.longlong)

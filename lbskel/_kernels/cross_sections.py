@@ -9,10 +9,17 @@ from __future__ import annotations
 
 __all__ = ["SectionCurves"]
 
-import cython
 import numpy as np
-from cython.cimports.libc.math import atan2, fabs, sqrt
 from numpy.typing import NDArray
+
+try:
+    import cython
+except ImportError:  # not needed where this is compiled
+    from lbskel._kernels import c_types as cython
+if cython.compiled:
+    from cython.cimports.libc.math import atan2, fabs, sqrt
+else:
+    from math import atan2, fabs, sqrt
 
 LEAF = cython.declare(cython.Py_ssize_t, 4)  # faces in a leaf, as in bvh
 DEPTH = cython.declare(cython.Py_ssize_t, 64)  # length of a traversal stack, as in bvh

@@ -7,9 +7,16 @@ from __future__ import annotations
 
 __all__ = ["cotangents", "flip_to_delaunay"]
 
-import cython
 import numpy as np
-from cython.cimports.libc.math import fabs, sqrt
+
+try:
+    import cython
+except ImportError:  # not needed where this is compiled
+    from lbskel._kernels import c_types as cython
+if cython.compiled:
+    from cython.cimports.libc.math import fabs, sqrt
+else:
+    from math import fabs, sqrt
 
 TOLERANCE = cython.declare(cython.double, 1e-9)  # relative to 1 + the cotangents, for rounding (a guess)
 INFINITY = cython.declare(cython.double, float("inf"))

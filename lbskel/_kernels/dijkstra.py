@@ -7,9 +7,13 @@ from __future__ import annotations
 
 __all__ = ["ShortestPaths"]
 
-import cython
 import numpy as np
 from numpy.typing import NDArray
+
+try:
+    import cython
+except ImportError:  # not needed where this is compiled
+    from lbskel._kernels import c_types as cython
 
 INFINITY = cython.declare(cython.double, float("inf"))
 

@@ -4,10 +4,17 @@ from __future__ import annotations
 
 __all__ = ["independent_collapses", "short_edges"]
 
-import cython
 import numpy as np
-from cython.cimports.libc.math import sqrt
 from numpy.typing import NDArray
+
+try:
+    import cython
+except ImportError:  # not needed where this is compiled
+    from lbskel._kernels import c_types as cython
+if cython.compiled:
+    from cython.cimports.libc.math import sqrt
+else:
+    from math import sqrt
 
 
 @cython.locals(n=cython.Py_ssize_t, face=cython.Py_ssize_t, corner=cython.Py_ssize_t, axis=cython.Py_ssize_t)

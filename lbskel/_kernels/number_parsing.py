@@ -4,9 +4,13 @@ from __future__ import annotations
 
 __all__ = ["parse_decimals"]
 
-import cython
 import numpy as np
 from numpy.typing import NDArray
+
+try:
+    import cython
+except ImportError:  # not needed where this is compiled
+    from lbskel._kernels import c_types as cython
 
 # decimal digits that a double represents exactly: one division by a power of ten is then correctly rounded
 EXACT_DIGITS = cython.declare(cython.Py_ssize_t, 15)

@@ -4,10 +4,17 @@ from __future__ import annotations
 
 __all__ = ["corner_products", "integrals", "mixed_voronoi_areas"]
 
-import cython
 import numpy as np
-from cython.cimports.libc.math import fabs, sqrt
 from numpy.typing import NDArray
+
+try:
+    import cython
+except ImportError:  # not needed where this is compiled
+    from lbskel._kernels import c_types as cython
+if cython.compiled:
+    from cython.cimports.libc.math import fabs, sqrt
+else:
+    from math import fabs, sqrt
 
 
 @cython.locals(face=cython.Py_ssize_t, k=cython.Py_ssize_t, axis=cython.Py_ssize_t, longest=cython.Py_ssize_t)

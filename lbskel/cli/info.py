@@ -1,4 +1,4 @@
-"""``lbskel info MESH``: sizes, topology and measures of a mesh."""
+"""``lbskel info MESH``: sizes, topology and measures of a mesh; ``lbskel info --system``: the installation."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 from lbskel.cli.options import add_command
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import read_mesh
+from lbskel.pipeline.environment import system
 
 
 def add_parser(subparsers: Any) -> None:
@@ -20,15 +21,20 @@ def add_parser(subparsers: Any) -> None:
     parser = add_command(
         subparsers, "info", "print sizes, topology and measures of a mesh", example="lbskel info meshes/knot.off"
     )
-    parser.add_argument("mesh", metavar="MESH")
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("mesh", metavar="MESH", nargs="?")
+    what.add_argument(
+        "--system",
+        action="store_true",
+        help="print the versions of packages, whether the inner loops are compiled, and processors and threads",
+    )
     parser.add_argument("--json", action="store_true", help="print as JSON")
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the measures as text or JSON."""
-    mesh = read_mesh(arguments.mesh)
-    facts = _facts(mesh)
+    facts = system() if arguments.system else _facts(read_mesh(arguments.mesh))
     if arguments.json:
         print(json.dumps(facts))
         return 0

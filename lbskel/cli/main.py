@@ -18,6 +18,7 @@ from typing import NoReturn
 import lbskel
 from lbskel.cli import COMMANDS
 from lbskel.errors import LbskelError
+from lbskel.pipeline.environment import SLOW, are_kernels_compiled
 
 
 class _Parser(argparse.ArgumentParser):
@@ -43,6 +44,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):  # the name of a file may hold characters that the terminal cannot show
             stream.reconfigure(errors="backslashreplace")
     parsed = command_line_parser().parse_args(arguments)
+    if not are_kernels_compiled():
+        print(f"lbskel: warning: {SLOW}", file=sys.stderr)
     try:
         code = int(parsed.run(parsed))
         sys.stdout.flush()

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 __all__ = ["assemble", "body_report", "full_report"]
 
-import platform
 from collections.abc import Sequence
 from dataclasses import asdict, replace
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import numpy as np
@@ -18,6 +15,7 @@ from lbskel.contraction.settings import ContractionSettings
 from lbskel.contraction.surgery import CollapsedGraph
 from lbskel.evaluation.measures import Score
 from lbskel.geometry.vertex_map import VertexMap
+from lbskel.pipeline.environment import are_kernels_compiled, versions
 from lbskel.pipeline.preparation import Body, PreparedMesh
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.skeleton.editing import concatenate
@@ -95,7 +93,8 @@ def full_report(
         "passed": scored.passed,
         "score": scored.report(),
         "seconds": dict(timer.seconds),
-        "versions": dict(_versions()),
+        "versions": dict(versions()),
+        "kernels_compiled": are_kernels_compiled(),
         "preprocess": prepared.preprocessing,
     } | ({"megabytes": dict(timer.megabytes)} if timer.measures_memory else {})
 
@@ -103,15 +102,3 @@ def full_report(
 def _without_nan(step: Step) -> dict[str, Any]:
     """Replace NaN, which JSON has not: an open mesh has None for a volume."""
     return {name: None if value != value else value for name, value in asdict(step).items()}
-
-
-@cache
-def _versions() -> dict[str, str]:
-    """Versions of the packages that the result depends on."""
-    found = {"python": platform.python_version()}
-    for package in ("lbskel", "numpy", "scipy", "libigl", "robust-laplacian", "cvxopt"):
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "not installed"
-    return found

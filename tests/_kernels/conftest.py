@@ -3,7 +3,9 @@
 import functools
 import importlib
 import importlib.util
+import sys
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -24,10 +26,11 @@ def compiled(name):
 
 @functools.cache
 def uncompiled(name):
-    """A kernel run as plain Python."""
+    """A kernel run as plain Python, without Cython."""
     spec = importlib.util.spec_from_file_location(f"uncompiled_{name}", FOLDER / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    with mock.patch.dict(sys.modules, {"cython": None}):
+        spec.loader.exec_module(module)
     return module
 
 

@@ -3,6 +3,7 @@
 import os
 import shutil
 import sys
+from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from lbskel._kernels.compiled_files import (
     checksums,
     installed_twin,
     is_compiled,
+    uncompiled_kernels,
     write_record,
 )
 
@@ -53,6 +55,20 @@ def test_sources_that_change_after_the_record_are_named(make_folder):
 
 def test_without_a_record_nothing_has_changed(make_folder):
     assert changed_sources(make_folder("installed", {"a.py": "1"}, compiled=True)) == []
+
+
+def test_a_record_leaves_no_file_that_is_imported_in_place_of_those_just_compiled(make_folder):
+    folder = make_folder("clone", {"a.py": "1"}, compiled=True)
+    (folder / f"a{EXTENSION_SUFFIXES[0]}").touch()
+    write_record(folder)
+    assert {path.name for path in folder.glob("a.*")} == {"a.py", f"a{SUFFIX}"}
+
+
+def test_uncompiled_kernels_are_named(clone, python):
+    code = "from lbskel import _kernels; print(_kernels.is_slow())"
+    assert python("-c", code, cwd=clone.parent).stdout == "True\n"
+    assert ("bvh" in uncompiled_kernels(PACKAGE / "_kernels")) == _kernels.is_slow()
+    assert not set(uncompiled_kernels(PACKAGE / "_kernels")) & {"__init__", "build_ext", "c_types", "compiled_files"}
 
 
 def test_checksums_are_crc_32(make_folder):
@@ -94,7 +110,7 @@ def test_stale_kernels_are_an_error_at_import(clone, python):
     write_record(clone / "_kernels")
     with open(clone / "_kernels" / "bvh.py", "a") as file:
         file.write("# changed\n")
-    result = python("-c", "import lbskel", cwd=clone.parent)
+    result = python("-c", "import lbskel.geometry", cwd=clone.parent)
     assert result.returncode == 1
     assert "ImportError: the compiled kernels in" in result.stderr
     assert "bvh.py changed): run pip install -e ." in result.stderr

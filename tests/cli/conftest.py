@@ -4,6 +4,7 @@ import pytest
 
 from lbskel import write_mesh
 from lbskel.cli.main import main
+from lbskel.pipeline.environment import SLOW
 from lbskel.shapes import cylinder
 
 
@@ -17,6 +18,11 @@ def folder(tmp_path, monkeypatch, rod, ring):
     return tmp_path
 
 
+def without_warning(err):
+    """The lines of stderr but the one that says that kernels are not compiled: ``test_main`` tests that."""
+    return [line for line in err.splitlines() if line != f"lbskel: warning: {SLOW}"]
+
+
 @pytest.fixture
 def here(folder, capfd):
     """Run a command in this process: its exit code, and the lines that it left on stdout and stderr."""
@@ -28,7 +34,7 @@ def here(folder, capfd):
         except SystemExit as error:
             code = error.code
         out, err = capfd.readouterr()
-        return code, out.splitlines(), err.splitlines()
+        return code, out.splitlines(), without_warning(err)
 
     return run
 
@@ -39,6 +45,6 @@ def apart(folder, python):
 
     def run(*arguments, **environment):
         result = python("-m", "lbskel", *arguments, cwd=folder, **environment)
-        return result.returncode, result.stdout.splitlines(), result.stderr.splitlines()
+        return result.returncode, result.stdout.splitlines(), without_warning(result.stderr)
 
     return run

@@ -6,6 +6,9 @@ import re
 import numpy as np
 import pytest
 
+import lbskel
+from lbskel import _kernels
+
 
 def test_info(here, rod):
     code, out, err = here("info", "rod.off")
@@ -33,3 +36,20 @@ def test_info_as_json_of_an_open_mesh_with_faults(here, folder):
     assert facts["area"] == pytest.approx(1.0)
     assert np.array(facts["bounding_box"]).tolist() == [[0, 0, 0], [9, 9, 9]]
     assert facts["notes"] == ["1 polygons were cut into triangles"]
+
+
+def test_system(here, monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    code, out, err = here("info", "--system")
+    facts = dict(re.split(r"\s{2,}", line, maxsplit=1) for line in out)
+    assert (code, err) == (0, [])
+    assert facts["lbskel"] == lbskel.__version__
+    assert facts["numpy"] == np.__version__
+    assert facts["kernels compiled"] == ("no" if _kernels.is_slow() else "yes")
+    assert facts["threads"] == "OMP_NUM_THREADS is 3"
+
+
+@pytest.mark.parametrize("arguments", [("info",), ("info", "rod.off", "--system")])
+def test_a_mesh_or_the_system(here, arguments):
+    code, out, err = here(*arguments)
+    assert (code, out, len(err)) == (2, [], 1)

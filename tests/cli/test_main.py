@@ -9,9 +9,11 @@ from helpers import file_names
 
 import lbskel
 from lbskel import write_mesh
+from lbskel.cli.main import main
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.flow import PRESETS
 from lbskel.io import FORMATS
+from lbskel.pipeline.environment import SLOW
 from lbskel.solvers import SOLVERS
 
 GIVEN = ["pipe.ply", "ring.obj", "rod.off"]
@@ -55,6 +57,13 @@ def test_without_arguments_and_with_help(here):
     code, out, err = here("--help")
     assert (code, err) == (0, [])
     assert any("skeletonize" in line for line in out)
+
+
+@pytest.mark.parametrize("is_slow", [True, False])
+def test_kernels_that_are_not_compiled_are_told(folder, capfd, monkeypatch, is_slow):
+    monkeypatch.setattr("lbskel.cli.main.are_kernels_compiled", lambda: not is_slow)
+    assert main(["info", "rod.off"]) == 0
+    assert capfd.readouterr().err == (f"lbskel: warning: {SLOW}\n" if is_slow else "")
 
 
 def test_help_lists_every_choice(here):
@@ -110,7 +119,7 @@ BAD = {
     "not a number": (["skeletonize", "nan.obj", "-o", "a.swc"], r"nan\.obj: vertices 1 have NaN"),
     "text that is no mesh": (["info", "text.obj"], r"text\.obj: "),
     "bytes that are no mesh": (["info", "bytes.ply"], r"bytes\.ply: "),
-    "no mesh of info": (["info"], r"required: MESH"),
+    "no mesh of info": (["info"], r"one of the arguments MESH --system is required"),
     "no such mesh of info": (["info", "a.off"], r"a\.off: no such file"),
 }
 
