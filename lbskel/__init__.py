@@ -35,6 +35,7 @@ __all__ = [
     "PointCloud",
     "PreparedMesh",
     "PreprocessResult",
+    "QuantizedDeltas",
     "Score",
     "Skeleton",
     "SolveError",
@@ -49,20 +50,24 @@ __all__ = [
     "collapse",
     "collapse_mesh",
     "contract",
+    "delta_coordinates",
     "eigenpairs",
     "factorize",
     "ground_truth_distances",
     "join_components",
     "laplacian",
     "laplacian_diagnostics",
+    "least_squares_mesh",
     "lstsq",
     "merge_junctions",
     "open_short_loops",
     "prepare",
     "prune",
+    "quantize_deltas",
     "read_mesh",
     "read_points",
     "read_skeleton",
+    "reconstruct",
     "refine",
     "resample",
     "score",
@@ -77,7 +82,18 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from lbskel.applications import SMOOTHING_METHODS, BranchTable, branch_table, eigenpairs, smooth
+    from lbskel.applications import (
+        SMOOTHING_METHODS,
+        BranchTable,
+        QuantizedDeltas,
+        branch_table,
+        delta_coordinates,
+        eigenpairs,
+        least_squares_mesh,
+        quantize_deltas,
+        reconstruct,
+        smooth,
+    )
     from lbskel.contraction import (
         DEGENERACY_STRATEGIES,
         PRESETS,

@@ -22,6 +22,10 @@ TAKES_A_MESH = {
     "prune": lambda mesh: lbskel.prune(lbskel.skeletonize(mesh), mesh).nodes,
     "score": lambda mesh: lbskel.score(lbskel.skeletonize(mesh), mesh).coverage,
     "skeletonize": lambda mesh: lbskel.skeletonize(mesh).nodes,
+    "delta_coordinates": lambda mesh: lbskel.delta_coordinates(mesh),
+    "reconstruct": lambda mesh: lbskel.reconstruct(mesh, np.zeros((152, 3)), [0]).vertices,
+    "least_squares_mesh": lambda mesh: lbskel.least_squares_mesh(mesh, 20)[0].vertices,
+    "quantize_deltas": lambda mesh: lbskel.quantize_deltas(mesh).codes,
     "smooth": lambda mesh: lbskel.smooth(mesh).vertices,
     "Pipeline": lambda mesh: lbskel.Pipeline(["merge_close"])(mesh).mesh.vertices,
     "write_mesh": lambda mesh: b"",  # writes a file: tested below

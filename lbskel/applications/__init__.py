@@ -1,13 +1,21 @@
 """Applications of operators and skeletons, one module each."""
 
+from lbskel.applications.anchor_selection import least_squares_mesh
 from lbskel.applications.branches import BranchTable, branch_table
+from lbskel.applications.differential_coordinates import delta_coordinates, reconstruct
+from lbskel.applications.quantization import QuantizedDeltas, quantize_deltas
 from lbskel.applications.smoothing import SMOOTHING_METHODS, smooth
 from lbskel.applications.spectrum import eigenpairs
 
 __all__ = [
     "SMOOTHING_METHODS",
     "BranchTable",
+    "QuantizedDeltas",
     "branch_table",
+    "delta_coordinates",
     "eigenpairs",
+    "least_squares_mesh",
+    "quantize_deltas",
+    "reconstruct",
     "smooth",
 ]

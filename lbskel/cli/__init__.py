@@ -2,6 +2,18 @@
 
 __all__ = ["COMMANDS"]
 
-from lbskel.cli import batch, branches, check, compare, info, laplacian, preprocess, score, skeletonize, smooth
+from lbskel.cli import (
+    batch,
+    branches,
+    check,
+    compare,
+    info,
+    laplacian,
+    preprocess,
+    quantize,
+    score,
+    skeletonize,
+    smooth,
+)
 
-COMMANDS = (skeletonize, batch, score, check, preprocess, info, branches, laplacian, compare, smooth)
+COMMANDS = (skeletonize, batch, score, check, preprocess, info, branches, laplacian, compare, smooth, quantize)

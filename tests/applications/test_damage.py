@@ -15,6 +15,12 @@ APPLICATIONS = {
         f"smooth {method}": lambda mesh, method=method: lbskel.smooth(mesh, method=method).vertices
         for method in SMOOTHING_METHODS
     },
+    "reconstruct": lambda mesh: lbskel.reconstruct(mesh, lbskel.delta_coordinates(mesh), [0]).vertices,
+    "reconstruct, soft": lambda mesh: (
+        lbskel.reconstruct(mesh, lbskel.delta_coordinates(mesh), [0], anchor_weight=1.0).vertices
+    ),
+    "least_squares_mesh": lambda mesh: lbskel.least_squares_mesh(mesh, 20)[0].vertices,
+    "quantize_deltas": lambda mesh: lbskel.quantize_deltas(mesh).mesh.vertices,
     "smooth, volume kept": lambda mesh: lbskel.smooth(mesh, keep_volume=True).vertices,
 }
 MAKES_FILES = ("truncated", "malformed", "3 GB")  # what a file is damaged by is read_mesh's business

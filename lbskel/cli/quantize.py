@@ -1,0 +1,72 @@
+"""``lbskel quantize MESH -o OUT``: a mesh from rounded differential coordinates, and its rate and error."""
+
+from __future__ import annotations
+
+__all__ = ["add_parser", "run"]
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lbskel.applications import quantize_deltas
+from lbskel.applications.quantization import round_to_bits
+from lbskel.cli.options import add_command
+from lbskel.errors import FormatError
+from lbskel.geometry.mesh import Mesh
+from lbskel.io import MESH_WRITERS, read_mesh, write_mesh
+from lbskel.io.text import known_extension
+from lbskel.operators import OPERATORS
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add ``lbskel quantize``."""
+    parser = add_command(
+        subparsers,
+        "quantize",
+        "round the differential coordinates of a mesh and reconstruct it",
+        details="The error is compared with that of positions rounded to as many bits.",
+        example="lbskel quantize meshes/hand.ply -o rounded.ply --bits 7 --anchors 20",
+    )
+    parser.add_argument("mesh", metavar="MESH")
+    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=f"mesh: {', '.join(MESH_WRITERS)}")
+    parser.add_argument("--bits", type=int, default=8, metavar="N", help="of each coordinate (%(default)s)")
+    parser.add_argument(
+        "--anchors", type=int, default=20, metavar="N", help="vertices stored with their positions (%(default)s)"
+    )
+    parser.add_argument(
+        "--operator",
+        default="graph",
+        choices=OPERATORS,
+        metavar="NAME",
+        help="discrete Laplacian; only graph follows from the connectivity (%(default)s)",
+    )
+    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Round, reconstruct, write and print the rate and the errors."""
+    known_extension(arguments.output, MESH_WRITERS, "meshes")
+    if Path(arguments.output).exists() and not arguments.force:
+        raise FormatError(f"{arguments.output} exists already; give --force to replace it")
+    mesh = read_mesh(arguments.mesh)
+    result = quantize_deltas(mesh, bits=arguments.bits, n_anchors=arguments.anchors, operator=arguments.operator)
+    write_mesh(arguments.output, result.mesh, force=arguments.force)
+    positions = mesh.with_vertices(round_to_bits(mesh.vertices, arguments.bits)[1])
+    print(f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces")
+    print(
+        f"{arguments.output}: {result.bits_per_vertex:.3g} bits per vertex, {len(result.anchors)} anchors, "
+        f"{_errors(result.mesh, mesh)}"
+    )
+    print(f"positions of {arguments.bits} bits: {_errors(positions, mesh)}")
+    return 0
+
+
+def _errors(mesh: Mesh, given: Mesh) -> str:
+    """Describe the root mean square error of the positions, and the mean one of the normals."""
+    error = np.sqrt(((mesh.vertices - given.vertices) ** 2).sum(axis=1).mean()) / given.diagonal
+    cosines = np.einsum("mx,mx->m", mesh.face_normals, given.face_normals)
+    angle = np.degrees(np.arccos(cosines[given.face_areas > 0].clip(-1, 1)).mean())
+    return f"error {error:.2g} of the diagonal, normals off by {angle:.2g} degrees"

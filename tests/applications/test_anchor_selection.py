@@ -1,0 +1,49 @@
+"""Greedy anchors: against the choice by solving anew each time, and least-squares meshes."""
+
+import numpy as np
+import pytest
+from helpers import joined, moved
+
+from lbskel import Mesh, MeshError, UnknownChoice, laplacian, least_squares_mesh
+from lbskel.applications.anchor_selection import greedy_anchors
+from lbskel.applications.differential_coordinates import AnchoredLaplacian
+from lbskel.shapes import sphere
+
+
+def test_updates_choose_the_same_anchors_as_new_factorizations(tripod):
+    S = laplacian(tripod, operator="graph").stiffness
+    deltas = np.zeros_like(tripod.vertices)
+    anchors, X = greedy_anchors(S, deltas, tripod.vertices, 23)
+    for k in range(1, 23):
+        solution = AnchoredLaplacian(S, anchors[:k], weight=1.0).solve(deltas, tripod.vertices[anchors[:k]])
+        errors = np.linalg.norm(solution - tripod.vertices, axis=1)
+        errors[anchors[:k]] = 0
+        assert errors[anchors[k]] == pytest.approx(errors.max(), rel=1e-6)  # the system's condition number is 1e9
+    expected = AnchoredLaplacian(S, anchors, weight=1.0).solve(deltas, tripod.vertices[anchors])
+    assert np.abs(X - expected).max() < 1e-12
+
+
+def test_a_least_squares_mesh_approaches_the_surface(tripod):
+    errors = []
+    for n in (5, 20, 80, 320):
+        surface, anchors = least_squares_mesh(tripod, n)
+        assert len(anchors) == n
+        errors.append(np.linalg.norm(surface.vertices - tripod.vertices, axis=1).max())
+    assert errors == sorted(errors, reverse=True)
+    assert errors[-1] < 0.2 * errors[0]
+
+
+def test_each_component_gets_an_anchor_and_isolated_vertices_stay():
+    both = joined(sphere(1), moved(sphere(2), 4.0))
+    mesh = Mesh([*both.vertices, [9.0, 9, 9]], both.faces)
+    surface, anchors = least_squares_mesh(mesh, 2)
+    assert (anchors[0] < 42) != (anchors[1] < 42)
+    assert (surface.vertices[-1] == 9).all()
+    with pytest.raises(MeshError, match="2 components"):
+        least_squares_mesh(mesh, 1)
+
+
+@pytest.mark.parametrize("options", [{"n_anchors": 0}, {"n_anchors": 3, "anchor_weight": None}])
+def test_wrong_options_are_named(tripod, options):
+    with pytest.raises(UnknownChoice):
+        least_squares_mesh(tripod, **options)

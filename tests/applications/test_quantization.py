@@ -1,0 +1,52 @@
+"""High-pass quantization: rounding, entropy, error bounds, and normals better than those of rounded positions."""
+
+import numpy as np
+import pytest
+
+from lbskel import UnknownChoice, laplacian, quantize_deltas
+from lbskel.applications.quantization import entropy, round_to_bits
+
+
+def test_rounding_is_off_by_half_a_step_at_most():
+    values = np.random.default_rng(0).standard_normal((500, 3)) * [1, 5, 2]
+    codes, rounded = round_to_bits(values, 7)
+    step = np.ptp(values, axis=0).max() / 127
+    assert np.abs(rounded - values).max() <= step / 2 * (1 + 1e-12)
+    assert (codes.min(), codes.max()) == (0, 127)
+    constant = np.full((4, 2), 3.5)
+    assert (round_to_bits(constant, 4)[1] == constant).all()
+
+
+def test_entropy_is_that_of_the_frequencies():
+    assert entropy(np.array([[0, 5], [1, 5], [0, 5], [1, 5]])) == 1.0
+    assert entropy(np.arange(8)[:, None]) == 3.0
+
+
+def test_the_error_keeps_its_bound_and_falls_with_bits_and_anchors(ring):
+    S = laplacian(ring, operator="graph").stiffness.toarray()
+    previous = np.inf
+    for bits, n in ((6, 1), (6, 10), (8, 10), (8, 60), (12, 60)):
+        result = quantize_deltas(ring, bits=bits, n_anchors=n)
+        rounding = round_to_bits(S @ ring.vertices, bits)[1] - S @ ring.vertices
+        sigma = np.linalg.svd(np.concatenate([S, np.eye(len(S))[result.anchors]]), compute_uv=False)[-1]
+        error = np.linalg.norm(result.mesh.vertices - ring.vertices)
+        assert error <= np.linalg.norm(rounding) / sigma * (1 + 1e-6)
+        assert error < previous
+        previous = error
+
+
+def test_normals_are_better_than_those_of_positions_at_the_same_bits(tripod):
+    rounded = tripod.with_vertices(round_to_bits(tripod.vertices, 7)[1])
+    encoded = quantize_deltas(tripod, bits=7, n_anchors=10)
+    assert encoded.bits_per_vertex < 21 + 10 * 107 / len(tripod.vertices)
+    errors = [
+        np.degrees(np.arccos(np.einsum("mx,mx->m", mesh.face_normals, tripod.face_normals).clip(-1, 1))).mean()
+        for mesh in (encoded.mesh, rounded)
+    ]
+    assert errors[0] < 0.5 * errors[1]
+
+
+@pytest.mark.parametrize("options", [{"bits": 0}, {"bits": 40}, {"n_anchors": 0}, {"anchor_weight": -1.0}])
+def test_wrong_options_are_named(tripod, options):
+    with pytest.raises(UnknownChoice):
+        quantize_deltas(tripod, **options)

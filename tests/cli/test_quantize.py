@@ -1,0 +1,19 @@
+"""``lbskel quantize``: the reconstructed mesh is written, and its rate and errors are printed."""
+
+import numpy as np
+
+import lbskel
+
+
+def test_the_mesh_is_written_and_errors_are_printed(here, folder):
+    code, out, err = here("quantize", "ring.obj", "-o", "out.ply", "--bits", "7", "--anchors", "5")
+    assert (code, err) == (0, [])
+    expected = lbskel.quantize_deltas(lbskel.read_mesh(folder / "ring.obj"), bits=7, n_anchors=5)
+    assert np.array_equal(lbskel.read_mesh(folder / "out.ply").vertices, expected.mesh.vertices)
+    assert out[1].startswith(f"out.ply: {expected.bits_per_vertex:.3g} bits per vertex, 5 anchors, error ")
+    assert out[2].startswith("positions of 7 bits: error ")
+
+
+def test_wrong_options_and_existing_files_are_refused(here):
+    assert "bits must be" in here("quantize", "rod.off", "-o", "a.ply", "--bits", "0")[2][0]
+    assert "exists already" in here("quantize", "rod.off", "-o", "ring.obj")[2][0]
