@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
 from lbskel.contraction import surgery
-from lbskel.contraction.homology import tunnel_cochain
+from lbskel.contraction.homology import find_tunnels
 from lbskel.shapes import capsule, chain_of_tori, sphere, torus
 
 RUNS, QUICK_RUNS = 2000, 120
@@ -73,11 +73,11 @@ def _collapses(meshes: dict[str, lbskel.Mesh], n_runs: int) -> list[dict[str, An
     """Collapse each surface, one row each: all kinds of positions in turn, handles by the original surface."""
     rows = []
     each = -(-n_runs // len(meshes))
-    cached = functools.cache(tunnel_cochain)  # the surface stays the same, only the positions differ
+    cached = functools.cache(find_tunnels)  # the surface stays the same, only the positions differ
     for name, mesh in meshes.items():
         kinds = list(POSITIONS.values())
         began = time.perf_counter()
-        with mock.patch.object(surgery, "tunnel_cochain", cached):
+        with mock.patch.object(surgery, "find_tunnels", cached):
             found = [_counts(mesh, kinds[i % len(kinds)](mesh, np.random.default_rng(i))) for i in range(each)]
         wrong = np.array(found)
         rows.append(
@@ -128,7 +128,7 @@ def _noisy_row(name: str, mesh: lbskel.Mesh, noise: float, n_runs: int) -> dict[
     for seed in range(n_runs):
         heights = height * np.random.default_rng(seed).standard_normal(mesh.vertices.shape)
         noisy = mesh.with_vertices(mesh.vertices + heights)
-        outcomes["not guarded"] += tunnel_cochain(noisy) is None
+        outcomes["not guarded"] += find_tunnels(noisy) is None
         try:
             skeleton = lbskel.skeletonize(noisy)
         except lbskel.LbskelError:

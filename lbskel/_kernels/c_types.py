@@ -23,6 +23,7 @@ __all__ = [
     "longlong",
     "schar",
     "uchar",
+    "ulonglong",
     "void",
 ]
 
@@ -40,7 +41,7 @@ class _Type:
         return self
 
 
-Py_ssize_t = bint = const = double = int = longlong = schar = uchar = void = _Type()
+Py_ssize_t = bint = const = double = int = longlong = schar = uchar = ulonglong = void = _Type()
 
 
 def declare(_: Any, value: Any) -> Any:

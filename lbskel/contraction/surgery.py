@@ -6,7 +6,7 @@ https://doi.org/10.1145/1399504.1360643, section 5. In place of one priority que
 the cheapest at both of its ends collapses at once.
 
 A collapse must not close a tunnel. The cochain of :mod:`lbskel.contraction.homology` decides: two edges may be merged
-only if their vectors are equal, so that every handle of the surface stays a cycle of the graph. The graph of a sphere
+only if their values are equal, so that every handle of the surface stays a cycle of the graph. The graph of a sphere
 becomes a tree whatever is collapsed.
 """
 
@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 
-from lbskel.contraction.homology import transfer_cochain, tunnel_cochain
+from lbskel.contraction.homology import find_tunnels, transfer_cochain
 from lbskel.contraction.result import Contraction
-from lbskel.contraction.spurious_loops import spurious_loop_edges
+from lbskel.contraction.spurious_loops import PRIME, spurious_loop_edges
 from lbskel.geometry.mesh import as_mesh
 from lbskel.geometry.vertex_map import VertexMap
 
@@ -69,8 +69,8 @@ class _Complex:
         With ascending corners.
     edges : (k, 2) array of int
         With ascending ends.
-    cochain : (k, g) array of int
-        Of each edge from its lower to its higher end.
+    cochain : (k, 1) array of int
+        Of each edge from its lower to its higher end, modulo 2^64.
     """
 
     faces: NDArray[np.int64]
@@ -122,12 +122,12 @@ def collapse_mesh(contracted: Any, source: Any, *, vertex_map: VertexMap | None 
     """
     contracted, source = as_mesh(contracted), as_mesh(source)
     n = len(contracted.vertices)
-    cochain = tunnel_cochain(source) if source.is_closed_manifold else None
-    handles_certified = cochain is not None
-    if cochain is None:
-        cochain = np.zeros((len(contracted.edges), 0), dtype=np.int64)
-    elif vertex_map is not None:
-        cochain = transfer_cochain(cochain, source, contracted, vertex_map)
+    tunnels = find_tunnels(source) if source.is_closed_manifold else None
+    cochain = np.zeros((len(contracted.edges), 1), dtype=np.int64)
+    if tunnels is not None and tunnels.genus:
+        cochain = tunnels.cochain()
+        if vertex_map is not None:
+            cochain = transfer_cochain(cochain, source, contracted.edges, vertex_map)
     used = contracted.used_vertices
     P = (contracted.vertices - contracted.vertices[used].mean(axis=0)) / source.diameter_bound
     remaining = _Complex(np.sort(contracted.faces, axis=1), contracted.edges, cochain)
@@ -153,14 +153,20 @@ def collapse_mesh(contracted: Any, source: Any, *, vertex_map: VertexMap | None 
     kept, node_of_used = np.unique(merged_into[used], return_inverse=True)
     node_of_vertex = np.full(n, -1)
     node_of_vertex[used] = node_of_used
-    edges = np.searchsorted(kept, remaining.edges)
-    spurious = spurious_loop_edges(P[kept], edges, remaining.cochain) if handles_certified else []
+    if vertex_map is not None:
+        node_of_vertex = vertex_map.pull_back(node_of_vertex)
+    edges, spurious = np.searchsorted(kept, remaining.edges), []
+    if tunnels is not None and len(edges) - len(kept) + 1 > tunnels.genus:
+        values = tunnels.independent_cochains(PRIME)
+        spurious = spurious_loop_edges(
+            P[kept], edges, transfer_cochain(values, source, edges, VertexMap(node_of_vertex))
+        )
     return CollapsedGraph(
         contracted.vertices[kept],
         kept,
         np.delete(edges, spurious, axis=0),
-        node_of_vertex if vertex_map is None else vertex_map.pull_back(node_of_vertex),
-        handles_certified,
+        node_of_vertex,
+        tunnels is not None,
         len(spurious),
     )
 

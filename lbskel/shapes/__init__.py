@@ -2,8 +2,8 @@
 
 ``make(name)`` returns a :class:`Shape`, a mesh with the skeleton that it was built around, for any name in SHAPES;
 ``make(name, **VARIANTS["noisy"])`` returns a variant of it. ``mesh_solid(solid_of(branches))`` meshes a solid around
-other polylines. The meshes in closed form (:func:`sphere`, :func:`torus`, ...), :func:`coil` and
-:func:`chain_of_tori` do not need pymeshlab.
+other polylines. The meshes in closed form (:func:`sphere`, :func:`torus`, ...), :func:`coil`,
+:func:`chain_of_tori` and the surfaces of voxels (:func:`lattice`, :func:`porous_block`, ...) do not need pymeshlab.
 """
 
 from __future__ import annotations
@@ -14,15 +14,19 @@ __all__ = [
     "Shape",
     "Solid",
     "Truth",
+    "brush",
     "capsule",
     "chain_of_tori",
     "coil",
     "cylinder",
     "flat_grid",
+    "lattice",
     "make",
     "marching_cubes",
     "mesh_solid",
     "mesh_tubes",
+    "perforated_plate",
+    "porous_block",
     "project",
     "schwarz_lantern",
     "solid_of",
@@ -31,6 +35,7 @@ __all__ = [
     "tube",
     "tube_mesh",
     "vessel_tree",
+    "voxel_surface",
     "with_local_noise",
 ]
 
@@ -41,3 +46,4 @@ from lbskel.shapes.restricted_delaunay import mesh_tubes
 from lbskel.shapes.round_cones import Solid, solid_of
 from lbskel.shapes.thin import coil, tube_mesh, vessel_tree, with_local_noise
 from lbskel.shapes.truth import Shape, Truth
+from lbskel.shapes.voxels import brush, lattice, perforated_plate, porous_block, voxel_surface

@@ -1,0 +1,99 @@
+"""Surfaces of sets of voxels: lattices, porous blocks, brushes and perforated plates, with thousands of features.
+
+Marching cubes between voxels inside and outside (Lorensen, Cline 1987, https://doi.org/10.1145/37402.37422), so
+surfaces are closed and bars of one voxel have eight faces a voxel.
+"""
+
+from __future__ import annotations
+
+__all__ = ["brush", "lattice", "perforated_plate", "porous_block", "voxel_surface"]
+
+import igl
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import ndimage
+
+from lbskel.geometry.mesh import Mesh
+
+
+def voxel_surface(filled: ArrayLike) -> Mesh:
+    """Mesh the surface of the filled voxels, of side 1; voxels that touch along an edge or at a corner are separate.
+
+    Parameters
+    ----------
+    filled : (x, y, z) array_like of bool
+    """
+    inside = np.pad(np.asarray(filled, dtype=np.float64), 1)
+    x, y, z = inside.shape
+    points = np.stack(np.meshgrid(*map(np.arange, (z, y, x)), indexing="ij"), axis=-1).reshape(-1, 3)[:, ::-1] - 1.0
+    V, F, _ = igl.marching_cubes(inside.transpose(2, 1, 0).ravel(), points, x, y, z, 0.5)
+    mesh = Mesh(V, F)
+    return mesh if mesh.volume > 0 else Mesh(V, mesh.faces[:, ::-1])
+
+
+def lattice(n: int, *, spacing: int = 3) -> Mesh:
+    """Build a cubic lattice of bars, n nodes along each axis; its genus is 3 n^2 (n - 1) - n^3 + 1.
+
+    Parameters
+    ----------
+    n : int
+    spacing : int
+        Distance of two nodes, in bar widths.
+    """
+    on = np.arange(spacing * (n - 1) + 1) % spacing == 0
+    return voxel_surface(sum(np.meshgrid(on, on, on, indexing="ij"), np.zeros((), dtype=np.int64)) >= 2)
+
+
+def porous_block(size: int, *, grain: float = 1.0, filled: float = 0.5, seed: int = 0) -> Mesh:
+    """Build the largest part of a block of random noise that exceeds a threshold, without cavities.
+
+    Parameters
+    ----------
+    size : int
+        Of the block, in voxels.
+    grain : float
+        Standard deviation of the Gaussian filter, in voxels; 0 leaves noise of single voxels.
+    filled : float
+        Fraction of the voxels above the threshold.
+    seed : int
+    """
+    noise = ndimage.gaussian_filter(np.random.default_rng(seed).normal(size=(size,) * 3), grain)
+    return voxel_surface(_largest_part(noise > np.quantile(noise, 1 - filled)))
+
+
+def brush(n: int, *, length: int = 12, spacing: int = 3) -> Mesh:
+    """Build a plate with n^2 bristles of width 1.
+
+    Parameters
+    ----------
+    n : int
+    length : int
+        Of a bristle, in its width.
+    spacing : int
+        Of bristles, in their width.
+    """
+    on = np.arange(spacing * n + 1) % spacing == 1
+    filled = np.zeros((len(on), len(on), length + 2), dtype=bool)
+    filled[:, :, :2] = True
+    filled[np.ix_(on, on)] = True
+    return voxel_surface(filled)
+
+
+def perforated_plate(n: int, *, spacing: int = 4) -> Mesh:
+    """Build a plate of thickness 1 with n^2 square holes, which is its genus.
+
+    Parameters
+    ----------
+    n : int
+    spacing : int
+        Of holes of width ``spacing - 1``, in the thickness.
+    """
+    on = np.arange(spacing * n + 1) % spacing == 0
+    return voxel_surface((on[:, None] | on[None, :])[:, :, None])
+
+
+def _largest_part(filled: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Keep the largest part of voxels that share faces, and fill what it encloses."""
+    labels, _ = ndimage.label(filled)
+    part: NDArray[np.bool_] = ndimage.binary_fill_holes(labels == 1 + np.argmax(np.bincount(labels.ravel())[1:]))
+    return part

@@ -1,0 +1,46 @@
+"""Surfaces of voxels: closed, outwards, and of the genus that was built."""
+
+import numpy as np
+import pytest
+
+from lbskel.shapes import brush, lattice, perforated_plate, porous_block, voxel_surface
+
+
+def test_a_voxel_is_an_octahedron():
+    mesh = voxel_surface([[[True]]])
+    assert mesh.is_closed_manifold
+    assert len(mesh.faces) == 8
+    # the vertices are half way to the neighbors of the voxel at the origin
+    assert np.sort(np.abs(mesh.vertices).sum(axis=1)).tolist() == [0.5] * 6
+    assert mesh.volume == pytest.approx(1 / 6)
+
+
+def test_voxels_are_where_they_are_filled():
+    filled = np.zeros((2, 3, 4))
+    filled[1, 2, 3] = True
+    assert voxel_surface(filled).vertices.mean(axis=0).tolist() == [1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("mesh", "genus"),
+    [(lattice(2), 5), (lattice(4, spacing=4), 81), (perforated_plate(6), 36), (brush(4), 0)],
+    ids=["cube", "lattice", "plate", "brush"],
+)
+def test_the_genus_is_the_number_of_mouths(mesh, genus):
+    assert mesh.n_components == 1
+    assert mesh.volume > 0
+    assert mesh.genus == genus
+
+
+def test_a_brush_has_its_bristles():
+    mesh = brush(5, length=9)
+    assert (mesh.vertices[:, 2] == mesh.vertices[:, 2].max()).sum() == 25
+
+
+@pytest.mark.parametrize("grain", [0.0, 1.5])
+def test_a_porous_block_is_one_closed_surface_of_high_genus(grain):
+    mesh = porous_block(14, grain=grain)
+    assert mesh.n_components == 1
+    assert mesh.genus >= 5
+    again = porous_block(14, grain=grain)
+    assert np.array_equal(mesh.vertices, again.vertices)
