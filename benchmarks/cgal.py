@@ -1,12 +1,12 @@
-"""CGAL's mean curvature skeleton, by a small C++ driver that is compiled where a compiler and the headers are found.
+"""CGAL's skeleton and segmentation, by small C++ drivers that are compiled where a compiler and the headers are found.
 
-The program is cached in the system's folder for temporary files under the hash of its source, because compiling takes
+Each program is cached in the system's folder for temporary files under the hash of its source, because compiling takes
 a minute.
 """
 
 from __future__ import annotations
 
-__all__ = ["Graph", "cgal_medial", "cgal_seconds", "driver"]
+__all__ = ["Graph", "cgal_medial", "cgal_parts", "cgal_seconds", "driver"]
 
 import functools
 import hashlib
@@ -23,14 +23,15 @@ from numpy.typing import NDArray
 import lbskel
 
 SOURCE = Path(__file__).parent / "cgal_skeleton.cpp"
+PARTS_SOURCE = Path(__file__).parent / "cgal_segmentation.cpp"
 FLAGS = ("-std=c++17", "-O3", "-DNDEBUG", "-DCGAL_EIGEN3_ENABLED")
 INCLUDES = ("/usr/include/eigen3", "/usr/local/include/eigen3", "/opt/homebrew/include/eigen3", "/opt/homebrew/include")
 LIBRARIES = ("-lmpfr", "-lgmp")
 
 
 @functools.cache
-def driver() -> Path:
-    """Return the path of the program, which is compiled first if it is not cached.
+def driver(source: Path = SOURCE) -> Path:
+    """Return the path of a program, which is compiled first if it is not cached.
 
     Raises
     ------
@@ -40,14 +41,14 @@ def driver() -> Path:
     compiler = shutil.which(os.environ.get("CXX", "c++"))
     if compiler is None:
         raise RuntimeError("CGAL is not built: there is no C++ compiler")
-    recipe = SOURCE.read_bytes() + repr((compiler, FLAGS)).encode()
+    recipe = source.read_bytes() + repr((compiler, FLAGS)).encode()
     folder = Path(tempfile.gettempdir()) / f"lbskel-cgal-{os.getuid()}-{hashlib.sha256(recipe).hexdigest()[:16]}"
     folder.mkdir(mode=0o700, exist_ok=True)
-    program = folder / "cgal_skeleton"
+    program = folder / source.stem
     if not program.exists():
         unfinished = folder / f"unfinished-{os.getpid()}"
         includes = [f"-I{path}" for path in INCLUDES if Path(path).is_dir()]
-        command = [compiler, *FLAGS, *includes, "-o", str(unfinished), str(SOURCE), *LIBRARIES]
+        command = [compiler, *FLAGS, *includes, "-o", str(unfinished), str(source), *LIBRARIES]
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode:
             reason = next((line for line in done.stderr.splitlines() if "error" in line), "the compiler failed")
@@ -92,3 +93,22 @@ def cgal_seconds(
 def cgal_medial(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Graph:
     """Compute the medially centered mean curvature skeleton, CGAL's default."""
     return cgal_seconds(vertices, faces, "medial")[0]
+
+
+def cgal_parts(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], float]:
+    """Segment by shape diameters, with CGAL's own defaults: the part of each face, and the seconds of the processor.
+
+    Raises
+    ------
+    RuntimeError
+        If it is not built or refuses the mesh.
+    """
+    program = driver(PARTS_SOURCE)
+    with tempfile.TemporaryDirectory() as folder:
+        mesh, output = Path(folder) / "mesh.off", Path(folder) / "parts.txt"
+        lbskel.write_mesh(mesh, lbskel.Mesh(vertices, faces))
+        done = subprocess.run([program, mesh, output], capture_output=True, text=True)
+        if done.returncode:
+            raise RuntimeError(f"CGAL: {(done.stderr.strip() or f'ended with code {done.returncode}')[-200:]}")
+        seconds, *parts = output.read_text().split()
+    return np.array(parts, dtype=np.int64), float(seconds)

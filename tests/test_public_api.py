@@ -21,6 +21,7 @@ TAKES_A_MESH = {
     "prepare": lambda mesh: lbskel.prepare(mesh).mesh.vertices,
     "prune": lambda mesh: lbskel.prune(lbskel.skeletonize(mesh), mesh).nodes,
     "score": lambda mesh: lbskel.score(lbskel.skeletonize(mesh), mesh).coverage,
+    "segment": lambda mesh: lbskel.segment(mesh, lbskel.skeletonize(mesh)).part_of_face,
     "skeletonize": lambda mesh: lbskel.skeletonize(mesh).nodes,
     "delta_coordinates": lambda mesh: lbskel.delta_coordinates(mesh),
     "reconstruct": lambda mesh: lbskel.reconstruct(mesh, np.zeros((152, 3)), [0]).vertices,

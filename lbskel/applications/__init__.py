@@ -4,6 +4,7 @@ from lbskel.applications.anchor_selection import least_squares_mesh
 from lbskel.applications.branches import BranchTable, branch_table
 from lbskel.applications.differential_coordinates import delta_coordinates, reconstruct
 from lbskel.applications.quantization import QuantizedDeltas, quantize_deltas
+from lbskel.applications.segmentation import Segmentation, segment
 from lbskel.applications.smoothing import SMOOTHING_METHODS, smooth
 from lbskel.applications.spectrum import eigenpairs
 
@@ -11,11 +12,13 @@ __all__ = [
     "SMOOTHING_METHODS",
     "BranchTable",
     "QuantizedDeltas",
+    "Segmentation",
     "branch_table",
     "delta_coordinates",
     "eigenpairs",
     "least_squares_mesh",
     "quantize_deltas",
     "reconstruct",
+    "segment",
     "smooth",
 ]

@@ -13,7 +13,7 @@ to that of the mesh, less what the triangles of nodes enclose, which is about no
 
 from __future__ import annotations
 
-__all__ = ["N_PROFILE", "Polyline", "section_areas", "shared_among_branches"]
+__all__ = ["N_PROFILE", "Polyline", "face_volumes", "section_areas", "shared_among_branches"]
 
 from dataclasses import dataclass
 
@@ -79,31 +79,49 @@ class Polyline:
         return float(area), float(np.pi / 3 * (h * (a * a + a * b + b * b)).sum())
 
 
-def shared_among_branches(
-    skeleton: Skeleton, paths: tuple[NDArray[np.int64], ...], mesh: Mesh
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(b,) surface area and volume of the faces of each branch; a face is shared by the branches of its corners."""
+def face_volumes(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
+    """(m,) volume between each face and the nodes of its corners.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With ``node_of_vertex``.
+    mesh : Mesh
+        That the skeleton was made from.
+
+    Raises
+    ------
+    MeshError
+        If the skeleton's map is not one of the vertices of the mesh.
+    """
     if len(skeleton.node_of_vertex) != len(mesh.vertices):
         raise MeshError(
             f"the skeleton maps {len(skeleton.node_of_vertex)} vertices to its nodes, and the mesh has "
             f"{len(mesh.vertices)}: give the mesh that the skeleton was made from"
         )
+    own, image = mesh.vertices[mesh.faces], skeleton.nodes[skeleton.node_of_vertex[mesh.faces]]
+    sides, moved = (np.stack([each[:, 1] - each[:, 0], each[:, 2] - each[:, 0]]) for each in (own, image))
+    mixed = np.cross(sides[0], moved[1]) + np.cross(moved[0], sides[1])
+    normal = np.cross(*sides) / 3 + mixed / 6 + np.cross(*moved) / 3
+    orientation = -0.5 if mesh.is_closed and mesh.volume < 0 else 0.5
+    volumes: NDArray[np.float64] = orientation * np.einsum("fx,fx->f", (own - image).mean(axis=1), normal)
+    return volumes
+
+
+def shared_among_branches(
+    skeleton: Skeleton, paths: tuple[NDArray[np.int64], ...], mesh: Mesh
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(b,) surface area and volume of the faces of each branch; a face is shared by the branches of its corners."""
+    volumes = face_volumes(skeleton, mesh)
     k = len(skeleton.nodes)
     node = np.concatenate([np.empty(0, dtype=np.int64), *paths])
     branch = np.repeat(np.arange(len(paths)), [len(path) for path in paths])
     share = 1 / np.bincount(node, minlength=k).clip(min=1)
     membership = csr_array((share[node], (branch, node)), shape=(len(paths), k))
-    F, P = mesh.faces, skeleton.nodes[skeleton.node_of_vertex]
-    own, image = mesh.vertices[F], P[F]
-    sides, moved = (np.stack([each[:, 1] - each[:, 0], each[:, 2] - each[:, 0]]) for each in (own, image))
-    mixed = np.cross(sides[0], moved[1]) + np.cross(moved[0], sides[1])
-    normal = np.cross(*sides) / 3 + mixed / 6 + np.cross(*moved) / 3
-    swept = 0.5 * np.einsum("fx,fx->f", (own - image).mean(axis=1), normal)
-    orientation = -1 if mesh.is_closed and mesh.volume < 0 else 1
-    corner = skeleton.node_of_vertex[F].ravel()
-    of_node = [np.bincount(corner, weights=np.repeat(each, 3) / 3, minlength=k) for each in (mesh.face_areas, swept)]
+    corner = skeleton.node_of_vertex[mesh.faces].ravel()
+    of_node = [np.bincount(corner, weights=np.repeat(each, 3) / 3, minlength=k) for each in (mesh.face_areas, volumes)]
     area, volume = (np.asarray(membership @ each) for each in of_node)
-    return area, orientation * volume
+    return area, volume
 
 
 def section_areas(

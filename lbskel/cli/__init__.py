@@ -12,8 +12,9 @@ from lbskel.cli import (
     preprocess,
     quantize,
     score,
+    segment,
     skeletonize,
     smooth,
 )
 
-COMMANDS = (skeletonize, batch, score, check, preprocess, info, branches, laplacian, compare, smooth, quantize)
+COMMANDS = (skeletonize, batch, score, check, preprocess, info, branches, segment, laplacian, compare, smooth, quantize)

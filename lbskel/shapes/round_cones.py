@@ -146,6 +146,18 @@ class Solid:
         ahead, behind = self.distance(displaced.reshape(-1, 3), cutoff=step).reshape(2, 3, len(points))
         return (ahead - behind).T / (2 * step)
 
+    def nearest_branches(self, points: NDArray[np.float64]) -> NDArray[np.int64]:
+        """(n,) the branch that each point near the surface is nearest to, or deepest inside of.
+
+        Parameters
+        ----------
+        points : (n, 3) array of float
+            Coordinates in the units of the solid.
+        """
+        distances, branches = self._branch_distances(points, float(self._max_radii.max()))
+        nearest: NDArray[np.int64] = branches[np.arange(len(points)), distances.argmin(axis=1)]
+        return nearest
+
     @property
     def truth(self) -> Truth:
         """The axes of all branches; a node's radius is that of the largest sphere around it inside a single branch."""

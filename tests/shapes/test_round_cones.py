@@ -112,3 +112,10 @@ def test_segments_are_at_most_half_a_radius_long():
     assert np.linalg.norm(end - start, axis=1).sum() == pytest.approx(3.0)
     assert solid.radii.max() == pytest.approx(0.4)
     assert solid.radii.min() == pytest.approx(0.2)
+
+
+def test_the_nearest_branch_of_a_point():
+    """Branches are numbered by decreasing radius."""
+    solid = solid_of([([[0, 0, 0], [3, 0, 0]], 0.2), ([[0, 0, 0], [0, 3, 0]], 0.5)])
+    points = np.array([[2.0, 0, 0.2], [0, 2, 0.5], [2.0, 0, 0], [0, 1, 0.1]])
+    assert solid.nearest_branches(points).tolist() == [1, 0, 1, 0]

@@ -1,0 +1,196 @@
+"""Parts and branches: Rand index of segmentations of shapes with known limbs, beside CGAL's; the table of branches.
+
+With ``--peers``: CGAL's segmentation by shape diameters, where its headers are installed, and kimimaro's areas of
+cross-sections of the same tubes, as voxels. With ``--meshes FOLDER``: further meshes, whose parts are drawn.
+"""
+
+from __future__ import annotations
+
+__all__ = ["rand_index", "run"]
+
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import lbskel
+from benchmarks.cgal import cgal_parts
+from benchmarks.damage import DAMAGE, damaged
+from benchmarks.harness import markdown_table, save_json, save_markdown
+from lbskel.errors import LbskelError
+from lbskel.geometry.surface_queries import Surface
+from lbskel.shapes import SHAPES, capsule, mesh_solid, torus, tube, tube_mesh
+from lbskel.visualization import Panel, render
+
+# Shapes whose branches are their limbs; the spine of the dinosaur is neck, body and tail in one, and so is not here.
+LIMBED = ("limbs", "octopus", "hand", "spiked_ring", "tripod", "tree", "ladder", "cube_frame")
+N_VERTICES = 3000
+N_VOXELS = 24  # per radius, of the tube for kimimaro
+SMOOTHING = 25  # nodes, of which kimimaro averages the tangents of its sections: one radius
+
+
+def rand_index(a: NDArray[np.int64], b: NDArray[np.int64]) -> float:
+    """Share of the pairs of faces that two segmentations both join or both part: Rand 1971."""
+    table = np.zeros((int(a.max()) + 1, int(b.max()) + 1))
+    np.add.at(table, (a, b), 1)
+    total = len(a) * (len(a) - 1) / 2
+    rows, columns, cells = ((x * (x - 1) / 2).sum() for x in (table.sum(axis=1), table.sum(axis=0), table))
+    return float(1 - (rows + columns - 2 * cells) / total)
+
+
+def run(quick: bool, results: Path, peers: bool = False, meshes: list[Path] | None = None) -> None:
+    """Measure, and write parts.json and parts.md, and parts.png if there are meshes."""
+    parts = [_segmented(name, peers) for name in (LIMBED[:2] if quick else LIMBED)]
+    lengths = _branches()
+    sections = _sections(peers and not quick)
+    hostile = _hostile(list(DAMAGE)[:4] if quick else list(DAMAGE))
+    save_json(
+        results / "parts.json",
+        {"parts": parts, "branches": lengths, "sections": sections, "damaged": hostile},
+        packages=("kimimaro",),
+    )
+    if meshes:
+        _draw(meshes, results / "parts.png")
+    save_markdown(
+        results / "parts.md",
+        "Parts and branches",
+        {
+            "Rand index with the known limbs": markdown_table(parts),
+            "Lengths and radii of known shapes": markdown_table(lengths),
+            "Area of cross-sections of a tube": markdown_table(sections),
+            "Damaged meshes": markdown_table(hostile),
+        },
+    )
+
+
+def _segmented(name: str, peers: bool) -> dict[str, Any]:
+    solid = SHAPES[name]()
+    mesh = mesh_solid(solid, n_vertices=N_VERTICES)
+    truth = solid.nearest_branches(mesh.vertices[mesh.faces].mean(axis=1))
+    row: dict[str, Any] = {"shape": name, "faces": len(mesh.faces), "limbs": int(truth.max()) + 1}
+    began = time.process_time()
+    skeleton = lbskel.skeletonize(mesh)
+    row["skeleton, seconds"] = time.process_time() - began
+    for thickness in ("inscribed", "shape_diameter"):
+        began = time.process_time()
+        found = lbskel.segment(mesh, skeleton, thickness=thickness)
+        row[f"{thickness}, seconds"] = time.process_time() - began
+        row[f"{thickness}, parts"] = len(found)
+        row[f"{thickness}, Rand index"] = rand_index(found.part_of_face, truth)
+    if peers:
+        try:
+            theirs, seconds = cgal_parts(mesh.vertices, mesh.faces)
+        except RuntimeError as error:
+            row["CGAL"] = str(error)
+        else:
+            row["CGAL, seconds"] = seconds
+            row["CGAL, parts"] = int(theirs.max()) + 1
+            row["CGAL, Rand index"] = rand_index(theirs, truth)
+    return row
+
+
+def _branches() -> list[dict[str, Any]]:
+    """Largest relative errors of the lengths, radii and sections of branches."""
+    fork = lbskel.Skeleton(
+        np.array([[0.0, 0, 0], [0, 0, 9], [5, 0, 15], [-5, 0, 15]]),
+        np.array([[0, 1], [1, 2], [1, 3]]),
+        np.array([1.0, 0.9, 0.6, 0.7]),
+    )
+    tripod = SHAPES["tripod"]()
+    cases: dict[str, tuple[lbskel.Mesh, Any, Any]] = {
+        "capsule": (capsule(4.0, 0.5), [4.0], [0.5]),
+        "torus": (torus(1.0, 0.25, 96, 48), [2 * np.pi], [0.25]),
+        "tripod": (mesh_solid(tripod, n_vertices=N_VERTICES), lbskel.branch_table(tripod.truth).length, [0.14] * 3),
+        "fork, by tube_mesh": (
+            tube_mesh(fork).mesh,
+            lbskel.branch_table(fork).length,
+            lbskel.branch_table(fork).mean_radius,
+        ),
+    }
+    rows = []
+    for name, (mesh, lengths, radii) in cases.items():
+        table = lbskel.branch_table(lbskel.skeletonize(mesh), mesh)
+        errors = [
+            np.abs(np.sort(ours) / np.sort(true) - 1).max()
+            for ours, true in ((table.length, lengths), (table.mean_radius, radii))
+        ]
+        rows.append(
+            {
+                "shape": name,
+                "branches": len(table),
+                "length, error": errors[0],
+                "mean radius, error": errors[1],
+                "volume over the mesh's": table.volume.sum() / mesh.volume,
+            }
+        )
+    return rows
+
+
+def _sections(peers: bool) -> list[dict[str, Any]]:
+    """Areas along a bent tube of radius 1, exact pi, by lbskel and by kimimaro."""
+    t = np.linspace(0, np.pi / 2, 61)
+    mesh = tube(np.stack([10 * np.cos(t), 10 * np.sin(t), 0 * t], axis=1), 1.0, sides=48, rounded=True)
+    table = lbskel.branch_table(lbskel.skeletonize(mesh), mesh)
+    rows = [{"tool": "exact", "area": np.pi}, {"tool": "lbskel", "area": float(table.section_area[0])}]
+    if peers:
+        rows.append({"tool": "kimimaro", **_kimimaro(mesh)})
+    return rows
+
+
+def _kimimaro(mesh: lbskel.Mesh) -> dict[str, Any]:
+    """Mean area of the sections that kimimaro measures on voxels, more than two radii from the ends."""
+    try:
+        import kimimaro
+    except ImportError:
+        return {"note": "not installed"}
+    low, step = mesh.vertices.min(axis=0) - 0.5, 1 / N_VOXELS
+    shape = np.ceil((np.ptp(mesh.vertices, axis=0) + 1) / step).astype(int)
+    labels = np.zeros(shape, dtype=np.uint32)
+    x, y = (low[a] + step * (np.arange(shape[a]) + 0.5) for a in (0, 1))
+    for k in range(shape[2]):
+        grid = np.stack(np.meshgrid(x, y, [low[2] + step * (k + 0.5)], indexing="ij"), axis=-1).reshape(-1, 3)
+        labels[:, :, k] = Surface(mesh).contains(grid).reshape(shape[:2])
+    found = kimimaro.skeletonize(labels, anisotropy=(step,) * 3, dust_threshold=0, progress=False, parallel=1)
+    found = kimimaro.cross_sectional_area(
+        labels, found, anisotropy=(step,) * 3, smoothing_window=SMOOTHING, progress=False
+    )
+    skeleton = found[1]
+    points = skeleton.vertices + low
+    ends = np.array([[10, 0, 0], [0, 10, 0]])
+    inner = np.linalg.norm(points[:, None] - ends, axis=2).min(axis=1) > 2
+    areas = skeleton.cross_sectional_area[inner]
+    return {"area": float(areas[areas > 0].mean())}
+
+
+def _hostile(kinds: list[str]) -> list[dict[str, Any]]:
+    """What segment and branch_table do with each kind of damage: a result or a typed error."""
+    rows, shape = [], torus(1.0, 0.3, 32, 16)
+    for kind in kinds:
+        broken = damaged(kind, shape)
+        if broken.vertices is None:
+            continue
+        row: dict[str, Any] = {"damage": kind}
+        try:
+            mesh = lbskel.as_mesh((broken.vertices, broken.faces))
+            skeleton = lbskel.skeletonize(mesh)
+            row["branches"] = len(lbskel.branch_table(skeleton, mesh))
+            row["parts"] = len(lbskel.segment(mesh, skeleton))
+        except LbskelError as error:
+            row["error"] = type(error).__name__
+        rows.append(row)
+    return rows
+
+
+def _draw(meshes: list[Path], path: Path) -> None:
+    """Draw the parts of each mesh in a color of its own."""
+    panels = []
+    for each in meshes:
+        mesh = lbskel.read_mesh(each)
+        part = lbskel.segment(mesh, lbskel.skeletonize(mesh, preset="character")).part_of_face
+        own = lbskel.Mesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * len(mesh.faces)).reshape(-1, 3))
+        own = own.with_vertices((own.vertices - own.centroid) / own.diameter_bound)
+        field = np.repeat(part * 0.618034 % 1, 3)
+        panels.append(Panel(own, title=each.stem, field=field, field_name="parts"))
+    render(panels, path, force=True)

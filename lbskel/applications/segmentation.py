@@ -1,0 +1,206 @@
+"""Segmentation of a mesh into its parts, by the branches of its skeleton and their thickness.
+
+The nodes of the skeleton are divided into parts (:mod:`lbskel.applications.skeleton_parts`). A face costs, for each
+part, its area times the distance from its nodes to the part along the skeleton; an edge between two parts costs its
+length, and less where the surface is concave, since people see the boundaries of parts there: Hoffman, Richards 1984,
+"Parts of recognition", https://doi.org/10.1016/0010-0277(84)90022-2. Lengths are in local radii, so the boundary around
+a limb moves by about its radius to find a crease. The least sum is sought by graph cuts
+(:mod:`lbskel.applications.boundary_cut`). Last, every part is made connected.
+"""
+
+from __future__ import annotations
+
+__all__ = ["Segmentation", "segment"]
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import dijkstra
+
+from lbskel.applications.boundary_cut import expand_labels
+from lbskel.applications.branch_measures import face_volumes
+from lbskel.applications.face_graph import FaceGraph, connect_parts, face_graph
+from lbskel.applications.skeleton_parts import parts_of_nodes
+from lbskel.errors import choose
+from lbskel.geometry.arrays import read_only
+from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.mesh import Mesh, as_mesh
+from lbskel.geometry.shape_diameter import local_thickness
+from lbskel.skeleton.skeleton import Skeleton
+
+MAX_SHIFT = 4.0  # local radii by which a boundary may move; a guess
+# Cost of an area of one squared radius at a distance of one radius, in radii of boundary; a guess
+DISTANCE_WEIGHT = 0.5
+CONCAVITY = 1.0  # turn of the surface per local radius, in radians, that halves the cost of an edge; a guess
+MIN_EDGE_COST = 0.05  # lower bound on that factor; a guess
+MAX_SIZE = 100.0  # size of a face or an edge in local radii up to which it counts, so that sums stay finite
+MIN_RADIUS = 1e-6  # lower bound on radii, relative to the diameter bound: less is the rounding error of a surface
+THICKNESS = ("inscribed", "shape_diameter")
+
+
+@dataclass(frozen=True, eq=False)
+class Segmentation:
+    """The parts of a mesh, and a table with one row for each.
+
+    Parameters
+    ----------
+    part_of_face : (m,) array of int
+        From 0 to p - 1.
+    part_of_node : (k,) array of int
+        Of the skeleton's nodes.
+    n_faces : (p,) array of int
+    area, volume : (p,) array of float
+        Of the part of the surface, and of what it encloses with the skeleton.
+    length : (p,) array of float
+        Of the skeleton in the part.
+    mean_radius : (p,) array of float
+        Mean radius of the nodes.
+    """
+
+    part_of_face: NDArray[np.int64]
+    part_of_node: NDArray[np.int64]
+    n_faces: NDArray[np.int64]
+    area: NDArray[np.float64]
+    volume: NDArray[np.float64]
+    length: NDArray[np.float64]
+    mean_radius: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return len(self.n_faces)
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Return the columns of the table by name."""
+        names = [field.name for field in fields(self) if not field.name.startswith("part_of")]
+        return {"part": np.arange(len(self)), **{name: getattr(self, name) for name in names}}
+
+    def to_csv(self) -> str:
+        """Return the table as CSV, one line for each part."""
+        columns = self.columns()
+        rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+        return "\n".join([",".join(columns), *(",".join(map(repr, row)) for row in rows), ""])
+
+
+def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> Segmentation:
+    """Divide a mesh into its limbs and trunk.
+
+    Parameters
+    ----------
+    mesh : Mesh or anything that :func:`lbskel.as_mesh` takes
+        That the skeleton was made from.
+    skeleton : Skeleton
+        With ``node_of_vertex``.
+    thickness : str
+        ``inscribed``: the skeleton's radii tell where the thickness jumps; ``shape_diameter``: half the median shape
+        diameter of the faces of each node.
+
+    Raises
+    ------
+    MeshError
+        If the skeleton has no map from the vertices of this mesh.
+    UnknownChoice
+        If the thickness is another word.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import make
+    >>> mesh = make("octopus", n_vertices=1500).mesh
+    >>> parts = lbskel.segment(mesh, lbskel.skeletonize(mesh))
+    >>> len(parts)  # eight arms and the head
+    9
+    """
+    choose(dict.fromkeys(THICKNESS), thickness, "thickness")
+    surface = as_mesh(mesh)
+    volumes = face_volumes(skeleton, surface)
+    radii = _node_radii(skeleton, surface, thickness)
+    of_node = parts_of_nodes(skeleton, radii)
+    corners = skeleton.node_of_vertex[surface.faces]
+    graph = face_graph(surface)
+    distances = _distances(skeleton, radii, of_node)
+    cost = distances[corners].mean(axis=1)
+    scale = radii[corners].mean(axis=1)
+    labels = np.argmin(cost, axis=1)
+    sizes = np.minimum(np.sqrt(surface.face_areas) / scale, MAX_SIZE) ** 2
+    is_near = cost <= np.maximum(cost.min(axis=1), MAX_SHIFT)[:, None]
+    cost = np.where(is_near, DISTANCE_WEIGHT * sizes[:, None] * cost, np.inf)
+    labels = expand_labels(labels, cost, graph.pairs, _edge_costs(graph, scale))
+    labels = connect_parts(labels, graph, surface.face_areas)
+    return _measured(skeleton, surface, labels, of_node, volumes)
+
+
+def _node_radii(skeleton: Skeleton, mesh: Mesh, thickness: str) -> NDArray[np.float64]:
+    """(k,) thickness at each node; where it is not known, the mean of what is."""
+    radii = np.array(skeleton.radii)
+    if thickness == "shape_diameter":
+        diameter = local_thickness(mesh, np.arange(len(mesh.faces)))
+        node = skeleton.node_of_vertex[mesh.faces].ravel()
+        value = np.repeat(diameter / 2, 3)
+        is_known = np.isfinite(value)
+        order = np.lexsort((value[is_known], node[is_known]))
+        found, first, count = np.unique(node[is_known][order], return_index=True, return_counts=True)
+        radii[found] = value[is_known][order][first + count // 2]
+    is_known = np.isfinite(radii) & (radii > 0)
+    default = float(radii[is_known].mean()) if is_known.any() else mesh.diameter_bound
+    known: NDArray[np.float64] = np.where(is_known, radii, default)
+    bounded: NDArray[np.float64] = np.maximum(known, MIN_RADIUS * mesh.diameter_bound)
+    return bounded
+
+
+def _distances(skeleton: Skeleton, radii: NDArray[np.float64], of_node: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(k, p) distance of each node from each part along the skeleton, in local radii; a large number beyond reach."""
+    k, n_parts = len(skeleton.nodes), int(of_node.max()) + 1
+    lengths = skeleton.edge_lengths / radii[skeleton.edges].mean(axis=1) + np.finfo(np.float64).tiny
+    to_part = np.stack([k + of_node, np.arange(k)], axis=1)
+    graph = weighted_graph(
+        np.concatenate([skeleton.edges, skeleton.edges[:, ::-1], to_part]),
+        np.concatenate([lengths, lengths, np.full(k, np.finfo(np.float64).tiny)]),
+        k + n_parts,
+    )
+    found = dijkstra(graph, indices=k + np.arange(n_parts), limit=3 * MAX_SHIFT)[:, :k]
+    distances: NDArray[np.float64] = np.minimum(found, 3 * MAX_SHIFT).T
+    return distances
+
+
+def _edge_costs(graph: FaceGraph, scale: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(p,) cost of a boundary along each edge: its length in local radii, less where the surface is concave."""
+    local = scale[graph.pairs].mean(axis=1)
+    spans = np.maximum(graph.spans, np.finfo(np.float64).eps * local)
+    concavity = np.maximum(graph.turns, 0.0) * local / spans
+    factor: NDArray[np.float64] = np.maximum(1 / (1 + concavity / CONCAVITY), MIN_EDGE_COST)
+    lengths: NDArray[np.float64] = np.minimum(graph.lengths / local, MAX_SIZE)
+    return lengths * factor
+
+
+def _measured(
+    skeleton: Skeleton,
+    mesh: Mesh,
+    labels: NDArray[np.int64],
+    of_node: NDArray[np.int64],
+    volumes: NDArray[np.float64],
+) -> Segmentation:
+    """Measure the parts that have faces; nodes of other parts take the part of most of their faces."""
+    kept, part_of_face = np.unique(labels, return_inverse=True)
+    new = np.full(int(of_node.max()) + 1, -1)
+    new[kept] = np.arange(len(kept))
+    part_of_node = new[of_node]
+    lost = np.flatnonzero(part_of_node < 0)
+    if len(lost):
+        votes = np.zeros((len(skeleton.nodes), len(kept)), dtype=np.int64)
+        np.add.at(votes, (skeleton.node_of_vertex[mesh.faces].ravel(), np.repeat(part_of_face, 3)), 1)
+        part_of_node[lost] = votes[lost].argmax(axis=1)
+    p = len(kept)
+    share = np.repeat(skeleton.edge_lengths / 2, 2)
+    count = np.bincount(part_of_node, minlength=p)
+    radii = np.nan_to_num(skeleton.radii)
+    values: dict[str, NDArray[Any]] = {
+        "part_of_face": part_of_face.astype(np.int64),
+        "part_of_node": part_of_node,
+        "n_faces": np.bincount(part_of_face, minlength=p),
+        "area": np.bincount(part_of_face, mesh.face_areas, minlength=p),
+        "volume": np.bincount(part_of_face, volumes, minlength=p),
+        "length": np.bincount(part_of_node[skeleton.edges.ravel()], share, minlength=p),
+        "mean_radius": np.bincount(part_of_node, radii, minlength=p) / np.maximum(count, 1),
+    }
+    return Segmentation(**{name: read_only(value) for name, value in values.items()})

@@ -1,0 +1,178 @@
+"""The parts of a shape as its skeleton shows them: limbs, the trunk they grow from, and where the thickness jumps.
+
+A limb begins where its branch leaves the inscribed ball of its junction; the ball belongs to the thickest branch there,
+if that is almost as thick as the ball, or else is a part of its own, such as the body of an octopus. Two branches that
+go on straight through a junction with its thickness are one part. Junctions whose balls meet are one. Along a branch, a
+part ends where the radius changes by a factor within two radii, as at the ball of a dumbbell.
+"""
+
+from __future__ import annotations
+
+__all__ = ["parts_of_nodes"]
+
+from collections.abc import Sequence
+from itertools import combinations, pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from lbskel.geometry.graphs import weighted_graph
+from lbskel.skeleton.skeleton import Skeleton
+
+TRUNK_RATIO = 0.7  # radius of a branch over that of its junction from which the junction's ball is part of it; a guess
+INNER_BONUS = 1.25  # factor on the radius of a branch between two junctions, when the trunk is chosen; a guess
+STRAIGHT_RATIO = 0.8  # the same for each of two branches that are one part; a guess
+STRAIGHT_ANGLE = 150.0  # degrees between two branches from which they are one part; a guess
+JUMP_RATIO = 1.7  # radii one radius ahead and behind whose ratio ends a part; a guess, more than most tapers have
+MIN_LENGTH = 1.0  # length of a part along its branch, in its radii, below which it joins the one beside it; a guess
+REACH = 3.0  # radii of a junction within which the thickness of a branch is taken; a guess
+DIRECTION_REACH = 2.0  # radii of a junction within which the direction of a branch is taken; a guess
+
+
+def parts_of_nodes(skeleton: Skeleton, radii: NDArray[np.float64]) -> NDArray[np.int64]:
+    """(k,) number of the part of each node; parts are connected in the graph, and numbered by their first nodes.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    radii : (k,) array of float
+        Thickness at each node, all known.
+    """
+    k = len(skeleton.nodes)
+    stretches = [_Stretch(skeleton, path, radii) for path in skeleton.branches]
+    joined = [pair for stretch in stretches for pair in stretch.pairs_inside()]
+    at_junction: dict[int, list[_End]] = {int(node): [] for node in skeleton.junctions}
+    for stretch in stretches:
+        for end in stretch.ends():
+            at_junction[end.junction].append(end)
+    for junction, ends in at_junction.items():
+        joined += _joined_at(junction, ends, float(radii[junction]))
+    edges = np.array(joined, dtype=np.int64).reshape(-1, 2)
+    label = connected_components(weighted_graph(edges, np.ones(len(edges)), k), directed=False)[1]
+    _, first, number = np.unique(label, return_index=True, return_inverse=True)
+    rank = np.empty(len(first), dtype=np.int64)
+    rank[np.argsort(first)] = np.arange(len(first))
+    return rank[number]
+
+
+class _End:
+    """A branch as seen from the junction at one of its ends: thickness, direction and first node outside the ball."""
+
+    def __init__(
+        self,
+        junction: int,
+        first: int,
+        ball: list[int],
+        radius: float,
+        direction: NDArray[np.float64],
+        is_inner: bool,
+    ):
+        self.junction, self.first, self.ball = junction, first, ball
+        self.radius, self.direction, self.is_inner = radius, direction, is_inner
+
+
+class _Stretch:
+    """A branch, divided into the balls at its ends and what lies between them."""
+
+    def __init__(self, skeleton: Skeleton, path: NDArray[np.int64], radii: NDArray[np.float64]):
+        self.path, self.radii, self.nodes = path, radii[path], skeleton.nodes[path]
+        self.s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(self.nodes, axis=0), axis=1)))
+        self.is_junction = (skeleton.degrees[path[[0, -1]]] > 2).tolist()
+        length = self.s[-1]
+        begin = self.radii[0] if self.is_junction[0] else -1.0
+        end = length - self.radii[-1] if self.is_junction[1] else length + 1.0
+        self.inner = np.flatnonzero((self.s > begin) & (self.s < end))
+        is_end = any(self.is_junction) and not all(self.is_junction)
+        if len(self.inner) and is_end:
+            outside = min(end, length) - max(begin, 0.0)
+            if outside < MIN_LENGTH * np.median(self.radii[self.inner]):
+                self.inner = self.inner[:0]  # it hardly leaves the ball
+
+    def pairs_inside(self) -> list[tuple[int, int]]:
+        """Pair the nodes outside the balls that are neighbors between two jumps of the thickness."""
+        path = self.path.tolist()
+        if not len(self.inner):
+            return list(pairwise(path))  # the balls of two junctions meet, or it is all ball
+        first, last = int(self.inner[0]), int(self.inner[-1])
+        jumps = set(_jumps(self.s[self.inner], self.radii[self.inner]))
+        return [(path[first + i], path[first + i + 1]) for i in range(last - first) if i not in jumps]
+
+    def ends(self) -> list[_End]:
+        """List the ends at junctions of a branch that leaves their balls."""
+        found = []
+        for side, is_junction in enumerate(self.is_junction):
+            if is_junction and len(self.inner):
+                s = self.s if side == 0 else self.s[-1] - self.s
+                junction = 0 if side == 0 else -1
+                near = self.inner[s[self.inner] <= REACH * self.radii[junction]]
+                near = near if len(near) else self.inner[[junction]]
+                ahead = near[s[near] <= DIRECTION_REACH * self.radii[junction]]
+                ahead = ahead if len(ahead) else self.inner[[junction]]
+                far = ahead[-1] if side == 0 else ahead[0]
+                direction = self.nodes[far] - self.nodes[junction]
+                found.append(
+                    _End(
+                        int(self.path[junction]),
+                        int(self.path[self.inner[junction]]),
+                        (self.path[1 : self.inner[0]] if side == 0 else self.path[self.inner[-1] + 1 : -1]).tolist(),
+                        float(np.median(self.radii[near])),
+                        direction / max(np.linalg.norm(direction), np.finfo(float).tiny),
+                        all(self.is_junction),
+                    )
+                )
+        return found
+
+
+def _joined_at(junction: int, ends: Sequence[_End], radius: float) -> list[tuple[int, int]]:
+    """Pair the nodes that join a ball, branches to it, and branches to each other through it.
+
+    Of the nodes in the ball, those of a branch as thick as it are part of the branch.
+    """
+    joined = [
+        (end.first if end.radius >= STRAIGHT_RATIO * radius else junction, node) for end in ends for node in end.ball
+    ]
+    cosine = np.cos(np.radians(STRAIGHT_ANGLE))
+    thick = [end for end in ends if end.radius >= STRAIGHT_RATIO * radius]
+    straight = sorted(
+        ((float(a.direction @ b.direction), i, j) for (i, a), (j, b) in combinations(enumerate(thick), 2)),
+    )
+    pairs: list[tuple[_End, _End]] = []
+    used: set[int] = set()
+    for turn, i, j in straight:
+        others = [end.radius for end in ends if end is not thick[i] and end is not thick[j]]
+        is_thickest = max(others, default=0.0) <= STRAIGHT_RATIO * min(thick[i].radius, thick[j].radius)
+        if turn <= cosine and is_thickest and not {i, j} & used:
+            used |= {i, j}
+            pairs.append((thick[i], thick[j]))
+    joined += [(a.first, b.first) for a, b in pairs]
+    if pairs:
+        owner = max(pairs, key=lambda pair: pair[0].radius + pair[1].radius)[0]
+        return [*joined, (junction, owner.first)]
+    trunk = max(ends, key=lambda end: end.radius * (INNER_BONUS if end.is_inner else 1.0), default=None)
+    if trunk is not None and trunk.radius >= TRUNK_RATIO * radius:
+        joined.append((junction, trunk.first))
+    return joined
+
+
+def _jumps(s: NDArray[np.float64], radii: NDArray[np.float64]) -> list[int]:
+    """Positions i such that the thickness jumps between nodes i and i + 1 of a path, at arc lengths s."""
+    if len(s) < 2:
+        return []
+    middle = (s[1:] + s[:-1]) / 2
+    reach = (radii[1:] + radii[:-1]) / 2
+    ahead, behind = (np.interp(middle + sign * reach, s, radii) for sign in (1, -1))
+    smaller = np.minimum(ahead, behind)
+    ratio = np.divide(np.maximum(ahead, behind), smaller, out=np.ones(len(s) - 1), where=smaller > 0)
+    jumps: list[int] = []
+    for i in np.argsort(-ratio, kind="stable").tolist():
+        if ratio[i] < JUMP_RATIO:
+            break
+        thicker = max(ahead[i], behind[i])
+        to_end, to_jump = (
+            min(middle[i] - s[0], s[-1] - middle[i]),
+            np.abs(middle[jumps] - middle[i]).min(initial=np.inf),
+        )
+        if min(to_end, to_jump / 2) >= MIN_LENGTH * thicker:
+            jumps.append(i)
+    return sorted(jumps)

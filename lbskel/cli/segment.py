@@ -1,0 +1,61 @@
+"""``lbskel segment MESH -o PARTS.ply``: a mesh divided into its parts, each face with its part and a color."""
+
+from __future__ import annotations
+
+__all__ = ["add_parser", "run"]
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from lbskel.applications import segment
+from lbskel.applications.segmentation import THICKNESS
+from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
+from lbskel.cli.options import add_command
+from lbskel.errors import FormatError
+from lbskel.io.atomic_write import Content, write_all_safely
+from lbskel.io.ply_parts import encode_ply_parts
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add ``lbskel segment``."""
+    parser = add_command(
+        subparsers,
+        "segment",
+        "divide a mesh into its limbs and trunk",
+        example="lbskel segment meshes/octopus.ply -o parts.ply --table parts.csv",
+    )
+    parser.add_argument(
+        "-o", "--output", required=True, metavar="PARTS", help="ply to write: each face has its part and a color"
+    )
+    parser.add_argument("--table", metavar="CSV", help="write faces, area, volume, length and radius of each part")
+    parser.add_argument(
+        "--thickness",
+        default=THICKNESS[0],
+        choices=THICKNESS,
+        metavar="WHICH",
+        help=f"what tells where the thickness jumps: {', '.join(THICKNESS)} (%(default)s)",
+    )
+    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    add_input(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Divide and write."""
+    outputs = {".ply": Path(arguments.output)}
+    if arguments.table:
+        outputs[".csv"] = Path(arguments.table)
+    for suffix, path in outputs.items():
+        if path.suffix.lower() != suffix:
+            raise FormatError(f"{path}: the name must end in {suffix}")
+        if path.exists() and not arguments.force:
+            raise FormatError(f"{path} exists already; give --force to replace it")
+    mesh, skeleton = mesh_and_skeleton(arguments)
+    parts = segment(mesh, skeleton, thickness=arguments.thickness)
+    contents: dict[Path, Content] = {outputs[".ply"]: encode_ply_parts(mesh, parts.part_of_face)}
+    if arguments.table:
+        contents[outputs[".csv"]] = parts.to_csv()
+    write_all_safely(contents, arguments.force)
+    print(f"{arguments.output}: {len(parts)} parts")
+    return 0

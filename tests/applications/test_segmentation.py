@@ -1,0 +1,89 @@
+"""Parts of shapes with known limbs, their table, invariances, and meshes with faults."""
+
+import numpy as np
+import pytest
+from helpers import triangle_soup
+
+import lbskel
+from lbskel import Mesh, MeshError, UnknownChoice, segment, skeletonize
+from lbskel.applications.face_graph import face_graph
+from lbskel.shapes import SHAPES, capsule, mesh_solid
+
+
+def rand_index(a, b):
+    """Share of the pairs of faces on which two segmentations agree: Rand 1971, doi 10.1080/01621459.1971.10482356."""
+    table = np.zeros((a.max() + 1, b.max() + 1))
+    np.add.at(table, (a, b), 1)
+
+    def pairs(counts):
+        return (counts * (counts - 1) / 2).sum()
+
+    total = pairs(np.array([len(a)]))
+    return 1 - (pairs(table.sum(axis=1)) + pairs(table.sum(axis=0)) - 2 * pairs(table)) / total
+
+
+@pytest.fixture(scope="module")
+def limbs():
+    """A body with six limbs: the mesh, its skeleton, and the true part of each face."""
+    solid = SHAPES["limbs"]()
+    mesh = mesh_solid(solid, n_vertices=1500)
+    return mesh, skeletonize(mesh), solid.nearest_branches(mesh.vertices[mesh.faces].mean(axis=1))
+
+
+@pytest.mark.parametrize("thickness", ["inscribed", "shape_diameter"])
+def test_the_limbs_are_the_parts(limbs, thickness):
+    mesh, skeleton, truth = limbs
+    parts = segment(mesh, skeleton, thickness=thickness)
+    assert len(parts) == 7
+    assert rand_index(parts.part_of_face, truth) > 0.95
+
+
+def test_the_table_sums_to_the_mesh_and_the_skeleton(limbs):
+    mesh, skeleton, _ = limbs
+    parts = segment(mesh, skeleton)
+    assert parts.n_faces.sum() == len(mesh.faces)
+    assert parts.area.sum() == pytest.approx(mesh.area)
+    assert parts.volume.sum() == pytest.approx(mesh.volume, rel=0.01)  # triangles of nodes enclose a little
+    assert parts.length.sum() == pytest.approx(skeleton.length)
+    assert parts.to_csv().splitlines()[0] == "part,n_faces,area,volume,length,mean_radius"
+    assert len(parts.to_csv().splitlines()) == 8
+    body = parts.part_of_face[np.argmin(np.linalg.norm(mesh.vertices[mesh.faces].mean(axis=1) - [0, 0, 0.3], axis=1))]
+    assert parts.mean_radius.argmax() == body
+
+
+def test_every_part_is_connected(limbs):
+    mesh, skeleton, _ = limbs
+    label, graph = segment(mesh, skeleton).part_of_face, face_graph(mesh)
+    for part in range(label.max() + 1):
+        faces = np.flatnonzero(label == part)
+        inside = graph.pairs[(label[graph.pairs] == part).all(axis=1)]
+        assert Mesh(np.zeros((len(label), 3)), np.column_stack([inside, inside[:, 0]])).n_components == 1
+        assert np.array_equal(np.unique(inside), faces)
+
+
+def test_scale_and_place_do_not_matter(limbs):
+    mesh, skeleton, _ = limbs
+    from dataclasses import replace
+
+    moved = replace(skeleton, nodes=1e-3 * skeleton.nodes + 5, radii=1e-3 * skeleton.radii)
+    there = segment(mesh.with_vertices(1e-3 * mesh.vertices + 5), moved)
+    assert (there.part_of_face != segment(mesh, skeleton).part_of_face).mean() < 0.01  # ties of rounded costs
+
+
+def test_a_rod_is_one_part_also_as_a_soup():
+    rod = capsule(3.0, 0.4, 10)
+    soup = triangle_soup(rod)
+    assert len(segment(rod, skeletonize(rod))) == len(segment(soup, skeletonize(soup))) == 1
+
+
+def test_unknown_radii_degenerate_faces_and_wrong_input(rod):
+    skeleton = skeletonize(rod)
+    flat = Mesh(rod.vertices, np.concatenate([rod.faces, [[0, 1, 1]]]))
+    unknown = lbskel.Skeleton(
+        skeleton.nodes, skeleton.edges, np.full(len(skeleton.nodes), np.nan), skeleton.node_of_vertex
+    )
+    assert segment(flat, unknown).n_faces.tolist() == [len(flat.faces)]
+    with pytest.raises(MeshError, match="give the mesh that the skeleton was made from"):
+        segment(capsule(3.0, 0.4, 12), skeleton)
+    with pytest.raises(UnknownChoice, match="inscribed, shape_diameter"):
+        segment(rod, skeleton, thickness="mean")
