@@ -8,6 +8,7 @@ __version__ = "0.1.0"
 __all__ = [
     "DEGENERACY_STRATEGIES",
     "DOMAINS",
+    "EDITING_METHODS",
     "LEAST_SQUARES",
     "MEASURES",
     "OPERATORS",
@@ -21,6 +22,7 @@ __all__ = [
     "CollapsedGraph",
     "Contraction",
     "ContractionSettings",
+    "Editor",
     "FormatError",
     "GroundTruthDistances",
     "Laplacian",
@@ -52,6 +54,7 @@ __all__ = [
     "collapse_mesh",
     "contract",
     "delta_coordinates",
+    "edit",
     "eigenpairs",
     "factorize",
     "ground_truth_distances",
@@ -71,6 +74,7 @@ __all__ = [
     "reconstruct",
     "refine",
     "resample",
+    "rigid_motion",
     "score",
     "segment",
     "simplify_branches",
@@ -85,16 +89,20 @@ __all__ = [
 
 if TYPE_CHECKING:
     from lbskel.applications import (
+        EDITING_METHODS,
         SMOOTHING_METHODS,
         BranchTable,
+        Editor,
         QuantizedDeltas,
         Segmentation,
         branch_table,
         delta_coordinates,
+        edit,
         eigenpairs,
         least_squares_mesh,
         quantize_deltas,
         reconstruct,
+        rigid_motion,
         segment,
         smooth,
     )

@@ -24,6 +24,7 @@ TAKES_A_MESH = {
     "segment": lambda mesh: lbskel.segment(mesh, lbskel.skeletonize(mesh)).part_of_face,
     "skeletonize": lambda mesh: lbskel.skeletonize(mesh).nodes,
     "delta_coordinates": lambda mesh: lbskel.delta_coordinates(mesh),
+    "edit": lambda mesh: lbskel.edit(mesh, [[0, 1, 2]], [lbskel.rigid_motion(angle_deg=9)]).vertices,
     "reconstruct": lambda mesh: lbskel.reconstruct(mesh, np.zeros((152, 3)), [0]).vertices,
     "least_squares_mesh": lambda mesh: lbskel.least_squares_mesh(mesh, 20)[0].vertices,
     "quantize_deltas": lambda mesh: lbskel.quantize_deltas(mesh).codes,

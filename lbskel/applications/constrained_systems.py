@@ -126,8 +126,12 @@ class ConstrainedSystem:
         self._coupling = rows[:, constrained].tocsr()
         self._factor = factorize_square(rows[:, self._free].tocsc(), solver=solver) if len(self._free) else None
 
-    def solve(self, values: NDArray[np.float64], B: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+    def solve(
+        self, values: NDArray[np.float64], B: NDArray[np.float64] | None = None, *, refine: bool = True
+    ) -> NDArray[np.float64]:
         """Minimize for (k, c) prescribed values and an (n, c) linear term B, by default zero.
+
+        Without ``refine`` as :meth:`lbskel.solvers.Factorization.correction`.
 
         Raises
         ------
@@ -144,5 +148,5 @@ class ConstrainedSystem:
             free = right[self._free]
             if self._weight is None:
                 free = free - self._coupling @ values
-            X[self._free] = self._factor.solve(free)
+            X[self._free] = self._factor.solve(free) if refine else self._factor.correction(free)
         return X

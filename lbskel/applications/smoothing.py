@@ -210,18 +210,19 @@ def smooth(
     t = time_step
     if t is None and default_step is not None:
         t = default_step * float(areas[areas > 0].mean())
-    center = given.centroid
-    X, exponent = unit_scale(given.vertices - center)
+    scaled, exponent = unit_scale(given.vertices)
+    center = scaled[given.used_vertices].mean(axis=0)
+    X = scaled - center
     step = make_step(laplacian, t, held, solver)
     for number in range(iterations):
         if method == "curvature_flow" and number > 0:
-            present = given.with_vertices(np.ldexp(X, exponent) + center)
+            present = given.with_vertices(np.ldexp(X + center, exponent))
             step = make_step(apply_operator(operator, present), t, held, solver)
         moved = X + step(X)
         if not np.isfinite(moved).all():
             raise SolveError("the positions are not finite; take a smaller time_step")
         X = keep_volumes(X, moved, given, is_fixed) if keep_volume else moved
-    result = np.ldexp(X, exponent) + center
+    result = np.ldexp(X + center, exponent)
     result[is_fixed] = given.vertices[is_fixed]
     return given.with_vertices(result)
 

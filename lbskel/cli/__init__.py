@@ -7,6 +7,7 @@ from lbskel.cli import (
     branches,
     check,
     compare,
+    edit,
     info,
     laplacian,
     preprocess,
@@ -17,4 +18,18 @@ from lbskel.cli import (
     smooth,
 )
 
-COMMANDS = (skeletonize, batch, score, check, preprocess, info, branches, segment, laplacian, compare, smooth, quantize)
+COMMANDS = (
+    skeletonize,
+    batch,
+    score,
+    check,
+    preprocess,
+    info,
+    branches,
+    segment,
+    smooth,
+    edit,
+    quantize,
+    laplacian,
+    compare,
+)

@@ -7,6 +7,7 @@ import pytest
 
 import lbskel
 from benchmarks.damage import DAMAGE, damaged
+from lbskel.applications.deformation_methods import EDITING_METHODS
 from lbskel.applications.smoothing import SMOOTHING_METHODS
 from lbskel.shapes import torus
 
@@ -14,6 +15,12 @@ APPLICATIONS = {
     **{
         f"smooth {method}": lambda mesh, method=method: lbskel.smooth(mesh, method=method).vertices
         for method in SMOOTHING_METHODS
+    },
+    **{
+        f"edit {method}": lambda mesh, method=method: (
+            lbskel.edit(mesh, [[0, 1], [2]], [np.eye(4), lbskel.rigid_motion(angle_deg=20)], method=method).vertices
+        )
+        for method in EDITING_METHODS
     },
     "reconstruct": lambda mesh: lbskel.reconstruct(mesh, lbskel.delta_coordinates(mesh), [0]).vertices,
     "reconstruct, soft": lambda mesh: (

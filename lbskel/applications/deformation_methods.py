@@ -1,0 +1,157 @@
+"""Methods of surface editing: from a Laplacian and constrained vertices to a function of their targets.
+
+With V the surface at rest, D = X - V, and the deltas S V:
+
+- ``harmonic``:     min tr(D^T S D), the smoothest displacement of first order
+- ``biharmonic``:   min tr(D^T S M^-1 S D), of second order
+- ``naive``:        min |S X - S V|^2, deltas kept as they are
+- ``rotated``:      min |S X - R S V|^2, deltas turned by the rotations of the rings, from a solution so far
+- ``similarity``:   min |S X - T(X) S V|^2, deltas turned and scaled by a linear function of X
+- ``arap``:         as rigid as possible (:mod:`lbskel.applications.rigidity`)
+
+The first three are linear in the displacements of the handles, and do not turn details. The last three start from the
+rigid motion that fits the handles best, so that a rotation of all of them is exact; ``arap`` then from ``rotated``,
+since from a displacement it ends at folds of the surface. Sorkine 2005, section 4,
+https://doi.org/10.2312/egst.20051044; Lipman, Sorkine, Cohen-Or, Levin, Roessl, Seidel 2004, "Differential coordinates
+for interactive mesh editing" (rotated), https://doi.org/10.1109/SMI.2004.1314505; Botsch, Kobbelt 2004 (biharmonic),
+https://doi.org/10.1145/1015706.1015772.
+"""
+
+from __future__ import annotations
+
+__all__ = ["EDITING_METHODS", "Constraints", "Deformation"]
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, partial
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array
+
+from lbskel.applications.constrained_systems import ConstrainedSystem, is_symmetric
+from lbskel.applications.rigidity import RigidityEnergy
+from lbskel.applications.rotation_fitting import rigid_fit
+from lbskel.applications.similarity_invariance import invariant_matrix
+from lbskel.errors import MeshError
+from lbskel.operators import Laplacian
+
+# Of ``rotated`` before ``arap``; a guess
+START_ITERATIONS = 5
+
+Positions = NDArray[np.float64]
+# from the targets of the constrained vertices, a number of iterations, and positions to start from
+Deformation = Callable[[Positions, int, Positions | None], Positions]
+
+
+@dataclass(frozen=True, eq=False)
+class Constraints:
+    """The vertices with targets, and those that stay.
+
+    Parameters
+    ----------
+    vertices : (k,) array of int
+        The vertices of all handles.
+    held : (h,) array of int
+        Vertices that stay where they are: those of components without a handle.
+    weight : float, optional
+        Of soft constraints, in means of the diagonal of the energy's matrix; by default they are hard.
+    solver : str
+        A name in SOLVERS.
+    """
+
+    vertices: NDArray[np.int64]
+    held: NDArray[np.int64]
+    weight: float | None
+    solver: str
+
+    def system(self, Q: csc_array, dimensions: int = 1) -> ConstrainedSystem:
+        """Factorize an energy whose matrix has so many rows for each vertex."""
+        weight = None if self.weight is None else self.weight * float(Q.diagonal().mean())
+        rows = [(dimensions * part[:, None] + np.arange(dimensions)).ravel() for part in (self.vertices, self.held)]
+        return ConstrainedSystem(Q, rows[0], weight=weight, held=rows[1], solver=self.solver)
+
+
+def _displaced(Q: csc_array, V: Positions, constraints: Constraints) -> Deformation:
+    """Minimize tr(D^T Q D)."""
+    system = constraints.system(Q)
+    rest = V[constraints.vertices]
+    return lambda targets, iterations, initial: V + system.solve(targets - rest)
+
+
+def _harmonic(L: Laplacian, V: Positions, constraints: Constraints) -> Deformation:
+    return _displaced(L.stiffness, V, constraints)
+
+
+def _biharmonic(L: Laplacian, V: Positions, constraints: Constraints) -> Deformation:
+    return _displaced((L.stiffness @ L.strong()).tocsc(), V, constraints)
+
+
+def _naive(L: Laplacian, V: Positions, constraints: Constraints) -> Deformation:
+    return _displaced((L.stiffness.T @ L.stiffness).tocsc(), V, constraints)
+
+
+def _aligned(V: Positions, constraints: Constraints, deform: Deformation) -> Deformation:
+    """Solve in the frame of the rigid motion that fits the handles best; what is held keeps its place."""
+    rest, held = V[constraints.vertices], constraints.held
+
+    def solve(targets: Positions, iterations: int, initial: Positions | None) -> Positions:
+        R, t = rigid_fit(rest, targets)
+        X = deform((targets - t) @ R, iterations, None if initial is None else (initial - t) @ R) @ R.T + t
+        X[held] = V[held]
+        return X
+
+    return solve
+
+
+def _rotated(L: Laplacian, V: Positions, constraints: Constraints) -> Deformation:
+    S = L.stiffness
+    system, rings = constraints.system((S.T @ S).tocsc()), RigidityEnergy(S, V)
+    rest, deltas, transposed = V[constraints.vertices], S @ V, S.T.tocsr()
+
+    def deform(targets: Positions, iterations: int, initial: Positions | None) -> Positions:
+        X = V + system.solve(targets - rest) if initial is None else initial
+        for _ in range(iterations):
+            turned = np.einsum("nab,nb->na", rings.rotations(X), deltas)
+            X = V + system.solve(targets - rest, transposed @ (turned - deltas))
+        return X
+
+    return _aligned(V, constraints, deform)
+
+
+def _similarity(L: Laplacian, V: Positions, constraints: Constraints) -> Deformation:
+    K = invariant_matrix(L.stiffness, V)
+    system = constraints.system((K.T @ K).tocsc(), dimensions=3)
+    rest = V[constraints.vertices]
+
+    def deform(targets: Positions, iterations: int, initial: Positions | None) -> Positions:
+        return V + system.solve((targets - rest).reshape(-1, 1)).reshape(-1, 3)  # K V = 0
+
+    return _aligned(V, constraints, deform)
+
+
+def _arap(L: Laplacian, V: Positions, constraints: Constraints) -> Deformation:
+    if not is_symmetric(L.stiffness):
+        raise MeshError("the operator is not symmetric; choose one that is, for example 'mean_value_symmetric'")
+    system, energy = constraints.system(L.stiffness), RigidityEnergy(L.stiffness, V)
+    start = cache(partial(_rotated, L, V, constraints))  # factorized when it is needed
+    handles, S = constraints.vertices, L.stiffness.tocsr()
+
+    def deform(targets: Positions, iterations: int, initial: Positions | None) -> Positions:
+        X = start()(targets, START_ITERATIONS, None) if initial is None else initial
+        for _ in range(iterations):
+            right = energy.right_hand_side(energy.rotations(X))
+            X = X + system.solve(targets - X[handles], right - S @ X, refine=False)
+        return X
+
+    return _aligned(V, constraints, deform)
+
+
+EDITING_METHODS: dict[str, Callable[[Laplacian, Positions, Constraints], Deformation]] = {
+    "arap": _arap,
+    "similarity": _similarity,
+    "rotated": _rotated,
+    "naive": _naive,
+    "biharmonic": _biharmonic,
+    "harmonic": _harmonic,
+}

@@ -1,0 +1,259 @@
+"""Editing a surface by handles: regions that are moved rigidly, and a surface that follows them.
+
+An :class:`Editor` factorizes once for a choice of regions and solves for any motions of them. The methods are in
+:mod:`lbskel.applications.deformation_methods`.
+"""
+
+from __future__ import annotations
+
+__all__ = ["Editor", "edit", "rigid_motion"]
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lbskel.applications.constrained_systems import checked_indices
+from lbskel.applications.deformation_methods import EDITING_METHODS, Constraints
+from lbskel.applications.differential_coordinates import checked_weight, coupled_components, uncoupled_rows
+from lbskel.applications.rigidity import RigidityEnergy
+from lbskel.errors import MeshError, UnknownChoice, choose
+from lbskel.geometry.arrays import checked_points
+from lbskel.geometry.mesh import Mesh, as_mesh
+from lbskel.geometry.scaling import unit_scale
+from lbskel.operators import Operator, apply_operator
+
+ITERATIONS = 10  # of the methods that iterate: libigl's number. With many more, fine surfaces buckle under arap
+
+
+def rigid_motion(
+    *,
+    axis: ArrayLike = (0.0, 0.0, 1.0),
+    angle_deg: float = 0.0,
+    center: ArrayLike = (0.0, 0.0, 0.0),
+    translation: ArrayLike = (0.0, 0.0, 0.0),
+) -> NDArray[np.float64]:
+    """Build the (4, 4) matrix of a rotation about an axis through a center, followed by a translation.
+
+    Parameters
+    ----------
+    axis : (3,) array_like of float
+        Any length but zero.
+    angle_deg : float
+        Counterclockwise as seen from the tip of the axis.
+    center, translation : (3,) array_like of float
+        In the caller's units.
+
+    Raises
+    ------
+    MeshError
+        If a vector is none of three finite numbers, or the axis is zero.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> quarter = lbskel.rigid_motion(axis=[0, 0, 1], angle_deg=90, center=[1, 0, 0])
+    >>> (quarter @ [2, 0, 0, 1]).round(12)[:3] + 0
+    array([1., 1., 0.])
+    """
+    direction, middle, shift = checked_points(
+        np.stack([np.asarray(each, dtype=np.float64) for each in (axis, center, translation)]), "vectors of a motion"
+    )
+    length = float(np.linalg.norm(direction))
+    if not (length > 0 and np.isfinite(length) and np.isfinite(angle_deg)):
+        raise MeshError("a rotation needs an axis that is not zero and a finite angle")
+    x, y, z = direction / length
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    angle = np.radians(angle_deg)
+    R = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * (cross @ cross)
+    motion = np.eye(4)
+    motion[:3, :3], motion[:3, 3] = R, middle - R @ middle + shift
+    return motion
+
+
+class Editor:
+    """A surface with handles, factorized once for any motions of these.
+
+    Components without a handle, and vertices without a face, stay where they are.
+
+    Parameters
+    ----------
+    mesh : Mesh or anything that :func:`lbskel.as_mesh` takes
+    handles : sequence of (k,) array_like of int
+        The vertices of each handle; no vertex in two of them. A handle that shall stay is moved by the identity.
+    method : {"arap", "similarity", "rotated", "naive", "biharmonic", "harmonic"}
+    operator : str or callable
+        A name in OPERATORS, or a function from a Mesh to a Laplacian; for ``arap`` a symmetric one.
+    handle_weight : float, optional
+        Of soft handles, relative to the mean of the diagonal of the energy; by default they are hard.
+    solver : str
+        A name in SOLVERS.
+
+    Raises
+    ------
+    MeshError
+        If a handle is no list of vertices, two overlap, there is none, or the operator is not symmetric for ``arap``.
+    SolveError
+        If the system is singular.
+    UnknownChoice
+        If no method, operator or solver has that name, or the weight is not above zero.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import capsule
+    >>> rod = capsule(3.0, 0.4, 10)
+    >>> z = rod.vertices[:, 2]
+    >>> editor = lbskel.Editor(rod, [z < z.min() + 0.5, z > z.max() - 0.5])
+    >>> bent = editor.edit([lbskel.rigid_motion(), lbskel.rigid_motion(axis=[0, 1, 0], angle_deg=60)])
+    >>> bool(editor.rigidity_energy(bent) < editor.rigidity_energy(rod) + 1)
+    True
+    """
+
+    def __init__(
+        self,
+        mesh: Any,
+        handles: Sequence[ArrayLike],
+        *,
+        method: str = "arap",
+        operator: str | Operator = "cotangent",
+        handle_weight: float | None = None,
+        solver: str = "cholmod",
+    ):
+        self.mesh: Mesh = as_mesh(mesh)
+        make = choose(EDITING_METHODS, method, "method")
+        n = len(self.mesh.vertices)
+        self.handles = tuple(_vertices_of(handle, n) for handle in handles)
+        if not sum(map(len, self.handles)):
+            raise MeshError("there is no handle: give at least one region of vertices")
+        vertices = checked_indices(np.concatenate(self.handles), n, "vertices of handles")
+        weight = checked_weight(handle_weight, "handle_weight")
+        laplacian = apply_operator(operator, self.mesh)
+        labels = coupled_components(laplacian.stiffness)
+        has_handle = np.zeros(labels.max() + 1, dtype=bool)
+        has_handle[labels[vertices]] = True
+        is_held = ~has_handle[labels] | uncoupled_rows(laplacian.stiffness)
+        is_held[vertices] = False
+        constraints = Constraints(vertices, np.flatnonzero(is_held), weight, solver)
+        scaled, self._exponent = unit_scale(self.mesh.vertices)
+        self._center, self._laplacian = scaled[self.mesh.used_vertices].mean(axis=0), laplacian
+        self._deform = make(laplacian, scaled - self._center, constraints)
+
+    def _scaled(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return points in the coordinates of the solution: about the origin and of about unit size."""
+        scaled: NDArray[np.float64] = np.ldexp(points, -self._exponent) - self._center
+        return scaled
+
+    def edit(self, motions: Sequence[ArrayLike], *, iterations: int = ITERATIONS, initial: Any = None) -> Mesh:
+        """Move the handles, and the surface with them.
+
+        Parameters
+        ----------
+        motions : sequence of (4, 4) array_like of float
+            Of each handle, in homogeneous coordinates, from where it was at rest; see :func:`lbskel.rigid_motion`.
+        iterations : int
+            Of ``arap`` and ``rotated``.
+        initial : Mesh or (n, 3) array_like of float, optional
+            From where these two start; by default from a solution of theirs that does not iterate.
+
+        Returns
+        -------
+        Mesh
+            The same faces and order of vertices.
+
+        Raises
+        ------
+        MeshError
+            If there is not one finite (4, 4) matrix for each handle.
+        SolveError
+            If the system is singular to working accuracy.
+        UnknownChoice
+            If iterations is no whole number from 0 on.
+        """
+        if not (isinstance(iterations, int | np.integer) and iterations >= 0):
+            raise UnknownChoice(f"iterations must be a whole number from 0 on, not {iterations!r}")
+        matrices = [np.asarray(motion, dtype=np.float64) for motion in motions]
+        if len(matrices) != len(self.handles) or any(each.shape != (4, 4) for each in matrices):
+            raise MeshError(f"give one (4, 4) matrix for each of the {len(self.handles)} handles")
+        if not all(np.isfinite(each).all() for each in matrices):
+            raise MeshError("the matrix of a motion has entries that are not finite")
+        moved = [
+            self.mesh.vertices[handle] @ matrix[:3, :3].T + matrix[:3, 3]
+            for handle, matrix in zip(self.handles, matrices, strict=True)
+        ]
+        start = None
+        if initial is not None:
+            start = self._scaled(self.mesh.with_vertices(getattr(initial, "vertices", initial)).vertices)
+        X = self._deform(self._scaled(np.concatenate(moved)), int(iterations), start)
+        return self.mesh.with_vertices(np.ldexp(X + self._center, self._exponent))
+
+    def rigidity_energy(self, edited: Any) -> float:
+        """Compute the as-rigid-as-possible energy of a deformation, in squared units of length.
+
+        Parameters
+        ----------
+        edited : Mesh or anything that :func:`lbskel.as_mesh` takes
+            With the vertices of the mesh, moved.
+        """
+        energy = RigidityEnergy(self._laplacian.stiffness, self._scaled(self.mesh.vertices))
+        with np.errstate(over="ignore"):  # squares of large units are infinite
+            return float(np.ldexp(energy.value(self._scaled(as_mesh(edited).vertices)), 2 * self._exponent))
+
+
+def _vertices_of(handle: ArrayLike, n: int) -> NDArray[np.int64]:
+    """Return the vertices of a handle given as indices or as a mask."""
+    given = np.asarray(handle)
+    if given.dtype == bool and given.shape == (n,):
+        return np.flatnonzero(given)
+    return checked_indices(given if given.size else np.empty(0, dtype=np.int64), n, "vertices of a handle")
+
+
+def edit(
+    mesh: Any,
+    handles: Sequence[ArrayLike],
+    motions: Sequence[ArrayLike],
+    *,
+    method: str = "arap",
+    iterations: int = ITERATIONS,
+    operator: str | Operator = "cotangent",
+    handle_weight: float | None = None,
+    solver: str = "cholmod",
+) -> Mesh:
+    """Move regions of a surface rigidly, and the rest of the surface with them.
+
+    An :class:`lbskel.Editor` does the same for many motions of the same handles, and factorizes once.
+
+    Parameters
+    ----------
+    mesh, handles, method, operator, handle_weight, solver
+        As of :class:`lbskel.Editor`.
+    motions, iterations
+        As of :meth:`lbskel.Editor.edit`.
+
+    Raises
+    ------
+    MeshError
+        If handles or motions are not valid, or the operator is not symmetric for ``arap``.
+    SolveError
+        If the system is singular to working accuracy.
+    UnknownChoice
+        If no method, operator or solver has that name, or a number is out of range.
+
+    References
+    ----------
+    Sorkine, Alexa 2007 (arap); Sorkine et al. 2004 (similarity); Lipman et al. 2004 (rotated).
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import capsule
+    >>> rod = capsule(3.0, 0.4, 10)
+    >>> z = rod.vertices[:, 2]
+    >>> motions = [lbskel.rigid_motion(), lbskel.rigid_motion(translation=[0, 0, 1])]
+    >>> longer = lbskel.edit(rod, [z < z.min() + 0.5, z > z.max() - 0.5], motions)
+    >>> round(float(longer.vertices[:, 2].max() - z.max()), 9)
+    1.0
+    """
+    editor = Editor(mesh, handles, method=method, operator=operator, handle_weight=handle_weight, solver=solver)
+    return editor.edit(motions, iterations=iterations)

@@ -1,0 +1,126 @@
+"""``lbskel edit MESH -o OUT``: a mesh with one region held and another moved rigidly, and how rigid the rest stays."""
+
+from __future__ import annotations
+
+__all__ = ["add_parser", "run"]
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lbskel.applications import EDITING_METHODS, Editor, rigid_motion
+from lbskel.cli.options import add_command
+from lbskel.errors import FormatError, MeshError
+from lbskel.geometry.mesh import Mesh
+from lbskel.io import MESH_WRITERS, read_mesh, write_mesh
+from lbskel.io.text import known_extension
+from lbskel.operators import OPERATORS
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add ``lbskel edit``."""
+    parser = add_command(
+        subparsers,
+        "edit",
+        "move a region of a mesh, and the rest of the surface with it",
+        details="A region AXIS:LOW:HIGH holds the vertices between two fractions of the bounding box, such as z:0.9:1.",
+        example="lbskel edit meshes/dinosaur.ply -o out.ply --fix z:0:0.3 --move z:0.9:1 --axis 0,0,1 --angle 40",
+    )
+    parser.add_argument("mesh", metavar="MESH")
+    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=f"mesh: {', '.join(MESH_WRITERS)}")
+    parser.add_argument(
+        "--fix", type=_region, action="append", default=[], metavar="REGION", help="vertices that stay; may be repeated"
+    )
+    parser.add_argument("--move", type=_region, required=True, metavar="REGION", help="vertices that are moved")
+    parser.add_argument("--angle", type=float, default=0.0, metavar="DEGREES", help="of the rotation (%(default)s)")
+    parser.add_argument(
+        "--axis", type=_vector, default=(0.0, 0.0, 1.0), metavar="X,Y,Z", help="of the rotation (0,0,1)"
+    )
+    parser.add_argument(
+        "--center", type=_vector, metavar="X,Y,Z", help="of the rotation, in units of the mesh (the region's mean)"
+    )
+    parser.add_argument(
+        "--translate", type=_vector, default=(0.0, 0.0, 0.0), metavar="X,Y,Z", help="in units of the mesh (0,0,0)"
+    )
+    parser.add_argument(
+        "--method",
+        default="arap",
+        choices=EDITING_METHODS,
+        metavar="NAME",
+        help=f"{', '.join(EDITING_METHODS)} (%(default)s)",
+    )
+    parser.add_argument("--iterations", type=int, default=10, metavar="N", help="of arap and rotated (%(default)s)")
+    parser.add_argument(
+        "--operator",
+        default="cotangent",
+        choices=OPERATORS,
+        metavar="NAME",
+        help="discrete Laplacian; 'lbskel laplacian --help' lists them (%(default)s)",
+    )
+    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Edit, write and print the sizes of the regions and the change of lengths."""
+    known_extension(arguments.output, MESH_WRITERS, "meshes")
+    if Path(arguments.output).exists() and not arguments.force:
+        raise FormatError(f"{arguments.output} exists already; give --force to replace it")
+    mesh = read_mesh(arguments.mesh)
+    moved = _vertices(mesh, arguments.move)
+    fixed = np.setdiff1d(np.concatenate([np.empty(0, np.int64), *(_vertices(mesh, r) for r in arguments.fix)]), moved)
+    center = mesh.vertices[moved].mean(axis=0) if arguments.center is None else arguments.center
+    motion = rigid_motion(
+        axis=arguments.axis, angle_deg=arguments.angle, center=center, translation=arguments.translate
+    )
+    editor = Editor(mesh, [fixed, moved], method=arguments.method, operator=arguments.operator)
+    result = editor.edit([np.eye(4), motion], iterations=arguments.iterations)
+    write_mesh(arguments.output, result, force=arguments.force)
+    before, after = (_edge_lengths(each) for each in (mesh, result))
+    change = np.abs(after / np.where(before > 0, before, 1.0) - 1)[before > 0]
+    print(f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces")
+    print(
+        f"{arguments.output}: {len(fixed):,} vertices fixed, {len(moved):,} moved; edge lengths changed by "
+        f"{100 * change.mean():.3g} % on average, {100 * change.max():.3g} % at most"
+    )
+    return 0
+
+
+def _region(text: str) -> tuple[int, float, float]:
+    """Parse a region: the axis, and two fractions of the bounding box."""
+    try:
+        axis, low, high = text.split(":")
+        return "xyz".index(axis), float(low), float(high)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"must be AXIS:LOW:HIGH, such as z:0.9:1, not {text!r}") from None
+
+
+def _vector(text: str) -> tuple[float, ...]:
+    """Parse three numbers."""
+    try:
+        x, y, z = map(float, text.split(","))
+        return x, y, z
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"must be X,Y,Z, not {text!r}") from None
+
+
+def _vertices(mesh: Mesh, region: tuple[int, float, float]) -> NDArray[np.int64]:
+    """Return the vertices of faces in a region."""
+    axis, low, high = region
+    values = mesh.vertices[mesh.used_vertices, axis]
+    height = np.ptp(values)
+    share = (values - values.min()) / (height if height > 0 else 1.0)
+    chosen: NDArray[np.int64] = mesh.used_vertices[(share >= low) & (share <= high)]
+    if not len(chosen):
+        raise MeshError(f"there is no vertex in the region {'xyz'[axis]}:{low:g}:{high:g}")
+    return chosen
+
+
+def _edge_lengths(mesh: Mesh) -> NDArray[np.float64]:
+    """Return the (k,) lengths of the edges."""
+    start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
+    lengths: NDArray[np.float64] = np.linalg.norm(end - start, axis=1)
+    return lengths
