@@ -153,7 +153,7 @@ def _definiteness(S: csc_array) -> tuple[float | None, int | None]:
         n_zero = count_below(scaled, identity, ZERO_EIGENVALUE) - n_negative + int(empty.sum())
         start = np.random.default_rng(SEED).uniform(-1, 1, len(D))
         smallest = eigsh(scaled, 1, which="SA", tol=1e-2, v0=start)[0][0] if n_negative else 0.0
-    except (RuntimeError, ArpackError):
+    except (SolveError, ArpackError):
         return None, None
     return float(smallest), n_zero
 

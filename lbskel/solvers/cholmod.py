@@ -5,7 +5,10 @@ Chen, Davis, Hager, Rajamanickam 2008, "Algorithm 887: CHOLMOD", https://doi.org
 
 from __future__ import annotations
 
-__all__ = ["Cholmod"]
+__all__ = ["Cholmod", "count_negative_pivots"]
+
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 from cvxopt import amd, cholmod, matrix, spmatrix
@@ -24,27 +27,67 @@ class Cholmod(Factorization):
     """
 
     def _factorize(self, A: csc_array, like: Factorization | None) -> None:
-        rows, columns = A.indices.astype(np.int64), np.repeat(np.arange(A.shape[1]), np.diff(A.indptr))
-        lower = np.flatnonzero(rows >= columns)
-        self._pattern = rows[lower], columns[lower]
-        X = spmatrix(matrix(A.data[lower]), *map(matrix, self._pattern), A.shape)
+        X, self._pattern = _lower_triangle(A)
         if isinstance(like, Cholmod) and all(map(np.array_equal, like._pattern, self._pattern)):
             self._ordering: matrix = like._ordering
         else:
             self._ordering = amd.order(X)
         self.ordering = np.array(self._ordering).ravel()
-        options_before = dict(cholmod.options)
-        cholmod.options["nmethods"] = 1  # use the given ordering, do not try others
-        try:
-            self._factor = cholmod.symbolic(X, self._ordering)
-            cholmod.numeric(X, self._factor)
-        except ArithmeticError as error:
-            raise SolveError(f"the matrix is not positive definite at column {error}") from None
-        finally:
-            cholmod.options.clear()
-            cholmod.options.update(options_before)
+        with _options():
+            try:
+                self._factor = cholmod.symbolic(X, self._ordering)
+                cholmod.numeric(X, self._factor)
+            except ArithmeticError as error:
+                raise SolveError(f"the matrix is not positive definite at column {error}") from None
 
     def _solve_unrefined(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
         X = matrix(np.asfortranarray(B, dtype=np.float64))
         cholmod.solve(self._factor, X)
         return np.array(X)
+
+
+def count_negative_pivots(A: csc_array, ordering: NDArray[np.int64] | None = None) -> int:
+    """Count the negative eigenvalues of a symmetric matrix: the negative pivots of L D L^T, by Sylvester's law.
+
+    Parameters
+    ----------
+    A : (n, n) csc_array
+        Both triangles given; may be indefinite.
+    ordering : (n,) array of int, optional
+        A fill-reducing permutation, such as that of a factorization of a matrix with the same pattern.
+
+    Raises
+    ------
+    SolveError
+        If a pivot is zero.
+    """
+    X, _ = _lower_triangle(A)
+    pivots = matrix(1.0, (A.shape[0], 1))
+    with _options(supernodal=0):  # the supernodal factorization is L L^T, of positive definite matrices only
+        try:
+            factor = cholmod.symbolic(X, amd.order(X) if ordering is None else matrix(ordering))
+            cholmod.numeric(X, factor)
+        except ArithmeticError as error:
+            raise SolveError(f"the matrix has a pivot of zero at column {error}") from None
+        cholmod.solve(factor, pivots, sys=6)  # D x = 1
+    return int((np.array(pivots) < 0).sum())
+
+
+def _lower_triangle(A: csc_array) -> tuple[spmatrix, tuple[NDArray[np.int64], NDArray[np.int64]]]:
+    """Return the lower triangle as cvxopt's matrix, and its pattern."""
+    rows, columns = A.indices.astype(np.int64), np.repeat(np.arange(A.shape[1]), np.diff(A.indptr))
+    lower = np.flatnonzero(rows >= columns)
+    pattern = rows[lower], columns[lower]
+    return spmatrix(matrix(A.data[lower]), *map(matrix, pattern), A.shape), pattern
+
+
+@contextmanager
+def _options(**changes: int) -> Iterator[None]:
+    """Use the given ordering and do not try others; CHOLMOD's options are restored afterwards."""
+    before = dict(cholmod.options)
+    cholmod.options.update(nmethods=1, **changes)
+    try:
+        yield
+    finally:
+        cholmod.options.clear()
+        cholmod.options.update(before)

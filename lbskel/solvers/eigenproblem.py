@@ -1,7 +1,7 @@
 """Smallest eigenpairs of the generalized symmetric eigenproblem S x = lambda M x, for sparse matrices.
 
 Shift-invert Lanczos iteration: the largest eigenvalues 1 / (lambda + sigma) of (S + sigma M)^-1 M belong to the
-smallest lambda. Lehoucq, Sorensen, Yang 1998, "ARPACK users' guide", https://doi.org/10.1137/1.9780898719628. Each
+smallest lambda (:mod:`lbskel.solvers.lanczos`). That none is missing is checked by Sylvester's law of inertia. Each
 connected component of the matrices is solved separately, so that the eigenvalue zero of a Laplacian is found once per
 component.
 """
@@ -17,18 +17,23 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky, eigh, solve_triangular
 from scipy.sparse import csc_array, diags_array
 from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
-from lbskel.solvers import factorize
+from lbskel.errors import SolveError
+from lbskel.solvers import DIRECT_SOLVERS, factorize
+from lbskel.solvers.cholmod import count_negative_pivots
+from lbskel.solvers.lanczos import ThickRestartLanczos
 
 # Rows up to which a component is solved as a dense problem, or three times the number of eigenvalues wanted, since
 # Lanczos' method needs more vectors than it finds. A guess.
 MAX_DENSE_SIZE = 100
-# Bound on the runs of Lanczos' method on one component; another run follows only if an eigenvalue is missing. A guess.
+# Bound on the runs of Lanczos' method on one component; another follows only if an eigenvalue is missing. A guess.
 MAX_RUNS = 10
 # Relative distance below the largest eigenvalue found up to which eigenvalues are counted as equal to it when the
-# missing ones are counted. A guess, far above the tolerance of ARPACK (machine precision).
+# missing ones are counted. A guess, far above the errors of those found.
 RELATIVE_GAP = 1e-6
+# Relative change of a bound at which a leading minor is exactly singular; far below RELATIVE_GAP, so that the count is
+# the same.
+NEARBY = 1e-9
 # Mass of rows without mass, relative to the mean mass, which makes M positive definite. A guess. The dense solution
 # loses digits by it: its error can reach machine precision / MASS_FLOOR, about 2 %, of the mean ratio of S to M.
 MASS_FLOOR = 1e-14
@@ -63,6 +68,8 @@ def smallest_eigenpairs(S: csc_array, M: csc_array, k: int, *, solver: str = "ch
     SolveError
         If S is not positive semidefinite.
     """
+    S, s = _near_unit_scale(S)
+    M, m = _near_unit_scale(M)
     component = connected_components(abs(S) + abs(M), directed=False)[1]
     order = np.argsort(component, kind="stable")
     S, M = S[order][:, order], M[order][:, order]
@@ -77,10 +84,17 @@ def smallest_eigenpairs(S: csc_array, M: csc_array, k: int, *, solver: str = "ch
     vectors = np.zeros((len(order), len(found)))
     for column, (_, block, vector) in enumerate(found):
         vectors[order[block], column] = vector * np.sign(vector[np.abs(vector).argmax()])
-    return np.array([value for value, _, _ in found]), vectors
+    values = np.ldexp(np.array([value for value, _, _ in found]), 2 * (s - m))
+    return values, np.ldexp(vectors, -m)
 
 
-def count_below(S: csc_array, M: csc_array, bound: float) -> int:
+def _near_unit_scale(A: csc_array) -> tuple[csc_array, int]:
+    """Divide a matrix by 4^k so that its largest entry is in [1/4, 1), exactly; products of entries do not overflow."""
+    k = int(np.frexp(np.abs(A.data).max(initial=0.0))[1] + 1) // 2
+    return (A * float(np.ldexp(1.0, -2 * k))).tocsc(), k
+
+
+def count_below(S: csc_array, M: csc_array, bound: float, *, ordering: NDArray[np.int64] | None = None) -> int:
     """Count the eigenvalues below a bound: the negative pivots of S - bound M, by Sylvester's law of inertia.
 
     Parameters
@@ -91,15 +105,18 @@ def count_below(S: csc_array, M: csc_array, bound: float) -> int:
         Symmetric, positive definite.
     bound : float
         In the units of the eigenvalues; not itself an eigenvalue.
+    ordering : (n,) array of int, optional
+        A fill-reducing permutation.
 
     Raises
     ------
-    RuntimeError
-        If S - bound M is exactly singular.
+    SolveError
+        If S - bound M is exactly singular, there and nearby.
     """
-    options = {"SymmetricMode": True}
-    factor = splu((S - bound * M).tocsc(), permc_spec="COLAMD", diag_pivot_thresh=0.0, options=options)
-    return int((factor.U.diagonal() < 0).sum())
+    try:
+        return count_negative_pivots((S - bound * M).tocsc(), ordering)
+    except SolveError:  # a leading minor may be singular where the matrix is not: not so at a bound nearby
+        return count_negative_pivots((S - bound * (1 + NEARBY) * M).tocsc(), ordering)
 
 
 def _component_eigenpairs(S: csc_array, M: csc_array, k: int, solver: str) -> Eigenpairs:
@@ -117,32 +134,21 @@ def _component_eigenpairs(S: csc_array, M: csc_array, k: int, solver: str) -> Ei
 
 
 def _lanczos(S: csc_array, M: csc_array, k: int, solver: str) -> Eigenpairs:
-    """Find the k smallest eigenpairs by Lanczos' method, and run it again, deflated, while eigenvalues are missing.
+    """Find the k smallest eigenpairs by Lanczos' method, with further starting vectors while eigenvalues are missing.
 
-    In exact arithmetic the method finds one eigenvector of each eigenvalue, and ARPACK does miss some of the others.
-    Later runs work in the M-orthogonal complement of the eigenvectors already found.
+    In exact arithmetic one start finds one eigenvector of each eigenvalue; rounding errors bring some of the others.
     """
-    n = S.shape[0]
     # about the mean distance between eigenvalues of a surface, 4 pi / area by Weyl's law
-    sigma = float(np.median(S.diagonal() / M.diagonal())) / n
+    sigma = float(np.median(S.diagonal() / M.diagonal())) / S.shape[0]
     factor = factorize((S + sigma * M).tocsc(), solver)
-    random = np.random.default_rng(SEED)
-    values, X = np.empty(0), np.empty((n, 0))
-
-    def inverse(b: NDArray[np.float64]) -> NDArray[np.float64]:
-        x = factor.solve(b.reshape(-1, 1)).ravel()
-        deflated: NDArray[np.float64] = x - X @ (X.T @ (M @ x))
-        return deflated
-
-    n_wanted = k
+    ordering = factor.ordering if solver in DIRECT_SOLVERS else None
+    lanczos = ThickRestartLanczos(lambda b: factor.solve(b, refined=False), M, k, np.random.default_rng(SEED))
     for _ in range(MAX_RUNS):
-        operator = LinearOperator((n, n), matvec=inverse, dtype=np.float64)
-        found, Y = eigsh(S, n_wanted, M, sigma=-sigma, OPinv=operator, v0=random.uniform(0.5, 1.5, n))
-        order = np.argsort(np.concatenate([values, found]), kind="stable")[:k]
-        values = np.concatenate([values, found])[order]
-        X = np.concatenate([X, Y], axis=1)[:, order]
+        inverses, X = lanczos.run()
+        values = 1 / inverses - sigma
         bound = values[-1] - RELATIVE_GAP * (values[-1] + sigma)
-        n_wanted = min(k, count_below(S, M, bound) - int((values < bound).sum()))
-        if n_wanted <= 0:
+        n_below = count_below(S, M, bound, ordering=ordering)
+        if n_below <= (values < bound).sum():
             break
+        lanczos.add_direction()
     return values, X

@@ -59,12 +59,15 @@ class Factorization(ABC):
     def _solve_unrefined(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
         """Solve for (n, k) right-hand sides without refinement."""
 
-    def solve(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Solve A X = B, with one step of iterative refinement.
+    def solve(self, B: NDArray[np.float64], *, refined: bool = True) -> NDArray[np.float64]:
+        """Solve A X = B, by default with one step of iterative refinement.
 
         Parameters
         ----------
         B : (n, k) or (n,) array of float
+        refined : bool
+            Whether to refine, which takes a second solution. Enough without: right-hand sides that are themselves
+            approximate, as in an outer iteration, and matrices that are well conditioned.
 
         Returns
         -------
@@ -77,7 +80,8 @@ class Factorization(ABC):
         """
         columns = np.asarray(B, dtype=np.float64).reshape(len(B), -1)
         X = self._solve_unrefined(columns)
-        X = X + self._solve_unrefined(columns - self._matrix @ X)
+        if refined:
+            X = X + self._solve_unrefined(columns - self._matrix @ X)
         if not np.isfinite(X).all():
             raise SolveError("the solution is not finite")
         residual = self.residual(X, columns)

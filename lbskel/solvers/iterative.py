@@ -106,6 +106,7 @@ class Iterative(Factorization):
         self,
         B: NDArray[np.float64],
         *,
+        refined: bool = True,
         start: NDArray[np.float64] | None = None,
         on_iterate: Observer | None = None,
         iterations: int | None = None,
@@ -115,6 +116,8 @@ class Iterative(Factorization):
         Parameters
         ----------
         B : (n, k) or (n,) array of float
+        refined : bool
+            Without effect: what an iteration leaves is below its tolerance.
         start : array of float, of the shape of B, optional
             The initial guess; zero by default.
         on_iterate : callable, optional

@@ -8,6 +8,7 @@ from scipy.sparse import csc_array
 
 from lbskel import SolveError, factorize
 from lbskel.shapes import flat_grid, torus
+from lbskel.solvers.cholmod import count_negative_pivots
 
 
 @pytest.mark.parametrize("A", [shifted_laplacian(flat_grid(4, 4)), csc_array(np.ones((3, 3)))], ids=["good", "bad"])
@@ -41,3 +42,15 @@ def test_a_solution_is_refined_once():
 def test_the_message_names_the_column_that_is_not_positive():
     with pytest.raises(SolveError, match="not positive definite at column"):
         factorize(csc_array(np.diag([1.0, -1.0, 1.0])), "cholmod")
+
+
+def test_negative_pivots_are_as_many_as_negative_eigenvalues():
+    A = shifted_laplacian(torus(1.0, 0.3, 20, 10))
+    eigenvalues = np.linalg.eigvalsh(A.toarray())
+    for position in (0, 1, 57, 200):
+        bound = np.mean([*eigenvalues, 2 * eigenvalues[-1]][max(position - 1, 0) : position + 1]) - 1e-3
+        shifted = csc_array(A - bound * csc_array(np.eye(200)))
+        for ordering in (None, factorize(A, "cholmod").ordering):
+            assert count_negative_pivots(shifted, ordering) == (eigenvalues < bound).sum()
+    with pytest.raises(SolveError, match="pivot of zero"):
+        count_negative_pivots(csc_array(np.zeros((2, 2)) + [[0, 1], [1, 0]]))
