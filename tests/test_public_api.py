@@ -15,7 +15,10 @@ TAKES_A_MESH = {
     "branch_table": lambda mesh: lbskel.branch_table(lbskel.skeletonize(mesh), mesh).volume,
     "check": lambda mesh: lbskel.check(mesh).faces,
     "collapse_mesh": lambda mesh: lbskel.collapse_mesh(mesh, mesh).edges,
+    "compress": lambda mesh: lbskel.compress(mesh, 10).coefficients,
     "contract": lambda mesh: lbskel.contract(mesh).mesh.vertices,
+    "extend_values": lambda mesh: lbskel.extend_values(mesh, [0, 5], [1.0, 2.0]),
+    "geodesic_distance": lambda mesh: lbskel.geodesic_distance(mesh, 0),
     "laplacian": lambda mesh: lbskel.laplacian(mesh).stiffness.data,
     "laplacian_diagnostics": lambda mesh: lbskel.laplacian_diagnostics(lbskel.laplacian(mesh), mesh).area_ratio,
     "prepare": lambda mesh: lbskel.prepare(mesh).mesh.vertices,
@@ -29,6 +32,7 @@ TAKES_A_MESH = {
     "least_squares_mesh": lambda mesh: lbskel.least_squares_mesh(mesh, 20)[0].vertices,
     "quantize_deltas": lambda mesh: lbskel.quantize_deltas(mesh).codes,
     "smooth": lambda mesh: lbskel.smooth(mesh).vertices,
+    "spectral_basis": lambda mesh: lbskel.spectral_basis(mesh, 5).functions,
     "Pipeline": lambda mesh: lbskel.Pipeline(["merge_close"])(mesh).mesh.vertices,
     "write_mesh": lambda mesh: b"",  # writes a file: tested below
 }

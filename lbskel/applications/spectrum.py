@@ -8,13 +8,9 @@ from __future__ import annotations
 
 __all__ = ["eigenpairs"]
 
-from lbskel.errors import MeshError
+from lbskel.applications.symmetric import require_symmetric
 from lbskel.operators import Laplacian
 from lbskel.solvers.eigenproblem import Eigenpairs, smallest_eigenpairs
-
-# Largest |S - S^T| over largest |S| up to which an operator counts as symmetric: rounding errors of sums of a few dozen
-# terms. The same bound as ROUNDING in lbskel.evaluation.operator_report.
-ROUNDING = 1e-12
 
 
 def eigenpairs(laplacian: Laplacian, k: int, *, solver: str = "cholmod") -> Eigenpairs:
@@ -52,9 +48,5 @@ def eigenpairs(laplacian: Laplacian, k: int, *, solver: str = "cholmod") -> Eige
     >>> values.round(1) + 0
     array([0., 2., 2., 2.])
     """
-    S, M = laplacian.stiffness, laplacian.mass
-    if not M.sum() > 0:
-        raise MeshError("the mesh has no area: every face is degenerate, so there is no spectrum")
-    if abs(S - S.T).max() > ROUNDING * abs(S).max():
-        raise MeshError("the operator is not symmetric; choose one that is, for example 'mean_value_symmetric'")
-    return smallest_eigenpairs(S, M, k, solver=solver)
+    require_symmetric(laplacian)
+    return smallest_eigenpairs(laplacian.stiffness, laplacian.mass, k, solver=solver)

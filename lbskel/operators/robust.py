@@ -7,10 +7,11 @@ https://doi.org/10.1111/cgf.14069; the same matrix as that of the package robust
 
 from __future__ import annotations
 
-__all__ = ["MOLLIFY_FACTOR", "robust"]
+__all__ = ["MOLLIFY_FACTOR", "robust", "tufted_delaunay"]
 
 import igl
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from lbskel.geometry.mesh import Mesh
@@ -35,20 +36,48 @@ def robust(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
         Slack of every triangle inequality, relative to the mean edge length.
     """
     V, k = unit_scale(mesh.vertices)
-    F, n = mesh.faces, len(mesh.vertices)
-    F = F[(F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])]
-    lengths = igl.edge_lengths(V, F)
-    if not lengths.any():
+    n = len(mesh.vertices)
+    cover, mollified = tufted_delaunay(V, mesh.faces, mollify_factor=mollify_factor)
+    if not len(cover.faces):
         return Laplacian(csc_array((n, n)), csc_array((n, n)), treated_vertices=np.unique(mesh.faces))
-    offsets = mollification_offset(lengths, mollify_factor)
-    lengths = lengths + offsets.max()
-    faces, twins = tufted_cover(V, F)
-    cover = delaunay(IntrinsicTriangulation(faces, np.concatenate([lengths, lengths[:, [0, 2, 1]]]), twins))
     # the rounding of flips may make mollified triangles degenerate again
     cotangents, degenerate = zero_degenerate(cotangents_of_lengths(cover.lengths))
     stiffness = stiffness_of_corner_weights(n, cover.faces, cotangents / 4)
     double_areas = igl.doublearea(cover.lengths, 0.0)
     thirds = np.repeat(double_areas / 12, 3)  # a third of a face's area for each corner, halved as the stiffness is
-    mass = diagonal_matrix(np.ldexp(np.bincount(cover.faces.ravel(), thirds, n), 2 * k))
-    treated = np.union1d(F[offsets > 0], cover.faces[degenerate.any(axis=1)])
+    with np.errstate(over="ignore"):  # Laplacian refuses infinite areas
+        mass = diagonal_matrix(np.ldexp(np.bincount(cover.faces.ravel(), thirds, n), 2 * k))
+    treated = np.union1d(mollified, cover.faces[degenerate.any(axis=1)])
     return Laplacian(stiffness, mass, treated_vertices=treated)
+
+
+def tufted_delaunay(
+    V: NDArray[np.float64], F: NDArray[np.int64], *, mollify_factor: float = MOLLIFY_FACTOR
+) -> tuple[IntrinsicTriangulation, NDArray[np.int64]]:
+    """Build the mollified intrinsic Delaunay triangulation of the tufted cover, which has twice the area.
+
+    Parameters
+    ----------
+    V : (n, 3) array of float
+    F : (m, 3) array of int
+        Faces that use a vertex twice are left out.
+    mollify_factor : float
+        Slack of every triangle inequality, relative to the mean edge length.
+
+    Returns
+    -------
+    cover : IntrinsicTriangulation
+        Without faces if all vertices are at one point.
+    mollified : (t,) array of int
+        Vertices of the faces whose inequalities did not hold.
+    """
+    F = F[(F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])]
+    lengths = igl.edge_lengths(V, F)
+    if not lengths.any():
+        empty = np.empty((0, 3))
+        return IntrinsicTriangulation(empty.astype(np.int64), empty, np.empty(0, dtype=np.int64)), np.unique(F)
+    offsets = mollification_offset(lengths, mollify_factor)
+    lengths = lengths + offsets.max()
+    faces, twins = tufted_cover(V, F)
+    cover = delaunay(IntrinsicTriangulation(faces, np.concatenate([lengths, lengths[:, [0, 2, 1]]]), twins))
+    return cover, np.unique(F[offsets > 0])

@@ -1,0 +1,87 @@
+"""Geodesic distance and extended values in one call each; many queries on one mesh: :class:`lbskel.HeatMethod`."""
+
+from __future__ import annotations
+
+__all__ = ["extend_values", "geodesic_distance"]
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lbskel.applications.heat_method import HeatMethod, Sources
+from lbskel.geometry.mesh import as_mesh
+from lbskel.operators import Operator
+
+
+def geodesic_distance(mesh: Any, sources: Sources, *, operator: str | Operator = "robust") -> NDArray[np.float64]:
+    """Compute the geodesic distance of every vertex to the nearest source, by the heat method.
+
+    For many queries on one mesh, make one :class:`lbskel.HeatMethod`, which factorizes once.
+
+    Parameters
+    ----------
+    mesh : Mesh, or what :func:`lbskel.as_mesh` takes
+    sources : int or (s,) array_like of int
+        Vertices.
+    operator : str or callable
+        A name in OPERATORS or a function from a Mesh to a Laplacian: symmetric.
+
+    Returns
+    -------
+    (n,) array of float
+        In the units of the mesh; infinite in components without a source and at vertices that no face uses.
+
+    Raises
+    ------
+    MeshError
+        If a source is no vertex, the mesh has no area, or the operator is not symmetric or not defined on it.
+    SolveError
+        If the operator is not positive semidefinite.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import flat_grid
+    >>> distance = lbskel.geodesic_distance(flat_grid(30, 30), 0)
+    >>> float(distance.max().round(1))
+    1.4
+    """
+    return HeatMethod(as_mesh(mesh), operator).distance(sources)
+
+
+def extend_values(
+    mesh: Any, sources: ArrayLike, values: ArrayLike, *, operator: str | Operator = "robust"
+) -> NDArray[np.float64]:
+    """Extend values at some vertices to all: nearly the value of the nearest source, blended where two are near.
+
+    Parameters
+    ----------
+    mesh : Mesh, or what :func:`lbskel.as_mesh` takes
+    sources : (s,) array_like of int
+        Vertices.
+    values : (s,) or (s, c) array_like of float
+    operator : str or callable
+        As in :func:`geodesic_distance`.
+
+    Returns
+    -------
+    (n,) or (n, c) array of float
+        NaN where no heat arrives: in components without a source.
+
+    Raises
+    ------
+    MeshError
+        As :func:`geodesic_distance`, or if there is not one finite value for each source.
+    SolveError
+        If the operator is not positive semidefinite.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import flat_grid
+    >>> halves = lbskel.extend_values(flat_grid(20, 20), [0, 399], [1.0, 2.0])
+    >>> float(halves.min().round(2)), float(halves.max().round(2))
+    (1.0, 2.0)
+    """
+    return HeatMethod(as_mesh(mesh), operator).extend(sources, values)

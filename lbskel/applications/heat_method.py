@@ -1,0 +1,287 @@
+"""The heat method: geodesic distances and extended values by one factorization for many queries.
+
+Heat that has flowed for a short time t from the sources, (M + t S) u = delta, decreases away from them; the distance
+is the function phi whose gradient is closest to -grad u / |grad u|, S phi = div of that field. Crane, Weischedel,
+Wardetzky 2013, "Geodesics in heat", https://doi.org/10.1145/2516971.2516977. Gradients are taken on the triangles of
+the intrinsic Delaunay triangulation, of the tufted cover where the mesh is open or not manifold: Sharp, Crane 2020,
+https://doi.org/10.1111/cgf.14069, section 6.1. The ratio of the heat of values to the heat of ones extends values to
+all vertices, each that of the nearest source: Sharp, Soliman, Crane 2019, "The vector heat method",
+https://doi.org/10.1145/3243651, section 5.1.
+"""
+
+from __future__ import annotations
+
+__all__ = ["HeatMethod", "Sources"]
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TypeAlias
+
+import igl
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csc_array, csr_array, diags_array
+from scipy.sparse.csgraph import connected_components
+
+from lbskel.applications.symmetric import require_symmetric
+from lbskel.errors import MeshError, SolveError, first_few
+from lbskel.geometry.mesh import Mesh, as_mesh
+from lbskel.geometry.scaling import unit_scale
+from lbskel.operators import Laplacian, Operator, apply_operator
+from lbskel.operators.gradients import gradient_matrix
+from lbskel.operators.intrinsic_delaunay import mollification_offset
+from lbskel.operators.intrinsic_triangulation import IntrinsicTriangulation, delaunay, half_edge_twins
+from lbskel.operators.robust import MOLLIFY_FACTOR, tufted_delaunay
+from lbskel.solvers import Factorization, factorize
+
+# Time of the flow, in squared mean edge lengths, as in the paper. Shorter times are better on irregular meshes, worse
+# on regular grids, where the heat prefers the directions of edges: benchmarks/results/applications_geodesics.md.
+TIME = 1.0
+# Least share of the heat that has to arrive at the farthest vertex; below about 1e-308 it is zero, without a gradient.
+# A vertex may be twice as far from a source as from the vertex that is tried, where the share is squared.
+MIN_HEAT = 1e-140
+TIME_GROWTH = 4.0  # factor of the time where less arrives, which doubles the reach
+MAX_GROWTHS = 40  # a guess: reaches 2^40 times as far
+
+TINY = np.finfo(np.float64).tiny  # smallest number by which is divided
+
+Sources: TypeAlias = int | ArrayLike
+
+
+@dataclass(frozen=True, eq=False)
+class HeatMethod:
+    """Geodesic distances on a mesh, factorized at the first query and used again by all others.
+
+    Parameters
+    ----------
+    mesh : Mesh, or what :func:`lbskel.as_mesh` takes
+        Open, non-manifold, of several components or with degenerate faces too.
+    operator : str or callable
+        A name in OPERATORS or a function from a Mesh to a Laplacian: symmetric. It diffuses and integrates.
+
+    Raises
+    ------
+    MeshError
+        If the mesh has no area, or the operator is not symmetric or not defined on it.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import sphere
+    >>> method = lbskel.HeatMethod(sphere(4))
+    >>> float(method.distance([0]).max().round(1))
+    3.1
+    """
+
+    mesh: Mesh
+    operator: str | Operator = "robust"
+    _unit: NDArray[np.float64] = field(init=False, repr=False)
+    _exponent: int = field(init=False, repr=False)
+    _laplacian: Laplacian = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        mesh = as_mesh(self.mesh)
+        object.__setattr__(self, "mesh", mesh)
+        unit, k = unit_scale(mesh.vertices)
+        laplacian = apply_operator(self.operator, mesh.with_vertices(unit))
+        require_symmetric(laplacian)
+        object.__setattr__(self, "_unit", unit)
+        object.__setattr__(self, "_exponent", k)
+        object.__setattr__(self, "_laplacian", laplacian)
+
+    def distance(self, sources: Sources) -> NDArray[np.float64]:
+        """Compute the distance of every vertex to the nearest of the sources.
+
+        Parameters
+        ----------
+        sources : int or (s,) array_like of int
+            Vertices.
+
+        Returns
+        -------
+        (n,) array of float
+            In the units of the mesh; infinite in components without a source and at vertices that no face uses.
+
+        Raises
+        ------
+        MeshError
+            If a source is no vertex of the mesh.
+        SolveError
+            If the operator is not positive semidefinite.
+        """
+        vertices = self._checked(sources)
+        active, component = self._active, self._component
+        distances = np.full(len(component), np.inf)
+        if len(active):
+            heat, potential = np.zeros(len(component)), np.zeros(len(component))
+            heat[vertices] = 1.0
+            heat[active] = self._heat.solve(heat[active], refined=False)
+            free = np.delete(active, self._pinned)
+            potential[free] = self._poisson.solve(self._divergence @ self._directions(-heat), refined=False)
+            for part in np.setdiff1d(component[vertices], [-1]):
+                members, own = component == part, vertices[component[vertices] == part]
+                distances[members] = np.maximum(potential[members] - potential[own].mean(), 0.0)
+        distances[vertices] = 0.0
+        scaled: NDArray[np.float64] = np.ldexp(distances, self._exponent)
+        return scaled
+
+    def distances(self, sources: ArrayLike) -> NDArray[np.float64]:
+        """Compute the distance of every vertex to each of the sources.
+
+        Parameters
+        ----------
+        sources : (s,) array_like of int
+
+        Returns
+        -------
+        (n, s) array of float
+            As :meth:`distance` returns for one source each.
+        """
+        return np.stack([self.distance(source) for source in self._checked(sources)], axis=1)
+
+    def extend(self, sources: ArrayLike, values: ArrayLike) -> NDArray[np.float64]:
+        """Extend values at some vertices to all: nearly the value of the nearest source, blended where two are near.
+
+        Parameters
+        ----------
+        sources : (s,) array_like of int
+            Vertices.
+        values : (s,) or (s, c) array_like of float
+
+        Returns
+        -------
+        (n,) or (n, c) array of float
+            Between the smallest and the largest value for operators with positive weights. NaN where no heat arrives:
+            in components without a source, or where an operator with negative weights makes the heat negative.
+
+        Raises
+        ------
+        MeshError
+            If a source is no vertex, or there is not one finite value for each.
+        """
+        vertices, given = self._checked(sources), np.asarray(values, dtype=np.float64)
+        if given.ndim not in (1, 2) or len(given) != len(vertices) or not np.isfinite(given).all():
+            raise MeshError(f"there must be a finite value for each of {len(vertices)} sources, not {given.shape}")
+        columns = np.concatenate([np.ones((len(vertices), 1)), given.reshape(len(vertices), -1)], axis=1)
+        right = np.zeros((len(self.mesh.vertices), columns.shape[1]))
+        np.add.at(right, vertices, columns)
+        heat = np.zeros_like(right)
+        heat[self._active] = self._heat.solve(right[self._active])
+        is_isolated = np.zeros(len(right), dtype=bool)
+        is_isolated[vertices] = True
+        is_isolated[self._active] = False
+        heat[is_isolated] = right[is_isolated]
+        total = np.where(heat[:, :1] > 0, heat[:, :1], np.nan)
+        extended: NDArray[np.float64] = heat[:, 1:] / total
+        return extended[:, 0] if given.ndim == 1 else extended
+
+    def gradient_error(self, distance: NDArray[np.float64]) -> float:
+        """Compute the mean deviation of the gradient's length from 1, over the area that the distance reaches.
+
+        Parameters
+        ----------
+        distance : (n,) array of float
+            As :meth:`distance` returns.
+        """
+        is_finite = np.isfinite(distance)
+        G, areas = self._gradient
+        reached = is_finite[self._triangulation[0].faces].all(axis=1) & (areas > 0)
+        gradients = (G @ np.ldexp(np.where(is_finite, distance, 0.0), -self._exponent)).reshape(2, -1)
+        deviations = np.abs(np.hypot(*gradients) - 1.0)[reached]
+        return float(np.average(deviations, weights=areas[reached])) if reached.any() else 0.0
+
+    def _checked(self, sources: Sources) -> NDArray[np.int64]:
+        """Return the sources as a vector of vertices."""
+        given, n = np.atleast_1d(np.asarray(sources)), len(self.mesh.vertices)
+        if given.ndim != 1 or not len(given) or given.dtype.kind not in "iu":
+            raise MeshError("the sources must be indices of vertices, at least one")
+        wrong = given[(given < 0) | (given >= n)]
+        if len(wrong):
+            raise MeshError(f"sources {first_few(wrong)} are not vertices; indices go from 0 to {n - 1}")
+        return given.astype(np.int64)
+
+    @cached_property
+    def _component(self) -> NDArray[np.int64]:
+        """(n,) component of each vertex that the operator connects to others, numbered from 0; -1 for all others."""
+        S = self._laplacian.stiffness.copy()
+        S.eliminate_zeros()
+        label = connected_components(S, directed=False)[1]
+        has_mass = np.bincount(label, self._laplacian.mass.diagonal()) > 0
+        is_active = (has_mass & (np.bincount(label) > 1))[label]
+        component = np.full(len(label), -1)
+        component[is_active] = np.unique(label[is_active], return_inverse=True)[1]
+        return component
+
+    @cached_property
+    def _active(self) -> NDArray[np.int64]:
+        """Vertices of a component."""
+        return np.flatnonzero(self._component >= 0)
+
+    @cached_property
+    def _pinned(self) -> NDArray[np.int64]:
+        """For each component, the number of its first vertex among the active ones."""
+        return np.unique(self._component[self._active], return_index=True)[1]
+
+    @cached_property
+    def _triangulation(self) -> tuple[IntrinsicTriangulation, int]:
+        """The intrinsic Delaunay triangulation of the surface or of its cover, and the number of its sheets."""
+        twins = half_edge_twins(self.mesh.faces)
+        if twins is None or (twins < 0).any():
+            return tufted_delaunay(self._unit, self.mesh.faces)[0], 2
+        lengths = igl.edge_lengths(self._unit, self.mesh.faces)
+        lengths = lengths + mollification_offset(lengths, MOLLIFY_FACTOR).max()
+        return delaunay(IntrinsicTriangulation(self.mesh.faces, lengths, twins)), 1
+
+    @cached_property
+    def _gradient(self) -> tuple[csr_array, NDArray[np.float64]]:
+        """Gradient of functions on the triangles, and the areas of these."""
+        triangulation = self._triangulation[0]
+        return gradient_matrix(triangulation.faces, triangulation.lengths, len(self.mesh.vertices))
+
+    @cached_property
+    def _divergence(self) -> csr_array:
+        """Integrated divergence at the active vertices that are not pinned."""
+        G, areas = self._gradient
+        weights = np.concatenate([areas, areas]) / self._triangulation[1]
+        return (G[:, np.delete(self._active, self._pinned)].T @ diags_array(weights)).tocsr()
+
+    @cached_property
+    def _heat(self) -> Factorization:
+        """(M + t S) of the active vertices, with a time for each component at which heat arrives everywhere."""
+        S, M = self._restricted(self._active)
+        component, triangulation = self._component[self._active], self._triangulation[0]
+        corners = self._component[triangulation.faces[:, 0]]
+        inside = corners >= 0
+        n = len(self._pinned)
+        edges = np.bincount(corners[inside], triangulation.lengths[inside].mean(axis=1), n)
+        times = TIME * (edges / np.maximum(np.bincount(corners[inside], minlength=n), 1)) ** 2
+        right = np.zeros(len(self._active))
+        right[self._pinned] = 1.0
+        for _ in range(MAX_GROWTHS):
+            factor = factorize((M + diags_array(times[component]) @ S).tocsc())
+            heat = np.abs(factor.solve(right, refined=False))
+            least = np.full(n, np.inf)
+            np.minimum.at(least, component, heat)
+            is_short = least < MIN_HEAT * heat[self._pinned]
+            if not is_short.any():
+                return factor
+            times = np.where(is_short, TIME_GROWTH * times, times)
+        raise SolveError("no time was found after which heat arrives at every vertex")
+
+    @cached_property
+    def _poisson(self) -> Factorization:
+        """S without the first vertex of each component, where the solution is set to zero."""
+        return factorize(self._restricted(np.delete(self._active, self._pinned))[0])
+
+    def _restricted(self, rows: NDArray[np.int64]) -> tuple[csc_array, csc_array]:
+        laplacian: Laplacian = self._laplacian
+        return laplacian.stiffness[rows][:, rows].tocsc(), laplacian.mass[rows][:, rows].tocsc()
+
+    def _directions(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Compute the (2m,) unit gradients."""
+        gradients = (self._gradient[0] @ values).reshape(2, -1)
+        with np.errstate(under="ignore"):
+            gradients /= np.maximum(np.abs(gradients).max(axis=0), TINY)  # before squares underflow
+            gradients /= np.maximum(np.hypot(*gradients), TINY)
+        directions: NDArray[np.float64] = gradients.ravel()
+        return directions

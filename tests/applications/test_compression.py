@@ -1,0 +1,87 @@
+"""Compression: the decoder needs the fields alone, errors fall with the rate, all functions lose only the rounding."""
+
+import numpy as np
+import pytest
+from helpers import joined, moved
+
+from lbskel import BASES, CompressedMesh, Mesh, MeshError, UnknownChoice, compress
+from lbskel.shapes import sphere
+
+
+@pytest.fixture(scope="module")
+def blob():
+    """A sphere with six bumps."""
+    ball = sphere(3)
+    return ball.with_vertices(ball.vertices * (1 + 0.4 * (ball.vertices**4).sum(axis=1, keepdims=True)))
+
+
+@pytest.mark.parametrize("basis", BASES)
+def test_errors_fall_with_functions_and_bits(blob, basis):
+    errors = [compress(blob, k, basis=basis, bits=20).rms_error(blob) for k in (6, 18, 54)]
+    assert errors[0] > errors[1] > 2 * errors[2]
+    few, many = (compress(blob, 54, basis=basis, bits=bits) for bits in (3, 16))
+    assert few.rms_error(blob) > 1.5 * many.rms_error(blob)
+    assert few.bits_per_vertex < many.bits_per_vertex
+
+
+@pytest.mark.parametrize("basis", BASES)
+def test_the_decoder_needs_only_the_fields(blob, basis):
+    packed = compress(blob, 50, basis=basis)
+    fields = ("basis", "faces", "n_vertices", "coefficients", "step", "origin", "anchors")
+    copy = CompressedMesh(**{name: getattr(packed, name) for name in fields})
+    assert np.array_equal(copy.mesh.vertices, packed.mesh.vertices)
+    assert packed.coefficients.dtype == np.int64
+    assert np.abs(packed.coefficients).max() <= 2**11
+
+
+def test_all_functions_lose_only_the_rounding():
+    mesh = sphere(2)
+    n = len(mesh.vertices)
+    packed = compress(mesh, n, bits=16)
+    assert packed.rms_error(mesh) < packed.step  # each of 3 n coefficients is rounded by at most half a step
+
+
+def test_the_rate_is_the_entropy_of_the_coefficients():
+    packed = CompressedMesh(
+        "spectral",
+        sphere(1).faces,
+        42,
+        np.repeat([[0, 1, 2], [0, 1, 3]], [2, 2], axis=0),
+        1.0,
+        np.zeros(3),
+        np.empty(0),
+    )
+    assert packed.bits_per_vertex == pytest.approx((4 * 64 + 4 * 1) / 42)  # one bit each for two values in one column
+
+
+def test_similar_meshes_have_similar_copies(blob):
+    copy = blob.with_vertices(100.0 * blob.vertices + 5.0)
+    one, hundred = compress(blob, 30), compress(copy, 30)
+    assert hundred.rms_error(copy) == pytest.approx(100 * one.rms_error(blob), rel=1e-3)
+
+
+def test_anchors_are_kept_in_place_and_each_component_has_one(blob):
+    two = joined(blob, moved(blob, 5.0))
+    packed = compress(two, 300, basis="geometry_aware", bits=24)
+    assert len(np.unique(packed.anchors)) == 300
+    assert set(two.component_of_vertex[packed.anchors]) == {0, 1}
+    error = np.linalg.norm(packed.mesh.vertices - two.vertices, axis=1)
+    assert error[packed.anchors].mean() < 0.9 * error.mean()  # anchors are soft
+
+
+def test_a_mesh_at_one_point_and_isolated_vertices(blob):
+    assert compress(Mesh(np.ones((3, 3)), [[0, 1, 2]]), 2).mesh.vertices.tolist() == [[1.0] * 3] * 3
+    mesh = Mesh(np.concatenate([blob.vertices, [[9.0, 9.0, 9.0]]]), blob.faces)
+    packed = compress(mesh, 60, basis="geometry_aware")
+    assert np.abs(packed.mesh.vertices[-1] - 9.0).max() <= packed.step
+
+
+def test_what_cannot_be_is_refused(blob):
+    with pytest.raises(UnknownChoice, match="functions"):
+        compress(blob, 10**6)
+    with pytest.raises(UnknownChoice, match="bits"):
+        compress(blob, 10, bits=0)
+    with pytest.raises(UnknownChoice, match="wavelet"):
+        compress(blob, 10, basis="wavelet")
+    with pytest.raises(MeshError, match="2 connected components"):
+        compress(joined(blob, moved(blob, 5.0)), 1, basis="geometry_aware")

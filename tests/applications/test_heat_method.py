@@ -1,0 +1,153 @@
+"""The heat method: closed forms on sphere, plane and cylinder, libigl's exact distances, invariances, components."""
+
+import igl
+import numpy as np
+import pytest
+from helpers import joined, moved
+
+import lbskel
+from lbskel import HeatMethod, Mesh, MeshError
+from lbskel.shapes import flat_grid, sphere, torus
+
+
+def exact_distances(mesh, source):
+    """Distances along the polyhedron, by libigl: Mitchell, Mount, Papadimitriou 1987."""
+    V, F = np.array(mesh.vertices), np.array(mesh.faces)
+    none = np.empty(0, dtype=np.int64)
+    return igl.exact_geodesic(V, F, np.array([source]), none, np.arange(len(V)), none)
+
+
+@pytest.mark.parametrize("operator", ["robust", "cotangent", "intrinsic_delaunay", "mollified"])
+def test_distances_on_the_sphere_are_angles(operator):
+    mesh = sphere(4)
+    V = mesh.vertices
+    method = HeatMethod(mesh, operator)
+    for source in (0, 100):
+        angles = np.arccos(np.clip(V @ V[source], -1, 1))
+        assert np.abs(method.distance(source) - angles).mean() < 0.01 * np.pi  # half of it, measured
+    errors = []
+    for level in (3, 4, 5):
+        W = sphere(level).vertices
+        errors.append(np.abs(lbskel.geodesic_distance(sphere(level), 0) - np.arccos(np.clip(W @ W[0], -1, 1))).mean())
+    assert errors[0] > 1.5 * errors[1] > 2 * errors[2]  # about the first order in h
+
+
+def test_distances_in_the_plane_are_straight():
+    grid = flat_grid(50, 50)
+    V = grid.vertices
+    middle = 25 * 50 + 25
+    assert np.abs(HeatMethod(grid).distance(middle) - np.linalg.norm(V - V[middle], axis=1)).max() < 0.03
+
+
+@pytest.mark.parametrize("shape", [lambda: torus(1.0, 0.4, 60, 30), lambda: flat_grid(20, 30)], ids=["torus", "open"])
+def test_the_mean_error_against_exact_distances_is_below_two_percent(shape):
+    mesh = shape()
+    exact = exact_distances(mesh, 7)
+    assert np.abs(HeatMethod(mesh).distance(7) - exact).mean() < 0.02 * exact.max()
+
+
+def test_several_sources_are_the_least_of_each():
+    mesh = torus(1.0, 0.3, 48, 24)
+    method = HeatMethod(mesh)
+    sources = [0, 300, 700]
+    each = method.distances(sources)
+    assert each.shape == (len(mesh.vertices), 3)
+    together = method.distance(sources)
+    assert np.abs(together - each.min(axis=1)).mean() < 0.05  # the heat blends them where two are equally near
+    assert (together[sources] == 0).all()
+    assert np.array_equal(each[:, 1], method.distance(300))
+
+
+def test_moving_turning_scaling_and_renumbering():
+    mesh = torus(1.0, 0.3, 30, 15)
+    expected = HeatMethod(mesh).distance(17)
+    turn = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))[0]
+    order = np.random.default_rng(1).permutation(len(mesh.vertices))
+    place = np.argsort(order)
+    moved_mesh = Mesh(1e3 * (mesh.vertices @ turn.T)[order] + 50.0, place[mesh.faces])
+    found = HeatMethod(moved_mesh).distance(int(place[17]))
+    # cocircular vertices of the torus are triangulated by chance, which costs the accuracy of the method
+    assert np.abs(found / 1e3 - expected[order]).max() < 0.02
+    exactly = HeatMethod(mesh.with_vertices(2.0**40 * mesh.vertices)).distance(17)
+    assert np.array_equal(exactly, 2.0**40 * expected)
+
+
+def test_components_without_a_source_are_infinitely_far(ring):
+    two = joined(ring, moved(ring, 5.0))
+    mesh = Mesh(np.concatenate([two.vertices, [[99.0, 0, 0]]]), two.faces)
+    method = HeatMethod(mesh)
+    distance = method.distance(3)
+    n = len(ring.vertices)
+    assert np.isfinite(distance[:n]).all()
+    assert np.isinf(distance[n:]).all()
+    assert np.abs(distance[:n] - HeatMethod(ring).distance(3)).max() < 1e-9  # each has a time of its own
+    both = method.distance([3, n + 3])
+    assert np.abs(both[n : 2 * n] - both[:n]).max() < 1e-9
+    alone = method.distance(2 * n)
+    assert alone[-1] == 0
+    assert np.isinf(alone[:-1]).all()
+
+
+def test_long_shapes_do_not_underflow():
+    """3,000 edges from end to end: exp(-3000) is zero, so the time has to grow."""
+    n = 3000
+    strip = flat_grid(n, 2)
+    V = np.stack([np.repeat(np.arange(n), 2), np.tile([0.0, 1.0], n), np.zeros(2 * n)], axis=1)
+    order = np.lexsort((strip.vertices[:, 1], strip.vertices[:, 0]))
+    mesh = strip.with_vertices(V[np.argsort(order)])
+    first = int(order[0])
+    exact = np.linalg.norm(mesh.vertices - mesh.vertices[first], axis=1)
+    found = HeatMethod(mesh).distance(first)
+    assert np.isfinite(found).all()
+    assert np.abs(found - exact).max() < 0.01 * n
+
+
+def test_the_gradient_has_length_one_nearly_everywhere():
+    method = HeatMethod(sphere(4))
+    distance = method.distance(0)
+    assert method.gradient_error(distance) < 0.03
+    assert method.gradient_error(2 * distance) == pytest.approx(1.0, abs=0.06)
+
+
+def test_values_are_extended_from_the_nearest_source():
+    mesh = torus(1.0, 0.3, 48, 24)
+    method = HeatMethod(mesh)
+    sources = np.array([0, 300, 700])
+    colors = np.eye(3)
+    extended = method.extend(sources, colors)
+    assert np.abs(extended.sum(axis=1) - 1.0).max() < 1e-9
+    assert extended.min() >= -1e-12
+    nearest = method.distances(sources).argmin(axis=1)
+    assert (extended.argmax(axis=1) == nearest).mean() > 0.97  # all but the vertices between two
+    assert np.abs(method.extend(sources, [2.0, 2.0, 2.0]) - 2.0).max() < 1e-9
+    single = method.extend(sources, [1.0, 2.0, 4.0])
+    assert np.abs(single - extended @ [1.0, 2.0, 4.0]).max() < 1e-9
+
+
+def test_values_are_not_extended_to_other_components(ring):
+    mesh = joined(ring, moved(ring, 5.0))
+    extended = HeatMethod(mesh).extend([0], [3.0])
+    n = len(ring.vertices)
+    assert np.abs(extended[:n] - 3.0).max() < 1e-9
+    assert np.isnan(extended[n:]).all()
+    isolated = Mesh(np.concatenate([ring.vertices, [[9.0, 9, 9]]]), ring.faces)
+    assert HeatMethod(isolated).extend([n], [5.0])[n] == 5.0
+
+
+def test_what_cannot_be_is_refused(ring):
+    method = HeatMethod(ring)
+    with pytest.raises(MeshError, match="not vertices"):
+        method.distance(10**6)
+    with pytest.raises(MeshError, match="not vertices"):
+        method.distance([-1])
+    for wrong in ([], [0.5], [[1]], "a"):
+        with pytest.raises(MeshError, match="indices of vertices"):
+            method.distance(wrong)
+    with pytest.raises(MeshError, match="finite value"):
+        method.extend([0, 1], [1.0])
+    with pytest.raises(MeshError, match="finite value"):
+        method.extend([0], [np.nan])
+    with pytest.raises(MeshError, match="not symmetric"):
+        HeatMethod(ring, "mean_value")
+    with pytest.raises(MeshError, match="no area"):
+        HeatMethod(ring.with_vertices(np.ones_like(ring.vertices)))
