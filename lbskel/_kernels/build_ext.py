@@ -12,6 +12,7 @@ __all__ = ["Build", "BuildKernels", "BuildWheel", "EggInfo", "SourceDistribution
 
 import atexit
 import os
+import re
 import runpy
 import shutil
 import sys
@@ -27,6 +28,7 @@ from setuptools.command.sdist import sdist
 # how the kernels are compiled: no checks of indices, and C's division
 INDEX_CHECKS = ("boundscheck", "wraparound", "initializedcheck")
 DIRECTIVES = {"language_level": 3, "cdivision": True, **dict.fromkeys(INDEX_CHECKS, False)}
+REPOSITORY = "LBSKEL_REPOSITORY"  # environment variable: its address, for the metadata of a release
 CHECKS = "LBSKEL_KERNEL_CHECKS"  # environment variable: index checks to switch on, separated by spaces
 
 SHARED = "lbskel._kernels.memory_views"  # Cython's own code, which would else be compiled in each kernel
@@ -51,12 +53,27 @@ class Build(build):
 
 
 class EggInfo(egg_info):
-    """Writes metadata to a temporary folder."""
+    """Writes metadata to a temporary folder, with links that work on a package page where the repository is known."""
 
     def initialize_options(self) -> None:
         """Set the folder."""
         super().initialize_options()
         self.egg_base = TEMPORARY
+
+    def finalize_options(self) -> None:
+        """Complete the relative links of the README."""
+        super().finalize_options()
+        if address := os.environ.get(REPOSITORY):
+            metadata = self.distribution.metadata
+            blob, raw = (f"{address}/{kind}/v{metadata.version}/" for kind in ("blob", "raw"))
+            text = re.sub(r"(!\[[^]]*\]\()(?![\w+.-]+:|#)", rf"\1{raw}", metadata.long_description or "")
+            metadata.long_description = re.sub(r"((?<!!)\[[^]]*\]\()(?![\w+.-]+:|#)", rf"\1{blob}", text)
+            metadata.project_urls = {
+                "Source": address,
+                "Issues": f"{address}/issues",
+                "Documentation": f"{address}#readme",
+                "Changelog": f"{address}#changes",
+            }
 
 
 class SourceDistribution(sdist):
@@ -125,6 +142,7 @@ class BuildKernels(build_ext):
 
     def run(self) -> None:
         """Build; beside the sources, write the record of these too."""
+        os.environ.update(runpy.run_path(os.path.join(FOLDER, "build_backend.py"))["find_compiler"]())
         super().run()
         if self.inplace:
             compiled_files["write_record"](FOLDER)

@@ -33,7 +33,7 @@ LIMITED_API = (
 # of compiled files: .abi3.so, or .pyd on Windows; otherwise with the version of Python and the platform
 SUFFIX = next((each for each in EXTENSION_SUFFIXES if "abi3" in each), ".pyd") if LIMITED_API else EXTENSION_SUFFIXES[0]
 RECORD = f"sources{SUFFIX}.crc"
-NOT_COMPILED = ("__init__.py", "c_types.py", "compiled_files.py")
+NOT_COMPILED = ("__init__.py", "build_backend.py", "c_types.py", "compiled_files.py")
 
 
 def checksums(folder: str | os.PathLike[str]) -> dict[str, str]:

@@ -108,3 +108,19 @@ def test_a_build_writes_to_a_temporary_folder(build_ext, tmp_path, monkeypatch):
         written = Path(getattr(command, folder)).absolute()
         assert Path(build_ext.TEMPORARY) in written.parents
     assert list(tmp_path.iterdir()) == []
+
+
+def test_links_of_the_readme_work_on_a_package_page(build_ext, monkeypatch):
+    project = Distribution({"name": "a", "version": "1.2", "script_name": "setup.py"})
+    project.metadata.long_description = "![b](c/d.png) [e](f.md) [g](https://example.org) [h](#i)"
+    command = build_ext.EggInfo(project)
+    command.ensure_finalized()
+    assert project.metadata.long_description.startswith("![b](c/d.png)")  # the repository is not known
+    monkeypatch.setenv(build_ext.REPOSITORY, "https://example.org/a")
+    command = build_ext.EggInfo(project)
+    command.ensure_finalized()
+    assert project.metadata.long_description == (
+        "![b](https://example.org/a/raw/v1.2/c/d.png) [e](https://example.org/a/blob/v1.2/f.md) "
+        "[g](https://example.org) [h](#i)"
+    )
+    assert project.metadata.project_urls["Source"] == "https://example.org/a"
