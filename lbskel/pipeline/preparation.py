@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lbskel.errors import MeshError, choose, first_few
+from lbskel.geometry.canonical_order import in_canonical_order
 from lbskel.geometry.components import MIN_FACES, components, find_crumbs
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
@@ -160,6 +161,7 @@ def prepare(
     with timer("preprocess"):
         preprocessed = preprocess_mesh(source, preprocess)
         center, scale = preprocessed.mesh.centroid, preprocessed.mesh.diameter_bound
+        preprocessed = _in_canonical_order(preprocessed)
         if not scale > 0:
             raise MeshError("all vertices of the mesh lie at one point")
         unit = preprocessed.mesh.with_vertices((preprocessed.mesh.vertices - center) / scale)
@@ -187,6 +189,12 @@ def prepare(
         notes.append(f"{is_crumb.sum()} components are too small for a skeleton of their own")
     vertex_map, report = preprocessed.vertex_map, preprocessed.report
     return PreparedMesh(source, unit, vertex_map, center, scale, tuple(bodies), tuple(notes), report, simplify)
+
+
+def _in_canonical_order(preprocessed: PreprocessResult) -> PreprocessResult:
+    """Renumber the preprocessed mesh, so that the order of the input does not decide anything."""
+    mesh, vertex_map = in_canonical_order(preprocessed.mesh)
+    return replace(preprocessed, mesh=mesh, vertex_map=preprocessed.vertex_map.compose(vertex_map))
 
 
 def _why_no_body(source: Mesh, faults: list[str]) -> str:

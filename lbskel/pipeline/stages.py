@@ -225,7 +225,7 @@ def refine(
         skeleton = prune_contained_branches(inscribed_radii(skeleton, proxy), body.mesh)
     if timer.has_time_for("grow missing branches"):
         with timer("grow missing branches"):
-            skeleton = grow_missing_branches(skeleton, surface, min_branch_ratio=ratio)
+            skeleton = grow_missing_branches(skeleton, surface)
     if timer.has_time_for("reroute inside"):
         with timer("reroute inside"):
             skeleton = _rerouted_inside(skeleton, surface)

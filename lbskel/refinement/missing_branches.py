@@ -19,28 +19,22 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import GeodesicExtrema, find_extrema, is_missed
 from lbskel.refinement.level_sets import find_geodesic_caps
-from lbskel.refinement.radii import inscribed_radii, mean_radii
+from lbskel.refinement.radii import inscribed_radii
 from lbskel.refinement.tips import clip_to_interior, extend_ends, recenter_points, trace_centerline
 from lbskel.skeleton.editing import contract_nodes
-from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
 MIN_SHARE = 0.5  # fraction of a limb's vertices mapped to an end branch above which the branch is the limb's; a guess,
 # benchmarks/results/constants.md
 
 
-def grow_missing_branches(
-    skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float = MIN_BRANCH_RATIO
-) -> Skeleton:
+def grow_missing_branches(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Grow a branch along each limb whose end is outside the skeleton's balls and has no tip near it.
 
     Parameters
     ----------
     skeleton : Skeleton
     surface : Surface
-    min_branch_ratio : float
-        Lower bound on the distance from the end of a limb to the node where its branch begins, in mean radii of that
-        node, as in :func:`lbskel.skeleton.pruning.prune`.
     """
     proxy_mesh = surface.proxy.mesh
     extrema = find_extrema(proxy_mesh)
@@ -51,8 +45,7 @@ def grow_missing_branches(
     axes = {limb: axis for limb, cap in caps.items() if len(axis := clip_to_interior(cap, surface)) >= 2}
     if not axes:
         return skeleton
-    skeleton, misplaced = _without_misplaced_ends(skeleton, surface, extrema, missed, list(axes))
-    widths = mean_radii(skeleton, surface.mesh).radii
+    skeleton = _without_misplaced_ends(skeleton, surface, extrema, missed, list(axes))
     centered = recenter_points(list(axes.values()), surface)
     onward = trace_centerline(
         surface, np.array([axis[-1] for axis in centered]), np.array([axis[-1] - axis[-2] for axis in centered])
@@ -68,8 +61,7 @@ def grow_missing_branches(
         touching = np.flatnonzero(distances.min(axis=1) <= extrema.radii[limb])
         first = touching[-1] + 1 if len(touching) else 0
         start = candidates[distances[max(first - 1, 0)].argmin()]
-        reach = np.linalg.norm(proxy_mesh.vertices[extrema.vertices[limb]] - skeleton.nodes[start])
-        if first < len(path) and (limb in misplaced or reach > min_branch_ratio * widths[start]):
+        if first < len(path):
             node_of_vertex[limb_of_full_vertex == limb] = start
             starts.append(start)
             paths.append(list(path[first:]))
@@ -79,16 +71,16 @@ def grow_missing_branches(
 
 def _without_misplaced_ends(
     skeleton: Skeleton, surface: Surface, extrema: GeodesicExtrema, missed: NDArray[np.bool_], limbs: list[int]
-) -> tuple[Skeleton, list[int]]:
+) -> Skeleton:
     """Cut back end branches to which the vertices of a missed limb are mapped but which end elsewhere.
 
     Each is cut back to the node before the first that has vertices of the limb. The tip nearest to an end that is not
-    missed belongs to that end. Also returns the numbers of the limbs concerned.
+    missed belongs to that end.
     """
     node_of_vertex, tips = surface.on_proxy(skeleton.node_of_vertex), skeleton.tips
     reached = surface.proxy.mesh.vertices[extrema.vertices[~missed]]
     taken = tips[cdist(reached, skeleton.nodes[tips]).argmin(axis=1)] if len(reached) and len(tips) else tips[:0]
-    target, misplaced = np.arange(len(skeleton.nodes)), []
+    target = np.arange(len(skeleton.nodes))
     for branch in skeleton.end_branches:
         if branch[-1] in taken:
             continue
@@ -97,9 +89,8 @@ def _without_misplaced_ends(
             if np.isin(nodes_of_limb, branch[1:]).mean() > MIN_SHARE:
                 first = np.flatnonzero(np.isin(branch[1:], nodes_of_limb))[0]
                 target[branch[first + 1 :]] = branch[first]
-                misplaced.append(limb)
                 break
-    return contract_nodes(skeleton, target), misplaced
+    return contract_nodes(skeleton, target)
 
 
 def _with_adjacent(is_chosen: NDArray[np.bool_], mesh: Mesh) -> NDArray[np.bool_]:

@@ -89,7 +89,7 @@ def oblique_cross(*, degrees: float = 40.0, ratio: float = 0.35, n_vertices: int
     return _meshed([bar, *limbs], "oblique cross", n_vertices)
 
 
-def prongs(*, n: int = 5, gap: float = 1 / 6, n_vertices: int = 5000) -> Shape:
+def prongs(*, n: int = 5, gap: float = 1 / 6, n_vertices: int = 25_000) -> Shape:
     """Build a comb: a handle, a bar and parallel prongs with narrow gaps.
 
     Parameters

@@ -169,7 +169,7 @@ def test_choices_reach_the_contraction(here):
 def test_failed_measures_are_named_and_the_result_is_written(here, folder):
     code, out, err = here("skeletonize", "rod.off", "-o", "rod.swc", "--time-limit", "1e-9")
     assert (code, err) == (1, [])
-    assert any(line.startswith("  score     fail: ") and "inside_fraction" in line for line in out)
+    assert any(line.startswith("  score     fail: ") and "near_surface_fraction" in line for line in out)
     assert (folder / "rod.swc").exists()
 
 

@@ -65,11 +65,6 @@ def test_a_complete_skeleton_is_returned_unchanged(whole, tripod):
     assert grow_missing_branches(skeleton, Surface(ball)) is skeleton
 
 
-def test_a_pruned_branch_does_not_grow_again(whole, tripod):
-    pruned = without(whole, whole.end_branches[0])
-    assert len(grow_missing_branches(pruned, Surface(tripod), min_branch_ratio=100.0).nodes) == len(pruned.nodes)
-
-
 def test_a_branch_that_ends_in_another_limb_is_replaced_in_its_own(whole, tripod):
     """The branch of the first leg runs parallel to that of the second, and ends halfway down."""
     first, second, _ = whole.end_branches

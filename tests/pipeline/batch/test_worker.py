@@ -48,7 +48,7 @@ def test_a_refused_mesh_and_a_failed_score_say_why(worker, job, tmp_path):
     assert "bad.off" in reply["message"]
     failed = worker.run({**job, "options": {"time_limit": 1e-9}})
     assert failed["outcome"] is BatchStatus.FAILED_CHECKS
-    assert "inside_fraction" in failed["message"]
+    assert "near_surface_fraction" in failed["message"]
 
 
 @pytest.mark.parametrize(("tree", "cycle_rank"), [(False, 1), (True, 0)])
