@@ -19,9 +19,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
 
+from lbskel._kernels.connectivity import component_roots
 from lbskel.contraction.homology import find_tunnels, transfer_cochain
+from lbskel.contraction.quadrics import line_quadrics
 from lbskel.contraction.result import Contraction
 from lbskel.contraction.spurious_loops import PRIME, spurious_loop_edges
 from lbskel.geometry.mesh import as_mesh
@@ -131,7 +132,7 @@ def collapse_mesh(contracted: Any, source: Any, *, vertex_map: VertexMap | None 
     used = contracted.used_vertices
     P = (contracted.vertices - contracted.vertices[used].mean(axis=0)) / source.diameter_bound
     remaining = _Complex(np.sort(contracted.faces, axis=1), contracted.edges, cochain)
-    Q = _quadrics(P, remaining.edges)
+    Q = line_quadrics(P, remaining.edges)
     merged_into = np.arange(n)
     blocked, has_progressed = np.empty(0, dtype=np.int64), False
     while len(remaining.faces):
@@ -147,9 +148,9 @@ def collapse_mesh(contracted: Any, source: Any, *, vertex_map: VertexMap | None 
         elif has_progressed:
             blocked, has_progressed = blocked[:0], False
         elif len(free := _free_edges(remaining, n)):
-            remaining, has_progressed = _remove_free_edge(remaining, int(free[0]), n), True
-        else:  # a closed surface of few vertices: opening it loses no tunnel, and spurious loops are removed at the end
-            remaining, has_progressed = _Complex(remaining.faces[1:], remaining.edges, remaining.cochain), True
+            remaining, has_progressed = _remove_free_edges(remaining, free, P, n), True
+        else:  # closed surfaces of few vertices: opening them loses no tunnel; spurious loops are removed at the end
+            remaining, has_progressed = _open_surfaces(remaining, n), True
     kept, node_of_used = np.unique(merged_into[used], return_inverse=True)
     node_of_vertex = np.full(n, -1)
     node_of_vertex[used] = node_of_used
@@ -185,24 +186,6 @@ def _has_face(remaining: _Complex, n: int) -> NDArray[np.bool_]:
 def _keys_of_sides(remaining: _Complex, n: int) -> NDArray[np.int64]:
     """(3m,) number of the pair of vertices at each side of each face."""
     return np.concatenate([_keys(remaining.faces[:, pair], n) for pair in ([0, 1], [0, 2], [1, 2])])
-
-
-def _quadrics(P: NDArray[np.float64], edges: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(n, 4, 4) quadrics: sum over the edges at each vertex of the squared distance to the edge's line."""
-    start, end = P[edges].transpose(1, 0, 2)
-    vector = end - start
-    length = np.linalg.norm(vector, axis=1, keepdims=True)
-    direction = np.divide(vector, length, out=np.zeros_like(vector), where=length > 0)
-    A = np.eye(3) - direction[:, :, None] * direction[:, None, :]
-    A[length[:, 0] == 0] = 0  # an edge of no length has no line
-    shifted = np.einsum("kij,kj->ki", A, start)
-    line = np.empty((len(edges), 4, 4))
-    line[:, :3, :3], line[:, :3, 3], line[:, 3, :3] = A, -shifted, -shifted
-    line[:, 3, 3] = np.einsum("ki,ki->k", start, shifted)
-    ends = coo_array((np.ones(2 * len(edges)), (edges.T.ravel(), np.tile(np.arange(len(edges)), 2))))
-    ends.resize(len(P), len(edges))
-    quadrics: NDArray[np.float64] = (ends.tocsr() @ line.reshape(-1, 16)).reshape(-1, 4, 4)
-    return quadrics
 
 
 def _collapse_round(
@@ -288,8 +271,22 @@ def _free_edges(remaining: _Complex, n: int) -> NDArray[np.int64]:
     return free
 
 
-def _remove_free_edge(remaining: _Complex, free: int, n: int) -> _Complex:
-    """Remove an edge and its only face, which neither opens nor closes a loop."""
-    has_edge = (_keys_of_sides(remaining, n).reshape(3, -1) == free).any(axis=0)
-    is_kept = _keys(remaining.edges, n) != free
-    return _Complex(remaining.faces[~has_edge], remaining.edges[is_kept], remaining.cochain[is_kept])
+def _remove_free_edges(remaining: _Complex, free: NDArray[np.int64], P: NDArray[np.float64], n: int) -> _Complex:
+    """Remove the longest free edge of each face that has one, and the face, which neither opens nor closes a loop."""
+    keys = _keys_of_sides(remaining, n).reshape(3, -1)
+    lengths = np.linalg.norm(P[keys // n] - P[keys % n], axis=2)
+    lengths[~np.isin(keys, free)] = -1
+    longest = np.argmax(lengths, axis=0)
+    has_free_edge = lengths.max(axis=0) >= 0
+    removed = keys[longest, np.arange(keys.shape[1])][has_free_edge]
+    is_kept = ~np.isin(_keys(remaining.edges, n), removed)
+    return _Complex(remaining.faces[~has_free_edge], remaining.edges[is_kept], remaining.cochain[is_kept])
+
+
+def _open_surfaces(remaining: _Complex, n: int) -> _Complex:
+    """Remove the first face of each connected part of the faces."""
+    part = component_roots(
+        np.concatenate([remaining.faces[:, :2], remaining.faces[:, 1:]]), np.zeros(n, dtype=np.int64)
+    )
+    _, first = np.unique(part[remaining.faces[:, 0]], return_index=True)
+    return _Complex(np.delete(remaining.faces, first, axis=0), remaining.edges, remaining.cochain)

@@ -142,16 +142,14 @@ def interior_paths(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Su
     if not is_outside.any():
         return list(P[pairs].mean(axis=1, keepdims=True))
     depths = surface.distance(P)[pairs].max(axis=1)
-    return [
-        _path_between(ends, depth, surface) if needs_path else ends.mean(axis=0, keepdims=True)
-        for ends, depth, needs_path in zip(P[pairs], depths, is_outside, strict=True)
+    below = [
+        np.concatenate([[P[i]], _path_below_surface(P[i], P[j], depths[row], surface.proxy), [P[j]]])
+        for row, (i, j) in enumerate(pairs)
+        if is_outside[row]
     ]
-
-
-def _path_between(ends: NDArray[np.float64], depth: float, surface: Surface) -> NDArray[np.float64]:
-    """Find the points between two ends on a smoothed path below the surface."""
-    path = np.concatenate([ends[:1], _path_below_surface(ends[0], ends[1], depth, surface.proxy), ends[1:]])
-    return _smoothed(path, surface)[1:-1]
+    smoothed = iter(_smoothed(below, surface))
+    straight = P[pairs].mean(axis=1, keepdims=True)
+    return [next(smoothed)[1:-1] if is_outside[row] else straight[row] for row in range(len(pairs))]
 
 
 def _path_below_surface(
@@ -162,20 +160,17 @@ def _path_below_surface(
     It is searched for in a growing ball around the midpoint. Once it is shorter than any path that leaves the ball, it
     is the shortest of all.
     """
-    V, edges, middle = surface.mesh.vertices, surface.mesh.edges, (start + end) / 2
-    distances, half_gap = np.linalg.norm(V - middle, axis=1), float(np.linalg.norm(end - start)) / 2
+    middle, half_gap = (start + end) / 2, float(np.linalg.norm(end - start)) / 2
     search_radius = SEARCH_FACTOR * max(half_gap + depth, MIN_DEPTH * surface.mesh.diameter_bound)
     while True:
-        near = np.flatnonzero(distances <= search_radius)
-        is_all = len(near) == len(V)
+        near = np.array(sorted(_vertex_tree(surface).query_ball_point(middle, search_radius)), dtype=np.int64)
+        is_all = len(near) == len(surface.mesh.vertices)
         clear_radius = search_radius - depth  # no offset vertex outside the ball is nearer to the midpoint than this
         if len(near):
             entry, inward, thickness = surface.inner_offset(near)
             offset = entry + np.minimum(thickness / 2, depth)[:, None] * inward
             (gap_start, gap_end), (first, last) = cKDTree(offset).query([start, end])
-            number = np.full(len(V), -1)
-            number[near] = np.arange(len(near))
-            local_edges = number[edges[(distances[edges] <= search_radius).all(axis=1)]]
+            local_edges = _edges_between(near, surface)
             lengths = np.linalg.norm(offset[local_edges[:, 0]] - offset[local_edges[:, 1]], axis=1) + MIN_EDGE_LENGTH
             graph = weighted_graph(local_edges, lengths, len(near))
             length, previous = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
@@ -190,13 +185,45 @@ def _path_below_surface(
     return offset[path[::-1]]
 
 
-def _smoothed(path: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
-    """Average the points of a path with their neighbors repeatedly, as long as it stays inside; its ends are fixed."""
-    segments = np.stack([np.arange(len(path) - 1), np.arange(1, len(path))], axis=1)
+def _vertex_tree(surface: Surface) -> cKDTree:
+    """Search tree of the vertices."""
+    return surface.memoize("vertex tree", lambda: cKDTree(surface.mesh.vertices))
+
+
+def _neighbors(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Adjacency of the vertices: those of vertex i are in ``neighbors[first[i]:first[i + 1]]``."""
+    edges = surface.mesh.edges
+    both = np.concatenate([edges, edges[:, ::-1]])
+    graph = weighted_graph(both, np.ones(len(both), dtype=np.int8), len(surface.mesh.vertices))
+    return graph.indptr.astype(np.int64), graph.indices.astype(np.int64)
+
+
+def _edges_between(vertices: NDArray[np.int64], surface: Surface) -> NDArray[np.int64]:
+    """(e, 2) edges between some vertices in ascending order, as rows of these."""
+    first, neighbors = surface.memoize("neighbors", lambda: _neighbors(surface))
+    counts = first[vertices + 1] - first[vertices]
+    start = np.repeat(np.arange(len(vertices)), counts)
+    offset = np.arange(len(start)) - np.repeat(np.cumsum(counts) - counts, counts)
+    ends = neighbors[first[vertices[start]] + offset]
+    row = np.minimum(np.searchsorted(vertices, ends), len(vertices) - 1)
+    is_edge = (vertices[row] == ends) & (start < row)
+    return np.stack([start[is_edge], row[is_edge]], axis=1)
+
+
+def _smoothed(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
+    """Average the points of paths with their neighbors repeatedly, each as long as it stays inside; ends are fixed."""
+    points, cuts = np.concatenate(paths), np.cumsum([len(path) for path in paths])
+    path_of = np.repeat(np.arange(len(paths)), [len(path) for path in paths])
+    inner = np.flatnonzero((path_of[1:-1] == path_of[:-2]) & (path_of[1:-1] == path_of[2:])) + 1
+    starts = np.flatnonzero(path_of[1:] == path_of[:-1])
+    is_moving = np.ones(len(paths), dtype=bool)
     for _ in range(N_SMOOTHING_STEPS):
-        mean = np.array(path)
-        mean[1:-1] = (path[:-2] + path[1:-1] + path[2:]) / 3
-        if segments_outside(mean, segments, surface).any():
-            break
-        path = mean
-    return path
+        inner, starts = inner[is_moving[path_of[inner]]], starts[is_moving[path_of[starts]]]
+        mean = np.array(points)
+        mean[inner] = (points[inner - 1] + points[inner] + points[inner + 1]) / 3
+        used = np.unique([starts, starts + 1])
+        segments = np.searchsorted(used, np.stack([starts, starts + 1], axis=1))
+        is_moving[path_of[starts[segments_outside(mean[used], segments, surface)]]] = False
+        inner = inner[is_moving[path_of[inner]]]
+        points[inner] = mean[inner]
+    return np.split(points, cuts[:-1])

@@ -9,6 +9,7 @@ from __future__ import annotations
 __all__ = ["merge_junctions_by_axes", "place_junctions"]
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +48,18 @@ class _Lines:
     means: NDArray[np.float64]
     directions: NDArray[np.float64]
 
-    def take(self, rows: NDArray[np.bool_]) -> _Lines:
+    @cached_property
+    def _order(self) -> NDArray[np.int64]:
+        """Rows by junction."""
+        return np.argsort(self.junctions, kind="stable")
+
+    def at(self, junctions: NDArray[np.int64]) -> _Lines:
+        """Select the rows of one or two junctions."""
+        ascending = self.junctions[self._order]
+        spans = zip(np.searchsorted(ascending, junctions), np.searchsorted(ascending, junctions, "right"), strict=True)
+        return self.take(np.sort(np.concatenate([self._order[begin:end] for begin, end in spans])))
+
+    def take(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> _Lines:
         """Select some of the rows."""
         return _Lines(
             self.junctions[rows], self.branches[rows], self.starts[rows], self.means[rows], self.directions[rows]
@@ -112,8 +124,8 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
         return centers
     radii = surface.distance(placed)
     lines = _branch_lines(skeleton, centers)
-    for row, junction in enumerate(junctions.tolist()):
-        own = lines.take(lines.junctions == junction)
+    for row in range(len(junctions)):
+        own = lines.at(junctions[row : row + 1])
         if len(own.junctions) < 2:
             continue
         target = _nearest_point(own, placed[row], radii[row])
@@ -148,8 +160,8 @@ def merge_junctions_by_axes(skeleton: Skeleton, centers: SectionCenters, surface
     """Merge two junctions where the branches that leave the pair all point to one place.
 
     In a thick part, such as a palm, several branches run together before they end. Contraction then joins them in
-    pairs, in an order that does not depend on where they come from. The pair that fits best is merged first, and no
-    cycle is closed.
+    pairs, in an order that does not depend on where they come from. In each round, the pairs are merged that fit better
+    than all pairs at the junctions beside them. No cycle is closed.
 
     Parameters
     ----------
@@ -161,20 +173,40 @@ def merge_junctions_by_axes(skeleton: Skeleton, centers: SectionCenters, surface
     while inner := _inner_branches(skeleton):
         lines = _branch_lines(skeleton, centers)
         candidates = [(*_common_place(skeleton, lines, index, surface), index) for index in inner]
-        for _, place, index in sorted((c for c in candidates if np.isfinite(c[0])), key=lambda candidate: candidate[0]):
+        fitting = sorted((c for c in candidates if np.isfinite(c[0])), key=lambda candidate: candidate[0])
+        touched, target = np.zeros(len(skeleton.nodes), dtype=bool), np.arange(len(skeleton.nodes))
+        nodes, positions = np.array(skeleton.nodes), np.array(centers.positions)
+        first, adjacent = _adjacent_junctions(skeleton)
+        for _, place, index in fitting:
             branch = skeleton.branches[index]
-            target = np.arange(len(skeleton.nodes))
+            beside = np.concatenate([adjacent[first[end] : first[end + 1]] for end in branch[[0, -1]]])
+            if touched[branch[[0, -1]]].any() or _closes_a_cycle(skeleton, branch):
+                continue
+            touched[branch[[0, -1]]] = touched[beside] = True
             target[branch] = branch[0]
-            nodes, positions = np.array(skeleton.nodes), np.array(centers.positions)
             nodes[branch[0]] = positions[branch[0]] = place
-            merged = contract_nodes(replace(skeleton, nodes=nodes), target)
-            if merged.cycle_rank == skeleton.cycle_rank:
-                kept = np.unique(target)
-                skeleton, centers = merged, SectionCenters(centers.is_known[kept], positions[kept])
-                break
-        else:
+        if not touched.any():
             return skeleton
+        skeleton = contract_nodes(replace(skeleton, nodes=nodes), target)
+        kept = np.unique(target)
+        centers = SectionCenters(centers.is_known[kept], positions[kept])
     return skeleton
+
+
+def _adjacent_junctions(skeleton: Skeleton) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Adjacency of nodes that are the two ends of a branch."""
+    ends = np.array([branch[[0, -1]] for branch in skeleton.branches], dtype=np.int64).reshape(-1, 2)
+    both = np.concatenate([ends, ends[:, ::-1]])
+    order = np.argsort(both[:, 0], kind="stable")
+    return np.searchsorted(both[order, 0], np.arange(len(skeleton.nodes) + 1)), both[order, 1]
+
+
+def _closes_a_cycle(skeleton: Skeleton, branch: NDArray[np.int64]) -> bool:
+    """Whether another path of at most two edges joins the ends of a branch, which merging them would close."""
+    first, adjacent = skeleton.adjacency
+    one, other = (set(adjacent[first[end] : first[end + 1]].tolist()) for end in branch[[0, -1]])
+    within = set(branch.tolist())
+    return bool((one & other) - within) or (len(branch) > 2 and int(branch[-1]) in one)
 
 
 def _inner_branches(skeleton: Skeleton) -> list[int]:
@@ -193,7 +225,8 @@ def _common_place(skeleton: Skeleton, lines: _Lines, index: int, surface: Surfac
     """Where all other branches at the two ends of an inner branch meet, and the largest sine by which one misses it."""
     branch = skeleton.branches[index]
     middle = skeleton.nodes[branch[[0, -1]]].mean(axis=0)
-    outer = lines.take(np.isin(lines.junctions, branch[[0, -1]]) & (lines.branches != index))
+    outer = lines.at(branch[[0, -1]])
+    outer = outer.take(outer.branches != index)
     if not np.isin(branch[[0, -1]], outer.junctions).all():
         return np.inf, middle
     place = _nearest_point(outer, middle, 0.0)

@@ -19,7 +19,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.sorting import unique_inverse
+from lbskel.geometry.sorting import stable_order, unique_inverse
 
 LEVEL_SPACING = 0.5  # between level sets, in radii of the limb; a guess, benchmarks/results/constants.md
 MAX_LEVELS = 500  # per limb, which bounds the memory that hair-thin limbs take; a guess
@@ -124,11 +124,17 @@ def find_geodesic_caps(mesh: Mesh, patch_of_vertex: NDArray[np.int64]) -> dict[i
     face = np.flatnonzero(np.isfinite(distances[mesh.faces]).all(axis=1))
     patch_of_corner = patch[mesh.faces[face]]
     face = face[(patch_of_corner == patch_of_corner[:, :1]).all(axis=1)]
+    lengths = np.full(int(patch.max()) + 1, np.inf)
+    np.minimum.at(lengths, patch[border], distances[border])
+    patch_of_face = patch[mesh.faces[face, 0]]
+    is_near = distances[mesh.faces[face]].mean(axis=1) <= lengths[patch_of_face]
+    face, patch_of_face = face[is_near], patch_of_face[is_near]
+    order = stable_order(patch_of_face)
+    face, cuts = face[order], np.searchsorted(patch_of_face[order], np.arange(len(lengths) + 1))
     caps = {}
     for tip in ends.tolist():
-        length = float(distances[border[patch[border] == patch[tip]]].min())
-        own = face[patch[mesh.faces[face, 0]] == patch[tip]]
-        own = own[distances[mesh.faces[own]].mean(axis=1) <= length]
+        length = float(lengths[patch[tip]])
+        own = face[cuts[patch[tip]] : cuts[patch[tip] + 1]]
         caps[int(patch[tip])] = GeodesicCap(
             end=V[tip],
             length=length,

@@ -51,20 +51,23 @@ def grow_missing_branches(skeleton: Skeleton, surface: Surface) -> Skeleton:
         surface, np.array([axis[-1] for axis in centered]), np.array([axis[-1] - axis[-2] for axis in centered])
     )
     node_of_vertex, limb_of_full_vertex = np.array(skeleton.node_of_vertex), surface.from_proxy(limb_of_vertex)
+    nearby = _nodes_near_limbs(surface.on_proxy(skeleton.node_of_vertex), limb_of_vertex, proxy_mesh)
+    start_of_limb = np.full(len(extrema.radii), -1)
     starts: list[int] = []
     paths: list[list[NDArray[np.float64]]] = []
     for limb, axis, continuation in zip(axes, centered, onward, strict=True):
         path = np.array([*axis, *continuation])
-        nearby = surface.on_proxy(skeleton.node_of_vertex)[_with_adjacent(limb_of_vertex == limb, proxy_mesh)]
-        candidates = np.unique(nearby)
+        candidates = nearby[limb]
         distances = cdist(path, skeleton.nodes[candidates])
         touching = np.flatnonzero(distances.min(axis=1) <= extrema.radii[limb])
         first = touching[-1] + 1 if len(touching) else 0
         start = candidates[distances[max(first - 1, 0)].argmin()]
         if first < len(path):
-            node_of_vertex[limb_of_full_vertex == limb] = start
+            start_of_limb[limb] = start
             starts.append(start)
             paths.append(list(path[first:]))
+    is_grown = (limb_of_full_vertex >= 0) & (start_of_limb[limb_of_full_vertex] >= 0)
+    node_of_vertex[is_grown] = start_of_limb[limb_of_full_vertex[is_grown]]
     skeleton = replace(skeleton, node_of_vertex=node_of_vertex)
     return extend_ends(skeleton, surface, np.array(starts, dtype=np.int64), paths)
 
@@ -81,20 +84,40 @@ def _without_misplaced_ends(
     reached = surface.proxy.mesh.vertices[extrema.vertices[~missed]]
     taken = tips[cdist(reached, skeleton.nodes[tips]).argmin(axis=1)] if len(reached) and len(tips) else tips[:0]
     target = np.arange(len(skeleton.nodes))
-    for branch in skeleton.end_branches:
-        if branch[-1] in taken:
+    branches = [branch for branch in skeleton.end_branches if branch[-1] not in taken]
+    branch_of_node = np.full(len(skeleton.nodes), -1)
+    for index, branch in enumerate(branches):
+        branch_of_node[branch[1:]] = index
+    nodes_of_limb = np.split(*_grouped(extrema.limb_of_vertex, node_of_vertex, len(extrema.radii)))
+    is_cut = np.zeros(len(branches), dtype=bool)
+    for limb in limbs:
+        nodes = nodes_of_limb[limb]
+        found, counts = np.unique(branch_of_node[nodes], return_counts=True)
+        row = int(found[counts.argmax()])
+        if row < 0 or is_cut[row] or not counts.max() > MIN_SHARE * len(nodes):
             continue
-        for limb in limbs:
-            nodes_of_limb = node_of_vertex[extrema.limb_of_vertex == limb]
-            if np.isin(nodes_of_limb, branch[1:]).mean() > MIN_SHARE:
-                first = np.flatnonzero(np.isin(branch[1:], nodes_of_limb))[0]
-                target[branch[first + 1 :]] = branch[first]
-                break
+        first = np.flatnonzero(np.isin(branches[row][1:], nodes))[0]
+        target[branches[row][first + 1 :]] = branches[row][first]
+        is_cut[row] = True
     return contract_nodes(skeleton, target)
 
 
-def _with_adjacent(is_chosen: NDArray[np.bool_], mesh: Mesh) -> NDArray[np.bool_]:
-    """(n,) the chosen vertices and those adjacent to them."""
-    is_near = np.array(is_chosen)
-    is_near[mesh.edges[is_chosen[mesh.edges].any(axis=1)]] = True
-    return is_near
+def _grouped(
+    group: NDArray[np.int64], values: NDArray[np.int64], n_groups: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Values sorted by their group, without those of negative groups, and where all groups but the first begin."""
+    order = np.argsort(group, kind="stable")
+    order = order[group[order] >= 0]
+    return values[order], np.searchsorted(group[order], np.arange(1, n_groups))
+
+
+def _nodes_near_limbs(
+    node_of_vertex: NDArray[np.int64], limb_of_vertex: NDArray[np.int64], mesh: Mesh
+) -> dict[int, NDArray[np.int64]]:
+    """For each limb, the nodes of its vertices and of those adjacent to them, in ascending order."""
+    i, j = mesh.edges.T
+    limbs = limb_of_vertex[np.concatenate([i, j, i, j])]
+    nodes = node_of_vertex[np.concatenate([i, j, j, i])]
+    pairs = np.unique(np.stack([limbs, nodes], axis=1)[limbs >= 0], axis=0)
+    limbs, first = np.unique(pairs[:, 0], return_index=True)
+    return dict(zip(limbs.tolist(), np.split(pairs[:, 1], first[1:]), strict=True))

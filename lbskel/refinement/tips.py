@@ -273,10 +273,13 @@ def extend_ends(
     positions = [np.array(path).reshape(-1, 3) for path in paths]
     radii = surface.distance(np.concatenate([np.empty((0, 3)), *positions]))
     node_of_vertex, first = np.array(skeleton.node_of_vertex), len(skeleton.nodes)
-    for end, new in zip(ends, positions, strict=True):
+    order = np.argsort(node_of_vertex, kind="stable")
+    begin, stop = (np.searchsorted(node_of_vertex[order], ends, side) for side in ("left", "right"))
+    for row, (end, new) in enumerate(zip(ends, positions, strict=True)):
         if len(new) == 0:
             continue
-        is_mapped = np.flatnonzero(node_of_vertex == end)
+        is_mapped = order[begin[row] : stop[row]]
+        is_mapped = is_mapped[node_of_vertex[is_mapped] == end]  # another path may have begun at the same node
         chain = np.concatenate([[end], first + np.arange(len(new))])
         candidates = np.concatenate([skeleton.nodes[[end]], new])
         distances = np.linalg.norm(surface.mesh.vertices[is_mapped][:, None, :] - candidates, axis=2)

@@ -100,3 +100,17 @@ def test_surfaces_that_intersect_themselves_are_refused():
         for seed in range(10)
     ]
     assert all(refused)
+
+
+def test_a_projection_of_another_rank_than_the_genus_is_refused():
+    """Tori of twelve scattered vertices, of whose loops none are linked with outer ones, or all."""
+    mesh = torus(1.0, 0.3, 4, 3)
+    basis, traces = homology_basis(mesh), set()
+    for seed in range(20):
+        scattered = mesh.with_vertices(np.random.default_rng(seed).normal(size=mesh.vertices.shape))
+        form = linking_form(basis, scattered, view(0))
+        M = matrix(form.apply, 2)
+        if np.array_equal(M @ M, M):
+            traces.add(int(np.trace(M)))
+            assert form.is_consistent() == (np.trace(M) == 1)
+    assert traces == {0, 1, 2}

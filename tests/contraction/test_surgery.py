@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from lbskel import Mesh, Skeleton, collapse, collapse_mesh, contract, skeletonize
-from lbskel.contraction.surgery import _quadrics
 from lbskel.shapes import capsule, chain_of_tori, cylinder, sphere, torus
 
 POSITIONS = {
@@ -172,12 +171,3 @@ def test_unused_vertices_have_no_node():
     graph = collapse_mesh(more, more)
     assert graph.node_of_vertex[-1] == -1
     assert (graph.node_of_vertex[:-1] >= 0).all()
-
-
-def test_quadrics_are_squared_distances_to_the_lines_of_the_edges():
-    P = np.array([[0.0, 0, 0], [2.0, 0, 0], [0.0, 3, 0], [0.0, 3, 0]])
-    edges = np.array([[0, 1], [0, 2], [2, 3]])  # along x, along y, and one of no length
-    Q = _quadrics(P, edges)
-    point = np.array([1.0, 4.0, 2.0, 1.0])
-    to_x, to_y = 4.0**2 + 2.0**2, 1.0**2 + 2.0**2
-    assert [float(point @ q @ point) for q in Q] == pytest.approx([to_x + to_y, to_x, to_y, 0.0])
