@@ -7,7 +7,9 @@ from lbskel.cli import (
     branches,
     check,
     compare,
+    compress,
     edit,
+    geodesic,
     info,
     laplacian,
     preprocess,
@@ -16,6 +18,7 @@ from lbskel.cli import (
     segment,
     skeletonize,
     smooth,
+    spectrum,
 )
 
 COMMANDS = (
@@ -30,6 +33,9 @@ COMMANDS = (
     smooth,
     edit,
     quantize,
+    compress,
+    spectrum,
+    geodesic,
     laplacian,
     compare,
 )

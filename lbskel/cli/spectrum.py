@@ -1,0 +1,95 @@
+"""``lbskel spectrum MESH``: eigenvalues of the Laplacian, how exact they are, and shape-DNA distances to others."""
+
+from __future__ import annotations
+
+__all__ = ["add_parser", "run"]
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lbskel.applications import SpectralBasis, heat_kernel_signature, shape_dna_distance, spectral_basis
+from lbskel.cli.options import add_command
+from lbskel.errors import FormatError
+from lbskel.io import read_mesh, write_safely
+from lbskel.operators import OPERATORS
+
+N_PRINTED = 10  # eigenvalues that the text has
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add ``lbskel spectrum``."""
+    parser = add_command(
+        subparsers,
+        "spectrum",
+        "compute the smallest eigenvalues of the Laplacian of a mesh",
+        details="Further meshes are compared with the first by their spectra (shape-DNA).",
+        example="lbskel spectrum meshes/hand.ply meshes/octopus.ply -k 50 --picture signature.png",
+    )
+    parser.add_argument("mesh", nargs="+", metavar="MESH")
+    parser.add_argument("-k", type=int, default=50, metavar="N", help="number of eigenvalues (%(default)s)")
+    parser.add_argument(
+        "--operator",
+        default="robust",
+        choices=OPERATORS,
+        metavar="NAME",
+        help="discrete Laplacian; 'lbskel laplacian --help' lists them (%(default)s)",
+    )
+    parser.add_argument("--json", metavar="PATH", help="write eigenvalues and distances as JSON")
+    parser.add_argument("--picture", metavar="PNG", help="draw eigenfunctions and heat kernel signatures of the first")
+    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Compute, print and write."""
+    for path in (arguments.json, arguments.picture):
+        if path and Path(path).exists() and not arguments.force:
+            raise FormatError(f"{path} exists already; give --force to replace it")
+    meshes = [read_mesh(path) for path in arguments.mesh]
+    bases = [spectral_basis(mesh, arguments.k, operator=arguments.operator) for mesh in meshes]
+    distances = [shape_dna_distance(bases[0], basis) for basis in bases[1:]]
+    for path, basis in zip(arguments.mesh, bases, strict=True):
+        _print(path, basis)
+    for path, distance in zip(arguments.mesh[1:], distances, strict=True):
+        print(f"shape-DNA distance of {path}: {distance:.4g}")
+    if arguments.json:
+        values = {str(path): basis.values.tolist() for path, basis in zip(arguments.mesh, bases, strict=True)}
+        document = {"operator": arguments.operator, "values": values, "shape_dna_distances": distances}
+        write_safely(Path(arguments.json), json.dumps(document, indent=1) + "\n", force=arguments.force)
+    if arguments.picture:
+        from lbskel.visualization import Panel, render
+
+        last = len(bases[0].values) - 1
+        numbers = sorted({min(number, last) for number in (1, 4, 16)})
+        panels = [
+            Panel(
+                meshes[0],
+                title=f"eigenfunction {j + 1}",
+                field=bases[0].functions[:, j],
+                field_name=f"function {j + 1}",
+            )
+            for j in numbers
+        ]
+        if len(bases[0].positive):
+            signature = heat_kernel_signature(bases[0])[:, 50]
+            panels.append(Panel(meshes[0], title="heat kernel signature", field=signature, field_name="signature"))
+        render(panels, arguments.picture, force=arguments.force)
+    return 0
+
+
+def _print(path: str, basis: SpectralBasis) -> None:
+    """Print the first eigenvalues, and how exact all are."""
+    n_zero = len(basis.values) - len(basis.positive)
+    shown = " ".join(
+        f"{value:.4g}" for value in np.where(np.arange(len(basis.values)) < n_zero, 0.0, basis.values)[:N_PRINTED]
+    )
+    error = float(np.abs(basis.gram() - np.eye(len(basis.values))).max())
+    print(
+        f"{path}: {len(basis.values)} eigenvalues, {n_zero} of them zero, one for each component; area {basis.area:.6g}"
+    )
+    print(f"  {shown}{' ...' if len(basis.values) > N_PRINTED else ''}")
+    print(f"  residual {basis.residual():.1e}, orthonormal to {error:.1e}")
