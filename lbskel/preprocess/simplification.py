@@ -8,8 +8,9 @@ topology.
 
 from __future__ import annotations
 
-__all__ = ["simplify"]
+__all__ = ["fewest_faces", "simplify"]
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -85,6 +86,9 @@ def _to_target(mesh: Mesh, target: int, error: float) -> PreprocessResult:
     """Return the first candidate that keeps topology and distance; the unchanged mesh if none does."""
     if len(mesh.faces) <= target:
         return identity_result(mesh)
+    if mesh.genus and target < (needed := fewest_faces(mesh.genus)):
+        note = f"{len(mesh.faces):,} faces were not simplified to {target:,}, since genus {mesh.genus} needs {needed:,}"
+        return identity_result(mesh, note)
     topology = _topology(mesh)
     for simple in _candidates(mesh, target):
         if len(simple.mesh.faces) > TARGET_TOLERANCE * target or _topology(simple.mesh) != topology:
@@ -96,6 +100,21 @@ def _to_target(mesh: Mesh, target: int, error: float) -> PreprocessResult:
             return replace(simple, notes=(note,), report={"deviation": distance * mesh.diagonal})
     note = f"{len(mesh.faces):,} faces could not be simplified to {target:,} without changing the topology or the shape"
     return identity_result(mesh, note)
+
+
+def fewest_faces(genus: int) -> int:
+    """Compute the fewest faces that a closed surface can have.
+
+    From Heawood's bound on the vertices, which is reached but for genus 2: Jungerman, Ringel 1980, "Minimal
+    triangulations on orientable surfaces", https://doi.org/10.1007/BF02414187.
+
+    Parameters
+    ----------
+    genus : int
+        Of all components together.
+    """
+    n_vertices = math.ceil((7 + math.sqrt(1 + 48 * genus)) / 2)
+    return 2 * (n_vertices - 2 + 2 * genus)
 
 
 def _candidates(mesh: Mesh, target: int) -> Iterator[PreprocessResult]:

@@ -10,8 +10,8 @@ from lbskel import Mesh, UnknownChoice, skeletonize
 from lbskel.geometry.surface_queries import Proxy, Surface
 from lbskel.preprocess import simplification, simplify
 from lbskel.preprocess.result import hausdorff_distance
-from lbskel.preprocess.simplification import _vertex_map_of_collapses
-from lbskel.shapes import capsule, chain_of_tori, cylinder, sphere, torus
+from lbskel.preprocess.simplification import _vertex_map_of_collapses, fewest_faces
+from lbskel.shapes import capsule, chain_of_tori, cylinder, lattice, sphere, torus
 
 SHAPES = {
     "torus": torus(1.0, 0.3, 96, 40),
@@ -64,7 +64,7 @@ def test_a_mesh_below_the_target_is_returned_unchanged():
 
 def test_a_mesh_whose_topology_forbids_the_target_is_returned_unchanged():
     mesh = chain_of_tori(3)
-    same = simplify(mesh, target_faces=8)  # three handles need more faces than that
+    same = simplify(mesh, target_faces=30)  # three handles of this shape need more faces than that
     assert same.mesh is mesh
     assert "without changing the topology" in same.notes[0]
 
@@ -164,3 +164,15 @@ def test_the_deviation_is_in_units_of_the_mesh():
     assert eight == pytest.approx(8 * one)
     # 1000 equilateral triangles on a unit sphere have edges h of 0.17, and lie up to h^2 / 6 below it
     assert 0.17**2 / 24 < one < 0.17**2
+
+
+def test_fewest_faces_are_those_of_the_tetrahedron_and_of_the_torus_of_seven_vertices():
+    assert [fewest_faces(genus) for genus in (0, 1, 3)] == [4, 14, 28]
+
+
+def test_a_target_below_what_the_genus_needs_is_given_up_at_once(monkeypatch):
+    monkeypatch.setattr("lbskel.preprocess.simplification._candidates", None)  # would fail if it was tried
+    mesh = lattice(3)
+    result = simplify(mesh, target_faces=fewest_faces(28) - 1)
+    assert result.mesh is mesh
+    assert "genus 28 needs" in " ".join(result.notes)

@@ -1,0 +1,143 @@
+"""What each stage costs with ever more handles, holes, bristles, branches, components and faces around a vertex.
+
+Each input is run in a process of its own; seconds are those of its processor time. The exponent of a stage is the slope
+of the logarithms of its seconds over those of the count, between the two largest inputs; up to 1.2 counts as linear. A
+larger input is left out where the one before took over a fifth of the limit, which stands as a dash.
+"""
+
+from __future__ import annotations
+
+__all__ = ["run"]
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import lbskel
+from benchmarks.harness import fitted_order, markdown_table, run_in_subprocess, save_json, save_markdown, save_picture
+from lbskel.contraction.homology import find_tunnels
+from lbskel.shapes import brush, lattice, perforated_plate, sphere, vessel_tree
+
+LIMIT = 120.0  # seconds for each input
+MIN_SECONDS = 0.05  # below, a stage has no exponent
+
+
+def shells(n: int) -> lbskel.Mesh:
+    """Put n separate spheres of 80 faces on a grid."""
+    ball, side = sphere(1), int(np.ceil(n ** (1 / 3)))
+    centers = 3.0 * np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)[:n]
+    V = (ball.vertices + centers[:, None]).reshape(-1, 3)
+    return lbskel.Mesh(V, (ball.faces + len(ball.vertices) * np.arange(n)[:, None, None]).reshape(-1, 3))
+
+
+def double_cone(n: int) -> lbskel.Mesh:
+    """Close a polygon of n corners by a fan of n faces to each of two apices."""
+    t, i = 2 * np.pi * np.arange(n) / n, np.arange(n)
+    j, ring = (i + 1) % n, np.stack([np.cos(t), np.sin(t), 0 * t], axis=1)
+    faces = [np.stack([i, j, np.full(n, n)], axis=1), np.stack([j, i, np.full(n, n + 1)], axis=1)]
+    return lbskel.Mesh(np.concatenate([ring, [[0, 0, 1], [0, 0, -1]]]), np.concatenate(faces))
+
+
+KINDS: dict[str, tuple[Callable[[int], lbskel.Mesh], tuple[int, ...], Callable[[int], int]]] = {
+    "handles of a lattice": (lattice, (2, 3, 5, 8, 14), lambda n: 3 * n**2 * (n - 1) - n**3 + 1),
+    "holes of a plate": (perforated_plate, (3, 10, 32, 45), lambda n: n**2),
+    "bristles of a brush": (brush, (3, 10, 32, 50), lambda n: n**2),
+    "tips of a vessel tree": (lambda n: vessel_tree(n).mesh, (9, 99, 999), lambda n: n + 1),
+    "components": (shells, (10, 100, 1000, 10_000), lambda n: n),
+    "valence": (double_cone, (10, 100, 1000, 10_000), lambda n: n),
+}
+
+
+def skeletonize_kind(kind: str, n: int) -> dict[str, Any]:
+    """Skeletonize one input: its numbers, and the processor time of each stage."""
+    mesh = KINDS[kind][0](n)
+    seconds: dict[str, float] = {}
+    current, since = "", time.process_time()
+
+    def on_stage(stage: str) -> None:
+        nonlocal current, since
+        now = time.process_time()
+        if current:
+            seconds[current] = seconds.get(current, 0.0) + now - since
+        current, since = stage, now
+
+    began = time.process_time()
+    skeleton = lbskel.skeletonize(mesh, on_stage=on_stage)
+    on_stage("")
+    return {
+        "faces": len(mesh.faces),
+        "cycle rank": skeleton.cycle_rank,
+        "tips": len(skeleton.tips),
+        "all": time.process_time() - began,
+        **seconds,
+    }
+
+
+def certify_lattice(n: int) -> dict[str, Any]:
+    """Compute the linking form of a lattice with bars as long as nine widths: its size, and the processor time."""
+    mesh = lattice(n, spacing=9)
+    began = time.process_time()
+    tunnels = find_tunnels(mesh)
+    seconds = time.process_time() - began
+    crossings = tunnels.form.crossings.nnz if tunnels and tunnels.form else 0
+    return {"faces": len(mesh.faces), "certified": tunnels is not None, "crossings": crossings, "seconds": seconds}
+
+
+def run(quick: bool, results: Path) -> None:
+    """Run all kinds, fit exponents, and write scaling.json, scaling.md and scaling.png."""
+    n_sizes = 2 if quick else None
+    certificates = [_certificate(n) for n in ((2, 3) if quick else (3, 4, 6, 8, 9, 10, 11))]
+    runs = {kind: _runs(kind, KINDS[kind][1][:n_sizes]) for kind in KINDS}
+    save_json(results / "scaling.json", {"certificates": certificates, "runs": runs})
+    order = _exponent(certificates, "genus", "seconds")
+    tables = {f"Linking numbers of lattices, exponent {order or float('nan'):.2f}": markdown_table(certificates)}
+    for kind, rows in runs.items():
+        exponents = {key: _exponent(rows, "count", key) for key in dict.fromkeys(key for row in rows for key in row)}
+        exponents = {key: value for key, value in exponents.items() if key not in NO_SECONDS}
+        tables[kind.capitalize()] = markdown_table([*rows, {"count": "exponent", **exponents}])
+    save_markdown(results / "scaling.md", "Cost of each stage by the size of the input", tables)
+    save_picture(results / "scaling.png", lambda figure: _picture(runs, certificates, figure), size=(10, 5))
+
+
+NO_SECONDS = ("count", "faces", "cycle rank", "tips", "error", "peak megabytes")
+
+
+def _certificate(n: int) -> dict[str, Any]:
+    answer = run_in_subprocess(certify_lattice, n, timeout=LIMIT)
+    row = {"genus": KINDS["handles of a lattice"][2](n), **answer.get("value", {"error": answer.get("error")})}
+    return {**row, "peak megabytes": answer.get("peak_megabytes")}
+
+
+def _runs(kind: str, sizes: tuple[int, ...]) -> list[dict[str, Any]]:
+    """Run the sizes in turn, as long as they take little of the limit."""
+    rows: list[dict[str, Any]] = []
+    for n in sizes:
+        if rows and not rows[-1].get("all", np.inf) < LIMIT / 5:
+            rows.append({"count": KINDS[kind][2](n)})
+            break
+        answer = run_in_subprocess(skeletonize_kind, kind, n, timeout=LIMIT)
+        row = {"count": KINDS[kind][2](n), **answer.get("value", {"error": answer.get("error")})}
+        rows.append({**row, "peak megabytes": answer.get("peak_megabytes")})
+    return rows
+
+
+def _exponent(rows: list[dict[str, Any]], size: str, key: str) -> float | None:
+    """Slope between the two largest inputs that took long enough."""
+    known = [row for row in rows if isinstance(row.get(key), float) and row[key] > MIN_SECONDS][-2:]
+    return fitted_order([row[size] for row in known], [row[key] for row in known]) if len(known) == 2 else None
+
+
+def _picture(runs: dict[str, list[dict[str, Any]]], certificates: list[dict[str, Any]], figure: Any) -> None:
+    """Draw seconds over counts, in logarithms."""
+    axes = figure.subplots()
+    for kind, rows in runs.items():
+        known = [row for row in rows if "all" in row]
+        axes.loglog([row["count"] for row in known], [row["all"] for row in known], "o-", label=kind)
+    known = [row for row in certificates if "seconds" in row]
+    axes.loglog([row["genus"] for row in known], [row["seconds"] for row in known], "k--", label="linking numbers")
+    axes.set_xlabel("count")
+    axes.set_ylabel("processor time [s]")
+    axes.legend()
