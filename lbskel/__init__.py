@@ -80,6 +80,7 @@ __all__ = [
     "read_points",
     "read_skeleton",
     "reconstruct",
+    "reconstruct_surface",
     "refine",
     "resample",
     "rigid_motion",
@@ -173,7 +174,7 @@ if TYPE_CHECKING:
         skeletonize_many,
         to_skeleton,
     )
-    from lbskel.preprocess import PIPELINES, MeshReport, Pipeline, PreprocessResult, check
+    from lbskel.preprocess import PIPELINES, MeshReport, Pipeline, PreprocessResult, check, reconstruct_surface
     from lbskel.skeleton import (
         Skeleton,
         join_components,

@@ -45,6 +45,7 @@ TOP = {"__init__", "__main__"}  # may import everything
 LAZY = {
     "dask",
     "distributed",
+    "laspy",
     "matplotlib",
     "meshio",
     "networkx",

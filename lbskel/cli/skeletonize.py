@@ -15,7 +15,7 @@ from typing import Any
 
 from lbskel.cli.options import add_command, add_skeleton_options, skeleton_options
 from lbskel.errors import FormatError, LbskelError
-from lbskel.io import FORMATS, MESH_READERS, read_mesh, write_safely, write_skeleton
+from lbskel.io import FORMATS, MESH_READERS, POINT_READERS, as_shape, write_safely, write_skeleton
 from lbskel.io.skeleton_io import require_writable
 from lbskel.pipeline.cycles import cut_cycles
 from lbskel.pipeline.stages import skeletonize
@@ -31,11 +31,13 @@ def add_parser(subparsers: Any) -> None:
     parser = add_command(
         subparsers,
         "skeletonize",
-        "make the curve skeleton of a mesh",
+        "make the curve skeleton of a mesh or a point cloud",
         details="Exit code 0 where the score is pass or warn, 1 where it is fail, 2 on bad input.",
         example="lbskel skeletonize meshes/dinosaur.ply -o dinosaur.swc --picture dinosaur.png",
     )
-    parser.add_argument("input", nargs="+", metavar="MESH", help=f"meshes: {', '.join(MESH_READERS)}")
+    parser.add_argument(
+        "input", nargs="+", metavar="MESH", help=f"meshes or point clouds: {', '.join(MESH_READERS | POINT_READERS)}"
+    )
     parser.add_argument(
         "-o",
         "--output",
@@ -132,7 +134,7 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
     with _Bar(job.mesh.name, arguments.quiet or arguments.json) as bar:
         bar.show("read")
         began = time.perf_counter()
-        mesh = read_mesh(job.mesh)
+        mesh = as_shape(job.mesh)
         reading = time.perf_counter() - began
         skeleton = skeletonize(
             mesh,

@@ -12,7 +12,8 @@ glb, gltf      yes    no      without compression; meshes of the scene are joine
 vtp, vtk       yes    no      polygons and triangle strips of VTK's PolyData
 =============  =====  ======  =======================================================
 
-Point clouds are read from xyz, ply and off.
+Point clouds are read from xyz, txt, csv, ply, off, obj, npy, npz and pcd, and from las and laz through laspy; a file of
+meshes without faces is a cloud.
 
 Skeletons are written and read as below. Positions, edges and cycles are always kept exactly, other fields as the table
 says. A lost field is empty after reading; lost radii are NaN.
@@ -41,6 +42,7 @@ __all__ = [
     "POINT_READERS",
     "Format",
     "as_mesh",
+    "as_shape",
     "read_mesh",
     "read_points",
     "read_skeleton",
@@ -54,9 +56,8 @@ from lbskel.io.atomic_write import write_safely
 from lbskel.io.mesh_io import (
     MESH_READERS,
     MESH_WRITERS,
-    POINT_READERS,
     read_mesh,
-    read_points,
     write_mesh,
 )
+from lbskel.io.point_io import POINT_READERS, as_shape, read_points
 from lbskel.io.skeleton_io import FORMATS, Format, read_skeleton, write_skeleton

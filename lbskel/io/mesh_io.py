@@ -1,4 +1,4 @@
-"""Reading and writing meshes and point clouds; paths for :func:`lbskel.as_mesh`.
+"""Reading and writing meshes; paths for :func:`lbskel.as_mesh`.
 
 All vertices of a file are kept in their order, also those that no face uses, so that results per vertex fit the file.
 Only glTF and 3MF are read through trimesh: for the other formats trimesh 5.2 accepts truncated OFF and PLY files
@@ -7,14 +7,14 @@ silently and, in OBJ, drops unused vertices, splits by material, reads index 0 a
 
 from __future__ import annotations
 
-__all__ = ["MESH_READERS", "MESH_WRITERS", "POINT_READERS", "read_mesh", "read_points", "write_mesh"]
+__all__ = ["MESH_READERS", "MESH_WRITERS", "read_mesh", "write_mesh"]
 
 import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from lbskel.geometry.mesh import Mesh, PointCloud, as_mesh
+from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.io.atomic_write import write_safely
 from lbskel.io.gltf import read_gltf
 from lbskel.io.obj import encode_obj, read_obj
@@ -26,7 +26,6 @@ from lbskel.io.text import convert_errors, known_extension, prefix_errors
 from lbskel.io.threemf import read_3mf
 from lbskel.io.vtk_legacy import read_vtk
 from lbskel.io.vtk_polydata import read_vtp_mesh
-from lbskel.io.xyz import read_xyz
 
 MESH_READERS: dict[str, Callable[[Path], PolygonSoup]] = {
     "obj": read_obj,
@@ -46,8 +45,6 @@ MESH_WRITERS: dict[str, Callable[[Mesh], str | bytes]] = {
     "ply": encode_ply,
     "stl": encode_stl,
 }
-
-POINT_READERS: dict[str, Callable[[Path], PolygonSoup]] = {"xyz": read_xyz, "ply": read_ply, "off": read_off}
 
 
 @as_mesh.register(str)
@@ -80,26 +77,6 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     read = MESH_READERS[known_extension(path, MESH_READERS, "meshes")]
     with convert_errors(path):
         return mesh_from_polygons(read(Path(path)))
-
-
-def read_points(path: str | os.PathLike[str]) -> PointCloud:
-    """Read a point cloud; faces, normals and colors are ignored.
-
-    Parameters
-    ----------
-    path : path-like
-        With an extension in POINT_READERS.
-
-    Raises
-    ------
-    FormatError
-        If there is no such file or it is not in the format of its extension.
-    MeshError
-        If there are no points or a coordinate is not finite.
-    """
-    read = POINT_READERS[known_extension(path, POINT_READERS, "point clouds")]
-    with convert_errors(path):
-        return PointCloud(read(Path(path)).points)
 
 
 def write_mesh(path: str | os.PathLike[str], mesh: Any, *, force: bool = False) -> None:

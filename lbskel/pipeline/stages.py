@@ -14,6 +14,7 @@ __all__ = ["refine", "skeletonize"]
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,11 +22,14 @@ from scipy.spatial import cKDTree
 
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.errors import UnknownChoice
+from lbskel.geometry.mesh import PointCloud
 from lbskel.geometry.surface_queries import Surface
+from lbskel.io import as_shape
 from lbskel.operators import Operator
 from lbskel.pipeline.anchoring import Anchors, resolve_anchors
 from lbskel.pipeline.assembly import assemble, full_report
 from lbskel.pipeline.bodies import skeletonize_body
+from lbskel.pipeline.clouds import skeletonize_cloud
 from lbskel.pipeline.evaluation import score
 from lbskel.pipeline.options import require_refinement_options, resolve_options, resolve_settings
 from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
@@ -76,12 +80,13 @@ def skeletonize(
     time_limit: float | None = None,
     profile: bool = False,
 ) -> Skeleton:
-    """Make the curve skeleton of a mesh, and score it.
+    """Make the curve skeleton of a mesh or a point cloud, and score it.
 
     Parameters
     ----------
-    mesh : Mesh, (vertices, faces), path or mesh object
-        Whatever :func:`lbskel.as_mesh` takes: closed or open, of one component or several.
+    mesh : Mesh, PointCloud, (vertices, faces), (n, 3) array, path, or mesh or cloud object
+        Whatever :func:`lbskel.as_mesh` takes: closed or open, of one component or several. Of points without faces
+        the skeleton is that of :func:`lbskel.reconstruct_surface`, and vertices are points in all that follows.
     preset : str or ContractionSettings
         A name in PRESETS: ``curvature_flow`` measures best, the others reproduce published methods. Or one in DOMAINS:
         ``curvature_flow`` with the options that suit a kind of shape, where they are not given.
@@ -108,7 +113,8 @@ def skeletonize(
     n_nodes : int, optional
         The number of nodes, evenly spaced, in place of two for each local radius.
     preprocess : str, Pipeline or None
-        ``auto`` does what the mesh needs, None nothing; else a pipeline, its text, or its name in PIPELINES.
+        ``auto`` does what the mesh needs, None nothing; else a pipeline, its text, or its name in PIPELINES. Of a
+        point cloud ``auto`` leaves out what is far from all else, ``scan`` also what is less far.
     on_stage : callable, optional
         Called with the name of each stage as it begins.
     time_limit : float, optional
@@ -147,7 +153,14 @@ def skeletonize(
     if time_limit is not None and not time_limit > 0:
         raise UnknownChoice(f"time_limit must be positive, not {time_limit}")
     timer = StageTimer(on_stage, time_limit, profile)
-    prepared = prepare(mesh, preprocess=preprocess, simplify=simplify, timer=timer)
+    with timer("read"):
+        shape = as_shape(mesh)
+    if isinstance(shape, PointCloud):
+        of_mesh = partial(skeletonize, preset=preset, operator=operator, energy=energy, solver=solver)
+        of_mesh = partial(of_mesh, simplify=simplify, n_nodes=n_nodes, **given)
+        places: dict[str, Any] = {"anchors": anchors, "root": root, "preprocess": preprocess}
+        return skeletonize_cloud(shape, of_mesh, **places, on_stage=on_stage, time_limit=time_limit, profile=profile)
+    prepared = prepare(shape, preprocess=preprocess, simplify=simplify, timer=timer)
     located = resolve_anchors(anchors, prepared)
     ratio, where = options["min_branch_ratio"], options["tip_position"]
 

@@ -1,6 +1,7 @@
 """Preprocessing of meshes: check, repair, simplify and remesh; the only package that imports pymeshlab."""
 
 __all__ = [
+    "CLOUD_PREPARATIONS",
     "MAX_FACES",
     "PIPELINES",
     "PREPARATIONS",
@@ -11,6 +12,7 @@ __all__ = [
     "check",
     "face_budget",
     "preprocess_mesh",
+    "reconstruct_surface",
     "simplify",
     "simplify_to_proxy",
     "surface_with_proxy",
@@ -21,6 +23,8 @@ from lbskel.preprocess.automatic import PREPARATIONS, preprocess_mesh
 from lbskel.preprocess.diagnostics import MeshReport, check
 from lbskel.preprocess.orientability import why_no_inside
 from lbskel.preprocess.pipelines import PIPELINES, STEPS, Pipeline
+from lbskel.preprocess.point_cleaning import CLOUD_PREPARATIONS
 from lbskel.preprocess.proxy import MAX_FACES, face_budget, simplify_to_proxy, surface_with_proxy
+from lbskel.preprocess.reconstruction import reconstruct_surface
 from lbskel.preprocess.result import PreprocessResult
 from lbskel.preprocess.simplification import simplify

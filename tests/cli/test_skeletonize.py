@@ -130,7 +130,7 @@ def test_a_tree_is_one_in_every_format(name, here, folder):
 @pytest.mark.parametrize("command", ["skeletonize", "batch"])
 def test_a_missing_package_is_told_before_any_work(command, package, options, here, folder, monkeypatch):
     monkeypatch.setitem(sys.modules, package, None)
-    monkeypatch.setattr("lbskel.cli.skeletonize.read_mesh", lambda _: pytest.fail("work was begun"))
+    monkeypatch.setattr("lbskel.cli.skeletonize.as_shape", lambda _: pytest.fail("work was begun"))
     if command == "batch":
         options = ["-o", "out", *(["--format", "graphml"] if package == "networkx" else ["--picture"])]
     code, out, err = here(command, "rod.off", *options)

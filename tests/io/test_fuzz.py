@@ -63,6 +63,19 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("files")
 
 
+def cloud_files(folder):
+    """The bytes of a valid file for each extension that only point clouds have."""
+    points = np.array(PYRAMID.vertices)
+    files = dict.fromkeys(("xyz", "txt", "csv"), b"0 0 0\n1 0 0\n1 1 0\n")
+    files["pcd"] = b"FIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nPOINTS 5\nDATA binary\n" + points.tobytes()
+    np.save(folder / "points.npy", points)
+    np.savez(folder / "points.npz", points)
+    las = bytearray(227)
+    las[:4], las[96], las[105], las[107] = b"LASF", 227, 12, 5
+    files["las"] = bytes(las) + points.astype("<i4").tobytes()
+    return files | {name: (folder / f"points.{name}").read_bytes() for name in ("npy", "npz")}
+
+
 @pytest.fixture(scope="module")
 def valid(folder):
     """The bytes of a valid file for each reader and extension."""
@@ -86,13 +99,13 @@ def valid(folder):
             "vtk",
         ): b"# vtk DataFile Version 5.1\n\nBINARY\nDATASET POLYDATA\nPOINTS 3 char\n\0\0\0\1\0\0\0\1\0\n"
         b"POLYGONS 2 3\nOFFSETS char\n\0\3\nCONNECTIVITY char\n\0\1\2\n",
-        (read_points, "xyz"): b"0 0 0\n1 0 0\n1 1 0\n",
     }
     for name in MESH_WRITERS:
         write_mesh(folder / f"valid.{name}", PYRAMID)
         files[read_mesh, name] = (folder / f"valid.{name}").read_bytes()
-    for name in set(POINT_READERS) - {"xyz"}:
+    for name in ("ply", "off", "obj"):
         files[read_points, name] = files[read_mesh, name]
+    files |= {(read_points, name): content for name, content in cloud_files(folder).items()}
     for name in FORMATS:
         write_skeleton(folder / f"valid-skeleton.{name}", LOOP)
         files[read_skeleton, name] = (folder / f"valid-skeleton.{name}").read_bytes()
@@ -104,7 +117,7 @@ def valid(folder):
 
 
 READERS = [(read_mesh, name) for name in MESH_READERS]
-READERS += [(read_points, name) for name in POINT_READERS]
+READERS += [(read_points, name) for name in POINT_READERS if name != "laz"]  # the bytes of LAZ are laspy's to check
 READERS += [(read_skeleton, name) for name in FORMATS]
 
 
@@ -124,6 +137,10 @@ HEADS = {
     "gltf": [b'{"asset": {}, "meshes": '],
     "3mf": [b"PK\x03\x04"],
     "xyz": [b"0 0"],
+    "txt": [b"0 0"],
+    "npy": [b"\x93NUMPY\x01\x00"],
+    "pcd": [b"FIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nPOINTS 5\nDATA binary\n"],
+    "las": [b"LASF"],
     "swc": [b"1 0 0 0 0 1 -1\n"],
     "json": [b'{"edges": [], "nodes": '],
     "npz": [b"PK\x03\x04"],

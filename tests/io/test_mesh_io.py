@@ -1,4 +1,4 @@
-"""Reading and writing meshes and point clouds: paths, extensions, other programs, and what as_mesh takes."""
+"""Reading and writing meshes: paths, extensions, other programs, and what as_mesh takes."""
 
 import os
 import subprocess
@@ -8,15 +8,11 @@ import numpy as np
 import pytest
 
 import lbskel.geometry.mesh
-from lbskel import Mesh, PointCloud
+from lbskel import Mesh
 from lbskel.errors import FormatError, MeshError
-from lbskel.io import MESH_READERS, MESH_WRITERS, POINT_READERS, as_mesh, read_mesh, read_points, write_mesh
+from lbskel.io import MESH_READERS, MESH_WRITERS, as_mesh, read_mesh, write_mesh
 
 trimesh = pytest.importorskip("trimesh")
-
-ROWS = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n9 9 9\n"
-PLY = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
-FACE = "element face 1\nproperty list uchar int vertex_indices\n"
 
 
 def soup(mesh):
@@ -110,32 +106,6 @@ def test_extensions_in_capitals(tmp_path, tetrahedron):
 
 def test_every_written_format_is_read():
     assert set(MESH_WRITERS) <= set(MESH_READERS)
-    assert set(POINT_READERS) == {"xyz", "ply", "off"}
-
-
-# Point clouds
-
-
-@pytest.mark.parametrize(
-    ("name", "content"),
-    [
-        ("a.xyz", ROWS),
-        ("a.off", "OFF\n5 0 0\n" + ROWS),
-        ("a.off", "NOFF\n5 0\n" + ROWS.replace("\n", "\t0 0 1\n")),
-        ("a.off", "OFF\n5 1 0\n" + ROWS + "4 0 1 2 3\n"),
-        ("a.ply", PLY + "end_header\n" + ROWS),
-        ("a.ply", PLY + FACE + "end_header\n" + ROWS + "4 0 1 2 3\n"),
-    ],
-)
-def test_points_with_and_without_faces(read, name, content):
-    cloud = read(name, content, read_points)
-    assert isinstance(cloud, PointCloud)
-    np.testing.assert_array_equal(cloud.points, [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [9, 9, 9]])
-
-
-def test_the_extensions_of_point_clouds(tmp_path):
-    with pytest.raises(FormatError, match="unknown extension 'pcd'; known for point clouds: xyz, ply, off"):
-        read_points(tmp_path / "a.pcd")
 
 
 # as_mesh

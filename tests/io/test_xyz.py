@@ -32,3 +32,13 @@ def test_comments_commas_and_further_columns(read, content):
 )
 def test_errors_name_the_place(rejects, content, error, message):
     rejects("a.xyz", content, error, message, read_points)
+
+
+@pytest.mark.parametrize("names", ["x,y,z", '"X";"Y";"Z"', "//X Y Z"])
+def test_a_first_line_of_names_is_ignored(read, names):
+    content = names + "\n" + ROWS.replace(" ", ";" if ";" in names else " ")
+    assert len(read("a.csv", content, read_points).points) == 5
+
+
+def test_a_first_point_that_is_not_finite_is_no_line_of_names(rejects):
+    rejects("a.xyz", "nan 0 0\n1 2 3\n", MeshError, "points 0", read_points)

@@ -142,12 +142,12 @@ def serve(jobs: TextIO, replies: TextIO, memory_limit: float) -> None:
 
 def _reply(job: dict[str, Any]) -> dict[str, Any]:
     """Make one skeleton and describe it."""
-    from lbskel.io import as_mesh, write_safely, write_skeleton
+    from lbskel.io import as_shape, write_safely, write_skeleton
     from lbskel.pipeline.cycles import cut_cycles
     from lbskel.pipeline.stages import skeletonize
 
     try:
-        mesh = as_mesh(job["input"])
+        mesh = as_shape(job["input"])
         skeleton = skeletonize(mesh, **job["options"])
         output = Path(job["output"])
         skeleton, cut_note = cut_cycles(skeleton, tree=job["tree"], extension=output.suffix.removeprefix("."))

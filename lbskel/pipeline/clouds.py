@@ -1,0 +1,119 @@
+"""The skeleton of a point cloud: that of a closed surface through the points, mapped back to them.
+
+So clouds have the contraction, the surgery, the refinement and the settings of meshes. A soup of local triangulations,
+contracted in its place, has a loop at many of its holes: on clouds with noise hundreds of them.
+"""
+
+from __future__ import annotations
+
+__all__ = ["CloudSkeletonizer", "skeletonize_cloud"]
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, Protocol
+
+import numpy as np
+
+from lbskel.errors import MeshError
+from lbskel.geometry.mesh import Mesh, PointCloud
+from lbskel.geometry.vertex_map import VertexMap
+from lbskel.pipeline.profiling import Progress, StageTimer
+from lbskel.preprocess import Pipeline, PreprocessResult, reconstruct_surface
+from lbskel.skeleton.skeleton import Skeleton
+
+UNCHECKED = "no surface is given, so what of it no point has seen, and the loops of the skeleton, could not be checked"
+
+
+class CloudSkeletonizer(Protocol):
+    """:func:`lbskel.skeletonize` of a mesh, with the options of the caller."""
+
+    def __call__(
+        self,
+        mesh: Mesh,
+        *,
+        anchors: Sequence[Any],
+        root: Any,
+        on_stage: Progress | None,
+        time_limit: float | None,
+        profile: bool,
+    ) -> Skeleton:
+        """Make the skeleton of a mesh."""
+
+
+def skeletonize_cloud(
+    cloud: PointCloud,
+    skeletonize: CloudSkeletonizer,
+    *,
+    anchors: Sequence[Any] = (),
+    root: Any = None,
+    preprocess: str | Pipeline | None = "auto",
+    on_stage: Progress | None = None,
+    time_limit: float | None = None,
+    profile: bool = False,
+) -> Skeleton:
+    """Make the skeleton of the surface through a cloud, with a node for every point.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    skeletonize : callable
+        Makes the skeleton of a mesh.
+    anchors, root, preprocess, on_stage, time_limit, profile
+        As for :func:`lbskel.skeletonize`; a preparation of clouds in place of a pipeline of meshes.
+
+    Raises
+    ------
+    MeshError
+        If the points enclose nothing, or an anchor is no point of the cloud.
+    UnknownChoice
+        If the preparation is none of those of clouds.
+    """
+    timer = StageTimer(on_stage, time_limit, profile)
+    with timer("reconstruct"):
+        surface = reconstruct_surface(cloud, preprocess="none" if preprocess is None else preprocess)  # type: ignore[arg-type]
+    skeleton = skeletonize(
+        surface.mesh,
+        anchors=[_on_surface(anchor, surface) for anchor in anchors],
+        root=_on_surface(root, surface),
+        on_stage=on_stage,
+        time_limit=None if time_limit is None else max(timer.seconds_left, 1e-3),
+        profile=profile,
+    )
+    to_node = surface.vertex_map.compose(VertexMap(skeleton.node_of_vertex)).complete(cloud.points, skeleton.nodes)
+    mapped = replace(skeleton, node_of_vertex=to_node.indices)
+    mapped = replace(mapped, mean_radii=_mean_distances(mapped, cloud))
+    return replace(mapped, report=_report(mapped, cloud, surface, timer))
+
+
+def _on_surface(place: Any, surface: PreprocessResult) -> Any:
+    """Vertex of the surface for the number of a point; anything else unchanged."""
+    given = np.asarray(place)
+    if given.ndim or not np.issubdtype(given.dtype, np.integer):
+        return place
+    if not 0 <= given < len(surface.vertex_map):
+        raise MeshError(f"there is no point {given}: the cloud has points 0..{len(surface.vertex_map) - 1}")
+    vertex = int(surface.vertex_map.indices[int(given)])
+    if vertex < 0:
+        raise MeshError(f"point {given} is an outlier, which is on no surface; give another, or preprocess='none'")
+    return vertex
+
+
+def _mean_distances(skeleton: Skeleton, cloud: PointCloud) -> Any:
+    """(k,) mean distance of each node from its points; the mean radius of the surface where it has none."""
+    node, k = skeleton.node_of_vertex, len(skeleton.nodes)
+    count = np.bincount(node, minlength=k)
+    distances = np.linalg.norm(cloud.points - skeleton.nodes[node], axis=1)
+    return np.where(count > 0, np.bincount(node, distances, k) / np.maximum(count, 1), skeleton.mean_radii)
+
+
+def _report(skeleton: Skeleton, cloud: PointCloud, surface: PreprocessResult, timer: StageTimer) -> dict[str, Any]:
+    """Report of the surface's skeleton, with what is the cloud's in its place."""
+    report = skeleton.report
+    given = {"vertices": len(cloud.points), "faces": 0, "components": report["input"]["components"]}
+    return {
+        **report,
+        "input": given,
+        "notes": [*surface.notes, *report["notes"], UNCHECKED],
+        "reconstruction": {"faces": len(surface.mesh.faces), **surface.report["steps"][0]},
+        "seconds": {**timer.seconds, **report["seconds"]},
+    } | ({"megabytes": {**timer.megabytes, **report["megabytes"]}} if timer.measures_memory else {})

@@ -1,0 +1,145 @@
+"""Cleaning of point clouds: duplicates merged, large clouds thinned, outliers removed, each with the map of the points.
+
+A point is an outlier where its distance to its neighbors is several times theirs to their own: a local outlier factor
+(Breunig, Kriegel, Ng, Sander 2000, https://doi.org/10.1145/335191.335388) with the distance to one neighbor as inverse
+density, so that a cloud that is dense here and sparse there loses nothing. It is compared with the densest fifth of the
+neighbors, since those of an outlier may be outliers too.
+"""
+
+from __future__ import annotations
+
+__all__ = ["CLOUD_PREPARATIONS", "CleanedPoints", "clean_points"]
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from lbskel.errors import MeshError, choose
+from lbskel.geometry.vertex_map import VertexMap
+
+MIN_POINTS = 20  # fewer enclose nothing that has a skeleton: a guess, above the 16 neighbors of a normal
+MIN_WIDTH = 1e-6  # of the cloud across its flattest direction, relative to its longest: thinner is a plane or a line
+# Points that a cloud is thinned to: this share of them, between two bounds. Guesses that bound the time, of which the
+# surface takes 0.1 s per thousand points.
+SHARE, FEWEST, MOST = 0.125, 20_000, 80_000
+N_NEIGHBORS = 6  # the distance to this neighbor is the inverse density of a point; a guess
+N_COMPARED, QUANTILE = (
+    40,
+    0.2,
+)  # the neighbors of which this share is denser than what a point is compared with; guesses
+# Largest inverse density, relative to that, that is no outlier, by preparation; guesses: clean samples have up to 2.5
+CLOUD_PREPARATIONS: dict[str, float] = {"auto": 3.0, "scan": 2.5, "none": np.inf}
+
+
+@dataclass(frozen=True, eq=False)
+class CleanedPoints:
+    """Distinct points of a cloud.
+
+    Parameters
+    ----------
+    points : (k, 3) array of float
+    vertex_map : VertexMap
+        From the points of the cloud to these; an outlier has none.
+    notes : tuple of str
+        What was done, a sentence each.
+    report : dict
+        Counts, ready for JSON.
+    """
+
+    points: NDArray[np.float64]
+    vertex_map: VertexMap
+    notes: tuple[str, ...]
+    report: dict[str, Any]
+
+
+def clean_points(points: NDArray[np.float64], preparation: str = "auto") -> CleanedPoints:
+    """Merge duplicates, thin a large cloud by the means of cubic cells, and remove outliers.
+
+    Parameters
+    ----------
+    points : (n, 3) array of float
+    preparation : str
+        ``auto`` removes what is three times as far from its neighbors as these from theirs, ``scan`` what is 2.5 times
+        as far, ``none`` nothing.
+
+    Raises
+    ------
+    MeshError
+        If there are too few points, or they lie in a plane or on a line.
+    UnknownChoice
+        If the preparation is none of these.
+    """
+    limit = choose(CLOUD_PREPARATIONS, preparation, "preparation of point clouds")
+    kept, labels = np.unique(points, axis=0, return_inverse=True)
+    labels, notes = labels.reshape(-1), []
+    report: dict[str, Any] = {"points": len(points), "duplicates": len(points) - len(kept)}
+    if report["duplicates"]:
+        notes.append(f"{report['duplicates']} duplicate points were merged")
+    budget = int(np.clip(SHARE * len(kept), FEWEST, MOST))
+    if len(kept) > budget:
+        cell = _cell_size(kept, budget)
+        kept, step = _thinned(kept, cell)
+        labels = step[labels]
+        report["cell"] = cell
+        notes.append(f"the cloud was thinned to {len(kept)} points, the means of cells of side {cell:.4g}")
+    _require_solid(kept)
+    is_outlier = _inverse_density_ratios(kept) > limit if np.isfinite(limit) else np.zeros(len(kept), dtype=bool)
+    report["outliers"] = int(is_outlier[labels].sum())
+    if report["outliers"]:
+        notes.append(f"{report['outliers']} outliers, far from all other points, were left out")
+        _require_solid(kept[~is_outlier])
+    new = np.where(is_outlier, -1, np.cumsum(~is_outlier) - 1)
+    report["kept"] = int(new.max() + 1)
+    return CleanedPoints(kept[~is_outlier], VertexMap(new[labels]), tuple(notes), report)
+
+
+def _require_solid(points: NDArray[np.float64]) -> None:
+    """Raise MeshError for points that enclose nothing."""
+    if len(points) < MIN_POINTS:
+        raise MeshError(
+            f"the cloud has {len(points)} distinct points that are no outliers, and needs {MIN_POINTS}: give more "
+            "points, or preprocess='none' if these are no outliers"
+        )
+    offsets = points - points.mean(axis=0)
+    widths = np.linalg.svd(offsets.T @ offsets / np.abs(offsets).max() ** 2, compute_uv=False)
+    if widths[2] <= MIN_WIDTH**2 * widths[0]:
+        what = "on a line" if widths[1] <= MIN_WIDTH**2 * widths[0] else "in a plane"
+        raise MeshError(f"the points lie {what} and enclose nothing; give points on the surface of a body")
+
+
+def _cell_size(points: NDArray[np.float64], budget: int) -> float:
+    """Find the side of the smallest cells of which no more than a budget hold a point."""
+    low, high = 0.0, float(np.ptp(points, axis=0).max())
+    size = high / np.sqrt(budget)
+    for _ in range(12):  # each halves the interval: to a thousandth of it
+        if len(np.unique(_cells(points, size))) > budget:
+            low = size
+        else:
+            high = size
+        size = (low + high) / 2
+    return high
+
+
+def _cells(points: NDArray[np.float64], size: float) -> NDArray[np.int64]:
+    """(n,) number of the cubic cell of each point."""
+    cells = np.minimum((points - points.min(axis=0)) / size, 2**20).astype(np.int64)
+    numbers: NDArray[np.int64] = (cells[:, 0] << 42) | (cells[:, 1] << 21) | cells[:, 2]
+    return numbers
+
+
+def _thinned(points: NDArray[np.float64], size: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Average the points of each cell: (k, 3) means and (n,) the mean that each point went to."""
+    label = np.unique(_cells(points, size), return_inverse=True)[1].reshape(-1)
+    count = np.bincount(label)
+    return np.stack([np.bincount(label, column) / count for column in points.T], axis=1), label
+
+
+def _inverse_density_ratios(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n,) distance to a neighbor, over that of the denser ones of the points nearby."""
+    distances, neighbors = cKDTree(points).query(points, k=min(N_COMPARED + 1, len(points)))
+    reach = distances[:, N_NEIGHBORS]
+    ratios: NDArray[np.float64] = reach / np.quantile(reach[neighbors[:, 1:]], QUANTILE, axis=1)
+    return ratios

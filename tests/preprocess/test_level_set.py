@@ -1,0 +1,34 @@
+"""Level sets of functions whose surface is known."""
+
+import numpy as np
+import pytest
+
+from lbskel import Mesh
+from lbskel.preprocess.level_set import level_set
+
+
+def ball(positions):
+    return 1 - np.linalg.norm(positions, axis=1)
+
+
+def test_a_sphere_from_one_point_is_closed_and_in_place():
+    V, F = level_set(ball, np.array([[1.0, 0, 0]]), 0.1)
+    mesh = Mesh(V, F)
+    assert mesh.is_closed_manifold
+    assert mesh.genus == 0
+    assert mesh.volume == pytest.approx(4 / 3 * np.pi, rel=0.01)  # chords of cells of 0.1: 0.1^2 / 8 of the radius
+    assert np.linalg.norm(V, axis=1) == pytest.approx(np.ones(len(V)), abs=0.1**2 / 8 * 3)
+
+
+def test_only_parts_with_a_point_are_found():
+    def two(positions):
+        return np.maximum(ball(positions), ball(positions - [5, 0, 0]))
+
+    points = np.array([[1.0, 0, 0], [6.0, 0, 0]])
+    assert Mesh(*level_set(two, points, 0.2)).n_components == 2
+    assert Mesh(*level_set(two, points[:1], 0.2)).n_components == 1
+
+
+def test_a_function_without_a_level_set_has_no_faces():
+    V, F = level_set(lambda positions: -np.ones(len(positions)), np.zeros((1, 3)), 0.1)
+    assert len(V) == len(F) == 0

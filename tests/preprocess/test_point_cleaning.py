@@ -1,0 +1,71 @@
+"""Cleaning of clouds: the maps, the counts, what is refused."""
+
+import numpy as np
+import pytest
+
+from lbskel import MeshError, UnknownChoice
+from lbskel.preprocess import point_cleaning
+from lbskel.preprocess.point_cleaning import clean_points
+from lbskel.shapes import sphere
+
+SPHERE = sphere(4).vertices
+
+
+def test_duplicates_are_merged_and_mapped():
+    cleaned = clean_points(np.concatenate([SPHERE, SPHERE[:5]]))
+    assert cleaned.report == {
+        "points": len(SPHERE) + 5,
+        "duplicates": 5,
+        "outliers": 0,
+        "kept": len(SPHERE),
+    }
+    np.testing.assert_array_equal(cleaned.points[cleaned.vertex_map.indices[-5:]], SPHERE[:5])
+    assert cleaned.notes == ("5 duplicate points were merged",)
+
+
+@pytest.mark.parametrize(("preparation", "n_outliers"), [("auto", 3), ("scan", 3), ("none", 0)])
+def test_outliers_are_left_out_unless_nothing_is_asked_for(preparation, n_outliers):
+    far = np.array([[2.0, 0, 0], [0, 0, 3], [2.1, 0, 0]])
+    cleaned = clean_points(np.concatenate([SPHERE, far]), preparation)
+    assert cleaned.report["outliers"] == n_outliers
+    assert (~cleaned.vertex_map.is_mapped).sum() == n_outliers
+    assert cleaned.vertex_map.is_mapped[:-3].all()
+
+
+def test_density_that_falls_gradually_makes_no_outliers():
+    rng = np.random.default_rng(2)
+    z = 2 * rng.random(9000) ** 2 - 1  # 1 to 20 in density from one pole to the other
+    angle, r = rng.uniform(0, 2 * np.pi, 9000), np.sqrt(1 - z**2)
+    cleaned = clean_points(np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1))
+    assert cleaned.report["outliers"] == 0
+
+
+def test_a_large_cloud_is_thinned_to_means_of_its_cells(monkeypatch):
+    monkeypatch.setattr(point_cleaning, "FEWEST", 500)
+    cleaned = clean_points(SPHERE)
+    assert 400 < cleaned.report["kept"] <= 500
+    moved = np.linalg.norm(cleaned.points[cleaned.vertex_map.indices] - SPHERE, axis=1)
+    assert moved.max() < np.sqrt(3) * cleaned.report["cell"]
+    means = np.zeros_like(cleaned.points)
+    np.add.at(means, cleaned.vertex_map.indices, SPHERE)
+    count = np.bincount(cleaned.vertex_map.indices)[:, None]
+    assert cleaned.points == pytest.approx(means / count)
+
+
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        (SPHERE[:9], "has 9 distinct points that are no outliers, and needs 20"),
+        (np.repeat(SPHERE[:9], 9, axis=0), "has 9 distinct points"),
+        (SPHERE * [1, 1, 0] + [0, 0, 5], "in a plane"),
+        (np.arange(99)[:, None] * [1.0, 2, 3], "on a line"),
+    ],
+)
+def test_points_that_enclose_nothing_are_refused(points, message):
+    with pytest.raises(MeshError, match=message):
+        clean_points(points)
+
+
+def test_an_unknown_preparation_names_the_known_ones():
+    with pytest.raises(UnknownChoice, match="auto, scan, none"):
+        clean_points(SPHERE, "cad")
