@@ -44,29 +44,31 @@ def spatial_order(
     array = np.arange(m)
     order: cython.longlong[::1] = array
     stack: cython.longlong[:, ::1] = np.empty((DEPTH, 3), dtype=np.int64)
-    for row in range(m):
-        for half in range(3):
-            centers[row, half] = V[F[row, 0], half] + V[F[row, 1], half] + V[F[row, 2], half]
-    while size < m:
-        size *= 2
-    stack[0, 0], stack[0, 1], stack[0, 2] = 0, m, size
-    while top > 0:
-        top -= 1
-        begin, end, size = stack[top, 0], stack[top, 1], stack[top, 2]
-        while size > LEAF:
-            size //= 2
-            half = begin + size
-            if half >= end:
-                continue
-            widest = _longest_side(centers, begin, end)
-            _partition(centers, order, begin, end, half, widest)
-            stack[top, 0], stack[top, 1], stack[top, 2] = half, end, size
-            top += 1
-            end = half
+    with cython.nogil:
+        for row in range(m):
+            for half in range(3):
+                centers[row, half] = V[F[row, 0], half] + V[F[row, 1], half] + V[F[row, 2], half]
+        while size < m:
+            size *= 2
+        stack[0, 0], stack[0, 1], stack[0, 2] = 0, m, size
+        while top > 0:
+            top -= 1
+            begin, end, size = stack[top, 0], stack[top, 1], stack[top, 2]
+            while size > LEAF:
+                size //= 2
+                half = begin + size
+                if half >= end:
+                    continue
+                widest = _longest_side(centers, begin, end)
+                _partition(centers, order, begin, end, half, widest)
+                stack[top, 0], stack[top, 1], stack[top, 2] = half, end, size
+                top += 1
+                end = half
     return array
 
 
 @cython.cfunc
+@cython.nogil
 @cython.exceptval(check=False)
 @cython.locals(row=cython.Py_ssize_t, x=cython.double, y=cython.double, z=cython.double)
 def _longest_side(
@@ -86,6 +88,7 @@ def _longest_side(
 
 
 @cython.cfunc
+@cython.nogil
 @cython.exceptval(check=False)
 @cython.locals(i=cython.Py_ssize_t, j=cython.Py_ssize_t, pivot=cython.double, row=cython.Py_ssize_t)
 def _partition(
@@ -151,30 +154,32 @@ def bounding_boxes(
     corners_array, boxes_array = np.empty((m, 9)), np.full((2 * p, 6), EMPTY)
     corners: cython.double[:, ::1] = corners_array
     boxes: cython.double[:, ::1] = boxes_array
-    for row in range(m):
-        for corner in range(3):
+    with cython.nogil:
+        for row in range(m):
+            for corner in range(3):
+                for axis in range(3):
+                    corners[row, 3 * corner + axis] = V[F[order[row], corner], axis]
+        for node in range(p, p + (m + LEAF - 1) // LEAF):
+            row = (node - p) * LEAF
             for axis in range(3):
-                corners[row, 3 * corner + axis] = V[F[order[row], corner], axis]
-    for row in range(0, m, LEAF):
-        node = p + row // LEAF
-        for axis in range(3):
-            lowest, highest = INFINITY, -INFINITY
-            for face in range(row, min(row + LEAF, m)):
-                for corner in range(3):
-                    x = corners[face, 3 * corner + axis]
-                    lowest, highest = min(lowest, x), max(highest, x)
-            boxes[node, axis], boxes[node, axis + 3] = lowest - margin, highest + margin
-    for node in range(p - 1, 0, -1):
-        for axis in range(6):
-            boxes[node, axis] = boxes[2 * node, axis]
-        if boxes[2 * node + 1, 0] < EMPTY:
-            for axis in range(3):
-                boxes[node, axis] = min(boxes[node, axis], boxes[2 * node + 1, axis])
-                boxes[node, axis + 3] = max(boxes[node, axis + 3], boxes[2 * node + 1, axis + 3])
+                lowest, highest = INFINITY, -INFINITY
+                for face in range(row, min(row + LEAF, m)):
+                    for corner in range(3):
+                        x = corners[face, 3 * corner + axis]
+                        lowest, highest = min(lowest, x), max(highest, x)
+                boxes[node, axis], boxes[node, axis + 3] = lowest - margin, highest + margin
+        for node in range(p - 1, 0, -1):
+            for axis in range(6):
+                boxes[node, axis] = boxes[2 * node, axis]
+            if boxes[2 * node + 1, 0] < EMPTY:
+                for axis in range(3):
+                    boxes[node, axis] = min(boxes[node, axis], boxes[2 * node + 1, axis])
+                    boxes[node, axis + 3] = max(boxes[node, axis + 3], boxes[2 * node + 1, axis + 3])
     return corners_array, boxes_array
 
 
 @cython.cfunc
+@cython.nogil
 @cython.inline
 @cython.exceptval(check=False)
 def box_distance(
@@ -192,6 +197,7 @@ def box_distance(
 
 
 @cython.cfunc
+@cython.nogil
 @cython.inline
 @cython.exceptval(check=False)
 def _nearest_on_segment(
@@ -218,6 +224,7 @@ def _nearest_on_segment(
 
 
 @cython.cfunc
+@cython.nogil
 @cython.inline
 @cython.exceptval(check=False)
 @cython.locals(height=cython.double)
@@ -281,6 +288,7 @@ def _nearest_on_face(
 
 
 @cython.cfunc
+@cython.nogil
 @cython.inline
 @cython.exceptval(check=False)
 @cython.locals(node=cython.Py_ssize_t, row=cython.Py_ssize_t, left=cython.double, right=cython.double)
@@ -341,15 +349,16 @@ def nearest_points(
     stack: cython.longlong[::1] = np.empty(DEPTH, dtype=np.int64)
     lower_bounds: cython.double[::1] = np.empty(DEPTH)
     offset: cython.double[::1] = np.zeros(3)
-    for i in range(k):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        bound = INFINITY
-        if i > 0:  # bounded by the closest point of the previous query, which is often near
-            px, py, pz = nearest[i - 1, 0] - x, nearest[i - 1, 1] - y, nearest[i - 1, 2] - z
-            bound = (px * px + py * py + pz * pz) * (1 + BOUND_MARGIN)
-            bound = bound if bound < INFINITY else INFINITY
-        distances[i] = _nearest(corners, boxes, x, y, z, stack, lower_bounds, bound, offset)
-        if not distances[i] < bound:  # not below the bound: on the surface up to rounding, or not finite
-            distances[i] = _nearest(corners, boxes, x, y, z, stack, lower_bounds, INFINITY, offset)
-        nearest[i, 0], nearest[i, 1], nearest[i, 2] = x + offset[0], y + offset[1], z + offset[2]
+    with cython.nogil:
+        for i in range(k):
+            x, y, z = points[i, 0], points[i, 1], points[i, 2]
+            bound = INFINITY
+            if i > 0:  # bounded by the closest point of the previous query, which is often near
+                px, py, pz = nearest[i - 1, 0] - x, nearest[i - 1, 1] - y, nearest[i - 1, 2] - z
+                bound = (px * px + py * py + pz * pz) * (1 + BOUND_MARGIN)
+                bound = bound if bound < INFINITY else INFINITY
+            distances[i] = _nearest(corners, boxes, x, y, z, stack, lower_bounds, bound, offset)
+            if not distances[i] < bound:  # not below the bound: on the surface up to rounding, or not finite
+                distances[i] = _nearest(corners, boxes, x, y, z, stack, lower_bounds, INFINITY, offset)
+            nearest[i, 0], nearest[i, 1], nearest[i, 2] = x + offset[0], y + offset[1], z + offset[2]
     return np.sqrt(distances_array), nearest_array

@@ -21,6 +21,7 @@ __all__ = [
     "int",
     "locals",
     "longlong",
+    "nogil",
     "schar",
     "uchar",
     "ulonglong",
@@ -29,6 +30,7 @@ __all__ = [
 
 import builtins
 from collections.abc import Callable
+from contextlib import nullcontext
 from typing import Any
 
 compiled = False
@@ -42,6 +44,16 @@ class _Type:
 
 
 Py_ssize_t = bint = const = double = int = longlong = schar = uchar = ulonglong = void = _Type()
+
+
+class _NoGil(nullcontext[None]):
+    """A block or function that lets other threads run where it is compiled."""
+
+    def __call__(self, decorated: Any) -> Any:
+        return decorated
+
+
+nogil = _NoGil()
 
 
 def declare(_: Any, value: Any) -> Any:

@@ -24,6 +24,7 @@ EDGE_TOLERANCE = cython.declare(cython.double, 1e-12)  # barycentric: no ray pas
 
 
 @cython.cfunc
+@cython.nogil
 @cython.inline
 @cython.exceptval(check=False)
 @cython.locals(first=cython.double, last=cython.double, axis=cython.Py_ssize_t)
@@ -48,6 +49,7 @@ def _box_entry(
 
 
 @cython.cfunc
+@cython.nogil
 @cython.inline
 @cython.exceptval(check=False)
 def _triangle_hit(
@@ -112,35 +114,39 @@ def first_hits(
     stack: cython.longlong[::1] = np.empty(DEPTH, dtype=np.int64)
     entries: cython.double[::1] = np.empty(DEPTH)
     slowness: cython.double[::1] = np.empty(3)
-    for i in range(k):
-        for axis in range(3):
-            slowness[axis] = 1 / directions[i, axis] if fabs(directions[i, axis]) * MAX_SLOWNESS > 1 else MAX_SLOWNESS
-        best = INFINITY
-        stack[0], entries[0], top = 1, 0.0, 1
-        while top > 0:
-            top -= 1
-            node, left = stack[top], entries[top]
-            while node < p and left < best:
-                node *= 2
-                left = _box_entry(boxes, node, origins, i, slowness, best)
-                right = _box_entry(boxes, node + 1, origins, i, slowness, best)
-                stack[top], entries[top] = node + 1, right
-                if right < left:
-                    stack[top], entries[top] = node, left
-                    node, left = node + 1, right
-                if entries[top] < best:
-                    top += 1
-            if not left < best:
-                continue
-            for row in range((node - p) * LEAF, min((node - p + 1) * LEAF, order.shape[0])):
-                left = _triangle_hit(corners, row, origins, directions, i)
-                if left < best:
-                    best, faces[i] = left, order[row]
-        distance[i] = best
+    with cython.nogil:
+        for i in range(k):
+            for axis in range(3):
+                slowness[axis] = (
+                    1 / directions[i, axis] if fabs(directions[i, axis]) * MAX_SLOWNESS > 1 else MAX_SLOWNESS
+                )
+            best = INFINITY
+            stack[0], entries[0], top = 1, 0.0, 1
+            while top > 0:
+                top -= 1
+                node, left = stack[top], entries[top]
+                while node < p and left < best:
+                    node *= 2
+                    left = _box_entry(boxes, node, origins, i, slowness, best)
+                    right = _box_entry(boxes, node + 1, origins, i, slowness, best)
+                    stack[top], entries[top] = node + 1, right
+                    if right < left:
+                        stack[top], entries[top] = node, left
+                        node, left = node + 1, right
+                    if entries[top] < best:
+                        top += 1
+                if not left < best:
+                    continue
+                for row in range((node - p) * LEAF, min((node - p + 1) * LEAF, order.shape[0])):
+                    left = _triangle_hit(corners, row, origins, directions, i)
+                    if left < best:
+                        best, faces[i] = left, order[row]
+            distance[i] = best
     return faces_array, distances_array
 
 
 @cython.cfunc
+@cython.nogil
 @cython.inline
 @cython.exceptval(check=False)
 @cython.locals(low=cython.Py_ssize_t, high=cython.Py_ssize_t)
@@ -189,6 +195,7 @@ def _crossing_above(
 
 
 @cython.cfunc
+@cython.nogil
 @cython.inline
 @cython.exceptval(check=False)
 def _interpolate(start: cython.double, end: cython.double, t: cython.double) -> cython.double:
@@ -208,20 +215,21 @@ def winding_numbers(
     array = np.zeros(points.shape[0], dtype=np.int64)
     result: cython.longlong[::1] = array
     stack: cython.longlong[::1] = np.empty(DEPTH, dtype=np.int64)
-    for i in range(points.shape[0]):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        stack[0], top = 1, 1
-        while top > 0:
-            top -= 1
-            node = stack[top]
-            if not (boxes[node, 0] <= x <= boxes[node, 3] and boxes[node, 1] <= y <= boxes[node, 4]):
-                continue
-            if boxes[node, 5] < z:
-                continue
-            if node < p:
-                stack[top], stack[top + 1] = 2 * node, 2 * node + 1
-                top += 2
-                continue
-            for row in range((node - p) * LEAF, min((node - p + 1) * LEAF, corners.shape[0])):
-                result[i] += _crossing_above(corners, row, x, y, z)
+    with cython.nogil:
+        for i in range(points.shape[0]):
+            x, y, z = points[i, 0], points[i, 1], points[i, 2]
+            stack[0], top = 1, 1
+            while top > 0:
+                top -= 1
+                node = stack[top]
+                if not (boxes[node, 0] <= x <= boxes[node, 3] and boxes[node, 1] <= y <= boxes[node, 4]):
+                    continue
+                if boxes[node, 5] < z:
+                    continue
+                if node < p:
+                    stack[top], stack[top + 1] = 2 * node, 2 * node + 1
+                    top += 2
+                    continue
+                for row in range((node - p) * LEAF, min((node - p + 1) * LEAF, corners.shape[0])):
+                    result[i] += _crossing_above(corners, row, x, y, z)
     return array
