@@ -41,6 +41,7 @@ __all__ = [
     "PreparedMesh",
     "PreprocessResult",
     "QuantizedDeltas",
+    "Rig",
     "Score",
     "Segmentation",
     "Skeleton",
@@ -83,6 +84,7 @@ __all__ = [
     "reconstruct_surface",
     "refine",
     "resample",
+    "rig",
     "rigid_motion",
     "score",
     "segment",
@@ -96,6 +98,7 @@ __all__ = [
     "to_tree",
     "wave_kernel_signature",
     "write_mesh",
+    "write_rig",
     "write_skeleton",
 ]
 
@@ -122,6 +125,7 @@ if TYPE_CHECKING:
         least_squares_mesh,
         quantize_deltas,
         reconstruct,
+        rig,
         rigid_motion,
         segment,
         shape_dna_distance,
@@ -160,7 +164,7 @@ if TYPE_CHECKING:
         laplacian_diagnostics,
     )
     from lbskel.geometry import Mesh, PointCloud, VertexMap, as_mesh
-    from lbskel.io import read_mesh, read_points, read_skeleton, write_mesh, write_skeleton
+    from lbskel.io import read_mesh, read_points, read_skeleton, write_mesh, write_rig, write_skeleton
     from lbskel.operators import OPERATORS, Laplacian, laplacian
     from lbskel.pipeline import (
         DOMAINS,
@@ -176,6 +180,7 @@ if TYPE_CHECKING:
     )
     from lbskel.preprocess import PIPELINES, MeshReport, Pipeline, PreprocessResult, check, reconstruct_surface
     from lbskel.skeleton import (
+        Rig,
         Skeleton,
         join_components,
         merge_junctions,

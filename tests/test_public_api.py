@@ -23,6 +23,7 @@ TAKES_A_MESH = {
     "laplacian_diagnostics": lambda mesh: lbskel.laplacian_diagnostics(lbskel.laplacian(mesh), mesh).area_ratio,
     "prepare": lambda mesh: lbskel.prepare(mesh).mesh.vertices,
     "prune": lambda mesh: lbskel.prune(lbskel.skeletonize(mesh), mesh).nodes,
+    "rig": lambda mesh: lbskel.rig(mesh, lbskel.skeletonize(mesh)).weights,
     "score": lambda mesh: lbskel.score(lbskel.skeletonize(mesh), mesh).coverage,
     "segment": lambda mesh: lbskel.segment(mesh, lbskel.skeletonize(mesh)).part_of_face,
     "skeletonize": lambda mesh: lbskel.skeletonize(mesh).nodes,

@@ -10,6 +10,7 @@ from lbskel.applications.editing import Editor, edit, rigid_motion
 from lbskel.applications.geodesics import extend_values, geodesic_distance
 from lbskel.applications.heat_method import HeatMethod
 from lbskel.applications.quantization import QuantizedDeltas, quantize_deltas
+from lbskel.applications.rigging import rig
 from lbskel.applications.segmentation import Segmentation, segment
 from lbskel.applications.shape_dna import shape_dna_distance
 from lbskel.applications.signatures import heat_kernel_signature, wave_kernel_signature
@@ -38,6 +39,7 @@ __all__ = [
     "least_squares_mesh",
     "quantize_deltas",
     "reconstruct",
+    "rig",
     "rigid_motion",
     "segment",
     "shape_dna_distance",

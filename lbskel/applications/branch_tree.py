@@ -48,14 +48,16 @@ class BranchOrder:
     remote_angles: NDArray[np.float64]
 
 
-def branch_order(skeleton: Skeleton) -> BranchOrder:
+def branch_order(skeleton: Skeleton, *, roots: NDArray[np.int64] | None = None) -> BranchOrder:
     """Direct the branches of a skeleton away from its root, and order them.
 
     Parameters
     ----------
     skeleton : Skeleton
+    roots : (c,) array of int, optional
+        One node for each component, in place of the first node and the thickest tips.
     """
-    distance, previous = _from_roots(skeleton)
+    distance, previous = _from_roots(skeleton, _default_roots(skeleton) if roots is None else roots)
     paths = tuple(path if distance[path[0]] <= distance[path[-1]] else path[::-1] for path in skeleton.branches)
     branch_of_step = {
         step: row for row, path in enumerate(paths) for way in (path, path[::-1]) for step in pairwise(way.tolist())
@@ -76,13 +78,20 @@ def branch_order(skeleton: Skeleton) -> BranchOrder:
     )
 
 
-def _from_roots(skeleton: Skeleton) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _default_roots(skeleton: Skeleton) -> NDArray[np.int64]:
+    """(c,) the first node, and the thickest tip of each further component."""
+    if not len(skeleton.nodes):
+        return np.empty(0, dtype=np.int64)
+    roots = find_roots(skeleton)
+    roots[skeleton.component_of_node[roots] == skeleton.component_of_node[0]] = 0
+    return roots
+
+
+def _from_roots(skeleton: Skeleton, roots: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """(k,) distance of each node from the root of its component along the graph, and (k,) the node before it, or -1."""
     k = len(skeleton.nodes)
     if k == 0:
         return np.empty(0), np.empty(0, dtype=np.int64)
-    roots = find_roots(skeleton)
-    roots[skeleton.component_of_node[roots] == skeleton.component_of_node[0]] = 0
     size = float(np.abs(skeleton.nodes).max())
     shift = np.finfo(np.float64).tiny + np.finfo(np.float64).eps * size  # csgraph takes a length of 0 for no edge
     graph = weighted_graph(skeleton.edges, skeleton.edge_lengths + shift, k)

@@ -7,7 +7,8 @@ obj            yes    yes     vertices in the order of the ``v`` lines, seams ig
 off            yes    yes     also COFF, NOFF and STOFF
 ply            yes    yes     text and binary
 stl            yes    yes     equal corners merged on reading; single precision
-glb, gltf      yes    no      without compression; meshes of the scene are joined
+glb, gltf      yes    no      without compression; meshes of the scene are joined; rigs
+                              are written as glb
 3mf            yes    no      through trimesh, lxml and networkx; objects are joined
 vtp, vtk       yes    no      polygons and triangle strips of VTK's PolyData
 =============  =====  ======  =======================================================
@@ -47,12 +48,14 @@ __all__ = [
     "read_points",
     "read_skeleton",
     "write_mesh",
+    "write_rig",
     "write_safely",
     "write_skeleton",
 ]
 
 from lbskel.geometry.mesh import as_mesh
 from lbskel.io.atomic_write import write_safely
+from lbskel.io.gltf_skin import write_rig
 from lbskel.io.mesh_io import (
     MESH_READERS,
     MESH_WRITERS,

@@ -1,5 +1,6 @@
 """The skeleton as a graph with radii and maps, and what edits it: pruning, resampling, joining, cutting cycles."""
 
+from lbskel.skeleton.armature import Rig
 from lbskel.skeleton.joining import join_components
 from lbskel.skeleton.pruning import merge_junctions, prune
 from lbskel.skeleton.resampling import resample
@@ -9,6 +10,7 @@ from lbskel.skeleton.skeleton import Skeleton
 from lbskel.skeleton.spanning_tree import to_tree
 
 __all__ = [
+    "Rig",
     "Skeleton",
     "join_components",
     "merge_junctions",

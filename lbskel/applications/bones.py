@@ -1,0 +1,212 @@
+"""Bones from a skeleton: few straight segments, the first at the root, joints at bends and where limbs leave the body.
+
+Cycles are cut where they are thinnest; small components go to the nearest bone. A branch becomes as many bones as its
+length asks for, with joints such that the bones follow its bends, and in equal parts where it has none. A limb that is
+thinner than the body turns where it leaves the inscribed ball of its junction. If there are too many bones, a least
+length rises, below which branches are dropped or have fewer bones.
+"""
+
+from __future__ import annotations
+
+__all__ = ["Bones", "bones_of"]
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from lbskel.applications.branch_tree import branch_order
+from lbskel.errors import MeshError
+from lbskel.skeleton.editing import contract_nodes
+from lbskel.skeleton.skeleton import Skeleton
+from lbskel.skeleton.spanning_tree import to_tree
+
+BONE_LENGTH = 7.0  # radii of a branch for each of its bones: an arm or a leg is 13 to 20 radii long; a guess
+MAX_SEGMENTS = 5  # bones of one branch; a guess
+EQUAL_WEIGHT = 0.002  # of the squared differences of the lengths of bones, beside their squared distance from the path,
+# both relative to the branch; a guess: bends count where they are clearer than about 4 degrees
+LIMB_RATIO = 0.9  # radius of a limb over that of its junction below which it turns where it leaves the ball; a guess
+MIN_COMPONENT = 0.1  # length of a component over that of the longest from which it gets bones; a guess
+GROWTH = 1.1  # factor by which the least length rises
+
+
+@dataclass(frozen=True, eq=False)
+class Bones:
+    """Bones in a tree; a bone comes after its parent.
+
+    Parameters
+    ----------
+    heads, tails : (b, 3) array of float
+    parents : (b,) array of int
+        -1 for a root.
+    branches : (b,) array of int
+        The branch that a bone is part of; -1 for a root.
+    bone_of_vertex : (n,) array of int
+        The bone that the region of each vertex belongs to.
+    """
+
+    heads: NDArray[np.float64]
+    tails: NDArray[np.float64]
+    parents: NDArray[np.int64]
+    branches: NDArray[np.int64]
+    bone_of_vertex: NDArray[np.int64]
+
+
+def bones_of(skeleton: Skeleton, *, max_bones: int) -> Bones:
+    """Make bones of a skeleton.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With radii that are known, and ``node_of_vertex``.
+    max_bones : int
+        Largest number of bones, with the roots.
+
+    Raises
+    ------
+    MeshError
+        If so few bones cannot hold the components.
+    """
+    tree = _main_components(to_tree(skeleton))
+    n_roots = tree.n_components
+    if max_bones < n_roots:
+        raise MeshError(f"max_bones must be at least {n_roots}, one for each component, not {max_bones}")
+    least = float(np.median(tree.radii)) if len(tree.radii) else 0.0
+    while True:
+        simple = _without_short_branches(tree, least)
+        counts = [_count(simple, path, least) for path in simple.branches]
+        if sum(counts) + n_roots <= max_bones or not counts:
+            return _segmented(simple, least)
+        least = max(GROWTH * least, 1e-3 * tree.length)
+
+
+def _main_components(skeleton: Skeleton) -> Skeleton:
+    """Contract the nodes of short components into the nearest node of another."""
+    label = skeleton.component_of_node
+    lengths = np.bincount(label[skeleton.edges[:, 0]], skeleton.edge_lengths, minlength=skeleton.n_components)
+    if not lengths.max() > 0:  # nodes only: the thickest
+        is_main = np.zeros(len(lengths), dtype=bool)
+        is_main[label[np.argmax(skeleton.radii)]] = True
+    else:
+        is_main = lengths >= MIN_COMPONENT * lengths.max()
+    kept = np.flatnonzero(is_main[label])
+    lost = np.flatnonzero(~is_main[label])
+    target = np.arange(len(skeleton.nodes))
+    if len(lost):
+        target[lost] = kept[cKDTree(skeleton.nodes[kept]).query(skeleton.nodes[lost])[1]]
+    return contract_nodes(skeleton, target)
+
+
+def _length(skeleton: Skeleton, path: NDArray[np.int64]) -> float:
+    return float(np.linalg.norm(np.diff(skeleton.nodes[path], axis=0), axis=1).sum())
+
+
+def _count(skeleton: Skeleton, path: NDArray[np.int64], least: float) -> int:
+    """Count the bones of a branch."""
+    length = _length(skeleton, path)
+    radius = max(float(skeleton.radii[path].mean()), np.finfo(np.float64).tiny)
+    wanted = min(length / (BONE_LENGTH * radius), length / max(least, np.finfo(np.float64).tiny), MAX_SEGMENTS)
+    return max(1, min(round(wanted), len(path) - 1))
+
+
+def _without_short_branches(skeleton: Skeleton, least: float) -> Skeleton:
+    """Contract end branches, and then branches between two junctions or two tips, that are too short."""
+    current = skeleton
+    while True:
+        target = np.arange(len(current.nodes))
+        for path in current.end_branches:
+            if _length(current, path) < least:
+                target[path[1:]] = path[0]
+        if np.array_equal(target, np.arange(len(target))):
+            for path in branch_order(current).paths:
+                ends = current.degrees[path[[0, -1]]]
+                if ((ends > 2).all() or (ends <= 2).all()) and path[0] != path[-1] and _length(current, path) < least:
+                    target[path[1:]] = path[0]
+                    break
+            else:
+                return current
+        current = contract_nodes(current, target)
+
+
+def _segmented(skeleton: Skeleton, least: float) -> Bones:
+    """Divide every branch into bones, from the root outwards."""
+    roots = _roots(skeleton)
+    order = branch_order(skeleton, roots=roots)
+    bone_of_node = np.full(len(skeleton.nodes), -1)
+    heads: list[NDArray[np.float64]] = []
+    tails: list[NDArray[np.float64]] = []
+    parents: list[int] = []
+    branches: list[int] = []
+    for root in roots.tolist():
+        bone_of_node[root] = len(heads)
+        heads.append(skeleton.nodes[root])
+        tails.append(skeleton.nodes[root] + [0, skeleton.radii[root], 0])
+        parents.append(-1)
+        branches.append(-1)
+    waiting = list(range(len(order.paths)))
+    while waiting:
+        row = next(row for row in waiting if bone_of_node[order.paths[row][0]] >= 0)
+        waiting.remove(row)
+        path = order.paths[row]
+        parent = int(bone_of_node[path[0]])
+        begin = _first_outside(skeleton, path)
+        bone_of_node[path[1:begin]] = parent
+        for first, last in pairwise(_joints(skeleton, path[begin:], least)):
+            own = path[begin + first : begin + last + 1]
+            bone_of_node[own if first == 0 and begin else own[1:]] = len(heads)
+            heads.append(skeleton.nodes[path[begin + first]])
+            tails.append(skeleton.nodes[path[begin + last]])
+            parents.append(parent)
+            branches.append(row)
+            parent = len(heads) - 1
+    return Bones(
+        np.array(heads), np.array(tails), np.array(parents), np.array(branches), bone_of_node[skeleton.node_of_vertex]
+    )
+
+
+def _roots(skeleton: Skeleton) -> NDArray[np.int64]:
+    """(c,) the root of each component: its thickest junction, or its thickest tip if there is none."""
+    rank = np.minimum(np.where(skeleton.degrees == 2, -1, skeleton.degrees), 3)
+    order = np.lexsort((-skeleton.radii, -rank, skeleton.component_of_node))
+    return order[np.unique(skeleton.component_of_node[order], return_index=True)[1]]
+
+
+def _first_outside(skeleton: Skeleton, path: NDArray[np.int64]) -> int:
+    """Find the position on a branch at which its first bone begins: 0, or the first outside of the junction's ball."""
+    radius = float(skeleton.radii[path[0]])
+    if skeleton.degrees[path[0]] < 3:
+        return 0
+    s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(skeleton.nodes[path], axis=0), axis=1)))
+    outside = np.flatnonzero(s > radius)
+    if len(outside) < 2 or np.median(skeleton.radii[path[outside]]) > LIMB_RATIO * radius:
+        return 0
+    return int(outside[0])
+
+
+def _joints(skeleton: Skeleton, path: NDArray[np.int64], least: float) -> list[int]:
+    """Positions of the joints on a path, its ends included, that divide it into its bones at the least cost."""
+    P, n, k = skeleton.nodes[path], _count(skeleton, path, least), len(path)
+    steps = np.linalg.norm(np.diff(P, axis=0), axis=1)
+    s = np.append(0.0, np.cumsum(steps))
+    if n == 1 or not s[-1] > 0:
+        return [0, k - 1]
+    s, P = s / s[-1], (P - P[0]) / s[-1]
+    share = np.gradient(s)
+    cost = np.full((k, k), np.inf)
+    for i in range(k - 1):
+        for j in range(i + 1, k):
+            chord, offset = P[j] - P[i], P[i : j + 1] - P[i]
+            along = np.clip(offset @ chord / max(chord @ chord, np.finfo(np.float64).tiny), 0, 1)
+            away = ((offset - along[:, None] * chord) ** 2).sum(axis=1)
+            cost[i, j] = away @ share[i : j + 1] + EQUAL_WEIGHT * (s[j] - s[i] - 1 / n) ** 2
+    best, previous = cost[0].copy(), []
+    for _ in range(n - 1):
+        through = best[:, None] + cost
+        previous.append(through.argmin(axis=0))
+        best = through.min(axis=0)
+    joints = [k - 1]
+    for before in reversed(previous):
+        joints.append(int(before[joints[-1]]))
+    return [0, *reversed(joints)]

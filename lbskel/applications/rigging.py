@@ -1,0 +1,154 @@
+"""Rigging: bones from the skeleton of a mesh, and smooth weights that bind its vertices to them.
+
+Bones: :mod:`lbskel.applications.bones`; weights: :mod:`lbskel.applications.bone_heat`. Where the mesh is symmetric
+(:mod:`lbskel.applications.mirror`), so are bones and weights, and the names tell left from right: left is where the
+coordinate is larger, as of a character that faces +z with y up, or -y with z up.
+"""
+
+from __future__ import annotations
+
+__all__ = ["rig"]
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from lbskel.applications.bone_heat import bone_weights, keep_largest
+from lbskel.applications.bones import Bones, bones_of
+from lbskel.applications.mirror import MirrorPlane, find_mirror_plane
+from lbskel.errors import MeshError
+from lbskel.geometry.mesh import as_mesh
+from lbskel.skeleton.armature import Rig
+from lbskel.skeleton.skeleton import Skeleton
+
+MAX_BONES = 30  # default; a choice: a human has a bone for each limb segment and finger
+MAX_INFLUENCES = 4  # default; what real-time engines read
+PAIR_DISTANCE = 0.05  # of a bone's ends from the mirror image of its twin, relative to the diameter bound; a guess
+
+
+def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influences: int = MAX_INFLUENCES) -> Rig:
+    """Make bones of a skeleton and bind a mesh to them.
+
+    Parameters
+    ----------
+    mesh : Mesh or anything that :func:`lbskel.as_mesh` takes
+        That the skeleton was made from.
+    skeleton : Skeleton
+        With ``node_of_vertex``.
+    max_bones : int
+        Largest number of bones.
+    max_influences : int
+        Largest number of bones that a vertex follows.
+
+    Raises
+    ------
+    MeshError
+        If the skeleton has no map from the vertices of this mesh, the mesh has no size, or a number is too small.
+    SolveError
+        If the weights cannot be solved for.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import capsule
+    >>> rod = capsule(6.0, 0.5)
+    >>> rigged = lbskel.rig(rod, lbskel.skeletonize(rod))
+    >>> rigged.names
+    ('root', 'spine_1', 'spine_2')
+    """
+    surface = as_mesh(mesh)
+    if len(skeleton.node_of_vertex) != len(surface.vertices):
+        raise MeshError(
+            f"the skeleton maps {len(skeleton.node_of_vertex)} vertices to its nodes, and the mesh has "
+            f"{len(surface.vertices)}: give the mesh that the skeleton was made from"
+        )
+    if max_influences < 1:
+        raise MeshError(f"max_influences must be at least 1, not {max_influences}")
+    if not surface.diameter_bound > 0:
+        raise MeshError("the mesh has no size: all its vertices are at one point")
+    bones = bones_of(skeleton, max_bones=max_bones)
+    plane = find_mirror_plane(surface)
+    heads, tails = bones.heads, bones.tails
+    twins = np.full(len(heads), -1)
+    if plane is not None:
+        twins = _twin_bones(bones, plane, PAIR_DISTANCE * surface.diameter_bound)
+        lengths = np.linalg.norm(tails - heads, axis=1, keepdims=True)
+        heads, tails = (_symmetric(points, twins, plane) for points in (heads, tails))
+        upward = np.eye(3)[1 if abs(plane.normal[1]) < 0.5 else 2]
+        tails = np.where(bones.branches[:, None] < 0, heads + lengths * upward, tails)
+    weights = bone_weights(surface, heads, tails, bones.bone_of_vertex)
+    if plane is not None:
+        weights = _symmetric_weights(weights, twins, plane)
+    names = _names(bones, twins, plane)
+    return Rig(surface, names, heads, tails, bones.parents, keep_largest(weights, max_influences))
+
+
+def _twin_bones(bones: Bones, plane: MirrorPlane, limit: float) -> NDArray[np.int64]:
+    """(b,) for each bone the one at its mirror image, itself in the plane; -1 where there is none."""
+    is_root = bones.branches < 0
+    tails = np.where(is_root[:, None], bones.heads, bones.tails)  # that of a root is arbitrary
+    ends = np.column_stack([bones.heads, tails])
+    images = np.column_stack([plane.mirrored(bones.heads), plane.mirrored(tails)])
+    distance, nearest = cKDTree(ends).query(images)
+    is_twin = (nearest[nearest] == np.arange(len(ends))) & (distance <= limit) & (is_root == is_root[nearest])
+    is_twin &= is_twin[nearest]
+    # twins must hang on twins, from the roots outwards
+    twins = np.where(is_twin, nearest, -1)
+    for bone, parent in enumerate(bones.parents.tolist()):
+        if twins[bone] >= 0 and parent >= 0 and twins[parent] != bones.parents[twins[bone]]:
+            twins[[bone, twins[bone]]] = -1
+    return twins
+
+
+def _symmetric(points: NDArray[np.float64], twins: NDArray[np.int64], plane: MirrorPlane) -> NDArray[np.float64]:
+    """Average each point with the mirror image of its twin."""
+    has_twin = twins >= 0
+    moved = points.copy()
+    moved[has_twin] = (points[has_twin] + plane.mirrored(points[twins[has_twin]])) / 2
+    return moved
+
+
+def _symmetric_weights(
+    weights: NDArray[np.float64], twins: NDArray[np.int64], plane: MirrorPlane
+) -> NDArray[np.float64]:
+    """Average the weights of each vertex with those of the twin bones at its twin, if all bones have twins."""
+    rows = np.flatnonzero(plane.twins >= 0)
+    if not (twins >= 0).all() or len(rows) == 0:
+        return weights
+    averaged = weights.copy()
+    averaged[rows] = (weights[rows] + weights[plane.twins[rows]][:, twins]) / 2
+    return averaged
+
+
+def _names(bones: Bones, twins: NDArray[np.int64], plane: MirrorPlane | None) -> tuple[str, ...]:
+    """Name the bones: root; spine where a bone is its own twin; limb with a number and a side; a number along it."""
+    names: list[str] = []
+    n_limbs = n_spine = 0
+    limb_of_branch: dict[tuple[int, bool], int] = {}
+    position: dict[tuple[int, str], int] = {}
+    for bone, (branch, twin) in enumerate(zip(bones.branches.tolist(), twins.tolist(), strict=True)):
+        if branch < 0:
+            names.append("root" if bone == 0 else f"root_{bone + 1}")
+            continue
+        if twin == bone:
+            n_spine += 1
+            names.append(f"spine_{n_spine}")
+            continue
+        side = ""
+        if twin >= 0 and plane is not None:
+            heights = plane.heights(
+                np.stack([bones.heads[bone] + bones.tails[bone], bones.heads[twin] + bones.tails[twin]]) / 2
+            )
+            side = "_left" if heights[0] > heights[1] else "_right"
+        key = branch, twin >= 0
+        if key not in limb_of_branch:
+            n_limbs += 1
+            limb_of_branch[key] = n_limbs
+            if twin >= 0:
+                limb_of_branch[int(bones.branches[twin]), True] = n_limbs
+        limb = limb_of_branch[key]
+        position[limb, side] = position.get((limb, side), 0) + 1
+        names.append(f"limb_{limb}{side}_{position[limb, side]}")
+    return tuple(names)

@@ -1,0 +1,91 @@
+"""A rig: a mesh, bones in a tree, and for each vertex how much it follows each bone.
+
+Linear blend skinning, Magnenat-Thalmann, Laperriere, Thalmann 1988, "Joint-dependent local deformations for hand
+animation and object grasping": a vertex moves to the sum of G_b v over the bones b, times its weights, where G_b turns
+about the head of the bone after the G of its parent.
+"""
+
+from __future__ import annotations
+
+__all__ = ["Rig"]
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lbskel.errors import MeshError
+from lbskel.geometry.arrays import read_only
+from lbskel.geometry.mesh import Mesh
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """A mesh with bones in its rest pose.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    names : tuple of str
+        Of the bones, all different.
+    heads, tails : (b, 3) array of float
+        Ends of each bone; it turns about its head.
+    parents : (b,) array of int
+        Bone that each hangs on, which comes before it; -1 for a root.
+    weights : (n, b) array of float
+        Of each bone on each vertex, not negative; rows sum to 1.
+
+    Raises
+    ------
+    MeshError
+        If the numbers of bones or vertices do not agree, names are not distinct, or a parent does not come first.
+    """
+
+    mesh: Mesh
+    names: tuple[str, ...]
+    heads: NDArray[np.float64]
+    tails: NDArray[np.float64]
+    parents: NDArray[np.int64]
+    weights: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        b, n = len(self.names), len(self.mesh.vertices)
+        shapes = {"heads": (b, 3), "tails": (b, 3), "parents": (b,), "weights": (n, b)}
+        for field in fields(self)[2:]:
+            dtype = np.int64 if field.name == "parents" else np.float64
+            values = np.array(getattr(self, field.name), dtype=dtype)
+            if values.shape != shapes[field.name]:
+                raise MeshError(f"{field.name} of a rig must have shape {shapes[field.name]}, not {values.shape}")
+            object.__setattr__(self, field.name, read_only(values))
+        if not b or len(set(self.names)) < b:
+            raise MeshError("a rig needs bones, and all names must be different")
+        if not ((self.parents >= -1) & (self.parents < np.arange(b))).all():
+            raise MeshError("the parent of a bone must come before it, or be -1")
+
+    def __repr__(self) -> str:
+        return f"Rig({len(self.names)} bones, {self.mesh!r})"
+
+    def posed(self, rotations: dict[str, NDArray[np.float64]]) -> Mesh:
+        """Turn bones about their heads, with all that hangs on them, by linear blend skinning.
+
+        Parameters
+        ----------
+        rotations : dict of str to (3, 3) array of float
+            By the names of the bones, in the axes of the mesh; other bones keep their place on their parents.
+
+        Raises
+        ------
+        MeshError
+            If there is no bone of a name.
+        """
+        if unknown := set(rotations) - set(self.names):
+            raise MeshError(f"the rig has no bone {', '.join(sorted(unknown))}; it has {', '.join(self.names)}")
+        turns, shifts = np.empty((len(self.names), 3, 3)), np.empty((len(self.names), 3))
+        for bone, (name, head, parent) in enumerate(zip(self.names, self.heads, self.parents.tolist(), strict=True)):
+            turn = np.asarray(rotations.get(name, np.eye(3)), dtype=np.float64)
+            shift = head - turn @ head
+            if parent >= 0:
+                turn, shift = turns[parent] @ turn, turns[parent] @ shift + shifts[parent]
+            turns[bone], shifts[bone] = turn, shift
+        moved = np.einsum("nb,bxy,ny->nx", self.weights, turns, self.mesh.vertices, optimize=True)
+        return self.mesh.with_vertices(moved + self.weights @ shifts)

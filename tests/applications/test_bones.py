@@ -1,0 +1,72 @@
+"""Bones of skeletons made by hand: joints at bends, equal parts, limbs outside of balls, the largest number."""
+
+import numpy as np
+import pytest
+
+from lbskel import MeshError, Skeleton
+from lbskel.applications.bones import bones_of
+
+
+def path(points, radius, spacing=0.1):
+    """A skeleton along a polyline, each node with one vertex."""
+    points = np.asarray(points, dtype=float)
+    s = np.append(0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    at = np.linspace(0, s[-1], round(s[-1] / spacing) + 1)
+    nodes = np.stack([np.interp(at, s, axis) for axis in points.T], axis=1)
+    k = np.arange(len(nodes) - 1)
+    return Skeleton(nodes, np.stack([k, k + 1], axis=1), np.full(len(nodes), radius), np.arange(len(nodes)))
+
+
+def joints(bones):
+    return np.unique(np.concatenate([bones.heads[1:], bones.tails[1:]]).round(6), axis=0)
+
+
+def test_a_bend_is_a_joint_and_a_straight_path_is_divided_evenly():
+    bent = bones_of(path([[0, 0, 0], [3, 0, 0], [3, 1, 0]], 0.25), max_bones=30)
+    assert bent.tails[1] == pytest.approx([3, 0, 0], abs=0.11)  # a node beside it, since bones of one length cost less
+    straight = bones_of(path([[0, 0, 0], [3, 0, 0]], 0.2), max_bones=30)
+    assert joints(straight)[:, 0] == pytest.approx([0, 1.5, 3], abs=0.051)  # the nearest node
+
+
+def test_a_limb_turns_where_it_leaves_the_ball_of_its_junction():
+    nodes = [[0, 0, 0.1 * k] for k in range(-20, 21)] + [[0.1 * k, 0, 0] for k in range(1, 31)]
+    edges = [[k, k + 1] for k in range(40)] + [[20, 41]] + [[k, k + 1] for k in range(41, 70)]
+    radii = np.where(np.arange(71) <= 40, 0.5, 0.2)
+    found = bones_of(Skeleton(nodes, edges, radii, np.arange(71)), max_bones=30)
+    limb = [b for b in range(len(found.heads)) if found.heads[b][0] > 0.1]
+    assert found.heads[limb[0]][0] == pytest.approx(0.6)  # the first node outside of radius 0.5
+    assert found.parents[limb[0]] == 0
+    assert found.bone_of_vertex[41:46].tolist() == [0] * 5  # of the ball
+    assert (found.bone_of_vertex[46:] > 0).all()
+
+
+def comb(n, length):
+    """A spine with n teeth of different lengths."""
+    nodes, edges = [[0.5 * k, 0, 0] for k in range(n)], [[k, k + 1] for k in range(n - 1)]
+    for k in range(n):
+        for step in range(1, 6):
+            nodes.append([0.5 * k, step * length * (1 + 0.1 * k) / 5, 0])
+            edges.append([len(nodes) - 2 if step > 1 else k, len(nodes) - 1])
+    return Skeleton(nodes, edges, np.full(len(nodes), 0.1), np.arange(len(nodes)))
+
+
+@pytest.mark.parametrize("most", [1, 3, 7, 30])
+def test_there_are_at_most_so_many_bones_and_parents_come_first(most):
+    found = bones_of(comb(12, 1.0), max_bones=most)
+    assert 1 <= len(found.heads) <= most
+    assert (found.parents < np.arange(len(found.heads))).all()
+    assert set(np.unique(found.bone_of_vertex)) <= set(range(len(found.heads)))
+
+
+def test_cycles_small_components_and_single_nodes():
+    ring = path([[np.cos(a), np.sin(a), 0] for a in np.linspace(0, 6.1, 60)], 0.1)
+    closed = Skeleton(ring.nodes, [*ring.edges.tolist(), [0, len(ring.nodes) - 1]], ring.radii, ring.node_of_vertex)
+    assert len(bones_of(closed, max_bones=30).heads) > 3
+    crumb = Skeleton([[0, 0, 0], [2, 0, 0], [9, 9, 9]], [[0, 1]], [0.1] * 3, [0, 1, 2])
+    assert bones_of(crumb, max_bones=30).bone_of_vertex.tolist()[2] == 1  # as the node nearest to it
+    single = bones_of(Skeleton([[0, 0, 0]], [], [1.0], [0, 0]), max_bones=1)
+    assert single.tails.tolist() == [[0, 1, 0]]
+    two = Skeleton([[0, 0, 0], [2, 0, 0], [0, 5, 0], [2, 5, 0]], [[0, 1], [2, 3]], [0.1] * 4, [0, 1, 2, 3])
+    assert (bones_of(two, max_bones=30).parents < 0).sum() == 2
+    with pytest.raises(MeshError, match="max_bones must be at least 2, one for each component, not 1"):
+        bones_of(two, max_bones=1)

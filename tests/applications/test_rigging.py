@@ -1,0 +1,83 @@
+"""Rigs of known shapes: bones, symmetry, weights, and what is left of a bent limb."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from lbskel import Mesh, MeshError, rig, skeletonize
+from lbskel.applications.mirror import find_mirror_plane
+from lbskel.shapes import capsule, make
+
+
+@pytest.fixture(scope="module")
+def dinosaur():
+    """A body with neck, tail and four legs; the plane y = 0 is one of symmetry, but not of its triangles."""
+    mesh = make("dinosaur", n_vertices=1500).mesh
+    return rig(mesh, skeletonize(mesh))
+
+
+def test_a_dinosaur_has_a_spine_and_pairs_of_legs(dinosaur):
+    names = dinosaur.names
+    assert names[0] == "root"
+    assert len(names) <= 30
+    left = [name for name in names if "_left_" in name]
+    assert len({name.split("_left")[0] for name in left}) == 2  # hind legs and fore legs
+    assert sorted(name.replace("_left", "_right") for name in left) == sorted(n for n in names if "_right_" in n)
+    assert sum(name.startswith("spine") for name in names) >= 4
+    plane = find_mirror_plane(dinosaur.mesh)
+    for name in left:
+        here, there = names.index(name), names.index(name.replace("_left", "_right"))
+        assert plane.heights(dinosaur.heads[[here]])[0] > 0
+        assert plane.mirrored(dinosaur.heads[[here]]) == pytest.approx(dinosaur.heads[[there]])
+        assert plane.mirrored(dinosaur.tails[[here]]) == pytest.approx(dinosaur.tails[[there]])
+
+
+def test_weights_are_smooth_shares_of_at_most_four_bones(dinosaur):
+    weights, edges = dinosaur.weights, dinosaur.mesh.edges
+    assert weights.sum(axis=1) == pytest.approx(1)
+    assert (weights > 0).sum(axis=1).max() <= 4
+    assert np.abs(weights[edges[:, 0]] - weights[edges[:, 1]]).max() < 0.5
+
+
+def test_weights_of_a_symmetric_mesh_are_mirrored(dinosaur):
+    """A mesh and its mirror image."""
+    half = dinosaur.mesh
+    V = np.concatenate([half.vertices + [0, 1.2, 0], half.vertices * [1, -1, 1] - [0, 1.2, 0]])
+    twins = Mesh(V, np.concatenate([half.faces, half.faces[:, ::-1] + len(half.vertices)]))
+    plane = find_mirror_plane(twins)
+    assert plane.twins.tolist() == np.roll(np.arange(len(V)), -len(half.vertices)).tolist()
+    found = rig(twins, skeletonize(twins))
+    names = list(found.names)
+    pair = [names.index(n.replace("_left_", "_right_")) if "_left_" in n else -1 for n in names]
+    assert sum(there >= 0 for there in pair) >= 8
+    for here, there in enumerate(pair):
+        if there >= 0:
+            assert found.weights[:, here] == pytest.approx(found.weights[plane.twins, there], abs=0.01)
+
+
+@pytest.mark.parametrize("radius", [0.3, 0.5])
+def test_a_bent_limb_keeps_most_of_its_volume(radius):
+    mesh = capsule(8.0, radius, 32)
+    found = rig(mesh, skeletonize(mesh))
+    bent = found.posed({found.names[-1]: Rotation.from_euler("y", 90, degrees=True).as_matrix()})
+    assert 0.8 < bent.volume / mesh.volume < 1.05
+    assert np.ptp(bent.vertices[:, 0]) > 2
+
+
+def test_scale_and_place_do_not_matter(dinosaur):
+    mesh = dinosaur.mesh.with_vertices(1e3 * dinosaur.mesh.vertices + 7)
+    there = rig(mesh, skeletonize(mesh))
+    assert there.names == dinosaur.names
+    assert (there.heads - 7) / 1e3 == pytest.approx(dinosaur.heads, abs=1e-5)
+    assert there.weights == pytest.approx(dinosaur.weights, abs=1e-3)
+
+
+def test_wrong_input_is_an_error(rod):
+    skeleton = skeletonize(rod)
+    with pytest.raises(MeshError, match="give the mesh that the skeleton was made from"):
+        rig(capsule(3.0, 0.4, 12), skeleton)
+    with pytest.raises(MeshError, match="max_influences must be at least 1, not 0"):
+        rig(rod, skeleton, max_influences=0)
+    with pytest.raises(MeshError, match="max_bones must be at least 1"):
+        rig(rod, skeleton, max_bones=0)
+    assert rig(rod, skeleton, max_bones=1).names == ("root",)
