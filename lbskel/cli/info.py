@@ -1,4 +1,4 @@
-"""``lbskel info MESH``: sizes, topology and measures of a mesh; ``lbskel info --system``: the installation."""
+"""``lbskel info MESH``: measures of a mesh or a point cloud; ``lbskel info --system``: the installation."""
 
 from __future__ import annotations
 
@@ -9,17 +9,21 @@ import json
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from lbskel.cli.options import add_command
-from lbskel.geometry.mesh import Mesh
-from lbskel.io import read_mesh
+from lbskel.geometry.mesh import Mesh, PointCloud
+from lbskel.io import as_shape
 from lbskel.pipeline.environment import system
 
 
 def add_parser(subparsers: Any) -> None:
     """Add ``lbskel info``."""
     parser = add_command(
-        subparsers, "info", "print sizes, topology and measures of a mesh", example="lbskel info meshes/knot.off"
+        subparsers,
+        "info",
+        "print sizes, topology and measures of a mesh or a point cloud",
+        example="lbskel info meshes/knot.off",
     )
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("mesh", metavar="MESH", nargs="?")
@@ -34,7 +38,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the measures as text or JSON."""
-    facts = system() if arguments.system else _facts(read_mesh(arguments.mesh))
+    facts = system() if arguments.system else _facts(as_shape(arguments.mesh))
     if arguments.json:
         print(json.dumps(facts))
         return 0
@@ -44,7 +48,24 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _facts(mesh: Mesh) -> dict[str, Any]:
+def _facts(shape: Mesh | PointCloud) -> dict[str, Any]:
+    return _cloud_facts(shape) if isinstance(shape, PointCloud) else _mesh_facts(shape)
+
+
+def _cloud_facts(cloud: PointCloud) -> dict[str, Any]:
+    low, high = cloud.points.min(axis=0), cloud.points.max(axis=0)
+    distinct = np.unique(cloud.points, axis=0)
+    nearest = cKDTree(distinct).query(distinct, k=min(2, len(distinct)))[0].reshape(len(distinct), -1)[:, -1]
+    return {
+        "points": len(cloud.points),
+        "duplicates": len(cloud.points) - len(distinct),
+        "bounding_box": [low.tolist(), high.tolist()],
+        "diagonal": float(np.linalg.norm(high - low)),
+        "mean_distance_of_neighbors": float(nearest.mean()),
+    }
+
+
+def _mesh_facts(mesh: Mesh) -> dict[str, Any]:
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
     return {

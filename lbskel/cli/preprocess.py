@@ -1,4 +1,4 @@
-"""``lbskel preprocess MESH -o OUT``: a mesh cleaned, remeshed or simplified, with a report of each step."""
+"""``lbskel preprocess MESH -o OUT``: a mesh cleaned, remeshed or simplified, or the surface of a point cloud."""
 
 from __future__ import annotations
 
@@ -14,10 +14,20 @@ import numpy as np
 
 from lbskel.cli.options import add_command
 from lbskel.errors import FormatError
-from lbskel.io import MESH_WRITERS, read_mesh
+from lbskel.geometry.mesh import PointCloud
+from lbskel.io import MESH_WRITERS, as_shape
 from lbskel.io.atomic_write import write_all_safely
 from lbskel.io.text import known_extension
-from lbskel.preprocess import PIPELINES, PREPARATIONS, STEPS, Pipeline, PreprocessResult, preprocess_mesh
+from lbskel.preprocess import (
+    CLOUD_PREPARATIONS,
+    PIPELINES,
+    PREPARATIONS,
+    STEPS,
+    Pipeline,
+    PreprocessResult,
+    preprocess_mesh,
+    reconstruct_surface,
+)
 
 
 def add_parser(subparsers: Any) -> None:
@@ -26,7 +36,8 @@ def add_parser(subparsers: Any) -> None:
         subparsers,
         "preprocess",
         "clean, remesh or simplify a mesh",
-        details=f"Steps: {', '.join(STEPS)}.",
+        details=f"Steps: {', '.join(STEPS)}. Of a point cloud, the closed surface through its points is written; the "
+        f"pipeline is one of {', '.join(CLOUD_PREPARATIONS)}.",
         example="lbskel preprocess scan.stl -o clean.ply --pipeline scan --map map.npy",
     )
     parser.add_argument("mesh", metavar="MESH")
@@ -60,9 +71,12 @@ def run(arguments: argparse.Namespace) -> int:
     for path in paths:
         if path.exists() and not arguments.force:
             raise FormatError(f"{path} exists already; give --force to replace it")
-    how = arguments.pipeline if arguments.pipeline in PREPARATIONS else Pipeline.parse(arguments.pipeline)
-    mesh = read_mesh(arguments.mesh)
-    result = preprocess_mesh(mesh, how)
+    shape = as_shape(arguments.mesh)
+    if isinstance(shape, PointCloud):
+        result, size = reconstruct_surface(shape, preprocess=arguments.pipeline), f"{len(shape.points):,} points"
+    else:
+        how = arguments.pipeline if arguments.pipeline in PREPARATIONS else Pipeline.parse(arguments.pipeline)
+        result, size = preprocess_mesh(shape, how), f"{len(shape.vertices):,} vertices, {len(shape.faces):,} faces"
     report = {"mesh": arguments.mesh, **result.report}
     contents: dict[Path, str | bytes] = {Path(arguments.output): MESH_WRITERS[suffix](result.mesh)}
     if arguments.map:
@@ -70,8 +84,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.report:
         contents[Path(arguments.report)] = json.dumps(report, indent=1) + "\n"
     write_all_safely(contents, arguments.force)
-    print(f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces")
-    for note in (*mesh.notes, *result.notes):
+    print(f"{arguments.mesh}: {size}")
+    for note in (*(() if isinstance(shape, PointCloud) else shape.notes), *result.notes):
         print(f"  {note}")
     print(f"{arguments.output}: {len(result.mesh.vertices):,} vertices, {len(result.mesh.faces):,} faces")
     return 0

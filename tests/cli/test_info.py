@@ -53,3 +53,13 @@ def test_system(here, monkeypatch):
 def test_a_mesh_or_the_system(here, arguments):
     code, out, err = here(*arguments)
     assert (code, out, len(err)) == (2, [], 1)
+
+
+def test_info_of_a_point_cloud(here, folder):
+    (folder / "cloud.xyz").write_text("0 0 0\n1 0 0\n0 0 0\n0 2 0\n")
+    code, out, err = here("info", "cloud.xyz", "--json")
+    assert (code, err, len(out)) == (0, [], 1)
+    facts = json.loads(out[0])
+    assert (facts["points"], facts["duplicates"]) == (4, 1)
+    assert facts["bounding_box"] == [[0, 0, 0], [1, 2, 0]]
+    assert facts["mean_distance_of_neighbors"] == pytest.approx((1 + 1 + 2) / 3)

@@ -5,6 +5,7 @@ import json
 import numpy as np
 
 import lbskel
+from lbskel.shapes import torus
 
 
 def test_the_mesh_its_map_and_the_report_are_written(here, folder):
@@ -41,3 +42,16 @@ def test_an_unknown_step_is_named(here):
     code, _, err = here("preprocess", "rod.off", "-o", "out.ply", "--steps", "polish")
     assert code == 2
     assert "polish" in err[0]
+
+
+def test_the_surface_of_a_point_cloud(here, folder):
+    np.savetxt(folder / "cloud.xyz", torus(1.0, 0.3).vertices)
+    code, out, err = here("preprocess", "cloud.xyz", "-o", "surface.ply", "--map", "map.npy")
+    assert (code, err) == (0, [])
+    assert out[0] == "cloud.xyz: 1,152 points"
+    surface = lbskel.read_mesh(folder / "surface.ply")
+    assert surface.genus == 1
+    assert len(np.load(folder / "map.npy")) == 1152
+    code, out, err = here("preprocess", "cloud.xyz", "-o", "surface.off", "--pipeline", "cad")
+    assert (code, out) == (2, [])
+    assert "auto, scan, none" in err[0]

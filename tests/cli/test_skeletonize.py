@@ -14,7 +14,7 @@ from helpers import file_names, joined, moved
 import lbskel
 from lbskel import read_skeleton, write_mesh
 from lbskel.io import FORMATS
-from lbskel.shapes import capsule
+from lbskel.shapes import capsule, torus
 
 GIVEN = ["pipe.ply", "ring.obj", "rod.off"]
 
@@ -252,3 +252,14 @@ def test_a_terminal_is_told_the_stage_and_left_clean(folder):
 
 
 # --- in this process
+
+
+def test_a_point_cloud_with_report_and_picture(here, folder):
+    np.savetxt(folder / "cloud.xyz", torus(1.0, 0.3).vertices)
+    code, out, err = here("skeletonize", "cloud.xyz", "-o", "ring.json", "--picture", "ring.png", "--report", "r.json")
+    assert (code, err) == (0, [])
+    assert out[0].startswith("cloud.xyz: 1,152 vertices, 0 faces")
+    skeleton = read_skeleton(folder / "ring.json")
+    assert (skeleton.cycle_rank, len(skeleton.node_of_vertex)) == (1, 1152)
+    assert json.loads((folder / "r.json").read_text())["reconstruction"]["points"] == 1152
+    assert (folder / "ring.png").stat().st_size > 1000
