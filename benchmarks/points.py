@@ -1,7 +1,7 @@
 """Skeletons of point clouds sampled from shapes with a known axis: clean, uneven, noisy, with outliers, half hidden.
 
-Distances are in units of the true local radius. Each shape is sampled by 10,000 points; with peers, the multi-scale local
-separators of PyGEL3D run on the graph of the 8 nearest neighbors of the same points.
+Distances are in units of the true local radius. Each shape is sampled by 10,000 points; with peers, the multi-scale
+local separators of PyGEL3D run on the graph of the 8 nearest neighbors of the same points.
 """
 
 from __future__ import annotations
