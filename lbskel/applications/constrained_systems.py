@@ -8,25 +8,17 @@ symmetric, is taken as the system Q X = B itself, by sparse LU.
 
 from __future__ import annotations
 
-__all__ = ["ConstrainedSystem", "checked_indices", "factorize_square", "is_symmetric"]
+__all__ = ["ConstrainedSystem", "checked_indices", "factorize_square"]
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csc_array
 
+from lbskel.applications.symmetric import is_symmetric
 from lbskel.errors import MeshError, SolveError, first_few
 from lbskel.operators.assembly import diagonal_matrix
 from lbskel.solvers import Factorization, factorize
 from lbskel.solvers.superlu import GeneralLU
-
-# Largest |S - S^T| over largest |S| up to which a matrix counts as symmetric: rounding errors of sums of a few dozen
-# terms. The same bound as ROUNDING in lbskel.evaluation.operator_report.
-ROUNDING = 1e-12
-
-
-def is_symmetric(matrix: csc_array) -> bool:
-    """Whether a square matrix equals its transpose up to rounding errors."""
-    return bool(abs(matrix - matrix.T).max() <= ROUNDING * abs(matrix).max())
 
 
 def factorize_square(A: csc_array, *, solver: str = "cholmod", like: Factorization | None = None) -> Factorization:

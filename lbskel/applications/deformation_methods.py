@@ -29,11 +29,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from lbskel.applications.constrained_systems import ConstrainedSystem, is_symmetric
+from lbskel.applications.constrained_systems import ConstrainedSystem
 from lbskel.applications.rigidity import RigidityEnergy
 from lbskel.applications.rotation_fitting import rigid_fit
 from lbskel.applications.similarity_invariance import invariant_matrix
-from lbskel.errors import MeshError
+from lbskel.applications.symmetric import require_symmetric
 from lbskel.operators import Laplacian
 
 # Of ``rotated`` before ``arap``; a guess
@@ -131,8 +131,7 @@ def _similarity(L: Laplacian, V: Positions, constraints: Constraints) -> Deforma
 
 
 def _arap(L: Laplacian, V: Positions, constraints: Constraints) -> Deformation:
-    if not is_symmetric(L.stiffness):
-        raise MeshError("the operator is not symmetric; choose one that is, for example 'mean_value_symmetric'")
+    require_symmetric(L)
     system, energy = constraints.system(L.stiffness), RigidityEnergy(L.stiffness, V)
     start = cache(partial(_rotated, L, V, constraints))  # factorized when it is needed
     handles, S = constraints.vertices, L.stiffness.tocsr()

@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse import csc_array
 
 from lbskel import Laplacian, MeshError, laplacian
-from lbskel.applications.symmetric import require_symmetric
+from lbskel.applications.symmetric import is_symmetric, require_symmetric
 
 
 def test_operators_that_are_not_symmetric_or_have_no_mass_are_refused(ring):
@@ -20,3 +20,9 @@ def test_operators_that_are_not_symmetric_or_have_no_mass_are_refused(ring):
     with pytest.raises(MeshError, match="not symmetric"):
         require_symmetric(Laplacian(csc_array(S), L.mass))
     assert np.isfinite(L.mass.sum())
+
+
+def test_a_matrix_is_symmetric_up_to_rounding(ring):
+    S = laplacian(ring).stiffness
+    assert is_symmetric(S)
+    assert not is_symmetric(csc_array([[1.0, 3.0], [-1.0, 1.0]]))

@@ -217,3 +217,14 @@ def test_tables_of_solvers():
         assert type(factorize(eye_array(3, format="csc"), name)) is kind
     with pytest.raises(UnknownChoice, match="cholmod, superlu, cg_jacobi, cg_amg, richardson, jacobi"):
         factorize(eye_array(3, format="csc"), "magic")
+
+
+def test_corrections_remove_the_error_that_refinement_would():
+    A = shifted_laplacian(flat_grid(12, 10))
+    B = right_hand_sides(120)
+    factor = factorize(A)
+    X = factor.correction(B)
+    X = X + factor.correction(B - A @ X)
+    assert (factor.solve(B) == X).all()
+    with pytest.raises(SolveError, match="not finite"):
+        factor.correction(np.full((120, 1), np.nan))
