@@ -37,7 +37,7 @@ FIRST_FACTOR = 0.5  # lambda of Taubin's filter: removes the eigenvalue 2 at onc
 # noise of a quarter of the mean edge length (benchmarks/results/applications_smoothing.md). None: half of what is
 # stable.
 DEFAULTS: dict[str, tuple[float | None, int]] = {
-    "explicit": (None, 10),
+    "explicit": (None, 3),
     "implicit": (0.25, 2),
     "curvature_flow": (0.25, 2),
     "bilaplacian": (0.5, 4),
@@ -148,7 +148,7 @@ def smooth(
         vanish. By default 0.5 mean vertex areas for ``bilaplacian``, 0.25 for ``implicit`` and ``curvature_flow``, half
         of what is stable for ``explicit``; ``taubin`` has none.
     iterations : int, optional
-        By default 4 for ``bilaplacian``, 2 for ``implicit`` and ``curvature_flow``, 10 for ``explicit``, 30 for
+        By default 4 for ``bilaplacian``, 2 for ``implicit`` and ``curvature_flow``, 3 for ``explicit``, 30 for
         ``taubin``.
     operator : str or callable
         A name in OPERATORS, or a function from a Mesh to a Laplacian.
