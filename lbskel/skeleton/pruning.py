@@ -55,7 +55,7 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
     """Remove the end branches whose surface does not reach far enough from their junction.
 
     A branch is removed where no vertex that is mapped to it is farther from its junction than ``min_branch_ratio``
-    times the radius there. At each junction the shortest goes first, and its vertices go to the junction.
+    times the radius there. At each junction the shortest go first, and their vertices go to the junction.
 
     Parameters
     ----------
@@ -91,13 +91,18 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
             f"{len(skeleton.node_of_vertex)} vertices and the mesh {len(mesh.vertices)}"
         )
     while True:
-        ends = [b for b in skeleton.end_branches if not np.isin(b[1:], skeleton.anchors).any()]
+        is_anchor = np.zeros(len(skeleton.nodes), dtype=bool)
+        is_anchor[skeleton.anchors] = True
+        ends = [branch for branch in skeleton.end_branches if not is_anchor[branch[1:]].any()]
         if not ends:
             return skeleton
         junctions = np.array([b[0] for b in ends])
         ratios = branch_reaches(skeleton, mesh, ends) / np.maximum(skeleton.radii[junctions], 1e-300)
-        order = np.argsort(ratios, kind="stable")
-        shortest = order[np.unique(junctions[order], return_index=True)[1]]  # one at each junction
+        order = np.lexsort((ratios, junctions))
+        rank = np.arange(len(order)) - np.searchsorted(junctions[order], junctions[order])
+        shortest = order[
+            rank < skeleton.degrees[junctions[order]] - 2
+        ]  # as many as leave two branches at each junction
         target = np.arange(len(skeleton.nodes))
         for end in shortest[ratios[shortest] <= min_branch_ratio].tolist():
             target[ends[end]] = ends[end][0]
