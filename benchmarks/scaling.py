@@ -2,7 +2,8 @@
 
 Each input is run in a process of its own; seconds are those of its processor time. The exponent of a stage is the slope
 of the logarithms of its seconds over those of the count, between the two largest inputs; up to 1.2 counts as linear. A
-larger input is left out where the one before took over a fifth of the limit, which stands as a dash.
+larger input is left out where the one before took over a fifth of the limit, which stands as a dash. The limit includes
+making the input.
 """
 
 from __future__ import annotations
