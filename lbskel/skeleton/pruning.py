@@ -100,9 +100,8 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
         ratios = branch_reaches(skeleton, mesh, ends) / np.maximum(skeleton.radii[junctions], 1e-300)
         order = np.lexsort((ratios, junctions))
         rank = np.arange(len(order)) - np.searchsorted(junctions[order], junctions[order])
-        shortest = order[
-            rank < skeleton.degrees[junctions[order]] - 2
-        ]  # as many as leave two branches at each junction
+        # two branches are left at each junction
+        shortest = order[rank < skeleton.degrees[junctions[order]] - 2]
         target = np.arange(len(skeleton.nodes))
         for end in shortest[ratios[shortest] <= min_branch_ratio].tolist():
             target[ends[end]] = ends[end][0]
