@@ -75,10 +75,9 @@ def bones_of(skeleton: Skeleton, *, max_bones: int) -> Bones:
         raise MeshError(f"max_bones must be at least {n_roots}, one for each component, not {max_bones}")
     least = float(np.median(tree.radii)) if len(tree.radii) else 0.0
     while True:
-        simple = _without_short_branches(tree, least)
-        counts = [_count(simple, path, least) for path in simple.branches]
-        if sum(counts) + n_roots <= max_bones or not counts:
-            return _segmented(simple, least)
+        found = _segmented(_without_short_branches(tree, least), least)
+        if len(found.heads) <= max_bones:
+            return found
         least = max(GROWTH * least, 1e-3 * tree.length)
 
 
