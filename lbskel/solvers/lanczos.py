@@ -23,7 +23,9 @@ from lbskel.errors import SolveError
 # Largest residual of a Ritz pair that has converged, relative to its Ritz value; errors of eigenvalues are about its
 # square, those of eigenvectors this over the relative gap.
 TOLERANCE = 1e-14
-CHECK_INTERVAL = 10  # steps between tests of convergence, each an eigenproblem of the size of the basis. A guess
+# Steps between tests of convergence, each an eigenproblem of the size of the basis, as a share of the pairs wanted, and
+# at least. A guess.
+CHECK_SHARE, MIN_INTERVAL = 0.2, 10
 MIN_SURPLUS = 30  # vectors of the basis beyond the pairs wanted, at least; it has as many as pairs if these are more
 MAX_RESTARTS = 300  # a guess, far above the ten of the slowest mesh tried
 BREAKDOWN = 1e-14  # a new direction below this, relative to the image of the last, is rounding error
@@ -51,6 +53,7 @@ class ThickRestartLanczos:
         n = M.shape[0]
         self._apply, self._M, self._k, self._random = apply, M, k, random
         self._capacity = min(k + max(k, MIN_SURPLUS), n)
+        self._interval = max(MIN_INTERVAL, int(CHECK_SHARE * k))
         self._V = np.empty((n, self._capacity + 1), order="F")
         self._H = np.zeros((self._capacity, self._capacity))
         self._size, self._beta = 0, 0.0
@@ -74,7 +77,7 @@ class ThickRestartLanczos:
         for _ in range(MAX_RESTARTS):
             for size in range(self._size + 1, self._capacity + 1):
                 self._step()
-                if size == self._capacity or (size > self._k and size % CHECK_INTERVAL == 0):
+                if size == self._capacity or (size > self._k and size % self._interval == 0):
                     values, Y = eigh(self._H[:size, :size])
                     values, Y = values[::-1], Y[:, ::-1]
                     residuals = self._beta * np.abs(Y[-1, : self._k])
