@@ -17,6 +17,7 @@ from lbskel.geometry.arrays import read_only
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import normalized, triangle_normals
+from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.surface_queries import Surface
 
 N_CONE_RAYS = 4  # rays on the cone around the normal; a guess
@@ -48,10 +49,11 @@ def _local_radii(mesh: Mesh) -> NDArray[np.float64]:
     V, F, n = mesh.vertices, mesh.faces, len(mesh.vertices)
     thickness = thickness_along_normal(mesh, np.arange(len(F)))
     thickness[mesh.face_areas == 0] = np.inf
-    corners = np.lexsort((np.repeat(thickness, 3), F.ravel()))
+    ascending = np.argsort(thickness)
+    faces = np.repeat(ascending, 3)[stable_order(F[ascending].ravel())]  # of each vertex, the thinnest first
     count = np.bincount(F.ravel(), minlength=n)
     middle = np.cumsum(count) - count + (count - 1) // 2
-    radii = np.repeat(thickness, 3)[corners][np.minimum(middle, len(corners) - 1)] / 2
+    radii = thickness[faces[np.minimum(middle, len(faces) - 1)]] / 2
     rings = np.bincount(F.ravel(), weights=np.repeat(mesh.face_areas, 3), minlength=n)
     radii = np.clip(radii, MIN_RADIUS * np.sqrt(rings / np.pi), mesh.diameter_bound)
     lengths = np.linalg.norm(V[mesh.edges[:, 0]] - V[mesh.edges[:, 1]], axis=1)

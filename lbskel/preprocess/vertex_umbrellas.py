@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.sorting import stable_order
+from lbskel.geometry.sorting import stable_order, unique_inverse
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +48,9 @@ def find_umbrellas(mesh: Mesh) -> Umbrellas:
     while True:
         of_corner = _number_umbrellas(mesh, pairs)
         # an umbrella that passes an edge twice would have more than two faces there: disconnect them
-        F = np.sort(of_corner[:, [[1, 2], [2, 0], [0, 1]]], axis=2).transpose(1, 0, 2).reshape(-1, 2)
-        _, edge, count = np.unique(F, axis=0, return_inverse=True, return_counts=True)
-        crowded = (count[edge.reshape(-1)] > 2)[pairs].any(axis=1)
+        first, second = of_corner[:, [1, 2, 0]].T.ravel(), of_corner[:, [2, 0, 1]].T.ravel()
+        edge = unique_inverse(np.minimum(first, second) * (of_corner.max() + 1) + np.maximum(first, second))[1]
+        crowded = (np.bincount(edge)[edge] > 2)[pairs].any(axis=1)
         if not crowded.any():
             break
         pairs = pairs[~crowded]

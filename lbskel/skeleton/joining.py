@@ -1,8 +1,9 @@
 """Joining the components of a skeleton to one graph by the shortest possible edges.
 
 The added edges are those of the minimum spanning tree between the components (Kruskal 1956,
-https://doi.org/10.1090/S0002-9939-1956-0078686-7). Candidates are the edges of the Delaunay tetrahedra of the nodes,
-which contain the Euclidean minimum spanning tree (Shamos, Hoey 1975, https://doi.org/10.1109/SFCS.1975.8).
+https://doi.org/10.1090/S0002-9939-1956-0078686-7). Candidates are the shortest edges to the largest component,
+and those of the Delaunay tetrahedra of the other nodes, which contain their Euclidean minimum spanning tree (Shamos,
+Hoey 1975, https://doi.org/10.1109/SFCS.1975.8).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import minimum_spanning_tree
-from scipy.spatial import Delaunay
+from scipy.spatial import Delaunay, cKDTree
 
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.graphs import weighted_graph
@@ -67,7 +68,7 @@ def join_components(
     component, n = skeleton.component_of_node, skeleton.n_components
     if n == 1:
         return skeleton
-    i, j = _candidate_pairs(skeleton.nodes).T
+    i, j = _candidate_pairs(skeleton.nodes, component).T
     lengths = np.linalg.norm(skeleton.nodes[i] - skeleton.nodes[j], axis=1)
     is_allowed = component[i] != component[j]
     if is_joinable is not None:
@@ -103,11 +104,24 @@ def _continues_branch(
     return continues
 
 
-def _candidate_pairs(nodes: NDArray[np.float64]) -> NDArray[np.int64]:
-    """(p, 2) pairs of nodes that contain the edges of the Euclidean minimum spanning tree."""
+def _candidate_pairs(nodes: NDArray[np.float64], component: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(p, 2) pairs of nodes that contain the shortest edges between components.
+
+    These are the edges from each node outside of the largest component to the node of that component nearest to it, and
+    those of the Delaunay tetrahedra of the nodes outside.
+    """
+    is_outside = component != np.bincount(component).argmax()
+    inside, outside = np.flatnonzero(~is_outside), np.flatnonzero(is_outside)
+    to_largest = np.stack([inside[cKDTree(nodes[inside]).query(nodes[outside])[1]], outside], axis=1)
+    return np.concatenate([to_largest, outside[_close_pairs(nodes[outside])]]).astype(np.int64)
+
+
+def _close_pairs(nodes: NDArray[np.float64]) -> NDArray[np.int64]:
+    """(p, 2) pairs of nodes that contain the edges of their Euclidean minimum spanning tree."""
     if len(nodes) <= MAX_NODES_ALL_PAIRS:
-        return np.stack(np.triu_indices(len(nodes), 1), axis=1)
+        return np.stack(np.triu_indices(len(nodes), 1), axis=1).astype(np.int64)
     unit = (nodes - nodes.mean(axis=0)) / (np.abs(nodes - nodes.mean(axis=0)).max() or 1.0)
     tetrahedra = Delaunay(unit, qhull_options="QJ").simplices  # joggled, since nodes may be coplanar or collinear
-    pairs = np.concatenate([tetrahedra[:, [a, b]] for a in range(4) for b in range(a + 1, 4)])
-    return np.unique(np.sort(pairs, axis=1), axis=0).astype(np.int64)
+    pairs = np.sort(np.concatenate([tetrahedra[:, [a, b]] for a in range(4) for b in range(a + 1, 4)]), axis=1)
+    keys = np.unique(pairs.astype(np.int64) @ [len(nodes), 1])
+    return np.stack([keys // len(nodes), keys % len(nodes)], axis=1)
