@@ -10,8 +10,10 @@ from __future__ import annotations
 __all__ = ["run"]
 
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 from scipy.sparse.csgraph import depth_first_order
@@ -22,6 +24,7 @@ from benchmarks.thin_tools import OURS, TOOLS, Answer, ask
 from benchmarks.vessels import tips_found
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.preprocess import simplify
+from lbskel.refinement import missing_branches, uncovered_limbs
 from lbskel.shapes import Shape, tube_mesh, with_local_noise
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.edge_sampling import sample_edges
@@ -32,6 +35,8 @@ SPACING = 5.0  # of the samples along skeletons, in the same units
 MEANS = ("F", "recall", "precision", "to axis", "to axis, median", "tips found", "tip precision", "cpu seconds")
 
 PART_TIPS, QUICK_TIPS = 60, 4  # at most so many tips in a part of a tracing
+# Bounds on the reach and the elongation of limbs without a branch, swept on the first neurons
+REACHES, ELONGATIONS, SWEPT = (1.5, 1.75, 2.0), (1.0, 1.5, 2.0), 2
 EDGE_LENGTH, NOISE, KEPT = 0.6, 0.1, 0.5  # of tubes: edges in radii, noise in edges, share of faces after remeshing
 
 
@@ -48,10 +53,11 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
     for name, _, tracing in neurons:
         shape = remeshed(_tubes(tracing, QUICK_TIPS if quick else PART_TIPS))
         tubes += [tube_row(name, tool, shape, ask(tool, shape.mesh)) for tool in tools]
+    limbs = [limb_row(neurons[:1] if quick else neurons[:SWEPT], *values) for values in product(REACHES, ELONGATIONS)]
     summary = [_summary(rows, tool) for tool in tools]
     save_json(
         results / "neurons.json",
-        {"summary": summary, "hemibrain": rows, "tubes": tubes},
+        {"summary": summary, "hemibrain": rows, "tubes": tubes, "limbs": limbs},
         packages=("navis", "skeletor", "PyGEL3D"),
     )
     save_markdown(
@@ -61,6 +67,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
             "Hemibrain neurons, means": markdown_table(summary),
             "Each neuron": markdown_table(rows),
             "Tubes around parts of the tracings": markdown_table(tubes),
+            f"Bounds on limbs that are grown, means of {SWEPT} neurons": markdown_table(limbs),
         },
     )
 
@@ -107,6 +114,23 @@ def hemibrain_row(name: str, tool: str, truth: lbskel.Skeleton, answer: Answer |
         "verdict": answer.verdict,
         "cpu seconds": answer.seconds,
     }
+
+
+def limb_row(
+    neurons: list[tuple[str, lbskel.Mesh, lbskel.Skeleton]], reach: float, elongation: float
+) -> dict[str, Any]:
+    """Measure skeletons with other bounds on the limbs that :mod:`lbskel.refinement.missing_branches` grows."""
+    with (
+        mock.patch.object(missing_branches, "MIN_REACH", reach),
+        mock.patch.object(uncovered_limbs, "MIN_ELONGATION", elongation),
+    ):
+        rows = [
+            hemibrain_row(name, "lbskel", truth, Answer(lbskel.skeletonize(mesh), 0.0), len(mesh.faces))
+            for name, mesh, truth in neurons
+        ]
+    measures = ("F", "tips found", "tip precision", "to axis")
+    means = {key: float(np.mean([row[key] for row in rows])) for key in measures}
+    return {"reach": reach, "elongation": elongation, **means}
 
 
 def _summary(rows: list[dict[str, Any]], tool: str) -> dict[str, Any]:

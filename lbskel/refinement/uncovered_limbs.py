@@ -1,0 +1,103 @@
+"""Limbs that a skeleton leaves uncovered: parts of the surface that stand out of its balls, and are longer than wide.
+
+A vertex at distance d from the nearest point of the skeleton, where the radius is R, is uncovered if d > c R. A
+connected set of uncovered vertices of area A, whose end, the vertex farthest from the skeleton, has the excess
+l = d - c R, is a limb if
+
+    2 pi l^2 / A > MIN_ELONGATION.
+
+For a round limb of radius r, A = 2 pi r l, so this is l / r; a hemisphere has 1, and the rim of a flat part, which is
+long beside its excess, has less.
+"""
+
+from __future__ import annotations
+
+__all__ = ["MIN_REACH", "UncoveredLimbs", "find_uncovered_limbs"]
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.shape_diameter import local_radii
+from lbskel.skeleton.edge_distances import nearest_on_edges
+from lbskel.skeleton.skeleton import Skeleton
+
+# c and the elongation: lower ones find more ends, of which fewer are true; the table of limbs in
+# benchmarks/results/neurons.md
+MIN_REACH = 1.75
+MIN_ELONGATION = 1.5
+
+# Upper bound on the radius of the skeleton at a node, which is the mean distance of the vertices nearest to it, in
+# units of their mean thickness: the vertices of a limb without a branch are nearest to its base, and far from it. A
+# section three times as wide as thick has a mean radius of about one thickness.
+MAX_WIDTH = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class UncoveredLimbs:
+    """The limbs of a surface that its skeleton leaves uncovered, the one with the farthest end first.
+
+    Parameters
+    ----------
+    ends : (u,) array of int
+        The vertex at the end of each limb.
+    bases : (u, 3) array of float
+        The point of the skeleton nearest to each end.
+    base_radii : (u,) array of float
+        The radius of the skeleton there.
+    radii : (u,) array of float
+        Radius of a round limb of the same excess and area.
+    limb_of_vertex : (n,) array of int
+        The limb of each vertex of the mesh, -1 for none.
+    """
+
+    ends: NDArray[np.int64]
+    bases: NDArray[np.float64]
+    base_radii: NDArray[np.float64]
+    radii: NDArray[np.float64]
+    limb_of_vertex: NDArray[np.int64]
+
+
+def find_uncovered_limbs(skeleton: Skeleton, mesh: Mesh, *, min_reach: float = MIN_REACH) -> UncoveredLimbs:
+    """Find the limbs of a mesh that stand out of the balls of a skeleton.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With inscribed radii, in the coordinates of the mesh.
+    mesh : Mesh
+    min_reach : float
+        Lower bound on the distance of uncovered vertices from the skeleton, in radii of the skeleton.
+    """
+    distances, nearest, inscribed = nearest_on_edges(skeleton, mesh.vertices)
+    node_of_vertex = cKDTree(skeleton.nodes).query(nearest)[1]
+    count = np.maximum(np.bincount(node_of_vertex), 1)
+    mean, thickness = (np.bincount(node_of_vertex, of) / count for of in (distances, 2 * local_radii(mesh)))
+    radii = np.maximum(inscribed, np.minimum(mean, MAX_WIDTH * thickness)[node_of_vertex])
+    is_uncovered = np.zeros(len(mesh.vertices), dtype=bool)
+    is_uncovered[mesh.used_vertices] = True
+    is_uncovered &= distances > min_reach * radii
+    edges, n_vertices = mesh.edges[is_uncovered[mesh.edges].all(axis=1)], len(mesh.vertices)
+    patch = connected_components(weighted_graph(edges, np.ones(len(edges)), n_vertices), directed=False)[1]
+    areas = np.bincount(mesh.faces.ravel(), np.repeat(mesh.face_areas / 3, 3), minlength=n_vertices)
+    area_of_patch = np.bincount(patch, areas * is_uncovered)
+    uncovered = np.flatnonzero(is_uncovered)
+    uncovered = uncovered[np.argsort(-distances[uncovered], kind="stable")]
+    ends = uncovered[np.sort(np.unique(patch[uncovered], return_index=True)[1])]  # the farthest of each patch
+    excess, area = distances[ends] - min_reach * radii[ends], area_of_patch[patch[ends]]
+    is_limb = 2 * np.pi * excess**2 > MIN_ELONGATION * area
+    ends, excess, area = ends[is_limb], excess[is_limb], area[is_limb]
+    limb_of_patch = np.full(patch.max(initial=0) + 1, -1)
+    limb_of_patch[patch[ends]] = np.arange(len(ends))
+    return UncoveredLimbs(
+        ends=ends,
+        bases=nearest[ends],
+        base_radii=radii[ends],
+        radii=area / (2 * np.pi * excess),
+        limb_of_vertex=np.where(is_uncovered, limb_of_patch[patch], -1),
+    )

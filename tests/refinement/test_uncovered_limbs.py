@@ -1,0 +1,59 @@
+"""Uncovered limbs: found where a branch is missing, and nowhere else."""
+
+import numpy as np
+import pytest
+from helpers import path_in
+
+from lbskel import Mesh, skeletonize
+from lbskel.refinement.uncovered_limbs import find_uncovered_limbs
+from lbskel.shapes import capsule, make, sphere
+from lbskel.skeleton.editing import contract_nodes
+
+
+@pytest.fixture(scope="module")
+def whole(tripod):
+    return skeletonize(tripod)
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_a_limb_without_a_branch_is_found_with_its_end_its_radius_and_its_vertices(whole, tripod, number):
+    branch = whole.end_branches[number]
+    target = np.arange(len(whole.nodes))
+    target[branch[1:]] = branch[0]
+    limbs = find_uncovered_limbs(contract_nodes(whole, target), tripod)
+    [end] = limbs.ends
+    tip, radius = whole.nodes[branch[-1]], whole.radii[branch[-1]]
+    assert np.linalg.norm(tripod.vertices[end] - tip) < 1.5 * radius  # the tip is about a radius inside
+    assert limbs.radii == pytest.approx(radius, rel=0.2)  # the cap counts as area, and the foot of the limb does not
+    own = np.isin(whole.node_of_vertex, branch[2 * len(branch) // 3 :])
+    assert (limbs.limb_of_vertex[own] == 0).all()
+
+
+@pytest.mark.parametrize("name", ["octopus", "spiked_ring", "dumbbell", "knot"])
+def test_a_whole_skeleton_leaves_nothing_uncovered(name):
+    shape = make(name, n_vertices=2500)
+    assert len(find_uncovered_limbs(skeletonize(shape.mesh), shape.mesh).ends) == 0
+
+
+def test_the_rim_of_a_flat_part_is_no_limb():
+    """The skeleton runs along a plate ten times as wide as thick, whose rims are far outside of its balls."""
+    round_bar = capsule(8.0, 0.5)
+    plate = round_bar.with_vertices(round_bar.vertices * [1, 10, 1])
+    skeleton = path_in(plate, [[0, 0, z] for z in np.linspace(-4, 4, 17)], radius=0.5)
+    assert len(find_uncovered_limbs(skeleton, plate).ends) == 0
+    assert len(find_uncovered_limbs(path_in(plate, [[0, -4, 0], [0, -3, 0]], radius=0.5), plate).ends) > 0
+
+
+def test_a_limb_shorter_than_the_bound_counts_as_covered():
+    ball = sphere(3)
+    drawn = ball.with_vertices(ball.vertices * np.where(ball.vertices[:, 2:] > 0.9, [1, 1, 4], 1))
+    at_center = path_in(drawn, [[-0.01, 0, 0], [0.01, 0, 0]], radius=1.0)
+    assert len(find_uncovered_limbs(at_center, drawn, min_reach=1.75).ends) == 1
+    assert len(find_uncovered_limbs(at_center, drawn, min_reach=5.0).ends) == 0
+
+
+def test_vertices_of_no_face_are_no_limb():
+    ball = sphere(2)
+    stray = Mesh(np.concatenate([ball.vertices, [[9.0, 0, 0]]]), ball.faces)
+    at_center = path_in(stray, [[-0.01, 0, 0], [0.01, 0, 0]], radius=1.0)
+    assert len(find_uncovered_limbs(at_center, stray).ends) == 0
