@@ -26,7 +26,7 @@ SHOWN = {"text"}
 MODULES = [
     module.name
     for module in pkgutil.walk_packages(lbskel.__path__, "lbskel.")
-    if not module.name.endswith("__main__")  # a script
+    if not module.name.endswith(("__main__", "memory_views"))  # a script, and the code that kernels share
 ]
 
 
@@ -54,7 +54,7 @@ def test_the_first_screen_has_the_two_commands():
     lines = [line for language, body in BLOCKS if language == "bash" for line in body.splitlines()]
     install, check = [line for line in lines if line.startswith("pip install ")]
     assert re.match(r"pip install '\.\[view\]' && lbskel skeletonize meshes/\S+ -o \S+ --picture \S+\.png", install)
-    assert check == "pip install '.[test]' && pytest"
+    assert check == "pip install '.[test]' && pytest -n 2 --dist loadfile"
 
 
 def without_installing(line):
@@ -69,7 +69,7 @@ def test_commands(body, clone):
     is_console = any(line.startswith("$ ") for line in body.splitlines())
     lines = [line for line in body.splitlines() if line.startswith("$ ") or (line and not is_console)]
     commands = [command for command in map(without_installing, lines) if command]
-    if commands == ["pytest"]:
+    if [command.split()[0] for command in commands] == ["pytest"]:
         pytest.skip("that is what is running now")
     for command in commands:
         result = subprocess.run(

@@ -91,8 +91,8 @@ BAD = {
     "unknown solver": (["skeletonize", "rod.off", "-o", "a.swc", "--solver", "x"], r"argument --solver.*cholmod"),
     "no such file": (["skeletonize", "a.off", "-o", "a.swc"], r"a\.off: no such file"),
     "unknown mesh format": (
-        ["skeletonize", "rod.xyz", "-o", "a.swc"],
-        r"rod\.xyz: unknown extension 'xyz'; known .*obj",
+        ["skeletonize", "rod.doc", "-o", "a.swc"],
+        r"rod\.doc: unknown extension 'doc'; known .*obj",
     ),
     "a folder as mesh": (["skeletonize", ".", "-o", "a.swc"], r"\.: is a folder"),
     "unknown skeleton format": (["skeletonize", "rod.off", "-o", "a.xyz"], r"a\.xyz: .* swc, json, npz"),

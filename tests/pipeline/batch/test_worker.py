@@ -42,7 +42,7 @@ def test_a_reply_describes_the_skeleton(worker, job):
 
 
 def test_a_refused_mesh_and_a_failed_score_say_why(worker, job, tmp_path):
-    (tmp_path / "bad.off").write_text("OFF\n1 0 0\n0 0 0\n")
+    (tmp_path / "bad.off").write_text("OFF\n3 1 0\n0 0 0\n")
     reply = worker.run({**job, "input": str(tmp_path / "bad.off")})
     assert reply["outcome"] is BatchStatus.REFUSED
     assert "bad.off" in reply["message"]
