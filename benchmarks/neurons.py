@@ -24,7 +24,7 @@ from benchmarks.thin_tools import OURS, TOOLS, Answer, ask
 from benchmarks.vessels import tips_found
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.preprocess import simplify
-from lbskel.refinement import missing_branches, uncovered_limbs
+from lbskel.refinement import limb_growth, uncovered_limbs
 from lbskel.shapes import Shape, tube_mesh, with_local_noise
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.edge_sampling import sample_edges
@@ -119,9 +119,9 @@ def hemibrain_row(name: str, tool: str, truth: lbskel.Skeleton, answer: Answer |
 def limb_row(
     neurons: list[tuple[str, lbskel.Mesh, lbskel.Skeleton]], reach: float, elongation: float
 ) -> dict[str, Any]:
-    """Measure skeletons with other bounds on the limbs that :mod:`lbskel.refinement.missing_branches` grows."""
+    """Measure skeletons with other bounds on the limbs that :mod:`lbskel.refinement.limb_growth` grows."""
     with (
-        mock.patch.object(missing_branches, "MIN_REACH", reach),
+        mock.patch.object(limb_growth, "MIN_REACH", reach),
         mock.patch.object(uncovered_limbs, "MIN_ELONGATION", elongation),
     ):
         rows = [

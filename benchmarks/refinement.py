@@ -71,6 +71,7 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "limbs at the ends of branches": {"lbskel.refinement.tips._missed_limbs": lambda *_: {}},
     "prune contained branches": {f"{STAGES}.prune_contained_branches": _unchanged},
     "grow missing branches": {f"{STAGES}.grow_missing_branches": _unchanged},
+    "grow uncovered limbs": {f"{STAGES}.grow_uncovered_limbs": _unchanged},
     "reroute inside": {f"{STAGES}._rerouted_inside": _unchanged},
 }
 

@@ -40,6 +40,7 @@ from lbskel.refinement.centering import fit_to_centerlines, recenter
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import reroute_inside
 from lbskel.refinement.junctions import merge_junctions_by_axes
+from lbskel.refinement.limb_growth import grow_uncovered_limbs
 from lbskel.refinement.missing_branches import grow_missing_branches
 from lbskel.refinement.open_ends import extend_to_open_ends
 from lbskel.refinement.radii import inscribed_radii, mean_radii
@@ -239,6 +240,9 @@ def refine(
     if timer.has_time_for("grow missing branches"):
         with timer("grow missing branches"):
             skeleton = grow_missing_branches(skeleton, surface)
+    if timer.has_time_for("grow uncovered limbs"):
+        with timer("grow uncovered limbs"):
+            skeleton = grow_uncovered_limbs(skeleton, surface)
     if timer.has_time_for("reroute inside"):
         with timer("reroute inside"):
             skeleton = _rerouted_inside(skeleton, surface)

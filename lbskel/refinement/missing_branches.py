@@ -1,9 +1,8 @@
 """Missing branches: a branch is grown along every limb that contraction has left without one.
 
-A limb that is short, or thin relative to the contracted faces, may be pulled into the body before it becomes a line. It
-is found by what the skeleton leaves uncovered (:mod:`lbskel.refinement.uncovered_limbs`). Its axis comes from the
-distance to its end (:mod:`lbskel.refinement.level_sets`) or, where it is too short for that, is the segment from the
-skeleton to its end. The points of the axis are moved to the centroids of their cross-sections.
+A limb that is short, or thin relative to the contracted faces, may be pulled into the body before it becomes a line.
+Its end is found on the surface (:mod:`lbskel.refinement.extrema`), and its axis from the distance to that end
+(:mod:`lbskel.refinement.level_sets`).
 """
 
 from __future__ import annotations
@@ -14,100 +13,111 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
-from lbskel.geometry.cross_sections import cross_sections
+from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.extrema import GeodesicExtrema, find_extrema, is_missed
 from lbskel.refinement.level_sets import find_geodesic_caps
 from lbskel.refinement.radii import inscribed_radii
-from lbskel.refinement.tips import clip_to_interior, extend_ends, trace_centerline
-from lbskel.refinement.uncovered_limbs import MIN_REACH, UncoveredLimbs, find_uncovered_limbs
+from lbskel.refinement.tips import clip_to_interior, extend_ends, recenter_points, trace_centerline
+from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
-SPACING = 0.5  # between the points of a straight axis, in radii of the limb; a guess
-MAX_POINTS = 50  # of a straight axis, which bounds the time; a guess
-MAX_OFFSET = 2.0  # of the centroid of a section from the axis, in radii of the section; a guess
-MAX_WIDENING = 2.0  # of a section, in radii of the limb: wider ones are those of the body; a guess
+MIN_SHARE = 0.5  # fraction of a limb's vertices mapped to an end branch above which the branch is the limb's; a guess,
+# benchmarks/results/constants.md
 
 
 def grow_missing_branches(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Grow a branch along each limb that stands out of the skeleton's balls.
+    """Grow a branch along each limb whose end is outside the skeleton's balls and has no tip near it.
 
     Parameters
     ----------
     skeleton : Skeleton
     surface : Surface
     """
-    mesh = surface.proxy.mesh
-    limbs = find_uncovered_limbs(inscribed_radii(skeleton, surface.proxy), mesh, min_reach=MIN_REACH)
-    if len(limbs.ends) == 0:
+    proxy_mesh = surface.proxy.mesh
+    extrema = find_extrema(proxy_mesh)
+    missed = is_missed(extrema, proxy_mesh, inscribed_radii(skeleton, surface.proxy))
+    is_on_missed = np.isin(extrema.limb_of_vertex, np.flatnonzero(missed))
+    limb_of_vertex = np.where(is_on_missed, extrema.limb_of_vertex, -1)
+    caps = find_geodesic_caps(proxy_mesh, limb_of_vertex)
+    axes = {limb: axis for limb, cap in caps.items() if len(axis := clip_to_interior(cap, surface)) >= 2}
+    if not axes:
         return skeleton
-    axes, widths = _centered(_axes(limbs, surface), limbs.radii, surface)
-    grown = _not_covered(mesh.vertices[limbs.ends], axes, [MIN_REACH * width for width in widths])
-    if not grown:
-        return skeleton
-    bases = cKDTree(skeleton.nodes).query(limbs.bases)[1]
-    outward = [mesh.vertices[limbs.ends[limb]] - axes[limb][-1] for limb in grown]
-    onward = trace_centerline(surface, np.array([axes[limb][-1] for limb in grown]), np.array(outward))
-    paths = [[*axes[limb], *continuation] for limb, continuation in zip(grown, onward, strict=True)]
-    limb_of_vertex, node_of_vertex = surface.from_proxy(limbs.limb_of_vertex), np.array(skeleton.node_of_vertex)
-    is_on_limb = np.isin(limb_of_vertex, grown)
-    node_of_vertex[is_on_limb] = bases[limb_of_vertex[is_on_limb]]
-    return extend_ends(replace(skeleton, node_of_vertex=node_of_vertex), surface, bases[grown], paths)
-
-
-def _axes(limbs: UncoveredLimbs, surface: Surface) -> list[NDArray[np.float64]]:
-    """Compute points along the axis of each limb, from the skeleton's ball to the center of the limb's cap."""
-    mesh = surface.proxy.mesh
-    caps = find_geodesic_caps(mesh, limbs.limb_of_vertex)
-    axes = []
-    for limb, end in enumerate(mesh.vertices[limbs.ends]):
-        axis = clip_to_interior(caps[limb], surface) if limb in caps else np.empty((0, 3))
-        if len(axis) < 2:
-            distance = float(np.linalg.norm(end - limbs.bases[limb]))
-            first, last = limbs.base_radii[limb], distance - limbs.radii[limb]
-            n_points = int(np.clip(2 + (last - first) / (SPACING * limbs.radii[limb]), 2, MAX_POINTS))
-            shares = np.linspace(first, last, n_points)[:, None] / distance
-            axis = (1 - shares) * limbs.bases[limb] + shares * end
-        axes.append(axis)
-    return axes
-
-
-def _centered(
-    axes: list[NDArray[np.float64]], limb_radii: NDArray[np.float64], surface: Surface
-) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]]]:
-    """Move the points of axes to the centroids of their cross-sections, whose mean radii are returned too.
-
-    Points whose section is far, or wider than the limb, are dropped.
-    """
-    P = np.concatenate(axes)
-    T = np.concatenate([np.gradient(axis, axis=0) for axis in axes])
-    sections = cross_sections(surface.mesh, P, T / np.linalg.norm(T, axis=1, keepdims=True))
-    is_own = sections.is_cut & (np.linalg.norm(sections.centroids - P, axis=1) <= MAX_OFFSET * sections.radii)
-    is_own &= sections.radii <= MAX_WIDENING * np.repeat(limb_radii, [len(axis) for axis in axes])
-    is_own &= surface.contains(sections.centroids)
-    parts = np.cumsum([len(axis) for axis in axes])[:-1]
-    own, points, widths = (np.split(values, parts) for values in (is_own, sections.centroids, sections.radii))
-    return (
-        [point[kept] for point, kept in zip(points, own, strict=True)],
-        [width[kept] for width, kept in zip(widths, own, strict=True)],
+    skeleton = _without_misplaced_ends(skeleton, surface, extrema, missed, list(axes))
+    centered = recenter_points(list(axes.values()), surface)
+    onward = trace_centerline(
+        surface, np.array([axis[-1] for axis in centered]), np.array([axis[-1] - axis[-2] for axis in centered])
     )
+    node_of_vertex, limb_of_full_vertex = np.array(skeleton.node_of_vertex), surface.from_proxy(limb_of_vertex)
+    nearby = _nodes_near_limbs(surface.on_proxy(skeleton.node_of_vertex), limb_of_vertex, proxy_mesh)
+    start_of_limb = np.full(len(extrema.radii), -1)
+    starts: list[int] = []
+    paths: list[list[NDArray[np.float64]]] = []
+    for limb, axis, continuation in zip(axes, centered, onward, strict=True):
+        path = np.array([*axis, *continuation])
+        candidates = nearby[limb]
+        distances = cdist(path, skeleton.nodes[candidates])
+        touching = np.flatnonzero(distances.min(axis=1) <= extrema.radii[limb])
+        first = touching[-1] + 1 if len(touching) else 0
+        start = candidates[distances[max(first - 1, 0)].argmin()]
+        if first < len(path):
+            start_of_limb[limb] = start
+            starts.append(start)
+            paths.append(list(path[first:]))
+    is_grown = (limb_of_full_vertex >= 0) & (start_of_limb[limb_of_full_vertex] >= 0)
+    node_of_vertex[is_grown] = start_of_limb[limb_of_full_vertex[is_grown]]
+    skeleton = replace(skeleton, node_of_vertex=node_of_vertex)
+    return extend_ends(skeleton, surface, np.array(starts, dtype=np.int64), paths)
 
 
-def _not_covered(
-    ends: NDArray[np.float64], axes: list[NDArray[np.float64]], reaches: list[NDArray[np.float64]]
-) -> list[int]:
-    """Choose limbs in their order, without those whose end is within reach of the axis of one chosen before."""
-    if not any(map(len, axes)):
-        return []
-    owner = np.repeat(np.arange(len(axes)), [len(axis) for axis in axes])
-    covered_by: list[set[int]] = [set() for _ in ends]
-    within = cKDTree(ends).query_ball_point(np.concatenate(axes), np.concatenate(reaches))
-    for limb, covered in zip(owner.tolist(), within, strict=True):
-        for other in covered:
-            covered_by[other].add(limb)
-    chosen: set[int] = set()
-    for limb, axis in enumerate(axes):
-        if len(axis) and not covered_by[limb] & chosen:
-            chosen.add(limb)
-    return sorted(chosen)
+def _without_misplaced_ends(
+    skeleton: Skeleton, surface: Surface, extrema: GeodesicExtrema, missed: NDArray[np.bool_], limbs: list[int]
+) -> Skeleton:
+    """Cut back end branches to which the vertices of a missed limb are mapped but which end elsewhere.
+
+    Each is cut back to the node before the first that has vertices of the limb. The tip nearest to an end that is not
+    missed belongs to that end.
+    """
+    node_of_vertex, tips = surface.on_proxy(skeleton.node_of_vertex), skeleton.tips
+    reached = surface.proxy.mesh.vertices[extrema.vertices[~missed]]
+    taken = tips[cdist(reached, skeleton.nodes[tips]).argmin(axis=1)] if len(reached) and len(tips) else tips[:0]
+    target = np.arange(len(skeleton.nodes))
+    branches = [branch for branch in skeleton.end_branches if branch[-1] not in taken]
+    branch_of_node = np.full(len(skeleton.nodes), -1)
+    for index, branch in enumerate(branches):
+        branch_of_node[branch[1:]] = index
+    nodes_of_limb = np.split(*_grouped(extrema.limb_of_vertex, node_of_vertex, len(extrema.radii)))
+    is_cut = np.zeros(len(branches), dtype=bool)
+    for limb in limbs:
+        nodes = nodes_of_limb[limb]
+        found, counts = np.unique(branch_of_node[nodes], return_counts=True)
+        row = int(found[counts.argmax()])
+        if row < 0 or is_cut[row] or not counts.max() > MIN_SHARE * len(nodes):
+            continue
+        first = np.flatnonzero(np.isin(branches[row][1:], nodes))[0]
+        target[branches[row][first + 1 :]] = branches[row][first]
+        is_cut[row] = True
+    return contract_nodes(skeleton, target)
+
+
+def _grouped(
+    group: NDArray[np.int64], values: NDArray[np.int64], n_groups: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Values sorted by their group, without those of negative groups, and where all groups but the first begin."""
+    order = np.argsort(group, kind="stable")
+    order = order[group[order] >= 0]
+    return values[order], np.searchsorted(group[order], np.arange(1, n_groups))
+
+
+def _nodes_near_limbs(
+    node_of_vertex: NDArray[np.int64], limb_of_vertex: NDArray[np.int64], mesh: Mesh
+) -> dict[int, NDArray[np.int64]]:
+    """For each limb, the nodes of its vertices and of those adjacent to them, in ascending order."""
+    i, j = mesh.edges.T
+    limbs = limb_of_vertex[np.concatenate([i, j, i, j])]
+    nodes = node_of_vertex[np.concatenate([i, j, j, i])]
+    pairs = np.unique(np.stack([limbs, nodes], axis=1)[limbs >= 0], axis=0)
+    limbs, first = np.unique(pairs[:, 0], return_index=True)
+    return dict(zip(limbs.tolist(), np.split(pairs[:, 1], first[1:]), strict=True))

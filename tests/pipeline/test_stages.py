@@ -689,7 +689,7 @@ def test_a_time_limit_gives_the_best_so_far_and_says_so(ring):
     [part] = skeleton.report["components"]
     assert part["status"] == "the time limit was reached, the last good step was kept"
     assert part["steps"] == []
-    skipped = "merge junctions, recenter, extend tips, grow missing branches, reroute inside"
+    skipped = "merge junctions, recenter, extend tips, grow missing branches, grow uncovered limbs, reroute inside"
     assert skeleton.report["notes"][-1] == f"the time limit was reached, so these stages were skipped: {skipped}"
     assert everything(skeletonize(ring, time_limit=1e6)) == everything(skeletonize(ring))
     with pytest.raises(UnknownChoice, match="time_limit must be positive"):

@@ -1,4 +1,6 @@
-"""Missing branches: a limb without a branch gets one."""
+"""Missing branches: a limb without a branch gets one, and a branch that ends in another limb is replaced."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,7 +8,7 @@ from helpers import reversed_proxy
 
 from lbskel import skeletonize
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.missing_branches import _centered, _not_covered, grow_missing_branches
+from lbskel.refinement.missing_branches import grow_missing_branches
 from lbskel.shapes import make, sphere
 from lbskel.skeleton.editing import contract_nodes
 
@@ -63,17 +65,15 @@ def test_a_complete_skeleton_is_returned_unchanged(whole, tripod):
     assert grow_missing_branches(skeleton, Surface(ball)) is skeleton
 
 
-def test_of_two_limbs_whose_ends_lie_on_one_axis_the_first_gets_a_branch():
-    ends = np.array([[0.0, 0, 5], [0.3, 0, 3], [9, 0, 0]])
-    axes = [np.array([[0.0, 0, z] for z in range(1, 5)]), np.array([[0.1, 0, 2.0]]), np.array([[8.0, 0, 0]])]
-    assert _not_covered(ends, axes, [np.full(len(axis), 0.5) for axis in axes]) == [0, 2]
-    assert _not_covered(ends, axes, [np.full(len(axis), 0.2) for axis in axes]) == [0, 1, 2]
-
-
-def test_points_of_an_axis_inside_the_body_are_dropped():
-    ball = sphere(3)
-    drawn = ball.with_vertices(ball.vertices * np.where(ball.vertices[:, 2:] > 0.9, [1, 1, 4], 1))
-    axis = np.array([[0.05, 0, z] for z in (0.0, 0.3, 1.5, 2.5, 3.5)])
-    [points], [widths] = _centered([axis], np.array([0.4]), Surface(drawn))
-    assert points == pytest.approx(np.array([[0, 0, z] for z in (1.5, 2.5, 3.5)]), abs=0.02)  # the triangles are coarse
-    assert (widths < 0.5).all()
+def test_a_branch_that_ends_in_another_limb_is_replaced_in_its_own(whole, tripod):
+    """The branch of the first leg runs parallel to that of the second, and ends halfway down."""
+    first, second, _ = whole.end_branches
+    nodes = np.array(whole.nodes)
+    share = np.linspace(0, 0.5, len(first))
+    position = np.linspace(0, 1, len(second))
+    nodes[first] = np.stack([np.interp(share, position, whole.nodes[second, axis]) for axis in range(3)], axis=1)
+    grown = grow_missing_branches(replace(whole, nodes=nodes), Surface(tripod))
+    assert (len(grown.tips), grown.cycle_rank, grown.n_components) == (3, 0, 1)
+    distances = np.linalg.norm(grown.nodes[grown.tips][:, None] - whole.nodes[whole.tips], axis=2)
+    assert sorted(distances.argmin(axis=1)) == [0, 1, 2]
+    assert (distances.min(axis=1) < whole.radii[whole.tips[distances.argmin(axis=1)]]).all()
