@@ -22,6 +22,7 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.skeleton import Skeleton
 
 N_NODES = 4  # nodes at the end of a branch that give its direction; a guess
+N_NEAREST = 16  # nodes of the largest component that each other node may be joined to; a guess
 MAX_NODES_ALL_PAIRS = 100  # number of nodes up to which all pairs are candidates; a guess, it affects speed only
 
 
@@ -107,12 +108,14 @@ def _continues_branch(
 def _candidate_pairs(nodes: NDArray[np.float64], component: NDArray[np.int64]) -> NDArray[np.int64]:
     """(p, 2) pairs of nodes that contain the shortest edges between components.
 
-    These are the edges from each node outside of the largest component to the node of that component nearest to it, and
-    those of the Delaunay tetrahedra of the nodes outside.
+    These are the edges from each node outside of the largest component to the nodes of that component nearest to it,
+    several since the shortest may not be allowed, and those of the Delaunay tetrahedra of the nodes outside.
     """
     is_outside = component != np.bincount(component).argmax()
     inside, outside = np.flatnonzero(~is_outside), np.flatnonzero(is_outside)
-    to_largest = np.stack([inside[cKDTree(nodes[inside]).query(nodes[outside])[1]], outside], axis=1)
+    k = min(N_NEAREST, len(inside))
+    nearest = cKDTree(nodes[inside]).query(nodes[outside], k=[*range(1, k + 1)])[1]
+    to_largest = np.stack([inside[nearest.ravel()], np.repeat(outside, k)], axis=1)
     return np.concatenate([to_largest, outside[_close_pairs(nodes[outside])]]).astype(np.int64)
 
 

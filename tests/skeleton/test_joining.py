@@ -111,3 +111,10 @@ def test_only_components_that_may_be_joined_are():
     added = some.edges[len(given.edges) :]
     assert not (given.component_of_node[added] == 1).any()
     assert join_components(given, is_joinable=np.zeros(4, dtype=bool)).n_components == 4
+
+
+def test_the_nearest_pair_of_nodes_may_be_one_that_is_not_allowed():
+    """The second line leaves the first at a right angle from its middle, beside the nodes that it is nearest to."""
+    trunk = line([0, 0, 0], [5, 0, 0], 60)
+    twig = line([2.5, 0.5, 0.3], [2.5, 3, 0.3])
+    assert join_components(both(trunk, twig), reach=10.0, max_angle=45.0).n_components == 1
