@@ -58,7 +58,7 @@ def greedy_anchors(
         The deltas to reconstruct from, and the positions to reach; of zero rows both are ignored.
     n_anchors : int
     weight : float
-        Of the anchors, in units of the entries of S.
+        Of the anchors, in units of the entries of S; above zero.
     solver : str
         A name in SOLVERS.
 
@@ -75,7 +75,11 @@ def greedy_anchors(
         If there are fewer anchors than components.
     SolveError
         If the system is singular to working accuracy.
+    UnknownChoice
+        If the number of anchors or the weight is out of range.
     """
+    if checked_weight(weight, "anchor_weight") is None or n_anchors < 1:
+        raise UnknownChoice(f"there must be an anchor with a weight above zero, not {n_anchors!r} of {weight!r}")
     anchors = list(_first_anchors(stiffness, vertices))
     if len(anchors) > n_anchors:
         raise MeshError(f"{len(anchors)} components need as many anchors, not {n_anchors}")
@@ -88,7 +92,7 @@ def greedy_anchors(
         X[is_uncoupled] = vertices[is_uncoupled]
         if len(anchors) >= n_anchors:
             return chosen, X
-        target = min(n_anchors, 2 * len(anchors))
+        target = min(n_anchors, max(2 * len(anchors), 1))  # there is none yet if every row is zero
         updates: list[tuple[NDArray[np.float64], float]] = []
         while len(anchors) < target:
             errors = np.linalg.norm(X - vertices, axis=1)
@@ -160,11 +164,14 @@ def least_squares_mesh(
     (60, True)
     """
     given: Mesh = as_mesh(mesh)
-    weight = checked_weight(anchor_weight, "anchor_weight")
-    if weight is None or n_anchors < 1:
-        raise UnknownChoice(f"there must be an anchor with a weight above zero, not {n_anchors!r} of {weight!r}")
     stiffness = apply_operator(operator, given).stiffness
     center = given.centroid
-    zeros = np.zeros_like(given.vertices)
-    anchors, X = greedy_anchors(stiffness, zeros, given.vertices - center, n_anchors, weight=weight, solver=solver)
+    anchors, X = greedy_anchors(
+        stiffness,
+        np.zeros_like(given.vertices),
+        given.vertices - center,
+        n_anchors,
+        weight=anchor_weight,
+        solver=solver,
+    )
     return given.with_vertices(X + center), anchors

@@ -17,12 +17,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array, diags_array
 
+from lbskel.applications.anchor_selection import greedy_anchors
+from lbskel.applications.differential_coordinates import AnchoredLaplacian, uncoupled_rows
 from lbskel.errors import MeshError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
-from lbskel.solvers import Factorization, factorize
+from lbskel.operators import Laplacian
+from lbskel.operators.assembly import diagonal_matrix
+from lbskel.operators.combinatorial import random_walk
 from lbskel.solvers.eigenproblem import smallest_eigenpairs
 
 BASES = ("spectral", "geometry_aware")
@@ -144,75 +147,38 @@ def compress(mesh: Any, k: int, *, basis: str = "spectral", bits: int = 12) -> C
         anchors = np.empty(0, dtype=np.int64)
         coefficients = _graph_eigenvectors(mesh.faces, n, int(k)).T @ V
     else:
-        anchors = _choose_anchors(mesh, V, int(k))
+        n_components = int(mesh.component_of_vertex.max()) + 1
+        if n_components > k:
+            raise MeshError(
+                f"{n_components} connected components, isolated vertices included, need as many anchors, not {k}"
+            )
+        anchors = _anchors(mesh.faces, V, int(k))
         coefficients = V[anchors]
     step = float(np.abs(coefficients).max()) / 2 ** (bits - 1)
     rounded = np.rint(coefficients / step).astype(np.int64) if step > 0 else np.zeros(coefficients.shape, np.int64)
     return CompressedMesh(basis, mesh.faces, n, rounded, float(np.ldexp(step, exponent)), origin, anchors)
 
 
-def _adjacency(faces: NDArray[np.int64], n: int) -> csc_array:
-    """Build the adjacency matrix, with entries of one."""
-    i, j = faces[:, [0, 1, 2]].ravel(), faces[:, [1, 2, 0]].ravel()
-    A = csc_array((np.ones(len(i)), (i, j)), shape=(n, n))
-    A = A + A.T
-    A.setdiag(0.0)
-    A.eliminate_zeros()
-    return A.sign().tocsc()
+def _connectivity(faces: NDArray[np.int64], n: int) -> Laplacian:
+    """Build D - A and, in the strong form, I - D^-1 A, which is zero at isolated vertices."""
+    return random_walk(Mesh(np.zeros((n, 3)), faces))
 
 
 def _graph_eigenvectors(faces: NDArray[np.int64], n: int, k: int) -> NDArray[np.float64]:
     """Compute the first eigenvectors of D - A."""
-    A = _adjacency(faces, n)
-    S = (diags_array(A.sum(axis=0)) - A).tocsc()
-    return smallest_eigenpairs(S, csc_array(diags_array(np.ones(n))), k)[1]
+    return smallest_eigenpairs(_connectivity(faces, n).stiffness, diagonal_matrix(np.ones(n)), k)[1]
 
 
 def _interpolate(
     faces: NDArray[np.int64], n: int, anchors: NDArray[np.int64], positions: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Find the smoothest positions close to those of the anchors."""
-    factor, is_anchor = _normal_equations(_umbrella(faces, n), anchors)
-    right = np.zeros((n, 3))
-    right[anchors] = positions
-    return factor.solve(is_anchor[:, None] * right)
+    umbrella = _connectivity(faces, n).strong()
+    return AnchoredLaplacian(umbrella, anchors, weight=1.0).solve(np.zeros((n, 3)), positions)
 
 
-def _umbrella(faces: NDArray[np.int64], n: int) -> csc_array:
-    """Build I - D^-1 A; rows of isolated vertices are zero."""
-    A = _adjacency(faces, n)
-    degrees = A.sum(axis=0)
-    return csc_array(diags_array((degrees > 0) * 1.0) - diags_array(1 / np.maximum(degrees, 1)) @ A)
-
-
-def _normal_equations(L: csc_array, anchors: NDArray[np.int64]) -> tuple[Factorization, NDArray[np.float64]]:
-    """Factorize L^T L + P^T P, for the selection P of the anchors."""
-    is_anchor = np.zeros(L.shape[0])
-    is_anchor[anchors] = 1.0
-    return factorize((L.T @ L + diags_array(is_anchor)).tocsc()), is_anchor
-
-
-def _choose_anchors(mesh: Mesh, V: NDArray[np.float64], k: int) -> NDArray[np.int64]:
-    """Choose anchors: a vertex of each component, then in rounds where the error is largest among the neighbors.
-
-    A round at most doubles their number, so that there are about log2 k factorizations.
-    """
-    n = len(V)
-    anchors = np.unique(mesh.component_of_vertex, return_index=True)[1]
-    if len(anchors) > k:
-        raise MeshError(
-            f"{len(anchors)} connected components, isolated vertices included, need as many anchors, not {k}"
-        )
-    L = _umbrella(mesh.faces, n)
-    i, j = mesh.edges.T
-    while len(anchors) < k:
-        factor, is_anchor = _normal_equations(L, anchors)
-        error = np.linalg.norm(factor.solve(is_anchor[:, None] * V) - V, axis=1)
-        error[anchors] = -1.0
-        largest = error.copy()
-        np.maximum.at(largest, i, error[j])
-        np.maximum.at(largest, j, error[i])
-        order = np.argsort(-error, kind="stable")
-        peaks = order[(error >= largest)[order] & (error[order] >= 0)]
-        anchors = np.concatenate([anchors, peaks[: min(len(anchors), k - len(anchors))]])
-    return anchors
+def _anchors(faces: NDArray[np.int64], V: NDArray[np.float64], k: int) -> NDArray[np.int64]:
+    """Choose k anchors: the isolated vertices, which nothing else determines, and greedy ones."""
+    umbrella = _connectivity(faces, len(V)).strong()
+    isolated = np.flatnonzero(uncoupled_rows(umbrella))
+    return np.concatenate([isolated, greedy_anchors(umbrella, np.zeros_like(V), V, k - len(isolated))[0]])

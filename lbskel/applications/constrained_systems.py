@@ -119,11 +119,11 @@ class ConstrainedSystem:
         self._factor = factorize_square(rows[:, self._free].tocsc(), solver=solver) if len(self._free) else None
 
     def solve(
-        self, values: NDArray[np.float64], B: NDArray[np.float64] | None = None, *, refine: bool = True
+        self, values: NDArray[np.float64], B: NDArray[np.float64] | None = None, *, refined: bool = True
     ) -> NDArray[np.float64]:
         """Minimize for (k, c) prescribed values and an (n, c) linear term B, by default zero.
 
-        Without ``refine`` as :meth:`lbskel.solvers.Factorization.correction`.
+        ``refined`` as of :meth:`lbskel.solvers.Factorization.solve`.
 
         Raises
         ------
@@ -140,5 +140,5 @@ class ConstrainedSystem:
             free = right[self._free]
             if self._weight is None:
                 free = free - self._coupling @ values
-            X[self._free] = self._factor.solve(free) if refine else self._factor.correction(free)
+            X[self._free] = self._factor.solve(free, refined=refined)
         return X

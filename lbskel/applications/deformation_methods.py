@@ -140,7 +140,7 @@ def _arap(L: Laplacian, V: Positions, constraints: Constraints) -> Deformation:
         X = start()(targets, START_ITERATIONS, None) if initial is None else initial
         for _ in range(iterations):
             right = energy.right_hand_side(energy.rotations(X))
-            X = X + system.solve(targets - X[handles], right - S @ X, refine=False)
+            X = X + system.solve(targets - X[handles], right - S @ X, refined=False)
         return X
 
     return _aligned(V, constraints, deform)

@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.applications.anchor_selection import greedy_anchors
-from lbskel.applications.differential_coordinates import checked_weight
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.mesh import Mesh, as_mesh
@@ -99,24 +98,14 @@ def quantize_deltas(
     mesh : Mesh or anything that :func:`lbskel.as_mesh` takes
     bits : int
         Of each coordinate of a delta, from 1 to 32.
-    n_anchors : int
-        At least one for each component.
-    operator : str or callable
-        A name in OPERATORS, or a function from a Mesh to a Laplacian. A decoder has the connectivity only, from which
+    n_anchors, operator, anchor_weight, solver
+        As of :func:`lbskel.least_squares_mesh`, with the same errors. A decoder has the connectivity only, from which
         ``graph`` follows; of other operators it needs the weights too, which are not counted.
-    anchor_weight : float
-        In units of the operator's weights.
-    solver : str
-        A name in SOLVERS.
 
     Raises
     ------
-    MeshError
-        If there are fewer anchors than components.
-    SolveError
-        If the system is singular to working accuracy.
     UnknownChoice
-        If no operator or solver has that name, or a number is out of range.
+        If the bits are out of range.
 
     References
     ----------
@@ -134,12 +123,9 @@ def quantize_deltas(
     given: Mesh = as_mesh(mesh)
     if not (isinstance(bits, int | np.integer) and 1 <= bits <= MAX_BITS):
         raise UnknownChoice(f"bits must be a whole number from 1 to {MAX_BITS}, not {bits!r}")
-    weight = checked_weight(anchor_weight, "anchor_weight")
-    if weight is None or n_anchors < 1:
-        raise UnknownChoice(f"there must be an anchor with a weight above zero, not {n_anchors!r} of {weight!r}")
     stiffness = apply_operator(operator, given).stiffness
     center = given.centroid
     V = given.vertices - center
     codes, deltas = round_to_bits(stiffness @ V, int(bits))
-    anchors, X = greedy_anchors(stiffness, deltas, V, n_anchors, weight=weight, solver=solver)
+    anchors, X = greedy_anchors(stiffness, deltas, V, n_anchors, weight=anchor_weight, solver=solver)
     return QuantizedDeltas(read_only(codes), read_only(anchors), given.with_vertices(X + center))

@@ -10,7 +10,7 @@ from typing import Any
 
 from lbskel.applications import branch_table
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
-from lbskel.cli.options import add_command
+from lbskel.cli.options import add_command, add_force_option, refuse_existing
 from lbskel.errors import FormatError
 from lbskel.io import write_safely
 
@@ -27,7 +27,7 @@ def add_parser(subparsers: Any) -> None:
         example="lbskel branches meshes/tree.stl -o tree_branches.csv",
     )
     parser.add_argument("-o", "--output", metavar="TABLE", help="table to write: csv or json")
-    parser.add_argument("--force", action="store_true", help="replace a file that exists")
+    add_force_option(parser)
     add_input(parser)
     parser.set_defaults(run=run)
 
@@ -38,8 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
     if output is not None:
         if output.suffix.lower() not in EXTENSIONS:
             raise FormatError(f"{output}: the name must end in one of: {', '.join(EXTENSIONS)}")
-        if output.exists() and not arguments.force:
-            raise FormatError(f"{output} exists already; give --force to replace it")
+        refuse_existing([output], arguments.force)
     mesh, skeleton = mesh_and_skeleton(arguments)
     table = branch_table(skeleton, mesh)
     if output is None:

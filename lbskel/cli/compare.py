@@ -11,7 +11,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from lbskel.cli.options import add_command
+from lbskel.cli.options import add_command, add_force_option, refuse_existing
 from lbskel.contraction.result import Status
 from lbskel.errors import FormatError
 from lbskel.geometry.mesh import Mesh
@@ -73,7 +73,7 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("mesh", metavar="MESH")
     parser.add_argument("-o", "--output", required=True, metavar="FOLDER", help="gets index.html and what it shows")
-    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    add_force_option(parser)
     parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
     parser.set_defaults(run=run)
 
@@ -86,9 +86,7 @@ def run(arguments: argparse.Namespace) -> int:
     ]
     if not folder.parent.is_dir() or (folder.exists() and not folder.is_dir()):
         raise FormatError(f"{folder}: is no folder, and cannot be made in a folder that exists")
-    existing = [path for path in names if path.exists()]
-    if existing and not arguments.force:
-        raise FormatError(f"{existing[0]} exists already; give --force to replace it")
+    refuse_existing(names, arguments.force)
     given = read_mesh(arguments.mesh)
     mesh = representative(given, most_faces=MOST_FACES)
     results: dict[str, ComparisonResult] = {}

@@ -5,12 +5,10 @@ from __future__ import annotations
 __all__ = ["add_parser", "run"]
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 from lbskel.applications import BASES, compress
-from lbskel.cli.options import add_command
-from lbskel.errors import FormatError
+from lbskel.cli.options import add_command, add_force_option, add_mesh_and_output, refuse_existing
 from lbskel.io import MESH_WRITERS, read_mesh, write_mesh
 from lbskel.io.text import known_extension
 
@@ -24,22 +22,20 @@ def add_parser(subparsers: Any) -> None:
         details="The vertices keep their order.",
         example="lbskel compress meshes/hand.ply -o few.ply -k 200 --bits 10",
     )
-    parser.add_argument("mesh", metavar="MESH")
-    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=f"mesh: {', '.join(MESH_WRITERS)}")
+    add_mesh_and_output(parser)
     parser.add_argument("-k", type=int, default=200, metavar="N", help="number of functions (%(default)s)")
     parser.add_argument("--bits", type=int, default=12, metavar="N", help="of a coefficient (%(default)s)")
     parser.add_argument(
         "--basis", default="spectral", choices=BASES, metavar="NAME", help=f"{', '.join(BASES)} (%(default)s)"
     )
-    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    add_force_option(parser)
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Compress, write what is decoded, and print rate and error."""
     known_extension(arguments.output, MESH_WRITERS, "meshes")
-    if Path(arguments.output).exists() and not arguments.force:
-        raise FormatError(f"{arguments.output} exists already; give --force to replace it")
+    refuse_existing([arguments.output], arguments.force)
     mesh = read_mesh(arguments.mesh)
     packed = compress(mesh, arguments.k, basis=arguments.basis, bits=arguments.bits)
     write_mesh(arguments.output, packed.mesh, force=arguments.force)

@@ -5,19 +5,17 @@ from __future__ import annotations
 __all__ = ["add_parser", "run"]
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.applications import EDITING_METHODS, Editor, rigid_motion
-from lbskel.cli.options import add_command
-from lbskel.errors import FormatError, MeshError
+from lbskel.cli.options import add_command, add_force_option, add_mesh_and_output, add_operator_option, refuse_existing
+from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import MESH_WRITERS, read_mesh, write_mesh
 from lbskel.io.text import known_extension
-from lbskel.operators import OPERATORS
 
 
 def add_parser(subparsers: Any) -> None:
@@ -29,8 +27,7 @@ def add_parser(subparsers: Any) -> None:
         details="A region AXIS:LOW:HIGH holds the vertices between two fractions of the bounding box, such as z:0.9:1.",
         example="lbskel edit meshes/dinosaur.ply -o out.ply --fix z:0:0.3 --move z:0.9:1 --axis 0,0,1 --angle 40",
     )
-    parser.add_argument("mesh", metavar="MESH")
-    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=f"mesh: {', '.join(MESH_WRITERS)}")
+    add_mesh_and_output(parser)
     parser.add_argument(
         "--fix", type=_region, action="append", default=[], metavar="REGION", help="vertices that stay; may be repeated"
     )
@@ -53,22 +50,15 @@ def add_parser(subparsers: Any) -> None:
         help=f"{', '.join(EDITING_METHODS)} (%(default)s)",
     )
     parser.add_argument("--iterations", type=int, default=10, metavar="N", help="of arap and rotated (%(default)s)")
-    parser.add_argument(
-        "--operator",
-        default="cotangent",
-        choices=OPERATORS,
-        metavar="NAME",
-        help="discrete Laplacian; 'lbskel laplacian --help' lists them (%(default)s)",
-    )
-    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    add_operator_option(parser, "cotangent")
+    add_force_option(parser)
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Edit, write and print the sizes of the regions and the change of lengths."""
     known_extension(arguments.output, MESH_WRITERS, "meshes")
-    if Path(arguments.output).exists() and not arguments.force:
-        raise FormatError(f"{arguments.output} exists already; give --force to replace it")
+    refuse_existing([arguments.output], arguments.force)
     mesh = read_mesh(arguments.mesh)
     moved = _vertices(mesh, arguments.move)
     fixed = np.setdiff1d(np.concatenate([np.empty(0, np.int64), *(_vertices(mesh, r) for r in arguments.fix)]), moved)

@@ -11,10 +11,8 @@ from typing import Any
 import numpy as np
 
 from lbskel.applications import HeatMethod
-from lbskel.cli.options import add_command
-from lbskel.errors import FormatError
+from lbskel.cli.options import add_command, add_force_option, add_operator_option, refuse_existing
 from lbskel.io import read_mesh, write_safely
-from lbskel.operators import OPERATORS
 
 N_BANDS = 20  # of the picture, which show the level sets
 
@@ -38,23 +36,15 @@ def add_parser(subparsers: Any) -> None:
         help="index of a vertex that distances start from; may be repeated, the nearest counts",
     )
     parser.add_argument("-o", "--output", metavar="CSV", help="write the distance of each vertex, in their order")
-    parser.add_argument(
-        "--operator",
-        default="robust",
-        choices=OPERATORS,
-        metavar="NAME",
-        help="discrete Laplacian; 'lbskel laplacian --help' lists them (%(default)s)",
-    )
+    add_operator_option(parser, "robust")
     parser.add_argument("--picture", metavar="PNG", help="draw the distances and their level sets")
-    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    add_force_option(parser)
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Compute, print and write."""
-    for path in (arguments.output, arguments.picture):
-        if path and Path(path).exists() and not arguments.force:
-            raise FormatError(f"{path} exists already; give --force to replace it")
+    refuse_existing([arguments.output, arguments.picture], arguments.force)
     mesh = read_mesh(arguments.mesh)
     method = HeatMethod(mesh, arguments.operator)
     distance = method.distance(arguments.source)

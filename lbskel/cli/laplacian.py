@@ -14,8 +14,8 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.cli.options import add_command
-from lbskel.errors import FormatError, MeshError
+from lbskel.cli.options import add_command, add_force_option, refuse_existing
+from lbskel.errors import MeshError
 from lbskel.evaluation.operator_health import laplacian_diagnostics
 from lbskel.evaluation.operator_report import LaplacianDiagnostics, diagnostics_table
 from lbskel.geometry.mesh import Mesh
@@ -41,15 +41,13 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("--json", metavar="PATH", help="write the measures as JSON; - for standard output, no table")
     parser.add_argument("--picture", metavar="PNG", help="draw the mean curvature by each operator side by side")
-    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    add_force_option(parser)
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure, print and write; return 0 also if properties do not hold, since no operator has all of them."""
-    for path in (arguments.json, arguments.picture):
-        if path and path != "-" and Path(path).exists() and not arguments.force:
-            raise FormatError(f"{path} exists already; give --force to replace it")
+    refuse_existing([path for path in (arguments.json, arguments.picture) if path != "-"], arguments.force)
     mesh = read_mesh(arguments.mesh)
     names = OPERATORS if arguments.operator == "all" else [arguments.operator]
     operators: dict[str, Laplacian] = {}

@@ -1,15 +1,27 @@
-"""What several commands have in common: how a command is added, and the options of a skeleton."""
+"""What several commands have in common: how a command is added, files, the operator, and the options of a skeleton."""
 
 from __future__ import annotations
 
-__all__ = ["add_command", "add_skeleton_options", "skeleton_options"]
+__all__ = [
+    "add_command",
+    "add_force_option",
+    "add_mesh_and_output",
+    "add_operator_option",
+    "add_skeleton_options",
+    "refuse_existing",
+    "skeleton_options",
+]
 
 import argparse
 import textwrap
+from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.settings import PRESETS
+from lbskel.errors import FormatError
+from lbskel.io import MESH_WRITERS
 from lbskel.operators import OPERATORS
 from lbskel.pipeline.options import DOMAINS, JOIN, TIP_POSITIONS
 from lbskel.pipeline.preparation import SIMPLIFY
@@ -31,6 +43,37 @@ def add_command(
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     return parser
+
+
+def add_mesh_and_output(parser: argparse.ArgumentParser) -> None:
+    """Add the mesh that is read, and ``-o`` for the one that is written."""
+    parser.add_argument("mesh", metavar="MESH")
+    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=f"mesh: {', '.join(MESH_WRITERS)}")
+
+
+def add_operator_option(
+    parser: argparse.ArgumentParser, default: str, note: str = "'lbskel laplacian --help' lists them"
+) -> None:
+    """Add ``--operator``, a name in OPERATORS."""
+    parser.add_argument(
+        "--operator",
+        default=default,
+        choices=OPERATORS,
+        metavar="NAME",
+        help=f"discrete Laplacian; {note} (%(default)s)",
+    )
+
+
+def add_force_option(parser: argparse.ArgumentParser) -> None:
+    """Add ``--force``."""
+    parser.add_argument("--force", action="store_true", help="replace files that exist")
+
+
+def refuse_existing(paths: Iterable[str | Path | None], force: bool) -> None:
+    """Raise FormatError if a file that is to be written exists, before anything is computed; None is no file."""
+    for path in paths:
+        if path and Path(path).exists() and not force:
+            raise FormatError(f"{path} exists already; give --force to replace it")
 
 
 def add_skeleton_options(parser: argparse.ArgumentParser) -> None:

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from lbskel.cli.options import add_command
-from lbskel.errors import FormatError
+from lbskel.cli.options import add_command, add_force_option, add_mesh_and_output, refuse_existing
 from lbskel.geometry.mesh import PointCloud
 from lbskel.io import MESH_WRITERS, as_shape
 from lbskel.io.atomic_write import write_all_safely
@@ -40,8 +39,7 @@ def add_parser(subparsers: Any) -> None:
         f"pipeline is one of {', '.join(CLOUD_PREPARATIONS)}.",
         example="lbskel preprocess scan.stl -o clean.ply --pipeline scan --map map.npy",
     )
-    parser.add_argument("mesh", metavar="MESH")
-    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=f"mesh: {', '.join(MESH_WRITERS)}")
+    add_mesh_and_output(parser)
     which = parser.add_mutually_exclusive_group()
     which.add_argument(
         "--pipeline",
@@ -60,7 +58,7 @@ def add_parser(subparsers: Any) -> None:
         "--map", metavar="NPY", help="write the new index of each vertex, -1 for none, as a numpy array"
     )
     parser.add_argument("--report", metavar="JSON", help="write the report of each step")
-    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    add_force_option(parser)
     parser.set_defaults(run=run)
 
 
@@ -68,9 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the pipeline and write the mesh, and the map and the report where they are asked for."""
     paths = [Path(path) for path in (arguments.output, arguments.map, arguments.report) if path]
     suffix = known_extension(arguments.output, MESH_WRITERS, "meshes")
-    for path in paths:
-        if path.exists() and not arguments.force:
-            raise FormatError(f"{path} exists already; give --force to replace it")
+    refuse_existing(paths, arguments.force)
     shape = as_shape(arguments.mesh)
     if isinstance(shape, PointCloud):
         result, size = reconstruct_surface(shape, preprocess=arguments.pipeline), f"{len(shape.points):,} points"

@@ -5,19 +5,16 @@ from __future__ import annotations
 __all__ = ["add_parser", "run"]
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from lbskel.applications import quantize_deltas
 from lbskel.applications.quantization import round_to_bits
-from lbskel.cli.options import add_command
-from lbskel.errors import FormatError
+from lbskel.cli.options import add_command, add_force_option, add_mesh_and_output, add_operator_option, refuse_existing
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import MESH_WRITERS, read_mesh, write_mesh
 from lbskel.io.text import known_extension
-from lbskel.operators import OPERATORS
 
 
 def add_parser(subparsers: Any) -> None:
@@ -29,28 +26,20 @@ def add_parser(subparsers: Any) -> None:
         details="The error is compared with that of positions rounded to as many bits.",
         example="lbskel quantize meshes/hand.ply -o rounded.ply --bits 7 --anchors 20",
     )
-    parser.add_argument("mesh", metavar="MESH")
-    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=f"mesh: {', '.join(MESH_WRITERS)}")
+    add_mesh_and_output(parser)
     parser.add_argument("--bits", type=int, default=8, metavar="N", help="of each coordinate (%(default)s)")
     parser.add_argument(
         "--anchors", type=int, default=20, metavar="N", help="vertices stored with their positions (%(default)s)"
     )
-    parser.add_argument(
-        "--operator",
-        default="graph",
-        choices=OPERATORS,
-        metavar="NAME",
-        help="discrete Laplacian; only graph follows from the connectivity (%(default)s)",
-    )
-    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    add_operator_option(parser, "graph", note="only graph follows from the connectivity")
+    add_force_option(parser)
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Round, reconstruct, write and print the rate and the errors."""
     known_extension(arguments.output, MESH_WRITERS, "meshes")
-    if Path(arguments.output).exists() and not arguments.force:
-        raise FormatError(f"{arguments.output} exists already; give --force to replace it")
+    refuse_existing([arguments.output], arguments.force)
     mesh = read_mesh(arguments.mesh)
     result = quantize_deltas(mesh, bits=arguments.bits, n_anchors=arguments.anchors, operator=arguments.operator)
     write_mesh(arguments.output, result.mesh, force=arguments.force)

@@ -11,7 +11,7 @@ from typing import Any
 from lbskel.applications import rig
 from lbskel.applications.rigging import MAX_BONES, MAX_INFLUENCES
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
-from lbskel.cli.options import add_command
+from lbskel.cli.options import add_command, add_force_option, refuse_existing
 from lbskel.errors import FormatError
 from lbskel.io.gltf_skin import UP_AXES, write_rig
 
@@ -38,7 +38,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--up", default="y", choices=UP_AXES, metavar="AXIS", help="axis of the mesh that points up: y (default) or z"
     )
-    parser.add_argument("--force", action="store_true", help="replace a file that exists")
+    add_force_option(parser)
     add_input(parser)
     parser.set_defaults(run=run)
 
@@ -48,8 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
     output = Path(arguments.output)
     if output.suffix.lower() != ".glb":
         raise FormatError(f"{output}: the name must end in .glb")
-    if output.exists() and not arguments.force:
-        raise FormatError(f"{output} exists already; give --force to replace it")
+    refuse_existing([output], arguments.force)
     mesh, skeleton = mesh_and_skeleton(arguments)
     rigged = rig(mesh, skeleton, max_bones=arguments.max_bones, max_influences=arguments.max_influences)
     write_rig(output, rigged, up=arguments.up, force=arguments.force)

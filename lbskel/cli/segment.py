@@ -11,7 +11,7 @@ from typing import Any
 from lbskel.applications import segment
 from lbskel.applications.segmentation import THICKNESS
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
-from lbskel.cli.options import add_command
+from lbskel.cli.options import add_command, add_force_option, refuse_existing
 from lbskel.errors import FormatError
 from lbskel.io.atomic_write import Content, write_all_safely
 from lbskel.io.ply_parts import encode_ply_parts
@@ -36,7 +36,7 @@ def add_parser(subparsers: Any) -> None:
         metavar="WHICH",
         help=f"what tells where the thickness jumps: {', '.join(THICKNESS)} (%(default)s)",
     )
-    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    add_force_option(parser)
     add_input(parser)
     parser.set_defaults(run=run)
 
@@ -49,8 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     for suffix, path in outputs.items():
         if path.suffix.lower() != suffix:
             raise FormatError(f"{path}: the name must end in {suffix}")
-        if path.exists() and not arguments.force:
-            raise FormatError(f"{path} exists already; give --force to replace it")
+        refuse_existing([path], arguments.force)
     mesh, skeleton = mesh_and_skeleton(arguments)
     parts = segment(mesh, skeleton, thickness=arguments.thickness)
     contents: dict[Path, Content] = {outputs[".ply"]: encode_ply_parts(mesh, parts.part_of_face)}

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from lbskel.cli.options import add_command, add_skeleton_options, skeleton_options
+from lbskel.cli.options import add_command, add_force_option, add_skeleton_options, refuse_existing, skeleton_options
 from lbskel.errors import FormatError, LbskelError
 from lbskel.io import FORMATS, MESH_READERS, POINT_READERS, as_shape, write_safely, write_skeleton
 from lbskel.io.skeleton_io import require_writable
@@ -49,7 +49,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("--report", metavar="JSON", help="write the full report; a folder if there are several inputs")
     parser.add_argument("--profile", action="store_true", help="print the seconds and the memory of each stage")
     parser.add_argument("--json", action="store_true", help="print the full report as JSON, one line per input")
-    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    add_force_option(parser)
     parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
     add_skeleton_options(parser)
     parser.set_defaults(run=run)
@@ -104,8 +104,7 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
             raise FormatError(f"{path}: the name must end in one of: {', '.join(kinds)}")
         if not path.parent.is_dir():
             raise FormatError(f"{path}: the folder {path.parent} does not exist")
-        if path.exists() and not arguments.force:
-            raise FormatError(f"{path} exists already; give --force to replace it")
+        refuse_existing([path], arguments.force)
     for name in sorted({_format(job.skeleton) for job in jobs}):
         require_writable(name, scale=arguments.scale, units=arguments.units)
     if arguments.picture:

@@ -5,18 +5,15 @@ from __future__ import annotations
 __all__ = ["add_parser", "run"]
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from lbskel.applications import SMOOTHING_METHODS, smooth
-from lbskel.cli.options import add_command
-from lbskel.errors import FormatError
+from lbskel.cli.options import add_command, add_force_option, add_mesh_and_output, add_operator_option, refuse_existing
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import MESH_WRITERS, read_mesh, write_mesh
 from lbskel.io.text import known_extension
-from lbskel.operators import OPERATORS
 
 
 def add_parser(subparsers: Any) -> None:
@@ -28,8 +25,7 @@ def add_parser(subparsers: Any) -> None:
         details="The vertices keep their order.",
         example="lbskel smooth scan.ply -o smooth.ply --keep-volume",
     )
-    parser.add_argument("mesh", metavar="MESH")
-    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=f"mesh: {', '.join(MESH_WRITERS)}")
+    add_mesh_and_output(parser)
     parser.add_argument(
         "--method",
         default="bilaplacian",
@@ -41,24 +37,17 @@ def add_parser(subparsers: Any) -> None:
         "--time-step", type=float, metavar="AREA", help="of each iteration, in squared units of the mesh"
     )
     parser.add_argument("--iterations", type=int, metavar="N", help="number of time steps")
-    parser.add_argument(
-        "--operator",
-        default="cotangent",
-        choices=OPERATORS,
-        metavar="NAME",
-        help="discrete Laplacian; 'lbskel laplacian --help' lists them (%(default)s)",
-    )
+    add_operator_option(parser, "cotangent")
     parser.add_argument("--keep-volume", action="store_true", help="keep the volume of each component")
     parser.add_argument("--free-boundary", action="store_true", help="move vertices on the boundary too")
-    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    add_force_option(parser)
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Smooth, write and print what has changed."""
     known_extension(arguments.output, MESH_WRITERS, "meshes")
-    if Path(arguments.output).exists() and not arguments.force:
-        raise FormatError(f"{arguments.output} exists already; give --force to replace it")
+    refuse_existing([arguments.output], arguments.force)
     mesh = read_mesh(arguments.mesh)
     result = smooth(
         mesh,

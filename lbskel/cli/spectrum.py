@@ -12,10 +12,8 @@ from typing import Any
 import numpy as np
 
 from lbskel.applications import SpectralBasis, heat_kernel_signature, shape_dna_distance, spectral_basis
-from lbskel.cli.options import add_command
-from lbskel.errors import FormatError
+from lbskel.cli.options import add_command, add_force_option, add_operator_option, refuse_existing
 from lbskel.io import read_mesh, write_safely
-from lbskel.operators import OPERATORS
 
 N_PRINTED = 10  # eigenvalues that the text has
 
@@ -31,24 +29,16 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("mesh", nargs="+", metavar="MESH")
     parser.add_argument("-k", type=int, default=50, metavar="N", help="number of eigenvalues (%(default)s)")
-    parser.add_argument(
-        "--operator",
-        default="robust",
-        choices=OPERATORS,
-        metavar="NAME",
-        help="discrete Laplacian; 'lbskel laplacian --help' lists them (%(default)s)",
-    )
+    add_operator_option(parser, "robust")
     parser.add_argument("--json", metavar="PATH", help="write eigenvalues and distances as JSON")
     parser.add_argument("--picture", metavar="PNG", help="draw eigenfunctions and heat kernel signatures of the first")
-    parser.add_argument("--force", action="store_true", help="replace files that exist")
+    add_force_option(parser)
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Compute, print and write."""
-    for path in (arguments.json, arguments.picture):
-        if path and Path(path).exists() and not arguments.force:
-            raise FormatError(f"{path} exists already; give --force to replace it")
+    refuse_existing([arguments.json, arguments.picture], arguments.force)
     meshes = [read_mesh(path) for path in arguments.mesh]
     bases = [spectral_basis(mesh, arguments.k, operator=arguments.operator) for mesh in meshes]
     distances = [shape_dna_distance(bases[0], basis) for basis in bases[1:]]

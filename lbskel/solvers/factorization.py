@@ -93,23 +93,6 @@ class Factorization(ABC):
             )
         return X.reshape(np.shape(B))
 
-    def correction(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Solve A X = B without refinement, in half the time: for corrections, whose errors the next one removes.
-
-        Parameters
-        ----------
-        B : (n, k) array of float
-
-        Raises
-        ------
-        SolveError
-            If the result is not finite.
-        """
-        X = self._solve_unrefined(B)
-        if not np.isfinite(X).all():
-            raise SolveError("the solution is not finite")
-        return X
-
     def residual(self, X: NDArray[np.float64], B: NDArray[np.float64]) -> float:
         """Compute the largest |B - A X| relative to the largest |B|; zero if B is zero."""
         return relative_residual(self._matrix, X, B)

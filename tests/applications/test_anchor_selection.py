@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from helpers import joined, moved
+from scipy.sparse import csc_array
 
 from lbskel import Mesh, MeshError, UnknownChoice, laplacian, least_squares_mesh
 from lbskel.applications.anchor_selection import greedy_anchors
@@ -47,3 +48,9 @@ def test_each_component_gets_an_anchor_and_isolated_vertices_stay():
 def test_wrong_options_are_named(tripod, options):
     with pytest.raises(UnknownChoice):
         least_squares_mesh(tripod, **options)
+
+
+def test_rows_that_are_all_zero_need_no_anchor():
+    V = np.random.default_rng(0).random((5, 3))
+    anchors, X = greedy_anchors(csc_array((5, 5)), np.zeros_like(V), V, 3)
+    assert (len(anchors), X.tolist()) == (0, V.tolist())
