@@ -20,7 +20,7 @@ import numpy as np
 import lbskel
 from benchmarks.harness import fitted_order, markdown_table, run_in_subprocess, save_json, save_markdown, save_picture
 from lbskel.contraction.homology import find_tunnels
-from lbskel.shapes import brush, lattice, perforated_plate, sphere, vessel_tree
+from lbskel.shapes import brush, lattice, perforated_plate, sphere, voxel_tree
 
 LIMIT = 120.0  # seconds for each input
 MIN_SECONDS = 0.05  # below, a stage has no exponent
@@ -46,7 +46,7 @@ KINDS: dict[str, tuple[Callable[[int], lbskel.Mesh], tuple[int, ...], Callable[[
     "handles of a lattice": (lattice, (2, 3, 5, 8, 14), lambda n: 3 * n**2 * (n - 1) - n**3 + 1),
     "holes of a plate": (perforated_plate, (3, 10, 32, 45), lambda n: n**2),
     "bristles of a brush": (brush, (3, 10, 32, 50), lambda n: n**2),
-    "tips of a vessel tree": (lambda n: vessel_tree(n).mesh, (9, 99, 999), lambda n: n + 1),
+    "tips of a tree": (voxel_tree, (3, 10, 32, 100), lambda n: n**2 + 2),
     "components": (shells, (10, 100, 1000, 10_000), lambda n: n),
     "valence": (double_cone, (10, 100, 1000, 10_000), lambda n: n),
 }

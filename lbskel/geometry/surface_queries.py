@@ -148,12 +148,19 @@ class Surface:
         vertices : (k,) array of int
             Numbers of vertices.
         """
-        entry, inward, thickness = self.memoize("inward", self._inward_rays)
+        entry, inward, thickness = self.inward_rays
         unknown = vertices[np.isnan(thickness[vertices])]
         if len(unknown):
             distance = self.ray_distance(entry[unknown], inward[unknown])
             thickness[unknown] = np.where(np.isfinite(distance), distance, 0.0)
         return entry[vertices], inward[vertices], thickness[vertices]
+
+    @property
+    def inward_rays(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """What ``inner_offset`` returns, of all vertices; distances are NaN where they have not been measured."""
+        rays: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+        rays = self.memoize("inward", self._inward_rays)
+        return rays
 
     def _inward_rays(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Compute the ray of every vertex, and an array of NaN that caches the thickness measured so far."""

@@ -9,11 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import cKDTree
 
-from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.offset_paths import paths_below_surface
 from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -23,11 +21,9 @@ MAX_GAP = (
 )
 # guess, benchmarks/results/constants.md
 N_SMOOTHING_STEPS = 10  # of a rerouted path; a guess, benchmarks/results/constants.md
-MIN_EDGE_LENGTH = 1e-12  # added to every edge in the mesh's units, since csgraph takes length 0 for no edge
-MIN_DEPTH = 0.01  # of a node moved inside, and of the first search region, relative to the diameter bound; a guess
+MIN_DEPTH = 0.01  # of a node moved inside, relative to the diameter bound; a guess
 ENTRY_OFFSET = 1e-6  # distance below the surface at which rays to the opposite side start, relative to the diameter
 # bound; a guess
-SEARCH_FACTOR = 2.0  # first search region of a path, relative to half the gap plus the depth; it affects speed only
 
 
 def inside_fraction(skeleton: Skeleton, surface: Surface, tolerance: NDArray[np.float64] | float = 0.0) -> float:
@@ -141,73 +137,13 @@ def interior_paths(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Su
     is_outside = segments_outside(P, pairs, surface)
     if not is_outside.any():
         return list(P[pairs].mean(axis=1, keepdims=True))
-    depths = surface.distance(P)[pairs].max(axis=1)
-    below = [
-        np.concatenate([[P[i]], _path_below_surface(P[i], P[j], depths[row], surface.proxy), [P[j]]])
-        for row, (i, j) in enumerate(pairs)
-        if is_outside[row]
-    ]
-    smoothed = iter(_smoothed(below, surface))
+    starts, ends = P[pairs[is_outside]].transpose(1, 0, 2)
+    depths = surface.distance(P)[pairs[is_outside]].max(axis=1)
+    below = paths_below_surface(starts, ends, depths, surface.proxy)
+    paths = [np.concatenate([[p], path, [q]]) for p, path, q in zip(starts, below, ends, strict=True)]
+    smoothed = iter(_smoothed(paths, surface))
     straight = P[pairs].mean(axis=1, keepdims=True)
     return [next(smoothed)[1:-1] if is_outside[row] else straight[row] for row in range(len(pairs))]
-
-
-def _path_below_surface(
-    start: NDArray[np.float64], end: NDArray[np.float64], depth: float, surface: Surface
-) -> NDArray[np.float64]:
-    """Find the shortest path along the edges of the inward-offset mesh, from near one point to near another.
-
-    It is searched for in a growing ball around the midpoint. Once it is shorter than any path that leaves the ball, it
-    is the shortest of all.
-    """
-    middle, half_gap = (start + end) / 2, float(np.linalg.norm(end - start)) / 2
-    search_radius = SEARCH_FACTOR * max(half_gap + depth, MIN_DEPTH * surface.mesh.diameter_bound)
-    while True:
-        near = np.array(sorted(_vertex_tree(surface).query_ball_point(middle, search_radius)), dtype=np.int64)
-        is_all = len(near) == len(surface.mesh.vertices)
-        clear_radius = search_radius - depth  # no offset vertex outside the ball is nearer to the midpoint than this
-        if len(near):
-            entry, inward, thickness = surface.inner_offset(near)
-            offset = entry + np.minimum(thickness / 2, depth)[:, None] * inward
-            (gap_start, gap_end), (first, last) = cKDTree(offset).query([start, end])
-            local_edges = _edges_between(near, surface)
-            lengths = np.linalg.norm(offset[local_edges[:, 0]] - offset[local_edges[:, 1]], axis=1) + MIN_EDGE_LENGTH
-            graph = weighted_graph(local_edges, lengths, len(near))
-            length, previous = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
-            leaving_length = 2 * clear_radius - np.linalg.norm(offset[[first, last]] - middle, axis=1).sum()
-            is_nearest = max(gap_start, gap_end) <= clear_radius - half_gap
-            if is_all or (is_nearest and length[last] <= leaving_length):
-                break
-        search_radius *= 2
-    path = [int(last)]
-    while path[-1] != first and previous[path[-1]] >= 0:
-        path.append(int(previous[path[-1]]))
-    return offset[path[::-1]]
-
-
-def _vertex_tree(surface: Surface) -> cKDTree:
-    """Search tree of the vertices."""
-    return surface.memoize("vertex tree", lambda: cKDTree(surface.mesh.vertices))
-
-
-def _neighbors(surface: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Adjacency of the vertices: those of vertex i are in ``neighbors[first[i]:first[i + 1]]``."""
-    edges = surface.mesh.edges
-    both = np.concatenate([edges, edges[:, ::-1]])
-    graph = weighted_graph(both, np.ones(len(both), dtype=np.int8), len(surface.mesh.vertices))
-    return graph.indptr.astype(np.int64), graph.indices.astype(np.int64)
-
-
-def _edges_between(vertices: NDArray[np.int64], surface: Surface) -> NDArray[np.int64]:
-    """(e, 2) edges between some vertices in ascending order, as rows of these."""
-    first, neighbors = surface.memoize("neighbors", lambda: _neighbors(surface))
-    counts = first[vertices + 1] - first[vertices]
-    start = np.repeat(np.arange(len(vertices)), counts)
-    offset = np.arange(len(start)) - np.repeat(np.cumsum(counts) - counts, counts)
-    ends = neighbors[first[vertices[start]] + offset]
-    row = np.minimum(np.searchsorted(vertices, ends), len(vertices) - 1)
-    is_edge = (vertices[row] == ends) & (start < row)
-    return np.stack([start[is_edge], row[is_edge]], axis=1)
 
 
 def _smoothed(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:

@@ -36,6 +36,7 @@ __all__ = [
     "tube_mesh",
     "vessel_tree",
     "voxel_surface",
+    "voxel_tree",
     "with_local_noise",
 ]
 
@@ -46,4 +47,4 @@ from lbskel.shapes.restricted_delaunay import mesh_tubes
 from lbskel.shapes.round_cones import Solid, solid_of
 from lbskel.shapes.thin import coil, tube_mesh, vessel_tree, with_local_noise
 from lbskel.shapes.truth import Shape, Truth
-from lbskel.shapes.voxels import brush, lattice, perforated_plate, porous_block, voxel_surface
+from lbskel.shapes.voxels import brush, lattice, perforated_plate, porous_block, voxel_surface, voxel_tree

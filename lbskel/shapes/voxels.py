@@ -1,4 +1,4 @@
-"""Surfaces of sets of voxels: lattices, porous blocks, brushes and perforated plates, with thousands of features.
+"""Surfaces of sets of voxels: lattices, porous blocks, brushes, trees and plates, with thousands of features.
 
 Marching cubes between voxels inside and outside (Lorensen, Cline 1987, https://doi.org/10.1145/37402.37422), so
 surfaces are closed and bars of one voxel have eight faces a voxel.
@@ -6,7 +6,7 @@ surfaces are closed and bars of one voxel have eight faces a voxel.
 
 from __future__ import annotations
 
-__all__ = ["brush", "lattice", "perforated_plate", "porous_block", "voxel_surface"]
+__all__ = ["brush", "lattice", "perforated_plate", "porous_block", "voxel_surface", "voxel_tree"]
 
 import igl
 import numpy as np
@@ -76,6 +76,28 @@ def brush(n: int, *, length: int = 12, spacing: int = 3) -> Mesh:
     filled = np.zeros((len(on), len(on), length + 2), dtype=bool)
     filled[:, :, :2] = True
     filled[np.ix_(on, on)] = True
+    return voxel_surface(filled)
+
+
+def voxel_tree(n: int, *, length: int = 20, spacing: int = 4) -> Mesh:
+    """Build a trunk with n limbs, each with n twigs, alternately on its two sides; twigs and trunk have n^2 + 2 tips.
+
+    Parameters
+    ----------
+    n : int
+    length : int
+        Of a twig, in its width.
+    spacing : int
+        Of limbs and of twigs, in their width.
+    """
+    on = spacing * np.arange(n)
+    filled = np.zeros((on[-1] + 2 * spacing, on[-1] + spacing + 1, 2 * length + 1), dtype=bool)
+    filled[:, 0, length] = True
+    filled[on + spacing, :, length] = True
+    side = (np.arange(n)[:, None] + np.arange(n)) % 2
+    for half, is_side in ((slice(length), side == 0), (slice(length, None), side == 1)):
+        i, j = np.nonzero(is_side)
+        filled[on[i] + spacing, on[j] + spacing, half] = True
     return voxel_surface(filled)
 
 

@@ -89,3 +89,40 @@ def test_every_node_has_a_kind(kernel, ladder):
 def test_compiled_or_not_is_the_same(assert_same, graph):
     assert_same(lambda kernel: [search_of(kernel, graph).distances(SOURCES)])
     assert_same(lambda kernel: search_of(kernel, graph).nearest_goal(SOURCES, kinds_of(graph)))
+
+
+def offset_search(kernel, mesh, thickness):
+    """Searches in a mesh whose vertices move towards the origin."""
+    graph = graph_of(mesh.edges, np.ones(len(mesh.edges)), len(mesh.vertices))
+    adjacency = graph.indptr.astype(np.int64), graph.indices.astype(np.int64)
+    inward = -mesh.vertices / np.linalg.norm(mesh.vertices, axis=1, keepdims=True)
+    return kernel.OffsetPaths(*adjacency, np.array(mesh.vertices), inward, thickness, 0.0)
+
+
+def test_paths_between_vertices_moved_inwards_are_those_of_scipy(kernel, limbs):
+    thickness = np.linspace(0.1, 0.3, len(limbs.vertices))
+    search = offset_search(kernel, limbs, thickness)
+    for depth in (0.0, 0.08, 1.0):
+        moved = (
+            limbs.vertices * (1 - np.minimum(thickness / 2, depth) / np.linalg.norm(limbs.vertices, axis=1))[:, None]
+        )
+        lengths = np.linalg.norm(np.diff(moved[limbs.edges], axis=1)[:, 0], axis=1)
+        graph = graph_of(limbs.edges, lengths, len(moved))
+        is_known, path = search.path(3, 400, depth)
+        assert is_known
+        assert path[[0, -1]].tolist() == [3, 400]
+        steps = np.asarray(graph[path[1:], path[:-1]]).ravel()
+        assert steps.sum() == pytest.approx(dijkstra(graph, indices=3)[400], rel=1e-12)
+
+
+def test_a_search_tells_where_a_thickness_was_needed(kernel, limbs):
+    thickness = np.full(len(limbs.vertices), np.nan)
+    thickness[[3, 400]] = 0.1
+    is_known, path = offset_search(kernel, limbs, thickness).path(3, 400, 1.0)
+    assert not is_known
+    assert len(path) == 0
+
+
+def test_offset_paths_compiled_or_not_are_the_same(assert_same, limbs):
+    thickness = np.linspace(0.1, 0.3, len(limbs.vertices))
+    assert_same(lambda kernel: [offset_search(kernel, limbs, thickness).path(3, goal, 0.1)[1] for goal in (50, 400)])

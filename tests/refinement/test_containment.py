@@ -6,7 +6,7 @@ from helpers import joined, loop_in, moved, path_in
 
 from lbskel import Skeleton
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement import containment
+from lbskel.refinement import offset_paths
 from lbskel.refinement.containment import N_SAMPLES, inside_fraction, interior_paths, reroute_inside, segments_outside
 from lbskel.shapes import capsule, sphere, torus, tube
 
@@ -53,7 +53,7 @@ def test_the_first_search_region_does_not_change_a_path(monkeypatch, factor):
     pairs = np.array([[0, 1], [0, 2], [2, 3], [2, 4]])  # the first two points are near, but far apart along the tube
     paths = interior_paths(P, pairs, Surface(mesh))
     assert [len(path) > 1 for path in paths] == [True, True, True, False]
-    monkeypatch.setattr(containment, "SEARCH_FACTOR", factor)
+    monkeypatch.setattr(offset_paths, "SEARCH_FACTOR", factor)
     assert all(map(np.array_equal, interior_paths(P, pairs, Surface(mesh)), paths))
 
 

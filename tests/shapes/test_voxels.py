@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lbskel.shapes import brush, lattice, perforated_plate, porous_block, voxel_surface
+from lbskel.shapes import brush, lattice, perforated_plate, porous_block, voxel_surface, voxel_tree
 
 
 def test_a_voxel_is_an_octahedron():
@@ -35,6 +35,13 @@ def test_the_genus_is_the_number_of_mouths(mesh, genus):
 def test_a_brush_has_its_bristles():
     mesh = brush(5, length=9)
     assert (mesh.vertices[:, 2] == mesh.vertices[:, 2].max()).sum() == 25
+
+
+def test_a_voxel_tree_has_its_twigs_on_both_sides():
+    mesh = voxel_tree(4, length=9)
+    assert (mesh.genus, mesh.n_components) == (0, 1)
+    z = mesh.vertices[:, 2]
+    assert [(z == z.min()).sum(), (z == z.max()).sum()] == [8, 8]
 
 
 @pytest.mark.parametrize("grain", [0.0, 1.5])
