@@ -53,10 +53,8 @@ def bone_weights(
     squared = np.einsum("nx,nx->n", along, along)
     share = np.einsum("nx,nx->n", offset, along) / np.where(squared > 0, squared, 1.0)
     away = offset - np.clip(share, 0, 1)[:, None] * along
-    ends = mesh.vertices[mesh.edges]
-    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / size
     longest = np.zeros(n)
-    np.maximum.at(longest, mesh.edges, lengths[:, None])
+    np.maximum.at(longest, mesh.edges, mesh.edge_lengths[:, None] / size)
     distance = np.maximum(np.linalg.norm(away, axis=1), np.maximum(EDGES * longest, MIN_DISTANCE))
     mass = operator.mass.diagonal()
     contact = np.maximum(mass, MIN_MASS * mass.mean()) / distance**2

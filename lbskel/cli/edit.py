@@ -69,7 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
     editor = Editor(mesh, [fixed, moved], method=arguments.method, operator=arguments.operator)
     result = editor.edit([np.eye(4), motion], iterations=arguments.iterations)
     write_mesh(arguments.output, result, force=arguments.force)
-    before, after = (_edge_lengths(each) for each in (mesh, result))
+    before, after = (each.edge_lengths for each in (mesh, result))
     change = np.abs(after / np.where(before > 0, before, 1.0) - 1)[before > 0]
     print(f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces")
     print(
@@ -107,10 +107,3 @@ def _vertices(mesh: Mesh, region: tuple[int, float, float]) -> NDArray[np.int64]
     if not len(chosen):
         raise MeshError(f"there is no vertex in the region {'xyz'[axis]}:{low:g}:{high:g}")
     return chosen
-
-
-def _edge_lengths(mesh: Mesh) -> NDArray[np.float64]:
-    """Return the (k,) lengths of the edges."""
-    start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
-    lengths: NDArray[np.float64] = np.linalg.norm(end - start, axis=1)
-    return lengths

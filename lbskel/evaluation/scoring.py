@@ -92,7 +92,7 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
         extra_cycles=_extra_cycles(skeleton, unit, n_loops_opened),
         connected_regions=float(is_in_largest_piece(node, unit)[unit.used_vertices].mean()) if has_map else None,
         adjacent_regions=1 - len(disjoint) / max(1, len(skeleton.edges)) if has_map else None,
-        shortcut_edges=_n_shortcut_edges(skeleton, widths, disjoint),
+        shortcut_edges=_n_shortcut_edges(skeleton, unit, widths, disjoint),
         spurs=_n_spurs(skeleton),
     )
 
@@ -214,10 +214,16 @@ def _extra_cycles(skeleton: Skeleton, mesh: Mesh, n_loops_opened: int) -> int | 
     return min(total + n_loops_opened, 0) if total < 0 else total
 
 
-def _n_shortcut_edges(skeleton: Skeleton, widths: NDArray[np.float64], disjoint: NDArray[np.int64]) -> int:
-    """Count the edges that join regions which do not touch and are longer than the mean radii of both ends together."""
+def _n_shortcut_edges(skeleton: Skeleton, mesh: Mesh, widths: NDArray[np.float64], disjoint: NDArray[np.int64]) -> int:
+    """Count the edges that join regions which do not touch and are longer than both regions are wide.
+
+    A region is as wide as its mean radius, or as the longest edge of the mesh at its vertices: regions of single
+    vertices of a coarse mesh need not touch.
+    """
+    reach = np.array(widths)
+    np.maximum.at(reach, skeleton.node_of_vertex[mesh.edges], mesh.edge_lengths[:, None])
     lengths = np.linalg.norm(skeleton.nodes[disjoint[:, 0]] - skeleton.nodes[disjoint[:, 1]], axis=1)
-    return int((lengths > widths[disjoint].sum(axis=1)).sum())
+    return int((lengths > reach[disjoint].sum(axis=1)).sum())
 
 
 def _n_spurs(skeleton: Skeleton) -> int:

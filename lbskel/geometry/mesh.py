@@ -117,6 +117,12 @@ class Mesh:
         """(k, 2) unique undirected edges, smaller index first, in lexicographic order."""
         return self._edge_table[0]
 
+    @cached_property
+    def edge_lengths(self) -> NDArray[np.float64]:
+        """(k,) length of each edge."""
+        start, end = self.vertices[self.edges].transpose(1, 0, 2)
+        return read_only(np.linalg.norm(end - start, axis=1))
+
     @property
     def edge_of_half_edge(self) -> NDArray[np.int64]:
         """(3m,) row of :attr:`edges` of each half-edge."""

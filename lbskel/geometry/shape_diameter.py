@@ -46,7 +46,7 @@ def local_radii(mesh: Mesh) -> NDArray[np.float64]:
 
 
 def _local_radii(mesh: Mesh) -> NDArray[np.float64]:
-    V, F, n = mesh.vertices, mesh.faces, len(mesh.vertices)
+    F, n = mesh.faces, len(mesh.vertices)
     thickness = thickness_along_normal(mesh, np.arange(len(F)))
     thickness[mesh.face_areas == 0] = np.inf
     ascending = np.argsort(thickness)
@@ -56,10 +56,9 @@ def _local_radii(mesh: Mesh) -> NDArray[np.float64]:
     radii = thickness[faces[np.minimum(middle, len(faces) - 1)]] / 2
     rings = np.bincount(F.ravel(), weights=np.repeat(mesh.face_areas, 3), minlength=n)
     radii = np.clip(radii, MIN_RADIUS * np.sqrt(rings / np.pi), mesh.diameter_bound)
-    lengths = np.linalg.norm(V[mesh.edges[:, 0]] - V[mesh.edges[:, 1]], axis=1)
     shift = np.finfo(np.float64).tiny + np.finfo(np.float64).eps * mesh.diameter_bound  # csgraph takes 0 for no edge
     to_vertex = np.stack([np.full(n, n), np.arange(n)], axis=1)
-    graph = weighted_graph(np.concatenate([mesh.edges, to_vertex]), np.append(lengths, radii) + shift, n + 1)
+    graph = weighted_graph(np.concatenate([mesh.edges, to_vertex]), np.append(mesh.edge_lengths, radii) + shift, n + 1)
     graded: NDArray[np.float64] = dijkstra(graph, directed=False, indices=n)[:n]
     return np.where(count > 0, graded, 0.0)
 

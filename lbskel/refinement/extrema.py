@@ -164,8 +164,7 @@ def _shortest_edges(edges: NDArray[np.int64], lengths: NDArray[np.float64], n_no
 def _cells(mesh: Mesh) -> _Cells:
     """Assign every vertex to the nearest seed along edges; seeds are evenly spaced in the list of vertices."""
     n, used = len(mesh.vertices), mesh.used_vertices
-    i, j = mesh.edges.T
-    lengths = np.linalg.norm(mesh.vertices[i] - mesh.vertices[j], axis=1) + MIN_EDGE_LENGTH * mesh.diameter_bound
+    lengths = mesh.edge_lengths + MIN_EDGE_LENGTH * mesh.diameter_bound
     graph = weighted_graph(mesh.edges, lengths, n)
     seeds = used[np.unique(np.linspace(0, len(used) - 1, _n_cells(mesh)).astype(np.int64))]
     distances, _, source = dijkstra(graph, directed=False, indices=seeds, min_only=True, return_predecessors=True)

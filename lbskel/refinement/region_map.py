@@ -25,11 +25,12 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import csr_array
 from scipy.spatial.distance import cdist
 
 from lbskel._kernels.connectivity import component_roots, descend_to_nearest_node
 from lbskel._kernels.dijkstra import ShortestPaths
+from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.vertex_map import VertexMap
@@ -133,10 +134,8 @@ def make_regions_connected(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     disjoint = edges_with_disjoint_regions(skeleton, mesh)
     if len(disjoint) == 0:
         return skeleton
-    i, j = mesh.edges.T
-    offset = mesh.vertices[i] - mesh.vertices[j]
-    length = np.sqrt(np.einsum("ex,ex->e", offset, offset)) + MIN_EDGE_LENGTH * mesh.diameter_bound
-    graph = coo_array((length, (i, j)), shape=(len(mesh.vertices), len(mesh.vertices))).tocsr()
+    lengths = mesh.edge_lengths + MIN_EDGE_LENGTH * mesh.diameter_bound
+    graph = weighted_graph(mesh.edges, lengths, len(mesh.vertices))
     graph = graph + graph.T
     for _ in range(MAX_ROUNDS):
         candidate = _with_connecting_paths(skeleton, graph, disjoint)

@@ -122,8 +122,7 @@ def make(name: str, *, n_vertices: int = 5000, noise: float = 0.0, seed: int = 0
     solid = choose(SHAPES, name, "shape")()
     mesh = mesh_solid(solid, n_vertices=n_vertices)
     if noise > 0:
-        start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
-        deviation = noise * np.linalg.norm(end - start, axis=1).mean()
+        deviation = noise * mesh.edge_lengths.mean()
         heights = deviation * np.random.default_rng(seed).standard_normal(len(mesh.vertices))
         normals = igl.per_vertex_normals(mesh.vertices, mesh.faces)
         mesh = Mesh(mesh.vertices + heights[:, None] * normals, mesh.faces)

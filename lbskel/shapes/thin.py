@@ -110,8 +110,7 @@ def with_local_noise(mesh: Mesh, deviation: float, *, seed: int = 0) -> Mesh:
         Standard deviation, in mean lengths of the edges at each vertex.
     seed : int
     """
-    start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
-    lengths = np.repeat(np.linalg.norm(end - start, axis=1), 2)
+    lengths = np.repeat(mesh.edge_lengths, 2)
     ends, n = mesh.edges.ravel(), len(mesh.vertices)
     local = np.bincount(ends, lengths, n) / np.maximum(np.bincount(ends, minlength=n), 1)
     heights = deviation * local * np.random.default_rng(seed).standard_normal(n)

@@ -295,6 +295,19 @@ def test_a_shortcut_between_two_legs_is_longer_than_both_are_wide():
     assert score(with_edges(skeleton, [*skeleton.edges.tolist(), across]), mesh).shortcut_edges == 1
 
 
+@pytest.mark.parametrize(("n_skipped", "n_shortcuts"), [(1, 0), (2, 1)])
+def test_regions_are_as_wide_as_the_edges_of_the_mesh(n_skipped, n_shortcuts):
+    """Rings of a tube five radii apart, with edges a little over five: ten are no shortcut, fifteen are one."""
+    n, rings = 8, 10
+    mesh = cylinder(1.0, 5.0 * (rings - 1), n=n, m=rings)
+    z = np.linspace(22.5, -22.5, rings)
+    skeleton = Skeleton(np.stack([0 * z, 0 * z, z], axis=1), [[k, k + 1] for k in range(rings - 1)], np.ones(rings))
+    skeleton = replace(skeleton, node_of_vertex=np.repeat(np.arange(rings), n))
+    assert score(skeleton, mesh, preprocess=None).shortcut_edges == 0
+    skipping = with_edges(skeleton, [*skeleton.edges.tolist(), [3, 4 + n_skipped]])
+    assert score(skipping, mesh, preprocess=None).shortcut_edges == n_shortcuts
+
+
 def test_coverage_is_a_share_of_the_area():
     """A rod with nine tenths of its vertices at one end, which alone has nodes."""
     z = np.concatenate([np.linspace(0, 1, 80, endpoint=False), np.linspace(1, 4, 10)])

@@ -329,6 +329,12 @@ def test_edges_are_the_pairs_in_the_faces(make):
     assert mesh.faces_per_edge.tolist() == counts
 
 
+def test_edge_lengths_are_those_of_a_corner(tetrahedron):
+    assert tetrahedron.edges.tolist() == [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]]
+    assert tetrahedron.edge_lengths.tolist() == [1, 1, 1, *[np.sqrt(2)] * 3]
+    assert (tetrahedron.with_vertices(2 * tetrahedron.vertices).edge_lengths == 2 * tetrahedron.edge_lengths).all()
+
+
 def test_components_are_numbered_with_those_without_a_face_last(tetrahedron, ring):
     lone = np.array([[9.0, 9, 9]])
     mesh = joined(tetrahedron, moved(ring, 5))
