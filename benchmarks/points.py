@@ -18,13 +18,13 @@ from scipy.spatial import cKDTree
 
 import lbskel
 from benchmarks.harness import markdown_table, run_in_subprocess, save_json, save_markdown
+from benchmarks.summaries import counts_of_right, means
 from lbskel.geometry.surface_queries import Surface
 from lbskel.shapes import SHAPES, Shape, make
 from lbskel.skeleton.edge_distances import nearest_on_edges
 
 KINDS = ("uniform", "density", "noise", "outliers", "views")
 QUICK = ("limbs", "knot", "cube_frame")
-MEASURES = ("accuracy", "accuracy_95", "coverage", "coverage_95")
 N_POINTS, N_NEIGHBORS = 10_000, 8
 DENSITY, NOISE, OUTLIERS = 10.0, 0.1, 0.02  # ratio of densities, in local radii, share of the points
 MARGIN = 0.1  # by which the box of outliers is larger than that of the shape, on each side
@@ -129,12 +129,10 @@ def _summary(rows: list[dict[str, Any]], tool: str, kind: str) -> dict[str, Any]
     """Compute means over the clouds that gave a skeleton, and counts over all."""
     own = [row for row in rows if row["tool"] == tool and row["kind"] == kind]
     done = [row for row in own if "error" not in row]
-    means = {measure: float(np.mean([row[measure] for row in done])) if done else None for measure in MEASURES}
     return {
         "kind": kind,
         "tool": tool,
-        **means,
-        "topology right": f"{sum(row.get('is_topology_right', False) for row in own)}/{len(own)}",
-        "tips right": f"{sum('n_tips' in row and row['n_tips'] == row['n_true_tips'] for row in own)}/{len(own)}",
+        **means(own),
+        **counts_of_right(own),
         "median seconds": float(np.median([row["seconds"] for row in done])) if done else None,
     }

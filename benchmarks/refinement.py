@@ -21,6 +21,7 @@ from scipy.spatial import cKDTree
 import lbskel
 from benchmarks.harness import markdown_table, run_in_subprocess, save_json, save_markdown
 from benchmarks.peers import PEERS
+from benchmarks.summaries import MEASURES, means
 from lbskel.shapes import SHAPES, Shape, make
 from lbskel.shapes.hard import HARD_SHAPES
 from lbskel.skeleton.edge_distances import nearest_on_edges
@@ -29,7 +30,6 @@ from lbskel.skeleton.pruning import merge_junctions
 MESHES = Path(__file__).parent.parent / "meshes"
 TOOLS = ("lbskel", "PyGEL3D", "CGAL")
 TIME_LIMIT = 120.0  # seconds for a tool on one mesh
-MEASURES = ("accuracy", "accuracy_95", "coverage", "coverage_95")
 
 TUNED: dict[str, dict[str, Any]] = {**{name: {} for name in HARD_SHAPES}, "vessels": {"n_forks": 20, "seed": 3}}
 HELD_OUT: dict[str, dict[str, Any]] = {
@@ -157,9 +157,8 @@ def _n_junctions(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> int:
 
 def _means(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Compute means over the shapes that gave a skeleton, and count right graphs over all."""
-    done = [row for row in rows if "error" not in row]
     return {
-        **{measure: float(np.mean([row[measure] for row in done])) if done else None for measure in MEASURES},
+        **means(rows),
         "graphs right": f"{sum(row.get('graph right', False) for row in rows)}/{len(rows)}",
     }
 

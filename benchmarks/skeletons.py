@@ -19,6 +19,7 @@ import numpy as np
 import lbskel
 from benchmarks.harness import interleaved, markdown_table, median_ratio, run_in_subprocess, save_json, save_markdown
 from benchmarks.peers import OURS, PEERS
+from benchmarks.summaries import counts_of_right, means
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import inside_fraction
 from lbskel.shapes import SHAPES, VARIANTS, Shape, make
@@ -26,7 +27,6 @@ from lbskel.visualization import Panel, picture, render
 
 MESHES = Path(__file__).parent.parent / "meshes"
 QUICK = ("limbs", "knot", "cube_frame")
-MEASURES = ("accuracy", "accuracy_95", "coverage", "coverage_95")
 
 SKELETOR_PROCESS = """
 import sys, trimesh, skeletor
@@ -95,13 +95,11 @@ def _summary(rows: list[dict[str, Any]], tool: str, variant: str) -> dict[str, A
     """Compute means over the shapes that gave a skeleton, and counts over all."""
     own = [row for row in rows if row["tool"] == tool and row["variant"] == variant]
     done = [row for row in own if "error" not in row]
-    means = {measure: float(np.mean([row[measure] for row in done])) if done else None for measure in MEASURES}
     return {
         "variant": variant,
         "tool": tool,
-        **means,
-        "topology right": f"{sum(row.get('is_topology_right', False) for row in own)}/{len(own)}",
-        "tips right": f"{sum('n_tips' in row and row['n_tips'] == row['n_true_tips'] for row in own)}/{len(own)}",
+        **means(own),
+        **counts_of_right(own),
         "length inside": float(np.mean([row["inside_fraction"] for row in done])) if done else None,
         "median seconds": float(np.median([row["seconds"] for row in done])) if done else None,
     }

@@ -8,6 +8,7 @@ from helpers import reversed_proxy
 
 from lbskel import skeletonize
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.limb_growth import grow_uncovered_limbs
 from lbskel.refinement.missing_branches import grow_missing_branches
 from lbskel.shapes import make, sphere
 from lbskel.skeleton.editing import contract_nodes
@@ -25,11 +26,15 @@ def without(skeleton, branch):
     return contract_nodes(skeleton, target)
 
 
+both = pytest.mark.parametrize("grow", [grow_missing_branches, grow_uncovered_limbs])
+
+
+@both
 @pytest.mark.parametrize("surface_of", [Surface, reversed_proxy])
 @pytest.mark.parametrize("number", range(3))
-def test_a_removed_branch_grows_again(whole, tripod, number, surface_of):
+def test_a_removed_branch_grows_again(grow, whole, tripod, number, surface_of):
     branch = whole.end_branches[number]
-    grown = grow_missing_branches(without(whole, branch), surface_of(tripod))
+    grown = grow(without(whole, branch), surface_of(tripod))
     assert (len(grown.tips), len(grown.junctions), grown.cycle_rank, grown.n_components) == (3, 1, 0, 1)
     distances = np.linalg.norm(grown.nodes[grown.tips] - whole.nodes[branch[-1]], axis=1)
     tip = grown.tips[distances.argmin()]
@@ -45,7 +50,8 @@ def test_a_removed_branch_grows_again(whole, tripod, number, surface_of):
             assert np.array_equal(grown.nodes[grown.node_of_vertex[at_end]], whole.nodes[whole.node_of_vertex[at_end]])
 
 
-def test_branches_grow_on_a_bare_loop_too():
+@both
+def test_branches_grow_on_a_bare_loop_too(grow):
     """All branches of a ring with spikes are removed, so there is no tip near any end."""
     shape = make("spiked_ring", n_vertices=2500)
     skeleton = skeletonize(shape.mesh)
@@ -54,15 +60,16 @@ def test_branches_grow_on_a_bare_loop_too():
         target[branch[1:]] = branch[0]
     loop = contract_nodes(skeleton, target)
     assert (len(loop.tips), loop.cycle_rank) == (0, 1)
-    grown = grow_missing_branches(loop, Surface(shape.mesh))
+    grown = grow(loop, Surface(shape.mesh))
     assert (len(grown.tips), grown.cycle_rank, grown.n_components) == (len(shape.truth.tips), 1, 1)
 
 
-def test_a_complete_skeleton_is_returned_unchanged(whole, tripod):
-    assert grow_missing_branches(whole, Surface(tripod)) is whole
+@both
+def test_a_complete_skeleton_is_returned_unchanged(grow, whole, tripod):
+    assert grow(whole, Surface(tripod)) is whole
     ball = sphere(3)
     skeleton = skeletonize(ball)
-    assert grow_missing_branches(skeleton, Surface(ball)) is skeleton
+    assert grow(skeleton, Surface(ball)) is skeleton
 
 
 def test_a_branch_that_ends_in_another_limb_is_replaced_in_its_own(whole, tripod):
