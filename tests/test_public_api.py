@@ -2,10 +2,11 @@
 
 import inspect
 from dataclasses import fields
+from functools import cache
 
 import numpy as np
 import pytest
-from helpers import joined, moved
+from helpers import joined, moved, triangle_soup
 
 import lbskel
 from lbskel.shapes import make
@@ -80,6 +81,19 @@ def test_a_mesh_in_every_form_is_written(rod, tmp_path):
         assert np.array_equal(lbskel.read_mesh(tmp_path / f"{number}.off").vertices, rod.vertices)
 
 
+@cache
+def mesh_named(name):
+    """A shape of the catalog, or one with several components or without shared vertices."""
+    if name == "two bodies":
+        return joined(mesh_named("octopus"), moved(mesh_named("octopus"), 3.0))
+    return triangle_soup(mesh_named("octopus")) if name == "soup" else make(name, n_vertices=1000).mesh
+
+
+@cache
+def skeleton_named(name):
+    return lbskel.skeletonize(mesh_named(name))
+
+
 def composed(mesh):
     """A skeleton by the public stages, as the README shows them."""
     prepared = lbskel.prepare(mesh)
@@ -95,16 +109,8 @@ def composed(mesh):
 @pytest.mark.parametrize("name", ["octopus", "ladder", "helix", "two bodies", "soup"])
 def test_the_stages_compose_to_skeletonize(name):
     """To the last digit."""
-    octopus = make("octopus", n_vertices=1500).mesh
-    mesh = {
-        "two bodies": lambda: joined(octopus, moved(octopus, 3.0)),
-        "soup": lambda: (
-            octopus.vertices[octopus.faces].reshape(-1, 3),
-            np.arange(3 * len(octopus.faces)).reshape(-1, 3),
-        ),
-    }.get(name, lambda: make(name, n_vertices=1500).mesh)()
-    expected = lbskel.skeletonize(mesh)
-    skeleton, score = composed(mesh)
+    expected = skeleton_named(name)
+    skeleton, score = composed(mesh_named(name))
     for field in fields(lbskel.Skeleton):
         if field.name != "report":
             assert np.array_equal(getattr(skeleton, field.name), getattr(expected, field.name)), field.name
@@ -114,8 +120,7 @@ def test_the_stages_compose_to_skeletonize(name):
 @pytest.mark.parametrize("name", ["octopus", "limbs", "tree"])
 @pytest.mark.parametrize("ratio", [2.0, 3.0, 6.0])
 def test_a_branch_ratio_is_a_pruning_of_the_finished_skeleton(name, ratio):
-    mesh = make(name, n_vertices=1500).mesh
-    direct = lbskel.skeletonize(mesh, min_branch_ratio=ratio)
-    pruned = lbskel.prune(lbskel.skeletonize(mesh), mesh, min_branch_ratio=ratio)
+    direct = lbskel.skeletonize(mesh_named(name), min_branch_ratio=ratio)
+    pruned = lbskel.prune(skeleton_named(name), mesh_named(name), min_branch_ratio=ratio)
     assert np.array_equal(direct.nodes, pruned.nodes)
     assert np.array_equal(direct.nodes[direct.tips], pruned.nodes[pruned.tips])

@@ -39,6 +39,18 @@ def tree(tmp_path):
     return root, tmp_path / "lists"
 
 
+@pytest.fixture
+def quick_tests(monkeypatch):
+    """The test of MODULE without a process: the exit code of pytest by what is in the copy."""
+
+    def outcome(copy, tests):
+        assert [(copy / test).exists() for test in tests] == [True]
+        is_mutated = "return a + b" in (copy / "shapes.py").read_text()
+        return int(is_mutated), ""
+
+    monkeypatch.setattr(mutations, "_pytest", outcome)
+
+
 @pytest.mark.parametrize("package", sorted(path.stem for path in FOLDER.glob("*.toml")))
 def test_every_mutation_can_be_applied(package):
     found = read_mutations(FOLDER, package)
@@ -58,7 +70,7 @@ def test_the_runner_tells_a_caught_mutation_from_a_survivor_and_changes_nothing(
     assert (root / "shapes.py").read_text() == MODULE
 
 
-def test_a_survivor_with_a_reason_is_equivalent_and_leaves_the_share_alone(tree):
+def test_a_survivor_with_a_reason_is_equivalent_and_leaves_the_share_alone(tree, quick_tests):
     root, lists = tree
     with (lists / "shapes.toml").open("a") as file:
         file.write("equivalent = 'no caller reads the label'\n")
@@ -68,7 +80,7 @@ def test_a_survivor_with_a_reason_is_equivalent_and_leaves_the_share_alone(tree)
     assert "no caller reads the label" in tables(rows)["Equivalent"]
 
 
-def test_each_mutation_starts_from_the_unchanged_tree(tree):
+def test_each_mutation_starts_from_the_unchanged_tree(tree, quick_tests):
     root, _ = tree
     area = Mutation("shapes", "shapes.py", "the area is a sum", "a * b", "a + b", ("test_shapes.py",))
     label = Mutation("shapes", "shapes.py", "the label is another", "rectangle", "disc", ("test_shapes.py",))
@@ -122,7 +134,7 @@ def test_unknown_and_missing_keys_are_named(tmp_path):
         read_mutations(tmp_path, "b")
 
 
-def test_the_command_fails_below_nine_tenths_and_writes_the_table(tree, tmp_path, monkeypatch, capsys):
+def test_the_command_fails_below_nine_tenths_and_writes_the_table(tree, quick_tests, tmp_path, monkeypatch, capsys):
     root, lists = tree
     monkeypatch.setattr(mutations, "ROOT", root)
     monkeypatch.setattr(mutations, "FOLDER", lists)

@@ -81,7 +81,7 @@ def test_a_polygon_whose_chords_are_all_forbidden_has_no_triangulation():
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_any_polygons_keep_their_corners_and_counts(seed):
     rng = np.random.default_rng(seed)
     n = int(rng.integers(3, 10))

@@ -122,7 +122,7 @@ READERS += [(read_skeleton, name) for name in FORMATS]
 
 
 @pytest.mark.parametrize(("read", "name"), READERS)
-@settings(max_examples=50, deadline=None, derandomize=True)
+@settings(max_examples=50)
 @given(changes=edits)
 def test_damaged_files(folder, valid, read, name, changes):
     check_only_lbskel_errors(read, folder / f"{read.__name__}.{name}", edited(valid[read, name], changes))
@@ -152,7 +152,7 @@ HEADS = {
 
 
 @pytest.mark.parametrize(("read", "name"), READERS)
-@settings(max_examples=25, deadline=None, derandomize=True)
+@settings(max_examples=25)
 @given(data=st.data())
 def test_any_bytes(folder, read, name, data):
     head = data.draw(st.sampled_from([b"", *HEADS[name]]))
@@ -173,7 +173,7 @@ points = st.one_of(rows, st.lists(st.lists(st.integers(-3, 3), min_size=3, max_s
 corners = st.one_of(rows, st.lists(st.lists(st.integers(-1, 6), min_size=3, max_size=4), min_size=1, max_size=6))
 
 
-@settings(max_examples=100, deadline=None, derandomize=True)
+@settings(max_examples=100)
 @given(vertices=points, faces=corners)
 def test_as_mesh_of_anything(vertices, faces):
     """Any lists give a mesh that can be preprocessed, or an error of lbskel."""

@@ -43,7 +43,7 @@ def skeletons(draw):
 
 
 @pytest.mark.parametrize("name", FORMATS)
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=30)
 @given(drawn=skeletons())
 def test_round_trip_of_any_graph(tmp_path_factory, check_round_trip, name, drawn):
     check_round_trip(round_trip(tmp_path_factory.getbasetemp(), name, drawn), drawn, FORMATS[name].loses)

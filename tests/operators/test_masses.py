@@ -26,7 +26,7 @@ def test_masses(mesh, name, kind):
 
 
 @pytest.mark.parametrize("mass", MASSES)
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(mesh=degenerate_meshes())
 def test_masses_stay_finite_and_are_the_area(mass, mesh):
     M = MASSES[mass](mesh)

@@ -48,7 +48,7 @@ def test_stars_can_be_reused_for_moved_points():
 
 
 @pytest.mark.parametrize("name", POINT_OPERATORS)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(points=positions() | closed_meshes().map(lambda mesh: mesh.vertices))
 def test_operators_of_points_stay_finite(name, points):
     assert is_finite(laplacian(PointCloud(points), operator=name))

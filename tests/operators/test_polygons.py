@@ -76,7 +76,7 @@ def test_quads_of_a_plane_and_of_a_sphere():
         assert abs(quotient / eigenvalue - 1) < 0.01
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(points=positions(), data=st.data())
 def test_operators_of_polygons_stay_finite(points, data):
     index = st.integers(0, len(points) - 1)

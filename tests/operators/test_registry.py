@@ -128,7 +128,7 @@ def test_the_first_harmonics_of_a_sphere(name):
 
 
 @pytest.mark.parametrize("name", OPERATORS)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(mesh=degenerate_meshes() | closed_meshes())
 @example(mesh=NEEDLE)
 @example(mesh=CAP)

@@ -69,7 +69,7 @@ def test_a_collapse_that_would_pinch_the_surface_is_rejected():
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_a_surface_rounded_to_a_coarse_grid_keeps_its_topology(seed):
     rng = np.random.default_rng(seed)
     mesh = sphere(1)
@@ -80,7 +80,7 @@ def test_a_surface_rounded_to_a_coarse_grid_keeps_its_topology(seed):
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_faces_that_name_a_vertex_twice_do_no_harm(seed):
     rng = np.random.default_rng(seed)
     F = np.array(sphere(0).faces)

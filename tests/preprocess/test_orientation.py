@@ -85,7 +85,7 @@ def test_a_fin_becomes_a_separate_sheet():
 
 @given(st.integers(0, 2**32 - 1))
 @example(364590)  # a fan that passes an edge twice
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_any_triangles_are_split_into_manifold_pieces(seed):
     rng = np.random.default_rng(seed)
     given = remove_duplicates(Mesh(rng.normal(size=(9, 3)), rng.integers(0, 9, size=(14, 3)))).mesh

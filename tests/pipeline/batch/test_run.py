@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 
 import pytest
@@ -15,7 +14,8 @@ from lbskel import FormatError, UnknownChoice, read_skeleton, skeletonize, skele
 from lbskel.pipeline.batch import BatchStatus
 from lbskel.pipeline.batch import run as running
 from lbskel.pipeline.batch.records import MANIFEST, SUMMARY, known
-from lbskel.shapes import sphere, torus
+from lbskel.pipeline.batch.worker import _reply
+from lbskel.shapes import sphere
 
 
 @pytest.fixture
@@ -61,7 +61,26 @@ def test_a_batch_gives_what_each_alone_gives_and_one_failure_stops_no_other(mesh
     assert [row["outcome"] for row in rows] == ["refused", "passed", "passed", "passed"]
 
 
-def test_what_was_done_is_not_done_again(meshes, tmp_path, tripod):
+class WorkerHere:
+    """Does the jobs of a worker process in this one, which takes no time to start."""
+
+    def __init__(self, time_limit, memory_limit):
+        pass
+
+    def run(self, job):
+        reply = _reply(job)
+        return {**reply, "outcome": BatchStatus(reply["outcome"]), "seconds": 0.0}
+
+    def stop(self):
+        pass
+
+
+@pytest.fixture
+def no_processes(monkeypatch):
+    monkeypatch.setattr(running, "WorkerProcess", WorkerHere)
+
+
+def test_what_was_done_is_not_done_again(no_processes, meshes, tmp_path, tripod):
     out = tmp_path / "out"
     first = skeletonize_many(meshes, out, workers=1)
     before = files(out)
@@ -96,34 +115,49 @@ def test_a_time_limit_ends_one_input_and_it_is_tried_again_without(tmp_path, rod
     write_mesh(tmp_path / "small.off", rod)
     paths = [tmp_path / "large.off", tmp_path / "small.off"]
     out = tmp_path / "out"
-    [limited] = skeletonize_many(paths[:1], out, workers=1, time_limit=0.1)  # it takes ten times that
-    assert (limited.outcome, limited.message) == (BatchStatus.OVER_TIME, "over 0.1 s")
+    [limited] = skeletonize_many(paths[:1], out, workers=1, time_limit=0.01)  # it takes a hundred times that
+    assert (limited.outcome, limited.message) == (BatchStatus.OVER_TIME, "over 0.01 s")
     assert list(files(out)) == [MANIFEST]
     assert outcomes(skeletonize_many(paths, out, workers=1)) == [BatchStatus.PASSED] * 2
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems do not keep to a limit on data")
 def test_a_memory_limit_ends_one_input(tmp_path, rod):
-    write_mesh(tmp_path / "large.off", sphere(7))  # 327,680 faces: some 200 MB beyond what is imported
+    write_mesh(tmp_path / "large.ply", sphere(8))  # 1.3 million faces: more than the limit when they are read
     write_mesh(tmp_path / "small.off", rod)
     records = skeletonize_many(
-        [tmp_path / "large.off", tmp_path / "small.off"], tmp_path / "out", workers=1, memory_limit=400
+        [tmp_path / "large.ply", tmp_path / "small.off"], tmp_path / "out", workers=1, memory_limit=400
     )
     assert outcomes(records) == [BatchStatus.OVER_MEMORY, BatchStatus.PASSED]
 
 
+STOP_AT_THE_SECOND = """
+import builtins, signal, sys
+
+def opened(file, *arguments, **options):
+    while str(file).endswith("1.ply") and "lbskel.pipeline.batch" in sys.orig_argv:
+        signal.pause()
+    return real(file, *arguments, **options)
+
+real, builtins.open = builtins.open, opened
+"""
+
+
 def test_an_interrupted_batch_leaves_no_half_file_and_goes_on_from_there(tmp_path, tripod):
-    """The second mesh takes seconds, the interrupt comes while it is worked on."""
-    meshes, out = tmp_path / "meshes", tmp_path / "out"
+    """The interrupt comes while the second mesh is worked on: its process waits, for ever, where it would read it."""
+    meshes, out, patch = tmp_path / "meshes", tmp_path / "out", tmp_path / "patch"
     meshes.mkdir()
+    patch.mkdir()
     write_mesh(meshes / "0.ply", tripod)
-    write_mesh(meshes / "1.ply", torus(1.0, 0.3, 800, 400))
+    write_mesh(meshes / "1.ply", tripod)
+    (patch / "sitecustomize.py").write_text(STOP_AT_THE_SECOND)
     command = [sys.executable, "-m", "lbskel", "batch", str(meshes / "*.ply"), "-o", str(out), "--workers", "1"]
     process = subprocess.Popen(
         command,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(patch), os.environ.get("PYTHONPATH", "")])},
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a test run in the background ignores it
     )
     while process.poll() is None and not known(out):
@@ -134,7 +168,6 @@ def test_an_interrupted_batch_leaves_no_half_file_and_goes_on_from_there(tmp_pat
     assert list(known(out)) == ["0.json"]
     assert sorted(path.name for path in out.iterdir()) == ["0.json", MANIFEST]
     before = files(out)
-    write_mesh(meshes / "1.ply", tripod, force=True)
     finished = subprocess.run(command, capture_output=True, text=True)
     assert (finished.returncode, finished.stderr) == (0, "")
     assert finished.stdout.startswith("2 inputs: 2 passed\n  1 of them are from earlier batches")
@@ -157,18 +190,20 @@ def test_a_dask_cluster_gives_the_same_and_survives_a_lost_worker(meshes, tmp_pa
 
     here = skeletonize_many(meshes, tmp_path / "here", workers=1)
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        victim = next(iter(cluster.workers.values())).pid
-        killer = threading.Timer(1.0, os.kill, (victim, signal.SIGKILL))
-        killer.start()
-        there = skeletonize_many(meshes, tmp_path / "there", dask=cluster.scheduler_address)
-        killer.join()
+        victims = [next(iter(cluster.workers.values())).pid]
+
+        def kill_one(record, is_earlier):
+            while victims:
+                os.kill(victims.pop(), signal.SIGKILL)
+
+        there = skeletonize_many(meshes, tmp_path / "there", dask=cluster.scheduler_address, on_record=kill_one)
     assert outcomes(there) == outcomes(here)
     for name in ("ring", "rod", "tripod"):
         ours, theirs = (read_skeleton(tmp_path / place / f"{name}.json") for place in ("here", "there"))
         assert ours.nodes.tobytes() == theirs.nodes.tobytes()
 
 
-def test_inputs_of_one_name_keep_apart(tmp_path, rod):
+def test_inputs_of_one_name_keep_apart(no_processes, tmp_path, rod):
     (tmp_path / "a").mkdir()
     (tmp_path / "b").mkdir()
     paths = [tmp_path / "a" / "rod.off", tmp_path / "b" / "rod.off", tmp_path / "b" / "rod.ply"]
@@ -181,7 +216,7 @@ def test_inputs_of_one_name_keep_apart(tmp_path, rod):
         skeletonize_many([paths[0], paths[0]], tmp_path / "out")
 
 
-def test_files_of_the_user_stay_unless_forced(meshes, tmp_path):
+def test_files_of_the_user_stay_unless_forced(no_processes, meshes, tmp_path):
     out = tmp_path / "out"
     out.mkdir()
     (out / "rod.json").write_text("mine")
