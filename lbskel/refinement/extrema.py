@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
-from scipy.spatial.distance import cdist
+from scipy.spatial import cKDTree
 
 from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.dijkstra import ShortestPaths
@@ -119,10 +119,13 @@ def _find_extrema(mesh: Mesh) -> GeodesicExtrema:
     is_reached = np.isfinite(distances)
     height = np.where(is_reached, distances, 0).sum(axis=0) / np.maximum(is_reached.sum(axis=0), 1)
     component = component_roots(cells.pairs, np.zeros(k, dtype=np.int64))
-    limbs = [limb for limb in _grow_limbs(cells, height) if _is_disk(mesh, cells, component, limb[0])]
-    limb_of_cell = np.full(k + 1, -1)  # the last entry is for vertices without a cell
-    for number, (inner, *_) in enumerate(limbs):
-        limb_of_cell[inner] = number
+    limbs = _grow_limbs(cells, height)
+    limb_of_cell = _limb_of_cell(limbs, k)
+    is_disk = _counts_of_disks(mesh, cells, limb_of_cell, len(limbs))
+    cuts = np.flatnonzero(~_leaves_rest_connected(cells, limb_of_cell[:-1], len(limbs)))
+    is_disk[cuts] = [_is_disk(mesh, cells, component, limbs[number][0]) for number in cuts.tolist()]
+    limbs = [limb for limb, is_kept in zip(limbs, is_disk.tolist(), strict=True) if is_kept]
+    limb_of_cell = _limb_of_cell(limbs, k)
     return GeodesicExtrema(
         vertices=cells.seeds[[limb[0][0] for limb in limbs]] if limbs else np.empty(0, dtype=np.int64),
         lengths=np.array([length for _, length, _ in limbs]),
@@ -144,10 +147,11 @@ def is_missed(extrema: GeodesicExtrema, mesh: Mesh, skeleton: Skeleton) -> NDArr
     """
     if len(extrema.vertices) == 0:
         return np.empty(0, dtype=bool)
-    distances = cdist(mesh.vertices[extrema.vertices], skeleton.nodes)
-    has_tip = (distances[:, skeleton.degrees <= 1] <= TIP_REACH * extrema.radii[:, None]).any(axis=1)
-    limit = MIN_DISTANCE * np.maximum(skeleton.radii[distances.argmin(axis=1)], extrema.radii)
-    missed: NDArray[np.bool_] = ~has_tip & (distances.min(axis=1) > limit)
+    ends, tips = mesh.vertices[extrema.vertices], skeleton.nodes[skeleton.degrees <= 1]
+    to_tip = cKDTree(tips).query(ends)[0] if len(tips) else np.inf
+    distances, nearest = cKDTree(skeleton.nodes).query(ends)
+    limit = MIN_DISTANCE * np.maximum(skeleton.radii[nearest], extrema.radii)
+    missed: NDArray[np.bool_] = (to_tip > TIP_REACH * extrema.radii) & (distances > limit)
     return missed
 
 
@@ -229,6 +233,43 @@ def _as_limb(cells: _Cells, members: list[int], border: int) -> _Limb | None:
     kinds[inner] = 1
     length, area = cells.shortest_paths.nearest_goal(inner[:1], kinds)[0], float(cells.areas[inner].sum())
     return (inner, length, area) if 2 * np.pi * length**2 > MIN_ELONGATION * area else None
+
+
+def _limb_of_cell(limbs: list[_Limb], n_cells: int) -> NDArray[np.int64]:
+    """(n_cells + 1,) the limb of each cell, -1 for none and for the last entry, for vertices without a cell."""
+    limb_of_cell = np.full(n_cells + 1, -1)
+    for number, (inner, *_) in enumerate(limbs):
+        limb_of_cell[inner] = number
+    return limb_of_cell
+
+
+def _counts_of_disks(mesh: Mesh, cells: _Cells, limb_of_cell: NDArray[np.int64], n_limbs: int) -> NDArray[np.bool_]:
+    """Whether the vertices of each limb's cells have the Euler characteristic of a disk."""
+    limb = limb_of_cell[cells.cell_of_vertex]
+    total = np.zeros(n_limbs, dtype=np.int64)
+    for sign, simplices in ((1, np.arange(len(limb))[:, None]), (-1, mesh.edges), (1, mesh.faces)):
+        limbs = limb[simplices]
+        is_within = (limbs[:, 0] >= 0) & (limbs == limbs[:, :1]).all(axis=1)
+        total += sign * np.bincount(limbs[is_within, 0], minlength=n_limbs)
+    return total == 1
+
+
+def _leaves_rest_connected(cells: _Cells, limb_of_cell: NDArray[np.int64], n_limbs: int) -> NDArray[np.bool_]:
+    """Whether the cells around each limb are connected to each other, so that it cuts nothing off from the rest."""
+    first, neighbors = cells.graph.indptr.astype(np.int64), cells.graph.indices.astype(np.int64)
+    i, j = cells.pairs.T
+    is_border, k = (limb_of_cell[i] >= 0) & (limb_of_cell[j] != limb_of_cell[i]), len(limb_of_cell)
+    around = np.unique(limb_of_cell[i[is_border]] * k + j[is_border])
+    limb, cell = around // k, around % k
+    counts = first[cell + 1] - first[cell]
+    start = np.repeat(np.arange(len(around)), counts)
+    ends = neighbors[np.arange(len(start)) - np.repeat(np.cumsum(counts) - counts, counts) + first[cell[start]]]
+    key = limb[start] * k + ends
+    stop = np.minimum(np.searchsorted(around, key), len(around) - 1)
+    edges = np.stack([start, stop], axis=1)[around[stop] == key]
+    roots = np.unique(component_roots(edges, np.zeros(len(around), dtype=np.int64)))
+    is_connected: NDArray[np.bool_] = np.bincount(limb[roots], minlength=n_limbs) == 1
+    return is_connected
 
 
 def _is_disk(mesh: Mesh, cells: _Cells, component: NDArray[np.int64], limb: NDArray[np.int64]) -> bool:
