@@ -246,12 +246,13 @@ def _limb_of_cell(limbs: list[_Limb], n_cells: int) -> NDArray[np.int64]:
 def _counts_of_disks(mesh: Mesh, cells: _Cells, limb_of_cell: NDArray[np.int64], n_limbs: int) -> NDArray[np.bool_]:
     """Whether the vertices of each limb's cells have the Euler characteristic of a disk."""
     limb = limb_of_cell[cells.cell_of_vertex]
-    total = np.zeros(n_limbs, dtype=np.int64)
+    total: NDArray[np.int64] = np.zeros(n_limbs, dtype=np.int64)
     for sign, simplices in ((1, np.arange(len(limb))[:, None]), (-1, mesh.edges), (1, mesh.faces)):
         limbs = limb[simplices]
         is_within = (limbs[:, 0] >= 0) & (limbs == limbs[:, :1]).all(axis=1)
         total += sign * np.bincount(limbs[is_within, 0], minlength=n_limbs)
-    return total == 1
+    is_disk: NDArray[np.bool_] = total == 1
+    return is_disk
 
 
 def _leaves_rest_connected(cells: _Cells, limb_of_cell: NDArray[np.int64], n_limbs: int) -> NDArray[np.bool_]:
