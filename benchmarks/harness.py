@@ -19,6 +19,7 @@ import gc
 import json
 import os
 import platform
+import re
 import signal
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -30,6 +31,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from benchmarks.provenance import code_digests, commit, mesh_files
 
 PACKAGES = ("lbskel", "numpy", "scipy", "libigl", "robust_laplacian", "cvxopt")
 
@@ -44,15 +47,26 @@ def _processor() -> str:
     return platform.processor() or platform.machine()
 
 
+def _cgal_version() -> str:
+    """Return the version in the headers of CGAL, which are where those of the system are."""
+    header = Path("/usr/include/CGAL/version.h")
+    found = header.exists() and re.search(r"define CGAL_VERSION (\S+)", header.read_text(encoding="utf-8"))
+    return found[1] if found else "not installed"
+
+
 def machine(packages: Sequence[str] = ()) -> dict[str, Any]:
-    """Return the date, the machine and the versions of packages, for the header of results."""
+    """Return the commit, the date, the machine and the versions of packages, for the header of results.
+
+    CGAL, which is no package, has the version of the headers that compilers find.
+    """
     versions = {}
     for package in dict.fromkeys((*PACKAGES, *packages)):
         try:
             versions[package] = version(package)
         except PackageNotFoundError:
-            versions[package] = "not installed"
+            versions[package] = _cgal_version() if package == "CGAL" else "not installed"
     return {
+        "commit": commit(),
         "date": datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
         "processor": _processor(),
         "cores": os.cpu_count(),
@@ -187,17 +201,25 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} cannot be written as JSON")
 
 
-def save_json(path: Path, measured: Mapping[str, Any], *, packages: Sequence[str] = ()) -> None:
-    """Write measurements with a header of the machine and the versions."""
-    document = {"machine": machine(packages), **measured}
+def save_json(
+    path: Path, measured: Mapping[str, Any], *, packages: Sequence[str] = (), meshes: Sequence[Path] = ()
+) -> None:
+    """Write measurements with a header of the machine, the versions, the code, and the files of meshes.
+
+    The file has the name of the module that measured. Meshes that no file is named for are those of lbskel.shapes.
+    """
+    header = {**machine(packages), "code": code_digests(path.stem), "meshes": mesh_files(meshes)}
+    document = {"machine": header, **measured}
     path.write_text(json.dumps(document, indent=1, default=_plain) + "\n", encoding="utf-8")
 
 
 def save_markdown(path: Path, title: str, sections: Mapping[str, str]) -> None:
-    """Write a page with a title, the machine in one line, and the sections by their headings."""
+    """Write a page with a title, the commit and the machine in one line, and the sections by their headings."""
     here = machine()
     where = f"{here['date']}, {here['processor']}, {here['cores']} cores, threads: {here['threads']}"
-    parts = [f"# {title}\n\n{where}.\n"] + [f"## {heading}\n\n{text}" for heading, text in sections.items()]
+    parts = [f"# {title}\n\nCommit {here['commit']}, {where}.\n"] + [
+        f"## {heading}\n\n{text}" for heading, text in sections.items()
+    ]
     path.write_text("\n".join(parts), encoding="utf-8")
 
 

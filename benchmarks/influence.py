@@ -46,7 +46,7 @@ def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
     def save(name: str, rows: Any, text: str) -> None:
         measured[name] = rows
         sections[name[0].upper() + name[1:]] = text
-        save_json(results / "influence.json", measured)
+        save_json(results / "influence.json", measured, meshes=(DINOSAUR, *meshes))
         save_markdown(results / "influence.md", "What strategies, operators, energies and weights do", sections)
 
     strategies = measure(shapes, CASES)

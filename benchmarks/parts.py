@@ -49,7 +49,8 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: list[Path] | No
     save_json(
         results / "parts.json",
         {"parts": parts, "branches": lengths, "sections": sections, "damaged": hostile},
-        packages=("kimimaro",),
+        packages=("kimimaro", "CGAL"),
+        meshes=meshes or (),
     )
     if meshes:
         _draw(meshes, results / "parts.png")

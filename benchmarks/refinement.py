@@ -110,7 +110,10 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
     baseline = [lbskel.skeletonize(mesh) for mesh in real]
     ablation = [_ablation(name, tubes, list(shapes.values()), real, baseline) for name in ("none", *PASSES)]
     save_json(
-        results / "refinement.json", {"summary": summary, "rows": rows, "ablation": ablation}, packages=("PyGEL3D",)
+        results / "refinement.json",
+        {"summary": summary, "rows": rows, "ablation": ablation},
+        packages=("PyGEL3D", "CGAL"),
+        meshes=paths,
     )
     save_markdown(
         results / "refinement.md",

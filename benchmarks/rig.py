@@ -36,7 +36,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: list[Path] | No
     cases = {name: make(name, n_vertices=3000).mesh for name in (NAMES[:1] if quick else NAMES) if name in SHAPES}
     cases |= {path.stem: lbskel.read_mesh(path) for path in meshes or []}
     rows = [_rigged(name, mesh, peers) for name, mesh in cases.items()]
-    save_json(results / "rig.json", {"rows": rows})
+    save_json(results / "rig.json", {"rows": rows}, meshes=meshes or ())
     save_markdown(results / "rig.md", "Rigs", {"Each mesh": markdown_table(rows)})
 
 

@@ -48,7 +48,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
     save_json(
         results / "skeletons.json",
         {"shapes": rows, "meshes": meshes, "process": process},
-        packages=("skeletor", "PyGEL3D"),
+        packages=("skeletor", "PyGEL3D", "CGAL"),
     )
     summary = [_summary(rows, tool, variant) for variant in VARIANTS for tool in tools]
     save_markdown(

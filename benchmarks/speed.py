@@ -51,11 +51,11 @@ def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
             rows += _rows(mesh, SHAPE, n_faces, 1 if quick else TURNS.get(n_faces, 1), late)
             late |= {row["tool"] for row in rows if "over" in str(row.get("error"))}
             mesh.unlink()
-            _write(rows, results)
+            _write(rows, results, meshes)
     for mesh in meshes:
         n_faces = len(lbskel.read_mesh(mesh).faces)
         rows += _rows(mesh, mesh.name, n_faces, 1 if quick or n_faces > DIRECT else 3, set())
-        _write(rows, results)
+        _write(rows, results, meshes)
 
 
 def _write_shape(path: Path, n_faces: int) -> None:
@@ -131,12 +131,13 @@ def _ratios(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return table
 
 
-def _write(rows: list[dict[str, Any]], results: Path) -> None:
+def _write(rows: list[dict[str, Any]], results: Path, meshes: Sequence[Path]) -> None:
     """Write what is measured so far."""
     save_json(
         results / "speed.json",
         {"rows": rows, "exponents": _exponents(rows), "ratios": _ratios(rows)},
-        packages=("skeletor", "PyGEL3D"),
+        packages=("skeletor", "PyGEL3D", "CGAL"),
+        meshes=meshes,
     )
     save_markdown(
         results / "speed.md",
