@@ -61,7 +61,7 @@ def test_exponents_and_ratios_are_of_the_rows(tmp_path):
     assert exponents == pytest.approx({"lbskel": 1.5, "CGAL medial": 1.5})  # exact powers: only rounding
     ratios = [row["CGAL medial"] for row in speed._ratios(rows) if row["reference"] == "lbskel"]
     assert ratios == [pytest.approx(4), pytest.approx(4), None]
-    speed._write(rows, tmp_path)
+    speed._write(rows, tmp_path, [])
     assert json.loads((tmp_path / "speed.json").read_text())["rows"][-1]["error"] == "over 300 s"
     assert "over 300 s" in (tmp_path / "speed.md").read_text()
     assert (tmp_path / "speed.png").stat().st_size > 1000
