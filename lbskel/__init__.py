@@ -96,6 +96,7 @@ __all__ = [
     "spectral_basis",
     "to_skeleton",
     "to_tree",
+    "view",
     "wave_kernel_signature",
     "write_mesh",
     "write_rig",
@@ -177,6 +178,7 @@ if TYPE_CHECKING:
         skeletonize,
         skeletonize_many,
         to_skeleton,
+        view,
     )
     from lbskel.preprocess import PIPELINES, MeshReport, Pipeline, PreprocessResult, check, reconstruct_surface
     from lbskel.skeleton import (

@@ -1,8 +1,10 @@
 """The public names: what takes a mesh takes every kind of mesh, and the stages compose to the whole."""
 
 import inspect
+import tempfile
 from dataclasses import fields
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +12,12 @@ from helpers import joined, moved, triangle_soup
 
 import lbskel
 from lbskel.shapes import make
+
+
+def view_of(mesh):
+    with tempfile.TemporaryDirectory() as folder:
+        return lbskel.view(mesh, Path(folder) / "page.html").nodes
+
 
 TAKES_A_MESH = {
     "as_mesh": lambda mesh: lbskel.as_mesh(mesh).vertices,
@@ -36,6 +44,7 @@ TAKES_A_MESH = {
     "smooth": lambda mesh: lbskel.smooth(mesh).vertices,
     "spectral_basis": lambda mesh: lbskel.spectral_basis(mesh, 5).functions,
     "Pipeline": lambda mesh: lbskel.Pipeline(["merge_close"])(mesh).mesh.vertices,
+    "view": lambda mesh: view_of(mesh),
     "write_mesh": lambda mesh: b"",  # writes a file: tested below
 }
 MESH_PARAMETERS = {"mesh", "shape", "contracted", "data"}

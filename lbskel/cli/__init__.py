@@ -20,10 +20,12 @@ from lbskel.cli import (
     skeletonize,
     smooth,
     spectrum,
+    view,
 )
 
 COMMANDS = (
     skeletonize,
+    view,
     batch,
     score,
     check,

@@ -7,7 +7,6 @@ __all__ = ["add_parser", "run"]
 import argparse
 import json
 import sys
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,8 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.io import read_mesh
 from lbskel.io.atomic_write import Content, write_all_safely
 from lbskel.pipeline.comparison import CASES, ComparisonResult, record, representative, run_case
-from lbskel.visualization import Panel, draw
+from lbskel.visualization import Panel, Table, draw
+from lbskel.visualization.html import cell, document, image, paragraphs, table
 from lbskel.visualization.line_plots import draw_curves
 
 MOST_FACES = 6000  # that are compared: some thirty contractions, twice each, should not take minutes
@@ -38,29 +38,11 @@ COLUMNS = {  # headings of the table, and the key of the record below each
     "from default, radii": "from default",
     "seconds": "seconds",
 }
-PAGE = """\
-<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{title}</title><style>
-body {{ font-family: sans-serif; max-width: 1300px; margin: 2em auto; }}
-td, th {{ padding: 0.2em 0.7em; text-align: right; border-bottom: 1px solid #ddd; }}
-td:first-child, th:first-child {{ text-align: left; }} tr.broken td {{ background: #fdecea; }}
-img {{ max-width: 100%; }}
-</style></head><body>
-<h1>{title}</h1>
-<p>{what}</p>
-<p>The first columns show the steps as published, without roll-back, down to a millionth of the volume: the step at
-which the area or the bounding box first grew, and the largest bounding box relative to that of the mesh. The others
-show the result with roll-back, which undoes such a step, as <code>lbskel skeletonize</code> computes it.</p>
-<table><tr>{head}</tr>
-{rows}
-</table>
-{reasons}
-<h2>Area and bounding box by step, without roll-back</h2><img src="curves.png" alt="curves">
-<h2>Contracted meshes, without roll-back: at the first step that breaks, or the last</h2>
-<img src="contracted.png" alt="contracted meshes">
-<h2>Skeletons, with roll-back</h2><img src="skeletons.png" alt="skeletons">
-</body></html>
-"""
+EXPLANATION = (
+    "The first columns show the steps as published, without roll-back, down to a millionth of the volume: the step at "
+    "which the area or the bounding box first grew, and the largest bounding box relative to that of the mesh. The "
+    "others show the result with roll-back, which undoes such a step, as lbskel skeletonize computes it."
+)
 
 
 def add_parser(subparsers: Any) -> None:
@@ -72,7 +54,7 @@ def add_parser(subparsers: Any) -> None:
         example="lbskel compare meshes/knot.off -o report",
     )
     parser.add_argument("mesh", metavar="MESH")
-    parser.add_argument("-o", "--output", required=True, metavar="FOLDER", help="gets index.html and what it shows")
+    parser.add_argument("-o", "--output", required=True, metavar="FOLDER", help="gets index.html and comparison.json")
     add_force_option(parser)
     parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
     parser.set_defaults(run=run)
@@ -81,9 +63,7 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Compare and write the page; 0 also where settings break, since the page shows that."""
     folder = Path(arguments.output)
-    names = [
-        folder / name for name in ("index.html", "comparison.json", "curves.png", "contracted.png", "skeletons.png")
-    ]
+    names = [folder / name for name in ("index.html", "comparison.json")]
     if not folder.parent.is_dir() or (folder.exists() and not folder.is_dir()):
         raise FormatError(f"{folder}: is no folder, and cannot be made in a folder that exists")
     refuse_existing(names, arguments.force)
@@ -101,24 +81,20 @@ def run(arguments: argparse.Namespace) -> int:
     title = f"Contractions of {Path(arguments.mesh).name}"
     what = f"{len(given.vertices)} vertices and {len(given.faces)} faces; compared on {len(mesh.faces)} faces"
     what += " of its largest component." if given.n_components > 1 else "."
-    contents: dict[Path, Content] = dict(
-        zip(
-            names,
-            (
-                _page(records, title, what),
-                json.dumps({"mesh": Path(arguments.mesh).name, "cases": records}, indent=1) + "\n",
-                _curves(records),
-                _drawn(
-                    [
-                        Panel(mesh, title=Path(arguments.mesh).name),
-                        *(_contracted(case, result, mesh) for case, result in results.items() if result.meshes),
-                    ]
-                ),
-                _drawn([_skeleton(case, result, mesh) for case, result in results.items()]),
-            ),
-            strict=True,
-        )
-    )
+    pictures = {
+        "Area and bounding box by step, without roll-back": _curves(records),
+        "Contracted meshes, without roll-back: at the first step that breaks, or the last": _drawn(
+            [
+                Panel(mesh, title=Path(arguments.mesh).name),
+                *(_contracted(case, result, mesh) for case, result in results.items() if result.meshes),
+            ]
+        ),
+        "Skeletons, with roll-back": _drawn([_skeleton(case, result, mesh) for case, result in results.items()]),
+    }
+    contents: dict[Path, Content] = {
+        names[0]: _page(records, title, what, pictures),
+        names[1]: json.dumps({"mesh": Path(arguments.mesh).name, "cases": records}, indent=1) + "\n",
+    }
     folder.mkdir(exist_ok=True)
     write_all_safely(contents, arguments.force)
     if not arguments.quiet:
@@ -178,32 +154,24 @@ def _reasons(records: dict[str, dict[str, Any]]) -> list[str]:
     return [f"{case}: {row['error']}" for case, row in records.items() if "error" in row]
 
 
-def _cell(value: Any) -> str:
-    """Format a value for the table."""
-    if value is None:
-        return "-"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
-
-
-def _page(records: dict[str, dict[str, Any]], title: str, what: str) -> str:
-    """Compose the page, with all text escaped."""
-    rows = []
-    for case, row in records.items():
-        cells = "".join(f"<td>{escape(_cell(row.get(key)))}</td>" for key in COLUMNS.values())
-        broken = ' class="broken"' if row.get("broke at") else ""
-        rows.append(f"<tr{broken}><td>{escape(case)}</td>{cells}</tr>")
-    head = "".join(f"<th>{escape(name)}</th>" for name in ("", *COLUMNS))
-    reasons = "\n".join(f"<p>No skeleton by {escape(reason)}.</p>" for reason in _reasons(records))
-    return PAGE.format(title=escape(title), what=escape(what), head=head, rows="\n".join(rows), reasons=reasons)
+def _page(records: dict[str, dict[str, Any]], title: str, what: str, pictures: dict[str, bytes]) -> bytes:
+    """Compose the page."""
+    rows = [(case, *(row.get(key) for key in COLUMNS.values())) for case, row in records.items()]
+    kinds = ["fail" if row.get("broke at") else "" for row in records.values()]
+    body = [
+        paragraphs([what, EXPLANATION]),
+        table(Table("Cases; a row in red breaks without roll-back", ("", *COLUMNS), rows, kinds)),
+        paragraphs([f"No skeleton by {reason}." for reason in _reasons(records)]),
+        *(f"<h2>{heading}</h2>\n{image(png, heading)}" for heading, png in pictures.items()),
+    ]
+    return document(title, "\n".join(body))
 
 
 def _summary(records: dict[str, dict[str, Any]]) -> str:
     """Compose the table for a terminal, and the reasons for its gaps."""
     lines = [
         ["case", *COLUMNS],
-        *([case, *(_cell(row.get(k)) for k in COLUMNS.values())] for case, row in records.items()),
+        *([case, *(cell(row.get(k)) for k in COLUMNS.values())] for case, row in records.items()),
     ]
     widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
     table = ["  ".join([line[0].ljust(widths[0]), *map(str.rjust, line[1:], widths[1:])]).rstrip() for line in lines]

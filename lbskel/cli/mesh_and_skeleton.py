@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-__all__ = ["add_input", "mesh_and_skeleton"]
+__all__ = ["add_input", "mesh_and_skeleton", "skeleton_of"]
 
 import argparse
+from pathlib import Path
 
 from lbskel.cli.options import add_skeleton_options, skeleton_options
+from lbskel.cli.progress import StageBar
 from lbskel.errors import MeshError
-from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io import FORMATS, MESH_READERS, read_mesh, read_skeleton
 from lbskel.pipeline.stages import skeletonize
 from lbskel.skeleton.skeleton import Skeleton
@@ -30,12 +32,19 @@ def add_input(parser: argparse.ArgumentParser) -> None:
 def mesh_and_skeleton(arguments: argparse.Namespace) -> tuple[Mesh, Skeleton]:
     """Read the mesh, and read or make its skeleton."""
     mesh = read_mesh(arguments.mesh)
-    if not arguments.skeleton:
-        return mesh, skeletonize(mesh, **skeleton_options(arguments), time_limit=arguments.time_limit)
-    skeleton = read_skeleton(arguments.skeleton)
+    skeleton = skeleton_of(mesh, arguments)
     if len(skeleton.node_of_vertex) != len(mesh.vertices):
         raise MeshError(
             f"{arguments.skeleton}: maps {len(skeleton.node_of_vertex)} vertices to its nodes, and {arguments.mesh} "
             f"has {len(mesh.vertices)}; write the skeleton of this mesh as json, npz, ply or vtp, which store the map"
         )
     return mesh, skeleton
+
+
+def skeleton_of(shape: Mesh | PointCloud, arguments: argparse.Namespace) -> Skeleton:
+    """Read the skeleton, or make it with the options given, and show its stages on a terminal."""
+    if arguments.skeleton:
+        return read_skeleton(arguments.skeleton)
+    with StageBar(Path(arguments.mesh).name, getattr(arguments, "quiet", False)) as bar:
+        options = skeleton_options(arguments)
+        return skeletonize(shape, **options, on_stage=bar.show, time_limit=arguments.time_limit)

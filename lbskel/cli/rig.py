@@ -8,12 +8,17 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from lbskel.applications import rig
 from lbskel.applications.rigging import MAX_BONES, MAX_INFLUENCES
+from lbskel.cli.html_option import add_html_option, refuse_page, write_page
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
 from lbskel.cli.options import add_command, add_force_option, refuse_existing
 from lbskel.errors import FormatError
 from lbskel.io.gltf_skin import UP_AXES, write_rig
+from lbskel.skeleton.armature import Rig
+from lbskel.visualization import Table
 
 
 def add_parser(subparsers: Any) -> None:
@@ -38,6 +43,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--up", default="y", choices=UP_AXES, metavar="AXIS", help="axis of the mesh that points up: y (default) or z"
     )
+    add_html_option(parser)
     add_force_option(parser)
     add_input(parser)
     parser.set_defaults(run=run)
@@ -49,8 +55,19 @@ def run(arguments: argparse.Namespace) -> int:
     if output.suffix.lower() != ".glb":
         raise FormatError(f"{output}: the name must end in .glb")
     refuse_existing([output], arguments.force)
+    refuse_page(arguments.html, arguments.force)
     mesh, skeleton = mesh_and_skeleton(arguments)
     rigged = rig(mesh, skeleton, max_bones=arguments.max_bones, max_influences=arguments.max_influences)
     write_rig(output, rigged, up=arguments.up, force=arguments.force)
+    if arguments.html:
+        bone_of_face = rigged.weights[mesh.faces].sum(axis=1).argmax(axis=1)
+        shown = {"part_of_face": bone_of_face, "parts_name": "parts by strongest bone", "tables": [_table(rigged)]}
+        write_page(arguments.html, mesh, skeleton, arguments, title=Path(arguments.mesh).name, **shown)
     print(f"{output}: {len(rigged.names)} bones: {', '.join(rigged.names)}")
     return 0
+
+
+def _table(rigged: Rig) -> Table:
+    lengths = np.linalg.norm(rigged.tails - rigged.heads, axis=1).tolist()
+    parents = [rigged.names[parent] if parent >= 0 else None for parent in rigged.parents.tolist()]
+    return Table("Bones", ["bone", "hangs on", "length"], list(zip(rigged.names, parents, lengths, strict=True)))

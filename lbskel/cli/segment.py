@@ -9,12 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from lbskel.applications import segment
-from lbskel.applications.segmentation import THICKNESS
+from lbskel.applications.segmentation import THICKNESS, Segmentation
+from lbskel.cli.html_option import add_html_option, refuse_page, write_page
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
 from lbskel.cli.options import add_command, add_force_option, refuse_existing
 from lbskel.errors import FormatError
 from lbskel.io.atomic_write import Content, write_all_safely
 from lbskel.io.ply_parts import encode_ply_parts
+from lbskel.visualization import Table
 
 
 def add_parser(subparsers: Any) -> None:
@@ -29,6 +31,7 @@ def add_parser(subparsers: Any) -> None:
         "-o", "--output", required=True, metavar="PARTS", help="ply to write: each face has its part and a color"
     )
     parser.add_argument("--table", metavar="CSV", help="write faces, area, volume, length and radius of each part")
+    add_html_option(parser)
     parser.add_argument(
         "--thickness",
         default=THICKNESS[0],
@@ -50,11 +53,21 @@ def run(arguments: argparse.Namespace) -> int:
         if path.suffix.lower() != suffix:
             raise FormatError(f"{path}: the name must end in {suffix}")
         refuse_existing([path], arguments.force)
+    refuse_page(arguments.html, arguments.force)
     mesh, skeleton = mesh_and_skeleton(arguments)
     parts = segment(mesh, skeleton, thickness=arguments.thickness)
     contents: dict[Path, Content] = {outputs[".ply"]: encode_ply_parts(mesh, parts.part_of_face)}
     if arguments.table:
         contents[outputs[".csv"]] = parts.to_csv()
     write_all_safely(contents, arguments.force)
+    if arguments.html:
+        shown = {"part_of_face": parts.part_of_face, "parts_name": "limbs and trunk", "tables": [_table(parts)]}
+        write_page(arguments.html, mesh, skeleton, arguments, title=Path(arguments.mesh).name, **shown)
     print(f"{arguments.output}: {len(parts)} parts")
     return 0
+
+
+def _table(parts: Segmentation) -> Table:
+    columns = parts.columns()
+    rows = list(zip(*(values.tolist() for values in columns.values()), strict=True))
+    return Table("Parts", [name.replace("_", " ") for name in columns], rows)

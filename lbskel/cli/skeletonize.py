@@ -13,7 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from lbskel.cli.html_option import add_html_option, refuse_page, write_page
 from lbskel.cli.options import add_command, add_force_option, add_skeleton_options, refuse_existing, skeleton_options
+from lbskel.cli.progress import StageBar
 from lbskel.errors import FormatError, LbskelError
 from lbskel.io import FORMATS, MESH_READERS, POINT_READERS, as_shape, write_safely, write_skeleton
 from lbskel.io.skeleton_io import require_writable
@@ -46,6 +48,7 @@ def add_parser(subparsers: Any) -> None:
         help=f"skeleton to write ({', '.join(FORMATS)}); a folder gets a .swc for each input",
     )
     parser.add_argument("--picture", metavar="PNG", help="draw mesh and skeleton; a folder if there are several inputs")
+    add_html_option(parser, "; a folder if there are several inputs")
     parser.add_argument("--report", metavar="JSON", help="write the full report; a folder if there are several inputs")
     parser.add_argument("--profile", action="store_true", help="print the seconds and the memory of each stage")
     parser.add_argument("--json", action="store_true", help="print the full report as JSON, one line per input")
@@ -62,11 +65,12 @@ class _Job:
     mesh: Path
     skeleton: Path
     picture: Path | None
+    html: Path | None
     report: Path | None
 
     def outputs(self) -> list[tuple[Path | None, Collection[str]]]:
         """List the files to write, with the extensions that each may have."""
-        return [(self.skeleton, FORMATS), (self.picture, ("png",)), (self.report, ("json",))]
+        return [(self.skeleton, FORMATS), (self.picture, ("png",)), (self.html, ("html",)), (self.report, ("json",))]
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -92,6 +96,7 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
             mesh=mesh,
             skeleton=_output(arguments.output, mesh, ".swc", are_several),
             picture=_output(arguments.picture, mesh, ".png", are_several) if arguments.picture else None,
+            html=_output(arguments.html, mesh, ".html", are_several) if arguments.html else None,
             report=_output(arguments.report, mesh, ".json", are_several) if arguments.report else None,
         )
         for mesh in inputs
@@ -111,6 +116,8 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
         from lbskel.visualization.rendering import require_matplotlib
 
         require_matplotlib()
+    for job in jobs:
+        refuse_page(job.html, arguments.force)
     return jobs
 
 
@@ -130,7 +137,7 @@ def _output(given: str, mesh: Path, suffix: str, are_several: bool) -> Path:
 
 
 def _run(job: _Job, arguments: argparse.Namespace) -> int:
-    with _Bar(job.mesh.name, arguments.quiet or arguments.json) as bar:
+    with StageBar(job.mesh.name, arguments.quiet or arguments.json) as bar:
         bar.show("read")
         began = time.perf_counter()
         mesh = as_shape(job.mesh)
@@ -152,6 +159,8 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
         from lbskel.visualization import picture
 
         picture(mesh, skeleton, job.picture, force=arguments.force)
+    if job.html is not None:
+        write_page(job.html, mesh, skeleton, arguments, title=job.mesh.name)
     if arguments.json:
         print(json.dumps(report), flush=True)
     elif not arguments.quiet:
@@ -198,23 +207,3 @@ def _bodies(bodies: list[dict[str, Any]]) -> list[str]:
         n_faces = sum(body["faces"] for body in others)
         lines.append(f"  component {len(others)} more of {n_faces:,} faces together")
     return lines
-
-
-class _Bar:
-    """The current stage, on a terminal."""
-
-    def __init__(self, name: str, is_quiet: bool):
-        self._name = name
-        self._is_quiet = is_quiet or not sys.stderr.isatty()
-
-    def __enter__(self) -> _Bar:
-        from tqdm import tqdm
-
-        self._bar = tqdm(desc=self._name, bar_format="{desc} {elapsed}", leave=False, disable=self._is_quiet)
-        return self
-
-    def show(self, stage: str) -> None:
-        self._bar.set_description_str(f"{self._name}: {stage}")
-
-    def __exit__(self, *_: object) -> None:
-        self._bar.close()

@@ -7,7 +7,7 @@ local radius, the distance from a node to the surface of its body; the radii of 
 
 from __future__ import annotations
 
-__all__ = ["require_scorable", "score_on"]
+__all__ = ["centeredness_errors", "require_scorable", "score_on"]
 
 from dataclasses import replace
 
@@ -57,11 +57,7 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
         Cycles that were opened on purpose, and count as if they were there.
     """
     unit, has_map = surface.mesh, len(skeleton.node_of_vertex) > 0
-    skeleton = inscribed_radii(skeleton, surface)
-    if not has_map:
-        skeleton = replace(skeleton, node_of_vertex=nearest_balls(skeleton, unit))
-    if unit.n_components > 1:
-        skeleton = own_radii(skeleton, unit)
+    skeleton = _on_surface(skeleton, surface)
     node = skeleton.node_of_vertex
     distances = np.linalg.norm(unit.vertices - skeleton.nodes[node], axis=1)
     areas = np.bincount(unit.faces.ravel(), weights=np.repeat(unit.face_areas, 3), minlength=len(unit.vertices))
@@ -95,6 +91,30 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
         shortcut_edges=_n_shortcut_edges(skeleton, unit, widths, disjoint),
         spurs=_n_spurs(skeleton),
     )
+
+
+def centeredness_errors(skeleton: Skeleton, surface: Surface) -> NDArray[np.float64]:
+    """(k,) distance of each node from the centroid of its section, in local radii; NaN where that is not known.
+
+    Parameters
+    ----------
+    skeleton, surface
+        As for :func:`score_on`.
+    """
+    skeleton = _on_surface(skeleton, surface)
+    return _section_errors(
+        skeleton, mean_radii(skeleton, surface.mesh).radii, surface, np.flatnonzero(skeleton.degrees == 2)
+    )
+
+
+def _on_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Return the skeleton with inscribed radii in its own bodies, and with a map if it has none."""
+    skeleton = inscribed_radii(skeleton, surface)
+    if len(skeleton.node_of_vertex) == 0:
+        skeleton = replace(skeleton, node_of_vertex=nearest_balls(skeleton, surface.mesh))
+    if surface.mesh.n_components > 1:
+        skeleton = own_radii(skeleton, surface.mesh)
+    return skeleton
 
 
 def require_scorable(skeleton: Skeleton, mesh: Mesh) -> None:
@@ -138,23 +158,36 @@ def _centeredness_errors(
 ) -> tuple[float | None, float | None]:
     """Measure the distances from nodes to the centroids of their sections: the mean, and the worst branch's median.
 
-    Nodes whose cross-section is not that of their branch alone are left out. The unit is the mean distance of the
-    node's vertices, or the distance from the centroid to the surface if that is larger.
+    Nodes whose cross-section is not that of their branch alone are left out.
     """
     inner = np.flatnonzero(skeleton.degrees == 2)
     if len(inner) > MAX_SECTIONS:
         inner = inner[np.linspace(0, len(inner) - 1, MAX_SECTIONS).astype(np.int64)]
-    sections = find_section_centers(skeleton, surface, inner)
-    known = inner[sections.is_known[inner]]
-    if len(known) == 0:
+    errors = _section_errors(skeleton, widths, surface, inner)
+    known = ~np.isnan(errors)
+    if not known.any():
         return None, None
-    centers = sections.positions[known]
-    radii = np.maximum(surface.distance(centers), widths[known])
-    errors = np.full(len(skeleton.nodes), np.nan)
-    errors[known] = np.linalg.norm(centers - skeleton.nodes[known], axis=1) / radii
-    by_branch = [errors[branch][~np.isnan(errors[branch])] for branch in skeleton.branches]
+    by_branch = [errors[branch][known[branch]] for branch in skeleton.branches]
     medians = [float(np.median(values)) for values in by_branch if len(values) >= MIN_SECTIONS]
     return float(errors[known].mean()), max(medians, default=None)
+
+
+def _section_errors(
+    skeleton: Skeleton, widths: NDArray[np.float64], surface: Surface, nodes: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """(k,) distance from each of the nodes to the centroid of its section, NaN elsewhere.
+
+    The unit is the mean distance of the node's vertices, or the distance from the centroid to the surface if that is
+    larger.
+    """
+    sections = find_section_centers(skeleton, surface, nodes)
+    known = nodes[sections.is_known[nodes]]
+    errors = np.full(len(skeleton.nodes), np.nan)
+    if len(known):
+        centers = sections.positions[known]
+        radii = np.maximum(surface.distance(centers), widths[known])
+        errors[known] = np.linalg.norm(centers - skeleton.nodes[known], axis=1) / radii
+    return errors
 
 
 def _rms_curvature(skeleton: Skeleton) -> float:

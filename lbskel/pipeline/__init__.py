@@ -7,6 +7,7 @@ from lbskel.pipeline.evaluation import score
 from lbskel.pipeline.options import DOMAINS
 from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
 from lbskel.pipeline.stages import refine, skeletonize
+from lbskel.pipeline.viewing import view
 
 __all__ = [
     "DOMAINS",
@@ -19,4 +20,5 @@ __all__ = [
     "skeletonize",
     "skeletonize_many",
     "to_skeleton",
+    "view",
 ]

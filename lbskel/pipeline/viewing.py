@@ -1,0 +1,271 @@
+"""A mesh, its skeleton, and how one became the other, as an interactive page.
+
+The contraction is run again, step by step, with the settings that the skeleton's report names; it gives the same steps,
+so nothing but the result has to be kept.
+"""
+
+from __future__ import annotations
+
+__all__ = ["view", "view_scene"]
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lbskel.applications import branch_table
+from lbskel.contraction.flow import contract
+from lbskel.contraction.result import Step
+from lbskel.contraction.settings import ContractionSettings
+from lbskel.evaluation.measures import MEASURES
+from lbskel.evaluation.scoring import centeredness_errors
+from lbskel.geometry.mesh import Mesh, PointCloud
+from lbskel.geometry.surface_queries import Surface
+from lbskel.io import as_shape
+from lbskel.operators import OPERATORS
+from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
+from lbskel.pipeline.stages import skeletonize
+from lbskel.preprocess import Pipeline, reconstruct_surface
+from lbskel.skeleton.skeleton import Skeleton
+from lbskel.visualization import Scene, Table, page
+from lbskel.visualization.interactive import require_plotly
+
+# Distance of a repaired surface from the given one, in diameter bounds, above which it is marked as mended: less than a
+# pixel of a page. A choice of style.
+MENDED_DISTANCE = 1e-3
+
+
+def view(
+    mesh: Any,
+    path: str | os.PathLike[str],
+    *,
+    skeleton: Skeleton | None = None,
+    title: str = "",
+    force: bool = False,
+    **options: Any,
+) -> Skeleton:
+    """Write an interactive page of a mesh or point cloud and its skeleton, which needs no network.
+
+    The page shows the mesh, the skeleton colored by radius, every step of the contraction, inscribed balls, parts by
+    branch, nodes off their center and mended surface, the branch table, the report and the score.
+
+    Parameters
+    ----------
+    mesh : Mesh, PointCloud, (vertices, faces), (n, 3) array, path, or mesh or cloud object
+        Whatever :func:`lbskel.skeletonize` takes.
+    path : path-like
+        HTML file to write; below 8 MB, since large surfaces are simplified for display.
+    skeleton : Skeleton, optional
+        Of the mesh, in place of one that is made. The contraction is shown if it has its report.
+    title : str
+        Heading of the page.
+    force : bool
+        Whether an existing file may be replaced.
+    **options
+        Of :func:`lbskel.skeletonize`.
+
+    Returns
+    -------
+    Skeleton
+        The skeleton that is shown.
+
+    Raises
+    ------
+    FormatError
+        If the file exists and ``force`` is not set, or it cannot be written.
+    MeshError
+        If the input is no mesh or cloud, or encloses nothing.
+    MissingDependency
+        If plotly is not installed.
+    UnknownChoice
+        If an option has a value that is in no table.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     skeleton = lbskel.view(torus(1.0, 0.2), Path(folder) / "ring.html", title="a ring")
+    ...     (Path(folder) / "ring.html").stat().st_size < 8_000_000
+    True
+    """
+    require_plotly()
+    shape = as_shape(mesh)
+    if skeleton is None:
+        skeleton = skeletonize(shape, **options)
+    preparing = {name: options[name] for name in ("preprocess", "simplify") if name in options}
+    page(view_scene(shape, skeleton, title=title, **preparing), path, force=force)
+    return skeleton
+
+
+def view_scene(
+    shape: Mesh | PointCloud,
+    skeleton: Skeleton,
+    *,
+    title: str = "",
+    preprocess: str | Pipeline | None = "auto",
+    simplify: str = "auto",
+) -> Scene:
+    """Collect what :func:`view` shows.
+
+    Parameters
+    ----------
+    shape : Mesh or PointCloud
+    skeleton : Skeleton
+        Of the shape.
+    title, preprocess, simplify
+        As for :func:`lbskel.skeletonize`.
+    """
+    if isinstance(shape, PointCloud):
+        cleaning = "none" if preprocess is None else preprocess
+        source = reconstruct_surface(shape, preprocess=cleaning).mesh  # type: ignore[arg-type]
+        prepared, mesh = prepare(source, simplify=simplify), None
+        skeleton_of_source = _without_map(skeleton)
+    else:
+        prepared = prepare(shape, preprocess=preprocess, simplify=simplify)
+        mesh, skeleton_of_source = shape, skeleton
+    has_map = mesh is not None and len(skeleton.node_of_vertex) == len(mesh.vertices)
+    errors = centeredness_errors(prepared.skeleton_to_unit(skeleton_of_source), prepared.surface)
+    contracted, positions, areas, volumes = _replay(prepared, skeleton.report)
+    columns = branch_table(skeleton, mesh if has_map else None).columns()
+    return Scene(
+        shape,
+        skeleton,
+        title,
+        part_of_face=_branch_of_face(mesh, skeleton) if mesh is not None and has_map else None,
+        contracted=contracted,
+        positions=positions,
+        area_ratios=areas,
+        volume_ratios=volumes,
+        columns={_words(name): values for name, values in columns.items() if "_at_" not in name},
+        off_center=np.flatnonzero(errors > MEASURES["centeredness_error_worst_branch"].passes),
+        mended=_mended(prepared) if mesh is not None else np.empty((0, 3)),
+        tables=_tables(skeleton),
+    )
+
+
+def _without_map(skeleton: Skeleton) -> Skeleton:
+    """Return nodes, edges and radii alone."""
+    return Skeleton(skeleton.nodes, skeleton.edges, skeleton.radii)
+
+
+def _branch_of_face(mesh: Mesh, skeleton: Skeleton) -> NDArray[np.int64]:
+    """(m,) branch of each face: that of two of its vertices; nodes without an edge count as a branch each."""
+    branch_of = len(skeleton.branches) + np.arange(len(skeleton.nodes))
+    for number, branch in reversed(list(enumerate(skeleton.branches))):
+        branch_of[branch] = number
+    return np.sort(branch_of[skeleton.node_of_vertex][mesh.faces], axis=1)[:, 1]
+
+
+def _mended(prepared: PreparedMesh) -> NDArray[np.float64]:
+    """(p, 3) centers of the faces of the prepared mesh that are not on the given surface."""
+    centers = prepared.mesh.vertices[prepared.mesh.faces].mean(axis=1) * prepared.scale + prepared.center
+    distances = Surface(prepared.source).distance(centers)
+    mended: NDArray[np.float64] = centers[distances > MENDED_DISTANCE * prepared.scale]
+    return mended
+
+
+def _replay(
+    prepared: PreparedMesh, report: dict[str, Any]
+) -> tuple[Mesh | None, list[NDArray[np.float64]], list[float], list[float]]:
+    """Contract all bodies again.
+
+    Returns the surface that is contracted, its vertices after each step, and the ratios of areas and volumes; None and
+    empty lists if the report does not tell how.
+    """
+    bodies = report.get("components", [])
+    settings = report.get("settings")
+    if not settings or len(bodies) != len(prepared.bodies) or settings["operator"] not in (None, *OPERATORS):
+        return None, [], [], []
+    replayed = [
+        _replay_body(body, ContractionSettings(**settings), told)
+        for body, told in zip(prepared.bodies, bodies, strict=True)
+    ]
+    n_steps = max(len(states) for _, states, _ in replayed)
+
+    def joined(number: int) -> NDArray[np.float64]:
+        parts = [([mesh.vertices, *states])[min(number, len(states))] for mesh, states, _ in replayed]
+        return np.concatenate(parts) * prepared.scale + prepared.center
+
+    offsets = np.cumsum([0, *(len(mesh.vertices) for mesh, _, _ in replayed)])
+    faces = np.concatenate([mesh.faces + offset for (mesh, _, _), offset in zip(replayed, offsets[:-1], strict=True)])
+    areas = _total(
+        [mesh.area for mesh, _, _ in replayed], [[step.area_ratio for step in steps] for *_, steps in replayed], n_steps
+    )
+    volumes = _total(
+        [abs(mesh.volume) for mesh, _, _ in replayed],
+        [[step.volume_ratio for step in steps] for *_, steps in replayed],
+        n_steps,
+    )
+    return Mesh(joined(0), faces), [joined(number) for number in range(1, n_steps + 1)], areas, volumes
+
+
+def _replay_body(
+    body: Body, settings: ContractionSettings, told: dict[str, Any]
+) -> tuple[Mesh, list[NDArray[np.float64]], list[Step]]:
+    """Contract a body with as many steps as its report tells: the proxy, or the full surface if that was contracted."""
+    n_first = told["steps"][0]["n_vertices"] if told["steps"] else len(body.proxy.mesh.vertices)
+    mesh = body.proxy.mesh if n_first == len(body.proxy.mesh.vertices) else body.mesh
+    states: list[NDArray[np.float64]] = []
+    steps: list[Step] = []
+
+    def keep(step: Step, now: Mesh) -> None:
+        states.append(now.vertices * mesh.diameter_bound + mesh.centroid)
+        steps.append(step)
+
+    contract(mesh, settings, on_step=keep)
+    n = len(told["steps"])
+    return mesh, states[:n], steps[:n]
+
+
+def _total(sizes: Sequence[float], ratios: Sequence[Sequence[float]], n_steps: int) -> list[float]:
+    """Combine ratios of several bodies to those of all; one that ended earlier keeps its last."""
+    whole = sum(sizes)
+    return [
+        sum(size * ([1.0, *own])[min(number, len(own))] for size, own in zip(sizes, ratios, strict=True)) / whole
+        if whole > 0
+        else float("nan")
+        for number in range(1, n_steps + 1)
+    ]
+
+
+def _tables(skeleton: Skeleton) -> list[Table]:
+    """Tell the score and the report in words."""
+    report = skeleton.report
+    tables = []
+    if "score" in report:
+        scored = report["score"]
+        rows, kinds = [], []
+        for name, measure in MEASURES.items():
+            sign = "at least" if measure.passes > measure.fails else "at most"
+            value, verdict = scored["measures"][name], scored["verdicts"][name]
+            rows.append((_words(name), value, verdict, f"{sign} {measure.passes:g}", measure.text))
+            kinds.append(verdict if verdict in ("pass", "warn", "fail") else "")
+        head = ("measure", "value", "verdict", "passes with", "what it measures")
+        tables.append(Table(f"Score: {scored['verdict']}", head, rows, kinds))
+    if "input" in report:
+        tables.append(Table("Report", ("what", ""), _report_rows(report)))
+    return tables
+
+
+def _report_rows(report: dict[str, Any]) -> list[tuple[str, Any]]:
+    """Tell what was done, a row each."""
+    rows: list[tuple[str, Any]] = [(f"{name} given", value) for name, value in report["input"].items()]
+    rows.extend(("note", note) for note in report["notes"])
+    for number, body in enumerate(report["components"], 1):
+        genus = "open or not manifold" if body["genus"] is None else f"{body['genus']} handles"
+        rows.append(
+            (f"body {number}", f"{body['faces']:,} faces, {genus}; {body['cycle_rank']} cycles in the skeleton")
+        )
+        rows.append((f"body {number}, contraction", f"{len(body['steps'])} steps, until {body['status']}"))
+        rows.extend((f"body {number}, note", note) for note in body["notes"])
+    rows.extend((f"seconds to {stage}", round(seconds, 3)) for stage, seconds in report["seconds"].items())
+    return rows
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")

@@ -1,0 +1,164 @@
+"""The interactive page of a mesh and its skeleton: one HTML file that opens without a network, drawn by plotly.
+
+The file contains plotly.js, the geometry of a :class:`~lbskel.visualization.scene.Scene`, and ``page.js``, which
+connects the toggles, the slider of the contraction, and the branch table.
+"""
+
+from __future__ import annotations
+
+__all__ = ["page", "page_content", "require_plotly"]
+
+import os
+from html import escape
+from importlib.util import find_spec
+from typing import Any
+
+from lbskel.errors import MissingDependency
+from lbskel.io.atomic_write import write_safely
+from lbskel.visualization.html import document, paragraphs, script, table
+from lbskel.visualization.scene import Scene, encode_scene
+
+PAGE = """\
+<p id="summary">{summary}</p>
+<noscript><p>The view needs JavaScript, which this browser does not run; the tables below do not.</p></noscript>
+<div class="layout">
+<div id="view" role="img" tabindex="0" aria-label="{label}" aria-describedby="summary"></div>
+<div>
+<fieldset><legend>Show</legend>
+{toggles}
+</fieldset>
+{replay}
+{branches}
+</div>
+</div>
+{notes}
+{tables}"""
+REPLAY = """\
+<fieldset><legend>Contraction</legend>
+<label for="step" id="step-text">{text}</label>
+<input type="range" id="step" min="0" max="{last}" value="0" aria-valuetext="{text}">
+<button type="button" id="play">Play</button>
+<div id="curves" role="img" aria-label="Area and volume of the contracted surface by step"></div>
+</fieldset>"""
+BRANCHES = """\
+<fieldset><legend>Branch</legend>
+<label for="branch">Click on a branch, or choose it here:</label>
+<select id="branch"><option value="-1">none</option>{options}</select>
+<div aria-live="polite"><table><tbody id="branch-rows"></tbody></table></div>
+</fieldset>"""
+
+
+def page(scene: Scene, path: str | os.PathLike[str], *, force: bool = False) -> None:
+    """Write an interactive page.
+
+    Parameters
+    ----------
+    scene : Scene
+        A mesh or a skeleton, or both, and what else the page shows.
+    path : path-like
+        HTML file to write; below 8 MB, since large surfaces are simplified for display.
+    force : bool
+        Whether an existing file may be replaced.
+
+    Raises
+    ------
+    FormatError
+        If the file exists and ``force`` is not set, or it cannot be written.
+    MeshError
+        If there is neither a mesh nor a skeleton.
+    MissingDependency
+        If plotly is not installed.
+    """
+    write_safely(path, page_content(scene), force=force)
+
+
+def require_plotly() -> None:
+    """Raise the error of a page without plotly now, and not after there is something to show.
+
+    Raises
+    ------
+    MissingDependency
+        If plotly is not installed.
+    """
+    if find_spec("plotly") is None:
+        raise MissingDependency("plotly", "view", "an interactive page")
+
+
+def page_content(scene: Scene) -> bytes:
+    """Compose the page that :func:`page` writes.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.visualization import Scene, page_content
+    >>> stick = lbskel.Skeleton([[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 1], [1, 2]], [0.1, 0.2, 0.1])
+    >>> page_content(Scene(skeleton=stick, title="a stick"))[:15]
+    b'<!DOCTYPE html>'
+    """
+    require_plotly()
+    from plotly.offline import get_plotlyjs
+
+    data, notes = encode_scene(scene)
+    summary = _summary(scene)
+    body = PAGE.format(
+        summary=escape(summary),
+        label=escape(f"Three-dimensional view: {summary} Drag to turn, scroll to zoom."),
+        toggles="\n".join(_toggle(name, label, shown) for name, label, shown in _layers(scene, data)),
+        replay=_replay(data),
+        branches=_branches(scene),
+        notes=paragraphs([*notes, *scene.notes]),
+        tables="\n".join(map(table, scene.tables)),
+    )
+    return document(scene.title or "lbskel", body, scripts=[get_plotlyjs(), script("page.js")], data=data)
+
+
+def _summary(scene: Scene) -> str:
+    """Describe in words what is shown."""
+    parts = []
+    if scene.mesh is not None:
+        sizes = repr(scene.mesh).partition("(")[2].rstrip(")")
+        parts.append(f"{'A point cloud' if 'points' in sizes else 'A mesh'} of {sizes.replace(', ', ' and ')}.")
+    if scene.skeleton is not None:
+        of = scene.skeleton
+        parts.append(
+            f"Its skeleton has {len(of.nodes):,} nodes, {len(of.tips):,} tips, {len(of.junctions):,} junctions and "
+            f"{of.cycle_rank:,} cycles."
+        )
+    return " ".join(parts)
+
+
+def _layers(scene: Scene, data: dict[str, Any]) -> list[tuple[str, str, bool]]:
+    """List what can be shown and hidden: name, label, whether it is shown at first."""
+    of = scene.skeleton
+    layers = [
+        ("mesh", "points" if "cloud" in data else "mesh", True, "mesh" in data or "cloud" in data),
+        ("skeleton", "skeleton, colored by radius", True, of is not None),
+        ("tips", "tips (red)", True, of is not None and len(of.tips) > 0),
+        ("junctions", "junctions (squares)", True, of is not None and len(of.junctions) > 0),
+        ("balls", "inscribed balls", False, bool(data.get("skeleton", {}).get("balls"))),
+        ("parts", scene.parts_name, False, "parts" in data.get("mesh", {})),
+        ("contracted", "contracted mesh", False, "steps" in data),
+        ("off_center", "nodes off their center (rings)", False, len(scene.off_center) > 0),
+        ("mended", "where the surface was mended (diamonds)", False, "mended" in data),
+    ]
+    return [(name, label, shown) for name, label, shown, exists in layers if exists]
+
+
+def _toggle(name: str, label: str, shown: bool) -> str:
+    checked = " checked" if shown else ""
+    box = f'<input type="checkbox" id="show-{name}" data-layer="{name}"{checked}>'
+    return f"<label>{box} {escape(label)}</label>"
+
+
+def _replay(data: dict[str, Any]) -> str:
+    if "steps" not in data:
+        return ""
+    labels = data["steps"]["labels"]
+    return REPLAY.format(text=escape(labels[0]), last=len(labels) - 1)
+
+
+def _branches(scene: Scene) -> str:
+    if scene.skeleton is None or not scene.skeleton.branches:
+        return ""
+    options = "".join(f'<option value="{row}">{row}</option>' for row in range(len(scene.skeleton.branches)))
+    return BRANCHES.format(options=options)

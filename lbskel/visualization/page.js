@@ -1,0 +1,218 @@
+// The interactive view: plotly draws; this reads the data, and connects the slider, the toggles and the branch table.
+"use strict";
+(function () {
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const types = { int16: Int16Array, uint16: Uint16Array, int32: Int32Array, float32: Float32Array };
+  const byId = (id) => document.getElementById(id);
+
+  function decode(encoded) {
+    const bytes = Uint8Array.from(atob(encoded.data), (letter) => letter.charCodeAt(0));
+    return new types[encoded.dtype](bytes.buffer);
+  }
+
+  // (n, 3) numbers, row by row, as the three coordinates of a trace
+  function coordinates(encoded, rows) {
+    const flat = decode(encoded);
+    const chosen = rows || Array.from({ length: flat.length / 3 }, (_, row) => row);
+    const axis = (k) => Float32Array.from(chosen, (row) => (row < 0 ? NaN : flat[3 * row + k] / encoded.scale));
+    return { x: axis(0), y: axis(1), z: axis(2) };
+  }
+
+  function corners(encoded) {
+    const flat = decode(encoded);
+    const corner = (k) => Int32Array.from({ length: flat.length / 3 }, (_, row) => flat[3 * row + k]);
+    return { i: corner(0), j: corner(1), k: corner(2) };
+  }
+
+  const traces = [];
+  const layers = {}; // from the name of a toggle to the numbers of its traces
+
+  function add(layer, trace) {
+    (layers[layer] = layers[layer] || []).push(traces.length);
+    const box = byId("show-" + layer);
+    traces.push({ showlegend: false, hoverinfo: "skip", visible: box ? box.checked : true, ...trace });
+    return traces.length - 1;
+  }
+
+  const lighting = { ambient: 0.55, diffuse: 0.6, specular: 0.15, roughness: 0.7 };
+  const surface = (positions, faces, style) => ({ type: "mesh3d", ...positions, ...faces, lighting, ...style });
+  const points = (positions, style) => ({ type: "scatter3d", mode: "markers", ...positions, marker: style });
+
+  function addBalls(nodes, radii, ball) {
+    const [unit, faces] = [decode(ball.vertices), decode(ball.faces)];
+    const [n, m] = [unit.length / 3, faces.length / 3];
+    const positions = { x: [], y: [], z: [] };
+    const triangles = { i: [], j: [], k: [] };
+    data.skeleton.balls.forEach((node, number) => {
+      for (let v = 0; v < n; v += 1) {
+        ["x", "y", "z"].forEach((axis, k) => positions[axis].push(nodes[axis][node] + (radii[node] * unit[3 * v + k]) / ball.vertices.scale));
+      }
+      for (let f = 0; f < m; f += 1) {
+        ["i", "j", "k"].forEach((corner, k) => triangles[corner].push(number * n + faces[3 * f + k]));
+      }
+    });
+    add("balls", surface(positions, triangles, { color: "#e8833a", opacity: 0.3 }));
+  }
+
+  let branchOfNode = null;
+  const paths = data.skeleton ? data.skeleton.branches : [];
+
+  function addSkeleton(skeleton) {
+    const nodes = coordinates(skeleton.nodes);
+    const radii = decode(skeleton.radii);
+    const places = decode(skeleton.places);
+    branchOfNode = new Array(radii.length).fill(-1);
+    paths.forEach((path, branch) => path.forEach((node) => { branchOfNode[node] = branch; }));
+    skeleton.junctions.forEach((node) => { branchOfNode[node] = -1; });
+    const rows = [];
+    const colors = [];
+    paths.forEach((path) => {
+      path.forEach((node) => { rows.push(node); colors.push(radii[node]); });
+      rows.push(-1);
+      colors.push(skeleton.low);
+    });
+    const scale = { colorscale: skeleton.colors, cmin: skeleton.low, cmax: skeleton.high };
+    const bar = { title: { text: "radius" }, len: 0.5, thickness: 10, x: 1, xanchor: "right", ypad: 0, tickformat: ".3g" };
+    add("skeleton", { type: "scatter3d", mode: "lines", ...coordinates(skeleton.nodes, rows),
+      line: { width: skeleton.width, color: colors, ...scale } });
+    const kind = skeleton.radius_kind.replace(/</g, "&lt;");
+    const labels = Array.from(radii, (radius, node) => {
+      const place = [0, 1, 2].map((k) => Number(places[3 * node + k].toPrecision(6))).join(", ");
+      const branch = branchOfNode[node] < 0 ? "junction" : "branch " + branchOfNode[node];
+      const length = Number.isNaN(radius) ? "unknown" : String(Number((radius * skeleton.size).toPrecision(4)));
+      return `node ${node}<br>${branch}<br>${kind} radius ${length}<br>(${place})`;
+    });
+    const shown = { size: skeleton.marker, color: Array.from(radii), ...scale, line: { width: 0 } };
+    if (skeleton.high > skeleton.low) {
+      Object.assign(shown, { colorbar: { ...bar, tickvals: skeleton.ticks, ticktext: skeleton.tick_labels } });
+    }
+    data.nodeTrace = add("skeleton", { ...points(nodes, shown), text: labels, hoverinfo: "text" });
+    const picked = (numbers) => coordinates(skeleton.nodes, numbers);
+    add("tips", points(picked(skeleton.tips), { size: skeleton.marker + 1.5, color: "#d62728" }));
+    add("junctions", points(picked(skeleton.junctions), { size: skeleton.marker + 1, color: "#1a1a2e", symbol: "square", line: { color: "#ffffff", width: 1 } }));
+    add("off_center", points(picked(skeleton.off_center), { size: skeleton.marker + 6, color: "#00a0a0", symbol: "circle-open" }));
+    if (skeleton.balls.length) addBalls(nodes, radii, data.ball);
+    data.selectedTrace = add("selected", { type: "scatter3d", mode: "lines", x: [], y: [], z: [],
+      line: { width: skeleton.width + 6, color: "#f2b705" } });
+  }
+
+  if (data.mesh) {
+    const positions = coordinates(data.mesh.vertices);
+    const faces = corners(data.mesh.faces);
+    add("mesh", surface(positions, faces, { color: "#a8bad4", opacity: data.skeleton ? 0.35 : 1 }));
+    if (data.mesh.parts) {
+      const colors = data.palette;
+      const facecolor = Array.from(decode(data.mesh.parts), (part) => colors[part % colors.length]);
+      add("parts", surface(positions, faces, { facecolor, opacity: 0.6 }));
+    }
+  }
+  if (data.cloud) add("mesh", points(coordinates(data.cloud), { size: 1.5, color: "#7f93b2" }));
+  if (data.mended) add("mended", points(coordinates(data.mended), { size: 3, color: "#e8833a", symbol: "diamond" }));
+  if (data.steps) {
+    add("contracted", surface(coordinates(data.steps.positions[0]), corners(data.steps.faces), { color: "#4c78a8", opacity: 0.9 }));
+  }
+  if (data.skeleton) addSkeleton(data.skeleton);
+
+  const theme = () => {
+    const style = getComputedStyle(document.documentElement);
+    return { text: style.getPropertyValue("--text").trim(), line: style.getPropertyValue("--line").trim() };
+  };
+  const axis = { visible: false, range: [-1, 1], autorange: false };
+  const options = { displaylogo: false, responsive: true };
+  const view = byId("view");
+  const [width, height] = data.extent;
+  // far enough to show all of it, and not so near that the perspective distorts it; 1.25 shows half a side of 1
+  const distance = Math.max(0.9, 1.25 * Math.max(height, width * (view.clientHeight / view.clientWidth)));
+  const layout = {
+    template: "none", paper_bgcolor: "rgba(0,0,0,0)", font: { color: theme().text, size: 13 },
+    modebar: { bgcolor: "rgba(0,0,0,0)", color: "#888888", activecolor: "#7e03a8" },
+    margin: { l: 0, r: 0, b: 0, t: 0 }, hoverlabel: { align: "left" },
+    scene: { xaxis: axis, yaxis: axis, zaxis: axis, domain: { x: [0, data.skeleton ? 0.93 : 1] }, aspectmode: "manual", aspectratio: { x: 1, y: 1, z: 1 },
+      camera: { eye: { x: 0, y: 0, z: distance }, up: { x: 0, y: 1, z: 0 }, projection: { type: "perspective" } }, dragmode: "orbit" },
+  };
+  const restyle = (change, numbers) => (numbers && numbers.length ? Plotly.restyle(view, change, numbers) : null);
+  const drawn = Plotly.newPlot(view, traces, layout, options).then(() => {
+    document.body.dataset.firstFrame = Math.round(performance.now());
+  });
+
+  document.querySelectorAll("input[data-layer]").forEach((box) => {
+    box.addEventListener("change", () => restyle({ visible: box.checked }, layers[box.dataset.layer]));
+  });
+
+  // the contraction, step by step
+  const slider = byId("step");
+  let drawCurves = () => {};
+  function showStep(step) {
+    const changed = coordinates(data.steps.positions[step]);
+    restyle({ x: [changed.x], y: [changed.y], z: [changed.z] }, layers.contracted);
+    byId("step-text").textContent = data.steps.labels[step];
+    slider.setAttribute("aria-valuetext", data.steps.labels[step]);
+    drawCurves(data.steps.numbers[step]);
+  }
+  if (data.steps) {
+    const curve = (name, values, color, dash) => ({ type: "scatter", mode: "lines+markers", name, x: data.steps.curve_x, y: values,
+      line: { color, dash }, marker: { size: 4 }, hovertemplate: "%{y:.3g}" });
+    const line = (step) => ({ type: "line", x0: step, x1: step, y0: 0, y1: 1, yref: "paper", line: { color: "#e8833a", width: 2 } });
+    const grid = () => ({ gridcolor: theme().line, zeroline: false, color: theme().text });
+    const curveLayout = () => ({
+      template: "none", paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { color: theme().text, size: 11 },
+      margin: { l: 46, r: 8, b: 32, t: 8 }, hovermode: "x", legend: { x: 0, y: 0, bgcolor: "rgba(0,0,0,0)" },
+      xaxis: { title: { text: "step" }, ...grid() }, yaxis: { type: "log", exponentformat: "power", nticks: 6, ...grid() },
+      shapes: [line(data.steps.numbers[Number(slider.value)])],
+    });
+    const shown = [curve("area, of the start", data.steps.areas, "#4c78a8", "solid")];
+    if (data.steps.volumes) shown.push(curve("volume, of the start", data.steps.volumes, "#9a3fb5", "dot"));
+    data.curves = () => Plotly.newPlot(byId("curves"), shown, curveLayout(), { displayModeBar: false, responsive: true });
+    drawCurves = (step) => Plotly.relayout(byId("curves"), { shapes: [line(step)] });
+    data.restyleCurves = () => Plotly.relayout(byId("curves"), curveLayout());
+    slider.addEventListener("input", () => {
+      const box = byId("show-contracted");
+      if (!box.checked) { box.checked = true; restyle({ visible: true }, layers.contracted); }
+      showStep(Number(slider.value));
+    });
+    let timer = null;
+    const play = byId("play");
+    play.addEventListener("click", () => {
+      if (timer) { clearInterval(timer); timer = null; play.textContent = "Play"; return; }
+      if (slider.value === slider.max) slider.value = "-1";
+      play.textContent = "Stop";
+      timer = setInterval(() => {
+        slider.value = String(Number(slider.value) + 1);
+        slider.dispatchEvent(new Event("input"));
+        if (slider.value === slider.max) play.click();
+      }, 450);
+    });
+  }
+
+  // the row of a branch
+  const choice = byId("branch");
+  function select(branch) {
+    if (choice) choice.value = String(branch);
+    const path = branch < 0 ? [] : paths[branch];
+    const line = coordinates(data.skeleton.nodes, path);
+    restyle({ x: [line.x], y: [line.y], z: [line.z] }, [data.selectedTrace]);
+    const rows = byId("branch-rows");
+    rows.textContent = "";
+    if (branch < 0 || !data.columns) return;
+    data.columns.forEach((column) => {
+      const row = rows.insertRow();
+      const head = document.createElement("th");
+      head.scope = "row";
+      head.textContent = column.name;
+      row.appendChild(head);
+      row.insertCell().textContent = column.values[branch];
+    });
+  }
+  if (choice) choice.addEventListener("change", () => select(Number(choice.value)));
+  drawn.then(() => {
+    view.on("plotly_click", (event) => {
+      const point = event.points.find((each) => each.curveNumber === data.nodeTrace);
+      if (point) select(branchOfNode[point.pointNumber]);
+    });
+    return data.curves && data.curves();
+  }).then(() => { document.body.dataset.ready = "yes"; });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    Plotly.relayout(view, { "font.color": theme().text });
+    if (data.restyleCurves) data.restyleCurves();
+  });
+})();

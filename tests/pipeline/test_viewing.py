@@ -1,0 +1,118 @@
+"""What a page shows of a mesh and its skeleton."""
+
+import numpy as np
+import pytest
+from helpers import joined, moved
+
+import lbskel
+from lbskel import Mesh, PointCloud, Skeleton
+from lbskel.pipeline.viewing import view_scene
+from lbskel.shapes import make, torus
+
+
+@pytest.fixture(scope="module")
+def hand():
+    mesh = make("octopus", n_vertices=1500).mesh
+    return mesh, lbskel.skeletonize(mesh)
+
+
+def test_the_contraction_is_replayed_with_the_steps_that_were_reported(hand):
+    mesh, skeleton = hand
+    scene = view_scene(mesh, skeleton)
+    (body,) = skeleton.report["components"]
+    np.testing.assert_allclose(scene.area_ratios, [step["area_ratio"] for step in body["steps"]], rtol=1e-12)
+    np.testing.assert_allclose(scene.volume_ratios, [step["volume_ratio"] for step in body["steps"]], rtol=1e-12)
+    assert len(scene.positions) == len(body["steps"])
+    areas = [scene.contracted.with_vertices(state).area / scene.contracted.area for state in scene.positions]
+    np.testing.assert_allclose(areas, scene.area_ratios, rtol=1e-6)
+    assert len(scene.contracted.vertices) == len(mesh.vertices)
+    assert scene.contracted.area == pytest.approx(mesh.area)  # in the caller's coordinates
+    np.testing.assert_allclose(scene.contracted.centroid, mesh.centroid, atol=1e-9)
+
+
+def test_several_bodies_are_replayed_as_one():
+    ring = torus(1.0, 0.3, 24, 12)
+    both = joined(ring, moved(ring, 4.0))
+    skeleton = lbskel.skeletonize(both)
+    scene = view_scene(both, skeleton)
+    steps = [[step["area_ratio"] for step in body["steps"]] for body in skeleton.report["components"]]
+    assert len(scene.positions) == max(map(len, steps))
+    last = np.mean([own[-1] for own in steps])  # equal areas at the start
+    assert scene.area_ratios[-1] == pytest.approx(last, rel=1e-9)
+    measured = scene.contracted.with_vertices(scene.positions[-1]).area / scene.contracted.area
+    assert measured == pytest.approx(last, rel=1e-6)
+
+
+def test_faces_belong_to_the_branch_of_their_nodes(hand):
+    mesh, skeleton = hand
+    scene = view_scene(mesh, skeleton)
+    for number, branch in enumerate(skeleton.branches):
+        if skeleton.degrees[branch[-1]] == 1:
+            near_tip = skeleton.node_of_vertex[mesh.faces] == branch[-1]
+            assert (scene.part_of_face[near_tip.all(axis=1)] == number).all()
+    assert set(scene.part_of_face) == set(range(len(skeleton.branches)))
+
+
+def test_nodes_off_their_center_are_marked(hand):
+    mesh, skeleton = hand
+    path = next(branch for branch in skeleton.branches if len(branch) > 12)
+    node = path[len(path) // 2]
+    assert node not in view_scene(mesh, skeleton).off_center
+    nodes = skeleton.nodes.copy()
+    ahead = nodes[path[len(path) // 2 + 1]] - nodes[node]
+    across = np.cross(ahead, [0.3, 0.5, 0.8])
+    nodes[node] += 0.5 * skeleton.radii[node] * across / np.linalg.norm(across)
+    bent = Skeleton(nodes, skeleton.edges, skeleton.radii, skeleton.node_of_vertex)
+    assert node in view_scene(mesh, bent).off_center
+
+
+def test_a_hole_that_was_closed_is_marked():
+    ring = torus(1.0, 0.3, 24, 12)
+    middle = ring.vertices[ring.faces].mean(axis=1)
+    holed = Mesh(ring.vertices, ring.faces[np.linalg.norm(middle - middle[0], axis=1) > 0.15])
+    skeleton = lbskel.skeletonize(holed)
+    mended = view_scene(holed, skeleton).mended
+    assert len(mended)
+    assert np.linalg.norm(mended - middle[0], axis=1).max() < 0.3
+    assert len(view_scene(ring, lbskel.skeletonize(ring)).mended) == 0
+
+
+def test_score_and_report_are_told(hand):
+    mesh, skeleton = hand
+    score, report = view_scene(mesh, skeleton).tables
+    assert score.caption == f"Score: {skeleton.report['score']['verdict']}"
+    rows = {row[0]: row for row in score.rows}
+    assert rows["coverage"][1] == skeleton.report["score"]["measures"]["coverage"]
+    assert ("faces given", len(mesh.faces)) in report.rows
+    assert any("steps, until the volume fell" in str(value) for _, value in report.rows)
+
+
+def test_a_skeleton_without_report_or_map_has_a_scene(hand):
+    mesh, skeleton = hand
+    scene = view_scene(mesh, Skeleton(skeleton.nodes, skeleton.edges, skeleton.radii))
+    assert (scene.contracted, scene.part_of_face, list(scene.tables)) == (None, None, [])
+    assert len(scene.columns["length"]) == len(skeleton.branches)
+
+
+def test_an_operator_of_the_callers_is_not_replayed(rod):
+    def own(mesh):
+        return lbskel.laplacian(mesh, operator="robust")
+
+    skeleton = lbskel.skeletonize(rod, operator=own)
+    assert view_scene(rod, skeleton).contracted is None
+
+
+def test_a_cloud_has_the_contraction_of_its_surface(rod, tmp_path):
+    cloud = PointCloud(rod.vertices)
+    skeleton = lbskel.view(cloud, tmp_path / "rod.html")
+    scene = view_scene(cloud, skeleton)
+    assert scene.contracted is not None
+    assert len(scene.positions) == len(skeleton.report["components"][0]["steps"])
+    assert scene.part_of_face is None
+
+
+def test_view_takes_the_options_and_the_skeleton(rod, tmp_path):
+    made = lbskel.view(rod, tmp_path / "a.html", n_nodes=7, simplify="none", preprocess=None)
+    assert len(made.nodes) == 7
+    assert lbskel.view(rod, tmp_path / "b.html", skeleton=made, preprocess=None) is made
+    assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()

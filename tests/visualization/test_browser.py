@@ -1,0 +1,209 @@
+"""The interactive page in a real browser: headless Chromium without a network, driven through ChromeDriver."""
+
+import io
+import json
+import os
+import shutil
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers import flat_tube
+
+import lbskel
+from lbskel.pipeline.viewing import view_scene
+from lbskel.shapes import make
+from lbskel.visualization import Scene, Table, page
+
+CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
+pytestmark = pytest.mark.skipif(
+    not (CHROMIUM and DRIVER), reason="there is no Chromium (apt-get install chromium chromium-driver)"
+)
+FLAGS = """--headless=new --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --disable-quic --no-first-run
+--disable-background-networking --disable-component-update --disable-sync --window-size=1400,1000"""
+HOSTILE = '<img src=x onerror="window.hacked=1"></script><script>window.hacked=1</script>{{}}\'&.off'
+PATIENCE = 120  # seconds after which a page that is not ready never will be
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium drives the browser: pip install selenium")
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for flag in [*FLAGS.split(), f"--user-data-dir={tmp_path_factory.mktemp('profile')}"]:
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER, log_output=os.devnull))
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """A shape with five limbs, a hole that was closed, a name that is a program, and hostile notes."""
+    mesh = make("octopus", n_vertices=600).mesh
+    middle = mesh.vertices[mesh.faces].mean(axis=1)
+    holed = lbskel.Mesh(mesh.vertices, mesh.faces[np.linalg.norm(middle - middle[0], axis=1) > 0.1])
+    skeleton = lbskel.skeletonize(holed)
+    hostile = replace(skeleton, report={**skeleton.report, "notes": [HOSTILE]})
+    scene = view_scene(holed, hostile, title=HOSTILE)
+    return replace(scene, notes=[HOSTILE], tables=[*scene.tables, Table(HOSTILE, [HOSTILE], [[HOSTILE]])])
+
+
+def opened(browser, path):
+    """Open a file and wait until it is drawn."""
+    browser.get(path.as_uri())
+    end = time.monotonic() + PATIENCE
+    while not browser.execute_script("return document.body.dataset.ready"):
+        assert time.monotonic() < end, browser.get_log("browser")
+        time.sleep(0.05)
+
+
+@pytest.fixture(scope="module")
+def shown(browser, scene, tmp_path_factory):
+    """The browser with the page."""
+    path = tmp_path_factory.mktemp("pages") / "page.html"
+    page(scene, path)
+    opened(browser, path)
+    return browser
+
+
+def traces(browser):
+    """Type, visibility and first coordinates of what is drawn."""
+    return json.loads(
+        browser.execute_script(
+            "return JSON.stringify(document.getElementById('view').data.map((t) => ({type: t.type, visible: t.visible, "
+            "x: Array.from(t.x).slice(0, 50), n: t.x.length, color: t.color})))"
+        )
+    )
+
+
+def picture(browser, name="view"):
+    """The pixels of an element, as the screen shows them."""
+    from PIL import Image
+
+    with Image.open(io.BytesIO(browser.find_element("id", name).screenshot_as_png)) as image:
+        return np.asarray(image.convert("RGB")).astype(int)
+
+
+def settled(browser):
+    """Wait for two frames."""
+    browser.execute_async_script("const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(done))")
+
+
+def test_the_page_is_drawn_without_errors(shown):
+    pixels = picture(shown)
+    assert (np.abs(pixels - pixels[2, 2]).sum(axis=2) > 30).mean() > 0.02  # not blank
+    assert len(picture(shown, "curves")) > 100
+    assert [entry for entry in shown.get_log("browser") if entry["level"] == "SEVERE"] == []
+
+
+def test_hostile_names_and_notes_are_text(shown):
+    assert shown.execute_script("return window.hacked") is None
+    assert shown.find_element("tag name", "h1").text == HOSTILE
+    assert shown.title == HOSTILE
+    texts = shown.execute_script(
+        "return Array.from(document.querySelectorAll('p, td, th, caption'), (e) => e.textContent)"
+    )
+    assert texts.count(HOSTILE) == 5  # paragraph, note of the report, caption, heading, row
+    assert shown.execute_script("return document.querySelectorAll('img').length") == 0
+
+
+def test_the_slider_moves_the_vertices(shown, scene):
+    slider = shown.find_element("id", "step")
+    before = traces(shown)
+    contracted = [t.get("color") for t in before].index("#4c78a8")
+    assert before[contracted]["visible"] is False
+    for step in (1, len(scene.positions)):
+        while int(slider.get_attribute("value")) < step:
+            slider.send_keys("\ue014")  # the right arrow
+        settled(shown)
+        now = traces(shown)[contracted]
+        assert now["visible"] is True
+        assert now["n"] == len(scene.contracted.vertices)
+        assert shown.find_element("id", "step-text").text.startswith(f"step {step} of {len(scene.positions)}: area")
+        assert slider.get_attribute("aria-valuetext") == shown.find_element("id", "step-text").text
+        assert np.abs(np.subtract(now["x"], before[contracted]["x"])).max() > 0.01
+        before[contracted] = now
+    line = shown.execute_script("return document.getElementById('curves').layout.shapes[0].x0")
+    assert line == len(scene.positions)
+
+
+def test_every_toggle_hides_and_shows_its_layer(shown):
+    boxes = shown.find_elements("css selector", "input[data-layer]")
+    names = [box.get_attribute("data-layer") for box in boxes]
+    assert names == ["mesh", "skeleton", "tips", "junctions", "balls", "parts", "contracted", "off_center", "mended"]
+    for box in boxes:
+        visible = [[trace["visible"] for trace in traces(shown)]]
+        for _ in range(2):
+            box.click()
+            settled(shown)
+            visible.append([trace["visible"] for trace in traces(shown)])
+        assert visible[0] != visible[1], box.get_attribute("data-layer")
+        assert visible[0] == visible[2]
+
+
+def test_a_branch_that_is_chosen_shows_its_row(shown, scene):
+    choice = shown.find_element("id", "branch")
+    choice.send_keys("2")
+    rows = shown.find_elements("css selector", "#branch-rows tr")
+    table = {row.find_element("tag name", "th").text: row.find_element("tag name", "td").text for row in rows}
+    assert list(table) == list(scene.columns)
+    assert table["branch"] == "2"
+    assert float(table["length"]) == pytest.approx(scene.columns["length"][2], rel=0.01)
+    assert traces(shown)[-1]["n"] == len(scene.skeleton.branches[2])
+
+
+def test_a_click_on_a_node_shows_the_row_of_its_branch(shown, scene):
+    branch = scene.skeleton.branches[1]
+    node = int(branch[len(branch) // 2])
+    shown.execute_script(
+        "const view = document.getElementById('view'); const number = view.data.findIndex((t) => t.text);"
+        "view.emit('plotly_click', {points: [{curveNumber: number, pointNumber: arguments[0]}]})",
+        node,
+    )
+    assert shown.find_element("id", "branch").get_attribute("value") == "1"
+    texts = shown.execute_script("return document.getElementById('view').data.find((t) => t.text).text")
+    label = texts[node]
+    assert label.startswith(f"node {node}<br>branch 1<br>inscribed radius ")
+    assert float(label.split("radius ")[1].split("<")[0]) == pytest.approx(scene.skeleton.radii[node], rel=1e-3)
+
+
+def test_everything_can_be_reached_by_keyboard_and_has_a_name(shown):
+    nameless = shown.execute_script(
+        "return Array.from(document.querySelectorAll('main input, main select, main button, main [tabindex]'))"
+        ".filter((e) => !(e.labels && e.labels.length) && !e.getAttribute('aria-label') && !e.textContent.trim())"
+        ".filter((e) => !e.closest('#view .plot-container') && !e.closest('#curves')).map((e) => e.outerHTML)"
+    )
+    assert nameless == []
+    assert "skeleton has" in shown.find_element("id", "view").get_attribute("aria-label")
+
+
+@pytest.mark.parametrize("width", [400, 1400])
+def test_nothing_is_cut_off_on_a_narrow_or_dark_screen(shown, width):
+    """The page is no wider than the window; the colors follow the system."""
+    size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    shown.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    backs = []
+    for scheme in ("dark", "light"):
+        features = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+        shown.execute_cdp_cmd("Emulation.setEmulatedMedia", features)
+        settled(shown)
+        backs.append(picture(shown)[4, 4].sum())
+        assert shown.execute_script("return document.documentElement.scrollWidth") <= width
+    assert backs[0] < 120
+    assert backs[1] > 740
+
+
+def test_a_hostile_program_in_the_page_would_not_run(browser, tmp_path):
+    """The policy of the page is there, and the browser follows it."""
+    page_of = tmp_path / "page.html"
+    page(Scene(flat_tube()), page_of)
+    text = page_of.read_text().replace("</h1>", "</h1><script>window.hacked=1</script><img src='http://0.0.0.0/x.png'>")
+    page_of.write_text(text)
+    opened(browser, page_of)
+    assert browser.execute_script("return window.hacked") is None
+    refused = [entry["message"] for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
+    assert len(refused) == 2
+    assert all("Content Security Policy" in message for message in refused)
