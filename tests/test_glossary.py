@@ -19,15 +19,15 @@ check choice closed cloud coarse compare complete compose contained contract cou
 degrees dependency diagonal dict distance distances edge edges error extend extension extra face faces fault fewest
 file find findings finite first float force format forward from function graph grew ground grow growth h half help
 highest html identity info initial input inputs inside int is iterate iterations join json k kind largest lbskel least
-left length lengths like limit loops m many max mb mean measure measured measures megabytes memory merge merged mesh method
-min missed missing n name neighbors networkx node nodes normals not note notes number o of on one only open options
-order output parse part partition parts passed path per picture pictures place plain point points polygon position
-prefix prepare prepared preprocess preprocessing profile progress quiet radii radius ratio reach read record removed
-replace replaced report reports resample result rms row rows rule second seconds settings shape short shortest
+left length lengths like limit loops m many max mb mean measure measured measures megabytes memory merge merged mesh
+method min missed missing n name neighbors networkx node nodes normals not note notes number o of on one only open
+options order output parse part partition parts passed path per picture pictures place plain point points polygon
+position prefix prepare prepared preprocess preprocessing profile progress quiet radii radius ratio reach read record
+removed replace replaced report reports resample result rms row rows rule second seconds settings shape short shortest
 simplify size skeleton skeletonize skeletons skipped smallest solve source sources spacing split square squares stage
 start status step steps str strategies strong suffix surface surplus swc system target text thickness time timer title
-to tolerance total translate treated type unit unknown upper used value values vertex vertices view volume where
-width with within workers worst write x y z
+to tolerance total translate treated type unit unknown upper used value values vertex vertices view volume where width
+with within workers worst write x y z
 """
 
 
