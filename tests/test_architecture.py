@@ -19,9 +19,10 @@ MAX_KERNEL_LINES = 410  # a quarter of which are C types, and eight lines import
 MAX_ENTRIES = 15
 MAX_ARROWS = 100
 
-BASE = {"errors", "_kernels"}
+BASE = {"errors", "display", "_kernels"}
 KNOWS = {
     "errors": set(),
+    "display": {"errors"},
     "_kernels": set(),
     "geometry": BASE,
     "solvers": BASE,
@@ -52,6 +53,7 @@ LAZY = {
     "pandas",
     "plotly",
     "pymeshlab",
+    "pyvista",
     "trimesh",
     "vtk",
     "vtkmodules",

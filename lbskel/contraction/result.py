@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.contraction.settings import ContractionSettings
+from lbskel.display import Displayed
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.vertex_map import VertexMap
 
@@ -86,7 +87,7 @@ class Step:
 
 
 @dataclass(frozen=True, eq=False)
-class Contraction:
+class Contraction(Displayed):
     """A contracted mesh and the record of its contraction; ``print()`` shows a line for each step.
 
     Parameters
@@ -128,6 +129,9 @@ class Contraction:
             )
         left = f"; {_remaining(self.steps[-1])} left" if self.steps else ""
         return "\n".join([*lines, f"{len(self.steps)} steps: {self.status.value}{left}"])
+
+    def _drawings(self) -> list[tuple[str, Mesh]]:
+        return [("before", self.source), (f"after {len(self.steps)} steps", self.mesh)]
 
     @cached_property
     def mesh(self) -> Mesh:

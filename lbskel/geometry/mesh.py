@@ -22,6 +22,7 @@ from lbskel._kernels.triangles import integrals
 from lbskel.geometry.arrays import checked_points, checked_triangles, read_only
 from lbskel.geometry.bvh import AABBTree, build_aabb_tree
 from lbskel.geometry.conversion import arrays_of, triangulate
+from lbskel.geometry.exchange import CloudExchange, MeshExchange
 from lbskel.geometry.normals import normalized, triangle_normals
 from lbskel.geometry.polygon_triangulation import retriangulate_nonconvex
 from lbskel.geometry.sorting import unique_inverse
@@ -42,7 +43,7 @@ _CONNECTIVITY_PROPERTIES = (
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class Mesh(MeshExchange):
     """A triangle mesh: validated, read-only vertices and faces.
 
     Parameters
@@ -243,13 +244,12 @@ class Mesh:
 
 
 @dataclass(frozen=True, eq=False)
-class PointCloud:
+class PointCloud(CloudExchange):
     """Points sampled from a surface: validated, read-only.
 
     Parameters
     ----------
-    points : (n, 3) array_like of float
-        In the caller's units.
+    points : (n, 3) array_like of float, in the caller's units
 
     Raises
     ------

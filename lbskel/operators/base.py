@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array, diags_array
 
+from lbskel.display import Displayed
 from lbskel.errors import MeshError, UnknownChoice
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Laplacian:
+class Laplacian(Displayed):
     """A discrete Laplace-Beltrami operator on the vertices of its mesh.
 
     Parameters
@@ -56,6 +57,10 @@ class Laplacian:
         n, total = self.stiffness.shape[0], float(self.mass.sum())
         treated = f", {len(self.treated_vertices)} treated" if len(self.treated_vertices) else ""
         return f"Laplacian({n} vertices, {self.stiffness.nnz} entries, mass {total:.6g}{treated})"
+
+    def _drawings(self) -> list[tuple[str, csc_array]]:
+        n, entries = self.stiffness.shape[0], self.stiffness.nnz
+        return [(f"stiffness: {n:,} vertices, {entries:,} entries", self.stiffness)]
 
     def strong(self) -> csc_array:
         """Return M^-1 S, which maps the values of a function to minus its Laplacian; zero rows where the mass is zero.

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, diags_array
 
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.centerlines import SectionCenters, branch_of_node, find_section_centers
+from lbskel.refinement.centerlines import SectionCenters, find_section_centers
 from lbskel.refinement.junctions import place_junctions
 from lbskel.skeleton.skeleton import Skeleton
 from lbskel.solvers import factorize
@@ -61,7 +61,7 @@ def fit_to_centerlines(skeleton: Skeleton, centers: SectionCenters, surface: Sur
     is_gap = ~(centers.is_known | is_junction)
     is_outside = is_gap & ~surface.contains(nodes)
     if is_outside.any():
-        branch_of = branch_of_node(skeleton)
+        branch_of = skeleton.branch_of_node
         is_parallel = is_gap & np.isin(branch_of, branch_of[is_outside])
         moved = skeleton.nodes + _smoothing_spline(skeleton, centers.positions - skeleton.nodes, weight)
         nodes[is_parallel] = moved[is_parallel]

@@ -10,7 +10,7 @@ properties, applications, and algorithms", https://doi.org/10.1109/TVCG.2007.100
 
 from __future__ import annotations
 
-__all__ = ["SectionCenters", "branch_of_node", "find_section_centers"]
+__all__ = ["SectionCenters", "find_section_centers"]
 
 from dataclasses import dataclass
 
@@ -45,15 +45,6 @@ class SectionCenters:
     positions: NDArray[np.float64]
 
 
-def branch_of_node(skeleton: Skeleton) -> NDArray[np.int64]:
-    """(k,) index of the branch of each node; -1 at junctions, which belong to several."""
-    branch_of = np.full(len(skeleton.nodes), -1)
-    for index, branch in enumerate(skeleton.branches):
-        branch_of[branch] = index
-    branch_of[skeleton.degrees >= 3] = -1
-    return branch_of
-
-
 def find_section_centers(
     skeleton: Skeleton, surface: Surface, nodes: NDArray[np.int64] | None = None
 ) -> SectionCenters:
@@ -67,7 +58,7 @@ def find_section_centers(
     nodes : array of int, optional
         The nodes at which to cut; all by default.
     """
-    branch_of = branch_of_node(skeleton)
+    branch_of = skeleton.branch_of_node
     tangents = _tangents(skeleton)
     at = np.flatnonzero((branch_of >= 0) & (np.linalg.norm(tangents, axis=1) > 0) & (skeleton.degrees == 2))
     if nodes is not None:

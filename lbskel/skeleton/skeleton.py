@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import connected_components
 
-from lbskel.errors import MeshError, MissingDependency
+from lbskel.errors import MeshError
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.graphs import weighted_graph
+from lbskel.skeleton.exchange import SkeletonExchange
 
 
 def _numbers(values: ArrayLike, name: str, dtype: type) -> NDArray[Any]:
@@ -44,7 +45,7 @@ def _rows(values: ArrayLike, name: str, width: int, dtype: type) -> NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)
-class Skeleton:
+class Skeleton(SkeletonExchange):
     """Nodes connected by straight edges, in the coordinates of the mesh that the skeleton was made from.
 
     Parameters
@@ -188,30 +189,20 @@ class Skeleton:
                 walks.extend(_walks_from(node, neighbors, used))
         return tuple(read_only(np.array(walk, dtype=np.int64)) for walk in walks)
 
+    @cached_property
+    def branch_of_node(self) -> NDArray[np.int64]:
+        """(k,) index of the branch of each node; -1 at junctions, and at nodes without an edge."""
+        branch_of = np.full(len(self.nodes), -1)
+        for index, branch in enumerate(self.branches):
+            branch_of[branch] = index
+        branch_of[self.degrees >= 3] = -1
+        return read_only(branch_of)
+
     @property
     def end_branches(self) -> list[NDArray[np.int64]]:
         """The branches between a junction and a tip, the junction first."""
         to_tip = [branch if self.degrees[branch[-1]] == 1 else branch[::-1] for branch in self.branches]
         return [branch for branch in to_tip if self.degrees[branch[-1]] == 1 and self.degrees[branch[0]] >= 3]
-
-    def to_networkx(self) -> Any:
-        """Convert to an undirected ``networkx.Graph``; nodes have ``pos`` and ``radius``, edges ``length``.
-
-        Raises
-        ------
-        MissingDependency
-            If networkx is not installed.
-        """
-        try:
-            import networkx
-        except ImportError:
-            raise MissingDependency("networkx", "graph", "to_networkx()") from None
-        graph = networkx.Graph()
-        for index, (position, radius) in enumerate(zip(self.nodes, self.radii, strict=True)):
-            graph.add_node(index, pos=tuple(position.tolist()), radius=float(radius))
-        for (start, end), length in zip(self.edges.tolist(), self.edge_lengths, strict=True):
-            graph.add_edge(start, end, length=float(length))
-        return graph
 
 
 def _walks_from(start: int, neighbors: list[list[int]], used: set[tuple[int, int]]) -> list[list[int]]:

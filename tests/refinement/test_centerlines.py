@@ -7,7 +7,7 @@ from helpers import STAR_RADIUS, graph_of_star, joined, loop_in, moved, nearest_
 
 from lbskel import Skeleton
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.centerlines import _is_continuous, branch_of_node, find_section_centers
+from lbskel.refinement.centerlines import _is_continuous, find_section_centers
 from lbskel.shapes import capsule, torus
 
 
@@ -17,7 +17,7 @@ def test_sections_are_known_along_the_arms_and_not_where_they_meet(star):
     distances = np.linalg.norm(skeleton.nodes, axis=1)
     assert axes.is_known[(distances > 0.4) & (skeleton.degrees == 2)].all()
     assert not axes.is_known[distances < 0.8 * STAR_RADIUS].any()
-    assert np.array_equal(branch_of_node(skeleton) < 0, skeleton.degrees >= 3)
+    assert np.array_equal(skeleton.branch_of_node < 0, skeleton.degrees >= 3)
 
 
 def test_sections_beyond_a_jump_in_size_or_position_are_rejected():

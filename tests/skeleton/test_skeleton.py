@@ -1,6 +1,5 @@
 """Skeletons as graphs: degrees, branches, cycles, and invalid input."""
 
-import sys
 from itertools import pairwise
 
 import networkx
@@ -9,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lbskel import MeshError, MissingDependency, Skeleton
+from lbskel import MeshError, Skeleton
 
 
 def skeleton_of(edges, n=None, **more):
@@ -128,24 +127,6 @@ def test_counts_agree_with_networkx(skeleton):
     assert [sorted(graph[node]) for node in sorted(graph)] == [near.tolist() for near in skeleton.neighbors]
     labels = skeleton.component_of_node
     assert all(len(set(labels[list(part)])) == 1 for part in networkx.connected_components(graph))
-
-
-def test_networkx_attributes():
-    graph = Skeleton([[0, 0, 0], [3, 4, 0], [9, 9, 9]], [[1, 0]], [0.5, 0.25, 1]).to_networkx()
-    assert dict(graph.nodes(data=True)) == {
-        0: {"pos": (0.0, 0.0, 0.0), "radius": 0.5},
-        1: {"pos": (3.0, 4.0, 0.0), "radius": 0.25},
-        2: {"pos": (9.0, 9.0, 9.0), "radius": 1.0},
-    }
-    assert list(graph.edges(data=True)) == [(0, 1, {"length": 5.0})]
-    kinds = {type(value) for _, data in graph.nodes(data=True) for value in (*data["pos"], data["radius"])}
-    assert kinds == {float}
-
-
-def test_a_missing_networkx_is_reported(monkeypatch):
-    monkeypatch.setitem(sys.modules, "networkx", None)
-    with pytest.raises(MissingDependency, match=r"to_networkx\(\) needs networkx.*pip install 'lbskel\[graph\]'"):
-        skeleton_of([(0, 1)]).to_networkx()
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,83 @@
+"""Meshes and point clouds as objects of other packages, and their interactive view."""
+
+from __future__ import annotations
+
+__all__ = ["CloudExchange", "MeshExchange"]
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lbskel.display import Displayed
+from lbskel.errors import MissingDependency
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def _pyvista() -> Any:
+    try:
+        import pyvista
+    except ImportError:
+        raise MissingDependency("pyvista", "pyvista", "to_pyvista()") from None
+    return pyvista
+
+
+class MeshExchange(Displayed):
+    """What a mesh can be converted to."""
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+
+    def plot(self) -> Any:
+        """Make an interactive view, which a notebook shows; ``plot().save("mesh.html")`` writes it.
+
+        Raises
+        ------
+        MissingDependency
+            If plotly is not installed.
+        """
+        return self._plot(mesh=self, title=repr(self))
+
+    def to_trimesh(self) -> Any:
+        """Convert to a ``trimesh.Trimesh`` with the same vertices and faces, in their order."""
+        import trimesh
+
+        return trimesh.Trimesh(self.vertices.copy(), self.faces.copy(), process=False)
+
+    def to_pyvista(self) -> Any:
+        """Convert to a ``pyvista.PolyData`` with the same vertices and faces, in their order.
+
+        Raises
+        ------
+        MissingDependency
+            If pyvista is not installed.
+        """
+        return _pyvista().PolyData.from_regular_faces(self.vertices.copy(), self.faces.copy())
+
+
+class CloudExchange(Displayed):
+    """What a point cloud can be converted to."""
+
+    points: NDArray[np.float64]
+
+    def plot(self) -> Any:
+        """Make an interactive view, as for a mesh."""
+        return self._plot(mesh=self, title=repr(self))
+
+    def to_trimesh(self) -> Any:
+        """Convert to a ``trimesh.PointCloud``."""
+        from trimesh import PointCloud
+
+        make: Any = PointCloud  # without types
+        return make(self.points.copy())
+
+    def to_pyvista(self) -> Any:
+        """Convert to a ``pyvista.PolyData`` of vertices.
+
+        Raises
+        ------
+        MissingDependency
+            If pyvista is not installed.
+        """
+        return _pyvista().PolyData(self.points.copy())
