@@ -52,7 +52,7 @@ QUICK, QUICK_TUBES = ("zigzag", "tee"), ("tripod",)
 EXTENSIONS = ("off", "obj", "ply", "stl")
 TIP_DISTANCE = 3.0  # within which two tips are the same, in mean radii; a guess: an end has a cap of one radius
 
-STAGES = "lbskel.pipeline.stages"
+PIPELINE_PASSES = "lbskel.pipeline.passes"
 
 
 def _unchanged(skeleton: lbskel.Skeleton, *_: Any, **__: Any) -> lbskel.Skeleton:
@@ -62,17 +62,17 @@ def _unchanged(skeleton: lbskel.Skeleton, *_: Any, **__: Any) -> lbskel.Skeleton
 
 # For each pass, what stands in for its function.
 PASSES: dict[str, dict[str, Callable[..., Any]]] = {
-    "prune": {f"{STAGES}.prune": _unchanged},
-    "merge junctions by distance": {f"{STAGES}.merge_junctions": _unchanged},
-    "merge junctions by axes": {f"{STAGES}._with_merged_junctions": _unchanged},
-    "recenter": {f"{STAGES}.recenter": _unchanged},
+    "prune": {f"{PIPELINE_PASSES}.prune": _unchanged},
+    "merge junctions by distance": {f"{PIPELINE_PASSES}.merge_junctions": _unchanged},
+    "merge junctions by axes": {f"{PIPELINE_PASSES}._with_merged_junctions": _unchanged},
+    "recenter": {f"{PIPELINE_PASSES}.recenter": _unchanged},
     "place junctions": {"lbskel.refinement.centering.place_junctions": lambda skeleton, centers, surface: centers},
-    "extend tips": {f"{STAGES}.extend_tips": _unchanged},
+    "extend tips": {f"{PIPELINE_PASSES}.extend_tips": _unchanged},
     "limbs at the ends of branches": {"lbskel.refinement.tips._missed_limbs": lambda *_: {}},
-    "prune contained branches": {f"{STAGES}.prune_contained_branches": _unchanged},
-    "grow missing branches": {f"{STAGES}.grow_missing_branches": _unchanged},
-    "grow uncovered limbs": {f"{STAGES}.grow_uncovered_limbs": _unchanged},
-    "reroute inside": {f"{STAGES}._rerouted_inside": _unchanged},
+    "prune contained branches": {f"{PIPELINE_PASSES}.prune_contained_branches": _unchanged},
+    "grow missing branches": {f"{PIPELINE_PASSES}.grow_missing_branches": _unchanged},
+    "grow uncovered limbs": {f"{PIPELINE_PASSES}.grow_uncovered_limbs": _unchanged},
+    "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},
 }
 
 

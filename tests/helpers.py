@@ -2,6 +2,7 @@
 
 import io
 import itertools
+import json
 
 import numpy as np
 from scipy.ndimage import label
@@ -244,3 +245,15 @@ def smallest_first(face):
 def soup_faces(soup):
     """The polygons of a PolygonSoup, as :func:`vtk_faces` lists them."""
     return sorted(smallest_first(face.tolist()) for face in np.split(soup.corners, np.cumsum(soup.sizes)[:-1]))
+
+
+def is_whole(skeleton, mesh):
+    """Whether every vertex has a node, every number is finite, and the report is ready for JSON."""
+    mapped = skeleton.node_of_vertex
+    assert mapped.shape == (len(mesh.vertices),)
+    assert mapped.min() >= 0
+    assert mapped.max() < len(skeleton.nodes)
+    assert np.isfinite(skeleton.nodes).all()
+    assert np.isfinite(skeleton.radii).all()
+    assert json.loads(json.dumps(skeleton.report, allow_nan=False))["input"]["vertices"] == len(mesh.vertices)
+    return True

@@ -25,6 +25,7 @@ from lbskel.contraction.homology import find_tunnels, transfer_cochain
 from lbskel.contraction.quadrics import line_quadrics
 from lbskel.contraction.result import Contraction
 from lbskel.contraction.spurious_loops import PRIME, spurious_loop_edges
+from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import as_mesh
 from lbskel.geometry.vertex_map import VertexMap
 
@@ -79,13 +80,15 @@ class _Complex:
     cochain: NDArray[np.int64]
 
 
-def collapse(contraction: Contraction) -> CollapsedGraph:
+def collapse(contraction: Contraction, *, deadline: Deadline = NEVER) -> CollapsedGraph:
     """Collapse a contracted mesh to the graph of its curve skeleton.
 
     Parameters
     ----------
     contraction : Contraction
         Of one connected component.
+    deadline : Deadline
+        After it, OutOfTime is raised.
 
     Returns
     -------
@@ -100,10 +103,12 @@ def collapse(contraction: Contraction) -> CollapsedGraph:
     >>> graph.handles_certified, len(graph.edges) - len(graph.nodes) + 1
     (True, 1)
     """
-    return collapse_mesh(contraction.coarse, contraction.source, vertex_map=contraction.vertex_map)
+    return collapse_mesh(contraction.coarse, contraction.source, vertex_map=contraction.vertex_map, deadline=deadline)
 
 
-def collapse_mesh(contracted: Any, source: Any, *, vertex_map: VertexMap | None = None) -> CollapsedGraph:
+def collapse_mesh(
+    contracted: Any, source: Any, *, vertex_map: VertexMap | None = None, deadline: Deadline = NEVER
+) -> CollapsedGraph:
     """Collapse a mesh to a graph whose cycles are the handles of another mesh.
 
     Parameters
@@ -115,6 +120,8 @@ def collapse_mesh(contracted: Any, source: Any, *, vertex_map: VertexMap | None 
         is given.
     vertex_map : VertexMap, optional
         From the vertices of the source to those of the contracted mesh, where vertices were merged.
+    deadline : Deadline
+        After it, OutOfTime is raised.
 
     Returns
     -------
@@ -136,6 +143,7 @@ def collapse_mesh(contracted: Any, source: Any, *, vertex_map: VertexMap | None 
     merged_into = np.arange(n)
     blocked, has_progressed = np.empty(0, dtype=np.int64), False
     while len(remaining.faces):
+        deadline.check()
         candidates = np.flatnonzero(_has_face(remaining, n) & ~np.isin(_keys(remaining.edges, n), blocked))
         if len(candidates):
             remaining, removed, target, refused = _collapse_round(remaining, candidates, P, Q, n)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-__all__ = ["MEASURES", "Measure", "Score"]
+__all__ = ["MEASURES", "NOT_SCORED", "Measure", "Score"]
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,7 +30,7 @@ class Measure(NamedTuple):
     def verdict(self, value: float | None) -> str:
         """Judge a value: ``pass``, ``warn`` or ``fail``; ``not measured`` for None."""
         if value is None:
-            return "not measured"
+            return NOT_MEASURED
         sign = 1 if self.passes < self.fails else -1
         if sign * (abs(value) - self.passes) <= 0:
             return "pass"
@@ -62,6 +62,9 @@ MEASURES = {
     "shortcut_edges": Measure("skeleton edges between regions that are not adjacent, longer than these are wide", 0, 1),
     "spurs": Measure("end branches that stay within 1.2 times the ball of their junction", 0, 6),
 }
+
+
+NOT_MEASURED = "not measured"  # the verdict on a measure that could not be taken
 
 
 @dataclass(frozen=True)
@@ -125,7 +128,7 @@ class Score:
     @property
     def not_measured(self) -> tuple[str, ...]:
         """Names of the measures that could not be taken, such as those of the map of a skeleton without one."""
-        return tuple(name for name, verdict in self.verdicts.items() if verdict == "not measured")
+        return tuple(name for name, verdict in self.verdicts.items() if verdict == NOT_MEASURED)
 
     def __str__(self) -> str:
         """Tabulate the measures with their thresholds, and give the verdict."""
@@ -147,3 +150,11 @@ class Score:
     def report(self) -> dict[str, Any]:
         """Return the verdict, the measures and their verdicts, ready for JSON."""
         return {"verdict": self.verdict, "measures": asdict(self), "verdicts": self.verdicts}
+
+
+NOT_SCORED: dict[str, Any] = {
+    "verdict": NOT_MEASURED,
+    "measures": dict.fromkeys(each.name for each in fields(Score)),
+    "verdicts": dict.fromkeys(MEASURES, NOT_MEASURED),
+}
+"""The report in place of that of a score for which there was no time."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.bvh import bounding_boxes, nearest_points, spatial_order
 from lbskel._kernels.ray_casting import first_hits, winding_numbers
+from lbskel.geometry.deadline import NEVER, Deadline, in_slices
 
 # Margin by which each box is enlarged, relative to the largest coordinate, so that rounding errors miss no face. A
 # guess, well above the rounding error of 1e-16.
@@ -41,19 +42,23 @@ class AABBTree:
     corners: NDArray[np.float64]
     bounds: NDArray[np.float64]
 
-    def nearest(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def nearest(
+        self, points: NDArray[np.float64], *, deadline: Deadline = NEVER
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(k,) distance of each point from the faces, and (k, 3) nearest point on them.
 
         Parameters
         ----------
         points : (k, 3) array of float
+        deadline : Deadline
         """
-        found: tuple[NDArray[np.float64], NDArray[np.float64]] = nearest_points(
-            self.corners, self.bounds, np.ascontiguousarray(points, dtype=np.float64)
+        points = np.ascontiguousarray(points, dtype=np.float64)
+        distances, nearest = in_slices(
+            lambda some: nearest_points(self.corners, self.bounds, some), points, deadline=deadline
         )
-        return found
+        return distances, nearest
 
-    def winding_numbers(self, points: NDArray[np.float64]) -> NDArray[np.int64]:
+    def winding_numbers(self, points: NDArray[np.float64], *, deadline: Deadline = NEVER) -> NDArray[np.int64]:
         """(k,) winding number of the faces around each point; they must be closed and consistently oriented.
 
         Counted along a ray: the faces through which it leaves minus those through which it enters. An edge that the ray
@@ -63,14 +68,16 @@ class AABBTree:
         Parameters
         ----------
         points : (k, 3) array of float
+        deadline : Deadline
         """
-        numbers: NDArray[np.int64] = winding_numbers(
-            self.corners, self.bounds, np.ascontiguousarray(points, dtype=np.float64)
+        points = np.ascontiguousarray(points, dtype=np.float64)
+        (numbers,) = in_slices(
+            lambda some: (winding_numbers(self.corners, self.bounds, some),), points, deadline=deadline
         )
         return numbers
 
     def first_hits(
-        self, origins: NDArray[np.float64], directions: NDArray[np.float64]
+        self, origins: NDArray[np.float64], directions: NDArray[np.float64], *, deadline: Deadline = NEVER
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """(k,) first face that each ray hits, or -1, and (k,) its distance in lengths of the direction, or infinity.
 
@@ -81,10 +88,13 @@ class AABBTree:
         ----------
         origins, directions : (k, 3) array of float
             Directions of any length.
+        deadline : Deadline
         """
         rays = (np.ascontiguousarray(each, dtype=np.float64) for each in (origins, directions))
-        hits: tuple[NDArray[np.int64], NDArray[np.float64]] = first_hits(self.corners, self.order, self.bounds, *rays)
-        return hits
+        faces, distances = in_slices(
+            lambda *some: first_hits(self.corners, self.order, self.bounds, *some), *rays, deadline=deadline
+        )
+        return faces, distances
 
 
 def build_aabb_tree(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> AABBTree:

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel._kernels.cross_sections import SectionCurves
+from lbskel.geometry.deadline import NEVER, Deadline, in_slices
 from lbskel.geometry.mesh import Mesh
 
 NO_LABELS = np.empty(0, dtype=np.int64)
@@ -62,6 +63,7 @@ def cross_sections(
     *,
     face_labels: NDArray[np.int64] | None = None,
     labels: NDArray[np.int64] | None = None,
+    deadline: Deadline = NEVER,
 ) -> Sections:
     """Compute the cross-section of a mesh around each point, in the plane through it.
 
@@ -74,6 +76,7 @@ def cross_sections(
         Negative labels belong to every plane.
     labels : (k,) array of int, optional
         Of the planes. With both, ``label_fractions`` compares them.
+    deadline : Deadline
     """
     tree = mesh.aabb_tree
     curves = SectionCurves(
@@ -85,7 +88,8 @@ def cross_sections(
         NO_LABELS if face_labels is None or labels is None else face_labels,
     )
     points, frames = np.ascontiguousarray(points, dtype=np.float64), _frames(normals)
-    found = curves.measure(points, frames, np.zeros(len(points), dtype=np.int64) if labels is None else labels)
+    labels = np.zeros(len(points), dtype=np.int64) if labels is None else labels
+    (found,) = in_slices(lambda *some: (curves.measure(*some),), points, frames, labels, deadline=deadline)
     is_cut, surrounds, x, y, areas, lengths, radii, label_fractions = found.T
     moved = points + x[:, None] * frames[:, 0] + y[:, None] * frames[:, 1]
     centroids = np.where(is_cut[:, None] > 0, moved, points)

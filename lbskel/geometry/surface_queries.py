@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.arrays import read_only
+from lbskel.geometry.deadline import NEVER, Deadline, in_slices
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.vertex_map import VertexMap
 
@@ -73,15 +74,18 @@ class Surface:
     ----------
     mesh : Mesh
     simplified : Proxy, optional
+    deadline : Deadline
+        Queries raise OutOfTime after it.
     """
 
     mesh: Mesh
     simplified: Proxy | None = None
+    deadline: Deadline = NEVER
 
     @property
     def proxy(self) -> Surface:
         """The simplified mesh as a surface, or this surface if there is none."""
-        return self if self.simplified is None else Surface(self.simplified.mesh)
+        return self if self.simplified is None else Surface(self.simplified.mesh, deadline=self.deadline)
 
     def on_proxy(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
         """Transfer values from the vertices of the mesh to those of the proxy.
@@ -181,7 +185,7 @@ class Surface:
         return self._cached("closest", points, lambda: self._closest(points))
 
     def _closest(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        distance, nearest = self.mesh.aabb_tree.nearest(points)
+        distance, nearest = self.mesh.aabb_tree.nearest(points, deadline=self.deadline)
         return read_only(distance), read_only(nearest)
 
     def distance(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -212,7 +216,7 @@ class Surface:
         points, directions : (k, 3) array of float
             Directions of length 1.
         """
-        return self.mesh.aabb_tree.first_hits(points, directions)[1]
+        return self.mesh.aabb_tree.first_hits(points, directions, deadline=self.deadline)[1]
 
     def contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(k,) whether a point lies inside: whether the absolute winding number is above 1/2.
@@ -227,7 +231,9 @@ class Surface:
     def _contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         is_inside: NDArray[np.bool_]
         if self.mesh.is_closed_manifold:
-            is_inside = self.mesh.aabb_tree.winding_numbers(points) != 0
+            is_inside = self.mesh.aabb_tree.winding_numbers(points, deadline=self.deadline) != 0
         else:
-            is_inside = np.abs(self._winding_tree.winding_number(points)) > 0.5
+            tree = self._winding_tree
+            (numbers,) = in_slices(lambda some: (tree.winding_number(some),), points, deadline=self.deadline)
+            is_inside = np.abs(numbers) > 0.5
         return is_inside

@@ -5,8 +5,9 @@ from lbskel.pipeline.batch import skeletonize_many
 from lbskel.pipeline.bodies import to_skeleton
 from lbskel.pipeline.evaluation import score
 from lbskel.pipeline.options import DOMAINS
+from lbskel.pipeline.passes import refine
 from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
-from lbskel.pipeline.stages import refine, skeletonize
+from lbskel.pipeline.stages import skeletonize
 from lbskel.pipeline.viewing import view
 
 __all__ = [

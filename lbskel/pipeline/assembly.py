@@ -13,7 +13,7 @@ import numpy as np
 from lbskel.contraction.result import Contraction, Step
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.contraction.surgery import CollapsedGraph
-from lbskel.evaluation.measures import Score
+from lbskel.evaluation.measures import NOT_SCORED, Score
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.environment import are_kernels_compiled, versions
 from lbskel.pipeline.preparation import Body, PreparedMesh
@@ -21,6 +21,26 @@ from lbskel.pipeline.profiling import StageTimer
 from lbskel.skeleton.editing import concatenate
 from lbskel.skeleton.root import reroot_by_thickness
 from lbskel.skeleton.skeleton import Skeleton
+
+# What a skeleton lacks, or may, where no time was left for a stage
+MISSING = {
+    "prepare bodies": "components without a skeleton, whose vertices are mapped to the nearest node of the others",
+    "simplify": "bodies were contracted in full",
+    "contract": "bodies that are a single node, or whose graph has many short branches",
+    "collapse": "bodies that are a single node, without their handles, open ends and anchors",
+    "contract the full surface": "handles that were lost in the proxy",
+    "prune spurs": "spurs, and junctions near each other",
+    "merge junctions": "junctions where branches do not meet, nodes beside the axes of branches",
+    "recenter": "nodes beside the middle of their section",
+    "extend tips": "ends short of the last ball of their limb",
+    "prune contained branches": "branches that add nothing",
+    "grow missing branches": "limbs without a branch",
+    "grow uncovered limbs": "short limbs without a branch",
+    "reroute inside": "branches that leave the surface",
+    "tips at surface": "ends inside the surface",
+    "map vertices": "regions in several parts",
+    "score": "no measures",
+}
 
 
 def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
@@ -53,8 +73,10 @@ def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
     return reroot_by_thickness(joined)
 
 
-def body_report(body: Body, contraction: Contraction, graph: CollapsedGraph, skeleton: Skeleton) -> dict[str, Any]:
-    """Report what was done to one body, ready for JSON."""
+def body_report(
+    body: Body, contraction: Contraction, graph: CollapsedGraph | None, skeleton: Skeleton
+) -> dict[str, Any]:
+    """Report what was done to one body, ready for JSON; there is no graph where no time was left for it."""
     return {
         "vertices": len(body.mesh.vertices),
         "faces": len(body.mesh.faces),
@@ -63,8 +85,8 @@ def body_report(body: Body, contraction: Contraction, graph: CollapsedGraph, ske
         "genus": body.mesh.genus,
         "status": contraction.status.value,
         "steps": [_without_nan(step) for step in contraction.steps],
-        "handles_certified": graph.handles_certified,
-        "spurious_loops_removed": graph.n_spurious_loops_removed,
+        "handles_certified": graph is not None and graph.handles_certified,
+        "spurious_loops_removed": 0 if graph is None else graph.n_spurious_loops_removed,
         "cycle_rank": skeleton.cycle_rank,
         "tips": len(skeleton.tips),
         "junctions": len(skeleton.junctions),
@@ -75,7 +97,7 @@ def full_report(
     prepared: PreparedMesh,
     settings: ContractionSettings,
     bodies: list[dict[str, Any]],
-    scored: Score,
+    scored: Score | None,
     timer: StageTimer,
 ) -> dict[str, Any]:
     """Report what was done, the score, and the seconds of each stage, ready for JSON."""
@@ -84,14 +106,15 @@ def full_report(
         chosen["operator"] = getattr(chosen["operator"], "__name__", repr(chosen["operator"]))
     source, notes = prepared.source, list(prepared.notes)
     if timer.skipped:
-        notes.append(f"the time limit was reached, so these stages were skipped: {', '.join(timer.skipped)}")
+        missing = "; ".join(f"{stage} ({MISSING[stage]})" for stage in timer.skipped)
+        notes.append(f"the time limit was reached, so these stages were left out: {missing}")
     return {
         "input": {"vertices": len(source.vertices), "faces": len(source.faces), "components": source.n_components},
         "settings": chosen,
         "notes": notes,
         "components": bodies,
-        "passed": scored.passed,
-        "score": scored.report(),
+        "passed": scored is not None and scored.passed,
+        "score": NOT_SCORED if scored is None else scored.report(),
         "seconds": dict(timer.seconds),
         "versions": dict(versions()),
         "kernels_compiled": are_kernels_compiled(),

@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 
 from lbskel.contraction.flow import contract
+from lbskel.contraction.result import Contraction, Status
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.contraction.surgery import CollapsedGraph, collapse
+from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.assembly import body_report
 from lbskel.pipeline.preparation import Body
 from lbskel.pipeline.profiling import StageTimer
@@ -28,7 +30,7 @@ def skeletonize_body(
     """Make the skeleton of a body, and its report.
 
     If the skeleton of a closed surface has not one cycle for each handle, and a proxy was contracted, the full surface
-    is contracted in its place.
+    is contracted in its place. Where no time is left to collapse the body to a graph, the skeleton is a single node.
 
     Parameters
     ----------
@@ -52,13 +54,27 @@ def skeletonize_body(
 def _skeletonize_proxy(
     body: Body, settings: ContractionSettings, refine: Callable[[Skeleton, Body], Skeleton], timer: StageTimer
 ) -> tuple[Skeleton, dict[str, Any]]:
-    with timer("contract"):
-        seconds = None if timer.time_limit is None else CONTRACTION_SHARE * max(timer.seconds_left, 0.0)
-        contraction = contract(body.proxy.mesh, settings, time_limit=seconds)
-    with timer("collapse"):
-        graph = collapse(contraction)
+    mesh = body.proxy.mesh
+    contraction = Contraction(mesh, mesh, VertexMap.identity(len(mesh.vertices)), (), Status.TIME_LIMIT)
+    if timer.has_time_for("contract"):
+        with timer("contract"):
+            seconds = None if timer.time_limit is None else CONTRACTION_SHARE * max(timer.seconds_left, 0.0)
+            contraction = contract(mesh, settings, time_limit=seconds)
+    graph = timer.optional("collapse", lambda deadline: collapse(contraction, deadline=deadline), None, is_needed=True)
+    if graph is None:
+        skeleton = _single_node(body)
+        return skeleton, body_report(body, contraction, None, skeleton)
     skeleton = refine(to_skeleton(graph), body)
     return skeleton, body_report(body, contraction, graph, skeleton)
+
+
+def _single_node(body: Body) -> Skeleton:
+    """One node at the centroid of a body, for which no time was left."""
+    center, n = body.mesh.centroid[None], len(body.mesh.vertices)
+    distances = np.linalg.norm(body.mesh.vertices - center, axis=1)
+    no_edges, of_vertex = np.empty((0, 2), dtype=np.int64), np.zeros(n, dtype=np.int64)
+    single = Skeleton(center, no_edges, distances.min(keepdims=True), of_vertex)
+    return replace(single, mean_radii=distances.mean(keepdims=True))
 
 
 def to_skeleton(graph: CollapsedGraph) -> Skeleton:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["score"]
+__all__ = ["score", "score_prepared"]
 
 from dataclasses import replace
 from typing import Any
@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 from lbskel.errors import MeshError
 from lbskel.evaluation.measures import Score
 from lbskel.evaluation.scoring import require_scorable, score_on
+from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.pipeline.preparation import PreparedMesh, prepare
 from lbskel.preprocess import Pipeline
 from lbskel.skeleton.skeleton import Skeleton
@@ -55,10 +56,24 @@ def score(skeleton: Skeleton, mesh: Any, *, preprocess: str | Pipeline | None = 
     if not isinstance(skeleton, Skeleton):
         raise MeshError(f"a score needs a Skeleton and its mesh, in this order, not {type(skeleton).__name__} first")
     prepared = mesh if isinstance(mesh, PreparedMesh) else prepare(mesh, preprocess=preprocess)
+    return score_prepared(skeleton, prepared)
+
+
+def score_prepared(skeleton: Skeleton, prepared: PreparedMesh, *, deadline: Deadline = NEVER) -> Score:
+    """Measure a skeleton on a prepared mesh.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    prepared : PreparedMesh
+    deadline : Deadline
+        After it, OutOfTime is raised.
+    """
     require_scorable(skeleton, prepared.source)
     n_opened = int(skeleton.report.get("loops_opened", 0))
     unit = _without_joints(prepared.skeleton_to_unit(skeleton), prepared)
-    return score_on(unit, prepared.surface, n_loops_opened=n_opened)
+    deadline.check()
+    return score_on(unit, replace(prepared.surface, deadline=deadline), n_loops_opened=n_opened)
 
 
 def _without_joints(skeleton: Skeleton, prepared: PreparedMesh) -> Skeleton:

@@ -21,6 +21,7 @@ from lbskel.geometry.vertex_map import VertexMap
 from lbskel.io import as_mesh
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess import Pipeline, preprocess_mesh, simplify_to_proxy, surface_with_proxy, why_no_inside
+from lbskel.preprocess.proxy import MAX_FACES
 from lbskel.preprocess.result import PreprocessResult, identity_result
 from lbskel.refinement.region_map import complete_regions
 from lbskel.skeleton.skeleton import Skeleton
@@ -171,14 +172,21 @@ def prepare(
     used = unit.used_vertices  # the nearest vertex tells whose cut it is: the rim, or the middle of what closes it
     owner = unit.component_of_vertex[used[cKDTree(unit.vertices[used]).query(open_ends[:, :3])[1]]]
     is_crumb = find_crumbs(unit)
+    n_left_out = 0
     for number, part in enumerate(components(unit)):
         if is_crumb[number]:
+            continue
+        if bodies and not timer.has_time_for("prepare bodies"):
+            n_left_out += 1
             continue
         if fault := why_no_inside(number, part, preprocessed.mesh):
             faults.append(fault)
         else:
-            with timer("simplify"):
-                proxy = simplify_to_proxy(part.mesh) if simplify == "auto" else identity_result(part.mesh)
+            proxy = identity_result(part.mesh)
+            is_small = len(part.mesh.faces) <= MAX_FACES
+            if simplify == "auto" and (is_small or timer.has_time_for("simplify")):
+                with timer("simplify"):
+                    proxy = simplify_to_proxy(part.mesh)
             bodies.append(Body(part.mesh, part.vertices, proxy, open_ends[owner == number]))
     if not bodies:
         raise MeshError(_why_no_body(source, faults))
@@ -187,6 +195,8 @@ def prepare(
         notes.append(f"no skeleton could be made of {first_few(faults, 2)}")
     if is_crumb.any():
         notes.append(f"{is_crumb.sum()} components are too small for a skeleton of their own")
+    if n_left_out:
+        notes.append(f"no time was left for {n_left_out} components")
     vertex_map, report = preprocessed.vertex_map, preprocessed.report
     return PreparedMesh(source, unit, vertex_map, center, scale, tuple(bodies), tuple(notes), report, simplify)
 

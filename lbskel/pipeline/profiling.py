@@ -9,9 +9,16 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
+
+from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 
 Progress: TypeAlias = Callable[[str], None]
+Result = TypeVar("Result")
+
+# How long what a result cannot do without may go on after the time limit, as a share of it and in seconds, whichever is
+# more: half of what a run may take in addition, benchmarks/results/time_limits.md
+GRACE_SHARE, GRACE_SECONDS = 0.25, 1.0
 
 RESET_PEAK, STATUS = Path("/proc/self/clear_refs"), Path("/proc/self/status")  # Linux's record of peak memory
 
@@ -54,23 +61,65 @@ class StageTimer:
         if measures_memory:
             RESET_PEAK.write_text("5")
         began = time.perf_counter()
-        yield
-        self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - began
-        if measures_memory:
-            self.megabytes[stage] = max(self.megabytes.get(stage, 0.0), _peak_megabytes())
+        try:
+            yield
+        finally:
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - began
+            if measures_memory:
+                self.megabytes[stage] = max(self.megabytes.get(stage, 0.0), _peak_megabytes())
+
+    @property
+    def deadline(self) -> Deadline:
+        """The end of the time limit."""
+        return NEVER if self.time_limit is None else Deadline(self._began + self.time_limit)
+
+    @property
+    def grace(self) -> Deadline:
+        """The end of the time for what a result cannot do without, a little later than the time limit."""
+        if self.time_limit is None:
+            return NEVER
+        return Deadline(self.deadline.end + max(GRACE_SHARE * self.time_limit, GRACE_SECONDS))
 
     @property
     def seconds_left(self) -> float:
         """Seconds until the time limit; infinite without one."""
-        return float("inf") if self.time_limit is None else self._began + self.time_limit - time.perf_counter()
+        return self.deadline.seconds_left
 
     def has_time_for(self, stage: str) -> bool:
         """Whether time is left for an optional stage; if not, the stage is listed as skipped."""
         if self.seconds_left > 0:
             return True
+        self._skip(stage)
+        return False
+
+    def optional(
+        self, stage: str, make: Callable[[Deadline], Result], otherwise: Result, *, is_needed: bool = False
+    ) -> Result:
+        """Measure a stage that is left out where its time is over, before it begins or while it is done.
+
+        Parameters
+        ----------
+        stage : str
+        make : callable
+            Does the work by a deadline, or raises OutOfTime, and returns the result of the stage.
+        otherwise
+            The result without it.
+        is_needed : bool
+            Whether the deadline is the later one, of what a result cannot do without.
+        """
+        deadline = self.grace if is_needed else self.deadline
+        try:
+            deadline.check()
+            with self(stage):
+                return make(deadline)
+        except OutOfTime:
+            self._skip(stage)
+        return otherwise
+
+    def _skip(self, stage: str) -> None:
+        """List a stage as skipped."""
         if stage not in self.skipped:
             self.skipped.append(stage)
-        return False
 
 
 def _peak_megabytes() -> float:

@@ -5,12 +5,12 @@ r"""From any mesh to a checked skeleton: the stages in their order.
     prepare -> contract -> collapse -> to_skeleton -> refine -> assemble -> join, open loops, prune -> score
                \________________ for each body _______________/
 
-:func:`skeletonize` is that line, :func:`refine` the passes on one body; neither has arithmetic of its own.
+:func:`skeletonize` is that line, without arithmetic of its own.
 """
 
 from __future__ import annotations
 
-__all__ = ["refine", "skeletonize"]
+__all__ = ["skeletonize"]
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -23,39 +23,27 @@ from scipy.spatial import cKDTree
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.mesh import PointCloud
-from lbskel.geometry.surface_queries import Surface
 from lbskel.io import as_shape
 from lbskel.operators import Operator
-from lbskel.pipeline.anchoring import Anchors, resolve_anchors
+from lbskel.pipeline.anchoring import resolve_anchors
 from lbskel.pipeline.assembly import assemble, full_report
 from lbskel.pipeline.bodies import skeletonize_body
 from lbskel.pipeline.clouds import skeletonize_cloud
-from lbskel.pipeline.evaluation import score
-from lbskel.pipeline.options import require_refinement_options, resolve_options, resolve_settings
+from lbskel.pipeline.evaluation import score_prepared
+from lbskel.pipeline.options import resolve_options, resolve_settings
+from lbskel.pipeline.passes import refine
 from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
 from lbskel.pipeline.profiling import Progress, StageTimer
 from lbskel.preprocess import Pipeline
-from lbskel.refinement.anchors import attach_anchors, nearest_node
-from lbskel.refinement.centering import fit_to_centerlines, recenter
-from lbskel.refinement.centerlines import find_section_centers
-from lbskel.refinement.containment import reroute_inside
-from lbskel.refinement.junctions import merge_junctions_by_axes
-from lbskel.refinement.limb_growth import grow_uncovered_limbs
-from lbskel.refinement.missing_branches import grow_missing_branches
-from lbskel.refinement.open_ends import extend_to_open_ends
-from lbskel.refinement.radii import inscribed_radii, mean_radii
-from lbskel.refinement.region_map import make_regions_connected, reassign_to_nearest_node
-from lbskel.refinement.tips import extend_tips, tips_at_surface
+from lbskel.refinement.anchors import nearest_node
 from lbskel.skeleton.editing import reroot
 from lbskel.skeleton.joining import join_components
-from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, merge_junctions, prune, prune_contained_branches
+from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, prune
 from lbskel.skeleton.resampling import resample
 from lbskel.skeleton.root import reroot_by_thickness
 from lbskel.skeleton.short_loops import open_short_loops
 from lbskel.skeleton.skeleton import Skeleton
 
-MERGE_RATIO = 0.7  # junctions nearer than this many local radii are merged
-SPACING = 0.5  # of nodes along a branch, in local radii
 # Between the pieces of an open surface: the longest edge that joins them, in sums of the radii of its ends, and its
 # largest angle to the branch that it continues, in degrees; guesses
 JOIN_REACH, JOIN_ANGLE = 10.0, 60.0
@@ -119,7 +107,9 @@ def skeletonize(
     on_stage : callable, optional
         Called with the name of each stage as it begins.
     time_limit : float, optional
-        Seconds after which optional stages are skipped; contraction ends at half of them. The notes list the stages.
+        Seconds after which what is not needed is left out, also in the middle of a stage; contraction ends at half of
+        them. The result comes within one and a half times the limit, or two seconds more, and its notes list what was
+        left out and what it lacks.
     profile : bool
         Whether the report has the peak memory of each stage beside the seconds; on Linux only.
 
@@ -184,78 +174,9 @@ def skeletonize(
         skeleton = reroot_by_thickness(resample(skeleton, n_nodes=n_nodes))
     if root is not None:
         skeleton = reroot(skeleton, nearest_node(skeleton, root, prepared.source))
-    with timer("score"):
-        scored = score(replace(skeleton, report=counts), prepared)
+    counted = replace(skeleton, report=counts)
+    scored = timer.optional("score", lambda end: score_prepared(counted, prepared, deadline=end), None, is_needed=True)
     return replace(skeleton, report=full_report(prepared, settings, reports, scored, timer) | counts)
-
-
-def refine(
-    skeleton: Skeleton,
-    body: Body,
-    *,
-    min_branch_ratio: float = MIN_BRANCH_RATIO,
-    tip_position: str = "inside",
-    anchors: Anchors | None = None,
-    timer: StageTimer | None = None,
-) -> Skeleton:
-    """Prune, center, extend and contain the skeleton of one body.
-
-    Parameters
-    ----------
-    skeleton : Skeleton
-        From :func:`to_skeleton`; its vertex map is that of the body's proxy.
-    body : Body
-    min_branch_ratio, tip_position
-        As for :func:`skeletonize`.
-    anchors : Anchors, optional
-        Nodes to add, in the body's coordinates.
-    timer : StageTimer, optional
-        Measures each pass; optional passes are skipped when its time is over.
-
-    Returns
-    -------
-    Skeleton
-        In the body's coordinates, with inscribed and mean radii and a node for each vertex of the body.
-    """
-    require_refinement_options(min_branch_ratio, tip_position)
-    timer = timer or StageTimer()
-    surface, proxy = body.surface, body.surface.proxy
-    ratio = min(min_branch_ratio, MIN_BRANCH_RATIO)
-    with timer("prune spurs"):
-        skeleton = prune(mean_radii(skeleton, proxy.mesh), proxy.mesh, min_branch_ratio=ratio)
-        skeleton = merge_junctions(inscribed_radii(skeleton, proxy), ratio=MERGE_RATIO)
-        skeleton = _evenly_spaced(skeleton, proxy)
-    if timer.has_time_for("merge junctions"):
-        with timer("merge junctions"):
-            skeleton = _with_merged_junctions(skeleton, proxy)
-    skeleton = replace(skeleton, node_of_vertex=body.proxy.vertex_map.pull_back(skeleton.node_of_vertex))
-    if timer.has_time_for("recenter"):
-        with timer("recenter"):
-            skeleton = recenter(skeleton, surface)
-    if timer.has_time_for("extend tips"):
-        with timer("extend tips"):
-            skeleton = extend_tips(skeleton, surface)
-    with timer("prune contained branches"):
-        skeleton = prune_contained_branches(inscribed_radii(skeleton, proxy), body.mesh)
-    if timer.has_time_for("grow missing branches"):
-        with timer("grow missing branches"):
-            skeleton = grow_missing_branches(skeleton, surface)
-    if timer.has_time_for("grow uncovered limbs"):
-        with timer("grow uncovered limbs"):
-            skeleton = grow_uncovered_limbs(skeleton, surface)
-    if timer.has_time_for("reroute inside"):
-        with timer("reroute inside"):
-            skeleton = _rerouted_inside(skeleton, surface)
-    if tip_position == "surface" and timer.has_time_for("tips at surface"):
-        with timer("tips at surface"):
-            skeleton = tips_at_surface(skeleton, surface)
-    with timer("attach open ends and anchors"):
-        skeleton = extend_to_open_ends(inscribed_radii(skeleton, surface), surface, body.open_ends)
-        if anchors is not None:
-            skeleton = attach_anchors(skeleton, surface, anchors.vertices, anchors.points)
-    with timer("map vertices"):
-        skeleton = make_regions_connected(reassign_to_nearest_node(skeleton, body.mesh), body.mesh)
-        return replace(skeleton, mean_radii=mean_radii(skeleton, body.mesh).radii)
 
 
 def _joined(skeleton: Skeleton, parts: Sequence[Skeleton], prepared: PreparedMesh, join: str) -> Skeleton:
@@ -270,25 +191,3 @@ def _joined(skeleton: Skeleton, parts: Sequence[Skeleton], prepared: PreparedMes
     is_joinable[skeleton.component_of_node[cKDTree(skeleton.nodes).query(first)[1]]] = is_piece
     joined = join_components(skeleton, reach=JOIN_REACH, max_angle=JOIN_ANGLE, is_joinable=is_joinable)
     return reroot_by_thickness(joined)
-
-
-def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Junctions merged whose branches point to one place, and nodes on the axes of their branches."""
-    centers = find_section_centers(skeleton, surface)
-    merged = merge_junctions_by_axes(inscribed_radii(skeleton, surface), centers, surface)
-    if len(merged.nodes) < len(skeleton.nodes):
-        skeleton = _evenly_spaced(merged, surface)
-        centers = find_section_centers(skeleton, surface)
-    return fit_to_centerlines(skeleton, centers, surface)
-
-
-def _rerouted_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Branches inside a closed surface and evenly spaced; even spacing can cut a corner, so they are rerouted twice."""
-    if not surface.mesh.is_closed:
-        return _evenly_spaced(skeleton, surface)
-    return reroute_inside(_evenly_spaced(reroute_inside(skeleton, surface), surface), surface)
-
-
-def _evenly_spaced(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Nodes evenly spaced in mean radii; by inscribed radii, flat limbs would get a node per thickness."""
-    return resample(mean_radii(skeleton, surface.mesh), spacing=SPACING)

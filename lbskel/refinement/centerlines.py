@@ -65,7 +65,12 @@ def find_section_centers(
         at = np.intersect1d(at, nodes)
     face_labels = branch_of[skeleton.node_of_vertex][surface.mesh.faces[:, 0]]
     sections = cross_sections(
-        surface.mesh, skeleton.nodes[at], tangents[at], face_labels=face_labels, labels=branch_of[at]
+        surface.mesh,
+        skeleton.nodes[at],
+        tangents[at],
+        face_labels=face_labels,
+        labels=branch_of[at],
+        deadline=surface.deadline,
     )
     is_known = np.zeros(len(skeleton.nodes), dtype=bool)
     is_known[at] = _is_own(sections, skeleton.nodes[at], surface)

@@ -84,7 +84,7 @@ def _centered(
     """
     P = np.concatenate(axes)
     T = np.concatenate([np.gradient(axis, axis=0) for axis in axes])
-    sections = cross_sections(surface.mesh, P, T / np.linalg.norm(T, axis=1, keepdims=True))
+    sections = cross_sections(surface.mesh, P, T / np.linalg.norm(T, axis=1, keepdims=True), deadline=surface.deadline)
     is_own = sections.is_cut & (np.linalg.norm(sections.centroids - P, axis=1) <= MAX_OFFSET * sections.radii)
     is_own &= sections.radii <= MAX_WIDENING * np.repeat(limb_radii, [len(axis) for axis in axes])
     is_own &= surface.contains(sections.centroids)

@@ -66,12 +66,11 @@ def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     is_known = count > 0
     radii = np.where(is_known, total / np.maximum(count, 1), 0.0)
     i, j = np.concatenate([skeleton.edges, skeleton.edges[:, ::-1]]).T
-    while not is_known.all():
-        n_known_neighbors = np.bincount(i, weights=is_known[j], minlength=len(is_known))
-        neighbor_sum = np.bincount(i, weights=radii[j] * is_known[j], minlength=len(is_known))
-        is_new = ~is_known & (n_known_neighbors > 0)
-        if not is_new.any():
+    while len(i := i[is_open := ~is_known[i]]):
+        j = j[is_open]
+        nodes, row = np.unique(i[is_known[j]], return_inverse=True)
+        if len(nodes) == 0:
             break
-        radii[is_new] = neighbor_sum[is_new] / n_known_neighbors[is_new]
-        is_known = is_known | is_new
+        radii[nodes] = np.bincount(row, radii[j[is_known[j]]]) / np.bincount(row)
+        is_known[nodes] = True
     return replace(skeleton, radii=radii, radius_kind="mean")

@@ -102,7 +102,7 @@ def _with_centered_ends(
 ) -> Skeleton:
     """Move the tips to the centroids of their cross-sections, where these are around or near the tips."""
     nodes, first, last = np.array(skeleton.nodes), [end[0] for end in ends], [end[-1] for end in ends]
-    section = cross_sections(surface.mesh, nodes[last], directions)
+    section = cross_sections(surface.mesh, nodes[last], directions, deadline=surface.deadline)
     offset, length = (np.linalg.norm(nodes[last] - other, axis=1) for other in (section.centroids, nodes[first]))
     is_own = section.surrounds & (offset <= section.radii)
     is_own |= section.is_cut & ~surface.contains(nodes[last]) & (offset <= MAX_OFFSET * section.radii)
@@ -193,7 +193,7 @@ def recenter_points(axes: list[NDArray[np.float64]], surface: Surface) -> list[N
     """
     P = np.concatenate(axes)
     T = np.concatenate([np.gradient(axis, axis=0) for axis in axes])
-    section = cross_sections(surface.mesh, P, T / np.linalg.norm(T, axis=1, keepdims=True))
+    section = cross_sections(surface.mesh, P, T / np.linalg.norm(T, axis=1, keepdims=True), deadline=surface.deadline)
     parts = np.cumsum([len(axis) for axis in axes])[:-1]
     median = np.concatenate([np.full(len(radii), np.median(radii)) for radii in np.split(section.radii, parts)])
     is_own = section.surrounds & (np.linalg.norm(section.centroids - P, axis=1) <= section.radii)
@@ -219,7 +219,7 @@ def trace_centerline(
     T = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     first = np.array(T)
     paths: list[list[NDArray[np.float64]]] = [[] for _ in P]
-    section = cross_sections(surface.mesh, P, T)
+    section = cross_sections(surface.mesh, P, T, deadline=surface.deadline)
     width, radii = section.radii, _hydraulic_radii(section)
     first_radii = np.array(radii)
     active = np.arange(len(P))
@@ -233,7 +233,7 @@ def trace_centerline(
             break
         step = np.minimum(np.maximum(STEP * radius, MIN_STEP * first_radii[active]), ahead - radius)
         forward = P[active] + step[:, None] * T[active]
-        section = cross_sections(surface.mesh, forward, T[active])
+        section = cross_sections(surface.mesh, forward, T[active], deadline=surface.deadline)
         is_own = section.surrounds & (section.radii < MAX_WIDENING * width[active])
         is_own &= surface.contains(section.centroids)
         active, moved, step = active[is_own], section.centroids[is_own], step[is_own]

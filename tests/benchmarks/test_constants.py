@@ -87,7 +87,7 @@ def test_only_changes_are_reported():
     with changed(Constant("lbskel.evaluation.scoring", "MAX_COVERED_DISTANCE", 2.0), 0.01):
         scored = difference(before, measure(inputs))
     assert text_of(scored).startswith("scores of 1, verdicts: ring: pass -> fail")
-    with changed(Constant("lbskel.pipeline.stages", "SPACING", 0.5), 0.7):
+    with changed(Constant("lbskel.pipeline.passes", "SPACING", 0.5), 0.7):
         moved = difference(before, measure(inputs))
     assert text_of(moved).startswith("skeletons of 1")
     rows = [
@@ -98,11 +98,11 @@ def test_only_changes_are_reported():
             "-30 %": scored,
             "+40 %": same,
         },
-        {"module": "lbskel.pipeline.stages", "constant": "IDLE", "value": 0.5, "-30 %": same, "+40 %": same},
+        {"module": "lbskel.pipeline.passes", "constant": "IDLE", "value": 0.5, "-30 %": same, "+40 %": same},
     ]
     found = tables({"ring": {**before["ring"], "accuracy": 0.1}}, rows)
     assert list(found) == ["2 constants", "1 without effect on these meshes"]
-    assert "| pipeline.stages | IDLE | 0.5 | no effect | no effect |" in found["2 constants"]
+    assert "| pipeline.passes | IDLE | 0.5 | no effect | no effect |" in found["2 constants"]
     assert "MAX_COVERED_DISTANCE" not in found["1 without effect on these meshes"]
 
 

@@ -5,7 +5,7 @@ import pytest
 
 import lbskel
 from benchmarks.refinement import HELD_OUT, PASSES, TUNED, measured, without
-from lbskel.pipeline import stages
+from lbskel.pipeline import passes
 from lbskel.shapes import make
 from lbskel.shapes.hard import HARD_SHAPES
 
@@ -43,8 +43,8 @@ def _value(target):
     return getattr(__import__(module, fromlist=[attribute]), attribute)
 
 
-def test_the_stages_call_what_is_left_out():
-    assert callable(stages.refine)
+def test_the_passes_call_what_is_left_out():
+    assert callable(passes.refine)
     shape = make("tripod", n_vertices=600)
     with without("recenter"):
         raw = lbskel.skeletonize(shape.mesh)

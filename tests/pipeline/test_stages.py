@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from helpers import joined, moved
+from helpers import is_whole, joined, moved
 from scipy.spatial.transform import Rotation
 
 import lbskel
@@ -25,6 +25,7 @@ from lbskel import (
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.flow import Step
 from lbskel.operators.cotangent import cotangent
+from lbskel.pipeline.assembly import MISSING
 from lbskel.shapes import chain_of_tori, coil, cylinder, flat_grid, make, sphere, torus, tube
 from lbskel.solvers import ALL_SOLVERS
 
@@ -76,18 +77,6 @@ def everything(skeleton):
     """All numbers of a skeleton, to the last bit."""
     arrays = skeleton.nodes, skeleton.edges, skeleton.radii, skeleton.node_of_vertex
     return [array.tobytes() for array in arrays]
-
-
-def is_whole(skeleton, mesh):
-    """Whether every vertex has a node, every number is finite, and the report is ready for JSON."""
-    mapped = skeleton.node_of_vertex
-    assert mapped.shape == (len(mesh.vertices),)
-    assert mapped.min() >= 0
-    assert mapped.max() < len(skeleton.nodes)
-    assert np.isfinite(skeleton.nodes).all()
-    assert np.isfinite(skeleton.radii).all()
-    assert json.loads(json.dumps(skeleton.report, allow_nan=False))["input"]["vertices"] == len(mesh.vertices)
-    return True
 
 
 # --- shapes that are known
@@ -689,8 +678,10 @@ def test_a_time_limit_gives_the_best_so_far_and_says_so(ring):
     [part] = skeleton.report["components"]
     assert part["status"] == "the time limit was reached, the last good step was kept"
     assert part["steps"] == []
-    skipped = "merge junctions, recenter, extend tips, grow missing branches, grow uncovered limbs, reroute inside"
-    assert skeleton.report["notes"][-1] == f"the time limit was reached, so these stages were skipped: {skipped}"
+    skipped = ["contract", "merge junctions", "recenter", "extend tips", "prune contained branches"]
+    skipped += ["grow missing branches", "grow uncovered limbs", "reroute inside"]
+    missing = "; ".join(f"{stage} ({MISSING[stage]})" for stage in skipped)
+    assert skeleton.report["notes"][-1] == f"the time limit was reached, so these stages were left out: {missing}"
     assert everything(skeletonize(ring, time_limit=1e6)) == everything(skeletonize(ring))
     with pytest.raises(UnknownChoice, match="time_limit must be positive"):
         skeletonize(ring, time_limit=0)

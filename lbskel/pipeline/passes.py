@@ -1,0 +1,147 @@
+"""The passes between the collapsed graph and the finished skeleton of one body.
+
+::
+
+    prune spurs -> merge junctions -> recenter -> extend tips -> prune contained branches -> grow missing branches
+                -> grow uncovered limbs -> reroute inside -> attach open ends and anchors -> map vertices
+
+:func:`refine` is that line. Each pass makes a whole skeleton of a whole skeleton, so that any of them can be left out
+where no time is left for it.
+"""
+
+from __future__ import annotations
+
+__all__ = ["refine"]
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+from lbskel.geometry.deadline import Deadline
+from lbskel.geometry.surface_queries import Surface
+from lbskel.pipeline.anchoring import Anchors
+from lbskel.pipeline.options import require_refinement_options
+from lbskel.pipeline.preparation import Body
+from lbskel.pipeline.profiling import StageTimer
+from lbskel.refinement.anchors import attach_anchors
+from lbskel.refinement.centering import fit_to_centerlines, recenter
+from lbskel.refinement.centerlines import find_section_centers
+from lbskel.refinement.containment import reroute_inside
+from lbskel.refinement.junctions import merge_junctions_by_axes
+from lbskel.refinement.limb_growth import grow_uncovered_limbs
+from lbskel.refinement.missing_branches import grow_missing_branches
+from lbskel.refinement.open_ends import extend_to_open_ends
+from lbskel.refinement.radii import inscribed_radii, mean_radii
+from lbskel.refinement.region_map import make_regions_connected, reassign_to_nearest_node
+from lbskel.refinement.tips import extend_tips, tips_at_surface
+from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, merge_junctions, prune, prune_contained_branches
+from lbskel.skeleton.resampling import resample
+from lbskel.skeleton.skeleton import Skeleton
+
+MERGE_RATIO = 0.7  # junctions nearer than this many local radii are merged
+SPACING = 0.5  # of nodes along a branch, in local radii
+
+
+def refine(
+    skeleton: Skeleton,
+    body: Body,
+    *,
+    min_branch_ratio: float = MIN_BRANCH_RATIO,
+    tip_position: str = "inside",
+    anchors: Anchors | None = None,
+    timer: StageTimer | None = None,
+) -> Skeleton:
+    """Prune, center, extend and contain the skeleton of one body.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        From :func:`to_skeleton`; its vertex map is that of the body's proxy.
+    body : Body
+    min_branch_ratio, tip_position
+        As for :func:`skeletonize`.
+    anchors : Anchors, optional
+        Nodes to add, in the body's coordinates.
+    timer : StageTimer, optional
+        Measures each pass; a pass that its time does not suffice for is left out.
+
+    Returns
+    -------
+    Skeleton
+        In the body's coordinates, with inscribed and mean radii and a node for each vertex of the body.
+    """
+    require_refinement_options(min_branch_ratio, tip_position)
+    timer = timer or StageTimer()
+    ratio = min(min_branch_ratio, MIN_BRANCH_RATIO)
+
+    def changed(
+        stage: str, change: Callable[[Skeleton, Surface], Skeleton], surface: Surface, *, is_needed: bool = False
+    ) -> Skeleton:
+        def make(deadline: Deadline) -> Skeleton:
+            return change(skeleton, replace(surface, deadline=deadline))
+
+        return timer.optional(stage, make, skeleton, is_needed=is_needed)
+
+    surface, proxy = body.surface, body.surface.proxy
+    skeleton = mean_radii(skeleton, proxy.mesh)
+    skeleton = changed("prune spurs", partial(_without_spurs, min_branch_ratio=ratio), proxy, is_needed=True)
+    skeleton = changed("merge junctions", _with_merged_junctions, proxy)
+    skeleton = replace(skeleton, node_of_vertex=body.proxy.vertex_map.pull_back(skeleton.node_of_vertex))
+    passes: dict[str, Callable[[Skeleton, Surface], Skeleton]] = {
+        "recenter": recenter,
+        "extend tips": extend_tips,
+        "prune contained branches": _without_contained_branches,
+        "grow missing branches": grow_missing_branches,
+        "grow uncovered limbs": grow_uncovered_limbs,
+        "reroute inside": _rerouted_inside,
+    }
+    if tip_position == "surface":
+        passes["tips at surface"] = tips_at_surface
+    for stage, change in passes.items():
+        skeleton = changed(stage, change, surface)
+    with timer("attach open ends and anchors"):
+        skeleton = extend_to_open_ends(inscribed_radii(skeleton, surface), surface, body.open_ends)
+        if anchors is not None:
+            skeleton = attach_anchors(skeleton, surface, anchors.vertices, anchors.points)
+    skeleton = changed("map vertices", _with_own_regions, surface, is_needed=True)
+    return replace(skeleton, mean_radii=mean_radii(skeleton, body.mesh).radii)
+
+
+def _without_spurs(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> Skeleton:
+    """Prune spurs, merge junctions that are near each other, and space the nodes evenly."""
+    skeleton = prune(skeleton, surface.mesh, min_branch_ratio=min_branch_ratio)
+    return _evenly_spaced(merge_junctions(inscribed_radii(skeleton, surface), ratio=MERGE_RATIO), surface)
+
+
+def _without_contained_branches(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Prune the branches whose balls lie within that of their junction."""
+    return prune_contained_branches(inscribed_radii(skeleton, surface.proxy), surface.mesh)
+
+
+def _with_own_regions(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Map the vertices to nodes near them, so that regions are connected."""
+    near = reassign_to_nearest_node(skeleton, surface.mesh)
+    surface.deadline.check()
+    return make_regions_connected(near, surface.mesh)
+
+
+def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Junctions merged whose branches point to one place, and nodes on the axes of their branches."""
+    centers = find_section_centers(skeleton, surface)
+    merged = merge_junctions_by_axes(inscribed_radii(skeleton, surface), centers, surface)
+    if len(merged.nodes) < len(skeleton.nodes):
+        skeleton = _evenly_spaced(merged, surface)
+        centers = find_section_centers(skeleton, surface)
+    return fit_to_centerlines(skeleton, centers, surface)
+
+
+def _rerouted_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Branches inside a closed surface and evenly spaced; even spacing can cut a corner, so they are rerouted twice."""
+    if not surface.mesh.is_closed:
+        return _evenly_spaced(skeleton, surface)
+    return reroute_inside(_evenly_spaced(reroute_inside(skeleton, surface), surface), surface)
+
+
+def _evenly_spaced(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Nodes evenly spaced in mean radii; by inscribed radii, flat limbs would get a node per thickness."""
+    return resample(mean_radii(skeleton, surface.mesh), spacing=SPACING)
