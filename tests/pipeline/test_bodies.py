@@ -70,3 +70,16 @@ def test_where_there_is_no_proxy_or_no_time_the_first_skeleton_stays(body, monke
     monkeypatch.setattr(bodies, "contract", lambda *args, **options: calls.append(1) or contract(*args, **options))
     skeleton, _ = skeletonize_body(body, SETTINGS, losing_the_handle_of(len(body.proxy.mesh.faces)), timer)
     assert (skeleton.cycle_rank, len(calls)) == (0, 1)
+
+
+def test_contraction_may_take_half_of_the_time_left(body, monkeypatch):
+    limits = []
+    monkeypatch.setattr(
+        bodies,
+        "contract",
+        lambda *args, time_limit: limits.append(time_limit) or contract(*args, time_limit=time_limit),
+    )
+    for time_limit in (None, 1000.0):
+        skeletonize_body(body, SETTINGS, losing_the_handle_of(0), StageTimer(time_limit=time_limit))
+    assert limits[0] is None
+    assert 400 < limits[-1] <= 500
