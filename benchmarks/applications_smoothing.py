@@ -1,4 +1,4 @@
-"""Smoothing beside trimesh, MeshLab and libigl: distance to the clean surface, volume, stability, seconds."""
+"""Smoothing beside trimesh, MeshLab and libigl: distance to the clean surface, also at equal time; operators."""
 
 from __future__ import annotations
 
@@ -14,32 +14,16 @@ from scipy.sparse import csc_matrix
 
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
+from benchmarks.smoothing_operators import distance, noisy_copy, operators
 from lbskel.applications.smoothing import DEFAULTS
 from lbskel.shapes import make, sphere
 from lbskel.visualization import Panel, render
 
 SHAPES = ("dinosaur", "knot", "hand", "octopus", "tripod")
-NOISE = 0.25  # standard deviation of the displacement along the normals, in mean edge lengths
 STEPS, ITERATIONS = (0.25, 0.5, 1.0), (2, 4)  # of our implicit methods: mean vertex areas, number
-COUNTS = (3, 10, 30)  # iterations of explicit filters
+COUNTS = (3, 10, 30, 100)  # iterations of explicit filters
+BUDGETS = (0.01, 0.02, 0.05, 0.1, 0.2)  # processor seconds for a mesh of 5,000 vertices
 Smooth = Callable[[lbskel.Mesh], NDArray[np.float64]]
-
-
-def _edge_length(mesh: lbskel.Mesh) -> float:
-    start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
-    return float(np.linalg.norm(end - start, axis=1).mean())
-
-
-def noisy_copy(mesh: lbskel.Mesh) -> lbskel.Mesh:
-    """Displace the vertices along their normals."""
-    heights = NOISE * _edge_length(mesh) * np.random.default_rng(0).standard_normal((len(mesh.vertices), 1))
-    return mesh.with_vertices(mesh.vertices + heights * igl.per_vertex_normals(mesh.vertices, mesh.faces))
-
-
-def distance(vertices: NDArray[np.float64], clean: lbskel.Mesh) -> float:
-    """Root mean square distance of vertices to the clean surface, in mean edge lengths."""
-    squares = igl.point_mesh_squared_distance(np.ascontiguousarray(vertices), clean.vertices, clean.faces)[0]
-    return float(np.sqrt(squares.mean())) / _edge_length(clean)
 
 
 def ours() -> Iterator[tuple[str, str, Smooth]]:
@@ -184,6 +168,26 @@ def _settings(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return table
 
 
+def _within(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The smallest mean error over the shapes that one setting reaches within a time, by lbskel and by others."""
+    shapes = {row["shape"] for row in rows}
+    settings = []
+    for key in dict.fromkeys((row["tool"], row["setting"]) for row in rows if "seconds" in row):
+        found = [row for row in rows if (row["tool"], row["setting"]) == key and "error" in row]
+        if len(found) == len(shapes):
+            error, seconds = (float(np.mean([row[what] for row in found])) for what in ("error", "seconds"))
+            settings.append((error, seconds, ", ".join(filter(None, key))))
+    table = []
+    for budget in BUDGETS:
+        row: dict[str, Any] = {"at most, s": budget}
+        for who, is_ours in (("lbskel", True), ("others", False)):
+            within = [each for each in settings if each[1] <= budget and each[2].startswith("lbskel") == is_ours]
+            if within:
+                row[f"{who}: error"], row[f"{who}: seconds"], row[f"{who}: setting"] = min(within)
+        table.append(row)
+    return table
+
+
 def large(quick: bool, with_peers: bool) -> list[dict[str, Any]]:
     """Processor seconds of one implicit step, in turns."""
     mesh = noisy_copy(sphere(5 if quick else 7))
@@ -233,7 +237,7 @@ def stability() -> list[dict[str, Any]]:
 def _picture(path: Path) -> None:
     clean = make("dinosaur").mesh
     noisy = noisy_copy(clean)
-    panels = [Panel(noisy, title=f"noise of {NOISE:g} edge lengths")]
+    panels = [Panel(noisy, title="noise of a quarter of an edge length")]
     for method in ("implicit", "bilaplacian"):
         result = lbskel.smooth(noisy, method=method, keep_volume=True)
         panels.append(Panel(result, title=f"{method}, {distance(result.vertices, clean):.3f}"))
@@ -243,11 +247,11 @@ def _picture(path: Path) -> None:
 def run(quick: bool, results: Path, peers: bool = False) -> None:
     """Measure, and write applications_smoothing.json, .md and .png."""
     rows = denoising(SHAPES[:1] if quick else SHAPES, peers)
-    speeds, stable = large(quick, peers), stability()
+    speeds, stable, by_operator = large(quick, peers), stability(), operators(SHAPES[: 1 if quick else None])
     name = "applications_smoothing"
     save_json(
         results / f"{name}.json",
-        {"rows": rows, "large": speeds, "stability": stable},
+        {"rows": rows, "large": speeds, "stability": stable, "operators": by_operator},
         packages=("trimesh", "pymeshlab"),
     )
     save_markdown(
@@ -258,11 +262,17 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
             "lengths, and the largest change of the volume; each tool with its best setting of those in the JSON file "
             "on each shape, but lbskel without options has one setting. Processor seconds, mean.\n\n"
             + markdown_table(_best(rows)),
+            "At equal time": "The smallest mean error that one setting for all shapes reaches within a time; processor "
+            "seconds, means over the shapes.\n\n" + markdown_table(_within(rows)),
             "One implicit step": "Processor seconds, the lower of two turns; one of trimesh.\n\n"
             + markdown_table(speeds),
             "Stability": "Largest distance from the centroid after two steps, relative to before; an error is named."
             "\n\n" + markdown_table(stable),
             "Settings": "Mean error over the shapes.\n\n" + markdown_table(_settings(rows)),
+            "Operators": "Noise: as above, by bilaplacian without options. Drift: how far an implicit step moves the "
+            "inner vertices of an irregular mesh in a plane, in mean edge lengths; exactly, not at all. Step: how far "
+            "the vertices of an irregular sphere are from where mean curvature moves them in an implicit step of time "
+            "0.02, over the distance that it moves them.\n\n" + markdown_table(by_operator),
         },
     )
     _picture(results / f"{name}.png")

@@ -6,12 +6,14 @@ all tools are scored by :func:`lbskel.score` on the undamaged mesh.
 
 from __future__ import annotations
 
-__all__ = ["run"]
+__all__ = ["Worker", "run"]
 
 import os
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Callable
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -47,7 +49,7 @@ def run(quick: bool, results: Path) -> None:
     shapes = {name: make() for name, make in list(SHAPES.items())[: 1 if quick else None]}
     rows = []
     for tool in TOOLS:
-        with tempfile.TemporaryDirectory() as folder, _Worker(tool) as worker:
+        with tempfile.TemporaryDirectory() as folder, Worker(partial(_skeleton, tool)) as worker:
             for shape, mesh in shapes.items():
                 for kind in kinds:
                     broken = damaged(kind, mesh)
@@ -104,14 +106,14 @@ def _outcome(broken: Broken, answer: dict[str, Any]) -> dict[str, Any]:
     return {"outcome": "good" if verdict != "fail" else "admitted" if says_failed else "poor", **row}
 
 
-class _Worker:
-    """A process that makes skeletons by one tool, and is replaced when it crashes or takes too long."""
+class Worker:
+    """A process that calls a function, and is replaced when it crashes or takes too long."""
 
-    def __init__(self, tool: str):
-        self.tool = tool
+    def __init__(self, function: Callable[[Any], Any]):
+        self.function = function
         self._start()
 
-    def __enter__(self) -> _Worker:
+    def __enter__(self) -> Worker:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -120,7 +122,7 @@ class _Worker:
     def _start(self) -> None:
         context = get_context("spawn")
         self.pipe, child = context.Pipe()
-        self.process = context.Process(target=_serve, args=(child, self.tool))
+        self.process = context.Process(target=_serve, args=(child, self.function))
         self.process.start()
         child.close()
 
@@ -130,7 +132,7 @@ class _Worker:
         self.pipe.close()
 
     def ask(self, given: Any) -> dict[str, Any]:
-        """Return the answer of the tool, or how its process ended."""
+        """Return the value of the function with the seconds it took, or how its process ended."""
         began = time.perf_counter()
         self.pipe.send(given)
         try:
@@ -145,13 +147,13 @@ class _Worker:
         return {**ended, "seconds": time.perf_counter() - began}
 
 
-def _serve(pipe: Any, tool: str) -> None:
-    """Make skeletons of one mesh after the other, in the child process."""
+def _serve(pipe: Any, function: Callable[[Any], Any]) -> None:
+    """Call the function for one argument after the other, in the child process."""
     while True:
         given = pipe.recv()
         began = time.perf_counter()
         try:
-            answer: dict[str, Any] = {"value": _skeleton(tool, given)}
+            answer: dict[str, Any] = {"value": function(given)}
         except LbskelError as error:
             answer = {"outcome": "refused", "error": str(error)}
         except Exception as error:

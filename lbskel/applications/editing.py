@@ -117,7 +117,7 @@ class Editor:
         handles: Sequence[ArrayLike],
         *,
         method: str = "arap",
-        operator: str | Operator = "cotangent",
+        operator: str | Operator = "robust",
         handle_weight: float | None = None,
         solver: str = "cholmod",
     ):
@@ -216,7 +216,7 @@ def edit(
     *,
     method: str = "arap",
     iterations: int = ITERATIONS,
-    operator: str | Operator = "cotangent",
+    operator: str | Operator = "robust",
     handle_weight: float | None = None,
     solver: str = "cholmod",
 ) -> Mesh:

@@ -50,7 +50,7 @@ def add_parser(subparsers: Any) -> None:
         help=f"{', '.join(EDITING_METHODS)} (%(default)s)",
     )
     parser.add_argument("--iterations", type=int, default=10, metavar="N", help="of arap and rotated (%(default)s)")
-    add_operator_option(parser, "cotangent")
+    add_operator_option(parser, "robust")
     add_force_option(parser)
     parser.set_defaults(run=run)
 

@@ -12,6 +12,7 @@ import numpy as np
 from lbskel.applications import SMOOTHING_METHODS, smooth
 from lbskel.cli.options import add_command, add_force_option, add_mesh_and_output, add_operator_option, refuse_existing
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.scaling import unit_scale
 from lbskel.io import MESH_WRITERS, read_mesh, write_mesh
 from lbskel.io.text import known_extension
 
@@ -66,6 +67,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _changes(mesh: Mesh, result: Mesh) -> str:
     """Describe how far vertices moved, and by how much the area and the volume changed."""
+    scaled, exponent = unit_scale(mesh.vertices)  # areas of tiny meshes vanish
+    mesh, result = mesh.with_vertices(scaled), result.with_vertices(np.ldexp(result.vertices, -exponent))
     moved = np.linalg.norm(result.vertices - mesh.vertices, axis=1)
     start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
     edge = float(np.linalg.norm(end - start, axis=1).mean())

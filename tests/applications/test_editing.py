@@ -77,6 +77,22 @@ def test_every_symmetric_operator_edits(rod, operator):
     assert 0.7 < result.volume / rod.volume < 1.3
 
 
+def test_flat_triangles_hardly_change_the_result(rod):
+    """A triangle a millionth as high as long: with cotangent weights vertices are thrown thousands of diagonals off."""
+    faces, z = rod.faces.copy(), rod.vertices[:, 2]
+    split = np.abs(z[faces].mean(axis=1) - z.mean()).argmin()
+    a, b, c = faces[split]
+    middle, n = (rod.vertices[a] + rod.vertices[b]) / 2, len(rod.vertices)
+    faces[split] = [n, b, c]
+    capped = Mesh([*rod.vertices, middle + 1e-6 * (rod.vertices[c] - middle)], [*faces, [a, n, c], [a, b, n]])
+    motions = [np.eye(4), rigid_motion(axis=[0, 1, 0], angle_deg=40)]
+    handles = [np.flatnonzero(end) for end in ends(rod)]
+    found, expected = (edit(mesh, handles, motions).vertices for mesh in (capped, rod))
+    assert np.abs(found[:n] - expected).max() < 0.01 * rod.diagonal
+    thrown = edit(capped, handles, motions, operator="cotangent").vertices
+    assert np.abs(thrown[:n] - expected).max() > rod.diagonal
+
+
 def test_what_no_handle_holds_stays(rod):
     both = joined(rod, moved(rod, 4.0))
     mesh = Mesh([*both.vertices, [9.0, 9, 9]], both.faces)

@@ -31,3 +31,11 @@ def test_wrong_options_and_existing_files_are_refused(here):
     assert "stable up to" in here("smooth", "rod.off", "-o", "a.ply", "--method", "explicit", "--time-step", "9")[2][0]
     assert "exists already" in here("smooth", "rod.off", "-o", "ring.obj")[2][0]
     assert here("smooth", "rod.off", "-o", "a.xyz")[0] == 2
+
+
+def test_shares_are_printed_of_meshes_whose_areas_vanish(here, folder):
+    rod = lbskel.read_mesh(folder / "rod.off")
+    lbskel.write_mesh(folder / "tiny.off", rod.with_vertices(2.0**-400 * rod.vertices))
+    whole, tiny = (here("smooth", name, "-o", f"{name}.ply") for name in ("rod.off", "tiny.off"))
+    assert tiny[0] == 0
+    assert tiny[1][1].split(":")[1] == whole[1][1].split(":")[1]
