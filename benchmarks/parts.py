@@ -16,17 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lbskel
+from benchmarks.application_constants import FACTORS, swept
 from benchmarks.cgal import cgal_parts
 from benchmarks.damage import DAMAGE, damaged
 from benchmarks.harness import markdown_table, save_json, save_markdown
 from lbskel.errors import LbskelError
 from lbskel.geometry.surface_queries import Surface
-from lbskel.shapes import SHAPES, capsule, mesh_solid, torus, tube, tube_mesh
+from lbskel.shapes import SHAPES, capsule, mesh_solid, solid_of, torus, tube, tube_mesh
 from lbskel.visualization import Panel, render
 
 # Shapes whose branches are their limbs; the spine of the dinosaur is neck, body and tail in one, and so is not here.
 LIMBED = ("limbs", "octopus", "hand", "spiked_ring", "tripod", "tree", "ladder", "cube_frame")
 N_VERTICES = 3000
+CONSTANTS = ("applications/skeleton_parts.py", "applications/segmentation.py")
 N_VOXELS = 24  # per radius, of the tube for kimimaro
 SMOOTHING = 25  # nodes, of which kimimaro averages the tangents of its sections: one radius
 
@@ -46,9 +48,10 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: list[Path] | No
     lengths = _branches()
     sections = _sections(peers and not quick)
     hostile = _hostile(list(DAMAGE)[:4] if quick else list(DAMAGE))
+    constants = _constants(quick)
     save_json(
         results / "parts.json",
-        {"parts": parts, "branches": lengths, "sections": sections, "damaged": hostile},
+        {"parts": parts, "branches": lengths, "sections": sections, "damaged": hostile, "constants": constants},
         packages=("kimimaro", "CGAL"),
         meshes=meshes or (),
     )
@@ -62,6 +65,9 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: list[Path] | No
             "Lengths and radii of known shapes": markdown_table(lengths),
             "Area of cross-sections of a tube": markdown_table(sections),
             "Damaged meshes": markdown_table(hostile),
+            "Constants": "Rand index by the constants of segmentation, each times a factor: the mean and the least of "
+            "the shapes above with 1,500 and 3,000 vertices, and a dumbbell, whose thickness jumps.\n\n"
+            + markdown_table(constants),
         },
     )
 
@@ -90,6 +96,36 @@ def _segmented(name: str, peers: bool) -> dict[str, Any]:
             row["CGAL, parts"] = int(theirs.max()) + 1
             row["CGAL, Rand index"] = rand_index(theirs, truth)
     return row
+
+
+def _constants(quick: bool) -> list[dict[str, Any]]:
+    """Rand index by the constants of segmentation."""
+    ball = np.array([[-0.1, 0, 0], [0.1, 0, 0]])
+    dumbbell = solid_of([([[-1, 0, 0], [1, 0, 0]], 0.15), (ball - [1.2, 0, 0], 0.5), (ball + [1.2, 0, 0], 0.5)])
+    solids = {name: SHAPES[name]() for name in (LIMBED[:1] if quick else LIMBED)}
+    cases = []
+    for name, solid, n_vertices in [
+        *((name, solid, n) for n in (N_VERTICES // 2, N_VERTICES) for name, solid in solids.items()),
+        ("dumbbell", dumbbell, N_VERTICES // 2),
+    ]:
+        mesh = mesh_solid(solid, n_vertices=n_vertices)
+        truth = solid.nearest_branches(mesh.vertices[mesh.faces].mean(axis=1))
+        cases.append((f"{name} {n_vertices}", mesh, lbskel.skeletonize(mesh), truth))
+
+    def measure() -> dict[str, Any]:
+        found = {
+            name: rand_index(lbskel.segment(mesh, skeleton).part_of_face, truth)
+            for name, mesh, skeleton, truth in cases
+        }
+        least = min(found, key=found.__getitem__)
+        return {
+            "mean": float(np.mean(list(found.values()))),
+            "least": found[least],
+            "of": least,
+            "dumbbell": found[cases[-1][0]],
+        }
+
+    return swept(CONSTANTS, measure, (0.7, 1.4) if quick else FACTORS)
 
 
 def _branches() -> list[dict[str, Any]]:

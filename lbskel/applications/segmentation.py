@@ -2,10 +2,10 @@
 
 The nodes of the skeleton are divided into parts (:mod:`lbskel.applications.skeleton_parts`). A face costs, for each
 part, its area times the distance from its nodes to the part along the skeleton; an edge between two parts costs its
-length, and less where the surface is concave, since people see the boundaries of parts there: Hoffman, Richards 1984,
-"Parts of recognition", https://doi.org/10.1016/0010-0277(84)90022-2. Lengths are in local radii, so the boundary around
-a limb moves by about its radius to find a crease. The least sum is sought by graph cuts
-(:mod:`lbskel.applications.boundary_cut`). Last, every part is made connected.
+length over 1 + c, where the surface turns inwards by c radians per local radius, since people see the boundaries of
+parts there: Hoffman, Richards 1984, "Parts of recognition", https://doi.org/10.1016/0010-0277(84)90022-2. Lengths are
+in local radii, so the boundary around a limb moves by about its radius to find a crease. The least sum is sought by
+graph cuts (:mod:`lbskel.applications.boundary_cut`). Last, every part is made connected.
 """
 
 from __future__ import annotations
@@ -30,11 +30,8 @@ from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.shape_diameter import local_thickness
 from lbskel.skeleton.skeleton import Skeleton
 
-MAX_SHIFT = 4.0  # local radii by which a boundary may move; a guess
-# Cost of an area of one squared radius at a distance of one radius, in radii of boundary; a guess
-DISTANCE_WEIGHT = 0.5
-CONCAVITY = 1.0  # turn of the surface per local radius, in radians, that halves the cost of an edge; a guess
-MIN_EDGE_COST = 0.05  # lower bound on that factor; a guess
+# Local radii by which a boundary may move; 2.8 to 5.6 do as well (benchmarks/results/parts.md, "Constants")
+MAX_SHIFT = 4.0
 MAX_SIZE = 100.0  # size of a face or an edge in local radii up to which it counts, so that sums stay finite
 MIN_RADIUS = 1e-6  # lower bound on radii, relative to the diameter bound: less is the rounding error of a surface
 THICKNESS = ("inscribed", "shape_diameter")
@@ -124,7 +121,7 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     labels = np.argmin(cost, axis=1)
     sizes = np.minimum(np.sqrt(surface.face_areas) / scale, MAX_SIZE) ** 2
     is_near = cost <= np.maximum(cost.min(axis=1), MAX_SHIFT)[:, None]
-    cost = np.where(is_near, DISTANCE_WEIGHT * sizes[:, None] * cost, np.inf)
+    cost = np.where(is_near, sizes[:, None] * cost, np.inf)
     labels = expand_labels(labels, cost, graph.pairs, _edge_costs(graph, scale))
     labels = connect_parts(labels, graph, surface.face_areas)
     return _measured(skeleton, surface, labels, of_node, volumes)
@@ -168,9 +165,9 @@ def _edge_costs(graph: FaceGraph, scale: NDArray[np.float64]) -> NDArray[np.floa
     local = scale[graph.pairs].mean(axis=1)
     spans = np.maximum(graph.spans, np.finfo(np.float64).eps * local)
     concavity = np.maximum(graph.turns, 0.0) * local / spans
-    factor: NDArray[np.float64] = np.maximum(1 / (1 + concavity / CONCAVITY), MIN_EDGE_COST)
     lengths: NDArray[np.float64] = np.minimum(graph.lengths / local, MAX_SIZE)
-    return lengths * factor
+    costs: NDArray[np.float64] = lengths / (1 + concavity)
+    return costs
 
 
 def _measured(

@@ -20,14 +20,13 @@ from scipy.sparse.csgraph import connected_components
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.skeleton import Skeleton
 
-TRUNK_RATIO = 0.7  # radius of a branch over that of its junction from which the junction's ball is part of it; a guess
-INNER_BONUS = 1.25  # factor on the radius of a branch between two junctions, when the trunk is chosen; a guess
-STRAIGHT_RATIO = 0.8  # the same for each of two branches that are one part; a guess
-STRAIGHT_ANGLE = 150.0  # degrees between two branches from which they are one part; a guess
-JUMP_RATIO = 1.7  # radii one radius ahead and behind whose ratio ends a part; a guess, more than most tapers have
-MIN_LENGTH = 1.0  # length of a part along its branch, in its radii, below which it joins the one beside it; a guess
-REACH = 3.0  # radii of a junction within which the thickness of a branch is taken; a guess
-DIRECTION_REACH = 2.0  # radii of a junction within which the direction of a branch is taken; a guess
+# Radius of a branch over that of its junction, or of another branch, from which they are equally thick. These constants
+# are swept in benchmarks/results/parts.md, "Constants".
+SAME_RATIO = 0.8
+STRAIGHT_ANGLE = 150.0  # degrees between two branches from which they are one part
+JUMP_RATIO = 1.7  # radii one radius ahead and behind whose ratio ends a part
+MIN_LENGTH = 1.2  # length of a part along its branch, in its radii, below which it joins the one beside it
+REACH = 2.0  # radii of a junction within which the thickness and the direction of a branch are taken
 
 
 def parts_of_nodes(skeleton: Skeleton, radii: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -66,10 +65,9 @@ class _End:
         ball: list[int],
         radius: float,
         direction: NDArray[np.float64],
-        is_inner: bool,
     ):
         self.junction, self.first, self.ball = junction, first, ball
-        self.radius, self.direction, self.is_inner = radius, direction, is_inner
+        self.radius, self.direction = radius, direction
 
 
 class _Stretch:
@@ -107,9 +105,7 @@ class _Stretch:
                 junction = 0 if side == 0 else -1
                 near = self.inner[s[self.inner] <= REACH * self.radii[junction]]
                 near = near if len(near) else self.inner[[junction]]
-                ahead = near[s[near] <= DIRECTION_REACH * self.radii[junction]]
-                ahead = ahead if len(ahead) else self.inner[[junction]]
-                far = ahead[-1] if side == 0 else ahead[0]
+                far = near[-1] if side == 0 else near[0]
                 direction = self.nodes[far] - self.nodes[junction]
                 found.append(
                     _End(
@@ -118,7 +114,6 @@ class _Stretch:
                         (self.path[1 : self.inner[0]] if side == 0 else self.path[self.inner[-1] + 1 : -1]).tolist(),
                         float(np.median(self.radii[near])),
                         direction / max(np.linalg.norm(direction), np.finfo(float).tiny),
-                        all(self.is_junction),
                     )
                 )
         return found
@@ -129,11 +124,9 @@ def _joined_at(junction: int, ends: Sequence[_End], radius: float) -> list[tuple
 
     Of the nodes in the ball, those of a branch as thick as it are part of the branch.
     """
-    joined = [
-        (end.first if end.radius >= STRAIGHT_RATIO * radius else junction, node) for end in ends for node in end.ball
-    ]
+    joined = [(end.first if end.radius >= SAME_RATIO * radius else junction, node) for end in ends for node in end.ball]
     cosine = np.cos(np.radians(STRAIGHT_ANGLE))
-    thick = [end for end in ends if end.radius >= STRAIGHT_RATIO * radius]
+    thick = [end for end in ends if end.radius >= SAME_RATIO * radius]
     straight = sorted(
         ((float(a.direction @ b.direction), i, j) for (i, a), (j, b) in combinations(enumerate(thick), 2)),
     )
@@ -141,7 +134,7 @@ def _joined_at(junction: int, ends: Sequence[_End], radius: float) -> list[tuple
     used: set[int] = set()
     for turn, i, j in straight:
         others = [end.radius for end in ends if end is not thick[i] and end is not thick[j]]
-        is_thickest = max(others, default=0.0) <= STRAIGHT_RATIO * min(thick[i].radius, thick[j].radius)
+        is_thickest = max(others, default=0.0) <= SAME_RATIO * min(thick[i].radius, thick[j].radius)
         if turn <= cosine and is_thickest and not {i, j} & used:
             used |= {i, j}
             pairs.append((thick[i], thick[j]))
@@ -149,8 +142,8 @@ def _joined_at(junction: int, ends: Sequence[_End], radius: float) -> list[tuple
     if pairs:
         owner = max(pairs, key=lambda pair: pair[0].radius + pair[1].radius)[0]
         return [*joined, (junction, owner.first)]
-    trunk = max(ends, key=lambda end: end.radius * (INNER_BONUS if end.is_inner else 1.0), default=None)
-    if trunk is not None and trunk.radius >= TRUNK_RATIO * radius:
+    trunk = max(ends, key=lambda end: end.radius, default=None)
+    if trunk is not None and trunk.radius >= SAME_RATIO * radius:
         joined.append((junction, trunk.first))
     return joined
 
