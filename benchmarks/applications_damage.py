@@ -92,7 +92,8 @@ def _is_finite(path: Path) -> bool:
     else:
         import trimesh
 
-        values = trimesh.load(path, process=False, force="mesh").vertices
+        loaded: Any = trimesh.load(path, process=False, force="mesh")
+        values = loaded.vertices
     return len(values) > 0 and bool(np.isfinite(np.asarray(values)).all())
 
 

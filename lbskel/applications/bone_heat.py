@@ -1,6 +1,6 @@
 """Weights of bones by heat: each bone is kept at temperature 1 for its own vertices, and the surface conducts.
 
-(S + M H) w_b = M H p_b with the stiffness S and mass M of a Laplacian, p_b = 1 at the vertices of bone b, and H = 1/d^2
+(S + M H) w_b = M H p_b with the stiffness S and mass M of a Laplacian, p_b = 1 at the vertices of bone b, and H = c/d^2
 at distance d from the own bone: Baran, Popovic 2007, "Automatic rigging and animation of 3D characters",
 https://doi.org/10.1145/1276377.1276467. There, p_b is 1 where b is the nearest bone and in sight; here it is the bone
 of the vertex's region on the skeleton, so that a finger does not follow the one beside it. The matrix is one for all
@@ -19,12 +19,14 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.operators import laplacian
 from lbskel.solvers import factorize
 
-MIN_DISTANCE = 1e-3  # lower bound on distances to bones, relative to the diameter bound, where bones touch the surface
-EDGES = (
-    1.5  # lower bound on distances to bones, in lengths of the longest edge at the vertex, so that weights change over
-)
-# several edges also where a limb is as thin as its triangles; a guess
-MIN_MASS = 1e-6  # lower bound on masses, relative to their mean, for vertices without area
+# The factor c, no unit; the paper has 1. Weights change over 1 / sqrt(c) of the distance to the bone: from 2 to 6 short
+# bones keep more of the volume than at 1, and weights are closer to Blender's (benchmarks/results/rig.md, "Heat").
+HEAT = 3.0
+# Lower bound on that length, in lengths of the longest edge at the vertex, so that weights change over several edges
+# also where a limb is as thin as its triangles: it bounds the jump of a weight along an edge (same file, "Constants").
+EDGES = 1.5
+MIN_DISTANCE = 1e-3  # lower bound on the same, relative to the diameter bound, where bones touch the surface
+MIN_MASS = 1e-6  # lower bound on masses, relative to their mean, for vertices without area; rounding errors are 1e-12
 
 
 def bone_weights(
@@ -55,9 +57,9 @@ def bone_weights(
     away = offset - np.clip(share, 0, 1)[:, None] * along
     longest = np.zeros(n)
     np.maximum.at(longest, mesh.edges, mesh.edge_lengths[:, None] / size)
-    distance = np.maximum(np.linalg.norm(away, axis=1), np.maximum(EDGES * longest, MIN_DISTANCE))
+    reach = np.maximum(np.linalg.norm(away, axis=1) / np.sqrt(HEAT), np.maximum(EDGES * longest, MIN_DISTANCE))
     mass = operator.mass.diagonal()
-    contact = np.maximum(mass, MIN_MASS * mass.mean()) / distance**2
+    contact = np.maximum(mass, MIN_MASS * mass.mean()) / reach**2
     A = csc_array(operator.stiffness + dia_array((contact[None], [0]), shape=(n, n)))
     source = np.zeros((n, b))
     source[np.arange(n), bone_of_vertex] = contact

@@ -1,9 +1,9 @@
 """Bones from a skeleton: few straight segments, the first at the root, joints at bends and where limbs leave the body.
 
 Cycles are cut where they are thinnest; small components go to the nearest bone. A branch becomes as many bones as its
-length asks for, with joints such that the bones follow its bends, and in equal parts where it has none. A limb that is
-thinner than the body turns where it leaves the inscribed ball of its junction. If there are too many bones, a least
-length rises, below which branches are dropped or have fewer bones.
+length asks for, with joints such that the bones follow its bends, and in equal parts where it has none. A limb turns
+where it leaves the inscribed ball of its junction. If there are too many bones, a least length rises, below which
+branches are dropped or have fewer bones.
 """
 
 from __future__ import annotations
@@ -23,13 +23,15 @@ from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 from lbskel.skeleton.spanning_tree import to_tree
 
-BONE_LENGTH = 7.0  # radii of a branch for each of its bones: an arm or a leg is 13 to 20 radii long; a guess
-MAX_SEGMENTS = 5  # bones of one branch; a guess
-EQUAL_WEIGHT = 0.002  # of the squared differences of the lengths of bones, beside their squared distance from the path,
-# both relative to the branch; a guess: bends count where they are clearer than about 4 degrees
-LIMB_RATIO = 0.9  # radius of a limb over that of its junction below which it turns where it leaves the ball; a guess
-MIN_COMPONENT = 0.1  # length of a component over that of the longest from which it gets bones; a guess
-GROWTH = 1.1  # factor by which the least length rises
+# Radii of a branch for each of its bones: arms and legs of 13 to 20 radii have two; 6 to 8.4 do as well
+# (benchmarks/results/rig.md, "Constants").
+BONE_LENGTH = 7.0
+# Weight of the squared differences of the lengths of bones, beside their squared distance from the path, both relative
+# to the branch, no unit; 0.0014 to 0.0028 do as well (same table): bends count where they are clearer than 4 degrees.
+EQUAL_WEIGHT = 0.002
+GROWTH = (
+    1.1  # factor by which the least length rises, no unit: the step of a search, which bounds how far it overshoots
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,14 +84,15 @@ def bones_of(skeleton: Skeleton, *, max_bones: int) -> Bones:
 
 
 def _main_components(skeleton: Skeleton) -> Skeleton:
-    """Contract the nodes of short components into the nearest node of another."""
+    """Contract the nodes of components that are shorter than a bone of the longest into the nearest node of another."""
     label = skeleton.component_of_node
     lengths = np.bincount(label[skeleton.edges[:, 0]], skeleton.edge_lengths, minlength=skeleton.n_components)
     if not lengths.max() > 0:  # nodes only: the thickest
         is_main = np.zeros(len(lengths), dtype=bool)
         is_main[label[np.argmax(skeleton.radii)]] = True
     else:
-        is_main = lengths >= MIN_COMPONENT * lengths.max()
+        longest = np.argmax(lengths)
+        is_main = lengths >= min(BONE_LENGTH * float(np.median(skeleton.radii[label == longest])), lengths[longest])
     kept = np.flatnonzero(is_main[label])
     lost = np.flatnonzero(~is_main[label])
     target = np.arange(len(skeleton.nodes))
@@ -106,7 +109,7 @@ def _count(skeleton: Skeleton, path: NDArray[np.int64], least: float) -> int:
     """Count the bones of a branch."""
     length = _length(skeleton, path)
     radius = max(float(skeleton.radii[path].mean()), np.finfo(np.float64).tiny)
-    wanted = min(length / (BONE_LENGTH * radius), length / max(least, np.finfo(np.float64).tiny), MAX_SEGMENTS)
+    wanted = min(length / (BONE_LENGTH * radius), length / max(least, np.finfo(np.float64).tiny))
     return max(1, min(round(wanted), len(path) - 1))
 
 
@@ -179,9 +182,7 @@ def _first_outside(skeleton: Skeleton, path: NDArray[np.int64]) -> int:
         return 0
     s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(skeleton.nodes[path], axis=0), axis=1)))
     outside = np.flatnonzero(s > radius)
-    if len(outside) < 2 or np.median(skeleton.radii[path[outside]]) > LIMB_RATIO * radius:
-        return 0
-    return int(outside[0])
+    return int(outside[0]) if len(outside) > 1 else 0
 
 
 def _joints(skeleton: Skeleton, path: NDArray[np.int64], least: float) -> list[int]:

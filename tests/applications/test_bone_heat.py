@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lbskel import Mesh
-from lbskel.applications.bone_heat import bone_weights, keep_largest
+from lbskel.applications.bone_heat import HEAT, bone_weights, keep_largest
 from lbskel.shapes import tube
 
 
@@ -16,12 +16,13 @@ def bar(length=20.0):
 
 
 def test_weights_around_a_joint_decay_by_the_radius():
-    """On a tube of radius 1, w'' = w - p along the axis: exp(-|x|) / 2 from the joint, between sections 0 and 0.25."""
+    """On a tube of radius 1, w'' = c (w - p) along the axis: exp(-sqrt(c) |x|) / 2 from the joint."""
     mesh, heads, tails, own = bar()
     weights = bone_weights(mesh, heads, tails, own)
     x = mesh.vertices[:, 0]
     side = (x < -0.1) & (x > -3)
-    assert weights[side, 1] == pytest.approx(0.5 * np.exp(x[side] - 0.125), abs=0.01)  # of steps of 0.25
+    expected = 0.5 * np.exp(np.sqrt(HEAT) * (x[side] - 0.125))  # the joint is between the sections at 0 and 0.25
+    assert weights[side, 1] == pytest.approx(expected, abs=0.01)
 
 
 def test_weights_are_shares_at_any_scale_and_where_vertices_have_no_area():
