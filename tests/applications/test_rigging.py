@@ -12,7 +12,7 @@ from lbskel.shapes import capsule, make
 @pytest.fixture(scope="module")
 def dinosaur():
     """A body with neck, tail and four legs; the plane y = 0 is one of symmetry, but not of its triangles."""
-    mesh = make("dinosaur", n_vertices=1500).mesh
+    mesh = make("dinosaur", n_vertices=1000).mesh
     return rig(mesh, skeletonize(mesh))
 
 

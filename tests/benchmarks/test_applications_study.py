@@ -15,3 +15,9 @@ def test_the_best_the_worst_and_those_that_refuse_are_named():
     assert good["refused"] == "none"
     assert (bad["smallest error"], bad["by"], bad["refused"]) == (0.2, "`robust`", "`graph`")
     assert bad["`cotangent`"] == 0.5
+
+
+def test_errors_of_rounding_are_equally_good():
+    rows = [{"operator": "`cotangent`", "drift": 8e-16}, {"operator": "`robust`", "drift": 3e-15}]
+    rows.append({"operator": "`graph`", "drift": 0.1})
+    assert table(rows)[0]["by"] == "`cotangent`, `robust`"

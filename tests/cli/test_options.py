@@ -5,9 +5,9 @@ import inspect
 
 import pytest
 
-from lbskel import read_skeleton, skeletonize
+from lbskel import FormatError, read_skeleton, skeletonize
 from lbskel.cli.main import command_line_parser
-from lbskel.cli.options import add_skeleton_options, skeleton_options
+from lbskel.cli.options import add_skeleton_options, refuse_existing, skeleton_options
 
 NOT_OPTIONS = {"mesh", "on_stage", "time_limit", "profile"}  # given by the commands themselves
 
@@ -79,3 +79,12 @@ def test_a_domain_on_the_command_line_is_that_of_the_function(here, folder, ring
     assert read_skeleton("a.json").cycle_rank == 0
     assert here("skeletonize", "ring.obj", "-o", "b.json", "--min-loop", "1", "--quiet") == (0, [], [])
     assert read_skeleton("b.json").cycle_rank == 1
+
+
+def test_files_that_exist_are_refused_before_anything_is_computed(tmp_path):
+    there, missing = tmp_path / "there.ply", tmp_path / "missing.ply"
+    there.touch()
+    refuse_existing([None, missing], force=False)
+    refuse_existing([str(there)], force=True)
+    with pytest.raises(FormatError, match=r"there\.ply exists already; give --force to replace it"):
+        refuse_existing([missing, str(there)], force=False)
