@@ -19,12 +19,12 @@ TITLES = {
 }
 ADVICE = {
     "smoothing": "`cotangent`: it removes noise as well as any and does not let vertices drift along a surface. Flat "
-    "triangles hardly matter to an implicit step, whose matrix has the areas too. `graph` smooths the triangles as well, "
-    "so vertices drift; that does no harm where triangles are even, and then it removes noise a little better with a "
-    "step of its own ([applications_smoothing.md](applications_smoothing.md)). Weights of another unit need a time step "
-    "of another unit.",
-    "editing": "`robust`, the default: on good triangles all operators agree, and on needles and caps cotangents are so "
-    "large that the surface is thrown off. Triangles that are long but not degenerate change the result of every "
+    "triangles hardly matter to an implicit step, whose matrix has the areas too. `graph` smooths the triangles as "
+    "well, so vertices drift; where triangles are even that does no harm, and with a step of its own it removes noise "
+    "a little better ([applications_smoothing.md](applications_smoothing.md)). Weights of another unit need a time "
+    "step of another unit.",
+    "editing": "`robust`, the default: on good triangles all operators agree, and on needles and caps cotangents are "
+    "so large that the surface is thrown off. Triangles that are long but not degenerate change the result of every "
     "operator whose edges are those of the mesh; `robust` and `intrinsic_delaunay` flip them.",
     "geodesics": "On thin triangles take `robust`, or `intrinsic_delaunay` where the mesh is a manifold: they alone "
     "flip edges. Mollification and clamping leave the triangles as thin as they were; needles in a mesh that is dense "

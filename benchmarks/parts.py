@@ -20,6 +20,7 @@ from benchmarks.application_constants import FACTORS, swept
 from benchmarks.cgal import cgal_parts
 from benchmarks.damage import DAMAGE, damaged
 from benchmarks.harness import markdown_table, save_json, save_markdown
+from lbskel.applications.segmentation import THICKNESS
 from lbskel.errors import LbskelError
 from lbskel.geometry.surface_queries import Surface
 from lbskel.shapes import SHAPES, capsule, mesh_solid, solid_of, torus, tube, tube_mesh
@@ -114,15 +115,16 @@ def _constants(quick: bool) -> list[dict[str, Any]]:
 
     def measure() -> dict[str, Any]:
         found = {
-            name: rand_index(lbskel.segment(mesh, skeleton).part_of_face, truth)
+            f"{name}, {thickness}": rand_index(lbskel.segment(mesh, skeleton, thickness=thickness).part_of_face, truth)
             for name, mesh, skeleton, truth in cases
+            for thickness in THICKNESS
         }
         least = min(found, key=found.__getitem__)
         return {
             "mean": float(np.mean(list(found.values()))),
             "least": found[least],
             "of": least,
-            "dumbbell": found[cases[-1][0]],
+            "dumbbell": found[f"{cases[-1][0]}, {THICKNESS[0]}"],
         }
 
     return swept(CONSTANTS, measure, (0.7, 1.4) if quick else FACTORS)

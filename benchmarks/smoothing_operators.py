@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["distance", "edge_length", "irregular_sphere", "noisy_copy", "operators"]
+__all__ = ["distance", "irregular_sphere", "noisy_copy", "operators"]
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -22,22 +22,16 @@ JITTER = 0.3  # largest displacement of an inner vertex of the flat mesh, in edg
 TIME = 0.02  # of the step on the sphere of radius 1
 
 
-def edge_length(mesh: lbskel.Mesh) -> float:
-    """Mean length of the edges."""
-    start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
-    return float(np.linalg.norm(end - start, axis=1).mean())
-
-
 def noisy_copy(mesh: lbskel.Mesh) -> lbskel.Mesh:
     """Displace the vertices along their normals."""
-    heights = NOISE * edge_length(mesh) * np.random.default_rng(0).standard_normal((len(mesh.vertices), 1))
+    heights = NOISE * mesh.edge_lengths.mean() * np.random.default_rng(0).standard_normal((len(mesh.vertices), 1))
     return mesh.with_vertices(mesh.vertices + heights * igl.per_vertex_normals(mesh.vertices, mesh.faces))
 
 
 def distance(vertices: NDArray[np.float64], clean: lbskel.Mesh) -> float:
     """Root mean square distance of vertices to the clean surface, in mean edge lengths."""
     squares = igl.point_mesh_squared_distance(np.ascontiguousarray(vertices), clean.vertices, clean.faces)[0]
-    return float(np.sqrt(squares.mean())) / edge_length(clean)
+    return float(np.sqrt(squares.mean())) / clean.edge_lengths.mean()
 
 
 def irregular_sphere(subdivisions: int) -> lbskel.Mesh:
@@ -78,7 +72,7 @@ def _cases(shapes: Sequence[str]) -> dict[str, Callable[[str], float]]:
 
     def drift(operator: str) -> float:
         result = lbskel.smooth(plane, method="implicit", operator=operator)
-        return _rms(result.vertices - plane.vertices) / edge_length(plane)
+        return _rms(result.vertices - plane.vertices) / plane.edge_lengths.mean()
 
     def step(mesh: lbskel.Mesh, operator: str) -> float:
         result = lbskel.smooth(mesh, method="implicit", time_step=TIME, iterations=1, operator=operator)

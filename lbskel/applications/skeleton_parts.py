@@ -26,7 +26,8 @@ SAME_RATIO = 0.8
 STRAIGHT_ANGLE = 150.0  # degrees between two branches from which they are one part
 JUMP_RATIO = 1.7  # radii one radius ahead and behind whose ratio ends a part
 MIN_LENGTH = 1.2  # length of a part along its branch, in its radii, below which it joins the one beside it
-REACH = 2.0  # radii of a junction within which the thickness and the direction of a branch are taken
+REACH = 3.0  # radii of a junction within which the thickness of a branch is taken
+DIRECTION_REACH = 2.0  # radii of a junction within which the direction of a branch is taken
 
 
 def parts_of_nodes(skeleton: Skeleton, radii: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -105,7 +106,9 @@ class _Stretch:
                 junction = 0 if side == 0 else -1
                 near = self.inner[s[self.inner] <= REACH * self.radii[junction]]
                 near = near if len(near) else self.inner[[junction]]
-                far = near[-1] if side == 0 else near[0]
+                ahead = near[s[near] <= DIRECTION_REACH * self.radii[junction]]
+                ahead = ahead if len(ahead) else self.inner[[junction]]
+                far = ahead[-1] if side == 0 else ahead[0]
                 direction = self.nodes[far] - self.nodes[junction]
                 found.append(
                     _End(
