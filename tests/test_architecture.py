@@ -15,7 +15,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 TESTS = Path(__file__).parent
 
 MAX_LINES = 300
-MAX_KERNEL_LINES = 410  # a quarter of which are C types, and eight lines import what stands in for them
+MAX_KERNEL_LINES = 400  # a quarter of which are C types, and eight lines import what stands in for them
 MAX_ENTRIES = 15
 MAX_ARROWS = 100
 

@@ -42,47 +42,50 @@ def assemble_symmetric(
     n: cython.Py_ssize_t = diagonal.shape[0]
     m: cython.Py_ssize_t = F.shape[0]
     offsets: cython.longlong[::1] = np.zeros(n + 1, dtype=np.int64)
-    for i in range(n):
-        offsets[i + 1] = 1
-    for face in range(m):
-        for k in range(3):
-            offsets[F[face, k] + 1] += 2  # each vertex of a face is an end of two of its edges
-    for i in range(n):
-        offsets[i + 1] += offsets[i]
+    with cython.nogil:
+        for i in range(n):
+            offsets[i + 1] = 1
+        for face in range(m):
+            for k in range(3):
+                offsets[F[face, k] + 1] += 2  # each vertex of a face is an end of two of its edges
+        for i in range(n):
+            offsets[i + 1] += offsets[i]
     fill: cython.longlong[::1] = np.array(offsets[:n])
     columns: cython.int[::1] = np.empty(offsets[n], dtype=np.int32)
     by_row: cython.double[::1] = np.empty(offsets[n])
-    for i in range(n):
-        columns[fill[i]], by_row[fill[i]] = i, diagonal[i]
-        fill[i] += 1
-    for face in range(m):
-        for k in range(3):
-            i, j = F[face, (k + 1) % 3], F[face, (k + 2) % 3]
-            columns[fill[i]], by_row[fill[i]] = j, entries[face, k]
+    with cython.nogil:
+        for i in range(n):
+            columns[fill[i]], by_row[fill[i]] = i, diagonal[i]
             fill[i] += 1
-            columns[fill[j]], by_row[fill[j]] = i, entries[face, k]
-            fill[j] += 1
+        for face in range(m):
+            for k in range(3):
+                i, j = F[face, (k + 1) % 3], F[face, (k + 2) % 3]
+                columns[fill[i]], by_row[fill[i]] = j, entries[face, k]
+                fill[i] += 1
+                columns[fill[j]], by_row[fill[j]] = i, entries[face, k]
+                fill[j] += 1
     rows_array, values_array = np.empty(offsets[n], dtype=np.int32), np.empty(offsets[n])
     rows: cython.int[::1] = rows_array
     values: cython.double[::1] = values_array
-    fill[:] = offsets[:n]
-    for i in range(n):
-        for entry in range(offsets[i], offsets[i + 1]):
-            j = columns[entry]
-            rows[fill[j]], values[fill[j]] = i, by_row[entry]
-            fill[j] += 1
     starts_array = np.zeros(n + 1, dtype=np.int32)
     starts: cython.int[::1] = starts_array
-    size = 0
-    for j in range(n):
-        entry = offsets[j]
-        while entry < offsets[j + 1]:
-            i, total = rows[entry], 0.0
-            while entry < offsets[j + 1] and rows[entry] == i:
-                total += values[entry]
-                entry += 1
-            if total != 0:
-                rows[size], values[size] = i, total
-                size += 1
-        starts[j + 1] = size
+    fill[:] = offsets[:n]
+    with cython.nogil:
+        for i in range(n):
+            for entry in range(offsets[i], offsets[i + 1]):
+                j = columns[entry]
+                rows[fill[j]], values[fill[j]] = i, by_row[entry]
+                fill[j] += 1
+        size = 0
+        for j in range(n):
+            entry = offsets[j]
+            while entry < offsets[j + 1]:
+                i, total = rows[entry], 0.0
+                while entry < offsets[j + 1] and rows[entry] == i:
+                    total += values[entry]
+                    entry += 1
+                if total != 0:
+                    rows[size], values[size] = i, total
+                    size += 1
+            starts[j + 1] = size
     return values_array[:size], rows_array[:size], starts_array

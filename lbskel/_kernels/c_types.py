@@ -17,6 +17,7 @@ __all__ = [
     "declare",
     "double",
     "exceptval",
+    "gil",
     "inline",
     "int",
     "locals",
@@ -47,13 +48,13 @@ Py_ssize_t = bint = const = double = int = longlong = schar = uchar = ulonglong 
 
 
 class _NoGil(nullcontext[None]):
-    """A block or function that lets other threads run where it is compiled."""
+    """A block or function that lets other threads run where it is compiled, or a block in it that does not."""
 
     def __call__(self, decorated: Any) -> Any:
         return decorated
 
 
-nogil = _NoGil()
+gil = nogil = _NoGil()
 
 
 def declare(_: Any, value: Any) -> Any:

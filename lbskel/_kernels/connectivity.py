@@ -31,19 +31,20 @@ def component_roots(
     n: cython.Py_ssize_t = labels.shape[0]
     array = np.arange(n)
     parent: cython.longlong[::1] = array
-    for edge in range(edges.shape[0]):
-        i, j = edges[edge, 0], edges[edge, 1]
-        if labels[i] != labels[j] or labels[i] < 0:
-            continue
-        while parent[i] != i:
+    with cython.nogil:
+        for edge in range(edges.shape[0]):
+            i, j = edges[edge, 0], edges[edge, 1]
+            if labels[i] != labels[j] or labels[i] < 0:
+                continue
+            while parent[i] != i:
+                parent[i] = parent[parent[i]]
+                i = parent[i]
+            while parent[j] != j:
+                parent[j] = parent[parent[j]]
+                j = parent[j]
+            parent[max(i, j)] = min(i, j)
+        for i in range(n):  # a parent has a smaller index, so in ascending order it already points to its root
             parent[i] = parent[parent[i]]
-            i = parent[i]
-        while parent[j] != j:
-            parent[j] = parent[parent[j]]
-            j = parent[j]
-        parent[max(i, j)] = min(i, j)
-    for i in range(n):  # a parent has a smaller index, so in ascending order it already points to its root
-        parent[i] = parent[parent[i]]
     return array
 
 
@@ -71,23 +72,25 @@ def count_umbrellas(
     twins: cython.longlong[::1] = np.empty(3 * m, dtype=np.int64)
     first: cython.longlong[::1] = np.full(n_edges, -1, dtype=np.int64)
     is_seen: cython.schar[::1] = np.zeros(3 * m, dtype=np.int8)
-    for side in range(3 * m):
-        edge = edge_of_side[side]
-        if first[edge] < 0:
-            first[edge] = side
-            continue
-        at = first[edge]
-        if F[side % m, (side // m + 1) % 3] == F[at % m, (at // m + 1) % 3]:
-            return -1
-        twins[side], twins[at] = at, side
-    for side in range(3 * m):
-        if is_seen[side]:
-            continue
-        count += 1
-        at = side
-        while not is_seen[at]:
-            is_seen[at] = 1
-            at = (twins[(at + m) % (3 * m)] + m) % (3 * m)  # the next face: across the half-edge that leaves the corner
+    with cython.nogil:
+        for side in range(3 * m):
+            edge = edge_of_side[side]
+            if first[edge] < 0:
+                first[edge] = side
+                continue
+            at = first[edge]
+            if F[side % m, (side // m + 1) % 3] == F[at % m, (at // m + 1) % 3]:
+                count = -1
+                break
+            twins[side], twins[at] = at, side
+        for side in range(3 * m if count == 0 else 0):
+            if is_seen[side]:
+                continue
+            count += 1
+            at = side
+            while not is_seen[at]:
+                is_seen[at] = 1
+                at = (twins[(at + m) % (3 * m)] + m) % (3 * m)  # the next face: across the half-edge that leaves
     return count
 
 
@@ -124,21 +127,25 @@ def descend_to_nearest_node(
         raise ValueError("there must be a node for each vertex")
     array = np.array(node_of_vertex)
     result: cython.longlong[::1] = array
-    for vertex in range(vertices.shape[0]):
-        nearest = result[vertex]
-        dx, dy = nodes[nearest, 0] - vertices[vertex, 0], nodes[nearest, 1] - vertices[vertex, 1]
-        dz = nodes[nearest, 2] - vertices[vertex, 2]
-        smallest = dx * dx + dy * dy + dz * dz
-        node = -1
-        while nearest != node:
-            node = nearest
-            for at in range(first[node], first[node + 1]):
-                dx, dy = nodes[neighbors[at], 0] - vertices[vertex, 0], nodes[neighbors[at], 1] - vertices[vertex, 1]
-                dz = nodes[neighbors[at], 2] - vertices[vertex, 2]
-                squared = dx * dx + dy * dy + dz * dz
-                if squared < smallest:
-                    nearest, smallest = neighbors[at], squared
-        result[vertex] = nearest
+    with cython.nogil:
+        for vertex in range(vertices.shape[0]):
+            nearest = result[vertex]
+            dx, dy = nodes[nearest, 0] - vertices[vertex, 0], nodes[nearest, 1] - vertices[vertex, 1]
+            dz = nodes[nearest, 2] - vertices[vertex, 2]
+            smallest = dx * dx + dy * dy + dz * dz
+            node = -1
+            while nearest != node:
+                node = nearest
+                for at in range(first[node], first[node + 1]):
+                    dx, dy = (
+                        nodes[neighbors[at], 0] - vertices[vertex, 0],
+                        nodes[neighbors[at], 1] - vertices[vertex, 1],
+                    )
+                    dz = nodes[neighbors[at], 2] - vertices[vertex, 2]
+                    squared = dx * dx + dy * dy + dz * dz
+                    if squared < smallest:
+                        nearest, smallest = neighbors[at], squared
+            result[vertex] = nearest
     return array
 
 
@@ -149,9 +156,10 @@ def neighbor_sums(
     """(n, k) sum of the (n, k) values over the neighbors of each vertex, by its (e, 2) edges."""
     array = np.zeros((values.shape[0], values.shape[1]))
     result: cython.double[:, ::1] = array
-    for edge in range(edges.shape[0]):
-        i, j = edges[edge, 0], edges[edge, 1]
-        for axis in range(values.shape[1]):
-            result[i, axis] += values[j, axis]
-            result[j, axis] += values[i, axis]
+    with cython.nogil:
+        for edge in range(edges.shape[0]):
+            i, j = edges[edge, 0], edges[edge, 1]
+            for axis in range(values.shape[1]):
+                result[i, axis] += values[j, axis]
+                result[j, axis] += values[i, axis]
     return array

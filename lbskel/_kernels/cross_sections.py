@@ -239,19 +239,15 @@ class SectionCurves:
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _point_on_edge(
-        self,
-        edge: cython.longlong,
-        segment: cython.Py_ssize_t,
-        row: cython.Py_ssize_t,
-        low: cython.Py_ssize_t,
-        high: cython.Py_ssize_t,
-    ) -> cython.longlong:
+    @cython.locals(edge=cython.longlong, segment=cython.Py_ssize_t, row=cython.Py_ssize_t, low=cython.Py_ssize_t)
+    @cython.locals(high=cython.Py_ssize_t, i=cython.Py_ssize_t, j=cython.Py_ssize_t)
+    def _point_on_edge(self, edge, segment, row, low, high) -> cython.longlong:
         """Point on an edge between its corners below and above the plane; merges the curves that meet in it."""
         point: cython.longlong = self.point_of_edge[edge]
         if point < self.n_points and self.edge_of_point[point] == edge:
             self.faces_at_point[point] += 1
-            self._merge(self.segment_of_point[point], segment)
+            i, j = self._curve(self.segment_of_point[point]), self._curve(segment)
+            self.parent[max(i, j)] = min(i, j)
             return point
         point = self.n_points
         self.n_points += 1
@@ -275,13 +271,6 @@ class SectionCurves:
             self.parent[segment] = self.parent[self.parent[segment]]
             segment = self.parent[segment]
         return segment
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _merge(self, i: cython.Py_ssize_t, j: cython.Py_ssize_t) -> cython.void:
-        """Merge the curves of two segments."""
-        i, j = self._curve(i), self._curve(j)
-        self.parent[max(i, j)] = min(i, j)
 
     @cython.cfunc
     @cython.exceptval(check=False)

@@ -23,6 +23,7 @@ INFINITY = cython.declare(cython.double, float("inf"))
 
 
 @cython.cfunc
+@cython.nogil
 @cython.inline
 @cython.exceptval(check=False)
 def _four_areas(a: cython.double, b: cython.double, c: cython.double) -> cython.double:
@@ -39,11 +40,13 @@ def _four_areas(a: cython.double, b: cython.double, c: cython.double) -> cython.
 @cython.locals(face=cython.Py_ssize_t)
 def cotangents(L: cython.const[cython.double][::1], C: cython.double[::1]) -> None:
     """Write to C the cotangent of the angle opposite each edge of triangles with edge lengths L, both (3 m,) arrays."""
-    for face in range(L.shape[0] // 3):
-        _face_cotangents(L, C, face)
+    with cython.nogil:
+        for face in range(L.shape[0] // 3):
+            _face_cotangents(L, C, face)
 
 
 @cython.cfunc
+@cython.nogil
 @cython.exceptval(check=False)
 @cython.locals(at=cython.Py_ssize_t)
 def _face_cotangents(
@@ -89,36 +92,38 @@ def flip_to_delaunay(
     stack: cython.longlong[::1] = np.empty(n, dtype=np.int64)
     is_queued: cython.schar[::1] = np.zeros(n, dtype=np.int8)
     cotangents(L, C)
-    for edge in range(n - 1, -1, -1):
-        if edge < T[edge]:
-            stack[top], is_queued[edge] = edge, 1
-            top += 1
-    while top > 0 and flips < max_flips:
-        top -= 1
-        edge = stack[top]
-        is_queued[edge], twin = 0, T[edge]
-        # since it was queued, an adjacent flip may have stored another edge here, even one of the boundary
-        if (
-            twin < 0
-            or edge // 3 == twin // 3
-            or not C[edge] + C[twin] < -TOLERANCE * (1 + fabs(C[edge]) + fabs(C[twin]))
-        ):
-            continue
-        _flip(F, L, T, edge, twin)
-        flips += 1
-        for side in range(2):
-            _face_cotangents(L, C, (edge if side == 0 else twin) // 3)
-        for side in range(6):
-            at = (edge if side < 3 else twin) // 3 * 3 + side % 3
-            if T[at] >= 0:
-                at = min(at, T[at])
-                if is_queued[at] == 0:
-                    stack[top], is_queued[at] = at, 1
-                    top += 1
+    with cython.nogil:
+        for edge in range(n - 1, -1, -1):
+            if edge < T[edge]:
+                stack[top], is_queued[edge] = edge, 1
+                top += 1
+        while top > 0 and flips < max_flips:
+            top -= 1
+            edge = stack[top]
+            is_queued[edge], twin = 0, T[edge]
+            # since it was queued, an adjacent flip may have stored another edge here, even one of the boundary
+            if (
+                twin < 0
+                or edge // 3 == twin // 3
+                or not C[edge] + C[twin] < -TOLERANCE * (1 + fabs(C[edge]) + fabs(C[twin]))
+            ):
+                continue
+            _flip(F, L, T, edge, twin)
+            flips += 1
+            for side in range(2):
+                _face_cotangents(L, C, (edge if side == 0 else twin) // 3)
+            for side in range(6):
+                at = (edge if side < 3 else twin) // 3 * 3 + side % 3
+                if T[at] >= 0:
+                    at = min(at, T[at])
+                    if is_queued[at] == 0:
+                        stack[top], is_queued[at] = at, 1
+                        top += 1
     return flips
 
 
 @cython.cfunc
+@cython.nogil
 @cython.inline
 @cython.exceptval(check=False)
 def _glue(T: cython.longlong[::1], edge: cython.longlong, other: cython.longlong) -> cython.void:
@@ -129,6 +134,7 @@ def _glue(T: cython.longlong[::1], edge: cython.longlong, other: cython.longlong
 
 
 @cython.cfunc
+@cython.nogil
 @cython.exceptval(check=False)
 def _flip(
     F: cython.longlong[::1],
@@ -170,6 +176,7 @@ def _flip(
 
 
 @cython.cfunc
+@cython.nogil
 @cython.inline
 @cython.exceptval(check=False)
 def _relocated(

@@ -68,44 +68,45 @@ def dipole_field(
     field_array = np.empty((queries.shape[0], 4))
     field: cython.double[:, ::1] = field_array
     stack: cython.longlong[::1] = np.empty(DEPTH, dtype=np.int64)
-    for i in range(queries.shape[0]):
-        value = gx = gy = gz = 0.0
-        stack[0], top = 1, 1
-        while top > 0:
-            top -= 1
-            node = stack[top]
-            x, y, z = nodes[node, 0] - queries[i, 0], nodes[node, 1] - queries[i, 1], nodes[node, 2] - queries[i, 2]
-            squared = x * x + y * y + z * z
-            if squared > opening * opening * nodes[node, 7] * nodes[node, 7]:
-                inverse = 1 / (squared + nodes[node, 6])
-                cubed = inverse * sqrt(inverse)
-                product = nodes[node, 3] * x + nodes[node, 4] * y + nodes[node, 5] * z
-                value += product * cubed
-                product *= 3 * inverse
-                gx += (product * x - nodes[node, 3]) * cubed
-                gy += (product * y - nodes[node, 4]) * cubed
-                gz += (product * z - nodes[node, 5]) * cubed
-            elif node < p:
-                stack[top], stack[top + 1], top = 2 * node, 2 * node + 1, top + 2
-            else:
-                for row in range((node - p) * leaf_size, (node - p + 1) * leaf_size):
-                    x = points[row, 0] - queries[i, 0]
-                    y = points[row, 1] - queries[i, 1]
-                    z = points[row, 2] - queries[i, 2]
-                    squared = x * x + y * y + z * z + points[row, 6]
-                    if squared > 0:
-                        inverse = 1 / squared
-                        cubed = inverse * sqrt(inverse)
-                        product = points[row, 3] * x + points[row, 4] * y + points[row, 5] * z
-                        value += product * cubed
-                        product *= 3 * inverse
-                        gx += (product * x - points[row, 3]) * cubed
-                        gy += (product * y - points[row, 4]) * cubed
-                        gz += (product * z - points[row, 5]) * cubed
-        field[i, 0], field[i, 1], field[i, 2], field[i, 3] = (
-            value / FOUR_PI,
-            gx / FOUR_PI,
-            gy / FOUR_PI,
-            gz / FOUR_PI,
-        )
+    with cython.nogil:
+        for i in range(queries.shape[0]):
+            value = gx = gy = gz = 0.0
+            stack[0], top = 1, 1
+            while top > 0:
+                top -= 1
+                node = stack[top]
+                x, y, z = nodes[node, 0] - queries[i, 0], nodes[node, 1] - queries[i, 1], nodes[node, 2] - queries[i, 2]
+                squared = x * x + y * y + z * z
+                if squared > opening * opening * nodes[node, 7] * nodes[node, 7]:
+                    inverse = 1 / (squared + nodes[node, 6])
+                    cubed = inverse * sqrt(inverse)
+                    product = nodes[node, 3] * x + nodes[node, 4] * y + nodes[node, 5] * z
+                    value += product * cubed
+                    product *= 3 * inverse
+                    gx += (product * x - nodes[node, 3]) * cubed
+                    gy += (product * y - nodes[node, 4]) * cubed
+                    gz += (product * z - nodes[node, 5]) * cubed
+                elif node < p:
+                    stack[top], stack[top + 1], top = 2 * node, 2 * node + 1, top + 2
+                else:
+                    for row in range((node - p) * leaf_size, (node - p + 1) * leaf_size):
+                        x = points[row, 0] - queries[i, 0]
+                        y = points[row, 1] - queries[i, 1]
+                        z = points[row, 2] - queries[i, 2]
+                        squared = x * x + y * y + z * z + points[row, 6]
+                        if squared > 0:
+                            inverse = 1 / squared
+                            cubed = inverse * sqrt(inverse)
+                            product = points[row, 3] * x + points[row, 4] * y + points[row, 5] * z
+                            value += product * cubed
+                            product *= 3 * inverse
+                            gx += (product * x - points[row, 3]) * cubed
+                            gy += (product * y - points[row, 4]) * cubed
+                            gz += (product * z - points[row, 5]) * cubed
+            field[i, 0], field[i, 1], field[i, 2], field[i, 3] = (
+                value / FOUR_PI,
+                gx / FOUR_PI,
+                gy / FOUR_PI,
+                gz / FOUR_PI,
+            )
     return field_array

@@ -46,20 +46,21 @@ def short_edges(
     edges: cython.longlong[:, ::1] = edges_array
     numbers: cython.longlong[::1] = numbers_array
     lengths: cython.double[::1] = lengths_array
-    for corner in range(3):
-        for face in range(F.shape[0]):
-            i, j = F[face, (corner + 1) % 3], F[face, (corner + 2) % 3]
-            if i > j and not both_directions:  # the other half-edge of the same edge
-                continue
-            squared = 0.0
-            for axis in range(3):
-                difference = V[i, axis] - V[j, axis]
-                squared += difference * difference
-            limit = min(limits[i], limits[j])
-            if squared < limit * limit:
-                edges[n, 0], edges[n, 1], numbers[n], lengths[n] = i, j, count, sqrt(squared)
-                n += 1
-            count += 1
+    with cython.nogil:
+        for corner in range(3):
+            for face in range(F.shape[0]):
+                i, j = F[face, (corner + 1) % 3], F[face, (corner + 2) % 3]
+                if i > j and not both_directions:  # the other half-edge of the same edge
+                    continue
+                squared = 0.0
+                for axis in range(3):
+                    difference = V[i, axis] - V[j, axis]
+                    squared += difference * difference
+                limit = min(limits[i], limits[j])
+                if squared < limit * limit:
+                    edges[n, 0], edges[n, 1], numbers[n], lengths[n] = i, j, count, sqrt(squared)
+                    n += 1
+                count += 1
     return edges_array[:n], numbers_array[:n], lengths_array[:n]
 
 
@@ -103,38 +104,40 @@ def independent_collapses(
     candidates: cython.longlong[::1] = np.empty(n_edges, dtype=np.int64)
     chosen_array = np.zeros(n_edges, dtype=np.int8)
     chosen: cython.schar[::1] = chosen_array
-    _adjacency(F, n, first, neighbors)
-    for edge in range(n_edges):
-        if _can_collapse(first, neighbors, mark, i[edge], j[edge], 3 * edge):
-            candidates[n_candidates] = edge
-            n_candidates += 1
-    for _round in range(rounds):
-        for vertex in range(n):
-            mark[vertex] = n_edges
-        for slot in range(n_candidates - 1, -1, -1):
-            mark[i[candidates[slot]]] = mark[j[candidates[slot]]] = candidates[slot]
-        for slot in range(n_candidates):
-            edge = candidates[slot]
-            chosen[edge] = _is_first(first, neighbors, mark, i[edge], edge) and _is_first(
-                first, neighbors, mark, j[edge], edge
-            )
-        for vertex in range(n):
-            mark[vertex] = 0
-        for slot in range(n_candidates):
-            edge = candidates[slot]
-            if chosen[edge]:
-                _block(first, neighbors, mark, i[edge])
-                _block(first, neighbors, mark, j[edge])
-        common, n_candidates = n_candidates, 0
-        for slot in range(common):
-            edge = candidates[slot]
-            if mark[i[edge]] == 0 and mark[j[edge]] == 0:
+    with cython.nogil:
+        _adjacency(F, n, first, neighbors)
+        for edge in range(n_edges):
+            if _can_collapse(first, neighbors, mark, i[edge], j[edge], 3 * edge):
                 candidates[n_candidates] = edge
                 n_candidates += 1
+        for _round in range(rounds):
+            for vertex in range(n):
+                mark[vertex] = n_edges
+            for slot in range(n_candidates - 1, -1, -1):
+                mark[i[candidates[slot]]] = mark[j[candidates[slot]]] = candidates[slot]
+            for slot in range(n_candidates):
+                edge = candidates[slot]
+                chosen[edge] = _is_first(first, neighbors, mark, i[edge], edge) and _is_first(
+                    first, neighbors, mark, j[edge], edge
+                )
+            for vertex in range(n):
+                mark[vertex] = 0
+            for slot in range(n_candidates):
+                edge = candidates[slot]
+                if chosen[edge]:
+                    _block(first, neighbors, mark, i[edge])
+                    _block(first, neighbors, mark, j[edge])
+            common, n_candidates = n_candidates, 0
+            for slot in range(common):
+                edge = candidates[slot]
+                if mark[i[edge]] == 0 and mark[j[edge]] == 0:
+                    candidates[n_candidates] = edge
+                    n_candidates += 1
     return chosen_array.astype(bool)
 
 
 @cython.cfunc
+@cython.nogil
 @cython.exceptval(check=False)
 @cython.locals(face=cython.Py_ssize_t, corner=cython.Py_ssize_t, vertex=cython.Py_ssize_t)
 def _adjacency(
@@ -161,6 +164,7 @@ def _adjacency(
 
 
 @cython.cfunc
+@cython.nogil
 @cython.exceptval(check=False)
 @cython.locals(slot=cython.Py_ssize_t)
 def _can_collapse(
@@ -194,6 +198,7 @@ def _can_collapse(
 
 
 @cython.cfunc
+@cython.nogil
 @cython.exceptval(check=False)
 @cython.locals(slot=cython.Py_ssize_t, side=cython.Py_ssize_t)
 def _mark_kept(
@@ -213,6 +218,7 @@ def _mark_kept(
 
 
 @cython.cfunc
+@cython.nogil
 @cython.exceptval(check=False)
 @cython.locals(slot=cython.Py_ssize_t)
 def _is_first(
@@ -230,6 +236,7 @@ def _is_first(
 
 
 @cython.cfunc
+@cython.nogil
 @cython.exceptval(check=False)
 @cython.locals(slot=cython.Py_ssize_t)
 def _block(

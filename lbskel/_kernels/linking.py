@@ -37,9 +37,10 @@ def sums_to_root(
     """
     array = np.array(values)
     result: cython.ulonglong[::1] = array
-    for row in range(order.shape[0] - 1, 0, -1):
-        node = order[row]
-        result[parent[node]] += result[node]
+    with cython.nogil:
+        for row in range(order.shape[0] - 1, 0, -1):
+            node = order[row]
+            result[parent[node]] += result[node]
     return array
 
 
@@ -53,9 +54,10 @@ def sums_from_root(
     """(n,) sum of the values over each node and all nodes above it; parameters as for :func:`sums_to_root`."""
     array = np.array(values)
     result: cython.ulonglong[::1] = array
-    for row in range(1, order.shape[0]):
-        node = order[row]
-        result[node] += result[parent[node]]
+    with cython.nogil:
+        for row in range(1, order.shape[0]):
+            node = order[row]
+            result[node] += result[parent[node]]
     return array
 
 
@@ -79,18 +81,20 @@ def sums_around_vertices(
     array = np.zeros(3 * m, dtype=np.uint64)
     result: cython.ulonglong[::1] = array
     is_seen: cython.schar[::1] = np.zeros(3 * m, dtype=np.int8)
-    for side in range(3 * m):
-        at = side
-        while not is_seen[at]:
-            is_seen[at] = 1
-            before = at
-            at = (twins[before] + m) % (3 * m)  # turns clockwise: the half-edge that follows the twin
-            if not is_seen[at]:
-                result[at] = result[before] + values[at]
+    with cython.nogil:
+        for side in range(3 * m):
+            at = side
+            while not is_seen[at]:
+                is_seen[at] = 1
+                before = at
+                at = (twins[before] + m) % (3 * m)  # turns clockwise: the half-edge that follows the twin
+                if not is_seen[at]:
+                    result[at] = result[before] + values[at]
     return array
 
 
 @cython.cfunc
+@cython.nogil
 @cython.inline
 @cython.exceptval(check=False)
 def _turn(
@@ -101,6 +105,7 @@ def _turn(
 
 
 @cython.cfunc
+@cython.nogil
 @cython.exceptval(check=False)
 @cython.locals(a=cython.double, b=cython.double, c=cython.double, d=cython.double, height=cython.double)
 @cython.locals(x=cython.double, y=cython.double, z=cython.double, u=cython.double, v=cython.double, w=cython.double)
@@ -180,34 +185,36 @@ def crossings_above(
     found_array = np.empty((room, 3), dtype=np.int64)
     found: cython.longlong[:, ::1] = found_array
     stack: cython.longlong[::1] = np.empty(DEPTH, dtype=np.int64)
-    for row in range(queries.shape[0]):
-        x, y, z = queries[row, 0], queries[row, 1], queries[row, 2]
-        u, v, w = queries[row, 3], queries[row, 4], queries[row, 5]
-        low_x, high_x, low_y, high_y, low_z = min(x, u), max(x, u), min(y, v), max(y, v), min(z, w)
-        top = 1
-        stack[0] = 1
-        while top > 0:
-            top -= 1
-            node = stack[top]
-            if boxes[node, 0] > high_x or boxes[node, 3] < low_x or boxes[node, 1] > high_y:
-                continue
-            if boxes[node, 4] < low_y or boxes[node, 5] < low_z:
-                continue
-            if node < p:
-                stack[top], stack[top + 1] = 2 * node + 1, 2 * node
-                top += 2
-                continue
-            for slot in range((node - p) * LEAF, min((node - p + 1) * LEAF, segments.shape[0])):
-                if groups[slot] == skipped[row, 0] or groups[slot] == skipped[row, 1]:
+    with cython.nogil:
+        for row in range(queries.shape[0]):
+            x, y, z = queries[row, 0], queries[row, 1], queries[row, 2]
+            u, v, w = queries[row, 3], queries[row, 4], queries[row, 5]
+            low_x, high_x, low_y, high_y, low_z = min(x, u), max(x, u), min(y, v), max(y, v), min(z, w)
+            top = 1
+            stack[0] = 1
+            while top > 0:
+                top -= 1
+                node = stack[top]
+                if boxes[node, 0] > high_x or boxes[node, 3] < low_x or boxes[node, 1] > high_y:
                     continue
-                sign = _passes_above(segments, slot, x, y, z, u, v, w)
-                if sign == 0:
+                if boxes[node, 4] < low_y or boxes[node, 5] < low_z:
                     continue
-                if count == room:
-                    room *= 2
-                    found_array = np.concatenate([found_array, np.empty_like(found_array)])
-                    found = found_array
-                found[count, 0], found[count, 1], found[count, 2] = row, slot, sign
-                count += 1
+                if node < p:
+                    stack[top], stack[top + 1] = 2 * node + 1, 2 * node
+                    top += 2
+                    continue
+                for slot in range((node - p) * LEAF, min((node - p + 1) * LEAF, segments.shape[0])):
+                    if groups[slot] == skipped[row, 0] or groups[slot] == skipped[row, 1]:
+                        continue
+                    sign = _passes_above(segments, slot, x, y, z, u, v, w)
+                    if sign == 0:
+                        continue
+                    if count == room:
+                        room *= 2
+                        with cython.gil:
+                            found_array = np.concatenate([found_array, np.empty_like(found_array)])
+                            found = found_array
+                    found[count, 0], found[count, 1], found[count, 2] = row, slot, sign
+                    count += 1
     queries_found, segments_found, signs = found_array[:count].T.copy()
     return queries_found, segments_found, signs

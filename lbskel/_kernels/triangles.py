@@ -33,22 +33,23 @@ def corner_products(
     squares: cython.double[:, ::1] = squares_array
     areas: cython.double[::1] = areas_array
     sides: cython.double[:, ::1] = np.empty((3, 3))
-    for face in range(m):
-        for axis in range(3):
-            x, y, z = V[F[face, 0], axis], V[F[face, 1], axis], V[F[face, 2], axis]
-            sides[0, axis], sides[1, axis], sides[2, axis] = z - y, x - z, y - x
-        longest = 0
-        for k in range(3):
-            p, q = (k + 1) % 3, (k + 2) % 3
-            squares[face, k] = sides[k, 0] * sides[k, 0] + sides[k, 1] * sides[k, 1] + sides[k, 2] * sides[k, 2]
-            products[face, k] = -(sides[p, 0] * sides[q, 0] + sides[p, 1] * sides[q, 1] + sides[p, 2] * sides[q, 2])
-            if squares[face, k] > squares[face, longest]:
-                longest = k
-        p, q = (longest + 1) % 3, (longest + 2) % 3
-        x = sides[p, 1] * sides[q, 2] - sides[p, 2] * sides[q, 1]
-        y = sides[p, 2] * sides[q, 0] - sides[p, 0] * sides[q, 2]
-        z = sides[p, 0] * sides[q, 1] - sides[p, 1] * sides[q, 0]
-        areas[face] = sqrt(x * x + y * y + z * z)
+    with cython.nogil:
+        for face in range(m):
+            for axis in range(3):
+                x, y, z = V[F[face, 0], axis], V[F[face, 1], axis], V[F[face, 2], axis]
+                sides[0, axis], sides[1, axis], sides[2, axis] = z - y, x - z, y - x
+            longest = 0
+            for k in range(3):
+                p, q = (k + 1) % 3, (k + 2) % 3
+                squares[face, k] = sides[k, 0] * sides[k, 0] + sides[k, 1] * sides[k, 1] + sides[k, 2] * sides[k, 2]
+                products[face, k] = -(sides[p, 0] * sides[q, 0] + sides[p, 1] * sides[q, 1] + sides[p, 2] * sides[q, 2])
+                if squares[face, k] > squares[face, longest]:
+                    longest = k
+            p, q = (longest + 1) % 3, (longest + 2) % 3
+            x = sides[p, 1] * sides[q, 2] - sides[p, 2] * sides[q, 1]
+            y = sides[p, 2] * sides[q, 0] - sides[p, 0] * sides[q, 2]
+            z = sides[p, 0] * sides[q, 1] - sides[p, 1] * sides[q, 0]
+            areas[face] = sqrt(x * x + y * y + z * z)
     return products_array, squares_array, areas_array
 
 
@@ -75,24 +76,25 @@ def mixed_voronoi_areas(
     m: cython.Py_ssize_t = products.shape[0]
     array = np.empty((m, 3))
     result: cython.double[:, ::1] = array
-    for face in range(m):
-        max_product = limit * areas[face]
-        obtuse = -1
-        for k in range(3):
-            if products[face, k] < 0 and -products[face, k] <= max_product:
-                obtuse = k
-        for k in range(3):
-            left, right, total = (k + 1) % 3, (k + 2) % 3, 0.0
-            if obtuse >= 0:
-                result[face, k] = areas[face] / 4 if k == obtuse else areas[face] / 8
-            elif areas[face] > 0:
-                if fabs(products[face, left]) <= max_product:
-                    total += squares[face, left] * products[face, left]
-                if fabs(products[face, right]) <= max_product:
-                    total += squares[face, right] * products[face, right]
-                result[face, k] = total / (8 * areas[face])
-            else:
-                result[face, k] = 0.0
+    with cython.nogil:
+        for face in range(m):
+            max_product = limit * areas[face]
+            obtuse = -1
+            for k in range(3):
+                if products[face, k] < 0 and -products[face, k] <= max_product:
+                    obtuse = k
+            for k in range(3):
+                left, right, total = (k + 1) % 3, (k + 2) % 3, 0.0
+                if obtuse >= 0:
+                    result[face, k] = areas[face] / 4 if k == obtuse else areas[face] / 8
+                elif areas[face] > 0:
+                    if fabs(products[face, left]) <= max_product:
+                        total += squares[face, left] * products[face, left]
+                    if fabs(products[face, right]) <= max_product:
+                        total += squares[face, right] * products[face, right]
+                    result[face, k] = total / (8 * areas[face])
+                else:
+                    result[face, k] = 0.0
     return array
 
 
@@ -116,29 +118,31 @@ def integrals(
     corner: cython.double[:, ::1] = np.empty((3, 3))
     volume: cython.double = 0.0
     total: cython.double = 0.0
-    for face in range(n):
+    with cython.nogil:
+        for face in range(n):
+            for axis in range(3):
+                origin[axis] += V[face, axis] / n
+        for face in range(m):
+            for axis in range(3):
+                corner[0, axis] = V[F[face, 0], axis] - origin[axis]
+                corner[1, axis] = V[F[face, 1], axis] - origin[axis]
+                corner[2, axis] = V[F[face, 2], axis] - origin[axis]
+            x = _cross(corner, 1, 2)
+            y = _cross(corner, 2, 0)
+            z = _cross(corner, 0, 1)
+            area = sqrt(x * x + y * y + z * z) / 2
+            areas[face] = area
+            total += area
+            for axis in range(3):
+                moment[axis] += area * (corner[0, axis] + corner[1, axis] + corner[2, axis])
+            volume += x * corner[0, 0] + y * corner[0, 1] + z * corner[0, 2]
         for axis in range(3):
-            origin[axis] += V[face, axis] / n
-    for face in range(m):
-        for axis in range(3):
-            corner[0, axis] = V[F[face, 0], axis] - origin[axis]
-            corner[1, axis] = V[F[face, 1], axis] - origin[axis]
-            corner[2, axis] = V[F[face, 2], axis] - origin[axis]
-        x = _cross(corner, 1, 2)
-        y = _cross(corner, 2, 0)
-        z = _cross(corner, 0, 1)
-        area = sqrt(x * x + y * y + z * z) / 2
-        areas[face] = area
-        total += area
-        for axis in range(3):
-            moment[axis] += area * (corner[0, axis] + corner[1, axis] + corner[2, axis])
-        volume += x * corner[0, 0] + y * corner[0, 1] + z * corner[0, 2]
-    for axis in range(3):
-        center[axis] = origin[axis] + (moment[axis] / (3 * total) if total > 0 else 0.0)
+            center[axis] = origin[axis] + (moment[axis] / (3 * total) if total > 0 else 0.0)
     return areas_array, center_array, volume / 6
 
 
 @cython.cfunc
+@cython.nogil
 @cython.inline
 @cython.exceptval(check=False)
 def _cross(corner: cython.double[:, ::1], i: cython.Py_ssize_t, j: cython.Py_ssize_t) -> cython.double:
