@@ -94,14 +94,13 @@ class SectionCurves:
             raise ValueError("there must be a label for each face")
         self.edge_of_half_edge, self.faces_per_edge = edge_of_half_edge, faces_per_edge
         self.order, self.corners, self.boxes, self.labels = order, corners, boxes, labels
-        self.stack = np.empty(DEPTH, dtype=np.int64)
         # as long as can be needed; the system allocates only the pages that are written
         self.point_of_edge = np.zeros(n_edges, dtype=np.int64)
         self.edge_of_point, self.segment_of_point = np.empty_like(self.point_of_edge), np.empty_like(self.point_of_edge)
         self.faces_at_point, self.points_2d = np.empty_like(self.point_of_edge), np.empty((n_edges, 2))
         self.face_of_segment, self.start = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64)
         self.stop, self.parent = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64)
-        self.sums = np.empty((m, N_SUMS))
+        self.stack, self.sums = np.empty(DEPTH, dtype=np.int64), np.empty((m, N_SUMS))
 
     @cython.locals(i=cython.Py_ssize_t, best=cython.Py_ssize_t, reach=cython.double)
     def measure(
@@ -239,15 +238,20 @@ class SectionCurves:
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    @cython.locals(edge=cython.longlong, segment=cython.Py_ssize_t, row=cython.Py_ssize_t, low=cython.Py_ssize_t)
-    @cython.locals(high=cython.Py_ssize_t, i=cython.Py_ssize_t, j=cython.Py_ssize_t)
-    def _point_on_edge(self, edge, segment, row, low, high) -> cython.longlong:
+    def _point_on_edge(
+        self,
+        edge: cython.longlong,
+        segment: cython.Py_ssize_t,
+        row: cython.Py_ssize_t,
+        low: cython.Py_ssize_t,
+        high: cython.Py_ssize_t,
+    ) -> cython.longlong:
         """Point on an edge between its corners below and above the plane; merges the curves that meet in it."""
         point: cython.longlong = self.point_of_edge[edge]
         if point < self.n_points and self.edge_of_point[point] == edge:
             self.faces_at_point[point] += 1
-            i, j = self._curve(self.segment_of_point[point]), self._curve(segment)
-            self.parent[max(i, j)] = min(i, j)
+            other: cython.Py_ssize_t = self._curve(self.segment_of_point[point])
+            self.parent[max(other, self._curve(segment))] = min(other, self._curve(segment))
             return point
         point = self.n_points
         self.n_points += 1

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel._kernels.dipoles import dipole_field
+from lbskel.geometry.deadline import in_slices
 
 LEAF = 8  # points in a leaf; a guess
 OPENING = 4.0  # distance of a node in its radii beyond which it counts as one dipole: errors of the field near 0.01
@@ -78,5 +79,6 @@ class DipoleTree:
         ----------
         queries : (q, 3) array of float
         """
-        values = dipole_field(self.nodes, self.leaves, np.ascontiguousarray(queries), LEAF, OPENING)
+        queries = np.ascontiguousarray(queries)
+        (values,) = in_slices(lambda some: (dipole_field(self.nodes, self.leaves, some, LEAF, OPENING),), queries)
         return values[:, 0], values[:, 1:]
