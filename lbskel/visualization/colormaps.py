@@ -21,6 +21,11 @@ NAN_COLOR = "0.75"  # matplotlib's notation of a gray
 OUTLIER_PERCENT = 5.0
 # Part of plasma that is used, from its dark end; chosen by eye.
 PLASMA_FRACTION = 0.88
+# matplotlib's words for numbers below and above a scale
+EXTENDS = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
+# Percentage of the radii at each end that may lie outside the scale, and the ratio of the smallest or largest radius to
+# the rest from which on they do: the soma of a neuron would leave one color to all its branches. Choices of style.
+RADIUS_OUTLIER_PERCENT, MAX_RADIUS_RATIO = 2.0, 2.0
 
 
 @dataclass(frozen=True)
@@ -63,10 +68,19 @@ class ColorScale:
 
 
 def radius_scale(radii: Iterable[NDArray[np.float64]]) -> ColorScale | None:
-    """Choose one scale for the radii of all skeletons of a picture; None if no radius is known (finite)."""
+    """Choose one scale for the radii of all skeletons of a picture; None if no radius is known (finite).
+
+    A few radii that are far smaller or larger than all others lie outside it.
+    """
     known = np.concatenate([np.empty(0), *radii])
     known = known[np.isfinite(known)]
-    return ColorScale(*_nonempty_range(known.min(), known.max()), "plasma", PLASMA_FRACTION) if len(known) else None
+    if not len(known):
+        return None
+    low, high = known.min(), known.max()
+    lower, upper = np.percentile(known, [RADIUS_OUTLIER_PERCENT, 100 - RADIUS_OUTLIER_PERCENT])
+    is_below, is_above = MAX_RADIUS_RATIO * low < lower, high > MAX_RADIUS_RATIO * upper
+    limits = _nonempty_range(lower if is_below else low, upper if is_above else high)
+    return ColorScale(*limits, "plasma", PLASMA_FRACTION, EXTENDS[bool(is_below), bool(is_above)])
 
 
 def field_scales(fields: Sequence[tuple[str, NDArray[np.float64]]]) -> dict[str, ColorScale]:
@@ -80,8 +94,7 @@ def _field_scale(values: NDArray[np.float64]) -> ColorScale:
     low, high = np.percentile(values, [OUTLIER_PERCENT, 100 - OUTLIER_PERCENT])
     signed = low < 0 < high
     low, high = _nonempty_range(*((-max(-low, high), max(-low, high)) if signed else (low, high)))
-    ends = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
-    extend = ends[bool(values.min() < low), bool(values.max() > high)]
+    extend = EXTENDS[bool(values.min() < low), bool(values.max() > high)]
     return ColorScale(low, high, "RdBu_r" if signed else "viridis", 1.0, extend)
 
 

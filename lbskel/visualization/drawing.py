@@ -6,7 +6,7 @@ whose data coordinates are pixels.
 
 from __future__ import annotations
 
-__all__ = ["draw_panel", "text_lines"]
+__all__ = ["draw_panel", "line_widths", "text_lines"]
 
 from typing import Any
 
@@ -27,6 +27,8 @@ FONT = "DejaVu Sans"  # included in matplotlib, so that pictures are the same on
 SURFACE_OPACITY = 0.7  # of a surface with a skeleton in it
 EDGE_WIDTH = 1 / 180  # line width of an edge, relative to the longer side of the drawing
 MIN_EDGE_WIDTH = 1.2  # of a line, in pixels
+EDGE_SHARE = 0.6  # largest width of the lines, relative to the median diameter of the skeleton in the drawing
+HALO = 0.9  # width of the halo of a line beyond it, relative to its width
 HALO_DEPTH = 0.02  # smallest difference in depth at which an edge's halo covers another, relative to the longer side
 POINT_RADIUS = 0.35  # of the ball at a point, relative to the spacing of as many points on a grid over the drawing
 POINT_RADIUS_RANGE = (1.0, 6.0)  # bounds on that radius, in pixels
@@ -132,12 +134,32 @@ def _draw_surface(axes: Any, panel: Panel, view: View, frame: Frame, fields: Col
     )
 
 
+def line_widths(skeleton: Skeleton, longer: int, scale: float) -> tuple[float, float]:
+    """Compute the width of the lines of a skeleton, and how much wider their halo is, in pixels.
+
+    Thin branches stay visible around their lines; lines of the least width have no halo, which would hide them.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    longer : int
+        Longer side of the drawing, in pixels.
+    scale : float
+        Pixels in a unit of the skeleton.
+    """
+    width = EDGE_WIDTH * longer
+    known = skeleton.radii[np.isfinite(skeleton.radii) & (skeleton.radii > 0)]
+    if len(known):
+        width = min(width, EDGE_SHARE * 2 * float(np.median(known)) * scale)
+    return max(width, MIN_EDGE_WIDTH), HALO * width if width > MIN_EDGE_WIDTH else 0.0
+
+
 def _draw_skeleton(axes: Any, skeleton: Skeleton, view: View, frame: Frame, radii: ColorScale | None) -> None:
     """Draw the edges colored by radius, the nearer over the farther with a white halo, and mark tips and junctions."""
     from matplotlib.collections import LineCollection
 
     longer = max(frame.width, frame.height)
-    width = max(EDGE_WIDTH * longer, MIN_EDGE_WIDTH)
+    width, halo = line_widths(skeleton, longer, frame.scale)
     points = frame.pixels(view.project(skeleton.nodes))
     ends = points[skeleton.edges]
     depth = ends[:, :, 2].mean(axis=1)
@@ -151,7 +173,7 @@ def _draw_skeleton(axes: Any, skeleton: Skeleton, view: View, frame: Frame, radi
         LineCollection(
             list(np.concatenate([ends, ends])[order, :, :2]),
             colors=np.concatenate([np.ones_like(colors), colors])[order],
-            linewidths=np.repeat([1.9 * width, width], len(ends))[order],
+            linewidths=np.repeat([width + halo, width], len(ends))[order],
             capstyle="round",
             zorder=2,
         )

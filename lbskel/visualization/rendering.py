@@ -20,10 +20,10 @@ from lbskel.errors import MeshError, MissingDependency
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io.atomic_write import write_safely
 from lbskel.skeleton.skeleton import Skeleton
-from lbskel.visualization.camera import principal_view
 from lbskel.visualization.colormaps import field_scales, radius_scale
 from lbskel.visualization.layout import arrange
 from lbskel.visualization.panel import Panel
+from lbskel.visualization.viewpoint import unobstructed_view
 
 
 def render(
@@ -118,7 +118,7 @@ def draw(panels: Sequence[Panel], *, size: tuple[int, int] | None = None) -> byt
         raise MeshError("a picture needs at least one panel")
     from lbskel.visualization.drawing import draw_panel, text_lines
 
-    view = principal_view(next((panel for panel in panels if panel.mesh is not None), panels[0]).subject)
+    view = unobstructed_view(next((panel for panel in panels if panel.mesh is not None), panels[0]).subject)
     corners = np.concatenate([view.project(panel.points)[:, :2] for panel in panels])
     low, high = (corners.min(axis=0), corners.max(axis=0)) if len(corners) else np.zeros((2, 2))
     layout = arrange(high - low, [text_lines(panel) for panel in panels], size)

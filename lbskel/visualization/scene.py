@@ -2,13 +2,12 @@
 
 Browsers draw in single precision, so coordinates are projected to the view of the pictures and divided by the size of
 the shape. Positions are stored as 16-bit integers: a step is 1/32767 of half the size, a thirtieth of a pixel. Surfaces
-of more faces than a bound are simplified by merging the vertices of each cell of a grid: Rossignac, Borrel 1993,
-"Multi-resolution 3D approximations for rendering complex scenes", https://doi.org/10.1007/978-3-642-78114-8_29.
+of more faces than a bound are simplified for display (:mod:`lbskel.visualization.cell_merging`).
 """
 
 from __future__ import annotations
 
-__all__ = ["Scene", "encode_scene", "merged_by_cells"]
+__all__ = ["Scene", "encode_scene"]
 
 import base64
 from collections.abc import Mapping, Sequence
@@ -20,15 +19,18 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.skeleton.skeleton import Skeleton
-from lbskel.visualization.camera import View, principal_view
+from lbskel.visualization.camera import View
+from lbskel.visualization.cell_merging import merged_by_cells
 from lbskel.visualization.colormaps import radius_scale
 from lbskel.visualization.html import Table, cell
 from lbskel.visualization.panel import Panel
+from lbskel.visualization.viewpoint import unobstructed_view
 
 # Bounds on what a page holds, so that it has less than 8 MB at any size, 4.6 of which are plotly.js: a face takes 12
 # bytes, a vertex and a point 8, and a step of the contraction 8 for each of its vertices. Choices of style.
 MAX_FACES, MAX_POINTS, MAX_STEP_FACES, MAX_STEPS, MAX_MENDED = 40_000, 60_000, 10_000, 30, 3_000
 MAX_BALLS = 150  # inscribed balls of 162 vertices each that a page draws, evenly chosen; a choice of style
+WIDTH_RANGE, WIDTH_SHARE = (2.5, 7.0), 400.0  # of lines in pixels, and pixels for a radius of 1; choices of style
 HALF_RANGE = 32767  # largest 16-bit integer
 
 
@@ -103,7 +105,7 @@ def encode_scene(scene: Scene) -> tuple[dict[str, Any], list[str]]:
         If there is neither a mesh nor a skeleton.
     """
     panel = Panel(scene.mesh, scene.skeleton)
-    view = principal_view(panel.subject)
+    view = unobstructed_view(panel.subject)
     extent = np.abs(view.project(panel.points)).max(axis=0, initial=0.0)
     frame = _Frame(view, float(extent.max()) or 1.0)
     data: dict[str, Any] = {"extent": (extent[:2] / frame.size).tolist()}
@@ -126,51 +128,6 @@ def encode_scene(scene: Scene) -> tuple[dict[str, Any], list[str]]:
             for name, values in scene.columns.items()
         ]
     return data, notes
-
-
-def merged_by_cells(
-    vertices: NDArray[np.float64], faces: NDArray[np.int64], max_faces: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Merge the vertices of each cell of a grid until few faces are left.
-
-    Parameters
-    ----------
-    vertices : (n, 3) array of float
-    faces : (m, 3) array of int
-    max_faces : int
-
-    Returns
-    -------
-    kept : (k,) array of int
-        The vertex that stands for each cell: the one nearest to the mean of its vertices.
-    merged : (f, 3) array of int
-        Faces of these; at most ``max_faces``.
-    rows : (f,) array of int
-        The given face that each was.
-    """
-    if len(faces) <= max_faces:
-        return np.arange(len(vertices)), faces, np.arange(len(faces))
-    low, extent = vertices.min(axis=0), float(np.ptp(vertices, axis=0).max()) or 1.0
-    n_cells = np.sqrt(max_faces)  # along the longest side; a sphere of diameter n crosses 1.5 pi n^2 cells
-    while True:
-        cells = ((vertices - low) * (n_cells / extent)).astype(np.int64)
-        width = int(n_cells) + 2
-        _, cell_of = np.unique(cells @ [width * width, width, 1], return_inverse=True)
-        corners = np.sort(cell_of[faces], axis=1)
-        is_face = (corners[:, 0] < corners[:, 1]) & (corners[:, 1] < corners[:, 2])
-        width = len(vertices)
-        _, first = np.unique(corners[is_face] @ [width * width, width, 1], return_index=True)
-        rows = np.flatnonzero(is_face)[np.sort(first)]
-        if len(rows) <= max_faces:
-            break
-        n_cells *= 0.85
-    count = np.maximum(np.bincount(cell_of), 1)[:, None]
-    mean = np.stack([np.bincount(cell_of, axis) for axis in vertices.T], axis=1) / count
-    order = np.argsort(((vertices - mean[cell_of]) ** 2).sum(axis=1), kind="stable")
-    cells_in_order, first = np.unique(cell_of[order], return_index=True)
-    kept = order[first]
-    used, numbers = np.unique(cell_of[faces[rows]], return_inverse=True)
-    return kept[np.searchsorted(cells_in_order, used)], numbers.reshape(-1, 3), rows
 
 
 def _encode_mesh(mesh: Mesh, part_of_face: NDArray[np.int64] | None, frame: _Frame, notes: list[str]) -> dict[str, Any]:
@@ -225,6 +182,8 @@ def _encode_skeleton(skeleton: Skeleton, off_center: NDArray[np.int64], frame: _
             "ticks": (ticks / frame.size).tolist(),
             "tick_labels": [f"{tick:.3g}" for tick in ticks],
         }
+    thickness = np.nanmedian(skeleton.radii) / frame.size if scale is not None else 1.0
+    width = float(np.clip(WIDTH_SHARE * thickness, *WIDTH_RANGE))
     k = len(skeleton.nodes)
     is_known = np.isfinite(skeleton.radii)
     balls = np.flatnonzero(is_known & (skeleton.radii > 0)) if k else np.empty(0, dtype=np.int64)
@@ -241,8 +200,8 @@ def _encode_skeleton(skeleton: Skeleton, off_center: NDArray[np.int64], frame: _
         "junctions": skeleton.junctions.tolist(),
         "off_center": np.asarray(off_center).tolist(),
         "balls": balls.tolist(),
-        "width": 7 if k < 1000 else 4,  # pixels; choices of style
-        "marker": 4 if k < 1000 else 2.5,
+        "width": width,
+        "marker": 0.6 * width,
         **ends,
     }
 

@@ -65,3 +65,15 @@ def test_fields_of_one_name_share_one_scale():
 def test_a_field_without_finite_values_has_a_scale():
     scale = field_scales([("f", np.full(3, np.nan))])["f"]
     assert scale.low < scale.high
+
+
+def test_a_soma_does_not_take_the_colors_of_the_branches():
+    """1,000 radii from 1 to 2, three of 100, and three of 0: the scale is that of the thousand."""
+    radii = np.concatenate([np.linspace(1, 2, 1000), [100.0] * 3, [0.0] * 3])
+    scale = radius_scale([radii])
+    assert 1 <= scale.low < 1.03
+    assert 1.97 < scale.high <= 2
+    assert scale.extend == "both"
+    assert radius_scale([radii[:-3]]).extend == "max"
+    assert radius_scale([np.linspace(1, 2, 1000)]).extend == "neither"
+    assert radius_scale([np.linspace(1, 2, 1000)]).high == 2

@@ -171,3 +171,14 @@ def test_an_edge_has_the_color_of_the_mean_radius_of_its_ends():
     for radius, is_drawn in ((1.0, False), (2.0, True), (3.0, False)):
         color = np.round(scale.colors([radius])[0] * 255)
         assert ((np.abs(image - color).max(axis=2) <= 1).sum() > 50) == is_drawn
+
+
+def test_thin_branches_stay_visible_around_their_lines():
+    x = np.linspace(0, 1, 40)
+    stick = Skeleton(np.stack([x, x, x], axis=1), [[i, i + 1] for i in range(39)], [*[0.005] * 38, np.nan, 0.0])
+    thick, thick_halo = drawing.line_widths(stick, 900, 1e4)
+    assert (thick, thick_halo) == (900 * drawing.EDGE_WIDTH, pytest.approx(0.9 * thick))
+    assert drawing.line_widths(stick, 900, 400) == (pytest.approx(0.6 * 4), pytest.approx(0.9 * 0.6 * 4))
+    assert drawing.line_widths(stick, 900, 40) == (drawing.MIN_EDGE_WIDTH, 0)  # 0.4 pixels thick
+    unknown = Skeleton(stick.nodes, stick.edges, [np.nan] * 40)
+    assert drawing.line_widths(unknown, 900, 40)[0] == thick
