@@ -1,6 +1,7 @@
 """The command line: parse, call one command, turn every error of lbskel's into one line.
 
-Exit codes: 0 done; 1 done, but the result failed its own checks; 2 bad input or usage.
+Exit codes: 0 done; 1 done, but the result failed its own checks; 2 bad input or usage. Ctrl-C and SIGTERM end every
+command at once, also in the middle of a compiled loop, and leave no partial file.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import NoReturn
 import lbskel
 from lbskel.cli import COMMANDS
 from lbskel.errors import LbskelError
+from lbskel.geometry.signals import ended_after_tidying_up, ended_at_once
 from lbskel.pipeline.environment import SLOW, are_kernels_compiled
 
 
@@ -46,8 +48,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parsed = command_line_parser().parse_args(arguments)
     if not are_kernels_compiled():
         print(f"lbskel: warning: {SLOW}", file=sys.stderr)
+    # a batch tidies up after an interrupt: it ends its processes and leaves out what they have not finished
+    how_signals_end = ended_after_tidying_up if parsed.command == "batch" else ended_at_once
     try:
-        code = int(parsed.run(parsed))
+        with how_signals_end():
+            code = int(parsed.run(parsed))
         sys.stdout.flush()
         return code
     except BrokenPipeError:  # the reader of the output has gone

@@ -1,6 +1,7 @@
 """Atomic writing of files: no file is overwritten unless asked, and no partly written file is left behind.
 
-The content is written to a temporary file in the same folder, which then replaces the target in one step.
+The content is written to a temporary file in the same folder, which then replaces the target in one step. It is
+removed, too, where a signal ends the process.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from lbskel.errors import FormatError, LbskelError
+from lbskel.geometry.signals import ended_after_tidying_up
 
 Content: TypeAlias = bytes | str | Callable[[Path], object]
 
@@ -56,18 +58,20 @@ def write_all_safely(contents: Mapping[Path, Content], force: bool = False) -> N
     """
     targets = {_resolve_target(path, force): data for path, data in contents.items()}
     temporaries = {target: target.with_name(f".{secrets.token_hex(8)}{target.suffix}") for target in targets}
-    try:
-        for target, data in targets.items():
-            _write(temporaries[target], data)
-            if target.exists():
-                shutil.copymode(target, temporaries[target])
-        for target, temporary in temporaries.items():
-            os.replace(temporary, target)
-    except OSError as error:
-        raise FormatError(f"{', '.join(map(str, targets))}: cannot be written: {error.strerror or error}") from error
-    finally:
-        for temporary in temporaries.values():
-            temporary.unlink(missing_ok=True)
+    with ended_after_tidying_up():
+        try:
+            for target, data in targets.items():
+                _write(temporaries[target], data)
+                if target.exists():
+                    shutil.copymode(target, temporaries[target])
+            for target, temporary in temporaries.items():
+                os.replace(temporary, target)
+        except OSError as error:
+            names = ", ".join(map(str, targets))
+            raise FormatError(f"{names}: cannot be written: {error.strerror or error}") from error
+        finally:
+            for temporary in temporaries.values():
+                temporary.unlink(missing_ok=True)
 
 
 def _resolve_target(path: Path, force: bool) -> Path:

@@ -18,6 +18,7 @@ import numpy as np
 
 from lbskel.errors import MeshError, MissingDependency
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.signals import ended_after_tidying_up
 
 SCRIPT = Path(__file__).with_name("pymeshlab_adapter.py")
 BASE_SECONDS = 60.0  # time limit, in seconds, of a filter on a small mesh; a guess
@@ -50,9 +51,10 @@ def run_in_subprocess(filter_name: str, mesh: Mesh, *, seconds: float | None = N
     call = io.BytesIO()
     np.savez(call, filter=filter_name, vertices=mesh.vertices, faces=mesh.faces, **options)  # type: ignore[arg-type]
     try:
-        process = subprocess.run(
-            [sys.executable, str(SCRIPT)], input=call.getvalue(), capture_output=True, timeout=limit, check=False
-        )
+        with ended_after_tidying_up():  # the subprocess is ended, too
+            process = subprocess.run(
+                [sys.executable, str(SCRIPT)], input=call.getvalue(), capture_output=True, timeout=limit, check=False
+            )
     except subprocess.TimeoutExpired:
         raise MeshError(
             f"pymeshlab's {filter_name} took more than {limit:.0f} s on this mesh and was stopped"
