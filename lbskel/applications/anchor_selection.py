@@ -71,12 +71,8 @@ def greedy_anchors(
 
     Raises
     ------
-    MeshError
-        If there are fewer anchors than components.
-    SolveError
-        If the system is singular to working accuracy.
-    UnknownChoice
-        If the number of anchors or the weight is out of range.
+    MeshError, SolveError, UnknownChoice
+        As of :func:`least_squares_mesh`.
     """
     if checked_weight(weight, "anchor_weight") is None or n_anchors < 1:
         raise UnknownChoice(f"there must be an anchor with a weight above zero, not {n_anchors!r} of {weight!r}")

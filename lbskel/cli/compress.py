@@ -8,9 +8,8 @@ import argparse
 from typing import Any
 
 from lbskel.applications import BASES, compress
-from lbskel.cli.options import add_command, add_force_option, add_mesh_and_output, refuse_existing
-from lbskel.io import MESH_WRITERS, read_mesh, write_mesh
-from lbskel.io.text import known_extension
+from lbskel.cli.options import add_command, add_force_option, add_mesh_and_output, read_mesh_to_write
+from lbskel.io import write_mesh
 
 
 def add_parser(subparsers: Any) -> None:
@@ -34,9 +33,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Compress, write what is decoded, and print rate and error."""
-    known_extension(arguments.output, MESH_WRITERS, "meshes")
-    refuse_existing([arguments.output], arguments.force)
-    mesh = read_mesh(arguments.mesh)
+    mesh = read_mesh_to_write(arguments)
     packed = compress(mesh, arguments.k, basis=arguments.basis, bits=arguments.bits)
     write_mesh(arguments.output, packed.mesh, force=arguments.force)
     error = packed.rms_error(mesh)

@@ -11,11 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.applications import EDITING_METHODS, Editor, rigid_motion
-from lbskel.cli.options import add_command, add_force_option, add_mesh_and_output, add_operator_option, refuse_existing
+from lbskel.cli.options import (
+    add_command,
+    add_force_option,
+    add_mesh_and_output,
+    add_operator_option,
+    read_mesh_to_write,
+)
 from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh
-from lbskel.io import MESH_WRITERS, read_mesh, write_mesh
-from lbskel.io.text import known_extension
+from lbskel.io import write_mesh
 
 
 def add_parser(subparsers: Any) -> None:
@@ -57,9 +62,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Edit, write and print the sizes of the regions and the change of lengths."""
-    known_extension(arguments.output, MESH_WRITERS, "meshes")
-    refuse_existing([arguments.output], arguments.force)
-    mesh = read_mesh(arguments.mesh)
+    mesh = read_mesh_to_write(arguments)
     moved = _vertices(mesh, arguments.move)
     fixed = np.setdiff1d(np.concatenate([np.empty(0, np.int64), *(_vertices(mesh, r) for r in arguments.fix)]), moved)
     center = mesh.vertices[moved].mean(axis=0) if arguments.center is None else arguments.center

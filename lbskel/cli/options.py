@@ -8,6 +8,7 @@ __all__ = [
     "add_mesh_and_output",
     "add_operator_option",
     "add_skeleton_options",
+    "read_mesh_to_write",
     "refuse_existing",
     "skeleton_options",
 ]
@@ -21,7 +22,9 @@ from typing import Any
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.settings import PRESETS
 from lbskel.errors import FormatError
-from lbskel.io import MESH_WRITERS
+from lbskel.geometry.mesh import Mesh
+from lbskel.io import MESH_WRITERS, read_mesh
+from lbskel.io.text import known_extension
 from lbskel.operators import OPERATORS
 from lbskel.pipeline.options import DOMAINS, JOIN, TIP_POSITIONS
 from lbskel.pipeline.preparation import SIMPLIFY
@@ -74,6 +77,14 @@ def refuse_existing(paths: Iterable[str | Path | None], force: bool) -> None:
     for path in paths:
         if path and Path(path).exists() and not force:
             raise FormatError(f"{path} exists already; give --force to replace it")
+
+
+def read_mesh_to_write(arguments: argparse.Namespace) -> Mesh:
+    """Read the mesh, after the name of the one to be written has been checked."""
+    known_extension(arguments.output, MESH_WRITERS, "meshes")
+    refuse_existing([arguments.output], arguments.force)
+    mesh: Mesh = read_mesh(arguments.mesh)
+    return mesh
 
 
 def add_skeleton_options(parser: argparse.ArgumentParser) -> None:

@@ -11,10 +11,15 @@ import numpy as np
 
 from lbskel.applications import quantize_deltas
 from lbskel.applications.quantization import round_to_bits
-from lbskel.cli.options import add_command, add_force_option, add_mesh_and_output, add_operator_option, refuse_existing
+from lbskel.cli.options import (
+    add_command,
+    add_force_option,
+    add_mesh_and_output,
+    add_operator_option,
+    read_mesh_to_write,
+)
 from lbskel.geometry.mesh import Mesh
-from lbskel.io import MESH_WRITERS, read_mesh, write_mesh
-from lbskel.io.text import known_extension
+from lbskel.io import write_mesh
 
 
 def add_parser(subparsers: Any) -> None:
@@ -38,9 +43,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Round, reconstruct, write and print the rate and the errors."""
-    known_extension(arguments.output, MESH_WRITERS, "meshes")
-    refuse_existing([arguments.output], arguments.force)
-    mesh = read_mesh(arguments.mesh)
+    mesh = read_mesh_to_write(arguments)
     result = quantize_deltas(mesh, bits=arguments.bits, n_anchors=arguments.anchors, operator=arguments.operator)
     write_mesh(arguments.output, result.mesh, force=arguments.force)
     positions = mesh.with_vertices(round_to_bits(mesh.vertices, arguments.bits)[1])

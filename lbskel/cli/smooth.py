@@ -10,11 +10,16 @@ from typing import Any
 import numpy as np
 
 from lbskel.applications import SMOOTHING_METHODS, smooth
-from lbskel.cli.options import add_command, add_force_option, add_mesh_and_output, add_operator_option, refuse_existing
+from lbskel.cli.options import (
+    add_command,
+    add_force_option,
+    add_mesh_and_output,
+    add_operator_option,
+    read_mesh_to_write,
+)
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
-from lbskel.io import MESH_WRITERS, read_mesh, write_mesh
-from lbskel.io.text import known_extension
+from lbskel.io import write_mesh
 
 
 def add_parser(subparsers: Any) -> None:
@@ -47,9 +52,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Smooth, write and print what has changed."""
-    known_extension(arguments.output, MESH_WRITERS, "meshes")
-    refuse_existing([arguments.output], arguments.force)
-    mesh = read_mesh(arguments.mesh)
+    mesh = read_mesh_to_write(arguments)
     result = smooth(
         mesh,
         method=arguments.method,
