@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lbskel
+import lbskel.applications.deformation_methods as deformation_methods
 from benchmarks.damage import damaged
 from benchmarks.harness import markdown_table, save_json, save_markdown
 from lbskel.applications.rigidity import RigidityEnergy
@@ -18,6 +19,7 @@ from lbskel.shapes import make, mesh_solid, solid_of, torus
 from lbskel.visualization import Panel, render
 
 METHODS = tuple(lbskel.EDITING_METHODS)
+STARTS = (0, 1, 2, 5, 10, 20)  # iterations before as-rigid-as-possible ones
 Case = tuple[lbskel.Mesh, list[NDArray[np.int64]], list[NDArray[np.float64]]]
 
 
@@ -158,6 +160,21 @@ def seconds(quick: bool) -> list[dict[str, Any]]:
     ]
 
 
+def starts(cases: dict[str, Case]) -> list[dict[str, Any]]:
+    """Energies after ten iterations, by the number of those of ``rotated`` before."""
+    before, rows = deformation_methods.START_ITERATIONS, []
+    try:
+        for deformation_methods.START_ITERATIONS in STARTS:
+            row: dict[str, Any] = {"iterations before": deformation_methods.START_ITERATIONS}
+            for name, (mesh, handles, motions) in cases.items():
+                editor = lbskel.Editor(mesh, handles)
+                row[name] = editor.rigidity_energy(editor.edit(motions))
+            rows.append(row)
+    finally:
+        deformation_methods.START_ITERATIONS = before
+    return rows
+
+
 def operators(case: Case) -> list[dict[str, Any]]:
     """The 90-degree bar as rigid as possible by every operator, on its own triangles and on bad ones.
 
@@ -213,6 +230,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
         "displacements": displacements(case),
         "energies": energies(case, counts),
         "seconds": seconds(quick),
+        "starts": starts(cases),
         "operators": operators(cases["bent"]),
     }
     name = "applications_editing"
@@ -231,6 +249,8 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
             "Seconds": "Cotangent weights. Processor milliseconds, medians of five turns. The factorization of lbskel "
             "is that of the editor, without that of the method from which it starts.\n\n"
             + markdown_table(measured["seconds"]),
+            "Start": "Energy after ten iterations, by the iterations of the method `rotated` before.\n\n"
+            + markdown_table(measured["starts"]),
             "Operators": "The bar bent by 90 degrees, as rigid as possible, ten iterations: mean change of edge "
             "lengths, and of the volume. On needles, caps, and triangles five times as long as wide: root mean square "
             "distance, relative to the diagonal, from what cotangent weights give on good triangles.\n\n"

@@ -29,7 +29,7 @@ from lbskel.visualization import Panel, render
 # Shapes whose branches are their limbs; the spine of the dinosaur is neck, body and tail in one, and so is not here.
 LIMBED = ("limbs", "octopus", "hand", "spiked_ring", "tripod", "tree", "ladder", "cube_frame")
 N_VERTICES = 3000
-CONSTANTS = ("applications/skeleton_parts.py", "applications/segmentation.py")
+CONSTANTS = ("applications/skeleton_parts.py", "applications/segmentation.py", "applications/boundary_cut.py")
 N_VOXELS = 24  # per radius, of the tube for kimimaro
 SMOOTHING = 25  # nodes, of which kimimaro averages the tangents of its sections: one radius
 
@@ -49,10 +49,17 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: list[Path] | No
     lengths = _branches()
     sections = _sections(peers and not quick)
     hostile = _hostile(list(DAMAGE)[:4] if quick else list(DAMAGE))
-    constants = _constants(quick)
+    constants, of_sections = _constants(quick), _constants_of_sections()
     save_json(
         results / "parts.json",
-        {"parts": parts, "branches": lengths, "sections": sections, "damaged": hostile, "constants": constants},
+        {
+            "parts": parts,
+            "branches": lengths,
+            "sections": sections,
+            "damaged": hostile,
+            "constants": constants,
+            "constants_of_sections": of_sections,
+        },
         packages=("kimimaro", "CGAL"),
         meshes=meshes or (),
     )
@@ -69,6 +76,9 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: list[Path] | No
             "Constants": "Rand index by the constants of segmentation, each times a factor: the mean and the least of "
             "the shapes above with 1,500 and 3,000 vertices, and a dumbbell, whose thickness jumps.\n\n"
             + markdown_table(constants),
+            "Constants of sections": "The largest relative error of the mean area of the cross-sections of a branch, "
+            "of three cylinders that meet in a point, by the constants of the measures of branches.\n\n"
+            + markdown_table(of_sections),
         },
     )
 
@@ -128,6 +138,20 @@ def _constants(quick: bool) -> list[dict[str, Any]]:
         }
 
     return swept(CONSTANTS, measure, (0.7, 1.4) if quick else FACTORS)
+
+
+def _constants_of_sections() -> list[dict[str, Any]]:
+    """Error of the areas of cross-sections by the constants of the measures of branches."""
+    tripod = SHAPES["tripod"]()
+    mesh = mesh_solid(tripod, n_vertices=N_VERTICES)
+    skeleton = lbskel.skeletonize(mesh)
+    exact = np.pi * 0.14**2
+
+    def measure() -> dict[str, Any]:
+        return {"error": float(np.abs(lbskel.branch_table(skeleton, mesh).section_area / exact - 1).max())}
+
+    rows = swept(("applications/branch_measures.py",), measure)
+    return [row for row in rows if row["constant"] != "`N_PROFILE`"]  # columns of the table
 
 
 def _branches() -> list[dict[str, Any]]:

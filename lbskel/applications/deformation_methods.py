@@ -36,7 +36,8 @@ from lbskel.applications.similarity_invariance import invariant_matrix
 from lbskel.applications.symmetric import require_symmetric
 from lbskel.operators import Laplacian
 
-# Of ``rotated`` before ``arap``; a guess
+# Iterations of ``rotated`` before ``arap``: fewer leave more energy, 20 more on one of three shapes
+# (benchmarks/results/applications_editing.md, "Start").
 START_ITERATIONS = 5
 
 Positions = NDArray[np.float64]

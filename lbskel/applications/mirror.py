@@ -17,9 +17,10 @@ from scipy.spatial import cKDTree
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 
-MAX_DEVIATION = 0.01  # distance of a mirror image from the surface, relative to the diameter bound; a guess
-MIN_SHARE = 0.95  # of the vertices that must have such a mirror image; a guess
-TWIN_DISTANCE = 1e-3  # distance of a vertex from the mirror image of its twin, relative to the diameter bound; a guess
+# Swept in benchmarks/results/rig.md, "Constants"
+MAX_DEVIATION = 0.01  # distance of a mirror image from the surface, relative to the diameter bound
+MIN_SHARE = 0.95  # of the vertices that must have such a mirror image
+TWIN_DISTANCE = 1e-3  # distance of a vertex from the mirror image of its twin, relative to the diameter bound
 
 
 @dataclass(frozen=True, eq=False)

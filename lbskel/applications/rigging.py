@@ -25,7 +25,9 @@ from lbskel.skeleton.skeleton import Skeleton
 
 MAX_BONES = 30  # default; a choice: a human has a bone for each limb segment and finger
 MAX_INFLUENCES = 4  # default; what real-time engines read
-PAIR_DISTANCE = 0.05  # of a bone's ends from the mirror image of its twin, relative to the diameter bound; a guess
+# Distance of a bone's ends from the mirror image of its twin, relative to the diameter bound; 0.035 to 0.07 do as well
+# (benchmarks/results/rig.md, "Constants")
+PAIR_DISTANCE = 0.05
 
 
 def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influences: int = MAX_INFLUENCES) -> Rig:
