@@ -76,6 +76,8 @@ def test_an_unstable_explicit_step_names_the_bound(bumpy):
     largest = eigh(L.stiffness.toarray(), L.mass.toarray(), eigvals_only=True)[-1]
     assert bound <= 2 / largest * 1.01  # three digits are printed
     smooth(bumpy, method="explicit", time_step=0.99 * bound)
+    with pytest.raises(SolveError, match="stable up to"):
+        smooth(bumpy, method="explicit", time_step=1.01 * bound)
 
 
 @pytest.mark.parametrize("operator", OPERATORS)
