@@ -80,6 +80,13 @@ def test_an_unstable_explicit_step_names_the_bound(bumpy):
         smooth(bumpy, method="explicit", time_step=1.01 * bound)
 
 
+def test_taubins_filter_does_not_grow_on_a_flat_triangle():
+    """Its eigenvalue is 3, since one weight is negative: unscaled, the filter multiplies that part by -1.3."""
+    cap = Mesh([[0, 0, 0], [1, 0, 0], [0.5, 0.01, 0]], [[0, 1, 2]])
+    smoothed = smooth(cap, method="taubin", iterations=30, fix_boundary=False).vertices
+    assert np.abs(smoothed[:, 1]).max() < 0.01
+
+
 @pytest.mark.parametrize("operator", OPERATORS)
 def test_every_operator_smooths_noise(operator):
     ball = sphere(3)
