@@ -15,9 +15,11 @@ __all__ = [
     "UnknownChoice",
     "choose",
     "first_few",
+    "nearest",
 ]
 
 from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
 from typing import TypeVar
 
 Value = TypeVar("Value")
@@ -88,7 +90,15 @@ def choose(table: Mapping[str, Value], name: str, what: str) -> Value:
     try:
         return table[name]
     except (KeyError, TypeError):
-        raise UnknownChoice(f"unknown {what} {name!r}; choose one of: {', '.join(table)}") from None
+        raise UnknownChoice(
+            f"unknown {what} {name!r}{nearest(name, table)}; choose one of: {', '.join(table)}"
+        ) from None
+
+
+def nearest(name: object, names: Iterable[str]) -> str:
+    """Ask for the name that was meant, for a message: ``, did you mean 'robust'?``; empty if none is similar."""
+    similar = get_close_matches(str(name), list(names), n=1)
+    return f", did you mean {similar[0]!r}?" if similar else ""
 
 
 def first_few(indices: Iterable[object], at_most: int = 5) -> str:

@@ -22,7 +22,7 @@ from lbskel import (
 )
 from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ENERGIES
-from lbskel.errors import choose, first_few
+from lbskel.errors import choose, first_few, nearest
 from lbskel.io import FORMATS, MESH_READERS, read_mesh, read_skeleton
 from lbskel.operators import MASSES
 from lbskel.pipeline.options import DOMAINS
@@ -107,3 +107,12 @@ def test_an_unknown_format_lists_the_valid_extensions(read, table, tmp_path):
     with pytest.raises(FormatError) as caught:
         read(tmp_path / "a.nosuch")
     assert str(caught.value).endswith(", ".join(table))
+
+
+def test_the_nearest_name_is_suggested():
+    assert nearest("robsut", OPERATORS) == ", did you mean 'robust'?"
+    assert nearest("x", OPERATORS) == nearest(None, OPERATORS) == ""
+    with pytest.raises(
+        UnknownChoice, match=r"unknown operator 'cotangnet', did you mean 'cotangent'\?; choose one of: "
+    ):
+        laplacian([[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]], operator="cotangnet")

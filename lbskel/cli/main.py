@@ -14,17 +14,23 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import lbskel
 from lbskel.cli import COMMANDS
-from lbskel.errors import LbskelError
+from lbskel.errors import LbskelError, nearest
 from lbskel.geometry.signals import ended_after_tidying_up, ended_at_once
 from lbskel.pipeline.environment import SLOW, are_kernels_compiled
 
 
 class _Parser(argparse.ArgumentParser):
     """Reports wrong usage in one line, as every other error."""
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            names = [str(choice) for choice in action.choices]
+            message = f"invalid choice: {value!r}{nearest(value, names)} (choose from {', '.join(names)})"
+            raise argparse.ArgumentError(action, message)
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"lbskel: {message}; see {self.prog} --help\n")
@@ -45,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # the name of a file may hold characters that the terminal cannot show
             stream.reconfigure(errors="backslashreplace")
-    parsed = command_line_parser().parse_args(arguments)
+    parsed = _parse(arguments)
     if not are_kernels_compiled():
         print(f"lbskel: warning: {SLOW}", file=sys.stderr)
     # a batch tidies up after an interrupt: it ends its processes and leaves out what they have not finished
@@ -69,6 +75,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         place = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{os.path.basename(place.filename)} line {place.lineno}"
         return _failed(f"internal error in {where}, please report it: {type(error).__name__}: {error}")
+
+
+def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
+    """Parse; an option that a command does not have is an error that names the nearest one."""
+    parser = command_line_parser()
+    parsed, unknown = parser.parse_known_args(arguments)
+    if unknown:
+        (commands,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+        command: argparse.ArgumentParser = commands.choices[parsed.command]
+        known = [option for action in command._actions for option in action.option_strings]
+        hints = "".join(nearest(option.split("=")[0], known) for option in unknown if option.startswith("-"))
+        command.error(f"unrecognized arguments: {' '.join(unknown)}{hints}")
+    return parsed
 
 
 def _failed(message: str) -> int:

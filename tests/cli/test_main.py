@@ -80,6 +80,15 @@ BAD = {
     "no output": (["skeletonize", "rod.off"], r"required: -o/--output"),
     "no input": (["skeletonize", "-o", "a.swc"], r"required: MESH"),
     "unknown option": (["skeletonize", "rod.off", "-o", "a.swc", "--nosuch"], r"unrecognized arguments: --nosuch"),
+    "a slip in an option": (
+        ["skeletonize", "rod.off", "-o", "a.swc", "--opertor=robust"],
+        r"--opertor=robust, did you mean '--operator'\?; see lbskel skeletonize --help",
+    ),
+    "a slip in a command": (["skeletonise", "rod.off"], r"'skeletonise', did you mean 'skeletonize'\? \(choose from"),
+    "a slip in a name": (
+        ["skeletonize", "rod.off", "-o", "a.swc", "--operator", "cotangnet"],
+        r"argument --operator: invalid choice: 'cotangnet', did you mean 'cotangent'\?",
+    ),
     "unknown operator": (
         ["skeletonize", "rod.off", "-o", "a.swc", "--operator", "x"],
         r"argument --operator.*cotangent",
