@@ -30,6 +30,7 @@ from lbskel.pipeline.assembly import assemble, full_report
 from lbskel.pipeline.bodies import skeletonize_body
 from lbskel.pipeline.clouds import skeletonize_cloud
 from lbskel.pipeline.evaluation import score_prepared
+from lbskel.pipeline.grouping import skeletonize_bodies
 from lbskel.pipeline.options import resolve_options, resolve_settings
 from lbskel.pipeline.passes import refine
 from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
@@ -159,7 +160,12 @@ def skeletonize(
         within = located.within(body)
         return refine(skeleton, body, min_branch_ratio=ratio, tip_position=where, anchors=within, timer=timer)
 
-    results = [skeletonize_body(body, settings, refined, timer) for body in prepared.bodies]
+    def of_body(body: Body) -> tuple[Skeleton, dict[str, Any]]:
+        return skeletonize_body(body, settings, refined, timer)
+
+    # a body with an anchor is one of its own, and whoever gives anchors looks at few bodies
+    by_body = [of_body(body) for body in prepared.bodies] if len(located.vertices) else None
+    results = by_body or skeletonize_bodies(prepared.bodies, of_body)
     skeletons, reports = [skeleton for skeleton, _ in results], [report for _, report in results]
     skeleton = _joined(assemble(skeletons, prepared), skeletons, prepared, options["join"])
     n_cycles, n_joined = skeleton.cycle_rank, sum(part.n_components for part in skeletons) - skeleton.n_components

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.sparse import coo_array
 
+from lbskel.geometry.components import components
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.skeleton import Skeleton
@@ -38,13 +39,12 @@ def own_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     count = coo_array((np.ones(len(used), dtype=np.int64), votes), shape=(skeleton.n_components, mesh.n_components))
     most_votes = np.asarray(count.tocsr().argmax(axis=1)).ravel()  # a column in older versions of scipy
     body_of_graph = np.where(count.sum(axis=1) > 0, most_votes, -1)
-    body_of_node, body_of_face = body_of_graph[graph_of_node], body_of_vertex[mesh.faces[:, 0]]
-    radii = np.array(skeleton.radii)
-    for body in np.unique(body_of_node[body_of_node >= 0]):
-        is_own = body_of_node == body
-        vertices, faces = np.unique(mesh.faces[body_of_face == body], return_inverse=True)
-        surface = Surface(Mesh(mesh.vertices[vertices], faces.reshape(-1, 3)))
-        radii[is_own] = surface.distance(skeleton.nodes[is_own])
+    body_of_node, radii = body_of_graph[graph_of_node], np.array(skeleton.radii)
+    ends = np.searchsorted(np.sort(body_of_node), np.arange(mesh.n_components + 1))
+    nodes_of_body = np.split(np.argsort(body_of_node, kind="stable"), ends)[1:-1]
+    for part, nodes in zip(components(mesh), nodes_of_body, strict=True):
+        if len(nodes):
+            radii[nodes] = Surface(part.mesh).distance(skeleton.nodes[nodes])
     return replace(skeleton, radii=radii)
 
 
