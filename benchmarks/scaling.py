@@ -4,6 +4,9 @@ Each input is run in a process of its own; seconds are those of its processor ti
 of the logarithms of its seconds over those of the count, between the two largest inputs; up to 1.2 counts as linear. A
 larger input is left out where the one before took over a fifth of the limit, which stands as a dash. The limit includes
 making the input.
+
+Then hard inputs are run with time limits, in seconds of the wall clock. A limit holds where the result comes within one
+and a half times of it, or two seconds more.
 """
 
 from __future__ import annotations
@@ -20,7 +23,7 @@ import numpy as np
 import lbskel
 from benchmarks.harness import fitted_order, markdown_table, run_in_subprocess, save_json, save_markdown, save_picture
 from lbskel.contraction.homology import find_tunnels
-from lbskel.shapes import brush, lattice, perforated_plate, sphere, voxel_tree
+from lbskel.shapes import brush, lattice, perforated_plate, porous_block, sphere, voxel_tree
 
 LIMIT = 120.0  # seconds for each input
 MIN_SECONDS = 0.05  # below, a stage has no exponent
@@ -48,8 +51,18 @@ KINDS: dict[str, tuple[Callable[[int], lbskel.Mesh], tuple[int, ...], Callable[[
     "bristles of a brush": (brush, (3, 10, 32, 50), lambda n: n**2),
     "tips of a tree": (voxel_tree, (3, 10, 32, 100), lambda n: n**2 + 2),
     "components": (shells, (10, 100, 1000, 10_000), lambda n: n),
-    "valence": (double_cone, (10, 100, 1000, 10_000), lambda n: n),
+    "valence": (double_cone, (10, 100, 1000, 10_000, 50_000), lambda n: n),
 }
+
+HARD: dict[str, Callable[[], lbskel.Mesh]] = {
+    "porous block": lambda: porous_block(24),
+    "voxel noise": lambda: porous_block(24, grain=0.0),
+    "lattice": lambda: lattice(14),
+    "brush": lambda: brush(50),
+    "tree": lambda: voxel_tree(32),
+    "shells": lambda: shells(10_000),
+}
+TIME_LIMITS = (1.0, 5.0, 30.0)  # seconds
 
 
 def skeletonize_kind(kind: str, n: int) -> dict[str, Any]:
@@ -77,6 +90,24 @@ def skeletonize_kind(kind: str, n: int) -> dict[str, Any]:
     }
 
 
+def skeletonize_within(name: str, time_limit: float) -> dict[str, Any]:
+    """Skeletonize a hard input with a time limit: how long it took, and what was left out."""
+    mesh = HARD[name]()
+    given, began = (mesh.vertices, mesh.faces), time.perf_counter()
+    skeleton = lbskel.skeletonize(given, time_limit=time_limit)
+    seconds = time.perf_counter() - began
+    missing = next((note for note in skeleton.report["notes"] if "were left out: " in note), "")
+    stages = [each.split(" (")[0] for each in missing.partition("were left out: ")[2].split("; ")]
+    return {
+        "faces": len(mesh.faces),
+        "seconds": seconds,
+        "holds": seconds <= max(1.5 * time_limit, time_limit + 2),
+        "nodes": len(skeleton.nodes),
+        "verdict": skeleton.report["score"]["verdict"],
+        "left out": ", ".join(stages) or "nothing",
+    }
+
+
 def certify_lattice(n: int) -> dict[str, Any]:
     """Compute the linking form of a lattice with bars as long as nine widths: its size, and the processor time."""
     mesh = lattice(n, spacing=9)
@@ -92,13 +123,19 @@ def run(quick: bool, results: Path) -> None:
     n_sizes = 2 if quick else None
     certificates = [_certificate(n) for n in ((2, 3) if quick else (3, 4, 6, 8, 9, 10, 11))]
     runs = {kind: _runs(kind, KINDS[kind][1][:n_sizes]) for kind in KINDS}
-    save_json(results / "scaling.json", {"certificates": certificates, "runs": runs})
+    limited = [
+        {"input": name, "time limit": limit, **_limited(name, limit)}
+        for name in list(HARD)[: 1 if quick else None]
+        for limit in TIME_LIMITS[: 1 if quick else None]
+    ]
+    save_json(results / "scaling.json", {"certificates": certificates, "runs": runs, "limited": limited})
     order = _exponent(certificates, "genus", "seconds")
     tables = {f"Linking numbers of lattices, exponent {order or float('nan'):.2f}": markdown_table(certificates)}
     for kind, rows in runs.items():
         exponents = {key: _exponent(rows, "count", key) for key in dict.fromkeys(key for row in rows for key in row)}
         exponents = {key: value for key, value in exponents.items() if key not in NO_SECONDS}
         tables[kind.capitalize()] = markdown_table([*rows, {"count": "exponent", **exponents}])
+    tables["Time limits, in seconds"] = markdown_table(limited)
     save_markdown(results / "scaling.md", "Cost of each stage by the size of the input", tables)
     save_picture(results / "scaling.png", lambda figure: _picture(runs, certificates, figure), size=(10, 5))
 
@@ -110,6 +147,12 @@ def _certificate(n: int) -> dict[str, Any]:
     answer = run_in_subprocess(certify_lattice, n, timeout=LIMIT)
     row = {"genus": KINDS["handles of a lattice"][2](n), **answer.get("value", {"error": answer.get("error")})}
     return {**row, "peak megabytes": answer.get("peak_megabytes")}
+
+
+def _limited(name: str, time_limit: float) -> dict[str, Any]:
+    """Answer of :func:`skeletonize_within` in a process of its own."""
+    answer = run_in_subprocess(skeletonize_within, name, time_limit, timeout=LIMIT)
+    return answer.get("value", {"error": answer.get("error")})
 
 
 def _runs(kind: str, sizes: tuple[int, ...]) -> list[dict[str, Any]]:

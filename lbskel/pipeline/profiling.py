@@ -17,7 +17,7 @@ Progress: TypeAlias = Callable[[str], None]
 Result = TypeVar("Result")
 
 # How long what a result cannot do without may go on after the time limit, as a share of it and in seconds, whichever is
-# more: half of what a run may take in addition, benchmarks/results/time_limits.md
+# more: half of what a run may take in addition; benchmarks/results/scaling.md has the time limits that hold with it
 GRACE_SHARE, GRACE_SECONDS = 0.25, 1.0
 
 RESET_PEAK, STATUS = Path("/proc/self/clear_refs"), Path("/proc/self/status")  # Linux's record of peak memory

@@ -29,8 +29,12 @@ def test_exponents_are_slopes_between_the_two_largest_inputs():
 def test_the_command_writes_tables_and_a_plot(tmp_path, monkeypatch):
     monkeypatch.setattr(scaling, "run_in_subprocess", lambda function, *a, timeout: {"value": function(*a)})
     monkeypatch.setattr(scaling, "KINDS", {"handles of a lattice": scaling.KINDS["handles of a lattice"]})
+    monkeypatch.setattr(scaling, "HARD", {"small": lambda: scaling.shells(1)})
     scaling.run(True, tmp_path)
     rows = json.loads((tmp_path / "scaling.json").read_text())["runs"]["handles of a lattice"]
     assert [row["cycle rank"] for row in rows] == [5, 28]
+    [limited] = json.loads((tmp_path / "scaling.json").read_text())["limited"]
+    assert (limited["input"], limited["time limit"]) == ("small", 1.0)
+    assert limited["left out"] == "nothing"
     assert "exponent" in (tmp_path / "scaling.md").read_text()
     assert (tmp_path / "scaling.png").stat().st_size > 0
