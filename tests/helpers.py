@@ -4,6 +4,7 @@ import io
 import itertools
 import json
 
+import igl
 import numpy as np
 from scipy.ndimage import label
 
@@ -154,6 +155,17 @@ def box_mesh(sides, center=(0, 0, 0)):
     corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
     quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
     return Mesh(corners * sides + center, [triangle for a, b, c, d in quads for triangle in ((a, b, c), (a, c, d))])
+
+
+def slab(length, width, thickness, notch=0.0):
+    """A fine box around the origin, along x; a wedge may be cut out of the middle of its end at +x."""
+    x, y = length / 2, width / 2
+    outline = np.array([[-x, -y], [x, -y], [x - notch, 0], [x, y], [-x, y]])
+    V = np.concatenate([np.column_stack([outline, np.full(5, side * thickness / 2)]) for side in (-1, 1)])
+    top = np.array([[0, 1, 2], [0, 2, 4], [2, 3, 4]]) + 5
+    k, j = np.arange(5), np.roll(np.arange(5), -1)
+    sides = np.concatenate([np.stack([k, j, j + 5], axis=1), np.stack([k, j + 5, k + 5], axis=1)])
+    return Mesh(*igl.upsample(V, np.concatenate([top, top[:, ::-1] - 5, sides]), 4))
 
 
 def flat_tube(n=24, length=4.0, radius=0.5):

@@ -49,7 +49,9 @@ MEASURES = {
     "near_surface_fraction": Measure(
         "share of the length nearer to the surface than a fifth of the local or mean radius", 0.05, 0.25
     ),
-    "coverage": Measure("share of the surface area within two local radii of its node", 0.9, 0.3),
+    "coverage": Measure(
+        "share of the surface area within two local radii, or two widths of its region, of its node", 0.9, 0.3
+    ),
     "extremities_missed": Measure("extremities of the shape that no tip reaches", 0, np.inf),
     "missed_limb_fraction": Measure("share of the limbs longer than six radii whose extremity no tip reaches", 0, 0.1),
     "rms_curvature": Measure("root mean square curvature, in radians per local radius", 1.0, 5.0),

@@ -70,7 +70,7 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
     count = np.bincount(node, minlength=len(skeleton.nodes))
     own_thickness = np.bincount(node, thickness, len(skeleton.nodes)) / np.maximum(count, 1)
     expected = np.where(count > 0, np.minimum(widths, own_thickness), widths)
-    reach = np.maximum(skeleton.radii[node], thickness)
+    reach = np.maximum(skeleton.radii, _region_widths(skeleton, unit))[node]
     is_limb = extrema.lengths > MIN_LIMB_LENGTH * extrema.radii
     tolerance = np.maximum(SURFACE_TOLERANCE, 0.0 if unit.is_closed_manifold else OPEN_TOLERANCE * widths)
     return Score(
@@ -245,6 +245,21 @@ def _extra_cycles(skeleton: Skeleton, mesh: Mesh, n_loops_opened: int) -> int | 
     if abs(total) != total_absolute:
         return total_absolute
     return min(total + n_loops_opened, 0) if total < 0 else total
+
+
+def _region_widths(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
+    """(k,) mean distance of a region from its own center, the median over the branch of each node.
+
+    The vertices of a flat part are as far from its middle. A limb without a branch widens one region, and not the
+    median; where the nodes are does not matter.
+    """
+    node, count = skeleton.node_of_vertex, np.bincount(skeleton.node_of_vertex, minlength=len(skeleton.nodes))
+    sums = np.stack([np.bincount(node, x, len(count)) for x in mesh.vertices.T], axis=1)
+    widths = mean_radii(replace(skeleton, nodes=sums / np.maximum(count, 1)[:, None]), mesh).radii
+    medians = np.zeros(len(widths))
+    for branch in skeleton.branches:
+        medians[branch] = np.maximum(medians[branch], np.median(widths[branch]))
+    return medians
 
 
 def _n_shortcut_edges(skeleton: Skeleton, mesh: Mesh, widths: NDArray[np.float64], disjoint: NDArray[np.int64]) -> int:

@@ -27,6 +27,7 @@ from lbskel.refinement.anchors import attach_anchors
 from lbskel.refinement.centering import fit_to_centerlines, recenter
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import reroute_inside
+from lbskel.refinement.flat_ends import prune_flat_ends
 from lbskel.refinement.junctions import merge_junctions_by_axes
 from lbskel.refinement.limb_growth import grow_uncovered_limbs
 from lbskel.refinement.missing_branches import grow_missing_branches
@@ -108,8 +109,9 @@ def refine(
 
 
 def _without_spurs(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> Skeleton:
-    """Prune spurs, merge junctions that are near each other, and space the nodes evenly."""
+    """Prune spurs and the corners of flat parts, merge junctions that are near each other, space the nodes evenly."""
     skeleton = prune(skeleton, surface.mesh, min_branch_ratio=min_branch_ratio)
+    skeleton = prune_flat_ends(skeleton, surface, min_branch_ratio=min_branch_ratio)
     return _evenly_spaced(merge_junctions(inscribed_radii(skeleton, surface), ratio=MERGE_RATIO), surface)
 
 

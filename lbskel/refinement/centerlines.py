@@ -27,6 +27,8 @@ MAX_GROWTH = 1.2  # upper bound on the ratio of the radii of sections at success
 # benchmarks/results/constants.md
 MAX_STRIDE_RATIO = 1.5  # upper bound on the distance between successive centroids, relative to that of their nodes; a
 # guess, benchmarks/results/constants.md
+TANGENT_REACH = 0.5  # in radii, to both sides, as far as the nodes of a round branch are apart: over less, the
+# centroid of a wide section and the tangent across which it is cut would turn each other
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,15 +85,20 @@ def find_section_centers(
 
 
 def _tangents(skeleton: Skeleton) -> NDArray[np.float64]:
-    """(k, 3) unit tangents of the branches by central differences; zero at junctions."""
+    """(k, 3) unit tangents of the branches, over TANGENT_REACH radii to both sides; zero at junctions."""
     tangents: NDArray[np.float64] = np.zeros_like(skeleton.nodes)
     for branch in skeleton.branches:
-        P = skeleton.nodes[branch]
+        P, inner = skeleton.nodes[branch], slice(None)
         if branch[0] == branch[-1]:
-            P = np.concatenate([P[-2:-1], P, P[1:2]])
-            tangents[branch] = P[2:] - P[:-2]
-        else:
-            tangents[branch] = np.gradient(P, axis=0)
+            P, inner = np.concatenate([P[:-1], P, P[1:]]), slice(len(P) - 1, 2 * len(P) - 1)
+        steps = np.linalg.norm(np.diff(P, axis=0), axis=1)
+        arc = np.append(0.0, np.cumsum(steps))
+        nearest = np.maximum(np.append(steps, 0.0), np.append(0.0, steps))[inner]
+        reach = np.maximum(nearest, TANGENT_REACH * skeleton.radii[branch])
+        before, after = (
+            np.stack([np.interp(arc[inner] + side, arc, x) for x in P.T], axis=1) for side in (-reach, reach)
+        )
+        tangents[branch] = after - before
     tangents[skeleton.degrees >= 3] = 0
     length = np.linalg.norm(tangents, axis=1, keepdims=True)
     unit: NDArray[np.float64] = np.divide(tangents, length, out=np.zeros_like(tangents), where=length > 0)

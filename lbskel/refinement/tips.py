@@ -235,6 +235,7 @@ def trace_centerline(
         forward = P[active] + step[:, None] * T[active]
         section = cross_sections(surface.mesh, forward, T[active], deadline=surface.deadline)
         is_own = section.surrounds & (section.radii < MAX_WIDENING * width[active])
+        is_own &= np.linalg.norm(section.centroids - forward, axis=1) <= step
         is_own &= surface.contains(section.centroids)
         active, moved, step = active[is_own], section.centroids[is_own], step[is_own]
         width[active], radii[active] = section.radii[is_own], _hydraulic_radii(section)[is_own]

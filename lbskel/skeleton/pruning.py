@@ -9,7 +9,7 @@ from __future__ import annotations
 __all__ = [
     "MIN_BRANCH_RATIO",
     "MIN_TIP_DISTANCE",
-    "branch_reaches",
+    "farthest_vertices",
     "merge_junctions",
     "prune",
     "prune_contained_branches",
@@ -34,10 +34,12 @@ MIN_TIP_DISTANCE = 0.65  # in junction radii: a tip closer to its junction says 
 # branch; a guess, benchmarks/results/constants.md
 
 
-def branch_reaches(skeleton: Skeleton, mesh: Mesh, branches: list[NDArray[np.int64]]) -> NDArray[np.float64]:
-    """(b,) largest distance from the first node of each branch to the vertices mapped to its other nodes.
+def farthest_vertices(
+    skeleton: Skeleton, mesh: Mesh, branches: list[NDArray[np.int64]]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """(b,) the vertex farthest from the first node of each branch among those mapped to its other nodes, and how far.
 
-    No two branches share a node other than their first.
+    No two branches share a node other than their first. A branch without vertices has vertex 0 at distance 0.
     """
     branch_of_node = np.full(len(skeleton.nodes), -1)
     for number, branch in enumerate(branches):
@@ -46,9 +48,12 @@ def branch_reaches(skeleton: Skeleton, mesh: Mesh, branches: list[NDArray[np.int
     on_branch = np.flatnonzero(branch_of_vertex >= 0)
     first = np.array([branch[0] for branch in branches], dtype=np.int64)
     offsets = mesh.vertices[on_branch] - skeleton.nodes[first[branch_of_vertex[on_branch]]]
-    reaches = np.zeros(len(branches))
-    np.maximum.at(reaches, branch_of_vertex[on_branch], np.linalg.norm(offsets, axis=1))
-    return reaches
+    distances = np.linalg.norm(offsets, axis=1)
+    ascending = on_branch[np.argsort(distances, kind="stable")]
+    vertices, reaches = np.zeros(len(branches), dtype=np.int64), np.zeros(len(branches))
+    vertices[branch_of_vertex[ascending]] = ascending  # the last assignment counts
+    np.maximum.at(reaches, branch_of_vertex[on_branch], distances)
+    return vertices, reaches
 
 
 def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH_RATIO) -> Skeleton:
@@ -97,7 +102,7 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
         if not ends:
             return skeleton
         junctions = np.array([b[0] for b in ends])
-        ratios = branch_reaches(skeleton, mesh, ends) / np.maximum(skeleton.radii[junctions], 1e-300)
+        ratios = farthest_vertices(skeleton, mesh, ends)[1] / np.maximum(skeleton.radii[junctions], 1e-300)
         order = np.lexsort((ratios, junctions))
         rank = np.arange(len(order)) - np.searchsorted(junctions[order], junctions[order])
         # two branches are left at each junction
@@ -124,7 +129,7 @@ def prune_contained_branches(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
         The mesh that ``node_of_vertex`` belongs to.
     """
     target, ends = np.arange(len(skeleton.nodes)), skeleton.end_branches
-    for branch, reach in zip(ends, branch_reaches(skeleton, mesh, ends).tolist(), strict=True):
+    for branch, reach in zip(ends, farthest_vertices(skeleton, mesh, ends)[1].tolist(), strict=True):
         radius = skeleton.radii[branch[0]]
         distances = np.linalg.norm(skeleton.nodes[branch] - skeleton.nodes[branch[0]], axis=1)
         if (distances + skeleton.radii[branch]).max() >= CONTAINED_RATIO * radius:

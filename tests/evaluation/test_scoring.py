@@ -5,7 +5,7 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
-from helpers import joined, moved
+from helpers import joined, moved, nearest_rows, slab
 
 from lbskel import Mesh, MeshError, Skeleton, score, skeletonize
 from lbskel.evaluation.measures import MEASURES
@@ -306,6 +306,17 @@ def test_regions_are_as_wide_as_the_edges_of_the_mesh(n_skipped, n_shortcuts):
     assert score(skeleton, mesh, preprocess=None).shortcut_edges == 0
     skipping = with_edges(skeleton, [*skeleton.edges.tolist(), [3, 4 + n_skipped]])
     assert score(skipping, mesh, preprocess=None).shortcut_edges == n_shortcuts
+
+
+def test_a_flat_part_is_covered_to_its_edges():
+    """A slab five times as wide as thick on both sides of its axis."""
+    mesh, x = slab(8.0, 4.0, 0.4), np.linspace(-3.8, 3.8, 39)
+    nodes = np.column_stack([x, 0 * x, 0 * x])
+    node = nearest_rows(mesh.vertices, nodes)
+    skeleton = Skeleton(nodes, [[k, k + 1] for k in range(38)], np.ones(39), node)
+    assert score(skeleton, mesh, preprocess=None).coverage > 0.9
+    squeezed = replace(skeleton, nodes=nodes * [0.01, 1, 1])  # regions about one wide: those beyond |x| = 2 are too far
+    assert score(squeezed, mesh, preprocess=None).coverage < 0.75
 
 
 def test_coverage_is_a_share_of_the_area():

@@ -7,7 +7,7 @@ from helpers import STAR_RADIUS, graph_of_star, joined, loop_in, moved, nearest_
 
 from lbskel import Skeleton
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.centerlines import _is_continuous, find_section_centers
+from lbskel.refinement.centerlines import _is_continuous, _tangents, find_section_centers
 from lbskel.shapes import capsule, torus
 
 
@@ -77,3 +77,13 @@ def test_a_section_of_another_branch_is_not_a_branchs_own():
     swapped = Skeleton(own.nodes, own.edges, own.radii, (nearest + 9) % 18)
     assert find_section_centers(own, Surface(two)).is_known.sum() == 14
     assert not find_section_centers(swapped, Surface(two)).is_known.any()
+
+
+def test_tangents_are_those_over_half_a_radius():
+    """Nodes a fiftieth of a radius apart, which leave the axis by a fiftieth in turn: edges lean by 45 degrees."""
+    x = np.arange(200) / 50
+    nodes = np.column_stack([x, (-1.0) ** np.arange(200) / 100, 0 * x])
+    path = Skeleton(nodes, [*itertools.pairwise(range(200))], np.ones(200))
+    assert _tangents(path)[:, 0].min() > np.cos(np.radians(3))
+    sparse = Skeleton(nodes[:8] * [100, 0, 0], [*itertools.pairwise(range(8))], np.ones(8))
+    assert (_tangents(sparse) == [1, 0, 0]).all()  # nodes farther apart than half a radius

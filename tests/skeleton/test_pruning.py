@@ -7,7 +7,7 @@ import pytest
 from helpers import star_skeleton, theta_skeleton
 
 from lbskel import Mesh, MeshError, Skeleton, UnknownChoice, merge_junctions, prune
-from lbskel.skeleton.pruning import branch_reaches, prune_contained_branches
+from lbskel.skeleton.pruning import farthest_vertices, prune_contained_branches
 
 
 def test_a_short_branch_is_removed_and_long_ones_are_kept():
@@ -84,8 +84,10 @@ def test_the_junctions_of_a_triangle_are_not_merged():
 def test_the_reach_of_a_branch_is_measured_from_its_first_node_to_the_vertices_of_the_others():
     skeleton = Skeleton([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1], [1, 2]], np.ones(3), [0, 1, 2, 2])
     mesh = Mesh([[-9, 0, 0], [1, 3, 0], [2, 1, 0], [3, 0, 0]], [[0, 1, 2]])
-    assert branch_reaches(skeleton, mesh, [np.array([0, 1, 2])]).tolist() == [np.hypot(1, 3)]
-    assert branch_reaches(skeleton, mesh, [np.array([2, 1, 0]), np.array([0])]).tolist() == [11, 0]
+    farthest, reaches = farthest_vertices(skeleton, mesh, [np.array([0, 1, 2])])
+    assert (farthest.tolist(), reaches.tolist()) == ([1], [np.hypot(1, 3)])
+    farthest, reaches = farthest_vertices(skeleton, mesh, [np.array([2, 1, 0]), np.array([0])])
+    assert (farthest.tolist(), reaches.tolist()) == ([0, 0], [11, 0])
 
 
 def test_the_shortest_branch_goes_first_and_its_junction_may_be_none_after_it():

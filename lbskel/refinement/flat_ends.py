@@ -1,0 +1,109 @@
+"""Flat ends: the branches that contraction leaves in the corners of a flat part are no limbs.
+
+A flat part contracts towards its medial surface, and that to a curve which forks where the end of the part is as near
+as its sides. Two measures tell a corner from a limb: its surface does not reach far beyond the half width of the part,
+and it sees the other branches of the fork through the inside, since no gap separates it from them.
+
+The half width a >= b is that of the rectangle with the area A and the perimeter L of a cross-section: 4 (a + b) = L and
+4 a b = A.
+"""
+
+from __future__ import annotations
+
+__all__ = ["prune_flat_ends"]
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lbskel.geometry.cross_sections import cross_sections
+from lbskel.geometry.shape_diameter import local_radii
+from lbskel.geometry.surface_queries import Surface
+from lbskel.skeleton.editing import contract_nodes
+from lbskel.skeleton.pruning import farthest_vertices
+from lbskel.skeleton.skeleton import Skeleton
+
+# Distance by which a line of sight may leave the surface, in lengths of the line: bent ribbons need 0.02, and from 0.08
+# on ears count as corners of a head; the table of gaps in benchmarks/results/refinement.md
+MAX_GAP = 0.02
+N_SAMPLES = 12  # of a line of sight, as of an edge in lbskel.refinement.containment
+
+
+def prune_flat_ends(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> Skeleton:
+    """Remove the end branches in the corners of flat parts; where all of a fork go, the part ends at its junction.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With ``node_of_vertex``.
+    surface : Surface
+        Of the mesh that ``node_of_vertex`` belongs to.
+    min_branch_ratio : float
+        An end branch is kept where its surface reaches farther than this many half widths from its junction.
+    """
+    while ends := skeleton.end_branches:
+        target = np.arange(len(skeleton.nodes))
+        for row in np.flatnonzero(_is_corner(skeleton, surface, ends, min_branch_ratio)).tolist():
+            target[ends[row]] = ends[row][0]
+        if (target == np.arange(len(target))).all():
+            break
+        skeleton = contract_nodes(skeleton, target)
+    return skeleton
+
+
+def _is_corner(
+    skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], min_branch_ratio: float
+) -> NDArray[np.bool_]:
+    """(e,) whether each end branch is in a corner: near for its fork's half width, and in sight of its neighbors."""
+    nodes, junctions = skeleton.nodes, np.array([end[0] for end in ends])
+    farthest, reaches = farthest_vertices(skeleton, surface.mesh, ends)
+    entry, inward, _ = surface.inner_offset(farthest)
+    peaks = entry + local_radii(surface.mesh)[farthest][:, None] * inward
+    row_of_tip = {int(end[-1]): row for row, end in enumerate(ends)}
+    ways_from: dict[int, list[NDArray[np.int64]]] = {}
+    for branch in skeleton.branches:
+        for way in (branch, branch[::-1]):
+            ways_from.setdefault(int(way[0]), []).append(way)
+    sights: list[tuple[int, NDArray[np.float64]]] = []
+    opposite = []
+    for row, (end, reach) in enumerate(zip(ends, reaches.tolist(), strict=True)):
+        ways = [_within(nodes, way, reach) for way in ways_from[int(end[0])] if way[-1] != end[-1]]
+        facing = [peaks[row_of_tip[tip]] if (tip := int(way[-1])) in row_of_tip else nodes[tip] for way in ways]
+        sights += [(row, point) for point in facing]
+        offsets = np.array([nodes[way[-1]] - nodes[end[0]] for way in ways])
+        cosines = offsets @ (peaks[row] - nodes[end[0]]) / np.maximum(np.linalg.norm(offsets, axis=1), 1e-300)
+        opposite.append(nodes[ways[int(cosines.argmin())]])
+    owner, points = np.array([row for row, _ in sights]), np.array([point for _, point in sights])
+    is_hidden = ~_sees(peaks[owner], points, surface)
+    sees = np.bincount(owner, is_hidden, len(ends)) == 0
+    half_widths = np.zeros(len(nodes))
+    np.maximum.at(half_widths, junctions[sees], _half_widths(opposite, surface)[sees])
+    return np.asarray(sees & (reaches <= min_branch_ratio * half_widths[junctions]))
+
+
+def _within(nodes: NDArray[np.float64], way: NDArray[np.int64], reach: float) -> NDArray[np.int64]:
+    """Cut a way off after its first node that is a reach away from its start."""
+    beyond = np.flatnonzero(np.linalg.norm(nodes[way] - nodes[way[0]], axis=1) >= reach)
+    return way[: max(beyond[0], 1) + 1] if len(beyond) else way
+
+
+def _half_widths(ways: list[NDArray[np.float64]], surface: Surface) -> NDArray[np.float64]:
+    """(w,) median half width of the cross-sections at the points of each way; a point outside of its section has 0."""
+    points = np.concatenate(ways)
+    tangents = np.concatenate([np.gradient(way, axis=0) for way in ways])
+    tangents /= np.maximum(np.linalg.norm(tangents, axis=1, keepdims=True), 1e-300)
+    sections = cross_sections(surface.mesh, points, tangents)
+    mean = sections.lengths / 8
+    widths = mean + np.sqrt(np.maximum(mean**2 - sections.areas / 4, 0))
+    parts = np.cumsum([len(way) for way in ways])[:-1]
+    return np.array([np.median(part) for part in np.split(np.where(sections.surrounds, widths, 0), parts)])
+
+
+def _sees(points: NDArray[np.float64], others: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:
+    """(s,) whether each segment stays inside, or leaves the surface by little."""
+    shares = ((np.arange(N_SAMPLES) + 0.5) / N_SAMPLES)[:, None, None]
+    samples = ((1 - shares) * points + shares * others).reshape(-1, 3)
+    gaps = np.zeros(len(samples))
+    outside = np.flatnonzero(~surface.contains(samples))
+    gaps[outside] = surface.distance(samples[outside])
+    largest = gaps.reshape(N_SAMPLES, -1).max(axis=0)
+    return np.asarray(largest <= MAX_GAP * np.linalg.norm(others - points, axis=1))

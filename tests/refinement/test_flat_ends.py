@@ -1,0 +1,63 @@
+"""Flat ends: forks in the corners of a slab are removed, limbs with a gap between them are kept."""
+
+import numpy as np
+import pytest
+from helpers import nearest_rows, slab
+
+from lbskel import Skeleton, ground_truth_distances, skeletonize
+from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.flat_ends import prune_flat_ends
+from lbskel.shapes import make
+from lbskel.shapes.hard import HARD_SHAPES
+
+
+def forked(mesh, start, fork, corners):
+    """A straight skeleton along x from a start to a fork, with a branch to each of some corners."""
+    spine = np.column_stack([np.linspace(start, fork, 9), np.zeros((9, 2))])
+    shares = np.linspace(0, 1, 5)[1:, None]
+    branches = [spine[-1] + shares * ([*corner, 0] - spine[-1]) for corner in corners]
+    nodes = np.concatenate([spine, *branches])
+    starts = [9 + 4 * k for k in range(len(corners))]
+    edges = [[k, k + 1] for k in range(8)]
+    edges += [edge for first in starts for edge in ([8, first], *([k, k + 1] for k in range(first, first + 3)))]
+    return Skeleton(nodes, edges, np.ones(len(nodes)), nearest_rows(mesh.vertices, nodes))
+
+
+@pytest.mark.parametrize(("ratio", "n_tips"), [(1.40, 3), (1.43, 2)])
+def test_a_corner_reaches_the_square_root_of_two_half_widths(ratio, n_tips):
+    mesh = slab(8.0, 4.0, 0.4)
+    skeleton = forked(mesh, -3.0, 2.0, [(3.6, 1.6), (3.6, -1.6)])
+    pruned = prune_flat_ends(skeleton, Surface(mesh), min_branch_ratio=ratio)
+    assert (len(skeleton.tips), len(pruned.tips)) == (3, n_tips)
+    if n_tips == 2:
+        assert pruned.nodes[pruned.tips][:, 0] == pytest.approx([-3, 2])  # the whole fork is gone
+        assert (pruned.nodes[pruned.node_of_vertex[mesh.vertices[:, 0] > 3]] == [2, 0, 0]).all()
+
+
+@pytest.mark.parametrize(("notch", "n_tips"), [(0.0, 2), (0.2, 2), (2.0, 3)])
+def test_a_gap_separates_limbs(notch, n_tips):
+    mesh = slab(8.0, 4.0, 0.4, notch)
+    skeleton = forked(mesh, -3.0, 1.0, [(3.6, 1.6), (3.6, -1.6)])
+    assert len(prune_flat_ends(skeleton, Surface(mesh), min_branch_ratio=2.0).tips) == n_tips
+
+
+def test_a_branch_to_the_side_of_a_flat_part_is_a_corner_too():
+    mesh = slab(8.0, 4.0, 0.4)
+    skeleton = forked(mesh, -3.0, 0.0, [(3.0, 0.0), (0.0, 1.5)])
+    assert len(prune_flat_ends(skeleton, Surface(mesh), min_branch_ratio=1.5).tips) == 2
+
+
+def test_limbs_of_round_shapes_are_kept(tripod):
+    shape = make("limbs", n_vertices=1200)
+    for mesh, truth in ((tripod, make("tripod").truth), (shape.mesh, shape.truth)):
+        nearest = nearest_rows(mesh.vertices, truth.nodes)
+        skeleton = Skeleton(truth.nodes, truth.edges, truth.radii, nearest)
+        assert prune_flat_ends(skeleton, Surface(mesh), min_branch_ratio=1.5) is skeleton
+
+
+def test_a_bent_ribbon_has_two_ends():
+    shape = HARD_SHAPES["ribbon"]()
+    skeleton = skeletonize(shape.mesh)
+    assert (len(skeleton.tips), len(skeleton.junctions)) == (2, 0)
+    # the axis of a section is its center; most of what is left is the end, where a branch stops half a width early
+    assert ground_truth_distances(skeleton, shape.truth).accuracy < 0.05
