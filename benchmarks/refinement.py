@@ -63,6 +63,7 @@ def _unchanged(skeleton: lbskel.Skeleton, *_: Any, **__: Any) -> lbskel.Skeleton
 # For each pass, what stands in for its function.
 PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "prune": {f"{PIPELINE_PASSES}.prune": _unchanged},
+    "prune flat ends": {f"{PIPELINE_PASSES}.prune_flat_ends": _unchanged},
     "merge junctions by distance": {f"{PIPELINE_PASSES}.merge_junctions": _unchanged},
     "merge junctions by axes": {f"{PIPELINE_PASSES}._with_merged_junctions": _unchanged},
     "recenter": {f"{PIPELINE_PASSES}.recenter": _unchanged},
@@ -74,12 +75,16 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "grow uncovered limbs": {f"{PIPELINE_PASSES}.grow_uncovered_limbs": _unchanged},
     "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},
 }
+# Gaps of lines of sight in flat ends, in place of lbskel.refinement.flat_ends.MAX_GAP
+GAPS: dict[str, dict[str, Any]] = {
+    f"gap of {gap}": {"lbskel.refinement.flat_ends.MAX_GAP": gap} for gap in (0.005, 0.01, 0.04, 0.08)
+}
 
 
 @contextmanager
-def without(name: str) -> Iterator[None]:
-    """Leave a pass out; a name that is in no table leaves out nothing."""
-    patches = [mock.patch(target, stand_in) for target, stand_in in PASSES.get(name, {}).items()]
+def replaced(name: str) -> Iterator[None]:
+    """Put the stand-ins of a name in place; a name that is in no table changes nothing."""
+    patches = [mock.patch(target, stand_in) for target, stand_in in (PASSES | GAPS).get(name, {}).items()]
     for patch in patches:
         patch.start()
     try:
@@ -108,7 +113,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
     paths = [path for path in (*sorted(MESHES.iterdir()), *meshes) if path.suffix.lstrip(".") in EXTENSIONS]
     real = [lbskel.read_mesh(path) for path in paths[: 1 if quick else None]]
     baseline = [lbskel.skeletonize(mesh) for mesh in real]
-    ablation = [_ablation(name, tubes, list(shapes.values()), real, baseline) for name in ("none", *PASSES)]
+    ablation = [_ablation(name, tubes, list(shapes.values()), real, baseline) for name in ("none", *PASSES, *GAPS)]
     save_json(
         results / "refinement.json",
         {"summary": summary, "rows": rows, "ablation": ablation},
@@ -121,7 +126,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
         {
             "Hard shapes, means": markdown_table(summary),
             "Each hard shape": markdown_table(rows),
-            f"Passes left out in turn, on {len(tubes)} tubes, {len(shapes)} hard shapes and {len(real)} other meshes": (
+            f"Passes left out and gaps replaced, on {len(tubes)} tubes, {len(shapes)} hard shapes, {len(real)} meshes": (
                 markdown_table(ablation)
             ),
         },
@@ -178,14 +183,14 @@ def _ablation(
     baseline: Sequence[lbskel.Skeleton],
 ) -> dict[str, Any]:
     """Measure what is left without one pass; tips of the whole refinement with none near are lost."""
-    with without(name):
+    with replaced(name):
         on_tubes, on_hard = (
             _means([measured(lbskel.skeletonize(shape.mesh), shape.truth) for shape in shapes])
             for shapes in (tubes, hard)
         )
         skeletons = [lbskel.skeletonize(mesh) for mesh in real]
     return {
-        "left out": name,
+        "replaced": name,
         **{f"tubes, {key}": on_tubes[key] for key in ("accuracy", "coverage", "graphs right")},
         **{f"hard, {key}": on_hard[key] for key in ("accuracy", "coverage", "graphs right")},
         "extremities missed": sum(s.report["score"]["measures"]["extremities_missed"] for s in skeletons),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lbskel
-from benchmarks.refinement import HELD_OUT, PASSES, TUNED, measured, without
+from benchmarks.refinement import HELD_OUT, PASSES, TUNED, measured, replaced
 from lbskel.pipeline import passes
 from lbskel.shapes import make
 from lbskel.shapes.hard import HARD_SHAPES
@@ -32,7 +32,7 @@ def test_the_axis_itself_is_right_and_with_a_spike_is_not():
 @pytest.mark.parametrize("name", PASSES)
 def test_a_pass_is_left_out_only_inside_the_block(name):
     before = {target: _value(target) for target in PASSES[name]}
-    with without(name):
+    with replaced(name):
         assert all(_value(target) is not before[target] for target in before)
     assert {target: _value(target) for target in before} == before
 
@@ -46,7 +46,7 @@ def _value(target):
 def test_the_passes_call_what_is_left_out():
     assert callable(passes.refine)
     shape = make("tripod", n_vertices=600)
-    with without("recenter"):
+    with replaced("recenter"):
         raw = lbskel.skeletonize(shape.mesh)
     assert (
         measured(raw, shape.truth)["accuracy"] > 2 * measured(lbskel.skeletonize(shape.mesh), shape.truth)["accuracy"]
