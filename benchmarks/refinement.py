@@ -126,7 +126,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
         {
             "Hard shapes, means": markdown_table(summary),
             "Each hard shape": markdown_table(rows),
-            f"Passes left out and gaps replaced, on {len(tubes)} tubes, {len(shapes)} hard shapes, {len(real)} meshes": (
+            f"Passes left out or gaps replaced: {len(tubes)} tubes, {len(shapes)} hard shapes, {len(real)} meshes": (
                 markdown_table(ablation)
             ),
         },
