@@ -1,4 +1,7 @@
-"""lbskel: discrete Laplace-Beltrami operators and curve skeletons by Laplacian contraction."""
+"""lbskel: discrete Laplace-Beltrami operators and curve skeletons by Laplacian contraction.
+
+.. include:: ../README.md
+"""
 
 from importlib import import_module
 from typing import TYPE_CHECKING

@@ -26,23 +26,75 @@ Value = TypeVar("Value")
 
 
 class LbskelError(Exception):
-    """Base class of all exceptions of lbskel."""
+    """Base class of all exceptions of lbskel.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> try:
+    ...     lbskel.Mesh([[0, 0, 0]], [[0, 0, 7]])
+    ... except lbskel.LbskelError as error:
+    ...     print(type(error).__name__)
+    MeshError
+    """
 
 
 class MeshError(LbskelError, ValueError):
-    """The vertices or faces are invalid; the message names them."""
+    """The vertices or faces are invalid; the message names them.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> try:
+    ...     lbskel.Mesh([[0, 0, 0], [1, 0, 0], [0, float("nan"), 0]], [[0, 1, 2]])
+    ... except lbskel.MeshError as error:
+    ...     print("2" in str(error))
+    True
+    """
 
 
 class UnknownChoice(LbskelError, ValueError):
-    """A name is not in its table of choices; the message lists the valid names."""
+    """A name is not in its table of choices; the message lists the valid names.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> try:
+    ...     lbskel.laplacian(torus(1.0, 0.2), operator="cotangnet")
+    ... except lbskel.UnknownChoice as error:
+    ...     print(str(error).partition(";")[0])
+    unknown operator 'cotangnet', did you mean 'cotangent'?
+    """
 
 
 class OperatorError(LbskelError, TypeError):
-    """A function given as an operator returned something other than a usable Laplacian; the message says what to do."""
+    """A function given as an operator returned something other than a usable Laplacian; the message says what to do.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> try:
+    ...     lbskel.contract(torus(1.0, 0.2), lbskel.ContractionSettings(operator=lambda mesh: 7))
+    ... except lbskel.OperatorError as error:
+    ...     print("Laplacian" in str(error))
+    True
+    """
 
 
 class FormatError(LbskelError, ValueError):
-    """A file cannot be read or written, or is not in the format of its extension."""
+    """A file cannot be read or written, or is not in the format of its extension.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> try:
+    ...     lbskel.read_mesh("nowhere.off")
+    ... except lbskel.FormatError as error:
+    ...     print(error)
+    nowhere.off: no such file
+    """
 
 
 class SolveError(LbskelError, ArithmeticError):
@@ -52,6 +104,16 @@ class SolveError(LbskelError, ArithmeticError):
     ----------
     residual : float
         Relative residual of the solution that was found; infinity if none was found.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from scipy.sparse import csc_array
+    >>> try:
+    ...     lbskel.factorize(csc_array([[1.0, 1.0], [1.0, 1.0]])).solve([1.0, 0.0])
+    ... except lbskel.SolveError:
+    ...     print("singular")
+    singular
     """
 
     def __init__(self, message: str, residual: float = float("inf")):
@@ -60,7 +122,14 @@ class SolveError(LbskelError, ArithmeticError):
 
 
 class MissingDependency(LbskelError, ImportError):
-    """An optional package is not installed; the message contains the pip command that installs it."""
+    """An optional package is not installed; the message contains the pip command that installs it.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> print(lbskel.MissingDependency("plotly", "view", "an interactive page"))
+    an interactive page needs plotly, which is not installed: pip install 'lbskel[view]'
+    """
 
     def __init__(self, package: str, extra: str, purpose: str):
         super().__init__(f"{purpose} needs {package}, which is not installed: pip install 'lbskel[{extra}]'")

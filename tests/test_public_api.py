@@ -133,3 +133,11 @@ def test_a_branch_ratio_is_a_pruning_of_the_finished_skeleton(name, ratio):
     pruned = lbskel.prune(skeleton_named(name), mesh_named(name), min_branch_ratio=ratio)
     assert np.array_equal(direct.nodes, pruned.nodes)
     assert np.array_equal(direct.nodes[direct.tips], pruned.nodes[pruned.tips])
+
+
+def test_every_public_class_and_function_has_an_example_that_runs():
+    """``tests/test_readme.py`` runs them."""
+    values = {name: getattr(lbskel, name) for name in lbskel.__all__}
+    documented = {name: value for name, value in values.items() if inspect.isclass(value) or inspect.isfunction(value)}
+    assert len(documented) > 80
+    assert [name for name, value in documented.items() if ">>> " not in (inspect.getdoc(value) or "")] == []

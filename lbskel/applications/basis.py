@@ -34,6 +34,14 @@ class SpectralBasis:
         Eigenfunctions, in 1 / length.
     laplacian : Laplacian
         The operator that they belong to, of n vertices.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> basis = lbskel.spectral_basis(torus(1.0, 0.3), 6)
+    >>> basis.functions.shape[1], bool(abs(basis.values[0]) < 1e-8)
+    (6, True)
     """
 
     values: NDArray[np.float64]

@@ -52,6 +52,14 @@ class BranchTable:
         there are not two.
     radius_profile, section_area_profile : (b, 11) array of float
         Radius and area of the cross-section at 0, 10, ... 100 % of the length.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> stick = lbskel.Skeleton([[0, 0, 0], [3, 0, 0], [3, 4, 0]], [[0, 1], [1, 2]], [1, 1, 1])
+    >>> table = lbskel.branch_table(stick)
+    >>> float(table.length[0]), float(table.chord[0]), float(table.tortuosity[0])
+    (7.0, 5.0, 1.4)
     """
 
     start: NDArray[np.int64]

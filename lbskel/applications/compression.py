@@ -51,6 +51,14 @@ class CompressedMesh:
         Added to all positions.
     anchors : (k,) array of int
         Vertices, of the basis ``geometry_aware``; else empty.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> packed = lbskel.compress(torus(1.0, 0.3), 20)
+    >>> len(packed.mesh.vertices) == len(torus(1.0, 0.3).vertices)
+    True
     """
 
     basis: str

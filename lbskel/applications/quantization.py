@@ -69,6 +69,14 @@ class QuantizedDeltas:
         Vertices stored with their positions, in the order in which they were chosen.
     mesh : Mesh
         The reconstructed surface.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> rounded = lbskel.quantize_deltas(torus(1.0, 0.3), bits=8)
+    >>> rounded.bits_per_vertex > 0
+    True
     """
 
     codes: NDArray[np.int64]

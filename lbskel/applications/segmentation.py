@@ -54,6 +54,15 @@ class Segmentation:
         Of the skeleton in the part.
     mean_radius : (p,) array of float
         Mean radius of the nodes.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import capsule
+    >>> rod = capsule(3.0, 0.4, 10)
+    >>> parts = lbskel.segment(rod, lbskel.skeletonize(rod))
+    >>> len(parts), int(parts.n_faces[0]) == len(rod.faces)
+    (1, True)
     """
 
     part_of_face: NDArray[np.int64]

@@ -1,9 +1,10 @@
 """Contraction of a surface to its curve skeleton: energies, weights, steps, and the collapse to a graph."""
 
+from lbskel.contraction.collapsed_graph import CollapsedGraph
 from lbskel.contraction.flow import contract
 from lbskel.contraction.result import Contraction, Status, Step
 from lbskel.contraction.settings import DEGENERACY_STRATEGIES, PRESETS, ContractionSettings
-from lbskel.contraction.surgery import CollapsedGraph, collapse, collapse_mesh
+from lbskel.contraction.surgery import collapse, collapse_mesh
 from lbskel.contraction.weights import WEIGHTS
 
 __all__ = [

@@ -23,7 +23,14 @@ STALLED_AREA = 0.999  # factor on the area over one step, above which the contra
 
 
 class Status(str, Enum):
-    """Why a contraction ended, as a sentence."""
+    """Why a contraction ended, as a sentence.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> lbskel.Status.STEPS.value
+    'the number of steps allowed was reached'
+    """
 
     VOLUME = "the volume fell below its target"
     AREA = "the area fell below its target"
@@ -68,6 +75,14 @@ class Step:
     seconds : float
     fault : Status or None
         Why a contraction with roll-back would have undone the step.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> step = lbskel.contract(torus(1.0, 0.2)).steps[0]
+    >>> 0 < step.volume_ratio < step.area_ratio < 1
+    True
     """
 
     area_ratio: float
@@ -104,6 +119,14 @@ class Contraction(Displayed):
         Why it ended.
     treated_vertices : tuple of (t,) arrays of int
         For each step the vertices of the source that ``n_fallback_rows`` counts.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import capsule
+    >>> contraction = lbskel.contract(capsule(3.0, 0.4, 10))
+    >>> contraction.status.value, contraction.first_failed_step
+    ('the volume fell below its target', None)
     """
 
     source: Mesh

@@ -65,6 +65,14 @@ class ContractionSettings:
         Upper bound on the number of steps.
     solver : str
         A name in SOLVERS, or, for study, in CLASSICAL_ITERATIONS.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> settings = lbskel.ContractionSettings(operator="robust", max_steps=3)
+    >>> lbskel.contract(torus(1.0, 0.2), settings).status.value
+    'the number of steps allowed was reached'
     """
 
     operator: str | Operator | None = None

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel._kernels.connectivity import component_roots
+from lbskel.contraction.collapsed_graph import CollapsedGraph
 from lbskel.contraction.homology import find_tunnels, transfer_cochain
 from lbskel.contraction.quadrics import line_quadrics
 from lbskel.contraction.result import Contraction
@@ -31,34 +32,6 @@ from lbskel.geometry.vertex_map import VertexMap
 
 COST_DIGITS = 11  # decimals of a cost, in squared diameter bounds, that order edges, so that rounding decides no ties
 SAMPLING_WEIGHT = 0.1  # weight of the sampling cost relative to the shape cost; Au et al. 2008
-
-
-@dataclass(frozen=True, eq=False)
-class CollapsedGraph:
-    """The graph that remains of a contracted mesh when all its faces have collapsed.
-
-    Parameters
-    ----------
-    nodes : (k, 3) array of float
-        Positions of the nodes, in the units of the contracted mesh.
-    kept : (k,) array of int
-        Vertices of the contracted mesh that became nodes.
-    edges : (e, 2) array of int
-        Pairs of nodes.
-    node_of_vertex : (n,) array of int
-        For each vertex of the source, the node that it was merged into; -1 for a vertex without a face.
-    handles_certified : bool
-        Whether the tunnel loops of the source were known, so that its handles and the cycles of the graph correspond.
-    n_spurious_loops_removed : int
-        Cycles around no tunnel that were opened, each by removing an edge.
-    """
-
-    nodes: NDArray[np.float64]
-    kept: NDArray[np.int64]
-    edges: NDArray[np.int64]
-    node_of_vertex: NDArray[np.int64]
-    handles_certified: bool
-    n_spurious_loops_removed: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,6 +100,15 @@ def collapse_mesh(
     -------
     CollapsedGraph
         Deterministic: of equal costs the edge with the lower index is collapsed first.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> mesh = torus(1.0, 0.2)
+    >>> graph = lbskel.collapse_mesh(mesh, lbskel.contract(mesh).mesh)
+    >>> len(graph.edges) - len(graph.nodes) + 1
+    1
     """
     contracted, source = as_mesh(contracted), as_mesh(source)
     n = len(contracted.vertices)

@@ -44,6 +44,14 @@ class GroundTruthDistances:
         Mean of the differences of the two radii, without sign and relative to the true one, along the measured skeleton
         where it is further than three radii from the tips and junctions of the true one. NaN where radii are not known
         or there is no such part.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> line = lbskel.Skeleton([[0, 0, 0], [1, 0, 0]], [[0, 1]], [0.5, 0.5])
+    >>> lifted = lbskel.Skeleton([[0, 0, 0.1], [1, 0, 0.1]], [[0, 1]], [0.5, 0.5])
+    >>> round(lbskel.ground_truth_distances(lifted, line).accuracy, 3)
+    0.2
     """
 
     accuracy: float

@@ -91,6 +91,14 @@ class Score:
     connected_regions, adjacent_regions : float or None
         None for a skeleton without a vertex map.
     shortcut_edges, spurs : int
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> score = lbskel.score(lbskel.skeletonize(torus(1.0, 0.2)), torus(1.0, 0.2))
+    >>> score.verdict, score.extra_cycles
+    ('pass', 0)
     """
 
     nodes_inside_fraction: float

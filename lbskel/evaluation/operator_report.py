@@ -58,6 +58,14 @@ class LaplacianDiagnostics:
         Vertices whose row differs from the formula because a triangle there is degenerate.
     area_ratio : float or None
         Total mass over the area of the mesh.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> mesh = torus(1.0, 0.2, 16, 8)
+    >>> lbskel.laplacian_diagnostics(lbskel.laplacian(mesh), mesh).asymmetry
+    0.0
     """
 
     asymmetry: float

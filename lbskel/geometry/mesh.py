@@ -1,4 +1,4 @@
-"""Triangle meshes and point clouds as frozen values, validated when they are made.
+"""Triangle meshes as frozen values, validated when they are made; point clouds are in ``point_cloud``.
 
 A ``Mesh`` holds only what the caller gave. What follows from it (edges, components, genus) is computed at first use and
 cached in its ``__dict__``, also by :mod:`lbskel.geometry.surface_queries`. Nothing here moves a vertex or removes a
@@ -22,8 +22,9 @@ from lbskel._kernels.triangles import integrals
 from lbskel.geometry.arrays import checked_points, checked_triangles, read_only
 from lbskel.geometry.bvh import AABBTree, build_aabb_tree
 from lbskel.geometry.conversion import arrays_of, triangulate
-from lbskel.geometry.exchange import CloudExchange, MeshExchange
+from lbskel.geometry.exchange import MeshExchange
 from lbskel.geometry.normals import normalized, triangle_normals
+from lbskel.geometry.point_cloud import PointCloud
 from lbskel.geometry.polygon_triangulation import retriangulate_nonconvex
 from lbskel.geometry.sorting import unique_inverse
 
@@ -243,29 +244,6 @@ class Mesh(MeshExchange):
         return self.n_components - self.euler_characteristic // 2 if self.is_closed_manifold else None
 
 
-@dataclass(frozen=True, eq=False)
-class PointCloud(CloudExchange):
-    """Points sampled from a surface: validated, read-only.
-
-    Parameters
-    ----------
-    points : (n, 3) array_like of float, in the caller's units
-
-    Raises
-    ------
-    MeshError
-        If there is no point or a coordinate is not finite.
-    """
-
-    points: NDArray[np.float64]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "points", checked_points(self.points, "points"))
-
-    def __repr__(self) -> str:
-        return f"PointCloud({len(self.points)} points)"
-
-
 @singledispatch
 def as_mesh(data: Any) -> Mesh:
     """Convert what users have to a Mesh: (vertices, faces), a path, a trimesh, pyvista or meshio mesh, or a Mesh.
@@ -284,6 +262,12 @@ def as_mesh(data: Any) -> Mesh:
         If the data is a path and no mesh can be read from it.
     MeshError
         If the data is not a mesh, or Mesh rejects it.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> lbskel.as_mesh(([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]))
+    Mesh(4 vertices, 2 faces)
     """
     vertices, faces = arrays_of(data)
     triangles, polygon = triangulate(faces)

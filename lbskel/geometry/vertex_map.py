@@ -21,6 +21,14 @@ class VertexMap:
     ----------
     indices : (n,) array of int
         Target vertex of each source vertex; -1 where it has none.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> import numpy as np
+    >>> merged = lbskel.VertexMap([0, 0, 1])  # the first two of three vertices were merged
+    >>> merged.pull_back(np.array([7, 8])).tolist()
+    [7, 7, 8]
     """
 
     indices: NDArray[np.int64]

@@ -54,6 +54,18 @@ def write_rig(path: str | os.PathLike[str], rig: Rig, *, up: str = "y", force: b
         written.
     UnknownChoice
         If ``up`` is another axis.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import lbskel
+    >>> from lbskel.shapes import capsule
+    >>> rod = capsule(3.0, 0.4, 10)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     lbskel.write_rig(Path(folder) / "rod.glb", lbskel.rig(rod, lbskel.skeletonize(rod)), up="z")
+    ...     (Path(folder) / "rod.glb").read_bytes()[:4]
+    b'glTF'
     """
     if not os.fspath(path).lower().endswith(".glb"):
         raise FormatError(f"{path}: the name must end in .glb")

@@ -96,6 +96,17 @@ def write_mesh(path: str | os.PathLike[str], mesh: Any, *, force: bool = False) 
         If the extension is unknown, the format cannot store the mesh, or the file exists or cannot be written.
     MeshError
         If ``mesh`` is not a mesh.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     lbskel.write_mesh(Path(folder) / "ring.ply", torus(1.0, 0.2, 16, 8))
+    ...     lbskel.read_mesh(Path(folder) / "ring.ply")
+    Mesh(128 vertices, 256 faces)
     """
     encode = MESH_WRITERS[known_extension(path, MESH_WRITERS, "meshes")]
     given = as_mesh(mesh)

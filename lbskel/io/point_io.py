@@ -54,6 +54,17 @@ def read_points(path: str | os.PathLike[str]) -> PointCloud:
         If there are no points or a coordinate is not finite.
     MissingDependency
         If it is a LAS or LAZ file and laspy is not installed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import lbskel
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "cloud.xyz"
+    ...     _ = path.write_text("0 0 0; 1 2 3".replace("; ", chr(10)))
+    ...     lbskel.read_points(path)
+    PointCloud(2 points)
     """
     read = POINT_READERS[known_extension(path, POINT_READERS, "point clouds")]
     with convert_errors(path):

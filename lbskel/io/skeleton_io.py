@@ -98,6 +98,17 @@ def write_skeleton(
         number, or a file exists or cannot be written.
     MissingDependency
         If the format needs a package that is not installed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import lbskel
+    >>> stick = lbskel.Skeleton([[0, 0, 0], [1, 0, 0]], [[0, 1]], [0.1, 0.2])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     lbskel.write_skeleton(Path(folder) / "stick.swc", stick)
+    ...     lbskel.read_skeleton(Path(folder) / "stick.swc")
+    Skeleton(2 nodes, 1 edges, 2 tips, 0 junctions, 0 cycles)
     """
     entry = FORMATS[known_extension(path, FORMATS, "skeletons")]
     with prefix_errors(path):

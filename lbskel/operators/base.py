@@ -39,6 +39,15 @@ class Laplacian(Displayed):
     ------
     MeshError
         If an entry is not finite: the squares of the coordinates overflow.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> mesh = torus(1.0, 0.2)
+    >>> laplacian = lbskel.laplacian(mesh)
+    >>> float(abs(laplacian.stiffness.sum(axis=1)).max()) < 1e-12, bool(abs(laplacian.mass.sum() - mesh.area) < 1e-9)
+    (True, True)
     """
 
     stiffness: csc_array

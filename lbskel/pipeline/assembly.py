@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from lbskel.contraction.collapsed_graph import CollapsedGraph
 from lbskel.contraction.result import Contraction, Step
 from lbskel.contraction.settings import ContractionSettings
-from lbskel.contraction.surgery import CollapsedGraph
 from lbskel.evaluation.measures import NOT_SCORED, Score
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.environment import are_kernels_compiled, versions
@@ -54,6 +54,17 @@ def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
     skeletons : sequence of Skeleton
         Of the bodies of the prepared mesh, in their order.
     prepared : PreparedMesh
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> prepared = lbskel.prepare(torus(5.0, 1.0))
+    >>> (body,) = prepared.bodies
+    >>> graph = lbskel.collapse(lbskel.contract(body.proxy.mesh))
+    >>> skeleton = lbskel.assemble([lbskel.refine(lbskel.to_skeleton(graph), body)], prepared)
+    >>> skeleton.cycle_rank, round(float(skeleton.radii.mean()), 1)
+    (1, 1.0)
     """
     whole = concatenate(skeletons)
     node_of_vertex = np.full(len(prepared.mesh.vertices), -1)

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from lbskel.contraction.collapsed_graph import CollapsedGraph
 from lbskel.contraction.flow import contract
 from lbskel.contraction.result import Contraction, Status
 from lbskel.contraction.settings import ContractionSettings
-from lbskel.contraction.surgery import CollapsedGraph, collapse
+from lbskel.contraction.surgery import collapse
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.assembly import body_report
 from lbskel.pipeline.preparation import Body
@@ -78,5 +79,13 @@ def _single_node(body: Body) -> Skeleton:
 
 
 def to_skeleton(graph: CollapsedGraph) -> Skeleton:
-    """Convert a collapsed graph to a skeleton without radii, the input of :func:`lbskel.refine`."""
+    """Convert a collapsed graph to a skeleton without radii, the input of :func:`lbskel.refine`.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> lbskel.to_skeleton(lbskel.collapse(lbskel.contract(torus(1.0, 0.2)))).cycle_rank
+    1
+    """
     return Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)), graph.node_of_vertex)

@@ -70,6 +70,15 @@ def refine(
     -------
     Skeleton
         In the body's coordinates, with inscribed and mean radii and a node for each vertex of the body.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> (body,) = lbskel.prepare(torus(1.0, 0.2)).bodies
+    >>> skeleton = lbskel.to_skeleton(lbskel.collapse(lbskel.contract(body.proxy.mesh)))
+    >>> len(lbskel.refine(skeleton, body).node_of_vertex) == len(body.mesh.vertices)
+    True
     """
     require_refinement_options(min_branch_ratio, tip_position)
     timer = timer or StageTimer()

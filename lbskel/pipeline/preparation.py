@@ -43,6 +43,14 @@ class Body:
         The mesh simplified to the faces that its thickness needs, or the mesh itself.
     open_ends : (e, 4) array of float
         Center and mean radius of each of its boundary loops before they were closed, where branches may end.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> (body,) = lbskel.prepare(torus(1.0, 0.2)).bodies
+    >>> body.mesh.genus, body.is_piece
+    (1, False)
     """
 
     mesh: Mesh
@@ -83,6 +91,14 @@ class PreparedMesh:
         The report of the preprocessing pipeline, ready for JSON.
     simplify : str
         Whether bodies have proxies: ``auto`` or ``none``.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> prepared = lbskel.prepare(torus(5.0, 1.0))
+    >>> round(prepared.scale), len(prepared.bodies)
+    (12, 1)
     """
 
     source: Mesh

@@ -78,6 +78,14 @@ class MeshReport:
         A sentence for each defect, with what lbskel does about it.
     is_advised : bool
         Whether a skeleton can be expected to represent the shape.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import flat_grid
+    >>> report = lbskel.check(flat_grid(4, 4))
+    >>> report.faces
+    18
     """
 
     vertices: int

@@ -44,6 +44,14 @@ class PreprocessResult:
         Barycentric weights of each input vertex on the k vertices of ``mesh``, if the surface was remeshed.
     report : dict
         Each step with its options and what it changed, ready for JSON.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> result = lbskel.Pipeline(["merge_close"])(torus(1.0, 0.2, 16, 8))
+    >>> len(result.mesh.vertices), len(result.vertex_map)
+    (128, 128)
     """
 
     mesh: Mesh

@@ -39,6 +39,15 @@ class Rig:
     ------
     MeshError
         If the numbers of bones or vertices do not agree, names are not distinct, or a parent does not come first.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import capsule
+    >>> rod = capsule(3.0, 0.4, 10)
+    >>> rigged = lbskel.rig(rod, lbskel.skeletonize(rod))
+    >>> rigged.names[0], bool((abs(rigged.weights.sum(axis=1) - 1) < 1e-9).all())
+    ('root', True)
     """
 
     mesh: Mesh

@@ -158,6 +158,14 @@ def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
     ------
     UnknownChoice
         If the ratio is negative or NaN.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> nodes = [[-2, 1, 0], [-2, -1, 0], [0, 0, 0], [0.2, 0, 0], [2, 1, 0], [2, -1, 0]]
+    >>> near = lbskel.Skeleton(nodes, [[0, 2], [1, 2], [2, 3], [3, 4], [3, 5]], [1] * 6)
+    >>> len(near.junctions), len(lbskel.merge_junctions(near).junctions)
+    (2, 1)
     """
     if not ratio >= 0:
         raise UnknownChoice(f"ratio must be a number of local radii, 0 or more, not {ratio}")

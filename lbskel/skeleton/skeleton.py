@@ -72,6 +72,13 @@ class Skeleton(SkeletonExchange):
     MeshError
         If an array is not one of numbers of the right shape, the lengths do not agree, or an edge, the map or an anchor
         refers to a node that does not exist.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> fork = lbskel.Skeleton([[0, 0, 0], [1, 0, 0], [2, 1, 0], [2, -1, 0]], [[0, 1], [1, 2], [1, 3]], [1, 1, 1, 1])
+    >>> fork.tips.tolist(), fork.junctions.tolist(), len(fork.branches)
+    ([0, 2, 3], [1], 3)
     """
 
     nodes: NDArray[np.float64]

@@ -113,6 +113,18 @@ def skeletonize_many(
         If an option is unknown or out of range.
     MissingDependency
         If Dask is asked for and not installed, or a package that the format or the pictures need.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     lbskel.write_mesh(Path(folder) / "ring.off", torus(1.0, 0.2, 16, 8))
+    ...     records = lbskel.skeletonize_many([Path(folder) / "ring.off"], Path(folder) / "out", workers=1)
+    >>> [record.outcome.value for record in records]
+    ['passed']
     """
     choose(FORMATS, extension, "format of skeletons")
     require_writable(extension, scale=scale, units=units)
