@@ -34,6 +34,7 @@ __all__ = [
     "Laplacian",
     "LaplacianDiagnostics",
     "LbskelError",
+    "MemoryLimitError",
     "Mesh",
     "MeshError",
     "MeshReport",
@@ -153,6 +154,7 @@ if TYPE_CHECKING:
     from lbskel.errors import (
         FormatError,
         LbskelError,
+        MemoryLimitError,
         MeshError,
         MissingDependency,
         OperatorError,

@@ -8,6 +8,7 @@ from __future__ import annotations
 __all__ = [
     "FormatError",
     "LbskelError",
+    "MemoryLimitError",
     "MeshError",
     "MissingDependency",
     "OperatorError",
@@ -119,6 +120,10 @@ class SolveError(LbskelError, ArithmeticError):
     def __init__(self, message: str, residual: float = float("inf")):
         super().__init__(message)
         self.residual = residual
+
+
+class MemoryLimitError(LbskelError, MemoryError):
+    """The input needs more memory than there is; the message says how much, and the way out."""
 
 
 class MissingDependency(LbskelError, ImportError):

@@ -10,6 +10,7 @@ from lbskel import (
     ContractionSettings,
     FormatError,
     LbskelError,
+    MemoryLimitError,
     MeshError,
     MissingDependency,
     OperatorError,
@@ -36,6 +37,7 @@ BUILTIN_BASE = {
     FormatError: ValueError,
     SolveError: ArithmeticError,
     MissingDependency: ImportError,
+    MemoryLimitError: MemoryError,
 }
 
 

@@ -54,6 +54,9 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("--json", action="store_true", help="print the full report as JSON, one line per input")
     add_force_option(parser)
     parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    parser.add_argument(
+        "--memory-limit", type=float, metavar="MB", help="refuse what takes more memory (what the machine has free)"
+    )
     add_skeleton_options(parser)
     parser.set_defaults(run=run)
 
@@ -147,6 +150,7 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
             **skeleton_options(arguments),
             on_stage=bar.show,
             time_limit=arguments.time_limit,
+            memory_limit=arguments.memory_limit,
             profile=arguments.profile,
         )
     skeleton, _ = cut_cycles(skeleton, tree=arguments.tree, extension=_format(job.skeleton))

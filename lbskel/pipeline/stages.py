@@ -31,6 +31,7 @@ from lbskel.pipeline.bodies import skeletonize_body
 from lbskel.pipeline.clouds import skeletonize_cloud
 from lbskel.pipeline.evaluation import score_prepared
 from lbskel.pipeline.grouping import skeletonize_bodies
+from lbskel.pipeline.memory import simplify_within
 from lbskel.pipeline.options import resolve_options, resolve_settings
 from lbskel.pipeline.passes import refine
 from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
@@ -68,6 +69,7 @@ def skeletonize(
     preprocess: str | Pipeline | None = "auto",
     on_stage: Progress | None = None,
     time_limit: float | None = None,
+    memory_limit: float | None = None,
     profile: bool = False,
 ) -> Skeleton:
     """Make the curve skeleton of a mesh or a point cloud, and score it.
@@ -111,6 +113,9 @@ def skeletonize(
         Seconds after which what is not needed is left out, also in the middle of a stage; contraction ends at half of
         them. The result comes within one and a half times the limit, or two seconds more, and its notes list what was
         left out and what it lacks.
+    memory_limit : float, optional
+        Megabytes that the run may take, by its number of faces; what the machine has free by default. Where a mesh
+        cannot be contracted in full, it is contracted by a proxy.
     profile : bool
         Whether the report has the peak memory of each stage beside the seconds; on Linux only.
 
@@ -126,6 +131,8 @@ def skeletonize(
         If the input is no mesh, or encloses nothing, or an anchor is no vertex and no point inside.
     UnknownChoice
         If a name is in no table or a number is out of its range.
+    MemoryLimitError
+        If the mesh takes more memory than the limit.
 
     References
     ----------
@@ -149,10 +156,12 @@ def skeletonize(
         shape = as_shape(mesh)
     if isinstance(shape, PointCloud):
         of_mesh = partial(skeletonize, preset=preset, operator=operator, energy=energy, solver=solver)
-        of_mesh = partial(of_mesh, simplify=simplify, n_nodes=n_nodes, **given)
+        of_mesh = partial(of_mesh, simplify=simplify, n_nodes=n_nodes, memory_limit=memory_limit, **given)
         places: dict[str, Any] = {"anchors": anchors, "root": root, "preprocess": preprocess}
         return skeletonize_cloud(shape, of_mesh, **places, on_stage=on_stage, time_limit=time_limit, profile=profile)
+    simplify, memory_notes = simplify_within(shape, simplify, memory_limit)
     prepared = prepare(shape, preprocess=preprocess, simplify=simplify, timer=timer)
+    prepared = replace(prepared, notes=(*prepared.notes, *memory_notes))
     located = resolve_anchors(anchors, prepared)
     ratio, where = options["min_branch_ratio"], options["tip_position"]
 

@@ -9,7 +9,7 @@ from lbskel import FormatError, read_skeleton, skeletonize
 from lbskel.cli.main import command_line_parser
 from lbskel.cli.options import add_skeleton_options, refuse_existing, skeleton_options
 
-NOT_OPTIONS = {"mesh", "on_stage", "time_limit", "profile"}  # given by the commands themselves
+NOT_OPTIONS = {"mesh", "on_stage", "time_limit", "memory_limit", "profile"}  # given by the commands themselves
 
 
 def parsed(*arguments):

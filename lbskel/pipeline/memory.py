@@ -1,0 +1,73 @@
+"""The memory that a run takes, estimated from the number of faces before anything large is allocated."""
+
+from __future__ import annotations
+
+__all__ = ["free_megabytes", "megabytes_needed", "simplify_within"]
+
+from pathlib import Path
+
+from lbskel.errors import MemoryLimitError, UnknownChoice
+from lbskel.geometry.mesh import Mesh
+
+# Megabytes for each million faces, by whether a proxy is contracted, beside those of Python and its libraries. In
+# benchmarks/results/speed.md a shape of 5,000,000 faces takes 3,750 and 5,720 MB, of 1,400,000 faces 1,120 and 1,620.
+PER_MILLION_FACES = {"auto": 730.0, "none": 1130.0}
+LIBRARIES = 110.0  # megabytes of the process of a small mesh, in the same table
+MEMORY_INFO = Path("/proc/meminfo")  # Linux's account of the memory
+
+
+def megabytes_needed(n_faces: int, simplify: str) -> float:
+    """Estimate the peak memory of a run.
+
+    Parameters
+    ----------
+    n_faces : int
+    simplify : str
+        As for :func:`lbskel.skeletonize`.
+    """
+    return LIBRARIES + PER_MILLION_FACES[simplify] * n_faces / 1e6
+
+
+def free_megabytes() -> float:
+    """Return the memory that the machine has free, infinite where the system does not tell."""
+    try:
+        lines = MEMORY_INFO.read_text(encoding="ascii").splitlines()
+    except OSError:
+        return float("inf")
+    kibibytes = [float(line.split()[1]) for line in lines if line.startswith("MemAvailable:")]
+    return kibibytes[0] * 1024 / 1e6 if kibibytes else float("inf")
+
+
+def simplify_within(mesh: Mesh, simplify: str, memory_limit: float | None) -> tuple[str, list[str]]:
+    """Return how to simplify a mesh within a limit on the memory, and a note where that is not what was asked for.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    simplify : str
+        What was asked for: a mesh that cannot be contracted in full is contracted by a proxy.
+    memory_limit : float, optional
+        In megabytes; what the machine has free by default.
+
+    Raises
+    ------
+    MemoryLimitError
+        If it cannot be contracted by a proxy either.
+    UnknownChoice
+        If the limit is not positive.
+    """
+    if memory_limit is not None and not memory_limit > 0:
+        raise UnknownChoice(f"memory_limit must be a positive number of megabytes, not {memory_limit}")
+    limit = free_megabytes() if memory_limit is None else memory_limit
+    needed = megabytes_needed(len(mesh.faces), simplify)
+    if needed <= limit:
+        return simplify, []
+    least = megabytes_needed(len(mesh.faces), "auto")
+    if least <= limit:
+        return "auto", [
+            f"contracted by a proxy, since in full it would take {needed:,.0f} MB of memory of {limit:,.0f}"
+        ]
+    raise MemoryLimitError(
+        f"a mesh of {len(mesh.faces):,} faces takes about {least:,.0f} MB of memory, and the limit is {limit:,.0f}: "
+        "simplify it first, with lbskel preprocess or another tool, or give a memory_limit"
+    )
