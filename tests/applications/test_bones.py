@@ -63,7 +63,9 @@ def test_cycles_small_components_and_single_nodes():
     closed = Skeleton(ring.nodes, [*ring.edges.tolist(), [0, len(ring.nodes) - 1]], ring.radii, ring.node_of_vertex)
     assert len(bones_of(closed, max_bones=30).heads) > 3
     crumb = Skeleton([[0, 0, 0], [2, 0, 0], [9, 9, 9]], [[0, 1]], [0.1] * 3, [0, 1, 2])
-    assert bones_of(crumb, max_bones=30).bone_of_vertex.tolist()[2] == 1  # as the node nearest to it
+    found = bones_of(crumb, max_bones=30)
+    assert found.bone_of_vertex.tolist()[2] == 1  # as the node nearest to it
+    assert found.parents.tolist() == [-1, 0]
     single = bones_of(Skeleton([[0, 0, 0]], [], [1.0], [0, 0]), max_bones=1)
     assert single.tails.tolist() == [[0, 1, 0]]
     two = Skeleton([[0, 0, 0], [2, 0, 0], [0, 5, 0], [2, 5, 0]], [[0, 1], [2, 3]], [0.1] * 4, [0, 1, 2, 3])

@@ -99,3 +99,9 @@ def test_soft_constraints_are_weighted_by_the_energys_diagonal(ring):
     scaled = Constraints(rows, np.array([9]), 2.0, "cholmod").system((7 * Q).tocsc()).solve(values)
     assert scaled == pytest.approx(soft, abs=1e-12)
     assert soft[9] == 0
+
+
+def test_rotating_the_deltas_lowers_the_rigidity_energy(tripod):
+    editor = Editor(tripod, handles_of(tripod), method="rotated")
+    before, after = (editor.rigidity_energy(editor.edit(MOTIONS, iterations=n)) for n in (0, 10))
+    assert after < 0.9 * before

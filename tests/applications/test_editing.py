@@ -87,7 +87,7 @@ def test_flat_triangles_hardly_change_the_result(rod):
     capped = Mesh([*rod.vertices, middle + 1e-6 * (rod.vertices[c] - middle)], [*faces, [a, n, c], [a, b, n]])
     motions = [np.eye(4), rigid_motion(axis=[0, 1, 0], angle_deg=40)]
     handles = [np.flatnonzero(end) for end in ends(rod)]
-    found, expected = (edit(mesh, handles, motions).vertices for mesh in (capped, rod))
+    found, expected = (Editor(mesh, handles).edit(motions).vertices for mesh in (capped, rod))
     assert np.abs(found[:n] - expected).max() < 0.01 * rod.diagonal
     thrown = edit(capped, handles, motions, operator="cotangent").vertices
     assert np.abs(thrown[:n] - expected).max() > rod.diagonal

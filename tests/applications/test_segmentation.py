@@ -6,7 +6,8 @@ from helpers import triangle_soup
 
 import lbskel
 from lbskel import Mesh, MeshError, UnknownChoice, segment, skeletonize
-from lbskel.applications.face_graph import face_graph
+from lbskel.applications.face_graph import FaceGraph, face_graph
+from lbskel.applications.segmentation import _edge_costs
 from lbskel.shapes import SHAPES, capsule, mesh_solid
 
 
@@ -36,6 +37,12 @@ def test_the_limbs_are_the_parts(limbs, thickness):
     parts = segment(mesh, skeleton, thickness=thickness)
     assert len(parts) == 7
     assert rand_index(parts.part_of_face, truth) > 0.95
+
+
+def test_an_edge_costs_its_length_and_less_where_the_surface_is_concave():
+    turns = np.array([-1.0, 0.0, 1.0])  # over half a local radius: two radians per radius
+    graph = FaceGraph(np.array([[0, 1], [1, 2], [2, 3]]), np.full(3, 1.5), turns, np.full(3, 1.5))
+    assert _edge_costs(graph, np.full(4, 3.0)) == pytest.approx([0.5, 0.5, 0.5 / 3])
 
 
 def test_the_table_sums_to_the_mesh_and_the_skeleton(limbs):
