@@ -1,14 +1,19 @@
-"""The queries of the search tree let other threads run, and two threads at once get the results of one."""
+"""Kernels let other threads run, and other threads and processes get the results of one."""
 
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from multiprocessing import get_all_start_methods, get_context
 
 import numpy as np
 import pytest
 
 import lbskel
 from lbskel import _kernels
+from lbskel._kernels.connectivity import component_roots, neighbor_sums
+from lbskel._kernels.delaunay_flips import cotangents
+from lbskel._kernels.triangles import integrals
 from lbskel.geometry.bvh import build_aabb_tree
 from lbskel.shapes import torus
 
@@ -19,15 +24,27 @@ def big_ring():
     return torus(1.0, 0.3, 200, 100)
 
 
+# of some tenths of a second each
+CALLS = {
+    "winding numbers": lambda ring: partial(
+        build_aabb_tree(ring.vertices, ring.faces).winding_numbers, np.tile(ring.vertices * 0.99, (10, 1))
+    ),
+    "integrals": lambda ring: partial(integrals, ring.vertices, np.tile(ring.faces, (100, 1))),
+    "components": lambda ring: partial(component_roots, np.tile(ring.edges, (100, 1)), np.zeros(20_000, np.int64)),
+    "neighbor sums": lambda ring: partial(neighbor_sums, np.tile(ring.edges, (100, 1)), ring.vertices),
+    "cotangents": lambda ring: partial(cotangents, np.ones(30_000_000), np.empty(30_000_000)),
+}
+
+
 @pytest.mark.skipif(_kernels.is_slow(), reason="kernels are not compiled")
-def test_another_thread_runs_during_a_query(big_ring):
+@pytest.mark.parametrize("name", CALLS)
+def test_another_thread_runs_during_a_call(big_ring, name):
     """With a switch interval longer than the test, another thread runs only where the kernel lets it."""
-    tree = build_aabb_tree(big_ring.vertices, big_ring.faces)
-    points = np.tile(big_ring.vertices * 0.99, (10, 1))  # 200,000, some tenths of a second
+    call = CALLS[name](big_ring)
     interval = sys.getswitchinterval()
     try:
         sys.setswitchinterval(100.0)
-        assert any(runs_during(lambda: tree.winding_numbers(points)) for _ in range(10))  # others may use the processor
+        assert any(runs_during(call) for _ in range(10))  # others may use the processor
     finally:
         sys.setswitchinterval(interval)
 
@@ -51,3 +68,13 @@ def test_two_threads_at_once_get_the_results_of_one(ring, rod):
     for skeleton, other in zip(found, expected, strict=True):
         assert np.array_equal(skeleton.nodes, other.nodes)
         assert np.array_equal(skeleton.node_of_vertex, other.node_of_vertex)
+
+
+@pytest.mark.parametrize("method", get_all_start_methods())
+def test_a_process_gets_the_result_of_its_parent(ring, method):
+    """However it is started; a fork has the state of the libraries that the parent has used."""
+    expected = lbskel.skeletonize(ring)
+    with get_context(method).Pool(1) as pool:
+        found = pool.apply(lbskel.skeletonize, [ring])
+    assert np.array_equal(found.nodes, expected.nodes)
+    assert np.array_equal(found.node_of_vertex, expected.node_of_vertex)
