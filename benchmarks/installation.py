@@ -1,0 +1,259 @@
+"""Installation: sizes, seconds to build and to import, and speed with each Python and without a compiler.
+
+A source distribution is made of the clone; wheels are made of it and installed in fresh virtual environments, with a C
+compiler that fails. Everything comes from the package index by pip. Seconds are of the processor, minima over turns,
+whole processes: a skeleton includes the start of Python and all imports.
+"""
+
+from __future__ import annotations
+
+__all__ = ["run"]
+
+import json
+import os
+import resource
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import lbskel
+from benchmarks.harness import markdown_table, save_json, save_markdown
+from lbskel.shapes import make
+
+ROOT = Path(__file__).parent.parent
+VERSIONS = range(10, 15)  # of Python 3: those that pyproject.toml names
+SIZES = (2_000, 10_000, 50_000)  # vertices of the dinosaur
+TURNS, QUICK_TURNS = 3, 1
+EXTRAS = ("view", "preprocess")
+OTHER = "numba"  # which could compile kernels at run time
+NO_COMPILER = {"CC": "/bin/false"}
+ON_ONE_THREAD = {"OMP_NUM_THREADS": "1", "PIP_DISABLE_PIP_VERSION_CHECK": "1"}
+
+PACKAGE_SIZES = """
+import json
+from importlib.metadata import distributions
+print(json.dumps({
+    each.metadata["Name"]: sum(
+        path.stat().st_size for path in map(each.locate_file, each.files or ()) if path.is_file()
+    )
+    for each in distributions()
+}))
+"""
+
+
+def run(quick: bool, results: Path) -> None:
+    """Build, install, measure, and write installation.json and installation.md."""
+    turns = QUICK_TURNS if quick else TURNS
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        source = _source(folder)
+        meshes = _meshes(folder, SIZES[:1] if quick else SIZES)
+        pythons = {sys.version.split()[0]: Path(sys.executable)} if quick else _pythons()
+        wheels, builds = _wheels(source, pythons, folder)
+        environments = {version: _environment(python, folder / version) for version, python in pythons.items()}
+        versions = _each_python(environments, wheels, meshes, folder, turns)
+        version = min(pythons, key=lambda each: (not each.startswith("3.11"), each))
+        python = environments[version]
+        packages = _packages(python, wheels[version])
+        starts = _starts(python, folder, turns)
+        builds.append(_built_by_zig(source, pythons[version], folder))
+        builds.insert(0, {"what": "source distribution", "megabytes": source.stat().st_size / 1e6})
+        limited = None if quick else _full_api(source, pythons[version], python, wheels[version], meshes, folder, turns)
+    tables = {
+        "Build": markdown_table(builds) + "\nProcessor seconds of ``pip wheel``, Cython's installation included.\n",
+        "Each Python": markdown_table(versions)
+        + "\nThe wheel, installed without a compiler, over a build by that Python from the source, whole commands.\n",
+        "Limited API": markdown_table(limited or []) + "\nThe wheel over kernels compiled for one version of Python.\n",
+        "Start": markdown_table(starts),
+        "Packages": markdown_table(packages),
+    }
+    measured = {"builds": builds, "pythons": versions, "limited_api": limited, "starts": starts, "packages": packages}
+    save_json(results / "installation.json", measured, packages=("ziglang",))
+    save_markdown(results / "installation.md", "Installation", tables)
+
+
+def _seconds(command: Sequence[str | Path], **environment: str) -> float:
+    """Run a command on one thread, and return its processor seconds, with those of the processes that it starts."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    variables = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV")}
+    done = subprocess.run(
+        [str(each) for each in command],
+        env={**variables, **ON_ONE_THREAD, **environment},
+        cwd=tempfile.gettempdir(),  # not the clone, whose package would be imported
+        capture_output=True,
+        text=True,
+    )
+    if done.returncode:
+        raise RuntimeError(f"{' '.join(map(str, command))}: {(done.stdout + done.stderr)[-2000:]}")
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def _least(commands: Mapping[str, tuple[Sequence[str | Path], Mapping[str, str]]], turns: int) -> dict[str, float]:
+    """Time commands in turns, after one that does not count, and take the least of each."""
+    seconds: dict[str, list[float]] = {name: [] for name in commands}
+    for turn in range(turns + 1):
+        for name, (command, environment) in commands.items():
+            taken = _seconds(command, **environment)
+            if turn > 0:
+                seconds[name].append(taken)
+    return {name: min(each) for name, each in seconds.items()}
+
+
+def _pythons() -> dict[str, Path]:
+    """The interpreters of this machine by their versions: those on the path and those of pyenv."""
+    found = {}
+    for minor in VERSIONS:
+        of_pyenv = sorted((Path.home() / ".pyenv" / "versions").glob(f"3.{minor}.*/bin/python"))
+        on_path = shutil.which(f"python3.{minor}")
+        for path in [*of_pyenv[-1:], *([Path(on_path)] if on_path else [])]:
+            asked = subprocess.run([path, "-V"], capture_output=True, text=True)
+            if asked.returncode == 0:
+                found[asked.stdout.split()[1]] = path
+                break
+    return found
+
+
+def _source(folder: Path) -> Path:
+    """Make the source distribution of the clone's last commit."""
+    _seconds(["git", "clone", "--quiet", ROOT, folder / "clone"])
+    _seconds([sys.executable, "-m", "build", "--sdist", "--outdir", folder / "sdist", folder / "clone"])
+    return next((folder / "sdist").glob("*.tar.gz"))
+
+
+def _meshes(folder: Path, sizes: Sequence[int]) -> dict[str, Path]:
+    """Write the dinosaur in each size."""
+    paths = {}
+    for n_vertices in sizes:
+        mesh = make("dinosaur", n_vertices=n_vertices).mesh
+        paths[f"{len(mesh.faces):,} faces"] = folder / f"{n_vertices}.ply"
+        lbskel.write_mesh(folder / f"{n_vertices}.ply", mesh)
+    return paths
+
+
+def _wheels(source: Path, pythons: Mapping[str, Path], folder: Path) -> tuple[dict[str, Path], list[dict[str, Any]]]:
+    """The wheel for each Python, and what each took; the one of Python 3.11 serves all later ones."""
+    wheels: dict[str, Path] = {}
+    rows = []
+    for version, python in pythons.items():
+        limited = next((wheel for wheel in wheels.values() if "abi3" in wheel.name), None)
+        if limited is None:
+            out = folder / f"wheel-{version}"
+            seconds = _seconds([python, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", out, source])
+            wheels[version] = next(out.glob("*.whl"))
+            size = wheels[version].stat().st_size / 1e6
+            rows.append({"what": wheels[version].name, "megabytes": size, "seconds": seconds})
+        else:
+            wheels[version] = limited
+    return wheels, rows
+
+
+def _environment(python: Path, folder: Path) -> Path:
+    """Make a virtual environment, and return its interpreter."""
+    _seconds([python, "-m", "venv", folder])
+    return folder / "bin" / "python"
+
+
+def _installed(python: Path, what: Path, target: Path, **environment: str) -> dict[str, str]:
+    """Install into a folder of its own; the variables with which Python finds it there first."""
+    _seconds([python, "-m", "pip", "install", "--no-deps", "--target", target, what], **environment)
+    return {"PYTHONPATH": str(target)}
+
+
+def _skeleton(python: Path, mesh: Path) -> list[str | Path]:
+    return [python, "-m", "lbskel", "skeletonize", mesh, "-o", mesh.with_suffix(".swc"), "--force"]
+
+
+def _each_python(
+    pythons: Mapping[str, Path], wheels: Mapping[str, Path], meshes: Mapping[str, Path], folder: Path, turns: int
+) -> list[dict[str, Any]]:
+    """Install the wheel with each Python, and compare it with a build from the source."""
+    rows = []
+    source = next((folder / "sdist").glob("*.tar.gz"))
+    for version, python in pythons.items():
+        _seconds([python, "-m", "pip", "install", wheels[version]], **NO_COMPILER)
+        built = _installed(python, source, folder / f"built-{version}")
+        row: dict[str, Any] = {"Python": version, "wheel": wheels[version].name.split("-", 2)[2]}
+        for name, mesh in meshes.items():
+            least = _least({"wheel": (_skeleton(python, mesh), {}), "source": (_skeleton(python, mesh), built)}, turns)
+            row |= {f"{name}, seconds": least["wheel"], f"{name}, wheel / source": least["wheel"] / least["source"]}
+        rows.append(row)
+    return rows
+
+
+def _full_api(
+    source: Path, builder: Path, python: Path, wheel: Path, meshes: Mapping[str, Path], folder: Path, turns: int
+) -> list[dict[str, Any]]:
+    """Compare the wheel with kernels that are compiled for one version of Python."""
+    with tarfile.open(source) as archive:
+        archive.extractall(folder / "full", filter="data")
+    [tree] = (folder / "full").iterdir()
+    file = tree / "lbskel" / "_kernels" / "compiled_files.py"
+    file.write_text(file.read_text(encoding="utf-8").replace("\nLIMITED_API = (", "\nLIMITED_API = False and ("))
+    full = _installed(python, tree, folder / "full-installed")
+    limited = _installed(python, wheel, folder / "limited-installed", **NO_COMPILER)
+    rows = []
+    for name, mesh in meshes.items():
+        command = _skeleton(python, mesh)
+        least = _least({"limited": (command, limited), "full": (command, full)}, turns)
+        rows.append({"mesh": name, "limited API": least["limited"], "full API": least["full"]})
+        rows[-1]["limited / full"] = least["limited"] / least["full"]
+    return rows
+
+
+def _packages(python: Path, wheel: Path) -> list[dict[str, Any]]:
+    """Megabytes of lbskel, of what it needs, and of what each extra adds, as installed."""
+
+    def sizes() -> dict[str, int]:
+        done = subprocess.run([python, "-c", PACKAGE_SIZES], capture_output=True, text=True, check=True)
+        found: dict[str, int] = json.loads(done.stdout)
+        return {name: size for name, size in found.items() if name not in ("pip", "setuptools")}
+
+    there = sizes()
+    rows = [
+        {"package": name, "megabytes": size / 1e6} for name, size in sorted(there.items(), key=lambda item: -item[1])
+    ]
+    rows.insert(0, {"package": "pip install lbskel, all of:", "megabytes": sum(there.values()) / 1e6})
+    for added in (*EXTRAS, OTHER):
+        _seconds([python, "-m", "pip", "install", f"{wheel}[{added}]" if added in EXTRAS else added])
+        now = sizes()
+        rows.append({"package": f"{added} adds", "megabytes": (sum(now.values()) - sum(there.values())) / 1e6})
+        there = now
+    return rows
+
+
+def _starts(python: Path, folder: Path, turns: int) -> list[dict[str, Any]]:
+    """Seconds to import lbskel, and of README's first command with kernels compiled and as Python."""
+    site = next(python.parent.parent.glob("lib/python*/site-packages"))
+    shutil.copytree(site / "lbskel", folder / "uncompiled" / "lbskel", ignore=shutil.ignore_patterns("*.so"))
+    for path in (folder / "uncompiled" / "lbskel" / "_kernels").glob("*.py"):
+        with open(path, "a", encoding="utf-8") as file:
+            file.write("# not the installed one, whose kernels would be taken\n")
+    mesh = folder / "dinosaur.ply"
+    shutil.copy(ROOT / "meshes" / "dinosaur.ply", mesh)
+    command: list[str | Path] = [*_skeleton(python, mesh), "--picture", folder / "dinosaur.png"]
+    quick = _least(
+        {
+            "python": ([python, "-c", "pass"], {}),
+            "import lbskel": ([python, "-c", "import lbskel"], {}),
+            "import lbskel, use skeletonize": ([python, "-c", "import lbskel; lbskel.skeletonize"], {}),
+            "README's command": (command, {}),
+        },
+        turns,
+    )
+    slow = _least({"slow": (command, {"PYTHONPATH": str(folder / "uncompiled")})}, 1)["slow"]
+    rows = [{"what": name, "seconds": seconds} for name, seconds in quick.items()]
+    return [*rows, {"what": "README's command, kernels not compiled", "seconds": slow}]
+
+
+def _built_by_zig(source: Path, python: Path, folder: Path) -> dict[str, Any]:
+    """Build a wheel where no C compiler is found."""
+    command: list[str | Path] = [python, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", folder / "zig", source]
+    seconds = _seconds(command, CC="no-such-compiler")
+    wheel = next((folder / "zig").glob("*.whl"))
+    return {"what": "wheel, by ziglang's compiler", "megabytes": wheel.stat().st_size / 1e6, "seconds": seconds}

@@ -1,0 +1,39 @@
+"""The benchmark of installations: seconds of processes, sizes of packages, and interpreters; nothing is installed."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from benchmarks import installation
+
+
+def test_the_least_of_all_turns_but_the_first_counts(monkeypatch):
+    taken = {"a": iter([1.0, 5.0, 4.0]), "b": iter([9.0, 2.0, 3.0])}
+    monkeypatch.setattr(installation, "_seconds", lambda command, **environment: next(taken[environment["name"]]))
+    commands = {name: (["python"], {"name": name}) for name in taken}
+    assert installation._least(commands, 2) == {"a": 4.0, "b": 2.0}
+
+
+def test_seconds_are_of_the_processor_and_a_failure_tells_what_was_printed():
+    assert installation._seconds([sys.executable, "-c", "sum(range(10**6))"]) > 0
+    with pytest.raises(RuntimeError, match="no such mesh"):
+        installation._seconds([sys.executable, "-c", "raise SystemExit('no such mesh')"])
+
+
+def test_variables_reach_the_process(tmp_path):
+    code = f"import os; open({str(tmp_path / 'cc')!r}, 'w').write(os.environ['CC'] + os.environ['OMP_NUM_THREADS'])"
+    installation._seconds([sys.executable, "-c", code], CC="none")
+    assert (tmp_path / "cc").read_text() == "none1"
+
+
+def test_sizes_are_of_the_files_of_packages():
+    done = subprocess.run([sys.executable, "-c", installation.PACKAGE_SIZES], capture_output=True, text=True)
+    sizes = json.loads(done.stdout)
+    assert sizes["scipy"] > sizes["tqdm"] > 0
+
+
+def test_interpreters_are_of_the_named_versions():
+    found = installation._pythons()
+    assert all(version.startswith("3.") and int(version.split(".")[1]) >= 10 for version in found)
