@@ -25,6 +25,9 @@ from typing import TypeVar
 
 Value = TypeVar("Value")
 
+# Least share of the letters in common at which a name is taken for a slip of another; a choice of style
+MIN_SIMILARITY = 0.75
+
 
 class LbskelError(Exception):
     """Base class of all exceptions of lbskel.
@@ -171,7 +174,7 @@ def choose(table: Mapping[str, Value], name: str, what: str) -> Value:
 
 def nearest(name: object, names: Iterable[str]) -> str:
     """Ask for the name that was meant, for a message: ``, did you mean 'robust'?``; empty if none is similar."""
-    similar = get_close_matches(str(name), list(names), n=1)
+    similar = get_close_matches(str(name), list(names), n=1, cutoff=MIN_SIMILARITY)
     return f", did you mean {similar[0]!r}?" if similar else ""
 
 

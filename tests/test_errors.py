@@ -113,7 +113,7 @@ def test_an_unknown_format_lists_the_valid_extensions(read, table, tmp_path):
 
 def test_the_nearest_name_is_suggested():
     assert nearest("robsut", OPERATORS) == ", did you mean 'robust'?"
-    assert nearest("x", OPERATORS) == nearest(None, OPERATORS) == ""
+    assert nearest("x", OPERATORS) == nearest(None, OPERATORS) == nearest("--preprocess", ["--report"]) == ""
     with pytest.raises(
         UnknownChoice, match=r"unknown operator 'cotangnet', did you mean 'cotangent'\?; choose one of: "
     ):
