@@ -126,7 +126,18 @@ class SolveError(LbskelError, ArithmeticError):
 
 
 class MemoryLimitError(LbskelError, MemoryError):
-    """The input needs more memory than there is; the message says how much, and the way out."""
+    """The input needs more memory than there is; the message says how much, and the way out.
+
+    Examples
+    --------
+    >>> import lbskel
+    >>> from lbskel.shapes import torus
+    >>> try:
+    ...     lbskel.skeletonize(torus(1.0, 0.2), memory_limit=1)
+    ... except lbskel.MemoryLimitError as error:
+    ...     print(str(error).split(":")[0])
+    a mesh of 2,304 faces takes about 112 MB of memory, and the limit is 1
+    """
 
 
 class MissingDependency(LbskelError, ImportError):

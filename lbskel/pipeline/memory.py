@@ -6,7 +6,7 @@ __all__ = ["free_megabytes", "megabytes_needed", "simplify_within"]
 
 from pathlib import Path
 
-from lbskel.errors import MemoryLimitError, UnknownChoice
+from lbskel.errors import MemoryLimitError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh
 
 # Megabytes for each million faces, by whether a proxy is contracted, beside those of Python and its libraries. In
@@ -25,7 +25,7 @@ def megabytes_needed(n_faces: int, simplify: str) -> float:
     simplify : str
         As for :func:`lbskel.skeletonize`.
     """
-    return LIBRARIES + PER_MILLION_FACES[simplify] * n_faces / 1e6
+    return LIBRARIES + choose(PER_MILLION_FACES, simplify, "way to simplify") * n_faces / 1e6
 
 
 def free_megabytes() -> float:

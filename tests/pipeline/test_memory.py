@@ -19,7 +19,7 @@ def test_the_estimate_is_what_was_measured(n_faces, simplify, measured):
 
 def test_a_mesh_over_the_limit_is_refused_before_it_is_prepared(monkeypatch):
     monkeypatch.setattr("lbskel.pipeline.stages.prepare", None)
-    with pytest.raises(MemoryLimitError, match=r"about 110 MB of memory, and the limit is 50: simplify it first"):
+    with pytest.raises(MemoryLimitError, match=r"about 112 MB of memory, and the limit is 50: simplify it first"):
         skeletonize(torus(1.0, 0.3), memory_limit=50)
     monkeypatch.setattr(memory, "free_megabytes", lambda: 20.0)
     with pytest.raises(MemoryLimitError, match="the limit is 20"):
