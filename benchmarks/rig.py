@@ -271,6 +271,7 @@ def _draw(rigs: dict[str, lbskel.Rig], path: Path) -> None:
             for bone in last
         }
         posed = rig.posed({bone: turn.as_matrix() for bone, turn in turns.items()})
-        for title, mesh in ((name, rig.mesh), (f"{len(turns)} bones turned", posed)):
+        for title, each in ((name, rig.mesh), (f"{len(turns)} bones turned", posed)):
+            mesh = each.with_vertices((each.vertices - rig.mesh.centroid) / rig.mesh.diameter_bound)
             panels.append(Panel(mesh, title=title, field=rig.weights.argmax(axis=1) * 0.618034 % 1, field_name="bone"))
     render(panels, path, force=True)
