@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
-MAX_ROUNDS = 4  # rounds of one move for each label; 3 to 6 give the same (benchmarks/results/parts.md, "Constants")
+MAX_ROUNDS = 4  # rounds of one move for each label; a guess, the third seldom changes anything
 LARGEST = 2**30  # bound on the sum of all capacities, which are whole numbers of 32 bits
 
 

@@ -28,7 +28,7 @@ from lbskel.geometry.normals import normalized
 from lbskel.skeleton.skeleton import Skeleton
 
 N_PROFILE = 11  # places of a profile, every 10 % of the length of its branch; a choice
-# The next three are swept in benchmarks/results/parts.md, "Constants of sections"
+# The next three are guesses; the next run of ``python -m benchmarks parts`` tells what moving them does.
 SECTION_STEPS = 4  # cross-sections in the length of one mean radius of a branch
 JUNCTION_REACH = 2.0  # distance from a junction, in its radii, within which a section is not of one branch
 MAX_SECTIONS = 200  # cross-sections of one branch, which bounds the time

@@ -21,7 +21,7 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.skeleton import Skeleton
 
 # Radius of a branch over that of its junction, or of another branch, from which they are equally thick. These constants
-# are swept in benchmarks/results/parts.md, "Constants".
+# are swept in benchmarks/results/parts.md, "Constants", when one REACH of 2 was for thickness and direction.
 SAME_RATIO = 0.8
 STRAIGHT_ANGLE = 150.0  # degrees between two branches from which they are one part
 JUMP_RATIO = 1.7  # radii one radius ahead and behind whose ratio ends a part
