@@ -31,7 +31,7 @@ KNOWS = {
     "preprocess": BASE | {"geometry"},
     "contraction": BASE | {"geometry", "operators", "solvers"},
     "refinement": BASE | {"geometry", "skeleton", "solvers"},
-    "evaluation": BASE | {"geometry", "operators", "refinement", "skeleton", "solvers"},
+    "evaluation": BASE | {"contraction", "geometry", "operators", "refinement", "skeleton", "solvers"},
     "io": BASE | {"geometry", "skeleton"},
     "visualization": BASE | {"geometry", "io", "skeleton"},
     "shapes": BASE | {"geometry", "io", "preprocess", "skeleton"},  # preprocess: its isotropic remesher

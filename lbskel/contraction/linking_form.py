@@ -15,7 +15,7 @@ https://doi.org/10.1007/3-540-09526-8_5); the probability that a wrong M passes 
 
 from __future__ import annotations
 
-__all__ = ["LinkingForm", "linking_form"]
+__all__ = ["LinkingForm", "linking_cochain", "linking_form"]
 
 from dataclasses import dataclass
 
@@ -85,30 +85,73 @@ def linking_form(basis: HomologyBasis, mesh: Mesh, view: NDArray[np.float64]) ->
     view : (3, 3) array of float
         A rotation; its last column is the direction of the projection.
     """
-    m, k = len(mesh.faces), len(mesh.edges)
-    V = np.ascontiguousarray(mesh.vertices @ view)
-    random = random_integers(len(basis.generators), 0)
-    lower = np.flatnonzero(basis.flow_along(random))  # edges that no loop runs along need no crossings
-    sides = np.flatnonzero(basis.flow_across(random)[mesh.edge_of_half_edge])
+    k, m = len(mesh.edges), len(mesh.faces)
+    V = mesh.vertices @ view
+    lower = np.flatnonzero(basis.flow_along(random_integers(len(basis.generators), 0)))  # other edges are in no loop
+    rows, columns, values = _crossings(basis, V, V[mesh.edges[lower]], basis.sides[lower] % m)
+    above = basis.generators[_is_outside_above(basis, V)]
+    values = np.concatenate([values, np.full(len(above), -1).astype(np.uint64)])
+    rows, columns = np.append(lower[rows], above), np.append(columns, above)
+    return LinkingForm(basis, coo_array((-values, (rows, columns)), shape=(k, k)).tocsr())
+
+
+def linking_cochain(
+    basis: HomologyBasis,
+    points: NDArray[np.float64],
+    edges: NDArray[np.int64],
+    combinations: list[Integers],
+    view: NDArray[np.float64],
+) -> NDArray[np.int64]:
+    """Count the crossings of the edges of a graph inside a surface with combinations of its outer loops.
+
+    Parameters
+    ----------
+    basis : HomologyBasis
+        Of the surface.
+    points : (n, 3) array of float
+        The nodes of the graph.
+    edges : (e, 2) array of int
+    combinations : list of c arrays of 2g uint64
+        Coefficients of the outer loops.
+    view : (3, 3) array of float
+        As for :func:`linking_form`.
+
+    Returns
+    -------
+    (e, c) array of int
+        The sum along a cycle is its linking number with each combination.
+    """
+    nobody = np.full((len(edges), 2), -1)
+    rows, columns, values = _crossings(basis, basis.mesh.vertices @ view, (points @ view)[edges], nobody)
+    crossings = coo_array((values, (rows, columns)), shape=(len(edges), len(basis.mesh.edges))).tocsr()
+    return np.stack([crossings @ basis.flow_across(x) for x in combinations], axis=1).view(np.int64)
+
+
+def _crossings(
+    basis: HomologyBasis, V: NDArray[np.float64], segments: NDArray[np.float64], skipped: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], Integers]:
+    """Find where outer loops pass above segments, along the third axis.
+
+    Returns the row of each segment, the edge that the outer loop crosses there from left to right, and the sign.
+    """
+    mesh, m = basis.mesh, len(basis.mesh.faces)
+    sides = np.flatnonzero(basis.flow_across(random_integers(len(basis.generators), 0))[mesh.edge_of_half_edge])
     start, end = mesh.half_edges[sides].T
     pieces = np.concatenate([V[mesh.faces].mean(axis=1)[sides % m], (V[start] + V[end]) / 2])
     n = len(sides)
     ends = np.stack([np.arange(n), np.arange(n, 2 * n), np.arange(n, 2 * n)], axis=1)
     order = spatial_order(pieces, ends)
     corners, boxes = bounding_boxes(pieces, ends, order, BOX_MARGIN * float(np.abs(V).max()))
-    query, piece, sign = crossings_above(
-        np.ascontiguousarray(V[mesh.edges[lower]].reshape(-1, 6)),
-        basis.sides[lower] % m,
+    row, piece, sign = crossings_above(
+        np.ascontiguousarray(segments.reshape(-1, 6)),
+        skipped,
         np.ascontiguousarray(corners[:, :6]),
         sides[order] % m,
         boxes,
     )
     # a piece leads from its face to the middle of the edge, as the flow to the right does in the face on the left
     side = sides[order[piece]]
-    above = basis.generators[_is_outside_above(basis, V)]
-    values = np.concatenate([sign.astype(np.uint64) * basis.sign[side], np.full(len(above), -1).astype(np.uint64)])
-    rows, columns = np.append(lower[query], above), np.append(mesh.edge_of_half_edge[side], above)
-    return LinkingForm(basis, coo_array((-values, (rows, columns)), shape=(k, k)).tocsr())
+    return row, mesh.edge_of_half_edge[side], sign.astype(np.uint64) * basis.sign[side]
 
 
 def _is_outside_above(basis: HomologyBasis, V: NDArray[np.float64]) -> NDArray[np.bool_]:

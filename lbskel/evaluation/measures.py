@@ -57,6 +57,7 @@ MEASURES = {
     "rms_curvature": Measure("root mean square curvature, in radians per local radius", 1.0, 5.0),
     "extra_components": Measure("components of the skeleton minus components of the surface", 0, 1),
     "extra_cycles": Measure("cycles of the skeleton minus handles of the surface", 0, 1),
+    "tunnels_missed": Measure("tunnels of the surface that no cycle of the skeleton goes around", 0, 1),
     "connected_regions": Measure(
         "share of the vertices in the largest connected part of their node's region", 0.98, 0.6
     ),
@@ -88,6 +89,8 @@ class Score:
     extra_components : int
     extra_cycles : int or None
         None if more than two faces meet at an edge of the mesh.
+    tunnels_missed : int or None
+        None for skeletons and surfaces of several components, and surfaces that are open or intersect themselves.
     connected_regions, adjacent_regions : float or None
         None for a skeleton without a vertex map.
     shortcut_edges, spurs : int
@@ -113,6 +116,7 @@ class Score:
     rms_curvature: float
     extra_components: int
     extra_cycles: int | None
+    tunnels_missed: int | None
     connected_regions: float | None
     adjacent_regions: float | None
     shortcut_edges: int

@@ -20,6 +20,7 @@ GOOD = Score(
     rms_curvature=0.0,
     extra_components=0,
     extra_cycles=0,
+    tunnels_missed=0,
     connected_regions=1.0,
     adjacent_regions=1.0,
     shortcut_edges=0,

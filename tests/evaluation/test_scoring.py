@@ -379,6 +379,18 @@ def test_the_worst_branch_is_told_from_the_mean(limbs):
     assert found.centeredness_error < 0.25
 
 
+def test_a_cycle_that_is_not_around_its_tunnel_fails():
+    """A ring inside the tube of a torus, joined to nothing, in place of the one around its hole."""
+    mesh = torus(1.0, 0.3)
+    skeleton = skeletonize(mesh)
+    assert score(skeleton, mesh).tunnels_missed == 0
+    shrunk = replace(skeleton, nodes=[0.95, 0, 0] + 0.1 * skeleton.nodes)
+    found = score(shrunk, mesh)
+    assert (found.extra_cycles, found.tunnels_missed, found.verdicts["tunnels_missed"]) == (0, 1, "fail")
+    opened = replace(skeleton, edges=skeleton.edges[1:], report={"loops_opened": 1})
+    assert score(opened, mesh).tunnels_missed == 0  # on purpose
+
+
 def test_a_cycle_lost_is_not_made_up_for_by_one_too_many_elsewhere():
     ring, rod = torus(1.0, 0.2, 48, 12), moved(capsule(3.0, 0.3, 16), 4.0)
     mesh = joined(ring, rod)
