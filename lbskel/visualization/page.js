@@ -120,14 +120,15 @@
   const axis = { visible: false, range: [-1, 1], autorange: false };
   const options = { displaylogo: false, responsive: true };
   const view = byId("view");
-  const [width, height] = data.extent;
-  // far enough to show all of it, and not so near that the perspective distorts it; 1.25 shows half a side of 1
-  const distance = Math.max(0.9, 1.25 * Math.max(height, width * (view.clientHeight / view.clientWidth)));
+  const [width, height, depth] = data.extent; // half the sides of the shape, the largest of which is 1, half a unit here
+  const share = data.skeleton ? 1 - 64 / view.clientWidth : 1; // of the width of the view, beside the color bar
+  // so far from the nearest part that all is seen: 1.25 shows half a unit above and below, and 5 % of space
+  const distance = 1.3 * Math.max(height, width * (view.clientHeight / (share * view.clientWidth))) + depth / 2;
   const layout = {
     template: "none", paper_bgcolor: "rgba(0,0,0,0)", font: { color: theme().text, size: 13 },
     modebar: { bgcolor: "rgba(0,0,0,0)", color: "#888888", activecolor: "#7e03a8" },
     margin: { l: 0, r: 0, b: 0, t: 0 }, hoverlabel: { align: "left" },
-    scene: { xaxis: axis, yaxis: axis, zaxis: axis, domain: { x: [0, data.skeleton ? 0.93 : 1] }, aspectmode: "manual", aspectratio: { x: 1, y: 1, z: 1 },
+    scene: { xaxis: axis, yaxis: axis, zaxis: axis, domain: { x: [0, share] }, aspectmode: "manual", aspectratio: { x: 1, y: 1, z: 1 },
       camera: { eye: { x: 0, y: 0, z: distance }, up: { x: 0, y: 1, z: 0 }, projection: { type: "perspective" } }, dragmode: "orbit" },
   };
   const restyle = (change, numbers) => (numbers && numbers.length ? Plotly.restyle(view, change, numbers) : null);

@@ -108,7 +108,7 @@ def encode_scene(scene: Scene) -> tuple[dict[str, Any], list[str]]:
     view = unobstructed_view(panel.subject)
     extent = np.abs(view.project(panel.points)).max(axis=0, initial=0.0)
     frame = _Frame(view, float(extent.max()) or 1.0)
-    data: dict[str, Any] = {"extent": (extent[:2] / frame.size).tolist()}
+    data: dict[str, Any] = {"extent": (extent / frame.size).tolist()}
     notes: list[str] = []
     if isinstance(scene.mesh, Mesh):
         data["mesh"] = _encode_mesh(scene.mesh, scene.part_of_face, frame, notes)
