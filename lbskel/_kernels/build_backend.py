@@ -1,8 +1,8 @@
 """The build backend: that of setuptools, and a C compiler from the package index where the machine has none.
 
 ``ziglang`` carries clang and is installed for the time of the build only, as other backends do it with CMake and Ninja.
-numba, which would compile the kernels in the first run of every installation, is no way around that: with LLVM it is larger
-than scipy, takes seconds for each kernel, and has no classes like those of the sections and the shortest paths.
+numba would compile the kernels in the first run of every installation. It does not take the place of this: with LLVM it
+is larger than scipy, takes seconds for each kernel, and has no classes like those of sections and shortest paths.
 """
 
 from __future__ import annotations
