@@ -71,7 +71,7 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
     count = np.bincount(node, minlength=len(skeleton.nodes))
     own_thickness = np.bincount(node, thickness, len(skeleton.nodes)) / np.maximum(count, 1)
     expected = np.where(count > 0, np.minimum(widths, own_thickness), widths)
-    reach = np.maximum(skeleton.radii, _region_widths(skeleton, unit))[node]
+    reach = np.maximum(np.maximum(skeleton.radii, _region_widths(skeleton, unit))[node], thickness)
     is_limb = extrema.lengths > MIN_LIMB_LENGTH * extrema.radii
     tolerance = np.maximum(SURFACE_TOLERANCE, 0.0 if unit.is_closed_manifold else OPEN_TOLERANCE * widths)
     return Score(

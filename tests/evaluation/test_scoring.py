@@ -319,6 +319,16 @@ def test_a_flat_part_is_covered_to_its_edges():
     assert score(squeezed, mesh, preprocess=None).coverage < 0.75
 
 
+def test_a_thick_part_is_covered_by_a_node_off_its_center():
+    """A ball of radius 1 on a rod of radius 0.1, whose one node is 0.8 off its center: no other is as far from it."""
+    z = np.concatenate([np.linspace(0, 10, 60, endpoint=False), 11 - np.cos(np.linspace(0.1, np.pi - 0.1, 40))])
+    radii = np.concatenate([np.full(60, 0.1), np.sin(np.linspace(0.1, np.pi - 0.1, 40))])
+    mesh = tube(np.column_stack([0 * z, 0 * z, z]), radii, sides=24, rounded=True)
+    nodes = np.array([*([0, 0, each] for each in np.linspace(0, 10, 41)), [0.8, 0, 11]])
+    skeleton = Skeleton(nodes, [[k, k + 1] for k in range(41)], np.ones(42), nearest_rows(mesh.vertices, nodes))
+    assert score(skeleton, mesh, preprocess=None).coverage > 0.9
+
+
 def test_coverage_is_a_share_of_the_area():
     """A rod with nine tenths of its vertices at one end, which alone has nodes."""
     z = np.concatenate([np.linspace(0, 1, 80, endpoint=False), np.linspace(1, 4, 10)])
