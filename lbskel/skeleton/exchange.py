@@ -75,7 +75,7 @@ class SkeletonExchange(Displayed):
         for index, (position, radius) in enumerate(zip(skeleton.nodes, skeleton.radii, strict=True)):
             graph.add_node(index, pos=tuple(position.tolist()), radius=float(radius))
         branches = skeleton.branch_of_edge().tolist()
-        radii = skeleton.radii[skeleton.edges].mean(axis=1).tolist()
+        radii = (skeleton.radii[skeleton.edges] / 2).sum(axis=1).tolist()  # their sum may overflow
         lengths = skeleton.edge_lengths.tolist()
         for (start, end), length, radius, branch in zip(skeleton.edges.tolist(), lengths, radii, branches, strict=True):
             graph.add_edge(start, end, length=length, radius=radius, branch=branch)

@@ -39,6 +39,11 @@ def test_networkx_has_attributes_of_nodes_and_edges():
     assert {type(data["branch"]) for *_, data in graph.edges(data=True)} == {int}
 
 
+def test_the_radius_of_an_edge_does_not_overflow():
+    graph = Skeleton([[0, 0, 0], [1, 0, 0]], [[0, 1]], [1.6e308, 1.6e308]).to_networkx()
+    assert graph.edges[0, 1]["radius"] == 1.6e308
+
+
 def test_pandas_has_a_row_for_each_node():
     skeleton = planar_fork()
     table = skeleton.to_pandas()
