@@ -53,17 +53,15 @@ def _some_paths(
     region = np.unique(np.concatenate([*around, *near[0], *near[1]]).astype(np.int64))
     surface.inner_offset(region)
     firsts, lasts = (
-        np.array([_nearest(*query, surface) for query in zip(points, found, depths, strict=True)])
+        [_nearest(*query, surface) for query in zip(points, found, depths, strict=True)]
         for points, found in zip((starts, ends), near, strict=True)
     )
     search = surface.memoize("offset paths", lambda: _search(surface))
-    found = [search.path(*query) for query in zip(firsts, lasts, depths, strict=True)]
+    queries = list(zip(firsts, lasts, depths.tolist(), strict=True))
+    found = [search.path(*query) for query in queries]
     if not all(is_known for is_known, _ in found):
         surface.inner_offset(surface.mesh.used_vertices)
-        found = [
-            answer if answer[0] else search.path(*query)
-            for answer, query in zip(found, zip(firsts, lasts, depths, strict=True), strict=True)
-        ]
+        found = [answer if answer[0] else search.path(*query) for answer, query in zip(found, queries, strict=True)]
     return [
         _offset(path if len(path) else np.array([last]), depth, surface)
         for (_, path), last, depth in zip(found, lasts, depths, strict=True)
