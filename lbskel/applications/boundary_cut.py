@@ -82,8 +82,9 @@ def _expanded(
     np.add.at(keep, j, w)
     least = np.minimum(keep, take)
     source, sink, every = len(free), len(free) + 1, np.arange(len(free))
-    rows = np.concatenate([np.full(len(free), source), every, i])
-    columns = np.concatenate([every, np.full(len(free), sink), j])
+    # indices of 32 bits are all that maximum_flow takes
+    rows = np.concatenate([np.full(len(free), source), every, i]).astype(np.int32)
+    columns = np.concatenate([every, np.full(len(free), sink), j]).astype(np.int32)
     # a face on the source's side keeps its label: cutting source -> f costs take, cutting f -> sink costs keep
     values = np.concatenate([take - least, keep - least, 2 * w - both_keep])
     n = len(free) + 2
