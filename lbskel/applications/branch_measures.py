@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import trapezoid
 from scipy.sparse import csr_array
 
 from lbskel.errors import MeshError
@@ -58,7 +59,7 @@ class Polyline:
         """Mean of the radius along it."""
         if not self.length > 0:
             return float(self.radii.mean())
-        return float(np.trapezoid(self.radii, self.arc_length) / self.length)
+        return float(trapezoid(self.radii, self.arc_length) / self.length)
 
     def radii_at(self, s: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n,) radii at distances from the start."""

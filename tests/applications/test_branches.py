@@ -76,7 +76,7 @@ def test_every_format_has_the_same_numbers():
     pandas = pytest.importorskip("pandas")
     table = branch_table(FORK)
     frame, rows = table.to_pandas(), json.loads(table.to_json())["branches"]
-    read = pandas.read_csv(io.StringIO(table.to_csv())).set_index("branch")
+    read = pandas.read_csv(io.StringIO(table.to_csv()), float_precision="round_trip").set_index("branch")
     pandas.testing.assert_frame_equal(read, frame, check_exact=True)
     assert [row["length"] for row in rows] == table.length.tolist() == frame["length"].tolist()
     assert rows[0]["radius_profile"] == frame.filter(regex="^radius_at").iloc[0].tolist()
