@@ -8,15 +8,14 @@ import contextlib
 import io
 import json
 import tempfile
-from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.corruption import QUICK, SECONDS, Worker
+from benchmarks.corruption import QUICK, SECONDS, Worker, outcome_sections
 from benchmarks.damage import DAMAGE, SHAPES, Broken, damaged
-from benchmarks.harness import markdown_table, save_json, save_markdown
+from benchmarks.harness import save_json, save_markdown
 from lbskel.cli.main import main
 
 # The arguments of each command after the mesh; names in capitals are files that it writes.
@@ -113,24 +112,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
                     said = said.replace(str(temporary), "")
                     rows.append({"verb": verb, "damage": kind, "shape": shape, "outcome": outcome, "said": said})
                 path.unlink()
-    counts = {verb: Counter(row["outcome"] for row in rows if row["verb"] == verb) for verb in VERBS}
-    summary = [{"outcome": what, **{verb: counts[verb][what] for verb in VERBS}} for what in OUTCOMES]
-    each = [{"damage": kind, **{verb: _together(rows, verb, kind) for verb in VERBS}} for kind in kinds]
     save_json(results / "applications_damage.json", {"rows": rows}, packages=("trimesh", "pandas"))
-    save_markdown(
-        results / "applications_damage.md",
-        "Commands of the applications on broken meshes",
-        {
-            f"{len(kinds)} kinds of damage on the shapes {', '.join(SHAPES)}": markdown_table(summary)
-            + "\n"
-            + "\n".join(f"- *{what}*: {text}" for what, text in OUTCOMES.items())
-            + "\n",
-            "Each kind": markdown_table(each),
-        },
-    )
-
-
-def _together(rows: list[dict[str, Any]], verb: str, kind: str) -> str:
-    """Summarize the outcomes of a command for one kind of damage over the shapes."""
-    found = Counter(row["outcome"] for row in rows if (row["verb"], row["damage"]) == (verb, kind))
-    return ", ".join(what if len(found) == 1 else f"{count} {what}" for what, count in found.items())
+    title = f"{len(kinds)} kinds of damage on the shapes {', '.join(SHAPES)}"
+    sections = outcome_sections(title, rows, "verb", OUTCOMES)
+    save_markdown(results / "applications_damage.md", "Commands of the applications on broken meshes", sections)

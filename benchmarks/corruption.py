@@ -6,13 +6,13 @@ all tools are scored by :func:`lbskel.score` on the undamaged mesh.
 
 from __future__ import annotations
 
-__all__ = ["Worker", "run"]
+__all__ = ["Worker", "outcome_sections", "run"]
 
 import os
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -56,26 +56,30 @@ def run(quick: bool, results: Path) -> None:
                     answer = worker.ask(_given(broken, Path(folder)))
                     answer["error"] = answer.get("error", "").replace(f"{folder}{os.sep}", "")
                     rows.append({"tool": tool, "damage": kind, "shape": shape, **_outcome(broken, answer)})
-    counts = {tool: Counter(row["outcome"] for row in rows if row["tool"] == tool) for tool in TOOLS}
-    summary = [{"outcome": what, **{tool: counts[tool][what] for tool in TOOLS}} for what in OUTCOMES]
-    each = [{"damage": kind, **{tool: _together(rows, tool, kind) for tool in TOOLS}} for kind in kinds]
     save_json(results / "corruption.json", {"rows": rows}, packages=("skeletor", "PyGEL3D", "trimesh"))
-    save_markdown(
-        results / "corruption.md",
-        "Broken meshes",
-        {
-            f"{len(kinds)} kinds of damage on {len(shapes)} shapes": markdown_table(summary)
-            + "\n"
-            + "\n".join(f"- *{what}*: {text}" for what, text in OUTCOMES.items())
-            + "\n",
-            "Each kind": markdown_table(each),
-        },
-    )
+    title = f"{len(kinds)} kinds of damage on {len(shapes)} shapes"
+    save_markdown(results / "corruption.md", "Broken meshes", outcome_sections(title, rows, "tool", OUTCOMES))
 
 
-def _together(rows: list[dict[str, Any]], tool: str, kind: str) -> str:
-    """Summarize the outcomes of one tool for one kind of damage over the shapes."""
-    found = Counter(row["outcome"] for row in rows if (row["tool"], row["damage"]) == (tool, kind))
+def outcome_sections(title: str, rows: list[dict[str, Any]], key: str, outcomes: Mapping[str, str]) -> dict[str, str]:
+    """Tabulate how often each name of a key had each outcome, with their meaning, and the outcomes of each damage."""
+    names, kinds = (dict.fromkeys(row[column] for row in rows) for column in (key, "damage"))
+    found = Counter((row[key], row["damage"], row["outcome"]) for row in rows)
+    summary = [
+        {"outcome": what, **{name: sum(found[name, kind, what] for kind in kinds) for name in names}}
+        for what in outcomes
+    ]
+    each = [
+        {"damage": kind, **{name: _together({what: found[name, kind, what] for what in outcomes}) for name in names}}
+        for kind in kinds
+    ]
+    meanings = "\n".join(f"- *{what}*: {text}" for what, text in outcomes.items())
+    return {title: f"{markdown_table(summary)}\n{meanings}\n", "Each kind": markdown_table(each)}
+
+
+def _together(counts: Mapping[str, int]) -> str:
+    """Summarize the outcomes for one kind of damage over the shapes."""
+    found = {what: count for what, count in counts.items() if count}
     return ", ".join(what if len(found) == 1 else f"{count} {what}" for what, count in found.items())
 
 

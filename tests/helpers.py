@@ -186,6 +186,14 @@ def planar_fork():
     return Skeleton(nodes, [[0, 1], [1, 2], [1, 3]], [0.2, 0.5, 0.3, 0.3])
 
 
+LITTLE_SKELETONS = {
+    "empty": Skeleton(np.empty((0, 3)), np.empty((0, 2)), []),
+    "one node": Skeleton([[1, 2, 3]], np.empty((0, 2)), [0.5]),
+    "no radii": Skeleton([[1, 2, 3], [2, 2, 3]], [[0, 1]], [np.nan, np.nan]),
+    "one radius unknown": Skeleton([[1, 2, 3], [2, 2, 3], [2, 3, 3]], [[0, 1], [1, 2]], [0.5, np.nan, 0.5]),
+}
+
+
 def png_pixels(png):
     """(height, width, 3) integers in [0, 255] of the bytes of a PNG file."""
     from matplotlib.image import imread  # here, since most tests that use this file draw nothing

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from helpers import joined, moved
 
+from benchmarks.corruption import outcome_sections
 from benchmarks.damage import DAMAGE, damaged
 from lbskel import Mesh, Skeleton, score, skeletonize
 from lbskel.errors import LbskelError, MeshError
@@ -96,3 +97,16 @@ def test_a_hair_is_taken_and_what_is_thinner_is_named():
     assert (len(hair.tips), hair.report["passed"]) == (2, True)
     with pytest.raises(MeshError, match=r"two sides only .* of its diameter apart"):
         skeletonize(given.with_vertices(given.vertices * [1e-6, 1e-6, 1]))
+
+
+def test_outcomes_are_counted_by_name_and_by_damage():
+    rows = [
+        {"tool": "a", "damage": "x", "outcome": "pass"},
+        {"tool": "a", "damage": "x", "outcome": "crash"},
+        {"tool": "a", "damage": "y", "outcome": "pass"},
+    ]
+    first, each = outcome_sections("All", rows, "tool", {"pass": "is good", "crash": "is bad"}).values()
+    assert "| pass | 2 |" in first
+    assert "- *crash*: is bad" in first
+    assert "| x | 1 pass, 1 crash |" in each
+    assert "| y | pass |" in each

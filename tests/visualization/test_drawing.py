@@ -6,7 +6,7 @@ import io
 
 import numpy as np
 import pytest
-from helpers import count_spots, flat_tube, planar_fork, png_pixels
+from helpers import LITTLE_SKELETONS, count_spots, flat_tube, planar_fork, png_pixels
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -73,16 +73,7 @@ def test_panels_share_the_scale_of_radii():
     assert np.abs(first - second).max() > 100
 
 
-@pytest.mark.parametrize(
-    "skeleton",
-    [
-        Skeleton(np.empty((0, 3)), np.empty((0, 2)), []),
-        Skeleton([[1, 2, 3]], np.empty((0, 2)), [0.5]),
-        Skeleton([[1, 2, 3], [2, 2, 3]], [[0, 1]], [np.nan, np.nan]),
-        Skeleton([[1, 2, 3], [2, 2, 3], [2, 3, 3]], [[0, 1], [1, 2]], [0.5, np.nan, 0.5]),
-    ],
-    ids=["empty", "one node", "no radii", "one radius unknown"],
-)
+@pytest.mark.parametrize("skeleton", LITTLE_SKELETONS.values(), ids=LITTLE_SKELETONS)
 def test_skeletons_with_little_to_draw_are_drawn_and_counted(skeleton):
     image = png_pixels(draw([Panel(skeleton=skeleton)], size=(300, 300)))
     drawing, below = image[:220], image[220:]

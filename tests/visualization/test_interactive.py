@@ -5,9 +5,9 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
-from helpers import flat_tube, planar_fork
+from helpers import LITTLE_SKELETONS, flat_tube, planar_fork
 
-from lbskel import FormatError, MeshError, MissingDependency, PointCloud, Skeleton
+from lbskel import FormatError, MeshError, MissingDependency, PointCloud
 from lbskel.shapes import torus
 from lbskel.visualization import Scene, Table, page, page_content
 
@@ -44,16 +44,7 @@ def test_without_plotly_the_error_names_the_pip_command(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(
-    "skeleton",
-    [
-        Skeleton(np.empty((0, 3)), np.empty((0, 2)), []),
-        Skeleton([[1, 2, 3]], np.empty((0, 2)), [0.5]),
-        Skeleton([[1, 2, 3], [2, 2, 3]], [[0, 1]], [np.nan, np.nan]),
-        Skeleton([[1, 2, 3], [2, 2, 3], [2, 3, 3]], [[0, 1], [1, 2]], [0.5, np.nan, 0.5]),
-    ],
-    ids=["empty", "one node", "no radii", "one radius unknown"],
-)
+@pytest.mark.parametrize("skeleton", LITTLE_SKELETONS.values(), ids=LITTLE_SKELETONS)
 def test_skeletons_with_little_to_draw_have_a_page(skeleton):
     assert "skeleton" in layers(text_of(Scene(skeleton=skeleton)))
 
