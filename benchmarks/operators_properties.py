@@ -6,7 +6,7 @@ it holds on every shape where it is defined.
 
 from __future__ import annotations
 
-__all__ = ["measure", "shapes", "tables"]
+__all__ = ["measure", "shapes", "tables", "with_flipped_edges"]
 
 import os
 from collections.abc import Iterable
@@ -73,6 +73,38 @@ def uneven_square(n: int, by: float = 0.3, seed: int = 0) -> Mesh:
     inner = ((V[:, :2] > 0) & (V[:, :2] < 1)).all(axis=1)
     V[inner, :2] += np.random.default_rng(seed).uniform(-by, by, (int(inner.sum()), 2)) / (n - 1)
     return grid.with_vertices(V)
+
+
+def with_flipped_edges(mesh: Mesh, share: float, seed: int) -> Mesh:
+    """A closed mesh with a share of its edges flipped, in random order, where no face folds over; vertices stay."""
+    F = np.array(mesh.faces)
+    faces_of: dict[frozenset[int], set[int]] = {}
+    for number, face in enumerate(F.tolist()):
+        for side in range(3):
+            faces_of.setdefault(frozenset((face[side], face[side - 1])), set()).add(number)
+    left = round(share * len(faces_of))
+    for edge in map(frozenset, np.random.default_rng(seed).permutation(mesh.edges).tolist()):
+        one, other = faces_of[edge]
+        (tip,), (across,) = ({*F[number].tolist()} - edge for number in (one, other))
+        corner = F[one].tolist().index(tip)
+        a, b = F[one][[corner - 2, corner - 1]].tolist()  # the direction of the edge in the first face
+        new = np.array([[tip, a, across], [across, b, tip]])
+        outwards = _normals(mesh, F[[one, other]]).sum(axis=0)
+        if left == 0 or frozenset((tip, across)) in faces_of or (_normals(mesh, new) @ outwards <= 0).any():
+            continue
+        F[[one, other]] = new
+        del faces_of[edge]
+        faces_of[frozenset((tip, across))] = {one, other}
+        faces_of[frozenset((a, across))] ^= {one, other}
+        faces_of[frozenset((b, tip))] ^= {one, other}
+        left -= 1
+    return Mesh(mesh.vertices, F)
+
+
+def _normals(mesh: Mesh, faces: np.ndarray) -> np.ndarray:
+    """(m, 3) normals of faces, as long as twice their areas."""
+    a, b, c = np.swapaxes(mesh.vertices[faces], 0, 1)
+    return np.cross(b - a, c - a)
 
 
 def book(pages: int = 3, n: int = 8) -> Mesh:

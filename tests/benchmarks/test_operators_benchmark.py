@@ -20,6 +20,7 @@ from benchmarks.harness import (
 )
 from benchmarks.operators_convergence import (
     CASES,
+    flipped_sphere,
     folded,
     measure,
     tables,
@@ -131,6 +132,15 @@ def test_curved_shapes_have_the_curvature_they_claim():
         assert np.linalg.norm((found - H)[inner].mean(axis=0)) < 0.02
         assert abs((found * H)[inner].sum() / (H * H)[inner].sum() - 1) < 0.02
     assert uneven_sphere(1).is_closed_manifold
+
+
+def test_flipped_edges_are_as_many_as_asked_for_and_fold_nothing():
+    sound, flipped = uneven_sphere(1), flipped_sphere(1)
+    before, after = ({frozenset(edge) for edge in mesh.edges.tolist()} for mesh in (sound, flipped))
+    assert len(before - after) == round(0.15 * len(before))
+    assert flipped.is_closed_manifold
+    assert abs(flipped.volume / sound.volume - 1) < 0.05
+    assert (np.einsum("fx,fx->f", flipped.face_normals, flipped.vertices[flipped.faces].mean(axis=1)) > 0).all()
 
 
 def test_the_folded_torus_is_closed():
