@@ -1,6 +1,7 @@
 """Skeletons of shapes with a known axis, by lbskel and by other tools, and of the meshes of the repository.
 
-Distances are in units of the true local radius. A tool that fails has a row with its error, and counts as wrong.
+Distances are in units of the true local radius. A tool that fails has a row with its error, and counts as wrong. Tools
+whose result is another each time run several times on the clean shapes.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 
 import lbskel
 from benchmarks.harness import interleaved, markdown_table, median_ratio, run_in_subprocess, save_json, save_markdown
-from benchmarks.peers import OURS, PEERS
+from benchmarks.peers import OURS, PEERS, SKELETOR
 from benchmarks.summaries import counts_of_right, means
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import inside_fraction
@@ -26,7 +27,9 @@ from lbskel.shapes import SHAPES, VARIANTS, Shape, make
 from lbskel.visualization import Panel, picture, render
 
 MESHES = Path(__file__).parent.parent / "meshes"
+MESH_FILES = [path for path in sorted(MESHES.iterdir()) if path.suffix in (".ply", ".off", ".obj", ".stl")]
 QUICK = ("limbs", "knot", "cube_frame")
+RANDOM, RUNS = ("PyGEL3D",), 3  # tools that draw random numbers, and how often they run on each clean shape
 
 SKELETOR_PROCESS = """
 import sys, trimesh, skeletor
@@ -43,12 +46,21 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
         shapes = {key: shape for key, shape in shapes.items() if key[0] in QUICK}
     tools = [tool for tool in PEERS if peers or tool in OURS]
     rows = [_row(tool, name, variant, shape) for (name, variant), shape in shapes.items() for tool in tools]
-    meshes = [_mesh_row(path) for path in sorted(MESHES.iterdir()) if path.suffix in (".ply", ".off", ".obj", ".stl")]
+    meshes = [_mesh_row(path) for path in MESH_FILES]
+    repeated = [
+        {"run": number, **_row(tool, name, variant, shape)}
+        for tool in tools
+        if tool in RANDOM
+        for number in range(1, 1 + RUNS)
+        for (name, variant), shape in shapes.items()
+        if variant == "clean"
+    ]
     process = [_process_row(n) for n in ((3500,) if quick else (3500, 26000))] if peers else []
     save_json(
         results / "skeletons.json",
-        {"shapes": rows, "meshes": meshes, "process": process},
+        {"shapes": rows, "repeated": repeated, "meshes": meshes, "process": process},
         packages=("skeletor", "PyGEL3D", "CGAL"),
+        meshes=MESH_FILES,
     )
     summary = [_summary(rows, tool, variant) for variant in VARIANTS for tool in tools]
     save_markdown(
@@ -56,9 +68,10 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
         "Skeletons",
         {
             "Shapes with a known axis, means": markdown_table(summary),
+            **({"Spread over runs, clean shapes": markdown_table(_runs(repeated))} if repeated else {}),
             "Each shape, lbskel": markdown_table([_brief(row) for row in rows if row["tool"] == "lbskel"]),
             "Meshes of the repository": markdown_table(meshes),
-            **({"Whole processes, skeletor over lbskel": markdown_table(process)} if peers else {}),
+            **({f"Whole processes, {SKELETOR} over lbskel": markdown_table(process)} if peers else {}),
         },
     )
     dinosaur = lbskel.read_mesh(MESHES / "dinosaur.ply")
@@ -103,6 +116,14 @@ def _summary(rows: list[dict[str, Any]], tool: str, variant: str) -> dict[str, A
         "length inside": float(np.mean([row["inside_fraction"] for row in done])) if done else None,
         "median seconds": float(np.median([row["seconds"] for row in done])) if done else None,
     }
+
+
+def _runs(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Summarize each run of the tools that run more than once."""
+    return [
+        {"run": number, **_summary([row for row in rows if row["run"] == number], tool, "clean")}
+        for tool, number in dict.fromkeys((row["tool"], row["run"]) for row in rows)
+    ]
 
 
 def _mesh_row(path: Path) -> dict[str, Any]:

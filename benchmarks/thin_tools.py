@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 import lbskel
 from benchmarks.cgal import Graph, cgal_seconds
 from benchmarks.harness import run_in_subprocess
-from benchmarks.peers import pygel_separators, skeletor_edge_collapse
+from benchmarks.peers import pygel_separators, skeletor_edge_collapse, swc_graph
 from lbskel.shapes import tube
 
 TIME_LIMIT = 200.0  # seconds for a tool on one mesh
@@ -82,12 +82,7 @@ def _skeletor(method: str, vertices: NDArray[np.float64], faces: NDArray[np.int6
     else:
         thickness = 2 * abs(mesh.volume) / mesh.area
         skeleton = skeletor.skeletonize.by_teasar(mesh, inv_dist=INVALIDATED * thickness, progress=False)
-    table = skeleton.swc
-    ids, parents = table["node_id"].to_numpy(), table["parent_id"].to_numpy()
-    order = np.argsort(ids)
-    child = np.flatnonzero(parents >= 0)
-    parent = order[np.searchsorted(ids[order], parents[child])]
-    return table[["x", "y", "z"]].to_numpy(float), np.stack([child, parent], axis=1)
+    return swc_graph(skeleton.swc)
 
 
 def _skeletor_wavefront(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Graph:
