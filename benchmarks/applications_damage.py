@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.corruption import QUICK, SECONDS, Worker, outcome_sections
-from benchmarks.damage import DAMAGE, SHAPES, Broken, damaged
+from benchmarks.corruption import QUICK, SECONDS, UNDAMAGED, Worker, damage_sections
+from benchmarks.damage import DAMAGE, SHAPES, Broken, damaged, undamaged
 from benchmarks.harness import save_json, save_markdown
 from lbskel.cli.main import main
 
@@ -103,16 +103,18 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
     with tempfile.TemporaryDirectory() as temporary, Worker(attempt) as worker:
         folder = Path(temporary, "outputs")
         for shape, mesh in {name: make() for name, make in list(SHAPES.items())[: 1 if quick else None]}.items():
-            for kind in kinds:
-                path = write_broken(damaged(kind, mesh), Path(temporary, "broken"))
+            for kind in (UNDAMAGED, *kinds):
+                broken = undamaged(mesh) if kind == UNDAMAGED else damaged(kind, mesh)
+                of = "none" if kind == UNDAMAGED else "file" if broken.extension else "mesh"
+                path = write_broken(broken, Path(temporary, "broken"))
                 for verb in VERBS:
                     folder.mkdir(exist_ok=True)
                     answer = worker.ask((verb, path, folder))
                     outcome, said = answer.get("value", (answer.get("outcome"), answer.get("error", "")))
                     said = said.replace(str(temporary), "")
-                    rows.append({"verb": verb, "damage": kind, "shape": shape, "outcome": outcome, "said": said})
+                    row = {"verb": verb, "damage": kind, "of": of, "shape": shape, "outcome": outcome, "said": said}
+                    rows.append(row)
                 path.unlink()
     save_json(results / "applications_damage.json", {"rows": rows}, packages=("trimesh", "pandas"))
-    title = f"{len(kinds)} kinds of damage on the shapes {', '.join(SHAPES)}"
-    sections = outcome_sections(title, rows, "verb", OUTCOMES)
+    sections = damage_sections(rows, "verb", OUTCOMES)
     save_markdown(results / "applications_damage.md", "Commands of the applications on broken meshes", sections)

@@ -1,16 +1,19 @@
 """Behavior on damaged meshes: each kind of damage on three shapes, for lbskel, skeletor and PyGEL3D.
 
 Every tool runs in a process of its own with a time limit, and gets the same arrays or the same file. The skeletons of
-all tools are scored by :func:`lbskel.score` on the undamaged mesh.
+all tools are scored by :func:`lbskel.score` on the undamaged mesh. One rule tells a refusal from an error out of the
+inside, for all tools and the readers of files that they use: a tool refuses where its own code, or that of its reader,
+raises the error by a statement of its own, and names it in a sentence.
 """
 
 from __future__ import annotations
 
-__all__ = ["Worker", "outcome_sections", "run"]
+__all__ = ["Worker", "damage_sections", "is_refusal", "outcome_sections", "run"]
 
 import os
 import tempfile
 import time
+import traceback
 from collections import Counter
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -21,18 +24,21 @@ from typing import Any
 import numpy as np
 
 import lbskel
-from benchmarks.damage import DAMAGE, SHAPES, Broken, damaged
+from benchmarks.damage import DAMAGE, SHAPES, Broken, damaged, undamaged
 from benchmarks.harness import markdown_table, save_json, save_markdown
-from benchmarks.peers import PEERS
-from lbskel.errors import LbskelError
+from benchmarks.peers import PEERS, SKELETOR
 
-TOOLS = ("lbskel", "skeletor", "PyGEL3D")
+TOOLS = ("lbskel", SKELETOR, "PyGEL3D")
+PACKAGES = ("lbskel", "skeletor", "pygel3d", "trimesh")  # whose refusals count: the tools, and the reader of the others
+SENTENCE = 3  # words from which on a message is a sentence; a guess
 SECONDS = 60.0  # time limit for one mesh; a guess
 QUICK = ("NaN coordinate", "negative index", "duplicate faces", "soup", "truncated stl")
 
+UNDAMAGED = "none"
+OF = {"none": "Undamaged shapes", "mesh": "Damage of meshes", "file": "Damage of files"}
 OUTCOMES = {
     "good": "a skeleton that passes the score",
-    "refused": "an error that says why",
+    "refused": "an error that the tool or its reader raises itself, in a sentence",
     "admitted": "a skeleton that fails the score, and the tool says so",
     "poor": "a skeleton that fails the score, and nothing is said",
     "nonsense": "a skeleton of what is no shape, and nothing is said",
@@ -51,14 +57,28 @@ def run(quick: bool, results: Path) -> None:
     for tool in TOOLS:
         with tempfile.TemporaryDirectory() as folder, Worker(partial(_skeleton, tool)) as worker:
             for shape, mesh in shapes.items():
-                for kind in kinds:
-                    broken = damaged(kind, mesh)
+                for kind in (UNDAMAGED, *kinds):
+                    broken = undamaged(mesh) if kind == UNDAMAGED else damaged(kind, mesh)
                     answer = worker.ask(_given(broken, Path(folder)))
                     answer["error"] = answer.get("error", "").replace(f"{folder}{os.sep}", "")
-                    rows.append({"tool": tool, "damage": kind, "shape": shape, **_outcome(broken, answer)})
+                    of = "none" if kind == UNDAMAGED else "file" if broken.extension else "mesh"
+                    row = {"tool": tool, "damage": kind, "of": of, "shape": shape, **_outcome(broken, answer)}
+                    rows.append(row)
     save_json(results / "corruption.json", {"rows": rows}, packages=("skeletor", "PyGEL3D", "trimesh"))
-    title = f"{len(kinds)} kinds of damage on {len(shapes)} shapes"
-    save_markdown(results / "corruption.md", "Broken meshes", outcome_sections(title, rows, "tool", OUTCOMES))
+    sections = damage_sections(rows, "tool", OUTCOMES)
+    save_markdown(results / "corruption.md", "Broken meshes", sections)
+
+
+def damage_sections(rows: list[dict[str, Any]], key: str, outcomes: Mapping[str, str]) -> dict[str, str]:
+    """Tabulate outcomes as :func:`outcome_sections` does, apart for undamaged shapes, meshes and files."""
+    sections: dict[str, str] = {}
+    for of, what in OF.items():
+        if own := [row for row in rows if row["of"] == of]:
+            kinds, shapes = ({row[column] for row in own} for column in ("damage", "shape"))
+            title = what if of == "none" else f"{what}: {len(kinds)} kinds on {len(shapes)} shapes"
+            (summary, each) = outcome_sections(title, own, key, outcomes).items()
+            sections |= {summary[0]: summary[1]} | ({} if of == "none" else {f"{what}, each kind": each[1]})
+    return sections
 
 
 def outcome_sections(title: str, rows: list[dict[str, Any]], key: str, outcomes: Mapping[str, str]) -> dict[str, str]:
@@ -158,11 +178,17 @@ def _serve(pipe: Any, function: Callable[[Any], Any]) -> None:
         began = time.perf_counter()
         try:
             answer: dict[str, Any] = {"value": function(given)}
-        except LbskelError as error:
-            answer = {"outcome": "refused", "error": str(error)}
         except Exception as error:
-            answer = {"outcome": "unexplained", "error": f"{type(error).__name__}: {error}"[:300]}
+            outcome = "refused" if is_refusal(error) else "unexplained"
+            answer = {"outcome": outcome, "error": f"{type(error).__name__}: {error}"[:300]}
         pipe.send({**answer, "seconds": time.perf_counter() - began})
+
+
+def is_refusal(error: Exception) -> bool:
+    """Whether one of PACKAGES raised an error by a statement of its own, with a sentence."""
+    where = traceback.extract_tb(error.__traceback__)[-1]
+    is_own = any(package in Path(where.filename).parts for package in PACKAGES)
+    return is_own and (where.line or "").startswith("raise") and len(str(error).split()) >= SENTENCE
 
 
 def _skeleton(tool: str, given: Any) -> tuple[Any, Any, bool]:

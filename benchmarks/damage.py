@@ -6,7 +6,7 @@ extension; and the mesh on which a skeleton is scored, which is None where the o
 
 from __future__ import annotations
 
-__all__ = ["DAMAGE", "SHAPES", "Broken", "damaged"]
+__all__ = ["DAMAGE", "SHAPES", "Broken", "damaged", "undamaged"]
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -51,6 +51,11 @@ class Broken:
 def damaged(kind: str, mesh: Mesh, seed: int = 0) -> Broken:
     """Return the mesh with one kind of damage, a name in DAMAGE."""
     return DAMAGE[kind](mesh, np.random.default_rng(seed))
+
+
+def undamaged(mesh: Mesh) -> Broken:
+    """Return the mesh as it is."""
+    return _arrays(mesh.vertices, mesh.faces, mesh)
 
 
 def _arrays(V: Any, F: Any, reference: Mesh | None = None) -> Broken:

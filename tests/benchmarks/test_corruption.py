@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+import trimesh
 from helpers import joined, moved
 
-from benchmarks.corruption import outcome_sections
+from benchmarks.corruption import damage_sections, is_refusal, outcome_sections
 from benchmarks.damage import DAMAGE, damaged
-from lbskel import Mesh, Skeleton, score, skeletonize
+from lbskel import Mesh, Skeleton, read_mesh, score, skeletonize
 from lbskel.errors import LbskelError, MeshError
 from lbskel.shapes import capsule, chain_of_tori, torus
 
@@ -110,3 +111,31 @@ def test_outcomes_are_counted_by_name_and_by_damage():
     assert "- *crash*: is bad" in first
     assert "| x | 1 pass, 1 crash |" in each
     assert "| y | pass |" in each
+
+
+def test_undamaged_shapes_meshes_and_files_are_told_apart():
+    rows = [
+        {"tool": "a", "damage": kind, "of": of, "shape": shape, "outcome": "pass"}
+        for kind, of in (("none", "none"), ("x", "mesh"), ("y", "mesh"), ("z", "file"))
+        for shape in ("ring", "rod")
+    ]
+    sections = damage_sections(rows, "tool", {"pass": "is good"})
+    assert list(sections) == [
+        "Undamaged shapes",
+        "Damage of meshes: 2 kinds on 2 shapes",
+        "Damage of meshes, each kind",
+        "Damage of files: 1 kinds on 2 shapes",
+        "Damage of files, each kind",
+    ]
+    assert [text.count("| pass | 2 |") for text in sections.values()] == [1, 0, 0, 1, 0]
+
+
+@pytest.mark.parametrize("reader", [read_mesh, trimesh.load])
+def test_the_same_sentence_is_a_refusal_of_every_tool(reader, tmp_path):
+    """Of a file that is not there both say so; an error out of numpy is no refusal, whoever calls it."""
+    with pytest.raises(Exception, match="no_such_file") as error:
+        reader(tmp_path / "no_such_file.off")
+    assert is_refusal(error.value)
+    with pytest.raises(ValueError, match="cannot reshape") as inner:
+        np.zeros(3).reshape(2, 2)
+    assert not is_refusal(inner.value)
