@@ -1,10 +1,4 @@
-"""Cleaning of point clouds: duplicates merged, large clouds thinned, outliers removed, each with the map of the points.
-
-A point is an outlier where its distance to its neighbors is several times theirs to their own: a local outlier factor
-(Breunig, Kriegel, Ng, Sander 2000, https://doi.org/10.1145/335191.335388) with the distance to one neighbor as inverse
-density, so that a cloud that is dense here and sparse there loses nothing. It is compared with the densest fifth of the
-neighbors, since those of an outlier may be outliers too.
-"""
+"""Cleaning of point clouds: duplicates merged, large clouds thinned, outliers removed, with the map of the points."""
 
 from __future__ import annotations
 
@@ -15,21 +9,16 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from lbskel.errors import MeshError, choose
 from lbskel.geometry.vertex_map import VertexMap
+from lbskel.preprocess.outliers import find_outliers
 
 MIN_POINTS = 20  # fewer enclose nothing that has a skeleton: a guess, above the 16 neighbors of a normal
 MIN_WIDTH = 1e-6  # of the cloud across its flattest direction, relative to its longest: thinner is a plane or a line
 # Points that a cloud is thinned to: this share of them, between two bounds. Guesses that bound the time, of which the
 # surface takes 0.1 s per thousand points.
 SHARE, FEWEST, MOST = 0.125, 20_000, 80_000
-N_NEIGHBORS = 6  # the distance to this neighbor is the inverse density of a point; a guess
-N_COMPARED, QUANTILE = (
-    40,
-    0.2,
-)  # the neighbors of which this share is denser than what a point is compared with; guesses
 # Largest inverse density, relative to that, that is no outlier, by preparation; guesses: clean samples have up to 2.5
 CLOUD_PREPARATIONS: dict[str, float] = {"auto": 3.0, "scan": 2.5, "none": np.inf}
 
@@ -86,7 +75,7 @@ def clean_points(points: NDArray[np.float64], preparation: str = "auto") -> Clea
         report["cell"] = cell
         notes.append(f"the cloud was thinned to {len(kept)} points, the means of cells of side {cell:.4g}")
     _require_solid(kept)
-    is_outlier = _inverse_density_ratios(kept) > limit if np.isfinite(limit) else np.zeros(len(kept), dtype=bool)
+    is_outlier = find_outliers(kept, limit) if np.isfinite(limit) else np.zeros(len(kept), dtype=bool)
     report["outliers"] = int(is_outlier[labels].sum())
     if report["outliers"]:
         notes.append(f"{report['outliers']} outliers, far from all other points, were left out")
@@ -135,11 +124,3 @@ def _thinned(points: NDArray[np.float64], size: float) -> tuple[NDArray[np.float
     label = np.unique(_cells(points, size), return_inverse=True)[1].reshape(-1)
     count = np.bincount(label)
     return np.stack([np.bincount(label, column) / count for column in points.T], axis=1), label
-
-
-def _inverse_density_ratios(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n,) distance to a neighbor, over that of the denser ones of the points nearby."""
-    distances, neighbors = cKDTree(points).query(points, k=min(N_COMPARED + 1, len(points)))
-    reach = distances[:, N_NEIGHBORS]
-    ratios: NDArray[np.float64] = reach / np.quantile(reach[neighbors[:, 1:]], QUANTILE, axis=1)
-    return ratios
