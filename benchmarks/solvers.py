@@ -1,4 +1,4 @@
-"""Least-squares solvers on the systems of a contraction: error by iteration and by time, memory, conditioning.
+"""Solvers on the systems of a contraction: error by iteration and by time, memory, conditioning; ordinary meshes.
 
 Early, middle and late steps of the published energy on a chain of two rings are solved for the displacement, so that
 zero is the warm start. Every method runs in a process of its own and is measured in processor seconds, so that other
@@ -10,9 +10,9 @@ from __future__ import annotations
 
 __all__ = ["run"]
 
-import signal
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,18 +21,19 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array, load_npz, save_npz
 from scipy.sparse.linalg import LinearOperator, eigsh
 
+from benchmarks import solvers_ordinary
 from benchmarks.harness import markdown_table, peak_growth, run_in_subprocess, save_json, save_markdown, save_picture
+from benchmarks.solvers_trials import DENSE, ITERATIONS, OTHER_LOAD, OutOfTimeError, Watch, how_ended, is_iterative
 from lbskel import Mesh, SolveError, factorize
 from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ContractionStepInput, stacked_system
 from lbskel.contraction.weights import ATTRACTIONS, INITIAL_WEIGHT_RULES, mean_ring_area, ring_areas
 from lbskel.operators import laplacian
 from lbskel.shapes import chain_of_tori
-from lbskel.solvers import DIRECT_SOLVERS, solve_once
+from lbskel.solvers import solve_once
 from lbskel.solvers.least_squares import LEAST_SQUARES, MAX_DENSE_BYTES, lstsq
 
 STEPS = {"early": 1, "middle": 4, "late": 8}
-DENSE = ("qr", "svd")
 GRIDS = {
     1_000: 0.1687,
     5_000: 0.0737,
@@ -40,9 +41,8 @@ GRIDS = {
     170_000: 0.01227,
 }  # grid spacing of marching cubes, by the number of vertices that it gives
 DENSE_GRIDS = {2_000: 0.114, 3_000: 0.093}  # sizes between the first and the second of GRIDS, for dense methods
-CAP, QUICK_CAP, ITERATIONS = 60.0, 5.0, 2000  # seconds of a trial, of a quick one, and iterations; guesses
+CAP, QUICK_CAP = 20.0, 5.0  # seconds of a trial, and of a quick one; guesses
 USEFUL = 1e-2  # relative error above which a method is not tried on larger systems; a guess
-OTHER_LOAD = 20.0  # wall seconds over the cap in processor seconds, after which a process is ended; a guess
 REFINEMENTS = 3  # steps of iterative refinement of the reference solution
 OPERATOR = "intrinsic_delaunay"
 
@@ -105,47 +105,6 @@ def _read(n_vertices: int, when: str, folder: Path) -> tuple[csr_array, NDArray[
     return csr_array(load_npz(folder / f"{n_vertices}_{when}.npz")), sides["B"], sides["X"]
 
 
-def is_iterative(method: str) -> bool:
-    """Whether a method reports its iterates."""
-    return method not in (*DENSE, "augmented", "plain normal equations", *DIRECT_SOLVERS)
-
-
-class OutOfTimeError(Exception):
-    """The cap has been reached."""
-
-
-class Watch:
-    """Records the errors of iterates by number and by seconds, without the seconds of recording.
-
-    scipy's lsqr and lsmr are run anew for 1, 2, 4, ... iterations, so that each look tells the seconds of a run of its
-    own, and the last is one that leaves no time for twice as many.
-    """
-
-    def __init__(self, exact: NDArray[np.float64], cap: float, *, by_restarts: bool):
-        self.exact, self.size = exact, float(np.linalg.norm(exact))
-        self.cap, self.by_restarts = cap, by_restarts
-        self.curve: list[tuple[int, float, float]] = []
-        self.number, self.looking, self.began = 0, 0.0, time.process_time()
-
-    def error(self, X: NDArray[np.float64]) -> float:
-        """Return the relative error of a solution."""
-        return float(np.linalg.norm(X - self.exact)) / self.size
-
-    def __call__(self, number: int, X: NDArray[np.float64]) -> None:
-        at = time.process_time()
-        spent = at - self.began - self.looking
-        is_over = spent > self.cap / (2 if self.by_restarts else 1)
-        self.number = number
-        if self.by_restarts or is_over or number < 8 or number & (number - 1) == 0 or number % 100 == 0:
-            self.curve.append((number, spent, self.error(X)))
-        if is_over:
-            raise OutOfTimeError
-        if self.by_restarts:
-            self.began = time.process_time()
-        else:
-            self.looking += time.process_time() - at
-
-
 def trial(n_vertices: int, when: str, method: str, cap: float, folder: Path) -> dict[str, Any]:
     """Measure one method on one system."""
     K, B, exact = _read(n_vertices, when, folder)
@@ -192,8 +151,7 @@ def _row(n_vertices: int, when: str, method: str, cap: float, folder: Path) -> d
     answer = run_in_subprocess(limited_trial, n_vertices, when, method, cap, folder, timeout=OTHER_LOAD * cap)
     row = {"size": n_vertices, "when": when, "method": method}
     if "error" in answer:
-        is_over = answer["error"].endswith((f"code -{signal.SIGXCPU.value}", f"over {OTHER_LOAD * cap:g} s"))
-        return {**row, "ended": f"over {cap:g} s" if is_over else answer["error"]}
+        return {**row, "ended": how_ended(answer["error"], cap)}
     return {**row, **answer["value"]}
 
 
@@ -229,14 +187,26 @@ def run(quick: bool, results: Path) -> None:
             (system,) = _write_systems(n_vertices, folder, STEPS["early"]).values()
             for method in DENSE:
                 rows.append({**_row(n_vertices, "early", method, cap, folder), "size": system["vertices"]})
-        _save(rows, systems, quick, cap, results)
+    ordinary = solvers_ordinary.measure(quick, cap)
+    _save(rows, systems, quick, cap, results, ordinary)
 
 
-def _save(rows: list[dict[str, Any]], systems: list[dict[str, Any]], quick: bool, cap: float, results: Path) -> None:
+def _save(
+    rows: list[dict[str, Any]],
+    systems: list[dict[str, Any]],
+    quick: bool,
+    cap: float,
+    results: Path,
+    ordinary: Sequence[dict[str, Any]] = (),
+) -> None:
     """Write what has been measured so far."""
-    measured = {"quick": quick, "cap": cap, "systems": systems, "rows": rows}
+    measured = {"quick": quick, "cap": cap, "systems": systems, "rows": rows, "ordinary": ordinary}
     save_json(results / "solvers.json", measured, packages=["pyamg"])
-    save_markdown(results / "solvers.md", "Solvers of the least-squares step", _tables(rows, systems, cap))
+    sections = {}
+    if ordinary:
+        text = f"{markdown_table(solvers_ordinary.table(ordinary))}\n{solvers_ordinary.sentences(ordinary)}"
+        sections["With and without slivers, both energies"] = text
+    save_markdown(results / "solvers.md", "Solvers of the contraction step", sections | _tables(rows, systems, cap))
     save_picture(results / "solvers.png", lambda figure: _picture(rows, figure), size=(17, 8))
 
 

@@ -6,7 +6,8 @@ import pytest
 from benchmarks.influence_cases import OTHERS, WEIGHT_CASES, ranking
 from benchmarks.influence_claims import BEND, bent
 from benchmarks.influence_factorial import FACTORS, combinations, explained, measure, tables
-from benchmarks.solvers import OutOfTimeError, Watch, _is_useful, _system, trial
+from benchmarks.solvers import _is_useful, _system, trial
+from benchmarks.solvers_trials import OutOfTimeError, Watch
 from lbskel import ContractionSettings, skeletonize
 from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.weights import WEIGHTS
