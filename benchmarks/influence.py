@@ -2,7 +2,8 @@
 
 Shapes whose skeleton is known, the repository's dinosaur, and the meshes of a folder given with --meshes. Every case
 runs twice, with the guard as a user has it, and without, as published, to see where the steps themselves break. First
-one choice after the other on all of them, then all combinations on a few.
+one choice after the other on all of them, then all combinations on a few. What a run does after it has broken is chaos:
+it amplifies rounding, and its numbers are others on another machine.
 """
 
 from __future__ import annotations

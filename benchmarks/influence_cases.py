@@ -2,7 +2,19 @@
 
 from __future__ import annotations
 
-__all__ = ["FAR", "OTHERS", "WEIGHT_CASES", "is_sound", "measure", "prepared", "ranking", "tables"]
+__all__ = [
+    "FAR",
+    "OTHERS",
+    "STOPS",
+    "WEIGHT_CASES",
+    "box_before",
+    "breaks",
+    "is_sound",
+    "measure",
+    "prepared",
+    "ranking",
+    "tables",
+]
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -15,7 +27,7 @@ from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.settings import DEGENERACY_STRATEGIES
 from lbskel.contraction.weights import WEIGHTS
 from lbskel.geometry.mesh import Mesh
-from lbskel.pipeline.comparison import CASES, record, representative, run_case
+from lbskel.pipeline.comparison import CASES, FREE_VOLUME_RATIO, record, representative, run_case
 
 _COMPARED = {changes["operator"] for changes in DEGENERACY_STRATEGIES.values()}
 OTHERS = {
@@ -32,6 +44,28 @@ WEIGHT_CASES = {
     for name, weights in WEIGHTS.items()
     for growth in (2.0, 3.0)
 }
+
+
+OWN = ContractionSettings()
+# shares of the volume, or of the area of an open mesh, at which a contraction may stop: as published, and as by default
+STOPS = {FREE_VOLUME_RATIO: 0.0, OWN.volume_ratio: OWN.area_ratio}
+
+
+def breaks(row: Mapping[str, Any], volume_ratio: float) -> bool:
+    """Whether a run without roll-back breaks before it gets to a stop, a key of STOPS."""
+    if row["broke at"] is None:
+        return False
+    before = slice(0, row["broke at"] - 1)
+    volumes, areas = row["volumes"][before], row["areas"][before]
+    if None in volumes:  # an open mesh
+        return not any(area <= STOPS[volume_ratio] for area in areas)
+    return not any(volume <= volume_ratio for volume in volumes)
+
+
+def box_before(row: Mapping[str, Any]) -> float:
+    """Compute the largest bounding box, over that at the start, of the steps before a run breaks."""
+    end = len(row["boxes"]) if row["broke at"] is None else row["broke at"] - 1
+    return max(row["boxes"][:end], default=1.0)
 
 
 def measure(
@@ -71,12 +105,18 @@ def summary(rows: list[dict[str, Any]], case: str) -> dict[str, Any]:
     own = [row for row in rows if row["case"] == case]
     free = [row for row in own if "free steps" in row]
     broken = [row for row in free if row["broke at"] is not None]
-    boxes = [row["largest box"] for row in free]
+    after = [row["largest box"] for row in broken if row["largest box"] is not None]
     return {
         "case": case,
-        "breaks on": f"{len(broken)}/{len(free)}" if free else "not defined",
+        **{
+            f"breaks above {stop:g} of the volume": f"{sum(breaks(row, stop) for row in free)}/{len(free)}"
+            if free
+            else "-"
+            for stop in STOPS
+        },
         "first at step": min((row["broke at"] for row in broken), default=None),
-        "largest box": max(boxes) if boxes else None,
+        "largest box until then": max(map(box_before, free), default=None),
+        "after that, chaos": max(after, default=None),
         "steps": _median(own, "steps"),
         "contracted": _share(own, "contracted"),
         "accuracy": _median(own, "accuracy"),

@@ -23,7 +23,7 @@ from lbskel.skeleton.edge_sampling import sample_edges
 BEND = np.radians(60)  # turning angle along the whole length of the shape
 VARIED = 1.1  # largest over smallest radius, below which no region counts as thin; a guess
 COLLAPSED = 0.2  # distance to the axis over that at the start, below which a vertex has collapsed; a guess
-PRESETS_MEASURED = ("curvature_flow", "least_squares", "au2008_demo")
+PRESETS_MEASURED = ("curvature_flow", "least_squares", "au2008", "au2008_demo")
 
 
 def bent(points: NDArray[np.float64], axis: Mesh) -> NDArray[np.float64]:

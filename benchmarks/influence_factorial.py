@@ -9,7 +9,7 @@ without a unit.
 
 from __future__ import annotations
 
-__all__ = ["FACTORS", "combinations", "explained", "measure", "tables"]
+__all__ = ["FACTORS", "by_combination", "combinations", "crossed", "explained", "measure", "tables"]
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations as pairs_of
@@ -25,7 +25,7 @@ from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.weights import WEIGHTS
 from lbskel.geometry.mesh import Mesh
-from lbskel.pipeline.comparison import AreaNormalized, record, run_case
+from lbskel.pipeline.comparison import FREE_VOLUME_RATIO, AreaNormalized, record, run_case
 
 FACTORS = ("operator", "energy and rows", "weights")
 DEFAULT = ("intrinsic_delaunay", "curvature flow", "local_radius")
@@ -135,7 +135,9 @@ def _level_line(rows: Sequence[Mapping[str, Any]], factor: str, level: Any) -> d
         "level": level,
         "runs": len(own),
         "sound": _mean(own, "sound"),
-        "breaks, unguarded": float(np.mean([row.get("broke at") is not None for row in own])),
+        f"breaks above {FREE_VOLUME_RATIO:g} of the volume": float(
+            np.mean([row.get("broke at") is not None for row in own])
+        ),
         "contracted": float(np.mean([bool(row.get("contracted")) for row in own])),
         "coverage": _mean(own, "coverage"),
         "accuracy": _mean(own, "accuracy"),
@@ -144,7 +146,7 @@ def _level_line(rows: Sequence[Mapping[str, Any]], factor: str, level: Any) -> d
     }
 
 
-def _crossed(rows: Sequence[Mapping[str, Any]], one: str, other: str) -> str:
+def crossed(rows: Sequence[Mapping[str, Any]], one: str, other: str) -> str:
     """Tabulate the share that is sound by two factors."""
     lines = []
     for level in dict.fromkeys(row[one] for row in rows):
@@ -157,7 +159,7 @@ def _crossed(rows: Sequence[Mapping[str, Any]], one: str, other: str) -> str:
     return markdown_table(lines)
 
 
-def _by_combination(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def by_combination(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Summarize each combination over all meshes: the best first, those without a skeleton last."""
     lines = []
     for levels in dict.fromkeys(_levels(row) for row in rows):
@@ -177,11 +179,11 @@ def tables(rows: Sequence[Mapping[str, Any]]) -> str:
     levels = [
         _level_line(rows, factor, level) for factor in FACTORS for level in dict.fromkeys(row[factor] for row in rows)
     ]
-    lines = _by_combination(rows)
+    lines = by_combination(rows)
     parts = {
         "Each level over all the others": markdown_table(levels),
         "Share of the variance of soundness": markdown_table(explained(rows)),
-        **{f"Share sound, {one} by {other}": _crossed(rows, one, other) for one, other in pairs_of(FACTORS, 2)},
+        **{f"Share sound, {one} by {other}": crossed(rows, one, other) for one, other in pairs_of(FACTORS, 2)},
         f"The best {SHOWN} of {len(lines)}": markdown_table(lines[:SHOWN]),
         f"The worst {SHOWN}": markdown_table(lines[-SHOWN:]),
     }

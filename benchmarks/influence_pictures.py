@@ -79,11 +79,12 @@ def blow_up(meshes: Mapping[str, Mesh], results: Path) -> list[dict[str, Any]]:
                         "mesh": name,
                         "strategy": strategy,
                         "step": shown,
+                        "first broken step": result.free.first_failed_step,
+                        "is chaos": (result.free.first_failed_step or shown) < shown,
                         "area": step.area_ratio,
                         "box": step.box_ratio,
                         "treated": step.n_fallback_rows,
                         "max displacement of treated": step.max_displacement,
-                        "first broken step": result.free.first_failed_step,
                     }
                 )
         render(panels, results / f"influence_blow_up_{Path(name).stem}.png", size=(2400, 300), force=True)
