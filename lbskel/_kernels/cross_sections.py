@@ -120,24 +120,26 @@ class SectionCurves:
             raise ValueError("there must be a frame and a label for each point")
         measures_array = np.zeros((k, 8))
         measures: cython.double[:, ::1] = measures_array
-        for i in range(k):
-            self.x, self.y, self.z = points[i, 0], points[i, 1], points[i, 2]
-            self.a, self.b, self.c = frames[i, 2, 0], frames[i, 2, 1], frames[i, 2, 2]
-            self.offset = self.a * self.x + self.b * self.y + self.c * self.z
-            self.frame = frames[i]
-            reach = FIRST_REACH * self._distance_to_nearby_vertex() or INFINITY  # 0 at a vertex
-            while True:
-                self._cut_within(reach)
-                self._sum_curves(labels[i])
-                best = self._best()
-                if self.is_everything_cut or (best >= 0 and self._is_decided(best, reach)):
-                    break
-                reach *= REACH_GROWTH
-            if best >= 0:
-                self._write_measures(best, measures[i])
+        with cython.nogil:
+            for i in range(k):
+                self.x, self.y, self.z = points[i, 0], points[i, 1], points[i, 2]
+                self.a, self.b, self.c = frames[i, 2, 0], frames[i, 2, 1], frames[i, 2, 2]
+                self.offset = self.a * self.x + self.b * self.y + self.c * self.z
+                self.frame = frames[i]
+                reach = FIRST_REACH * self._distance_to_nearby_vertex() or INFINITY  # 0 at a vertex
+                while True:
+                    self._cut_within(reach)
+                    self._sum_curves(labels[i])
+                    best = self._best()
+                    if self.is_everything_cut or (best >= 0 and self._is_decided(best, reach)):
+                        break
+                    reach *= REACH_GROWTH
+                if best >= 0:
+                    self._write_measures(best, measures[i])
         return measures_array
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     def _box_distance(self, node: cython.Py_ssize_t) -> cython.double:
         """Squared distance from the query point to a box."""
@@ -147,6 +149,7 @@ class SectionCurves:
         return dx * dx + dy * dy + dz * dz
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     def _meets(self, node: cython.Py_ssize_t) -> cython.bint:
         """Whether the plane intersects a box."""
@@ -160,6 +163,7 @@ class SectionCurves:
         return fabs(height) <= fabs(self.a) * dx + fabs(self.b) * dy + fabs(self.c) * dz
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     def _distance_to_nearby_vertex(self) -> cython.double:
         """Distance from the query point to a vertex in the leaf found by descending to the nearer child."""
@@ -176,6 +180,7 @@ class SectionCurves:
         return sqrt(dx * dx + dy * dy + dz * dz)
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     @cython.locals(node=cython.Py_ssize_t, row=cython.Py_ssize_t)
     def _cut_within(self, reach: cython.double) -> cython.void:
@@ -200,6 +205,7 @@ class SectionCurves:
                     self._cut_face(row)
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     def _height(self, row: cython.Py_ssize_t, corner: cython.Py_ssize_t) -> cython.double:
         """Signed height of a corner above the plane; exactly the same for all faces at a vertex."""
@@ -209,6 +215,7 @@ class SectionCurves:
         return self.a * x + self.b * y + self.c * z - self.offset
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     def _cut_face(self, row: cython.Py_ssize_t) -> cython.void:
         """Add the segment in a face that the plane cuts, counterclockwise if faces are oriented outwards."""
@@ -237,6 +244,7 @@ class SectionCurves:
             self.stop[segment] = self._point_on_edge(left_edge, segment, row, single, left)
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     def _point_on_edge(
         self,
@@ -268,6 +276,7 @@ class SectionCurves:
         return point
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     def _curve(self, segment: cython.Py_ssize_t) -> cython.Py_ssize_t:
         """Curve of a segment, which is the number of its first segment; union and find."""
@@ -277,6 +286,7 @@ class SectionCurves:
         return segment
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     @cython.locals(segment=cython.Py_ssize_t, curve=cython.Py_ssize_t, point=cython.Py_ssize_t)
     def _sum_curves(self, label: cython.longlong) -> cython.void:
@@ -292,6 +302,7 @@ class SectionCurves:
                 self.sums[self._curve(self.segment_of_point[point]), IS_COMPLETE] = 0
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     def _add_segment(self, segment: cython.Py_ssize_t, curve: cython.Py_ssize_t, label: cython.longlong) -> cython.void:
         """Add a segment to the sums of its curve; area and centroid follow by Green's theorem."""
@@ -325,6 +336,7 @@ class SectionCurves:
                 self.sums[curve, OWN_LENGTH] += length
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     def _is_closed(self, curve: cython.Py_ssize_t) -> cython.bint:
         """Whether the segments of a curve sum to zero, up to rounding."""
@@ -333,6 +345,7 @@ class SectionCurves:
         return sqrt(dx * dx + dy * dy) < CLOSURE_TOLERANCE * self.sums[curve, LENGTH]
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     @cython.locals(segment=cython.Py_ssize_t, i=cython.Py_ssize_t, j=cython.Py_ssize_t)
     def _surrounds(self, curve: cython.Py_ssize_t) -> cython.bint:
@@ -350,6 +363,7 @@ class SectionCurves:
         return fabs(angle) > FULL_TURN / 2
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     def _is_decided(self, curve: cython.Py_ssize_t, reach: cython.double) -> cython.bint:
         """Whether no farther search is needed: the curve is complete, and surrounds the point or is small and near."""
@@ -357,6 +371,7 @@ class SectionCurves:
         return self.sums[curve, IS_COMPLETE] > 0 and (self._surrounds(curve) or reach > MAX_REACH * size)
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     @cython.locals(curve=cython.Py_ssize_t, rank=cython.Py_ssize_t, size=cython.double)
     @cython.locals(best=cython.Py_ssize_t, best_rank=cython.Py_ssize_t, least=cython.double)
@@ -374,6 +389,7 @@ class SectionCurves:
         return best
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     @cython.locals(segment=cython.Py_ssize_t, i=cython.Py_ssize_t, j=cython.Py_ssize_t)
     @cython.locals(x=cython.double, y=cython.double, total=cython.double)

@@ -9,6 +9,9 @@ from __future__ import annotations
 
 __all__ = ["OffsetPaths", "ShortestPaths"]
 
+from threading import RLock
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,7 +33,7 @@ ROUNDING = cython.declare(cython.double, 1e-12)
 
 @cython.cclass
 class ShortestPaths:
-    """Shortest path searches in one graph, which share their working arrays.
+    """Shortest path searches in one graph, which share their working arrays: one thread searches at a time.
 
     Parameters
     ----------
@@ -52,6 +55,7 @@ class ShortestPaths:
     heap: cython.longlong[::1]
     keys: cython.double[::1]
     heap_size: cython.Py_ssize_t
+    lock: Any
 
     def __init__(self, first: NDArray[np.int64], neighbors: NDArray[np.int64], lengths: NDArray[np.float64]) -> None:
         n = len(first) - 1
@@ -60,6 +64,7 @@ class ShortestPaths:
         self.is_done, self.reached = np.zeros(n, dtype=np.int8), np.empty(n, dtype=np.int64)
         self.heap, self.keys = np.empty(len(neighbors) + n, dtype=np.int64), np.empty(len(neighbors) + n)
         self.n_reached = self.heap_size = 0
+        self.lock = RLock()
 
     @cython.locals(source=cython.Py_ssize_t, node=cython.Py_ssize_t, all_allowed=cython.schar[::1])
     def distances(self, sources: cython.const[cython.longlong][::1]) -> NDArray[np.float64]:
@@ -67,11 +72,12 @@ class ShortestPaths:
         array = np.full((sources.shape[0], self.distance.shape[0]), INFINITY)
         result: cython.double[:, ::1] = array
         all_allowed = np.ones(self.distance.shape[0], dtype=np.int8)
-        for source in range(sources.shape[0]):
-            self._search(sources[source : source + 1], all_allowed)
-            for node in range(self.n_reached):
-                result[source, self.reached[node]] = self.distance[self.reached[node]]
-            self._reset()
+        with self.lock, cython.nogil:
+            for source in range(sources.shape[0]):
+                self._search(sources[source : source + 1], all_allowed)
+                for node in range(self.n_reached):
+                    result[source, self.reached[node]] = self.distance[self.reached[node]]
+                self._reset()
         return array
 
     @cython.locals(node=cython.longlong)
@@ -89,17 +95,20 @@ class ShortestPaths:
         """
         if kinds.shape[0] != self.distance.shape[0]:
             raise ValueError("there must be a kind for each node")
-        node = self._search(starts, kinds)
         distance, path = INFINITY, []
-        if node >= 0:
-            distance = self.distance[node]
-        while node >= 0:
-            path.append(node)
-            node = self.predecessor[node]
-        self._reset()
+        with self.lock:
+            with cython.nogil:
+                node = self._search(starts, kinds)
+            if node >= 0:
+                distance = self.distance[node]
+            while node >= 0:
+                path.append(node)
+                node = self.predecessor[node]
+            self._reset()
         return distance, np.array(path, dtype=np.int64)
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     @cython.locals(node=cython.longlong, other=cython.longlong, slot=cython.Py_ssize_t, distance=cython.double)
     def _search(
@@ -123,6 +132,7 @@ class ShortestPaths:
         return -1
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     @cython.locals(slot=cython.Py_ssize_t)
     def _reset(self) -> cython.void:
@@ -132,6 +142,7 @@ class ShortestPaths:
         self.n_reached = self.heap_size = 0
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     @cython.locals(slot=cython.Py_ssize_t, parent=cython.Py_ssize_t)
     def _update(self, node: cython.longlong, predecessor: cython.longlong, distance: cython.double) -> cython.void:
@@ -152,6 +163,7 @@ class ShortestPaths:
         self.heap[slot], self.keys[slot] = node, key
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     @cython.locals(slot=cython.Py_ssize_t, child=cython.Py_ssize_t, last=cython.longlong, key=cython.double)
     def _pop(self) -> cython.longlong:
@@ -171,12 +183,14 @@ class ShortestPaths:
         return nearest
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     def _length(self, node: cython.longlong, slot: cython.Py_ssize_t) -> cython.double:
         """Length of an edge from a node; where it is NaN, no path takes the edge."""
         return self.lengths[slot]
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     def _bound(self, node: cython.longlong) -> cython.double:
         """Lower bound on the distance from a node to the goal."""
@@ -229,13 +243,15 @@ class OffsetPaths(ShortestPaths):
 
         The path is empty if there is none. Where a thickness that matters is not known, it need not be the shortest.
         """
-        self.goal, self.depth, self.met_unknown = goal, depth, False
-        self.kinds[goal] = 2
-        _, path = self.nearest_goal(np.array([start]), self.kinds)
-        self.kinds[goal] = 1
-        return not self.met_unknown, path[::-1]
+        with self.lock:
+            self.goal, self.depth, self.met_unknown = goal, depth, False
+            self.kinds[goal] = 2
+            _, path = self.nearest_goal(np.array([start]), self.kinds)
+            self.kinds[goal] = 1
+            return not self.met_unknown, path[::-1]
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     def _length(self, node: cython.longlong, slot: cython.Py_ssize_t) -> cython.double:
         other: cython.longlong = self.neighbors[slot]
@@ -245,11 +261,13 @@ class OffsetPaths(ShortestPaths):
         return self._distance(node, other) + self.min_length
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     def _bound(self, node: cython.longlong) -> cython.double:
         return (1.0 - ROUNDING) * self._distance(node, self.goal)
 
     @cython.cfunc
+    @cython.nogil
     @cython.exceptval(check=False)
     @cython.locals(axis=cython.Py_ssize_t, step=cython.double, total=cython.double)
     def _distance(self, i: cython.longlong, j: cython.longlong) -> cython.double:

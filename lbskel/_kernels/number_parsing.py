@@ -12,6 +12,7 @@ try:
 except ImportError:  # not needed where this is compiled
     from lbskel._kernels import c_types as cython
 
+NAN = cython.declare(cython.double, float("nan"))
 # decimal digits that a double represents exactly: one division by a power of ten is then correctly rounded
 EXACT_DIGITS = cython.declare(cython.Py_ssize_t, 15)
 # decimal digits that a 64-bit integer holds; 10^18 is exact as a double
@@ -22,6 +23,7 @@ CORRECTION_MARGIN = cython.declare(cython.double, 1e-10)  # relative; above the 
 
 @cython.cfunc
 @cython.inline
+@cython.nogil
 @cython.exceptval(check=False)
 def _is_space(character: cython.uchar) -> cython.bint:
     """Whether a character is white space."""
@@ -29,6 +31,7 @@ def _is_space(character: cython.uchar) -> cython.bint:
 
 
 @cython.cfunc
+@cython.nogil
 @cython.exceptval(check=False)
 def _quotient(integer: cython.longlong, power: cython.double) -> cython.double:
     """Divide an integer of up to 18 digits by a power of ten, to the nearest double; NaN where that is not decided.
@@ -49,7 +52,7 @@ def _quotient(integer: cython.longlong, power: cython.double) -> cython.double:
     correction: cython.double = (remainder + low) / power
     below: cython.double = first + correction * (1 - CORRECTION_MARGIN)
     above: cython.double = first + correction * (1 + CORRECTION_MARGIN)
-    return below if below == above else float("nan")
+    return below if below == above else NAN
 
 
 @cython.locals(n=cython.Py_ssize_t, i=cython.Py_ssize_t, begin=cython.Py_ssize_t, point=cython.Py_ssize_t)
@@ -74,35 +77,38 @@ def parse_decimals(text: cython.const[cython.uchar][::1]) -> NDArray[np.float64]
     array = np.empty(n // 2 + 1)
     result: cython.double[::1] = array
     powers: cython.double[::1] = np.array([float(10**k) for k in range(MAX_DIGITS + 1)])
-    while True:
-        while i < n and _is_space(text[i]):
-            i += 1
-        if i == n:
-            return array[:count]
-        begin = i
-        if text[i] == 45 or text[i] == 43:  # a sign
-            i += 1
-        digits, integer, point = 0, 0, -1
-        while i < n and digits <= MAX_DIGITS:
-            if 48 <= text[i] <= 57:
-                integer = 10 * integer + (text[i] - 48) if digits < MAX_DIGITS else 0
-                digits += 1
-            elif text[i] == 46 and point < 0:
-                point = digits
-            else:
-                break
-            i += 1
-        value = float("nan")
-        if 0 < digits <= MAX_DIGITS and (i == n or _is_space(text[i])):
-            power = powers[digits - point if point >= 0 else 0]
-            value = integer / power if digits <= EXACT_DIGITS else _quotient(integer, power)
-        if value == value:
-            result[count] = -value if text[begin] == 45 else value
-        else:
-            while i < n and not _is_space(text[i]):
+    with cython.nogil:
+        while True:
+            while i < n and _is_space(text[i]):
                 i += 1
-            result[count] = _python_float(bytes(text[begin:i]))
-        count += 1
+            if i == n:
+                break
+            begin = i
+            if text[i] == 45 or text[i] == 43:  # a sign
+                i += 1
+            digits, integer, point = 0, 0, -1
+            while i < n and digits <= MAX_DIGITS:
+                if 48 <= text[i] <= 57:
+                    integer = 10 * integer + (text[i] - 48) if digits < MAX_DIGITS else 0
+                    digits += 1
+                elif text[i] == 46 and point < 0:
+                    point = digits
+                else:
+                    break
+                i += 1
+            value = NAN
+            if 0 < digits <= MAX_DIGITS and (i == n or _is_space(text[i])):
+                power = powers[digits - point if point >= 0 else 0]
+                value = integer / power if digits <= EXACT_DIGITS else _quotient(integer, power)
+            if value == value:
+                result[count] = -value if text[begin] == 45 else value
+            else:
+                while i < n and not _is_space(text[i]):
+                    i += 1
+                with cython.gil:
+                    result[count] = _python_float(bytes(text[begin:i]))
+            count += 1
+    return array[:count]
 
 
 def _python_float(word: bytes) -> float:

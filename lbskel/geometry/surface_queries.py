@@ -124,11 +124,11 @@ class Surface:
         """Return the result of a recent query at the same points: several stages query the nodes of a skeleton."""
         results: dict[tuple[str, bytes], Result] = self.memoize("results", dict)
         key = name, points.tobytes()
-        if key not in results:
-            while len(results) >= MAX_CACHED_RESULTS:
-                del results[next(iter(results))]
-            results[key] = query()
-        return results[key]
+        if (found := results.get(key)) is None:
+            found = results[key] = query()
+            for oldest in [*results][:-MAX_CACHED_RESULTS]:  # other threads may do the same
+                results.pop(oldest, None)
+        return found
 
     @property
     def _winding_tree(self) -> igl.FastWindingNumberBVH:

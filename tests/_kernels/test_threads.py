@@ -13,8 +13,12 @@ import lbskel
 from lbskel import _kernels
 from lbskel._kernels.connectivity import component_roots, neighbor_sums
 from lbskel._kernels.delaunay_flips import cotangents
+from lbskel._kernels.dijkstra import ShortestPaths
+from lbskel._kernels.number_parsing import parse_decimals
 from lbskel._kernels.triangles import integrals
 from lbskel.geometry.bvh import build_aabb_tree
+from lbskel.geometry.cross_sections import cross_sections
+from lbskel.geometry.graphs import weighted_graph
 from lbskel.shapes import torus
 
 
@@ -22,6 +26,13 @@ from lbskel.shapes import torus
 def big_ring():
     """A torus of 40,000 faces."""
     return torus(1.0, 0.3, 200, 100)
+
+
+def search_of(mesh):
+    """Shortest paths along the edges, each of length 1."""
+    both = np.concatenate([mesh.edges, mesh.edges[:, ::-1]])
+    graph = weighted_graph(both, np.ones(len(both)), len(mesh.vertices))
+    return ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
 
 
 # of some tenths of a second each
@@ -32,6 +43,9 @@ CALLS = {
     "integrals": lambda ring: partial(integrals, ring.vertices, np.tile(ring.faces, (100, 1))),
     "components": lambda ring: partial(component_roots, np.tile(ring.edges, (100, 1)), np.zeros(20_000, np.int64)),
     "neighbor sums": lambda ring: partial(neighbor_sums, np.tile(ring.edges, (100, 1)), ring.vertices),
+    "sections": lambda ring: partial(cross_sections, ring, ring.vertices[::10], np.tile([0.0, 0, 1], (2000, 1))),
+    "paths": lambda ring: partial(search_of(ring).distances, np.arange(20)),
+    "numbers": lambda ring: partial(parse_decimals, b"0.125 " * 3_000_000),
     "cotangents": lambda ring: partial(cotangents, np.ones(30_000_000), np.empty(30_000_000)),
 }
 
@@ -61,10 +75,18 @@ def runs_during(function):
     return has_run
 
 
+def test_threads_that_share_a_search_get_the_results_of_one(big_ring):
+    search, sources = search_of(big_ring), np.arange(8)
+    expected = search.distances(sources)
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(search.distances, sources.reshape(-1, 1)))
+    assert np.array_equal(np.concatenate(found), expected)
+
+
 def test_two_threads_at_once_get_the_results_of_one(ring, rod):
-    expected = [lbskel.skeletonize(mesh) for mesh in (ring, rod)]
+    expected = [lbskel.skeletonize(mesh) for mesh in (ring, rod, ring)]
     with ThreadPoolExecutor(2) as pool:
-        found = list(pool.map(lbskel.skeletonize, [ring, rod]))
+        found = list(pool.map(lbskel.skeletonize, [ring, rod, ring]))
     for skeleton, other in zip(found, expected, strict=True):
         assert np.array_equal(skeleton.nodes, other.nodes)
         assert np.array_equal(skeleton.node_of_vertex, other.node_of_vertex)
