@@ -2,7 +2,8 @@
 
 A source distribution is made of the clone; wheels are made of it and installed in fresh virtual environments, with a C
 compiler that fails. Everything comes from the package index by pip. Seconds are of the processor, minima over turns,
-whole processes: a skeleton includes the start of Python and all imports.
+whole processes: a skeleton includes the start of Python and all imports. Only the way from a clone to a picture has
+seconds of the clock too, on a machine that may do other work.
 """
 
 from __future__ import annotations
@@ -17,12 +18,14 @@ import subprocess
 import sys
 import tarfile
 import tempfile
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
+from benchmarks.installation_numba import compile_kernels
 from lbskel.shapes import make
 
 ROOT = Path(__file__).parent.parent
@@ -46,33 +49,44 @@ print(json.dumps({
 """
 
 
-def run(quick: bool, results: Path) -> None:
+def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
     """Build, install, measure, and write installation.json and installation.md."""
     turns = QUICK_TURNS if quick else TURNS
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         source = _source(folder)
-        meshes = _meshes(folder, SIZES[:1] if quick else SIZES)
+        sizes = _meshes(folder, SIZES[:1] if quick else SIZES)
         pythons = {sys.version.split()[0]: Path(sys.executable)} if quick else _pythons()
         wheels, builds = _wheels(source, pythons, folder)
         environments = {version: _environment(python, folder / version) for version, python in pythons.items()}
-        versions = _each_python(environments, wheels, meshes, folder, turns)
+        versions = _each_python(environments, wheels, sizes, folder, turns)
         version = min(pythons, key=lambda each: (not each.startswith("3.11"), each))
         python = environments[version]
         packages = _packages(python, wheels[version])
+        by_zig, row = _built_by_zig(source, pythons[version], folder)
+        builds.append(row)
         starts = _starts(python, folder, turns)
-        builds.append(_built_by_zig(source, pythons[version], folder))
+        without = _without_compiler(python, by_zig, meshes, folder, turns)
+        by_numba = compile_kernels(python, folder)
+        first_run = _first_run(pythons[version], folder)
         builds.insert(0, {"what": "source distribution", "megabytes": source.stat().st_size / 1e6})
-        limited = None if quick else _full_api(source, pythons[version], python, wheels[version], meshes, folder, turns)
+        limited = None if quick else _full_api(source, pythons[version], python, wheels[version], sizes, folder, turns)
     tables = {
         "Build": markdown_table(builds) + "\nProcessor seconds of ``pip wheel``, Cython's installation included.\n",
         "Each Python": markdown_table(versions)
         + "\nThe wheel, installed without a compiler, over a build by that Python from the source, whole commands.\n",
         "Limited API": markdown_table(limited or []) + "\nThe wheel over kernels compiled for one version of Python.\n",
         "Start": markdown_table(starts),
+        "From a clone to a picture": markdown_table(first_run)
+        + "\nIn an empty virtual environment; packages come from an index nearby.\n",
+        "Without a C compiler": markdown_table(without)
+        + "\nThe build takes ziglang from the package index, or kernels run as Python. Processor seconds.\n",
+        "Kernels by numba": markdown_table(by_numba)
+        + "\nSeconds in which numba's ``njit`` compiles functions of kernels, at the first call in each process.\n",
         "Packages": markdown_table(packages),
     }
     measured = {"builds": builds, "pythons": versions, "limited_api": limited, "starts": starts, "packages": packages}
+    measured |= {"first_run": first_run, "without_compiler": without, "numba": by_numba}
     save_json(results / "installation.json", measured, packages=("ziglang",))
     save_markdown(results / "installation.md", "Installation", tables)
 
@@ -228,32 +242,66 @@ def _packages(python: Path, wheel: Path) -> list[dict[str, Any]]:
 
 
 def _starts(python: Path, folder: Path, turns: int) -> list[dict[str, Any]]:
-    """Seconds to import lbskel, and of README's first command with kernels compiled and as Python."""
-    site = next(python.parent.parent.glob("lib/python*/site-packages"))
-    shutil.copytree(site / "lbskel", folder / "uncompiled" / "lbskel", ignore=shutil.ignore_patterns("*.so"))
-    for path in (folder / "uncompiled" / "lbskel" / "_kernels").glob("*.py"):
-        with open(path, "a", encoding="utf-8") as file:
-            file.write("# not the installed one, whose kernels would be taken\n")
+    """Seconds to import lbskel, and of README's first command."""
+    programs = ("pass", "import lbskel", "import lbskel; lbskel.skeletonize")
+    commands: dict[str, Sequence[str | Path]] = {program: [python, "-c", program] for program in programs}
+    commands["README's command"] = _readme_command(python, folder)
+    least = _least({name: (command, {}) for name, command in commands.items()}, turns)
+    return [{"what": name, "seconds": seconds} for name, seconds in least.items()]
+
+
+def _readme_command(python: Path, folder: Path) -> list[str | Path]:
     mesh = folder / "dinosaur.ply"
     shutil.copy(ROOT / "meshes" / "dinosaur.ply", mesh)
-    command: list[str | Path] = [*_skeleton(python, mesh), "--picture", folder / "dinosaur.png"]
-    quick = _least(
-        {
-            "python": ([python, "-c", "pass"], {}),
-            "import lbskel": ([python, "-c", "import lbskel"], {}),
-            "import lbskel, use skeletonize": ([python, "-c", "import lbskel; lbskel.skeletonize"], {}),
-            "README's command": (command, {}),
-        },
-        turns,
-    )
-    slow = _least({"slow": (command, {"PYTHONPATH": str(folder / "uncompiled")})}, 1)["slow"]
-    rows = [{"what": name, "seconds": seconds} for name, seconds in quick.items()]
-    return [*rows, {"what": "README's command, kernels not compiled", "seconds": slow}]
+    return [*_skeleton(python, mesh), "--picture", folder / "dinosaur.png"]
 
 
-def _built_by_zig(source: Path, python: Path, folder: Path) -> dict[str, Any]:
+def _without_compiler(
+    python: Path, by_zig: Path, meshes: Sequence[Path], folder: Path, turns: int
+) -> list[dict[str, Any]]:
+    """Seconds of README's command and of the meshes given, with kernels compiled by gcc, by zig, and as Python."""
+    site = next(python.parent.parent.glob("lib/python*/site-packages"))
+    uncompiled = folder / "uncompiled"
+    shutil.copytree(site / "lbskel", uncompiled / "lbskel", ignore=shutil.ignore_patterns("*.so"))
+    for path in (uncompiled / "lbskel" / "_kernels").glob("*.py"):
+        with open(path, "a", encoding="utf-8") as file:
+            file.write("# not the installed one, whose kernels would be taken\n")
+    zig = _installed(python, by_zig, folder / "zig-installed", **NO_COMPILER)
+    commands = {"README's command": _readme_command(python, folder)}
+    for given in meshes:
+        shutil.copy(given, folder / given.name)
+        commands[given.name] = _skeleton(python, folder / given.name)
+    rows = []
+    for name, command in commands.items():
+        quick = _least({"by the machine's compiler": (command, {}), "by zig": (command, zig)}, turns)
+        slow = _least({"as Python": (command, {"PYTHONPATH": str(uncompiled)})}, 1)
+        rows.append({"command": name, **quick, **slow})
+    return rows
+
+
+def _first_run(python: Path, folder: Path) -> list[dict[str, Any]]:
+    """Seconds of a newcomer's way: clone, make an environment, run README's first command line."""
+    clone, environment = folder / "first-clone", folder / "first-environment"
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    install, command = next(line for line in readme.splitlines() if line.startswith("pip install")).split(" && ")
+    activate = f". {environment}/bin/activate && cd {clone} && "
+    steps: dict[str, Sequence[str | Path]] = {
+        "git clone": ["git", "clone", "--quiet", ROOT, clone],
+        "python -m venv": [python, "-m", "venv", environment],
+        install: ["bash", "-c", activate + install],
+        "lbskel skeletonize": ["bash", "-c", activate + command],
+    }
+    rows: list[dict[str, Any]] = []
+    for name, step in steps.items():
+        began = time.perf_counter()
+        rows.append({"step": name, "processor seconds": _seconds(step), "seconds": time.perf_counter() - began})
+    return [*rows, {"step": "in all", **{key: sum(row[key] for row in rows) for key in list(rows[0])[1:]}}]
+
+
+def _built_by_zig(source: Path, python: Path, folder: Path) -> tuple[Path, dict[str, Any]]:
     """Build a wheel where no C compiler is found."""
     command: list[str | Path] = [python, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", folder / "zig", source]
     seconds = _seconds(command, CC="no-such-compiler")
     wheel = next((folder / "zig").glob("*.whl"))
-    return {"what": "wheel, by ziglang's compiler", "megabytes": wheel.stat().st_size / 1e6, "seconds": seconds}
+    row = {"what": "wheel, by ziglang's compiler", "megabytes": wheel.stat().st_size / 1e6, "seconds": seconds}
+    return wheel, row

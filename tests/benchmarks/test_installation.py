@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from benchmarks import installation
+from benchmarks.installation_numba import compile_kernels
 
 
 def test_the_least_of_all_turns_but_the_first_counts(monkeypatch):
@@ -37,3 +38,20 @@ def test_sizes_are_of_the_files_of_packages():
 def test_interpreters_are_of_the_named_versions():
     found = installation._pythons()
     assert all(version.startswith("3.") and int(version.split(".")[1]) >= 10 for version in found)
+
+
+def test_kernels_run_with_plain_blocks_where_another_compiler_takes_them(tmp_path):
+    """With a stand-in for numba that compiles nothing."""
+    (tmp_path / "numba.py").write_text("def njit(function):\n    return function\n")
+    rows = compile_kernels(sys.executable, tmp_path)
+    assert {"corner_products", "nearest_points", "winding_numbers"} <= {row["function"] for row in rows}
+    assert all(row["seconds"] > 0 for row in rows)
+
+
+def test_the_first_run_is_that_of_the_readme(monkeypatch, tmp_path):
+    commands = []
+    monkeypatch.setattr(installation, "_seconds", lambda command, **environment: commands.append(command) or 1.0)
+    rows = installation._first_run(sys.executable, tmp_path)
+    assert rows[-1]["processor seconds"] == 4.0
+    assert "pip install '.[view]'" in commands[2][2]
+    assert "lbskel skeletonize meshes/dinosaur.ply" in commands[3][2]
