@@ -1,8 +1,7 @@
 """Curves in which planes cut a mesh: one curve for each plane is selected and measured.
 
-A curve consists of segments, one in each face that is cut, and of points, one on each edge that is cut; segments that
-share a point belong to one curve. A point has exactly the same coordinates for all faces at its edge, so the winding
-number of a curve around the query point is an integer.
+A curve has a segment in each face that is cut and a point on each edge that is cut; segments that share a point belong
+to one curve. A point is exactly the same for all faces at its edge, so winding numbers around the query are integers.
 """
 
 from __future__ import annotations
@@ -188,8 +187,7 @@ class SectionCurves:
         p: cython.Py_ssize_t = self.boxes.shape[0] // 2
         top: cython.Py_ssize_t = 1
         self.n_segments = self.n_points = 0
-        self.is_everything_cut = True
-        self.stack[0] = 1
+        self.stack[0], self.is_everything_cut = 1, True
         while top > 0:
             top -= 1
             node = self.stack[top]
@@ -224,45 +222,38 @@ class SectionCurves:
         third: cython.bint = self._height(row, 2) >= 0
         if first == second and second == third:
             return
-        m: cython.Py_ssize_t = self.order.shape[0]
         face: cython.longlong = self.order[row]
         single: cython.Py_ssize_t = 0 if second == third else 1 if third == first else 2  # alone on its side
         is_above: cython.bint = first if single == 0 else second if single == 1 else third
         left: cython.Py_ssize_t = (single + 1) % 3
         right: cython.Py_ssize_t = (single + 2) % 3
-        left_edge: cython.longlong = self.edge_of_half_edge[right * m + face]  # opposite the right corner
-        right_edge: cython.longlong = self.edge_of_half_edge[left * m + face]
+        left_edge: cython.longlong = self.edge_of_half_edge[right * self.order.shape[0] + face]
+        right_edge: cython.longlong = self.edge_of_half_edge[left * self.order.shape[0] + face]
         segment: cython.Py_ssize_t = self.n_segments
         self.n_segments += 1
-        self.parent[segment] = segment
-        self.face_of_segment[segment] = face
+        self.parent[segment], self.face_of_segment[segment] = segment, face
         if is_above:
-            self.start[segment] = self._point_on_edge(left_edge, segment, row, left, single)
-            self.stop[segment] = self._point_on_edge(right_edge, segment, row, right, single)
+            self.start[segment] = self._point_on_edge(left_edge, row, left, single)
+            self.stop[segment] = self._point_on_edge(right_edge, row, right, single)
         else:
-            self.start[segment] = self._point_on_edge(right_edge, segment, row, single, right)
-            self.stop[segment] = self._point_on_edge(left_edge, segment, row, single, left)
+            self.start[segment] = self._point_on_edge(right_edge, row, single, right)
+            self.stop[segment] = self._point_on_edge(left_edge, row, single, left)
 
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
     def _point_on_edge(
-        self,
-        edge: cython.longlong,
-        segment: cython.Py_ssize_t,
-        row: cython.Py_ssize_t,
-        low: cython.Py_ssize_t,
-        high: cython.Py_ssize_t,
+        self, edge: cython.longlong, row: cython.Py_ssize_t, low: cython.Py_ssize_t, high: cython.Py_ssize_t
     ) -> cython.longlong:
-        """Point on an edge between its corners below and above the plane; merges the curves that meet in it."""
+        """Point on an edge between its corners below and above the plane; the last segment joins the curves there."""
+        segment: cython.Py_ssize_t = self.n_segments - 1
         point: cython.longlong = self.point_of_edge[edge]
         if point < self.n_points and self.edge_of_point[point] == edge:
             self.faces_at_point[point] += 1
             other: cython.Py_ssize_t = self._curve(self.segment_of_point[point])
             self.parent[max(other, self._curve(segment))] = min(other, self._curve(segment))
             return point
-        point = self.n_points
-        self.n_points += 1
+        point, self.n_points = self.n_points, self.n_points + 1
         self.point_of_edge[edge], self.edge_of_point[point] = point, edge
         self.segment_of_point[point], self.faces_at_point[point] = segment, 1
         height: cython.double = self._height(row, low)
@@ -304,19 +295,17 @@ class SectionCurves:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
+    @cython.locals(ax=cython.double, ay=cython.double, bx=cython.double, by=cython.double)
+    @cython.locals(dx=cython.double, dy=cython.double, x=cython.double, y=cython.double)
     def _add_segment(self, segment: cython.Py_ssize_t, curve: cython.Py_ssize_t, label: cython.longlong) -> cython.void:
         """Add a segment to the sums of its curve; area and centroid follow by Green's theorem."""
-        ax: cython.double = self.points_2d[self.start[segment], 0]
-        ay: cython.double = self.points_2d[self.start[segment], 1]
-        bx: cython.double = self.points_2d[self.stop[segment], 0]
-        by: cython.double = self.points_2d[self.stop[segment], 1]
-        dx: cython.double = bx - ax
-        dy: cython.double = by - ay
+        ax, ay = self.points_2d[self.start[segment], 0], self.points_2d[self.start[segment], 1]
+        bx, by = self.points_2d[self.stop[segment], 0], self.points_2d[self.stop[segment], 1]
+        dx, dy = bx - ax, by - ay
         cross: cython.double = ax * by - ay * bx
         length: cython.double = sqrt(dx * dx + dy * dy)
         t: cython.double = min(max(-(ax * dx + ay * dy) / (length * length), 0.0), 1.0) if length > 0 else 0.0
-        x: cython.double = ax + t * dx
-        y: cython.double = ay + t * dy
+        x, y = ax + t * dx, ay + t * dy
         self.sums[curve, LENGTH] += length
         self.sums[curve, CROSS] += cross
         self.sums[curve, DISPLACEMENT] += dx
@@ -326,10 +315,7 @@ class SectionCurves:
         self.sums[curve, LENGTH_MOMENT] += (ax + bx) * length
         self.sums[curve, LENGTH_MOMENT + 1] += (ay + by) * length
         self.sums[curve, MIN_DISTANCE] = min(self.sums[curve, MIN_DISTANCE], x * x + y * y)
-        if ay <= 0 < by and cross > 0:
-            self.sums[curve, TURNS] += 1
-        elif by <= 0 < ay and cross < 0:
-            self.sums[curve, TURNS] -= 1
+        self.sums[curve, TURNS] += 1 if ay <= 0 < by and cross > 0 else -1 if by <= 0 < ay and cross < 0 else 0
         if self.labels.shape[0] > 0:
             face_label: cython.longlong = self.labels[self.face_of_segment[segment]]
             if face_label == label or face_label < 0:
@@ -379,13 +365,12 @@ class SectionCurves:
         """Smallest curve around the query point, or else the nearest, complete ones first; -1 if there is none."""
         best, best_rank, least = -1, 4, INFINITY
         for curve in range(self.n_segments):
-            if self.parent[curve] != curve:
-                continue
-            surrounds: cython.bint = self._surrounds(curve)
-            rank = (0 if self.sums[curve, IS_COMPLETE] > 0 else 2) + (0 if surrounds else 1)
-            size = fabs(self.sums[curve, CROSS]) if surrounds else self.sums[curve, MIN_DISTANCE]
-            if rank < best_rank or (rank == best_rank and size < least):
-                best, best_rank, least = curve, rank, size
+            if self.parent[curve] == curve:
+                surrounds: cython.bint = self._surrounds(curve)
+                rank = (0 if self.sums[curve, IS_COMPLETE] > 0 else 2) + (0 if surrounds else 1)
+                size = fabs(self.sums[curve, CROSS]) if surrounds else self.sums[curve, MIN_DISTANCE]
+                if rank < best_rank or (rank == best_rank and size < least):
+                    best, best_rank, least = curve, rank, size
         return best
 
     @cython.cfunc
@@ -412,5 +397,4 @@ class SectionCurves:
                 total += sqrt(dx * dx + dy * dy) * sqrt(mx * mx + my * my)
         out[0], out[1], out[2], out[3], out[4], out[5] = 1, self._surrounds(curve), x, y, fabs(area), length
         if length > 0:
-            out[6] = total / length
-            out[7] = self.sums[curve, OWN_LENGTH] / length if self.labels.shape[0] > 0 else 1.0
+            out[6], out[7] = total / length, self.sums[curve, OWN_LENGTH] / length if self.labels.shape[0] > 0 else 1.0

@@ -9,8 +9,10 @@ __all__ = ["add_parser", "run"]
 
 import argparse
 import glob
+import json
 import sys
 from collections import Counter
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +31,7 @@ def add_parser(subparsers: Any) -> None:
         details="A mesh whose content and options have not changed since the last batch is not done again. "
         "Exit code 0 where every score is pass or warn, 1 where one is fail, 2 where a mesh has no skeleton.",
         example="lbskel batch 'data/**/*.ply' -o skeletons --format swc --picture",
+        json="print the record of each input as JSON, one line each",
     )
     parser.add_argument("input", nargs="+", metavar="MESH", help="meshes, or patterns such as 'data/**/*.ply'")
     parser.add_argument("-o", "--output", required=True, metavar="FOLDER", help=f"gets {MANIFEST} and {SUMMARY} too")
@@ -47,7 +50,6 @@ def add_parser(subparsers: Any) -> None:
         "--memory-limit", type=float, metavar="MB", help="memory of the process of each mesh; it is ended beyond"
     )
     parser.add_argument("--force", action="store_true", help="replace files that no batch has made")
-    parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
     add_skeleton_options(parser)
     parser.set_defaults(run=run)
 
@@ -79,7 +81,10 @@ def run(arguments: argparse.Namespace) -> int:
             where = "" if record.input in record.message else f"{record.input}: "
             print(f"lbskel: {where}{record.message}", file=sys.stderr)
     counts = Counter(record.outcome for record in records)
-    if not arguments.quiet:
+    if arguments.json:
+        for record in records:
+            print(json.dumps({**asdict(record), "outcome": record.outcome.value}))
+    elif not arguments.quiet:
         by_status = ", ".join(f"{counts[each]} {each.value}" for each in BatchStatus if counts[each])
         print(f"{len(records)} inputs: {by_status}")
         print(f"  {n_earlier} of them are from earlier batches; {Path(arguments.output) / SUMMARY} has a row for each")

@@ -5,12 +5,14 @@ from __future__ import annotations
 __all__ = ["add_parser", "run"]
 
 import argparse
+import json
 from pathlib import Path
 from typing import Any
 
 from lbskel.applications import branch_table
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
 from lbskel.cli.options import add_command, add_force_option, refuse_existing
+from lbskel.cli.terminal import tell
 from lbskel.errors import FormatError
 from lbskel.io import write_safely
 
@@ -42,10 +44,10 @@ def run(arguments: argparse.Namespace) -> int:
     mesh, skeleton = mesh_and_skeleton(arguments)
     table = branch_table(skeleton, mesh)
     if output is None:
-        print(table.to_csv(), end="")
+        tell(arguments, table.to_csv().rstrip("\n"), json.loads(table.to_json()))
     else:
         write_safely(
             output, table.to_json() if output.suffix.lower() == ".json" else table.to_csv(), force=arguments.force
         )
-        print(f"{output}: {len(table)} branches")
+        tell(arguments, f"{output}: {len(table)} branches", {"output": str(output), "n_branches": len(table)})
     return 0

@@ -8,10 +8,10 @@ from __future__ import annotations
 __all__ = ["add_parser", "run"]
 
 import argparse
-import json
 from typing import Any
 
 from lbskel.cli.options import add_command
+from lbskel.cli.terminal import tell
 from lbskel.io import read_mesh
 from lbskel.preprocess import check
 
@@ -24,14 +24,14 @@ def add_parser(subparsers: Any) -> None:
         "report the defects of a mesh and how lbskel will treat them",
         details="Exit code 1 where contraction is not advised.",
         example="lbskel check scan.stl",
+        json="print all measures as JSON",
     )
     parser.add_argument("mesh", metavar="MESH")
-    parser.add_argument("--json", action="store_true", help="print all measures as JSON")
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the report; 1 where contraction is not advised."""
     report = check(read_mesh(arguments.mesh))
-    print(json.dumps(report.as_dict()) if arguments.json else f"{arguments.mesh}: {report}")
+    tell(arguments, f"{arguments.mesh}: {report}", report.as_dict())
     return 0 if report.is_advised else 1

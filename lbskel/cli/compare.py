@@ -6,11 +6,11 @@ __all__ = ["add_parser", "run"]
 
 import argparse
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
 from lbskel.cli.options import add_command, add_force_option, refuse_existing
+from lbskel.cli.terminal import tell
 from lbskel.contraction.result import Status
 from lbskel.errors import FormatError
 from lbskel.geometry.mesh import Mesh
@@ -56,7 +56,6 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("mesh", metavar="MESH")
     parser.add_argument("-o", "--output", required=True, metavar="FOLDER", help="gets index.html and comparison.json")
     add_force_option(parser)
-    parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
     parser.set_defaults(run=run)
 
 
@@ -71,11 +70,8 @@ def run(arguments: argparse.Namespace) -> int:
     mesh = representative(given, most_faces=MOST_FACES)
     results: dict[str, ComparisonResult] = {}
     for number, (case, settings) in enumerate(CASES.items(), 1):
-        if not arguments.quiet and sys.stderr.isatty():
-            print(f"\r{number}/{len(CASES)} {case:60.60s}", end="", file=sys.stderr, flush=True)
+        arguments.on_stage(f"{number}/{len(CASES)} {case}")
         results[case] = run_case(mesh, settings)
-    if not arguments.quiet and sys.stderr.isatty():
-        print(file=sys.stderr)
     reference = results["curvature_flow"].skeleton
     records = {case: _with_reason(record(result, reference=reference)) for case, result in results.items()}
     title = f"Contractions of {Path(arguments.mesh).name}"
@@ -91,15 +87,14 @@ def run(arguments: argparse.Namespace) -> int:
         ),
         "Skeletons, with roll-back": _drawn([_skeleton(case, result, mesh) for case, result in results.items()]),
     }
+    facts = {"mesh": Path(arguments.mesh).name, "cases": records}
     contents: dict[Path, Content] = {
         names[0]: _page(records, title, what, pictures),
-        names[1]: json.dumps({"mesh": Path(arguments.mesh).name, "cases": records}, indent=1) + "\n",
+        names[1]: json.dumps(facts, indent=1) + "\n",
     }
     folder.mkdir(exist_ok=True)
     write_all_safely(contents, arguments.force)
-    if not arguments.quiet:
-        print(_summary(records))
-        print(f"{names[0]}")
+    tell(arguments, f"{_summary(records)}\n{names[0]}", facts)
     return 0
 
 

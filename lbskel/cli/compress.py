@@ -9,6 +9,7 @@ from typing import Any
 
 from lbskel.applications import BASES, compress
 from lbskel.cli.options import add_command, add_force_option, add_mesh_and_output, read_mesh_to_write
+from lbskel.cli.terminal import tell
 from lbskel.io import write_mesh
 
 
@@ -38,8 +39,16 @@ def run(arguments: argparse.Namespace) -> int:
     write_mesh(arguments.output, packed.mesh, force=arguments.force)
     error = packed.rms_error(mesh)
     share = f" ({100 * error / mesh.diameter_bound:.2g} % of the diameter bound)" if mesh.diameter_bound > 0 else ""
-    print(
-        f"{arguments.output}: {len(packed.coefficients)} coefficients of {packed.n_vertices:,} vertices, in each axis"
+    text = (
+        f"{arguments.output}: {len(packed.coefficients)} coefficients of {packed.n_vertices:,} vertices, in each axis\n"
+        f"{packed.bits_per_vertex:.3g} bits a vertex without the faces, rms error {error:.3g}{share}"
     )
-    print(f"{packed.bits_per_vertex:.3g} bits a vertex without the faces, rms error {error:.3g}{share}")
+    facts = {
+        "output": arguments.output,
+        "n_vertices": packed.n_vertices,
+        "n_coefficients": len(packed.coefficients),
+        "bits_per_vertex": packed.bits_per_vertex,
+        "rms_error": error,
+    }
+    tell(arguments, text, facts)
     return 0

@@ -18,6 +18,7 @@ from lbskel.cli.options import (
     add_operator_option,
     read_mesh_to_write,
 )
+from lbskel.cli.terminal import tell
 from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import write_mesh
@@ -74,11 +75,19 @@ def run(arguments: argparse.Namespace) -> int:
     write_mesh(arguments.output, result, force=arguments.force)
     before, after = (each.edge_lengths for each in (mesh, result))
     change = np.abs(after / np.where(before > 0, before, 1.0) - 1)[before > 0]
-    print(f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces")
-    print(
+    text = (
+        f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces\n"
         f"{arguments.output}: {len(fixed):,} vertices fixed, {len(moved):,} moved; edge lengths changed by "
         f"{100 * change.mean():.3g} % on average, {100 * change.max():.3g} % at most"
     )
+    facts = {
+        "output": arguments.output,
+        "n_fixed": len(fixed),
+        "n_moved": len(moved),
+        "mean_length_change": float(change.mean()),
+        "max_length_change": float(change.max()),
+    }
+    tell(arguments, text, facts)
     return 0
 
 

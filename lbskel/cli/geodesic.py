@@ -12,6 +12,7 @@ import numpy as np
 
 from lbskel.applications import HeatMethod
 from lbskel.cli.options import add_command, add_force_option, add_operator_option, refuse_existing
+from lbskel.cli.terminal import tell
 from lbskel.io import read_mesh, write_safely
 
 N_BANDS = 20  # of the picture, which show the level sets
@@ -49,11 +50,18 @@ def run(arguments: argparse.Namespace) -> int:
     method = HeatMethod(mesh, arguments.operator)
     distance = method.distance(arguments.source)
     reached = np.isfinite(distance)
-    print(
-        f"{arguments.mesh}: {np.count_nonzero(reached):,} of {len(distance):,} vertices reached, "
-        f"at most {distance[reached].max():.6g} and on average {distance[reached].mean():.6g} away"
+    facts = {
+        "mesh": arguments.mesh,
+        "n_reached": int(np.count_nonzero(reached)),
+        "max_distance": float(distance[reached].max()),
+        "mean_distance": float(distance[reached].mean()),
+        "gradient_error": method.gradient_error(distance),
+    }
+    text = (
+        f"{arguments.mesh}: {facts['n_reached']:,} of {len(distance):,} vertices reached, "
+        f"at most {facts['max_distance']:.6g} and on average {facts['mean_distance']:.6g} away\n"
+        f"the length of the gradient is 1 up to {facts['gradient_error']:.1e} on average"
     )
-    print(f"the length of the gradient is 1 up to {method.gradient_error(distance):.1e} on average")
     if arguments.output:
         lines = ["vertex,distance", *(f"{vertex},{value!r}" for vertex, value in enumerate(distance.tolist()))]
         write_safely(Path(arguments.output), "\n".join(lines) + "\n", force=arguments.force)
@@ -66,4 +74,5 @@ def run(arguments: argparse.Namespace) -> int:
             Panel(mesh, title=f"bands of 1 / {N_BANDS}", field=bands, field_name="band"),
         ]
         render(panels, arguments.picture, force=arguments.force)
+    tell(arguments, text, facts)
     return 0

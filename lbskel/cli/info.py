@@ -5,13 +5,13 @@ from __future__ import annotations
 __all__ = ["add_parser", "run"]
 
 import argparse
-import json
 from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from lbskel.cli.options import add_command
+from lbskel.cli.terminal import tell
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io import as_shape
 from lbskel.pipeline.environment import system
@@ -32,19 +32,15 @@ def add_parser(subparsers: Any) -> None:
         action="store_true",
         help="print the versions of packages, whether the inner loops are compiled, and processors and threads",
     )
-    parser.add_argument("--json", action="store_true", help="print as JSON")
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the measures as text or JSON."""
     facts = system() if arguments.system else _facts(as_shape(arguments.mesh))
-    if arguments.json:
-        print(json.dumps(facts))
-        return 0
     width = max(len(name) for name in facts)
-    for name, value in facts.items():
-        print(f"{name.replace('_', ' '):{width}}  {_text(value)}")
+    lines = [f"{name.replace('_', ' '):{width}}  {_text(value)}" for name, value in facts.items()]
+    tell(arguments, "\n".join(lines), facts)
     return 0
 
 

@@ -30,6 +30,7 @@ def add_parser(subparsers: Any) -> None:
         "laplacian",
         "measure the properties of discrete Laplacians on a mesh",
         example="lbskel laplacian meshes/knot.off --operator cotangent",
+        json="",
     )
     parser.add_argument("mesh", metavar="MESH")
     parser.add_argument(
@@ -60,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
                 raise
             refusals[name] = str(error)
     diagnostics = {name: laplacian_diagnostics(operator, mesh) for name, operator in operators.items()}
-    if arguments.json != "-":
+    if arguments.json != "-" and not arguments.quiet:
         print(diagnostics_table(diagnostics, refusals))
     if arguments.json:
         text = json.dumps(_document(diagnostics, refusals, mesh), indent=1) + "\n"

@@ -18,7 +18,8 @@ from typing import Any, NoReturn
 
 import lbskel
 from lbskel.cli import COMMANDS
-from lbskel.errors import LbskelError, nearest
+from lbskel.cli.terminal import progress
+from lbskel.errors import LbskelError, MissingDependency, nearest
 from lbskel.geometry.signals import ended_after_tidying_up, ended_at_once
 from lbskel.pipeline.environment import SLOW, are_kernels_compiled
 
@@ -36,10 +37,34 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"lbskel: {message}; see {self.prog} --help\n")
 
 
+class _Completion(argparse.Action):
+    """Prints the completions for a shell, by shtab."""
+
+    def __call__(self, parser: argparse.ArgumentParser, _: object, values: Any, option: str | None = None) -> NoReturn:
+        try:
+            import shtab
+        except ImportError:
+            parser.exit(2, f"lbskel: {MissingDependency('shtab', 'completion', str(option))}\n")
+        (commands,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+        for command in commands.choices.values():
+            for action in command._actions:
+                if action.choices is None and action.type is None and action.nargs != 0:
+                    action.complete = shtab.FILE
+        print(shtab.complete(parser, shell=values))
+        parser.exit()
+
+
 def command_line_parser() -> argparse.ArgumentParser:
     """Make the parser of all commands."""
     parser = _Parser(prog="lbskel", description="Curve skeletons and discrete Laplace-Beltrami operators of meshes.")
     parser.add_argument("--version", action="version", version=f"lbskel {lbskel.__version__}")
+    parser.add_argument(
+        "--print-completion",
+        action=_Completion,
+        choices=("bash", "zsh", "tcsh"),
+        metavar="SHELL",
+        help="print a script that completes commands, options and their choices in bash, zsh or tcsh",
+    )
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for command in COMMANDS:
         command.add_parser(subparsers)
@@ -57,7 +82,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # a batch tidies up after an interrupt: it ends its processes and leaves out what they have not finished
     how_signals_end = ended_after_tidying_up if parsed.command == "batch" else ended_at_once
     try:
-        with how_signals_end():
+        with how_signals_end(), progress(parsed):
             code = int(parsed.run(parsed))
         sys.stdout.flush()
         return code

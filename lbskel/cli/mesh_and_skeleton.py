@@ -8,7 +8,6 @@ import argparse
 from pathlib import Path
 
 from lbskel.cli.options import add_skeleton_options, skeleton_options
-from lbskel.cli.progress import StageBar
 from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io import FORMATS, MESH_READERS, read_mesh, read_skeleton
@@ -42,9 +41,13 @@ def mesh_and_skeleton(arguments: argparse.Namespace) -> tuple[Mesh, Skeleton]:
 
 
 def skeleton_of(shape: Mesh | PointCloud, arguments: argparse.Namespace) -> Skeleton:
-    """Read the skeleton, or make it with the options given, and show its stages on a terminal."""
+    """Read the skeleton, or make it with the options given, and tell its stages."""
     if arguments.skeleton:
         return read_skeleton(arguments.skeleton)
-    with StageBar(Path(arguments.mesh).name, getattr(arguments, "quiet", False)) as bar:
-        options = skeleton_options(arguments)
-        return skeletonize(shape, **options, on_stage=bar.show, time_limit=arguments.time_limit)
+    name = Path(arguments.mesh).name
+    return skeletonize(
+        shape,
+        **skeleton_options(arguments),
+        on_stage=lambda stage: arguments.on_stage(f"{name}: {stage}"),
+        time_limit=arguments.time_limit,
+    )

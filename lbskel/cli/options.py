@@ -7,6 +7,7 @@ __all__ = [
     "add_force_option",
     "add_mesh_and_output",
     "add_operator_option",
+    "add_preprocess_option",
     "add_skeleton_options",
     "read_mesh_to_write",
     "refuse_existing",
@@ -34,9 +35,12 @@ from lbskel.solvers import SOLVERS
 
 
 def add_command(
-    subparsers: Any, name: str, summary: str, *, example: str, details: str = ""
+    subparsers: Any, name: str, summary: str, *, example: str, details: str = "", json: str = "print the result as JSON"
 ) -> argparse.ArgumentParser:
-    """Add the parser of a command, with a description and an example in its help."""
+    """Add the parser of a command, with a description and an example in its help, ``--quiet`` and ``--json``.
+
+    ``json`` is the help of ``--json``; empty for a command that has an option of this name with another form.
+    """
     description = f"{summary[0].upper()}{summary[1:]}.{' ' if details else ''}{details}"
     parser: argparse.ArgumentParser = subparsers.add_parser(
         name,
@@ -45,7 +49,15 @@ def add_command(
         epilog=f"example:\n  {example}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
+    if json:
+        parser.add_argument("--json", action="store_true", help=json)
+    parser.set_defaults(on_stage=_ignore)  # told the stages of what takes long
     return parser
+
+
+def _ignore(stage: str) -> None:
+    """Show no stage."""
 
 
 def add_mesh_and_output(parser: argparse.ArgumentParser) -> None:
@@ -64,6 +76,17 @@ def add_operator_option(
         choices=OPERATORS,
         metavar="NAME",
         help=f"discrete Laplacian; {note} (%(default)s)",
+    )
+
+
+def add_preprocess_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
+    """Add ``--preprocess``: how a mesh is cleaned, remeshed or simplified."""
+    parser.add_argument(
+        "--preprocess",
+        default="auto",
+        metavar="HOW",
+        help=f"{', '.join(PREPARATIONS)}; or steps, such as merge_close,remesh_isotropic:edge_length=0.01; or a .toml "
+        "file with a table [[step]] for each step (%(default)s)",
     )
 
 
@@ -150,12 +173,7 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
         metavar="PLACE",
         help="have a node at a vertex or a point; may be repeated",
     )
-    group.add_argument(
-        "--preprocess",
-        default="auto",
-        metavar="HOW",
-        help=f"preprocessing of the mesh: {', '.join(PREPARATIONS)}, steps, or a .toml file (%(default)s)",
-    )
+    add_preprocess_option(group)
     group.add_argument(
         "--join",
         nargs="?",

@@ -12,14 +12,20 @@ from typing import Any
 
 import numpy as np
 
-from lbskel.cli.options import add_command, add_force_option, add_mesh_and_output, refuse_existing
+from lbskel.cli.options import (
+    add_command,
+    add_force_option,
+    add_mesh_and_output,
+    add_preprocess_option,
+    refuse_existing,
+)
+from lbskel.cli.terminal import tell
 from lbskel.geometry.mesh import PointCloud
 from lbskel.io import MESH_WRITERS, as_shape
 from lbskel.io.atomic_write import write_all_safely
 from lbskel.io.text import known_extension
 from lbskel.preprocess import (
     CLOUD_PREPARATIONS,
-    PIPELINES,
     PREPARATIONS,
     STEPS,
     Pipeline,
@@ -35,25 +41,15 @@ def add_parser(subparsers: Any) -> None:
         subparsers,
         "preprocess",
         "clean, remesh or simplify a mesh",
-        details=f"Steps: {', '.join(STEPS)}. Of a point cloud, the closed surface through its points is written; the "
-        f"pipeline is one of {', '.join(CLOUD_PREPARATIONS)}.",
-        example="lbskel preprocess scan.stl -o clean.ply --pipeline scan --map map.npy",
+        details="lbskel skeletonize has the same option --preprocess and does this itself; here the mesh is written. "
+        f"Steps: {', '.join(STEPS)}. Of a point cloud, the closed surface through its points is written; "
+        f"--preprocess is then one of {', '.join(CLOUD_PREPARATIONS)}.",
+        example="lbskel preprocess scan.stl -o clean.ply --preprocess scan --map map.npy",
     )
     add_mesh_and_output(parser)
-    which = parser.add_mutually_exclusive_group()
-    which.add_argument(
-        "--pipeline",
-        default="auto",
-        metavar="NAME",
-        help=f"auto, {', '.join(PIPELINES)}, or a .toml file with a table [[step]] for each step (%(default)s)",
-    )
-    which.add_argument(
-        "--steps",
-        dest="pipeline",
-        default=argparse.SUPPRESS,
-        metavar="TEXT",
-        help="steps, such as merge_close,remesh_isotropic:edge_length=0.01",
-    )
+    add_preprocess_option(parser)
+    for name in ("--pipeline", "--steps"):  # of the same option in 0.1.0
+        parser.add_argument(name, dest="preprocess", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
     parser.add_argument(
         "--map", metavar="NPY", help="write the new index of each vertex, -1 for none, as a numpy array"
     )
@@ -69,9 +65,9 @@ def run(arguments: argparse.Namespace) -> int:
     refuse_existing(paths, arguments.force)
     shape = as_shape(arguments.mesh)
     if isinstance(shape, PointCloud):
-        result, size = reconstruct_surface(shape, preprocess=arguments.pipeline), f"{len(shape.points):,} points"
+        result, size = reconstruct_surface(shape, preprocess=arguments.preprocess), f"{len(shape.points):,} points"
     else:
-        how = arguments.pipeline if arguments.pipeline in PREPARATIONS else Pipeline.parse(arguments.pipeline)
+        how = arguments.preprocess if arguments.preprocess in PREPARATIONS else Pipeline.parse(arguments.preprocess)
         result, size = preprocess_mesh(shape, how), f"{len(shape.vertices):,} vertices, {len(shape.faces):,} faces"
     report = {"mesh": arguments.mesh, **result.report}
     contents: dict[Path, str | bytes] = {Path(arguments.output): MESH_WRITERS[suffix](result.mesh)}
@@ -80,10 +76,9 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.report:
         contents[Path(arguments.report)] = json.dumps(report, indent=1) + "\n"
     write_all_safely(contents, arguments.force)
-    print(f"{arguments.mesh}: {size}")
-    for note in (*(() if isinstance(shape, PointCloud) else shape.notes), *result.notes):
-        print(f"  {note}")
-    print(f"{arguments.output}: {len(result.mesh.vertices):,} vertices, {len(result.mesh.faces):,} faces")
+    notes = (*(() if isinstance(shape, PointCloud) else shape.notes), *result.notes)
+    made = f"{arguments.output}: {len(result.mesh.vertices):,} vertices, {len(result.mesh.faces):,} faces"
+    tell(arguments, "\n".join([f"{arguments.mesh}: {size}", *(f"  {note}" for note in notes), made]), report)
     return 0
 
 

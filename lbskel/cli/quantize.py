@@ -18,8 +18,11 @@ from lbskel.cli.options import (
     add_operator_option,
     read_mesh_to_write,
 )
+from lbskel.cli.terminal import tell
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import write_mesh
+
+TEXT = "error {relative_error:.2g} of the diagonal, normals off by {normals_error_deg:.2g} degrees"
 
 
 def add_parser(subparsers: Any) -> None:
@@ -47,18 +50,26 @@ def run(arguments: argparse.Namespace) -> int:
     result = quantize_deltas(mesh, bits=arguments.bits, n_anchors=arguments.anchors, operator=arguments.operator)
     write_mesh(arguments.output, result.mesh, force=arguments.force)
     positions = mesh.with_vertices(round_to_bits(mesh.vertices, arguments.bits)[1])
-    print(f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces")
-    print(
+    text = (
+        f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces\n"
         f"{arguments.output}: {result.bits_per_vertex:.3g} bits per vertex, {len(result.anchors)} anchors, "
-        f"{_errors(result.mesh, mesh)}"
+        f"{TEXT.format(**_errors(result.mesh, mesh))}\n"
+        f"positions of {arguments.bits} bits: {TEXT.format(**_errors(positions, mesh))}"
     )
-    print(f"positions of {arguments.bits} bits: {_errors(positions, mesh)}")
+    facts = {
+        "output": arguments.output,
+        "bits_per_vertex": result.bits_per_vertex,
+        "n_anchors": len(result.anchors),
+        **_errors(result.mesh, mesh),
+        "rounded_positions": _errors(positions, mesh),
+    }
+    tell(arguments, text, facts)
     return 0
 
 
-def _errors(mesh: Mesh, given: Mesh) -> str:
-    """Describe the root mean square error of the positions, and the mean one of the normals."""
+def _errors(mesh: Mesh, given: Mesh) -> dict[str, float]:
+    """Measure the root mean square error of the positions, and the mean one of the normals."""
     error = np.sqrt(((mesh.vertices - given.vertices) ** 2).sum(axis=1).mean()) / given.diagonal
     cosines = np.einsum("mx,mx->m", mesh.face_normals, given.face_normals)
     angle = np.degrees(np.arccos(cosines[given.face_areas > 0].clip(-1, 1)).mean())
-    return f"error {error:.2g} of the diagonal, normals off by {angle:.2g} degrees"
+    return {"relative_error": float(error), "normals_error_deg": float(angle)}

@@ -15,6 +15,7 @@ from lbskel.applications.rigging import MAX_BONES, MAX_INFLUENCES
 from lbskel.cli.html_option import add_html_option, refuse_page, write_page
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
 from lbskel.cli.options import add_command, add_force_option, refuse_existing
+from lbskel.cli.terminal import tell
 from lbskel.errors import FormatError
 from lbskel.io.gltf_skin import UP_AXES, write_rig
 from lbskel.skeleton.armature import Rig
@@ -63,7 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
         bone_of_face = rigged.weights[mesh.faces].sum(axis=1).argmax(axis=1)
         shown = {"part_of_face": bone_of_face, "parts_name": "parts by strongest bone", "tables": [_table(rigged)]}
         write_page(arguments.html, mesh, skeleton, arguments, title=Path(arguments.mesh).name, **shown)
-    print(f"{output}: {len(rigged.names)} bones: {', '.join(rigged.names)}")
+    facts = {"output": str(output), "bones": list(rigged.names), "parents": rigged.parents.tolist()}
+    tell(arguments, f"{output}: {len(rigged.names)} bones: {', '.join(rigged.names)}", facts)
     return 0
 
 

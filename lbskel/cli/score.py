@@ -8,10 +8,10 @@ from __future__ import annotations
 __all__ = ["add_parser", "run"]
 
 import argparse
-import json
 from typing import Any
 
 from lbskel.cli.options import add_command
+from lbskel.cli.terminal import tell
 from lbskel.errors import MeshError
 from lbskel.io import read_mesh, read_skeleton
 from lbskel.pipeline.evaluation import score
@@ -30,7 +30,6 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "mesh", metavar="MESH", help="the mesh that the skeleton was made from, in the same coordinates"
     )
-    parser.add_argument("--json", action="store_true", help="print as JSON")
     parser.set_defaults(run=run)
 
 
@@ -41,9 +40,6 @@ def run(arguments: argparse.Namespace) -> int:
         found = score(skeleton, mesh)
     except MeshError as error:
         raise MeshError(f"{arguments.skeleton} on {arguments.mesh}: {error}") from None
-    if arguments.json:
-        names = {"skeleton": str(arguments.skeleton), "mesh": str(arguments.mesh)}
-        print(json.dumps({**names, **found.report()}))
-    else:
-        print(found)
+    names = {"skeleton": str(arguments.skeleton), "mesh": str(arguments.mesh)}
+    tell(arguments, str(found), {**names, **found.report()})
     return 0 if found.passed else 1

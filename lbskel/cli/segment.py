@@ -13,6 +13,7 @@ from lbskel.applications.segmentation import THICKNESS, Segmentation
 from lbskel.cli.html_option import add_html_option, refuse_page, write_page
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
 from lbskel.cli.options import add_command, add_force_option, refuse_existing
+from lbskel.cli.terminal import tell
 from lbskel.errors import FormatError
 from lbskel.io.atomic_write import Content, write_all_safely
 from lbskel.io.ply_parts import encode_ply_parts
@@ -63,7 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.html:
         shown = {"part_of_face": parts.part_of_face, "parts_name": "limbs and trunk", "tables": [_table(parts)]}
         write_page(arguments.html, mesh, skeleton, arguments, title=Path(arguments.mesh).name, **shown)
-    print(f"{arguments.output}: {len(parts)} parts")
+    facts = {name: values.tolist() for name, values in parts.columns().items()}
+    tell(arguments, f"{arguments.output}: {len(parts)} parts", {"output": arguments.output, **facts})
     return 0
 
 

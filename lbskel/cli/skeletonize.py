@@ -15,7 +15,7 @@ from typing import Any
 
 from lbskel.cli.html_option import add_html_option, refuse_page, write_page
 from lbskel.cli.options import add_command, add_force_option, add_skeleton_options, refuse_existing, skeleton_options
-from lbskel.cli.progress import StageBar
+from lbskel.cli.terminal import tell
 from lbskel.errors import FormatError, LbskelError
 from lbskel.io import FORMATS, MESH_READERS, POINT_READERS, as_shape, write_safely, write_skeleton
 from lbskel.io.skeleton_io import require_writable
@@ -36,6 +36,7 @@ def add_parser(subparsers: Any) -> None:
         "make the curve skeleton of a mesh or a point cloud",
         details="Exit code 0 where the score is pass or warn, 1 where it is fail, 2 on bad input.",
         example="lbskel skeletonize meshes/dinosaur.ply -o dinosaur.swc --picture dinosaur.png",
+        json="print the full report as JSON, one line per input",
     )
     parser.add_argument(
         "input", nargs="+", metavar="MESH", help=f"meshes or point clouds: {', '.join(MESH_READERS | POINT_READERS)}"
@@ -51,9 +52,7 @@ def add_parser(subparsers: Any) -> None:
     add_html_option(parser, "; a folder if there are several inputs")
     parser.add_argument("--report", metavar="JSON", help="write the full report; a folder if there are several inputs")
     parser.add_argument("--profile", action="store_true", help="print the seconds and the memory of each stage")
-    parser.add_argument("--json", action="store_true", help="print the full report as JSON, one line per input")
     add_force_option(parser)
-    parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
     parser.add_argument(
         "--memory-limit", type=float, metavar="MB", help="refuse what takes more memory (what the machine has free)"
     )
@@ -140,19 +139,21 @@ def _output(given: str, mesh: Path, suffix: str, are_several: bool) -> Path:
 
 
 def _run(job: _Job, arguments: argparse.Namespace) -> int:
-    with StageBar(job.mesh.name, arguments.quiet or arguments.json) as bar:
-        bar.show("read")
-        began = time.perf_counter()
-        mesh = as_shape(job.mesh)
-        reading = time.perf_counter() - began
-        skeleton = skeletonize(
-            mesh,
-            **skeleton_options(arguments),
-            on_stage=bar.show,
-            time_limit=arguments.time_limit,
-            memory_limit=arguments.memory_limit,
-            profile=arguments.profile,
-        )
+    def show(stage: str) -> None:
+        arguments.on_stage(f"{job.mesh.name}: {stage}")
+
+    show("read")
+    began = time.perf_counter()
+    mesh = as_shape(job.mesh)
+    reading = time.perf_counter() - began
+    skeleton = skeletonize(
+        mesh,
+        **skeleton_options(arguments),
+        on_stage=show,
+        time_limit=arguments.time_limit,
+        memory_limit=arguments.memory_limit,
+        profile=arguments.profile,
+    )
     skeleton, _ = cut_cycles(skeleton, tree=arguments.tree, extension=_format(job.skeleton))
     write_skeleton(job.skeleton, skeleton, force=arguments.force, scale=arguments.scale, units=arguments.units)
     seconds = {**skeleton.report["seconds"], "read": reading}
@@ -160,15 +161,14 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
     if job.report is not None:
         write_safely(job.report, json.dumps(report, indent=1) + "\n", force=arguments.force)
     if job.picture is not None:
+        show("picture")
         from lbskel.visualization import picture
 
         picture(mesh, skeleton, job.picture, force=arguments.force)
     if job.html is not None:
+        show("page")
         write_page(job.html, mesh, skeleton, arguments, title=job.mesh.name)
-    if arguments.json:
-        print(json.dumps(report), flush=True)
-    elif not arguments.quiet:
-        print(_summary(job, skeleton, report), flush=True)
+    tell(arguments, _summary(job, skeleton, report), report)
     return 0 if skeleton.report["passed"] else 1
 
 

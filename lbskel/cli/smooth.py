@@ -17,6 +17,7 @@ from lbskel.cli.options import (
     add_operator_option,
     read_mesh_to_write,
 )
+from lbskel.cli.terminal import tell
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.io import write_mesh
@@ -63,22 +64,30 @@ def run(arguments: argparse.Namespace) -> int:
         keep_volume=arguments.keep_volume,
     )
     write_mesh(arguments.output, result, force=arguments.force)
-    print(f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces")
-    print(f"{arguments.output}: {_changes(mesh, result)}")
+    changes = _changes(mesh, result)
+    text = (
+        f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces\n"
+        f"{arguments.output}: {changes['n_moved']:,} vertices moved by {changes['mean_displacement']:.3g} edge lengths "
+        f"on average, {changes['max_displacement']:.3g} at most; area {100 * changes['area_change']:+.3g} %"
+    )
+    text += f", volume {100 * changes['volume_change']:+.3g} %" if "volume_change" in changes else ""
+    tell(arguments, text, {"output": arguments.output, **changes})
     return 0
 
 
-def _changes(mesh: Mesh, result: Mesh) -> str:
-    """Describe how far vertices moved, and by how much the area and the volume changed."""
+def _changes(mesh: Mesh, result: Mesh) -> dict[str, float]:
+    """Measure how far vertices moved, in mean edge lengths, and by how much the area and the volume changed."""
     scaled, exponent = unit_scale(mesh.vertices)  # areas of tiny meshes vanish
     mesh, result = mesh.with_vertices(scaled), result.with_vertices(np.ldexp(result.vertices, -exponent))
     moved = np.linalg.norm(result.vertices - mesh.vertices, axis=1)
     start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
     edge = float(np.linalg.norm(end - start, axis=1).mean())
-    text = (
-        f"{np.count_nonzero(moved):,} vertices moved by {moved.mean() / edge:.3g} edge lengths on average, "
-        f"{moved.max() / edge:.3g} at most; area {100 * (result.area / mesh.area - 1):+.3g} %"
-    )
+    changes = {
+        "n_moved": int(np.count_nonzero(moved)),
+        "mean_displacement": float(moved.mean()) / edge,
+        "max_displacement": float(moved.max()) / edge,
+        "area_change": result.area / mesh.area - 1,
+    }
     if mesh.is_closed_manifold and mesh.volume != 0:
-        text += f", volume {100 * (result.volume / mesh.volume - 1):+.3g} %"
-    return text
+        changes["volume_change"] = result.volume / mesh.volume - 1
+    return changes

@@ -11,6 +11,7 @@ from typing import Any
 from lbskel.cli.html_option import refuse_page, write_page
 from lbskel.cli.mesh_and_skeleton import add_input, skeleton_of
 from lbskel.cli.options import add_command, add_force_option
+from lbskel.cli.terminal import tell
 from lbskel.io import as_shape
 
 
@@ -26,7 +27,6 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("-o", "--output", required=True, metavar="PAGE", help="html to write")
     add_force_option(parser)
-    parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
     add_input(parser)
     parser.set_defaults(run=run)
 
@@ -36,8 +36,8 @@ def run(arguments: argparse.Namespace) -> int:
     refuse_page(arguments.output, arguments.force)
     shape = as_shape(arguments.mesh)
     skeleton = skeleton_of(shape, arguments)
+    arguments.on_stage("page")
     write_page(arguments.output, shape, skeleton, arguments, title=Path(arguments.mesh).name)
-    if not arguments.quiet:
-        counts = f"{len(skeleton.nodes)} nodes, {len(skeleton.tips)} tips, {skeleton.cycle_rank} cycles"
-        print(f"{arguments.output}: {counts}")
+    counts = f"{len(skeleton.nodes)} nodes, {len(skeleton.tips)} tips, {skeleton.cycle_rank} cycles"
+    tell(arguments, f"{arguments.output}: {counts}", {"output": arguments.output, **skeleton.report})
     return 0

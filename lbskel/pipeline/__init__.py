@@ -7,6 +7,7 @@ from lbskel.pipeline.evaluation import score
 from lbskel.pipeline.options import DOMAINS
 from lbskel.pipeline.passes import refine
 from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
+from lbskel.pipeline.progress import StageBar
 from lbskel.pipeline.stages import skeletonize
 from lbskel.pipeline.viewing import view
 
@@ -14,6 +15,7 @@ __all__ = [
     "DOMAINS",
     "Body",
     "PreparedMesh",
+    "StageBar",
     "assemble",
     "prepare",
     "refine",

@@ -76,6 +76,27 @@ def test_help_lists_every_choice(here):
     assert "`" not in text
 
 
+def test_completions_are_those_of_the_parser(here, folder, monkeypatch):
+    pytest.importorskip("shtab")
+    code, out, err = here("--print-completion", "bash")
+    assert (code, err) == (0, [])
+    script = folder / "completion"
+    script.write_text("\n".join(out))
+
+    def completed(*words):
+        line = f"source {script}; COMP_WORDS=(lbskel {' '.join(words)}); COMP_CWORD={len(words)}; _shtab_lbskel;"
+        done = subprocess.run(["bash", "-c", line + 'echo "${COMPREPLY[@]}"'], capture_output=True, text=True)
+        return done.stdout.split()
+
+    assert completed("skel") == ["skeletonize"]
+    assert completed("smooth", "--meth") == ["--method"]
+    assert completed("skeletonize", "--solver", "cho") == ["cholmod"]
+    monkeypatch.setitem(sys.modules, "shtab", None)
+    assert here("--print-completion", "bash")[2] == [
+        "lbskel: --print-completion needs shtab, which is not installed: pip install 'lbskel[completion]'"
+    ]
+
+
 BAD = {
     "no output": (["skeletonize", "rod.off"], r"required: -o/--output"),
     "no input": (["skeletonize", "-o", "a.swc"], r"required: MESH"),

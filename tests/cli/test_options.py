@@ -49,7 +49,7 @@ def test_batch_and_skeletonize_have_the_same_skeleton_options():
     add_skeleton_options(shared)
     expected = {option for action in shared._actions for option in action.option_strings}
     assert expected <= options_of("skeletonize")
-    assert options_of("skeletonize") - options_of("batch") == {"--html", "--json", "--profile"}  # of one mesh
+    assert options_of("skeletonize") - options_of("batch") == {"--html", "--profile"}  # of one mesh
 
 
 @pytest.mark.parametrize("name", command_line_parser()._subparsers._group_actions[0].choices)

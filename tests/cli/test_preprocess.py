@@ -13,7 +13,7 @@ def test_the_mesh_its_map_and_the_report_are_written(here, folder):
         "rod.off",
         "-o",
         "fewer.ply",
-        "--steps",
+        "--preprocess",
         "simplify:target_faces=120",
         "--map",
         "map.npy",
@@ -39,7 +39,7 @@ def test_an_existing_file_is_kept(here, folder):
 
 
 def test_an_unknown_step_is_named(here):
-    code, _, err = here("preprocess", "rod.off", "-o", "out.ply", "--steps", "polish")
+    code, _, err = here("preprocess", "rod.off", "-o", "out.ply", "--preprocess", "polish")
     assert code == 2
     assert "polish" in err[0]
 

@@ -225,10 +225,11 @@ def test_a_terminal_is_told_the_stage_and_left_clean(folder):
     import pty
     import termios
 
+    program = "from lbskel.cli import main, terminal; terminal.PATIENCE = 0.0; raise SystemExit(main.main())"
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
     process = subprocess.Popen(
-        [sys.executable, "-m", "lbskel", "skeletonize", "rod.off", "-o", "rod.json"],
+        [sys.executable, "-c", program, "skeletonize", "rod.off", "-o", "rod.json"],
         stdout=subprocess.PIPE,
         stderr=theirs,
         cwd=folder,

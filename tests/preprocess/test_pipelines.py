@@ -170,10 +170,10 @@ def test_check_and_preprocess_on_the_command_line(tmp_path, capsys, monkeypatch)
     assert json.loads((tmp_path / "report.json").read_text())["pipeline"] == "close_holes"
     assert main(arguments) == 2
     assert "--force" in capsys.readouterr().err
-    assert main([*arguments, "--force", "--steps", "close_holes,simplify:target_faces=200"]) == 0
+    assert main([*arguments, "--force", "--preprocess", "close_holes,simplify:target_faces=200"]) == 0
     assert len(read_mesh("out.obj").faces) <= 220
     capsys.readouterr()
-    assert main([*arguments, "--force", "--steps", "polish"]) == 2
+    assert main([*arguments, "--force", "--preprocess", "polish"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
 
 

@@ -1,0 +1,57 @@
+"""What a command shows: its result on stdout, as text or JSON, and a bar on stderr while it takes long."""
+
+from __future__ import annotations
+
+__all__ = ["progress", "tell"]
+
+import argparse
+import json
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, redirect_stdout
+from typing import Any, TextIO
+
+from lbskel.pipeline.progress import StageBar
+
+PATIENCE = 2.0  # seconds after which a command shows that it works; asked for by users
+
+
+def tell(arguments: argparse.Namespace, text: str, facts: Mapping[str, Any]) -> None:
+    """Print a result: its facts with ``--json``, else the text, and nothing with ``--quiet``."""
+    if arguments.json:
+        print(json.dumps(facts), flush=True)
+    elif not arguments.quiet:
+        print(text, flush=True)
+
+
+@contextmanager
+def progress(arguments: argparse.Namespace) -> Iterator[None]:
+    """Show the command, the stage that it tells by ``arguments.on_stage``, and the seconds, on a terminal only.
+
+    A batch has a bar of its own. What is printed meanwhile takes the place of the bar.
+    """
+    is_shown = sys.stderr.isatty() and not arguments.quiet and arguments.command != "batch"
+    with StageBar(f"lbskel {arguments.command}", is_shown=is_shown, delay=PATIENCE) as bar:
+        arguments.on_stage = bar.show
+        with redirect_stdout(_Cleared(sys.stdout, bar)) if is_shown else _nothing():
+            yield
+
+
+@contextmanager
+def _nothing() -> Iterator[None]:
+    yield
+
+
+class _Cleared:
+    """A stream that clears the bar before it writes."""
+
+    def __init__(self, stream: TextIO, bar: StageBar):
+        self._stream = stream
+        self._bar = bar
+
+    def write(self, text: str) -> int:
+        self._bar.clear()
+        return self._stream.write(text)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)

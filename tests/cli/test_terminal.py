@@ -1,0 +1,96 @@
+"""Results as text and as JSON, quietly or not, and the bar on a terminal."""
+
+import io
+import json
+import sys
+import time
+from argparse import Namespace
+
+import pytest
+
+from lbskel.cli import terminal
+from lbskel.cli.main import command_line_parser, main
+from lbskel.cli.terminal import progress, tell
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+@pytest.mark.parametrize(
+    ("quiet", "json", "shown"), [(False, False, "a text\n"), (True, False, ""), (False, True, '{"n": 1}\n')]
+)
+def test_a_result_is_text_or_json_or_nothing(capsys, quiet, json, shown):
+    tell(Namespace(quiet=quiet, json=json), "a text", {"n": 1})
+    assert capsys.readouterr().out == shown
+
+
+@pytest.mark.parametrize(
+    ("stream", "quiet", "shows"), [(Terminal, False, True), (Terminal, True, False), (io.StringIO, False, False)]
+)
+def test_what_takes_long_is_shown_on_a_terminal_only(monkeypatch, capsys, stream, quiet, shows):
+    """The result takes the place of the bar."""
+    monkeypatch.setattr(sys, "stderr", stream())
+    monkeypatch.setattr(terminal, "PATIENCE", 0.01)
+    arguments = Namespace(command="smooth", quiet=quiet)
+    with progress(arguments):
+        arguments.on_stage("rod.off: solve")
+        time.sleep(0.2)
+        before = sys.stderr.getvalue()
+        print("done")
+    assert ("lbskel smooth: rod.off: solve" in before) == shows
+    assert sys.stderr.getvalue().endswith("\r") == shows  # it leaves an empty line
+    assert capsys.readouterr().out == "done\n"
+
+
+def test_what_is_quick_shows_nothing_on_a_terminal(monkeypatch, folder):
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    assert main(["info", "rod.off", "--json"]) == 0
+    assert sys.stderr.getvalue() == ""
+
+
+COMMANDS = {
+    "branches": ["ring.obj"],
+    "check": ["rod.off"],
+    "compress": ["rod.off", "-o", "a.off", "-k", "20"],
+    "edit": ["rod.off", "-o", "a.off", "--move", "x:0.9:1", "--fix", "x:0:0.1"],
+    "geodesic": ["rod.off", "--source", "0"],
+    "info": ["rod.off"],
+    "preprocess": ["rod.off", "-o", "a.off"],
+    "quantize": ["rod.off", "-o", "a.off"],
+    "rig": ["rod.off", "-o", "a.glb"],
+    "segment": ["rod.off", "-o", "a.ply"],
+    "skeletonize": ["rod.off", "-o", "a.swc"],
+    "smooth": ["rod.off", "-o", "a.off"],
+    "view": ["rod.off", "-o", "a.html"],
+}
+WITH_A_PATH = {"laplacian", "spectrum"}  # whose --json names a file, or - for stdout
+ELSEWHERE = {"batch", "compare", "score"}  # whose tests have them too: they take longer, or need more files
+
+
+def test_every_command_has_quiet_and_json():
+    parsers = command_line_parser()._subparsers._group_actions[0].choices
+    assert set(parsers) == set(COMMANDS) | WITH_A_PATH | ELSEWHERE
+    for name, parser in parsers.items():
+        options = parser.format_help()
+        assert "--quiet" in options, name
+        assert "--json" in options, name
+        assert "\nexample:\n  lbskel " + name in options, name
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_json_is_one_document_and_quiet_is_nothing(here, name):
+    code, out, err = here(name, *COMMANDS[name], "--json")
+    assert (code, err) == (0, [])
+    assert json.loads("\n".join(out))
+    force = ["--force"] if "-o" in COMMANDS[name] else []
+    assert here(name, *COMMANDS[name], *force, "--quiet") == (0, [], [])
+
+
+@pytest.mark.parametrize("name", sorted(WITH_A_PATH))
+def test_json_on_stdout(here, name):
+    code, out, err = here(name, "rod.off", "--json", "-")
+    assert (code, err) == (0, [])
+    assert json.loads("\n".join(out))
+    assert here(name, "rod.off", "--quiet") == (0, [], [])

@@ -1,0 +1,52 @@
+"""The bar of stages: where it is shown, and that it follows the stages."""
+
+import io
+import sys
+import time
+from types import ModuleType
+
+import lbskel
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_stages_of_a_skeleton_are_shown_on_a_terminal(monkeypatch, rod):
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with lbskel.StageBar("rod") as bar:
+        lbskel.skeletonize(rod, on_stage=bar.show)
+    assert all(f"rod: {stage}" in sys.stderr.getvalue() for stage in ("contract", "score"))
+    assert sys.stderr.getvalue().endswith("\r")
+
+
+def test_nothing_is_shown_elsewhere(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    with lbskel.StageBar("rod") as bar:
+        bar.show("contract")
+    assert sys.stderr.getvalue() == ""
+
+
+def test_it_is_shown_in_a_notebook(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    monkeypatch.setitem(sys.modules, "ipykernel", ModuleType("ipykernel"))
+    with lbskel.StageBar("rod") as bar:
+        bar.show("contract")
+    assert "rod: contract" in sys.stderr.getvalue()
+
+
+def test_it_waits_and_then_shows_a_long_stage(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with lbskel.StageBar("rod", delay=0.1) as bar:
+        bar.show("contract")
+        assert sys.stderr.getvalue() == ""
+        time.sleep(1.0)
+        assert "rod: contract 00:00" in sys.stderr.getvalue()
+
+
+def test_it_can_be_cleared_for_other_text(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with lbskel.StageBar("rod", is_shown=False) as bar:
+        bar.clear()
+    assert sys.stderr.getvalue() == ""
