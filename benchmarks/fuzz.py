@@ -21,9 +21,12 @@ import numpy as np
 
 from benchmarks.harness import markdown_table, save_json, save_markdown
 
-SECONDS, QUICK_SECONDS = 60, 3
-READERS = ("obj", "off", "ply", "stl", "glb", "gltf", "3mf", "xyz", "swc", "json", "npz", "vtp", "graphml")
-TARGETS = (*READERS, "as_mesh")
+SECONDS, QUICK_SECONDS = 20, 3
+MESHES = ("obj", "off", "ply", "stl", "glb", "gltf", "3mf")
+CLOUDS = ("xyz", "txt", "csv", "pcd", "npy")
+SKELETONS = ("swc", "json", "npz", "vtp", "graphml")
+TARGETS = (*MESHES, *CLOUDS, *SKELETONS, "as_mesh")
+PCD = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\nPOINTS 3\nDATA ascii\n"
 MEMORY = 2048  # limit for one input, in megabytes; a guess
 ONE_INPUT = 20  # time limit for one input, in seconds; a guess
 
@@ -79,8 +82,11 @@ def _seed(target: str, folder: Path) -> None:
     elif target == "gltf":
         exported: Any = trimesh.Trimesh(mesh.vertices, mesh.faces).export(file_type="gltf", embed_buffers=True)
         path.write_bytes(exported["model.gltf"])
-    elif target in ("xyz", "as_mesh"):
-        path.write_bytes(b"0 0 0\n1 0 0\n1 1 0\n")
+    elif target == "npy":
+        np.save(path, np.eye(3))
+    elif target in (*CLOUDS, "as_mesh"):
+        text = (PCD if target == "pcd" else "") + "0 0 0\n1 0 0\n1 1 0\n"
+        path.write_text(text.replace(" ", ",") if target == "csv" else text)
     else:
         lbskel.write_skeleton(path, skeleton)
 
@@ -95,9 +101,7 @@ def _fuzz(target: str, folder: str, seconds: str, found: str) -> None:
         from lbskel.preprocess import preprocess_mesh
 
     scratch = Path(tempfile.mkdtemp()) / f"input.{target}"
-    read = (
-        lbskel.read_mesh if target in READERS[:7] else lbskel.read_points if target == "xyz" else lbskel.read_skeleton
-    )
+    read = lbskel.read_mesh if target in MESHES else lbskel.read_points if target in CLOUDS else lbskel.read_skeleton
 
     def read_bytes(data: bytes) -> None:
         scratch.write_bytes(data)
