@@ -1,4 +1,4 @@
-"""``lbskel score SKELETON MESH``: the quality of a skeleton, measured on its mesh.
+"""``lbskel score SKELETON MESH``: the quality of a skeleton, measured on its mesh or its point cloud.
 
 Exit codes: 0 pass or warn, 1 fail, 2 bad input.
 """
@@ -13,7 +13,7 @@ from typing import Any
 from lbskel.cli.options import add_command
 from lbskel.cli.terminal import tell
 from lbskel.errors import MeshError
-from lbskel.io import read_mesh, read_skeleton
+from lbskel.io import as_shape, read_skeleton
 from lbskel.pipeline.evaluation import score
 
 
@@ -22,20 +22,20 @@ def add_parser(subparsers: Any) -> None:
     parser = add_command(
         subparsers,
         "score",
-        "measure the quality of a skeleton on its mesh",
+        "measure the quality of a skeleton on its mesh or its point cloud",
         details="Exit code 0 for pass and warn, 1 for fail, 2 for bad input.",
         example="lbskel score dinosaur.swc meshes/dinosaur.ply",
     )
     parser.add_argument("skeleton", metavar="SKELETON")
     parser.add_argument(
-        "mesh", metavar="MESH", help="the mesh that the skeleton was made from, in the same coordinates"
+        "mesh", metavar="MESH", help="the mesh or cloud that the skeleton was made from, in the same coordinates"
     )
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and print; 1 if a measure fails."""
-    skeleton, mesh = read_skeleton(arguments.skeleton), read_mesh(arguments.mesh)
+    skeleton, mesh = read_skeleton(arguments.skeleton), as_shape(arguments.mesh)
     try:
         found = score(skeleton, mesh)
     except MeshError as error:

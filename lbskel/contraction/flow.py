@@ -20,14 +20,17 @@ from numpy.typing import NDArray
 from lbskel.contraction.coarsening import Coarsened, coarsen
 from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ENERGIES, ContractionStepInput, LinearSystem
-from lbskel.contraction.result import Contraction, Status, Step, completion_status, step_fault
+from lbskel.contraction.result import Contraction, Status, Step
 from lbskel.contraction.settings import PRESETS, ContractionSettings
+from lbskel.contraction.stop_rules import RULES
 from lbskel.contraction.weights import ATTRACTIONS, INITIAL_WEIGHT_RULES, mean_ring_area, ring_areas, ring_shrinkage
 from lbskel.errors import MeshError, SolveError, UnknownChoice
-from lbskel.geometry.mesh import Mesh, as_mesh
+from lbskel.geometry.mesh import Mesh, PointCloud, as_mesh
+from lbskel.geometry.point_stars import PointStars
 from lbskel.geometry.shape_diameter import local_radii
-from lbskel.operators import Laplacian, Operator, apply_operator
+from lbskel.operators import STAR_OPERATORS, Laplacian, Operator, apply_operator
 from lbskel.operators.corner_angles import corner_cotangents
+from lbskel.operators.star_rings import stars_in_order
 from lbskel.solvers import factorize, relative_residual, solve_once
 
 MIN_EDGE_LENGTH = 0.1  # edges shorter than this, in initial local radii, are collapsed after the first step whatever
@@ -42,15 +45,16 @@ def contract(
     on_step: Callable[[Step, Mesh], None] | None = None,
     time_limit: float | None = None,
 ) -> Contraction:
-    """Contract a mesh until nearly none of its volume is left.
+    """Contract a mesh until nearly none of its volume is left, or the points of a cloud by their local triangles.
 
     A step after which the area or the bounding box has grown, or a coordinate is not finite, is undone and ends the
     contraction: the result is always that of the last good step, unless the settings switch the roll-back off.
 
     Parameters
     ----------
-    mesh : Mesh, (vertices, faces), path or mesh object
-        One connected surface, closed or open; whatever :func:`lbskel.as_mesh` takes.
+    mesh : Mesh, PointCloud, (vertices, faces), path or mesh object
+        One connected surface, closed or open; whatever :func:`lbskel.as_mesh` takes. A cloud, or the vertices of a mesh
+        where the operator is one of stars, become a :class:`~lbskel.geometry.point_stars.PointStars`.
     settings : ContractionSettings
     on_step : callable, optional
         Called after each step that was kept, with its record and the present mesh, scaled to diameter bound 1.
@@ -82,7 +86,7 @@ def contract(
     >>> contraction.status.value, contraction.steps[-1].volume_ratio < 1e-4
     ('the volume fell below its target', True)
     """
-    mesh = as_mesh(mesh)
+    mesh = _contractible(mesh, settings)
     center, scale = mesh.centroid, mesh.diameter_bound
     if not (scale > 0 and mesh.area > 0):
         raise MeshError("the mesh has no area: every face is degenerate, so there is nothing to contract")
@@ -92,6 +96,15 @@ def contract(
     steps, treated, now, status = _run_steps(start, settings, on_step, end)
     coarse = now.mesh.with_vertices(now.mesh.vertices * scale + center)
     return Contraction(mesh, coarse, now.vertex_map, steps, status, treated)
+
+
+def _contractible(given: Any, settings: ContractionSettings) -> Mesh:
+    """Return the mesh, or the stars of a cloud."""
+    if isinstance(given, PointCloud):
+        return stars_in_order(given)
+    mesh = as_mesh(given)
+    needs_stars = isinstance(settings.operator, str) and settings.operator in STAR_OPERATORS
+    return stars_in_order(PointCloud(mesh.vertices)) if needs_stars and not isinstance(mesh, PointStars) else mesh
 
 
 def _choose_operator(mesh: Mesh, settings: ContractionSettings) -> str | Operator:
@@ -171,7 +184,7 @@ def _run_steps(
             seconds=time.perf_counter() - began,
         )
         previous = steps[-1] if steps else None
-        fault = step_fault(step, previous)
+        fault = RULES[settings.stop_rule].fault(step, previous, start, mesh, following)
         if fault and settings.rollback:
             return result(fault)
         now = replace(now, mesh=following)
@@ -179,7 +192,7 @@ def _run_steps(
         treated.append(now.kept[touched])
         if on_step is not None:
             on_step(steps[-1], start.with_vertices(following.vertices[now.vertex_map.indices]))
-        if not fault and (completed := completion_status(step, previous, settings)):
+        if not fault and (completed := RULES[settings.stop_rule].completion(step, previous, settings)):
             return result(completed)
         growth = settings.contraction_growth
         weights = weights * (growth if settings.energy == "curvature_flow" else growth**2)
@@ -198,6 +211,7 @@ def _can_coarsen(start: Mesh, settings: ContractionSettings) -> bool:
     accounts_for_areas = (
         settings.energy == "curvature_flow" and settings.attraction == "ring_areas" and settings.rollback
     )
+    accounts_for_areas &= not isinstance(start, PointStars)
     return settings.collapse_length > 0 and accounts_for_areas and len(start.used_vertices) == len(start.vertices)
 
 

@@ -35,6 +35,7 @@ class Status(str, Enum):
     VOLUME = "the volume fell below its target"
     AREA = "the area fell below its target"
     STALLED = "the area no longer falls"
+    RINGS = "the rings of the points no longer shrink, the last good step was kept"
     STEPS = "the number of steps allowed was reached"
     AREA_GREW = "the area began to grow, the last good step was kept"
     BOX_GREW = "the bounding box began to grow, the last good step was kept"

@@ -15,6 +15,8 @@ from lbskel.errors import UnknownChoice, choose
 from lbskel.operators import Operator, operator_named
 from lbskel.solvers import ALL_SOLVERS
 
+STOP_RULES = ("areas", "rings")
+
 
 @dataclass(frozen=True)
 class ContractionSettings:
@@ -63,6 +65,9 @@ class ContractionSettings:
         fraction of its initial value.
     max_steps : int
         Upper bound on the number of steps.
+    stop_rule : str
+        A name in STOP_RULES: ``areas`` as the two ratios say; ``rings`` as Cao et al. 2010 contract points, before the
+        step in which the shortest edges of all rings together lose less than a hundredth of their first length.
     solver : str
         A name in SOLVERS, or, for study, in CLASSICAL_ITERATIONS.
 
@@ -90,6 +95,7 @@ class ContractionSettings:
     volume_ratio: float = 1e-4
     area_ratio: float = 0.1
     max_steps: int = 30
+    stop_rule: str = "areas"
     solver: str = "cholmod"
 
     def __post_init__(self) -> None:
@@ -97,6 +103,7 @@ class ContractionSettings:
         choose(ALL_SOLVERS, self.solver, "solver")
         choose(INITIAL_WEIGHT_RULES, self.initial_weight_rule, "rule for the initial weight")
         choose(ATTRACTIONS, self.attraction, "attraction")
+        choose(dict.fromkeys(STOP_RULES), self.stop_rule, "stop rule")
         choose(ROW_TREATMENTS, self.degenerate_rows, "treatment of degenerate rows")
         if self.operator is not None:
             operator_named(self.operator)
@@ -157,7 +164,15 @@ PRESETS: dict[str, ContractionSettings] = {
         **WEIGHTS["au2008_demo"],
     ),
     "cao2010": ContractionSettings(
-        operator="cotangent", energy="least_squares", degenerate_rows="row_sums", **WEIGHTS["cao2010"]
+        operator="local_delaunay",
+        energy="least_squares",
+        degenerate_rows="row_sums",
+        max_steps=20,
+        stop_rule="rings",
+        **WEIGHTS["cao2010"],
+    ),
+    "cao2010_meshes": ContractionSettings(
+        operator="cotangent", energy="least_squares", degenerate_rows="row_sums", **WEIGHTS["cao2010_meshes"]
     ),
 }
 """Named settings of a contraction.
@@ -168,6 +183,7 @@ PRESETS: dict[str, ContractionSettings] = {
 - ``au2008``: the values printed by Au et al. 2008: plain cotangents and W_L = 1e-3 sqrt(mean face area) at first; the
   roll-back is lbskel's.
 - ``au2008_demo``: the values in the demo program of Au et al., with its bounds on weights and row sums.
-- ``cao2010``: the weights of Cao et al. 2010 for meshes, with the row sums bounded as in their program; their operator
-  for point clouds is not part of it.
+- ``cao2010``: Cao et al. 2010, with the values in their program: contracts points by the cotangents of their stars, and
+  of a mesh the vertices. :mod:`lbskel.contraction.point_graph` says which faults of the program are corrected.
+- ``cao2010_meshes``: the weights of that program for meshes, with the row sums bounded as there.
 """

@@ -23,11 +23,13 @@ from numpy.typing import NDArray
 from lbskel._kernels.connectivity import component_roots
 from lbskel.contraction.collapsed_graph import CollapsedGraph
 from lbskel.contraction.homology import find_tunnels, transfer_cochain
+from lbskel.contraction.point_graph import collapse_stars
 from lbskel.contraction.quadrics import line_quadrics
 from lbskel.contraction.result import Contraction
 from lbskel.contraction.spurious_loops import PRIME, spurious_loop_edges
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import as_mesh
+from lbskel.geometry.point_stars import PointStars
 from lbskel.geometry.vertex_map import VertexMap
 
 COST_DIGITS = 11  # decimals of a cost, in squared diameter bounds, that order edges, so that rounding decides no ties
@@ -54,7 +56,7 @@ class _Complex:
 
 
 def collapse(contraction: Contraction, *, deadline: Deadline = NEVER) -> CollapsedGraph:
-    """Collapse a contracted mesh to the graph of its curve skeleton.
+    """Collapse a contracted mesh to the graph of its curve skeleton, a contracted cloud as Cao et al. 2010 do.
 
     Parameters
     ----------
@@ -76,6 +78,8 @@ def collapse(contraction: Contraction, *, deadline: Deadline = NEVER) -> Collaps
     >>> graph.handles_certified, len(graph.edges) - len(graph.nodes) + 1
     (True, 1)
     """
+    if isinstance(contraction.source, PointStars):
+        return collapse_stars(contraction.mesh, contraction.source, deadline=deadline)
     return collapse_mesh(contraction.coarse, contraction.source, vertex_map=contraction.vertex_map, deadline=deadline)
 
 

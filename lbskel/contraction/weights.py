@@ -9,7 +9,15 @@ https://doi.org/10.1109/SMI.2010.25; and the constants of the programs that acco
 
 from __future__ import annotations
 
-__all__ = ["ATTRACTIONS", "INITIAL_WEIGHT_RULES", "WEIGHTS", "mean_ring_area", "ring_areas", "ring_shrinkage"]
+__all__ = [
+    "ATTRACTIONS",
+    "INITIAL_WEIGHT_RULES",
+    "WEIGHTS",
+    "mean_ring_area",
+    "ring_areas",
+    "ring_shrinkage",
+    "shortest_ring_edges",
+]
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -18,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.point_stars import ring_edges
 from lbskel.geometry.shape_diameter import local_radii
 
 # The first step reaches at most this many times as far, relative to the local radius, as relative to the mean radius.
@@ -82,6 +91,29 @@ def _by_inverse_area_in_box(mesh: Mesh, constant: float) -> float:
     return side**2 * _by_inverse_area(mesh, constant)
 
 
+def _by_inverse_edge_in_box(mesh: Mesh, constant: float) -> float:
+    """W_L = c * longest side of the bounding box / mean over the vertices of their mean edge, Cao et al. 2010."""
+    side = float(np.ptp(mesh.vertices[mesh.used_vertices], axis=0).max())
+    centers, lengths = _ring_lengths(mesh)
+    count = np.bincount(centers)
+    means = np.bincount(centers, lengths)[count > 0] / count[count > 0]
+    return (constant * side / float(means.mean())) ** 2 * mean_ring_area(mesh)
+
+
+def _ring_lengths(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """(r,) vertex and (r,) length of each edge of each ring."""
+    pairs = ring_edges(mesh)
+    return pairs[:, 0], np.linalg.norm(mesh.vertices[pairs[:, 0]] - mesh.vertices[pairs[:, 1]], axis=1)
+
+
+def shortest_ring_edges(mesh: Mesh) -> NDArray[np.float64]:
+    """(n,) length of the shortest edge of each vertex; infinite for a vertex without an edge."""
+    centers, lengths = _ring_lengths(mesh)
+    shortest = np.full(len(mesh.vertices), np.inf)
+    np.minimum.at(shortest, centers, lengths)
+    return shortest
+
+
 INITIAL_WEIGHT_RULES: dict[str, Callable[[Mesh, float], float | NDArray[np.float64]]] = {
     "local_radius": _by_local_radius,
     "diffusion_length": _by_diffusion_length,
@@ -89,6 +121,7 @@ INITIAL_WEIGHT_RULES: dict[str, Callable[[Mesh, float], float | NDArray[np.float
     "total_area": _by_total_area,
     "inverse_area": _by_inverse_area,
     "inverse_area_in_box": _by_inverse_area_in_box,
+    "inverse_edge_in_box": _by_inverse_edge_in_box,
 }
 """Functions from a mesh of diameter bound 1 and a constant c to tau of the first step, by name.
 
@@ -126,11 +159,22 @@ def _by_face_areas(start: Mesh, now: Mesh) -> NDArray[np.float64]:
     return 1 / np.maximum(mean, MIN_AREA_RATIO)
 
 
+def _by_shortest_edges(start: Mesh, now: Mesh) -> NDArray[np.float64]:
+    """(n,) squared ratio of the shortest edges at a vertex, start over now: W_H is their ratio; Cao et al. 2010."""
+    initial, present = shortest_ring_edges(start), shortest_ring_edges(now)
+    used = np.isfinite(initial) & (initial > 0)
+    floor = np.sqrt(MIN_AREA_RATIO) * np.where(used, initial, 1.0)
+    ratios = np.where(used, initial, 1.0) / np.where(used, np.maximum(present, floor), 1.0)
+    squares: NDArray[np.float64] = ratios**2
+    return squares
+
+
 ATTRACTIONS: dict[str, Callable[[Mesh, Mesh], NDArray[np.float64]]] = {
     "ring_areas": _by_ring_areas,
     "face_areas": _by_face_areas,
+    "shortest_edges": _by_shortest_edges,
 }
-"""Functions from the mesh at the start and now to A_0 / A_t of each vertex, which is W_H^2, by name."""
+"""Functions from the mesh at the start and now to W_H^2 of each vertex, by name: A_0 / A_t but for shortest edges."""
 
 # bounds on W_L and W_H in the demo program of Au et al.; the program of Cao et al. has the same
 _DEMO_BOUNDS: Mapping[str, Any] = {"max_contraction_weight": 2048.0, "max_attraction": 1e4}
@@ -147,8 +191,15 @@ WEIGHTS: dict[str, Mapping[str, Any]] = {
         **_DEMO_BOUNDS,
     },
     "cao2010": {
+        "initial_weight_rule": "inverse_edge_in_box",
+        "initial_weight": 0.2 / 1.6,  # the program scales the bounding box to a longest side of 1.6
+        "contraction_growth": 3.0,
+        "attraction": "shortest_edges",
+        **_DEMO_BOUNDS,
+    },
+    "cao2010_meshes": {
         "initial_weight_rule": "inverse_area_in_box",
-        "initial_weight": 0.1 / 1.6,  # the program scales the bounding box to a longest side of 1.6
+        "initial_weight": 0.1 / 1.6,
         "contraction_growth": 3.0,
         **_DEMO_BOUNDS,
     },
@@ -160,5 +211,6 @@ WEIGHTS: dict[str, Mapping[str, Any]] = {
 - ``au2008``: as printed by Au et al. 2008, from the mean face area.
 - ``au2008_total_area``: the same constant with the total area, another reading of the paper.
 - ``au2008_demo``: as in the demo program of Au et al.
-- ``cao2010``: as in the program of Cao et al. 2010 for meshes.
+- ``cao2010``: as in the program of Cao et al. 2010 for points.
+- ``cao2010_meshes``: as in that program for meshes.
 """

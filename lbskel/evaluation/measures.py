@@ -108,7 +108,7 @@ class Score:
     inside_fraction: float
     centeredness_error: float | None
     centeredness_error_worst_branch: float | None
-    near_surface_fraction: float
+    near_surface_fraction: float | None
     coverage: float
     extremities: int
     extremities_missed: int
@@ -119,7 +119,7 @@ class Score:
     tunnels_missed: int | None
     connected_regions: float | None
     adjacent_regions: float | None
-    shortcut_edges: int
+    shortcut_edges: int | None
     spurs: int
 
     @property

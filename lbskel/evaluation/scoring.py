@@ -19,6 +19,7 @@ from scipy.sparse.csgraph import connected_components
 from lbskel.contraction.homology import tunnels_missed
 from lbskel.errors import MeshError, first_few
 from lbskel.evaluation.measures import Score
+from lbskel.evaluation.skeleton_shape import length_fraction, n_spurs, rms_curvature
 from lbskel.geometry.components import find_crumbs
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
@@ -39,7 +40,6 @@ OPEN_TOLERANCE = 0.5  # in mean radii: as far outside a surface that is not clos
 NEAR_SURFACE_RATIO = 0.2  # distance to the surface over the local radius, or over the mean distance to own vertices if
 # that is less, below which a node is near the surface; a guess below 0.3, which nodes on the axis of a flat limb have
 SURFACE_TOLERANCE = 1e-6  # in diameter bounds: a node this near is on the surface; rays put tips within 1e-8 of it
-MAX_SPUR_REACH = 1.2  # in radii of the junction: a spur is an end branch whose balls all stay within; a guess
 MAX_SECTIONS = 60  # nodes whose cross-sections are cut, evenly sampled; a guess that bounds the time
 MIN_SECTIONS = 5  # cross-sections that a branch needs for a median of its own; a guess
 
@@ -79,19 +79,19 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
         inside_fraction=inside_fraction(skeleton, surface, tolerance),
         centeredness_error=mean_error,
         centeredness_error_worst_branch=worst_branch_error,
-        near_surface_fraction=_length_fraction(skeleton, skeleton.radii < NEAR_SURFACE_RATIO * expected),
+        near_surface_fraction=length_fraction(skeleton, skeleton.radii < NEAR_SURFACE_RATIO * expected),
         coverage=float(areas[distances <= MAX_COVERED_DISTANCE * reach].sum() / areas.sum()),
         extremities=len(missed),
         extremities_missed=int(missed.sum()),
         missed_limb_fraction=float(missed[is_limb].mean()) if is_limb.any() else 0.0,
-        rms_curvature=_rms_curvature(skeleton),
+        rms_curvature=rms_curvature(skeleton),
         extra_components=skeleton.n_components - int((~find_crumbs(unit)).sum()),
         extra_cycles=_extra_cycles(skeleton, unit, n_loops_opened),
         tunnels_missed=_tunnels_missed(skeleton, surface.proxy.mesh, n_loops_opened),
         connected_regions=float(is_in_largest_piece(node, unit)[unit.used_vertices].mean()) if has_map else None,
         adjacent_regions=1 - len(disjoint) / max(1, len(skeleton.edges)) if has_map else None,
         shortcut_edges=_n_shortcut_edges(skeleton, unit, widths, disjoint),
-        spurs=_n_spurs(skeleton),
+        spurs=n_spurs(skeleton),
     )
 
 
@@ -119,19 +119,19 @@ def _on_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
     return skeleton
 
 
-def require_scorable(skeleton: Skeleton, mesh: Mesh) -> None:
-    """Raise MeshError for a skeleton that has no score on a mesh.
+def require_scorable(skeleton: Skeleton, n_vertices: int) -> None:
+    """Raise MeshError for a skeleton that has no score on a mesh or a cloud.
 
     Parameters
     ----------
     skeleton : Skeleton
-    mesh : Mesh
-        The mesh that it was made from.
+    n_vertices : int
+        Of the mesh, or points of the cloud, that it was made from.
 
     Raises
     ------
     MeshError
-        If it has no nodes, nodes that are not finite, or a vertex map of another mesh.
+        If it has no nodes, nodes that are not finite, or a map of another number of vertices.
     """
     if len(skeleton.nodes) == 0:
         raise MeshError("the skeleton has no nodes, so there is nothing to score")
@@ -139,20 +139,11 @@ def require_scorable(skeleton: Skeleton, mesh: Mesh) -> None:
     if len(not_finite):
         raise MeshError(f"nodes {first_few(not_finite)} of the skeleton have NaN or infinite coordinates")
     n_mapped = len(skeleton.node_of_vertex)
-    if n_mapped not in (0, len(mesh.vertices)):
+    if n_mapped not in (0, n_vertices):
         raise MeshError(
-            f"the skeleton's map is for {n_mapped} vertices, but the mesh has {len(mesh.vertices)}: give the mesh that "
+            f"the skeleton's map is for {n_mapped} vertices, but the mesh has {n_vertices}: give the mesh that "
             "it was made from, or a skeleton without a map"
         )
-
-
-def _length_fraction(skeleton: Skeleton, is_chosen: NDArray[np.bool_]) -> float:
-    """Compute the fraction of the total length that belongs to the chosen nodes, half of each edge to either end.
-
-    Without edges, the fraction of the nodes.
-    """
-    length = np.bincount(skeleton.edges.ravel(), weights=np.repeat(skeleton.edge_lengths, 2), minlength=len(is_chosen))
-    return float(np.average(is_chosen, weights=length if length.any() else None))
 
 
 def _centeredness_errors(
@@ -190,24 +181,6 @@ def _section_errors(
         radii = np.maximum(surface.distance(centers), widths[known])
         errors[known] = np.linalg.norm(centers - skeleton.nodes[known], axis=1) / radii
     return errors
-
-
-def _rms_curvature(skeleton: Skeleton) -> float:
-    """Compute the root mean square, along the length, of the turning angle per length of one local radius."""
-    curvatures, weights = [0.0], [0.0]
-    for branch in skeleton.branches:
-        is_cycle = branch[0] == branch[-1] and skeleton.degrees[branch[0]] == 2
-        path = np.concatenate([branch[-2:-1], branch]) if is_cycle else branch
-        steps = np.diff(skeleton.nodes[path], axis=0)
-        lengths = np.linalg.norm(steps, axis=1)
-        spacing = (lengths[1:] + lengths[:-1]) / 2
-        cosine = np.einsum("ij,ij->i", steps[1:], steps[:-1])
-        sine = np.linalg.norm(np.cross(steps[1:], steps[:-1]), axis=1)
-        is_long = spacing > 0
-        radii = skeleton.radii[path[1:-1]][is_long]
-        curvatures.extend(np.arctan2(sine, cosine)[is_long] * radii / spacing[is_long])
-        weights.extend(spacing[is_long])
-    return float(np.sqrt(np.average(np.square(curvatures), weights=weights))) if any(weights) else 0.0
 
 
 def _extra_cycles(skeleton: Skeleton, mesh: Mesh, n_loops_opened: int) -> int | None:
@@ -282,12 +255,3 @@ def _n_shortcut_edges(skeleton: Skeleton, mesh: Mesh, widths: NDArray[np.float64
     np.maximum.at(reach, skeleton.node_of_vertex[mesh.edges], mesh.edge_lengths[:, None])
     lengths = np.linalg.norm(skeleton.nodes[disjoint[:, 0]] - skeleton.nodes[disjoint[:, 1]], axis=1)
     return int((lengths > reach[disjoint].sum(axis=1)).sum())
-
-
-def _n_spurs(skeleton: Skeleton) -> int:
-    """Count the end branches whose balls stay within ``MAX_SPUR_REACH`` radii of their junction."""
-    ends = skeleton.end_branches
-    reaches = [np.linalg.norm(skeleton.nodes[b] - skeleton.nodes[b[0]], axis=1) + skeleton.radii[b] for b in ends]
-    return sum(
-        float(r.max()) < MAX_SPUR_REACH * float(skeleton.radii[b[0]]) for r, b in zip(reaches, ends, strict=True)
-    )

@@ -9,7 +9,7 @@ stars.
 
 from __future__ import annotations
 
-__all__ = ["cloud_stars", "heat_kernel", "local_delaunay", "robust"]
+__all__ = ["cloud_stars", "heat_kernel", "local_delaunay", "local_delaunay_of_stars", "robust"]
 
 import numpy as np
 import robust_laplacian
@@ -18,6 +18,7 @@ from scipy.sparse import coo_array, csc_array
 
 from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh, PointCloud
+from lbskel.geometry.point_stars import PointStars
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import diagonal_matrix
 from lbskel.operators.base import Laplacian
@@ -102,6 +103,23 @@ def local_delaunay(cloud: PointCloud, *, stars: NDArray[np.int64] | None = None)
     is_treated[center[degenerate.any(axis=1)]] = True
     areas = diagonal_matrix(_star_areas(cloud, stars))
     return Laplacian(stiffness, areas, treated_vertices=np.flatnonzero(is_treated))
+
+
+def local_delaunay_of_stars(stars: Mesh) -> Laplacian:
+    """Build the operator :func:`local_delaunay` with the stars of the cloud before it was contracted.
+
+    Parameters
+    ----------
+    stars : PointStars
+
+    Raises
+    ------
+    MeshError
+        If it is a mesh, whose faces are no stars.
+    """
+    if not isinstance(stars, PointStars):
+        raise MeshError("the operator local_delaunay is one of points; give a PointCloud of the vertices")
+    return local_delaunay(PointCloud(stars.vertices), stars=stars.faces)
 
 
 def heat_kernel(cloud: PointCloud, *, time: float = TIME, cut_off: float = CUT_OFF) -> Laplacian:

@@ -6,6 +6,7 @@ __all__ = [
     "OPERATORS",
     "POINT_OPERATORS",
     "POLYGON_OPERATORS",
+    "STAR_OPERATORS",
     "Operator",
     "apply_operator",
     "laplacian",
@@ -61,12 +62,14 @@ POINT_OPERATORS: dict[str, Callable[[PointCloud], Laplacian]] = {
     "heat_kernel": points.heat_kernel,
 }
 
+STAR_OPERATORS: dict[str, Operator] = {"local_delaunay": points.local_delaunay_of_stars}
+
 POLYGON_OPERATORS: dict[str, Callable[[PolygonMesh], Laplacian]] = {"cotangent": polygon_cotangent}
 
 
 def operator_named(operator: str | Operator) -> Operator:
-    """Look up an operator by its name in OPERATORS; return a callable unchanged."""
-    return operator if callable(operator) else choose(OPERATORS, operator, "operator")
+    """Look up an operator by its name in OPERATORS or STAR_OPERATORS; return a callable unchanged."""
+    return operator if callable(operator) else choose(OPERATORS | STAR_OPERATORS, operator, "operator")
 
 
 def apply_operator(operator: str | Operator, mesh: Mesh) -> Laplacian:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["assemble", "body_report", "full_report"]
+__all__ = ["assemble", "body_report", "contraction_report", "full_report"]
 
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -40,6 +40,7 @@ MISSING = {
     "tips at surface": "ends inside the surface",
     "map vertices": "regions in several parts",
     "score": "no measures",
+    "score points": "no measures",
 }
 
 
@@ -94,6 +95,13 @@ def body_report(
         "notes": list(body.proxy.notes),
         "is_closed_manifold": body.mesh.is_closed_manifold,
         "genus": body.mesh.genus,
+        **contraction_report(contraction, graph, skeleton),
+    }
+
+
+def contraction_report(contraction: Contraction, graph: CollapsedGraph | None, skeleton: Skeleton) -> dict[str, Any]:
+    """Report a contraction and what came of it, ready for JSON."""
+    return {
         "status": contraction.status.value,
         "steps": [_without_nan(step) for step in contraction.steps],
         "handles_certified": graph is not None and graph.handles_certified,

@@ -15,6 +15,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from lbskel.errors import MeshError
+from lbskel.evaluation.measures import NOT_SCORED, Score
+from lbskel.evaluation.point_scoring import score_points
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.profiling import Progress, StageTimer
@@ -82,7 +84,8 @@ def skeletonize_cloud(
     to_node = surface.vertex_map.compose(VertexMap(skeleton.node_of_vertex)).complete(cloud.points, skeleton.nodes)
     mapped = replace(skeleton, node_of_vertex=to_node.indices)
     mapped = replace(mapped, mean_radii=_mean_distances(mapped, cloud))
-    return replace(mapped, report=_report(mapped, cloud, surface, timer))
+    scored = timer.optional("score points", lambda _: score_points(mapped, cloud), None, is_needed=True)
+    return replace(mapped, report=_report(mapped, cloud, surface, scored, timer))
 
 
 def _on_surface(place: Any, surface: PreprocessResult) -> Any:
@@ -106,14 +109,18 @@ def _mean_distances(skeleton: Skeleton, cloud: PointCloud) -> Any:
     return np.where(count > 0, np.bincount(node, distances, k) / np.maximum(count, 1), skeleton.mean_radii)
 
 
-def _report(skeleton: Skeleton, cloud: PointCloud, surface: PreprocessResult, timer: StageTimer) -> dict[str, Any]:
-    """Report of the surface's skeleton, with what is the cloud's in its place."""
+def _report(
+    skeleton: Skeleton, cloud: PointCloud, surface: PreprocessResult, scored: Score | None, timer: StageTimer
+) -> dict[str, Any]:
+    """Report of the surface's skeleton, with what is the cloud's in its place: the score is that on the points."""
     report = skeleton.report
     given = {"vertices": len(cloud.points), "faces": 0, "components": report["input"]["components"]}
     return {
         **report,
         "input": given,
         "notes": [*surface.notes, *report["notes"], UNCHECKED],
+        "passed": scored is not None and scored.passed,
+        "score": NOT_SCORED if scored is None else scored.report(),
         "reconstruction": {"faces": len(surface.mesh.faces), **surface.report["steps"][0]},
         "seconds": {**timer.seconds, **report["seconds"]},
     } | ({"megabytes": {**timer.megabytes, **report["megabytes"]}} if timer.measures_memory else {})

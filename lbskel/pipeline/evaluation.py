@@ -1,4 +1,4 @@
-"""The score of a skeleton on the mesh that a user has."""
+"""The score of a skeleton on the mesh or the cloud that a user has."""
 
 from __future__ import annotations
 
@@ -12,15 +12,18 @@ from scipy.spatial import cKDTree
 
 from lbskel.errors import MeshError
 from lbskel.evaluation.measures import Score
+from lbskel.evaluation.point_scoring import score_points
 from lbskel.evaluation.scoring import require_scorable, score_on
 from lbskel.geometry.deadline import NEVER, Deadline
+from lbskel.geometry.mesh import PointCloud
+from lbskel.io import as_shape
 from lbskel.pipeline.preparation import PreparedMesh, prepare
 from lbskel.preprocess import Pipeline
 from lbskel.skeleton.skeleton import Skeleton
 
 
 def score(skeleton: Skeleton, mesh: Any, *, preprocess: str | Pipeline | None = "auto") -> Score:
-    """Measure a skeleton on its mesh, which is prepared first as :func:`lbskel.skeletonize` does.
+    """Measure a skeleton on its mesh, which is prepared first as :func:`lbskel.skeletonize` does, or on its cloud.
 
     ``lbskel.skeletonize(mesh).report["score"]`` is the report of this score.
 
@@ -30,10 +33,11 @@ def score(skeleton: Skeleton, mesh: Any, *, preprocess: str | Pipeline | None = 
         In the coordinates of the mesh. Without a map, each vertex is mapped to the nearest ball, and the measures of
         the map are ``None``. The loops that its report says were opened on purpose do not count as
         lost, and the edges that join pieces, or the bodies that its report says were joined, are not measured.
-    mesh : Mesh, (vertices, faces), path, mesh object or PreparedMesh
-        The mesh that the skeleton was made from.
+    mesh : Mesh, PointCloud, (vertices, faces), (n, 3) array, path, mesh or cloud object, or PreparedMesh
+        What the skeleton was made from. On points sections, coverage, tips and parts are measured by the points alone,
+        and the measures of a surface are None.
     preprocess : str, Pipeline or None
-        As for :func:`lbskel.skeletonize`; a PreparedMesh is taken as it is.
+        As for :func:`lbskel.skeletonize`; a PreparedMesh is taken as it is, and so is a cloud.
 
     Raises
     ------
@@ -55,8 +59,13 @@ def score(skeleton: Skeleton, mesh: Any, *, preprocess: str | Pipeline | None = 
     """
     if not isinstance(skeleton, Skeleton):
         raise MeshError(f"a score needs a Skeleton and its mesh, in this order, not {type(skeleton).__name__} first")
-    prepared = mesh if isinstance(mesh, PreparedMesh) else prepare(mesh, preprocess=preprocess)
-    return score_prepared(skeleton, prepared)
+    if isinstance(mesh, PreparedMesh):
+        return score_prepared(skeleton, mesh)
+    shape = as_shape(mesh)
+    if isinstance(shape, PointCloud):
+        require_scorable(skeleton, len(shape.points))
+        return score_points(skeleton, shape)
+    return score_prepared(skeleton, prepare(shape, preprocess=preprocess))
 
 
 def score_prepared(skeleton: Skeleton, prepared: PreparedMesh, *, deadline: Deadline = NEVER) -> Score:
@@ -69,7 +78,7 @@ def score_prepared(skeleton: Skeleton, prepared: PreparedMesh, *, deadline: Dead
     deadline : Deadline
         After it, OutOfTime is raised.
     """
-    require_scorable(skeleton, prepared.source)
+    require_scorable(skeleton, len(prepared.source.vertices))
     n_opened = int(skeleton.report.get("loops_opened", 0))
     unit = _without_joints(prepared.skeleton_to_unit(skeleton), prepared)
     deadline.check()

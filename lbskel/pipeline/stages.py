@@ -34,6 +34,7 @@ from lbskel.pipeline.grouping import skeletonize_bodies
 from lbskel.pipeline.memory import simplify_within
 from lbskel.pipeline.options import resolve_options, resolve_settings
 from lbskel.pipeline.passes import refine
+from lbskel.pipeline.point_contraction import is_of_points, skeletonize_points
 from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
 from lbskel.pipeline.profiling import Progress, StageTimer
 from lbskel.preprocess import Pipeline
@@ -154,10 +155,12 @@ def skeletonize(
     timer = StageTimer(on_stage, time_limit, profile)
     with timer("read"):
         shape = as_shape(mesh)
+    places: dict[str, Any] = {"anchors": anchors, "root": root, "preprocess": preprocess}
+    if is_of_points(settings):
+        return skeletonize_points(shape, settings, given, n_nodes=n_nodes, timer=timer, **places)
     if isinstance(shape, PointCloud):
         of_mesh = partial(skeletonize, preset=preset, operator=operator, energy=energy, solver=solver)
         of_mesh = partial(of_mesh, simplify=simplify, n_nodes=n_nodes, memory_limit=memory_limit, **given)
-        places: dict[str, Any] = {"anchors": anchors, "root": root, "preprocess": preprocess}
         return skeletonize_cloud(shape, of_mesh, **places, on_stage=on_stage, time_limit=time_limit, profile=profile)
     simplify, memory_notes = simplify_within(shape, simplify, memory_limit)
     prepared = prepare(shape, preprocess=preprocess, simplify=simplify, timer=timer)

@@ -41,14 +41,17 @@ def test_every_strategy_contracts(strategy):
     assert contraction.steps[-1].area_ratio < 0.9
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+OF_MESHES = [name for name in PRESETS if name != "cao2010"]  # that of points: tests/pipeline/test_point_contraction.py
+
+
+@pytest.mark.parametrize("preset", OF_MESHES)
 def test_every_preset_contracts(preset):
     contraction = contract(torus(1.0, 0.3, 40, 16), PRESETS[preset])
     assert contraction.status in (Status.VOLUME, Status.STALLED)
     assert contraction.steps[-1].volume_ratio < 1e-3
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("preset", OF_MESHES)
 def test_scale_and_shift_change_nothing(preset):
     mesh = capsule(3.0, 0.4, 20)
     reference = contract(mesh, PRESETS[preset])

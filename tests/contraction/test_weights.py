@@ -34,6 +34,12 @@ def test_published_weights_do_not_depend_on_units(weights, energy):
     assert one.steps[0].area_ratio == pytest.approx(thousand.steps[0].area_ratio)
 
 
+def _mean_edge(mesh):
+    """The mean over the vertices of the mean length of their edges, in diameter bounds."""
+    count, sums = (np.bincount(mesh.edges.ravel(), weights) for weights in (None, np.repeat(mesh.edge_lengths, 2)))
+    return (sums / count).mean() / mesh.diameter_bound
+
+
 def test_published_weights_start_as_printed():
     mesh = capsule(3.0, 0.4, 12)
     average = mesh.area / mesh.diameter_bound**2 / len(mesh.faces)
@@ -44,14 +50,24 @@ def test_published_weights_start_as_printed():
         "au2008": 1e-3 * np.sqrt(average),
         "au2008_total_area": 1e-3 * np.sqrt(average * len(mesh.faces)),
         "au2008_demo": 1 / (10 * np.sqrt(average)),
-        "cao2010": 1 / (10 * np.sqrt(average * (1.6 / side) ** 2)),
+        "cao2010": side / (5 * 1.6 * _mean_edge(mesh)),
+        "cao2010_meshes": 1 / (10 * np.sqrt(average * (1.6 / side) ** 2)),
     }
     assert set(printed) == set(WEIGHTS)
     for name, W_L in printed.items():
         chosen = ContractionSettings(energy="least_squares", max_steps=2, volume_ratio=1e-12, **WEIGHTS[name])
         steps = contract(mesh, chosen).steps
-        growth = 3 if name == "cao2010" else 2
+        growth = 3 if name.startswith("cao2010") else 2
         assert [step.weight for step in steps] == pytest.approx([W_L**2, (growth * W_L) ** 2])
+
+
+def _mean_ring_edge(kite):
+    """The mean over the used vertices of the mean length of their edges."""
+    lengths = {vertex: [] for vertex in kite.used_vertices.tolist()}
+    for (i, j), length in zip(kite.edges.tolist(), kite.edge_lengths.tolist(), strict=True):
+        lengths[i].append(length)
+        lengths[j].append(length)
+    return np.mean([np.mean(own) for own in lengths.values()])
 
 
 def test_rules_give_tau_which_is_w_l_squared_times_the_mean_ring_area(kite):
@@ -63,6 +79,7 @@ def test_rules_give_tau_which_is_w_l_squared_times_the_mean_ring_area(kite):
         "total_area": c**2 * 2.0 * mean_ring,
         "inverse_area": c**2 / 1.0 * mean_ring,
         "inverse_area_in_box": (4 * c) ** 2 / 1.0 * mean_ring,
+        "inverse_edge_in_box": (4 * c / _mean_ring_edge(kite)) ** 2 * mean_ring,
     }
     numbers = {name: rule(kite, c) for name, rule in INITIAL_WEIGHT_RULES.items() if name != "local_radius"}
     assert numbers == pytest.approx(expected)
@@ -97,10 +114,14 @@ def test_attractions_compare_areas_as_they_say(kite):
     # faces of 1/2 and 3/2 shrink to 1/4 and 3/8
     assert ATTRACTIONS["ring_areas"](kite, now) == pytest.approx([2 / 0.625, 2 / 0.625, 2, 4, 1])
     assert ATTRACTIONS["face_areas"](kite, now) == pytest.approx([1 / 0.375, 1 / 0.375, 2, 4, 1])
+    half = kite.with_vertices(kite.vertices * 0.5)
+    assert ATTRACTIONS["shortest_edges"](kite, half) == pytest.approx([4, 4, 4, 4, 1])
 
 
 def test_attraction_stays_finite_where_an_area_vanishes(kite):
     flat = kite.with_vertices(kite.vertices * [1, 0, 1])
-    for attraction in ATTRACTIONS.values():
-        assert attraction(kite, flat)[:4] == pytest.approx(np.full(4, 1e12))
+    for name in ("ring_areas", "face_areas"):
+        assert ATTRACTIONS[name](kite, flat)[:4] == pytest.approx(np.full(4, 1e12))
+    point = kite.with_vertices(kite.vertices * 0.0)
+    assert ATTRACTIONS["shortest_edges"](kite, point)[:4] == pytest.approx(np.full(4, 1e12))
     assert ring_shrinkage(ring_areas(kite), kite).tolist() == [1, 1, 1, 1, 1]

@@ -1,0 +1,48 @@
+"""Measures of the shape of a skeleton itself: how much it bends, and how many of its branches say nothing."""
+
+from __future__ import annotations
+
+__all__ = ["length_fraction", "n_spurs", "rms_curvature"]
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lbskel.skeleton.skeleton import Skeleton
+
+MAX_SPUR_REACH = 1.2  # in radii of the junction: a spur is an end branch whose balls all stay within; a guess
+
+
+def length_fraction(skeleton: Skeleton, is_chosen: NDArray[np.bool_]) -> float:
+    """Compute the fraction of the total length that belongs to the chosen nodes, half of each edge to either end.
+
+    Without edges, the fraction of the nodes.
+    """
+    length = np.bincount(skeleton.edges.ravel(), weights=np.repeat(skeleton.edge_lengths, 2), minlength=len(is_chosen))
+    return float(np.average(is_chosen, weights=length if length.any() else None))
+
+
+def rms_curvature(skeleton: Skeleton) -> float:
+    """Compute the root mean square, along the length, of the turning angle per length of one local radius."""
+    curvatures, weights = [0.0], [0.0]
+    for branch in skeleton.branches:
+        is_cycle = branch[0] == branch[-1] and skeleton.degrees[branch[0]] == 2
+        path = np.concatenate([branch[-2:-1], branch]) if is_cycle else branch
+        steps = np.diff(skeleton.nodes[path], axis=0)
+        lengths = np.linalg.norm(steps, axis=1)
+        spacing = (lengths[1:] + lengths[:-1]) / 2
+        cosine = np.einsum("ij,ij->i", steps[1:], steps[:-1])
+        sine = np.linalg.norm(np.cross(steps[1:], steps[:-1]), axis=1)
+        is_long = spacing > 0
+        radii = skeleton.radii[path[1:-1]][is_long]
+        curvatures.extend(np.arctan2(sine, cosine)[is_long] * radii / spacing[is_long])
+        weights.extend(spacing[is_long])
+    return float(np.sqrt(np.average(np.square(curvatures), weights=weights))) if any(weights) else 0.0
+
+
+def n_spurs(skeleton: Skeleton) -> int:
+    """Count the end branches whose balls stay within ``MAX_SPUR_REACH`` radii of their junction."""
+    ends = skeleton.end_branches
+    reaches = [np.linalg.norm(skeleton.nodes[b] - skeleton.nodes[b[0]], axis=1) + skeleton.radii[b] for b in ends]
+    return sum(
+        float(r.max()) < MAX_SPUR_REACH * float(skeleton.radii[b[0]]) for r, b in zip(reaches, ends, strict=True)
+    )

@@ -1,0 +1,63 @@
+"""The stars of a point cloud: for each point, the triangles around it in the Delaunay triangulation of its neighbors.
+
+They are triangles like those of a mesh, so that a cloud is contracted by the loop that contracts meshes; but each
+belongs to its first corner alone, since neighbors need not agree on the triangles between them. Cao, Tagliasacchi,
+Olson, Zhang, Su 2010, https://doi.org/10.1109/SMI.2010.25.
+"""
+
+from __future__ import annotations
+
+__all__ = ["PointStars", "ring_edges"]
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lbskel.geometry.arrays import read_only
+from lbskel.geometry.mesh import Mesh
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PointStars(Mesh):
+    """Points and the triangles of their stars, each with its center first.
+
+    The triangles of a center follow each other, in their order around it.
+    """
+
+    def __repr__(self) -> str:
+        return f"PointStars({len(self.vertices)} points, {len(self.faces)} triangles)"
+
+    def with_vertices(self, vertices: ArrayLike) -> PointStars:
+        """Make the same stars of points at other positions.
+
+        Parameters
+        ----------
+        vertices : (n, 3) array_like of float
+        """
+        return PointStars(np.asarray(vertices), self.faces, self.notes)
+
+    @cached_property
+    def is_closed(self) -> bool:
+        """False: stars enclose no volume."""
+        return False
+
+    @cached_property
+    def ring_edges(self) -> NDArray[np.int64]:
+        """(r, 2) each center with the points of its ring in their order; those of a closed ring begin and end it."""
+        F = self.faces
+        is_last = np.append(F[1:, 0] != F[:-1, 0], True)
+        pairs = np.concatenate([F[:, :2], F[is_last][:, [0, 2]]])
+        order = np.argsort(np.concatenate([np.arange(len(F)), np.flatnonzero(is_last) + 0.5]), kind="stable")
+        return read_only(pairs[order])
+
+
+def ring_edges(mesh: Mesh) -> NDArray[np.int64]:
+    """(r, 2) each vertex with each of its neighbors: those of its ring for stars, those at its edges for a mesh.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    """
+    return mesh.ring_edges if isinstance(mesh, PointStars) else np.concatenate([mesh.edges, mesh.edges[:, ::-1]])

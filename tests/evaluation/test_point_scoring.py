@@ -1,0 +1,91 @@
+"""The score on points: good skeletons pass, and each fault is found by its measure."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import lbskel
+from lbskel import MeshError, PointCloud, Skeleton
+from lbskel.evaluation.point_scoring import score_points
+from lbskel.shapes import make, torus
+
+
+def _cross():
+    """A cross of four tubes, 0.1 thick and 1 long, as 6,000 points without their hidden ones, and its skeleton."""
+    rng = np.random.default_rng(4)
+    along, angle = rng.uniform(0, 1, 6000), rng.uniform(0, 2 * np.pi, 6000)
+    arm = rng.integers(4, size=6000)
+    axes = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
+    sides = np.array([[0.0, 1, 0], [0, 1, 0], [1, 0, 0], [1, 0, 0]])
+    around = 0.1 * (np.cos(angle)[:, None] * sides[arm] + np.sin(angle)[:, None] * [0, 0, 1])
+    points = along[:, None] * axes[arm] + around
+    points = points[along > 0.1]
+    ts = np.linspace(0.05, 0.95, 19)
+    nodes = np.concatenate([[[0, 0, 0]], *(ts[:, None] * axis for axis in axes)])
+    starts = 1 + 19 * np.arange(4)
+    edges = [(0, s) for s in starts] + [(s + i, s + i + 1) for s in starts for i in range(18)]
+    node = np.linalg.norm(points[:, None] - nodes, axis=2).argmin(axis=1)
+    return PointCloud(points), Skeleton(nodes, np.array(edges), np.full(len(nodes), 0.1), node)
+
+
+CLOUD, CROSS = _cross()
+
+
+def _without(nodes):
+    kept = np.setdiff1d(np.arange(len(CROSS.nodes)), nodes)
+    new = np.full(len(CROSS.nodes), -1)
+    new[kept] = np.arange(len(kept))
+    edges = new[CROSS.edges]
+    return Skeleton(CROSS.nodes[kept], edges[(edges >= 0).all(axis=1)], CROSS.radii[kept])
+
+
+def test_a_good_skeleton_passes():
+    score = score_points(CROSS, CLOUD)
+    assert score.verdict == "pass"
+    assert score.extremities == 4
+    assert score.centeredness_error < 0.05
+    assert score.extra_cycles is None
+    assert "extra_cycles" in score.not_measured
+
+
+@pytest.mark.parametrize(
+    ("skeleton", "fault"),
+    [
+        (_without(np.arange(1, 20)), "missed_limb_fraction"),
+        (replace(CROSS, edges=np.delete(CROSS.edges, 30, axis=0)), "extra_components"),
+        (replace(CROSS, nodes=CROSS.nodes + [0, 0, 0.06]), "centeredness_error"),
+    ],
+)
+def test_a_fault_is_found(skeleton, fault):
+    assert score_points(skeleton, CLOUD).verdicts[fault] == "fail"
+
+
+def test_a_branch_through_empty_space_is_found():
+    ts, n = np.linspace(0.05, 0.95, 19)[:, None], len(CROSS.nodes)
+    bridge = CROSS.nodes[19] * (1 - ts) + CROSS.nodes[57] * ts
+    edges = [[19, n], *([n + i, n + i + 1] for i in range(18)), [n + 18, 57]]
+    skeleton = Skeleton(
+        np.concatenate([CROSS.nodes, bridge]), np.concatenate([CROSS.edges, edges]), np.full(n + 19, 0.1)
+    )
+    assert score_points(skeleton, CLOUD).verdicts["inside_fraction"] == "fail"
+
+
+def test_outliers_change_nothing():
+    rng = np.random.default_rng(1)
+    far = PointCloud(np.concatenate([CLOUD.points, rng.uniform(-1, 1, (100, 3))]))
+    assert score_points(replace(CROSS, node_of_vertex=np.empty(0, dtype=np.int64)), far).verdict == "pass"
+
+
+def test_a_loop_has_no_ends():
+    cloud = PointCloud(torus(1.0, 0.2).vertices)
+    score = lbskel.score(lbskel.skeletonize(cloud), cloud)
+    assert (score.verdict, score.extremities) == ("pass", 0)
+
+
+def test_the_score_of_a_cloud_is_that_of_its_report():
+    points = make("limbs", n_vertices=2500).mesh.vertices
+    skeleton = lbskel.skeletonize(PointCloud(points))
+    assert lbskel.score(skeleton, points).report() == skeleton.report["score"]
+    with pytest.raises(MeshError, match="the mesh has"):
+        lbskel.score(skeleton, points[:-10])
