@@ -261,6 +261,8 @@ def _on_this_machine(task: _Task, jobs: Sequence[Job], workers: int) -> Generato
         for process in processes:
             process.stop()
         executor.shutdown(cancel_futures=True)
+        for process in processes:
+            process.close()
 
 
 def _on_cluster(task: _Task, jobs: Sequence[Job], address: str) -> Generator[Answer, None, None]:
@@ -292,5 +294,7 @@ def _do_on_worker(task: _Task, job: Job) -> Answer:
     """Do one job in the process of this thread, on a worker of the cluster."""
     limits = task.time_limit, task.memory_limit
     if getattr(_thread_data, "limits", None) != limits:
+        if hasattr(_thread_data, "process"):
+            _thread_data.process.close()
         _thread_data.process, _thread_data.limits = WorkerProcess(*limits), limits
     return _do(task, _thread_data.process, job)

@@ -14,7 +14,7 @@ from lbskel import FormatError, UnknownChoice, read_skeleton, skeletonize, skele
 from lbskel.pipeline.batch import BatchStatus
 from lbskel.pipeline.batch import run as running
 from lbskel.pipeline.batch.records import MANIFEST, SUMMARY, known
-from lbskel.pipeline.batch.worker import _reply
+from lbskel.pipeline.batch.worker import WorkerProcess, _reply
 from lbskel.shapes import sphere
 
 
@@ -70,6 +70,9 @@ class WorkerHere:
     def run(self, job):
         reply = _reply(job)
         return {**reply, "outcome": BatchStatus(reply["outcome"]), "seconds": 0.0}
+
+    def close(self):
+        """There is no process."""
 
     def stop(self):
         pass
@@ -250,3 +253,16 @@ def test_the_command_tells_failures_in_a_line_each(meshes, tmp_path, python):
     broken, absent = done.stderr.splitlines()
     assert broken.startswith(f"lbskel: {meshes[0]}:")
     assert absent == f"lbskel: {tmp_path / 'none.off'}: cannot be read: No such file or directory"
+
+
+def test_a_batch_closes_the_pipes_of_its_processes(tmp_path, rod, monkeypatch):
+    started = []
+
+    def start(worker, real=WorkerProcess._started):
+        started.append(real(worker))
+        return started[-1]
+
+    monkeypatch.setattr(WorkerProcess, "_started", start)
+    write_mesh(tmp_path / "rod.ply", rod)
+    skeletonize_many([tmp_path / "rod.ply"], tmp_path / "out", workers=1)
+    assert [(process.stdin.closed, process.stdout.closed) for process in started] == [(True, True)]
