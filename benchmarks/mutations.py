@@ -12,6 +12,7 @@ from __future__ import annotations
 
 __all__ = ["FOLDER", "Mutation", "apply", "measure", "read_mutations", "run"]
 
+import json
 import os
 import queue
 import shutil
@@ -27,6 +28,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.harness import markdown_table, save_json, save_markdown
+from benchmarks.provenance import commit
 
 ROOT = Path(__file__).parent.parent
 FOLDER = Path(__file__).parent / "mutations"
@@ -73,16 +75,20 @@ class Mutation:
 def run(quick: bool, results: Path, package: str | None = None, jobs: int = 1) -> int:
     """Apply every mutation, and write mutations.json and mutations.md; 1 if too many survive.
 
-    Quick runs take the first mutation of each list. Runs of one package print their result and write nothing.
+    Quick runs take the first mutation of each list. Runs of one package replace its rows, and leave those of others
+    with the commit at which they were measured.
     """
     mutations = read_mutations(FOLDER, package)
     if quick:
         mutations = list({mutation.package: mutation for mutation in reversed(mutations)}.values())[::-1]
-    rows = measure(mutations, ROOT, jobs)
+    rows = [{**row, "commit": commit()} for row in measure(mutations, ROOT, jobs)]
+    path = results / "mutations.json"
+    if package is not None and path.exists():
+        others = json.loads(path.read_text(encoding="utf-8"))["mutations"]
+        rows = sorted([*(row for row in others if row["package"] != package), *rows], key=lambda row: row["package"])
     summary = summarize(rows)
-    if package is None:
-        save_json(results / "mutations.json", {"summary": summary, "mutations": rows}, packages=("pytest",))
-        save_markdown(results / "mutations.md", "Mutations that the tests notice", tables(rows))
+    save_json(path, {"summary": summary, "mutations": rows}, packages=("pytest",))
+    save_markdown(results / "mutations.md", "Mutations that the tests notice", tables(rows))
     print(markdown_table(summary))
     survivors = [f"{row['file']}: {row['bug']}" for row in rows if row["outcome"] == "survived"]
     print("\n".join(["Survived:", *survivors] if survivors else ["None survived."]))
@@ -180,10 +186,12 @@ def measure(mutations: Sequence[Mutation], root: Path, jobs: int = 1) -> list[di
         for _ in range(jobs):
             copies.put(stack.enter_context(_copy(root)))
         pool = stack.enter_context(ThreadPoolExecutor(jobs))
-        suites = sorted(
-            {(test, mutation.file if mutation.uncompiled else "") for mutation in mutations for test in mutation.tests}
-        )
-        broken = [text for text in pool.map(lambda suite: _unchanged(suite[0], suite[1], copies), suites) if text]
+        suites: dict[str, dict[str, None]] = {}  # tests by the kernel that runs uncompiled, or none
+        for mutation in mutations:
+            suites.setdefault(mutation.file if mutation.uncompiled else "", {}).update(dict.fromkeys(mutation.tests))
+        broken = [
+            text for text in pool.map(lambda suite: _unchanged([*suite[1]], suite[0], copies), suites.items()) if text
+        ]
         if broken:
             raise RuntimeError("tests fail without any mutation:\n" + "\n".join(broken))
         return list(pool.map(lambda mutation: _row(mutation, root, copies), mutations))
@@ -213,29 +221,30 @@ def _uncompiled(copy: Path, file: str) -> Iterator[None]:
                 shutil.move(Path(folder) / path.name, path)
 
 
-def _pytest(copy: Path, tests: Sequence[str]) -> tuple[int | None, str]:
+def _pytest(copy: Path, tests: Sequence[str], time_limit: float = TIME_LIMIT) -> tuple[int | None, str]:
     """The exit code of the tests in a copy, None at the time limit, and the end of what they print."""
     environment = {
         **os.environ,
         "PYTHONPATH": str(copy),
         "PYTHONDONTWRITEBYTECODE": "1",  # files changed twice in a second would run from an old cache
         "OMP_NUM_THREADS": "1",
+        "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",  # which takes longer than most of the tests
     }
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *tests]
     try:
-        done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, text=True, timeout=TIME_LIMIT)
+        done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, text=True, timeout=time_limit)
     except subprocess.TimeoutExpired:
-        return None, f"over {TIME_LIMIT:g} s"
+        return None, f"over {time_limit:g} s"
     return done.returncode, "\n".join((done.stdout + done.stderr).splitlines()[-3:])
 
 
-def _unchanged(test: str, uncompiled: str, copies: queue.SimpleQueue[Path]) -> str:
-    """Why a test fails without any mutation, with one compiled module removed if it is named; empty if it passes."""
+def _unchanged(tests: Sequence[str], uncompiled: str, copies: queue.SimpleQueue[Path]) -> str:
+    """Why tests fail without any mutation, with one compiled module removed if it is named; empty if they pass."""
     copy = copies.get()
     try:
         with _uncompiled(copy, uncompiled) if uncompiled else nullcontext():
-            code, printed = _pytest(copy, [test])
-        return "" if code == 0 else f"{test}: {printed}"
+            code, printed = _pytest(copy, tests, len(tests) * TIME_LIMIT)
+        return "" if code == 0 else printed
     finally:
         copies.put(copy)
 
@@ -280,7 +289,10 @@ def summarize(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
         own = [row for row in rows if package in (None, row["package"])]
         count = {outcome: sum(row["outcome"] == outcome for row in own) for outcome in OUTCOMES}
         share = f"{100 * caught_share(own):.0f} %"
-        lines.append({"package": package or "all", "mutations": len(own), **count, "share caught": share})
+        at = ", ".join(dict.fromkeys(row.get("commit", "earlier") for row in own)) if package else None
+        lines.append(
+            {"package": package or "all", "mutations": len(own), **count, "share caught": share, "measured at": at}
+        )
     return lines
 
 
