@@ -14,7 +14,9 @@ from lbskel.geometry.mesh import as_mesh
 from lbskel.operators import Operator
 
 
-def geodesic_distance(mesh: Any, sources: Sources, *, operator: str | Operator = "robust") -> NDArray[np.float64]:
+def geodesic_distance(
+    mesh: Any, sources: Sources, *, operator: str | Operator = "robust", unfolded: bool = True
+) -> NDArray[np.float64]:
     """Compute the geodesic distance of every vertex to the nearest source, by the heat method.
 
     For many queries on one mesh, make one :class:`lbskel.HeatMethod`, which factorizes once.
@@ -26,6 +28,9 @@ def geodesic_distance(mesh: Any, sources: Sources, *, operator: str | Operator =
         Vertices.
     operator : str or callable
         A name in OPERATORS or a function from a Mesh to a Laplacian: symmetric.
+    unfolded : bool
+        Whether distances are carried across unfolded triangles in the order of the heat; else they are those of the
+        paper, of lower accuracy and smoother: :meth:`lbskel.HeatMethod.distance`.
 
     Returns
     -------
@@ -47,7 +52,7 @@ def geodesic_distance(mesh: Any, sources: Sources, *, operator: str | Operator =
     >>> float(distance.max().round(1))
     1.4
     """
-    return HeatMethod(as_mesh(mesh), operator).distance(sources)
+    return HeatMethod(as_mesh(mesh), operator).distance(sources, unfolded=unfolded)
 
 
 def extend_values(

@@ -1,11 +1,12 @@
 """The heat method: geodesic distances and extended values by one factorization for many queries.
 
-Heat that has flowed for a short time t from the sources, (M + t S) u = delta, decreases away from them; the distance
-is the function phi whose gradient is closest to -grad u / |grad u|, S phi = div of that field. Crane, Weischedel,
-Wardetzky 2013, "Geodesics in heat", https://doi.org/10.1145/2516971.2516977. Gradients are taken on the triangles of
-the intrinsic Delaunay triangulation, of the tufted cover where the mesh is open or not manifold: Sharp, Crane 2020,
-https://doi.org/10.1111/cgf.14069, section 6.1. The ratio of the heat of values to the heat of ones extends values to
-all vertices, each that of the nearest source: Sharp, Soliman, Crane 2019, "The vector heat method",
+Heat that has flowed for a short time t from the sources, (M + t S) u = delta, decreases away from them. In the order of
+the heat, distances are carried from triangle to triangle (:mod:`lbskel.applications.unfolded_distances`). The paper's
+are smoother, and less accurate: the function phi whose gradient is closest to -grad u / |grad u|, S phi = div of that
+field: Crane, Weischedel, Wardetzky 2013, "Geodesics in heat", https://doi.org/10.1145/2516971.2516977. Triangles are
+those of the intrinsic Delaunay triangulation, of the tufted cover where the mesh is open or not manifold: Sharp, Crane
+2020, https://doi.org/10.1111/cgf.14069, section 6.1. The ratio of the heat of values to the heat of ones extends values
+to all vertices, each that of the nearest source: Sharp, Soliman, Crane 2019, "The vector heat method",
 https://doi.org/10.1145/3243651, section 5.1.
 """
 
@@ -24,11 +25,12 @@ from scipy.sparse import csc_array, csr_array, diags_array
 from scipy.sparse.csgraph import connected_components
 
 from lbskel.applications.symmetric import require_symmetric
+from lbskel.applications.unfolded_distances import UnfoldedSurface
 from lbskel.errors import MeshError, SolveError, first_few
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Laplacian, Operator, apply_operator
-from lbskel.operators.gradients import gradient_matrix
+from lbskel.operators.gradients import gradient_matrix, unit_gradients
 from lbskel.operators.intrinsic_delaunay import mollification_offset
 from lbskel.operators.intrinsic_triangulation import IntrinsicTriangulation, delaunay, half_edge_twins
 from lbskel.operators.robust import MOLLIFY_FACTOR, tufted_delaunay
@@ -42,8 +44,6 @@ TIME = 1.0
 MIN_HEAT = 1e-140
 TIME_GROWTH = 4.0  # factor of the time where less arrives, which doubles the reach
 MAX_GROWTHS = 40  # a guess: reaches 2^40 times as far
-
-TINY = np.finfo(np.float64).tiny  # smallest number by which is divided
 
 Sources: TypeAlias = int | ArrayLike
 
@@ -89,13 +89,17 @@ class HeatMethod:
         object.__setattr__(self, "_exponent", k)
         object.__setattr__(self, "_laplacian", laplacian)
 
-    def distance(self, sources: Sources) -> NDArray[np.float64]:
+    def distance(self, sources: Sources, *, unfolded: bool = True) -> NDArray[np.float64]:
         """Compute the distance of every vertex to the nearest of the sources.
 
         Parameters
         ----------
         sources : int or (s,) array_like of int
             Vertices.
+        unfolded : bool
+            Whether distances are carried across unfolded triangles in the order of the heat, for which the operator
+            hardly matters; else they are those of the paper, of lower accuracy, smooth where two paths are equally
+            short, and the operator diffuses and integrates.
 
         Returns
         -------
@@ -110,34 +114,48 @@ class HeatMethod:
             If the operator is not positive semidefinite.
         """
         vertices = self._checked(sources)
-        active, component = self._active, self._component
-        distances = np.full(len(component), np.inf)
+        active = self._active
+        distances = np.full(len(self._component), np.inf)
         if len(active):
-            heat, potential = np.zeros(len(component)), np.zeros(len(component))
+            heat = np.zeros(len(distances))
             heat[vertices] = 1.0
             heat[active] = self._heat.solve(heat[active], refined=False)
-            free = np.delete(active, self._pinned)
-            potential[free] = self._poisson.solve(self._divergence @ self._directions(-heat), refined=False)
-            for part in np.setdiff1d(component[vertices], [-1]):
-                members, own = component == part, vertices[component[vertices] == part]
-                distances[members] = np.maximum(potential[members] - potential[own].mean(), 0.0)
+            if unfolded:
+                distances = self._surface.distance(vertices, active[np.argsort(-heat[active])])
+            else:
+                distances = self._integrated(vertices, heat)
         distances[vertices] = 0.0
         scaled: NDArray[np.float64] = np.ldexp(distances, self._exponent)
         return scaled
 
-    def distances(self, sources: ArrayLike) -> NDArray[np.float64]:
+    def _integrated(self, sources: NDArray[np.int64], heat: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n,) distances whose gradient is closest to the unit one of the heat."""
+        potential, component = np.zeros(len(heat)), self._component
+        free = np.delete(self._active, self._pinned)
+        potential[free] = self._poisson.solve(
+            self._divergence @ unit_gradients(self._gradient[0], -heat), refined=False
+        )
+        distances = np.full(len(heat), np.inf)
+        for part in np.setdiff1d(component[sources], [-1]):
+            members, own = component == part, sources[component[sources] == part]
+            distances[members] = np.maximum(potential[members] - potential[own].mean(), 0.0)
+        return distances
+
+    def distances(self, sources: ArrayLike, *, unfolded: bool = True) -> NDArray[np.float64]:
         """Compute the distance of every vertex to each of the sources.
 
         Parameters
         ----------
         sources : (s,) array_like of int
+        unfolded : bool
+            As of :meth:`distance`.
 
         Returns
         -------
         (n, s) array of float
             As :meth:`distance` returns for one source each.
         """
-        return np.stack([self.distance(source) for source in self._checked(sources)], axis=1)
+        return np.stack([self.distance(each, unfolded=unfolded) for each in self._checked(sources)], axis=1)
 
     def extend(self, sources: ArrayLike, values: ArrayLike) -> NDArray[np.float64]:
         """Extend values at some vertices to all: nearly the value of the nearest source, blended where two are near.
@@ -233,6 +251,10 @@ class HeatMethod:
         return delaunay(IntrinsicTriangulation(self.mesh.faces, lengths, twins)), 1
 
     @cached_property
+    def _surface(self) -> UnfoldedSurface:
+        return UnfoldedSurface(self._triangulation[0], len(self.mesh.vertices))
+
+    @cached_property
     def _gradient(self) -> tuple[csr_array, NDArray[np.float64]]:
         """Gradient of functions on the triangles, and the areas of these."""
         triangulation = self._triangulation[0]
@@ -276,12 +298,3 @@ class HeatMethod:
     def _restricted(self, rows: NDArray[np.int64]) -> tuple[csc_array, csc_array]:
         laplacian: Laplacian = self._laplacian
         return laplacian.stiffness[rows][:, rows].tocsc(), laplacian.mass[rows][:, rows].tocsc()
-
-    def _directions(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Compute the (2m,) unit gradients."""
-        gradients = (self._gradient[0] @ values).reshape(2, -1)
-        with np.errstate(under="ignore"):
-            gradients /= np.maximum(np.abs(gradients).max(axis=0), TINY)  # before squares underflow
-            gradients /= np.maximum(np.hypot(*gradients), TINY)
-        directions: NDArray[np.float64] = gradients.ravel()
-        return directions

@@ -7,12 +7,14 @@ Pauly, Alliez, Levy 2010, "Polygon mesh processing", section 3.3.2.
 
 from __future__ import annotations
 
-__all__ = ["gradient_matrix"]
+__all__ = ["gradient_matrix", "unit_gradients"]
 
 import igl
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
+
+TINY = np.finfo(np.float64).tiny  # smallest number by which is divided
 
 
 def gradient_matrix(
@@ -47,3 +49,19 @@ def gradient_matrix(
     gradient = csr_array(entries, shape=(2 * m, n))
     gradient.sum_duplicates()
     return gradient, np.where(is_flat, 0.0, double_areas / 2)
+
+
+def unit_gradients(gradient: csr_array, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Compute the (2m,) gradients of unit length, also of values whose squares underflow; zero where there is none.
+
+    Parameters
+    ----------
+    gradient : (2m, n) csr_array
+        As of :func:`gradient_matrix`.
+    values : (n,) array of float
+    """
+    directions: NDArray[np.float64] = (gradient @ values).reshape(2, -1)
+    with np.errstate(under="ignore"):
+        directions /= np.maximum(np.abs(directions).max(axis=0), TINY)
+        directions /= np.maximum(np.hypot(*directions), TINY)
+    return directions.ravel()

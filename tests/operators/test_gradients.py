@@ -5,7 +5,7 @@ import numpy as np
 from scipy.sparse import diags_array
 
 from lbskel import laplacian
-from lbskel.operators.gradients import gradient_matrix
+from lbskel.operators.gradients import gradient_matrix, unit_gradients
 from lbskel.shapes import sphere, torus
 
 
@@ -31,3 +31,12 @@ def test_faces_without_area_have_no_gradient():
     assert areas.tolist() == [0, 0, 0, 6]
     assert np.isfinite(G.data).all()
     assert np.abs(G @ [1.0, 2.0, 3.0]).reshape(2, 4)[:, :3].max() == 0
+
+
+def test_unit_gradients_have_length_one_or_zero_also_of_tiny_values():
+    lengths = np.array([[5.0, 4.0, 3.0], [0.0, 1.0, 1.0]])
+    G, _ = gradient_matrix(np.tile([0, 1, 2], (2, 1)), lengths, 3)
+    x, y = unit_gradients(G, np.array([0.0, 3e-300, 4e-300])).reshape(2, -1)  # slopes 1 along both legs
+    assert np.allclose([x[0], y[0]], np.sqrt(0.5), rtol=1e-12)
+    assert x[1] == y[1] == 0
+    assert (unit_gradients(G, np.zeros(3)) == 0).all()
