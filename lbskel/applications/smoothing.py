@@ -5,10 +5,13 @@
 - ``curvature_flow``:  the implicit step with M and S of the present surface, as in a contraction
 - ``bilaplacian``:  (M + t^2 S M^-1 S) X' = M X, which changes low frequencies least
 - ``taubin``:  X' = (1 - mu K)(1 - lambda K) X with K = D^-1 S, D the diagonal of S; passes low frequencies unchanged
+- ``polynomial``:  X' = p(K) X, p the Chebyshev expansion of exp(-(k / c)^2) of degree 6: six products and no system
 
 Desbrun, Meyer, Schroeder, Barr 1999, "Implicit fairing of irregular meshes using diffusion and curvature flow",
 https://doi.org/10.1145/311535.311576; Taubin 1995, "A signal processing approach to fair surface design",
-https://doi.org/10.1145/218380.218473. Implicit steps are solved for the displacement, as those of a contraction.
+https://doi.org/10.1145/218380.218473; for polynomials by the recurrence of Chebyshev, Taubin, Zhang, Golub 1996,
+"Optimal surface smoothing as filter design", European Conference on Computer Vision. Implicit steps are solved for the
+displacement, as those of a contraction.
 """
 
 from __future__ import annotations
@@ -28,10 +31,13 @@ from lbskel.errors import MeshError, SolveError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Laplacian, Operator, apply_operator
-from lbskel.operators.assembly import diagonal_matrix
 
 PASS_BAND = 0.1  # eigenvalue of K, in [0, 2], up to which Taubin's filter amplifies: his example
 FIRST_FACTOR = 0.5  # lambda of Taubin's filter: removes the eigenvalue 2 at once
+# Eigenvalue of K whose amplitude the polynomial divides by e, and its degree. Both are swept in
+# benchmarks/results/applications_smoothing.md, "Filter": higher degrees are hardly better.
+CUTOFF, DEGREE = 0.4, 6
+N_ANGLES = 64  # at which the filter is sampled: its coefficients are exact to rounding from 40 on
 
 # Time step in mean vertex areas, and iterations, by default: near the smallest distance to the clean surface after
 # noise of a quarter of the mean edge length (benchmarks/results/applications_smoothing.md). None: half of what is
@@ -42,10 +48,24 @@ DEFAULTS: dict[str, tuple[float | None, int]] = {
     "curvature_flow": (0.25, 2),
     "bilaplacian": (0.5, 4),
     "taubin": (None, 30),
+    "polynomial": (None, 1),
 }
 
 Positions = NDArray[np.float64]
 Step = Callable[[Positions], Positions]
+
+
+def filter_coefficients(cutoff: float, degree: int) -> NDArray[np.float64]:
+    """(degree + 1,) coefficients of Chebyshev polynomials of 1 - k: nearly exp(-(k / cutoff)^2), and 1 at k = 0."""
+    angles = np.pi * (np.arange(N_ANGLES) + 0.5) / N_ANGLES
+    values = np.exp(-(((1 - np.cos(angles)) / cutoff) ** 2))
+    coefficients: NDArray[np.float64] = np.cos(np.outer(np.arange(degree + 1), angles)) @ values
+    coefficients[0] /= 2
+    coefficients /= coefficients.sum()
+    return coefficients
+
+
+FILTER = filter_coefficients(CUTOFF, DEGREE)
 
 
 def _largest_row(K: csr_array, held: NDArray[np.int64]) -> float:
@@ -94,17 +114,39 @@ def _bilaplacian(L: Laplacian, t: float | None, held: NDArray[np.int64], solver:
     return lambda X: system.solve(zeros, -(B @ X))
 
 
+def _normalized(L: Laplacian, held: NDArray[np.int64]) -> csr_array:
+    """D^-1 S with zero rows for the vertices held, scaled down where negative weights give eigenvalues above 2."""
+    S, diagonal = L.stiffness.tocsr(), L.stiffness.diagonal()
+    inverse = np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=diagonal > 0)
+    inverse[held] = 0
+    row = np.repeat(np.arange(len(diagonal)), np.diff(S.indptr))
+    values = S.data * inverse[row]
+    largest = float(np.bincount(row, np.abs(values), len(diagonal)).max(initial=0.0))
+    return csr_array((values * (2 / max(2.0, largest)), S.indices, S.indptr), shape=S.shape)
+
+
 def _taubin(L: Laplacian, t: float | None, held: NDArray[np.int64], solver: str) -> Step:
-    S, diagonal = L.stiffness, L.stiffness.diagonal()
-    K = (diagonal_matrix(np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=diagonal > 0)) @ S).tocsr()
-    K = K * (2 / max(2.0, _largest_row(K, held)))  # negative weights would give eigenvalues above 2
+    K = _normalized(L, held)
     second = 1 / (PASS_BAND - 1 / FIRST_FACTOR)
-    is_free = np.ones((len(diagonal), 1))
-    is_free[held] = 0
 
     def step(X: Positions) -> Positions:
-        Y = X - FIRST_FACTOR * is_free * (K @ X)
-        moved: Positions = Y - second * is_free * (K @ Y) - X
+        Y = X - FIRST_FACTOR * (K @ X)
+        moved: Positions = Y - second * (K @ Y) - X
+        return moved
+
+    return step
+
+
+def _polynomial(L: Laplacian, t: float | None, held: NDArray[np.int64], solver: str) -> Step:
+    K = _normalized(L, held)
+
+    def step(X: Positions) -> Positions:
+        before, present = X, X - K @ X
+        total = FILTER[0] * before + FILTER[1] * present
+        for coefficient in FILTER[2:]:
+            before, present = present, 2 * (present - K @ present) - before
+            total += coefficient * present
+        moved: Positions = total - X
         return moved
 
     return step
@@ -116,6 +158,7 @@ SMOOTHING_METHODS: dict[str, Callable[[Laplacian, float | None, NDArray[np.int64
     "curvature_flow": _implicit,
     "bilaplacian": _bilaplacian,
     "taubin": _taubin,
+    "polynomial": _polynomial,
 }
 """By name: from a Laplacian, a time step, the vertices held and a solver to a function from positions to displacements.
 """
@@ -140,16 +183,16 @@ def smooth(
     Parameters
     ----------
     mesh : Mesh or anything that :func:`lbskel.as_mesh` takes
-    method : {"explicit", "implicit", "curvature_flow", "bilaplacian", "taubin"}
+    method : {"explicit", "implicit", "curvature_flow", "bilaplacian", "taubin", "polynomial"}
         The formulas are at the top of :mod:`lbskel.applications.smoothing`. All but ``curvature_flow`` keep the
         matrices of the given mesh, and factorize once.
     time_step : float, optional
         Of each iteration, in units of the operator's mass: area. Features of a width below about its square root
         vanish. By default 0.5 mean vertex areas for ``bilaplacian``, 0.25 for ``implicit`` and ``curvature_flow``, half
-        of what is stable for ``explicit``; ``taubin`` has none.
+        of what is stable for ``explicit``; ``taubin`` and ``polynomial`` have none.
     iterations : int, optional
         By default 4 for ``bilaplacian``, 2 for ``implicit`` and ``curvature_flow``, 3 for ``explicit``, 30 for
-        ``taubin``.
+        ``taubin``, 1 for ``polynomial``.
     operator : str or callable
         A name in OPERATORS, or a function from a Mesh to a Laplacian.
     fixed : (k,) array_like of int
@@ -195,7 +238,7 @@ def smooth(
     is_fixed = np.zeros(len(given.vertices), dtype=bool)
     is_fixed[checked_indices(fixed, len(given.vertices), "fixed vertices")] = True
     if fix_boundary:
-        is_fixed[given.edges[given.faces_per_edge == 1]] = True
+        is_fixed[_boundary(given)] = True
     if keep_volume and not has_volume(given, is_fixed):
         raise MeshError(
             "the volume to keep is not defined: faces are not consistently oriented, or the boundary is not fixed; "
@@ -227,10 +270,21 @@ def smooth(
     return given.with_vertices(result)
 
 
+def _boundary(mesh: Mesh) -> NDArray[np.int64]:
+    """Find the ends of the edges with one face, without a table of all edges, which takes twice as long."""
+    start, end = mesh.faces[:, [1, 2, 0]].ravel(), mesh.faces[:, [2, 0, 1]].ravel()
+    n = len(mesh.vertices)
+    keys = np.sort(np.minimum(start, end) * n + np.maximum(start, end))
+    is_new = np.ones(len(keys) + 1, dtype=bool)
+    np.not_equal(keys[1:], keys[:-1], out=is_new[1:-1])
+    once = keys[is_new[1:] & is_new[:-1]]
+    return np.concatenate([once // n, once % n])
+
+
 def _check_ranges(method: str, time_step: float | None, iterations: int) -> None:
     """Raise if a number is out of its range."""
-    if time_step is not None and method == "taubin":
-        raise UnknownChoice("the method 'taubin' has no time_step: its filter is set by the iterations alone")
+    if time_step is not None and method in ("taubin", "polynomial"):
+        raise UnknownChoice(f"the method {method!r} has no time_step: its filter is set by the iterations alone")
     if time_step is not None and not (np.isfinite(time_step) and time_step > 0):
         raise UnknownChoice(f"time_step must be an area above zero, not {time_step!r}")
     if not (isinstance(iterations, int | np.integer) and iterations >= 1):

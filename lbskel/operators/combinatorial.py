@@ -11,15 +11,22 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from lbskel.geometry.mesh import Mesh
-from lbskel.operators.assembly import diagonal_matrix, stiffness_of_pairs
+from lbskel.operators.assembly import diagonal_matrix, symmetric_matrix
 from lbskel.operators.base import Laplacian
 from lbskel.operators.masses import voronoi_mass
 
 
 def _degrees_minus_adjacency(mesh: Mesh) -> csc_array:
     """Build D - A."""
-    i, j = mesh.edges.T
-    return stiffness_of_pairs(len(mesh.vertices), i, j, np.ones(len(i)))
+    n = len(mesh.vertices)
+    matrix = symmetric_matrix(mesh.faces, np.ones((len(mesh.faces), 3)), np.ones(n))  # for its pattern
+    entries = np.diff(matrix.indptr)
+    is_diagonal = matrix.indices == np.repeat(np.arange(n, dtype=matrix.indices.dtype), entries)
+    matrix.data.fill(-1.0)
+    matrix.data[is_diagonal] = entries - 1
+    if (entries == 1).any():
+        matrix.eliminate_zeros()
+    return matrix
 
 
 def graph(mesh: Mesh) -> Laplacian:

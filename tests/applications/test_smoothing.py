@@ -3,10 +3,18 @@
 import numpy as np
 import pytest
 from helpers import joined, moved
+from numpy.polynomial.chebyshev import chebval
 from scipy.linalg import eigh
 
 from lbskel import Mesh, MeshError, SolveError, UnknownChoice, laplacian, smooth
-from lbskel.applications.smoothing import FIRST_FACTOR, PASS_BAND, SMOOTHING_METHODS
+from lbskel.applications.smoothing import (
+    CUTOFF,
+    FILTER,
+    FIRST_FACTOR,
+    PASS_BAND,
+    SMOOTHING_METHODS,
+    filter_coefficients,
+)
 from lbskel.operators import OPERATORS, Laplacian
 from lbskel.shapes import flat_grid, sphere, torus
 
@@ -78,6 +86,27 @@ def test_an_unstable_explicit_step_names_the_bound(bumpy):
     smooth(bumpy, method="explicit", time_step=0.99 * bound)
     with pytest.raises(SolveError, match="stable up to"):
         smooth(bumpy, method="explicit", time_step=1.01 * bound)
+
+
+def test_the_polynomial_has_the_transfer_function_of_its_filter():
+    mesh = sphere(2)
+    degrees = np.diag(laplacian(mesh).stiffness.diagonal())
+    expected = transferred(mesh, lambda k: chebval(1 - k, FILTER) ** 2, mass=degrees)
+    assert smooth(mesh, method="polynomial", iterations=2).vertices == pytest.approx(expected, abs=1e-10)
+    k = np.linspace(0, 2, 50)
+    assert chebval(1 - k, filter_coefficients(CUTOFF, 30)) == pytest.approx(np.exp(-((k / CUTOFF) ** 2)), abs=1e-6)
+    assert np.abs(chebval(1 - k, FILTER)).max() <= 1 + 1e-12
+
+
+def test_the_boundary_of_a_mesh_stays_and_a_vertex_without_faces():
+    grid = flat_grid(6, 5)
+    bumpy = grid.vertices + np.random.default_rng(0).normal(scale=0.01, size=grid.vertices.shape)
+    mesh = Mesh(np.concatenate([bumpy, [[5.0, 5, 5]]]), grid.faces)
+    moved = (smooth(mesh, method="polynomial").vertices != mesh.vertices).any(axis=1)
+    on_boundary = np.zeros(len(mesh.vertices), dtype=bool)
+    on_boundary[mesh.edges[mesh.faces_per_edge == 1]] = True
+    assert (moved == ~on_boundary)[:-1].all()
+    assert not moved[-1]
 
 
 def test_taubins_filter_does_not_grow_on_a_flat_triangle():
@@ -152,6 +181,7 @@ def test_an_operator_of_the_caller_is_applied_to_the_mesh_as_given(bumpy):
         (UnknownChoice, {"method": "median"}),
         (UnknownChoice, {"operator": "tutte"}),
         (UnknownChoice, {"method": "taubin", "time_step": 1.0}),
+        (UnknownChoice, {"method": "polynomial", "time_step": 1.0}),
         (UnknownChoice, {"time_step": 0.0}),
         (UnknownChoice, {"time_step": np.nan}),
         (UnknownChoice, {"iterations": 0}),
