@@ -258,8 +258,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
             + markdown_table(measured["displacements"]),
             "As rigid as possible": "Energy after iterations from the same start, cotangent weights. `igl.arap_solve` "
             "fits rotations in single precision; its iterations are repeated by libigl's own cotangents, "
-            "`igl.fit_rotations` and solver in either precision.\n\n"
-            + markdown_table(measured["energies"]),
+            "`igl.fit_rotations` and solver in either precision.\n\n" + markdown_table(measured["energies"]),
             "Seconds": "Cotangent weights. Processor milliseconds, medians of five turns. The factorization of lbskel "
             "is that of the editor, without that of the method from which it starts.\n\n"
             + markdown_table(measured["seconds"]),

@@ -32,6 +32,7 @@ from benchmarks.rig_peers import (
     posed_by_three,
 )
 from lbskel.applications.branch_measures import face_volumes
+from lbskel.applications.mirror import find_mirror_plane
 from lbskel.shapes import make, tube
 from lbskel.visualization import Panel, render
 
@@ -64,12 +65,14 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: list[Path] | No
         "cylinders": _cylinders(),
         "heat": _heat(peers),
         "constants": _constants((0.7, 1.4) if quick else FACTORS),
+        "floors": _floors(),
     }
     if meshes:
         _draw({name: rigs[path.stem][0] for path in meshes for name in [path.stem]}, results / "rig.png")
     save_json(results / "rig.json", measured, packages=("bpy",), meshes=meshes or ())
     sections = {
-        "Each mesh": markdown_table(measured["rows"]),
+        "Each mesh": "Mirrored but for: the largest difference of a weight from that of the twin bone at the mirror image "
+        "of the vertex, where the mesh is symmetric.\n\n" + markdown_table(measured["rows"]),
         "In other programs": "Errors and warnings of the Khronos validator; whether three.js and Blender find the same "
         "bones, and the largest distance of a vertex from linear blend skinning after the last bone was turned, "
         "relative to the diagonal.\n\n" + markdown_table(measured["programs"]),
@@ -86,6 +89,8 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: list[Path] | No
         "Constants": "Each times a factor, on the characters with known joints: all bones, bones with a left or right "
         "name, distance of the nearest joint from a known one in local radii, the largest jump of a weight along an "
         "edge, and the least volume kept.\n\n" + markdown_table(measured["constants"]),
+        "Floors": "The largest change of a weight of the characters where a lower bound is another, and of a bar whose "
+        "second bone lies on its surface, with a vertex that has no area.\n\n" + markdown_table(measured["floors"]),
     }
     save_markdown(
         results / "rig.md", "Rigs", {name: text for name, text in sections.items() if not text.endswith("\n\n")}
@@ -103,6 +108,18 @@ def _sided(rig: lbskel.Rig) -> int:
     return sum("_left_" in name or "_right_" in name for name in rig.names)
 
 
+def _asymmetry(rig: lbskel.Rig) -> float | None:
+    """The largest difference of a weight from that of the twin bone at the twin vertex; None if nothing is mirrored."""
+    plane = find_mirror_plane(rig.mesh)
+    if plane is None or _sided(rig) == 0:
+        return None
+    other = {"left": "right", "right": "left"}
+    swapped = ["_".join(other.get(word, word) for word in name.split("_")) for name in rig.names]
+    twins = [rig.names.index(name) for name in swapped]
+    rows = np.flatnonzero(plane.twins >= 0)
+    return float(np.abs(rig.weights[rows] - rig.weights[plane.twins[rows]][:, twins]).max(initial=0.0))
+
+
 def _kept(rig: lbskel.Rig, skeleton: lbskel.Skeleton) -> list[float]:
     """The volume kept at each inner joint of a limb."""
     return [value for bone in range(len(rig.names)) if (value := _volume_kept(rig, skeleton, bone)) is not None]
@@ -117,6 +134,7 @@ def _rigged(name: str, rig: lbskel.Rig, skeleton: lbskel.Skeleton, seconds: floa
         "bones": len(rig.names),
         "bones left or right": _sided(rig),
         "largest jump of a weight": _jump(rig, rig.weights),
+        "mirrored but for": _asymmetry(rig),
         "inner joints": len(kept),
         "volume kept at 90 degrees, median": float(np.median(kept)) if kept else None,
         "least": min(kept, default=None),
@@ -198,7 +216,8 @@ def _cylinders(lengths: tuple[float, ...] = BONE_LENGTHS) -> list[dict[str, Any]
             if width <= 2 * length
         }
         coarse = tube(np.stack([0 * z, 0 * z, z], axis=1)[::8], 1.0, sides=24)
-        conducted = heat.bone_weights(coarse, heads, tails, (coarse.vertices[:, 2] > 0).astype(np.int64))
+        own = (coarse.vertices[:, 2] > 0).astype(np.int64)
+        conducted = heat.bone_weights(coarse, heads, tails, np.array([-1, 0]), own)
         row: dict[str, Any] = {"in radii": length}
         for name, (surface, second) in {
             **{name: (mesh, values) for name, values in share.items()},
@@ -233,6 +252,34 @@ def _heat(peers: bool) -> list[dict[str, Any]]:
             rows.append(row)
     finally:
         heat.HEAT = before
+    return rows
+
+
+def _floors() -> list[dict[str, Any]]:
+    """Largest changes of weights by the lower bounds on distances and masses."""
+    characters = {name: make_it().mesh for name, make_it in CHARACTERS.items()}
+    skeletons = {name: lbskel.skeletonize(mesh, preset="character") for name, mesh in characters.items()}
+    z = np.linspace(-3, 3, 61)
+    bar = tube(np.stack([0 * z, 0 * z, z], axis=1), 1.0, sides=24)
+    lonely = lbskel.Mesh(np.vstack([bar.vertices, [[0, 0, 9]]]), np.vstack([bar.faces, [[0, 1, 1]]]))
+    heads, tails = np.array([[0, 0, -3], [1.0, 0, 0]]), np.array([[0, 0, 0], [1.0, 0, 3]])
+    own = (lonely.vertices[:, 2] > 0).astype(np.int64)
+
+    def weights() -> list[NDArray[np.float64]]:
+        found = [lbskel.rig(mesh, skeletons[name]).weights for name, mesh in characters.items()]
+        return [*found, heat.bone_weights(lonely, heads, tails, np.array([-1, 0]), own)]
+
+    expected, rows = weights(), []
+    for name in ("MIN_DISTANCE", "MIN_MASS"):
+        before = getattr(heat, name)
+        try:
+            for factor in (1e-6, 1e-3, 0.1, 10.0, 100.0):
+                setattr(heat, name, factor * before)
+                changes = [float(np.abs(a - b).max()) for a, b in zip(weights(), expected, strict=True)]
+                cells = dict(zip([*characters, "bar"], changes, strict=True))
+                rows.append({"constant": f"`{name}`", "value": factor * before, **cells})
+        finally:
+            setattr(heat, name, before)
     return rows
 
 

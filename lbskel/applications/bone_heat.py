@@ -2,9 +2,10 @@
 
 (S + M H) w_b = M H p_b with the stiffness S and mass M of a Laplacian, p_b = 1 at the vertices of bone b, and H = c/d^2
 at distance d from the own bone: Baran, Popovic 2007, "Automatic rigging and animation of 3D characters",
-https://doi.org/10.1145/1276377.1276467. There, p_b is 1 where b is the nearest bone and in sight; here it is the bone
-of the vertex's region on the skeleton, so that a finger does not follow the one beside it. The matrix is one for all
-bones. The weights of a vertex sum to 1, since the p do; they are not negative with an operator of positive weights.
+https://doi.org/10.1145/1276377.1276467. There, p_b is 1 where b is the nearest bone and in sight; here b is, of the
+bone of the vertex's region on the skeleton and those that meet it, the nearest, so that a finger does not follow the
+one beside it. As in Blender, a bone counts as farther where the normal does not point away from it. The matrix is one
+for all bones. The weights of a vertex sum to 1, since the p do; they are not negative with positive weights of edges.
 """
 
 from __future__ import annotations
@@ -16,21 +17,29 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, dia_array
 
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import normalized
 from lbskel.operators import laplacian
 from lbskel.solvers import factorize
 
-# The factor c, no unit; the paper has 1. Weights change over 1 / sqrt(c) of the distance to the bone: from 2 to 6 short
-# bones keep more of the volume than at 1, and weights are closer to Blender's (benchmarks/results/rig.md, "Heat").
-HEAT = 3.0
+# The factor c, no unit; the paper has 1, and Blender, whose Laplacian is a quarter of this one, 4. Weights change over
+# 1 / sqrt(c) of the distance to the bone (benchmarks/results/rig.md, "Heat").
+HEAT = 4.0
 # Lower bound on that length, in lengths of the longest edge at the vertex, so that weights change over several edges
 # also where a limb is as thin as its triangles: it bounds the jump of a weight along an edge (same file, "Constants").
 EDGES = 1.5
+# Both Blender's: relative difference of distances up to which bones are equally near, as where they meet, and what is
+# added to the cosine of the angle between normal and offset, so that a bone behind a vertex is 2,000 times as far.
+EQUAL, MIN_COSINE = 1e-4, 1.001
 MIN_DISTANCE = 1e-3  # lower bound on the same, relative to the diameter bound, where bones touch the surface
 MIN_MASS = 1e-6  # lower bound on masses, relative to their mean, for vertices without area; rounding errors are 1e-12
 
 
 def bone_weights(
-    mesh: Mesh, heads: NDArray[np.float64], tails: NDArray[np.float64], bone_of_vertex: NDArray[np.int64]
+    mesh: Mesh,
+    heads: NDArray[np.float64],
+    tails: NDArray[np.float64],
+    parents: NDArray[np.int64],
+    bone_of_vertex: NDArray[np.int64],
 ) -> NDArray[np.float64]:
     """(n, b) weights of all bones, with rows that sum to 1.
 
@@ -38,35 +47,71 @@ def bone_weights(
     ----------
     mesh : Mesh
     heads, tails : (b, 3) array of float
+    parents : (b,) array of int
+        -1 for a root.
     bone_of_vertex : (n,) array of int
-        The own bone of each vertex.
+        The bone that the region of each vertex belongs to.
 
     Raises
     ------
     SolveError
         If the system cannot be solved.
     """
-    n, b = len(mesh.vertices), len(heads)
+    n = len(mesh.vertices)
     size = mesh.diameter_bound
     at_unit_size = mesh.with_vertices((mesh.vertices - mesh.centroid) / size)
     operator = laplacian(at_unit_size, operator="robust")
-    start, end = heads[bone_of_vertex], tails[bone_of_vertex]
-    along, offset = (end - start) / size, (mesh.vertices - start) / size
-    squared = np.einsum("nx,nx->n", along, along)
-    share = np.einsum("nx,nx->n", offset, along) / np.where(squared > 0, squared, 1.0)
-    away = offset - np.clip(share, 0, 1)[:, None] * along
+    is_own = _nearest_bones(mesh, heads, tails, parents, bone_of_vertex)
+    first = is_own.argmax(axis=1)
+    distances = np.linalg.norm(_offsets(mesh.vertices, heads[first], tails[first]), axis=1) / size
     longest = np.zeros(n)
     np.maximum.at(longest, mesh.edges, mesh.edge_lengths[:, None] / size)
-    reach = np.maximum(np.linalg.norm(away, axis=1) / np.sqrt(HEAT), np.maximum(EDGES * longest, MIN_DISTANCE))
+    reach = np.maximum(distances / np.sqrt(HEAT), np.maximum(EDGES * longest, MIN_DISTANCE))
     mass = operator.mass.diagonal()
     contact = np.maximum(mass, MIN_MASS * mass.mean()) / reach**2
-    A = csc_array(operator.stiffness + dia_array((contact[None], [0]), shape=(n, n)))
-    source = np.zeros((n, b))
-    source[np.arange(n), bone_of_vertex] = contact
+    source = contact[:, None] * is_own
+    A = csc_array(operator.stiffness + dia_array((source.sum(axis=1)[None], [0]), shape=(n, n)))
     weights = np.clip(factorize(A).solve(source), 0.0, None)
     total = weights.sum(axis=1, keepdims=True)
-    own = np.eye(b)[bone_of_vertex]
-    return np.where(total > 0, weights / np.where(total > 0, total, 1.0), own)
+    return np.where(total > 0, weights / np.where(total > 0, total, 1.0), np.eye(len(heads))[first])
+
+
+def _offsets(points: NDArray[np.float64], start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, 3) vectors to points from the nearest point of a segment each."""
+    along, offset = end - start, points - start
+    squared = (along * along).sum(axis=-1)
+    share = (offset * along).sum(axis=-1) / np.where(squared > 0, squared, 1.0)
+    away: NDArray[np.float64] = offset - np.clip(share, 0, 1)[..., None] * along
+    return away
+
+
+def _nearest_bones(
+    mesh: Mesh,
+    heads: NDArray[np.float64],
+    tails: NDArray[np.float64],
+    parents: NDArray[np.int64],
+    bone_of_vertex: NDArray[np.int64],
+) -> NDArray[np.bool_]:
+    """(n, b) whether a bone is nearest: of that of the vertex's region, its parent, its children and its siblings.
+
+    Several are where they meet.
+    """
+    normals = np.zeros((len(mesh.vertices), 3))
+    np.add.at(normals, mesh.faces, mesh.face_normals[:, None])
+    normals = normalized(normals)
+    distances = np.full((len(mesh.vertices), len(heads)), np.inf)
+    for bone in np.unique(bone_of_vertex).tolist():
+        parent = int(parents[bone])
+        is_near = (parents == bone) | ((parents == parent) & (parent >= 0))
+        is_near[[bone, parent] if parent >= 0 else [bone]] = True
+        rows = np.flatnonzero(bone_of_vertex == bone)
+        for other in np.flatnonzero(is_near).tolist():
+            away = _offsets(mesh.vertices[rows], heads[other], tails[other])
+            distance = np.linalg.norm(away, axis=1)
+            cosine = np.einsum("nx,nx->n", away, normals[rows]) / np.where(distance > 0, distance, 1.0)
+            distances[rows, other] = distance / (cosine + MIN_COSINE)
+    nearest: NDArray[np.bool_] = distances <= (1 + EQUAL) * distances.min(axis=1, keepdims=True)
+    return nearest
 
 
 def keep_largest(weights: NDArray[np.float64], number: int) -> NDArray[np.float64]:

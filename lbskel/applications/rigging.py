@@ -80,7 +80,7 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
         heads, tails = (_symmetric(points, twins, plane) for points in (heads, tails))
         upward = np.eye(3)[1 if abs(plane.normal[1]) < 0.5 else 2]
         tails = np.where(bones.branches[:, None] < 0, heads + lengths * upward, tails)
-    weights = bone_weights(surface, heads, tails, bones.bone_of_vertex)
+    weights = bone_weights(surface, heads, tails, bones.parents, bones.bone_of_vertex)
     if plane is not None:
         weights = _symmetric_weights(weights, twins, plane)
     names = _names(bones, twins, plane)
