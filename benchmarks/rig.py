@@ -65,16 +65,15 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: list[Path] | No
         "cylinders": _cylinders(),
         "heat": _heat(peers),
         "constants": _constants((0.7, 1.4) if quick else FACTORS),
-        "floors": _floors(),
     }
     if meshes:
         _draw({name: rigs[path.stem][0] for path in meshes for name in [path.stem]}, results / "rig.png")
     save_json(results / "rig.json", measured, packages=("bpy",), meshes=meshes or ())
     sections = {
-        "Each mesh": "Mirrored but for: the largest difference of a weight from that of the twin bone at the mirror image "
-        "of the vertex, where the mesh is symmetric.\n\n" + markdown_table(measured["rows"]),
-        "In other programs": "Errors and warnings of the Khronos validator; whether three.js and Blender find the same "
-        "bones, and the largest distance of a vertex from linear blend skinning after the last bone was turned, "
+        "Each mesh": "Mirrored but for: the largest difference of a weight from that of the twin bone at the vertex at "
+        "the mirror image, where the mesh is symmetric and has such vertices.\n\n" + markdown_table(measured["rows"]),
+        "In other programs": "Errors and warnings of the Khronos validator; whether three.js and Blender find the "
+        "same bones, and the largest distance of a vertex from linear blend skinning after the last bone was turned, "
         "relative to the diagonal.\n\n" + markdown_table(measured["programs"]),
         "Weights of others": "For the same bones: the mean over the vertices of the sum of the differences of weights, "
         "at most 2; the largest difference of a weight along an edge; volume kept as above. Bounded biharmonic weights "
@@ -89,8 +88,6 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: list[Path] | No
         "Constants": "Each times a factor, on the characters with known joints: all bones, bones with a left or right "
         "name, distance of the nearest joint from a known one in local radii, the largest jump of a weight along an "
         "edge, and the least volume kept.\n\n" + markdown_table(measured["constants"]),
-        "Floors": "The largest change of a weight of the characters where a lower bound is another, and of a bar whose "
-        "second bone lies on its surface, with a vertex that has no area.\n\n" + markdown_table(measured["floors"]),
     }
     save_markdown(
         results / "rig.md", "Rigs", {name: text for name, text in sections.items() if not text.endswith("\n\n")}
@@ -252,34 +249,6 @@ def _heat(peers: bool) -> list[dict[str, Any]]:
             rows.append(row)
     finally:
         heat.HEAT = before
-    return rows
-
-
-def _floors() -> list[dict[str, Any]]:
-    """Largest changes of weights by the lower bounds on distances and masses."""
-    characters = {name: make_it().mesh for name, make_it in CHARACTERS.items()}
-    skeletons = {name: lbskel.skeletonize(mesh, preset="character") for name, mesh in characters.items()}
-    z = np.linspace(-3, 3, 61)
-    bar = tube(np.stack([0 * z, 0 * z, z], axis=1), 1.0, sides=24)
-    lonely = lbskel.Mesh(np.vstack([bar.vertices, [[0, 0, 9]]]), np.vstack([bar.faces, [[0, 1, 1]]]))
-    heads, tails = np.array([[0, 0, -3], [1.0, 0, 0]]), np.array([[0, 0, 0], [1.0, 0, 3]])
-    own = (lonely.vertices[:, 2] > 0).astype(np.int64)
-
-    def weights() -> list[NDArray[np.float64]]:
-        found = [lbskel.rig(mesh, skeletons[name]).weights for name, mesh in characters.items()]
-        return [*found, heat.bone_weights(lonely, heads, tails, np.array([-1, 0]), own)]
-
-    expected, rows = weights(), []
-    for name in ("MIN_DISTANCE", "MIN_MASS"):
-        before = getattr(heat, name)
-        try:
-            for factor in (1e-6, 1e-3, 0.1, 10.0, 100.0):
-                setattr(heat, name, factor * before)
-                changes = [float(np.abs(a - b).max()) for a, b in zip(weights(), expected, strict=True)]
-                cells = dict(zip([*characters, "bar"], changes, strict=True))
-                rows.append({"constant": f"`{name}`", "value": factor * before, **cells})
-        finally:
-            setattr(heat, name, before)
     return rows
 
 

@@ -30,8 +30,7 @@ EDGES = 1.5
 # Both Blender's: relative difference of distances up to which bones are equally near, as where they meet, and what is
 # added to the cosine of the angle between normal and offset, so that a bone behind a vertex is 2,000 times as far.
 EQUAL, MIN_COSINE = 1e-4, 1.001
-MIN_DISTANCE = 1e-3  # lower bound on the same, relative to the diameter bound, where bones touch the surface
-MIN_MASS = 1e-6  # lower bound on masses, relative to their mean, for vertices without area; rounding errors are 1e-12
+EPSILON = np.finfo(np.float64).eps  # lower bound on lengths and masses in units of the whole, by which is divided
 
 
 def bone_weights(
@@ -66,9 +65,9 @@ def bone_weights(
     distances = np.linalg.norm(_offsets(mesh.vertices, heads[first], tails[first]), axis=1) / size
     longest = np.zeros(n)
     np.maximum.at(longest, mesh.edges, mesh.edge_lengths[:, None] / size)
-    reach = np.maximum(distances / np.sqrt(HEAT), np.maximum(EDGES * longest, MIN_DISTANCE))
+    reach = np.maximum(distances / np.sqrt(HEAT), np.maximum(EDGES * longest, EPSILON))
     mass = operator.mass.diagonal()
-    contact = np.maximum(mass, MIN_MASS * mass.mean()) / reach**2
+    contact = np.maximum(mass, EPSILON * mass.mean()) / reach**2
     source = contact[:, None] * is_own
     A = csc_array(operator.stiffness + dia_array((source.sum(axis=1)[None], [0]), shape=(n, n)))
     weights = np.clip(factorize(A).solve(source), 0.0, None)
@@ -115,7 +114,9 @@ def _nearest_bones(
 
 
 def keep_largest(weights: NDArray[np.float64], number: int) -> NDArray[np.float64]:
-    """(n, b) weights with only the largest ones of each row, which sum to 1 again.
+    """(n, b) weights with only the largest ones of each row, which sum to 1 again; of equal ones all or none.
+
+    Else a vertex in the plane of symmetry would follow the left arm and not the right one.
 
     Parameters
     ----------
@@ -125,8 +126,11 @@ def keep_largest(weights: NDArray[np.float64], number: int) -> NDArray[np.float6
     """
     if number >= weights.shape[1]:
         return weights
-    dropped = np.argsort(-weights, axis=1, kind="stable")[:, number:]
-    kept = weights.copy()
-    np.put_along_axis(kept, dropped, 0.0, axis=1)
+    order = np.argsort(-weights, axis=1, kind="stable")
+    least = np.take_along_axis(weights, order[:, [number]], axis=1)
+    kept = np.where(weights > (1 + EQUAL) * least, weights, 0.0)
+    undecided = ~kept.any(axis=1)  # more than that number are equally large
+    kept[undecided] = weights[undecided]
+    kept[np.flatnonzero(undecided)[:, None], order[undecided][:, number:]] = 0.0
     kept /= kept.sum(axis=1, keepdims=True)
     return kept

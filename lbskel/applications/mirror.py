@@ -73,4 +73,5 @@ def find_mirror_plane(mesh: Mesh) -> MirrorPlane | None:
         return None
     plane = MirrorPlane(mesh.centroid, best[1], np.full(len(V), -1))
     distance, twin = cKDTree(V).query(plane.mirrored(V))
-    return MirrorPlane(mesh.centroid, best[1], np.where(distance <= TWIN_DISTANCE * limit, twin, -1))
+    is_twin = (distance <= TWIN_DISTANCE * limit) & (twin[twin] == np.arange(len(twin)))
+    return MirrorPlane(mesh.centroid, best[1], np.where(is_twin, twin, -1))

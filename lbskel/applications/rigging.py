@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from lbskel.applications.bone_heat import bone_weights, keep_largest
 from lbskel.applications.bones import Bones, bones_of
 from lbskel.applications.mirror import MirrorPlane, find_mirror_plane
+from lbskel.applications.mirrored_bones import paired_bones
 from lbskel.errors import MeshError
 from lbskel.geometry.mesh import as_mesh
 from lbskel.skeleton.armature import Rig
@@ -75,7 +75,9 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
     heads, tails = bones.heads, bones.tails
     twins = np.full(len(heads), -1)
     if plane is not None:
-        twins = _twin_bones(bones, plane, PAIR_DISTANCE * surface.diameter_bound)
+        limit = PAIR_DISTANCE * surface.diameter_bound
+        bones, twins = paired_bones(bones, plane, surface.vertices, limit, max_bones)
+        heads, tails = bones.heads, bones.tails
         lengths = np.linalg.norm(tails - heads, axis=1, keepdims=True)
         heads, tails = (_symmetric(points, twins, plane) for points in (heads, tails))
         upward = np.eye(3)[1 if abs(plane.normal[1]) < 0.5 else 2]
@@ -85,23 +87,6 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
         weights = _symmetric_weights(weights, twins, plane)
     names = _names(bones, twins, plane)
     return Rig(surface, names, heads, tails, bones.parents, keep_largest(weights, max_influences))
-
-
-def _twin_bones(bones: Bones, plane: MirrorPlane, limit: float) -> NDArray[np.int64]:
-    """(b,) for each bone the one at its mirror image, itself in the plane; -1 where there is none."""
-    is_root = bones.branches < 0
-    tails = np.where(is_root[:, None], bones.heads, bones.tails)  # that of a root is arbitrary
-    ends = np.column_stack([bones.heads, tails])
-    images = np.column_stack([plane.mirrored(bones.heads), plane.mirrored(tails)])
-    distance, nearest = cKDTree(ends).query(images)
-    is_twin = (nearest[nearest] == np.arange(len(ends))) & (distance <= limit) & (is_root == is_root[nearest])
-    is_twin &= is_twin[nearest]
-    # twins must hang on twins, from the roots outwards
-    twins = np.where(is_twin, nearest, -1)
-    for bone, parent in enumerate(bones.parents.tolist()):
-        if twins[bone] >= 0 and parent >= 0 and twins[parent] != bones.parents[twins[bone]]:
-            twins[[bone, twins[bone]]] = -1
-    return twins
 
 
 def _symmetric(points: NDArray[np.float64], twins: NDArray[np.int64], plane: MirrorPlane) -> NDArray[np.float64]:

@@ -57,3 +57,5 @@ def test_the_largest_weights_are_kept():
     weights = np.array([[0.4, 0.3, 0.2, 0.1], [1, 0, 0, 0]])
     assert keep_largest(weights, 2) == pytest.approx(np.array([[4 / 7, 3 / 7, 0, 0], [1, 0, 0, 0]]))
     assert keep_largest(weights, 4) is weights
+    equal = np.array([[0.4, 0.3, 0.15, 0.15], [0.25, 0.25, 0.25, 0.25]])
+    assert keep_largest(equal, 3) == pytest.approx(np.array([[4 / 7, 3 / 7, 0, 0], [1 / 3, 1 / 3, 1 / 3, 0]]))

@@ -1,0 +1,53 @@
+"""Twins of bones: found, made where a side has fewer, and left out where the plane hangs on a side."""
+
+import numpy as np
+
+from lbskel.applications.bones import Bones
+from lbskel.applications.mirror import MirrorPlane
+from lbskel.applications.mirrored_bones import paired_bones, twin_bones
+
+PLANE = MirrorPlane(np.zeros(3), np.array([1.0, 0, 0]), np.array([1, 0, 3, 2, -1]))
+VERTICES = np.array([[2.0, 0, 0], [-2, 0, 0], [4, 0, 0], [-4, 0, 0], [0, 5, 0]])
+
+
+def bones(*rows, of_vertex=(0, 0, 0, 0, 0)):
+    """Bones of rows (head, tail, parent, branch)."""
+    heads, tails, parents, branches = zip(*rows, strict=True)
+    arrays = (np.array(each, dtype=float) for each in (heads, tails))
+    return Bones(*arrays, np.array(parents), np.array(branches), np.array(of_vertex))
+
+
+ROOT = ([0, 0, 0], [0, 1, 0], -1, -1)
+LEFT = ([1, 0, 0], [3, 0, 0], 0, 0)
+RIGHT = ([-1, 0, 0], [-3, 0.1, 0], 0, 1)
+
+
+def test_bones_find_their_twins_within_the_limit():
+    both = bones(ROOT, LEFT, RIGHT)
+    assert twin_bones(both, PLANE, 0.2).tolist() == [0, 2, 1]
+    assert twin_bones(both, PLANE, 0.01).tolist() == [0, -1, -1]
+    found, twins = paired_bones(both, PLANE, VERTICES, 0.2, 30)
+    assert found is both
+    assert twins.tolist() == [0, 2, 1]
+
+
+def test_the_side_with_more_bones_is_mirrored():
+    longer = ([3, 0, 0], [5, 0, 0], 1, 0)
+    given = bones(ROOT, LEFT, longer, RIGHT, of_vertex=(1, 3, 2, 3, 0))
+    found, twins = paired_bones(given, PLANE, VERTICES, 0.2, 30)
+    assert twins.tolist() == [0, 3, 4, 1, 2]
+    assert found.parents.tolist() == [-1, 0, 1, 0, 3]
+    assert found.heads[3:].tolist() == [[-1, 0, 0], [-3, 0, 0]]
+    assert found.tails[3:].tolist() == [[-3, 0, 0], [-5, 0, 0]]
+    assert found.bone_of_vertex.tolist() == [1, 3, 2, 4, 0]
+    assert len(set(found.branches[found.branches >= 0].tolist())) == 2
+    fewer, twins = paired_bones(given, PLANE, VERTICES, 0.2, 4)  # too many bones: the other side
+    assert twins.tolist() == [0, 2, 1]
+    assert fewer.bone_of_vertex.tolist() == [2, 1, 2, 1, 0]
+
+
+def test_bones_in_the_plane_that_hang_on_others_are_left_as_they_are():
+    given = bones(ROOT, ([1, 0, 0], [0.1, 2, 0], 0, 0), ([0.1, 2, 0], [0, 4, 0], 1, 0))
+    found, twins = paired_bones(given, PLANE, VERTICES, 0.2, 30)
+    assert found is given
+    assert twins[1] == -1
