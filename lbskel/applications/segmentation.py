@@ -1,6 +1,8 @@
 """Segmentation of a mesh into its parts, by the branches of its skeleton and their thickness.
 
-The nodes of the skeleton are divided into parts (:mod:`lbskel.applications.skeleton_parts`). A face costs, for each
+The nodes of the skeleton are divided into parts (:mod:`lbskel.applications.skeleton_parts`). A vertex belongs to the
+node that it contracted to, or to one of another part nearby that is clearly nearer, since where limbs join at their
+roots, as fingers do, the surface between them contracts to either. A face costs, for each
 part, its area times the distance from its nodes to the part along the skeleton; an edge between two parts costs its
 length over 1 + c, where the surface turns inwards by c radians per local radius, since people see the boundaries of
 parts there: Hoffman, Richards 1984, "Parts of recognition", https://doi.org/10.1016/0010-0277(84)90022-2. Lengths are
@@ -18,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
 
 from lbskel.applications.boundary_cut import expand_labels
 from lbskel.applications.branch_measures import face_volumes
@@ -32,6 +35,10 @@ from lbskel.skeleton.skeleton import Skeleton
 
 # Local radii by which a boundary may move; 2.8 to 5.6 do as well (benchmarks/results/parts.md, "Constants")
 MAX_SHIFT = 4.0
+# Distance of a node of another part over that of a vertex's own node, below which the vertex belongs to the former; the
+# parts are at most REACH * MAX_SHIFT local radii from each other along the skeleton.
+NEARER = 0.8
+REACH = 3.0
 MAX_SIZE = 100.0  # size of a face or an edge in local radii up to which it counts, so that sums stay finite
 MIN_RADIUS = 1e-6  # lower bound on radii, relative to the diameter bound: less is the rounding error of a surface
 THICKNESS = ("inscribed", "shape_diameter")
@@ -122,9 +129,9 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     volumes = face_volumes(skeleton, surface)
     radii = _node_radii(skeleton, surface, thickness)
     of_node = parts_of_nodes(skeleton, radii)
-    corners = skeleton.node_of_vertex[surface.faces]
     graph = face_graph(surface)
     distances = _distances(skeleton, radii, of_node)
+    corners = _nodes_of_vertices(skeleton, surface, of_node, distances)[surface.faces]
     cost = distances[corners].mean(axis=1)
     scale = radii[corners].mean(axis=1)
     labels = np.argmin(cost, axis=1)
@@ -164,9 +171,21 @@ def _distances(skeleton: Skeleton, radii: NDArray[np.float64], of_node: NDArray[
         np.concatenate([lengths, lengths, np.full(k, np.finfo(np.float64).tiny)]),
         k + n_parts,
     )
-    found = dijkstra(graph, indices=k + np.arange(n_parts), limit=3 * MAX_SHIFT)[:, :k]
-    distances: NDArray[np.float64] = np.minimum(found, 3 * MAX_SHIFT).T
+    found = dijkstra(graph, indices=k + np.arange(n_parts), limit=REACH * MAX_SHIFT)[:, :k]
+    distances: NDArray[np.float64] = np.minimum(found, REACH * MAX_SHIFT).T
     return distances
+
+
+def _nodes_of_vertices(
+    skeleton: Skeleton, mesh: Mesh, of_node: NDArray[np.int64], distances: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """(n,) node of each vertex: its own, or one of a part within reach that is clearly nearer."""
+    own = skeleton.node_of_vertex
+    distance, nearest = cKDTree(skeleton.nodes).query(mesh.vertices)
+    is_nearer = distance < NEARER * np.linalg.norm(mesh.vertices - skeleton.nodes[own], axis=1)
+    is_nearer &= distances[own, of_node[nearest]] < REACH * MAX_SHIFT
+    nodes: NDArray[np.int64] = np.where(is_nearer, nearest, own)
+    return nodes
 
 
 def _edge_costs(graph: FaceGraph, scale: NDArray[np.float64]) -> NDArray[np.float64]:

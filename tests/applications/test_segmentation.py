@@ -7,7 +7,7 @@ from helpers import triangle_soup
 import lbskel
 from lbskel import Mesh, MeshError, UnknownChoice, segment, skeletonize
 from lbskel.applications.face_graph import FaceGraph, face_graph
-from lbskel.applications.segmentation import _edge_costs
+from lbskel.applications.segmentation import MAX_SHIFT, REACH, _edge_costs, _nodes_of_vertices
 from lbskel.shapes import SHAPES, capsule, mesh_solid
 
 
@@ -94,3 +94,17 @@ def test_unknown_radii_degenerate_faces_and_wrong_input(rod):
         segment(capsule(3.0, 0.4, 12), skeleton)
     with pytest.raises(UnknownChoice, match="inscribed, shape_diameter"):
         segment(rod, skeleton, thickness="mean")
+
+
+def test_roots_of_fingers_belong_to_the_nearest_of_them():
+    """Where fingers join, the map from vertices to nodes may take one for another."""
+    fingers = [np.array([[0, 0, 0], [0, 0, 1.0]]) + [x, 0, 0] for x in (-0.2, 0.2)]
+    nodes = np.vstack([[[0, 0, -1.0]], [[0, 0, -0.2]], *fingers])
+    edges = np.array([[0, 1], [1, 2], [2, 3], [1, 4], [4, 5]])
+    region = np.array([5, 5, 5, 0])  # of the first two, the wrong finger
+    skeleton = lbskel.Skeleton(nodes, edges, np.full(6, 0.2), node_of_vertex=region)
+    surface = Mesh([[-0.3, 0, 1], [-0.25, 0, 0.4], [0.3, 0, 1], [0, 0.3, -1]], [[0, 1, 2], [1, 2, 3]])
+    parts = np.array([0, 0, 1, 1, 2, 2])
+    near, far = np.full((6, 3), 1.0), np.full((6, 3), REACH * MAX_SHIFT)
+    assert _nodes_of_vertices(skeleton, surface, parts, near).tolist() == [3, 2, 5, 0]
+    assert _nodes_of_vertices(skeleton, surface, parts, far).tolist() == region.tolist()
