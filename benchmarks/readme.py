@@ -24,7 +24,7 @@ def run(quick: bool, results: Path) -> None:
     if quick:
         return
     text = README.read_text(encoding="utf-8")
-    rows = {"skeletons": _skeletons, "speed": _speed, "operators": _operators}
+    rows = {"skeletons": _skeletons, "hard": _hard, "speed": _speed, "operators": _operators}
     tables = {name: markdown_table(table(results)) for name, table in rows.items()}
     for name, table in {"measures": measures_table(), **tables}.items():
         pattern = re.compile(rf"(?<=<!-- {name} -->\n).*?(?=<!-- end -->)", re.S)
@@ -76,6 +76,25 @@ def _skeletons(results: Path) -> list[dict[str, Any]]:
         )
     order = {variant: k for k, variant in enumerate(dict.fromkeys(row[""] for row in table))}
     return sorted(table, key=lambda row: order[row[""]])
+
+
+def _hard(results: Path) -> list[dict[str, Any]]:
+    """List the means over shapes that are no round tubes."""
+    shown = {
+        "accuracy": "accuracy",
+        "accuracy_95": "its worst 5 %",
+        "coverage": "coverage",
+        "coverage_95": "its worst 5 % ",
+    }
+    return [
+        {
+            "": f"{row['set']} parameters",
+            "tool": row["tool"],
+            **{title: "-" if row[key] is None else f"{row[key]:.3f}" for key, title in shown.items()},
+            "graphs right": row["graphs right"],
+        }
+        for row in _rows(results / "refinement.json", "summary")
+    ]
 
 
 def _speed(results: Path) -> list[dict[str, Any]]:
