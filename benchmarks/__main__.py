@@ -46,7 +46,11 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--meshes", type=Path, metavar="FOLDER", help="further meshes, for benchmarks that take them")
     parser.add_argument("--peers", action="store_true", help="measure other tools too, in benchmarks that have them")
-    parser.add_argument("--package", metavar="NAME", help="for mutations, one package; for operators, one part")
+    parser.add_argument(
+        "--package",
+        metavar="NAME",
+        help="for mutations one package, for operators one part, for skeletons one tool: the rows of others stay",
+    )
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="for mutations: so many at the same time")
     return parser
 

@@ -13,7 +13,9 @@ import numpy as np
 
 from benchmarks.harness import markdown_table
 from benchmarks.operators_convergence import SCALED
+from benchmarks.peers import PEERS
 from lbskel import MEASURES
+from lbskel.shapes import VARIANTS
 
 README = Path(__file__).parent.parent / "README.md"
 PROPERTIES = ("symmetric", "local", "linear", "positive", "semidefinite")
@@ -57,7 +59,8 @@ def _skeletons(results: Path) -> list[dict[str, Any]]:
     """Compute means over the shapes that gave a skeleton, and counts over all."""
     rows = _rows(results / "skeletons.json", "shapes")
     table = []
-    for variant, tool in dict.fromkeys((row["variant"], row["tool"]) for row in rows):
+    pairs = dict.fromkeys((row["variant"], row["tool"]) for row in rows)
+    for variant, tool in sorted(pairs, key=lambda pair: list(PEERS).index(pair[1])):
         own = [row for row in rows if (row["variant"], row["tool"]) == (variant, tool)]
         done = [row for row in own if "error" not in row]
         means = {key: np.mean([row[key] for row in done]) if done else np.nan for key in ("accuracy", "coverage")}
@@ -74,7 +77,7 @@ def _skeletons(results: Path) -> list[dict[str, Any]]:
                 "tips": f"{sum('n_tips' in row and row['n_tips'] == row['n_true_tips'] for row in own)}/{len(own)}",
             }
         )
-    order = {variant: k for k, variant in enumerate(dict.fromkeys(row[""] for row in table))}
+    order = {variant: k for k, variant in enumerate(VARIANTS)}
     return sorted(table, key=lambda row: order[row[""]])
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 __all__ = ["run"]
 
+import json
 import subprocess
 import sys
 import tempfile
@@ -20,6 +21,7 @@ import numpy as np
 import lbskel
 from benchmarks.harness import interleaved, markdown_table, median_ratio, run_in_subprocess, save_json, save_markdown
 from benchmarks.peers import OURS, PEERS, SKELETOR
+from benchmarks.provenance import commit
 from benchmarks.summaries import counts_of_right, means
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import inside_fraction
@@ -39,23 +41,30 @@ skeletor.skeletonize.by_edge_collapse(contracted, progress=False).save_swc(sys.a
 """
 
 
-def run(quick: bool, results: Path, peers: bool = False) -> None:
-    """Measure, and write skeletons.json, skeletons.md and pictures."""
+def run(quick: bool, results: Path, peers: bool = False, package: str | None = None) -> None:
+    """Measure, and write skeletons.json, skeletons.md and pictures.
+
+    With the name of a tool as ``package``, it alone is measured, and its rows replace those in skeletons.json.
+    """
     shapes = {(name, variant): make(name, **VARIANTS[variant]) for variant in VARIANTS for name in SHAPES}
     if quick:
         shapes = {key: shape for key, shape in shapes.items() if key[0] in QUICK}
-    tools = [tool for tool in PEERS if peers or tool in OURS]
-    rows = [_row(tool, name, variant, shape) for (name, variant), shape in shapes.items() for tool in tools]
-    meshes = [_mesh_row(path) for path in MESH_FILES]
+    before = {} if package is None else json.loads((results / "skeletons.json").read_text(encoding="utf-8"))
+    measured = [tool for tool in PEERS if peers or tool in OURS] if package is None else [package]
+    rows = [_row(tool, name, variant, shape) for (name, variant), shape in shapes.items() for tool in measured]
+    rows += [row for row in before.get("shapes", []) if row["tool"] != package]
+    tools = [tool for tool in PEERS if tool in {row["tool"] for row in rows}]
     repeated = [
         {"run": number, **_row(tool, name, variant, shape)}
-        for tool in tools
+        for tool in measured
         if tool in RANDOM
         for number in range(1, 1 + RUNS)
         for (name, variant), shape in shapes.items()
         if variant == "clean"
-    ]
-    process = [_process_row(n) for n in ((3500,) if quick else (3500, 26000))] if peers else []
+    ] or before.get("repeated", [])
+    meshes = before.get("meshes") or [_mesh_row(path) for path in MESH_FILES]
+    timed = peers and package is None
+    process = [_process_row(n) for n in ((3500,) if quick else (3500, 26000))] if timed else before.get("process", [])
     save_json(
         results / "skeletons.json",
         {"shapes": rows, "repeated": repeated, "meshes": meshes, "process": process},
@@ -71,9 +80,11 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
             **({"Spread over runs, clean shapes": markdown_table(_runs(repeated))} if repeated else {}),
             "Each shape, lbskel": markdown_table([_brief(row) for row in rows if row["tool"] == "lbskel"]),
             "Meshes of the repository": markdown_table(meshes),
-            **({f"Whole processes, {SKELETOR} over lbskel": markdown_table(process)} if peers else {}),
+            **({f"Whole processes, {SKELETOR} over lbskel": markdown_table(process)} if process else {}),
         },
     )
+    if package is not None:
+        return
     dinosaur = lbskel.read_mesh(MESHES / "dinosaur.ply")
     picture(dinosaur, lbskel.skeletonize(dinosaur), results / "dinosaur.png", size=(900, 660), force=True)
     clean = [
@@ -87,6 +98,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
 def _row(tool: str, name: str, variant: str, shape: Shape) -> dict[str, Any]:
     """Measure one tool on one shape."""
     row: dict[str, Any] = {"tool": tool, "shape": name, "variant": variant, "vertices": len(shape.mesh.vertices)}
+    row["commit"] = commit()
     answer = run_in_subprocess(PEERS[tool], np.array(shape.mesh.vertices), np.array(shape.mesh.faces), timeout=120)
     row["seconds"] = answer["seconds"]
     if "error" in answer:
@@ -101,7 +113,7 @@ def _row(tool: str, name: str, variant: str, shape: Shape) -> dict[str, Any]:
 
 
 def _brief(row: dict[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in row.items() if key not in ("tool", "seconds")}
+    return {key: value for key, value in row.items() if key not in ("tool", "seconds", "commit")}
 
 
 def _summary(rows: list[dict[str, Any]], tool: str, variant: str) -> dict[str, Any]:
@@ -115,6 +127,7 @@ def _summary(rows: list[dict[str, Any]], tool: str, variant: str) -> dict[str, A
         **counts_of_right(own),
         "length inside": float(np.mean([row["inside_fraction"] for row in done])) if done else None,
         "median seconds": float(np.median([row["seconds"] for row in done])) if done else None,
+        "measured at": ", ".join(dict.fromkeys(row.get("commit", "as above") for row in own)),
     }
 
 
