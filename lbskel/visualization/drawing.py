@@ -6,7 +6,7 @@ whose data coordinates are pixels.
 
 from __future__ import annotations
 
-__all__ = ["draw_panel", "line_widths", "text_lines"]
+__all__ = ["draw_panel", "draw_shape", "line_widths", "text_lines"]
 
 from typing import Any
 
@@ -69,13 +69,11 @@ def draw_panel(
         Color scales of the skeleton's radii and of the panel's field.
     """
     (left, bottom), (width, height) = layout.corner(number), layout.drawing
-    axes = _add_axes(figure, left, bottom, width, height)
-    _draw_surface(axes, panel, view, frame, fields)
+    draw_shape(figure, (left, bottom, width, height), panel, view, frame, radii, fields)
     bars = []
     if panel.field is not None and fields is not None:
         bars.append((panel.field_name, fields))
     if panel.skeleton is not None:
-        _draw_skeleton(axes, panel.skeleton, view, frame, radii)
         if radii is not None:
             bars.append(("radius", radii))
         _write_counts(
@@ -96,6 +94,22 @@ def draw_panel(
             "center",
             "bold",
         )
+
+
+def draw_shape(
+    figure: Any,
+    rectangle: tuple[int, int, int, int],
+    panel: Panel,
+    view: View,
+    frame: Frame,
+    radii: ColorScale | None,
+    fields: ColorScale | None,
+) -> None:
+    """Draw the mesh or point cloud and the skeleton of a panel in a rectangle: left, bottom, width and height."""
+    axes = _add_axes(figure, *rectangle)
+    _draw_surface(axes, panel, view, frame, fields)
+    if panel.skeleton is not None:
+        _draw_skeleton(axes, panel.skeleton, view, frame, radii)
 
 
 def _add_axes(figure: Any, left: float, bottom: float, width: float, height: float) -> Any:

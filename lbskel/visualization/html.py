@@ -39,7 +39,14 @@ class Table:
     kinds: Sequence[str] = ()
 
 
-def document(title: str, body: str, *, scripts: Sequence[str] = (), data: Mapping[str, Any] | None = None) -> bytes:
+def document(
+    title: str,
+    body: str,
+    *,
+    scripts: Sequence[str] = (),
+    held: Sequence[str] = (),
+    data: Mapping[str, Any] | None = None,
+) -> bytes:
     """Compose a document.
 
     Parameters
@@ -50,12 +57,16 @@ def document(title: str, body: str, *, scripts: Sequence[str] = (), data: Mappin
         HTML, in which all text is escaped.
     scripts : sequence of str
         Programs that run in this order when the page is read.
+    held : sequence of str
+        Programs that are kept as text, for one of the others to run them.
     data : mapping, optional
         What the programs read from the element ``data``, ready for JSON.
     """
-    hashes = [base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts]
+    hashes = [base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in (*scripts, *held)]
     allowed = " ".join(["'unsafe-eval'", *(f"'sha256-{each}'" for each in hashes)]) if scripts else "'none'"
-    policy = f"default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src {allowed}"
+    policy = (
+        f"default-src 'none'; form-action 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src {allowed}"
+    )
     parts = [
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">',
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
@@ -66,6 +77,7 @@ def document(title: str, body: str, *, scripts: Sequence[str] = (), data: Mappin
     if data is not None:  # "<" could end the element
         text = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
         parts.append(f'<script type="application/json" id="data">{text}</script>')
+    parts.extend(f'<script type="text/plain">{script}</script>' for script in held)
     parts.extend(f"<script>{script}</script>" for script in scripts)
     return "\n".join([*parts, "</body></html>\n"]).encode("utf-8", errors="replace")
 

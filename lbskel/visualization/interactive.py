@@ -1,13 +1,16 @@
 """The interactive page of a mesh and its skeleton: one HTML file that opens without a network, drawn by plotly.
 
 The file contains plotly.js, the geometry of a :class:`~lbskel.visualization.scene.Scene`, and ``page.js``, which
-connects the toggles, the slider of the contraction, and the branch table.
+connects the toggles, the slider of the contraction, and the branch table. ``start.js`` runs these when a picture of the
+first view is on the screen.
 """
 
 from __future__ import annotations
 
 __all__ = ["page", "page_content", "require_plotly"]
 
+import base64
+import math
 import os
 from html import escape
 from importlib.util import find_spec
@@ -16,13 +19,17 @@ from typing import Any
 from lbskel.errors import MissingDependency
 from lbskel.io.atomic_write import write_safely
 from lbskel.visualization.html import document, paragraphs, script, table
+from lbskel.visualization.panel import Panel
+from lbskel.visualization.poster import poster
 from lbskel.visualization.scene import Scene, encode_scene
 
 PAGE = """\
 <p id="summary">{summary}</p>
 <noscript><p>The view needs JavaScript, which this browser does not run; the tables below do not.</p></noscript>
 <div class="layout">
+<div id="frame">{picture}
 <div id="view" role="img" tabindex="0" aria-label="{label}" aria-describedby="summary"></div>
+</div>
 <div>
 <fieldset><legend>Show</legend>
 {toggles}
@@ -33,6 +40,7 @@ PAGE = """\
 </div>
 {notes}
 {tables}"""
+POSTER = '<img id="poster" alt="" style="transform: scale({:.3f})" src="data:image/png;base64,{}">'
 REPLAY = """\
 <fieldset><legend>Contraction</legend>
 <label for="step" id="step-text">{text}</label>
@@ -99,8 +107,10 @@ def page_content(scene: Scene) -> bytes:
     from plotly.offline import get_plotlyjs
 
     data, notes = encode_scene(scene)
+    picture = poster(Panel(scene.mesh, scene.skeleton))
     summary = _summary(scene)
     body = PAGE.format(
+        picture=POSTER.format(_share(data["extent"]), base64.b64encode(picture).decode()) if picture else "",
         summary=escape(summary),
         label=escape(f"Three-dimensional view: {summary} Drag to turn, scroll to zoom."),
         toggles="\n".join(_toggle(name, label, shown) for name, label, shown in _layers(scene, data)),
@@ -109,7 +119,14 @@ def page_content(scene: Scene) -> bytes:
         notes=paragraphs([*notes, *scene.notes]),
         tables="\n".join(map(table, scene.tables)),
     )
-    return document(scene.title or "lbskel", body, scripts=[get_plotlyjs(), script("page.js")], data=data)
+    programs = {"scripts": [script("start.js")], "held": [get_plotlyjs(), script("page.js")]}
+    return document(scene.title or "lbskel", body, **programs, data=data)
+
+
+def _share(extent: list[float]) -> float:
+    """Share of the view that the shape fills, by the distance of the camera in page.js and its angle of 45 degrees."""
+    longer, depth = max(extent[:2]), extent[2]
+    return longer / (2 * math.tan(math.pi / 8)) / (1.3 * longer + depth / 2) if longer > 0 else 1.0
 
 
 def _summary(scene: Scene) -> str:

@@ -24,6 +24,7 @@
     return { i: corner(0), j: corner(1), k: corner(2) };
   }
 
+  performance.mark("library");
   const traces = [];
   const layers = {}; // from the name of a toggle to the numbers of its traces
 
@@ -55,9 +56,16 @@
   }
 
   let branchOfNode = null;
+  const branchOfPoint = []; // of the lines
   const paths = data.skeleton ? data.skeleton.branches : [];
 
+  const view = byId("view");
+  // lines and markers are made for a view of 640 pixels; on a small one they would hide the shape
+  const shrink = Math.min(1, Math.max(0.4, Math.min(view.clientWidth, view.clientHeight) / 640));
+
   function addSkeleton(skeleton) {
+    skeleton.width *= shrink;
+    skeleton.marker *= shrink;
     const nodes = coordinates(skeleton.nodes);
     const radii = decode(skeleton.radii);
     const places = decode(skeleton.places);
@@ -66,14 +74,15 @@
     skeleton.junctions.forEach((node) => { branchOfNode[node] = -1; });
     const rows = [];
     const colors = [];
-    paths.forEach((path) => {
-      path.forEach((node) => { rows.push(node); colors.push(radii[node]); });
+    paths.forEach((path, branch) => {
+      path.forEach((node) => { rows.push(node); colors.push(radii[node]); branchOfPoint.push(branch); });
       rows.push(-1);
       colors.push(skeleton.low);
+      branchOfPoint.push(branch);
     });
     const scale = { colorscale: skeleton.colors, cmin: skeleton.low, cmax: skeleton.high };
     const bar = { title: { text: "radius" }, len: 0.5, thickness: 10, x: 1, xanchor: "right", ypad: 0, tickformat: ".3g" };
-    add("skeleton", { type: "scatter3d", mode: "lines", ...coordinates(skeleton.nodes, rows),
+    data.lineTrace = add("skeleton", { type: "scatter3d", mode: "lines", hoverinfo: "none", ...coordinates(skeleton.nodes, rows),
       line: { width: skeleton.width, color: colors, ...scale } });
     const kind = skeleton.radius_kind.replace(/</g, "&lt;");
     const labels = Array.from(radii, (radius, node) => {
@@ -118,8 +127,10 @@
     return { text: style.getPropertyValue("--text").trim(), line: style.getPropertyValue("--line").trim() };
   };
   const axis = { visible: false, range: [-1, 1], autorange: false };
-  const options = { displaylogo: false, responsive: true };
-  const view = byId("view");
+  // plotly's default, two pixels for each of the screen, takes four times as long to fill; edges are smooth without it
+  // newer versions have a button that uploads the chart
+  const options = { displaylogo: false, responsive: true, plotGlPixelRatio: Math.min(2, Math.max(1, window.devicePixelRatio)),
+    plotlyServerURL: "", modeBarButtonsToRemove: ["sendChartToCloud"] };
   const [width, height, depth] = data.extent; // half the sides of the shape, the largest of which is 1, half a unit here
   const share = data.skeleton ? 1 - 64 / view.clientWidth : 1; // of the width of the view, beside the color bar
   // so far from the nearest part that all is seen: 1.25 shows half a unit above and below, and 5 % of space
@@ -132,8 +143,11 @@
       camera: { eye: { x: 0, y: 0, z: distance }, up: { x: 0, y: 1, z: 0 }, projection: { type: "perspective" } }, dragmode: "orbit" },
   };
   const restyle = (change, numbers) => (numbers && numbers.length ? Plotly.restyle(view, change, numbers) : null);
+  performance.mark("decoded");
   const drawn = Plotly.newPlot(view, traces, layout, options).then(() => {
-    document.body.dataset.firstFrame = Math.round(performance.now());
+    performance.mark("drawn");
+    const poster = byId("poster");
+    if (poster) poster.remove();
   });
 
   document.querySelectorAll("input[data-layer]").forEach((box) => {
@@ -207,8 +221,10 @@
   if (choice) choice.addEventListener("change", () => select(Number(choice.value)));
   drawn.then(() => {
     view.on("plotly_click", (event) => {
-      const point = event.points.find((each) => each.curveNumber === data.nodeTrace);
-      if (point) select(branchOfNode[point.pointNumber]);
+      event.points.forEach((point) => {
+        if (point.curveNumber === data.nodeTrace) select(branchOfNode[point.pointNumber]);
+        if (point.curveNumber === data.lineTrace) select(branchOfPoint[point.pointNumber]);
+      });
     });
     return data.curves && data.curves();
   }).then(() => { document.body.dataset.ready = "yes"; });

@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import re
 import shutil
 import time
 from dataclasses import replace
@@ -99,6 +100,20 @@ def test_the_page_is_drawn_without_errors(shown):
     assert [entry for entry in shown.get_log("browser") if entry["level"] == "SEVERE"] == []
 
 
+def test_a_picture_comes_before_the_programs_and_goes_when_the_view_is_drawn(shown):
+    marks = shown.execute_script("return performance.getEntriesByType('mark').map((each) => each.name)")
+    assert marks == ["picture", "library", "decoded", "drawn"]
+    assert shown.find_elements("id", "poster") == []
+
+
+def test_nothing_can_be_uploaded(shown):
+    titles = shown.execute_script(
+        "return Array.from(document.querySelectorAll('.modebar-btn'), (each) => each.dataset.title)"
+    )
+    assert titles
+    assert not [title for title in titles if re.search("share|cloud|edit", title, re.I)]
+
+
 def test_hostile_names_and_notes_are_text(shown):
     assert shown.execute_script("return window.hacked") is None
     assert shown.find_element("tag name", "h1").text == HOSTILE
@@ -164,6 +179,11 @@ def test_a_click_on_a_node_shows_the_row_of_its_branch(shown, scene):
         node,
     )
     assert shown.find_element("id", "branch").get_attribute("value") == "1"
+    shown.execute_script(
+        "const view = document.getElementById('view'); const number = view.data.findIndex((t) => t.mode === 'lines');"
+        "view.emit('plotly_click', {points: [{curveNumber: number, pointNumber: 1}]})"
+    )
+    assert shown.find_element("id", "branch").get_attribute("value") == "0"
     texts = shown.execute_script("return document.getElementById('view').data.find((t) => t.text).text")
     label = texts[node]
     assert label.startswith(f"node {node}<br>branch 1<br>inscribed radius ")

@@ -45,11 +45,12 @@ def test_hostile_text_is_shown_as_text_everywhere():
 
 
 def test_the_policy_names_the_programs_and_forbids_all_else():
-    found = Elements(document("t", "", scripts=["let a = 1;", "let b = 2;"]))
+    found = Elements(document("t", "", scripts=["let a = 1;"], held=["let b = 2;"]))
     (policy,) = (each["content"] for each in found.named("meta") if each.get("http-equiv"))
     hashes = re.findall(r"'sha256-([^']+)'", policy)
-    expected = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in found.scripts]
+    expected = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in reversed(found.scripts)]
     assert hashes == expected
+    assert found.named("script") == [{"type": "text/plain"}, {}]
     assert len(hashes) == 2
     assert policy.startswith("default-src 'none'; ")
     assert "'unsafe-inline'" not in policy.partition("script-src")[2]
