@@ -7,6 +7,7 @@ __all__ = ["Contraction", "Status", "Step", "completion_status", "step_fault"]
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -156,6 +157,37 @@ class Contraction(Displayed):
 
     def _drawings(self) -> list[tuple[str, Mesh]]:
         return [("before", self.source), (f"after {len(self.steps)} steps", self.mesh)]
+
+    def plot(self) -> Any:
+        """Show an interactive page: the mesh before and after, and the table of the steps.
+
+        Returns
+        -------
+        InlinePage
+            Shown by a notebook; ``save(path)`` writes it to a file.
+
+        Raises
+        ------
+        MissingDependency
+            If plotly is not installed.
+
+        Examples
+        --------
+        >>> import lbskel
+        >>> from lbskel.shapes import capsule
+        >>> lbskel.contract(capsule(3.0, 0.4, 10)).plot()
+        InlinePage(show it in a notebook, or save(path))
+        """
+        last = self.steps[-1:]
+        return self._plot(
+            mesh=self.source,
+            title=repr(self),
+            contracted=self.source,
+            positions=[self.mesh.vertices],
+            area_ratios=[step.area_ratio for step in last] or [1.0],
+            volume_ratios=[step.volume_ratio for step in last] or [1.0],
+            notes=str(self).splitlines(),
+        )
 
     @cached_property
     def mesh(self) -> Mesh:

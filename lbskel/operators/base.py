@@ -18,6 +18,7 @@ from scipy.sparse import csc_array, diags_array
 
 from lbskel.display import Displayed
 from lbskel.errors import MeshError, UnknownChoice
+from lbskel.geometry.mesh import Mesh
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,6 +71,39 @@ class Laplacian(Displayed):
     def _drawings(self) -> list[tuple[str, csc_array]]:
         n, entries = self.stiffness.shape[0], self.stiffness.nnz
         return [(f"stiffness: {n:,} vertices, {entries:,} entries", self.stiffness)]
+
+    def plot(self, mesh: Mesh) -> Any:
+        """Show an interactive page: the mesh, colored by the mean curvature that the operator computes.
+
+        Parameters
+        ----------
+        mesh : Mesh
+            The mesh of the operator.
+
+        Returns
+        -------
+        InlinePage
+            Shown by a notebook; ``save(path)`` writes it to a file.
+
+        Raises
+        ------
+        MeshError
+            If the mesh has another number of vertices.
+        MissingDependency
+            If plotly is not installed.
+
+        Examples
+        --------
+        >>> import lbskel
+        >>> from lbskel.shapes import torus
+        >>> mesh = torus(1.0, 0.2)
+        >>> lbskel.laplacian(mesh).plot(mesh)
+        InlinePage(show it in a notebook, or save(path))
+        """
+        if len(mesh.vertices) != self.stiffness.shape[0]:
+            raise MeshError(f"the mesh has {len(mesh.vertices)} vertices, and the operator {self.stiffness.shape[0]}")
+        curvature = np.linalg.norm(self.mean_curvature_normals(mesh.vertices), axis=1)
+        return self._plot(mesh=mesh, title=repr(self), field=curvature, field_name="mean curvature")
 
     def strong(self) -> csc_array:
         """Return M^-1 S, which maps the values of a function to minus its Laplacian; zero rows where the mass is zero.

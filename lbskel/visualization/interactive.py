@@ -107,7 +107,7 @@ def page_content(scene: Scene) -> bytes:
     from plotly.offline import get_plotlyjs
 
     data, notes = encode_scene(scene)
-    picture = poster(Panel(scene.mesh, scene.skeleton))
+    picture = poster(Panel(scene.mesh, scene.skeleton, field=scene.field, field_name=scene.field_name))
     summary = _summary(scene)
     body = PAGE.format(
         picture=POSTER.format(_share(data["extent"]), base64.b64encode(picture).decode()) if picture else "",
@@ -146,9 +146,10 @@ def _summary(scene: Scene) -> str:
 
 def _layers(scene: Scene, data: dict[str, Any]) -> list[tuple[str, str, bool]]:
     """List what can be shown and hidden: name, label, whether it is shown at first."""
-    of = scene.skeleton
+    of, has_field = scene.skeleton, "field" in data.get("mesh", {})
     layers = [
-        ("mesh", "points" if "cloud" in data else "mesh", True, "mesh" in data or "cloud" in data),
+        ("mesh", "points" if "cloud" in data else "mesh", not has_field, "mesh" in data or "cloud" in data),
+        ("field", scene.field_name, True, has_field),
         ("skeleton", "skeleton, colored by radius", True, of is not None),
         ("tips", "tips (red)", True, of is not None and len(of.tips) > 0),
         ("junctions", "junctions (squares)", True, of is not None and len(of.junctions) > 0),

@@ -109,6 +109,12 @@
     const positions = coordinates(data.mesh.vertices);
     const faces = corners(data.mesh.faces);
     add("mesh", surface(positions, faces, { color: "#a8bad4", opacity: data.skeleton ? 0.35 : 1 }));
+    if (data.mesh.field) {
+      const bar = { title: { text: data.mesh.field.name.replace(/</g, "&lt;") }, len: 0.5, thickness: 10, x: 1, xanchor: "right", ypad: 0 };
+      const [low, high] = [data.mesh.field.low, data.mesh.field.high];
+      add("field", surface(positions, faces, { intensity: decode(data.mesh.field), cmin: low, cmax: high,
+        colorscale: low < 0 ? "RdBu" : "Viridis", colorbar: bar }));
+    }
     if (data.mesh.parts) {
       const colors = data.palette;
       const facecolor = Array.from(decode(data.mesh.parts), (part) => colors[part % colors.length]);

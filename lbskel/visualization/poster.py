@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from lbskel.visualization.colormaps import radius_scale
+from lbskel.visualization.colormaps import field_scales, radius_scale
 from lbskel.visualization.layout import Frame
 from lbskel.visualization.panel import Panel
 from lbskel.visualization.viewpoint import unobstructed_view
@@ -41,8 +41,10 @@ def poster(panel: Panel) -> bytes:
     width, height = np.maximum(np.ceil((high - low) * scale), 1).astype(int).tolist()
     figure = Figure(figsize=(width / 72, height / 72), dpi=72, facecolor="none")
     canvas: Any = FigureCanvasAgg(figure)
+    frame = Frame(width, height, scale, (low + high) / 2)
     radii = radius_scale([panel.skeleton.radii]) if panel.skeleton is not None else None
-    draw_shape(figure, (0, 0, width, height), panel, view, Frame(width, height, scale, (low + high) / 2), radii, None)
+    field = None if panel.field is None else field_scales([(panel.field_name, panel.field)]).get(panel.field_name)
+    draw_shape(figure, (0, 0, width, height), panel, view, frame, radii, field)
     canvas.draw()
     content = io.BytesIO()
     colored = Image.fromarray(np.asarray(canvas.buffer_rgba()))

@@ -10,8 +10,8 @@ from __future__ import annotations
 __all__ = ["Scene", "encode_scene"]
 
 import base64
+import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.skeleton.skeleton import Skeleton
 from lbskel.visualization.camera import View
 from lbskel.visualization.cell_merging import merged_by_cells
-from lbskel.visualization.colormaps import radius_scale
+from lbskel.visualization.colormaps import field_scales, radius_scale
 from lbskel.visualization.html import Table, cell
 from lbskel.visualization.panel import Panel
 from lbskel.visualization.viewpoint import unobstructed_view
@@ -34,7 +34,7 @@ WIDTH_RANGE, WIDTH_SHARE = (2.5, 7.0), 400.0  # of lines in pixels, and pixels f
 HALF_RANGE = 32767  # largest 16-bit integer
 
 
-@dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Scene:
     """The content of an interactive page; all positions in the coordinates of the mesh.
 
@@ -47,6 +47,10 @@ class Scene:
         The part of each face of the mesh, shown by color.
     parts_name : str
         What the parts are, for the label of the toggle.
+    field : (n,) array of float, optional
+        A number for each vertex of the mesh, shown as color.
+    field_name : str
+        What the numbers are.
     contracted : Mesh, optional
         The surface that was contracted.
     positions : sequence of (k, 3) array of float
@@ -69,18 +73,20 @@ class Scene:
     title: str = ""
     part_of_face: NDArray[np.int64] | None = None
     parts_name: str = "parts by branch"
+    field: NDArray[np.float64] | None = None
+    field_name: str = "field"
     contracted: Mesh | None = None
     positions: Sequence[NDArray[np.float64]] = ()
     area_ratios: Sequence[float] = ()
     volume_ratios: Sequence[float] = ()
-    columns: Mapping[str, NDArray[Any]] = field(default_factory=dict)
-    off_center: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
-    mended: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
+    columns: Mapping[str, NDArray[Any]] = dataclasses.field(default_factory=dict)
+    off_center: NDArray[np.int64] = dataclasses.field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    mended: NDArray[np.float64] = dataclasses.field(default_factory=lambda: np.empty((0, 3)))
     notes: Sequence[str] = ()
     tables: Sequence[Table] = ()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False)
 class _Frame:
     """The map from the caller's coordinates to those of the page, in which the shape lies in a cube of side 2."""
 
@@ -111,7 +117,7 @@ def encode_scene(scene: Scene) -> tuple[dict[str, Any], list[str]]:
     data: dict[str, Any] = {"extent": (extent / frame.size).tolist()}
     notes: list[str] = []
     if isinstance(scene.mesh, Mesh):
-        data["mesh"] = _encode_mesh(scene.mesh, scene.part_of_face, frame, notes)
+        data["mesh"] = _encode_mesh(scene, scene.mesh, frame, notes)
         data["palette"] = _palette()
     elif scene.mesh is not None:
         data["cloud"] = frame.encode(_thinned(scene.mesh.points, MAX_POINTS, "points of the cloud", notes))
@@ -130,13 +136,18 @@ def encode_scene(scene: Scene) -> tuple[dict[str, Any], list[str]]:
     return data, notes
 
 
-def _encode_mesh(mesh: Mesh, part_of_face: NDArray[np.int64] | None, frame: _Frame, notes: list[str]) -> dict[str, Any]:
+def _encode_mesh(scene: Scene, mesh: Mesh, frame: _Frame, notes: list[str]) -> dict[str, Any]:
     kept, faces, rows = merged_by_cells(mesh.vertices, mesh.faces, MAX_FACES)
     if len(rows) < len(mesh.faces):
         notes.append(f"The mesh is simplified for display: {len(rows):,} of its {len(mesh.faces):,} faces are shown.")
-    encoded = {"vertices": frame.encode(mesh.vertices[kept]), "faces": _encoded_indices(faces)}
-    if part_of_face is not None and len(part_of_face):
-        encoded["parts"] = _encoded_indices(np.maximum(part_of_face[rows], 0))
+    encoded: dict[str, Any] = {"vertices": frame.encode(mesh.vertices[kept]), "faces": _encoded_indices(faces)}
+    if scene.part_of_face is not None and len(scene.part_of_face):
+        encoded["parts"] = _encoded_indices(np.maximum(scene.part_of_face[rows], 0))
+    if scene.field is not None:
+        scale = field_scales([("", scene.field)])[""]
+        values = np.clip(np.nan_to_num(scene.field[kept], nan=scale.low), scale.low, scale.high)
+        encoded["field"] = {"name": scene.field_name, "low": scale.low, "high": scale.high}
+        encoded["field"] |= _encoded(values.astype(np.float32))
     return encoded
 
 

@@ -216,6 +216,17 @@ def test_nothing_is_cut_off_on_a_narrow_or_dark_screen(shown, width):
     assert backs[1] > 740
 
 
+def test_a_field_is_shown_as_color(browser, tmp_path):
+    mesh = flat_tube()
+    page(Scene(mesh, field=mesh.vertices[:, 0], field_name=HOSTILE), tmp_path / "field.html")
+    opened(browser, tmp_path / "field.html")
+    assert browser.execute_script("return window.hacked") is None
+    shown = [trace for trace in traces(browser) if trace["visible"]]
+    assert [trace["type"] for trace in shown] == ["mesh3d"]
+    colors = picture(browser)[::8, ::8].reshape(-1, 3)
+    assert len({tuple(color) for color in (colors // 32).tolist()}) > 5
+
+
 def test_a_hostile_program_in_the_page_would_not_run(browser, tmp_path):
     """The policy of the page is there, and the browser follows it."""
     page_of = tmp_path / "page.html"

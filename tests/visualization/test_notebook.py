@@ -10,7 +10,8 @@ from helpers import flat_tube, planar_fork
 from PIL import Image
 from scipy.sparse import csc_array
 
-from lbskel import FormatError, PointCloud
+import lbskel
+from lbskel import FormatError, MeshError, PointCloud
 from lbskel.visualization.notebook import LONGER_SIDE, InlinePage, picture_of
 
 
@@ -40,6 +41,23 @@ def test_plot_gives_a_page_in_a_frame_and_in_a_file(value, tmp_path):
     assert html.escape(repr(value)) in content
     with pytest.raises(FormatError, match="exists already"):
         shown.save(tmp_path / "page.html")
+
+
+def test_a_contraction_is_plotted_with_its_end_and_its_steps(rod):
+    contraction = lbskel.contract(rod)
+    text = contraction.plot()._content.decode()
+    assert 'data-layer="contracted"' in text
+    assert f"area {100 * contraction.steps[-1].area_ratio:.3g} %" in text
+    assert html.escape(contraction.status.value) in text
+
+
+def test_a_laplacian_is_plotted_as_curvature(rod, ring):
+    laplacian = lbskel.laplacian(rod)
+    text = laplacian.plot(rod)._content.decode()
+    assert re.search('data-layer="field" checked> mean curvature', text)
+    assert not re.search('data-layer="mesh" checked', text)
+    with pytest.raises(MeshError, match="the operator 152"):
+        laplacian.plot(ring)
 
 
 def test_a_skeleton_is_plotted_in_its_mesh():
