@@ -216,3 +216,10 @@ def test_every_module_has_a_test_of_its_name(path):
         return
     relative = path.relative_to(PACKAGE)
     assert (TESTS / relative.parent / f"test_{relative.name}").exists(), f"tests/{relative.parent}/test_{relative.name}"
+
+
+def test_only_the_modules_that_name_the_license_call_what_asks_for_it():
+    """cvxopt and pymeshlab are GPL-3.0-or-later."""
+    callers = {name_of(path) for path in MODULES if packages_imported(path) & {"cvxopt", "pymeshlab"}}
+    named = {name_of(path) for path in MODULES if "SPDX-License-Identifier: GPL-3.0-or-later" in path.read_text()}
+    assert callers == named == {"solvers/cholmod.py", "preprocess/pymeshlab_adapter.py"}

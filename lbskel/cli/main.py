@@ -56,7 +56,12 @@ class _Completion(argparse.Action):
 
 def command_line_parser() -> argparse.ArgumentParser:
     """Make the parser of all commands."""
-    parser = _Parser(prog="lbskel", description="Curve skeletons and discrete Laplace-Beltrami operators of meshes.")
+    parser = _Parser(
+        prog="lbskel",
+        description="Curve skeletons and discrete Laplace-Beltrami operators of meshes.",
+        epilog="example:\n  lbskel view meshes/dinosaur.ply -o dinosaur.html\n  lbskel skeletonize --help",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument("--version", action="version", version=f"lbskel {lbskel.__version__}")
     parser.add_argument(
         "--print-completion",

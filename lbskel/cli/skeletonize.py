@@ -187,6 +187,9 @@ def _summary(job: _Job, skeleton: Skeleton, report: dict[str, Any]) -> str:
         f"{name} {scored['measures'][name]:.3g}" for name, v in scored["verdicts"].items() if v in ("warn", "fail")
     ]
     lines.append(f"  score     {scored['verdict']}{': ' if faults else ''}{', '.join(faults)}")
+    if scored["verdict"] == "fail":
+        page = job.skeleton.with_suffix(".html")
+        lines.append(f"  next      lbskel view {job.mesh} -o {page} shows where; lbskel check {job.mesh} tells why")
     for stage, seconds in report["seconds"].items() if "megabytes" in report else ():
         peak = report["megabytes"].get(stage)
         lines.append(f"  {stage:<24}{seconds:8.2f} s" + (f"{peak:8.0f} MB at most" if peak else ""))

@@ -36,7 +36,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lbskel._kernels.number_parsing import parse_decimals
-from lbskel.errors import FormatError, LbskelError, MeshError, MissingDependency
+from lbskel.errors import FormatError, LbskelError, MeshError, MissingDependency, nearest
 
 MAX_EXACT_INTEGER = 2.0**53  # all integers below are exact in float64, whose significand has 53 bits (IEEE 754)
 
@@ -93,7 +93,8 @@ def read_bytes(path: Path) -> bytes:
             raise FormatError("is not a regular file")
         data = path.read_bytes()
     except FileNotFoundError:
-        raise FormatError("no such file") from None
+        names = [each.name for each in path.parent.iterdir()] if path.parent.is_dir() else []
+        raise FormatError(f"no such file{nearest(path.name, names)}") from None
     except OSError as error:
         raise FormatError(f"cannot be read: {error.strerror}") from None
     if not data:

@@ -5,6 +5,7 @@ that pymeshlab may crash without harm (see :mod:`lbskel.preprocess.subprocess_fi
 error, to start fast.
 """
 
+# SPDX-License-Identifier: GPL-3.0-or-later, which pymeshlab asks for
 from __future__ import annotations
 
 __all__ = ["FILTERS", "remesh_isotropic"]

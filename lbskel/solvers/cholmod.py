@@ -3,6 +3,7 @@
 Chen, Davis, Hager, Rajamanickam 2008, "Algorithm 887: CHOLMOD", https://doi.org/10.1145/1391989.1391995.
 """
 
+# SPDX-License-Identifier: GPL-3.0-or-later, which cvxopt and the CHOLMOD in it ask for
 from __future__ import annotations
 
 __all__ = ["Cholmod", "count_negative_pivots"]

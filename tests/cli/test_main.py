@@ -119,7 +119,8 @@ BAD = {
         r"argument --energy.*curvature_flow",
     ),
     "unknown solver": (["skeletonize", "rod.off", "-o", "a.swc", "--solver", "x"], r"argument --solver.*cholmod"),
-    "no such file": (["skeletonize", "a.off", "-o", "a.swc"], r"a\.off: no such file"),
+    "no such file": (["skeletonize", "a.off", "-o", "a.swc"], r"a\.off: no such file$"),
+    "a slip in a file": (["skeletonize", "rodd.off", "-o", "a.swc"], r"no such file, did you mean 'rod\.off'\?"),
     "unknown mesh format": (
         ["skeletonize", "rod.doc", "-o", "a.swc"],
         r"rod\.doc: unknown extension 'doc'; known .*obj",
