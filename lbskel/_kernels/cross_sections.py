@@ -40,7 +40,8 @@ LENGTH_MOMENT = cython.declare(cython.Py_ssize_t, 7)  # twice the midpoints time
 OWN_LENGTH = cython.declare(cython.Py_ssize_t, 9)  # length on faces of the label, or of a negative one
 MIN_DISTANCE = cython.declare(cython.Py_ssize_t, 10)  # squared distance to the query point
 IS_COMPLETE = cython.declare(cython.Py_ssize_t, 11)  # 1 if all faces at its points were cut, else 0
-N_SUMS = cython.declare(cython.Py_ssize_t, 12)
+ANGLE = cython.declare(cython.Py_ssize_t, 12)  # by which it turns around the query point, if it is not closed
+N_SUMS = cython.declare(cython.Py_ssize_t, 13)
 
 
 @cython.cclass
@@ -279,7 +280,7 @@ class SectionCurves:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    @cython.locals(segment=cython.Py_ssize_t, curve=cython.Py_ssize_t, point=cython.Py_ssize_t)
+    @cython.locals(segment=cython.Py_ssize_t, curve=cython.Py_ssize_t, i=cython.Py_ssize_t, j=cython.Py_ssize_t)
     def _sum_curves(self, label: cython.longlong) -> cython.void:
         """Sum over each curve, in the row of its first segment."""
         for segment in range(self.n_segments):
@@ -288,9 +289,17 @@ class SectionCurves:
                 self.sums[curve] = 0
                 self.sums[curve, MIN_DISTANCE], self.sums[curve, IS_COMPLETE] = INFINITY, 1
             self._add_segment(segment, curve, label)
-        for point in range(self.n_points):
-            if self.faces_at_point[point] < self.faces_per_edge[self.edge_of_point[point]]:
-                self.sums[self._curve(self.segment_of_point[point]), IS_COMPLETE] = 0
+        for segment in range(self.n_segments):
+            curve = self._curve(segment)
+            if not self._is_closed(curve):
+                i, j = self.start[segment], self.stop[segment]
+                self.sums[curve, ANGLE] += atan2(
+                    self.points_2d[i, 0] * self.points_2d[j, 1] - self.points_2d[i, 1] * self.points_2d[j, 0],
+                    self.points_2d[i, 0] * self.points_2d[j, 0] + self.points_2d[i, 1] * self.points_2d[j, 1],
+                )
+        for i in range(self.n_points):
+            if self.faces_at_point[i] < self.faces_per_edge[self.edge_of_point[i]]:
+                self.sums[self._curve(self.segment_of_point[i]), IS_COMPLETE] = 0
 
     @cython.cfunc
     @cython.nogil
@@ -333,20 +342,11 @@ class SectionCurves:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    @cython.locals(segment=cython.Py_ssize_t, i=cython.Py_ssize_t, j=cython.Py_ssize_t)
     def _surrounds(self, curve: cython.Py_ssize_t) -> cython.bint:
         """Whether a curve winds around the query point by more than half a turn."""
         if self._is_closed(curve):
             return self.sums[curve, TURNS] != 0
-        angle: cython.double = 0
-        for segment in range(curve, self.n_segments):
-            if self._curve(segment) == curve:
-                i, j = self.start[segment], self.stop[segment]
-                angle += atan2(
-                    self.points_2d[i, 0] * self.points_2d[j, 1] - self.points_2d[i, 1] * self.points_2d[j, 0],
-                    self.points_2d[i, 0] * self.points_2d[j, 0] + self.points_2d[i, 1] * self.points_2d[j, 1],
-                )
-        return fabs(angle) > FULL_TURN / 2
+        return fabs(self.sums[curve, ANGLE]) > FULL_TURN / 2
 
     @cython.cfunc
     @cython.nogil

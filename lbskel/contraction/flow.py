@@ -25,9 +25,11 @@ from lbskel.contraction.settings import PRESETS, ContractionSettings
 from lbskel.contraction.stop_rules import RULES
 from lbskel.contraction.weights import ATTRACTIONS, INITIAL_WEIGHT_RULES, mean_ring_area, ring_areas, ring_shrinkage
 from lbskel.errors import MeshError, SolveError, UnknownChoice
+from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.geometry.mesh import Mesh, PointCloud, as_mesh
 from lbskel.geometry.point_stars import PointStars
 from lbskel.geometry.shape_diameter import local_radii
+from lbskel.geometry.vertex_map import VertexMap
 from lbskel.operators import STAR_OPERATORS, Laplacian, Operator, apply_operator
 from lbskel.operators.corner_angles import corner_cotangents
 from lbskel.operators.star_rings import stars_in_order
@@ -59,7 +61,8 @@ def contract(
     on_step : callable, optional
         Called after each step that was kept, with its record and the present mesh, scaled to diameter bound 1.
     time_limit : float, optional
-        In seconds; no step begins after it.
+        In seconds; a step that would take longer than is left, as the one before did, does not begin, and one that
+        does is not kept.
 
     Returns
     -------
@@ -92,8 +95,11 @@ def contract(
         raise MeshError("the mesh has no area: every face is degenerate, so there is nothing to contract")
     start = mesh.with_vertices((mesh.vertices - center) / scale)
     settings = replace(settings, operator=_choose_operator(start, settings))
-    end = float("inf") if time_limit is None else time.perf_counter() + time_limit
-    steps, treated, now, status = _run_steps(start, settings, on_step, end)
+    deadline = NEVER if time_limit is None else Deadline(time.perf_counter() + time_limit)
+    try:
+        steps, treated, now, status = _run_steps(start, settings, on_step, deadline)
+    except OutOfTime:  # before the first step
+        return Contraction(mesh, mesh, VertexMap.identity(len(mesh.vertices)), (), Status.TIME_LIMIT)
     coarse = now.mesh.with_vertices(now.mesh.vertices * scale + center)
     return Contraction(mesh, coarse, now.vertex_map, steps, status, treated)
 
@@ -115,7 +121,7 @@ def _choose_operator(mesh: Mesh, settings: ContractionSettings) -> str | Operato
 
 
 def _run_steps(
-    start: Mesh, settings: ContractionSettings, on_step: Callable[[Step, Mesh], None] | None, end: float
+    start: Mesh, settings: ContractionSettings, on_step: Callable[[Step, Mesh], None] | None, deadline: Deadline
 ) -> tuple[tuple[Step, ...], tuple[NDArray[np.int64], ...], Coarsened, Status]:
     """Contract a mesh of diameter bound 1 until there is a reason to stop.
 
@@ -126,7 +132,8 @@ def _run_steps(
     now, factorization = Coarsened.unmerged(start, rings), None
     max_lengths = None
     if _can_coarsen(start, settings):
-        max_lengths = np.maximum(settings.collapse_length * np.sqrt(rings), MIN_EDGE_LENGTH * local_radii(start))
+        radii = local_radii(start, deadline=deadline)
+        max_lengths = np.maximum(settings.collapse_length * np.sqrt(rings), MIN_EDGE_LENGTH * radii)
     weights, max_weight = _contraction_weights(start, settings)
     steps: list[Step] = []
     treated: list[NDArray[np.int64]] = []
@@ -136,7 +143,7 @@ def _run_steps(
 
     while len(steps) < settings.max_steps:
         began = time.perf_counter()
-        if began > end:
+        if deadline.seconds_left < (steps[-1].seconds if steps else 0.0):
             return result(Status.TIME_LIMIT)
         if steps and max_lengths is not None:
             now = coarsen(now, max_lengths)
@@ -151,6 +158,8 @@ def _run_steps(
             return result(Status.NOT_FINITE)
         weight = np.minimum(weights[now.kept] if isinstance(weights, np.ndarray) else weights, max_weight)
         system = _step_system(start, now, laplacian, weight, degenerate, settings)
+        if deadline.seconds_left < 0:
+            return result(Status.TIME_LIMIT)
         try:
             if settings.rollback:
                 is_same_size = factorization is not None and len(factorization.ordering) == len(mesh.vertices)

@@ -22,6 +22,7 @@ from scipy.sparse.csgraph import breadth_first_order
 from lbskel.contraction.homology_basis import HomologyBasis, Integers, homology_basis
 from lbskel.contraction.linking_form import LinkingForm, linking_cochain, linking_form, random_integers
 from lbskel.contraction.spurious_loops import PRIME, spurious_loop_edges
+from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order
@@ -74,7 +75,7 @@ class Tunnels:
         return np.stack(columns, axis=1).view(np.int64)
 
 
-def find_tunnels(mesh: Mesh) -> Tunnels | None:
+def find_tunnels(mesh: Mesh, *, deadline: Deadline = NEVER) -> Tunnels | None:
     """Compute the linking numbers of the loops on a surface with those just outside it.
 
     A surface with many folded edges, as noise leaves it, may intersect itself. Then smoothed copies are evaluated too,
@@ -84,6 +85,8 @@ def find_tunnels(mesh: Mesh) -> Tunnels | None:
     ----------
     mesh : Mesh
         One closed manifold component.
+    deadline : Deadline
+        After it, OutOfTime is raised.
 
     Returns
     -------
@@ -94,10 +97,11 @@ def find_tunnels(mesh: Mesh) -> Tunnels | None:
     assert genus is not None, "a closed manifold has a genus"
     if genus == 0:
         return Tunnels(0, n_edges, None)
+    deadline.check()
     basis = _outward_basis(mesh)
     found: list[LinkingForm] = []
     for smoothed in _smoothed_copies(basis.mesh):
-        forms = (linking_form(basis, smoothed, view) for view in _views())
+        forms = (linking_form(basis, smoothed, view) for view in deadline.until(_views()))
         form = next((form for form in forms if form.is_consistent()), None)
         if form is None:
             continue
@@ -108,7 +112,9 @@ def find_tunnels(mesh: Mesh) -> Tunnels | None:
     return Tunnels(genus, n_edges, found[-1]) if found else None
 
 
-def tunnels_missed(points: NDArray[np.float64], edges: NDArray[np.int64], mesh: Mesh) -> int | None:
+def tunnels_missed(
+    points: NDArray[np.float64], edges: NDArray[np.int64], mesh: Mesh, *, deadline: Deadline = NEVER
+) -> int | None:
     """Count the tunnels of a surface that the cycles of a graph inside do not go around.
 
     Cycles that are moved inside the solid keep their linking numbers with the outer loops. So the rank of these numbers
@@ -121,6 +127,8 @@ def tunnels_missed(points: NDArray[np.float64], edges: NDArray[np.int64], mesh: 
     edges : (e, 2) array of int
     mesh : Mesh
         One closed manifold component.
+    deadline : Deadline
+        After it, OutOfTime is raised.
 
     Returns
     -------
@@ -130,8 +138,9 @@ def tunnels_missed(points: NDArray[np.float64], edges: NDArray[np.int64], mesh: 
     genus = mesh.genus
     if not genus or genus > MAX_TUNNELS:
         return None if genus else 0
+    deadline.check()
     basis = _outward_basis(mesh)
-    view = next((view for view in _views() if linking_form(basis, basis.mesh, view).is_consistent()), None)
+    view = next((view for view in deadline.until(_views()) if linking_form(basis, basis.mesh, view).is_consistent()), None)
     if view is None:
         return None
     combinations = [random_integers(2 * genus, 1 + i) % np.uint64(PRIME) for i in range(genus)]

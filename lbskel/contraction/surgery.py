@@ -22,17 +22,18 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.connectivity import component_roots
 from lbskel.contraction.collapsed_graph import CollapsedGraph
-from lbskel.contraction.homology import find_tunnels, transfer_cochain
+from lbskel.contraction.homology import Tunnels, find_tunnels, transfer_cochain
 from lbskel.contraction.point_graph import collapse_stars
 from lbskel.contraction.quadrics import line_quadrics
 from lbskel.contraction.result import Contraction
 from lbskel.contraction.spurious_loops import PRIME, spurious_loop_edges
-from lbskel.geometry.deadline import NEVER, Deadline
-from lbskel.geometry.mesh import as_mesh
+from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
+from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.point_stars import PointStars
 from lbskel.geometry.vertex_map import VertexMap
 
 COST_DIGITS = 11  # decimals of a cost, in squared diameter bounds, that order edges, so that rounding decides no ties
+TUNNELS_SHARE = 0.5  # of the time left that certificates may take under a deadline; a guess
 SAMPLING_WEIGHT = 0.1  # weight of the sampling cost relative to the shape cost; Au et al. 2008
 
 
@@ -116,7 +117,7 @@ def collapse_mesh(
     """
     contracted, source = as_mesh(contracted), as_mesh(source)
     n = len(contracted.vertices)
-    tunnels = find_tunnels(source) if source.is_closed_manifold else None
+    tunnels = _tunnels_in_time(source, deadline) if source.is_closed_manifold else None
     cochain = np.zeros((len(contracted.edges), 1), dtype=np.int64)
     if tunnels is not None and tunnels.genus:
         cochain = tunnels.cochain()
@@ -164,6 +165,16 @@ def collapse_mesh(
         tunnels is not None,
         len(spurious),
     )
+
+
+def _tunnels_in_time(source: Mesh, deadline: Deadline) -> Tunnels | None:
+    """Find the tunnels by half of the time that is left; None, as where they are not certain, if it does not suffice."""
+    if deadline == NEVER:
+        return find_tunnels(source)
+    try:
+        return find_tunnels(source, deadline=Deadline(deadline.end - (1 - TUNNELS_SHARE) * deadline.seconds_left))
+    except OutOfTime:
+        return None
 
 
 def _keys(edges: NDArray[np.int64], n: int) -> NDArray[np.int64]:

@@ -42,6 +42,15 @@ class AABBTree:
     corners: NDArray[np.float64]
     bounds: NDArray[np.float64]
 
+    @property
+    def overlap(self) -> float:
+        """Total area of the boxes of the leaves, in areas of the box of all: how many a line through it meets."""
+        leaves = self.bounds[len(self.bounds) // 2 :]
+        boxes = np.concatenate([self.bounds[1:2], leaves[leaves[:, 0] <= leaves[:, 3]]])
+        x, y, z = (boxes[:, 3:] - boxes[:, :3]).T
+        areas = x * y + y * z + z * x
+        return float(areas[1:].sum() / areas[0]) if areas[0] > 0 else 0.0
+
     def nearest(
         self, points: NDArray[np.float64], *, deadline: Deadline = NEVER
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

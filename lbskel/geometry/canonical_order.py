@@ -16,9 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel._kernels.connectivity import component_roots
+from lbskel._kernels.traversal import breadth_first_faces, pair_half_edges
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.vertex_map import VertexMap
+
+# What does not change with the numbering
+_KEPT_PROPERTIES = ("n_components", "is_edge_manifold", "is_closed", "is_closed_manifold", "euler_characteristic")
 
 DIGITS = 9  # decimals of lengths, in diameter bounds, that are compared: rounding of sums must not decide
 
@@ -48,51 +52,47 @@ def in_canonical_order(mesh: Mesh) -> tuple[Mesh, VertexMap]:
     corners = corners[stable_order(component[mesh.faces[corners % m, 0]])]
     faces, entry = corners % m, corners // m
     turned = np.stack([mesh.faces[faces, (entry + k) % 3] for k in range(3)], axis=1)
-    used, first = np.unique(turned.ravel(), return_index=True)
-    order = np.concatenate([used[stable_order(first)], np.setdiff1d(np.arange(n), used)])
+    corners = turned.ravel()
+    first = np.full(n, len(corners))
+    first[corners[::-1]] = np.arange(len(corners))[::-1]  # of several positions the last counts, which is the first
+    order = stable_order(first)
     new_index = np.empty(n, dtype=np.int64)
     new_index[order] = np.arange(n)
-    return replace(mesh, vertices=mesh.vertices[order], faces=new_index[turned]), VertexMap(new_index)
+    ordered = replace(mesh, vertices=mesh.vertices[order], faces=new_index[turned])
+    ordered.__dict__.update({name: mesh.__dict__[name] for name in _KEPT_PROPERTIES if name in mesh.__dict__})
+    return ordered, VertexMap(new_index)
 
 
 def _traversal(mesh: Mesh) -> NDArray[np.int64]:
     """(m,) the half-edge by which each face is entered, in order; half-edge ``k * m + f`` is opposite corner k."""
     m = len(mesh.faces)
-    twins = _twins(mesh)
+    twins = pair_half_edges(mesh.edge_of_half_edge, mesh.faces_per_edge)
     crossed = np.flatnonzero(twins >= 0)
     part = component_roots(np.stack([crossed, twins[crossed]], axis=1) % m, np.zeros(m, dtype=np.int64))
-    starts = _by_position(mesh)
-    level = starts[np.sort(np.unique(part[starts % m], return_index=True)[1])]  # one in each part
-    is_entered = np.zeros(m, dtype=bool)
-    entered: list[NDArray[np.int64]] = []
-    turns = np.arange(3) * m
-    while len(level):
-        is_entered[level % m] = True
-        entered.append(level)
-        # around the face from the edge by which it was entered, which leads back but at the start
-        across = twins[(level[:, None] + turns).ravel() % (3 * m)]
-        across = across[across >= 0]
-        across = across[~is_entered[across % m]]
-        level = across[np.sort(np.unique(across % m, return_index=True)[1])]
-    return np.concatenate(entered)
+    starts = _by_position(mesh, part)
+    return np.asarray(breadth_first_faces(twins, starts[np.sort(np.unique(part[starts % m], return_index=True)[1])]))
 
 
-def _twins(mesh: Mesh) -> NDArray[np.int64]:
-    """(3 m,) the other half-edge at an edge of two faces; -1 at other edges."""
-    order = stable_order(mesh.edge_of_half_edge)
-    starts = np.cumsum(mesh.faces_per_edge) - mesh.faces_per_edge
-    first = starts[mesh.faces_per_edge == 2]
-    twins = np.full(len(order), -1)
-    twins[order[first]], twins[order[first + 1]] = order[first + 1], order[first]
-    return twins
+def _by_position(mesh: Mesh, part: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(k,) half-edges by the distance of their start from the centroid, their length and their coordinates.
 
-
-def _by_position(mesh: Mesh) -> NDArray[np.int64]:
-    """(3 m,) half-edges by the distance of their start from the centroid, their length and their coordinates."""
+    Those that are the farthest and longest of their part of the faces, by its number, among which the first one is.
+    """
     unit = (mesh.vertices - mesh.centroid) / max(mesh.diameter_bound, np.finfo(np.float64).tiny)
-    distance = np.round(np.linalg.norm(unit, axis=1), DIGITS)
     start, end = mesh.half_edges.T
-    length = np.round(np.linalg.norm(unit[end] - unit[start], axis=1), DIGITS)
-    places = np.round(np.hstack([unit[end], unit[start]]), DIGITS)
-    order: NDArray[np.int64] = np.lexsort((*places.T, -length, -distance[start]))
-    return order
+    candidates, owner = np.arange(len(start)), np.tile(part, 3)
+    distance = np.round(np.linalg.norm(unit, axis=1), DIGITS)[start]
+    candidates = candidates[_is_largest(distance, owner)]
+    length = np.round(np.linalg.norm(unit[end[candidates]] - unit[start[candidates]], axis=1), DIGITS)
+    is_longest = _is_largest(length, owner[candidates])
+    candidates = candidates[is_longest]
+    places = np.round(np.hstack([unit[end[candidates]], unit[start[candidates]]]), DIGITS)
+    order = np.lexsort((*places.T, -length[is_longest], -distance[candidates]))
+    return np.asarray(candidates[order])
+
+
+def _is_largest(values: NDArray[np.float64], owner: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Whether each value is the largest of its owner."""
+    largest = np.full(int(owner.max()) + 1, -np.inf)
+    np.maximum.at(largest, owner, values)
+    return np.asarray(values == largest[owner])

@@ -9,9 +9,9 @@ from __future__ import annotations
 __all__ = ["NEVER", "Deadline", "OutOfTime", "in_slices"]
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,9 @@ from numpy.typing import NDArray
 # Rows of a slice: sections and rays among needles take up to a quarter of a millisecond each (a fan of 50,000 faces, a
 # brush of 2,500 bristles), so a slice takes up to half a second; the calls themselves take microseconds
 SLICE = 2000
+
+
+Item = TypeVar("Item")
 
 
 class OutOfTime(Exception):
@@ -45,6 +48,17 @@ class Deadline:
         """Raise OutOfTime after the deadline."""
         if self.end < float("inf") and self.seconds_left <= 0:
             raise OutOfTime
+
+    def until(self, items: Iterable[Item]) -> Iterator[Item]:
+        """Yield items; raise OutOfTime in place of the first after the deadline.
+
+        Parameters
+        ----------
+        items : iterable
+        """
+        for item in items:
+            self.check()
+            yield item
 
 
 NEVER = Deadline()

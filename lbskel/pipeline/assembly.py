@@ -24,6 +24,7 @@ from lbskel.skeleton.skeleton import Skeleton
 
 # What a skeleton lacks, or may, where no time was left for a stage
 MISSING = {
+    "canonical order": "a result that depends on the order of vertices",
     "prepare bodies": "components without a skeleton, whose vertices are mapped to the nearest node of the others",
     "simplify": "bodies were contracted in full",
     "contract": "bodies that are a single node, or whose graph has many short branches",

@@ -19,6 +19,7 @@ from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.assembly import body_report
 from lbskel.pipeline.preparation import Body
 from lbskel.pipeline.profiling import StageTimer
+from lbskel.preprocess.proxy import MAX_FACES
 from lbskel.preprocess.result import identity_result
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -61,7 +62,11 @@ def _skeletonize_proxy(
         with timer("contract"):
             seconds = None if timer.time_limit is None else CONTRACTION_SHARE * max(timer.seconds_left, 0.0)
             contraction = contract(mesh, settings, time_limit=seconds)
-    graph = timer.optional("collapse", lambda deadline: collapse(contraction, deadline=deadline), None, is_needed=True)
+    graph = None
+    if contraction.steps or len(mesh.faces) <= MAX_FACES:  # else its rounds take longer than what is left
+        graph = timer.optional("collapse", lambda end: collapse(contraction, deadline=end), None, is_needed=True)
+    else:
+        timer.skip("collapse")
     if graph is None:
         skeleton = _single_node(body)
         return skeleton, body_report(body, contraction, None, skeleton)

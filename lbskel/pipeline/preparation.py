@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 from lbskel.errors import MeshError, choose, first_few
 from lbskel.geometry.canonical_order import in_canonical_order
 from lbskel.geometry.components import MIN_FACES, components, find_crumbs
+from lbskel.geometry.deadline import OutOfTime
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
@@ -27,6 +28,10 @@ from lbskel.refinement.region_map import complete_regions
 from lbskel.skeleton.skeleton import Skeleton
 
 SIMPLIFY = ("auto", "none")
+
+# Seconds that simplification is expected to take, for each that preprocessing has taken: it cannot be cut short once it
+# has begun, and does not begin where more are expected than are left. Up to 4 in benchmarks/results/scaling.md.
+SIMPLIFY_RATIO = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,9 +181,10 @@ def prepare(
     with timer("read"):
         source = as_mesh(mesh)
     with timer("preprocess"):
-        preprocessed = preprocess_mesh(source, preprocess)
+        preprocessed = preprocess_mesh(source, preprocess, deadline=timer.deadline)
         center, scale = preprocessed.mesh.centroid, preprocessed.mesh.diameter_bound
-        preprocessed = _in_canonical_order(preprocessed)
+        if timer.has_time_for("canonical order"):
+            preprocessed = _in_canonical_order(preprocessed)
         if not scale > 0:
             raise MeshError("all vertices of the mesh lie at one point")
         unit = preprocessed.mesh.with_vertices((preprocessed.mesh.vertices - center) / scale)
@@ -187,8 +193,7 @@ def prepare(
     faults: list[str] = []
     used = unit.used_vertices  # the nearest vertex tells whose cut it is: the rim, or the middle of what closes it
     owner = unit.component_of_vertex[used[cKDTree(unit.vertices[used]).query(open_ends[:, :3])[1]]]
-    is_crumb = find_crumbs(unit)
-    n_left_out = 0
+    is_crumb, expected, n_left_out = find_crumbs(unit), SIMPLIFY_RATIO * timer.seconds["preprocess"], 0
     for number, part in enumerate(components(unit)):
         if is_crumb[number]:
             continue
@@ -199,10 +204,10 @@ def prepare(
             faults.append(fault)
         else:
             proxy = identity_result(part.mesh)
-            is_small = len(part.mesh.faces) <= MAX_FACES
-            if simplify == "auto" and (is_small or timer.has_time_for("simplify")):
+            is_large = len(part.mesh.faces) > MAX_FACES
+            if simplify == "auto" and (not is_large or timer.has_time_for("simplify", seconds=expected)):
                 with timer("simplify"):
-                    proxy = simplify_to_proxy(part.mesh)
+                    proxy = _proxy_in_time(part.mesh, proxy, timer)
             bodies.append(Body(part.mesh, part.vertices, proxy, open_ends[owner == number]))
     if not bodies:
         raise MeshError(_why_no_body(source, faults))
@@ -215,6 +220,15 @@ def prepare(
         notes.append(f"no time was left for {n_left_out} components")
     vertex_map, report = preprocessed.vertex_map, preprocessed.report
     return PreparedMesh(source, unit, vertex_map, center, scale, tuple(bodies), tuple(notes), report, simplify)
+
+
+def _proxy_in_time(mesh: Mesh, unchanged: PreprocessResult, timer: StageTimer) -> PreprocessResult:
+    """Simplify a mesh, if that has begun by the time limit."""
+    try:
+        return simplify_to_proxy(mesh, deadline=timer.deadline)
+    except OutOfTime:
+        timer.skip("simplify")
+        return unchanged
 
 
 def _in_canonical_order(preprocessed: PreprocessResult) -> PreprocessResult:

@@ -85,11 +85,18 @@ class StageTimer:
         """Seconds until the time limit; infinite without one."""
         return self.deadline.seconds_left
 
-    def has_time_for(self, stage: str) -> bool:
-        """Whether time is left for an optional stage; if not, the stage is listed as skipped."""
-        if self.seconds_left > 0:
+    def has_time_for(self, stage: str, *, seconds: float = 0.0) -> bool:
+        """Whether time is left for an optional stage; if not, the stage is listed as skipped.
+
+        Parameters
+        ----------
+        stage : str
+        seconds : float
+            That it is expected to take; it may go on after the time limit as long as what is needed may.
+        """
+        if self.seconds_left > 0 and self.grace.seconds_left > seconds:
             return True
-        self._skip(stage)
+        self.skip(stage)
         return False
 
     def optional(
@@ -113,11 +120,16 @@ class StageTimer:
             with self(stage):
                 return make(deadline)
         except OutOfTime:
-            self._skip(stage)
+            self.skip(stage)
         return otherwise
 
-    def _skip(self, stage: str) -> None:
-        """List a stage as skipped."""
+    def skip(self, stage: str) -> None:
+        """List a stage as skipped.
+
+        Parameters
+        ----------
+        stage : str
+        """
         if stage not in self.skipped:
             self.skipped.append(stage)
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.components import components, find_crumbs
+from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.preprocess.cleaning import clean, extract_faces, merge_close, remove_duplicates
 from lbskel.preprocess.degenerate_faces import remove_degenerate
@@ -60,7 +61,12 @@ MAX_FACES_TO_REFINE = 20_000
 N_SMOOTHING_ITERATIONS = 60
 
 
-def preprocess_mesh(mesh: Any, how: str | Pipeline | None = AUTOMATIC) -> PreprocessResult:
+OUT_OF_TIME = "the time limit was reached, so cavities, noise and coarse faces were not looked for"
+
+
+def preprocess_mesh(
+    mesh: Any, how: str | Pipeline | None = AUTOMATIC, *, deadline: Deadline = NEVER
+) -> PreprocessResult:
     """Preprocess a mesh for contraction and map its vertices to the result.
 
     Parameters
@@ -69,6 +75,9 @@ def preprocess_mesh(mesh: Any, how: str | Pipeline | None = AUTOMATIC) -> Prepro
     how : str, Pipeline or None
         ``auto`` does what the mesh needs, ``none`` or None nothing; else a pipeline, its name in PIPELINES, its steps
         as text, or the path of a TOML file.
+    deadline : Deadline
+        After it ``auto`` looks for no cavities, noise and coarse faces, and a note says so. The steps of a pipeline are
+        always done.
 
     Raises
     ------
@@ -87,13 +96,13 @@ def preprocess_mesh(mesh: Any, how: str | Pipeline | None = AUTOMATIC) -> Prepro
     if how is None or how == "none":
         return identity_result(mesh)
     if how == AUTOMATIC:
-        return _preprocess_as_needed(mesh)
+        return _preprocess_as_needed(mesh, deadline)
     if not isinstance(how, Pipeline | str):
         raise UnknownChoice(f"preprocess must be a Pipeline, a name or None, not {type(how).__name__}")
     return (how if isinstance(how, Pipeline) else Pipeline.parse(how))(mesh)
 
 
-def _preprocess_as_needed(mesh: Mesh) -> PreprocessResult:
+def _preprocess_as_needed(mesh: Mesh, deadline: Deadline) -> PreprocessResult:
     """Clean a mesh, repair it towards a closed manifold, smooth it if it is rough, and refine it if it is coarse.
 
     The repair changes nothing but defects: bodies that touch are split only where all of them become closed manifolds.
@@ -113,17 +122,29 @@ def _preprocess_as_needed(mesh: Mesh) -> PreprocessResult:
                 result = split  # bodies that touch; neither an inner wall, nor a fin, nor debris
     elif result.mesh.volume < 0:
         result = result.compose(fix_orientation)
-    result = result.compose(_remove_cavities)
-    result = result.compose(_remove_crumbs)
-    if roughness(result.mesh) > ROUGHNESS_LIMIT:
-        result = result.compose(lambda given: smooth_noise(given, iterations=N_SMOOTHING_ITERATIONS))
-    # faces that are not connected have no thickness
-    is_refinable = len(result.mesh.faces) <= MAX_FACES_TO_REFINE and not find_crumbs(result.mesh).all()
-    if is_refinable and coarse_fraction(result.mesh, COARSE_EDGE) > MAX_COARSE_FRACTION:
-        result = result.compose(lambda given: refine(given, max_edge_length=COARSE_EDGE))
+    for step in (_remove_cavities, _remove_crumbs, _smooth_if_rough, _refine_if_coarse):
+        if deadline.seconds_left > 0:
+            result = result.compose(step)
+    if deadline.seconds_left < 0:
+        result = replace(result, notes=(*result.notes, OUT_OF_TIME))
     steps = [step for step in result.report.get("steps", []) if step["notes"]]
     report = {**result.report, "pipeline": AUTOMATIC, "steps": steps, "open_ends": open_ends.tolist()}
     return replace(result, report=report)
+
+
+def _smooth_if_rough(mesh: Mesh) -> PreprocessResult:
+    """Smooth a rough surface."""
+    if roughness(mesh) <= ROUGHNESS_LIMIT:
+        return identity_result(mesh)
+    return smooth_noise(mesh, iterations=N_SMOOTHING_ITERATIONS)
+
+
+def _refine_if_coarse(mesh: Mesh) -> PreprocessResult:
+    """Refine a coarse mesh; faces that are not connected have no thickness."""
+    is_refinable = len(mesh.faces) <= MAX_FACES_TO_REFINE and not find_crumbs(mesh).all()
+    if not is_refinable or coarse_fraction(mesh, COARSE_EDGE) <= MAX_COARSE_FRACTION:
+        return identity_result(mesh)
+    return refine(mesh, max_edge_length=COARSE_EDGE)
 
 
 def _component_areas(mesh: Mesh) -> NDArray[np.float64]:
@@ -136,9 +157,16 @@ def _remove_cavities(mesh: Mesh) -> PreprocessResult:
     """Remove closed inward surfaces inside others: a cavity belongs to the solid around it, which has one skeleton."""
     if mesh.n_components == 1:
         return identity_result(mesh)
-    parts = components(mesh)
-    walls = [k for k, part in enumerate(parts) if part.mesh.is_closed_manifold and part.mesh.volume < 0]
     label = mesh.component_of_vertex[mesh.faces[:, 0]]
+    origin = np.zeros(int(label.max()) + 1, dtype=np.int64)
+    origin[label] = mesh.faces[:, 0]
+    A, B, C = mesh.vertices[mesh.faces.T] - mesh.vertices[origin[label]]
+    volumes = np.bincount(label, np.einsum("ij,ij->i", A, np.cross(B, C)))
+    if not (volumes < 0).any():
+        return identity_result(mesh)
+    parts = components(mesh)
+    walls = [k for k in np.flatnonzero(volumes < 0).tolist() if parts[k].mesh.is_closed_manifold]
+    walls = [k for k in walls if parts[k].mesh.volume < 0]
     outer = mesh.faces[~np.isin(label, walls)]
     if not walls or len(outer) == 0:
         return identity_result(mesh)

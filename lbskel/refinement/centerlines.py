@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel._kernels.traversal import sums_along_paths
 from lbskel.geometry.cross_sections import Sections, cross_sections
 from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.skeleton import Skeleton
@@ -86,23 +87,44 @@ def find_section_centers(
 
 def _tangents(skeleton: Skeleton) -> NDArray[np.float64]:
     """(k, 3) unit tangents of the branches, over TANGENT_REACH radii to both sides; zero at junctions."""
+    nodes, begins = skeleton.flat_branches
+    if len(nodes) == 0:
+        return np.zeros_like(skeleton.nodes)
     tangents: NDArray[np.float64] = np.zeros_like(skeleton.nodes)
-    for branch in skeleton.branches:
-        P, inner = skeleton.nodes[branch], slice(None)
-        if branch[0] == branch[-1]:
-            P, inner = np.concatenate([P[:-1], P, P[1:]]), slice(len(P) - 1, 2 * len(P) - 1)
-        steps = np.linalg.norm(np.diff(P, axis=0), axis=1)
-        arc = np.append(0.0, np.cumsum(steps))
-        nearest = np.maximum(np.append(steps, 0.0), np.append(0.0, steps))[inner]
-        reach = np.maximum(nearest, TANGENT_REACH * skeleton.radii[branch])
-        before, after = (
-            np.stack([np.interp(arc[inner] + side, arc, x) for x in P.T], axis=1) for side in (-reach, reach)
-        )
-        tangents[branch] = after - before
+    tangents[nodes] = _chords(skeleton.nodes[nodes], TANGENT_REACH * skeleton.radii[nodes], begins)
+    for loop in np.flatnonzero(nodes[begins[:-1]] == nodes[begins[1:] - 1]):
+        around = np.tile(skeleton.branches[loop][:-1], 3)  # three times round
+        reach = TANGENT_REACH * skeleton.radii[around]
+        chords = _chords(skeleton.nodes[around], reach, np.array([0, len(around)]))
+        tangents[skeleton.branches[loop][:-1]] = np.split(chords, 3)[1]
     tangents[skeleton.degrees >= 3] = 0
     length = np.linalg.norm(tangents, axis=1, keepdims=True)
     unit: NDArray[np.float64] = np.divide(tangents, length, out=np.zeros_like(tangents), where=length > 0)
     return unit
+
+
+def _chords(P: NDArray[np.float64], reach: NDArray[np.float64], begins: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(n, 3) from the point a reach before to the point a reach after each point of polylines laid end to end.
+
+    The reach is at least to the nearer neighbor, and at most to the end of the polyline.
+    """
+    steps = np.linalg.norm(np.diff(P, axis=0, prepend=P[:1]), axis=1)
+    steps[begins[:-1]] = 0.0
+    arc, number = sums_along_paths(steps, begins), np.repeat(np.arange(len(begins) - 1), np.diff(begins))
+    before, after = steps, np.append(steps[1:], 0.0)
+    after[begins[1:] - 1] = 0.0
+    reach = np.maximum(np.maximum(before, after), reach)
+    first, last = begins[:-1][number], begins[1:][number] - 1
+    shift = 2 * arc.max() * number  # so that all polylines ascend
+    ends = []
+    for side in (-reach, reach):
+        at = np.clip(arc + side, 0.0, arc[last])
+        left = np.clip(np.searchsorted(arc + shift, at + shift, "right") - 1, first, np.maximum(last - 1, first))
+        right = np.minimum(left + 1, last)
+        width = arc[right] - arc[left]
+        slope = np.divide(P[right] - P[left], width[:, None], out=np.zeros_like(P), where=width[:, None] > 0)
+        ends.append(slope * (at - arc[left])[:, None] + P[left])
+    return np.asarray(ends[1] - ends[0])
 
 
 def _is_own(sections: Sections, nodes: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:
@@ -125,15 +147,27 @@ def _is_continuous(
     and only those in position, since sections grow from a tip in any case.
     """
     is_continuous = np.array(is_own)
-    for branch in skeleton.branches:
-        for path in (branch, branch[::-1]):
-            own = path[is_own[path]]
-            if skeleton.degrees[path[-1]] < 3 or len(own) < 2:
-                continue
-            steps, strides = (np.linalg.norm(np.diff(P[own], axis=0), axis=1) for P in (skeleton.nodes, centroids))
-            jumps, grows = strides > MAX_STRIDE_RATIO * steps, radii[own[1:]] > MAX_GROWTH * radii[own[:-1]]
-            is_second_half = np.arange(len(steps)) >= (len(own) - 1) / 2
-            is_jump = (jumps & (is_second_half | (skeleton.degrees[path[0]] == 1))) | (grows & is_second_half)
-            if is_jump.any():
-                is_continuous[own[np.argmax(is_jump) + 1 :]] = False
+    nodes, begins = skeleton.flat_branches
+    number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
+    kept = is_own[nodes]
+    own, number = nodes[kept], number[kept]
+    count = np.bincount(number, minlength=len(begins) - 1)
+    rank = np.arange(len(own)) - (np.cumsum(count) - count)[number]
+    is_step = number[1:] == number[:-1]
+    steps, strides = (np.linalg.norm(np.diff(P[own], axis=0), axis=1) for P in (skeleton.nodes, centroids))
+    jumps, degrees = strides > MAX_STRIDE_RATIO * steps, skeleton.degrees
+    place, n_steps = rank[:-1], count[number[:-1]] - 1
+    first, last = nodes[begins[:-1]], nodes[begins[1:] - 1]
+    for is_forward in (True, False):
+        start, end = (first, last) if is_forward else (last, first)
+        to_junction, from_tip = (degrees[end] >= 3)[number[:-1]], (degrees[start] == 1)[number[:-1]]
+        here, there = (own[:-1], own[1:]) if is_forward else (own[1:], own[:-1])
+        order = place if is_forward else n_steps - 1 - place
+        is_second_half = order >= n_steps / 2
+        grows = radii[there] > MAX_GROWTH * radii[here]
+        is_jump = is_step & to_junction & ((jumps & (is_second_half | from_tip)) | (grows & is_second_half))
+        earliest = np.full(len(count), len(own))
+        np.minimum.at(earliest, number[:-1][is_jump], order[is_jump])
+        is_beyond = (rank if is_forward else count[number] - 1 - rank) > earliest[number]
+        is_continuous[own[is_beyond]] = False
     return is_continuous

@@ -87,7 +87,11 @@ def reroute_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     leaving = {tuple(edge) for edge in skeleton.edges[is_leaving].tolist()}
     parts = [part for branch in skeleton.branches for part in _leaving_parts(branch, leaving)]
     paths = interior_paths(skeleton.nodes, np.array([(part[0], part[-1]) for part in parts]), surface)
-    rerouted = replace_paths(skeleton, parts, paths, surface.distance(np.concatenate(paths)))
+    positions = np.concatenate(paths)
+    begins, new_begins = (np.cumsum([0, *map(len, each)]) for each in (parts, paths))
+    rerouted = replace_paths(
+        skeleton, np.concatenate(parts), begins, positions, new_begins, surface.distance(positions)
+    )
     nodes, radii = np.array(rerouted.nodes), np.array(rerouted.radii)
     outside = np.flatnonzero(~surface.contains(nodes))
     nodes[outside] = _moved_inside(nodes[outside], surface)
@@ -100,9 +104,15 @@ def segments_outside(nodes: NDArray[np.float64], edges: NDArray[np.int64], surfa
     P, Q = nodes[edges].transpose(1, 0, 2)
     is_inside = surface.contains(nodes)
     is_outside = ~(is_inside[edges[:, 0]] & is_inside[edges[:, 1]])
-    clearance = surface.clearance(nodes)[edges].sum(axis=1)
+    lengths, sampled = np.linalg.norm(Q - P, axis=1), np.flatnonzero(~is_outside)
     # an edge covered by two balls inside needs no samples
-    sampled = np.flatnonzero(~is_outside & (np.linalg.norm(Q - P, axis=1) >= clearance))
+    for distance in (surface.clearance, surface.distance)[surface.simplified is None :]:
+        if len(sampled):
+            used = np.zeros(len(nodes), dtype=bool)
+            used[edges[sampled]] = True
+            reach = np.zeros(len(nodes))
+            reach[used] = distance(nodes[used])
+            sampled = sampled[lengths[sampled] >= reach[edges[sampled]].sum(axis=1)]
     share = ((np.arange(N_SAMPLES) + 0.5) / N_SAMPLES)[:, None]
     points = P[sampled, None] + share * (Q - P)[sampled, None]
     is_outside[sampled] = ~surface.contains(points.reshape(-1, 3)).reshape(-1, N_SAMPLES).all(axis=1)

@@ -75,8 +75,10 @@ def _is_corner(
     owner, points = np.array([row for row, _ in sights]), np.array([point for _, point in sights])
     is_hidden = ~_sees(peaks[owner], points, surface)
     sees = np.bincount(owner, is_hidden, len(ends)) == 0
+    if not sees.any():
+        return sees
     half_widths = np.zeros(len(nodes))
-    np.maximum.at(half_widths, junctions[sees], _half_widths(opposite, surface)[sees])
+    np.maximum.at(half_widths, junctions[sees], _half_widths([opposite[row] for row in np.flatnonzero(sees)], surface))
     return np.asarray(sees & (reaches <= min_branch_ratio * half_widths[junctions]))
 
 
@@ -91,7 +93,7 @@ def _half_widths(ways: list[NDArray[np.float64]], surface: Surface) -> NDArray[n
     points = np.concatenate(ways)
     tangents = np.concatenate([np.gradient(way, axis=0) for way in ways])
     tangents /= np.maximum(np.linalg.norm(tangents, axis=1, keepdims=True), 1e-300)
-    sections = cross_sections(surface.mesh, points, tangents)
+    sections = cross_sections(surface.mesh, points, tangents, deadline=surface.deadline)
     mean = sections.lengths / 8
     widths = mean + np.sqrt(np.maximum(mean**2 - sections.areas / 4, 0))
     parts = np.cumsum([len(way) for way in ways])[:-1]
@@ -102,8 +104,17 @@ def _sees(points: NDArray[np.float64], others: NDArray[np.float64], surface: Sur
     """(s,) whether each segment stays inside, or leaves the surface by little."""
     shares = ((np.arange(N_SAMPLES) + 0.5) / N_SAMPLES)[:, None, None]
     samples = ((1 - shares) * points + shares * others).reshape(-1, 3)
-    gaps = np.zeros(len(samples))
-    outside = np.flatnonzero(~surface.contains(samples))
-    gaps[outside] = surface.distance(samples[outside])
-    largest = gaps.reshape(N_SAMPLES, -1).max(axis=0)
-    return np.asarray(largest <= MAX_GAP * np.linalg.norm(others - points, axis=1))
+    is_outside = ~surface.contains(samples).reshape(N_SAMPLES, -1)
+    limits = MAX_GAP * np.linalg.norm(others - points, axis=1)
+    samples = samples.reshape(N_SAMPLES, -1, 3)
+    sees = ~is_outside.any(axis=0)
+    # first the outside sample nearest to the middle of each segment, which mostly is far enough from the surface
+    rows = np.flatnonzero(~sees)
+    inward = np.argsort(np.abs(np.arange(N_SAMPLES) - (N_SAMPLES - 1) / 2), kind="stable")
+    middle = inward[is_outside[inward][:, rows].argmax(axis=0)]
+    rows = rows[surface.distance(samples[middle, rows]) <= limits[rows]]
+    gaps = np.zeros((N_SAMPLES, len(rows)))
+    left = is_outside[:, rows]
+    gaps[left] = surface.distance(samples[:, rows][left])
+    sees[rows] = gaps.max(axis=0, initial=0.0) <= limits[rows]
+    return np.asarray(sees)

@@ -9,7 +9,7 @@ from __future__ import annotations
 __all__ = ["merge_junctions_by_axes", "place_junctions"]
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.refinement.containment import segments_outside
 from lbskel.skeleton.editing import contract_nodes
+from lbskel.skeleton.pruning import adjacent_junctions, closes_a_cycle, inner_branch_lengths
 from lbskel.skeleton.skeleton import Skeleton
 
 N_SECTIONS = 4  # sections next to a junction that give the direction of a branch; a guess,
@@ -32,6 +33,8 @@ MAX_SINE = 0.4  # upper bound on the sine of the angle between a branch's line a
 # guess, benchmarks/results/constants.md
 MAX_FREE_MOVE = 0.5  # upper bound on the move of a junction whose branches do not all point to one place, in radii; a
 # guess, benchmarks/results/constants.md
+
+SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,16 +51,15 @@ class _Lines:
     means: NDArray[np.float64]
     directions: NDArray[np.float64]
 
-    @cached_property
-    def _order(self) -> NDArray[np.int64]:
-        """Rows by junction."""
-        return np.argsort(self.junctions, kind="stable")
-
-    def at(self, junctions: NDArray[np.int64]) -> _Lines:
-        """Select the rows of one or two junctions."""
-        ascending = self.junctions[self._order]
-        spans = zip(np.searchsorted(ascending, junctions), np.searchsorted(ascending, junctions, "right"), strict=True)
-        return self.take(np.sort(np.concatenate([self._order[begin:end] for begin, end in spans])))
+    def at(self, junctions: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Rows of the lines at each of (g, e) junctions, in ascending order by group, and the group of each row."""
+        order = np.argsort(self.junctions, kind="stable")
+        begins, ends = (np.searchsorted(self.junctions, junctions.ravel(), side, sorter=order) for side in SIDES)
+        sizes = ends - begins
+        rows = order[np.arange(sizes.sum()) + np.repeat(begins - np.cumsum(sizes) + sizes, sizes)]
+        groups = np.repeat(np.repeat(np.arange(len(junctions)), junctions.shape[1]), sizes)
+        by_group = np.lexsort((rows, groups))
+        return rows[by_group], groups[by_group]
 
     def take(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> _Lines:
         """Select some of the rows."""
@@ -68,38 +70,57 @@ class _Lines:
 
 def _branch_lines(skeleton: Skeleton, centers: SectionCenters) -> _Lines:
     """Find the line of every branch at each of its junctions."""
-    junctions: list[int] = []
-    branches: list[int] = []
-    vectors: list[NDArray[np.float64]] = []
-    for index, branch in enumerate(skeleton.branches):
-        for path in (branch, branch[::-1]):
-            own = path[1:-1][centers.is_known[path[1:-1]]][:N_SECTIONS]
-            if skeleton.degrees[path[0]] < 3 or len(own) < 2:
-                continue
-            P = centers.positions[own]
-            direction = P[0] - P[-1]
-            length = np.linalg.norm(direction)
-            if length > 0:
-                junctions.append(int(path[0]))
-                branches.append(index)
-                vectors.append(np.stack([P[0], P.mean(axis=0), direction / length]))
-    starts, means, directions = np.array(vectors, dtype=np.float64).reshape(-1, 3, 3).transpose(1, 0, 2)
-    return _Lines(np.array(junctions, dtype=np.int64), np.array(branches, dtype=np.int64), starts, means, directions)
+    nodes, begins = skeleton.flat_branches
+    number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
+    is_own = centers.is_known[nodes]
+    is_own[np.concatenate([begins[:-1], begins[1:] - 1])] = False
+    own, number = nodes[is_own], number[is_own]
+    count = np.bincount(number, minlength=len(begins) - 1)
+    first = np.cumsum(count) - count
+    used = np.minimum(count, N_SECTIONS)
+    P, branch, ends = centers.positions, np.arange(len(count)), (nodes[begins[:-1]], nodes[begins[1:] - 1])
+    parts = []
+    for is_forward, junction in zip((True, False), ends, strict=True):
+        has_line = (skeleton.degrees[junction] >= 3) & (used >= 2)
+        sizes, step = used[has_line], 1 if is_forward else -1
+        nearest = (first if is_forward else first + count - 1)[has_line]
+        begin = np.cumsum(sizes) - sizes
+        along = np.arange(sizes.sum()) - np.repeat(begin, sizes)
+        points = P[own[np.repeat(nearest, sizes) + step * along]]
+        means = np.add.reduceat(points, begin) / sizes[:, None] if len(points) else points
+        starts = P[own[nearest]]
+        directions = starts - P[own[nearest + step * (sizes - 1)]]
+        length = np.linalg.norm(directions, axis=1)
+        kept = length > 0
+        directions = directions[kept] / length[kept, None]
+        numbers = 2 * branch[has_line][kept] + (not is_forward)
+        parts.append((junction[has_line][kept], numbers, starts[kept], means[kept], directions))
+    junctions, numbers, starts, means, directions = (np.concatenate(each) for each in zip(*parts, strict=True))
+    order = np.argsort(numbers)
+    return _Lines(junctions[order], numbers[order] // 2, starts[order], means[order], directions[order])
 
 
-def _nearest_point(lines: _Lines, anchor: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
-    """Find the point with the least weighted sum of squared distances to all lines.
+def _nearest_points(
+    lines: _Lines, groups: NDArray[np.int64], anchors: NDArray[np.float64], radii: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(g, 3) the point with the least weighted sum of squared distances to the lines of each group, or its anchor.
 
     A line's weight is the inverse square of the distance over which it is extended, at least the radius. Directions
     that the lines leave undetermined are decided by the anchor.
     """
-    distances = np.linalg.norm(lines.starts - anchor, axis=1)
+    distances = np.linalg.norm(lines.starts - anchors[groups], axis=1)
     projections = np.eye(3) - lines.directions[:, :, None] * lines.directions[:, None, :]
-    projections /= np.maximum(distances, radius)[:, None, None] ** 2
-    A = projections.sum(axis=0)
-    b = np.einsum("lij,lj->i", projections, lines.means - anchor)
-    regularization = (REGULARIZATION * np.trace(A)) ** 2  # added to A @ A: well-determined directions hardly move
-    return np.asarray(anchor + np.linalg.solve(A @ A + regularization * np.eye(3), A @ b))
+    projections /= np.maximum(distances, radii[groups])[:, None, None] ** 2
+    moments = np.einsum("lij,lj->li", projections, lines.means - anchors[groups])
+    A, b, points = np.zeros((len(anchors), 3, 3)), np.zeros((len(anchors), 3)), np.array(anchors)
+    np.add.at(A, groups, projections)
+    np.add.at(b, groups, moments)
+    known = np.bincount(groups, minlength=len(anchors)) > 0
+    A, b = A[known], b[known]
+    regularization = (REGULARIZATION * np.trace(A, axis1=1, axis2=2)) ** 2  # of A @ A: it hardly moves what is determined
+    system = A @ A + regularization[:, None, None] * np.eye(3)
+    points[known] += np.linalg.solve(system, A @ b[:, :, None])[:, :, 0]
+    return points
 
 
 def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surface) -> SectionCenters:
@@ -124,17 +145,19 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
         return centers
     radii = surface.distance(placed)
     lines = _branch_lines(skeleton, centers)
-    for row in range(len(junctions)):
-        own = lines.at(junctions[row : row + 1])
-        if len(own.junctions) < 2:
-            continue
-        target = _nearest_point(own, placed[row], radii[row])
-        move = target - placed[row]
-        distance = float(np.linalg.norm(move))
-        max_move = MAX_FREE_MOVE * radii[row]
-        if distance > max_move and not np.isfinite(_largest_sine(own, target, surface)):
-            move *= max_move / distance
-        placed[row] += move
+    rows, groups = lines.at(junctions[:, None])
+    has_lines = np.bincount(groups, minlength=len(junctions)) >= 2
+    rows, groups = rows[has_lines[groups]], groups[has_lines[groups]]
+    own = lines.take(rows)
+    targets = _nearest_points(own, groups, placed, radii)
+    moves = targets - placed
+    distances = np.linalg.norm(moves, axis=1)
+    largest = MAX_FREE_MOVE * radii
+    is_far = distances > largest
+    is_limited = is_far.copy()
+    is_limited[is_far] = ~np.isfinite(_largest_sines(own, groups, targets, surface, np.flatnonzero(is_far)))
+    moves[is_limited] *= (largest[is_limited] / distances[is_limited])[:, None]
+    placed += moves
     is_outside = ~surface.contains(placed)
     placed[is_outside] = skeleton.nodes[junctions[is_outside]]
     positions = np.array(centers.positions)
@@ -172,19 +195,19 @@ def merge_junctions_by_axes(skeleton: Skeleton, centers: SectionCenters, surface
     """
     while inner := _inner_branches(skeleton):
         lines = _branch_lines(skeleton, centers)
-        candidates = [(*_common_place(skeleton, lines, index, surface), index) for index in inner]
-        fitting = sorted((c for c in candidates if np.isfinite(c[0])), key=lambda candidate: candidate[0])
+        sines, places = _common_places(skeleton, lines, np.array(inner), surface)
+        fitting = [row for row in np.argsort(sines, kind="stable").tolist() if np.isfinite(sines[row])]
         touched, target = np.zeros(len(skeleton.nodes), dtype=bool), np.arange(len(skeleton.nodes))
         nodes, positions = np.array(skeleton.nodes), np.array(centers.positions)
-        first, adjacent = _adjacent_junctions(skeleton)
-        for _, place, index in fitting:
-            branch = skeleton.branches[index]
+        first, adjacent = adjacent_junctions(skeleton)
+        for row in fitting:
+            branch = skeleton.branches[inner[row]]
             beside = np.concatenate([adjacent[first[end] : first[end + 1]] for end in branch[[0, -1]]])
-            if touched[branch[[0, -1]]].any() or _closes_a_cycle(skeleton, branch):
+            if touched[branch[[0, -1]]].any() or closes_a_cycle(skeleton, branch):
                 continue
             touched[branch[[0, -1]]] = touched[beside] = True
             target[branch] = branch[0]
-            nodes[branch[0]] = positions[branch[0]] = place
+            nodes[branch[0]] = positions[branch[0]] = places[row]
         if not touched.any():
             return skeleton
         skeleton = contract_nodes(replace(skeleton, nodes=nodes), target)
@@ -193,60 +216,56 @@ def merge_junctions_by_axes(skeleton: Skeleton, centers: SectionCenters, surface
     return skeleton
 
 
-def _adjacent_junctions(skeleton: Skeleton) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Adjacency of nodes that are the two ends of a branch."""
-    ends = np.array([branch[[0, -1]] for branch in skeleton.branches], dtype=np.int64).reshape(-1, 2)
-    both = np.concatenate([ends, ends[:, ::-1]])
-    order = np.argsort(both[:, 0], kind="stable")
-    return np.searchsorted(both[order, 0], np.arange(len(skeleton.nodes) + 1)), both[order, 1]
-
-
-def _closes_a_cycle(skeleton: Skeleton, branch: NDArray[np.int64]) -> bool:
-    """Whether another path of at most two edges joins the ends of a branch, which merging them would close."""
-    first, adjacent = skeleton.adjacency
-    one, other = (set(adjacent[first[end] : first[end + 1]].tolist()) for end in branch[[0, -1]])
-    within = set(branch.tolist())
-    return bool((one & other) - within) or (len(branch) > 2 and int(branch[-1]) in one)
-
-
 def _inner_branches(skeleton: Skeleton) -> list[int]:
     """Find the branches between two junctions that are short enough for them to be merged."""
-    found = []
-    for index, branch in enumerate(skeleton.branches):
-        ends = branch[[0, -1]]
-        length = np.linalg.norm(np.diff(skeleton.nodes[branch], axis=0), axis=1).sum()
-        is_short = length <= MAX_MERGE_LENGTH * skeleton.radii[ends].max()
-        if ends[0] != ends[1] and min(skeleton.degrees[ends]) >= 3 and is_short:
-            found.append(index)
-    return found
+    lengths, ends = inner_branch_lengths(skeleton)
+    is_short = lengths <= MAX_MERGE_LENGTH * skeleton.radii[ends].max(axis=1)
+    return np.flatnonzero(is_short).tolist()
 
 
-def _common_place(skeleton: Skeleton, lines: _Lines, index: int, surface: Surface) -> tuple[float, NDArray[np.float64]]:
-    """Where all other branches at the two ends of an inner branch meet, and the largest sine by which one misses it."""
-    branch = skeleton.branches[index]
-    middle = skeleton.nodes[branch[[0, -1]]].mean(axis=0)
-    outer = lines.at(branch[[0, -1]])
-    outer = outer.take(outer.branches != index)
-    if not np.isin(branch[[0, -1]], outer.junctions).all():
-        return np.inf, middle
-    place = _nearest_point(outer, middle, 0.0)
-    return _largest_sine(outer, place, surface), place
+def _common_places(
+    skeleton: Skeleton, lines: _Lines, inner: NDArray[np.int64], surface: Surface
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Where all other branches at the two ends of inner branches meet, and the largest sine by which one misses it."""
+    nodes, begins = skeleton.flat_branches
+    ends = np.stack([nodes[begins[inner]], nodes[begins[inner + 1] - 1]], axis=1)
+    rows, groups = lines.at(ends)
+    is_outer = lines.branches[rows] != inner[groups]
+    rows, groups = rows[is_outer], groups[is_outer]
+    at_end = lines.junctions[rows, None] == ends[groups]
+    has_both = np.all([np.bincount(groups[of_end], minlength=len(inner)) > 0 for of_end in at_end.T], axis=0)
+    outer = lines.take(rows)
+    places = _nearest_points(outer, groups, skeleton.nodes[ends].mean(axis=1), np.zeros(len(inner)))
+    sines = np.full(len(inner), np.inf)
+    tested = np.flatnonzero(has_both)
+    sines[tested] = _largest_sines(outer, groups, places, surface, tested)
+    return sines, places
 
 
-def _largest_sine(lines: _Lines, place: NDArray[np.float64], surface: Surface) -> float:
-    """Measure the largest sine of an angle between a line and the direction to a place, if all lines point there.
+def _largest_sines(
+    lines: _Lines, groups: NDArray[np.int64], places: NDArray[np.float64], surface: Surface, tested: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """(t,) the largest sine of an angle between the lines of tested groups and the direction to their place.
 
-    Infinite where a line starts well beyond the place, passes it too far, or leaves the surface before it; and for
-    fewer than three lines, since two lines nearly meet somewhere in any case.
+    Infinite where not all lines point there: where one starts well beyond the place, passes it too far, or leaves the
+    surface before it; and for fewer than three lines, since two lines nearly meet somewhere in any case.
     """
-    to_place = place - lines.means
-    along = np.einsum("li,li->l", place - lines.starts, lines.directions)
+    n_lines = np.bincount(groups, minlength=len(places))
+    is_possible = np.zeros(len(places), dtype=bool)
+    is_possible[tested] = n_lines[tested] >= 3
+    lines, groups = lines.take(is_possible[groups]), groups[is_possible[groups]]
+    to_place = places[groups] - lines.means
+    along = np.einsum("li,li->l", places[groups] - lines.starts, lines.directions)
     miss = np.linalg.norm(np.cross(to_place, lines.directions), axis=1)
     sine = miss / np.linalg.norm(to_place, axis=1)
     radii = surface.distance(lines.starts)
     points_there = (along > -radii) & (miss <= MAX_MISS * radii) & (sine <= MAX_SINE)
-    nodes, n_lines = np.concatenate([lines.starts, place[None]]), len(points_there)
-    segments = np.stack([np.arange(n_lines), np.full(n_lines, n_lines)], axis=1)
-    if n_lines < 3 or not points_there.all() or segments_outside(nodes, segments, surface).any():
-        return np.inf
-    return float(sine.max())
+    is_possible[groups[~points_there]] = False
+    lines, sine, groups = lines.take(is_possible[groups]), sine[is_possible[groups]], groups[is_possible[groups]]
+    if len(groups):
+        segments = np.stack([np.arange(len(groups)), len(groups) + groups], axis=1)
+        is_outside = segments_outside(np.concatenate([lines.starts, places]), segments, surface)
+        is_possible[groups[is_outside]] = False
+    largest = np.where(is_possible, 0.0, np.inf)
+    np.maximum.at(largest, groups, sine)
+    return largest[tested]

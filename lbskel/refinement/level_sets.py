@@ -8,15 +8,17 @@ data", https://doi.org/10.1007/PL00007210).
 
 from __future__ import annotations
 
-__all__ = ["GeodesicCap", "find_geodesic_caps"]
+__all__ = ["GeodesicCap", "cap_axes", "find_geodesic_caps"]
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.sparse.csgraph import dijkstra
 
+from lbskel._kernels.connectivity import component_roots
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order, unique_inverse
@@ -56,44 +58,95 @@ class GeodesicCap:
 
     @cached_property
     def axis(self) -> NDArray[np.float64]:
-        """(k, 3) centroids of the level sets from the border to the cap of the end; empty if the patch is only a cap.
+        """(k, 3) what :func:`cap_axes` returns of this cap."""
+        return cap_axes([self])[0]
 
-        Of several curves at one level, the one whose centroid is nearest to that of the level before is used.
-        """
-        first = CAP_LENGTH * self.radius
-        if not 0 < first < self.length:
-            return np.empty((0, 3))
-        n_levels = int(min((self.length - first) / (LEVEL_SPACING * self.radius), MAX_LEVELS))
-        levels = np.linspace(first, self.length, 2 + n_levels)[:-1]
-        level_of_curve, centroids = self._level_curves(levels)
-        points = [self.end]
-        for level in range(len(levels)):
-            candidates = centroids[level_of_curve == level]
-            if len(candidates):
+
+def cap_axes(caps: Sequence[GeodesicCap]) -> list[NDArray[np.float64]]:
+    """(k, 3) centroids of the level sets of each cap from the border to the cap of the end; empty if it is only that.
+
+    Of several curves at one level, the one whose centroid is nearest to that of the level before is used.
+
+    Parameters
+    ----------
+    caps : sequence of GeodesicCap
+    """
+    axes: list[NDArray[np.float64]] = [np.empty((0, 3))] * len(caps)
+    limbs = [number for number, cap in enumerate(caps) if 0 < CAP_LENGTH * cap.radius < cap.length]
+    if not limbs:
+        return axes
+    begins, curves = _level_curves([caps[number] for number in limbs])
+    for number, first, last in zip(limbs, begins, begins[1:], strict=False):
+        level, centroids = curves[0][first:last], curves[1][first:last]
+        if (level[1:] == level[:-1]).any():
+            points = [caps[number].end]
+            for candidates in np.split(centroids, np.flatnonzero(np.diff(level)) + 1):
                 points.append(candidates[np.linalg.norm(candidates - points[-1], axis=1).argmin()])
-        return np.array(points[:0:-1]).reshape(-1, 3)
+            centroids = np.array(points[1:])
+        axes[number] = centroids[::-1].reshape(-1, 3)
+    return axes
 
-    def _level_curves(self, levels: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Compute the level and the centroid of each connected curve at these distances from the end."""
-        is_above = self.distances[None] >= levels[:, None, None]
-        level, face = np.nonzero(is_above.any(axis=2) & ~is_above.all(axis=2))
-        is_above, heights = is_above[level, face], self.distances[face] - levels[level, None]
-        is_cut = is_above != np.roll(is_above, -1, axis=1)  # two of the three edges of each face
-        start, end = (self.corners[face][is_cut], np.roll(self.corners[face], -1, axis=1)[is_cut])
-        low, high = heights[is_cut], np.roll(heights, -1, axis=1)[is_cut]
-        points = (start + (low / (low - high))[:, None] * (end - start)).reshape(-1, 2, 3)
-        segments = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
-        key = level[:, None] * (self.edges.max(initial=0) + 1) + self.edges[face][is_cut].reshape(-1, 2)
-        crossings, ends = unique_inverse(key.ravel())
-        ends = ends.reshape(-1, 2)
-        graph = weighted_graph(ends, np.ones(len(ends)), len(crossings))
-        curve = connected_components(graph, directed=False)[1][ends[:, 0]]
-        lengths = np.bincount(curve, segments)
-        moments = np.stack([np.bincount(curve, axis * segments) for axis in points.mean(axis=1).T], axis=1)
-        level_of_curve = np.zeros(len(lengths), dtype=np.int64)
-        level_of_curve[curve] = level
-        has_length = lengths > 0
-        return level_of_curve[has_length], moments[has_length] / lengths[has_length, None]
+
+def _levels(caps: Sequence[GeodesicCap]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """The distances of the level sets of all caps, one after the other, and where those of each cap begin and end."""
+    radii, lengths = np.array([[cap.radius, cap.length] for cap in caps]).T
+    first = CAP_LENGTH * radii
+    counts = 1 + np.minimum((lengths - first) / (LEVEL_SPACING * radii), MAX_LEVELS).astype(np.int64)
+    begins = np.append(0, np.cumsum(counts))
+    step = np.arange(begins[-1]) - np.repeat(begins[:-1], counts)
+    return np.repeat((lengths - first) / counts, counts) * step + np.repeat(first, counts), begins
+
+
+def _level_curves(caps: Sequence[GeodesicCap]) -> tuple[list[int], tuple[NDArray[np.int64], NDArray[np.float64]]]:
+    """The level and the centroid of each connected curve, by level, and where those of each cap begin and end."""
+    levels, begins = _levels(caps)
+    corners, edges, distances = (
+        np.concatenate([getattr(cap, name) for cap in caps]) for name in ("corners", "edges", "distances")
+    )
+    cap_of_face = np.repeat(np.arange(len(caps)), [len(cap.distances) for cap in caps])
+    # the levels above the lowest corner of each face, up to its highest
+    shift = 2 * float(levels.max(initial=1.0)) * np.arange(len(caps))  # so that the levels of all caps ascend
+    ascending = levels + np.repeat(shift, np.diff(begins))
+    bounds = [distances.min(axis=1), distances.max(axis=1)]
+    lowest, highest = (
+        _count_up_to(bound, np.searchsorted(ascending, bound + shift[cap_of_face], "right"), levels, begins, cap_of_face)
+        for bound in bounds
+    )
+    n_crossed = highest - lowest
+    face = np.repeat(np.arange(len(distances)), n_crossed)
+    level = np.arange(len(face)) + np.repeat(lowest - np.cumsum(n_crossed) + n_crossed, n_crossed)
+    is_above, heights = distances[face] >= levels[level, None], distances[face] - levels[level, None]
+    is_cut = is_above != np.roll(is_above, -1, axis=1)  # two of the three edges of each face
+    start, end = (corners[face][is_cut], np.roll(corners[face], -1, axis=1)[is_cut])
+    low, high = heights[is_cut], np.roll(heights, -1, axis=1)[is_cut]
+    points = (start + (low / (low - high))[:, None] * (end - start)).reshape(-1, 2, 3)
+    segments = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
+    key = level[:, None] * (edges.max(initial=0) + 1) + edges[face][is_cut].reshape(-1, 2)
+    crossings, ends = unique_inverse(key.ravel())
+    ends = ends.reshape(-1, 2)
+    _, curve = unique_inverse(component_roots(ends, np.zeros(len(crossings), dtype=np.int64))[ends[:, 0]])
+    lengths = np.bincount(curve, segments)
+    moments = np.stack([np.bincount(curve, axis * segments) for axis in points.mean(axis=1).T], axis=1)
+    level_of_curve = np.zeros(len(lengths), dtype=np.int64)
+    level_of_curve[curve] = level
+    has_length = lengths > 0  # curves are numbered by their lowest crossing, and so by level
+    level_of_curve, centroids = level_of_curve[has_length], moments[has_length] / lengths[has_length, None]
+    return np.searchsorted(level_of_curve, begins).tolist(), (level_of_curve, centroids)
+
+
+def _count_up_to(
+    bounds: NDArray[np.float64],
+    guesses: NDArray[np.int64],
+    levels: NDArray[np.float64],
+    begins: NDArray[np.int64],
+    caps: NDArray[np.int64],
+) -> NDArray[np.int64]:
+    """(f,) the first level of its cap above each bound, which a guess may miss by one for rounding."""
+    guesses = np.clip(guesses, begins[caps], begins[caps + 1])
+    is_high = (guesses > begins[caps]) & (levels[guesses - 1] > bounds)
+    guesses = guesses - is_high
+    is_low = (guesses < begins[caps + 1]) & (levels[np.minimum(guesses, len(levels) - 1)] <= bounds)
+    return np.asarray(guesses + is_low)
 
 
 def find_geodesic_caps(mesh: Mesh, patch_of_vertex: NDArray[np.int64]) -> dict[int, GeodesicCap]:
@@ -131,16 +184,11 @@ def find_geodesic_caps(mesh: Mesh, patch_of_vertex: NDArray[np.int64]) -> dict[i
     face, patch_of_face = face[is_near], patch_of_face[is_near]
     order = stable_order(patch_of_face)
     face, cuts = face[order], np.searchsorted(patch_of_face[order], np.arange(len(lengths) + 1))
+    areas, corners, of_corner = mesh.face_areas[face], V[mesh.faces[face]], distances[mesh.faces[face]]
+    edges = np.stack([mesh.edge_of_half_edge[corner * m + face] for corner in (2, 0, 1)], axis=1)
     caps = {}
-    for tip in ends.tolist():
-        length = float(lengths[patch[tip]])
-        own = face[cuts[patch[tip]] : cuts[patch[tip] + 1]]
-        caps[int(patch[tip])] = GeodesicCap(
-            end=V[tip],
-            length=length,
-            radius=float(mesh.face_areas[own].sum()) / (2 * np.pi * length),
-            corners=V[mesh.faces[own]],
-            edges=np.stack([mesh.edge_of_half_edge[corner * m + own] for corner in (2, 0, 1)], axis=1),
-            distances=distances[mesh.faces[own]],
-        )
+    for tip, number in zip(ends.tolist(), patch[ends].tolist(), strict=True):
+        length, own = float(lengths[number]), slice(cuts[number], cuts[number + 1])
+        radius = float(areas[own].sum()) / (2 * np.pi * length)
+        caps[number] = GeodesicCap(V[tip], length, radius, corners[own], edges[own], of_corner[own])
     return caps

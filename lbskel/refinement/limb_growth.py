@@ -22,7 +22,7 @@ from lbskel.geometry.cross_sections import cross_sections
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.level_sets import find_geodesic_caps
 from lbskel.refinement.radii import inscribed_radii
-from lbskel.refinement.tips import clip_to_interior, extend_ends, trace_centerline
+from lbskel.refinement.tips import extend_ends, interior_axes, trace_centerline
 from lbskel.refinement.uncovered_limbs import MIN_REACH, UncoveredLimbs, find_uncovered_limbs
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -62,9 +62,10 @@ def _axes(limbs: UncoveredLimbs, surface: Surface) -> list[NDArray[np.float64]]:
     """Compute points along the axis of each limb, from the skeleton's ball to the center of the limb's cap."""
     mesh = surface.proxy.mesh
     caps = find_geodesic_caps(mesh, limbs.limb_of_vertex)
+    clipped = dict(zip(caps, interior_axes(list(caps.values()), surface), strict=True))
     axes = []
     for limb, end in enumerate(mesh.vertices[limbs.ends]):
-        axis = clip_to_interior(caps[limb], surface) if limb in caps else np.empty((0, 3))
+        axis = clipped.get(limb, np.empty((0, 3)))
         if len(axis) < 2:
             distance = float(np.linalg.norm(end - limbs.bases[limb]))
             first, last = limbs.base_radii[limb], distance - limbs.radii[limb]

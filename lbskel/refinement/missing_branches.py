@@ -20,7 +20,7 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import GeodesicExtrema, find_extrema, is_missed
 from lbskel.refinement.level_sets import find_geodesic_caps
 from lbskel.refinement.radii import inscribed_radii
-from lbskel.refinement.tips import clip_to_interior, extend_ends, recenter_points, trace_centerline
+from lbskel.refinement.tips import extend_ends, interior_axes, recenter_points, trace_centerline
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -42,7 +42,8 @@ def grow_missing_branches(skeleton: Skeleton, surface: Surface) -> Skeleton:
     is_on_missed = np.isin(extrema.limb_of_vertex, np.flatnonzero(missed))
     limb_of_vertex = np.where(is_on_missed, extrema.limb_of_vertex, -1)
     caps = find_geodesic_caps(proxy_mesh, limb_of_vertex)
-    axes = {limb: axis for limb, cap in caps.items() if len(axis := clip_to_interior(cap, surface)) >= 2}
+    clipped = zip(caps, interior_axes(list(caps.values()), surface), strict=True)
+    axes = {limb: axis for limb, axis in clipped if len(axis) >= 2}
     if not axes:
         return skeleton
     skeleton = _without_misplaced_ends(skeleton, surface, extrema, missed, list(axes))

@@ -8,8 +8,10 @@ extended from there.
 
 from __future__ import annotations
 
-__all__ = ["clip_to_interior", "extend_ends", "extend_tips", "recenter_points", "tips_at_surface", "trace_centerline"]
+__all__ = ["extend_ends", "extend_tips", "interior_axes", "recenter_points", "tips_at_surface", "trace_centerline"]
 
+import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +19,7 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.cross_sections import Sections, cross_sections
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.level_sets import GeodesicCap, find_geodesic_caps
+from lbskel.refinement.level_sets import GeodesicCap, cap_axes, find_geodesic_caps
 from lbskel.skeleton.editing import append_paths, contract_nodes
 from lbskel.skeleton.pruning import MIN_TIP_DISTANCE
 from lbskel.skeleton.skeleton import Skeleton
@@ -89,10 +91,14 @@ def _end_directions(skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.
     directions = np.array([skeleton.nodes[end[-1]] - skeleton.nodes[end[-4:][0]] for end in ends])
     first = skeleton.nodes[[end[0] for end in ends]]
     distances = np.linalg.norm(skeleton.nodes[[end[-1] for end in ends]] - first, axis=1)
-    for row in np.flatnonzero(distances < MIN_TIP_DISTANCE * surface.distance(first)).tolist():
-        is_mapped = np.isin(skeleton.node_of_vertex, ends[row][1:])
-        outward = surface.mesh.vertices[is_mapped].sum(axis=0) - np.count_nonzero(is_mapped) * first[row]
-        directions[row] = outward if outward.any() else directions[row]
+    near = np.flatnonzero(distances < MIN_TIP_DISTANCE * surface.distance(first)).tolist()
+    if near:
+        counts = np.bincount(skeleton.node_of_vertex, minlength=len(skeleton.nodes))
+        sums = [np.bincount(skeleton.node_of_vertex, x, len(skeleton.nodes)) for x in surface.mesh.vertices.T]
+        for row in near:
+            own = ends[row][1:]
+            outward = np.array([of_node[own].sum() for of_node in sums]) - counts[own].sum() * first[row]
+            directions[row] = outward if outward.any() else directions[row]
     unit: NDArray[np.float64] = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     return unit
 
@@ -148,30 +154,44 @@ def _missed_limbs(
         for index, n in n_tried.items():
             patch[ends[index][-n:]] = index
         caps = find_geodesic_caps(surface.proxy.mesh, surface.on_proxy(patch[skeleton.node_of_vertex]))
-        trying, n_tried = n_tried, {}
+        reached = {
+            index
+            for index, cap in caps.items()
+            if math.dist(cap.end, tips[index]) <= TIP_REACH * max(cap.radius, radii[index])
+        }
+        trying, n_tried = {index: n for index, n in n_tried.items() if index not in reached}, {}
+        limbs = [index for index in trying if index in caps and caps[index].length > MIN_LIMB_LENGTH * caps[index].radius]
+        for index, axis in zip(limbs, interior_axes([caps[index] for index in limbs], surface), strict=True):
+            if len(axis) >= 2:
+                branch, n = ends[index], trying[index]
+                detour = _detour(np.concatenate([skeleton.nodes[branch[:-n]], axis, caps[index].end[None]]))
+                if index not in best or detour < best[index][0]:
+                    best[index] = detour, n, axis
         for index, n in trying.items():
-            branch, cap = ends[index], caps.get(index)
-            if cap is not None:
-                if np.linalg.norm(cap.end - tips[index]) <= TIP_REACH * max(cap.radius, radii[index]):
-                    continue
-                is_limb = cap.length > MIN_LIMB_LENGTH * cap.radius
-                axis = clip_to_interior(cap, surface) if is_limb else np.empty((0, 3))
-                if len(axis) >= 2:
-                    detour = _detour(np.concatenate([skeleton.nodes[branch[:-n]], axis, cap.end[None]]))
-                    if index not in best or detour < best[index][0]:
-                        best[index] = detour, n, axis
-            if n < len(branch) - 1:
-                n_tried[index] = min(2 * n, len(branch) - 1)
+            if n < len(ends[index]) - 1:
+                n_tried[index] = min(2 * n, len(ends[index]) - 1)
     return {index: (n, axis) for index, (_, n, axis) in best.items()}
 
 
-def clip_to_interior(cap: GeodesicCap, surface: Surface) -> NDArray[np.float64]:
-    """Clip a cap's axis to the part next to its end that is inside the surface; empty if the axis is too shallow."""
-    axis = cap.axis
-    if len(axis) == 0 or np.median(surface.distance(axis)) < MIN_DEPTH * cap.radius:
-        return np.empty((0, 3))
-    outside = np.flatnonzero(~surface.contains(axis))
-    return axis[outside[-1] + 1 :] if len(outside) else axis
+def interior_axes(caps: Sequence[GeodesicCap], surface: Surface) -> list[NDArray[np.float64]]:
+    """Clip the axis of each cap to the part next to its end that is inside the surface; empty if it is too shallow.
+
+    Parameters
+    ----------
+    caps : sequence of GeodesicCap
+    surface : Surface
+    """
+    axes = cap_axes(caps)
+    if not any(map(len, axes)):
+        return axes
+    points, cuts = np.concatenate(axes), np.cumsum([len(axis) for axis in axes])[:-1]
+    depths, is_outside = (np.split(each, cuts) for each in (surface.distance(points), ~surface.contains(points)))
+    for row, (cap, axis) in enumerate(zip(caps, axes, strict=True)):
+        if len(axis) == 0 or np.median(depths[row]) < MIN_DEPTH * cap.radius:
+            axes[row] = np.empty((0, 3))
+        elif is_outside[row].any():
+            axes[row] = axis[np.flatnonzero(is_outside[row])[-1] + 1 :]
+    return axes
 
 
 def _detour(path: NDArray[np.float64]) -> float:
@@ -275,7 +295,7 @@ def extend_ends(
     radii = surface.distance(np.concatenate([np.empty((0, 3)), *positions]))
     node_of_vertex, first = np.array(skeleton.node_of_vertex), len(skeleton.nodes)
     order = np.argsort(node_of_vertex, kind="stable")
-    begin, stop = (np.searchsorted(node_of_vertex[order], ends, side) for side in ("left", "right"))
+    begin, stop = (np.searchsorted(node_of_vertex, ends, side, sorter=order) for side in ("left", "right"))
     for row, (end, new) in enumerate(zip(ends, positions, strict=True)):
         if len(new) == 0:
             continue

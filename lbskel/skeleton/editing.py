@@ -35,8 +35,9 @@ def contract_nodes(skeleton: Skeleton, target: NDArray[np.int64]) -> Skeleton:
     target : (k,) array of int
         For each node the node that it becomes part of; a node that stays is its own target.
     """
-    kept, group = np.unique(target, return_inverse=True)
-    return _renumbered(skeleton, kept, group)
+    is_kept = np.zeros(len(target), dtype=bool)
+    is_kept[target] = True
+    return _renumbered(skeleton, np.flatnonzero(is_kept), (np.cumsum(is_kept) - 1)[target])
 
 
 def reroot(skeleton: Skeleton, node: int) -> Skeleton:
@@ -82,14 +83,21 @@ def append_paths(
     radii : (sum of k,) array of float
         Radii of all new nodes.
     """
-    chains = _chains(len(skeleton.nodes), starts, paths)
-    return _extended(skeleton, np.concatenate([skeleton.edges, *map(_edges_along, chains)]), paths, radii)
+    sizes = np.array([len(path) for path in paths], dtype=np.int64)
+    positions = np.concatenate([np.empty((0, 3)), *(path.reshape(-1, 3) for path in paths)])
+    new, first = len(skeleton.nodes) + np.arange(len(positions)), (np.cumsum(sizes) - sizes)[sizes > 0]
+    before = new - 1
+    before[first] = np.asarray(starts, dtype=np.int64)[sizes > 0]
+    edges = np.concatenate([skeleton.edges, np.stack([before, new], axis=1)])
+    return _extended(skeleton, edges, positions, radii)
 
 
 def replace_paths(
     skeleton: Skeleton,
-    paths: Sequence[NDArray[np.int64]],
-    positions: Sequence[NDArray[np.float64]],
+    paths: NDArray[np.int64],
+    begins: NDArray[np.int64],
+    positions: NDArray[np.float64],
+    new_begins: NDArray[np.int64],
     radii: NDArray[np.float64],
 ) -> Skeleton:
     """Replace the inner nodes of paths of the graph by new ones; their vertices go to the first node of the path.
@@ -97,22 +105,34 @@ def replace_paths(
     Parameters
     ----------
     skeleton : Skeleton
-    paths : sequence of arrays of int
-        Nodes of each path, from one that stays to another. Their inner nodes are of degree two and on no other path.
-    positions : sequence of (k, 3) arrays of float
-        The new inner nodes of each path.
-    radii : (sum of k,) array of float
-        Radii of all new nodes.
+    paths : (n,) array of int
+        Nodes of p paths, one after the other, each from a node that stays to another. Their inner nodes are of degree
+        two and on no other path.
+    begins : (p + 1,) array of int
+        Where each begins, and the end of the last.
+    positions : (k, 3) array of float
+        The new inner nodes of the paths, one after the other.
+    new_begins : (p + 1,) array of int
+        Where those of each path begin, and the end of the last.
+    radii : (k,) array of float
+        Radii of the new nodes.
     """
-    n_nodes = len(skeleton.nodes)
-    target = np.arange(n_nodes + sum(map(len, positions)))
-    for path in paths:
-        target[path[1:-1]] = path[0]
-    removed = np.sort(np.concatenate([np.empty((0, 2), dtype=np.int64), *map(_edges_along, paths)]), axis=1)
+    n_nodes, last = len(skeleton.nodes), begins[1:] - 1
+    is_inner = np.ones(len(paths), dtype=bool)
+    is_inner[np.concatenate([begins[:-1], last])] = False
+    target = np.arange(n_nodes + len(positions))
+    target[paths[is_inner]] = np.repeat(paths[begins[:-1]], np.diff(begins))[is_inner]
+    is_step = np.ones(len(paths), dtype=bool)
+    is_step[last] = False
+    step = np.flatnonzero(is_step)
+    removed = np.sort(np.stack([paths[step], paths[step + 1]], axis=1), axis=1)
     is_kept = ~np.isin(skeleton.edges @ [n_nodes, 1], removed @ [n_nodes, 1])
-    chains = _chains(n_nodes, [path[0] for path in paths], positions)
-    closed = [np.append(chain, path[-1]) for chain, path in zip(chains, paths, strict=True)]
-    edges = np.concatenate([skeleton.edges[is_kept], *map(_edges_along, closed)])
+    new, sizes = n_nodes + np.arange(len(positions)), np.diff(new_begins)
+    before, has_new = new - 1, sizes > 0
+    before[new_begins[:-1][has_new]] = paths[begins[:-1]][has_new]
+    to_last = np.where(has_new, n_nodes + new_begins[1:] - 1, paths[begins[:-1]])
+    added = [np.stack([before, new], axis=1), np.stack([to_last, paths[last]], axis=1)]
+    edges = np.concatenate([skeleton.edges[is_kept], *added])
     return contract_nodes(_extended(skeleton, edges, positions, radii), target)
 
 
@@ -121,7 +141,7 @@ def split_edge(skeleton: Skeleton, edge: int, position: NDArray[np.float64], rad
     start, end = skeleton.edges[edge]
     new = len(skeleton.nodes)
     edges = np.concatenate([np.delete(skeleton.edges, edge, axis=0), [[start, new], [end, new]]])
-    return _extended(skeleton, edges, [position[None]], np.array([radius]))
+    return _extended(skeleton, edges, position[None], np.array([radius]))
 
 
 def concatenate(skeletons: Sequence[Skeleton]) -> Skeleton:
@@ -155,27 +175,13 @@ def concatenate(skeletons: Sequence[Skeleton]) -> Skeleton:
     )
 
 
-def _chains(n_nodes: int, starts: Sequence[int], paths: Sequence[NDArray[np.float64]]) -> list[NDArray[np.int64]]:
-    """For each path its first node, followed by the new nodes, which are numbered from ``n_nodes``."""
-    chains = []
-    for start, path in zip(starts, paths, strict=True):
-        chains.append(np.concatenate([[start], n_nodes + np.arange(len(path))]).astype(np.int64))
-        n_nodes += len(path)
-    return chains
-
-
-def _edges_along(chain: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(k - 1, 2) the edges along a chain of k nodes."""
-    return np.stack([chain[:-1], chain[1:]], axis=1)
-
-
 def _extended(
-    skeleton: Skeleton, edges: NDArray[np.int64], paths: Sequence[NDArray[np.float64]], radii: NDArray[np.float64]
+    skeleton: Skeleton, edges: NDArray[np.int64], positions: NDArray[np.float64], radii: NDArray[np.float64]
 ) -> Skeleton:
     """Add nodes and replace the edges."""
     return replace(
         skeleton,
-        nodes=np.concatenate([skeleton.nodes, *(path.reshape(-1, 3) for path in paths)]),
+        nodes=np.concatenate([skeleton.nodes, positions]),
         edges=edges,
         radii=np.concatenate([skeleton.radii, radii]),
         mean_radii=np.empty(0),

@@ -9,7 +9,10 @@ from __future__ import annotations
 __all__ = [
     "MIN_BRANCH_RATIO",
     "MIN_TIP_DISTANCE",
+    "adjacent_junctions",
+    "closes_a_cycle",
     "farthest_vertices",
+    "inner_branch_lengths",
     "merge_junctions",
     "prune",
     "prune_contained_branches",
@@ -170,25 +173,68 @@ def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
     if not ratio >= 0:
         raise UnknownChoice(f"ratio must be a number of local radii, 0 or more, not {ratio}")
     while True:
-        lengths = {}
-        for index, branch in enumerate(skeleton.branches):
-            a, b = branch[0], branch[-1]
-            if a == b or skeleton.degrees[a] < 3 or skeleton.degrees[b] < 3:
-                continue
-            if np.isin(branch, skeleton.anchors).any():
-                continue
-            P = skeleton.nodes[branch]
-            length = np.linalg.norm(np.diff(P, axis=0), axis=1).sum()
-            if length < ratio * max(skeleton.radii[a], skeleton.radii[b]):
-                lengths[index] = length
-        for index in sorted(lengths, key=lambda index: (lengths[index], index)):
+        is_anchor = np.zeros(len(skeleton.nodes), dtype=bool)
+        is_anchor[skeleton.anchors] = True
+        lengths, ends = inner_branch_lengths(skeleton)
+        is_short = lengths < ratio * skeleton.radii[ends].max(axis=1)
+        short = np.flatnonzero(is_short)
+        short = short[np.argsort(lengths[short], kind="stable")]
+        first, beside = adjacent_junctions(skeleton)
+        target, is_touched = np.arange(len(skeleton.nodes)), np.zeros(len(skeleton.nodes), dtype=bool)
+        for index in short.tolist():
             branch = skeleton.branches[index]
+            if is_anchor[branch].any() or is_touched[branch[[0, -1]]].any() or closes_a_cycle(skeleton, branch):
+                continue
+            # the branches beside it change, so that theirs have to wait
+            is_touched[branch] = is_touched[beside[first[branch[0]] : first[branch[0] + 1]]] = True
+            is_touched[beside[first[branch[-1]] : first[branch[-1] + 1]]] = True
             kept = branch[0] if skeleton.radii[branch[0]] >= skeleton.radii[branch[-1]] else branch[-1]
-            target = np.arange(len(skeleton.nodes))
             target[branch] = kept
-            merged = contract_nodes(skeleton, target)
-            if merged.cycle_rank == skeleton.cycle_rank:
-                skeleton = merged
-                break
-        else:
+        if not is_touched.any():
             return skeleton
+        skeleton = contract_nodes(skeleton, target)
+
+
+def inner_branch_lengths(skeleton: Skeleton) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """(b,) length of each branch, infinite but between two different junctions, and its (b, 2) end nodes.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    """
+    nodes, begins = skeleton.flat_branches
+    ends = np.stack([nodes[begins[:-1]], nodes[begins[1:] - 1]], axis=1)
+    steps = np.linalg.norm(np.diff(skeleton.nodes[nodes], axis=0, append=skeleton.nodes[nodes[-1:]]), axis=1)
+    steps[begins[1:] - 1] = 0.0
+    is_inner = (ends[:, 0] != ends[:, 1]) & (skeleton.degrees[ends] >= 3).all(axis=1)
+    lengths = np.add.reduceat(steps, begins[:-1]) if len(ends) else np.empty(0)
+    return np.where(is_inner, lengths, np.inf), ends
+
+
+def closes_a_cycle(skeleton: Skeleton, branch: NDArray[np.int64]) -> bool:
+    """Whether another path of at most two edges joins the ends of a branch, which merging them would close.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    branch : (k,) array of int
+        Its nodes.
+    """
+    first, adjacent = skeleton.adjacency
+    one, other = (set(adjacent[first[end] : first[end + 1]].tolist()) for end in branch[[0, -1]])
+    within = set(branch.tolist())
+    return bool((one & other) - within) or (len(branch) > 2 and int(branch[-1]) in one)
+
+
+def adjacent_junctions(skeleton: Skeleton) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Adjacency of nodes that are the two ends of a branch, in the form of ``Skeleton.adjacency``.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    """
+    nodes, begins = skeleton.flat_branches
+    ends = np.stack([nodes[begins[:-1]], nodes[begins[1:] - 1]], axis=1)
+    both = np.concatenate([ends, ends[:, ::-1]])
+    order = np.argsort(both[:, 0], kind="stable")
+    return np.searchsorted(both[order, 0], np.arange(len(skeleton.nodes) + 1)), both[order, 1]

@@ -9,7 +9,6 @@ from __future__ import annotations
 __all__ = ["resample"]
 
 import heapq
-import itertools
 import operator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel._kernels.traversal import sums_along_paths
 from lbskel.errors import UnknownChoice
 from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
@@ -29,20 +29,31 @@ MAX_REFINEMENT = 3  # upper bound on the new pieces per present edge, for flat p
 
 
 @dataclass(frozen=True, eq=False)
-class _Path:
-    """A polyline of nodes between two that are kept.
+class _Paths:
+    """Polylines of nodes between two that are kept, laid end to end.
 
-    ``arc_length`` is the distance along it to each of its nodes, and ``min_pieces`` the number of pieces that keeps the
-    topology.
+    Path k has ``nodes[begins[k] : begins[k + 1]]``. ``arc_lengths`` is the distance along it to each of its nodes,
+    ``lengths`` that of each whole path, and ``min_pieces`` the number of pieces that keeps the topology.
     """
 
     nodes: NDArray[np.int64]
-    arc_length: NDArray[np.float64]
-    min_pieces: int
+    begins: NDArray[np.int64]
+    arc_lengths: NDArray[np.float64]
+    lengths: NDArray[np.float64]
+    min_pieces: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.lengths)
 
     @property
-    def length(self) -> float:
-        return float(self.arc_length[-1])
+    def sizes(self) -> NDArray[np.int64]:
+        """(p,) number of nodes of each path."""
+        return np.diff(self.begins)
+
+    @property
+    def path_of_node(self) -> NDArray[np.int64]:
+        """(n,) number of the path of each row of ``nodes``."""
+        return np.repeat(np.arange(len(self)), self.sizes)
 
 
 def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int | None = None) -> Skeleton:
@@ -82,34 +93,39 @@ def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int |
     return _divided(skeleton, paths, counts)
 
 
-def _paths(skeleton: Skeleton) -> list[_Path]:
+def _paths(skeleton: Skeleton) -> _Paths:
     """Split the branches at anchors; a loop needs three pieces, and of two paths with the same ends one needs two."""
+    nodes, begins = skeleton.flat_branches
     is_anchor = np.zeros(len(skeleton.nodes), dtype=bool)
     is_anchor[skeleton.anchors] = True
-    paths, seen = [], set()
-    for branch in skeleton.branches:
-        stops = np.unique([0, *np.flatnonzero(is_anchor[branch]), len(branch) - 1])
-        for first, last in itertools.pairwise(stops.tolist()):
-            nodes = branch[first : last + 1]
-            lengths = np.linalg.norm(np.diff(skeleton.nodes[nodes], axis=0), axis=1)
-            ends = frozenset((int(nodes[0]), int(nodes[-1])))
-            min_pieces = 3 if len(ends) == 1 else 2 if ends in seen else 1
-            seen.add(ends)
-            paths.append(_Path(nodes, np.concatenate([[0.0], np.cumsum(lengths)]), min_pieces))
-    return paths
+    is_split = is_anchor[nodes]
+    is_split[np.concatenate([begins[:-1], begins[1:] - 1])] = False
+    rows = np.repeat(np.arange(len(nodes)), 1 + is_split)  # an anchor ends a path and begins the next
+    again = np.flatnonzero(is_split) + np.arange(1, 1 + np.count_nonzero(is_split))
+    begins = np.sort(np.concatenate([begins + np.searchsorted(np.flatnonzero(is_split), begins), again]))
+    nodes = nodes[rows]
+    steps = np.linalg.norm(np.diff(skeleton.nodes[nodes], axis=0, prepend=skeleton.nodes[nodes[:1]]), axis=1)
+    arc_lengths, last = sums_along_paths(steps, begins), begins[1:] - 1
+    ends = np.sort(np.stack([nodes[begins[:-1]], nodes[last]], axis=1), axis=1)
+    is_first = np.zeros(len(ends), dtype=bool)
+    is_first[np.unique(ends @ [len(skeleton.nodes), 1], return_index=True)[1]] = True
+    min_pieces = np.where(ends[:, 0] == ends[:, 1], 3, np.where(is_first, 1, 2))
+    return _Paths(nodes, begins, arc_lengths, arc_lengths[last], min_pieces)
 
 
-def _counts_for_spacing(skeleton: Skeleton, paths: list[_Path], spacing: float) -> list[int]:
-    """Count the pieces of each path for a spacing in median radii of the path."""
+def _counts_for_spacing(skeleton: Skeleton, paths: _Paths, spacing: float) -> NDArray[np.int64]:
+    """(p,) number of pieces of each path for a spacing in median radii of the path."""
     if not spacing > 0:
         raise UnknownChoice(f"spacing must be positive, in local radii, not {spacing}")
-    counts = []
-    for path in paths:
-        radius = float(np.median(skeleton.radii[path.nodes]))
-        piece = max(spacing * radius, path.length / (MAX_REFINEMENT * (len(path.nodes) - 1)))
-        counts.append(max(path.min_pieces, round(path.length / piece)) if piece > 0 else path.min_pieces)
-    removes_all = all(count == path.min_pieces for path, count in zip(paths, counts, strict=True))
-    if spacing > MAX_SPACING and removes_all and any(len(path.nodes) - 1 > path.min_pieces for path in paths):
+    sizes, begin = paths.sizes, paths.begins[:-1]
+    ascending = skeleton.radii[paths.nodes]
+    ascending = ascending[np.lexsort((ascending, paths.path_of_node))]
+    radii = (ascending[begin + (sizes - 1) // 2] + ascending[begin + sizes // 2]) / 2  # the medians
+    pieces = np.maximum(spacing * radii, paths.lengths / (MAX_REFINEMENT * (sizes - 1)))
+    counts = np.rint(np.divide(paths.lengths, pieces, out=np.zeros(len(paths)), where=pieces > 0)).astype(np.int64)
+    counts = np.maximum(counts, paths.min_pieces)
+    removes_all = (counts == paths.min_pieces).all()
+    if spacing > MAX_SPACING and removes_all and (sizes - 1 > paths.min_pieces).any():
         raise UnknownChoice(
             f"spacing is in local radii, and {spacing} of them are longer than every branch; for a distance d in the "
             f"skeleton's units give d / {float(np.median(skeleton.radii)):.3g}, which is its median radius"
@@ -117,50 +133,54 @@ def _counts_for_spacing(skeleton: Skeleton, paths: list[_Path], spacing: float) 
     return counts
 
 
-def _counts_for_number(skeleton: Skeleton, paths: list[_Path], n_nodes: Any) -> list[int]:
-    """Count the pieces of each path for a total number of nodes; the longest piece is divided first."""
+def _counts_for_number(skeleton: Skeleton, paths: _Paths, n_nodes: Any) -> NDArray[np.int64]:
+    """(p,) number of pieces of each path for a total number of nodes; the longest piece is divided first."""
     try:
         n_asked = operator.index(n_nodes)
     except TypeError:
         raise UnknownChoice(f"n_nodes must be a whole number, not {n_nodes!r}") from None
-    counts = [path.min_pieces for path in paths]
+    counts, lengths = paths.min_pieces.tolist(), paths.lengths.tolist()
     n_min = len(_kept_nodes(skeleton, paths)) + sum(counts) - len(counts)
     if n_asked < n_min:
         raise UnknownChoice(
             f"n_nodes must be at least {n_min} to keep every junction, tip, anchor and loop; prune the skeleton first"
         )
-    queue = [(-path.length / count, index) for index, (path, count) in enumerate(zip(paths, counts, strict=True))]
+    queue = [(-length / count, index) for index, (length, count) in enumerate(zip(lengths, counts, strict=True))]
     heapq.heapify(queue)
     for _ in range(n_asked - n_min if queue else 0):
         _, index = queue[0]
         counts[index] += 1
-        heapq.heapreplace(queue, (-paths[index].length / counts[index], index))
-    return counts
+        heapq.heapreplace(queue, (-lengths[index] / counts[index], index))
+    return np.array(counts, dtype=np.int64)
 
 
-def _kept_nodes(skeleton: Skeleton, paths: list[_Path]) -> NDArray[np.int64]:
+def _kept_nodes(skeleton: Skeleton, paths: _Paths) -> NDArray[np.int64]:
     """Find the nodes that stay: junctions, tips, isolated nodes, anchors, ends of all paths; in ascending order."""
-    ends = [path.nodes[[0, -1]] for path in paths]
-    return np.unique(np.concatenate([np.flatnonzero(skeleton.degrees != 2), skeleton.anchors, *ends]))
+    is_kept = skeleton.degrees != 2
+    is_kept[skeleton.anchors] = True
+    is_kept[paths.nodes[np.concatenate([paths.begins[:-1], paths.begins[1:] - 1])]] = True
+    return np.flatnonzero(is_kept)
 
 
-def _divided(skeleton: Skeleton, paths: list[_Path], counts: list[int]) -> Skeleton:
+def _divided(skeleton: Skeleton, paths: _Paths, counts: NDArray[np.int64]) -> Skeleton:
     """Divide every path evenly; vertices go to the new node nearest to theirs along the path."""
     has_mean_radii = len(skeleton.mean_radii) > 0
     values = np.column_stack([skeleton.nodes, skeleton.radii, *([skeleton.mean_radii] if has_mean_radii else [])])
     kept = _kept_nodes(skeleton, paths)
     new_index = np.full(len(skeleton.nodes), -1)
     new_index[kept] = np.arange(len(kept))
-    n_nodes = len(kept)
-    for path, count in zip(paths, counts, strict=True):
-        chain = np.concatenate([new_index[path.nodes[:1]], n_nodes + np.arange(count - 1), new_index[path.nodes[-1:]]])
-        n_nodes += count - 1
-        share = path.arc_length[1:-1] / path.length if path.length > 0 else np.zeros(len(path.nodes) - 2)
-        new_index[path.nodes[1:-1]] = chain[np.rint(share * count).astype(np.int64)]
+    is_inner = np.ones(len(paths.nodes), dtype=bool)
+    is_inner[np.concatenate([paths.begins[:-1], paths.begins[1:] - 1])] = False
+    path, inner_nodes = paths.path_of_node[is_inner], paths.nodes[is_inner]
+    length, count = paths.lengths[path], counts[path]
+    share = np.divide(paths.arc_lengths[is_inner], length, out=np.zeros(len(path)), where=length > 0)
+    piece = np.rint(share * count).astype(np.int64)
+    ends = np.cumsum(counts - 1)
+    to_inner = len(kept) + (ends - counts + 1)[path] + piece - 1
+    to_end = np.where(piece == 0, paths.nodes[paths.begins[:-1]][path], paths.nodes[paths.begins[1:] - 1][path])
+    new_index[inner_nodes] = np.where((piece > 0) & (piece < count), to_inner, new_index[to_end])
     inner = _interpolated(values, paths, counts)
-    ends = np.cumsum([count - 1 for count in counts])
-    positions = np.split(inner[:, :3], ends[:-1]) if paths else []
-    resampled = replace_paths(skeleton, [path.nodes for path in paths], positions, inner[:, 3])
+    resampled = replace_paths(skeleton, paths.nodes, paths.begins, inner[:, :3], np.append(0, ends), inner[:, 3])
     return replace(
         resampled,
         mean_radii=np.concatenate([values[kept], inner])[:, 4] if has_mean_radii else np.empty(0),
@@ -168,23 +188,20 @@ def _divided(skeleton: Skeleton, paths: list[_Path], counts: list[int]) -> Skele
     )
 
 
-def _interpolated(values: NDArray[np.float64], paths: list[_Path], counts: list[int]) -> NDArray[np.float64]:
+def _interpolated(values: NDArray[np.float64], paths: _Paths, counts: NDArray[np.int64]) -> NDArray[np.float64]:
     """(k, d) values at the inner points that divide each path: positions on a cubic curve, the rest linear.
 
-    All paths are laid end to end, so that one search finds the piece of each point. The tangent at a node is that of
-    the chord between its neighbors, so that short pieces beside long ones do not make the curve overshoot. A path with
-    a piece of no length is divided on its chords.
+    One search finds the piece of each point on all paths. The tangent at a node is that of the chord between its
+    neighbors, so that short pieces beside long ones do not make the curve overshoot. A path with a piece of no length is
+    divided on its chords.
     """
-    if not paths:
+    if len(paths) == 0:
         return np.empty((0, values.shape[1]))
-    rows = np.concatenate([path.nodes for path in paths])
-    sizes, lengths = np.array([len(path.nodes) for path in paths]), np.array([path.length for path in paths])
-    begin = np.cumsum(sizes) - sizes
-    arc = np.concatenate([path.arc_length for path in paths])
-    number = np.repeat(np.arange(len(paths)), sizes)
-    of_point = np.repeat(np.arange(len(paths)), np.array(counts) - 1)
-    step = np.arange(len(of_point)) - np.repeat(np.cumsum(np.array(counts) - 1) - counts + 1, np.array(counts) - 1) + 1
-    at = lengths[of_point] * step / np.array(counts)[of_point]
+    rows, sizes, lengths, begin = paths.nodes, paths.sizes, paths.lengths, paths.begins[:-1]
+    arc, number = paths.arc_lengths, paths.path_of_node
+    of_point = np.repeat(np.arange(len(paths)), counts - 1)
+    step = np.arange(len(of_point)) - np.repeat(np.cumsum(counts - 1) - counts + 1, counts - 1) + 1
+    at = lengths[of_point] * step / counts[of_point]
     shares = np.divide(arc, lengths[number], out=np.zeros_like(arc), where=lengths[number] > 0) + number * 2.0
     share_at = np.divide(at, lengths[of_point], out=np.zeros_like(at), where=lengths[of_point] > 0) + of_point * 2.0
     left = np.clip(np.searchsorted(shares, share_at, side="right") - 1, begin[of_point], (begin + sizes - 2)[of_point])

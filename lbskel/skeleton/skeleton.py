@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import connected_components
 
+from lbskel._kernels.traversal import walk_branches
 from lbskel.errors import MeshError
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.graphs import weighted_graph
@@ -24,6 +25,8 @@ from lbskel.skeleton.exchange import SkeletonExchange
 
 def _numbers(values: ArrayLike, name: str, dtype: type) -> NDArray[Any]:
     """Copy the values; a MeshError if they are no numbers, or no whole numbers where these are needed."""
+    if isinstance(values, np.ndarray) and values.dtype == dtype and _is_constant(values):
+        return values
     try:
         given = np.asarray(values)
         numbers: NDArray[Any] = np.array(given, dtype=dtype, order="C")
@@ -32,6 +35,11 @@ def _numbers(values: ArrayLike, name: str, dtype: type) -> NDArray[Any]:
     if dtype is np.int64 and (numbers != given).any():
         raise MeshError(f"{name} of a skeleton must be whole numbers")
     return numbers
+
+
+def _is_constant(values: NDArray[Any]) -> bool:
+    """Whether nobody can change an array, such as that of another skeleton, so that it need not be copied."""
+    return not values.flags.writeable and values.base is None and values.flags.c_contiguous
 
 
 def _rows(values: ArrayLike, name: str, width: int, dtype: type) -> NDArray[Any]:
@@ -106,8 +114,11 @@ class Skeleton(SkeletonExchange):
         for field_name, indices in (("edges", edges), ("node_of_vertex", node_of_vertex), ("anchors", anchors)):
             if indices.size and (indices.min() < 0 or indices.max() >= len(nodes)):
                 raise MeshError(f"{field_name} of the skeleton name a node outside 0..{len(nodes) - 1}")
-        distinct = edges[edges[:, 0] != edges[:, 1]]
-        edges = np.stack(np.divmod(np.unique(distinct @ [len(nodes), 1]), max(len(nodes), 1)), axis=1)
+        key = edges @ [len(nodes), 1]
+        if (edges[:, 0] == edges[:, 1]).any() or (key[1:] <= key[:-1]).any():
+            distinct = np.sort(key[edges[:, 0] != edges[:, 1]])
+            distinct = distinct[np.append(True, distinct[1:] != distinct[:-1])[: len(distinct)]]
+            edges = np.stack(np.divmod(distinct, max(len(nodes), 1)), axis=1)
         for name, value in {
             "nodes": nodes,
             "edges": edges,
@@ -170,9 +181,9 @@ class Skeleton(SkeletonExchange):
     @cached_property
     def adjacency(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Neighbors in compressed form: (k + 1,) where those of each node begin, and (2 e,) all, in ascending order."""
-        both = np.concatenate([self.edges, self.edges[:, ::-1]])
-        both = both[np.lexsort((both[:, 1], both[:, 0]))]
-        return read_only(np.append(0, np.cumsum(self.degrees))), read_only(np.ascontiguousarray(both[:, 1]))
+        k = max(len(self.nodes), 1)
+        keys = np.sort(np.concatenate([self.edges @ [k, 1], self.edges @ [1, k]]))
+        return read_only(np.append(0, np.cumsum(self.degrees))), read_only(keys % k)
 
     @cached_property
     def neighbors(self) -> tuple[NDArray[np.int64], ...]:
@@ -181,27 +192,26 @@ class Skeleton(SkeletonExchange):
         return tuple(adjacent[begin:end] for begin, end in itertools.pairwise(first.tolist()))
 
     @cached_property
+    def flat_branches(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Nodes of all :attr:`branches`, one after the other, and (b + 1,) where each begins and the last ends."""
+        nodes, begins = walk_branches(*self.adjacency)
+        return read_only(nodes), read_only(begins)
+
+    @cached_property
     def branches(self) -> tuple[NDArray[np.int64], ...]:
         """Polylines of node indices, from one tip or junction to the next; a loop without any repeats its first node.
 
         Together they contain every edge exactly once. They are ordered by their first nodes.
         """
-        first, adjacent = (array.tolist() for array in self.adjacency)
-        neighbors = [adjacent[begin:end] for begin, end in itertools.pairwise(first)]
-        ends = np.flatnonzero((self.degrees != 2) & (self.degrees > 0))
-        used: set[tuple[int, int]] = set()
-        walks = [walk for end in ends.tolist() for walk in _walks_from(end, neighbors, used)]
-        if len(used) < len(adjacent):  # the remaining edges are loops without a junction
-            for node in np.flatnonzero(self.degrees == 2).tolist():
-                walks.extend(_walks_from(node, neighbors, used))
-        return tuple(read_only(np.array(walk, dtype=np.int64)) for walk in walks)
+        nodes, begins = self.flat_branches
+        return tuple(nodes[begin:end] for begin, end in itertools.pairwise(begins.tolist()))
 
     @cached_property
     def branch_of_node(self) -> NDArray[np.int64]:
         """(k,) index of the branch of each node; -1 at junctions, and at nodes without an edge."""
         branch_of = np.full(len(self.nodes), -1)
-        for index, branch in enumerate(self.branches):
-            branch_of[branch] = index
+        nodes, begins = self.flat_branches
+        branch_of[nodes] = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
         branch_of[self.degrees >= 3] = -1
         return read_only(branch_of)
 
@@ -210,19 +220,3 @@ class Skeleton(SkeletonExchange):
         """The branches between a junction and a tip, the junction first."""
         to_tip = [branch if self.degrees[branch[-1]] == 1 else branch[::-1] for branch in self.branches]
         return [branch for branch in to_tip if self.degrees[branch[-1]] == 1 and self.degrees[branch[0]] >= 3]
-
-
-def _walks_from(start: int, neighbors: list[list[int]], used: set[tuple[int, int]]) -> list[list[int]]:
-    """Follow the unused edges of a node, each to a node of a degree other than two or back to the start."""
-    walks = []
-    for following in neighbors[start]:
-        if (start, following) in used:
-            continue
-        walk = [start, following]
-        while len(neighbors[walk[-1]]) == 2 and walk[-1] != start:
-            one, other = neighbors[walk[-1]]
-            walk.append(other if one == walk[-2] else one)
-        used.update(itertools.pairwise(walk))
-        used.update(itertools.pairwise(reversed(walk)))
-        walks.append(walk)
-    return walks

@@ -8,9 +8,9 @@ from lbskel import Skeleton
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.level_sets import find_geodesic_caps
 from lbskel.refinement.tips import (
-    clip_to_interior,
     extend_ends,
     extend_tips,
+    interior_axes,
     recenter_points,
     tips_at_surface,
     trace_centerline,
@@ -174,8 +174,8 @@ def test_the_axis_of_a_flat_strip_is_rejected():
     x, y, z = mesh.vertices.T
     [strip] = find_geodesic_caps(mesh, np.where((np.abs(np.arctan2(y, x)) < 0.3) & (np.abs(z) < 1.5), 0, -1)).values()
     [half] = find_geodesic_caps(mesh, np.where(z > 0.3, 0, -1)).values()
-    assert len(clip_to_interior(half, Surface(mesh))) == len(half.axis) > 2
-    assert len(clip_to_interior(strip, Surface(mesh))) == 0
+    assert len(interior_axes([half], Surface(mesh))[0]) == len(half.axis) > 2
+    assert len(interior_axes([strip], Surface(mesh))[0]) == 0
 
 
 def test_a_tip_outside_the_surface_near_its_end_is_brought_inside():

@@ -53,10 +53,17 @@ def test_paths_are_appended_in_order_and_an_empty_one_adds_nothing():
     assert len(longer.mean_radii) == 0
 
 
+def replaced_path(skeleton, nodes, positions, radii):
+    """One path replaced."""
+    return replace_paths(
+        skeleton, np.array(nodes), np.array([0, len(nodes)]), positions, np.array([0, len(positions)]), radii
+    )
+
+
 def test_a_replaced_path_keeps_its_ends_and_gives_its_vertices_to_the_first():
     path = line(6, node_of_vertex=[0, 1, 2, 3, 4, 5], anchors=[5])
     detour = np.array([[1.5, 1, 0], [2.5, 1, 0], [3.5, 1, 0]])
-    replaced = replace_paths(path, [np.array([1, 2, 3, 4])], [detour], np.array([9.0, 8, 7]))
+    replaced = replaced_path(path, [1, 2, 3, 4], detour, np.array([9.0, 8, 7]))
     assert replaced.nodes[:4, 0].tolist() == [0, 1, 4, 5]
     assert np.array_equal(replaced.nodes[4:], detour)
     assert replaced.edges.tolist() == [[0, 1], [1, 4], [2, 3], [2, 6], [4, 5], [5, 6]]
@@ -66,11 +73,11 @@ def test_a_replaced_path_keeps_its_ends_and_gives_its_vertices_to_the_first():
 
 
 def test_a_path_is_replaced_by_an_edge_and_a_loop_by_another_loop():
-    straight = replace_paths(line(4), [np.array([0, 1, 2, 3])], [np.empty((0, 3))], np.empty(0))
+    straight = replaced_path(line(4), [0, 1, 2, 3], np.empty((0, 3)), np.empty(0))
     assert straight.edges.tolist() == [[0, 1]]
     assert straight.nodes[:, 0].tolist() == [0, 3]
     square = Skeleton([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1], [1, 2], [2, 3], [0, 3]], np.ones(4))
-    loop = replace_paths(square, [np.array([0, 1, 2, 3, 0])], [np.array([[2.0, 0, 0], [0, 2, 0]])], np.ones(2))
+    loop = replaced_path(square, [0, 1, 2, 3, 0], np.array([[2.0, 0, 0], [0, 2, 0]]), np.ones(2))
     assert (loop.cycle_rank, len(loop.nodes)) == (1, 3)
 
 
