@@ -175,9 +175,7 @@ def walk_branches(
     return nodes_array[:n_nodes], begins_array[: n_walks + 1]
 
 
-@cython.locals(
-    path=cython.Py_ssize_t, i=cython.Py_ssize_t, total=cython.double
-)
+@cython.locals(path=cython.Py_ssize_t, i=cython.Py_ssize_t, total=cython.double)
 def sums_along_paths(
     steps: cython.const[cython.double][::1], begins: cython.const[cython.longlong][::1]
 ) -> NDArray[np.float64]:

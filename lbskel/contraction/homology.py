@@ -140,7 +140,9 @@ def tunnels_missed(
         return None if genus else 0
     deadline.check()
     basis = _outward_basis(mesh)
-    view = next((view for view in deadline.until(_views()) if linking_form(basis, basis.mesh, view).is_consistent()), None)
+    view = next(
+        (view for view in deadline.until(_views()) if linking_form(basis, basis.mesh, view).is_consistent()), None
+    )
     if view is None:
         return None
     combinations = [random_integers(2 * genus, 1 + i) % np.uint64(PRIME) for i in range(genus)]

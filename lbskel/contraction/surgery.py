@@ -168,7 +168,7 @@ def collapse_mesh(
 
 
 def _tunnels_in_time(source: Mesh, deadline: Deadline) -> Tunnels | None:
-    """Find the tunnels by half of the time that is left; None, as where they are not certain, if it does not suffice."""
+    """Find the tunnels by half of the time that is left; None, as where they are not certain, if it is over."""
     if deadline == NEVER:
         return find_tunnels(source)
     try:

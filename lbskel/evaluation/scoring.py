@@ -160,7 +160,8 @@ def _centeredness_errors(
     known = ~np.isnan(errors)
     if not known.any():
         return None, None
-    by_branch = [errors[branch][known[branch]] for branch in skeleton.branches]
+    numbers = np.unique(skeleton.branch_of_node[known])
+    by_branch = [errors[branch][known[branch]] for branch in (skeleton.branches[number] for number in numbers)]
     medians = [float(np.median(values)) for values in by_branch if len(values) >= MIN_SECTIONS]
     return float(errors[known].mean()), max(medians, default=None)
 
@@ -239,9 +240,9 @@ def _region_widths(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
     node, count = skeleton.node_of_vertex, np.bincount(skeleton.node_of_vertex, minlength=len(skeleton.nodes))
     sums = np.stack([np.bincount(node, x, len(count)) for x in mesh.vertices.T], axis=1)
     widths = mean_radii(replace(skeleton, nodes=sums / np.maximum(count, 1)[:, None]), mesh).radii
+    nodes, begins = skeleton.flat_branches
     medians = np.zeros(len(widths))
-    for branch in skeleton.branches:
-        medians[branch] = np.maximum(medians[branch], np.median(widths[branch]))
+    np.maximum.at(medians, nodes, np.repeat(skeleton.branch_medians(widths), np.diff(begins)))
     return medians
 
 

@@ -23,20 +23,14 @@ def length_fraction(skeleton: Skeleton, is_chosen: NDArray[np.bool_]) -> float:
 
 def rms_curvature(skeleton: Skeleton) -> float:
     """Compute the root mean square, along the length, of the turning angle per length of one local radius."""
-    curvatures, weights = [0.0], [0.0]
-    for branch in skeleton.branches:
-        is_cycle = branch[0] == branch[-1] and skeleton.degrees[branch[0]] == 2
-        path = np.concatenate([branch[-2:-1], branch]) if is_cycle else branch
-        steps = np.diff(skeleton.nodes[path], axis=0)
-        lengths = np.linalg.norm(steps, axis=1)
-        spacing = (lengths[1:] + lengths[:-1]) / 2
-        cosine = np.einsum("ij,ij->i", steps[1:], steps[:-1])
-        sine = np.linalg.norm(np.cross(steps[1:], steps[:-1]), axis=1)
-        is_long = spacing > 0
-        radii = skeleton.radii[path[1:-1]][is_long]
-        curvatures.extend(np.arctan2(sine, cosine)[is_long] * radii / spacing[is_long])
-        weights.extend(spacing[is_long])
-    return float(np.sqrt(np.average(np.square(curvatures), weights=weights))) if any(weights) else 0.0
+    previous, middle, following = skeleton.triples
+    P = skeleton.nodes
+    before, after = P[middle] - P[previous], P[following] - P[middle]
+    spacing = (np.linalg.norm(before, axis=1) + np.linalg.norm(after, axis=1)) / 2
+    angles = np.arctan2(np.linalg.norm(np.cross(after, before), axis=1), np.einsum("ij,ij->i", after, before))
+    is_long = spacing > 0
+    curvatures = angles[is_long] * skeleton.radii[middle[is_long]] / spacing[is_long]
+    return float(np.sqrt(np.average(curvatures**2, weights=spacing[is_long]))) if is_long.any() else 0.0
 
 
 def n_spurs(skeleton: Skeleton) -> int:

@@ -31,8 +31,8 @@ MIN_RADIUS = 0.25  # lower bound on a local radius, in radii of the disk with th
 # limb that is thinner is not resolved by its triangles; a guess
 
 
-# Leaves of the search tree that a line through the mesh meets, above which rays are cast from as many faces fewer. 2 to 5
-# for ordinary meshes, up to 50 for shapes of many parts, a fifteenth of the faces for a fan of needles, whose boxes
+# Leaves of the search tree that a line through the mesh meets, above which rays are cast from as many faces fewer. 2 to
+# 5 for ordinary meshes, up to 50 for shapes of many parts, a thirtieth of the faces for a fan of needles, whose boxes
 # nearly all overlap.
 MAX_OVERLAP = 100.0
 
@@ -77,9 +77,7 @@ def _local_radii(mesh: Mesh, deadline: Deadline) -> NDArray[np.float64]:
     return np.where(np.bincount(mesh.faces.ravel(), minlength=n) > 0, graded, 0.0)
 
 
-def thickness_along_normal(
-    mesh: Mesh, faces: NDArray[np.int64], *, deadline: Deadline = NEVER
-) -> NDArray[np.float64]:
+def thickness_along_normal(mesh: Mesh, faces: NDArray[np.int64], *, deadline: Deadline = NEVER) -> NDArray[np.float64]:
     """(k,) length of the ray inwards along the normal from the center of each face; infinite where it hits nothing.
 
     Parameters

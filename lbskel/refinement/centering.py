@@ -72,21 +72,10 @@ def _smoothing_spline(
     skeleton: Skeleton, target: NDArray[np.float64], weight: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Fit a discrete smoothing spline to every branch, by weighted targets and squared second differences."""
-    previous, middle, following = _triples(skeleton)
+    previous, middle, following = skeleton.triples
     rows = np.tile(np.arange(len(middle)), 3)
     values = np.repeat([1.0, -2.0, 1.0], len(middle))
     shape = (len(middle), len(skeleton.nodes))
     second = coo_array((values, (rows, np.concatenate([previous, middle, following]))), shape=shape).tocsc()
     A = BENDING_WEIGHT * (second.T @ second) + diags_array(weight)
     return factorize(A.tocsc()).solve(weight[:, None] * target)
-
-
-def _triples(skeleton: Skeleton) -> list[NDArray[np.int64]]:
-    """All runs of three nodes along the branches, as three arrays; around a bare loop too."""
-    runs = [[np.empty(0, dtype=np.int64)] for _ in range(3)]
-    for branch in skeleton.branches:
-        if branch[0] == branch[-1] and skeleton.degrees[branch[0]] == 2:
-            branch = np.concatenate([branch[-2:-1], branch])
-        for run, nodes in zip(runs, (branch[:-2], branch[1:-1], branch[2:]), strict=True):
-            run.append(nodes)
-    return [np.concatenate(run) for run in runs]

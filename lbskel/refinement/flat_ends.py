@@ -76,7 +76,7 @@ def _is_corner(
     is_hidden = ~_sees(peaks[owner], points, surface)
     sees = np.bincount(owner, is_hidden, len(ends)) == 0
     if not sees.any():
-        return sees
+        return np.zeros(len(ends), dtype=bool)
     half_widths = np.zeros(len(nodes))
     np.maximum.at(half_widths, junctions[sees], _half_widths([opposite[row] for row in np.flatnonzero(sees)], surface))
     return np.asarray(sees & (reaches <= min_branch_ratio * half_widths[junctions]))
@@ -106,15 +106,15 @@ def _sees(points: NDArray[np.float64], others: NDArray[np.float64], surface: Sur
     samples = ((1 - shares) * points + shares * others).reshape(-1, 3)
     is_outside = ~surface.contains(samples).reshape(N_SAMPLES, -1)
     limits = MAX_GAP * np.linalg.norm(others - points, axis=1)
-    samples = samples.reshape(N_SAMPLES, -1, 3)
-    sees = ~is_outside.any(axis=0)
+    by_segment = samples.reshape(N_SAMPLES, -1, 3)
+    sees = np.asarray(~is_outside.any(axis=0))
     # first the outside sample nearest to the middle of each segment, which mostly is far enough from the surface
     rows = np.flatnonzero(~sees)
     inward = np.argsort(np.abs(np.arange(N_SAMPLES) - (N_SAMPLES - 1) / 2), kind="stable")
     middle = inward[is_outside[inward][:, rows].argmax(axis=0)]
-    rows = rows[surface.distance(samples[middle, rows]) <= limits[rows]]
+    rows = rows[surface.distance(by_segment[middle, rows]) <= limits[rows]]
     gaps = np.zeros((N_SAMPLES, len(rows)))
     left = is_outside[:, rows]
-    gaps[left] = surface.distance(samples[:, rows][left])
+    gaps[left] = surface.distance(by_segment[:, rows][left])
     sees[rows] = gaps.max(axis=0, initial=0.0) <= limits[rows]
-    return np.asarray(sees)
+    return sees

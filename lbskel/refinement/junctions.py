@@ -117,7 +117,9 @@ def _nearest_points(
     np.add.at(b, groups, moments)
     known = np.bincount(groups, minlength=len(anchors)) > 0
     A, b = A[known], b[known]
-    regularization = (REGULARIZATION * np.trace(A, axis1=1, axis2=2)) ** 2  # of A @ A: it hardly moves what is determined
+    regularization = (
+        REGULARIZATION * np.trace(A, axis1=1, axis2=2)
+    ) ** 2  # of A @ A: it hardly moves what is determined
     system = A @ A + regularization[:, None, None] * np.eye(3)
     points[known] += np.linalg.solve(system, A @ b[:, :, None])[:, :, 0]
     return points

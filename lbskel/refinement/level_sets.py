@@ -8,7 +8,7 @@ data", https://doi.org/10.1007/PL00007210).
 
 from __future__ import annotations
 
-__all__ = ["GeodesicCap", "cap_axes", "find_geodesic_caps"]
+__all__ = ["GeodesicCap", "cap_axes", "find_geodesic_caps", "interior_axes"]
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,9 +22,12 @@ from lbskel._kernels.connectivity import component_roots
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order, unique_inverse
+from lbskel.geometry.surface_queries import Surface
 
 LEVEL_SPACING = 0.5  # between level sets, in radii of the limb; a guess, benchmarks/results/constants.md
 MAX_LEVELS = 500  # per limb, which bounds the memory that hair-thin limbs take; a guess
+MIN_DEPTH = 0.5  # lower bound on the median depth of an axis below the surface, in radii of its limb: rejects flat
+# strips; a guess, benchmarks/results/constants.md
 CAP_LENGTH = np.pi / 2  # from the end of a round limb to the rim of its hemispherical cap along the surface, in radii
 MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound, since csgraph takes length 0 for no edge
 
@@ -87,8 +90,29 @@ def cap_axes(caps: Sequence[GeodesicCap]) -> list[NDArray[np.float64]]:
     return axes
 
 
+def interior_axes(caps: Sequence[GeodesicCap], surface: Surface) -> list[NDArray[np.float64]]:
+    """Clip the axis of each cap to the part next to its end that is inside the surface; empty if it is too shallow.
+
+    Parameters
+    ----------
+    caps : sequence of GeodesicCap
+    surface : Surface
+    """
+    axes = cap_axes(caps)
+    if not any(map(len, axes)):
+        return axes
+    points, cuts = np.concatenate(axes), np.cumsum([len(axis) for axis in axes])[:-1]
+    depths, is_outside = np.split(surface.distance(points), cuts), np.split(~surface.contains(points), cuts)
+    for row, (cap, axis) in enumerate(zip(caps, axes, strict=True)):
+        if len(axis) == 0 or np.median(depths[row]) < MIN_DEPTH * cap.radius:
+            axes[row] = np.empty((0, 3))
+        elif is_outside[row].any():
+            axes[row] = axis[np.flatnonzero(is_outside[row])[-1] + 1 :]
+    return axes
+
+
 def _levels(caps: Sequence[GeodesicCap]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """The distances of the level sets of all caps, one after the other, and where those of each cap begin and end."""
+    """Space the level sets of all caps: their distances, and where those of each cap begin and end."""
     radii, lengths = np.array([[cap.radius, cap.length] for cap in caps]).T
     first = CAP_LENGTH * radii
     counts = 1 + np.minimum((lengths - first) / (LEVEL_SPACING * radii), MAX_LEVELS).astype(np.int64)
@@ -98,7 +122,7 @@ def _levels(caps: Sequence[GeodesicCap]) -> tuple[NDArray[np.float64], NDArray[n
 
 
 def _level_curves(caps: Sequence[GeodesicCap]) -> tuple[list[int], tuple[NDArray[np.int64], NDArray[np.float64]]]:
-    """The level and the centroid of each connected curve, by level, and where those of each cap begin and end."""
+    """Compute the level and the centroid of each connected curve, and where those of each cap begin and end."""
     levels, begins = _levels(caps)
     corners, edges, distances = (
         np.concatenate([getattr(cap, name) for cap in caps]) for name in ("corners", "edges", "distances")
@@ -109,7 +133,9 @@ def _level_curves(caps: Sequence[GeodesicCap]) -> tuple[list[int], tuple[NDArray
     ascending = levels + np.repeat(shift, np.diff(begins))
     bounds = [distances.min(axis=1), distances.max(axis=1)]
     lowest, highest = (
-        _count_up_to(bound, np.searchsorted(ascending, bound + shift[cap_of_face], "right"), levels, begins, cap_of_face)
+        _count_up_to(
+            bound, np.searchsorted(ascending, bound + shift[cap_of_face], "right"), levels, begins, cap_of_face
+        )
         for bound in bounds
     )
     n_crossed = highest - lowest

@@ -20,9 +20,9 @@ from scipy.spatial import cKDTree
 
 from lbskel.geometry.cross_sections import cross_sections
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.level_sets import find_geodesic_caps
+from lbskel.refinement.level_sets import find_geodesic_caps, interior_axes
 from lbskel.refinement.radii import inscribed_radii
-from lbskel.refinement.tips import extend_ends, interior_axes, trace_centerline
+from lbskel.refinement.tips import extend_ends, trace_centerline
 from lbskel.refinement.uncovered_limbs import MIN_REACH, UncoveredLimbs, find_uncovered_limbs
 from lbskel.skeleton.skeleton import Skeleton
 

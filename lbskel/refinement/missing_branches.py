@@ -18,9 +18,9 @@ from scipy.spatial.distance import cdist
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import GeodesicExtrema, find_extrema, is_missed
-from lbskel.refinement.level_sets import find_geodesic_caps
+from lbskel.refinement.level_sets import find_geodesic_caps, interior_axes
 from lbskel.refinement.radii import inscribed_radii
-from lbskel.refinement.tips import extend_ends, interior_axes, recenter_points, trace_centerline
+from lbskel.refinement.tips import extend_ends, recenter_points, trace_centerline
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 

@@ -184,12 +184,12 @@ def _with_connecting_paths(skeleton: Skeleton, graph: csr_array, disjoint: NDArr
     shortest_paths = ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
     by_node = stable_order(node_of_vertex)
     begins = np.searchsorted(node_of_vertex[by_node], np.arange(len(skeleton.nodes) + 1))
-    neighbors = [adjacent.tolist() for adjacent in skeleton.neighbors]
-    kinds, is_near = np.zeros(len(node_of_vertex), dtype=np.int8), np.zeros(len(neighbors), dtype=bool)
+    begin_of, neighbors = (array.tolist() for array in skeleton.adjacency)
+    kinds, is_near = np.zeros(len(node_of_vertex), dtype=np.int8), np.zeros(len(skeleton.nodes), dtype=bool)
     for first, last in disjoint.tolist():
         near = {first, last}
         for _ in range(N_RINGS):
-            near.update(*(neighbors[node] for node in near))
+            near.update(*(neighbors[begin_of[node] : begin_of[node + 1]] for node in near))
         nodes = sorted(near)
         is_near[nodes] = True
         local = np.concatenate([by_node[begins[node] : begins[node + 1]] for node in nodes])

@@ -8,10 +8,9 @@ extended from there.
 
 from __future__ import annotations
 
-__all__ = ["extend_ends", "extend_tips", "interior_axes", "recenter_points", "tips_at_surface", "trace_centerline"]
+__all__ = ["extend_ends", "extend_tips", "recenter_points", "tips_at_surface", "trace_centerline"]
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.cross_sections import Sections, cross_sections
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.level_sets import GeodesicCap, cap_axes, find_geodesic_caps
+from lbskel.refinement.level_sets import find_geodesic_caps, interior_axes
 from lbskel.skeleton.editing import append_paths, contract_nodes
 from lbskel.skeleton.pruning import MIN_TIP_DISTANCE
 from lbskel.skeleton.skeleton import Skeleton
@@ -37,8 +36,6 @@ TIP_REACH = 2.5  # distance from the end of a limb within which a tip reaches it
 # ball; a guess, benchmarks/results/constants.md
 MIN_LIMB_LENGTH = 3.4  # lower bound on the length of a limb in radii; a flat patch has 2, a hemisphere 2.5, and the
 # rounded corner of a foot up to 3.3
-MIN_DEPTH = 0.5  # lower bound on the median depth of an axis below the surface, in radii of its limb: rejects flat
-# strips; a guess, benchmarks/results/constants.md
 MAX_OFFSET = 2.0  # distance from an end outside the surface to the centroid of its section, in radii of the section; a
 # guess, benchmarks/results/constants.md
 MAX_WIDENING = 1.5  # upper bound on the ratio of the radii of successive sections along a centerline; a guess,
@@ -160,7 +157,9 @@ def _missed_limbs(
             if math.dist(cap.end, tips[index]) <= TIP_REACH * max(cap.radius, radii[index])
         }
         trying, n_tried = {index: n for index, n in n_tried.items() if index not in reached}, {}
-        limbs = [index for index in trying if index in caps and caps[index].length > MIN_LIMB_LENGTH * caps[index].radius]
+        limbs = [
+            index for index in trying if index in caps and caps[index].length > MIN_LIMB_LENGTH * caps[index].radius
+        ]
         for index, axis in zip(limbs, interior_axes([caps[index] for index in limbs], surface), strict=True):
             if len(axis) >= 2:
                 branch, n = ends[index], trying[index]
@@ -171,27 +170,6 @@ def _missed_limbs(
             if n < len(ends[index]) - 1:
                 n_tried[index] = min(2 * n, len(ends[index]) - 1)
     return {index: (n, axis) for index, (_, n, axis) in best.items()}
-
-
-def interior_axes(caps: Sequence[GeodesicCap], surface: Surface) -> list[NDArray[np.float64]]:
-    """Clip the axis of each cap to the part next to its end that is inside the surface; empty if it is too shallow.
-
-    Parameters
-    ----------
-    caps : sequence of GeodesicCap
-    surface : Surface
-    """
-    axes = cap_axes(caps)
-    if not any(map(len, axes)):
-        return axes
-    points, cuts = np.concatenate(axes), np.cumsum([len(axis) for axis in axes])[:-1]
-    depths, is_outside = (np.split(each, cuts) for each in (surface.distance(points), ~surface.contains(points)))
-    for row, (cap, axis) in enumerate(zip(caps, axes, strict=True)):
-        if len(axis) == 0 or np.median(depths[row]) < MIN_DEPTH * cap.radius:
-            axes[row] = np.empty((0, 3))
-        elif is_outside[row].any():
-            axes[row] = axis[np.flatnonzero(is_outside[row])[-1] + 1 :]
-    return axes
 
 
 def _detour(path: NDArray[np.float64]) -> float:

@@ -123,7 +123,7 @@ def _counts_for_spacing(skeleton: Skeleton, paths: _Paths, spacing: float) -> ND
     radii = (ascending[begin + (sizes - 1) // 2] + ascending[begin + sizes // 2]) / 2  # the medians
     pieces = np.maximum(spacing * radii, paths.lengths / (MAX_REFINEMENT * (sizes - 1)))
     counts = np.rint(np.divide(paths.lengths, pieces, out=np.zeros(len(paths)), where=pieces > 0)).astype(np.int64)
-    counts = np.maximum(counts, paths.min_pieces)
+    counts = np.asarray(np.maximum(counts, paths.min_pieces))
     removes_all = (counts == paths.min_pieces).all()
     if spacing > MAX_SPACING and removes_all and (sizes - 1 > paths.min_pieces).any():
         raise UnknownChoice(
@@ -192,8 +192,8 @@ def _interpolated(values: NDArray[np.float64], paths: _Paths, counts: NDArray[np
     """(k, d) values at the inner points that divide each path: positions on a cubic curve, the rest linear.
 
     One search finds the piece of each point on all paths. The tangent at a node is that of the chord between its
-    neighbors, so that short pieces beside long ones do not make the curve overshoot. A path with a piece of no length is
-    divided on its chords.
+    neighbors, so that short pieces beside long ones do not make the curve overshoot. A path with a piece of no length
+    is divided on its chords.
     """
     if len(paths) == 0:
         return np.empty((0, values.shape[1]))

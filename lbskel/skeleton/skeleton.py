@@ -14,12 +14,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse.csgraph import connected_components
 
+from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.traversal import walk_branches
 from lbskel.errors import MeshError
 from lbskel.geometry.arrays import read_only
-from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.exchange import SkeletonExchange
 
 
@@ -164,9 +163,8 @@ class Skeleton(SkeletonExchange):
     @cached_property
     def component_of_node(self) -> NDArray[np.int64]:
         """(k,) index of the connected component of each node."""
-        k = len(self.nodes)
-        graph = weighted_graph(self.edges, np.ones(len(self.edges), dtype=np.int8), k)
-        return read_only(connected_components(graph, directed=False)[1].astype(np.int64))
+        first = component_roots(self.edges, np.zeros(len(self.nodes), dtype=np.int64))
+        return read_only((np.cumsum(first == np.arange(len(first))) - 1)[first])
 
     @property
     def n_components(self) -> int:
@@ -214,6 +212,33 @@ class Skeleton(SkeletonExchange):
         branch_of[nodes] = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
         branch_of[self.degrees >= 3] = -1
         return read_only(branch_of)
+
+    @property
+    def triples(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+        """All runs of three nodes along the branches, as three arrays; around a loop without a junction too."""
+        nodes, begins = self.flat_branches
+        is_inner = np.ones(len(nodes), dtype=bool)
+        is_inner[np.concatenate([begins[:-1], begins[1:] - 1])] = False
+        inner = np.flatnonzero(is_inner)
+        is_loop = (nodes[begins[:-1]] == nodes[begins[1:] - 1]) & (self.degrees[nodes[begins[:-1]]] == 2)
+        first, last = begins[:-1][is_loop], begins[1:][is_loop] - 1
+        runs = ((inner - 1, last - 1), (inner, first), (inner + 1, first + 1))
+        previous, middle, following = (nodes[np.concatenate(run)] for run in runs)
+        return previous, middle, following
+
+    def branch_medians(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(b,) median over the nodes of each branch.
+
+        Parameters
+        ----------
+        values : (k,) array of float
+            At the nodes.
+        """
+        nodes, begins = self.flat_branches
+        sizes, begin = np.diff(begins), begins[:-1]
+        ascending = values[nodes]
+        ascending = ascending[np.lexsort((ascending, np.repeat(np.arange(len(sizes)), sizes)))]
+        return np.asarray((ascending[begin + (sizes - 1) // 2] + ascending[begin + sizes // 2]) / 2)
 
     @property
     def end_branches(self) -> list[NDArray[np.int64]]:

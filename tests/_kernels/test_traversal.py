@@ -1,5 +1,7 @@
 """Half-edges in pairs, faces breadth first, and the branches of graphs, against walks in plain Python."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -26,7 +28,8 @@ def test_faces_are_entered_from_those_entered_before(kernel):
     assert np.array_equal(np.sort(entered % m), np.arange(m))
     place = np.argsort(entered % m)
     from_place = place[twins[entered[1:]] % m]  # of the face across, which comes before, and in the same order
-    assert (from_place < np.arange(1, m)).all() and (np.diff(from_place) >= 0).all()
+    assert (from_place < np.arange(1, m)).all()
+    assert (np.diff(from_place) >= 0).all()
 
 
 def test_faces_of_several_parts_are_entered_in_turn(kernel):
@@ -37,7 +40,7 @@ def test_faces_of_several_parts_are_entered_in_turn(kernel):
 def walked(kernel, edges, n):
     skeleton = Skeleton(np.zeros((n, 3)), edges, np.ones(n))
     nodes, begins = kernel.walk_branches(*skeleton.adjacency)
-    return [nodes[begin:end].tolist() for begin, end in zip(begins, begins[1:], strict=False)]
+    return [nodes[begin:end].tolist() for begin, end in pairwise(begins)]
 
 
 @pytest.mark.parametrize(
@@ -61,7 +64,7 @@ def test_branches_have_every_edge_once(kernel):
         edges = np.unique(np.sort(random.integers(0, 30, (n_edges, 2)), axis=1), axis=0)
         edges = edges[edges[:, 0] < edges[:, 1]]
         paths = walked(kernel, edges, 30)
-        along = [pair for path in paths for pair in zip(path, path[1:], strict=False)]
+        along = [pair for path in paths for pair in pairwise(path)]
         assert sorted(tuple(sorted(pair)) for pair in along) == sorted(map(tuple, edges.tolist()))
         degrees = np.bincount(edges.ravel(), minlength=30)
         assert all((degrees[path[1:-1]] == 2).all() for path in paths)

@@ -186,3 +186,7 @@ def test_winding_numbers_in_the_plane_of_a_vertical_face():
         points = points[mesh.aabb_tree.nearest(points)[0] > 1e-12]
         assert len(points) > 100
         assert not mesh.aabb_tree.winding_numbers(points).any()  # all of a tetrahedron is on one side of each face
+
+
+def test_the_boxes_of_a_surface_overlap_little():
+    assert 1 < sphere(3).aabb_tree.overlap < 10

@@ -66,3 +66,10 @@ def test_queries_of_a_surface_are_the_same_in_slices_and_end_at_its_deadline(mon
         getattr(Surface(mesh, deadline=Deadline(0.0)), query)(*arguments)
     found = getattr(Surface(mesh), query)(*arguments)
     assert all(map(np.array_equal, found, expected))
+
+
+def test_items_come_until_the_deadline():
+    assert list(NEVER.until("ab")) == ["a", "b"]
+    with pytest.raises(OutOfTime):
+        list(Deadline(0.0).until("ab"))
+    assert list(Deadline(0.0).until("")) == []

@@ -5,6 +5,8 @@ import pytest
 from helpers import joined
 
 from lbskel import Mesh
+from lbskel.geometry import shape_diameter
+from lbskel.geometry.deadline import Deadline, OutOfTime
 from lbskel.geometry.shape_diameter import MIN_RADIUS, local_radii, local_thickness, thickness_along_normal
 from lbskel.shapes import cylinder, flat_grid, sphere, torus
 
@@ -113,3 +115,20 @@ def test_radii_are_computed_once_for_a_mesh():
 
 def test_no_faces_have_no_thickness():
     assert local_thickness(sphere(1), np.array([], dtype=np.int64)).shape == (0,)
+
+
+def test_a_fan_of_needles_is_measured_from_fewer_faces(monkeypatch):
+    t = 2 * np.pi * np.arange(600) / 600
+    i, j = np.arange(600), (np.arange(600) + 1) % 600
+    rim = np.stack([np.cos(t), np.sin(t), 0 * t], axis=1)
+    faces = [np.stack([i, j, np.full(600, 600)], axis=1), np.stack([j, i, np.full(600, 601)], axis=1)]
+    fan = Mesh(np.concatenate([rim, [[0, 0, 1.0], [0, 0, -1.0]]]), np.concatenate(faces))
+    all_faces = local_radii(fan)
+    assert fan.aabb_tree.overlap > 30
+    monkeypatch.setattr(shape_diameter, "MAX_OVERLAP", 10.0)
+    assert local_radii(fan.with_vertices(fan.vertices)) == pytest.approx(all_faces, rel=0.1, abs=0.05)
+
+
+def test_radii_are_not_measured_after_a_deadline():
+    with pytest.raises(OutOfTime):
+        local_radii(sphere(2), deadline=Deadline(0.0))

@@ -6,11 +6,10 @@ from helpers import nearest_rows, path_in, reversed_proxy
 
 from lbskel import Skeleton
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.level_sets import find_geodesic_caps
+from lbskel.refinement.level_sets import find_geodesic_caps, interior_axes
 from lbskel.refinement.tips import (
     extend_ends,
     extend_tips,
-    interior_axes,
     recenter_points,
     tips_at_surface,
     trace_centerline,
