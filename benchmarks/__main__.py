@@ -49,7 +49,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--package",
         metavar="NAME",
-        help="for mutations one package, for operators one part, for skeletons one tool: the rows of others stay",
+        help="for mutations one package, for operators and solvers one part, for skeletons one tool; other rows stay",
     )
     parser.add_argument("--jobs", type=int, default=1, metavar="N", help="for mutations: so many at the same time")
     return parser

@@ -108,7 +108,8 @@ def run(quick: bool, results: Path) -> None:
                 row[shift] = difference(baseline, measure(inputs, reused))
         rows.append(row)
         print(f"{number}/{len(constants)} {constant.module}.{constant.name}", file=sys.stderr, flush=True)
-    save_json(results / "constants.json", {"inputs": baseline, "rows": rows})
+    paths = [] if quick else sorted(path for path in (ROOT / "meshes").iterdir() if path.suffix != ".md")
+    save_json(results / "constants.json", {"inputs": baseline, "rows": rows}, meshes=paths)
     save_markdown(results / "constants.md", "What the constants do", tables(baseline, rows))
 
 

@@ -68,7 +68,7 @@ def run(quick: bool, results: Path) -> None:
         "cost": cost,
         "hostile": hostile,
     }
-    save_json(results / "preprocessing.json", measured, packages=("pymeshlab", "fast-simplification"))
+    save_json(results / "preprocessing.json", measured, packages=("pymeshlab", "fast-simplification"), meshes=paths)
     save_markdown(
         results / "preprocessing.md",
         "Preprocessing",

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 __all__ = ["run"]
 
+import json
 import tempfile
 import time
 from collections.abc import Sequence
@@ -160,8 +161,15 @@ def _is_useful(row: dict[str, Any]) -> bool:
     return row.get("error", np.inf) <= USEFUL and not row.get("ended", "").startswith(("over", "refused"))
 
 
-def run(quick: bool, results: Path) -> None:
-    """Measure, and write solvers.json, solvers.md and solvers.png."""
+def run(quick: bool, results: Path, package: str | None = None) -> None:
+    """Measure, and write solvers.json, solvers.md and solvers.png; with ``ordinary`` as package, that part alone."""
+    if package == "ordinary":
+        path = results / "solvers.json"
+        before = json.loads(path.read_text(encoding="utf-8"))
+        earlier = before.get("earlier") or {key: before["machine"][key] for key in ("commit", "date", "processor")}
+        ordinary = solvers_ordinary.measure(quick, CAP)
+        _save(before["rows"], before["systems"], quick, before["cap"], results, ordinary, earlier)
+        return
     sizes = tuple(GRIDS)[: 1 if quick else None]
     cap = QUICK_CAP if quick else CAP
     rows: list[dict[str, Any]] = []
@@ -198,14 +206,19 @@ def _save(
     cap: float,
     results: Path,
     ordinary: Sequence[dict[str, Any]] = (),
+    earlier: dict[str, str] | None = None,
 ) -> None:
-    """Write what has been measured so far."""
+    """Write what has been measured so far; ``earlier`` describes where the rows are of an earlier run."""
     measured = {"quick": quick, "cap": cap, "systems": systems, "rows": rows, "ordinary": ordinary}
+    measured |= {"earlier": earlier} if earlier else {}
     save_json(results / "solvers.json", measured, packages=["pyamg"])
     sections = {}
     if ordinary:
         text = f"{markdown_table(solvers_ordinary.table(ordinary))}\n{solvers_ordinary.sentences(ordinary)}"
         sections["With and without slivers, both energies"] = text
+    if earlier:
+        text = f"The tables below: commit {earlier['commit']}, {earlier['date']}, {earlier['processor']}.\n"
+        sections["A mesh with slivers, published energy, by size"] = text
     save_markdown(results / "solvers.md", "Solvers of the contraction step", sections | _tables(rows, systems, cap))
     save_picture(results / "solvers.png", lambda figure: _picture(rows, figure), size=(17, 8))
 
