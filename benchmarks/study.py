@@ -32,7 +32,7 @@ STRATEGIES = (
     "none; curvature flow",
     PAPER,
     "au2008_demo",
-    "cao2010",
+    "cao2010_meshes",
     "least_squares",
     DEFAULT,
 )
@@ -94,14 +94,14 @@ CHOLMOD's seconds and error, and of the others the multiple of that time and the
 def run(quick: bool, results: Path) -> None:
     """Write study.md from influence.json and solvers.json."""
     influence, solvers = (json.loads((results / f"{name}.json").read_text()) for name in ("influence", "solvers"))
-    shapes, real = influence["strategies"], influence["strategies, real meshes"]
+    shapes, real = influence["strategies"], influence.get("strategies, real meshes", [])
     meshes = list(dict.fromkeys(row["mesh"] for row in real))
     text = PAGE.format(
         influence=_when(influence),
         solvers=_when(solvers),
         n_shapes=len({row["mesh"] for row in shapes}),
         n_meshes=len(meshes),
-        meshes=", ".join(f"`{mesh}`" for mesh in meshes),
+        meshes=", ".join(f"`{mesh}`" for mesh in meshes) or "none",
         published=f"{PUBLISHED:g}",
         own=f"{OWN:g}",
         far=FAR,
@@ -110,7 +110,7 @@ def run(quick: bool, results: Path) -> None:
         chaos=_chaos([*shapes, *real]),
         energies=_energies(shapes),
         weights=_weights(influence["weights"]),
-        combinations=_combinations(influence["all combinations"]),
+        combinations=_combinations(influence.get("all combinations", [])),
         solver_table=markdown_table(solvers_ordinary.table(solvers["ordinary"])),
         solver_sentences=solvers_ordinary.sentences(solvers["ordinary"]),
         iterations=ITERATIONS,
@@ -253,6 +253,8 @@ def _weights(rows: Rows) -> str:
 
 def _combinations(rows: Rows) -> str:
     """Summarize the factorial: shares that are sound, shares of variance, the best and the worst."""
+    if not rows:
+        return "Not measured in this run.\n"
     one, two, three = influence_factorial.FACTORS
     parts = [influence_factorial.crossed(rows, factor, two) for factor in (one, three)]
     shares = influence_factorial.explained(rows)
