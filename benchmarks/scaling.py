@@ -2,8 +2,8 @@
 
 Each input is run in a process of its own; seconds are those of its processor time. The exponent of a stage is the slope
 of the logarithms of its seconds over those of the count, between the two largest inputs; up to 1.2 counts as linear. A
-larger input is left out where the one before took over a fifth of the limit, which stands as a dash. The limit is one of
-the wall clock and includes making the input, so it is wide: other programs may run on the same processors.
+larger input is left out where the one before took over a fifth of the limit, which stands as a dash. The limit is one
+of the wall clock and includes making the input, so it is wide: other programs may run on the same processors.
 
 Then hard inputs are run with time limits, in seconds of the wall clock. A limit holds where the result comes within one
 and a half times of it, or two seconds more. Where the processor time is far less, other programs ran beside it.

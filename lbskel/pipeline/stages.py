@@ -112,8 +112,9 @@ def skeletonize(
         Called with the name of each stage as it begins.
     time_limit : float, optional
         Seconds after which what is not needed is left out, also in the middle of a stage; contraction ends at half of
-        them. The notes list what was left out and what the result lacks. Preparation is not cut short, so meshes of
-        hundreds of thousands of faces take longer than a limit of a second (benchmarks/results/scaling.md).
+        them. The notes list what was left out and what the result lacks. Of preparation, reading and the repair of
+        defects are not cut short, so meshes of a million faces take longer than a limit of a second
+        (benchmarks/results/scaling.md).
     memory_limit : float, optional
         Megabytes that the run may take, by its number of faces; what the machine has free by default. Where a mesh
         cannot be contracted in full, it is contracted by a proxy.

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from lbskel import Mesh
 from lbskel.contraction.homology import find_tunnels, transfer_cochain, tunnels_missed
+from lbskel.geometry.deadline import Deadline, OutOfTime
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.shapes import chain_of_tori, lattice, porous_block, sphere, torus
@@ -176,3 +177,11 @@ def test_two_cycles_around_one_tunnel_miss_another(second, n_missed):
 
 def test_tunnels_of_a_sphere_are_none():
     assert tunnels_missed(*ring([0, 0, 0], 0.5), sphere(2)) == 0
+
+
+def test_tunnels_are_not_looked_for_after_a_deadline():
+    mesh = torus(1.0, 0.3, 16, 8)
+    with pytest.raises(OutOfTime):
+        find_tunnels(mesh, deadline=Deadline(0.0))
+    with pytest.raises(OutOfTime):
+        tunnels_missed(np.zeros((1, 3)), np.empty((0, 2), dtype=np.int64), mesh, deadline=Deadline(0.0))

@@ -3,10 +3,14 @@
 ``python -m benchmarks topology`` does the runs on difficult positions thousands of times, up to genus 9.
 """
 
+import time
+
 import numpy as np
 import pytest
 
 from lbskel import Mesh, Skeleton, collapse, collapse_mesh, contract, skeletonize
+from lbskel.contraction import surgery
+from lbskel.geometry.deadline import Deadline, OutOfTime
 from lbskel.shapes import capsule, chain_of_tori, cylinder, sphere, torus
 
 POSITIONS = {
@@ -171,3 +175,17 @@ def test_unused_vertices_have_no_node():
     graph = collapse_mesh(more, more)
     assert graph.node_of_vertex[-1] == -1
     assert (graph.node_of_vertex[:-1] >= 0).all()
+
+
+def test_certificates_are_left_out_where_half_the_time_does_not_suffice(monkeypatch):
+    mesh = torus(1.0, 0.3, 16, 8)
+
+    def late(mesh, *, deadline):
+        assert deadline.seconds_left < 60
+        raise OutOfTime
+
+    contraction = contract(mesh)
+    monkeypatch.setattr(surgery, "find_tunnels", late)
+    graph = collapse(contraction, deadline=Deadline(time.perf_counter() + 100))
+    assert not graph.handles_certified
+    assert len(graph.node_of_vertex) == len(mesh.vertices)

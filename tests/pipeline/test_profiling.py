@@ -1,5 +1,7 @@
 """The timer of stages: seconds, peak memory, and stages that a time limit skips."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -63,3 +65,11 @@ def test_memory_is_the_peak_within_the_stage():
     with timer("small"):
         pass
     assert timer.megabytes["large"] > timer.megabytes["small"] + 150
+
+
+def test_a_stage_begins_only_if_what_it_is_expected_to_take_is_left(monkeypatch):
+    monkeypatch.setattr(time, "perf_counter", lambda: 101.0)
+    timer = StageTimer(time_limit=2.0, _began=100.0)  # one second left, and another of grace
+    assert timer.has_time_for("simplify", seconds=1.5)
+    assert not timer.has_time_for("simplify", seconds=2.5)
+    assert timer.skipped == ["simplify"]

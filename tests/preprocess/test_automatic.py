@@ -5,7 +5,9 @@ import pytest
 from helpers import joined, without_faces
 
 from lbskel import Mesh, MeshError, Pipeline, UnknownChoice, skeletonize
+from lbskel.geometry.deadline import Deadline
 from lbskel.preprocess import preprocess_mesh
+from lbskel.preprocess.automatic import OUT_OF_TIME
 from lbskel.shapes import capsule, chain_of_tori, flat_grid, make, sphere, torus
 
 TORUS = torus(1.0, 0.4, 40, 24)
@@ -147,3 +149,14 @@ def test_crumbs_are_removed_and_their_vertices_have_nodes(tetrahedron):
     # a component as small in faces alone is a body
     large = joined(fine, Mesh(tetrahedron.vertices + [3.0, 0, 0], tetrahedron.faces))
     assert preprocess_mesh(large).mesh.n_components == 2
+
+
+def test_after_a_deadline_defects_are_repaired_and_nothing_else_is_looked_for():
+    given = without_faces(TORUS, range(1))
+    cavity = sphere(1)
+    given = joined(given, Mesh(0.05 * cavity.vertices + [1.0, 0, 0], cavity.faces[:, ::-1]))
+    in_time, late = preprocess_mesh(given), preprocess_mesh(given, deadline=Deadline(0.0))
+    assert (in_time.mesh.n_components, late.mesh.n_components) == (1, 2)
+    assert late.mesh.is_closed_manifold
+    assert late.notes[-1] == OUT_OF_TIME
+    assert OUT_OF_TIME not in in_time.notes

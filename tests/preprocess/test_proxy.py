@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from lbskel import Mesh
+from lbskel.geometry.deadline import Deadline, OutOfTime
 from lbskel.geometry.surface_queries import Surface
+from lbskel.preprocess import proxy
 from lbskel.preprocess.proxy import face_budget, simplify_to_proxy, surface_with_proxy
-from lbskel.shapes import torus
+from lbskel.shapes import capsule, torus
 
 
 @pytest.mark.parametrize(("radius", "n_faces"), [(0.01, 31_600), (0.001, 128_000)])
@@ -66,3 +68,17 @@ def test_the_deviation_of_the_proxy_bounds_the_distance_of_the_surfaces():
     apart = Surface(mesh).distance(proxy.mesh.vertices[proxy.mesh.faces].mean(axis=1)).max()
     assert 0 < apart <= surface.simplified.deviation
     assert (surface.clearance(mesh.vertices) <= 0.0).all()
+
+
+def test_a_long_thin_shape_of_very_many_faces_keeps_a_share_of_them(monkeypatch):
+    rod = capsule(4.0, 0.1, 24)
+    for name in ("MAX_FACES", "MIN_PROXY_FACES", "MAX_SLENDER_FACES"):
+        monkeypatch.setattr(proxy, name, 100)
+    assert len(rod.faces) > 8 * 100
+    assert 100 < face_budget(rod) <= len(rod.faces) // proxy.MAX_REDUCTION
+
+
+def test_a_proxy_is_not_begun_after_a_deadline(monkeypatch):
+    monkeypatch.setattr(proxy, "MAX_FACES", 10)
+    with pytest.raises(OutOfTime):
+        simplify_to_proxy(capsule(4.0, 0.5, 16), deadline=Deadline(0.0))
