@@ -1,23 +1,26 @@
 """Skeletons of point clouds sampled from shapes with a known axis: clean, uneven, noisy, with outliers, half hidden.
 
-Distances are in units of the true local radius. Each shape is sampled by 10,000 points; with peers, the multi-scale
-local separators of PyGEL3D run on the graph of the 8 nearest neighbors of the same points.
+Distances are in units of the true local radius. Each shape is sampled by 10,000 points; with peers, other tools run on
+the same points, the slow ones on a few clouds (:mod:`benchmarks.point_tools`). Then clouds of up to a million points
+are timed beside the mesh with the same vertices.
 """
 
 from __future__ import annotations
 
 __all__ = ["run"]
 
+import resource
+import time
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 import lbskel
 from benchmarks.harness import markdown_table, run_in_subprocess, save_json, save_markdown
+from benchmarks.point_tools import FAST, PACKAGES, TOOLS
 from benchmarks.summaries import counts_of_right, means
 from lbskel.geometry.surface_queries import Surface
 from lbskel.shapes import SHAPES, Shape, make
@@ -25,26 +28,31 @@ from lbskel.skeleton.edge_distances import nearest_on_edges
 
 KINDS = ("uniform", "density", "noise", "outliers", "views")
 QUICK = ("limbs", "knot", "cube_frame")
-N_POINTS, N_NEIGHBORS = 10_000, 8
+N_POINTS = 10_000
 DENSITY, NOISE, OUTLIERS = 10.0, 0.1, 0.02  # ratio of densities, in local radii, share of the points
 MARGIN = 0.1  # by which the box of outliers is larger than that of the shape, on each side
+SLOW = (("limbs", "uniform"), ("knot", "uniform"))  # clouds for slow tools
+SIZES = {10_000: (9_700, 0), 100_000: (6_250, 2), 1_000_000: (3_910, 4)}  # vertices of limbs, and times subdivided
 MIN_COSINE = 0.1  # of the angle between normal and view from which on a scanner sees a point
-
-Graph = tuple[NDArray[np.float64], NDArray[np.int64]]
 
 
 def run(quick: bool, results: Path, peers: bool = False) -> None:
     """Measure, and write points.json and points.md."""
-    tools = {"lbskel": _ours, **({"PyGEL3D": _separators} if peers else {})}
     rows = []
     for name in QUICK if quick else SHAPES:
         shape = make(name)
         for kind in KINDS:
             points = sample(shape, kind, np.random.default_rng(7))
-            rows += [_row(tool, function, name, kind, points, shape) for tool, function in tools.items()]
-    save_json(results / "points.json", {"clouds": rows}, packages=("PyGEL3D",))
-    summary = [_summary(rows, tool, kind) for kind in KINDS for tool in tools]
-    tables = {"Means over the shapes": markdown_table(summary), "Each cloud": markdown_table(rows)}
+            tools = [tool for tool in TOOLS if tool in FAST or (name, kind) in SLOW] if peers else ["lbskel"]
+            rows += [_row(tool, name, kind, points, shape) for tool in tools]
+    times = [row for n in list(SIZES)[: 1 if quick else None] for row in _times(n)]
+    save_json(results / "points.json", {"clouds": rows, "times": times}, packages=PACKAGES)
+    groups = [(kind, tool) for kind in KINDS for tool in TOOLS if any(_is_of(row, kind, tool) for row in rows)]
+    tables = {
+        "Means over the shapes": markdown_table([_summary(rows, tool, kind) for kind, tool in groups]),
+        "Time of a cloud, and of the mesh with its vertices": markdown_table(times),
+        "Each cloud": markdown_table(rows),
+    }
     save_markdown(results / "points.md", "Point clouds", tables)
 
 
@@ -87,32 +95,46 @@ def _is_seen(
     return is_seen
 
 
-def _ours(points: NDArray[np.float64]) -> Graph:
-    skeleton = lbskel.skeletonize(lbskel.PointCloud(points))
-    return np.array(skeleton.nodes), np.array(skeleton.edges)
+def _times(n: int) -> list[dict[str, Any]]:
+    """Time lbskel on the vertices of a shape and on their mesh, each in a process of its own."""
+    import igl
+
+    n_vertices, n_times = SIZES[n]
+    mesh = make("limbs", n_vertices=n_vertices).mesh
+    V, F = np.array(mesh.vertices), np.array(mesh.faces)
+    for _ in range(n_times):
+        V, F = igl.upsample(V, F)
+    rows = []
+    for kind, data in (("cloud", V), ("mesh", (V, F))):
+        answer = run_in_subprocess(_timed, data, timeout=1200)
+        if "error" in answer:
+            rows.append({"vertices": len(V), "kind": kind, "error": answer["error"]})
+        else:
+            rows.append({"vertices": len(V), "kind": kind, **answer["value"]})
+    return rows
 
 
-def _separators(points: NDArray[np.float64]) -> Graph:
-    from pygel3d import graph
-
-    neighbors = cKDTree(points).query(points, k=N_NEIGHBORS + 1)[1]
-    links = {(min(i, j), max(i, j)) for i, row in enumerate(neighbors.tolist()) for j in row[1:]}
-    given = graph.Graph()
-    for point in points:
-        given.add_node(point)
-    for i, j in sorted(links):
-        given.connect_nodes(i, j)
-    skeleton = graph.MSLS_skeleton(given)
-    nodes = skeleton.nodes()
-    number = {node: index for index, node in enumerate(nodes)}
-    edges = {(number[i], number[j]) for i in nodes for j in skeleton.neighbors(i) if i < j}
-    return np.array(skeleton.positions())[list(nodes)], np.array(sorted(edges), dtype=np.int64).reshape(-1, 2)
+def _timed(data: Any) -> dict[str, float]:
+    """Seconds of the processor and of the wall clock, memory, and tips."""
+    shape = lbskel.PointCloud(data) if isinstance(data, np.ndarray) else lbskel.Mesh(*data)
+    cpu, wall = time.process_time(), time.perf_counter()
+    skeleton = lbskel.skeletonize(shape)
+    return {
+        "processor seconds": time.process_time() - cpu,
+        "wall seconds": time.perf_counter() - wall,
+        "GB at most": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20,
+        "tips": len(skeleton.tips),
+    }
 
 
-def _row(tool: str, function: Any, name: str, kind: str, points: NDArray[np.float64], shape: Shape) -> dict[str, Any]:
+def _is_of(row: dict[str, Any], kind: str, tool: str) -> bool:
+    return bool(row["kind"] == kind and row["tool"] == tool)
+
+
+def _row(tool: str, name: str, kind: str, points: NDArray[np.float64], shape: Shape) -> dict[str, Any]:
     """Measure one tool on one cloud."""
     row: dict[str, Any] = {"tool": tool, "shape": name, "kind": kind}
-    answer = run_in_subprocess(function, points, timeout=120)
+    answer = run_in_subprocess(TOOLS[tool], points, shape, timeout=240)
     row["seconds"] = answer["seconds"]
     if "error" in answer:
         return {**row, "error": answer["error"]}
@@ -127,11 +149,12 @@ def _row(tool: str, function: Any, name: str, kind: str, points: NDArray[np.floa
 
 def _summary(rows: list[dict[str, Any]], tool: str, kind: str) -> dict[str, Any]:
     """Compute means over the clouds that gave a skeleton, and counts over all."""
-    own = [row for row in rows if row["tool"] == tool and row["kind"] == kind]
+    own = [row for row in rows if _is_of(row, kind, tool)]
     done = [row for row in own if "error" not in row]
     return {
         "kind": kind,
         "tool": tool,
+        "clouds": len(own),
         **means(own),
         **counts_of_right(own),
         "median seconds": float(np.median([row["seconds"] for row in done])) if done else None,

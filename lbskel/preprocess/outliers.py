@@ -44,8 +44,10 @@ def find_outliers(points: NDArray[np.float64], limit: float) -> NDArray[np.bool_
     """
     kept = np.arange(len(points))
     for _ in range(N_PASSES):
-        if len(kept) > N_LINKS:
-            kept = kept[_inverse_density_ratios(points[kept]) <= limit]
+        is_kept = len(kept) <= N_LINKS or _inverse_density_ratios(points[kept]) <= limit
+        if np.all(is_kept):
+            break
+        kept = kept[is_kept]
     if len(kept) > N_LINKS:
         kept = kept[~_is_scattered(points[kept], limit)]
     is_outlier = np.ones(len(points), dtype=bool)
