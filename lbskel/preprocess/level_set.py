@@ -7,9 +7,9 @@ surface is closed although nothing is known of its extent.
 
 from __future__ import annotations
 
-__all__ = ["level_set"]
+__all__ = ["level_set", "level_sets"]
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import igl
 import numpy as np
@@ -37,17 +37,53 @@ def level_set(
     size : float
         Side of a cell.
     """
+    return level_sets(function, points, size, [0.0])[0]
+
+
+def level_sets(
+    function: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    points: NDArray[np.float64],
+    size: float,
+    levels: Sequence[float],
+) -> list[tuple[NDArray[np.float64], NDArray[np.int64]]]:
+    """Compute the sets where a function has some values, each as vertices and faces, with one evaluation for all.
+
+    Parameters
+    ----------
+    function, points, size
+        As for :func:`level_set`.
+    levels : sequence of float
+    """
     origin = points.min(axis=0) - (0.5 + 2 ** (BITS - 1)) * size
     keys = _unique(_keys(((points - origin) / size).astype(np.int64)))
-    cells = new = _unique(np.concatenate([keys, *(_shifted(keys, step) for _, step in FACES)]))
-    corner_keys, values = np.empty(0, dtype=np.int64), np.empty(0)
+    start = _unique(np.concatenate([keys, *(_shifted(keys, step) for _, step in FACES)]))
+    known = np.empty(0, dtype=np.int64), np.empty(0)
+    surfaces = []
+    for level in levels:
+        surface, known = _one_level(function, origin, size, level, start, known)
+        surfaces.append(surface)
+    return surfaces
+
+
+def _one_level(
+    function: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    origin: NDArray[np.float64],
+    size: float,
+    level: float,
+    cells: NDArray[np.int64],
+    known: tuple[NDArray[np.int64], NDArray[np.float64]],
+) -> tuple[tuple[NDArray[np.float64], NDArray[np.int64]], tuple[NDArray[np.int64], NDArray[np.float64]]]:
+    """Vertices and faces of one set, which may leave the first cells, and the corners with values, before and new."""
+    corner_keys, values = known
+    new = cells
     for _ in range(MAX_ROUNDS):
         missing = np.setdiff1d(_corners(new), corner_keys)
-        found = function(origin + _coordinates(missing) * size)
-        corner_keys, values = np.concatenate([corner_keys, missing]), np.concatenate([values, found])
-        order = np.argsort(corner_keys)
-        corner_keys, values = corner_keys[order], values[order]
-        inside = values[np.searchsorted(corner_keys, _corner_table(new))] > 0
+        if len(missing):
+            found = function(origin + _coordinates(missing) * size)
+            corner_keys, values = np.concatenate([corner_keys, missing]), np.concatenate([values, found])
+            order = np.argsort(corner_keys)
+            corner_keys, values = corner_keys[order], values[order]
+        inside = values[np.searchsorted(corner_keys, _corner_table(new))] > level
         entered = [
             _shifted(new[inside[:, face].any(axis=1) & ~inside[:, face].all(axis=1)], step) for face, step in FACES
         ]
@@ -56,13 +92,16 @@ def level_set(
             break
         cells = np.union1d(cells, new)
     table = np.searchsorted(corner_keys, _corner_table(cells))
-    inside = values[table] > 0
+    inside = values[table] > level
     table = table[inside.any(axis=1) & ~inside.all(axis=1)]
     used, table = np.unique(table, return_inverse=True)
     V, F, _ = igl.marching_cubes(
-        -values[used], origin + _coordinates(corner_keys[used]) * size, np.ascontiguousarray(table.reshape(-1, 8)), 0.0
+        level - values[used],
+        origin + _coordinates(corner_keys[used]) * size,
+        np.ascontiguousarray(table.reshape(-1, 8)),
+        0.0,
     )
-    return V, F.astype(np.int64)
+    return (V, F.astype(np.int64)), (corner_keys, values)
 
 
 def _unique(keys: NDArray[np.int64]) -> NDArray[np.int64]:

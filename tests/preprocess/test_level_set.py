@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lbskel import Mesh
-from lbskel.preprocess.level_set import level_set
+from lbskel.preprocess.level_set import level_set, level_sets
 
 
 def ball(positions):
@@ -32,3 +32,19 @@ def test_only_parts_with_a_point_are_found():
 def test_a_function_without_a_level_set_has_no_faces():
     V, F = level_set(lambda positions: -np.ones(len(positions)), np.zeros((1, 3)), 0.1)
     assert len(V) == len(F) == 0
+
+
+def test_levels_are_surfaces_of_their_own_though_evaluated_once():
+    calls = []
+
+    def counted(positions):
+        calls.append(len(positions))
+        return ball(positions)
+
+    point = np.array([[1.0, 0, 0]])
+    outer, inner = (Mesh(*surface) for surface in level_sets(counted, point, 0.1, [-0.05, 0.05]))
+    assert outer.volume == pytest.approx(4 / 3 * np.pi * 1.05**3, rel=0.01)
+    assert inner.volume == pytest.approx(4 / 3 * np.pi * 0.95**3, rel=0.01)
+    n_calls = sum(calls)
+    level_set(counted, point, 0.1)
+    assert n_calls < 2.2 * (sum(calls) - n_calls)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from lbskel import MeshError, PointCloud, reconstruct_surface
+from lbskel.preprocess.reconstruction import _n_handles
 from lbskel.shapes import sphere, torus
 
 RNG = np.random.default_rng(6)
@@ -75,3 +76,12 @@ def test_few_scattered_points_are_a_result_or_a_typed_error(seed):
     except MeshError:
         return
     assert len(surface.mesh.faces) > 0
+
+
+def test_of_some_levels_that_with_the_fewest_handles_is_taken():
+    ring, ball = torus(1.0, 0.3), sphere(3)
+    assert _n_handles(ring.vertices, ring.faces) == 1
+    assert _n_handles(ball.vertices, ball.faces) == 0
+    assert _n_handles(ball.vertices[:0], ball.faces[:0]) == np.inf
+    V = np.concatenate([ring.vertices, ball.vertices + 5])
+    assert _n_handles(V, np.concatenate([ring.faces, ball.faces + len(ring.vertices)])) == 1
