@@ -1,16 +1,14 @@
 """Skeletons of point clouds sampled from shapes with a known axis: clean, uneven, noisy, with outliers, half hidden.
 
 Distances are in units of the true local radius. Each shape is sampled by 10,000 points; with peers, other tools run on
-the same points, the slow ones on a few clouds (:mod:`benchmarks.point_tools`). Then clouds of up to a million points
-are timed beside the mesh with the same vertices.
+the same points, the slow ones on a few clouds (:mod:`benchmarks.point_tools`). Times of up to a million
+points are in :mod:`benchmarks.point_times`.
 """
 
 from __future__ import annotations
 
 __all__ = ["run"]
 
-import resource
-import time
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -33,7 +31,6 @@ DENSITY, NOISE, OUTLIERS = 10.0, 0.1, 0.02  # ratio of densities, in local radii
 MARGIN = 0.1  # by which the box of outliers is larger than that of the shape, on each side
 SLOW = (("knot", "uniform"),)  # cloud of the tools that take up to two minutes
 MEDIUM = ("limbs", "octopus", "knot", "ladder")  # shapes of PyGEL3D
-SIZES = {10_000: (9_700, 0), 100_000: (6_250, 2), 1_000_000: (3_910, 4)}  # vertices of limbs, and times subdivided
 MIN_COSINE = 0.1  # of the angle between normal and view from which on a scanner sees a point
 
 
@@ -46,12 +43,10 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
             points = sample(shape, kind, np.random.default_rng(7))
             tools = _tools(name, kind) if peers else ["lbskel"]
             rows += [_row(tool, name, kind, points, shape) for tool in tools]
-    times = [row for n in list(SIZES)[: 1 if quick else None] for row in _times(n)]
-    save_json(results / "points.json", {"clouds": rows, "times": times}, packages=PACKAGES)
+    save_json(results / "points.json", {"clouds": rows}, packages=PACKAGES)
     groups = [(kind, tool) for kind in KINDS for tool in TOOLS if any(_is_of(row, kind, tool) for row in rows)]
     tables = {
         "Means over the shapes": markdown_table([_summary(rows, tool, kind) for kind, tool in groups]),
-        "Time of a cloud, and of the mesh with its vertices": markdown_table(times),
         "Each cloud": markdown_table(rows),
     }
     save_markdown(results / "points.md", "Point clouds", tables)
@@ -101,38 +96,6 @@ def _is_seen(
         hits = Surface(mesh).ray_distance(above, np.tile(view, (len(front), 1)))
         is_seen[front[~np.isfinite(hits)]] = True
     return is_seen
-
-
-def _times(n: int) -> list[dict[str, Any]]:
-    """Time lbskel on the vertices of a shape and on their mesh, each in a process of its own."""
-    import igl
-
-    n_vertices, n_times = SIZES[n]
-    mesh = make("limbs", n_vertices=n_vertices).mesh
-    V, F = np.array(mesh.vertices), np.array(mesh.faces)
-    for _ in range(n_times):
-        V, F = igl.upsample(V, F)
-    rows = []
-    for kind, data in (("cloud", V), ("mesh", (V, F))):
-        answer = run_in_subprocess(_timed, data, timeout=1200)
-        if "error" in answer:
-            rows.append({"vertices": len(V), "kind": kind, "error": answer["error"]})
-        else:
-            rows.append({"vertices": len(V), "kind": kind, **answer["value"]})
-    return rows
-
-
-def _timed(data: Any) -> dict[str, float]:
-    """Seconds of the processor and of the wall clock, memory, and tips."""
-    shape = lbskel.PointCloud(data) if isinstance(data, np.ndarray) else lbskel.Mesh(*data)
-    cpu, wall = time.process_time(), time.perf_counter()
-    skeleton = lbskel.skeletonize(shape)
-    return {
-        "processor seconds": time.process_time() - cpu,
-        "wall seconds": time.perf_counter() - wall,
-        "GB at most": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20,
-        "tips": len(skeleton.tips),
-    }
 
 
 def _is_of(row: dict[str, Any], kind: str, tool: str) -> bool:
