@@ -1,7 +1,7 @@
 """Time and memory of skeletons of clouds of up to a million points, beside the mesh with the same vertices.
 
-Both are timed one after the other, in a process each, so that what else the machine does weighs on both alike; processor
-seconds do not count what others do.
+Both are timed one after the other, in a process each, so that what else the machine does weighs on both alike; seconds
+of the processor do not count what others do.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""``lbskel check MESH``: the defects of a mesh, and how lbskel will treat them.
+"""``lbskel check MESH``: the defects of a mesh or a point cloud, and how lbskel will treat them.
 
 Exit code 1 where contraction is not advised.
 """
@@ -12,8 +12,10 @@ from typing import Any
 
 from lbskel.cli.options import add_command
 from lbskel.cli.terminal import tell
-from lbskel.io import read_mesh
+from lbskel.geometry.mesh import PointCloud
+from lbskel.io import as_shape
 from lbskel.preprocess import check
+from lbskel.preprocess.point_diagnostics import check_points
 
 
 def add_parser(subparsers: Any) -> None:
@@ -21,7 +23,7 @@ def add_parser(subparsers: Any) -> None:
     parser = add_command(
         subparsers,
         "check",
-        "report the defects of a mesh and how lbskel will treat them",
+        "report the defects of a mesh or a point cloud and how lbskel will treat them",
         details="Exit code 1 where contraction is not advised.",
         example="lbskel check scan.stl",
         json="print all measures as JSON",
@@ -32,6 +34,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the report; 1 where contraction is not advised."""
-    report = check(read_mesh(arguments.mesh))
+    shape = as_shape(arguments.mesh)
+    report = check_points(shape) if isinstance(shape, PointCloud) else check(shape)
     tell(arguments, f"{arguments.mesh}: {report}", report.as_dict())
     return 0 if report.is_advised else 1

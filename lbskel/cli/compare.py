@@ -13,10 +13,11 @@ from lbskel.cli.options import add_command, add_force_option, refuse_existing
 from lbskel.cli.terminal import tell
 from lbskel.contraction.result import Status
 from lbskel.errors import FormatError
-from lbskel.geometry.mesh import Mesh
-from lbskel.io import read_mesh
+from lbskel.geometry.mesh import Mesh, PointCloud
+from lbskel.io import as_shape
 from lbskel.io.atomic_write import Content, write_all_safely
 from lbskel.pipeline.comparison import CASES, ComparisonResult, record, representative, run_case
+from lbskel.preprocess import reconstruct_surface
 from lbskel.visualization import Panel, Table, draw
 from lbskel.visualization.html import cell, document, image, paragraphs, table
 from lbskel.visualization.line_plots import draw_curves
@@ -66,7 +67,8 @@ def run(arguments: argparse.Namespace) -> int:
     if not folder.parent.is_dir() or (folder.exists() and not folder.is_dir()):
         raise FormatError(f"{folder}: is no folder, and cannot be made in a folder that exists")
     refuse_existing(names, arguments.force)
-    given = read_mesh(arguments.mesh)
+    shape = as_shape(arguments.mesh)
+    given = reconstruct_surface(shape).mesh if isinstance(shape, PointCloud) else shape
     mesh = representative(given, most_faces=MOST_FACES)
     results: dict[str, ComparisonResult] = {}
     for number, (case, settings) in enumerate(CASES.items(), 1):

@@ -1,16 +1,13 @@
-"""``lbskel preprocess MESH -o OUT``: a mesh cleaned, remeshed or simplified, or the surface of a point cloud."""
+"""``lbskel preprocess MESH -o OUT``: a mesh cleaned or simplified; a surface through a point cloud, or fewer points."""
 
 from __future__ import annotations
 
 __all__ = ["add_parser", "run"]
 
 import argparse
-import io
 import json
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from lbskel.cli.options import (
     add_command,
@@ -20,9 +17,10 @@ from lbskel.cli.options import (
     refuse_existing,
 )
 from lbskel.cli.terminal import tell
-from lbskel.geometry.mesh import PointCloud
-from lbskel.io import MESH_WRITERS, as_shape
+from lbskel.geometry.mesh import Mesh, PointCloud
+from lbskel.io import MESH_WRITERS, POINT_WRITERS, as_shape
 from lbskel.io.atomic_write import write_all_safely
+from lbskel.io.npy import encode_npy
 from lbskel.io.text import known_extension
 from lbskel.preprocess import (
     CLOUD_PREPARATIONS,
@@ -33,6 +31,8 @@ from lbskel.preprocess import (
     preprocess_mesh,
     reconstruct_surface,
 )
+from lbskel.preprocess.downsampling import DOWNSAMPLINGS, downsample_as
+from lbskel.preprocess.point_cleaning import CleanedPoints
 
 
 def add_parser(subparsers: Any) -> None:
@@ -43,7 +43,8 @@ def add_parser(subparsers: Any) -> None:
         "clean, remesh or simplify a mesh",
         details="lbskel skeletonize has the same option --preprocess and does this itself; here the mesh is written. "
         f"Steps: {', '.join(STEPS)}. Of a point cloud, the closed surface through its points is written; "
-        f"--preprocess is then one of {', '.join(CLOUD_PREPARATIONS)}.",
+        f"--preprocess is then one of {', '.join(CLOUD_PREPARATIONS)}. "
+        f"voxel:cell=LENGTH or farthest:points=NUMBER write a thinner cloud ({', '.join(POINT_WRITERS)}).",
         example="lbskel preprocess scan.stl -o clean.ply --preprocess scan --map map.npy",
     )
     add_mesh_and_output(parser)
@@ -61,29 +62,37 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the pipeline and write the mesh, and the map and the report where they are asked for."""
     paths = [Path(path) for path in (arguments.output, arguments.map, arguments.report) if path]
-    suffix = known_extension(arguments.output, MESH_WRITERS, "meshes")
+    is_thinned = arguments.preprocess.partition(":")[0] in DOWNSAMPLINGS
+    writers: dict[str, Any] = POINT_WRITERS if is_thinned else MESH_WRITERS
+    suffix = known_extension(arguments.output, writers, "point clouds" if is_thinned else "meshes")
     refuse_existing(paths, arguments.force)
     shape = as_shape(arguments.mesh)
-    if isinstance(shape, PointCloud):
-        result, size = reconstruct_surface(shape, preprocess=arguments.preprocess), f"{len(shape.points):,} points"
+    result: PreprocessResult | CleanedPoints
+    if is_thinned:
+        result = downsample_as(
+            shape if isinstance(shape, PointCloud) else PointCloud(shape.vertices), arguments.preprocess
+        )
+    elif isinstance(shape, PointCloud):
+        result = reconstruct_surface(shape, preprocess=arguments.preprocess)
     else:
         how = arguments.preprocess if arguments.preprocess in PREPARATIONS else Pipeline.parse(arguments.preprocess)
-        result, size = preprocess_mesh(shape, how), f"{len(shape.vertices):,} vertices, {len(shape.faces):,} faces"
+        result = preprocess_mesh(shape, how)
     report = {"mesh": arguments.mesh, **result.report}
-    contents: dict[Path, str | bytes] = {Path(arguments.output): MESH_WRITERS[suffix](result.mesh)}
+    written = PointCloud(result.points) if isinstance(result, CleanedPoints) else result.mesh
+    contents: dict[Path, str | bytes] = {Path(arguments.output): writers[suffix](written)}
     if arguments.map:
-        contents[Path(arguments.map)] = _array(result)
+        contents[Path(arguments.map)] = encode_npy(result.vertex_map.indices)
     if arguments.report:
         contents[Path(arguments.report)] = json.dumps(report, indent=1) + "\n"
     write_all_safely(contents, arguments.force)
     notes = (*(() if isinstance(shape, PointCloud) else shape.notes), *result.notes)
-    made = f"{arguments.output}: {len(result.mesh.vertices):,} vertices, {len(result.mesh.faces):,} faces"
-    tell(arguments, "\n".join([f"{arguments.mesh}: {size}", *(f"  {note}" for note in notes), made]), report)
+    made = f"{arguments.output}: {_size(written)}"
+    tell(arguments, "\n".join([f"{arguments.mesh}: {_size(shape)}", *(f"  {note}" for note in notes), made]), report)
     return 0
 
 
-def _array(result: PreprocessResult) -> bytes:
-    """Encode the vertex map as an npy file."""
-    data = io.BytesIO()
-    np.save(data, result.vertex_map.indices, allow_pickle=False)
-    return data.getvalue()
+def _size(shape: Mesh | PointCloud) -> str:
+    """Count the vertices and faces, or the points."""
+    if isinstance(shape, PointCloud):
+        return f"{len(shape.points):,} points"
+    return f"{len(shape.vertices):,} vertices, {len(shape.faces):,} faces"

@@ -14,7 +14,7 @@ vtp, vtk       yes    no      polygons and triangle strips of VTK's PolyData
 =============  =====  ======  =======================================================
 
 Point clouds are read from xyz, txt, csv, ply, off, obj, npy, npz and pcd, and from las and laz through laspy; a file of
-meshes without faces is a cloud.
+meshes without faces is a cloud. They are written as ply, xyz and npy.
 
 Skeletons are written and read as below. Positions, edges and cycles are always kept exactly, other fields as the table
 says. A lost field is empty after reading; lost radii are NaN.
@@ -41,6 +41,7 @@ __all__ = [
     "MESH_READERS",
     "MESH_WRITERS",
     "POINT_READERS",
+    "POINT_WRITERS",
     "Format",
     "as_mesh",
     "as_shape",
@@ -62,5 +63,5 @@ from lbskel.io.mesh_io import (
     read_mesh,
     write_mesh,
 )
-from lbskel.io.point_io import POINT_READERS, as_shape, read_points
+from lbskel.io.point_io import POINT_READERS, POINT_WRITERS, as_shape, read_points
 from lbskel.io.skeleton_io import FORMATS, Format, read_skeleton, write_skeleton

@@ -5,12 +5,14 @@ An NPZ file has the array under the name ``points``, or no other array.
 
 from __future__ import annotations
 
-__all__ = ["read_npy", "read_npz"]
+__all__ = ["encode_npy", "read_npy", "read_npz"]
 
+import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lbskel.errors import FormatError
 from lbskel.io.polygon_soup import PolygonSoup
@@ -23,6 +25,13 @@ def read_npy(path: Path) -> PolygonSoup:
     if not isinstance(loaded, np.ndarray):
         raise FormatError("not an NPY file: it holds several arrays; name it .npz")
     return _points_of(loaded)
+
+
+def encode_npy(values: NDArray[Any]) -> bytes:
+    """Encode an array as an NPY file."""
+    data = io.BytesIO()
+    np.save(data, values, allow_pickle=False)
+    return data.getvalue()
 
 
 def read_npz(path: Path) -> PolygonSoup:

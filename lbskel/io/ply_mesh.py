@@ -6,7 +6,7 @@ z, radius), ``edge`` (vertex1, vertex2) and ``mesh_vertex`` (node: the node to w
 
 from __future__ import annotations
 
-__all__ = ["encode_ply", "encode_ply_skeleton", "read_ply", "read_ply_skeleton"]
+__all__ = ["encode_ply", "encode_ply_cloud", "encode_ply_skeleton", "read_ply", "read_ply_skeleton"]
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import FormatError
-from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io.ply import Element, Lists, encode_ply_header, parse_ply
 from lbskel.io.polygon_soup import PolygonSoup
 from lbskel.io.text import as_integers, format_rows, read_bytes
@@ -57,6 +57,13 @@ def encode_ply(mesh: Mesh) -> bytes:
     rows["size"], rows["corners"] = 3, mesh.faces
     header = encode_ply_header("binary_little_endian", [], {"vertex": vertex, "face": face})
     return header.encode() + mesh.vertices.astype("<f8").tobytes() + rows.tobytes()
+
+
+def encode_ply_cloud(cloud: PointCloud) -> bytes:
+    """Encode a point cloud as binary PLY in double precision."""
+    vertex = (len(cloud.points), ["double x", "double y", "double z"])
+    header = encode_ply_header("binary_little_endian", [], {"vertex": vertex})
+    return header.encode() + cloud.points.astype("<f8").tobytes()
 
 
 def read_ply_skeleton(path: Path) -> Skeleton:

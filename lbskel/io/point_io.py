@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["POINT_READERS", "as_shape", "read_points"]
+__all__ = ["POINT_READERS", "POINT_WRITERS", "as_shape", "read_points"]
 
 import os
 from collections.abc import Callable
@@ -14,13 +14,13 @@ import numpy as np
 from lbskel.geometry.mesh import Mesh, PointCloud, as_mesh
 from lbskel.io.las import read_las
 from lbskel.io.mesh_io import MESH_READERS
-from lbskel.io.npy import read_npy, read_npz
+from lbskel.io.npy import encode_npy, read_npy, read_npz
 from lbskel.io.obj import read_obj
 from lbskel.io.off import read_off
 from lbskel.io.pcd import read_pcd
-from lbskel.io.ply_mesh import read_ply
+from lbskel.io.ply_mesh import encode_ply_cloud, read_ply
 from lbskel.io.polygon_soup import PolygonSoup, mesh_from_polygons
-from lbskel.io.text import convert_errors, known_extension
+from lbskel.io.text import convert_errors, format_rows, known_extension
 from lbskel.io.xyz import read_xyz
 
 POINT_READERS: dict[str, Callable[[Path], PolygonSoup]] = {
@@ -35,6 +35,12 @@ POINT_READERS: dict[str, Callable[[Path], PolygonSoup]] = {
     "pcd": read_pcd,
     "las": read_las,
     "laz": read_las,
+}
+
+POINT_WRITERS: dict[str, Callable[[PointCloud], bytes]] = {
+    "ply": encode_ply_cloud,
+    "xyz": lambda cloud: format_rows("", cloud.points).encode(),
+    "npy": lambda cloud: encode_npy(cloud.points),
 }
 
 

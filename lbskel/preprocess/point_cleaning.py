@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["CLOUD_PREPARATIONS", "CleanedPoints", "clean_points"]
+__all__ = ["CLOUD_PREPARATIONS", "CleanedPoints", "clean_points", "thinned"]
 
 from dataclasses import dataclass
 from typing import Any
@@ -70,7 +70,7 @@ def clean_points(points: NDArray[np.float64], preparation: str = "auto") -> Clea
     budget = int(np.clip(SHARE * len(kept), FEWEST, MOST))
     if len(kept) > budget:
         cell = _cell_size(kept, budget)
-        kept, step = _thinned(kept, cell)
+        kept, step = thinned(kept, cell)
         labels = step[labels]
         report["cell"] = cell
         notes.append(f"the cloud was thinned to {len(kept)} points, the means of cells of side {cell:.4g}")
@@ -119,8 +119,15 @@ def _cells(points: NDArray[np.float64], size: float) -> NDArray[np.int64]:
     return numbers
 
 
-def _thinned(points: NDArray[np.float64], size: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Average the points of each cell: (k, 3) means and (n,) the mean that each point went to."""
+def thinned(points: NDArray[np.float64], size: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Average the points of each cell: (k, 3) means and (n,) the mean that each point went to.
+
+    Parameters
+    ----------
+    points : (n, 3) array of float
+    size : float
+        Side of a cell.
+    """
     label = np.unique(_cells(points, size), return_inverse=True)[1].reshape(-1)
     count = np.bincount(label)
     return np.stack([np.bincount(label, column) / count for column in points.T], axis=1), label

@@ -1,0 +1,103 @@
+"""Fewer points of a cloud: means of cells, or points as far from each other as can be, with the map of all points.
+
+Both make the density even: a cell has one point however many it had, and farthest points are a distance apart that is
+the same everywhere (Eldar, Lindenbaum, Porat, Zeevi 1997, https://doi.org/10.1109/83.623193).
+"""
+
+from __future__ import annotations
+
+__all__ = ["DOWNSAMPLINGS", "downsample", "downsample_as"]
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from lbskel.errors import UnknownChoice, choose
+from lbskel.geometry.mesh import PointCloud
+from lbskel.geometry.vertex_map import VertexMap
+from lbskel.preprocess.point_cleaning import CleanedPoints, thinned
+
+DOWNSAMPLINGS = {"voxel": "cell", "farthest": "points"}
+"""The ways to thin a cloud, with the number that each takes."""
+
+
+def downsample(cloud: PointCloud, *, cell: float | None = None, n_points: int | None = None) -> CleanedPoints:
+    """Thin a cloud to the means of cubic cells, or to farthest points.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    cell : float, optional
+        Side of the cells, in the cloud's units.
+    n_points : int, optional
+        Number of points, the first of which is the first of the cloud; takes a time of points times n_points.
+
+    Returns
+    -------
+    CleanedPoints
+        The points, the map of the cloud's points to them, and what was done.
+
+    Raises
+    ------
+    UnknownChoice
+        If not exactly one of both is given, or it is not positive.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from lbskel import PointCloud
+    >>> from lbskel.preprocess.downsampling import downsample
+    >>> line = PointCloud(np.arange(100.0)[:, None] * [1, 0, 0])
+    >>> len(downsample(line, cell=10.0).points), downsample(line, n_points=3).points[:, 0].tolist()
+    (10, [0.0, 50.0, 99.0])
+    """
+    value = cell if n_points is None else n_points
+    if (cell is None) == (n_points is None) or value is None or not value > 0:
+        raise UnknownChoice("give the side of a cell or a number of points, more than 0")
+    if n_points is None:
+        assert cell is not None
+        points, label = thinned(cloud.points, float(cell))
+        how = f"the means of cells of side {cell:.4g}"
+    else:
+        chosen = np.sort(_farthest(cloud.points, min(int(n_points), len(cloud.points))))
+        points, label = cloud.points[chosen], cKDTree(cloud.points[chosen]).query(cloud.points)[1]
+        how = "as far from each other as can be"
+    note = f"the cloud was thinned from {len(cloud.points)} to {len(points)} points, {how}"
+    report: dict[str, Any] = {"points": len(cloud.points), "kept": len(points)}
+    return CleanedPoints(points, VertexMap(label), (note,), report)
+
+
+def downsample_as(cloud: PointCloud, text: str) -> CleanedPoints:
+    """Thin a cloud as a text says: ``voxel:cell=0.1`` or ``farthest:points=2000``.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    text : str
+
+    Raises
+    ------
+    UnknownChoice
+        If the text is none of these.
+    """
+    name, _, given = text.partition(":")
+    option = choose(DOWNSAMPLINGS, name, "way to thin a cloud")
+    key, _, value = given.partition("=")
+    try:
+        number = float(value)
+    except ValueError:
+        number = np.nan
+    if key != option or not number > 0:
+        raise UnknownChoice(f"{text!r}: write {name}:{option}=NUMBER, a number more than 0")
+    return downsample(cloud, cell=number) if option == "cell" else downsample(cloud, n_points=int(number))
+
+
+def _farthest(points: NDArray[np.float64], n: int) -> NDArray[np.int64]:
+    """Choose points, each the farthest from those before."""
+    chosen, distance = [0], np.full(len(points), np.inf)
+    while len(chosen) < n:
+        distance = np.minimum(distance, ((points - points[chosen[-1]]) ** 2).sum(axis=1))
+        chosen.append(int(np.argmax(distance)))
+    return np.array(chosen)

@@ -1,0 +1,44 @@
+"""Thinning of clouds: even, with the map of all points."""
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from lbskel import PointCloud, UnknownChoice
+from lbskel.preprocess.downsampling import DOWNSAMPLINGS, downsample, downsample_as
+from lbskel.shapes import sphere
+
+UNEVEN = PointCloud(np.concatenate([sphere(4).vertices, sphere(5).vertices[sphere(5).vertices[:, 2] > 0.5]]))
+
+
+@pytest.mark.parametrize("how", ["voxel:cell=0.2", "farthest:points=300"])
+def test_the_density_becomes_even_and_every_point_has_one_near_it(how):
+    thin = downsample_as(UNEVEN, how)
+    assert len(thin.points) < len(UNEVEN.points) / 4
+    assert np.linalg.norm(thin.points[thin.vertex_map.indices] - UNEVEN.points, axis=1).max() < 0.2 * np.sqrt(3)
+    nearest = cKDTree(thin.points).query(thin.points, k=2)[0][:, 1]
+    upper = thin.points[:, 2] > 0.5
+    assert np.median(nearest[upper]) == pytest.approx(np.median(nearest[~upper]), rel=0.2)
+    assert f"from {len(UNEVEN.points)} to {len(thin.points)} points" in thin.notes[0]
+    assert thin.report == {"points": len(UNEVEN.points), "kept": len(thin.points)}
+
+
+def test_farthest_points_are_points_of_the_cloud():
+    thin = downsample(UNEVEN, n_points=50)
+    assert len(thin.points) == 50
+    assert cKDTree(UNEVEN.points).query(thin.points)[0].max() == 0
+
+
+@pytest.mark.parametrize(
+    "text", ["voxel", "voxel:points=3", "farthest:points=-1", "farthest:points=x", "poisson:cell=1"]
+)
+def test_what_is_no_way_to_thin_is_refused(text):
+    with pytest.raises(UnknownChoice, match="voxel" if "voxel" in text or "poisson" in text else "farthest"):
+        downsample_as(UNEVEN, text)
+    assert set(DOWNSAMPLINGS) == {"voxel", "farthest"}
+
+
+@pytest.mark.parametrize("options", [{}, {"cell": 1.0, "n_points": 3}, {"cell": 0.0}])
+def test_exactly_one_number_is_given(options):
+    with pytest.raises(UnknownChoice, match="more than 0"):
+        downsample(UNEVEN, **options)
