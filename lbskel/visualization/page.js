@@ -64,8 +64,10 @@
   const shrink = Math.min(1, Math.max(0.4, Math.min(view.clientWidth, view.clientHeight) / 640));
 
   function addSkeleton(skeleton) {
-    skeleton.width *= shrink;
-    skeleton.marker *= shrink;
+    // and thousands of branches would be hidden by their markers
+    const crowd = Math.min(1, Math.sqrt(200 / Math.max(1, paths.length)));
+    skeleton.width *= shrink * Math.max(0.5, crowd);
+    skeleton.marker *= shrink * crowd;
     const nodes = coordinates(skeleton.nodes);
     const radii = decode(skeleton.radii);
     const places = decode(skeleton.places);
@@ -97,8 +99,8 @@
     }
     data.nodeTrace = add("skeleton", { ...points(nodes, shown), text: labels, hoverinfo: "text" });
     const picked = (numbers) => coordinates(skeleton.nodes, numbers);
-    add("tips", points(picked(skeleton.tips), { size: skeleton.marker + 1.5, color: "#d62728" }));
-    add("junctions", points(picked(skeleton.junctions), { size: skeleton.marker + 1, color: "#1a1a2e", symbol: "square", line: { color: "#ffffff", width: 1 } }));
+    add("tips", points(picked(skeleton.tips), { size: skeleton.marker + 1.5 * crowd, color: "#d62728" }));
+    add("junctions", points(picked(skeleton.junctions), { size: skeleton.marker + crowd, color: "#1a1a2e", symbol: "square", line: { color: "#ffffff", width: crowd } }));
     add("off_center", points(picked(skeleton.off_center), { size: skeleton.marker + 6, color: "#00a0a0", symbol: "circle-open" }));
     if (skeleton.balls.length) addBalls(nodes, radii, data.ball);
     data.selectedTrace = add("selected", { type: "scatter3d", mode: "lines", x: [], y: [], z: [],

@@ -216,6 +216,19 @@ def test_nothing_is_cut_off_on_a_narrow_or_dark_screen(shown, width):
     assert backs[1] > 740
 
 
+def test_markers_of_many_branches_do_not_hide_them(browser, tmp_path):
+    angles = np.linspace(0, 6, 800)
+    ends = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
+    star = lbskel.Skeleton(np.vstack([[0, 0, 0], ends]), [[0, k] for k in range(1, 801)], np.full(801, 0.01))
+    page(Scene(skeleton=star), tmp_path / "star.html")
+    opened(browser, tmp_path / "star.html")
+    sizes = browser.execute_script(
+        "return document.getElementById('view').data.filter((t) => t.mode === 'markers' && t.x.length)"
+        ".map((t) => t.marker.size)"
+    )
+    assert max(sizes) < 3
+
+
 def test_a_field_is_shown_as_color(browser, tmp_path):
     mesh = flat_tube()
     page(Scene(mesh, field=mesh.vertices[:, 0], field_name=HOSTILE), tmp_path / "field.html")
