@@ -10,6 +10,7 @@ from __future__ import annotations
 
 __all__ = ["run"]
 
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from benchmarks import influence_claims, influence_factorial
 from benchmarks.harness import markdown_table, save_json, save_markdown
 from benchmarks.influence_cases import OTHERS, WEIGHT_CASES, measure, prepared, ranking, tables
 from benchmarks.influence_pictures import blow_up, curves, stages
+from benchmarks.provenance import commit
 from lbskel import ContractionSettings, Mesh, Skeleton, read_mesh
 from lbskel.contraction.settings import DEGENERACY_STRATEGIES
 from lbskel.pipeline.comparison import CASES
@@ -41,13 +43,19 @@ def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
     if not quick:
         real = prepared({path.name: (read_mesh(path), None) for path in (DINOSAUR, *meshes)}, MAX_FACES)
     few = {name: shapes[name] for name in (QUICK[:1] if quick else FEW)}
-    measured: dict[str, Any] = {"quick": quick}
+    measured: dict[str, Any] = {"quick": quick, "parts": {}}
+    path = results / "influence.json"
+    if path.exists():  # parts that are not measured again yet keep their rows, and the commit at which they were
+        before = json.loads(path.read_text(encoding="utf-8"))
+        header = before.pop("machine")
+        measured = {"parts": dict.fromkeys(before, header["commit"]) | before.get("parts", {}), **before, **measured}
     sections: dict[str, str] = {}
 
     def save(name: str, rows: Any, text: str) -> None:
         measured[name] = rows
+        measured["parts"][name] = commit()
         sections[name[0].upper() + name[1:]] = text
-        save_json(results / "influence.json", measured, meshes=(DINOSAUR, *meshes))
+        save_json(path, measured, meshes=(DINOSAUR, *meshes))
         save_markdown(results / "influence.md", "What strategies, operators, energies and weights do", sections)
 
     strategies = measure(shapes, CASES)

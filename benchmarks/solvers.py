@@ -167,8 +167,8 @@ def run(quick: bool, results: Path, package: str | None = None) -> None:
         path = results / "solvers.json"
         before = json.loads(path.read_text(encoding="utf-8"))
         earlier = before.get("earlier") or {key: before["machine"][key] for key in ("commit", "date", "processor")}
-        ordinary = solvers_ordinary.measure(quick, CAP)
-        _save(before["rows"], before["systems"], quick, before["cap"], results, ordinary, earlier)
+        for ordinary in solvers_ordinary.measure(quick, CAP):
+            _save(before["rows"], before["systems"], quick, before["cap"], results, ordinary, earlier)
         return
     sizes = tuple(GRIDS)[: 1 if quick else None]
     cap = QUICK_CAP if quick else CAP
@@ -195,8 +195,8 @@ def run(quick: bool, results: Path, package: str | None = None) -> None:
             (system,) = _write_systems(n_vertices, folder, STEPS["early"]).values()
             for method in DENSE:
                 rows.append({**_row(n_vertices, "early", method, cap, folder), "size": system["vertices"]})
-    ordinary = solvers_ordinary.measure(quick, cap)
-    _save(rows, systems, quick, cap, results, ordinary)
+    for ordinary in solvers_ordinary.measure(quick, cap):
+        _save(rows, systems, quick, cap, results, ordinary)
 
 
 def _save(

@@ -10,7 +10,7 @@ __all__ = ["measure", "sentences", "table"]
 
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,9 +33,9 @@ SOLVED = 1e-6  # relative error up to which a method has solved a system; a gues
 TICK = 0.01  # step of the clock of processor seconds, which are at least so many
 REFINEMENTS = 3  # steps of iterative refinement of the reference solution, with residuals in extended precision
 MESHES: dict[str, Callable[[], Mesh]] = {
-    "two rings, slivers": lambda: chain_of_tori(2, step=0.032),
     "torus": lambda: torus(1.0, 0.3, 250, 100),
     "dinosaur": lambda: make("dinosaur", n_vertices=25_000).mesh,
+    "two rings, slivers": lambda: chain_of_tori(2, step=0.032),
     "torus, large": lambda: torus(1.0, 0.3, 658, 263),
 }
 QUICK: dict[str, Callable[[], Mesh]] = {"torus": lambda: torus(1.0, 0.3, 80, 40)}
@@ -110,31 +110,22 @@ def trial(energy: str, step: int, method: str, cap: float, folder: Path) -> dict
     return answer | ({"iterations": watch.number} if options else {})
 
 
-def measure(quick: bool, cap: float) -> list[dict[str, Any]]:
-    """Measure every method on every system, one row each; direct ones first."""
-    rows = []
+def measure(quick: bool, cap: float) -> Iterator[list[dict[str, Any]]]:
+    """Measure every method on every system, one row each; yields the rows of all meshes up to now after each mesh."""
+    rows: list[dict[str, Any]] = []
     for name, make_mesh in (QUICK if quick else MESHES).items():
         mesh = make_mesh()
         for energy in LARGE_ENERGIES if "large" in name else METHODS:
             with tempfile.TemporaryDirectory() as folder:
                 _write(mesh, energy, Path(folder))
                 for step in STEPS:
+                    system = {"mesh": name, "vertices": len(mesh.vertices), "energy": energy.replace("_", " ")}
                     for method in METHODS[energy]:
-                        answer = run_in_subprocess(
-                            trial, energy, step, method, cap, Path(folder), timeout=OTHER_LOAD * cap
-                        )
+                        given = energy, step, method, cap, Path(folder)
+                        answer = run_in_subprocess(trial, *given, timeout=OTHER_LOAD * cap)
                         found = answer.get("value") or {"ended": how_ended(answer["error"], cap)}
-                        rows.append(
-                            {
-                                "mesh": name,
-                                "vertices": len(mesh.vertices),
-                                "energy": energy.replace("_", " "),
-                                "step": step,
-                                "method": method,
-                                **found,
-                            }
-                        )
-    return rows
+                        rows.append({**system, "step": step, "method": method, **found})
+        yield rows
 
 
 def _is_solved(row: dict[str, Any]) -> bool:
