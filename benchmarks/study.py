@@ -41,10 +41,10 @@ PAGE = """# Influence of Laplacians, degenerate triangles, weights and solvers o
 
 Every figure on this page is written by `python -m benchmarks study` from [influence.md](influence.md) ({influence}) and
 [solvers.md](solvers.md) ({solvers}), which have every row; `python -m benchmarks influence solvers study
---meshes FOLDER` repeats all of it. {n_shapes} shapes with a known axis and {n_meshes} other meshes ({meshes}) were
-contracted by every case twice: *free*, as published, where each step is solved once for the positions and always
-accepted; and *with roll-back*, as `skeletonize` runs. Distances are in local radii, displacements and boxes in diameter
-bounds.
+--meshes FOLDER` repeats all of it. {older}{n_shapes} shapes with a known axis and {n_meshes} other meshes
+({meshes}) were contracted by every case twice: *free*, as published, where each step is solved once for the positions
+and always accepted; and *with roll-back*, as `skeletonize` runs. Distances are in local radii, displacements and boxes
+in diameter bounds.
 
 ## Which contractions break, where, and what prevents it
 
@@ -97,6 +97,7 @@ def run(quick: bool, results: Path) -> None:
     shapes, real = influence["strategies"], influence.get("strategies, real meshes", [])
     meshes = list(dict.fromkeys(row["mesh"] for row in real))
     text = PAGE.format(
+        older=_older(influence),
         influence=_when(influence),
         solvers=_when(solvers),
         n_shapes=len({row["mesh"] for row in shapes}),
@@ -121,6 +122,14 @@ def run(quick: bool, results: Path) -> None:
 
 def _when(result: Mapping[str, Any]) -> str:
     return f"commit {result['machine']['commit']}, {result['machine']['date']}"
+
+
+def _older(influence: Mapping[str, Any]) -> str:
+    """Name the parts that were not measured again at the commit of the others."""
+    last = influence["machine"]["commit"]
+    older = {name: at for name, at in influence.get("parts", {}).items() if at != last and name != "quick"}
+    told = "; ".join(f"*{name}* at commit {at}" for name, at in older.items())
+    return f"Measured at another commit: {told}. " if older else ""
 
 
 def _of(rows: Rows, case: str) -> list[Mapping[str, Any]]:

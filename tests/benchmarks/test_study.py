@@ -60,6 +60,7 @@ def test_the_page_has_the_figures_of_the_results(tmp_path):
     solved = {"mesh": "torus", "vertices": 9, "energy": "least squares", "step": 1, "seconds": 0.5, "error": 1e-9}
     influence = {
         **MACHINE,
+        "parts": {"weights": "abc", "all combinations": "an older one"},
         "strategies": shapes,
         "strategies, real meshes": [row_of(case, "dino.off") for case in STRATEGIES],
         "weights": [row_of(case) for case in WEIGHT_CASES],
@@ -71,6 +72,7 @@ def test_the_page_has_the_figures_of_the_results(tmp_path):
     run(False, tmp_path)
     page = (tmp_path / "study.md").read_text()
     assert "(commit abc, today)" in page
+    assert "Measured at another commit: *all combinations* at commit an older one." in page
     assert "**Plain cotangents** break on 1/2 shapes above 1e-06 of the volume and on 0/2 above 0.0001" in page
     assert "on 0/1 and 0/1 meshes, first at step 3; with roll-back they reach their target on 2 of 2 shapes" in page
     assert "boxes grew to up to 7e+02 times" in page
