@@ -95,7 +95,7 @@ def run(quick: bool, results: Path) -> None:
     """Write study.md from influence.json and solvers.json."""
     influence, solvers = (json.loads((results / f"{name}.json").read_text()) for name in ("influence", "solvers"))
     shapes, real = influence["strategies"], influence.get("strategies, real meshes", [])
-    meshes = list(dict.fromkeys(row["mesh"] for row in real))
+    meshes, ordinary = _names(real, "mesh"), solvers.get("ordinary", [])
     text = PAGE.format(
         older=_older(influence),
         influence=_when(influence),
@@ -112,8 +112,8 @@ def run(quick: bool, results: Path) -> None:
         energies=_energies(shapes),
         weights=_weights(influence["weights"]),
         combinations=_combinations(influence.get("all combinations", [])),
-        solver_table=markdown_table(solvers_ordinary.table(solvers["ordinary"])),
-        solver_sentences=solvers_ordinary.sentences(solvers["ordinary"]),
+        solver_table=markdown_table(solvers_ordinary.table(ordinary)) if ordinary else "Not measured at this commit.",
+        solver_sentences=solvers_ordinary.sentences(ordinary) if ordinary else "",
         iterations=ITERATIONS,
         claims=_claims(influence["claims of Au et al. 2008"]),
     )
