@@ -2,11 +2,11 @@
 
 Each input is run in a process of its own; seconds are those of its processor time. The exponent of a stage is the slope
 of the logarithms of its seconds over those of the count, between the two largest inputs; up to 1.2 counts as linear. A
-larger input is left out where the one before took over a fifth of the limit, which stands as a dash. The limit includes
-making the input.
+larger input is left out where the one before took over a fifth of the limit, which stands as a dash. The limit is one of
+the wall clock and includes making the input, so it is wide: other programs may run on the same processors.
 
 Then hard inputs are run with time limits, in seconds of the wall clock. A limit holds where the result comes within one
-and a half times of it, or two seconds more.
+and a half times of it, or two seconds more. Where the processor time is far less, other programs ran beside it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from benchmarks.harness import fitted_order, markdown_table, run_in_subprocess, 
 from lbskel.contraction.homology import find_tunnels
 from lbskel.shapes import brush, lattice, perforated_plate, porous_block, sphere, voxel_tree
 
-LIMIT = 120.0  # seconds for each input
+LIMIT = 600.0  # seconds for each input
 MIN_SECONDS = 0.05  # below, a stage has no exponent
 
 
@@ -93,14 +93,15 @@ def skeletonize_kind(kind: str, n: int) -> dict[str, Any]:
 def skeletonize_within(name: str, time_limit: float) -> dict[str, Any]:
     """Skeletonize a hard input with a time limit: how long it took, and what was left out."""
     mesh = HARD[name]()
-    given, began = (mesh.vertices, mesh.faces), time.perf_counter()
+    given, began, worked = (mesh.vertices, mesh.faces), time.perf_counter(), time.process_time()
     skeleton = lbskel.skeletonize(given, time_limit=time_limit)
-    seconds = time.perf_counter() - began
+    seconds, processor_seconds = time.perf_counter() - began, time.process_time() - worked
     missing = next((note for note in skeleton.report["notes"] if "were left out: " in note), "")
     stages = [each.split(" (")[0] for each in missing.partition("were left out: ")[2].split("; ")]
     return {
         "faces": len(mesh.faces),
         "seconds": seconds,
+        "processor seconds": processor_seconds,
         "holds": seconds <= max(1.5 * time_limit, time_limit + 2),
         "nodes": len(skeleton.nodes),
         "verdict": skeleton.report["score"]["verdict"],
