@@ -26,7 +26,8 @@ EQUILATERAL_AREA = 0.433  # area of an equilateral triangle of edge length 1, sq
 SLENDER_FACES = 8.0  # times area / radius^2: the number of faces with edges of half the mean radius
 MAX_SLENDER_FACES = 128_000  # upper bound on the faces of long, thin shapes; a guess that bounds the time
 # Faces of a long, thin shape for each face of its proxy, above which that bound is raised: a tree of 1,923,232 faces
-# and 10,002 tips keeps its topology with an eighth of them, and not with a fifteenth
+# and 10,002 tips keeps its topology with an eighth of them, and not with a fifteenth; benchmarks/results/scaling.md has
+# its tips
 MAX_REDUCTION = 8
 
 
