@@ -109,5 +109,5 @@ def test_roots_of_fingers_belong_to_the_nearest_of_them():
     radii = skeleton.radii
     assert _nodes_of_vertices(skeleton, radii, surface, parts, near).tolist() == [3, 2, 5, 0]
     assert _nodes_of_vertices(skeleton, radii, surface, parts, far).tolist() == region.tolist()
-    thick = np.where(parts == 2, 0.6, 0.2)  # a trunk, on which a thin limb lies
+    thick = np.where(parts == 2, 1.5, 0.2)  # a trunk, on which a thin limb lies
     assert _nodes_of_vertices(skeleton, thick, surface, parts, near).tolist() == region.tolist()
