@@ -75,16 +75,22 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "grow uncovered limbs": {f"{PIPELINE_PASSES}.grow_uncovered_limbs": _unchanged},
     "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},
 }
-# Gaps of lines of sight in flat ends, in place of lbskel.refinement.flat_ends.MAX_GAP
-GAPS: dict[str, dict[str, Any]] = {
-    f"gap of {gap}": {"lbskel.refinement.flat_ends.MAX_GAP": gap} for gap in (0.005, 0.01, 0.04, 0.08)
+# Bounds in place of those of the code: on gaps of lines of sight in flat ends, and on places of junctions
+BOUNDS: dict[str, dict[str, Any]] = {
+    f"{name} {value}": {f"lbskel.refinement.{target}": value}
+    for name, target, values in (
+        ("gap of", "flat_ends.MAX_GAP", (0.005, 0.01, 0.04, 0.08)),
+        ("slope of", "inscribed_balls.MIN_SLOPE", (0.25, 0.7, 1.1)),
+        ("ball ratio of", "junctions.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
+    )
+    for value in values
 }
 
 
 @contextmanager
 def replaced(name: str) -> Iterator[None]:
     """Put the stand-ins of a name in place; a name that is in no table changes nothing."""
-    patches = [mock.patch(target, stand_in) for target, stand_in in (PASSES | GAPS).get(name, {}).items()]
+    patches = [mock.patch(target, stand_in) for target, stand_in in (PASSES | BOUNDS).get(name, {}).items()]
     for patch in patches:
         patch.start()
     try:
@@ -113,7 +119,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
     paths = [path for path in (*sorted(MESHES.iterdir()), *meshes) if path.suffix.lstrip(".") in EXTENSIONS]
     real = [lbskel.read_mesh(path) for path in paths[: 1 if quick else None]]
     baseline = [lbskel.skeletonize(mesh) for mesh in real]
-    ablation = [_ablation(name, tubes, list(shapes.values()), real, baseline) for name in ("none", *PASSES, *GAPS)]
+    ablation = [_ablation(name, tubes, list(shapes.values()), real, baseline) for name in ("none", *PASSES, *BOUNDS)]
     save_json(
         results / "refinement.json",
         {"summary": summary, "rows": rows, "ablation": ablation},
@@ -126,7 +132,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
         {
             "Hard shapes, means": markdown_table(summary),
             "Each hard shape": markdown_table(rows),
-            f"Passes left out or gaps replaced: {len(tubes)} tubes, {len(shapes)} hard shapes, {len(real)} meshes": (
+            f"Passes left out or bounds replaced: {len(tubes)} tubes, {len(shapes)} hard shapes, {len(real)} meshes": (
                 markdown_table(ablation)
             ),
         },
