@@ -64,6 +64,7 @@ def _unchanged(skeleton: lbskel.Skeleton, *_: Any, **__: Any) -> lbskel.Skeleton
 PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "prune": {f"{PIPELINE_PASSES}.prune": _unchanged},
     "prune flat ends": {f"{PIPELINE_PASSES}.prune_flat_ends": _unchanged},
+    "reroute through regions": {f"{PIPELINE_PASSES}.reroute_through_regions": _unchanged},
     "merge junctions by distance": {f"{PIPELINE_PASSES}.merge_junctions": _unchanged},
     "merge junctions by axes": {f"{PIPELINE_PASSES}._with_merged_junctions": _unchanged},
     "recenter": {f"{PIPELINE_PASSES}.recenter": _unchanged},
@@ -200,6 +201,7 @@ def _ablation(
         **{f"tubes, {key}": on_tubes[key] for key in ("accuracy", "coverage", "graphs right")},
         **{f"hard, {key}": on_hard[key] for key in ("accuracy", "coverage", "graphs right")},
         "extremities missed": sum(s.report["score"]["measures"]["extremities_missed"] for s in skeletons),
+        "tunnels missed": sum(s.report["score"]["measures"]["tunnels_missed"] or 0 for s in skeletons),
         "tips lost": sum(map(_n_lost, skeletons, baseline)),
         "tips added": sum(map(_n_lost, baseline, skeletons)),
         "fail": sum(s.report["score"]["verdict"] == "fail" for s in skeletons),
