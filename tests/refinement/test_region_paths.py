@@ -55,10 +55,10 @@ def test_a_node_without_vertices_keeps_its_edges():
 
 def test_a_path_stays_in_the_two_regions_where_a_shorter_one_leads_through_a_third():
     """Two regions from 0 to 160 and to 320 degrees, with their nodes at 10 and 310, and a third between these."""
-    mesh = torus(1.0, 0.2)
+    mesh = torus(1.0, 0.1)
     angles = np.radians([10.0, 310.0, 340.0])
     nodes = 1.9 * np.stack([np.cos(angles), np.sin(angles), np.zeros(3)], axis=1)
     turn = np.degrees(np.arctan2(mesh.vertices[:, 1], mesh.vertices[:, 0])) % 360
-    three = Skeleton(nodes, [[0, 1], [1, 2], [0, 2]], np.full(3, 0.2), np.searchsorted([160.0, 320.0], turn, "right"))
+    three = Skeleton(nodes, [[0, 1], [1, 2], [0, 2]], np.full(3, 0.1), np.searchsorted([160.0, 320.0], turn, "right"))
     led = reroute_through_regions(three, Surface(mesh))
     assert tunnels_missed(led.nodes, led.edges, mesh) == 0
