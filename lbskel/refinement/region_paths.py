@@ -58,7 +58,9 @@ def reroute_through_regions(skeleton: Skeleton, surface: Surface) -> Skeleton:
         )
     ]
     inner = [path[1:-1] for path in smoothed_inside(paths, surface)]
-    return replace_paths(skeleton, list(leaving), inner, surface.distance(np.concatenate(inner)))
+    positions = np.concatenate(inner)
+    begins, new_begins = 2 * np.arange(len(leaving) + 1), np.cumsum([0, *map(len, inner)])
+    return replace_paths(skeleton, leaving.ravel(), begins, positions, new_begins, surface.distance(positions))
 
 
 def _nearest_of_region(skeleton: Skeleton, surface: Surface) -> NDArray[np.int64]:
