@@ -30,6 +30,7 @@ from lbskel.visualization import Panel, render
 LIMBED = ("limbs", "octopus", "hand", "spiked_ring", "tripod", "tree", "ladder", "cube_frame")
 N_VERTICES = 3000
 CONSTANTS = ("applications/skeleton_parts.py", "applications/segmentation.py", "applications/boundary_cut.py")
+SECTION_FACTORS = (0.025, 0.25, 0.5, 0.7, 1.0, 1.4, 2.0)  # wide, since they mostly bound the time
 N_VOXELS = 24  # per radius, of the tube for kimimaro
 SMOOTHING = 25  # nodes, of which kimimaro averages the tangents of its sections: one radius
 
@@ -150,7 +151,7 @@ def _constants_of_sections() -> list[dict[str, Any]]:
     def measure() -> dict[str, Any]:
         return {"error": float(np.abs(lbskel.branch_table(skeleton, mesh).section_area / exact - 1).max())}
 
-    rows = swept(("applications/branch_measures.py",), measure)
+    rows = swept(("applications/branch_measures.py",), measure, SECTION_FACTORS)
     return [row for row in rows if row["constant"] != "`N_PROFILE`"]  # columns of the table
 
 

@@ -64,6 +64,7 @@ def _unchanged(skeleton: lbskel.Skeleton, *_: Any, **__: Any) -> lbskel.Skeleton
 PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "prune": {f"{PIPELINE_PASSES}.prune": _unchanged},
     "prune flat ends": {f"{PIPELINE_PASSES}.prune_flat_ends": _unchanged},
+    "reroute through regions": {f"{PIPELINE_PASSES}.reroute_through_regions": _unchanged},
     "merge junctions by distance": {f"{PIPELINE_PASSES}.merge_junctions": _unchanged},
     "merge junctions by axes": {f"{PIPELINE_PASSES}._with_merged_junctions": _unchanged},
     "recenter": {f"{PIPELINE_PASSES}.recenter": _unchanged},
@@ -75,16 +76,22 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "grow uncovered limbs": {f"{PIPELINE_PASSES}.grow_uncovered_limbs": _unchanged},
     "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},
 }
-# Gaps of lines of sight in flat ends, in place of lbskel.refinement.flat_ends.MAX_GAP
-GAPS: dict[str, dict[str, Any]] = {
-    f"gap of {gap}": {"lbskel.refinement.flat_ends.MAX_GAP": gap} for gap in (0.005, 0.01, 0.04, 0.08)
+# Bounds in place of those of the code: on gaps of lines of sight in flat ends, and on places of junctions
+BOUNDS: dict[str, dict[str, Any]] = {
+    f"{name} {value}": {f"lbskel.refinement.{target}": value}
+    for name, target, values in (
+        ("gap of", "flat_ends.MAX_GAP", (0.005, 0.01, 0.04, 0.08)),
+        ("slope of", "inscribed_balls.MIN_SLOPE", (0.25, 0.7, 1.1)),
+        ("ball ratio of", "junctions.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
+    )
+    for value in values
 }
 
 
 @contextmanager
 def replaced(name: str) -> Iterator[None]:
     """Put the stand-ins of a name in place; a name that is in no table changes nothing."""
-    patches = [mock.patch(target, stand_in) for target, stand_in in (PASSES | GAPS).get(name, {}).items()]
+    patches = [mock.patch(target, stand_in) for target, stand_in in (PASSES | BOUNDS).get(name, {}).items()]
     for patch in patches:
         patch.start()
     try:
@@ -113,7 +120,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
     paths = [path for path in (*sorted(MESHES.iterdir()), *meshes) if path.suffix.lstrip(".") in EXTENSIONS]
     real = [lbskel.read_mesh(path) for path in paths[: 1 if quick else None]]
     baseline = [lbskel.skeletonize(mesh) for mesh in real]
-    ablation = [_ablation(name, tubes, list(shapes.values()), real, baseline) for name in ("none", *PASSES, *GAPS)]
+    ablation = [_ablation(name, tubes, list(shapes.values()), real, baseline) for name in ("none", *PASSES, *BOUNDS)]
     save_json(
         results / "refinement.json",
         {"summary": summary, "rows": rows, "ablation": ablation},
@@ -126,7 +133,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
         {
             "Hard shapes, means": markdown_table(summary),
             "Each hard shape": markdown_table(rows),
-            f"Passes left out or gaps replaced: {len(tubes)} tubes, {len(shapes)} hard shapes, {len(real)} meshes": (
+            f"Passes left out or bounds replaced: {len(tubes)} tubes, {len(shapes)} hard shapes, {len(real)} meshes": (
                 markdown_table(ablation)
             ),
         },
@@ -194,6 +201,7 @@ def _ablation(
         **{f"tubes, {key}": on_tubes[key] for key in ("accuracy", "coverage", "graphs right")},
         **{f"hard, {key}": on_hard[key] for key in ("accuracy", "coverage", "graphs right")},
         "extremities missed": sum(s.report["score"]["measures"]["extremities_missed"] for s in skeletons),
+        "tunnels missed": sum(s.report["score"]["measures"]["tunnels_missed"] or 0 for s in skeletons),
         "tips lost": sum(map(_n_lost, skeletons, baseline)),
         "tips added": sum(map(_n_lost, baseline, skeletons)),
         "fail": sum(s.report["score"]["verdict"] == "fail" for s in skeletons),

@@ -35,8 +35,8 @@ from lbskel.skeleton.skeleton import Skeleton
 
 # Local radii by which a boundary may move; 2.8 to 5.6 do as well (benchmarks/results/parts.md, "Constants")
 MAX_SHIFT = 4.0
-# Distance of a node of another part over that of a vertex's own node, below which the vertex belongs to the former; the
-# parts are at most REACH * MAX_SHIFT local radii from each other along the skeleton.
+# Distance of a node of another part over that of a vertex's own node, each in its radii, below which the vertex belongs
+# to the former; the parts are at most REACH * MAX_SHIFT local radii from each other along the skeleton.
 NEARER = 0.8
 REACH = 3.0
 MAX_SIZE = 100.0  # size of a face or an edge in local radii up to which it counts, so that sums stay finite
@@ -131,7 +131,7 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     of_node = parts_of_nodes(skeleton, radii)
     graph = face_graph(surface)
     distances = _distances(skeleton, radii, of_node)
-    corners = _nodes_of_vertices(skeleton, surface, of_node, distances)[surface.faces]
+    corners = _nodes_of_vertices(skeleton, radii, surface, of_node, distances)[surface.faces]
     cost = distances[corners].mean(axis=1)
     scale = radii[corners].mean(axis=1)
     labels = np.argmin(cost, axis=1)
@@ -177,12 +177,17 @@ def _distances(skeleton: Skeleton, radii: NDArray[np.float64], of_node: NDArray[
 
 
 def _nodes_of_vertices(
-    skeleton: Skeleton, mesh: Mesh, of_node: NDArray[np.int64], distances: NDArray[np.float64]
+    skeleton: Skeleton,
+    radii: NDArray[np.float64],
+    mesh: Mesh,
+    of_node: NDArray[np.int64],
+    distances: NDArray[np.float64],
 ) -> NDArray[np.int64]:
     """(n,) node of each vertex: its own, or one of a part within reach that is clearly nearer."""
     own = skeleton.node_of_vertex
     distance, nearest = cKDTree(skeleton.nodes).query(mesh.vertices)
-    is_nearer = distance < NEARER * np.linalg.norm(mesh.vertices - skeleton.nodes[own], axis=1)
+    own_distance = np.linalg.norm(mesh.vertices - skeleton.nodes[own], axis=1)
+    is_nearer = distance / radii[nearest] < NEARER * own_distance / radii[own]
     is_nearer &= distances[own, of_node[nearest]] < REACH * MAX_SHIFT
     nodes: NDArray[np.int64] = np.where(is_nearer, nearest, own)
     return nodes

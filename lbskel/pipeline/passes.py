@@ -6,7 +6,7 @@
                 -> grow uncovered limbs -> reroute inside -> attach open ends and anchors -> map vertices
 
 :func:`refine` is that line. Each pass makes a whole skeleton of a whole skeleton, so that any of them can be left out
-where no time is left for it.
+where no time is left for it, or where it moves a cycle off its tunnel.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
+from lbskel.contraction.homology import tunnels_missed
 from lbskel.geometry.deadline import Deadline
 from lbskel.geometry.surface_queries import Surface
 from lbskel.pipeline.anchoring import Anchors
@@ -34,6 +35,7 @@ from lbskel.refinement.missing_branches import grow_missing_branches
 from lbskel.refinement.open_ends import extend_to_open_ends
 from lbskel.refinement.radii import inscribed_radii, mean_radii
 from lbskel.refinement.region_map import make_regions_connected, reassign_to_nearest_node
+from lbskel.refinement.region_paths import reroute_through_regions
 from lbskel.refinement.tips import extend_tips, tips_at_surface
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, merge_junctions, prune, prune_contained_branches
 from lbskel.skeleton.resampling import resample
@@ -81,14 +83,31 @@ def refine(
     True
     """
     require_refinement_options(min_branch_ratio, tip_position)
-    timer = timer or StageTimer()
     ratio = min(min_branch_ratio, MIN_BRANCH_RATIO)
+    passes = partial(_refined, skeleton, body, ratio, tip_position, anchors, timer or StageTimer())
+    refined = passes(keeps_cycles=False)
+    return passes(keeps_cycles=True) if _n_missed(refined, body) else refined
+
+
+def _refined(
+    skeleton: Skeleton,
+    body: Body,
+    ratio: float,
+    tip_position: str,
+    anchors: Anchors | None,
+    timer: StageTimer,
+    *,
+    keeps_cycles: bool,
+) -> Skeleton:
+    """Apply the passes; on request none that moves a cycle off its tunnel."""
 
     def changed(
         stage: str, change: Callable[[Skeleton, Surface], Skeleton], surface: Surface, *, is_needed: bool = False
     ) -> Skeleton:
         def make(deadline: Deadline) -> Skeleton:
-            return change(skeleton, replace(surface, deadline=deadline))
+            after = change(skeleton, replace(surface, deadline=deadline))
+            is_kept = not keeps_cycles or _n_missed(after, body) <= _n_missed(skeleton, body)
+            return after if is_kept else skeleton
 
         return timer.optional(stage, make, skeleton, is_needed=is_needed)
 
@@ -97,17 +116,20 @@ def refine(
     skeleton = changed("prune spurs", partial(_without_spurs, min_branch_ratio=ratio), proxy, is_needed=True)
     skeleton = changed("merge junctions", _with_merged_junctions, proxy)
     skeleton = replace(skeleton, node_of_vertex=body.proxy.vertex_map.pull_back(skeleton.node_of_vertex))
-    passes: dict[str, Callable[[Skeleton, Surface], Skeleton]] = {
-        "recenter": recenter,
-        "extend tips": extend_tips,
-        "prune contained branches": _without_contained_branches,
-        "grow missing branches": grow_missing_branches,
-        "grow uncovered limbs": grow_uncovered_limbs,
-        "reroute inside": _rerouted_inside,
-    }
+    passes: list[tuple[str, Callable[[Skeleton, Surface], Skeleton]]] = [
+        ("recenter", recenter),
+        ("extend tips", extend_tips),
+        ("prune contained branches", _without_contained_branches),
+        ("grow missing branches", grow_missing_branches),
+        ("grow uncovered limbs", grow_uncovered_limbs),
+        *([("reroute inside", _rerouted_through_regions)] if keeps_cycles else []),
+        ("reroute inside", _rerouted_inside),
+        ("reroute inside", _evenly_spaced),
+        ("reroute inside", _rerouted_inside),
+    ]
     if tip_position == "surface":
-        passes["tips at surface"] = tips_at_surface
-    for stage, change in passes.items():
+        passes.append(("tips at surface", tips_at_surface))
+    for stage, change in passes:
         skeleton = changed(stage, change, surface)
     with timer("attach open ends and anchors"):
         skeleton = extend_to_open_ends(inscribed_radii(skeleton, surface), surface, body.open_ends)
@@ -117,10 +139,19 @@ def refine(
     return replace(skeleton, mean_radii=mean_radii(skeleton, body.mesh).radii)
 
 
+def _n_missed(skeleton: Skeleton, body: Body) -> int:
+    """Count the tunnels of a body that no cycle of its skeleton goes around; 0 where that is not known."""
+    mesh = body.surface.proxy.mesh
+    if skeleton.cycle_rank == 0 or skeleton.n_components > 1 or not mesh.is_closed_manifold:
+        return 0
+    return tunnels_missed(skeleton.nodes, skeleton.edges, mesh) or 0
+
+
 def _without_spurs(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> Skeleton:
     """Prune spurs and the corners of flat parts, merge junctions that are near each other, space the nodes evenly."""
     skeleton = prune(skeleton, surface.mesh, min_branch_ratio=min_branch_ratio)
     skeleton = prune_flat_ends(skeleton, surface, min_branch_ratio=min_branch_ratio)
+    skeleton = reroute_through_regions(mean_radii(skeleton, surface.mesh), surface)
     return _evenly_spaced(merge_junctions(inscribed_radii(skeleton, surface), ratio=MERGE_RATIO), surface)
 
 
@@ -146,11 +177,17 @@ def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
     return fit_to_centerlines(skeleton, centers, surface)
 
 
+def _rerouted_through_regions(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Edges that leave the surface led along the regions of their nodes, on the simplified mesh."""
+    proxy, near = surface.proxy, _with_own_regions(skeleton, surface)
+    near = replace(near, node_of_vertex=surface.on_proxy(near.node_of_vertex))
+    led = reroute_through_regions(mean_radii(near, proxy.mesh), proxy)
+    return replace(led, node_of_vertex=surface.from_proxy(led.node_of_vertex))
+
+
 def _rerouted_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Branches inside a closed surface and evenly spaced; even spacing can cut a corner, so they are rerouted twice."""
-    if not surface.mesh.is_closed:
-        return _evenly_spaced(skeleton, surface)
-    return reroute_inside(_evenly_spaced(reroute_inside(skeleton, surface), surface), surface)
+    """Branches rerouted inside a closed surface: before the nodes are spaced, and after, which may cut corners."""
+    return reroute_inside(skeleton, surface) if surface.mesh.is_closed else skeleton
 
 
 def _evenly_spaced(skeleton: Skeleton, surface: Surface) -> Skeleton:

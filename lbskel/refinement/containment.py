@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["inside_fraction", "interior_paths", "reroute_inside", "segments_outside"]
+__all__ = ["inside_fraction", "interior_paths", "reroute_inside", "segments_outside", "smoothed_inside"]
 
 import itertools
 from dataclasses import replace
@@ -151,12 +151,12 @@ def interior_paths(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Su
     depths = surface.distance(P)[pairs[is_outside]].max(axis=1)
     below = paths_below_surface(starts, ends, depths, surface.proxy)
     paths = [np.concatenate([[p], path, [q]]) for p, path, q in zip(starts, below, ends, strict=True)]
-    smoothed = iter(_smoothed(paths, surface))
+    smoothed = iter(smoothed_inside(paths, surface))
     straight = P[pairs].mean(axis=1, keepdims=True)
     return [next(smoothed)[1:-1] if is_outside[row] else straight[row] for row in range(len(pairs))]
 
 
-def _smoothed(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
+def smoothed_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
     """Average the points of paths with their neighbors repeatedly, each as long as it stays inside; ends are fixed."""
     points, cuts = np.concatenate(paths), np.cumsum([len(path) for path in paths])
     path_of = np.repeat(np.arange(len(paths)), [len(path) for path in paths])

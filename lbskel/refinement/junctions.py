@@ -1,7 +1,8 @@
 """Junctions, placed by the centerlines of the branches that meet there.
 
 A junction has no cross-section of its own. It goes to the point nearest to the centerlines of its branches, extended
-straight from their own sections. Two junctions are merged where all branches that leave the pair point to one place.
+straight from their own sections, or to the middle of its part of the solid where these do not agree. Two junctions are
+merged where all branches that leave the pair point to one place.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.refinement.containment import segments_outside
+from lbskel.refinement.inscribed_balls import climb_to_middle
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.pruning import adjacent_junctions, closes_a_cycle, inner_branch_lengths
 from lbskel.skeleton.skeleton import Skeleton
@@ -31,8 +33,8 @@ MAX_MISS = 1.5  # upper bound on the distance of a branch's line from the common
 # benchmarks/results/constants.md
 MAX_SINE = 0.4  # upper bound on the sine of the angle between a branch's line and the direction to the common place; a
 # guess, benchmarks/results/constants.md
-MAX_FREE_MOVE = 0.5  # upper bound on the move of a junction whose branches do not all point to one place, in radii; a
-# guess, benchmarks/results/constants.md
+MIN_BALL_RATIO = 0.9  # lower bound on the ball at the place of a junction whose branches do not agree, relative to that
+# of the middle nearby; benchmarks/results/refinement.md
 
 SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 
@@ -134,7 +136,7 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
         Its nodes are the contracted positions.
     centers : SectionCenters
     surface : Surface
-        A junction stays where its new position would be outside.
+        A junction goes to the middle of its part of the solid where its branches do not agree on a place inside.
 
     Returns
     -------
@@ -151,20 +153,31 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
     has_lines = np.bincount(groups, minlength=len(junctions)) >= 2
     rows, groups = rows[has_lines[groups]], groups[has_lines[groups]]
     own = lines.take(rows)
-    targets = _nearest_points(own, groups, placed, radii)
-    moves = targets - placed
-    distances = np.linalg.norm(moves, axis=1)
-    largest = MAX_FREE_MOVE * radii
-    is_far = distances > largest
-    is_limited = is_far.copy()
-    is_limited[is_far] = ~np.isfinite(_largest_sines(own, groups, targets, surface, np.flatnonzero(is_far)))
-    moves[is_limited] *= (largest[is_limited] / distances[is_limited])[:, None]
-    placed += moves
-    is_outside = ~surface.contains(placed)
-    placed[is_outside] = skeleton.nodes[junctions[is_outside]]
+    placed = _nearest_points(own, groups, placed, radii)
+    agrees = np.isfinite(_largest_sines(own, groups, placed, surface, np.arange(len(junctions))))
+    astray = np.flatnonzero(~agrees | ~surface.contains(placed))
+    middle, balls = _middle(skeleton, junctions[astray], surface)
+    away = placed[astray] - middle
+    distances = np.linalg.norm(away, axis=1)
+    within = middle + away * np.divide(balls, distances, out=np.ones(len(balls)), where=distances > balls)[:, None]
+    is_shallow = surface.distance(within) < MIN_BALL_RATIO * balls
+    placed[astray] = np.where(is_shallow[:, None], middle, within)
     positions = np.array(centers.positions)
     positions[junctions] = placed
     return SectionCenters(centers.is_known & ~_is_passed(skeleton, centers, lines, positions), positions)
+
+
+def _middle(
+    skeleton: Skeleton, junctions: NDArray[np.int64], surface: Surface
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Move junctions to larger balls, along their edges' principal directions; those outside stay. Balls, too."""
+    places = np.array(skeleton.nodes[junctions])
+    balls = np.array(surface.distance(places))
+    inside = np.flatnonzero(surface.contains(places))
+    edges = [skeleton.nodes[skeleton.neighbors[j]] - skeleton.nodes[j] for j in junctions[inside].tolist()]
+    frames = np.array([np.linalg.svd(vectors)[2] for vectors in edges]).reshape(-1, 3, 3)
+    places[inside], balls[inside] = climb_to_middle(places[inside], frames, surface)
+    return places, balls
 
 
 def _is_passed(

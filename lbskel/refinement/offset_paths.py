@@ -7,7 +7,7 @@ leads on from there.
 
 from __future__ import annotations
 
-__all__ = ["paths_below_surface"]
+__all__ = ["moved_inwards", "paths_below_surface"]
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,7 +63,7 @@ def _some_paths(
         surface.inner_offset(surface.mesh.used_vertices)
         found = [answer if answer[0] else search.path(*query) for answer, query in zip(found, queries, strict=True)]
     return [
-        _offset(path if len(path) else np.array([last]), depth, surface)
+        moved_inwards(path if len(path) else np.array([last]), depth, surface)
         for (_, path), last, depth in zip(found, lasts, depths, strict=True)
     ]
 
@@ -80,13 +80,15 @@ def _possible_nearest(
 def _nearest(point: NDArray[np.float64], vertices: NDArray[np.int64], depth: float, surface: Surface) -> int:
     """Choose the vertex that is nearest to a point once they are moved inwards."""
     vertices = np.sort(vertices)
-    return int(vertices[np.linalg.norm(_offset(vertices, depth, surface) - point, axis=1).argmin()])
+    return int(vertices[np.linalg.norm(moved_inwards(vertices, depth, surface) - point, axis=1).argmin()])
 
 
-def _offset(vertices: NDArray[np.int64], depth: float, surface: Surface) -> NDArray[np.float64]:
-    """(k, 3) positions of vertices that are moved inwards."""
+def moved_inwards(
+    vertices: NDArray[np.int64], depths: NDArray[np.float64] | float, surface: Surface
+) -> NDArray[np.float64]:
+    """(k, 3) positions of vertices that are moved inwards by half the thickness there, but by a depth at most."""
     entry, inward, thickness = surface.inner_offset(vertices)
-    moved: NDArray[np.float64] = entry + np.minimum(thickness / 2, depth)[:, None] * inward
+    moved: NDArray[np.float64] = entry + np.minimum(thickness / 2, depths)[:, None] * inward
     return moved
 
 

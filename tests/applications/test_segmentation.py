@@ -106,5 +106,8 @@ def test_roots_of_fingers_belong_to_the_nearest_of_them():
     surface = Mesh([[-0.3, 0, 1], [-0.25, 0, 0.4], [0.3, 0, 1], [0, 0.3, -1]], [[0, 1, 2], [1, 2, 3]])
     parts = np.array([0, 0, 1, 1, 2, 2])
     near, far = np.full((6, 3), 1.0), np.full((6, 3), REACH * MAX_SHIFT)
-    assert _nodes_of_vertices(skeleton, surface, parts, near).tolist() == [3, 2, 5, 0]
-    assert _nodes_of_vertices(skeleton, surface, parts, far).tolist() == region.tolist()
+    radii = skeleton.radii
+    assert _nodes_of_vertices(skeleton, radii, surface, parts, near).tolist() == [3, 2, 5, 0]
+    assert _nodes_of_vertices(skeleton, radii, surface, parts, far).tolist() == region.tolist()
+    thick = np.where(parts == 2, 1.5, 0.2)  # a trunk, on which a thin limb lies
+    assert _nodes_of_vertices(skeleton, thick, surface, parts, near).tolist() == region.tolist()

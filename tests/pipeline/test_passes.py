@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from helpers import is_whole, joined, moved
 
-from lbskel import skeletonize
+from lbskel import Skeleton, collapse, contract, prepare, refine, skeletonize, to_skeleton
+from lbskel.contraction.homology import tunnels_missed
 from lbskel.geometry.deadline import Deadline, OutOfTime
-from lbskel.pipeline import profiling
+from lbskel.pipeline import passes, profiling
 from lbskel.pipeline.assembly import MISSING
 
 STAGES = ["prune spurs", "merge junctions", "recenter", "extend tips", "reroute inside", "map vertices", "score"]
@@ -52,3 +53,21 @@ def test_without_time_for_what_is_needed_the_first_body_is_a_node(ring, monkeypa
     assert "no time was left for 1 components" in report["notes"]
     for stage in ("prepare bodies", "collapse", "score"):
         assert f"{stage} ({MISSING[stage]})" in report["notes"][-1]
+
+
+def test_a_pass_that_moves_a_cycle_off_its_tunnel_is_taken_back(ring, monkeypatch):
+    """In place of the pass that centers nodes, one draws the whole cycle together within one side of the ring."""
+    (body,) = prepare(ring).bodies
+    collapsed = to_skeleton(collapse(contract(body.proxy.mesh)))
+    drawn = []
+
+    def draw_together(skeleton, surface):
+        node = skeleton.nodes[0]
+        drawn.append(
+            Skeleton(node + 0.01 * (skeleton.nodes - node), skeleton.edges, skeleton.radii, skeleton.node_of_vertex)
+        )
+        return drawn[-1]
+
+    monkeypatch.setattr(passes, "recenter", draw_together)
+    refined = refine(collapsed, body)
+    assert [tunnels_missed(s.nodes, s.edges, body.mesh) for s in (*drawn, refined)] == [1, 1, 0]

@@ -219,7 +219,10 @@ print(json.dumps([skeleton.edges.tolist(), skeleton.node_of_vertex.tolist(), ske
 # --- choices
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+OF_MESHES = [name for name in PRESETS if name != "cao2010"]  # that of points: test_point_contraction.py
+
+
+@pytest.mark.parametrize("preset", OF_MESHES)
 @pytest.mark.parametrize("operator", OPERATORS)
 def test_every_preset_with_every_operator_gives_a_whole_skeleton(preset, operator, ring):
     if (preset, operator) == ("curvature_flow", "mean_value"):
@@ -234,7 +237,7 @@ def test_every_preset_with_every_operator_gives_a_whole_skeleton(preset, operato
     assert skeleton.report["settings"]["operator"] == operator
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("preset", OF_MESHES)
 @pytest.mark.parametrize("energy", ENERGIES)
 @pytest.mark.parametrize("solver", ALL_SOLVERS)
 def test_every_preset_with_every_energy_and_solver(preset, energy, solver, rod):

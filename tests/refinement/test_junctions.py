@@ -44,7 +44,7 @@ def test_a_junction_keeps_its_position_only_where_its_branches_determine_none(de
     edges = [[0, 1], [0, 6], [0, 11], *([k, k + 1] for k in (1, 2, 3, 4, 6, 7, 8, 9))]
     skeleton = Skeleton([[0, 0, 0], *arms, [0, 0, 0.1]], edges, np.full(12, 0.1), np.zeros(1))
     axes = SectionCenters(np.arange(12) % 11 > 0, skeleton.nodes)
-    placed = place_junctions(skeleton, axes, Surface(Mesh(3 * mesh.vertices, mesh.faces))).positions[0]
+    placed = place_junctions(skeleton, axes, Surface(Mesh(30 * mesh.vertices, mesh.faces))).positions[0]
     # the eigenvalue of the lines along x, and a fiftieth of the sum of all eigenvalues
     of_lines, of_anchor = 2 * np.sin(np.radians(degrees)) ** 2, 0.02 * 4
     assert placed == pytest.approx([of_lines**2 / (of_lines**2 + of_anchor**2), 0, 0], abs=1e-9)
@@ -105,23 +105,34 @@ def ray(start, direction, n=5):
 
 
 def test_lines_count_by_the_inverse_square_of_their_distance(rod_along_z):
-    """Two lines along z, at x = 0.1 from a section at 1, and at x = -0.1 from one at -2."""
-    arms = [ray([0.1, 0, 1], [0, 0, 1]), ray([-0.1, 0, -2], [0, 0, -1]), ray([0, 0.1, 0], [0, 1, 0], n=1)]
+    """Two lines along z, at x = 0.05 from a section at 1, and at x = -0.05 from one at -2."""
+    arms = [ray([0.05, 0, 1], [0, 0, 1]), ray([-0.05, 0, -2], [0, 0, -1]), ray([0, 0.1, 0], [0, 1, 0], n=1)]
     skeleton, centers = synthetic(arms, rod_along_z)
     placed = place_junctions(skeleton, centers, rod_along_z).positions[0]
-    weights = 1 / np.array([1 + 0.1**2, 2**2 + 0.1**2])
-    x = weights @ [0.1, -0.1] / weights.sum()
+    weights = 1 / np.array([1 + 0.05**2, 2**2 + 0.05**2])
+    x = weights @ [0.05, -0.05] / weights.sum()
     # regularized by a fiftieth of the trace, which is twice the sum of the weights; along z the lines say nothing
     assert placed == pytest.approx([x / (1 + 0.04**2), 0, 0], abs=1e-9)
 
 
-def test_a_junction_moves_half_a_radius_where_its_branches_do_not_agree(rod_along_z):
+def test_a_junction_moves_by_its_ball_at_most_where_its_branches_do_not_agree(rod_along_z):
     """Two lines cross one unit away, but two nearly always do."""
     arms = [ray([0.3, 0, 1.3], [1, 0, 1], n=3), ray([-0.3, 0, 1.3], [-1, 0, 1], n=3), ray([0, 0.1, 0], [0, 1, 0], n=1)]
     skeleton, centers = synthetic(arms, rod_along_z)
     placed = place_junctions(skeleton, centers, rod_along_z).positions[0]
-    assert np.linalg.norm(placed) == pytest.approx(0.5 * rod_along_z.distance(np.zeros((1, 3)))[0], rel=1e-9)
+    assert np.linalg.norm(placed) == pytest.approx(rod_along_z.distance(np.zeros((1, 3)))[0], rel=1e-9)
     assert placed[2] > 0.99 * np.linalg.norm(placed)
+
+
+def test_a_junction_goes_to_the_middle_where_its_branches_meet_near_the_surface(rod_along_z):
+    """Two lines cross at x = 0.3 in a rod of radius 0.5, so that the ball there has less than half of the radius."""
+    arms = [ray([0.4, 0, 0.1], [1, 0, 1], n=3), ray([0.4, 0, -0.1], [1, 0, -1], n=3), ray([0, 0.1, 0], [0, 1, 0], n=1)]
+    skeleton, centers = synthetic(arms, rod_along_z)
+    off = replace(skeleton, nodes=np.concatenate([[[0.2, 0, 0]], skeleton.nodes[1:]]))
+    placed = place_junctions(off, SectionCenters(centers.is_known, off.nodes), rod_along_z).positions[0]
+    # steps of a quarter of the radius, halved when none leads on, end within a few hundredths of the axis
+    assert np.linalg.norm(placed[:2]) < 0.03
+    assert abs(placed[2]) < 0.1
 
 
 def test_a_junction_moves_farther_where_three_branches_agree(rod_along_z):

@@ -1,0 +1,57 @@
+"""Places in the middle of a solid: steps towards larger inscribed balls.
+
+The distance to the surface grows by a step's whole length straight away from the surface, and more and more slowly
+where a second side is as near. Its slope there is the cosine of half the angle between the directions to the two sides
+(Lieutier 2004, "Any open bounded subset of R^n has the same homotopy type as its medial axis",
+https://doi.org/10.1016/j.cad.2004.01.011, on the gradient of the distance function).
+"""
+
+from __future__ import annotations
+
+__all__ = ["climb_to_middle"]
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lbskel.geometry.surface_queries import Surface
+
+MIN_SLOPE = 0.5  # growth of the ball's radius by length of the way: 1 from one side to the middle, 0.5 where the sides
+# are 120 degrees apart, 0 along a tube; benchmarks/results/refinement.md
+FIRST_STEP = 0.25  # in radii of the first ball
+N_STEPS = 12  # each moves or halves the step, so that the last is at most a thousandth of a radius where none moves
+DIRECTIONS = np.array([d for d in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(d)])
+DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)
+
+
+def climb_to_middle(
+    points: NDArray[np.float64], frames: NDArray[np.float64], surface: Surface
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Move points away from the near side of the surface until another side is as near.
+
+    Parameters
+    ----------
+    points : (k, 3) array of float
+        Inside the surface, which no step leaves: each is shorter than the radius of its ball.
+    frames : (k, 3, 3) array of float
+        For each point three orthogonal unit vectors as rows; steps go along these, their sums and their differences.
+    surface : Surface
+
+    Returns
+    -------
+    points : (k, 3) array of float
+    radii : (k,) array of float
+        Distances of these to the surface.
+    """
+    P, directions = np.array(points), DIRECTIONS @ frames
+    radii = np.array(surface.distance(P))
+    steps, rows = FIRST_STEP * radii, np.arange(len(P))
+    for _ in range(N_STEPS):
+        ahead = P[:, None] + steps[:, None, None] * directions
+        around = surface.distance(ahead.reshape(-1, 3)).reshape(len(P), len(DIRECTIONS))
+        best = np.argmax(around, axis=1)
+        grows = around[rows, best] >= radii + MIN_SLOPE * steps
+        P[grows], radii[grows] = ahead[rows, best][grows], around[rows, best][grows]
+        steps[~grows] /= 2
+    return P, radii
