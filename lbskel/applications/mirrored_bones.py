@@ -48,7 +48,7 @@ def paired_bones(
 ) -> tuple[Bones, NDArray[np.int64]]:
     """Give every bone a twin, and return the bones and the twins.
 
-    Unchanged if there would be too many, or a bone in the plane hangs on one beside it.
+    Unchanged if there would be too many, a root is beside the plane, or a bone in the plane hangs on one beside it.
 
     Parameters
     ----------
@@ -73,7 +73,8 @@ def paired_bones(
     counts = {side: int((sides == side).sum()) for side in (1, -1)}
     for side in sorted(counts, key=lambda each: -counts[each]):
         kept = np.flatnonzero(is_central | (sides == side))
-        is_whole = bool(is_central[bones.parents[is_central & (bones.parents >= 0)]].all())
+        is_whole = bool(is_central[bones.parents < 0].all())
+        is_whole &= bool(is_central[bones.parents[is_central & (bones.parents >= 0)]].all())
         is_whole &= bool(np.isin(bones.parents[kept], [*kept, -1]).all())
         if is_whole and len(kept) + counts[side] <= max_bones and (counts[side] or not counts[-side]):
             return _mirrored(bones, plane, vertices, kept, sides, side)

@@ -69,7 +69,9 @@ POLYGON_OPERATORS: dict[str, Callable[[PolygonMesh], Laplacian]] = {"cotangent":
 
 def operator_named(operator: str | Operator) -> Operator:
     """Look up an operator by its name in OPERATORS or STAR_OPERATORS; return a callable unchanged."""
-    return operator if callable(operator) else choose(OPERATORS | STAR_OPERATORS, operator, "operator")
+    if isinstance(operator, str) and operator in STAR_OPERATORS:
+        return STAR_OPERATORS[operator]
+    return operator if callable(operator) else choose(OPERATORS, operator, "operator")
 
 
 def apply_operator(operator: str | Operator, mesh: Mesh) -> Laplacian:

@@ -49,9 +49,9 @@ def downsample(cloud: PointCloud, *, cell: float | None = None, n_points: int | 
     >>> import numpy as np
     >>> from lbskel import PointCloud
     >>> from lbskel.preprocess.downsampling import downsample
-    >>> line = PointCloud(np.arange(100.0)[:, None] * [1, 0, 0])
+    >>> line = PointCloud(np.arange(101.0)[:, None] * [1, 0, 0])
     >>> len(downsample(line, cell=10.0).points), downsample(line, n_points=3).points[:, 0].tolist()
-    (10, [0.0, 50.0, 99.0])
+    (11, [0.0, 50.0, 100.0])
     """
     value = cell if n_points is None else n_points
     if (cell is None) == (n_points is None) or value is None or not value > 0:

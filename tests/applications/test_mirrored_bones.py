@@ -51,3 +51,11 @@ def test_bones_in_the_plane_that_hang_on_others_are_left_as_they_are():
     found, twins = paired_bones(given, PLANE, VERTICES, 0.2, 30)
     assert found is given
     assert twins[1] == -1
+
+
+def test_bones_whose_root_is_beside_the_plane_stay():
+    """Mirrored, there would be two roots."""
+    given = bones(([2, 0, 0], [2, 1, 0], -1, -1), ([2, 0, 0], [0, 0, 0], 0, 0), ([0, 0, 0], [-2, 0, 0], 1, 0))
+    found, twins = paired_bones(given, PLANE, VERTICES, 0.2, 30)
+    assert found is given
+    assert (twins < 0).any()

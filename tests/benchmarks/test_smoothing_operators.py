@@ -38,8 +38,11 @@ def test_the_best_setting_within_a_time_is_one_for_all_shapes():
         *(row(shape, "other", "", seconds, 0.2) for shape, seconds in (("a", 0.005), ("b", 0.03))),
         row("a", "other", "fails on b", 0.01, 0.01),
     ]
-    table = {each["at most, s"]: each for each in _within(rows)}
-    assert table[0.01]["lbskel: error"] == pytest.approx(0.3)
-    assert "others: error" not in table[0.01]
-    assert table[0.02]["others: error"] == pytest.approx(0.2)
-    assert (table[0.05]["lbskel: error"], table[0.05]["lbskel: setting"]) == (pytest.approx(0.1), "lbskel, slow")
+    beside, faster = _within(rows)
+    assert (beside["others"], beside["seconds"], beside["error"]) == (
+        "other",
+        pytest.approx(0.0175),
+        pytest.approx(0.2),
+    )
+    assert (beside["lbskel"], beside["lbskel: error"]) == ("lbskel, fast", pytest.approx(0.3))
+    assert (faster["others"], faster["lbskel"], faster["lbskel: error"]) == ("none", "lbskel, slow", pytest.approx(0.1))
