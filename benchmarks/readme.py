@@ -128,7 +128,7 @@ def _operators(results: Path) -> list[dict[str, Any]]:
     }
     costs = _rows(results / "operators_speed.json")
     largest = max(row["faces"] for row in costs)
-    ratios = {row["call"]: row["ratio to libigl"] for row in costs if row["faces"] == largest}
+    ratios = {row["call"]: row.get("ratio to libigl") for row in costs if row["faces"] == largest}
     shapes = _rows(results / "operators_properties.json")
     table = []
     for operator in dict.fromkeys(row["operator"] for row in shapes):

@@ -111,6 +111,17 @@ def test_known_nodes_are_kept_and_others_follow_them_not_the_distance():
     assert connected.all()
 
 
+def test_a_known_vertex_within_another_region_is_kept():
+    """One vertex in the middle is known to belong to the first node, and one beside it is not known."""
+    rod = capsule(4.0, 0.5, 16)
+    path = path_along_z(np.linspace(-2, 2, 9), rod)
+    known = np.array(path.node_of_vertex)
+    inner = np.flatnonzero(known == 4)
+    known[inner[0]], known[inner[-1]] = 0, -1
+    found = complete_regions(path, known, rod)
+    assert (found[inner[0]], found[inner[-1]]) == (0, 4)
+
+
 def test_where_no_edges_lead_to_a_known_vertex_the_nearest_node_counts():
     rod = capsule(4.0, 0.5, 16)
     mesh = joined(rod, moved(rod, 5.0))
