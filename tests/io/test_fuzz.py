@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lbskel import Mesh, Skeleton
-from lbskel.errors import LbskelError
+from lbskel.errors import LbskelError, MissingDependency
 from lbskel.io import (
     FORMATS,
     MESH_READERS,
@@ -53,6 +53,8 @@ def check_only_lbskel_errors(read, path, data):
     message = str(path)
     try:
         read(path)
+    except MissingDependency:
+        return  # the changes made a LAZ file of a LAS file, and laspy is not installed
     except LbskelError as error:
         message = str(error)
     assert message.startswith(str(path))
