@@ -36,7 +36,8 @@ from lbskel.skeleton.skeleton import Skeleton
 # Local radii by which a boundary may move; 2.8 to 5.6 do as well (benchmarks/results/parts.md, "Constants")
 MAX_SHIFT = 4.0
 # Distance of a node of another part over that of a vertex's own node, each in its radii, below which the vertex belongs
-# to the former; the parts are at most REACH * MAX_SHIFT local radii from each other along the skeleton.
+# to the former; the parts are at most REACH * MAX_SHIFT local radii from each other along the skeleton; both are
+# guesses: two made hands got better by them, no sweep is committed
 NEARER = 0.8
 REACH = 3.0
 MAX_SIZE = 100.0  # size of a face or an edge in local radii up to which it counts, so that sums stay finite
