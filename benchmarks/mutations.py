@@ -37,6 +37,7 @@ TIME_LIMIT = 300.0  # seconds for the tests of one mutation; a guess: the tests 
 # the last is the record of what the kernels were compiled from, which would make a mutated kernel an error at import
 NOT_COPIED = (".git", ".venv", "venv", "build", "dist", "*.egg-info", "__pycache__", ".*_cache", ".hypothesis", "*.crc")
 OUTCOMES = ("caught", "survived", "equivalent")
+SHOWN_LINES = 20  # the end of what pytest prints: its summary has whole messages where the variable CI is set
 PYTEST_USAGE_ERROR, PYTEST_NO_TESTS = 4, 5  # exit codes of pytest that say nothing about the mutation
 
 
@@ -235,7 +236,7 @@ def _pytest(copy: Path, tests: Sequence[str], time_limit: float = TIME_LIMIT) ->
         done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, text=True, timeout=time_limit)
     except subprocess.TimeoutExpired:
         return None, f"over {time_limit:g} s"
-    return done.returncode, "\n".join((done.stdout + done.stderr).splitlines()[-3:])
+    return done.returncode, "\n".join((done.stdout + done.stderr).splitlines()[-SHOWN_LINES:])
 
 
 def _unchanged(tests: Sequence[str], uncompiled: str, copies: queue.SimpleQueue[Path]) -> str:

@@ -87,7 +87,9 @@ def test_each_mutation_starts_from_the_unchanged_tree(tree, quick_tests):
     assert [row["outcome"] for row in measure([area, label, area], root)] == ["caught", "survived", "caught"]
 
 
-def test_tests_that_fail_without_a_mutation_are_an_error(tree):
+@pytest.mark.parametrize("is_ci", [False, True])
+def test_tests_that_fail_without_a_mutation_are_an_error(tree, is_ci, monkeypatch):
+    monkeypatch.setenv("CI", "true") if is_ci else monkeypatch.delenv("CI", raising=False)
     root, lists = tree
     (root / "test_shapes.py").write_text(TESTS.replace("6", "7"))
     with pytest.raises(RuntimeError, match=r"tests fail without any mutation:\n(.*\n)*FAILED test_shapes\.py"):
