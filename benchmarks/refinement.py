@@ -76,13 +76,17 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "grow uncovered limbs": {f"{PIPELINE_PASSES}.grow_uncovered_limbs": _unchanged},
     "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},
 }
-# Bounds in place of those of the code: on gaps of lines of sight in flat ends, and on places of junctions
+# Bounds in place of those of the code: on gaps of lines of sight in flat ends, on places of junctions, and in
+# the relaxation of paths that left the solid
 BOUNDS: dict[str, dict[str, Any]] = {
     f"{name} {value}": {f"lbskel.refinement.{target}": value}
     for name, target, values in (
         ("gap of", "flat_ends.MAX_GAP", (0.005, 0.01, 0.04, 0.08)),
         ("slope of", "inscribed_balls.MIN_SLOPE", (0.25, 0.7, 1.1)),
         ("ball ratio of", "junctions.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
+        ("power of", "relaxation.POWER", (1.0, 3.0)),
+        ("steps", "relaxation.N_STEPS", (15, 60)),
+        ("centered ratio of", "containment.CENTERED_RATIO", (0.25, 0.75)),
     )
     for value in values
 }

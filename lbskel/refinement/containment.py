@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["inside_fraction", "interior_paths", "reroute_inside", "segments_outside", "smoothed_inside"]
+__all__ = ["inside_fraction", "interior_paths", "reroute_inside", "segments_outside"]
 
 import itertools
 from dataclasses import replace
@@ -12,15 +12,14 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.offset_paths import paths_below_surface
+from lbskel.refinement.radii import mean_radii
+from lbskel.refinement.relaxation import relax_inside
 from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
 
 N_SAMPLES = 12  # points along a segment at which it is tested; a guess, benchmarks/results/constants.md
-MAX_GAP = (
-    4  # upper bound on the edges between two parts of a branch that leave the surface and are rerouted together; a
-)
-# guess, benchmarks/results/constants.md
-N_SMOOTHING_STEPS = 10  # of a rerouted path; a guess, benchmarks/results/constants.md
+CENTERED_RATIO = 0.5  # of the inscribed to the mean radius, from which on a node is taken for one in the middle;
+# benchmarks/results/refinement.md
 MIN_DEPTH = 0.01  # of a node moved inside, relative to the diameter bound; a guess
 ENTRY_OFFSET = 1e-6  # distance below the surface at which rays to the opposite side start, relative to the diameter
 # bound; a guess
@@ -85,8 +84,8 @@ def reroute_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     if not is_leaving.any():
         return skeleton
     leaving = {tuple(edge) for edge in skeleton.edges[is_leaving].tolist()}
-    parts = [part for branch in skeleton.branches for part in _leaving_parts(branch, leaving)]
-    paths = interior_paths(skeleton.nodes, np.array([(part[0], part[-1]) for part in parts]), surface)
+    parts = _parts_to_reroute(skeleton, leaving, surface)
+    paths = interior_paths(nodes, np.array([(part[0], part[-1]) for part in parts]), surface)
     positions = np.concatenate(paths)
     begins, new_begins = (np.cumsum([0, *map(len, each)]) for each in (parts, paths))
     rerouted = replace_paths(
@@ -119,16 +118,45 @@ def segments_outside(nodes: NDArray[np.float64], edges: NDArray[np.int64], surfa
     return is_outside
 
 
-def _leaving_parts(branch: NDArray[np.int64], leaving: set[tuple[int, ...]]) -> list[NDArray[np.int64]]:
-    """Find the runs of nodes whose edges leave the surface; runs with a small gap between them are joined."""
-    is_leaving = np.array([(min(a, b), max(a, b)) in leaving for a, b in itertools.pairwise(branch.tolist())])
-    at = np.flatnonzero(is_leaving)
-    runs = np.split(at, np.flatnonzero(np.diff(at) > MAX_GAP) + 1) if len(at) else []
-    parts = [branch[run[0] : run[-1] + 2] for run in runs]
-    if len(parts) == 1 and parts[0][0] == parts[0][-1]:  # a whole loop; cut in three, so that it stays a loop
-        third = len(branch) // 3
-        return [branch[: third + 1], branch[third : 2 * third + 1], branch[2 * third :]]
-    return parts
+def _parts_to_reroute(skeleton: Skeleton, leaving: set[tuple[int, ...]], surface: Surface) -> list[NDArray[np.int64]]:
+    """Find the parts of branches from a node inside to the next where the edges between leave the surface.
+
+    Where the straight line between the two leaves it too, the part goes on to nodes in the middle of the solid.
+    """
+    inscribed, mean = surface.distance(skeleton.nodes), mean_radii(skeleton, surface.mesh).radii
+    is_beside = inscribed < CENTERED_RATIO * mean
+    runs = [(branch, *run) for branch in skeleton.branches for run in _leaving_runs(branch, leaving)]
+    ends = np.array([(branch[first], branch[last]) for branch, first, last in runs])
+    is_blocked = segments_outside(skeleton.nodes, ends, surface)
+    parts: list[tuple[NDArray[np.int64], int, int]] = []
+    for (branch, first, last), is_long in zip(runs, is_blocked, strict=True):
+        if is_long:
+            first -= _n_to_middle(branch[first::-1], inscribed, is_beside)
+            last += _n_to_middle(branch[last:], inscribed, is_beside)
+        if parts and parts[-1][0] is branch and first < parts[-1][2]:
+            _, first, end = parts.pop()
+            last = max(last, end)
+        parts.append((branch, first, last))
+    return [piece for branch, first, last in parts for piece in _pieces(branch[first : last + 1])]
+
+
+def _pieces(part: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    """Cut a part in three if it is a whole loop, so that it stays a loop."""
+    third = len(part) // 3 if part[0] == part[-1] else len(part)
+    return [part[: third + 1], part[third : 2 * third + 1], part[2 * third :]] if third < len(part) else [part]
+
+
+def _n_to_middle(path: NDArray[np.int64], radii: NDArray[np.float64], is_beside: NDArray[np.bool_]) -> int:
+    """Count the steps along a path to its first node in the middle, as long as the inscribed radius grows."""
+    goes_on = is_beside[path[:-1]] & (np.diff(radii[path]) > 0)
+    return len(goes_on) if goes_on.all() else int(goes_on.argmin())
+
+
+def _leaving_runs(branch: NDArray[np.int64], leaving: set[tuple[int, ...]]) -> list[tuple[int, int]]:
+    """Find the first and the last node of each run of edges that leave the surface, as places in the branch."""
+    is_leaving = [False, *((min(a, b), max(a, b)) in leaving for a, b in itertools.pairwise(branch.tolist())), False]
+    runs = np.flatnonzero(np.diff(is_leaving)).reshape(-1, 2).tolist()
+    return [(first, last) for first, last in runs]
 
 
 def interior_paths(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surface) -> list[NDArray[np.float64]]:
@@ -151,25 +179,6 @@ def interior_paths(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Su
     depths = surface.distance(P)[pairs[is_outside]].max(axis=1)
     below = paths_below_surface(starts, ends, depths, surface.proxy)
     paths = [np.concatenate([[p], path, [q]]) for p, path, q in zip(starts, below, ends, strict=True)]
-    smoothed = iter(smoothed_inside(paths, surface))
+    relaxed = iter(relax_inside(paths, surface))
     straight = P[pairs].mean(axis=1, keepdims=True)
-    return [next(smoothed)[1:-1] if is_outside[row] else straight[row] for row in range(len(pairs))]
-
-
-def smoothed_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
-    """Average the points of paths with their neighbors repeatedly, each as long as it stays inside; ends are fixed."""
-    points, cuts = np.concatenate(paths), np.cumsum([len(path) for path in paths])
-    path_of = np.repeat(np.arange(len(paths)), [len(path) for path in paths])
-    inner = np.flatnonzero((path_of[1:-1] == path_of[:-2]) & (path_of[1:-1] == path_of[2:])) + 1
-    starts = np.flatnonzero(path_of[1:] == path_of[:-1])
-    is_moving = np.ones(len(paths), dtype=bool)
-    for _ in range(N_SMOOTHING_STEPS):
-        inner, starts = inner[is_moving[path_of[inner]]], starts[is_moving[path_of[starts]]]
-        mean = np.array(points)
-        mean[inner] = (points[inner - 1] + points[inner] + points[inner + 1]) / 3
-        used = np.unique([starts, starts + 1])
-        segments = np.searchsorted(used, np.stack([starts, starts + 1], axis=1))
-        is_moving[path_of[starts[segments_outside(mean[used], segments, surface)]]] = False
-        inner = inner[is_moving[path_of[inner]]]
-        points[inner] = mean[inner]
-    return np.split(points, cuts[:-1])
+    return [next(relaxed)[1:-1] if is_outside[row] else straight[row] for row in range(len(pairs))]

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.containment import segments_outside, smoothed_inside
+from lbskel.refinement.containment import segments_outside
 from lbskel.refinement.offset_paths import moved_inwards
+from lbskel.refinement.relaxation import relax_inside
 from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -57,7 +58,7 @@ def reroute_through_regions(skeleton: Skeleton, surface: Surface) -> Skeleton:
             strict=True,
         )
     ]
-    inner = [path[1:-1] for path in smoothed_inside(paths, surface)]
+    inner = [path[1:-1] for path in relax_inside(paths, surface)]
     positions = np.concatenate(inner)
     begins, new_begins = 2 * np.arange(len(leaving) + 1), np.cumsum([0, *map(len, inner)])
     return replace_paths(skeleton, leaving.ravel(), begins, positions, new_begins, surface.distance(positions))

@@ -22,6 +22,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel._kernels.traversal import sums_along_paths
 from lbskel.errors import MeshError
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -100,7 +101,7 @@ def replace_paths(
     new_begins: NDArray[np.int64],
     radii: NDArray[np.float64],
 ) -> Skeleton:
-    """Replace the inner nodes of paths of the graph by new ones; their vertices go to the first node of the path.
+    """Replace the inner nodes of paths of the graph by new ones; vertices stay at their share of the path's length.
 
     Parameters
     ----------
@@ -121,7 +122,7 @@ def replace_paths(
     is_inner = np.ones(len(paths), dtype=bool)
     is_inner[np.concatenate([begins[:-1], last])] = False
     target = np.arange(n_nodes + len(positions))
-    target[paths[is_inner]] = np.repeat(paths[begins[:-1]], np.diff(begins))[is_inner]
+    target[paths[is_inner]] = _at_same_share(skeleton.nodes, paths, begins, positions, new_begins)[is_inner]
     is_step = np.ones(len(paths), dtype=bool)
     is_step[last] = False
     step = np.flatnonzero(is_step)
@@ -134,6 +135,39 @@ def replace_paths(
     added = [np.stack([before, new], axis=1), np.stack([to_last, paths[last]], axis=1)]
     edges = np.concatenate([skeleton.edges[is_kept], *added])
     return contract_nodes(_extended(skeleton, edges, positions, radii), target)
+
+
+def _at_same_share(
+    nodes: NDArray[np.float64],
+    paths: NDArray[np.int64],
+    begins: NDArray[np.int64],
+    positions: NDArray[np.float64],
+    new_begins: NDArray[np.int64],
+) -> NDArray[np.int64]:
+    """(n,) for each node of paths the new node, or end, that is nearest to it by the share of the length before it."""
+    last, rows = begins[1:] - 1, np.arange(len(begins) - 1)
+    of_new = np.repeat(rows, np.diff(new_begins))
+    path = np.concatenate([rows, of_new, rows])
+    order = np.argsort(path, kind="stable")
+    numbers = np.concatenate([paths[begins[:-1]], len(nodes) + np.arange(len(positions)), paths[last]])[order]
+    points = np.concatenate([nodes[paths[begins[:-1]]], positions, nodes[paths[last]]])[order]
+    new_places = _places(points, new_begins + 2 * np.arange(len(begins)))
+    places = _places(nodes[paths], begins)
+    after = np.clip(np.searchsorted(new_places, places), 1, len(new_places) - 1)
+    is_before = places - new_places[after - 1] < new_places[after] - places
+    nearest: NDArray[np.int64] = numbers[after - is_before]
+    return nearest
+
+
+def _places(points: NDArray[np.float64], begins: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(n,) place of each point of paths: the share of its path's length before it, plus twice the path's number."""
+    steps = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)
+    arc_lengths, sizes = sums_along_paths(steps, begins), np.diff(begins)
+    lengths = np.repeat(arc_lengths[begins[1:] - 1], sizes)
+    shares = np.divide(arc_lengths, lengths, out=np.zeros(len(points)), where=lengths > 0)
+    shares[begins[1:] - 1] = 1.0
+    places: NDArray[np.float64] = shares + 2.0 * np.repeat(np.arange(len(sizes)), sizes)
+    return places
 
 
 def split_edge(skeleton: Skeleton, edge: int, position: NDArray[np.float64], radius: float) -> Skeleton:

@@ -163,29 +163,15 @@ def _kept_nodes(skeleton: Skeleton, paths: _Paths) -> NDArray[np.int64]:
 
 
 def _divided(skeleton: Skeleton, paths: _Paths, counts: NDArray[np.int64]) -> Skeleton:
-    """Divide every path evenly; vertices go to the new node nearest to theirs along the path."""
+    """Divide every path evenly; vertices stay at their share of its length."""
     has_mean_radii = len(skeleton.mean_radii) > 0
     values = np.column_stack([skeleton.nodes, skeleton.radii, *([skeleton.mean_radii] if has_mean_radii else [])])
-    kept = _kept_nodes(skeleton, paths)
-    new_index = np.full(len(skeleton.nodes), -1)
-    new_index[kept] = np.arange(len(kept))
-    is_inner = np.ones(len(paths.nodes), dtype=bool)
-    is_inner[np.concatenate([paths.begins[:-1], paths.begins[1:] - 1])] = False
-    path, inner_nodes = paths.path_of_node[is_inner], paths.nodes[is_inner]
-    length, count = paths.lengths[path], counts[path]
-    share = np.divide(paths.arc_lengths[is_inner], length, out=np.zeros(len(path)), where=length > 0)
-    piece = np.rint(share * count).astype(np.int64)
-    ends = np.cumsum(counts - 1)
-    to_inner = len(kept) + (ends - counts + 1)[path] + piece - 1
-    to_end = np.where(piece == 0, paths.nodes[paths.begins[:-1]][path], paths.nodes[paths.begins[1:] - 1][path])
-    new_index[inner_nodes] = np.where((piece > 0) & (piece < count), to_inner, new_index[to_end])
     inner = _interpolated(values, paths, counts)
-    resampled = replace_paths(skeleton, paths.nodes, paths.begins, inner[:, :3], np.append(0, ends), inner[:, 3])
-    return replace(
-        resampled,
-        mean_radii=np.concatenate([values[kept], inner])[:, 4] if has_mean_radii else np.empty(0),
-        node_of_vertex=new_index[skeleton.node_of_vertex],
-    )
+    new_begins = np.concatenate([[0], np.cumsum(counts - 1)])
+    resampled = replace_paths(skeleton, paths.nodes, paths.begins, inner[:, :3], new_begins, inner[:, 3])
+    if not has_mean_radii:
+        return resampled
+    return replace(resampled, mean_radii=np.concatenate([values[_kept_nodes(skeleton, paths)], inner])[:, 4])
 
 
 def _interpolated(values: NDArray[np.float64], paths: _Paths, counts: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -328,8 +328,8 @@ def test_the_report_has_every_step_whole(skeleton_of):
 
 
 @pytest.mark.parametrize(("time_limit", "verdict"), [(None, "pass"), (1e-9, "fail")])
-def test_passed_and_the_verdict_are_one_decision(ring, time_limit, verdict):
-    report = skeletonize(ring, time_limit=time_limit).report
+def test_passed_and_the_verdict_are_one_decision(shape, time_limit, verdict):
+    report = skeletonize(shape("tripod"), time_limit=time_limit).report
     assert report["score"]["verdict"] == verdict
     assert report["passed"] is (verdict != "fail")
 

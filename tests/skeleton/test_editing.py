@@ -60,7 +60,7 @@ def replaced_path(skeleton, nodes, positions, radii):
     )
 
 
-def test_a_replaced_path_keeps_its_ends_and_gives_its_vertices_to_the_first():
+def test_a_replaced_path_keeps_its_ends_and_its_vertices_stay_at_their_share_of_the_length():
     path = line(6, node_of_vertex=[0, 1, 2, 3, 4, 5], anchors=[5])
     detour = np.array([[1.5, 1, 0], [2.5, 1, 0], [3.5, 1, 0]])
     replaced = replaced_path(path, [1, 2, 3, 4], detour, np.array([9.0, 8, 7]))
@@ -68,8 +68,11 @@ def test_a_replaced_path_keeps_its_ends_and_gives_its_vertices_to_the_first():
     assert np.array_equal(replaced.nodes[4:], detour)
     assert replaced.edges.tolist() == [[0, 1], [1, 4], [2, 3], [2, 6], [4, 5], [5, 6]]
     assert replaced.radii.tolist() == [1, 2, 5, 6, 9, 8, 7]
-    assert replaced.node_of_vertex.tolist() == [0, 1, 1, 1, 2, 3]
+    # shares of 1/3 and 2/3; the detour's nodes are at 0.29, 0.5 and 0.71, which are 4, 5 and 6
+    assert replaced.node_of_vertex.tolist() == [0, 1, 4, 6, 2, 3]
     assert replaced.anchors.tolist() == [3]
+    uneven = replaced_path(path, [1, 2, 3, 4], np.array([[3.5, 0, 0]]), np.array([9.0]))  # at a share of 0.83
+    assert uneven.node_of_vertex.tolist() == [0, 1, 1, 4, 2, 3]
 
 
 def test_a_path_is_replaced_by_an_edge_and_a_loop_by_another_loop():

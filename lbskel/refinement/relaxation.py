@@ -1,0 +1,84 @@
+"""Relaxation of paths inside a solid: short where it is wide, in the middle where it is narrow.
+
+The length of a path, weighted by a power of the inscribed radius r, falls along the flow of geodesic active contours
+(Caselles, Kimmel, Sapiro 1997, "Geodesic active contours", https://doi.org/10.1023/A:1007979827043). With the weight
+``r ** -p`` a point moves by ``curvature + p * (gradient of r) / r``, both across the path. Where points are ``s * r``
+apart, it is ``(s * r) ** 2 / 2`` times the first from the mean of its neighbors, and moves two thirds of this way and
+of as many times the second. No point leaves its ball in a step, so that a path stays in its homotopy class.
+"""
+
+from __future__ import annotations
+
+__all__ = ["relax_inside"]
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lbskel.geometry.surface_queries import Surface
+
+SPACING = 0.5  # of the points of a path, in radii of their balls
+MIN_RATIO = 0.1  # of a ball to the largest of its path, below which the spacing no longer follows the ball; it bounds
+# the number of points of a path that touches the surface
+POWER = 2.0  # of the radius in the weight; benchmarks/results/refinement.md
+N_STEPS = 30  # benchmarks/results/refinement.md
+
+
+def relax_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
+    """Move the points of paths inside a closed surface towards the shortest weighted length; the ends stay.
+
+    Parameters
+    ----------
+    paths : list of (k, 3) array of float
+        Of two points at least.
+    surface : Surface
+        Closed.
+
+    Returns
+    -------
+    list of (m, 3) array of float
+        Points at a distance of about ``SPACING`` radii.
+    """
+    sizes = [len(path) for path in paths]
+    P, path_of = _spaced(np.concatenate(paths), np.repeat(np.arange(len(paths)), sizes), surface)
+    for step in range(N_STEPS):
+        inner = np.flatnonzero((path_of[1:-1] == path_of[:-2]) & (path_of[1:-1] == path_of[2:])) + 1
+        before, after = P[inner - 1], P[inner + 1]
+        radii, nearest = surface.closest(P[inner])
+        away = _unit(P[inner] - nearest)
+        away[~surface.contains(P[inner])] *= -1
+        tangents = _unit(after - before)
+        across = away - (away * tangents).sum(axis=1, keepdims=True) * tangents
+        # at the medial axis the gradient changes its side from step to step, so its part is reduced to zero
+        share = POWER * SPACING**2 / 2 * (1 - step / N_STEPS)
+        P[inner] += 2 / 3 * ((before + after) / 2 - P[inner] + share * radii[:, None] * across)
+        P, path_of = _spaced(P, path_of, surface)
+    return np.split(P, np.flatnonzero(np.diff(path_of)) + 1)
+
+
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Vectors of length one, or zero."""
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    units: NDArray[np.float64] = np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0)
+    return units
+
+
+def _spaced(
+    P: NDArray[np.float64], path_of: NDArray[np.int64], surface: Surface
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Points on the same polygons at about ``SPACING`` radii, and the number of the path of each."""
+    radii, is_first = surface.distance(P), np.diff(path_of, prepend=-1) > 0
+    begins = np.flatnonzero(is_first)
+    lasts = np.append(begins[1:], len(P)) - 1
+    radii = np.maximum(radii, MIN_RATIO * np.maximum.reduceat(radii, begins)[path_of])
+    steps = np.linalg.norm(np.diff(P, axis=0, prepend=P[:1]), axis=1)
+    steps[1:] /= (radii[1:] + radii[:-1]) / 2
+    steps[is_first] = 1.0  # between paths
+    places = np.cumsum(steps)
+    lengths = places[lasts] - places[begins]
+    counts = np.maximum(np.rint(lengths / SPACING), 1).astype(np.int64)
+    new_path_of = np.repeat(np.arange(len(begins)), counts + 1)
+    number = np.arange(len(new_path_of)) - np.repeat(np.cumsum(counts + 1) - counts - 1, counts + 1)
+    at = places[begins][new_path_of] + lengths[new_path_of] * number / counts[new_path_of]
+    spaced = np.stack([np.interp(at, places, coordinate) for coordinate in P.T], axis=1)
+    spaced[number == 0], spaced[number == counts[new_path_of]] = P[begins], P[lasts]
+    return spaced, new_path_of
