@@ -11,8 +11,6 @@ from __future__ import annotations
 __all__ = ["run"]
 
 import json
-import os
-import resource
 import shutil
 import subprocess
 import sys
@@ -26,16 +24,21 @@ from typing import Any
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
 from benchmarks.installation_numba import compile_kernels
+from benchmarks.installation_tools import (
+    NO_COMPILER,
+    ROOT,
+    build_wheels,
+    interpreters,
+    make_environment,
+    processor_seconds,
+    source_distribution,
+)
 from lbskel.shapes import make
 
-ROOT = Path(__file__).parent.parent
-VERSIONS = range(10, 15)  # of Python 3: those that pyproject.toml names
 SIZES = (2_000, 10_000, 50_000)  # vertices of the dinosaur
 TURNS, QUICK_TURNS = 3, 1
 EXTRAS = ("view", "preprocess")
 OTHER = "numba"  # which could compile kernels at run time
-NO_COMPILER = {"CC": "/bin/false"}
-ON_ONE_THREAD = {"OMP_NUM_THREADS": "1", "PIP_DISABLE_PIP_VERSION_CHECK": "1"}
 
 PACKAGE_SIZES = """
 import json
@@ -54,11 +57,11 @@ def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
     turns = QUICK_TURNS if quick else TURNS
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        source = _source(folder)
+        source = source_distribution(folder)
         sizes = _meshes(folder, SIZES[:1] if quick else SIZES)
-        pythons = {sys.version.split()[0]: Path(sys.executable)} if quick else _pythons()
-        wheels, builds = _wheels(source, pythons, folder)
-        environments = {version: _environment(python, folder / version) for version, python in pythons.items()}
+        pythons = {sys.version.split()[0]: Path(sys.executable)} if quick else interpreters()
+        wheels, builds = build_wheels(source, pythons, folder)
+        environments = {version: make_environment(python, folder / version) for version, python in pythons.items()}
         versions = _each_python(environments, wheels, sizes, folder, turns)
         version = min(pythons, key=lambda each: (not each.startswith("3.11"), each))
         python = environments[version]
@@ -91,53 +94,15 @@ def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
     save_markdown(results / "installation.md", "Installation", tables)
 
 
-def _seconds(command: Sequence[str | Path], **environment: str) -> float:
-    """Run a command on one thread, and return its processor seconds, with those of the processes that it starts."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    variables = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV")}
-    done = subprocess.run(
-        [str(each) for each in command],
-        env={**variables, **ON_ONE_THREAD, **environment},
-        cwd=tempfile.gettempdir(),  # not the clone, whose package would be imported
-        capture_output=True,
-        text=True,
-    )
-    if done.returncode:
-        raise RuntimeError(f"{' '.join(map(str, command))}: {(done.stdout + done.stderr)[-2000:]}")
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-
-
 def _least(commands: Mapping[str, tuple[Sequence[str | Path], Mapping[str, str]]], turns: int) -> dict[str, float]:
     """Time commands in turns, after one that does not count, and take the least of each."""
     seconds: dict[str, list[float]] = {name: [] for name in commands}
     for turn in range(turns + 1):
         for name, (command, environment) in commands.items():
-            taken = _seconds(command, **environment)
+            taken = processor_seconds(command, **environment)
             if turn > 0:
                 seconds[name].append(taken)
     return {name: min(each) for name, each in seconds.items()}
-
-
-def _pythons() -> dict[str, Path]:
-    """The interpreters of this machine by their versions: those on the path and those of pyenv."""
-    found = {}
-    for minor in VERSIONS:
-        of_pyenv = sorted((Path.home() / ".pyenv" / "versions").glob(f"3.{minor}.*/bin/python"))
-        on_path = shutil.which(f"python3.{minor}")
-        for path in [*of_pyenv[-1:], *([Path(on_path)] if on_path else [])]:
-            asked = subprocess.run([path, "-V"], capture_output=True, text=True)
-            if asked.returncode == 0:
-                found[asked.stdout.split()[1]] = path
-                break
-    return found
-
-
-def _source(folder: Path) -> Path:
-    """Make the source distribution of the clone's last commit."""
-    _seconds(["git", "clone", "--quiet", ROOT, folder / "clone"])
-    _seconds([sys.executable, "-m", "build", "--sdist", "--outdir", folder / "sdist", folder / "clone"])
-    return next((folder / "sdist").glob("*.tar.gz"))
 
 
 def _meshes(folder: Path, sizes: Sequence[int]) -> dict[str, Path]:
@@ -150,32 +115,9 @@ def _meshes(folder: Path, sizes: Sequence[int]) -> dict[str, Path]:
     return paths
 
 
-def _wheels(source: Path, pythons: Mapping[str, Path], folder: Path) -> tuple[dict[str, Path], list[dict[str, Any]]]:
-    """The wheel for each Python, and what each took; the one of Python 3.11 serves all later ones."""
-    wheels: dict[str, Path] = {}
-    rows = []
-    for version, python in pythons.items():
-        limited = next((wheel for wheel in wheels.values() if "abi3" in wheel.name), None)
-        if limited is None:
-            out = folder / f"wheel-{version}"
-            seconds = _seconds([python, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", out, source])
-            wheels[version] = next(out.glob("*.whl"))
-            size = wheels[version].stat().st_size / 1e6
-            rows.append({"what": wheels[version].name, "megabytes": size, "seconds": seconds})
-        else:
-            wheels[version] = limited
-    return wheels, rows
-
-
-def _environment(python: Path, folder: Path) -> Path:
-    """Make a virtual environment, and return its interpreter."""
-    _seconds([python, "-m", "venv", folder])
-    return folder / "bin" / "python"
-
-
 def _installed(python: Path, what: Path, target: Path, **environment: str) -> dict[str, str]:
     """Install into a folder of its own; the variables with which Python finds it there first."""
-    _seconds([python, "-m", "pip", "install", "--no-deps", "--target", target, what], **environment)
+    processor_seconds([python, "-m", "pip", "install", "--no-deps", "--target", target, what], **environment)
     return {"PYTHONPATH": str(target)}
 
 
@@ -190,7 +132,7 @@ def _each_python(
     rows = []
     source = next((folder / "sdist").glob("*.tar.gz"))
     for version, python in pythons.items():
-        _seconds([python, "-m", "pip", "install", wheels[version]], **NO_COMPILER)
+        processor_seconds([python, "-m", "pip", "install", wheels[version]], **NO_COMPILER)
         built = _installed(python, source, folder / f"built-{version}")
         row: dict[str, Any] = {"Python": version, "wheel": wheels[version].name.split("-", 2)[2]}
         for name, mesh in meshes.items():
@@ -234,7 +176,7 @@ def _packages(python: Path, wheel: Path) -> list[dict[str, Any]]:
     ]
     rows.insert(0, {"package": "pip install lbskel, all of:", "megabytes": sum(there.values()) / 1e6})
     for added in (*EXTRAS, OTHER):
-        _seconds([python, "-m", "pip", "install", f"{wheel}[{added}]" if added in EXTRAS else added])
+        processor_seconds([python, "-m", "pip", "install", f"{wheel}[{added}]" if added in EXTRAS else added])
         now = sizes()
         rows.append({"package": f"{added} adds", "megabytes": (sum(now.values()) - sum(there.values())) / 1e6})
         there = now
@@ -294,14 +236,16 @@ def _first_run(python: Path, folder: Path) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = []
     for name, step in steps.items():
         began = time.perf_counter()
-        rows.append({"step": name, "processor seconds": _seconds(step), "seconds": time.perf_counter() - began})
+        rows.append(
+            {"step": name, "processor seconds": processor_seconds(step), "seconds": time.perf_counter() - began}
+        )
     return [*rows, {"step": "in all", **{key: sum(row[key] for row in rows) for key in list(rows[0])[1:]}}]
 
 
 def _built_by_zig(source: Path, python: Path, folder: Path) -> tuple[Path, dict[str, Any]]:
     """Build a wheel where no C compiler is found."""
     command: list[str | Path] = [python, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", folder / "zig", source]
-    seconds = _seconds(command, CC="no-such-compiler")
+    seconds = processor_seconds(command, CC="no-such-compiler")
     wheel = next((folder / "zig").glob("*.whl"))
     row = {"what": "wheel, by ziglang's compiler", "megabytes": wheel.stat().st_size / 1e6, "seconds": seconds}
     return wheel, row
