@@ -1,8 +1,8 @@
 """The tests of the source distribution against the installed wheel, with each Python of the machine.
 
 The wheel is installed with the extra ``test`` into a fresh virtual environment, where the C compiler fails. The source
-distribution is unpacked, its package is removed, and README's second command runs there, so that nothing but the wheel
-can be imported. Everything comes from the package index by pip.
+distribution is unpacked, and README's second command runs there; in the place of the package is a link to the installed
+one, so that nothing else can be imported or read. Everything comes from the package index by pip.
 """
 
 from __future__ import annotations
@@ -70,6 +70,8 @@ def _tested(
         archive.extractall(tree, filter="data")
     [root] = tree.iterdir()
     shutil.rmtree(root / "lbskel")
+    [installed] = python.parent.parent.glob("lib/python*/site-packages/lbskel")
+    (root / "lbskel").symlink_to(installed)
     report = tree / "report.xml"
     variables = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
     paths = f"{python.parent}{os.pathsep}{variables['PATH']}"  # as in an activated environment

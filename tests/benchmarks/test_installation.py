@@ -12,7 +12,9 @@ from benchmarks.installation_numba import compile_kernels
 
 def test_the_least_of_all_turns_but_the_first_counts(monkeypatch):
     taken = {"a": iter([1.0, 5.0, 4.0]), "b": iter([9.0, 2.0, 3.0])}
-    monkeypatch.setattr(installation, "processor_seconds", lambda command, **environment: next(taken[environment["name"]]))
+    monkeypatch.setattr(
+        installation, "processor_seconds", lambda command, **environment: next(taken[environment["name"]])
+    )
     commands = {name: (["python"], {"name": name}) for name in taken}
     assert installation._least(commands, 2) == {"a": 4.0, "b": 2.0}
 
@@ -50,7 +52,9 @@ def test_kernels_run_with_plain_blocks_where_another_compiler_takes_them(tmp_pat
 
 def test_the_first_run_is_that_of_the_readme(monkeypatch, tmp_path):
     commands = []
-    monkeypatch.setattr(installation, "processor_seconds", lambda command, **environment: commands.append(command) or 1.0)
+    monkeypatch.setattr(
+        installation, "processor_seconds", lambda command, **environment: commands.append(command) or 1.0
+    )
     rows = installation._first_run(sys.executable, tmp_path)
     assert rows[-1]["processor seconds"] == 4.0
     assert "pip install '.[view]'" in commands[2][2]

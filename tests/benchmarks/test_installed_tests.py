@@ -42,31 +42,38 @@ def test_a_report_is_counted(tmp_path):
     assert failed == ["test_some::test_fails", "test_some::test_has_no_fixture"]
 
 
-def test_the_package_of_the_distribution_is_not_what_is_tested(tmp_path, monkeypatch):
-    """Tests run beside the meshes, without the sources of the package."""
+@pytest.fixture
+def environment(tmp_path):
+    """What looks like a virtual environment with the package installed, and a distribution with another one."""
+    site = tmp_path / "lib" / "python3.11" / "site-packages"
     tree = tmp_path / "lbskel-1"
-    for name in ("lbskel", "tests"):
-        (tree / name).mkdir(parents=True)
+    for folder in (site / "lbskel", tmp_path / "bin", tree / "lbskel", tree / "tests"):
+        folder.mkdir(parents=True)
+    (site / "lbskel" / "installed").touch()
     (tree / "tests" / "test_some.py").write_text(
-        "import os\ndef test_gone():\n    assert not os.path.exists('lbskel') and os.environ['CC'] == '/bin/false'\n"
+        "import os\n"
+        "def test_it_is_the_installed_one():\n"
+        "    assert os.listdir('lbskel') == ['installed'] and os.environ['CC'] == '/bin/false'\n"
     )
     with tarfile.open(tmp_path / "source.tar.gz", "w:gz") as archive:
         archive.add(tree, "lbskel-1")
-    (tmp_path / "bin").mkdir()
-    script = tmp_path / "bin" / "pytest"
-    script.write_text(f"#!/bin/sh\nexec {sys.executable} -m pytest $5 $6\n")  # one process, in place of two
-    script.chmod(0o755)
+    return tmp_path
+
+
+def script(path, line):
+    path.write_text(f"#!/bin/sh\n{line}\n")
+    path.chmod(0o755)
+
+
+def test_only_the_installed_package_is_there(environment):
+    script(environment / "bin" / "pytest", f"exec {sys.executable} -m pytest $5 $6")  # one process, in place of two
     counts, _, failed = installed_tests._tested(
-        tmp_path / "bin" / "python", tmp_path / "source.tar.gz", tmp_path / "tree", ["tests"]
+        environment / "bin" / "python", environment / "source.tar.gz", environment / "tree", ["tests"]
     )
     assert (counts["passed"], failed) == (1, [])
 
 
-def test_a_run_without_a_report_is_an_error(tmp_path):
-    (tmp_path / "lbskel").mkdir()
-    with tarfile.open(tmp_path / "source.tar.gz", "w:gz") as archive:
-        archive.add(tmp_path / "lbskel", "lbskel-1/lbskel")
-    (tmp_path / "pytest").write_text("#!/bin/sh\necho no such option\nexit 4\n")
-    (tmp_path / "pytest").chmod(0o755)
+def test_a_run_without_a_report_is_an_error(environment):
+    script(environment / "bin" / "pytest", "echo no such option; exit 4")
     with pytest.raises(RuntimeError, match="no such option"):
-        installed_tests._tested(tmp_path / "python", tmp_path / "source.tar.gz", tmp_path / "tree", [])
+        installed_tests._tested(environment / "bin" / "python", environment / "source.tar.gz", environment / "tree", [])
