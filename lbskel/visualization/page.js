@@ -84,8 +84,6 @@
     });
     const scale = { colorscale: skeleton.colors, cmin: skeleton.low, cmax: skeleton.high };
     const bar = { title: { text: "radius" }, len: 0.5, thickness: 10, x: 1, xanchor: "right", ypad: 0, tickformat: ".3g" };
-    data.lineTrace = add("skeleton", { type: "scatter3d", mode: "lines", hoverinfo: "none", ...coordinates(skeleton.nodes, rows),
-      line: { width: skeleton.width, color: colors, ...scale } });
     const kind = skeleton.radius_kind.replace(/</g, "&lt;");
     const labels = Array.from(radii, (radius, node) => {
       const place = [0, 1, 2].map((k) => Number(places[3 * node + k].toPrecision(6))).join(", ");
@@ -93,6 +91,8 @@
       const length = Number.isNaN(radius) ? "unknown" : String(Number((radius * skeleton.size).toPrecision(4)));
       return `node ${node}<br>${branch}<br>${kind} radius ${length}<br>(${place})`;
     });
+    data.lineTrace = add("skeleton", { type: "scatter3d", mode: "lines", hoverinfo: "text", ...coordinates(skeleton.nodes, rows),
+      text: rows.map((node) => labels[node] || ""), line: { width: skeleton.width, color: colors, ...scale } });
     const shown = { size: skeleton.marker, color: Array.from(radii), ...scale, line: { width: 0 } };
     if (skeleton.high > skeleton.low) {
       Object.assign(shown, { colorbar: { ...bar, tickvals: skeleton.ticks, ticktext: skeleton.tick_labels } });
@@ -152,8 +152,23 @@
   };
   const restyle = (change, numbers) => (numbers && numbers.length ? Plotly.restyle(view, change, numbers) : null);
   performance.mark("decoded");
+
+  // The pointer is for the nodes and lines of the skeleton: what lies in front of them would take it. In plotly such a
+  // trace keeps it from those behind and only shows no label, so it is left out of the picture for the pointer.
+  function letPointerThrough() {
+    const scene = view._fullLayout.scene._scene;
+    Object.values(scene.traces).filter((trace) => trace.data.hoverinfo === "skip").forEach((trace) => {
+      [trace.mesh, trace.linePlot, trace.scatterPlot].filter((part) => part && part.drawPick).forEach((part) => {
+        part.drawPick = null;
+        part.dirty = true; // so that it is drawn anew
+      });
+    });
+  }
+
   const drawn = Plotly.newPlot(view, traces, layout, options).then(() => {
     performance.mark("drawn");
+    letPointerThrough();
+    view.on("plotly_afterplot", letPointerThrough);
     const poster = byId("poster");
     if (poster) poster.remove();
   });
@@ -229,10 +244,10 @@
   if (choice) choice.addEventListener("change", () => select(Number(choice.value)));
   drawn.then(() => {
     view.on("plotly_click", (event) => {
-      event.points.forEach((point) => {
-        if (point.curveNumber === data.nodeTrace) select(branchOfNode[point.pointNumber]);
-        if (point.curveNumber === data.lineTrace) select(branchOfPoint[point.pointNumber]);
-      });
+      const point = event.points[0];
+      const branch = (point.curveNumber === data.nodeTrace ? branchOfNode : branchOfPoint)[point.pointNumber];
+      // plotly tells a click while it draws, and again in each drawing until the button is up
+      if (choice && branch !== Number(choice.value)) setTimeout(() => select(branch));
     });
     return data.curves && data.curves();
   }).then(() => { document.body.dataset.ready = "yes"; });

@@ -170,24 +170,67 @@ def test_a_branch_that_is_chosen_shows_its_row(shown, scene):
     assert traces(shown)[-1]["n"] == len(scene.skeleton.branches[2])
 
 
-def test_a_click_on_a_node_shows_the_row_of_its_branch(shown, scene):
-    branch = scene.skeleton.branches[1]
-    node = int(branch[len(branch) // 2])
-    shown.execute_script(
-        "const view = document.getElementById('view'); const number = view.data.findIndex((t) => t.text);"
-        "view.emit('plotly_click', {points: [{curveNumber: number, pointNumber: arguments[0]}]})",
-        node,
-    )
-    assert shown.find_element("id", "branch").get_attribute("value") == "1"
-    shown.execute_script(
-        "const view = document.getElementById('view'); const number = view.data.findIndex((t) => t.mode === 'lines');"
-        "view.emit('plotly_click', {points: [{curveNumber: number, pointNumber: 1}]})"
-    )
-    assert shown.find_element("id", "branch").get_attribute("value") == "0"
-    texts = shown.execute_script("return document.getElementById('view').data.find((t) => t.text).text")
-    label = texts[node]
-    assert label.startswith(f"node {node}<br>branch 1<br>inscribed radius ")
-    assert float(label.split("radius ")[1].split("<")[0]) == pytest.approx(scene.skeleton.radii[node], rel=1e-3)
+def pointed_at(browser, place, press=False):
+    """Move the mouse to a place in the window, and hold its button for three tenths of a second."""
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    chain = ActionChains(browser, duration=20)
+    mouse = chain.w3c_actions.pointer_action
+    mouse.move_to_location(place[0] + 3, place[1] + 3)
+    mouse.move_to_location(*place)
+    if press:
+        mouse.pointer_down()
+        mouse.pause(0.3)
+        mouse.pointer_up()
+    chain.perform()
+
+
+def places_of_skeleton(browser):
+    """Places in the window where the skeleton is seen through the mesh: what its toggle changes."""
+    browser.execute_script("window.scrollTo(0, 0)")
+    box = browser.find_element("id", "show-skeleton")
+    pictures = []
+    for _ in range(2):
+        box.click()
+        settled(browser)
+        pictures.append(picture(browser))
+    corner = browser.find_element("id", "view").rect
+    changed = np.abs(pictures[1] - pictures[0]).sum(axis=2) > 150
+    changed[:, int(0.85 * changed.shape[1]) :] = False  # the bar of colors
+    rows, columns = np.nonzero(changed)
+    return np.column_stack([columns + corner["x"], rows + corner["y"]]).astype(int)
+
+
+def wait_for(browser, program):
+    """What a program returns, as soon as that is something."""
+    end = time.monotonic() + PATIENCE
+    while not (value := browser.execute_script(f"return {program}")):
+        assert time.monotonic() < end, program
+        time.sleep(0.05)
+    return value
+
+
+def test_the_mouse_on_the_skeleton_shows_the_node_and_a_click_its_branch(shown, scene):
+    """With a real mouse, through the mesh in front; again and again, since a click could stop all drawing."""
+    places = places_of_skeleton(shown)
+    assert len(places) > 200
+    branches = scene.skeleton.branches
+    for place in places[:: len(places) // 4].tolist():
+        shown.execute_script("document.getElementById('branch').value = '-1'")
+        pointed_at(shown, (5, 5))
+        pointed_at(shown, place)
+        label = wait_for(shown, "(document.querySelector('#view .hovertext') || {}).textContent")
+        node, radius = (
+            int(re.match(r"node (\d+)", label)[1]),
+            float(re.search(r"inscribed radius ([\d.]+)\(", label)[1]),
+        )
+        assert radius == pytest.approx(scene.skeleton.radii[node], rel=1e-3)
+        pointed_at(shown, place, press=True)
+        if node not in scene.skeleton.junctions:
+            [branch] = [number for number, nodes in enumerate(branches) if node in nodes]
+            assert f"branch {branch}i" in label
+            wait_for(shown, f"document.getElementById('branch').value === '{branch}'")
+            assert shown.find_element("css selector", "#branch-rows td").text == str(branch)
 
 
 def test_everything_can_be_reached_by_keyboard_and_has_a_name(shown):
