@@ -62,8 +62,9 @@ def run(arguments: argparse.Namespace) -> int:
     write_rig(output, rigged, up=arguments.up, force=arguments.force)
     if arguments.html:
         bone_of_face = rigged.weights[mesh.faces].sum(axis=1).argmax(axis=1)
-        shown = {"part_of_face": bone_of_face, "parts_name": "parts by strongest bone", "tables": [_table(rigged)]}
-        write_page(arguments.html, mesh, skeleton, arguments, title=Path(arguments.mesh).name, **shown)
+        shown = {"part_of_face": bone_of_face, "parts_name": "parts by strongest bone", "parts_first": True}
+        title = Path(arguments.mesh).name
+        write_page(arguments.html, mesh, skeleton, arguments, title=title, tables=[_table(rigged)], **shown)
     facts = {"output": str(output), "bones": list(rigged.names), "parents": rigged.parents.tolist()}
     tell(arguments, f"{output}: {len(rigged.names)} bones: {', '.join(rigged.names)}", facts)
     return 0

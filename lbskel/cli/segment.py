@@ -62,8 +62,9 @@ def run(arguments: argparse.Namespace) -> int:
         contents[outputs[".csv"]] = parts.to_csv()
     write_all_safely(contents, arguments.force)
     if arguments.html:
-        shown = {"part_of_face": parts.part_of_face, "parts_name": "limbs and trunk", "tables": [_table(parts)]}
-        write_page(arguments.html, mesh, skeleton, arguments, title=Path(arguments.mesh).name, **shown)
+        shown = {"part_of_face": parts.part_of_face, "parts_name": "limbs and trunk", "parts_first": True}
+        title = Path(arguments.mesh).name
+        write_page(arguments.html, mesh, skeleton, arguments, title=title, tables=[_table(parts)], **shown)
     facts = {name: values.tolist() for name, values in parts.columns().items()}
     tell(arguments, f"{arguments.output}: {len(parts)} parts", {"output": arguments.output, **facts})
     return 0

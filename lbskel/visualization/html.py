@@ -84,11 +84,17 @@ def document(
 
 def table(content: Table) -> str:
     """Write a table as HTML; it scrolls where the page is narrower."""
-    head = "".join(f'<th scope="col">{escape(name)}</th>' for name in content.head)
+    is_prose = [any(isinstance(row[k], str) for row in content.rows) for k in range(len(content.head))]
+    classes = [' class="prose"' if is_text else "" for is_text in is_prose]
+    head = "".join(
+        f'<th scope="col"{mark}>{escape(name)}</th>' for name, mark in zip(content.head, classes, strict=True)
+    )
     rows = []
     for number, (first, *others) in enumerate(content.rows):
         kind = content.kinds[number] if content.kinds else ""
-        cells = "".join(f"<td>{escape(cell(value))}</td>" for value in others)
+        cells = "".join(
+            f"<td{look}>{escape(cell(value))}</td>" for value, look in zip(others, classes[1:], strict=True)
+        )
         mark = f' class="{escape(kind)}"' if kind else ""
         rows.append(f'<tr{mark}><th scope="row">{escape(cell(first))}</th>{cells}</tr>')
     caption = f"<caption>{escape(content.caption)}</caption>"

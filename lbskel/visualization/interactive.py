@@ -146,15 +146,20 @@ def _summary(scene: Scene) -> str:
 
 def _layers(scene: Scene, data: dict[str, Any]) -> list[tuple[str, str, bool]]:
     """List what can be shown and hidden: name, label, whether it is shown at first."""
-    of, has_field = scene.skeleton, "field" in data.get("mesh", {})
+    of, has_field, has_parts = scene.skeleton, *(name in data.get("mesh", {}) for name in ("field", "parts"))
     layers = [
-        ("mesh", "points" if "cloud" in data else "mesh", not has_field, "mesh" in data or "cloud" in data),
+        (
+            "mesh",
+            "points" if "cloud" in data else "mesh",
+            not (has_field or scene.parts_first),
+            "mesh" in data or "cloud" in data,
+        ),
         ("field", scene.field_name, True, has_field),
         ("skeleton", "skeleton, colored by radius", True, of is not None),
         ("tips", "tips (red)", True, of is not None and len(of.tips) > 0),
         ("junctions", "junctions (squares)", True, of is not None and len(of.junctions) > 0),
         ("balls", "inscribed balls", False, bool(data.get("skeleton", {}).get("balls"))),
-        ("parts", scene.parts_name, False, "parts" in data.get("mesh", {})),
+        ("parts", scene.parts_name, scene.parts_first, has_parts),
         ("contracted", "contracted mesh", False, "steps" in data),
         ("off_center", "nodes off their center (rings)", False, len(scene.off_center) > 0),
         ("mended", "where the surface was mended (diamonds)", False, "mended" in data),

@@ -134,7 +134,7 @@
     const style = getComputedStyle(document.documentElement);
     return { text: style.getPropertyValue("--text").trim(), line: style.getPropertyValue("--line").trim() };
   };
-  const axis = { visible: false, range: [-1, 1], autorange: false };
+  const axis = { visible: false, range: [-1, 1], autorange: false, title: { text: "" } }; // titles would be drawn, unseen
   // plotly's default, two pixels for each of the screen, takes four times as long to fill; edges are smooth without it
   // newer versions have a button that uploads the chart
   const options = { displaylogo: false, responsive: true, plotGlPixelRatio: Math.min(2, Math.max(1, window.devicePixelRatio)),

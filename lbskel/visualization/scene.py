@@ -47,6 +47,8 @@ class Scene:
         The part of each face of the mesh, shown by color.
     parts_name : str
         What the parts are, for the label of the toggle.
+    parts_first : bool
+        Whether they are shown at first, in place of the plain mesh.
     field : (n,) array of float, optional
         A number for each vertex of the mesh, shown as color.
     field_name : str
@@ -73,6 +75,7 @@ class Scene:
     title: str = ""
     part_of_face: NDArray[np.int64] | None = None
     parts_name: str = "parts by branch"
+    parts_first: bool = False
     field: NDArray[np.float64] | None = None
     field_name: str = "field"
     contracted: Mesh | None = None

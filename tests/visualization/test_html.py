@@ -83,3 +83,11 @@ def test_rows_have_headings_and_kinds():
     found = Elements(table(Table("c", ["a", "b"], [["r", 1], ["s", 2]], ["", "fail"])).encode())
     assert [each.get("scope") for each in found.named("th")] == ["col", "col", "row", "row"]
     assert [each.get("class") for each in found.named("tr")] == [None, None, "fail"]
+
+
+def test_columns_with_words_are_left_aligned():
+    """By their class, in which page.css aligns text to the left."""
+    written = table(Table("a", ["name", "value", "meaning"], [["b", 1.0, "c"], ["d", None, None]]))
+    assert '<th scope="col">value</th><th scope="col" class="prose">meaning</th>' in written
+    assert '<td>1</td><td class="prose">c</td>' in written
+    assert '<td>-</td><td class="prose">-</td>' in written

@@ -93,6 +93,14 @@ def test_only_what_there_is_can_be_shown():
     assert 'max="1"' in text
 
 
+@pytest.mark.parametrize("parts_first", [False, True])
+def test_parts_are_shown_at_first_where_they_are_what_was_asked_for(parts_first):
+    parts = np.zeros(len(flat_tube().faces), dtype=int)
+    text = text_of(Scene(flat_tube(), part_of_face=parts, parts_first=parts_first))
+    checked = dict(re.findall(r'data-layer="(\w+)"( checked|)>', text))
+    assert checked == {"mesh": "" if parts_first else " checked", "parts": " checked" if parts_first else ""}
+
+
 def test_tables_and_notes_are_on_the_page():
     scene = Scene(
         flat_tube(), notes=["A <note>."], tables=[Table("Score: pass", ["measure", "value"], [["coverage", 0.9]])]
