@@ -31,6 +31,7 @@ from benchmarks.installation_tools import (
     processor_seconds,
     source_distribution,
 )
+from benchmarks.provenance import code_digests, commit
 
 COMMAND = ("pytest", "-n", "2", "--dist", "loadfile")  # README's
 QUICK = ("tests/_kernels", "tests/test_import.py")
@@ -38,6 +39,7 @@ QUICK = ("tests/_kernels", "tests/test_import.py")
 
 def run(quick: bool, results: Path) -> int:
     """Run the tests, and write installed_tests.json and installed_tests.md; 1 if any fails."""
+    commit(), code_digests("installed_tests")  # both are kept for the header: the clone may change while tests run
     rows: list[dict[str, Any]] = []
     skipped: Counter[str] = Counter()
     failed: list[str] = []
