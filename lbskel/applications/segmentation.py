@@ -1,13 +1,14 @@
 """Segmentation of a mesh into its parts, by the branches of its skeleton and their thickness.
 
 The nodes of the skeleton are divided into parts (:mod:`lbskel.applications.skeleton_parts`). A vertex belongs to the
-node that it contracted to, or to one of another part nearby that is clearly nearer, since where limbs join at their
+node that it contracted to, or to one of another part nearby that is nearer in radii, since where limbs join at their
 roots, as fingers do, the surface between them contracts to either. A face costs, for each
 part, its area times the distance from its nodes to the part along the skeleton; an edge between two parts costs its
 length over 1 + c, where the surface turns inwards by c radians per local radius, since people see the boundaries of
 parts there: Hoffman, Richards 1984, "Parts of recognition", https://doi.org/10.1016/0010-0277(84)90022-2. Lengths are
 in local radii, so the boundary around a limb moves by about its radius to find a crease. The least sum is sought by
-graph cuts (:mod:`lbskel.applications.boundary_cut`). Last, every part is made connected.
+graph cuts (:mod:`lbskel.applications.boundary_cut`); diffusion of the labels makes the boundaries smooth
+(:mod:`lbskel.applications.boundary_smoothing`). Last, every part is made connected.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from lbskel.applications.boundary_cut import expand_labels
+from lbskel.applications.boundary_smoothing import concavity, smooth_labels
 from lbskel.applications.branch_measures import face_volumes
 from lbskel.applications.face_graph import FaceGraph, connect_parts, face_graph
 from lbskel.applications.skeleton_parts import parts_of_nodes
@@ -35,10 +37,8 @@ from lbskel.skeleton.skeleton import Skeleton
 
 # Local radii by which a boundary may move; 2.8 to 5.6 do as well (benchmarks/results/parts.md, "Constants")
 MAX_SHIFT = 4.0
-# Distance of a node of another part over that of a vertex's own node, each in its radii, below which the vertex belongs
-# to the former; the parts are at most REACH * MAX_SHIFT local radii from each other along the skeleton; both are
-# guesses: two made hands got better by them, no sweep is committed
-NEARER = 0.8
+# Times MAX_SHIFT, local radii along the skeleton within which a vertex may belong to a nearer node of another part; 2.1
+# to 4.2 do as well (same table)
 REACH = 3.0
 MAX_SIZE = 100.0  # size of a face or an edge in local radii up to which it counts, so that sums stay finite
 MIN_RADIUS = 1e-6  # lower bound on radii, relative to the diameter bound: less is the rounding error of a surface
@@ -140,6 +140,7 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     is_near = cost <= np.maximum(cost.min(axis=1), MAX_SHIFT)[:, None]
     cost = np.where(is_near, sizes[:, None] * cost, np.inf)
     labels = expand_labels(labels, cost, graph.pairs, _edge_costs(graph, scale))
+    labels = smooth_labels(labels, graph, surface.face_areas, scale)
     labels = connect_parts(labels, graph, surface.face_areas)
     return _measured(skeleton, surface, labels, of_node, volumes)
 
@@ -184,11 +185,11 @@ def _nodes_of_vertices(
     of_node: NDArray[np.int64],
     distances: NDArray[np.float64],
 ) -> NDArray[np.int64]:
-    """(n,) node of each vertex: its own, or one of a part within reach that is clearly nearer."""
+    """(n,) node of each vertex: its own, or one of a part within reach that is nearer in radii."""
     own = skeleton.node_of_vertex
     distance, nearest = cKDTree(skeleton.nodes).query(mesh.vertices)
     own_distance = np.linalg.norm(mesh.vertices - skeleton.nodes[own], axis=1)
-    is_nearer = distance / radii[nearest] < NEARER * own_distance / radii[own]
+    is_nearer = distance / radii[nearest] < own_distance / radii[own]
     is_nearer &= distances[own, of_node[nearest]] < REACH * MAX_SHIFT
     nodes: NDArray[np.int64] = np.where(is_nearer, nearest, own)
     return nodes
@@ -197,10 +198,8 @@ def _nodes_of_vertices(
 def _edge_costs(graph: FaceGraph, scale: NDArray[np.float64]) -> NDArray[np.float64]:
     """(p,) cost of a boundary along each edge: its length in local radii, less where the surface is concave."""
     local = scale[graph.pairs].mean(axis=1)
-    spans = np.maximum(graph.spans, np.finfo(np.float64).eps * local)
-    concavity = np.maximum(graph.turns, 0.0) * local / spans
     lengths: NDArray[np.float64] = np.minimum(graph.lengths / local, MAX_SIZE)
-    costs: NDArray[np.float64] = lengths / (1 + concavity)
+    costs: NDArray[np.float64] = lengths / (1 + concavity(graph, scale))
     return costs
 
 

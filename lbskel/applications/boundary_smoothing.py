@@ -1,0 +1,105 @@
+"""Smooth boundaries between labels of faces: the labels diffuse over the surface, and the largest share is taken.
+
+In turn, (M + t L) U = M P with the areas M of the faces, the indicators P of the labels and a Laplacian L of the faces,
+whose edges conduct by their lengths over the distances of the faces' centers, less where the surface is concave; each
+face then takes the label of its largest U. That moves boundaries like mean curvature flow, and keeps them in creases:
+Merriman, Bence, Osher 1992, "Diffusion generated motion by mean curvature". The time t is the square of a share of the
+local radius. Last, a face with the longer part of its edges at another label takes that.
+"""
+
+from __future__ import annotations
+
+__all__ = ["concavity", "smooth_labels"]
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csc_array, csr_array
+
+from lbskel.applications.face_graph import FaceGraph
+from lbskel.solvers import factorize
+
+# Local radii over which labels diffuse, and turns (benchmarks/results/parts.md, "Constants")
+DIFFUSION = 0.85
+TURNS = 3
+MAX_CONDUCTANCE = 1e3  # bound on the length of an edge over the distance of its faces, which is tiny at slivers
+MIN_MASS = 1e-12  # lower bound on the mass of a face, relative to the conductance of its edges; keeps A definite
+EPSILON = 1e-9  # part of the longest edge by which a boundary must get shorter: less is rounding
+
+
+def concavity(graph: FaceGraph, scale: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(p,) radians per local radius by which the surface turns inwards at each edge; 0 where it does not.
+
+    Parameters
+    ----------
+    graph : FaceGraph
+    scale : (m,) array of float
+        Local radius at each face, positive, in units of the mesh.
+    """
+    local = scale[graph.pairs].mean(axis=1)
+    spans = np.maximum(graph.spans, np.finfo(np.float64).eps * local)
+    inward: NDArray[np.float64] = np.maximum(graph.turns, 0.0) * local / spans
+    return inward
+
+
+def smooth_labels(
+    labels: NDArray[np.int64], graph: FaceGraph, areas: NDArray[np.float64], scale: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """Smooth the boundaries of labels; some of few faces may vanish.
+
+    Parameters
+    ----------
+    labels : (m,) array of int
+        Of the faces, not negative.
+    graph : FaceGraph
+    areas : (m,) array of float
+        Of the faces, in squared units of the mesh.
+    scale : (m,) array of float
+        Local radius at each face, positive, in units of the mesh.
+
+    Raises
+    ------
+    SolveError
+        If the system cannot be solved.
+    """
+    m, n_labels = len(labels), int(labels.max(initial=0)) + 1
+    if n_labels < 2 or not len(graph.pairs):
+        return labels
+    i, j = graph.pairs.T
+    spans = np.maximum(graph.spans, graph.lengths / MAX_CONDUCTANCE)
+    ratio = np.divide(graph.lengths, spans, out=np.zeros(len(spans)), where=spans > 0)
+    conductance = ratio / (1 + concavity(graph, scale))
+    total = np.bincount(i, conductance, minlength=m) + np.bincount(j, conductance, minlength=m)
+    mass = np.maximum(areas / (DIFFUSION * scale) ** 2, MIN_MASS * np.where(total > 0, total, 1.0))
+    every = np.arange(m)
+    values = np.concatenate([-conductance, -conductance, total + mass])
+    rows, columns = np.concatenate([i, j, every]), np.concatenate([j, i, every])
+    solver = factorize(csc_array(coo_array((values, (rows, columns)), shape=(m, m))))
+    current = labels
+    for _ in range(TURNS):
+        shares = solver.solve(mass[:, None] * (current[:, None] == np.arange(n_labels)))
+        current = shares.argmax(axis=1)
+    return _without_teeth(current, graph)
+
+
+def _without_teeth(labels: NDArray[np.int64], graph: FaceGraph) -> NDArray[np.int64]:
+    """Give faces the label of the longest part of their edges, as long as the boundary gets shorter."""
+    own, beside = graph.pairs.T.ravel(), graph.pairs[:, ::-1].T.ravel()
+    lengths = np.tile(graph.lengths, 2)
+    shape = (len(labels), int(labels.max()) + 1)
+    current = labels.copy()
+    while True:
+        is_near = np.zeros(len(labels), dtype=bool)
+        is_near[own[current[own] != current[beside]]] = True
+        edges = is_near[own]
+        border = csr_array((lengths[edges], (own[edges], current[beside[edges]])), shape=shape)
+        faces = np.flatnonzero(is_near)
+        best = np.asarray(border[faces].argmax(axis=1)).ravel()
+        gain = np.zeros(len(labels))
+        gain[faces] = np.asarray(border[faces, best] - border[faces, current[faces]]).ravel()
+        is_first = gain > EPSILON * lengths.max()
+        # of two neighbors only the one with more gain changes, or the first of equal ones
+        np.logical_and.at(is_first, own, (gain[own] > gain[beside]) | ((gain[own] == gain[beside]) & (own < beside)))
+        changed = is_first[faces]
+        if not changed.any():
+            return current
+        current[faces[changed]] = best[changed]
