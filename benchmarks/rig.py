@@ -40,6 +40,7 @@ NAMES = ("dinosaur", "hand", "octopus", "limbs")
 CONSTANTS = tuple(f"applications/{name}.py" for name in ("bones", "bone_heat", "rigging", "mirror"))
 BONE_LENGTHS = (1.5, 2.0, 3.0, 4.0, 6.0)  # of the bones of a cylinder, in its radii
 WIDTHS = (0.5, 1.0, 2.0, 4.0)  # over which the weights of a cylinder change, in its radii
+LONG_LIMB = 0.1  # of the diagonal, that two bones at an elbow or a knee are long at least; at fingers, 0.04 at most
 MOST_FACES = 8000  # of a mesh for biharmonic weights, which take minutes on 50,000
 HEATS = (0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 9.0)
 TURN = Rotation.from_rotvec([0.5, 0.7, -0.3]).as_matrix()  # of a bone in other programs; about 52 degrees
@@ -70,8 +71,10 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: list[Path] | No
         _draw({name: rigs[path.stem][0] for path in meshes for name in [path.stem]}, results / "rig.png")
     save_json(results / "rig.json", measured, packages=("bpy",), meshes=meshes or ())
     sections = {
-        "Each mesh": "Mirrored but for: the largest difference of a weight from that of the twin bone at the vertex at "
-        "the mirror image, where the mesh is symmetric and has such vertices.\n\n" + markdown_table(measured["rows"]),
+        "Each mesh": "Volume kept: at the inner joints of limbs; of arms and legs: where two bones have over "
+        f"{LONG_LIMB:g} of the diagonal together, which those of fingers and toes have not. Mirrored but for: the "
+        "largest difference of a weight from that of the twin bone at the vertex at the mirror image, where the mesh "
+        "is symmetric and has such vertices.\n\n" + markdown_table(measured["rows"]),
         "In other programs": "Errors and warnings of the Khronos validator; whether three.js and Blender find the "
         "same bones, and the largest distance of a vertex from linear blend skinning after the last bone was turned, "
         "relative to the diagonal.\n\n" + markdown_table(measured["programs"]),
@@ -117,9 +120,12 @@ def _asymmetry(rig: lbskel.Rig) -> float | None:
     return float(np.abs(rig.weights[rows] - rig.weights[plane.twins[rows]][:, twins]).max(initial=0.0))
 
 
-def _kept(rig: lbskel.Rig, skeleton: lbskel.Skeleton) -> list[float]:
-    """The volume kept at each inner joint of a limb."""
-    return [value for bone in range(len(rig.names)) if (value := _volume_kept(rig, skeleton, bone)) is not None]
+def _kept(rig: lbskel.Rig, skeleton: lbskel.Skeleton, longer: float = 0.0) -> list[float]:
+    """The volume kept at each inner joint of a limb, of those with two bones over a share of the diagonal."""
+    lengths = np.linalg.norm(rig.tails - rig.heads, axis=1)
+    is_long = lengths + lengths[rig.parents] > longer * rig.mesh.diagonal
+    bones = np.flatnonzero(is_long).tolist()
+    return [value for bone in bones if (value := _volume_kept(rig, skeleton, bone)) is not None]
 
 
 def _rigged(name: str, rig: lbskel.Rig, skeleton: lbskel.Skeleton, seconds: float) -> dict[str, Any]:
@@ -135,6 +141,7 @@ def _rigged(name: str, rig: lbskel.Rig, skeleton: lbskel.Skeleton, seconds: floa
         "inner joints": len(kept),
         "volume kept at 90 degrees, median": float(np.median(kept)) if kept else None,
         "least": min(kept, default=None),
+        "least of arms and legs": min(_kept(rig, skeleton, LONG_LIMB), default=None),
     }
 
 

@@ -26,7 +26,7 @@ from lbskel.solvers import factorize
 HEAT = 4.0
 # Lower bound on that length, in lengths of the longest edge at the vertex, so that weights change over several edges
 # also where a limb is as thin as its triangles: it bounds the jump of a weight along an edge (same file, "Constants").
-EDGES = 1.5
+EDGES = 1.25
 # Both Blender's: relative difference of distances up to which bones are equally near, as where they meet, and what is
 # added to the cosine of the angle between normal and offset, so that a bone behind a vertex is 2,000 times as far.
 EQUAL, MIN_COSINE = 1e-4, 1.001

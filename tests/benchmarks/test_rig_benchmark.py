@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import lbskel
 from benchmarks import rig
 from benchmarks.application_constants import swept
 from benchmarks.characters import CHARACTERS
@@ -33,3 +34,14 @@ def test_joints_of_characters_are_inside(name):
     assert len(character.joints) == len(character.radii)
     assert Surface(character.mesh).contains(character.joints).all()
     assert np.isfinite(character.radii).all()
+
+
+def test_fingers_do_not_count_as_arms_and_legs():
+    character = CHARACTERS["hand"](800)
+    skeleton = lbskel.skeletonize(character.mesh, preset="character")
+    made = lbskel.rig(character.mesh, skeleton)
+    lengths = np.linalg.norm(made.tails - made.heads, axis=1)
+    kept = rig._kept(made, skeleton)
+    assert len(kept) > 1
+    assert rig._kept(made, skeleton, 2 * lengths.max() / character.mesh.diagonal) == []
+    assert set(rig._kept(made, skeleton, rig.LONG_LIMB)) <= set(kept)
