@@ -9,13 +9,14 @@ from typing import Any
 
 import igl
 import numpy as np
+from numpy.polynomial.chebyshev import cheb2poly
 from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
 from benchmarks.smoothing_operators import distance, noisy_copy, operators
-from lbskel.applications import smoothing
+from lbskel.applications import smoothing_filters
 from lbskel.applications.smoothing import DEFAULTS
 from lbskel.shapes import make, sphere
 from lbskel.visualization import Panel, render
@@ -39,8 +40,8 @@ def ours() -> Iterator[tuple[str, str, Smooth]]:
             yield name, f"{t:g} areas, 4 iterations", _ours("bilaplacian", t, 4, volume, "graph")
     for n in POLYNOMIALS:
         for volume in (False, True):
-            name = "lbskel polynomial, operator graph" + (", keep_volume" if volume else "")
-            yield name, f"{n} iterations", _ours("polynomial", None, n, volume, "graph")
+            name = "lbskel polynomial, operator random_walk" + (", keep_volume" if volume else "")
+            yield name, f"{n} iterations", _ours("polynomial", None, n, volume, "random_walk")
     for method in DEFAULTS:
         for volume in (False, True):
             name = f"lbskel {method}" + (", keep_volume" if volume else "")
@@ -130,19 +131,19 @@ def _timed(call: Smooth, mesh: lbskel.Mesh) -> tuple[NDArray[np.float64], float]
 
 
 def filters(shapes: tuple[str, ...]) -> list[dict[str, Any]]:
-    """Mean error of the polynomial, weights of `graph`, by the cutoff and the degree of its filter."""
-    before, rows = smoothing.FILTER, []
+    """Mean error of the polynomial with `random_walk` by the cutoff and the degree of its filter."""
+    before, rows = smoothing_filters.FILTER, []
     pairs = [(make(shape).mesh, noisy_copy(make(shape).mesh)) for shape in shapes]
     try:
         for cutoff in CUTOFFS:
             row: dict[str, Any] = {"cutoff": cutoff}
             for degree in DEGREES:
-                smoothing.FILTER = smoothing.filter_coefficients(cutoff, degree)
-                call = _ours("polynomial", None, 1, False, "graph")
+                smoothing_filters.FILTER = cheb2poly(smoothing_filters.filter_coefficients(cutoff, degree))
+                call = _ours("polynomial", None, 1, False, "random_walk")
                 row[f"degree {degree}"] = float(np.mean([distance(call(noisy), clean) for clean, noisy in pairs]))
             rows.append(row)
     finally:
-        smoothing.FILTER = before
+        smoothing_filters.FILTER = before
     return rows
 
 
@@ -318,7 +319,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
             "At equal time": "Of others, the settings that none of theirs beats in less time, one for all shapes, and "
             "the best of lbskel within the same time; last, the fastest of lbskel that is closer than all others ever "
             f"are. Medians of {TURNS} turns, means over the shapes.\n\n" + markdown_table(_within(rows)),
-            "Filter": "Mean error over the shapes of the polynomial, weights of `graph`.\n\n"
+            "Filter": "Mean error over the shapes of the polynomial with `random_walk`.\n\n"
             + markdown_table(by_filter),
             "One implicit step": "Processor seconds, the lower of two turns; one of trimesh.\n\n"
             + markdown_table(speeds),

@@ -7,9 +7,12 @@
 - ``taubin``:  X' = (1 - mu K)(1 - lambda K) X with K = D^-1 S, D the diagonal of S; passes low frequencies unchanged
 - ``polynomial``:  X' = p(K) X, p the Chebyshev expansion of exp(-(k / c)^2) of degree 6: six products and no system
 
+With ``random_walk``, I - K takes the mean of the neighbors, and both filters need no matrices
+(:mod:`lbskel.applications.neighbor_means`).
+
 Desbrun, Meyer, Schroeder, Barr 1999, "Implicit fairing of irregular meshes using diffusion and curvature flow",
 https://doi.org/10.1145/311535.311576; Taubin 1995, "A signal processing approach to fair surface design",
-https://doi.org/10.1145/218380.218473; for polynomials by the recurrence of Chebyshev, Taubin, Zhang, Golub 1996,
+https://doi.org/10.1145/218380.218473; for polynomials by Chebyshev, Taubin, Zhang, Golub 1996,
 "Optimal surface smoothing as filter design", European Conference on Computer Vision. Implicit steps are solved for the
 displacement, as those of a contraction.
 """
@@ -26,18 +29,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 
 from lbskel.applications.constrained_systems import ConstrainedSystem, checked_indices
+from lbskel.applications.neighbor_means import NeighborMeans, boundary_vertices, edge_keys
+from lbskel.applications.smoothing_filters import FILTERS, Positions, Step, average, average_of_neighbors
 from lbskel.applications.volume import has_volume, keep_volumes
 from lbskel.errors import MeshError, SolveError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Laplacian, Operator, apply_operator
-
-PASS_BAND = 0.1  # eigenvalue of K, in [0, 2], up to which Taubin's filter amplifies: his example
-FIRST_FACTOR = 0.5  # lambda of Taubin's filter: removes the eigenvalue 2 at once
-# Eigenvalue of K whose amplitude the polynomial divides by e, and its degree. Both are swept in
-# benchmarks/results/applications_smoothing.md, "Filter": higher degrees are hardly better.
-CUTOFF, DEGREE = 0.4, 6
-N_ANGLES = 64  # at which the filter is sampled: its coefficients are exact to rounding from 40 on
 
 # Time step in mean vertex areas, and iterations, by default: near the smallest distance to the clean surface after
 # noise of a quarter of the mean edge length (benchmarks/results/applications_smoothing.md). None: half of what is
@@ -50,22 +48,6 @@ DEFAULTS: dict[str, tuple[float | None, int]] = {
     "taubin": (None, 30),
     "polynomial": (None, 1),
 }
-
-Positions = NDArray[np.float64]
-Step = Callable[[Positions], Positions]
-
-
-def filter_coefficients(cutoff: float, degree: int) -> NDArray[np.float64]:
-    """(degree + 1,) coefficients of Chebyshev polynomials of 1 - k: nearly exp(-(k / cutoff)^2), and 1 at k = 0."""
-    angles = np.pi * (np.arange(N_ANGLES) + 0.5) / N_ANGLES
-    values = np.exp(-(((1 - np.cos(angles)) / cutoff) ** 2))
-    coefficients: NDArray[np.float64] = np.cos(np.outer(np.arange(degree + 1), angles)) @ values
-    coefficients[0] /= 2
-    coefficients /= coefficients.sum()
-    return coefficients
-
-
-FILTER = filter_coefficients(CUTOFF, DEGREE)
 
 
 def _largest_row(K: csr_array, held: NDArray[np.int64]) -> float:
@@ -114,51 +96,19 @@ def _bilaplacian(L: Laplacian, t: float | None, held: NDArray[np.int64], solver:
     return lambda X: system.solve(zeros, -(B @ X))
 
 
-def _normalized(L: Laplacian, held: NDArray[np.int64]) -> csr_array:
-    """D^-1 S with zero rows for the vertices held, scaled down where negative weights give eigenvalues above 2."""
-    S, diagonal = L.stiffness.tocsr(), L.stiffness.diagonal()
-    inverse = np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=diagonal > 0)
-    inverse[held] = 0
-    row = np.repeat(np.arange(len(diagonal)), np.diff(S.indptr))
-    values = S.data * inverse[row]
-    largest = float(np.bincount(row, np.abs(values), len(diagonal)).max(initial=0.0))
-    return csr_array((values * (2 / max(2.0, largest)), S.indices, S.indptr), shape=S.shape)
+MakeStep = Callable[[Laplacian, float | None, NDArray[np.int64], str], Step]
 
 
-def _taubin(L: Laplacian, t: float | None, held: NDArray[np.int64], solver: str) -> Step:
-    K = _normalized(L, held)
-    second = 1 / (PASS_BAND - 1 / FIRST_FACTOR)
-
-    def step(X: Positions) -> Positions:
-        Y = X - FIRST_FACTOR * (K @ X)
-        moved: Positions = Y - second * (K @ Y) - X
-        return moved
-
-    return step
+def _filtering(make_filter: Callable[[Step], Step]) -> MakeStep:
+    return lambda L, t, held, solver: make_filter(average(L, held))
 
 
-def _polynomial(L: Laplacian, t: float | None, held: NDArray[np.int64], solver: str) -> Step:
-    K = _normalized(L, held)
-
-    def step(X: Positions) -> Positions:
-        before, present = X, X - K @ X
-        total = FILTER[0] * before + FILTER[1] * present
-        for coefficient in FILTER[2:]:
-            before, present = present, 2 * (present - K @ present) - before
-            total += coefficient * present
-        moved: Positions = total - X
-        return moved
-
-    return step
-
-
-SMOOTHING_METHODS: dict[str, Callable[[Laplacian, float | None, NDArray[np.int64], str], Step]] = {
+SMOOTHING_METHODS: dict[str, MakeStep] = {
     "explicit": _explicit,
     "implicit": _implicit,
     "curvature_flow": _implicit,
     "bilaplacian": _bilaplacian,
-    "taubin": _taubin,
-    "polynomial": _polynomial,
+    **{name: _filtering(make_filter) for name, make_filter in FILTERS.items()},
 }
 """By name: from a Laplacian, a time step, the vertices held and a solver to a function from positions to displacements.
 """
@@ -237,26 +187,34 @@ def smooth(
     _check_ranges(method, time_step, iterations)
     is_fixed = np.zeros(len(given.vertices), dtype=bool)
     is_fixed[checked_indices(fixed, len(given.vertices), "fixed vertices")] = True
+    keys = edge_keys(given)
     if fix_boundary:
-        is_fixed[_boundary(given)] = True
+        is_fixed[boundary_vertices(len(given.vertices), keys)] = True
     if keep_volume and not has_volume(given, is_fixed):
         raise MeshError(
             "the volume to keep is not defined: faces are not consistently oriented, or the boundary is not fixed; "
             "see lbskel.check"
         )
-    laplacian = apply_operator(operator, given)
-    areas = laplacian.mass.diagonal()
+    is_short = operator == "random_walk" and method in FILTERS
+    if is_short:
+        means = NeighborMeans(len(given.vertices), keys)
+        areas: NDArray[Any] = means.degrees
+    else:
+        laplacian = apply_operator(operator, given)
+        areas = laplacian.mass.diagonal()
     if not areas.max() > 0:
         raise MeshError("the mesh has no area: every face is degenerate; see lbskel.check")
-    is_fixed |= ~(areas > 0)
+    has_area = areas > 0
+    is_fixed |= ~has_area
     held = np.flatnonzero(is_fixed)
     t = time_step
     if t is None and default_step is not None:
-        t = default_step * float(areas[areas > 0].mean())
+        t = default_step * float(areas[has_area].mean())
     scaled, exponent = unit_scale(given.vertices)
-    center = scaled[given.used_vertices].mean(axis=0)
+    weights = np.where(has_area, areas, 0) / areas.max()
+    center = weights @ scaled / weights.sum()  # which diffusion does not move
     X = scaled - center
-    step = make_step(laplacian, t, held, solver)
+    step = FILTERS[method](average_of_neighbors(means, held)) if is_short else make_step(laplacian, t, held, solver)
     for number in range(iterations):
         if method == "curvature_flow" and number > 0:
             present = given.with_vertices(np.ldexp(X + center, exponent))
@@ -270,20 +228,9 @@ def smooth(
     return given.with_vertices(result)
 
 
-def _boundary(mesh: Mesh) -> NDArray[np.int64]:
-    """Find the ends of the edges with one face, without a table of all edges, which takes twice as long."""
-    start, end = mesh.faces[:, [1, 2, 0]].ravel(), mesh.faces[:, [2, 0, 1]].ravel()
-    n = len(mesh.vertices)
-    keys = np.sort(np.minimum(start, end) * n + np.maximum(start, end))
-    is_new = np.ones(len(keys) + 1, dtype=bool)
-    np.not_equal(keys[1:], keys[:-1], out=is_new[1:-1])
-    once = keys[is_new[1:] & is_new[:-1]]
-    return np.concatenate([once // n, once % n])
-
-
 def _check_ranges(method: str, time_step: float | None, iterations: int) -> None:
     """Raise if a number is out of its range."""
-    if time_step is not None and method in ("taubin", "polynomial"):
+    if time_step is not None and method in FILTERS:
         raise UnknownChoice(f"the method {method!r} has no time_step: its filter is set by the iterations alone")
     if time_step is not None and not (np.isfinite(time_step) and time_step > 0):
         raise UnknownChoice(f"time_step must be an area above zero, not {time_step!r}")

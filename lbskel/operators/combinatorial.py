@@ -8,6 +8,7 @@ from __future__ import annotations
 __all__ = ["graph", "random_walk"]
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from lbskel.geometry.mesh import Mesh
@@ -16,25 +17,26 @@ from lbskel.operators.base import Laplacian
 from lbskel.operators.masses import voronoi_mass
 
 
-def _degrees_minus_adjacency(mesh: Mesh) -> csc_array:
-    """Build D - A."""
+def _degrees_minus_adjacency(mesh: Mesh) -> tuple[csc_array, NDArray[np.int64]]:
+    """Build D - A, and the (n,) degrees on the diagonal of D."""
     n = len(mesh.vertices)
-    matrix = symmetric_matrix(mesh.faces, np.ones((len(mesh.faces), 3)), np.ones(n))  # for its pattern
-    entries = np.diff(matrix.indptr)
-    is_diagonal = matrix.indices == np.repeat(np.arange(n, dtype=matrix.indices.dtype), entries)
+    # for its pattern: no sum of ones makes an entry on the diagonal positive, as those off it are
+    matrix = symmetric_matrix(mesh.faces, np.ones((len(mesh.faces), 3)), np.full(n, -np.inf))
+    degrees = np.diff(matrix.indptr).astype(np.int64) - 1
+    is_diagonal = matrix.data < 0
     matrix.data.fill(-1.0)
-    matrix.data[is_diagonal] = entries - 1
-    if (entries == 1).any():
+    matrix.data[is_diagonal] = degrees
+    if not degrees.all():
         matrix.eliminate_zeros()
-    return matrix
+    return matrix, degrees
 
 
 def graph(mesh: Mesh) -> Laplacian:
     """Build the graph Laplacian D - A with the Voronoi mass."""
-    return Laplacian(_degrees_minus_adjacency(mesh), voronoi_mass(mesh))
+    return Laplacian(_degrees_minus_adjacency(mesh)[0], voronoi_mass(mesh))
 
 
 def random_walk(mesh: Mesh) -> Laplacian:
     """Build D - A with the degrees as mass: the strong form is I - D^-1 A, a vertex minus its neighbors' mean."""
-    stiffness = _degrees_minus_adjacency(mesh)
-    return Laplacian(stiffness, diagonal_matrix(stiffness.diagonal()))
+    stiffness, degrees = _degrees_minus_adjacency(mesh)
+    return Laplacian(stiffness, diagonal_matrix(degrees))

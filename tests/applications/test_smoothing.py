@@ -3,19 +3,14 @@
 import numpy as np
 import pytest
 from helpers import joined, moved
-from numpy.polynomial.chebyshev import chebval
+from numpy.polynomial.polynomial import polyval
 from scipy.linalg import eigh
 
 from lbskel import Mesh, MeshError, SolveError, UnknownChoice, laplacian, smooth
-from lbskel.applications.smoothing import (
-    CUTOFF,
-    FILTER,
-    FIRST_FACTOR,
-    PASS_BAND,
-    SMOOTHING_METHODS,
-    filter_coefficients,
-)
+from lbskel.applications.smoothing import SMOOTHING_METHODS
+from lbskel.applications.smoothing_filters import FILTER, FILTERS, FIRST_FACTOR, PASS_BAND
 from lbskel.operators import OPERATORS, Laplacian
+from lbskel.operators.combinatorial import random_walk
 from lbskel.shapes import flat_grid, sphere, torus
 
 
@@ -91,11 +86,8 @@ def test_an_unstable_explicit_step_names_the_bound(bumpy):
 def test_the_polynomial_has_the_transfer_function_of_its_filter():
     mesh = sphere(2)
     degrees = np.diag(laplacian(mesh).stiffness.diagonal())
-    expected = transferred(mesh, lambda k: chebval(1 - k, FILTER) ** 2, mass=degrees)
+    expected = transferred(mesh, lambda k: polyval(1 - k, FILTER) ** 2, mass=degrees)
     assert smooth(mesh, method="polynomial", iterations=2).vertices == pytest.approx(expected, abs=1e-10)
-    k = np.linspace(0, 2, 50)
-    assert chebval(1 - k, filter_coefficients(CUTOFF, 30)) == pytest.approx(np.exp(-((k / CUTOFF) ** 2)), abs=1e-6)
-    assert np.abs(chebval(1 - k, FILTER)).max() <= 1 + 1e-12
 
 
 def test_the_boundary_of_a_mesh_stays_and_a_vertex_without_faces():
@@ -107,6 +99,17 @@ def test_the_boundary_of_a_mesh_stays_and_a_vertex_without_faces():
     on_boundary[mesh.edges[mesh.faces_per_edge == 1]] = True
     assert (moved == ~on_boundary)[:-1].all()
     assert not moved[-1]
+
+
+@pytest.mark.parametrize("method", FILTERS)
+def test_the_short_way_of_random_walk_is_the_matrix(bumpy, method):
+    """A function of the caller always gets matrices."""
+    holed = Mesh(np.concatenate([bumpy.vertices, [[5.0, 5, 5]]]), bumpy.faces[20:])
+    for options in ({}, {"fix_boundary": False, "fixed": [3, 100]}, {"keep_volume": True}):
+        by_edges = smooth(holed, method=method, operator="random_walk", **options).vertices
+        by_matrix = smooth(holed, method=method, operator=random_walk, **options).vertices
+        assert by_edges == pytest.approx(by_matrix, abs=1e-12)
+        assert not np.array_equal(by_edges, holed.vertices)
 
 
 def test_taubins_filter_does_not_grow_on_a_flat_triangle():
