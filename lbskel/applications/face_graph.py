@@ -18,6 +18,8 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import unique_inverse
 
+MIN_FACES = 6  # of a part: those around a tube with the section of a triangle
+
 
 @dataclass(frozen=True, eq=False)
 class FaceGraph:
@@ -73,7 +75,7 @@ def face_graph(mesh: Mesh) -> FaceGraph:
 def connect_parts(labels: NDArray[np.int64], graph: FaceGraph, areas: NDArray[np.float64]) -> NDArray[np.int64]:
     """Give the fragments of each part to the neighbors with the longest common boundary.
 
-    A part keeps its largest piece on each connected surface.
+    A part keeps its largest piece on each connected surface, if that has as many faces as a tube at least.
 
     Parameters
     ----------
@@ -95,6 +97,7 @@ def connect_parts(labels: NDArray[np.int64], graph: FaceGraph, areas: NDArray[np
         order = np.lexsort((np.arange(len(area)), -area, part))
         is_largest = np.zeros(len(area), dtype=bool)
         is_largest[order[np.unique(part[order], return_index=True)[1]]] = True
+        is_largest &= np.bincount(piece) >= MIN_FACES
         across = ~is_same & ~(is_largest[piece[i]] & is_largest[piece[j]])
         if not across.any():
             return current

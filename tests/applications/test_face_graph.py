@@ -5,7 +5,7 @@ import pytest
 from helpers import box_mesh, triangle_soup
 
 from lbskel import Mesh
-from lbskel.applications.face_graph import connect_parts, face_graph
+from lbskel.applications.face_graph import MIN_FACES, connect_parts, face_graph
 from lbskel.shapes import sphere, torus
 
 
@@ -54,3 +54,18 @@ def test_a_part_on_two_surfaces_keeps_a_piece_on_each():
     two = Mesh(np.concatenate([one.vertices, one.vertices + 5]), np.concatenate([one.faces, one.faces + 42]))
     labels = np.zeros(160, dtype=np.int64)
     assert connect_parts(labels, face_graph(two), two.face_areas).tolist() == labels.tolist()
+
+
+def test_a_part_with_too_few_faces_for_a_tube_joins_a_neighbor_unless_it_is_alone():
+    mesh = sphere(2)
+    graph, areas = face_graph(mesh), mesh.face_areas
+    labels = np.zeros(len(areas), dtype=np.int64)
+    crumb = labels.copy()
+    crumb[graph.pairs[0]] = 1
+    assert connect_parts(crumb, graph, areas).tolist() == labels.tolist()
+    limb = (mesh.vertices[mesh.faces].mean(axis=1)[:, 2] > 0.9).astype(np.int64)
+    assert np.count_nonzero(limb) >= MIN_FACES
+    assert connect_parts(limb, graph, areas).tolist() == limb.tolist()
+    pyramid = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    whole = connect_parts(np.array([0, 1, 2, 3]), face_graph(pyramid), pyramid.face_areas)
+    assert len(set(whole.tolist())) == 1
