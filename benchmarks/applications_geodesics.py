@@ -16,28 +16,18 @@ from typing import Any
 
 import igl
 import numpy as np
-from numpy.typing import NDArray
-from scipy.spatial import Delaunay
 
 from benchmarks.damage import damaged
+from benchmarks.geodesic_cases import MESHES, N_SOURCES, Query, errors, exact_of, shapes, sources_of
+from benchmarks.geodesic_sources import PUBLISHED, published, rings, several
 from benchmarks.harness import markdown_table, save_json, save_markdown
 from benchmarks.operators_speed import mesh_of
 from lbskel import OPERATORS, HeatMethod, LbskelError, Mesh, read_mesh
 from lbskel.applications import heat_method
-from lbskel.shapes import flat_grid, schwarz_lantern, sphere, torus
+from lbskel.shapes import schwarz_lantern, sphere, torus
 from lbskel.visualization import Panel, render
 
-MESHES = Path(__file__).parent.parent / "meshes"
 PACKAGES = ("potpourri3d", "pygeodesic", "lapy")
-N_SOURCES = 4
-Array = NDArray[np.float64]
-Query = Callable[[int], Array]
-
-
-def shapes(quick: bool) -> dict[str, Mesh]:
-    """Return the repository's meshes, and regular ones."""
-    files = {} if quick else {path.name: read_mesh(path) for path in sorted(MESHES.glob("*.*")) if path.suffix != ".md"}
-    return {**files, "sphere": sphere(3 if quick else 5), "torus": torus(1.0, 0.4, 90, 45), "grid": flat_grid(60, 60)}
 
 
 def lbskels(mesh: Mesh) -> Query:
@@ -68,16 +58,6 @@ def lapys(mesh: Mesh) -> Query:
     return lambda source: np.array(geometry.compute_geodesic_f(surface, heat.diffusion(surface, source)))
 
 
-def exact_of(mesh: Mesh) -> Query:
-    """Return exact distances: by pygeodesic if there is one, else by libigl, by the algorithm of Mitchell et al."""
-    V, F = np.array(mesh.vertices), np.array(mesh.faces)
-    if find_spec("pygeodesic"):
-        algorithm = import_module("pygeodesic.geodesic").PyGeodesicAlgorithmExact(V, F)
-        return lambda source: np.array(algorithm.geodesicDistances(np.array([source]))[0])
-    none = np.empty(0, dtype=np.int64)
-    return lambda source: np.array(igl.exact_geodesic(V, F, np.array([source]), none, np.arange(len(V)), none))
-
-
 def tools(peers: bool) -> dict[str, Callable[[Mesh], Query]]:
     found: dict[str, Callable[[Mesh], Query]] = {"lbskel": lbskels, "lbskel, integrated": integrated, "libigl": igls}
     if peers and find_spec("potpourri3d"):
@@ -85,19 +65,6 @@ def tools(peers: bool) -> dict[str, Callable[[Mesh], Query]]:
     if peers and find_spec("lapy"):
         found["LaPy"] = lapys
     return found
-
-
-def sources_of(mesh: Mesh) -> list[int]:
-    """Return vertices in faces, chosen by chance."""
-    return [int(v) for v in np.random.default_rng(0).choice(mesh.used_vertices, N_SOURCES, replace=False)]
-
-
-def errors(distance: Array, exact: Array) -> tuple[float, float, float]:
-    """Return the mean error over the largest distance, the mean relative error, and the largest error likewise."""
-    reached = np.isfinite(exact) & (exact < 1e9) & (exact > 0)
-    error = np.abs(distance - exact)[reached]
-    largest = exact[reached].max()
-    return float(error.mean() / largest), float((error / exact[reached]).mean()), float(error.max() / largest)
 
 
 def accuracy(quick: bool, peers: bool) -> list[dict[str, Any]]:
@@ -205,42 +172,6 @@ def operators(quick: bool) -> list[dict[str, Any]]:
     return rows
 
 
-def square(peers: bool) -> list[dict[str, Any]]:
-    """Measure the largest distance from the boundary of a unit square, of as many vertices as in LaPy's own test.
-
-    Exactly it is that of the vertex nearest to the middle, at most 1/2. LaPy's test asks for 0.60497826 on its mesh.
-    """
-    random = np.random.default_rng(0)
-    side = np.linspace(0, 1, 16)[:-1]
-    edge = np.concatenate([np.stack([side, 0 * side], axis=1) - 0.5])
-    turns = [np.array([[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]]).round() for t in np.pi / 2 * np.arange(4)]
-    inner = random.uniform(-0.5, 0.5, (20_000, 2))
-    points = np.concatenate([edge @ turn.T for turn in turns])
-    boundary = np.arange(len(points))
-    for point in inner:  # no two nearer than what gives about 415 in all
-        if np.linalg.norm(points - point, axis=1).min() > 0.039:
-            points = np.concatenate([points, point[None]])
-    faces = Delaunay(points).simplices
-    flat = np.column_stack([points, np.zeros(len(points))])
-    p, q, r = points[faces].transpose(1, 0, 2)
-    is_flipped = np.cross(q - p, r - p) < 0
-    faces[is_flipped] = faces[is_flipped][:, ::-1]
-    mesh = Mesh(flat, faces)
-    exact = float((0.5 - np.abs(points).max(axis=1)).max())
-    rows = [{"tool": "exact", "vertices": len(points), "largest distance": exact}]
-    method = HeatMethod(mesh)
-    for name, unfolded in (("lbskel", True), ("lbskel, integrated", False)):
-        largest = float(method.distance(boundary, unfolded=unfolded).max())
-        rows.append({"tool": name, "vertices": len(points), "largest distance": largest})
-    if peers and find_spec("lapy"):
-        lapy, heat, geometry = (import_module(name) for name in ("lapy", "lapy.heat", "lapy.diffgeo"))
-        surface = lapy.TriaMesh(np.array(mesh.vertices), np.array(mesh.faces))
-        distance = np.array(geometry.compute_geodesic_f(surface, heat.diffusion(surface, boundary)))
-        rows.append({"tool": "LaPy", "vertices": len(points), "largest distance": float(distance.max())})
-    rows.append({"tool": "LaPy, published", "vertices": 415, "largest distance": 0.60497826})
-    return rows
-
-
 def picture(results: Path, quick: bool) -> None:
     """Draw the distance from a foot, its error, and two values extended."""
     mesh = sphere(2) if quick else read_mesh(MESHES / "dinosaur.ply")
@@ -259,17 +190,20 @@ def picture(results: Path, quick: bool) -> None:
     render(panels, results / "applications_geodesics.png", force=True)
 
 
-def run(quick: bool, results: Path, peers: bool = False) -> None:
-    """Write applications_geodesics.json, .md and .png."""
+def run(quick: bool, results: Path, peers: bool = False, meshes: list[Path] | None = None) -> None:
+    """Write applications_geodesics.json, .md and .png; with LaPy's square-mesh.off among the meshes, its value too."""
+    squares = [path for path in meshes or () if path.name == "square-mesh.off"]
     measured: dict[str, Any] = {
         "quick": quick,
         "accuracy": accuracy(quick, peers),
         "speed": speed(quick, peers),
         "times": times(quick),
         "operators": operators(quick),
-        "square": square(peers),
+        "several": several(quick, peers),
+        "rings": rings(quick),
+        "published": [row for path in squares for row in published(path, peers)],
     }
-    save_json(results / "applications_geodesics.json", measured, packages=PACKAGES)
+    save_json(results / "applications_geodesics.json", measured, packages=PACKAGES, meshes=squares)
     units = "Mean and worst errors over the largest distance; relative: the mean of errors over distances. "
     units += f"{N_SOURCES} sources each; exact distances on the polyhedron by pygeodesic. Processor seconds.\n"
     sections = {
@@ -278,8 +212,16 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
         "Time of the flow": "Mean errors of lbskel, integrated, by the time in squared mean edge lengths.\n\n"
         + markdown_table(measured["times"]),
         "Operators on thin triangles": "Mean errors of lbskel, integrated.\n\n" + markdown_table(measured["operators"]),
-        "From the boundary of a square": "As in LaPy's own test, whose mesh has other vertices.\n\n"
-        + markdown_table(measured["square"]),
+        "Several sources": "Mean and worst errors over the largest distance to the nearest of the sources, by libigl's "
+        "exact ones. Processor seconds of a later query.\n\n"
+        + markdown_table(measured["several"])
+        + "\n\nMean error of ten sources by the rings of triangles that are added to the region of each.\n\n"
+        + markdown_table(measured["rings"]),
+        "From the boundary of a square": "On the mesh of LaPy's own test, data/square-mesh.off of its repository: the "
+        f"largest distance from the boundary, for which the test asks {PUBLISHED} to a part of 1e-5.\n\n"
+        + markdown_table(measured["published"]),
     }
+    if not squares:
+        del sections["From the boundary of a square"]
     save_markdown(results / "applications_geodesics.md", "Geodesic distances", sections)
     picture(results, quick)

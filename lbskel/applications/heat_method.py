@@ -132,9 +132,8 @@ class HeatMethod:
         """(n,) distances whose gradient is closest to the unit one of the heat."""
         potential, component = np.zeros(len(heat)), self._component
         free = np.delete(self._active, self._pinned)
-        potential[free] = self._poisson.solve(
-            self._divergence @ unit_gradients(self._gradient[0], -heat), refined=False
-        )
+        field = unit_gradients(self._gradient[0], -heat)
+        potential[free] = self._poisson.solve(self._divergence @ field, refined=False)
         distances = np.full(len(heat), np.inf)
         for part in np.setdiff1d(component[sources], [-1]):
             members, own = component == part, sources[component[sources] == part]
@@ -247,12 +246,13 @@ class HeatMethod:
         if twins is None or (twins < 0).any():
             return tufted_delaunay(self._unit, self.mesh.faces)[0], 2
         lengths = igl.edge_lengths(self._unit, self.mesh.faces)
-        lengths = lengths + mollification_offset(lengths, MOLLIFY_FACTOR).max()
+        lengths += mollification_offset(lengths, MOLLIFY_FACTOR).max()
         return delaunay(IntrinsicTriangulation(self.mesh.faces, lengths, twins)), 1
 
     @cached_property
     def _surface(self) -> UnfoldedSurface:
-        return UnfoldedSurface(self._triangulation[0], len(self.mesh.vertices))
+        triangles = self._triangulation[0]
+        return UnfoldedSurface(triangles.faces, triangles.lengths, len(self._component))
 
     @cached_property
     def _gradient(self) -> tuple[csr_array, NDArray[np.float64]]:

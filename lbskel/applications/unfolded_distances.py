@@ -2,19 +2,28 @@
 
 :mod:`lbskel._kernels.unfolding` has the formula. Vertices are visited in a given order until no distance gets smaller;
 the heat that arrives from the sources is such an order, so two sweeps do most of it, without a priority queue.
+
+A triangle with distances from two sources would be unfolded towards a point between them. So with several sources the
+surface is divided into the regions of each, by the distances found at first, and these, a little larger, are computed
+again as surfaces of their own. The shortest path to the nearest source stays in its region.
 """
 
 from __future__ import annotations
 
 __all__ = ["UnfoldedSurface"]
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from lbskel._kernels.unfolding import lower_distances
-from lbskel.operators.intrinsic_triangulation import IntrinsicTriangulation
 
 MAX_SWEEPS = 1_000  # a guess, against cycles caused by rounding; seven were the most on nine meshes
+# Rings of triangles that are added to the region of a source, since regions are known to about a triangle; a third
+# makes hardly a difference (benchmarks/results/applications_geodesics.md, "Several sources")
+RINGS = 2
 
 
 class UnfoldedSurface:
@@ -22,14 +31,16 @@ class UnfoldedSurface:
 
     Parameters
     ----------
-    triangulation : IntrinsicTriangulation
-        Delaunay, since a front passes over long edges less well.
+    faces : (m, 3) array of int
+        Of a Delaunay triangulation, since a front passes over long edges less well.
+    lengths : (m, 3) array of float
+        Of the edges opposite the corners.
     n_vertices : int
     """
 
-    def __init__(self, triangulation: IntrinsicTriangulation, n_vertices: int) -> None:
-        self._vertex = np.ascontiguousarray(triangulation.faces, dtype=np.int64).ravel()
-        self._length = np.ascontiguousarray(triangulation.lengths).ravel()
+    def __init__(self, faces: NDArray[np.int64], lengths: NDArray[np.float64], n_vertices: int) -> None:
+        self._vertex = np.ascontiguousarray(faces, dtype=np.int64).ravel()
+        self._length = np.ascontiguousarray(lengths).ravel()
         self._corners = np.argsort(self._vertex, kind="stable")
         self._first = np.append(0, np.cumsum(np.bincount(self._vertex, minlength=n_vertices)))
 
@@ -42,7 +53,68 @@ class UnfoldedSurface:
         order : (k,) array of int
             The vertices to be reached, about from the nearest to the farthest.
         """
+        merged = self._lowered(sources, order)
+        different = np.unique(sources)
+        return merged if len(different) == 1 else self._by_regions(different, merged)
+
+    def _lowered(self, sources: NDArray[np.int64], order: NDArray[np.int64]) -> NDArray[np.float64]:
+        """(n,) distance to the nearest source, as if all were one: too short where two are about as near."""
         distances = np.full(len(self._first) - 1, np.inf)
         distances[sources] = 0.0
         lower_distances(self._vertex, self._length, self._first, self._corners, order, distances, MAX_SWEEPS)
         return distances
+
+    def _by_regions(self, sources: NDArray[np.int64], merged: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(n,) distance to the nearest source, from the distances in the region of each, which is a copy."""
+        n, s = len(merged), len(sources)
+        faces = self._vertex.reshape(-1, 3)
+        nearest = self._nearest(sources, merged)
+        known = np.flatnonzero(nearest >= 0)
+        member = csr_array((np.ones(len(known), dtype=bool), (known, nearest[known])), shape=(n, s))
+        for _ in range(RINGS):
+            member = (member + self._adjacent @ member).tocsr()
+        member.sort_indices()
+        vertex = np.repeat(np.arange(n), np.diff(member.indptr))
+        keys = vertex * s + member.indices  # of the copies, ascending
+        a, b, c = (member[faces[:, k]] for k in range(3))
+        common = (a * b * c).tocoo()
+        copies = np.searchsorted(keys, faces[common.row] * s + common.col[:, None])
+        regions = UnfoldedSurface(copies, self._length.reshape(-1, 3)[common.row], len(keys))
+        own = np.searchsorted(keys, sources * s + np.arange(s))
+        by_distance = np.argsort(merged[vertex], kind="stable")
+        found = regions._lowered(own, by_distance[: np.count_nonzero(np.isfinite(merged[vertex]))])
+        distances = np.full(n, np.inf)
+        np.minimum.at(distances, vertex, found)
+        return np.where(np.isfinite(distances), distances, merged)
+
+    @cached_property
+    def _adjacent(self) -> csr_array:
+        """(n, n) whether two vertices have an edge."""
+        start, end = self._vertex, self._vertex.reshape(-1, 3)[:, [1, 2, 0]].ravel()
+        n = len(self._first) - 1
+        half = csr_array((np.ones(len(start), dtype=bool), (start, end)), shape=(n, n))
+        return (half + half.T).tocsr()
+
+    def _nearest(self, sources: NDArray[np.int64], distances: NDArray[np.float64]) -> NDArray[np.int64]:
+        """(n,) number of the source that each vertex is nearest to along edges; -1 where none is reached."""
+        n = len(distances)
+        start = np.repeat(self._vertex, 2)
+        face, corner = np.divmod(np.arange(len(self._vertex)), 3)
+        other = np.stack([3 * face + (corner + 1) % 3, 3 * face + (corner + 2) % 3], axis=1)
+        length = self._length[other[:, ::-1]].ravel()
+        end = self._vertex[other].ravel()
+        through = np.where(distances[end] < distances[start], distances[end] + length, np.inf)
+        least = np.full(n, np.inf)
+        np.minimum.at(least, start, through)
+        parent = np.arange(n)
+        is_least = np.isfinite(through) & (through == least[start])
+        parent[start[is_least]] = end[is_least]
+        parent[sources] = sources
+        while True:
+            following = parent[parent]
+            if np.array_equal(following, parent):
+                break
+            parent = following
+        number = np.full(n, -1)
+        number[sources] = np.arange(len(sources))
+        return number[parent]
