@@ -68,8 +68,9 @@ def run(arguments: argparse.Namespace) -> int:
     text = (
         f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces\n"
         f"{arguments.output}: {changes['n_moved']:,} vertices moved by {changes['mean_displacement']:.3g} edge lengths "
-        f"on average, {changes['max_displacement']:.3g} at most; area {100 * changes['area_change']:+.3g} %"
+        f"on average, {changes['max_displacement']:.3g} at most"
     )
+    text += f"; area {100 * changes['area_change']:+.3g} %" if "area_change" in changes else ""
     text += f", volume {100 * changes['volume_change']:+.3g} %" if "volume_change" in changes else ""
     tell(arguments, text, {"output": arguments.output, **changes})
     return 0
@@ -81,13 +82,14 @@ def _changes(mesh: Mesh, result: Mesh) -> dict[str, float]:
     mesh, result = mesh.with_vertices(scaled), result.with_vertices(np.ldexp(result.vertices, -exponent))
     moved = np.linalg.norm(result.vertices - mesh.vertices, axis=1)
     start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
-    edge = float(np.linalg.norm(end - start, axis=1).mean())
+    edge = float(np.linalg.norm(end - start, axis=1).mean()) or 1.0  # edges of no length: nothing moves
     changes = {
         "n_moved": int(np.count_nonzero(moved)),
         "mean_displacement": float(moved.mean()) / edge,
         "max_displacement": float(moved.max()) / edge,
-        "area_change": result.area / mesh.area - 1,
     }
+    if mesh.area > 0:
+        changes["area_change"] = result.area / mesh.area - 1
     if mesh.is_closed_manifold and mesh.volume != 0:
         changes["volume_change"] = result.volume / mesh.volume - 1
     return changes

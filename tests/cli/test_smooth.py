@@ -39,3 +39,15 @@ def test_shares_are_printed_of_meshes_whose_areas_vanish(here, folder):
     whole, tiny = (here("smooth", name, "-o", f"{name}.ply") for name in ("rod.off", "tiny.off"))
     assert tiny[0] == 0
     assert tiny[1][1].split(":")[1] == whole[1][1].split(":")[1]
+
+
+@pytest.mark.parametrize("x", [0.0, 1.0])
+def test_meshes_without_an_area_have_no_share_of_it(here, folder, x):
+    """All at one point, or on a line: the mean of the neighbors needs no area."""
+    (folder / "line.off").write_text(
+        f"OFF\n4 4 0\n0 0 0\n{x} 0 0\n{3 * x} 0 0\n{7 * x} 0 0\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"
+    )
+    code, out, _ = here("smooth", "line.off", "-o", "out.off", "--method", "taubin", "--operator", "random_walk")
+    assert code == 0
+    assert "area" not in out[1]
+    assert f"{4 * int(x)} vertices moved" in out[1]
