@@ -85,6 +85,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("slope of", "inscribed_balls.MIN_SLOPE", (0.25, 0.7, 1.1)),
         ("ball ratio of", "junctions.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("power of", "relaxation.POWER", (1.0, 3.0)),
+        ("smallest ball of", "relaxation.MIN_RATIO", (0.03, 0.3)),
         ("steps", "relaxation.N_STEPS", (15, 60)),
         ("centered ratio of", "containment.CENTERED_RATIO", (0.25, 0.75)),
     )

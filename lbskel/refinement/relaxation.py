@@ -4,7 +4,8 @@ The length of a path, weighted by a power of the inscribed radius r, falls along
 (Caselles, Kimmel, Sapiro 1997, "Geodesic active contours", https://doi.org/10.1023/A:1007979827043). With the weight
 ``r ** -p`` a point moves by ``curvature + p * (gradient of r) / r``, both across the path. Where points are ``s * r``
 apart, it is ``(s * r) ** 2 / 2`` times the first from the mean of its neighbors, and moves two thirds of this way and
-of as many times the second. No point leaves its ball in a step, so that a path stays in its homotopy class.
+of as many times the second. It stays within its ball, so that a path stays in its homotopy class, if the neighbors are
+no further away than the ball reaches: not where a path touches the surface.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from lbskel.geometry.surface_queries import Surface
 
 SPACING = 0.5  # of the points of a path, in radii of their balls
 MIN_RATIO = 0.1  # of a ball to the largest of its path, below which the spacing no longer follows the ball; it bounds
-# the number of points of a path that touches the surface
+# the number of points of a path that touches the surface; benchmarks/results/refinement.md
 POWER = 2.0  # of the radius in the weight; benchmarks/results/refinement.md
 N_STEPS = 30  # benchmarks/results/refinement.md
 
