@@ -17,7 +17,8 @@ from lbskel.refinement.relaxation import relax_inside
 from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
 
-N_SAMPLES = 12  # points along a segment at which it is tested; a guess, benchmarks/results/constants.md
+N_SAMPLES = 12  # parts of a segment, of which each that is not in a ball is tested; a guess,
+# benchmarks/results/constants.md
 CENTERED_RATIO = 0.5  # of the inscribed to the mean radius, from which on a node is taken for one in the middle;
 # benchmarks/results/refinement.md
 MIN_DEPTH = 0.01  # of a node moved inside, relative to the diameter bound; a guess
@@ -99,22 +100,37 @@ def reroute_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
 
 
 def segments_outside(nodes: NDArray[np.float64], edges: NDArray[np.int64], surface: Surface) -> NDArray[np.bool_]:
-    """(m,) whether an edge between two of (n, 3) nodes is outside the surface somewhere."""
+    """(m,) whether an edge between two of (n, 3) nodes is outside the surface somewhere.
+
+    Balls inside the surface cover each edge, from one end to the ball of the other. Where a ball is smaller than
+    one of ``N_SAMPLES`` parts of the edge, the next point is one part further and is tested.
+    """
     P, Q = nodes[edges].transpose(1, 0, 2)
     is_inside = surface.contains(nodes)
     is_outside = ~(is_inside[edges[:, 0]] & is_inside[edges[:, 1]])
-    lengths, sampled = np.linalg.norm(Q - P, axis=1), np.flatnonzero(~is_outside)
-    # an edge covered by two balls inside needs no samples
+    lengths, open_edges = np.linalg.norm(Q - P, axis=1), np.flatnonzero(~is_outside)
     for distance in (surface.clearance, surface.distance)[surface.simplified is None :]:
-        if len(sampled):
+        if len(open_edges):
             used = np.zeros(len(nodes), dtype=bool)
-            used[edges[sampled]] = True
+            used[edges[open_edges]] = True
             reach = np.zeros(len(nodes))
             reach[used] = distance(nodes[used])
-            sampled = sampled[lengths[sampled] >= reach[edges[sampled]].sum(axis=1)]
-    share = ((np.arange(N_SAMPLES) + 0.5) / N_SAMPLES)[:, None]
-    points = P[sampled, None] + share * (Q - P)[sampled, None]
-    is_outside[sampled] = ~surface.contains(points.reshape(-1, 3)).reshape(-1, N_SAMPLES).all(axis=1)
+            open_edges = open_edges[lengths[open_edges] >= reach[edges[open_edges]].sum(axis=1)]
+    if len(open_edges) == 0:
+        return is_outside
+    directions = (Q - P)[open_edges] / lengths[open_edges, None]
+    parts, (radii, last_radii) = lengths[open_edges] / N_SAMPLES, reach[edges[open_edges]].T
+    at, ends = np.zeros(len(open_edges)), lengths[open_edges] - last_radii
+    rows = np.arange(len(open_edges))
+    while len(rows):
+        at[rows] += np.maximum(radii, parts[rows])
+        is_small, is_open = radii < parts[rows], at[rows] < ends[rows]
+        rows, is_small = rows[is_open], is_small[is_open]
+        points = P[open_edges[rows]] + at[rows, None] * directions[rows]
+        is_in = np.ones(len(rows), dtype=bool)
+        is_in[is_small] = surface.contains(points[is_small])
+        is_outside[open_edges[rows[~is_in]]] = True
+        rows, radii = rows[is_in], surface.distance(points[is_in])
     return is_outside
 
 

@@ -15,11 +15,13 @@ __all__ = ["relax_inside"]
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel._kernels.traversal import sums_along_paths
 from lbskel.geometry.surface_queries import Surface
 
 SPACING = 0.5  # of the points of a path, in radii of their balls
 MIN_RATIO = 0.1  # of a ball to the largest of its path, below which the spacing no longer follows the ball; it bounds
 # the number of points of a path that touches the surface; benchmarks/results/refinement.md
+MAX_PIECES = 1000  # of a path, which bounds the time where all of it lies on the surface; a guess
 POWER = 2.0  # of the radius in the weight; benchmarks/results/refinement.md
 N_STEPS = 30  # benchmarks/results/refinement.md
 
@@ -67,19 +69,21 @@ def _spaced(
     P: NDArray[np.float64], path_of: NDArray[np.int64], surface: Surface
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Points on the same polygons at about ``SPACING`` radii, and the number of the path of each."""
-    radii, is_first = surface.distance(P), np.diff(path_of, prepend=-1) > 0
-    begins = np.flatnonzero(is_first)
+    begins = np.flatnonzero(np.diff(path_of, prepend=-1))
     lasts = np.append(begins[1:], len(P)) - 1
-    radii = np.maximum(radii, MIN_RATIO * np.maximum.reduceat(radii, begins)[path_of])
+    radii = surface.distance(P)
+    largest = np.maximum.reduceat(radii, begins)[path_of]
+    radii = np.maximum(radii, np.where(largest > 0, MIN_RATIO * largest, np.finfo(float).tiny))
     steps = np.linalg.norm(np.diff(P, axis=0, prepend=P[:1]), axis=1)
     steps[1:] /= (radii[1:] + radii[:-1]) / 2
-    steps[is_first] = 1.0  # between paths
-    places = np.cumsum(steps)
-    lengths = places[lasts] - places[begins]
-    counts = np.maximum(np.rint(lengths / SPACING), 1).astype(np.int64)
+    lengths = sums_along_paths(steps, np.append(begins, len(P)))
+    totals = lengths[lasts]
+    counts = np.clip(np.rint(totals / SPACING), 1, MAX_PIECES).astype(np.int64)
     new_path_of = np.repeat(np.arange(len(begins)), counts + 1)
     number = np.arange(len(new_path_of)) - np.repeat(np.cumsum(counts + 1) - counts - 1, counts + 1)
-    at = places[begins][new_path_of] + lengths[new_path_of] * number / counts[new_path_of]
+    # the share of its path's length before each point, plus twice the number of the path
+    places = 2.0 * path_of + np.divide(lengths, totals[path_of], out=np.zeros(len(P)), where=totals[path_of] > 0)
+    at = 2.0 * new_path_of + number / counts[new_path_of]
     spaced = np.stack([np.interp(at, places, coordinate) for coordinate in P.T], axis=1)
     spaced[number == 0], spaced[number == counts[new_path_of]] = P[begins], P[lasts]
     return spaced, new_path_of

@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from lbskel import Mesh
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.relaxation import SPACING, relax_inside
+from lbskel.refinement.relaxation import MAX_PIECES, SPACING, relax_inside
 from lbskel.shapes import capsule, sphere, torus
 
 ROD = capsule(8.0, 0.5, 48)  # from -4.5 to 4.5 along z
@@ -67,3 +68,11 @@ def test_a_path_of_no_length_is_its_ends():
     point = np.zeros((2, 3))
     [path] = relax_inside([point], Surface(sphere(2)))
     assert np.array_equal(path, point)
+
+
+def test_a_path_on_the_surface_does_not_become_long():
+    """Along an edge of a tetrahedron, where no ball fits: without a bound the number of points would have none."""
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    tetrahedron = Mesh(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    [path] = relax_inside([corners[:2]], Surface(tetrahedron))
+    assert len(path) <= MAX_PIECES + 1
