@@ -26,6 +26,7 @@ from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order
+from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 
 N_VIEWS = 2  # projections of each copy: where one meets a coincidence, another does not
@@ -139,10 +140,8 @@ def tunnels_missed(
     if not genus or genus > MAX_TUNNELS:
         return None if genus else 0
     deadline.check()
-    basis = _outward_basis(mesh)
-    view = next(
-        (view for view in deadline.until(_views()) if linking_form(basis, basis.mesh, view).is_consistent()), None
-    )
+    # asked again and again of one mesh
+    basis, view = Surface(mesh).memoize("outward basis", lambda: _basis_and_view(mesh, deadline))
     if view is None:
         return None
     combinations = [random_integers(2 * genus, 1 + i) % np.uint64(PRIME) for i in range(genus)]
@@ -150,6 +149,13 @@ def tunnels_missed(
     cochain = linking_cochain(basis, points, edges, combinations, view)
     n_cycles = len(edges) - len(points) + 1
     return genus - n_cycles + len(spurious_loop_edges(points, edges, cochain))
+
+
+def _basis_and_view(mesh: Mesh, deadline: Deadline) -> tuple[HomologyBasis, NDArray[np.float64] | None]:
+    """Build the loops, and a rotation in which their linking numbers are those of an embedded surface, or None."""
+    basis = _outward_basis(mesh)
+    views = deadline.until(_views())
+    return basis, next((view for view in views if linking_form(basis, basis.mesh, view).is_consistent()), None)
 
 
 def _outward_basis(mesh: Mesh) -> HomologyBasis:

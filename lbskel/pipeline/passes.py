@@ -13,9 +13,11 @@ from __future__ import annotations
 
 __all__ = ["refine"]
 
+import functools
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import TypeAlias
 
 from lbskel.contraction.homology import tunnels_missed
 from lbskel.geometry.deadline import Deadline
@@ -40,6 +42,8 @@ from lbskel.refinement.tips import extend_tips, tips_at_surface
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, merge_junctions, prune, prune_contained_branches
 from lbskel.skeleton.resampling import resample
 from lbskel.skeleton.skeleton import Skeleton
+
+Pass: TypeAlias = Callable[[Skeleton, Surface], Skeleton]
 
 MERGE_RATIO = 0.7  # junctions nearer than this many local radii are merged
 SPACING = 0.5  # of nodes along a branch, in local radii
@@ -83,8 +87,8 @@ def refine(
     True
     """
     require_refinement_options(min_branch_ratio, tip_position)
-    ratio = min(min_branch_ratio, MIN_BRANCH_RATIO)
-    passes = partial(_refined, skeleton, body, ratio, tip_position, anchors, timer or StageTimer())
+    prune_spurs = partial(_without_spurs, min_branch_ratio=min(min_branch_ratio, MIN_BRANCH_RATIO))
+    passes = partial(_refined, skeleton, body, prune_spurs, tip_position, anchors, timer or StageTimer(), {})
     refined = passes(keeps_cycles=False)
     return passes(keeps_cycles=True) if _n_missed(refined, body) else refined
 
@@ -92,31 +96,33 @@ def refine(
 def _refined(
     skeleton: Skeleton,
     body: Body,
-    ratio: float,
+    prune_spurs: Pass,
     tip_position: str,
     anchors: Anchors | None,
     timer: StageTimer,
+    known: dict[tuple[Pass, Skeleton], Skeleton],
     *,
     keeps_cycles: bool,
 ) -> Skeleton:
-    """Apply the passes; on request none that moves a cycle off its tunnel."""
+    """Apply the passes, on request none that moves a cycle off its tunnel. What is known is not made again."""
+    n_missed = functools.cache(partial(_n_missed, body=body))
 
-    def changed(
-        stage: str, change: Callable[[Skeleton, Surface], Skeleton], surface: Surface, *, is_needed: bool = False
-    ) -> Skeleton:
+    def changed(stage: str, change: Pass, surface: Surface, *, is_needed: bool = False) -> Skeleton:
         def make(deadline: Deadline) -> Skeleton:
-            after = change(skeleton, replace(surface, deadline=deadline))
-            is_kept = not keeps_cycles or _n_missed(after, body) <= _n_missed(skeleton, body)
+            if (change, skeleton) not in known:
+                known[change, skeleton] = change(skeleton, replace(surface, deadline=deadline))
+            after = known[change, skeleton]
+            is_kept = not keeps_cycles or n_missed(after) <= n_missed(skeleton)
             return after if is_kept else skeleton
 
         return timer.optional(stage, make, skeleton, is_needed=is_needed)
 
     surface, proxy = body.surface, body.surface.proxy
     skeleton = mean_radii(skeleton, proxy.mesh)
-    skeleton = changed("prune spurs", partial(_without_spurs, min_branch_ratio=ratio), proxy, is_needed=True)
+    skeleton = changed("prune spurs", prune_spurs, proxy, is_needed=True)
     skeleton = changed("merge junctions", _with_merged_junctions, proxy)
     skeleton = replace(skeleton, node_of_vertex=body.proxy.vertex_map.pull_back(skeleton.node_of_vertex))
-    passes: list[tuple[str, Callable[[Skeleton, Surface], Skeleton]]] = [
+    passes: list[tuple[str, Pass]] = [
         ("recenter", recenter),
         ("extend tips", extend_tips),
         ("prune contained branches", _without_contained_branches),

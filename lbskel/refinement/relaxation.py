@@ -24,6 +24,7 @@ MIN_RATIO = 0.1  # of a ball to the largest of its path, below which the spacing
 MAX_PIECES = 1000  # of a path, which bounds the time where all of it lies on the surface; a guess
 POWER = 2.0  # of the radius in the weight; benchmarks/results/refinement.md
 N_STEPS = 30  # benchmarks/results/refinement.md
+STEPS_BETWEEN = 5  # steps after which the points are spaced anew; it affects speed
 
 
 def relax_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
@@ -42,19 +43,19 @@ def relax_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDA
         Points at a distance of about ``SPACING`` radii.
     """
     sizes = [len(path) for path in paths]
-    P, path_of = _spaced(np.concatenate(paths), np.repeat(np.arange(len(paths)), sizes), surface)
+    P, path_of = np.concatenate(paths), np.repeat(np.arange(len(paths)), sizes)
     for step in range(N_STEPS):
-        inner = np.flatnonzero((path_of[1:-1] == path_of[:-2]) & (path_of[1:-1] == path_of[2:])) + 1
+        if step % STEPS_BETWEEN == 0:
+            P, path_of = _spaced(P, path_of, surface)
+            inner = np.flatnonzero((path_of[1:-1] == path_of[:-2]) & (path_of[1:-1] == path_of[2:])) + 1
+            side = np.where(surface.contains(P[inner]), 1.0, -1.0)[:, None]
         before, after = P[inner - 1], P[inner + 1]
         radii, nearest = surface.closest(P[inner])
-        away = _unit(P[inner] - nearest)
-        away[~surface.contains(P[inner])] *= -1
-        tangents = _unit(after - before)
+        away, tangents = side * _unit(P[inner] - nearest), _unit(after - before)
         across = away - (away * tangents).sum(axis=1, keepdims=True) * tangents
         # at the medial axis the gradient changes its side from step to step, so its part is reduced to zero
         share = POWER * SPACING**2 / 2 * (1 - step / N_STEPS)
         P[inner] += 2 / 3 * ((before + after) / 2 - P[inner] + share * radii[:, None] * across)
-        P, path_of = _spaced(P, path_of, surface)
     return np.split(P, np.flatnonzero(np.diff(path_of)) + 1)
 
 
