@@ -1,8 +1,11 @@
 """Functions that several test files use."""
 
+import base64
 import io
 import itertools
 import json
+import re
+import zlib
 
 import igl
 import numpy as np
@@ -14,6 +17,17 @@ from lbskel.geometry.vertex_map import VertexMap
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.shapes.isosurface import marching_cubes, project
 from lbskel.shapes.round_cones import solid_of
+
+
+def inflated(letters):
+    """Text that is packed in a page."""
+    return zlib.decompress(base64.b64decode(letters)).decode()
+
+
+def unpacked(page):
+    """Text of a page, with its data and programs as they are when it is open."""
+    packed = r"(?<= data-packed>)[^<]*"
+    return re.sub(packed, lambda found: inflated(found[0]), page.decode())
 
 
 def joined(*meshes):

@@ -51,7 +51,7 @@ REPLAY = """\
 BRANCHES = """\
 <fieldset><legend>Branch</legend>
 <label for="branch">Click on a branch, or choose it here:</label>
-<select id="branch"><option value="-1">none</option>{options}</select>
+<select id="branch"><option value="-1">none</option></select>
 <div aria-live="polite"><table><tbody id="branch-rows"></tbody></table></div>
 </fieldset>"""
 
@@ -115,7 +115,7 @@ def page_content(scene: Scene) -> bytes:
         label=escape(f"Three-dimensional view: {summary} Drag to turn, scroll to zoom."),
         toggles="\n".join(_toggle(name, label, shown) for name, label, shown in _layers(scene, data)),
         replay=_replay(data),
-        branches=_branches(scene),
+        branches=BRANCHES if scene.skeleton is not None and scene.skeleton.branches else "",
         notes=paragraphs([*notes, *scene.notes]),
         tables="\n".join(map(table, scene.tables)),
     )
@@ -178,10 +178,3 @@ def _replay(data: dict[str, Any]) -> str:
         return ""
     labels = data["steps"]["labels"]
     return REPLAY.format(text=escape(labels[0]), last=len(labels) - 1)
-
-
-def _branches(scene: Scene) -> str:
-    if scene.skeleton is None or not scene.skeleton.branches:
-        return ""
-    options = "".join(f'<option value="{row}">{row}</option>' for row in range(len(scene.skeleton.branches)))
-    return BRANCHES.format(options=options)

@@ -70,7 +70,6 @@
     skeleton.marker *= shrink * crowd;
     const nodes = coordinates(skeleton.nodes);
     const radii = decode(skeleton.radii);
-    const places = decode(skeleton.places);
     branchOfNode = new Array(radii.length).fill(-1);
     paths.forEach((path, branch) => path.forEach((node) => { branchOfNode[node] = branch; }));
     skeleton.junctions.forEach((node) => { branchOfNode[node] = -1; });
@@ -86,7 +85,9 @@
     const bar = { title: { text: "radius" }, len: 0.5, thickness: 10, x: 1, xanchor: "right", ypad: 0, tickformat: ".3g" };
     const kind = skeleton.radius_kind.replace(/</g, "&lt;");
     const labels = Array.from(radii, (radius, node) => {
-      const place = [0, 1, 2].map((k) => Number(places[3 * node + k].toPrecision(6))).join(", ");
+      const seen = [nodes.x[node], nodes.y[node], nodes.z[node]];
+      const place = skeleton.center.map((middle, k) => (
+        Number((middle + skeleton.size * seen.reduce((sum, value, a) => sum + value * skeleton.axes[a][k], 0)).toPrecision(6)))).join(", ");
       const branch = branchOfNode[node] < 0 ? "junction" : "branch " + branchOfNode[node];
       const length = Number.isNaN(radius) ? "unknown" : String(Number((radius * skeleton.size).toPrecision(4)));
       return `node ${node}<br>${branch}<br>${kind} radius ${length}<br>(${place})`;
@@ -241,14 +242,27 @@
       row.insertCell().textContent = column.values[branch];
     });
   }
-  if (choice) choice.addEventListener("change", () => select(Number(choice.value)));
+  if (choice) {
+    paths.forEach((_, branch) => choice.add(new Option(branch, branch)));
+    choice.addEventListener("change", () => select(Number(choice.value)));
+  }
   drawn.then(() => {
-    view.on("plotly_click", (event) => {
-      const point = event.points[0];
+    let pointed = null; // the point under the mouse
+    function choose(point) {
       const branch = (point.curveNumber === data.nodeTrace ? branchOfNode : branchOfPoint)[point.pointNumber];
-      // plotly tells a click while it draws, and again in each drawing until the button is up
-      if (choice && branch !== Number(choice.value)) setTimeout(() => select(branch));
-    });
+      if (choice && branch !== Number(choice.value)) select(branch);
+    }
+    view.on("plotly_hover", (event) => { pointed = event.points[0]; });
+    view.on("plotly_unhover", () => { pointed = null; });
+    // plotly tells a click while it draws, when nothing may be changed, and again in each drawing until the button is up;
+    // it tells of none if the button is up before
+    view.on("plotly_click", (event) => setTimeout(() => choose(event.points[0])));
+    let pressed = [0, 0];
+    view.addEventListener("pointerdown", (event) => { pressed = [event.clientX, event.clientY]; }, true);
+    view.addEventListener("click", (event) => {
+      const isDragged = Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) > 3; // pixels
+      if (pointed && !isDragged) choose(pointed);
+    }, true);
     return data.curves && data.curves();
   }).then(() => { document.body.dataset.ready = "yes"; });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {

@@ -26,8 +26,9 @@ from lbskel.visualization.html import Table, cell
 from lbskel.visualization.panel import Panel
 from lbskel.visualization.viewpoint import unobstructed_view
 
-# Bounds on what a page holds, so that it has less than 8 MB at any size, 4.6 of which are plotly.js: a face takes 12
-# bytes, a vertex and a point 8, and a step of the contraction 8 for each of its vertices. Choices of style.
+# Bounds on what a page holds, so that it has less than 8 MB at any size of a mesh, 2 of which are plotly.js: a face
+# takes 12 bytes, a vertex and a point 8, and a step of the contraction 8 for each of its vertices, before it is packed.
+# Choices of style.
 MAX_FACES, MAX_POINTS, MAX_STEP_FACES, MAX_STEPS, MAX_MENDED = 40_000, 60_000, 10_000, 30, 3_000
 MAX_BALLS = 150  # inscribed balls of 162 vertices each that a page draws, evenly chosen; a choice of style
 WIDTH_RANGE, WIDTH_SHARE = (2.5, 7.0), 400.0  # of lines in pixels, and pixels for a radius of 1; choices of style
@@ -205,7 +206,8 @@ def _encode_skeleton(skeleton: Skeleton, off_center: NDArray[np.int64], frame: _
         balls = balls[np.linspace(0, len(balls) - 1, MAX_BALLS).astype(np.int64)]
     return {
         "nodes": {**_encoded(frame.project(skeleton.nodes).astype(np.float32)), "scale": 1},
-        "places": _encoded(skeleton.nodes.astype(np.float32)),
+        "center": frame.view.center.tolist(),
+        "axes": frame.view.axes.tolist(),
         "radii": _encoded((skeleton.radii / frame.size).astype(np.float32)),
         "size": frame.size,
         "radius_kind": skeleton.radius_kind,

@@ -170,35 +170,38 @@ def test_a_branch_that_is_chosen_shows_its_row(shown, scene):
     assert traces(shown)[-1]["n"] == len(scene.skeleton.branches[2])
 
 
-def pointed_at(browser, place, press=False):
-    """Move the mouse to a place in the window, and hold its button for three tenths of a second."""
+def pointed_at(browser, place):
+    """Move the mouse to a place in the window."""
     from selenium.webdriver.common.action_chains import ActionChains
 
     chain = ActionChains(browser, duration=20)
-    mouse = chain.w3c_actions.pointer_action
-    mouse.move_to_location(place[0] + 3, place[1] + 3)
-    mouse.move_to_location(*place)
-    if press:
-        mouse.pointer_down()
-        mouse.pause(0.3)
-        mouse.pointer_up()
+    chain.w3c_actions.pointer_action.move_to_location(*place)
     chain.perform()
+
+
+def clicked(browser, seconds):
+    """Press the button of the mouse where it is, for so long."""
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    ActionChains(browser, duration=20).click_and_hold().pause(seconds).release().perform()
 
 
 def places_of_skeleton(browser):
     """Places in the window where the skeleton is seen through the mesh: what its toggle changes."""
+    from PIL import Image
+
     browser.execute_script("window.scrollTo(0, 0)")
-    box = browser.find_element("id", "show-skeleton")
     pictures = []
     for _ in range(2):
-        box.click()
+        browser.execute_script("document.getElementById('show-skeleton').click()")
         settled(browser)
-        pictures.append(picture(browser))
-    corner = browser.find_element("id", "view").rect
-    changed = np.abs(pictures[1] - pictures[0]).sum(axis=2) > 150
-    changed[:, int(0.85 * changed.shape[1]) :] = False  # the bar of colors
-    rows, columns = np.nonzero(changed)
-    return np.column_stack([columns + corner["x"], rows + corner["y"]]).astype(int)
+        with Image.open(io.BytesIO(browser.get_screenshot_as_png())) as image:
+            pictures.append(np.asarray(image.convert("RGB")).astype(int))
+    view = browser.execute_script("return document.getElementById('view').getBoundingClientRect().toJSON()")
+    rows, columns = np.nonzero(np.abs(pictures[1] - pictures[0]).sum(axis=2) > 150)
+    is_in_view = (columns > view["left"]) & (columns < view["left"] + 0.85 * view["width"])  # not the bar of colors
+    is_in_view &= (rows > view["top"]) & (rows < view["bottom"])
+    return np.column_stack([columns, rows])[is_in_view]
 
 
 def wait_for(browser, program):
@@ -211,23 +214,29 @@ def wait_for(browser, program):
 
 
 def test_the_mouse_on_the_skeleton_shows_the_node_and_a_click_its_branch(shown, scene):
-    """With a real mouse, through the mesh in front; again and again, since a click could stop all drawing."""
+    """With a real mouse, through the mesh in front; again and again, since a click could stop all drawing.
+
+    A long press, during which the view is drawn again, and a short one.
+    """
     places = places_of_skeleton(shown)
     assert len(places) > 200
     branches = scene.skeleton.branches
-    for place in places[:: len(places) // 4].tolist():
+    for number, place in enumerate(places[:: len(places) // 4].tolist()):
         shown.execute_script("document.getElementById('branch').value = '-1'")
-        pointed_at(shown, (5, 5))
-        pointed_at(shown, place)
+        for where in ((5, 5), (place[0] + 3, place[1] + 3), place):
+            pointed_at(shown, where)
+            settled(shown)
         label = wait_for(shown, "(document.querySelector('#view .hovertext') || {}).textContent")
         node, radius = (
             int(re.match(r"node (\d+)", label)[1]),
             float(re.search(r"inscribed radius ([\d.]+)\(", label)[1]),
         )
         assert radius == pytest.approx(scene.skeleton.radii[node], rel=1e-3)
-        pointed_at(shown, place, press=True)
+        position = [float(number) for number in label.rpartition("(")[2].rstrip(")").split(",")]
+        assert position == pytest.approx(scene.skeleton.nodes[node], rel=1e-5, abs=1e-5)
+        clicked(shown, 0.5 * (number % 2))
         if node not in scene.skeleton.junctions:
-            [branch] = [number for number, nodes in enumerate(branches) if node in nodes]
+            [branch] = [row for row, nodes in enumerate(branches) if node in nodes]
             assert f"branch {branch}i" in label
             wait_for(shown, f"document.getElementById('branch').value === '{branch}'")
             assert shown.find_element("css selector", "#branch-rows td").text == str(branch)

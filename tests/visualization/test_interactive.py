@@ -5,15 +5,15 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
-from helpers import LITTLE_SKELETONS, flat_tube, planar_fork
+from helpers import LITTLE_SKELETONS, flat_tube, planar_fork, unpacked
 
-from lbskel import FormatError, MeshError, MissingDependency, PointCloud
+from lbskel import FormatError, MeshError, MissingDependency, PointCloud, Skeleton
 from lbskel.shapes import torus
 from lbskel.visualization import Scene, Table, page, page_content
 
 
 def text_of(scene):
-    return page_content(scene).decode()
+    return unpacked(page_content(scene))
 
 
 def layers(text):
@@ -69,6 +69,16 @@ def test_a_page_needs_no_other_file_and_is_below_8_mb():
     assert not re.search(rb'<(script|link|img|iframe)[^>]*(src|href)=(?!"data:)', content)
     assert b"The mesh is simplified for display: " in content
     assert b"A mesh of 180000 vertices and 360000 faces. Its skeleton has 4 nodes" in content
+
+
+def test_a_page_of_a_hundred_thousand_nodes_is_below_8_mb():
+    """With the columns of a branch table, beside a mesh that is as large as it can be in a page."""
+    random = np.random.default_rng(0)
+    nodes = random.random((100_000, 3))
+    parents = np.maximum(np.arange(100_000) - random.integers(1, 3, 100_000), 0)
+    skeleton = Skeleton(nodes, np.column_stack([np.arange(1, 100_000), parents[1:]]), random.random(100_000))
+    columns = {f"measure {k}": random.random(len(skeleton.branches)) for k in range(18)}
+    assert len(page_content(Scene(torus(1.0, 0.3, 300, 150), skeleton, columns=columns))) < 8e6
 
 
 def test_only_what_there_is_can_be_shown():

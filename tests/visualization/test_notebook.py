@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from helpers import flat_tube, planar_fork
+from helpers import flat_tube, planar_fork, unpacked
 from PIL import Image
 from scipy.sparse import csc_array
 
@@ -45,7 +45,7 @@ def test_plot_gives_a_page_in_a_frame_and_in_a_file(value, tmp_path):
 
 def test_a_contraction_is_plotted_with_its_end_and_its_steps(rod):
     contraction = lbskel.contract(rod)
-    text = contraction.plot()._content.decode()
+    text = unpacked(contraction.plot()._content)
     assert 'data-layer="contracted"' in text
     assert f"area {100 * contraction.steps[-1].area_ratio:.3g} %" in text
     assert html.escape(contraction.status.value) in text
@@ -53,7 +53,7 @@ def test_a_contraction_is_plotted_with_its_end_and_its_steps(rod):
 
 def test_a_laplacian_is_plotted_as_curvature(rod, ring):
     laplacian = lbskel.laplacian(rod)
-    text = laplacian.plot(rod)._content.decode()
+    text = unpacked(laplacian.plot(rod)._content)
     assert re.search('data-layer="field" checked> mean curvature', text)
     assert not re.search('data-layer="mesh" checked', text)
     with pytest.raises(MeshError, match="the operator 152"):
@@ -61,7 +61,7 @@ def test_a_laplacian_is_plotted_as_curvature(rod, ring):
 
 
 def test_a_skeleton_is_plotted_in_its_mesh():
-    text = planar_fork().plot(flat_tube())._content.decode()
+    text = unpacked(planar_fork().plot(flat_tube())._content)
     assert 'data-layer="mesh"' in text
     assert 'data-layer="skeleton"' in text
     assert repr(InlinePage(skeleton=planar_fork())).startswith("InlinePage(")
