@@ -68,7 +68,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: list[Path] | No
         "constants": _constants((0.7, 1.4) if quick else FACTORS),
     }
     if meshes:
-        _draw({name: rigs[path.stem][0] for path in meshes for name in [path.stem]}, results / "rig.png")
+        _draw({name: each[0] for name, each in rigs.items() if name not in NAMES}, results / "rig.png")
     save_json(results / "rig.json", measured, packages=("bpy",), meshes=meshes or ())
     sections = {
         "Each mesh": "Volume kept: at the inner joints of limbs; of arms and legs: where two bones have over "
