@@ -194,12 +194,12 @@ def _weighed(name: str, rig: lbskel.Rig, skeleton: lbskel.Skeleton) -> dict[str,
         except RuntimeError as error:
             row[f"{who}: difference"] = str(error).strip().splitlines()[-1][:60]
             continue
-        if weights is None:
+        if weights is None or not weights.any():  # Blender's heat finds no solution on some meshes
+            row |= {} if weights is None else {f"{who}: difference": "found none"}
             continue
         row[f"{who}: difference"] = float(np.abs(weights - rig.weights).sum(axis=1).mean())
         row[f"{who}: jump"] = _jump(rig, weights)
-        total = weights.sum(axis=1)
-        if (total > 0.5).all():
+        if (weights.sum(axis=1) > 0.5).all():
             other = lbskel.Rig(rig.mesh, rig.names, rig.heads, rig.tails, rig.parents, weights)
             row[f"{who}: least volume kept"] = min(_kept(other, skeleton), default=None)
         row[f"{who}: seconds"] = time.perf_counter() - began
