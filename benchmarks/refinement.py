@@ -69,6 +69,7 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "merge junctions by axes": {f"{PIPELINE_PASSES}._with_merged_junctions": _unchanged},
     "recenter": {f"{PIPELINE_PASSES}.recenter": _unchanged},
     "place junctions": {"lbskel.refinement.centering.place_junctions": lambda skeleton, centers, surface: centers},
+    "contract corner spurs": {"lbskel.refinement.centering.contract_corner_spurs": _unchanged},
     "extend tips": {f"{PIPELINE_PASSES}.extend_tips": _unchanged},
     "limbs at the ends of branches": {"lbskel.refinement.tips._missed_limbs": lambda *_: {}},
     "prune contained branches": {f"{PIPELINE_PASSES}.prune_contained_branches": _unchanged},

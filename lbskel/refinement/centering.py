@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, diags_array
 
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.bends import contract_corner_spurs
 from lbskel.refinement.centerlines import SectionCenters, find_section_centers
 from lbskel.refinement.junctions import place_junctions
+from lbskel.refinement.radii import inscribed_radii
 from lbskel.skeleton.skeleton import Skeleton
 from lbskel.solvers import factorize
 
@@ -38,7 +40,8 @@ def recenter(skeleton: Skeleton, surface: Surface) -> Skeleton:
         In the same coordinates.
     """
     centers = find_section_centers(skeleton, surface)
-    return fit_to_centerlines(skeleton, place_junctions(skeleton, centers, surface), surface)
+    fitted = fit_to_centerlines(skeleton, place_junctions(skeleton, centers, surface), surface)
+    return contract_corner_spurs(fitted, inscribed_radii(skeleton, surface), centers)
 
 
 def fit_to_centerlines(skeleton: Skeleton, centers: SectionCenters, surface: Surface) -> Skeleton:

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 __all__ = ["merge_junctions_by_axes", "place_junctions"]
 
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.branch_lines import BranchLines, branch_lines, nearest_points
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.refinement.containment import segments_outside
 from lbskel.refinement.inscribed_balls import climb_to_middle
@@ -23,10 +23,6 @@ from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.pruning import adjacent_junctions, closes_a_cycle, inner_branch_lengths
 from lbskel.skeleton.skeleton import Skeleton
 
-N_SECTIONS = 4  # sections next to a junction that give the direction of a branch; a guess,
-# benchmarks/results/constants.md
-REGULARIZATION = 0.02  # weight of a junction's contracted position, relative to the trace of the system of its lines; a
-# guess, benchmarks/results/constants.md
 MAX_MERGE_LENGTH = 3.0  # upper bound on the branch between two junctions that are merged, in radii of the larger; a
 # guess, benchmarks/results/constants.md
 MAX_MISS = 1.5  # upper bound on the distance of a branch's line from the common place, in radii of the branch; a guess,
@@ -35,96 +31,6 @@ MAX_SINE = 0.4  # upper bound on the sine of the angle between a branch's line a
 # guess, benchmarks/results/constants.md
 MIN_BALL_RATIO = 0.9  # lower bound on the ball at the place of a junction whose branches do not agree, relative to that
 # of the middle nearby; benchmarks/results/refinement.md
-
-SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
-
-
-@dataclass(frozen=True, eq=False)
-class _Lines:
-    """Straight extensions of branches to their junctions: one row per junction and branch with enough sections.
-
-    ``starts`` are the own sections nearest to the junction, ``means`` the centroids of the sections that gave the
-    direction. The unit ``directions`` point to the junction.
-    """
-
-    junctions: NDArray[np.int64]
-    branches: NDArray[np.int64]
-    starts: NDArray[np.float64]
-    means: NDArray[np.float64]
-    directions: NDArray[np.float64]
-
-    def at(self, junctions: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Rows of the lines at each of (g, e) junctions, in ascending order by group, and the group of each row."""
-        order = np.argsort(self.junctions, kind="stable")
-        begins, ends = (np.searchsorted(self.junctions, junctions.ravel(), side, sorter=order) for side in SIDES)
-        sizes = ends - begins
-        rows = order[np.arange(sizes.sum()) + np.repeat(begins - np.cumsum(sizes) + sizes, sizes)]
-        groups = np.repeat(np.repeat(np.arange(len(junctions)), junctions.shape[1]), sizes)
-        by_group = np.lexsort((rows, groups))
-        return rows[by_group], groups[by_group]
-
-    def take(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> _Lines:
-        """Select some of the rows."""
-        return _Lines(
-            self.junctions[rows], self.branches[rows], self.starts[rows], self.means[rows], self.directions[rows]
-        )
-
-
-def _branch_lines(skeleton: Skeleton, centers: SectionCenters) -> _Lines:
-    """Find the line of every branch at each of its junctions."""
-    nodes, begins = skeleton.flat_branches
-    number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
-    is_own = centers.is_known[nodes]
-    is_own[np.concatenate([begins[:-1], begins[1:] - 1])] = False
-    own, number = nodes[is_own], number[is_own]
-    count = np.bincount(number, minlength=len(begins) - 1)
-    first = np.cumsum(count) - count
-    used = np.minimum(count, N_SECTIONS)
-    P, branch, ends = centers.positions, np.arange(len(count)), (nodes[begins[:-1]], nodes[begins[1:] - 1])
-    parts = []
-    for is_forward, junction in zip((True, False), ends, strict=True):
-        has_line = (skeleton.degrees[junction] >= 3) & (used >= 2)
-        sizes, step = used[has_line], 1 if is_forward else -1
-        nearest = (first if is_forward else first + count - 1)[has_line]
-        begin = np.cumsum(sizes) - sizes
-        along = np.arange(sizes.sum()) - np.repeat(begin, sizes)
-        points = P[own[np.repeat(nearest, sizes) + step * along]]
-        means = np.add.reduceat(points, begin) / sizes[:, None] if len(points) else points
-        starts = P[own[nearest]]
-        directions = starts - P[own[nearest + step * (sizes - 1)]]
-        length = np.linalg.norm(directions, axis=1)
-        kept = length > 0
-        directions = directions[kept] / length[kept, None]
-        numbers = 2 * branch[has_line][kept] + (not is_forward)
-        parts.append((junction[has_line][kept], numbers, starts[kept], means[kept], directions))
-    junctions, numbers, starts, means, directions = (np.concatenate(each) for each in zip(*parts, strict=True))
-    order = np.argsort(numbers)
-    return _Lines(junctions[order], numbers[order] // 2, starts[order], means[order], directions[order])
-
-
-def _nearest_points(
-    lines: _Lines, groups: NDArray[np.int64], anchors: NDArray[np.float64], radii: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """(g, 3) the point with the least weighted sum of squared distances to the lines of each group, or its anchor.
-
-    A line's weight is the inverse square of the distance over which it is extended, at least the radius. Directions
-    that the lines leave undetermined are decided by the anchor.
-    """
-    distances = np.linalg.norm(lines.starts - anchors[groups], axis=1)
-    projections = np.eye(3) - lines.directions[:, :, None] * lines.directions[:, None, :]
-    projections /= np.maximum(distances, radii[groups])[:, None, None] ** 2
-    moments = np.einsum("lij,lj->li", projections, lines.means - anchors[groups])
-    A, b, points = np.zeros((len(anchors), 3, 3)), np.zeros((len(anchors), 3)), np.array(anchors)
-    np.add.at(A, groups, projections)
-    np.add.at(b, groups, moments)
-    known = np.bincount(groups, minlength=len(anchors)) > 0
-    A, b = A[known], b[known]
-    regularization = (
-        REGULARIZATION * np.trace(A, axis1=1, axis2=2)
-    ) ** 2  # of A @ A: it hardly moves what is determined
-    system = A @ A + regularization[:, None, None] * np.eye(3)
-    points[known] += np.linalg.solve(system, A @ b[:, :, None])[:, :, 0]
-    return points
 
 
 def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surface) -> SectionCenters:
@@ -148,12 +54,12 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
     if len(junctions) == 0:
         return centers
     radii = surface.distance(placed)
-    lines = _branch_lines(skeleton, centers)
+    lines = branch_lines(skeleton, centers)
     rows, groups = lines.at(junctions[:, None])
     has_lines = np.bincount(groups, minlength=len(junctions)) >= 2
     rows, groups = rows[has_lines[groups]], groups[has_lines[groups]]
     own = lines.take(rows)
-    placed = _nearest_points(own, groups, placed, radii)
+    placed = nearest_points(own, groups, placed, radii)
     agrees = np.isfinite(_largest_sines(own, groups, placed, surface, np.arange(len(junctions))))
     astray = np.flatnonzero(~agrees | ~surface.contains(placed))
     middle, balls = _middle(skeleton, junctions[astray], surface)
@@ -181,7 +87,7 @@ def _middle(
 
 
 def _is_passed(
-    skeleton: Skeleton, centers: SectionCenters, lines: _Lines, positions: NDArray[np.float64]
+    skeleton: Skeleton, centers: SectionCenters, lines: BranchLines, positions: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
     """(k,) the sections that lie behind the new position of a junction, in the direction of their branch."""
     is_passed = np.zeros(len(positions), dtype=bool)
@@ -209,7 +115,7 @@ def merge_junctions_by_axes(skeleton: Skeleton, centers: SectionCenters, surface
     surface : Surface
     """
     while inner := _inner_branches(skeleton):
-        lines = _branch_lines(skeleton, centers)
+        lines = branch_lines(skeleton, centers)
         sines, places = _common_places(skeleton, lines, np.array(inner), surface)
         fitting = [row for row in np.argsort(sines, kind="stable").tolist() if np.isfinite(sines[row])]
         touched, target = np.zeros(len(skeleton.nodes), dtype=bool), np.arange(len(skeleton.nodes))
@@ -239,7 +145,7 @@ def _inner_branches(skeleton: Skeleton) -> list[int]:
 
 
 def _common_places(
-    skeleton: Skeleton, lines: _Lines, inner: NDArray[np.int64], surface: Surface
+    skeleton: Skeleton, lines: BranchLines, inner: NDArray[np.int64], surface: Surface
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Where all other branches at the two ends of inner branches meet, and the largest sine by which one misses it."""
     nodes, begins = skeleton.flat_branches
@@ -250,7 +156,7 @@ def _common_places(
     at_end = lines.junctions[rows, None] == ends[groups]
     has_both = np.all([np.bincount(groups[of_end], minlength=len(inner)) > 0 for of_end in at_end.T], axis=0)
     outer = lines.take(rows)
-    places = _nearest_points(outer, groups, skeleton.nodes[ends].mean(axis=1), np.zeros(len(inner)))
+    places = nearest_points(outer, groups, skeleton.nodes[ends].mean(axis=1), np.zeros(len(inner)))
     sines = np.full(len(inner), np.inf)
     tested = np.flatnonzero(has_both)
     sines[tested] = _largest_sines(outer, groups, places, surface, tested)
@@ -258,7 +164,11 @@ def _common_places(
 
 
 def _largest_sines(
-    lines: _Lines, groups: NDArray[np.int64], places: NDArray[np.float64], surface: Surface, tested: NDArray[np.int64]
+    lines: BranchLines,
+    groups: NDArray[np.int64],
+    places: NDArray[np.float64],
+    surface: Surface,
+    tested: NDArray[np.int64],
 ) -> NDArray[np.float64]:
     """(t,) the largest sine of an angle between the lines of tested groups and the direction to their place.
 

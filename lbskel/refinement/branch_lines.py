@@ -1,0 +1,123 @@
+"""Straight extensions of branches to the junctions where they meet."""
+
+from __future__ import annotations
+
+__all__ = ["BranchLines", "branch_lines", "nearest_points"]
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lbskel.refinement.centerlines import SectionCenters
+from lbskel.skeleton.skeleton import Skeleton
+
+N_SECTIONS = 4  # sections next to a junction that give the direction of a branch; a guess,
+# benchmarks/results/constants.md
+REGULARIZATION = 0.02  # weight of a junction's contracted position, relative to the trace of the system of its lines; a
+# guess, benchmarks/results/constants.md
+
+SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
+
+
+@dataclass(frozen=True, eq=False)
+class BranchLines:
+    """Straight extensions of branches to their junctions: one row per junction and branch with enough sections.
+
+    ``starts`` are the own sections nearest to the junction, ``means`` the centroids of the sections that gave the
+    direction. The unit ``directions`` point to the junction.
+    """
+
+    junctions: NDArray[np.int64]
+    branches: NDArray[np.int64]
+    starts: NDArray[np.float64]
+    means: NDArray[np.float64]
+    directions: NDArray[np.float64]
+
+    def at(self, junctions: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Rows of the lines at each of (g, e) junctions, in ascending order by group, and the group of each row."""
+        order = np.argsort(self.junctions, kind="stable")
+        begins, ends = (np.searchsorted(self.junctions, junctions.ravel(), side, sorter=order) for side in SIDES)
+        sizes = ends - begins
+        rows = order[np.arange(sizes.sum()) + np.repeat(begins - np.cumsum(sizes) + sizes, sizes)]
+        groups = np.repeat(np.repeat(np.arange(len(junctions)), junctions.shape[1]), sizes)
+        by_group = np.lexsort((rows, groups))
+        return rows[by_group], groups[by_group]
+
+    def take(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> BranchLines:
+        """Select some of the rows."""
+        return BranchLines(
+            self.junctions[rows], self.branches[rows], self.starts[rows], self.means[rows], self.directions[rows]
+        )
+
+
+def branch_lines(skeleton: Skeleton, centers: SectionCenters) -> BranchLines:
+    """Find the line of every branch at each of its junctions.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    centers : SectionCenters
+    """
+    nodes, begins = skeleton.flat_branches
+    number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
+    is_own = centers.is_known[nodes]
+    is_own[np.concatenate([begins[:-1], begins[1:] - 1])] = False
+    own, number = nodes[is_own], number[is_own]
+    count = np.bincount(number, minlength=len(begins) - 1)
+    first = np.cumsum(count) - count
+    used = np.minimum(count, N_SECTIONS)
+    P, branch, ends = centers.positions, np.arange(len(count)), (nodes[begins[:-1]], nodes[begins[1:] - 1])
+    parts = []
+    for is_forward, junction in zip((True, False), ends, strict=True):
+        has_line = (skeleton.degrees[junction] >= 3) & (used >= 2)
+        sizes, step = used[has_line], 1 if is_forward else -1
+        nearest = (first if is_forward else first + count - 1)[has_line]
+        begin = np.cumsum(sizes) - sizes
+        along = np.arange(sizes.sum()) - np.repeat(begin, sizes)
+        points = P[own[np.repeat(nearest, sizes) + step * along]]
+        means = np.add.reduceat(points, begin) / sizes[:, None] if len(points) else points
+        starts = P[own[nearest]]
+        directions = starts - P[own[nearest + step * (sizes - 1)]]
+        length = np.linalg.norm(directions, axis=1)
+        kept = length > 0
+        directions = directions[kept] / length[kept, None]
+        numbers = 2 * branch[has_line][kept] + (not is_forward)
+        parts.append((junction[has_line][kept], numbers, starts[kept], means[kept], directions))
+    junctions, numbers, starts, means, directions = (np.concatenate(each) for each in zip(*parts, strict=True))
+    order = np.argsort(numbers)
+    return BranchLines(junctions[order], numbers[order] // 2, starts[order], means[order], directions[order])
+
+
+def nearest_points(
+    lines: BranchLines, groups: NDArray[np.int64], anchors: NDArray[np.float64], radii: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(g, 3) the point with the least weighted sum of squared distances to the lines of each group, or its anchor.
+
+    A line's weight is the inverse square of the distance over which it is extended, at least the radius. Directions
+    that the lines leave undetermined are decided by the anchor.
+
+    Parameters
+    ----------
+    lines : BranchLines
+    groups : (l,) array of int
+        The group of each line.
+    anchors : (g, 3) array of float
+    radii : (g,) array of float
+    """
+    distances = np.linalg.norm(lines.starts - anchors[groups], axis=1)
+    projections = np.eye(3) - lines.directions[:, :, None] * lines.directions[:, None, :]
+    projections /= np.maximum(distances, radii[groups])[:, None, None] ** 2
+    moments = np.einsum("lij,lj->li", projections, lines.means - anchors[groups])
+    A, b, points = np.zeros((len(anchors), 3, 3)), np.zeros((len(anchors), 3)), np.array(anchors)
+    np.add.at(A, groups, projections)
+    np.add.at(b, groups, moments)
+    known = np.bincount(groups, minlength=len(anchors)) > 0
+    A, b = A[known], b[known]
+    regularization = (
+        REGULARIZATION * np.trace(A, axis1=1, axis2=2)
+    ) ** 2  # of A @ A: it hardly moves what is determined
+    system = A @ A + regularization[:, None, None] * np.eye(3)
+    points[known] += np.linalg.solve(system, A @ b[:, :, None])[:, :, 0]
+    return points

@@ -1,0 +1,42 @@
+"""Lines of branches: they point to their junction, from the sections next to it."""
+
+import numpy as np
+import pytest
+
+from lbskel import Skeleton
+from lbskel.refinement.branch_lines import N_SECTIONS, branch_lines, nearest_points
+from lbskel.refinement.centerlines import SectionCenters
+
+
+@pytest.fixture
+def cross():
+    """Three arms of eight nodes from a junction, along x, y and z; the first two nodes of each have no section."""
+    arms = [np.arange(1, 9)[:, None] * axis for axis in np.eye(3)]
+    nodes = np.concatenate([np.zeros((1, 3)), *arms])
+    edges = [[0 if k == 0 else 8 * arm + k, 8 * arm + k + 1] for arm in range(3) for k in range(8)]
+    skeleton = Skeleton(nodes, edges, np.full(len(nodes), 0.5))
+    return skeleton, SectionCenters(np.linalg.norm(nodes, axis=1) > 2.5, nodes)
+
+
+def test_a_line_goes_through_the_sections_next_to_the_junction(cross):
+    skeleton, centers = cross
+    bent = centers.positions + 0.3 * np.eye(3)[[1]] * (np.arange(25) == 3 + N_SECTIONS)[:, None]  # beyond these
+    lines = branch_lines(skeleton, SectionCenters(centers.is_known, bent))
+    assert (lines.junctions == 0).all()
+    order = np.argsort(lines.starts @ [1, 2, 3])
+    assert np.allclose(lines.starts[order], 3 * np.eye(3))
+    assert np.allclose(lines.means[order], (3 + (N_SECTIONS - 1) / 2) * np.eye(3))
+    assert np.allclose(lines.directions[order], -np.eye(3))
+
+
+def test_a_branch_with_one_section_has_no_line(cross):
+    skeleton, centers = cross
+    is_known = centers.is_known & ~np.isin(np.arange(25), range(4, 9))
+    assert len(branch_lines(skeleton, SectionCenters(is_known, centers.positions)).junctions) == 2
+
+
+def test_lines_that_meet_have_one_nearest_point(cross):
+    lines = branch_lines(*cross)
+    meeting = nearest_points(lines, np.zeros(3, dtype=int), np.array([[0.2, 0.1, 0.3]]), np.array([0.5]))
+    # the weight of the anchor is a fiftieth squared, relative to about a third squared
+    assert np.abs(meeting).max() < 0.3 * (0.02 / 0.3) ** 2 * 3
