@@ -8,6 +8,12 @@
     return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).text();
   }
 
+  // plotly reads its drawings of text back, which takes long where a graphics processor has them
+  const getContext = HTMLCanvasElement.prototype.getContext;
+  HTMLCanvasElement.prototype.getContext = function (kind, options) {
+    return getContext.call(this, kind, kind === "2d" ? { willReadFrequently: true, ...options } : options);
+  };
+
   async function start() {
     performance.mark("picture");
     const packed = Array.from(document.querySelectorAll("script[data-packed]"));
