@@ -1,8 +1,8 @@
 """Interactive pages in headless Chromium: seconds to the first picture and to the first frame of the view, and sizes.
 
 Without a graphics processor, so that all is drawn by software (SwiftShader), in a window of 1400 x 1000 pixels. The
-first load is that of a browser that has just been started. Seconds of the clock are on a machine that may do other work;
-processor seconds are of the browser's processes.
+first load is that of a browser that has just been started. Seconds of the clock are on a machine that may do other
+work; processor seconds are of the browser's processes.
 """
 
 from __future__ import annotations
