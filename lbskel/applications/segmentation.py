@@ -132,7 +132,8 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     of_node = parts_of_nodes(skeleton, radii)
     graph = face_graph(surface)
     distances = _distances(skeleton, radii, of_node)
-    corners = _nodes_of_vertices(skeleton, radii, surface, of_node, distances)[surface.faces]
+    nodes = _nodes_of_vertices(skeleton, radii, surface, of_node, distances)
+    corners = nodes[surface.faces]
     cost = distances[corners].mean(axis=1)
     scale = radii[corners].mean(axis=1)
     labels = np.argmin(cost, axis=1)
@@ -140,7 +141,9 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     is_near = cost <= np.maximum(cost.min(axis=1), MAX_SHIFT)[:, None]
     cost = np.where(is_near, sizes[:, None] * cost, np.inf)
     labels = expand_labels(labels, cost, graph.pairs, _edge_costs(graph, scale))
-    labels = smooth_labels(labels, graph, surface.face_areas, scale)
+    # the region of a thin branch at its root, as of a tail, is wider than the branch
+    widths = np.maximum(radii[nodes], np.linalg.norm(surface.vertices - skeleton.nodes[nodes], axis=1))
+    labels = smooth_labels(labels, graph, surface.face_areas, widths[surface.faces].mean(axis=1))
     labels = connect_parts(labels, graph, surface.face_areas)
     return _measured(skeleton, surface, labels, of_node, volumes)
 
