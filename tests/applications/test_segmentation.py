@@ -6,6 +6,7 @@ from helpers import triangle_soup
 
 import lbskel
 from lbskel import Mesh, MeshError, UnknownChoice, segment, skeletonize
+from lbskel.applications import segmentation
 from lbskel.applications.face_graph import FaceGraph, face_graph
 from lbskel.applications.segmentation import MAX_SHIFT, REACH, _edge_costs, _nodes_of_vertices
 from lbskel.shapes import SHAPES, capsule, mesh_solid
@@ -66,6 +67,25 @@ def test_every_part_is_connected(limbs):
         inside = graph.pairs[(label[graph.pairs] == part).all(axis=1)]
         assert Mesh(np.zeros((len(label), 3)), np.column_stack([inside, inside[:, 0]])).n_components == 1
         assert np.array_equal(np.unique(inside), faces)
+
+
+def test_the_same_mesh_has_the_same_parts_again(limbs):
+    mesh, skeleton, _ = limbs
+    again = Mesh(np.array(mesh.vertices), np.array(mesh.faces))
+    assert np.array_equal(segment(mesh, skeleton).part_of_face, segment(again, skeletonize(again)).part_of_face)
+
+
+def test_labels_diffuse_over_the_width_of_a_region_that_is_wider_than_its_branch(monkeypatch):
+    rod = capsule(3.0, 0.4, 48)
+    nodes = np.array([[0, 0, -1.5], [0, 0, -0.5], [0, 0, 0.5], [0, 0, 1.5]])
+    region = np.searchsorted([-1.0, 0.0, 1.0], rod.vertices[:, 2])
+    thin = lbskel.Skeleton(nodes, np.array([[0, 1], [1, 2], [2, 3]]), np.array([0.4, 0.4, 0.02, 0.02]), region)
+    given = []
+    monkeypatch.setattr(
+        segmentation, "smooth_labels", lambda labels, graph, areas, scale: given.append(scale) or labels
+    )
+    segment(rod, thin)
+    assert given[0].min() > 0.39  # of 0.4; the flat of a polygon's side is nearer to the axis by 0.2 %
 
 
 def test_scale_and_place_do_not_matter(limbs):
