@@ -72,7 +72,6 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "contract corner spurs": {"lbskel.refinement.centering.contract_corner_spurs": _unchanged},
     "extend tips": {f"{PIPELINE_PASSES}.extend_tips": _unchanged},
     "limbs at the ends of branches": {"lbskel.refinement.tips._missed_limbs": lambda *_: {}},
-    "prune contained branches": {f"{PIPELINE_PASSES}.prune_contained_branches": _unchanged},
     "grow missing branches": {f"{PIPELINE_PASSES}.grow_missing_branches": _unchanged},
     "grow uncovered limbs": {f"{PIPELINE_PASSES}.grow_uncovered_limbs": _unchanged},
     "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},

@@ -18,7 +18,7 @@ from scipy.sparse import coo_array, csc_array, csr_array
 from lbskel.applications.face_graph import FaceGraph
 from lbskel.solvers import factorize
 
-# Local radii over which labels diffuse, and turns (benchmarks/results/parts.md, "Constants")
+# Local radii over which labels diffuse, and turns. All of these: benchmarks/results/parts.md, "Constants".
 DIFFUSION = 0.85
 TURNS = 3
 MAX_CONDUCTANCE = 1e3  # bound on the length of an edge over the distance of its faces, which is tiny at slivers

@@ -33,7 +33,7 @@ N_PROFILE = 11  # places of a profile, every 10 % of the length of its branch; a
 # the reach is 1 or more, by 2 % at 0.5, by 25 % at 0; the other two only bound the time, from 1 and from 5 on.
 SECTION_STEPS = 4  # cross-sections in the length of one mean radius of a branch
 JUNCTION_REACH = 2.0  # distance from a junction, in its radii, within which a section is not of one branch
-MAX_SECTIONS = 200  # cross-sections of one branch
+MAX_SECTIONS = 200  # upper bound on the cross-sections of one branch
 
 
 @dataclass(frozen=True, eq=False)

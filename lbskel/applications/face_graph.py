@@ -18,7 +18,8 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import unique_inverse
 
-MIN_FACES = 6  # of a part: those around a tube with the section of a triangle
+MIN_FACES = 6  # lower bound on the faces of a part: those around a tube with the section of a triangle, the least that
+# can be a limb; derived, not tuned
 
 
 @dataclass(frozen=True, eq=False)

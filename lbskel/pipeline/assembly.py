@@ -34,7 +34,6 @@ MISSING = {
     "merge junctions": "junctions where branches do not meet, nodes beside the axes of branches",
     "recenter": "nodes beside the middle of their section",
     "extend tips": "ends short of the last ball of their limb",
-    "prune contained branches": "branches that add nothing",
     "grow missing branches": "limbs without a branch",
     "grow uncovered limbs": "short limbs without a branch",
     "reroute inside": "branches that leave the surface",

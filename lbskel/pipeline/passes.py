@@ -2,8 +2,8 @@
 
 ::
 
-    prune spurs -> merge junctions -> recenter -> extend tips -> prune contained branches -> grow missing branches
-                -> grow uncovered limbs -> reroute inside -> attach open ends and anchors -> map vertices
+    prune spurs -> merge junctions -> recenter -> extend tips -> grow missing branches -> grow uncovered limbs
+                -> reroute inside -> attach open ends and anchors -> map vertices
 
 :func:`refine` is that line. Each pass makes a whole skeleton of a whole skeleton, so that any of them can be left out
 where no time is left for it, or where it moves a cycle off its tunnel.
@@ -39,7 +39,7 @@ from lbskel.refinement.radii import inscribed_radii, mean_radii
 from lbskel.refinement.region_map import make_regions_connected, reassign_to_nearest_node
 from lbskel.refinement.region_paths import reroute_through_regions
 from lbskel.refinement.tips import extend_tips, tips_at_surface
-from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, merge_junctions, prune, prune_contained_branches
+from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, merge_junctions, prune
 from lbskel.skeleton.resampling import resample
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -125,7 +125,6 @@ def _refined(
     passes: list[tuple[str, Pass]] = [
         ("recenter", recenter),
         ("extend tips", extend_tips),
-        ("prune contained branches", _without_contained_branches),
         ("grow missing branches", grow_missing_branches),
         ("grow uncovered limbs", grow_uncovered_limbs),
         *([("reroute inside", _rerouted_through_regions)] if keeps_cycles else []),
@@ -159,11 +158,6 @@ def _without_spurs(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: fl
     skeleton = prune_flat_ends(skeleton, surface, min_branch_ratio=min_branch_ratio)
     skeleton = reroute_through_regions(mean_radii(skeleton, surface.mesh), surface)
     return _evenly_spaced(merge_junctions(inscribed_radii(skeleton, surface), ratio=MERGE_RATIO), surface)
-
-
-def _without_contained_branches(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Prune the branches whose balls lie within that of their junction."""
-    return prune_contained_branches(inscribed_radii(skeleton, surface.proxy), surface.mesh)
 
 
 def _with_own_regions(skeleton: Skeleton, surface: Surface) -> Skeleton:

@@ -14,22 +14,26 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.branch_lines import BranchLines, branch_lines
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
 
-def contract_corner_spurs(skeleton: Skeleton, contracted: Skeleton, centers: SectionCenters) -> Skeleton:
+def contract_corner_spurs(
+    skeleton: Skeleton, contracted: Skeleton, centers: SectionCenters, surface: Surface
+) -> Skeleton:
     """Contract each branch to a tip if the lines of the two others at its junction meet within the ball at the tip.
 
     Parameters
     ----------
     skeleton : Skeleton
     contracted : Skeleton
-        The same with the positions that contraction gave, where tips are not yet drawn back, and inscribed radii.
+        The same with the positions that contraction gave, where tips are not yet drawn back.
     centers : SectionCenters
         Of the same nodes.
+    surface : Surface
 
     Returns
     -------
@@ -50,7 +54,8 @@ def contract_corner_spurs(skeleton: Skeleton, contracted: Skeleton, centers: Sec
     first, second = (lines.take(each) for each in rows[has_two[groups]].reshape(-1, 2).T)
     spurs, junctions, tips = spurs[has_two], junctions[has_two], tips[has_two]
     places, gaps = _meeting_places(first, second)
-    distances, radii = np.linalg.norm(places - contracted.nodes[tips], axis=1), contracted.radii[tips]
+    corner_tips = contracted.nodes[tips]
+    distances, radii = np.linalg.norm(places - corner_tips, axis=1), surface.distance(corner_tips)
     is_corner = (distances <= radii) & (gaps <= radii) & (first.branches != second.branches)
     corners = np.flatnonzero(is_corner)[np.unique(junctions[is_corner], return_index=True)[1]]
     target, positions = np.arange(len(skeleton.nodes)), np.array(skeleton.nodes)

@@ -19,7 +19,6 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.bends import contract_corner_spurs
 from lbskel.refinement.centerlines import SectionCenters, find_section_centers
 from lbskel.refinement.junctions import place_junctions
-from lbskel.refinement.radii import inscribed_radii
 from lbskel.skeleton.skeleton import Skeleton
 from lbskel.solvers import factorize
 
@@ -41,7 +40,7 @@ def recenter(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """
     centers = find_section_centers(skeleton, surface)
     fitted = fit_to_centerlines(skeleton, place_junctions(skeleton, centers, surface), surface)
-    return contract_corner_spurs(fitted, inscribed_radii(skeleton, surface), centers)
+    return contract_corner_spurs(fitted, skeleton, centers, surface)
 
 
 def fit_to_centerlines(skeleton: Skeleton, centers: SectionCenters, surface: Surface) -> Skeleton:

@@ -16,15 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel._kernels.traversal import sums_along_paths
+from lbskel.geometry.normals import normalized
 from lbskel.geometry.surface_queries import Surface
 
-SPACING = 0.5  # of the points of a path, in radii of their balls
+SPACING = 0.5  # of the points of a path, in radii of their balls: each lies well inside the balls of its neighbors
 MIN_RATIO = 0.1  # of a ball to the largest of its path, below which the spacing no longer follows the ball; it bounds
 # the number of points of a path that touches the surface; benchmarks/results/refinement.md
 MAX_PIECES = 1000  # of a path, which bounds the time where all of it lies on the surface; a guess
 POWER = 2.0  # of the radius in the weight; benchmarks/results/refinement.md
 N_STEPS = 30  # benchmarks/results/refinement.md
-STEPS_BETWEEN = 5  # steps after which the points are spaced anew; it affects speed
+STEPS_BETWEEN = 5  # steps after which the points are spaced anew, less than a radius of motion; a guess, for speed
 
 
 def relax_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
@@ -51,19 +52,12 @@ def relax_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDA
             side = np.where(surface.contains(P[inner]), 1.0, -1.0)[:, None]
         before, after = P[inner - 1], P[inner + 1]
         radii, nearest = surface.closest(P[inner])
-        away, tangents = side * _unit(P[inner] - nearest), _unit(after - before)
+        away, tangents = side * normalized(P[inner] - nearest), normalized(after - before)
         across = away - (away * tangents).sum(axis=1, keepdims=True) * tangents
         # at the medial axis the gradient changes its side from step to step, so its part is reduced to zero
         share = POWER * SPACING**2 / 2 * (1 - step / N_STEPS)
         P[inner] += 2 / 3 * ((before + after) / 2 - P[inner] + share * radii[:, None] * across)
     return np.split(P, np.flatnonzero(np.diff(path_of)) + 1)
-
-
-def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Vectors of length one, or zero."""
-    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    units: NDArray[np.float64] = np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0)
-    return units
 
 
 def _spaced(

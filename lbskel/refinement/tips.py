@@ -20,9 +20,10 @@ from lbskel.geometry.cross_sections import Sections, cross_sections
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.level_sets import find_geodesic_caps, interior_axes
 from lbskel.skeleton.editing import append_paths, contract_nodes
-from lbskel.skeleton.pruning import MIN_TIP_DISTANCE
 from lbskel.skeleton.skeleton import Skeleton
 
+MIN_TIP_DISTANCE = 0.65  # in junction radii: a tip closer to its junction says nothing about the direction of its
+# branch; a guess, benchmarks/results/constants.md
 STEP = 0.5  # along a centerline, in local radii; a guess, benchmarks/results/constants.md
 MIN_STEP = 0.125  # along a centerline, in radii at its start, so that a needle takes no more steps than a cone; a guess
 MAX_STEPS = 60  # per end, which bounds the time; a guess

@@ -8,14 +8,12 @@ from __future__ import annotations
 
 __all__ = [
     "MIN_BRANCH_RATIO",
-    "MIN_TIP_DISTANCE",
     "adjacent_junctions",
     "closes_a_cycle",
     "farthest_vertices",
     "inner_branch_lengths",
     "merge_junctions",
     "prune",
-    "prune_contained_branches",
 ]
 
 from typing import Any
@@ -29,12 +27,6 @@ from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
 MIN_BRANCH_RATIO = 1.5  # default distance from its junction that an end branch reaches, in local radii; a guess
-
-CONTAINED_RATIO = 1.75  # a branch is redundant if all its balls lie within this many junction radii; a guess on which
-# some graphs depend: benchmarks/results/constants.md
-
-MIN_TIP_DISTANCE = 0.65  # in junction radii: a tip closer to its junction says nothing about the direction of its
-# branch; a guess, benchmarks/results/constants.md
 
 
 def farthest_vertices(
@@ -116,33 +108,6 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
         if (target == np.arange(len(target))).all():
             return skeleton
         skeleton = contract_nodes(skeleton, target)
-
-
-def prune_contained_branches(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
-    """Remove the end branches whose inscribed balls lie almost inside that of their junction.
-
-    A branch whose tip is clear of the junction is kept if the vertices mapped to it reach farther: its limb exists,
-    though the tip has not arrived at its end.
-
-    Parameters
-    ----------
-    skeleton : Skeleton
-        With inscribed radii.
-    mesh : Mesh
-        The mesh that ``node_of_vertex`` belongs to.
-    """
-    target, ends = np.arange(len(skeleton.nodes)), skeleton.end_branches
-    for branch, reach in zip(ends, farthest_vertices(skeleton, mesh, ends)[1].tolist(), strict=True):
-        radius = skeleton.radii[branch[0]]
-        distances = np.linalg.norm(skeleton.nodes[branch] - skeleton.nodes[branch[0]], axis=1)
-        if (distances + skeleton.radii[branch]).max() >= CONTAINED_RATIO * radius:
-            continue
-        if np.isin(branch[1:], skeleton.anchors).any():
-            continue
-        is_tip_near = distances[-1] < MIN_TIP_DISTANCE * radius
-        if is_tip_near or reach < CONTAINED_RATIO * radius:
-            target[branch] = branch[0]
-    return contract_nodes(skeleton, target)
 
 
 def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:

@@ -8,7 +8,7 @@ from lbskel.refinement.bends import contract_corner_spurs
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.shapes.hard import HARD_SHAPES
 
-RADIUS = 0.5
+RADIUS = 0.5  # of the rod, whose axis is that of the bends: of the ball at a tip
 
 
 def graph_of_bend(tip_at=(0.0, 0.0, 0.0)):
@@ -18,17 +18,17 @@ def graph_of_bend(tip_at=(0.0, 0.0, 0.0)):
     """
     sine, cosine = np.sin(np.radians(20)), np.cos(np.radians(20))
     along = RADIUS / sine + np.arange(1, 7)[:, None]
-    limbs = [along * [side * sine, -cosine, 0] for side in (-1, 1)]
-    junction = np.array([0, -RADIUS / sine * cosine, 0])
+    limbs = [along * [side * sine, 0, -cosine] for side in (-1, 1)]
+    junction = np.array([0, 0, -RADIUS / sine * cosine])
     nodes = np.concatenate([[junction, (junction + tip_at) / 2, tip_at], *limbs])
     edges = [[0, 1], [1, 2], [0, 3], *([k, k + 1] for k in range(3, 8)), [0, 9], *([k, k + 1] for k in range(9, 14))]
     graph = Skeleton(nodes, edges, np.full(len(nodes), RADIUS), node_of_vertex=np.arange(len(nodes)))
     return graph, SectionCenters(~np.isin(np.arange(len(nodes)), [0, 1, 2, 3, 9]), nodes)
 
 
-def test_the_spur_in_the_corner_of_a_bend_is_contracted():
+def test_the_spur_in_the_corner_of_a_bend_is_contracted(rod_along_z):
     graph, centers = graph_of_bend()
-    bent = contract_corner_spurs(graph, graph, centers)
+    bent = contract_corner_spurs(graph, graph, centers, rod_along_z)
     assert (len(bent.tips), len(bent.junctions)) == (2, 0)
     corner = bent.node_of_vertex[0]
     assert np.allclose(bent.nodes[corner], 0, atol=1e-12)
@@ -39,29 +39,29 @@ def test_the_spur_in_the_corner_of_a_bend_is_contracted():
 
 
 @pytest.mark.parametrize(("height", "is_kept"), [(0.99 * RADIUS, False), (1.01 * RADIUS, True), (5.0, True)])
-def test_a_limb_whose_tip_is_not_where_the_others_meet_is_kept(height, is_kept):
-    graph, centers = graph_of_bend((0.0, height, 0.0))
-    assert (contract_corner_spurs(graph, graph, centers) is graph) == is_kept
+def test_a_limb_whose_tip_is_not_where_the_others_meet_is_kept(height, is_kept, rod_along_z):
+    graph, centers = graph_of_bend((0.0, 0.0, height))
+    assert (contract_corner_spurs(graph, graph, centers, rod_along_z) is graph) == is_kept
 
 
-def test_limbs_that_pass_each_other_have_no_corner():
+def test_limbs_that_pass_each_other_have_no_corner(rod_along_z):
     graph, centers = graph_of_bend()
-    shifted = centers.positions + np.where(np.arange(len(graph.nodes)) >= 9, 1.01 * RADIUS, 0.0)[:, None] * [0, 0, 1]
-    assert contract_corner_spurs(graph, graph, SectionCenters(centers.is_known, shifted)) is graph
+    shifted = centers.positions + np.where(np.arange(len(graph.nodes)) >= 9, 1.01 * RADIUS, 0.0)[:, None] * [0, 1, 0]
+    assert contract_corner_spurs(graph, graph, SectionCenters(centers.is_known, shifted), rod_along_z) is graph
 
 
-def test_parallel_limbs_have_no_corner():
-    limbs = [[[x, -y, 0] for y in (1, 2, 3)] for x in (-0.1, 0.1)]
-    nodes = np.array([[0, 0, 0], [0, 0.1, 0], [0, 0.2, 0], *limbs[0], *limbs[1]], dtype=float)
+def test_parallel_limbs_have_no_corner(rod_along_z):
+    limbs = [[[x, 0, -z] for z in (1, 2, 3)] for x in (-0.1, 0.1)]
+    nodes = np.array([[0, 0, 0], [0, 0, 0.1], [0, 0, 0.2], *limbs[0], *limbs[1]], dtype=float)
     edges = [[0, 1], [1, 2], [0, 3], [3, 4], [4, 5], [0, 6], [6, 7], [7, 8]]
     graph = Skeleton(nodes, edges, np.full(9, RADIUS))
-    assert contract_corner_spurs(graph, graph, SectionCenters(np.arange(9) >= 3, nodes)) is graph
+    assert contract_corner_spurs(graph, graph, SectionCenters(np.arange(9) >= 3, nodes), rod_along_z) is graph
 
 
-def test_an_anchor_in_a_corner_is_kept():
+def test_an_anchor_in_a_corner_is_kept(rod_along_z):
     graph, centers = graph_of_bend()
     anchored = Skeleton(graph.nodes, graph.edges, graph.radii, anchors=[2])
-    assert contract_corner_spurs(anchored, anchored, centers) is anchored
+    assert contract_corner_spurs(anchored, anchored, centers, rod_along_z) is anchored
 
 
 def test_a_zigzag_is_one_line():

@@ -7,7 +7,7 @@ import pytest
 from helpers import star_skeleton, theta_skeleton
 
 from lbskel import Mesh, MeshError, Skeleton, UnknownChoice, merge_junctions, prune
-from lbskel.skeleton.pruning import farthest_vertices, prune_contained_branches
+from lbskel.skeleton.pruning import farthest_vertices
 
 
 def test_a_short_branch_is_removed_and_long_ones_are_kept():
@@ -49,27 +49,6 @@ def test_close_junctions_are_merged():
 @pytest.mark.parametrize("lengths", [(1, 2, 3), (1, 4, 4), (2, 2, 2), (1, 3, 2)])
 def test_merging_keeps_the_cycles(lengths):
     assert merge_junctions(theta_skeleton(lengths), ratio=1e9).cycle_rank == 2
-
-
-@pytest.mark.parametrize(
-    ("length", "radius", "reach", "is_removed"),
-    [
-        (0.4, 0.9, 1.7, True),
-        (0.7, 1.0, 1.7, True),
-        (0.9, 1.0, 1.7, False),  # its balls reach beyond
-        (2.0, 0.5, 1.7, False),
-        (0.7, 1.0, 1.8, False),  # its vertices reach beyond
-        (0.6, 1.0, 1.8, True),  # they do, but the tip is still at the junction
-    ],
-)
-def test_an_end_branch_inside_the_ball_of_its_junction_is_removed(length, radius, reach, is_removed):
-    nodes = [[0, 0, 0], [-3, 0, 0], [3, 0, 0], [0, length / 2, 0], [0, length, 0]]
-    skeleton = Skeleton(nodes, [[0, 1], [0, 2], [0, 3], [3, 4]], [1, 1, 1, radius, radius], [0, 1, 2, 3, 4])
-    mesh = Mesh([*nodes[:4], [0, reach, 0]], [[0, 1, 2], [2, 3, 4]])
-    cut = prune_contained_branches(skeleton, mesh)
-    assert len(cut.tips) == (2 if is_removed else 3)
-    assert cut.node_of_vertex[4] == (0 if is_removed else 4)
-    assert len(prune_contained_branches(replace(skeleton, anchors=[4]), mesh).tips) == 3
 
 
 def test_the_junctions_of_a_triangle_are_not_merged():
