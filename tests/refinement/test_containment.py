@@ -48,13 +48,16 @@ def test_a_rerouted_part_begins_and_ends_in_the_middle_of_the_solid():
 def test_a_rerouted_loop_stays_a_loop():
     mesh = torus(1.0, 0.1, 64, 16)
     surface = Surface(mesh)
-    angle = np.linspace(0, 2 * np.pi, 9, endpoint=False)
-    for shift in (0.0, 0.25):  # edges cross the hole; then every node lies outside too
-        loop = np.stack([np.cos(angle) + shift, np.sin(angle), 0 * angle], axis=1)
-        rerouted = reroute_inside(loop_in(mesh, loop), surface)
+    for n_nodes, shift in ((5, 0.0), (9, 0.25)):  # the edges alone lie outside, all of them; then every node does, too
+        angle = np.linspace(0, 2 * np.pi, n_nodes, endpoint=False)
+        loop = loop_in(mesh, np.stack([np.cos(angle) + shift, np.sin(angle), 0 * angle], axis=1))
+        assert shift > 0 or segments_outside(loop.nodes, loop.edges, surface).all()
+        rerouted = reroute_inside(loop, surface)
         assert rerouted.cycle_rank == 1
         if shift == 0:
             assert inside_fraction(rerouted, surface) == 1.0
+            turns = np.arctan2(rerouted.nodes[:, 1], rerouted.nodes[:, 0])
+            assert np.diff(np.sort(turns)).max() < np.radians(60)  # and goes around the hole
 
 
 @pytest.mark.parametrize("factor", [0.01, 1e9])
