@@ -6,7 +6,7 @@ instructions only for sorts that are not stable.
 
 from __future__ import annotations
 
-__all__ = ["stable_order", "unique_inverse"]
+__all__ = ["distinct", "stable_order", "unique_inverse"]
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,18 @@ def stable_order(numbers: NDArray[np.int64]) -> NDArray[np.int64]:
     if n == 0 or int(numbers.max()).bit_length() + bits > N_BITS:
         return np.argsort(numbers, kind="stable")
     return np.sort(numbers << bits | np.arange(n)) & ((1 << bits) - 1)
+
+
+def distinct(numbers: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Find the distinct numbers in ascending order: sorting takes a fraction of the time of numpy.unique's hash table.
+
+    Parameters
+    ----------
+    numbers : (n,) array of int
+    """
+    ascending = np.sort(numbers)
+    found: NDArray[np.int64] = ascending[np.append(True, ascending[1:] != ascending[:-1])[: len(ascending)]]
+    return found
 
 
 def unique_inverse(numbers: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -23,6 +23,7 @@ from lbskel.errors import MeshError, UnknownChoice
 from lbskel.evaluation.measures import NOT_SCORED
 from lbskel.evaluation.point_scoring import score_points
 from lbskel.geometry.mesh import Mesh, PointCloud
+from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.operators import STAR_OPERATORS
 from lbskel.pipeline.assembly import contraction_report
@@ -135,7 +136,8 @@ def _distinct(points: NDArray[np.float64]) -> CleanedPoints:
     n_more = len(points) - len(first)
     notes = (f"{n_more} duplicate points were merged",) if n_more else ()
     report = {"points": len(points), "duplicates": n_more, "outliers": 0, "kept": len(first)}
-    return CleanedPoints(points[first[order]], VertexMap(np.argsort(order)[label.reshape(-1)]), notes, report)
+    vertex_map = VertexMap(np.argsort(order)[label.reshape(-1)])
+    return CleanedPoints(Neighborhoods(points[first[order]]), vertex_map, notes, report)
 
 
 def _with_radii(skeleton: Skeleton, cloud: PointCloud) -> Skeleton:

@@ -7,7 +7,7 @@ https://doi.org/10.2312/SGP/SGP06/061-070, without a grid. It closes holes as th
 
 from __future__ import annotations
 
-__all__ = ["DipoleTree"]
+__all__ = ["DipoleTree", "leaf_order"]
 
 from dataclasses import dataclass
 
@@ -18,7 +18,28 @@ from lbskel._kernels.dipoles import dipole_field
 from lbskel.geometry.deadline import in_slices
 
 LEAF = 8  # points in a leaf; a guess
-OPENING = 4.0  # distance of a node in its radii beyond which it counts as one dipole: errors of the field near 0.01
+OPENING = 2.5  # distance of a node in its radii beyond which it counts as one dipole: errors of the field near 0.03
+
+
+def leaf_order(points: NDArray[np.float64]) -> NDArray[np.int64]:
+    """(p * LEAF,) number of each point in the leaves of a tree; what fills up the last leaves is -1, the last point.
+
+    Parameters
+    ----------
+    points : (n, 3) array of float
+    """
+    n = len(points)
+    size = LEAF << max(int(np.ceil(np.log2(n / LEAF))), 0)
+    order = np.arange(size)
+    P = points[np.minimum(order, n - 1)]
+    order[n:] = -1
+    while size > LEAF:  # halve each node across the widest side of its box
+        parts = P.reshape(-1, size, 3)
+        axis = np.argmax(np.ptp(parts, axis=1), axis=1)
+        along = np.take_along_axis(parts, axis[:, None, None], axis=2)[..., 0]
+        place = np.argpartition(along, size // 2, axis=1) + np.arange(0, len(P), size)[:, None]
+        order, P, size = order[place.ravel()], P[place.ravel()], size // 2
+    return order
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +56,13 @@ class DipoleTree:
     leaves: NDArray[np.float64]
 
     @classmethod
-    def of(cls, points: NDArray[np.float64], moments: NDArray[np.float64], widths: NDArray[np.float64]) -> DipoleTree:
+    def of(
+        cls,
+        points: NDArray[np.float64],
+        moments: NDArray[np.float64],
+        widths: NDArray[np.float64],
+        order: NDArray[np.int64],
+    ) -> DipoleTree:
         """Build the tree of dipoles.
 
         Parameters
@@ -45,18 +72,12 @@ class DipoleTree:
             Outward normals, each as long as the area of its point.
         widths : (n,) array of float
             Lengths over which the dipoles are smoothed.
+        order : array of int
+            Of the points in the leaves, by :func:`leaf_order`.
         """
-        p = 1 << max(int(np.ceil(np.log2(len(points) / LEAF))), 0)
-        row = np.minimum(np.arange(p * LEAF), len(points) - 1)  # the last point fills up the leaves, without moment
-        data = np.column_stack([points, moments, widths**2])[row]
-        data[len(points) :, 3:6] = 0
-        size = p * LEAF
-        while size > LEAF:  # halve each node across the widest side of its box
-            parts = data.reshape(-1, size, 7)
-            axis = np.argmax(np.ptp(parts[:, :, :3], axis=1), axis=1)
-            order = np.argsort(np.take_along_axis(parts, axis[:, None, None], axis=2)[..., 0], axis=1, kind="stable")
-            data = np.take_along_axis(parts, order[..., None], axis=1).reshape(-1, 7)
-            size //= 2
+        p, is_filler = len(order) // LEAF, order < 0
+        data = np.column_stack([points, moments, widths**2])[order]
+        data[is_filler, 3:6] = 0
         nodes = np.zeros((2 * p, 8))
         weight = np.linalg.norm(data[:, 3:6], axis=1)
         sums = np.column_stack([weight[:, None] * data[:, :3], data[:, 3:6], weight * data[:, 6], weight])

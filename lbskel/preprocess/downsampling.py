@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 
 from lbskel.errors import UnknownChoice, choose
 from lbskel.geometry.mesh import PointCloud
+from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.point_cleaning import CleanedPoints, thinned
 
@@ -66,7 +67,7 @@ def downsample(cloud: PointCloud, *, cell: float | None = None, n_points: int | 
         how = "as far from each other as can be"
     note = f"the cloud was thinned from {len(cloud.points)} to {len(points)} points, {how}"
     report: dict[str, Any] = {"points": len(cloud.points), "kept": len(points)}
-    return CleanedPoints(points, VertexMap(label), (note,), report)
+    return CleanedPoints(Neighborhoods(points), VertexMap(label), (note,), report)
 
 
 def downsample_as(cloud: PointCloud, text: str) -> CleanedPoints:

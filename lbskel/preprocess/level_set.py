@@ -1,19 +1,21 @@
-"""The level set of a function as triangles, by marching cubes in the cells around some points and those that it enters.
+"""Level sets of a function as triangles, by marching cubes in the cells around some points and those that they enter.
 
 Lorensen, Cline 1987, "Marching cubes", https://doi.org/10.1145/37402.37422. The function is evaluated only at the
-corners of cells that contain a given point, and then of every neighbor into which the level set continues, so that the
-surface is closed although nothing is known of its extent.
+corners of cells that contain a given point, and then of every neighbor into which a level set
+continues, so that the surface is closed although nothing is known of its extent.
 """
 
 from __future__ import annotations
 
 __all__ = ["level_set", "level_sets"]
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import igl
 import numpy as np
 from numpy.typing import NDArray
+
+from lbskel.geometry.sorting import distinct
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
 # The four corners of the faces of a cell, and the step to the neighbor beyond each.
@@ -33,11 +35,11 @@ def level_set(
     function : callable
         From (q, 3) positions to (q,) values.
     points : (n, 3) array of float
-        Near the set; each connected part of it has one.
+        On the set or near it; each connected part of it enters the cell of one.
     size : float
         Side of a cell.
     """
-    return level_sets(function, points, size, [0.0])[0]
+    return next(level_sets(function, points, size, [0.0]))
 
 
 def level_sets(
@@ -45,8 +47,8 @@ def level_sets(
     points: NDArray[np.float64],
     size: float,
     levels: Sequence[float],
-) -> list[tuple[NDArray[np.float64], NDArray[np.int64]]]:
-    """Compute the sets where a function has some values, each as vertices and faces, with one evaluation for all.
+) -> Iterator[tuple[NDArray[np.float64], NDArray[np.int64]]]:
+    """Yield the sets where a function has some values, each as vertices and faces, with one evaluation for all.
 
     Parameters
     ----------
@@ -55,57 +57,48 @@ def level_sets(
     levels : sequence of float
     """
     origin = points.min(axis=0) - (0.5 + 2 ** (BITS - 1)) * size
-    keys = _unique(_keys(((points - origin) / size).astype(np.int64)))
-    start = _unique(np.concatenate([keys, *(_shifted(keys, step) for _, step in FACES)]))
-    known = np.empty(0, dtype=np.int64), np.empty(0)
-    surfaces = []
-    for level in levels:
-        surface, known = _one_level(function, origin, size, level, start, known)
-        surfaces.append(surface)
-    return surfaces
-
-
-def _one_level(
-    function: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-    origin: NDArray[np.float64],
-    size: float,
-    level: float,
-    cells: NDArray[np.int64],
-    known: tuple[NDArray[np.int64], NDArray[np.float64]],
-) -> tuple[tuple[NDArray[np.float64], NDArray[np.int64]], tuple[NDArray[np.int64], NDArray[np.float64]]]:
-    """Vertices and faces of one set, which may leave the first cells, and the corners with values, before and new."""
-    corner_keys, values = known
-    new = cells
+    sorted_levels = np.sort(levels)
+    cells = new = distinct(_keys(((points - origin) / size).astype(np.int64)))
+    corners, values = np.empty(0, dtype=np.int64), np.empty(0)
+    crossed = []
     for _ in range(MAX_ROUNDS):
-        missing = np.setdiff1d(_corners(new), corner_keys)
+        missing = _missing(distinct(_corner_table(new).ravel()), corners)
         if len(missing):
             found = function(origin + _coordinates(missing) * size)
-            corner_keys, values = np.concatenate([corner_keys, missing]), np.concatenate([values, found])
-            order = np.argsort(corner_keys)
-            corner_keys, values = corner_keys[order], values[order]
-        inside = values[np.searchsorted(corner_keys, _corner_table(new))] > level
-        entered = [
-            _shifted(new[inside[:, face].any(axis=1) & ~inside[:, face].all(axis=1)], step) for face, step in FACES
-        ]
-        new = np.setdiff1d(np.concatenate(entered), cells)
+            order = np.argsort(np.concatenate([corners, missing]), kind="stable")
+            corners, values = np.concatenate([corners, missing])[order], np.concatenate([values, found])[order]
+        at_corners = values[np.searchsorted(corners, _corner_table(new))]
+        is_crossed = _are_between(at_corners, sorted_levels)
+        new, at_corners = new[is_crossed], at_corners[is_crossed]
+        crossed.append(new)
+        entered = [_shifted(new[_are_between(at_corners[:, face], sorted_levels)], step) for face, step in FACES]
+        new = _missing(distinct(np.concatenate(entered)), cells)
         if not len(new):
             break
-        cells = np.union1d(cells, new)
-    table = np.searchsorted(corner_keys, _corner_table(cells))
-    inside = values[table] > level
-    table = table[inside.any(axis=1) & ~inside.all(axis=1)]
-    used, table = np.unique(table, return_inverse=True)
-    V, F, _ = igl.marching_cubes(
-        level - values[used],
-        origin + _coordinates(corner_keys[used]) * size,
-        np.ascontiguousarray(table.reshape(-1, 8)),
-        0.0,
-    )
-    return (V, F.astype(np.int64)), (corner_keys, values)
+        cells = distinct(np.concatenate([cells, new]))
+    table = np.searchsorted(corners, _corner_table(np.sort(np.concatenate(crossed))))
+    positions, at_corners = origin + _coordinates(corners) * size, values[table]
+    low, high = at_corners.min(axis=1), at_corners.max(axis=1)
+    for level in levels:
+        crossing = np.ascontiguousarray(table[(low <= level) & (level < high)])
+        V, F, _ = igl.marching_cubes(level - values, positions, crossing, 0.0)
+        yield V, F.astype(np.int64)
 
 
-def _unique(keys: NDArray[np.int64]) -> NDArray[np.int64]:
-    return np.unique(keys)
+def _are_between(values: NDArray[np.float64], levels: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(r,) whether one of some increasing levels is at least the least of a row and below the largest."""
+    low, high = np.searchsorted(levels, values.min(axis=1)), np.searchsorted(levels, values.max(axis=1))
+    answer: NDArray[np.bool_] = low < high
+    return answer
+
+
+def _missing(keys: NDArray[np.int64], known: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Those of some numbers that are not among known ones, both in order."""
+    if len(known) == 0:
+        return keys
+    place = np.minimum(np.searchsorted(known, keys), len(known) - 1)
+    missing: NDArray[np.int64] = keys[known[place] != keys]
+    return missing
 
 
 def _keys(cells: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -129,8 +122,3 @@ def _coordinates(keys: NDArray[np.int64]) -> NDArray[np.int64]:
 def _corner_table(keys: NDArray[np.int64]) -> NDArray[np.int64]:
     """(c, 8) keys of the grid points at the corners of cells, in igl's order."""
     return np.stack([_shifted(keys, step) for step in CORNERS.tolist()], axis=1)
-
-
-def _corners(keys: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(q,) keys of the grid points at the corners of cells, each once."""
-    return np.unique(_corner_table(keys))

@@ -18,9 +18,9 @@ __all__ = ["find_outliers"]
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.neighborhoods import Neighborhoods
 
 N_NEIGHBORS = 6  # the distance to this neighbor is the inverse density of a point; a guess
 # The neighbors of which this share is denser than what a point is compared with; guesses
@@ -32,40 +32,43 @@ N_LINKS = 12  # neighbors that a point may be linked with, and whose plane is th
 MIN_VARIATION = 0.06
 
 
-def find_outliers(points: NDArray[np.float64], limit: float) -> NDArray[np.bool_]:
-    """Tell which points are outliers.
+def find_outliers(cloud: Neighborhoods, limit: float) -> tuple[NDArray[np.bool_], Neighborhoods]:
+    """Tell which points are outliers, and return the others.
 
     Parameters
     ----------
-    points : (n, 3) array of float
-        Distinct.
+    cloud : Neighborhoods
     limit : float
         Largest distance to the neighbors, relative to that of the denser ones of the points nearby, that is no outlier.
+
+    Returns
+    -------
+    is_outlier : (n,) array of bool
+    kept : Neighborhoods
+        The same object where no point is an outlier.
     """
-    kept = np.arange(len(points))
-    for _ in range(N_PASSES):
-        is_kept = len(kept) <= N_LINKS or _inverse_density_ratios(points[kept]) <= limit
-        if np.all(is_kept):
+    is_outlier, kept = np.zeros(len(cloud.points), dtype=bool), cloud
+    for is_bad in [_is_sparse] * N_PASSES + [_is_scattered]:
+        if len(kept.points) <= N_LINKS:
             break
-        kept = kept[is_kept]
-    if len(kept) > N_LINKS:
-        kept = kept[~_is_scattered(points[kept], limit)]
-    is_outlier = np.ones(len(points), dtype=bool)
-    is_outlier[kept] = False
-    return is_outlier
+        bad = is_bad(kept, limit)
+        if bad.any():
+            is_outlier[~is_outlier] = bad
+            kept = Neighborhoods(cloud.points[~is_outlier])
+    return is_outlier, kept
 
 
-def _inverse_density_ratios(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n,) distance to a neighbor, over that of the denser ones of the points nearby."""
-    distances, neighbors = cKDTree(points).query(points, k=min(N_COMPARED + 1, len(points)))
+def _is_sparse(cloud: Neighborhoods, limit: float) -> NDArray[np.bool_]:
+    """(n,) whether the distance to a neighbor is too large beside that of the denser ones of the points nearby."""
+    distances, neighbors = cloud.nearest(N_COMPARED + 1)
     reach = distances[:, N_NEIGHBORS]
-    ratios: NDArray[np.float64] = reach / np.quantile(reach[neighbors[:, 1:]], QUANTILE, axis=1)
-    return ratios
+    return reach > limit * np.quantile(reach[neighbors[:, 1:]], QUANTILE, axis=1)
 
 
-def _is_scattered(points: NDArray[np.float64], limit: float) -> NDArray[np.bool_]:
+def _is_scattered(cloud: Neighborhoods, limit: float) -> NDArray[np.bool_]:
     """(n,) whether a point is in a group that fills space, many times sparser than the cloud."""
-    distances, neighbors = cKDTree(points).query(points, k=N_LINKS + 1)
+    points = cloud.points
+    distances, neighbors = cloud.nearest(N_LINKS + 1)
     reach = distances[:, N_NEIGHBORS]
     links = np.stack([np.repeat(np.arange(len(points)), N_LINKS), neighbors[:, 1:].ravel()], axis=1)
     is_near = distances[:, 1:].ravel() <= limit * reach[links].min(axis=1)

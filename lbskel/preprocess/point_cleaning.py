@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, choose
+from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.outliers import find_outliers
 
@@ -29,7 +30,8 @@ class CleanedPoints:
 
     Parameters
     ----------
-    points : (k, 3) array of float
+    cloud : Neighborhoods
+        The points.
     vertex_map : VertexMap
         From the points of the cloud to these; an outlier has none.
     notes : tuple of str
@@ -38,10 +40,15 @@ class CleanedPoints:
         Counts, ready for JSON.
     """
 
-    points: NDArray[np.float64]
+    cloud: Neighborhoods
     vertex_map: VertexMap
     notes: tuple[str, ...]
     report: dict[str, Any]
+
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """(k, 3) the points."""
+        return self.cloud.points
 
 
 def clean_points(points: NDArray[np.float64], preparation: str = "auto") -> CleanedPoints:
@@ -75,14 +82,15 @@ def clean_points(points: NDArray[np.float64], preparation: str = "auto") -> Clea
         report["cell"] = cell
         notes.append(f"the cloud was thinned to {len(kept)} points, the means of cells of side {cell:.4g}")
     _require_solid(kept)
-    is_outlier = find_outliers(kept, limit) if np.isfinite(limit) else np.zeros(len(kept), dtype=bool)
+    cloud = Neighborhoods(kept)
+    is_outlier, cloud = find_outliers(cloud, limit) if np.isfinite(limit) else (np.zeros(len(kept), dtype=bool), cloud)
     report["outliers"] = int(is_outlier[labels].sum())
     if report["outliers"]:
         notes.append(f"{report['outliers']} outliers, far from all other points, were left out")
-        _require_solid(kept[~is_outlier])
+        _require_solid(cloud.points)
     new = np.where(is_outlier, -1, np.cumsum(~is_outlier) - 1)
-    report["kept"] = int(new.max() + 1)
-    return CleanedPoints(kept[~is_outlier], VertexMap(new[labels]), tuple(notes), report)
+    report["kept"] = len(cloud.points)
+    return CleanedPoints(cloud, VertexMap(new[labels]), tuple(notes), report)
 
 
 def _require_solid(points: NDArray[np.float64]) -> None:

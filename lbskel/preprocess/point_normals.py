@@ -11,18 +11,22 @@ from __future__ import annotations
 
 __all__ = ["OrientedPoints", "oriented"]
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
-from scipy.spatial import cKDTree
 
 from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.geometry.normals import normalized
-from lbskel.preprocess.dipole_tree import DipoleTree
+from lbskel.geometry.sorting import distinct
+from lbskel.preprocess.dipole_tree import DipoleTree, leaf_order
 
 N_NEIGHBORS = 16  # of a point in its plane of least squares, and for its area; a guess
+# In their place where so many are flatter, as where the noise is as large as the points are apart; a guess
+N_WIDE = 41
+MAX_VARIATION = 0.15  # variance of the few across their plane over that along it from which many are tried; a guess
 N_LINKS = 8  # nearest neighbors that the sign of a normal can follow; a guess
 SMOOTHING = (3.0, 2.0)  # widths of the dipoles, in spacings, in each round that corrects the normals; a guess
 MIN_ANGLE_COST = 1e-6  # of an edge between parallel normals: a cost of zero would be no edge
@@ -39,11 +43,17 @@ class OrientedPoints:
         Of unit length, outward.
     areas : (n,) array of float
         Of the disk that a point stands for.
+    order : array of int
+        Of the points in the leaves of a tree.
+    rough : (r,) array of int
+        Points whose neighborhoods are flatter the larger they are: noise is as large as the points are apart.
     """
 
     points: NDArray[np.float64]
     normals: NDArray[np.float64]
     areas: NDArray[np.float64]
+    order: NDArray[np.int64]
+    rough: NDArray[np.int64]
 
     @property
     def spacings(self) -> NDArray[np.float64]:
@@ -53,26 +63,41 @@ class OrientedPoints:
 
     def field(self, smoothing: float) -> DipoleTree:
         """Build the winding number of the points, smoothed over some spacings."""
-        return DipoleTree.of(self.points, self.areas[:, None] * self.normals, smoothing * self.spacings)
+        moments = self.areas[:, None] * self.normals
+        return DipoleTree.of(self.points, moments, smoothing * self.spacings, self.order)
 
 
-def oriented(points: NDArray[np.float64]) -> OrientedPoints:
+def oriented(cloud: Neighborhoods) -> OrientedPoints:
     """Estimate the outward normals and the areas of points.
 
     Parameters
     ----------
-    points : (n, 3) array of float
-        Distinct, of a closed surface or parts of one; more than N_NEIGHBORS.
+    cloud : Neighborhoods
+        Of a closed surface or parts of one; more points than N_NEIGHBORS.
     """
-    distances, neighbors = cKDTree(points).query(points, k=N_NEIGHBORS)
-    offsets = points[neighbors] - points[neighbors].mean(axis=1, keepdims=True)
-    normals = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))[1][:, :, 0]
+    points, (distances, neighbors) = cloud.points, cloud.nearest(N_NEIGHBORS)
+    normals, variation = _plane_normals(points, neighbors)
+    rough = np.flatnonzero(variation > MAX_VARIATION)
+    wide_normals, wide_variation = _plane_normals(points, cloud.nearest(N_WIDE)[1][rough])
+    is_flatter = wide_variation < variation[rough]
+    rough = rough[is_flatter]
+    normals[rough] = wide_normals[is_flatter]
     areas = np.pi * distances[:, -1] ** 2 / (N_NEIGHBORS - 0.5)
-    found = OrientedPoints(points, _with_signs(points, normals, areas, neighbors[:, 1 : N_LINKS + 1]), areas)
+    signed = _with_signs(points, normals, areas, neighbors[:, 1 : N_LINKS + 1])
+    found = OrientedPoints(points, signed, areas, leaf_order(points), rough)
     for smoothing in SMOOTHING:
         gradient = found.field(smoothing).field(points)[1]
-        found = OrientedPoints(points, normalized(-gradient), areas)
+        found = replace(found, normals=normalized(-gradient))
     return found
+
+
+def _plane_normals(
+    points: NDArray[np.float64], neighbors: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(q, 3) normals of the planes of some neighborhoods, and (q,) variance along them, over the next larger one."""
+    offsets = points[neighbors] - points[neighbors].mean(axis=1, keepdims=True)
+    variances, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))
+    return axes[:, :, 0], variances[:, 0] / np.maximum(variances[:, 1], np.finfo(float).tiny)
 
 
 def _with_signs(
@@ -81,7 +106,7 @@ def _with_signs(
     """Give normals the signs that neighbors agree on, such that the volume of each connected part is positive."""
     n, k = neighbors.shape
     links = np.sort(np.stack([np.repeat(np.arange(n), k), neighbors.ravel()], axis=1), axis=1)
-    links = np.stack(np.divmod(np.unique(links @ [n, 1]), n), axis=1)
+    links = np.stack(np.divmod(distinct(links @ [n, 1]), n), axis=1)
     cosines = np.abs((normals[links[:, 0]] * normals[links[:, 1]]).sum(axis=1))
     graph = weighted_graph(links, np.maximum(1 - cosines, 0) + MIN_ANGLE_COST, n)
     n_parts, part = connected_components(graph, directed=False)

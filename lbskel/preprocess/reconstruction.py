@@ -22,10 +22,11 @@ from scipy.spatial import cKDTree
 from lbskel.errors import MeshError
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh, PointCloud
+from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.level_set import level_sets
 from lbskel.preprocess.point_cleaning import clean_points
-from lbskel.preprocess.point_normals import oriented
+from lbskel.preprocess.point_normals import N_WIDE, oriented
 from lbskel.preprocess.result import PreprocessResult
 
 Field: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -34,7 +35,8 @@ SMOOTHING = 1.5  # width of the dipoles, in spacings; a guess
 CELL = 1.15  # side of a cell, in median spacings; a guess
 N_LEVELS = 24  # points whose mean winding number is the level nearby; a guess
 N_BLENDED = 4  # points nearby whose levels are averaged, so that the level changes gradually; a guess
-LEVELS = (0.15, 0.5)  # bounds on the level; a guess
+LEAST_LEVEL = 0.15  # bound on the level from below; a guess. There is none from above: between limbs that almost touch,
+# the field of each raises the other's, and the surface of both is where it is up to 0.7 (knot with noise, by hand)
 # Level below which the normals of points contradict each other, as along a twig of one row of points, whose levels are
 # below 0.05; on shapes of the catalog with noise or hidden sides they are above, but for 45 points of a hand. A guess
 MIN_LEVEL = 0.05
@@ -84,7 +86,7 @@ def reconstruct_surface(cloud: PointCloud, *, preprocess: str = "auto") -> Prepr
     center = cloud.points.mean(axis=0)
     scale = float(np.abs(cloud.points - center).max()) or 1.0
     cleaned = clean_points((cloud.points - center) / scale, preprocess)
-    V, F, n_missed = _surface_through(cleaned.points)
+    V, F, n_missed = _surface_through(cleaned.cloud)
     if len(F) == 0:
         raise MeshError("no surface passes through the points: they are too few or too scattered for a shape")
     notes = [*cleaned.notes]
@@ -98,13 +100,14 @@ def reconstruct_surface(cloud: PointCloud, *, preprocess: str = "auto") -> Prepr
     return PreprocessResult(Mesh(V * scale + center, F), vertex_map, tuple(notes), None, {"steps": [report]})
 
 
-def _surface_through(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64], int]:
+def _surface_through(nearby: Neighborhoods) -> tuple[NDArray[np.float64], NDArray[np.int64], int]:
     """Vertices and faces of a closed surface through points, and how many points it would miss without tubes."""
-    cloud = oriented(points)
-    field, tree = cloud.field(SMOOTHING), cKDTree(points)
+    cloud, points, tree = oriented(nearby), nearby.points, nearby.tree
+    field = cloud.field(SMOOTHING)
     at_points = np.clip(field.field(points)[0], 0, 1)
-    means = at_points[tree.query(points, k=min(N_LEVELS, len(points)))[1]].mean(axis=1)
-    levels = np.clip(means, *LEVELS)
+    means = at_points[nearby.nearest(N_LEVELS)[1]].mean(axis=1)
+    means[cloud.rough] = at_points[nearby.nearest(N_WIDE)[1][cloud.rough]].mean(axis=1)
+    levels = np.maximum(means, LEAST_LEVEL)
     size = CELL * float(np.median(cloud.spacings))
 
     def inside(positions: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -129,8 +132,14 @@ def _surface_through(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], 
 
 def _simplest(inside: Field, points: NDArray[np.float64], size: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Vertices and faces of the level set with the fewest handles, of that at zero and those beside it."""
-    surfaces = level_sets(inside, points, size, [shift * size for shift in SHIFTS])
-    return min(surfaces, key=lambda surface: _n_handles(*surface))
+    fewest, simplest = np.inf, (np.empty((0, 3)), np.empty((0, 3), dtype=np.int64))
+    for surface in level_sets(inside, points, size, [shift * size for shift in SHIFTS]):
+        n_handles = _n_handles(*surface)
+        if n_handles < fewest:
+            fewest, simplest = n_handles, surface
+        if fewest == 0:
+            break
+    return simplest
 
 
 def _n_handles(V: NDArray[np.float64], F: NDArray[np.int64]) -> float:

@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
-from lbskel.preprocess.dipole_tree import DipoleTree
+from lbskel.preprocess.dipole_tree import DipoleTree, leaf_order
 from lbskel.shapes import sphere
+
+
+def _tree(points, moments, widths):
+    return DipoleTree.of(points, moments, widths, leaf_order(points))
 
 
 @pytest.fixture(scope="module")
@@ -16,7 +20,7 @@ def dipoles():
 
 def test_it_is_one_inside_and_zero_outside(dipoles):
     points, moments = dipoles
-    field, gradient = DipoleTree.of(points, moments, np.full(len(points), 1e-3)).field(
+    field, gradient = _tree(points, moments, np.full(len(points), 1e-3)).field(
         np.array([[0.0, 0, 0], [0.5, 0.2, 0], [1.5, 0, 0], [0, 0, -4]])
     )
     assert field == pytest.approx([1, 1, 0, 0], abs=0.02)  # 0.01 of the tree, 0.005 of the triangles
@@ -26,16 +30,16 @@ def test_it_is_one_inside_and_zero_outside(dipoles):
 def test_smoothing_lowers_it_at_the_center_as_the_formula_says(dipoles):
     points, moments = dipoles
     width = 0.5
-    field, _ = DipoleTree.of(points, moments, np.full(len(points), width)).field(np.zeros((1, 3)))
+    field, _ = _tree(points, moments, np.full(len(points), width)).field(np.zeros((1, 3)))
     assert field[0] == pytest.approx((1 + width**2) ** -1.5, abs=0.01)
 
 
 def test_it_falls_outwards_across_the_surface(dipoles):
     points, moments = dipoles
-    _, gradient = DipoleTree.of(points, moments, np.full(len(points), 0.1)).field(points)
+    _, gradient = _tree(points, moments, np.full(len(points), 0.1)).field(points)
     assert ((gradient * points).sum(axis=1) < 0).all()
 
 
 def test_points_without_moment_and_fewer_than_a_leaf():
-    tree = DipoleTree.of(np.zeros((3, 3)), np.zeros((3, 3)), np.ones(3))
+    tree = _tree(np.zeros((3, 3)), np.zeros((3, 3)), np.ones(3))
     assert tree.field(np.ones((2, 3)))[0].tolist() == [0, 0]

@@ -3,11 +3,18 @@
 import numpy as np
 import pytest
 
+from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.preprocess.outliers import find_outliers
 from lbskel.shapes import sphere
 
 SPHERE = sphere(4).vertices  # 2,562 points
 LIMIT = 3.0
+
+
+def _outliers(points):
+    is_outlier, kept = find_outliers(Neighborhoods(points), LIMIT)
+    np.testing.assert_array_equal(kept.points, points[~is_outlier])
+    return is_outlier
 
 
 def _scattered(n, seed, low=1.6, side=2.0):
@@ -17,22 +24,22 @@ def _scattered(n, seed, low=1.6, side=2.0):
 
 @pytest.mark.parametrize("n", [1, 12, 40, 100, 250])
 def test_scattered_points_beside_a_surface_are_outliers_however_many(n):
-    found = find_outliers(np.concatenate([SPHERE, _scattered(n, n)]), LIMIT)
+    found = _outliers(np.concatenate([SPHERE, _scattered(n, n)]))
     assert found[len(SPHERE) :].all()
     assert not found[: len(SPHERE)].any()
 
 
 def test_a_sparse_surface_beside_a_dense_one_is_kept():
     sparse = sphere(2).vertices + [3.0, 0, 0]  # 162 points, four times as far apart
-    found = find_outliers(np.concatenate([SPHERE, sparse]), LIMIT)
+    found = _outliers(np.concatenate([SPHERE, sparse]))
     assert not found[: len(SPHERE)].any()
     assert found[len(SPHERE) :].mean() < 0.1
 
 
 def test_noise_makes_no_outliers():
     rng = np.random.default_rng(0)
-    assert not find_outliers(SPHERE * (1 + 0.05 * rng.normal(size=(len(SPHERE), 1))), LIMIT).any()
+    assert not _outliers(SPHERE * (1 + 0.05 * rng.normal(size=(len(SPHERE), 1)))).any()
 
 
 def test_few_points_are_no_outliers():
-    assert not find_outliers(SPHERE[:5], LIMIT).any()
+    assert not _outliers(SPHERE[:5]).any()

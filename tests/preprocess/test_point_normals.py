@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
+from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.preprocess.point_normals import oriented
 from lbskel.shapes import sphere, torus
 
 
 def test_normals_of_a_sphere_point_outwards():
     points = sphere(4).vertices
-    cloud = oriented(points + [3, 0, 0])
+    cloud = oriented(Neighborhoods(points + [3, 0, 0]))
     assert (cloud.normals * points).sum(axis=1).min() > 0.99
     assert cloud.areas.sum() == pytest.approx(4 * np.pi, rel=0.1)  # disks to the 16th neighbor, at steps of a grid
     assert cloud.spacings == pytest.approx(np.sqrt(cloud.areas))
@@ -20,7 +21,7 @@ def test_noise_turns_no_normal_around():
     axis = mesh.vertices * [1, 1, 0]
     outward = mesh.vertices - axis / np.linalg.norm(axis, axis=1, keepdims=True)
     noise = np.random.default_rng(3).normal(size=mesh.vertices.shape) * 0.02
-    cloud = oriented(mesh.vertices + noise)
+    cloud = oriented(Neighborhoods(mesh.vertices + noise))
     cosines = (cloud.normals * outward).sum(axis=1) / 0.3
     assert cosines.min() > 0
     assert cosines.mean() > 0.95
@@ -28,5 +29,5 @@ def test_noise_turns_no_normal_around():
 
 def test_each_of_two_bodies_points_outwards():
     points = sphere(3).vertices
-    cloud = oriented(np.concatenate([points, points + [0, 0, 9]]))
+    cloud = oriented(Neighborhoods(np.concatenate([points, points + [0, 0, 9]])))
     assert (cloud.normals.reshape(2, -1, 3) * points).sum(axis=2).min() > 0.95

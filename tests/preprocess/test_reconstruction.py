@@ -5,7 +5,8 @@ import pytest
 
 from lbskel import MeshError, PointCloud, reconstruct_surface
 from lbskel.preprocess.reconstruction import _n_handles
-from lbskel.shapes import sphere, torus
+from lbskel.shapes import make, sphere, torus
+from lbskel.skeleton.edge_distances import nearest_on_edges
 
 RNG = np.random.default_rng(6)
 TORUS = torus(1.0, 0.3)
@@ -14,6 +15,15 @@ TORUS = torus(1.0, 0.3)
 def distance_from_torus(points):
     ring = np.hypot(points[:, 0], points[:, 1]) - 1
     return np.abs(np.hypot(ring, points[:, 2]) - 0.3)
+
+
+def noisy(name, seed):
+    """10,000 points of a shape of the catalog with noise of a tenth of the local radius."""
+    shape, rng = make(name), np.random.default_rng(seed)
+    weights = shape.mesh.face_areas
+    corners = shape.mesh.vertices[shape.mesh.faces[rng.choice(len(weights), 10_000, p=weights / weights.sum())]]
+    points = np.einsum("nk,nki->ni", rng.dirichlet(np.ones(3), 10_000), corners)
+    return points + rng.normal(size=points.shape) * 0.1 * nearest_on_edges(shape.truth, points)[2][:, None]
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +55,18 @@ def test_a_side_that_no_scanner_saw_is_closed():
     surface = reconstruct_surface(PointCloud(points))
     assert surface.mesh.is_closed
     assert surface.mesh.genus == 1
+
+
+def test_limbs_that_almost_touch_stay_apart():
+    # where its strands cross, the knot's surfaces are two spacings apart; with the level at most 0.5 it had 3 handles
+    assert reconstruct_surface(PointCloud(noisy("knot", 7))).mesh.genus == 1
+
+
+def test_noise_as_large_as_the_points_are_apart():
+    # in the thick end, where normals of 16 neighbors, a third of them inward, made a surface of 41 parts
+    mesh = reconstruct_surface(PointCloud(noisy("dumbbell", 2))).mesh
+    assert mesh.genus == 0
+    assert mesh.n_components == 1
 
 
 def test_two_bodies_get_two_surfaces():
