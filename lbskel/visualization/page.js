@@ -27,12 +27,20 @@
   performance.mark("library");
   const traces = [];
   const layers = {}; // from the name of a toggle to the numbers of its traces
+  const later = []; // layers and numbers of traces that are added after the first frame
+
+  const isShown = (layer) => { const box = byId("show-" + layer); return box ? box.checked : true; };
 
   function add(layer, trace) {
     (layers[layer] = layers[layer] || []).push(traces.length);
-    const box = byId("show-" + layer);
-    traces.push({ showlegend: false, hoverinfo: "skip", visible: box ? box.checked : true, ...trace });
+    traces.push({ showlegend: false, hoverinfo: "skip", visible: isShown(layer), ...trace });
     return traces.length - 1;
+  }
+
+  // the symbols of markers and the programs that draw them take a fifth of the time to the first frame
+  function addLater(layer, trace) {
+    later.push([layer, traces.length]);
+    return add(layer, { ...trace, visible: false });
   }
 
   const lighting = { ambient: 0.55, diffuse: 0.6, specular: 0.15, roughness: 0.7 };
@@ -92,17 +100,18 @@
       const length = Number.isNaN(radius) ? "unknown" : String(Number((radius * skeleton.size).toPrecision(4)));
       return `node ${node}<br>${branch}<br>${kind} radius ${length}<br>(${place})`;
     });
-    data.lineTrace = add("skeleton", { type: "scatter3d", mode: "lines", hoverinfo: "text", ...coordinates(skeleton.nodes, rows),
-      text: rows.map((node) => labels[node] || ""), line: { width: skeleton.width, color: colors, ...scale } });
-    const shown = { size: skeleton.marker, color: Array.from(radii), ...scale, line: { width: 0 } };
+    const line = { width: skeleton.width, color: colors, ...scale };
     if (skeleton.high > skeleton.low) {
-      Object.assign(shown, { colorbar: { ...bar, tickvals: skeleton.ticks, ticktext: skeleton.tick_labels } });
+      Object.assign(line, { colorbar: { ...bar, tickvals: skeleton.ticks, ticktext: skeleton.tick_labels } });
     }
-    data.nodeTrace = add("skeleton", { ...points(nodes, shown), text: labels, hoverinfo: "text" });
+    data.lineTrace = add("skeleton", { type: "scatter3d", mode: "lines", hoverinfo: "text", ...coordinates(skeleton.nodes, rows),
+      text: rows.map((node) => labels[node] || ""), line });
+    const shown = { size: skeleton.marker, color: Array.from(radii), ...scale, line: { width: 0 } };
+    data.nodeTrace = addLater("skeleton", { ...points(nodes, shown), text: labels, hoverinfo: "text" });
     const picked = (numbers) => coordinates(skeleton.nodes, numbers);
-    add("tips", points(picked(skeleton.tips), { size: skeleton.marker + 1.5 * crowd, color: "#d62728" }));
-    add("junctions", points(picked(skeleton.junctions), { size: skeleton.marker + crowd, color: "#1a1a2e", symbol: "square", line: { color: "#ffffff", width: crowd } }));
-    add("off_center", points(picked(skeleton.off_center), { size: skeleton.marker + 6, color: "#00a0a0", symbol: "circle-open" }));
+    addLater("tips", points(picked(skeleton.tips), { size: skeleton.marker + 1.5 * crowd, color: "#d62728" }));
+    addLater("junctions", points(picked(skeleton.junctions), { size: skeleton.marker + crowd, color: "#1a1a2e", symbol: "square", line: { color: "#ffffff", width: crowd } }));
+    addLater("off_center", points(picked(skeleton.off_center), { size: skeleton.marker + 6, color: "#00a0a0", symbol: "circle-open" }));
     if (skeleton.balls.length) addBalls(nodes, radii, data.ball);
     data.selectedTrace = add("selected", { type: "scatter3d", mode: "lines", x: [], y: [], z: [],
       line: { width: skeleton.width + 6, color: "#f2b705" } });
@@ -166,12 +175,16 @@
     });
   }
 
+  const frame = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done))));
   const drawn = Plotly.newPlot(view, traces, layout, options).then(() => {
     performance.mark("drawn");
-    letPointerThrough();
-    view.on("plotly_afterplot", letPointerThrough);
     const poster = byId("poster");
     if (poster) poster.remove();
+    return frame(); // nothing more is drawn until it is on the screen
+  }).then(() => {
+    view.on("plotly_afterplot", letPointerThrough);
+    if (!later.length) { letPointerThrough(); return null; }
+    return restyle({ visible: later.map(([layer]) => isShown(layer)) }, later.map(([, number]) => number));
   });
 
   document.querySelectorAll("input[data-layer]").forEach((box) => {

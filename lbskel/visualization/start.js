@@ -1,4 +1,4 @@
-// Unpacks the data and runs what takes long, the packed programs, when the picture of the first view is on the screen.
+// Unpacks the data and the programs, and runs these, which takes long, when the picture of the first view is on the screen.
 "use strict";
 (function () {
   async function unpack(element) {
@@ -8,16 +8,20 @@
     return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).text();
   }
 
-  // plotly reads its drawings of text back, which takes long where a graphics processor has them
+  // plotly reads its drawings of text back, which takes long where a graphics processor has them; it clears a canvas for
+  // long titles before each, but has only symbols to draw here
   const getContext = HTMLCanvasElement.prototype.getContext;
   HTMLCanvasElement.prototype.getContext = function (kind, options) {
+    if (kind === "2d" && this.width === 8192) { this.width = 512; this.height = 256; }
     return getContext.call(this, kind, kind === "2d" ? { willReadFrequently: true, ...options } : options);
   };
 
+  const packed = Array.from(document.querySelectorAll("script[data-packed]"));
+  const unpacked = Promise.all(packed.map(unpack));
+
   async function start() {
     performance.mark("picture");
-    const packed = Array.from(document.querySelectorAll("script[data-packed]"));
-    const texts = await Promise.all(packed.map(unpack));
+    const texts = await unpacked;
     packed.forEach((element, number) => {
       if (element.type === "text/plain") {
         const script = document.createElement("script");

@@ -106,6 +106,30 @@ def test_a_picture_comes_before_the_programs_and_goes_when_the_view_is_drawn(sho
     assert shown.find_elements("id", "poster") == []
 
 
+def test_markers_come_after_the_first_frame_as_their_toggles_are_then(browser, scene, tmp_path):
+    """The first frame has surface and lines, which is what costs little; a toggle in between is heeded."""
+    look = """
+    const mark = performance.mark;
+    performance.mark = function (name) {
+      if (name === "drawn") {
+        window.first = document.getElementById("view").data.filter((t) => t.visible).map((t) => t.mode || t.type);
+        document.getElementById("show-tips").click();
+      }
+      return mark.apply(performance, arguments);
+    };"""
+    page(scene, tmp_path / "page.html")
+    added = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": look})
+    try:
+        opened(browser, tmp_path / "page.html")
+    finally:
+        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
+    assert browser.execute_script("return window.first") == ["mesh3d", "lines", "lines"]  # of the chosen branch too
+    markers = browser.execute_script(
+        "return document.getElementById('view').data.filter((t) => t.mode === 'markers').map((t) => t.visible)"
+    )
+    assert markers == [False, True, False, True, False]  # mended, nodes, tips, junctions, off-center
+
+
 def test_nothing_can_be_uploaded(shown):
     titles = shown.execute_script(
         "return Array.from(document.querySelectorAll('.modebar-btn'), (each) => each.dataset.title)"
