@@ -64,8 +64,8 @@ def run(quick: bool, results: Path) -> None:
                     )
     save_json(results / "page.json", {"loads": rows}, packages=("plotly",))
     text = (
-        f"\nMedians of {n} browsers: seconds of the clock after the page is opened, and of the processor in all processes "
-        "of the browser. Markers and curves, which come after the first frame, count for the seconds of the processor.\n"
+        f"\nMedians of {n} browsers: seconds of the clock after the page is opened, and of the processor in all "
+        "processes of the browser. Markers and curves, which come after the first frame, count for the processor only.\n"
     )
     save_markdown(results / "page.md", "Interactive pages", {"Loads": markdown_table(rows) + text})
 
