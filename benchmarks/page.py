@@ -65,7 +65,7 @@ def run(quick: bool, results: Path) -> None:
     save_json(results / "page.json", {"loads": rows}, packages=("plotly",))
     text = (
         f"\nMedians of {n} browsers: seconds of the clock after the page is opened, and of the processor in all "
-        "processes of the browser. Markers and curves, which come after the first frame, count for the processor only.\n"
+        "processes of the browser. Markers and curves, which come after the first frame, count for the processor.\n"
     )
     save_markdown(results / "page.md", "Interactive pages", {"Loads": markdown_table(rows) + text})
 
