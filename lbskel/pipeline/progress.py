@@ -35,7 +35,7 @@ class StageBar:
 
     def __init__(self, name: str = "", *, is_shown: bool | None = None, delay: float = 0.0):
         self._name = name
-        self._is_shown = (sys.stderr.isatty() or "ipykernel" in sys.modules) if is_shown is None else is_shown
+        self._is_shown = (sys.stderr.isatty() or _is_in_notebook()) if is_shown is None else is_shown
         self._delay = delay
         self._text = name
         self._bar: Any = None
@@ -84,3 +84,9 @@ class StageBar:
                 self._bar = tqdm(bar_format="{desc} {elapsed}", leave=False)
                 self._bar.start_t -= self._delay
             self._bar.set_description_str(self._text)
+
+
+def _is_in_notebook() -> bool:
+    """Tell whether IPython runs this process for a notebook; a process that runs notebooks is none."""
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    return getattr(shell, "kernel", None) is not None

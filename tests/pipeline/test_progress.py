@@ -3,7 +3,7 @@
 import io
 import sys
 import time
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import lbskel
 
@@ -30,10 +30,23 @@ def test_nothing_is_shown_elsewhere(monkeypatch):
 
 def test_it_is_shown_in_a_notebook(monkeypatch):
     monkeypatch.setattr(sys, "stderr", io.StringIO())
-    monkeypatch.setitem(sys.modules, "ipykernel", ModuleType("ipykernel"))
+    running = ModuleType("IPython")
+    running.get_ipython = lambda: SimpleNamespace(kernel=object())
+    monkeypatch.setitem(sys.modules, "IPython", running)
     with lbskel.StageBar("rod") as bar:
         bar.show("contract")
     assert "rod: contract" in sys.stderr.getvalue()
+
+
+def test_it_is_not_shown_by_a_program_that_runs_notebooks(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    imported = ModuleType("IPython")
+    imported.get_ipython = lambda: None
+    monkeypatch.setitem(sys.modules, "IPython", imported)
+    monkeypatch.setitem(sys.modules, "ipykernel", ModuleType("ipykernel"))
+    with lbskel.StageBar("rod") as bar:
+        bar.show("contract")
+    assert sys.stderr.getvalue() == ""
 
 
 def test_it_waits_and_then_shows_a_long_stage(monkeypatch):
