@@ -57,7 +57,9 @@ MEASURES = {
     "rms_curvature": Measure("root mean square curvature, in radians per local radius", 1.0, 5.0),
     "extra_components": Measure("components of the skeleton minus components of the surface", 0, 1),
     "extra_cycles": Measure("cycles of the skeleton minus handles of the surface", 0, 1),
-    "tunnels_missed": Measure("tunnels of the surface that no cycle of the skeleton goes around", 0, 1),
+    "tunnels_missed": Measure(
+        "tunnels that no cycle of the skeleton goes around; of a cloud, limbs at which it is cut", 0, 1
+    ),
     "connected_regions": Measure(
         "share of the vertices in the largest connected part of their node's region", 0.98, 0.6
     ),
@@ -90,7 +92,8 @@ class Score:
     extra_cycles : int or None
         None if more than two faces meet at an edge of the mesh.
     tunnels_missed : int or None
-        None for skeletons and surfaces of several components, and surfaces that are open or intersect themselves.
+        None for skeletons and surfaces of several components, and surfaces that are open or intersect themselves. On
+        a cloud, the limbs around which the skeleton is cut although it leads from one side to the other.
     connected_regions, adjacent_regions : float or None
         None for a skeleton without a vertex map.
     shortcut_edges, spurs : int

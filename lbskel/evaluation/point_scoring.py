@@ -1,8 +1,9 @@
 """The quality of a skeleton, measured on the points of a cloud alone.
 
 No surface is made: a section is the points beside a node, near the plane across its branch; the cloud's own graph of
-neighbors tells its parts, its regions and its ends. What takes a surface is not measured: cycles against handles, and
-how near the surface the skeleton is. Sections as in the measures of Huang et al. 2013 and Cornea, Silver, Min 2007,
+neighbors tells its parts, its regions, its ends, and the limbs at which the skeleton is cut
+(:mod:`lbskel.evaluation.point_loops`). What takes a surface is not measured: cycles too many, and how near the surface
+the skeleton is. Sections as in the measures of Huang et al. 2013 and Cornea, Silver, Min 2007,
 https://doi.org/10.1109/TVCG.2007.1002. Lengths are in units of the local radius, the mean distance of the points of a
 section.
 """
@@ -20,6 +21,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import cKDTree
 
 from lbskel.evaluation.measures import Score
+from lbskel.evaluation.point_loops import count_cut_loops
 from lbskel.evaluation.skeleton_shape import length_fraction, n_spurs, rms_curvature
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import PointCloud
@@ -27,7 +29,9 @@ from lbskel.skeleton.skeleton import Skeleton
 
 MAX_POINTS, MAX_GRAPH_POINTS = 20_000, 3_000  # of a cloud for sections, and for its ends; guesses that bound the time
 N_NEIGHBORS = 12  # of a point, linked with it where it is one of theirs, as those of an outlier are not; a guess
-MIN_PART = 0.01  # share of the points below which a part of the cloud is outliers or a crumb; a guess
+# Share of the points below which a part of the cloud is outliers or a crumb, and distance between the points of a part,
+# in that of the whole cloud, above which it is one of outliers; guesses
+MIN_PART, MAX_SPACING = 0.01, 3.0
 MAX_SECTIONS = 200  # nodes whose sections are taken, evenly sampled; a guess that bounds the time
 SECTION_REACH = 3.0  # of a section, in distances from the node to its nearest points; a guess
 SECTION_WIDTH = 0.25  # half thickness of a section in the same unit, if that is more than two spacings; a guess
@@ -58,7 +62,7 @@ def score_points(skeleton: Skeleton, cloud: PointCloud) -> Score:
     has_map = len(skeleton.node_of_vertex) > 0
     tree = cKDTree(skeleton.nodes)
     node = skeleton.node_of_vertex if has_map else tree.query(cloud.points)[1]
-    points, n_parts = _without_outliers(cloud.points[_spread(cloud.points, MAX_POINTS)])
+    points, graph, n_parts = _without_outliers(cloud.points[_spread(cloud.points, MAX_POINTS)])
     radii = cKDTree(points).query(skeleton.nodes)[0]
     gaps, errors = _sections(skeleton, points, radii)
     skeleton = replace(skeleton, radii=radii)
@@ -84,7 +88,7 @@ def score_points(skeleton: Skeleton, cloud: PointCloud) -> Score:
         rms_curvature=rms_curvature(skeleton),
         extra_components=max(0, skeleton.n_components - n_parts),
         extra_cycles=None,
-        tunnels_missed=None,
+        tunnels_missed=max(0, count_cut_loops(skeleton, points, graph) - int(skeleton.report.get("loops_opened", 0))),
         connected_regions=None,
         adjacent_regions=None,
         shortcut_edges=None,
@@ -115,12 +119,15 @@ def _neighbor_graph(points: NDArray[np.float64]) -> tuple[csr_array, NDArray[np.
     return graph, part
 
 
-def _without_outliers(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
-    """Points of the parts that are no crumbs, and the number of these parts."""
-    part = _neighbor_graph(points)[1]
+def _without_outliers(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], csr_array, int]:
+    """Points of the parts that are no crumbs, the graph of their neighbors, and the number of these parts."""
+    graph, part = _neighbor_graph(points)
     count = np.bincount(part)
     is_part = count >= min(MIN_PART * len(points), count.max())
-    return points[is_part[part]], int(is_part.sum())
+    for number in np.flatnonzero(is_part & (count < count.max())):
+        is_part[number] = np.median(graph[part == number].data) <= MAX_SPACING * np.median(graph.data)
+    kept = np.flatnonzero(is_part[part])
+    return points[kept], graph[kept][:, kept], int(is_part.sum())
 
 
 def _sections(

@@ -23,7 +23,7 @@ from lbskel.pipeline.profiling import Progress, StageTimer
 from lbskel.preprocess import Pipeline, PreprocessResult, reconstruct_surface
 from lbskel.skeleton.skeleton import Skeleton
 
-UNCHECKED = "no surface is given, so what of it no point has seen, and the loops of the skeleton, could not be checked"
+UNCHECKED = "no surface is given, so what of it no point has seen, and whether a loop is too many, could not be checked"
 
 
 class CloudSkeletonizer(Protocol):

@@ -37,7 +37,7 @@ from lbskel.skeleton.root import reroot_by_thickness
 from lbskel.skeleton.short_loops import open_short_loops
 from lbskel.skeleton.skeleton import Skeleton
 
-UNCHECKED = "no surface is given, so cycles and how near the surface the skeleton is could not be checked"
+UNCHECKED = "no surface is given, so whether a loop is too many, and how near it the skeleton is, could not be checked"
 OF_VERTICES = "the preset contracts points: the faces of the mesh were not used"
 NEEDS_SURFACE = ("min_branch_ratio", "tip_position")  # options of refinement, which takes a surface
 

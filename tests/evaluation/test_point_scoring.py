@@ -77,6 +77,13 @@ def test_outliers_change_nothing():
     assert score_points(replace(CROSS, node_of_vertex=np.empty(0, dtype=np.int64)), far).verdict == "pass"
 
 
+def test_many_outliers_that_are_neighbors_of_each_other_are_no_part():
+    rng = np.random.default_rng(1)
+    far = PointCloud(np.concatenate([CLOUD.points, rng.uniform([-1, -1, 1], [1, 1, 3], (150, 3))]))  # 2.7 % of all
+    score = score_points(replace(CROSS, node_of_vertex=np.empty(0, dtype=np.int64)), far)
+    assert (score.verdict, score.extremities) == ("pass", 4)
+
+
 def test_a_loop_has_no_ends():
     cloud = PointCloud(torus(1.0, 0.2).vertices)
     score = lbskel.score(lbskel.skeletonize(cloud), cloud)

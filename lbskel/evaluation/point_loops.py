@@ -1,0 +1,90 @@
+"""Loops of a cloud that its skeleton lacks, found on the points alone.
+
+Each point goes to the node nearest to it. Where the points of two nodes are neighbors, these should be near each other
+along the skeleton. Links between nodes that are far apart have two causes: two limbs that touch, where the links lie
+between them, or a limb at which the skeleton is cut, where the links go once around the empty middle of a section.
+Only the latter counts, so that neither a horseshoe whose ends are apart nor legs that touch are taken for a ring.
+"""
+
+from __future__ import annotations
+
+__all__ = ["count_cut_loops"]
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import cKDTree
+
+from lbskel.geometry.graphs import weighted_graph
+from lbskel.skeleton.skeleton import Skeleton
+
+MIN_LINKS = 12  # around a section, below which its turn is not known; a guess
+# Length along the skeleton between the two ends of a cut, in mean distances of its links from its middle: half the way
+# around a tube is 3.1, and regions of branches meet beside a junction; a guess
+MIN_DETOUR = 10.0
+N_SECTORS, MAX_OPEN = 16, 0.4  # of a turn around a section, and share of it without links, in a cut limb; guesses
+MIN_HOLLOW = (
+    0.6  # distance of the nearest tenth of the links from the middle, in their mean distance, likewise; a guess
+)
+
+
+def count_cut_loops(skeleton: Skeleton, points: NDArray[np.float64], graph: csr_array) -> int:
+    """Count the limbs of a cloud around which the skeleton is cut, although it leads from one side to the other.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    points : (n, 3) array of float
+    graph : (n, n) csr_array
+        Symmetric, of neighboring points.
+    """
+    node = cKDTree(skeleton.nodes).query(points)[1]
+    links = np.stack(graph.nonzero(), axis=1)
+    links = links[(links[:, 0] < links[:, 1]) & (node[links[:, 0]] != node[links[:, 1]])]
+    detours = _distances(skeleton, np.sort(node[links], axis=1))
+    scale = np.linalg.norm(points[links] - skeleton.nodes[node[links]], axis=2).mean(axis=1)
+    is_far = np.isfinite(detours) & (detours > MIN_DETOUR / 2 * scale)  # in radii known so far; in all below
+    links, detours = links[is_far], detours[is_far]
+    if len(links) < MIN_LINKS:
+        return 0
+    is_near = np.zeros(len(points), dtype=bool)
+    is_near[links] = True
+    is_near |= graph @ is_near > 0  # with their neighbors, so that the links of a section are in one group
+    near = np.flatnonzero(is_near)
+    group = connected_components(graph[near][:, near], directed=False)[1][np.searchsorted(near, links[:, 0])]
+    return sum(
+        _is_cut(points[links[own]].mean(axis=1), skeleton.nodes[node[links[own]]].mean(axis=(0, 1)), detours[own])
+        for own in (group == number for number in range(int(group.max()) + 1))
+    )
+
+
+def _distances(skeleton: Skeleton, pairs: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(p,) distances along the skeleton between pairs of nodes."""
+    lengths = np.linalg.norm(np.diff(skeleton.nodes[skeleton.edges], axis=1)[:, 0], axis=1)
+    graph = weighted_graph(skeleton.edges, np.maximum(lengths, np.finfo(float).tiny), len(skeleton.nodes))
+    sources, row = np.unique(pairs[:, 0], return_inverse=True)
+    found = np.empty(len(pairs))
+    for first in range(0, len(sources), 500):  # of the rows of a table that could be large
+        own = (row >= first) & (row < first + 500)
+        table = dijkstra(graph, directed=False, indices=sources[first : first + 500])
+        found[own] = table[row[own] - first, pairs[own, 1]]
+    return found
+
+
+def _is_cut(places: NDArray[np.float64], middle: NDArray[np.float64], detours: NDArray[np.float64]) -> bool:
+    """Whether links at some places go once around a middle, as around a limb that is cut."""
+    if len(places) < MIN_LINKS:
+        return False
+    offsets = places - middle
+    across = np.linalg.svd(places - places.mean(axis=0), full_matrices=False)[2][:2]
+    x, y = across @ offsets.T
+    distances = np.hypot(x, y)
+    if (
+        np.median(detours) <= MIN_DETOUR * distances.mean()
+        or np.quantile(distances, 0.1) < MIN_HOLLOW * distances.mean()
+    ):
+        return False
+    sectors = np.unique(((np.arctan2(y, x) / (2 * np.pi) + 0.5) * N_SECTORS).astype(np.int64) % N_SECTORS)
+    gap = int(np.diff(np.append(sectors, sectors[0] + N_SECTORS)).max()) - 1
+    return gap <= MAX_OPEN * N_SECTORS

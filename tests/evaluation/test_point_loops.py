@@ -1,0 +1,103 @@
+"""Skeletons with a cut that is known, on points of tubes around them."""
+
+import numpy as np
+import pytest
+
+import lbskel
+from lbskel import PointCloud, Skeleton
+from lbskel.evaluation.point_scoring import score_points
+
+
+def _tube(nodes, radius, n, *, is_closed=False, seed=0):
+    """Points around a curve, and the skeleton that is the curve."""
+    rng, k = np.random.default_rng(seed), len(nodes)
+    edges = np.stack([np.arange(k), np.arange(1, k + 1) % k], axis=1)[: k if is_closed else k - 1]
+    edge, share = rng.integers(len(edges), size=n), rng.random((n, 1))
+    start, end = nodes[edges[edge]].transpose(1, 0, 2)
+    axis = (end - start) / np.linalg.norm(end - start, axis=1, keepdims=True)
+    around = rng.normal(size=(n, 3))
+    around -= (around * axis).sum(axis=1, keepdims=True) * axis
+    points = start + share * (end - start) + radius * around / np.linalg.norm(around, axis=1, keepdims=True)
+    return points, Skeleton(nodes, edges, np.full(k, radius))
+
+
+def _arc(turn, n=60):
+    angle = np.linspace(0, turn, n, endpoint=turn < 2 * np.pi)
+    return np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+
+
+RING_POINTS, RING = _tube(_arc(2 * np.pi), 0.2, 5000, is_closed=True)
+
+
+def _missed(skeleton, points):
+    return score_points(skeleton, PointCloud(points)).tunnels_missed
+
+
+def test_a_ring_misses_nothing():
+    assert _missed(RING, RING_POINTS) == 0
+
+
+@pytest.mark.parametrize("n_cut", [1, 5])
+def test_a_ring_that_is_cut_fails(n_cut):
+    edges = RING.edges[: len(RING.edges) - n_cut]
+    used = np.unique(edges)
+    cut = Skeleton(RING.nodes[used], np.searchsorted(used, edges), RING.radii[used])
+    score = score_points(cut, PointCloud(RING_POINTS))
+    assert (score.tunnels_missed, score.verdict) == (1, "fail")
+
+
+def test_a_ring_of_few_noisy_points_that_is_cut():
+    points, ring = _tube(_arc(2 * np.pi), 0.2, 1500, is_closed=True)
+    points += np.random.default_rng(1).normal(size=points.shape) * 0.02
+    assert _missed(ring, points) == 0
+    assert _missed(Skeleton(ring.nodes, ring.edges[:-1], ring.radii), points) == 1
+
+
+def test_a_horseshoe_whose_ends_are_a_radius_apart_passes():
+    points, shoe = _tube(_arc(2 * np.pi - 0.2), 0.2, 5000)  # open at its ends
+    assert _missed(shoe, points) == 0
+
+
+def test_legs_that_touch_are_no_ring():
+    line = np.linspace(0, 2, 40)
+    bend = np.linspace(0, np.pi, 14)[1:-1]
+    nodes = np.concatenate(
+        [
+            np.stack([line[::-1], np.full(40, 0.21), 0 * line], axis=1),
+            np.stack([-0.21 * np.sin(bend), 0.21 * np.cos(bend), 0 * bend], axis=1),
+            np.stack([line, np.full(40, -0.21), 0 * line], axis=1),
+        ]
+    )  # 0.02 apart, less than the points
+    points, legs = _tube(nodes, 0.2, 6000)
+    assert _missed(legs, points) == 0
+
+
+def test_a_rung_that_is_missing_is_found():
+    up, across = np.linspace(-3, 3, 61), np.linspace(-0.9, 0.9, 19)
+    left, right = (np.stack([np.full(61, x), y, 0 * y], axis=1) for x, y in ((-1, -up), (1, up)))
+    top, bottom = (np.stack([x, np.full(19, y), 0 * x], axis=1) for x, y in ((-across, 3), (across, -3)))
+    frame, skeleton = _tube(np.concatenate([left, bottom, right, top]), 0.15, 9000, is_closed=True)
+    rung, _ = _tube(np.stack([across, 0 * across, 0 * across], axis=1), 0.15, 1000)
+    is_open = (np.abs(frame[:, 0]) < 1) & (np.hypot(frame[:, 1], frame[:, 2]) < 0.15)
+    assert _missed(skeleton, np.concatenate([frame[~is_open], rung])) == 1
+
+
+def test_a_skeleton_in_two_parts_is_told_by_its_components():
+    edges = np.delete(RING.edges, [10, 40], axis=0)
+    score = score_points(Skeleton(RING.nodes, edges, RING.radii), PointCloud(RING_POINTS))
+    assert (score.extra_components, score.tunnels_missed) == (1, 0)
+
+
+def test_the_cut_of_a_skeleton_of_ours_is_found():
+    points = lbskel.shapes.torus(1.0, 0.3).vertices
+    skeleton = lbskel.skeletonize(PointCloud(points))
+    assert skeleton.report["score"]["measures"]["tunnels_missed"] == 0
+    cut = Skeleton(skeleton.nodes, skeleton.edges[1:], skeleton.radii, skeleton.node_of_vertex)
+    assert lbskel.score(cut, points).tunnels_missed == 1
+
+
+def test_a_loop_that_was_opened_on_purpose_is_not_missed():
+    points = lbskel.shapes.torus(1.0, 0.3).vertices
+    skeleton = lbskel.skeletonize(PointCloud(points), min_loop=100.0)
+    assert skeleton.cycle_rank == 0
+    assert skeleton.report["score"]["measures"]["tunnels_missed"] == 0
