@@ -33,8 +33,22 @@ class _Parser(argparse.ArgumentParser):
             message = f"invalid choice: {value!r}{nearest(value, names)} (choose from {', '.join(names)})"
             raise argparse.ArgumentError(action, message)
 
+    _given: Sequence[str] = ()
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        self._given = sys.argv[1:] if args is None else list(args)
+        return super().parse_known_args(args, namespace)
+
     def error(self, message: str) -> NoReturn:
+        if "required" in message:  # argparse tells what is missing first; the slip may be why
+            message += "".join(f"; unrecognized argument: {each}{hint}" for each, hint in self._slips(self._given))
         self.exit(2, f"lbskel: {message}; see {self.prog} --help\n")
+
+    def _slips(self, given: Sequence[str]) -> list[tuple[str, str]]:
+        """List the options that there are not, each with the nearest that there is."""
+        known = [option for action in self._actions for option in action.option_strings]
+        options = [each.split("=")[0] for each in given if each.startswith("--") and each != "--"]
+        return [(each, nearest(each, known)) for each in options if not any(one.startswith(each) for one in known)]
 
 
 class _Completion(argparse.Action):

@@ -23,7 +23,7 @@ from lbskel.skeleton.skeleton import Skeleton
 from lbskel.visualization.colormaps import field_scales, radius_scale
 from lbskel.visualization.layout import arrange
 from lbskel.visualization.panel import Panel
-from lbskel.visualization.viewpoint import unobstructed_view
+from lbskel.visualization.viewpoint import turned, unobstructed_view
 
 
 def render(
@@ -94,13 +94,15 @@ def require_matplotlib() -> None:
         raise MissingDependency("matplotlib", "view", "drawing pictures")
 
 
-def draw(panels: Sequence[Panel], *, size: tuple[int, int] | None = None) -> bytes:
+def draw(panels: Sequence[Panel], *, size: tuple[int, int] | None = None, turn: float = 0.0) -> bytes:
     """Draw the picture that :func:`render` writes, and return the bytes of its PNG file.
 
     Parameters
     ----------
     panels, size
         As in :func:`render`.
+    turn : float
+        Degrees by which the view is turned about its vertical axis: 90 for the side.
 
     Examples
     --------
@@ -119,6 +121,7 @@ def draw(panels: Sequence[Panel], *, size: tuple[int, int] | None = None) -> byt
     from lbskel.visualization.drawing import draw_panel, text_lines
 
     view = unobstructed_view(next((panel for panel in panels if panel.mesh is not None), panels[0]).subject)
+    view = turned(view, turn) if turn else view  # a turn by 0 would round
     corners = np.concatenate([view.project(panel.points)[:, :2] for panel in panels])
     low, high = (corners.min(axis=0), corners.max(axis=0)) if len(corners) else np.zeros((2, 2))
     layout = arrange(high - low, [text_lines(panel) for panel in panels], size)

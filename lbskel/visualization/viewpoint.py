@@ -6,7 +6,7 @@ behind one another, as the legs of an animal that is seen from the side, another
 
 from __future__ import annotations
 
-__all__ = ["unobstructed_view"]
+__all__ = ["turned", "unobstructed_view"]
 
 from itertools import product
 
@@ -36,14 +36,21 @@ def unobstructed_view(shape: Drawable) -> View:
         return view
     kept, faces, _ = merged_by_cells(shape.vertices, shape.faces, MAX_FACES)
     triangles = (shape.vertices[kept][faces] - view.center) * (N_PIXELS / shape.diameter_bound)
-    views = [_turned(view, turn, height) for turn, height in product(TURNS, HEIGHTS)]
+    views = [turned(view, turn, height) for turn, height in product(TURNS, HEIGHTS)]
     areas = [_silhouette(triangles, each) for each in views]
     best = int(np.argmax(areas))
     return views[best] if areas[best] > MIN_GROWTH * _silhouette(triangles, view) else view
 
 
-def _turned(view: View, turn: float, height: float) -> View:
-    """Turn a view about its vertical axis, then raise the viewer; angles in degrees."""
+def turned(view: View, turn: float, height: float = 0.0) -> View:
+    """Turn a view about its vertical axis, then raise the viewer.
+
+    Parameters
+    ----------
+    view : View
+    turn, height : float
+        Degrees.
+    """
     axes = view.axes @ Rotation.from_rotvec(np.radians(turn) * view.axes[1]).as_matrix()
     return View(view.center, axes @ Rotation.from_rotvec(np.radians(height) * axes[0]).as_matrix())
 

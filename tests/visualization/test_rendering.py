@@ -112,3 +112,9 @@ def test_the_direction_of_view_is_that_of_the_first_mesh():
         left, right, top, bottom = box_of_surface(png_pixels(draw(panels, size=(800, 200)))[:, 400:])
         assert (right - left > 3 * (bottom - top)) == is_long
         assert (right - left < bottom - top) == (not is_long)
+
+
+def test_a_turned_view_shows_the_narrow_side():
+    """The panel of a tube that is broader than deep is as high from the side as from the front, and narrower."""
+    front, side = (box_of_surface(png_pixels(draw([Panel(flat_tube())], turn=turn))) for turn in (0, 90))
+    assert (front[1] - front[0]) / (front[3] - front[2]) > 1.2 * (side[1] - side[0]) / (side[3] - side[2])

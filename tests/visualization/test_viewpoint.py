@@ -7,7 +7,7 @@ from helpers import box_mesh, joined, planar_fork
 from lbskel import PointCloud
 from lbskel.shapes import make, torus
 from lbskel.visualization.camera import principal_view
-from lbskel.visualization.viewpoint import unobstructed_view
+from lbskel.visualization.viewpoint import turned, unobstructed_view
 
 
 def legs():
@@ -40,3 +40,11 @@ def test_size_and_place_do_not_matter():
     mesh = make("tree", n_vertices=1500).mesh
     moved = mesh.with_vertices(mesh.vertices * 1e-3 + [5, 6, 7])
     np.testing.assert_allclose(unobstructed_view(moved).axes, unobstructed_view(mesh).axes, atol=1e-6)
+
+
+def test_a_view_turned_by_90_degrees_is_that_of_the_side():
+    """What pointed to the right points at the viewer or away; the vertical axis stays."""
+    view = principal_view(legs())
+    side = turned(view, 90)
+    np.testing.assert_allclose(side.axes[1], view.axes[1], atol=1e-12)
+    np.testing.assert_allclose(np.abs(side.axes @ view.axes.T)[[0, 2]], [[0, 0, 1], [1, 0, 0]], atol=1e-12)

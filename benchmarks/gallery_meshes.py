@@ -1,0 +1,83 @@
+"""Skeletons of real meshes from two sides, beside those of CGAL and PyGEL3D: pictures, and counts in a table.
+
+``--meshes FOLDER`` names the meshes, of which only pictures and numbers are kept; ``--peers`` adds the other
+tools. Radii are distances to the surface.
+"""
+
+from __future__ import annotations
+
+__all__ = ["run"]
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import lbskel
+from benchmarks.harness import markdown_table, run_in_subprocess, save_json, save_markdown
+from benchmarks.peers import PEERS
+from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.containment import inside_fraction
+from lbskel.visualization import Panel, draw
+
+TOOLS = ("lbskel", "CGAL", "PyGEL3D")
+# Meshes with limbs, none of them twice; further ones of the folder are left out.
+NAMES = (
+    *("armadillo", "cat", "dino", "elephant", "fertility", "fish"),
+    *("hand", "human_neutral", "koala", "penguin", "scorpion", "spot"),
+)
+SIDES = (0.0, 90.0)  # degrees about the vertical axis
+PATIENCE = 300  # seconds for one skeleton
+SIZE, N_COLORS = (1320, 500), 128  # of the row of each side; the pictures are to be small
+
+
+def run(quick: bool, results: Path, meshes: list[Path] | None = None, peers: bool = False) -> None:
+    """Write gallery_meshes.md, gallery_meshes.json and a picture for each mesh."""
+    paths = {path.stem: path for path in meshes or () if path.stem in NAMES}
+    tools = TOOLS if peers else TOOLS[:1]
+    rows, sections = [], {}
+    for name, path in list(paths.items())[: 1 if quick else None]:
+        mesh = lbskel.read_mesh(path)
+        measured = [_row(tool, path.name, mesh) for tool in tools]
+        rows += [row for row, _ in measured]
+        (results / f"gallery_meshes_{name}.png").write_bytes(_from_two_sides(mesh, measured))
+        sections[name.replace("_", " ").capitalize()] = f"{path.name}\n\n![{name}](gallery_meshes_{name}.png)\n"
+    save_json(
+        results / "gallery_meshes.json", {"skeletons": rows}, packages=("PyGEL3D", "CGAL"), meshes=[*paths.values()]
+    )
+    save_markdown(results / "gallery_meshes.md", "Real meshes", {"Counts": markdown_table(rows), **sections})
+
+
+def _row(tool: str, name: str, mesh: lbskel.Mesh) -> tuple[dict[str, Any], lbskel.Skeleton | None]:
+    """Count what a tool finds on a mesh."""
+    row: dict[str, Any] = {"mesh": name, "faces": len(mesh.faces), "tool": tool}
+    answer = run_in_subprocess(PEERS[tool], np.array(mesh.vertices), np.array(mesh.faces), timeout=PATIENCE)
+    if "error" in answer:
+        return {**row, "error": answer["error"].removeprefix("RuntimeError: ")}, None
+    nodes, edges = answer["value"]
+    surface = Surface(mesh)
+    skeleton = lbskel.Skeleton(nodes, edges, surface.distance(nodes))
+    counts = {"tips": len(skeleton.tips), "junctions": len(skeleton.junctions), "cycles": skeleton.cycle_rank}
+    return {**row, **counts, "length inside": inside_fraction(skeleton, surface)}, skeleton
+
+
+def _from_two_sides(mesh: lbskel.Mesh, measured: list[tuple[dict[str, Any], lbskel.Skeleton | None]]) -> bytes:
+    """Draw the skeletons of all tools in a row, seen from each side."""
+    from PIL import Image
+
+    panels = [
+        Panel(
+            mesh,
+            skeleton,
+            f"{row['tool']}: " + (row.get("error") or f"{row['tips']} tips, {row['junctions']} junctions"),
+        )
+        for row, skeleton in measured
+    ]
+    rows = [Image.open(io.BytesIO(draw(panels, size=SIZE, turn=turn))).convert("RGB") for turn in SIDES]
+    whole = Image.new("RGB", (SIZE[0], len(SIDES) * SIZE[1]))
+    for number, row in enumerate(rows):
+        whole.paste(row, (0, number * SIZE[1]))
+    content = io.BytesIO()
+    whole.quantize(N_COLORS).save(content, "png", optimize=True)
+    return content.getvalue()
