@@ -24,7 +24,7 @@ VERBS: dict[str, tuple[str, ...]] = {
     "edit": ("-o", "OUT.ply", "--fix", "z:0:0.2", "--move", "z:0.8:1", "--angle", "20"),
     "quantize": ("-o", "OUT.ply"),
     "compress": ("-o", "OUT.ply", "-k", "20"),
-    "spectrum": ("-k", "8", "--json", "OUT.json"),
+    "spectrum": ("-k", "8", "-o", "OUT.json"),
     "geodesic": ("--source", "0", "-o", "OUT.csv"),
     "branches": ("-o", "OUT.csv"),
     "segment": ("-o", "OUT.ply", "--table", "OUT.csv"),

@@ -65,4 +65,5 @@ def run(quick: bool, results: Path) -> None:
         output = f"\n\n```text\n{shown}\n```" if shown else ""
         links = f"[{path.name}](../gallery/{path.name})\n\n![{path.stem}](gallery_{path.stem}.png)"
         sections[path.stem.replace("_", " ").capitalize()] = f"{text}\n\n{links}{output}"
-    save_markdown(results / "gallery.md", "Gallery", sections)
+    beside = "[Twelve meshes from two sides, beside CGAL and PyGEL3D](gallery_meshes.md)"
+    save_markdown(results / "gallery.md", "Gallery", {**sections, "Real meshes": beside})

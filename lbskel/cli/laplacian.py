@@ -30,7 +30,6 @@ def add_parser(subparsers: Any) -> None:
         "laplacian",
         "measure the properties of discrete Laplacians on a mesh",
         example="lbskel laplacian meshes/knot.off --operator cotangent",
-        json="",
     )
     parser.add_argument("mesh", metavar="MESH")
     parser.add_argument(
@@ -40,7 +39,7 @@ def add_parser(subparsers: Any) -> None:
         metavar="NAME",
         help=f"all, or one of {', '.join(OPERATORS)} (%(default)s)",
     )
-    parser.add_argument("--json", metavar="PATH", help="write the measures as JSON; - for standard output, no table")
+    parser.add_argument("-o", "--output", metavar="JSON", help="write the measures")
     parser.add_argument("--picture", metavar="PNG", help="draw the mean curvature by each operator side by side")
     add_force_option(parser)
     parser.set_defaults(run=run)
@@ -48,7 +47,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure, print and write; return 0 also if properties do not hold, since no operator has all of them."""
-    refuse_existing([path for path in (arguments.json, arguments.picture) if path != "-"], arguments.force)
+    refuse_existing((arguments.output, arguments.picture), arguments.force)
     mesh = read_mesh(arguments.mesh)
     names = OPERATORS if arguments.operator == "all" else [arguments.operator]
     operators: dict[str, Laplacian] = {}
@@ -61,14 +60,13 @@ def run(arguments: argparse.Namespace) -> int:
                 raise
             refusals[name] = str(error)
     diagnostics = {name: laplacian_diagnostics(operator, mesh) for name, operator in operators.items()}
-    if arguments.json != "-" and not arguments.quiet:
+    if not (arguments.json or arguments.quiet):
         print(diagnostics_table(diagnostics, refusals))
+    document = _document(diagnostics, refusals, mesh)
     if arguments.json:
-        text = json.dumps(_document(diagnostics, refusals, mesh), indent=1) + "\n"
-        if arguments.json == "-":
-            print(text, end="")
-        else:
-            write_safely(Path(arguments.json), text, force=arguments.force)
+        print(json.dumps(document))
+    if arguments.output:
+        write_safely(Path(arguments.output), json.dumps(document, indent=1) + "\n", force=arguments.force)
     if arguments.picture:
         from lbskel.visualization import Panel, render
 

@@ -39,7 +39,7 @@ def add_command(
 ) -> argparse.ArgumentParser:
     """Add the parser of a command, with a description and an example in its help, ``--quiet`` and ``--json``.
 
-    ``json`` is the help of ``--json``; empty for a command that has an option of this name with another form.
+    ``json`` is the help of ``--json``.
     """
     description = f"{summary[0].upper()}{summary[1:]}.{' ' if details else ''}{details}"
     parser: argparse.ArgumentParser = subparsers.add_parser(
@@ -50,8 +50,7 @@ def add_command(
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--quiet", action="store_true", help="print nothing but errors")
-    if json:
-        parser.add_argument("--json", action="store_true", help=json)
+    parser.add_argument("--json", action="store_true", help=json)
     parser.set_defaults(on_stage=_ignore)  # told the stages of what takes long
     return parser
 

@@ -26,14 +26,11 @@ def add_parser(subparsers: Any) -> None:
         "compute the smallest eigenvalues of the Laplacian of a mesh",
         details="Further meshes are compared with the first by their spectra (shape-DNA).",
         example="lbskel spectrum meshes/hand.ply meshes/octopus.ply -k 50 --picture signature.png",
-        json="",
     )
     parser.add_argument("mesh", nargs="+", metavar="MESH")
     parser.add_argument("-k", type=int, default=50, metavar="N", help="number of eigenvalues (%(default)s)")
     add_operator_option(parser, "robust")
-    parser.add_argument(
-        "--json", metavar="PATH", help="write eigenvalues and distances as JSON; - for standard output, no text"
-    )
+    parser.add_argument("-o", "--output", metavar="JSON", help="write eigenvalues and distances")
     parser.add_argument("--picture", metavar="PNG", help="draw eigenfunctions and heat kernel signatures of the first")
     add_force_option(parser)
     parser.set_defaults(run=run)
@@ -41,23 +38,21 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Compute, print and write."""
-    refuse_existing([path for path in (arguments.json, arguments.picture) if path != "-"], arguments.force)
+    refuse_existing((arguments.output, arguments.picture), arguments.force)
     meshes = [read_mesh(path) for path in arguments.mesh]
     bases = [spectral_basis(mesh, arguments.k, operator=arguments.operator) for mesh in meshes]
     distances = [shape_dna_distance(bases[0], basis) for basis in bases[1:]]
-    if arguments.json != "-" and not arguments.quiet:
+    if not (arguments.json or arguments.quiet):
         for path, basis in zip(arguments.mesh, bases, strict=True):
             _print(path, basis)
         for path, distance in zip(arguments.mesh[1:], distances, strict=True):
             print(f"shape-DNA distance of {path}: {distance:.4g}")
+    values = {str(path): basis.values.tolist() for path, basis in zip(arguments.mesh, bases, strict=True)}
+    document = {"operator": arguments.operator, "values": values, "shape_dna_distances": distances}
     if arguments.json:
-        values = {str(path): basis.values.tolist() for path, basis in zip(arguments.mesh, bases, strict=True)}
-        document = {"operator": arguments.operator, "values": values, "shape_dna_distances": distances}
-        text = json.dumps(document, indent=1) + "\n"
-        if arguments.json == "-":
-            print(text, end="")
-        else:
-            write_safely(Path(arguments.json), text, force=arguments.force)
+        print(json.dumps(document))
+    if arguments.output:
+        write_safely(Path(arguments.output), json.dumps(document, indent=1) + "\n", force=arguments.force)
     if arguments.picture:
         from lbskel.visualization import Panel, render
 

@@ -23,7 +23,7 @@ def run_command(*arguments):
 def test_the_command_prints_every_operator_and_writes_what_is_asked_for(tmp_path, capsys):
     path = tmp_path / "lantern.off"
     write_mesh(path, schwarz_lantern(8, 30))
-    assert run_command(path, "--json", tmp_path / "health.json") == 0
+    assert run_command(path, "-o", tmp_path / "health.json") == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines[1 : 1 + len(OPERATORS)]] == list(OPERATORS)
     assert "!" in next(line for line in lines if line.startswith("cotangent "))
@@ -34,13 +34,13 @@ def test_the_command_prints_every_operator_and_writes_what_is_asked_for(tmp_path
     assert run_command(path, "--operator", "robust", "--picture", tmp_path / "curvature.png") == 0
     assert (tmp_path / "curvature.png").read_bytes()[:4] == b"\x89PNG"
     with pytest.raises(FormatError, match="exists"):
-        run_command(path, "--json", tmp_path / "health.json")
+        run_command(path, "-o", tmp_path / "health.json")
 
 
 def test_the_command_goes_on_where_an_operator_is_not_defined(tmp_path, capsys):
     path = tmp_path / "fin.off"
     write_mesh(path, Mesh(np.eye(5, 3) + 1, [[0, 1, 2], [0, 1, 3], [0, 1, 4]]))
-    assert run_command(path, "--json", "-") == 0
+    assert run_command(path, "--json") == 0
     document = json.loads(capsys.readouterr().out)
     assert set(document["refused"]) == {"intrinsic_delaunay"}
     assert set(document["operators"]) == set(OPERATORS) - {"intrinsic_delaunay"}

@@ -24,7 +24,7 @@ def test_eigenvalues_and_distances_are_printed_and_written(tmp_path, capsys):
     for path, mesh in meshes.items():
         write_mesh(path, mesh)
     json_path, picture = tmp_path / "values.json", tmp_path / "functions.png"
-    assert run_command(*meshes, "-k", 12, "--json", json_path, "--picture", picture) == 0
+    assert run_command(*meshes, "-k", 12, "-o", json_path, "--picture", picture) == 0
     lines = capsys.readouterr().out.splitlines()
     assert "12 eigenvalues, 1 of them zero" in lines[0]
     assert lines[1].split()[0] == "0"
@@ -35,4 +35,4 @@ def test_eigenvalues_and_distances_are_printed_and_written(tmp_path, capsys):
     assert lines[-1].endswith(f"{shape_dna_distance(*bases):.4g}")
     assert picture.read_bytes()[:4] == b"\x89PNG"
     with pytest.raises(FormatError, match="exists"):
-        run_command(*meshes, "--json", json_path)
+        run_command(*meshes, "-o", json_path)
