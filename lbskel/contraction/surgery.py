@@ -14,14 +14,22 @@ from __future__ import annotations
 
 __all__ = ["CollapsedGraph", "collapse", "collapse_mesh"]
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel._kernels.connectivity import component_roots
 from lbskel.contraction.collapsed_graph import CollapsedGraph
+from lbskel.contraction.complexes import (
+    Complex,
+    closing_edges,
+    free_edges,
+    has_face,
+    keys_of,
+    open_surfaces,
+    remove_free_edges,
+    unique_rows,
+)
 from lbskel.contraction.homology import Tunnels, find_tunnels, transfer_cochain
 from lbskel.contraction.point_graph import collapse_stars
 from lbskel.contraction.quadrics import line_quadrics
@@ -35,25 +43,6 @@ from lbskel.geometry.vertex_map import VertexMap
 COST_DIGITS = 11  # decimals of a cost, in squared diameter bounds, that order edges, so that rounding decides no ties
 TUNNELS_SHARE = 0.5  # of the time left that certificates may take under a deadline; a guess
 SAMPLING_WEIGHT = 0.1  # weight of the sampling cost relative to the shape cost; Au et al. 2008
-
-
-@dataclass(frozen=True, eq=False)
-class _Complex:
-    """The faces and edges not yet collapsed.
-
-    Parameters
-    ----------
-    faces : (m, 3) array of int
-        With ascending corners.
-    edges : (k, 2) array of int
-        With ascending ends.
-    cochain : (k, 1) array of int
-        Of each edge from its lower to its higher end, modulo 2^64.
-    """
-
-    faces: NDArray[np.int64]
-    edges: NDArray[np.int64]
-    cochain: NDArray[np.int64]
 
 
 def collapse(contraction: Contraction, *, deadline: Deadline = NEVER) -> CollapsedGraph:
@@ -125,33 +114,35 @@ def collapse_mesh(
             cochain = transfer_cochain(cochain, source, contracted.edges, vertex_map)
     used = contracted.used_vertices
     P = (contracted.vertices - contracted.vertices[used].mean(axis=0)) / source.diameter_bound
-    remaining = _Complex(np.sort(contracted.faces, axis=1), contracted.edges, cochain)
+    is_removed = np.zeros(len(cochain), dtype=bool)
+    remaining = Complex(np.sort(contracted.faces, axis=1), contracted.edges, cochain, is_removed)
     Q = line_quadrics(P, remaining.edges)
     merged_into = np.arange(n)
     blocked, has_progressed = np.empty(0, dtype=np.int64), False
     while len(remaining.faces):
         deadline.check()
-        candidates = np.flatnonzero(_has_face(remaining, n) & ~np.isin(_keys(remaining.edges, n), blocked))
+        candidates = np.flatnonzero(has_face(remaining, n) & ~np.isin(keys_of(remaining.edges, n), blocked))
         if len(candidates):
             remaining, removed, target, refused = _collapse_round(remaining, candidates, P, Q, n)
             np.add.at(Q, target, Q[removed])
             step = np.arange(n)
             step[removed] = target
             merged_into = step[merged_into]
-            blocked = np.union1d(blocked, refused)
+            if len(refused):
+                blocked = np.concatenate([blocked, refused, closing_edges(remaining, n)])
             has_progressed |= len(removed) > 0
         elif has_progressed:
-            blocked, has_progressed = blocked[:0], False
-        elif len(free := _free_edges(remaining, n)):
-            remaining, has_progressed = _remove_free_edges(remaining, free, P, n), True
+            blocked, has_progressed = closing_edges(remaining, n), False
+        elif len(free := free_edges(remaining, n)):
+            remaining, has_progressed = remove_free_edges(remaining, free, P, n), True
         else:  # closed surfaces of few vertices: opening them loses no tunnel; spurious loops are removed at the end
-            remaining, has_progressed = _open_surfaces(remaining, n), True
+            remaining, has_progressed = open_surfaces(remaining, n), True
     kept, node_of_used = np.unique(merged_into[used], return_inverse=True)
     node_of_vertex = np.full(n, -1)
     node_of_vertex[used] = node_of_used
     if vertex_map is not None:
         node_of_vertex = vertex_map.pull_back(node_of_vertex)
-    edges, spurious = np.searchsorted(kept, remaining.edges), []
+    edges, spurious = np.searchsorted(kept, remaining.edges[~remaining.is_removed]), []
     if tunnels is not None and len(edges) - len(kept) + 1 > tunnels.genus:
         values = tunnels.independent_cochains(PRIME)
         spurious = spurious_loop_edges(
@@ -177,31 +168,15 @@ def _tunnels_in_time(source: Mesh, deadline: Deadline) -> Tunnels | None:
         return None
 
 
-def _keys(edges: NDArray[np.int64], n: int) -> NDArray[np.int64]:
-    """(k,) unique number of each ordered pair of vertices."""
-    keys: NDArray[np.int64] = edges[:, 0] * n + edges[:, 1]
-    return keys
-
-
-def _has_face(remaining: _Complex, n: int) -> NDArray[np.bool_]:
-    """(k,) whether each edge belongs to a face."""
-    return np.isin(_keys(remaining.edges, n), _keys_of_sides(remaining, n))
-
-
-def _keys_of_sides(remaining: _Complex, n: int) -> NDArray[np.int64]:
-    """(3m,) number of the pair of vertices at each side of each face."""
-    return np.concatenate([_keys(remaining.faces[:, pair], n) for pair in ([0, 1], [0, 2], [1, 2])])
-
-
 def _collapse_round(
-    remaining: _Complex, candidates: NDArray[np.int64], P: NDArray[np.float64], Q: NDArray[np.float64], n: int
-) -> tuple[_Complex, NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    remaining: Complex, candidates: NDArray[np.int64], P: NDArray[np.float64], Q: NDArray[np.float64], n: int
+) -> tuple[Complex, NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """Collapse every candidate that is the cheapest at both ends and closes no tunnel.
 
     Returns the complex afterwards, the vertices removed, those they were merged into, and the keys of refused edges.
     """
     removed, target, chosen = _cheapest(remaining, candidates, P, Q, n)
-    keys = _keys(remaining.edges[chosen], n)
+    keys = keys_of(remaining.edges[chosen], n)
     refused = []
     while True:
         following, in_conflict = _collapse_edges(remaining, removed, target, chosen, n)
@@ -214,10 +189,10 @@ def _collapse_round(
 
 
 def _cheapest(
-    remaining: _Complex, candidates: NDArray[np.int64], P: NDArray[np.float64], Q: NDArray[np.float64], n: int
+    remaining: Complex, candidates: NDArray[np.int64], P: NDArray[np.float64], Q: NDArray[np.float64], n: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """Select the candidates that are the cheapest at both ends: the vertex to remove, the one to keep, and the edge."""
-    length = np.linalg.norm(P[remaining.edges[:, 0]] - P[remaining.edges[:, 1]], axis=1)
+    length = np.linalg.norm(P[remaining.edges[:, 0]] - P[remaining.edges[:, 1]], axis=1) * ~remaining.is_removed
     length_sum = np.bincount(remaining.edges.ravel(), weights=np.repeat(length, 2), minlength=n)
     i, j = remaining.edges[candidates].T
     both = Q[i] + Q[j]
@@ -237,8 +212,8 @@ def _cheapest(
 
 
 def _collapse_edges(
-    remaining: _Complex, removed: NDArray[np.int64], target: NDArray[np.int64], chosen: NDArray[np.int64], n: int
-) -> tuple[_Complex, NDArray[np.bool_]]:
+    remaining: Complex, removed: NDArray[np.int64], target: NDArray[np.int64], chosen: NDArray[np.int64], n: int
+) -> tuple[Complex, NDArray[np.bool_]]:
     """Collapse edges; also return (n,) whether each vertex is at edges that would be merged but differ in cochain."""
     new_vertex = np.arange(n)
     new_vertex[removed] = target
@@ -250,48 +225,14 @@ def _collapse_edges(
     edges = np.where(flipped[:, None], edges[:, ::-1], edges)
     cochain = np.where(flipped[:, None], -cochain, cochain)
     is_edge = edges[:, 0] != edges[:, 1]
-    _, first, group = np.unique(_keys(edges, n), return_index=True, return_inverse=True)
+    _, first, group = np.unique(keys_of(edges, n), return_index=True, return_inverse=True)
     differs = is_edge & (cochain != cochain[first][group]).any(axis=1)
     in_conflict = np.zeros(n, dtype=bool)
     if differs.any():
         in_conflict[remaining.edges[np.isin(group, group[differs])]] = True
-    first = first[is_edge[first]]
+    is_removed = np.ones(len(first), dtype=bool)
+    is_removed[group[~remaining.is_removed]] = False
+    is_removed, first = is_removed[is_edge[first]], first[is_edge[first]]
     faces = np.sort(new_vertex[remaining.faces], axis=1)
     faces = faces[(faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2])]
-    return _Complex(_unique_rows(faces), edges[first], cochain[first]), in_conflict
-
-
-def _unique_rows(faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the distinct rows in lexicographic order."""
-    faces = faces[np.lexsort(faces.T[::-1])]
-    is_new = np.ones(len(faces), dtype=bool)
-    is_new[1:] = (faces[1:] != faces[:-1]).any(axis=1)
-    return faces[is_new]
-
-
-def _free_edges(remaining: _Complex, n: int) -> NDArray[np.int64]:
-    """Keys of the edges that belong to exactly one face."""
-    keys, count = np.unique(_keys_of_sides(remaining, n), return_counts=True)
-    free: NDArray[np.int64] = keys[count == 1]
-    return free
-
-
-def _remove_free_edges(remaining: _Complex, free: NDArray[np.int64], P: NDArray[np.float64], n: int) -> _Complex:
-    """Remove the longest free edge of each face that has one, and the face, which neither opens nor closes a loop."""
-    keys = _keys_of_sides(remaining, n).reshape(3, -1)
-    lengths = np.linalg.norm(P[keys // n] - P[keys % n], axis=2)
-    lengths[~np.isin(keys, free)] = -1
-    longest = np.argmax(lengths, axis=0)
-    has_free_edge = lengths.max(axis=0) >= 0
-    removed = keys[longest, np.arange(keys.shape[1])][has_free_edge]
-    is_kept = ~np.isin(_keys(remaining.edges, n), removed)
-    return _Complex(remaining.faces[~has_free_edge], remaining.edges[is_kept], remaining.cochain[is_kept])
-
-
-def _open_surfaces(remaining: _Complex, n: int) -> _Complex:
-    """Remove the first face of each connected part of the faces."""
-    part = component_roots(
-        np.concatenate([remaining.faces[:, :2], remaining.faces[:, 1:]]), np.zeros(n, dtype=np.int64)
-    )
-    _, first = np.unique(part[remaining.faces[:, 0]], return_index=True)
-    return _Complex(np.delete(remaining.faces, first, axis=0), remaining.edges, remaining.cochain)
+    return Complex(unique_rows(faces), edges[first], cochain[first], is_removed), in_conflict

@@ -10,8 +10,9 @@ import pytest
 
 from lbskel import Mesh, Skeleton, collapse, collapse_mesh, contract, skeletonize
 from lbskel.contraction import surgery
+from lbskel.contraction.homology import find_tunnels
 from lbskel.geometry.deadline import Deadline, OutOfTime
-from lbskel.shapes import capsule, chain_of_tori, cylinder, sphere, torus
+from lbskel.shapes import capsule, chain_of_tori, cylinder, porous_block, sphere, torus
 
 POSITIONS = {
     "scattered": lambda V, rng: rng.normal(size=V.shape),
@@ -189,3 +190,23 @@ def test_certificates_are_left_out_where_half_the_time_does_not_suffice(monkeypa
     graph = collapse(contraction, deadline=Deadline(time.perf_counter() + 100))
     assert not graph.handles_certified
     assert len(graph.node_of_vertex) == len(mesh.vertices)
+
+
+def test_regions_meet_on_one_side_of_each_tunnel():
+    """The sum of the cochain from one region's first vertex to another's is the same across every edge between them."""
+    mesh = porous_block(10, filled=0.6)
+    cochain = find_tunnels(mesh).cochain()[:, 0]
+    region = collapse(contract(mesh)).node_of_vertex
+    start, end = np.concatenate([mesh.edges, mesh.edges[:, ::-1]]).T
+    value = np.concatenate([cochain, -cochain])
+    sums, is_known = np.zeros(len(region), dtype=np.int64), np.zeros(len(region), dtype=bool)
+    is_known[np.unique(region, return_index=True)[1]] = True
+    while not is_known.all():
+        reached = np.flatnonzero((region[start] == region[end]) & is_known[start] & ~is_known[end])
+        assert len(reached)
+        sums[end[reached]] = sums[start[reached]] + value[reached]
+        is_known[end[reached]] = True
+    across = sums[start] + value - sums[end]
+    assert not across[region[start] == region[end]].any()
+    pairs = {(*pair, total) for *pair, total in zip(region[start], region[end], across, strict=True)}
+    assert len(pairs) == len({pair[:2] for pair in pairs})
