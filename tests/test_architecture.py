@@ -30,7 +30,7 @@ KNOWS = {
     "skeleton": BASE | {"geometry", "solvers"},
     "preprocess": BASE | {"geometry"},
     "contraction": BASE | {"geometry", "operators", "solvers"},
-    "refinement": BASE | {"geometry", "skeleton", "solvers"},
+    "refinement": BASE | {"contraction", "geometry", "skeleton", "solvers"},
     "evaluation": BASE | {"contraction", "geometry", "operators", "refinement", "skeleton", "solvers"},
     "io": BASE | {"geometry", "skeleton"},
     "visualization": BASE | {"geometry", "io", "skeleton"},

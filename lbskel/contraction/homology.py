@@ -9,7 +9,7 @@ one column stands for all g.
 
 from __future__ import annotations
 
-__all__ = ["Tunnels", "find_tunnels", "transfer_cochain", "tunnels_missed"]
+__all__ = ["Tunnels", "find_tunnels", "outward_basis", "projections", "transfer_cochain"]
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,13 +20,11 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from lbskel.contraction.homology_basis import HomologyBasis, Integers, homology_basis
-from lbskel.contraction.linking_form import LinkingForm, linking_cochain, linking_form, random_integers
-from lbskel.contraction.spurious_loops import PRIME, spurious_loop_edges
+from lbskel.contraction.linking_form import LinkingForm, linking_form, random_integers
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order
-from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 
 N_VIEWS = 2  # projections of each copy: where one meets a coincidence, another does not
@@ -35,7 +33,6 @@ MAX_FOLD_COSINE = -0.2  # an edge is folded if the normals of its faces have a s
 # fraction of folded edges above which a surface may intersect itself; measured below 0.002 on clean surfaces, above
 # 0.04 on surfaces that intersect themselves
 MAX_FOLDED_FRACTION = 0.02
-MAX_TUNNELS = 200  # that are compared with cycles, which bounds the time of elimination; a guess
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,10 +96,10 @@ def find_tunnels(mesh: Mesh, *, deadline: Deadline = NEVER) -> Tunnels | None:
     if genus == 0:
         return Tunnels(0, n_edges, None)
     deadline.check()
-    basis = _outward_basis(mesh)
+    basis = outward_basis(mesh)
     found: list[LinkingForm] = []
     for smoothed in _smoothed_copies(basis.mesh):
-        forms = (linking_form(basis, smoothed, view) for view in deadline.until(_views()))
+        forms = (linking_form(basis, smoothed, view) for view in deadline.until(projections()))
         form = next((form for form in forms if form.is_consistent()), None)
         if form is None:
             continue
@@ -113,57 +110,18 @@ def find_tunnels(mesh: Mesh, *, deadline: Deadline = NEVER) -> Tunnels | None:
     return Tunnels(genus, n_edges, found[-1]) if found else None
 
 
-def tunnels_missed(
-    points: NDArray[np.float64], edges: NDArray[np.int64], mesh: Mesh, *, deadline: Deadline = NEVER
-) -> int | None:
-    """Count the tunnels of a surface that the cycles of a graph inside do not go around.
-
-    Cycles that are moved inside the solid keep their linking numbers with the outer loops. So the rank of these numbers
-    is the number of tunnels that independent cycles of the graph go around.
+def outward_basis(mesh: Mesh) -> HomologyBasis:
+    """Build the loops of a surface, with its faces turned outwards.
 
     Parameters
     ----------
-    points : (n, 3) array of float
-        The nodes of a connected graph inside the surface.
-    edges : (e, 2) array of int
     mesh : Mesh
         One closed manifold component.
-    deadline : Deadline
-        After it, OutOfTime is raised.
-
-    Returns
-    -------
-    int or None
-        The genus minus that rank; None if the surface intersects itself, or has more than MAX_TUNNELS tunnels.
     """
-    genus = mesh.genus
-    if not genus or genus > MAX_TUNNELS:
-        return None if genus else 0
-    deadline.check()
-    # asked again and again of one mesh
-    basis, view = Surface(mesh).memoize("outward basis", lambda: _basis_and_view(mesh, deadline))
-    if view is None:
-        return None
-    combinations = [random_integers(2 * genus, 1 + i) % np.uint64(PRIME) for i in range(genus)]
-    edges = np.sort(edges, axis=1)
-    cochain = linking_cochain(basis, points, edges, combinations, view)
-    n_cycles = len(edges) - len(points) + 1
-    return genus - n_cycles + len(spurious_loop_edges(points, edges, cochain))
-
-
-def _basis_and_view(mesh: Mesh, deadline: Deadline) -> tuple[HomologyBasis, NDArray[np.float64] | None]:
-    """Build the loops, and a rotation in which their linking numbers are those of an embedded surface, or None."""
-    basis = _outward_basis(mesh)
-    views = deadline.until(_views())
-    return basis, next((view for view in views if linking_form(basis, basis.mesh, view).is_consistent()), None)
-
-
-def _outward_basis(mesh: Mesh) -> HomologyBasis:
-    """Build the loops of a surface, with its faces turned outwards."""
     return homology_basis(mesh if mesh.volume >= 0 else Mesh(mesh.vertices, mesh.faces[:, ::-1]))
 
 
-def _views() -> Iterator[NDArray[np.float64]]:
+def projections() -> Iterator[NDArray[np.float64]]:
     """Yield rotations in no special direction."""
     for seed in range(N_VIEWS):
         axes = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]

@@ -15,7 +15,7 @@ https://doi.org/10.1007/3-540-09526-8_5); the probability that a wrong M passes 
 
 from __future__ import annotations
 
-__all__ = ["LinkingForm", "linking_cochain", "linking_form"]
+__all__ = ["LinkingForm", "OuterLoops", "linking_form", "outer_loops", "random_integers"]
 
 from dataclasses import dataclass
 
@@ -86,72 +86,89 @@ def linking_form(basis: HomologyBasis, mesh: Mesh, view: NDArray[np.float64]) ->
         A rotation; its last column is the direction of the projection.
     """
     k, m = len(mesh.edges), len(mesh.faces)
-    V = mesh.vertices @ view
     lower = np.flatnonzero(basis.flow_along(random_integers(len(basis.generators), 0)))  # other edges are in no loop
-    rows, columns, values = _crossings(basis, V, V[mesh.edges[lower]], basis.sides[lower] % m)
-    above = basis.generators[_is_outside_above(basis, V)]
+    outside = outer_loops(basis, mesh, view)
+    rows, columns, values = outside.crossings(mesh.vertices[mesh.edges[lower]], basis.sides[lower] % m)
+    above = basis.generators[_is_outside_above(basis, mesh.vertices @ view)]
     values = np.concatenate([values, np.full(len(above), -1).astype(np.uint64)])
     rows, columns = np.append(lower[rows], above), np.append(columns, above)
     return LinkingForm(basis, coo_array((-values, (rows, columns)), shape=(k, k)).tocsr())
 
 
-def linking_cochain(
-    basis: HomologyBasis,
-    points: NDArray[np.float64],
-    edges: NDArray[np.int64],
-    combinations: list[Integers],
-    view: NDArray[np.float64],
-) -> NDArray[np.int64]:
-    """Count the crossings of the edges of a graph inside a surface with combinations of its outer loops.
+@dataclass(frozen=True, eq=False)
+class OuterLoops:
+    """The loops across edges, projected, in a search tree.
 
     Parameters
     ----------
     basis : HomologyBasis
-        Of the surface.
-    points : (n, 3) array of float
-        The nodes of the graph.
-    edges : (e, 2) array of int
-    combinations : list of c arrays of 2g uint64
-        Coefficients of the outer loops.
     view : (3, 3) array of float
-        As for :func:`linking_form`.
-
-    Returns
-    -------
-    (e, c) array of int
-        The sum along a cycle is its linking number with each combination.
+        A rotation; its last column is the direction of the projection.
+    sides : (s,) array of int
+        The half-edge of each piece, from the center of a face to the middle of its side; in the order of the tree.
+    pieces : (s, 6) array of float
+        Both ends of each.
+    boxes : (2 p, 6) array of float
+        Of :func:`lbskel._kernels.bvh.bounding_boxes`.
     """
-    nobody = np.full((len(edges), 2), -1)
-    rows, columns, values = _crossings(basis, basis.mesh.vertices @ view, (points @ view)[edges], nobody)
-    crossings = coo_array((values, (rows, columns)), shape=(len(edges), len(basis.mesh.edges))).tocsr()
-    return np.stack([crossings @ basis.flow_across(x) for x in combinations], axis=1).view(np.int64)
+
+    basis: HomologyBasis
+    view: NDArray[np.float64]
+    sides: NDArray[np.int64]
+    pieces: NDArray[np.float64]
+    boxes: NDArray[np.float64]
+
+    def crossings(
+        self, segments: NDArray[np.float64], skipped: NDArray[np.int64] | None = None
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], Integers]:
+        """Find where the loops pass above segments.
+
+        Parameters
+        ----------
+        segments : (q, 2, 3) array of float
+        skipped : (q, 2) array of int, optional
+            Faces whose pieces are not compared with each segment.
+
+        Returns
+        -------
+        rows, edges : (c,) arrays of int
+            For each crossing the segment, and the edge that the loop crosses there from left to right.
+        signs : (c,) array of uint64
+            1 from the right of the segment to its left, else -1.
+        """
+        none = np.full((len(segments), 2), -1)
+        row, piece, sign = crossings_above(
+            np.ascontiguousarray((segments @ self.view).reshape(-1, 6)),
+            none if skipped is None else skipped,
+            self.pieces,
+            self.sides % len(self.basis.mesh.faces),
+            self.boxes,
+        )
+        # a piece leads from its face to the middle of the edge, as the flow to the right does in the face on the left
+        side = self.sides[piece]
+        return row, self.basis.mesh.edge_of_half_edge[side], sign.astype(np.uint64) * self.basis.sign[side]
 
 
-def _crossings(
-    basis: HomologyBasis, V: NDArray[np.float64], segments: NDArray[np.float64], skipped: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64], Integers]:
-    """Find where outer loops pass above segments, along the third axis.
+def outer_loops(basis: HomologyBasis, mesh: Mesh, view: NDArray[np.float64]) -> OuterLoops:
+    """Project the loops across edges.
 
-    Returns the row of each segment, the edge that the outer loop crosses there from left to right, and the sign.
+    Parameters
+    ----------
+    basis : HomologyBasis
+    mesh : Mesh
+        The surface that the basis is of, or another with its faces.
+    view : (3, 3) array of float
+        A rotation; its last column is the direction of the projection.
     """
-    mesh, m = basis.mesh, len(basis.mesh.faces)
+    V = mesh.vertices @ view
     sides = np.flatnonzero(basis.flow_across(random_integers(len(basis.generators), 0))[mesh.edge_of_half_edge])
     start, end = mesh.half_edges[sides].T
-    pieces = np.concatenate([V[mesh.faces].mean(axis=1)[sides % m], (V[start] + V[end]) / 2])
+    points = np.concatenate([V[mesh.faces].mean(axis=1)[sides % len(mesh.faces)], (V[start] + V[end]) / 2])
     n = len(sides)
     ends = np.stack([np.arange(n), np.arange(n, 2 * n), np.arange(n, 2 * n)], axis=1)
-    order = spatial_order(pieces, ends)
-    corners, boxes = bounding_boxes(pieces, ends, order, BOX_MARGIN * float(np.abs(V).max()))
-    row, piece, sign = crossings_above(
-        np.ascontiguousarray(segments.reshape(-1, 6)),
-        skipped,
-        np.ascontiguousarray(corners[:, :6]),
-        sides[order] % m,
-        boxes,
-    )
-    # a piece leads from its face to the middle of the edge, as the flow to the right does in the face on the left
-    side = sides[order[piece]]
-    return row, mesh.edge_of_half_edge[side], sign.astype(np.uint64) * basis.sign[side]
+    order = spatial_order(points, ends)
+    corners, boxes = bounding_boxes(points, ends, order, BOX_MARGIN * float(np.abs(V).max()))
+    return OuterLoops(basis, view, sides[order], np.ascontiguousarray(corners[:, :6]), boxes)
 
 
 def _is_outside_above(basis: HomologyBasis, V: NDArray[np.float64]) -> NDArray[np.bool_]:

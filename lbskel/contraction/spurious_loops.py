@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
+from lbskel._kernels.linking import sums_from_root
 from lbskel.geometry.graphs import weighted_graph
 
 # Independence is tested modulo this prime, below 2^20: sums of up to 8,192 products of two numbers are exact in double
@@ -40,14 +41,18 @@ def spurious_loop_edges(P: NDArray[np.float64], edges: NDArray[np.int64], cochai
     length = np.linalg.norm(P[edges[:, 0]] - P[edges[:, 1]], axis=1)
     tree = minimum_spanning_tree(weighted_graph(edges, length + TREE_LENGTH_SHIFT, k))
     order, parent = breadth_first_order(tree, 0, directed=False)
-    row_of_edge = {(int(low), int(high)): row for row, (low, high) in enumerate(edges)}
-    potential = np.zeros((k, cochain.shape[1]), dtype=np.int64)
+    order, parent = order.astype(np.int64), parent.astype(np.int64)
+    below = order[1:]
+    keys = edges[:, 0] * k + edges[:, 1]
+    by_key = np.argsort(keys)
+    low, high = np.minimum(below, parent[below]), np.maximum(below, parent[below])
+    rows = by_key[np.searchsorted(keys, low * k + high, sorter=by_key)]
     in_tree = np.zeros(len(edges), dtype=bool)
-    for node in order[1:]:
-        up = int(parent[node])
-        row = row_of_edge[min(up, int(node)), max(up, int(node))]
-        in_tree[row] = True
-        potential[node] = potential[up] + (cochain[row] if up < node else -cochain[row])
+    in_tree[rows] = True
+    steps = np.zeros((cochain.shape[1], k), dtype=np.int64)
+    steps[:, below] = (np.where(parent[below] < below, 1, -1)[:, None] * cochain[rows]).T
+    potentials = [sums_from_root(order, parent, step.view(np.uint64)).view(np.int64) for step in steps]
+    potential = np.stack(potentials, axis=1)
     loop_sums = cochain + potential[edges[:, 0]] - potential[edges[:, 1]]
     off_tree = np.flatnonzero(~in_tree)
     longest_first = off_tree[np.argsort(-length[off_tree], kind="stable")]

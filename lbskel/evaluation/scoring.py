@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from lbskel.contraction.homology import tunnels_missed
+from lbskel.contraction.cycle_classes import tunnels_missed
 from lbskel.errors import MeshError, first_few
 from lbskel.evaluation.measures import Score
 from lbskel.evaluation.skeleton_shape import length_fraction, n_spurs, rms_curvature

@@ -19,7 +19,9 @@ from dataclasses import replace
 from functools import partial
 from typing import TypeAlias
 
-from lbskel.contraction.homology import tunnels_missed
+import numpy as np
+from numpy.typing import NDArray
+
 from lbskel.geometry.deadline import Deadline
 from lbskel.geometry.surface_queries import Surface
 from lbskel.pipeline.anchoring import Anchors
@@ -29,7 +31,7 @@ from lbskel.pipeline.profiling import StageTimer
 from lbskel.refinement.anchors import attach_anchors
 from lbskel.refinement.centering import fit_to_centerlines, recenter
 from lbskel.refinement.centerlines import find_section_centers
-from lbskel.refinement.containment import reroute_inside
+from lbskel.refinement.containment import paths_outside, reroute_inside
 from lbskel.refinement.flat_ends import prune_flat_ends
 from lbskel.refinement.junctions import merge_junctions_by_axes
 from lbskel.refinement.limb_growth import grow_uncovered_limbs
@@ -39,8 +41,9 @@ from lbskel.refinement.radii import inscribed_radii, mean_radii
 from lbskel.refinement.region_map import make_regions_connected, reassign_to_nearest_node
 from lbskel.refinement.region_paths import reroute_through_regions
 from lbskel.refinement.tips import extend_tips, tips_at_surface
+from lbskel.refinement.tunnel_sides import n_tunnels_missed, paths_that_pass
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, merge_junctions, prune
-from lbskel.skeleton.resampling import resample
+from lbskel.skeleton.resampling import space_evenly
 from lbskel.skeleton.skeleton import Skeleton
 
 Pass: TypeAlias = Callable[[Skeleton, Surface], Skeleton]
@@ -87,38 +90,22 @@ def refine(
     True
     """
     require_refinement_options(min_branch_ratio, tip_position)
-    prune_spurs = partial(_without_spurs, min_branch_ratio=min(min_branch_ratio, MIN_BRANCH_RATIO))
-    passes = partial(_refined, skeleton, body, prune_spurs, tip_position, anchors, timer or StageTimer(), {})
-    refined = passes(keeps_cycles=False)
-    return passes(keeps_cycles=True) if _n_missed(refined, body) else refined
+    timer = timer or StageTimer()
 
-
-def _refined(
-    skeleton: Skeleton,
-    body: Body,
-    prune_spurs: Pass,
-    tip_position: str,
-    anchors: Anchors | None,
-    timer: StageTimer,
-    known: dict[tuple[Pass, Skeleton], Skeleton],
-    *,
-    keeps_cycles: bool,
-) -> Skeleton:
-    """Apply the passes, on request none that moves a cycle off its tunnel. What is known is not made again."""
-    n_missed = functools.cache(partial(_n_missed, body=body))
+    @functools.cache
+    def n_missed(skeleton: Skeleton) -> int:
+        return n_tunnels_missed(skeleton, body.surface)
 
     def changed(stage: str, change: Pass, surface: Surface, *, is_needed: bool = False) -> Skeleton:
         def make(deadline: Deadline) -> Skeleton:
-            if (change, skeleton) not in known:
-                known[change, skeleton] = change(skeleton, replace(surface, deadline=deadline))
-            after = known[change, skeleton]
-            is_kept = not keeps_cycles or n_missed(after) <= n_missed(skeleton)
-            return after if is_kept else skeleton
+            after = change(skeleton, replace(surface, deadline=deadline))
+            return after if n_missed(after) <= n_missed(skeleton) else skeleton
 
         return timer.optional(stage, make, skeleton, is_needed=is_needed)
 
     surface, proxy = body.surface, body.surface.proxy
     skeleton = mean_radii(skeleton, proxy.mesh)
+    prune_spurs = partial(_without_spurs, min_branch_ratio=min(min_branch_ratio, MIN_BRANCH_RATIO))
     skeleton = changed("prune spurs", prune_spurs, proxy, is_needed=True)
     skeleton = changed("merge junctions", _with_merged_junctions, proxy)
     skeleton = replace(skeleton, node_of_vertex=body.proxy.vertex_map.pull_back(skeleton.node_of_vertex))
@@ -127,10 +114,8 @@ def _refined(
         ("extend tips", extend_tips),
         ("grow missing branches", grow_missing_branches),
         ("grow uncovered limbs", grow_uncovered_limbs),
-        *([("reroute inside", _rerouted_through_regions)] if keeps_cycles else []),
         ("reroute inside", _rerouted_inside),
         ("reroute inside", _evenly_spaced),
-        ("reroute inside", _rerouted_inside),
     ]
     if tip_position == "surface":
         passes.append(("tips at surface", tips_at_surface))
@@ -144,20 +129,14 @@ def _refined(
     return replace(skeleton, mean_radii=mean_radii(skeleton, body.mesh).radii)
 
 
-def _n_missed(skeleton: Skeleton, body: Body) -> int:
-    """Count the tunnels of a body that no cycle of its skeleton goes around; 0 where that is not known."""
-    mesh = body.surface.proxy.mesh
-    if skeleton.cycle_rank == 0 or skeleton.n_components > 1 or not mesh.is_closed_manifold:
-        return 0
-    return tunnels_missed(skeleton.nodes, skeleton.edges, mesh) or 0
-
-
 def _without_spurs(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> Skeleton:
     """Prune spurs and the corners of flat parts, merge junctions that are near each other, space the nodes evenly."""
+    skeleton = reroute_through_regions(mean_radii(skeleton, surface.mesh), surface)
     skeleton = prune(skeleton, surface.mesh, min_branch_ratio=min_branch_ratio)
     skeleton = prune_flat_ends(skeleton, surface, min_branch_ratio=min_branch_ratio)
-    skeleton = reroute_through_regions(mean_radii(skeleton, surface.mesh), surface)
-    return _evenly_spaced(merge_junctions(inscribed_radii(skeleton, surface), ratio=MERGE_RATIO), surface)
+    merged = merge_junctions(inscribed_radii(skeleton, surface), ratio=MERGE_RATIO)
+    is_worse = n_tunnels_missed(merged, surface) > n_tunnels_missed(skeleton, surface)
+    return _evenly_spaced(skeleton if is_worse else merged, surface)
 
 
 def _with_own_regions(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -177,14 +156,6 @@ def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
     return fit_to_centerlines(skeleton, centers, surface)
 
 
-def _rerouted_through_regions(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Edges that leave the surface led along the regions of their nodes, on the simplified mesh."""
-    proxy, near = surface.proxy, _with_own_regions(skeleton, surface)
-    near = replace(near, node_of_vertex=surface.on_proxy(near.node_of_vertex))
-    led = reroute_through_regions(mean_radii(near, proxy.mesh), proxy)
-    return replace(led, node_of_vertex=surface.from_proxy(led.node_of_vertex))
-
-
 def _rerouted_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Branches rerouted inside a closed surface: before the nodes are spaced, and after, which may cut corners."""
     return reroute_inside(skeleton, surface) if surface.mesh.is_closed else skeleton
@@ -192,4 +163,14 @@ def _rerouted_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
 
 def _evenly_spaced(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Nodes evenly spaced in mean radii; by inscribed radii, flat limbs would get a node per thickness."""
-    return resample(mean_radii(skeleton, surface.mesh), spacing=SPACING)
+    return space_evenly(mean_radii(skeleton, surface.mesh), SPACING, partial(_must_stay, surface=surface))
+
+
+def _must_stay(olds: list[NDArray[np.float64]], news: list[NDArray[np.float64]], surface: Surface) -> NDArray[np.bool_]:
+    """(p,) whether a path passes another side of a tunnel, or leaves a closed surface, when its inner nodes are new."""
+    passes = paths_that_pass(olds, news, surface)
+    if surface.mesh.is_closed:
+        whole = [np.concatenate([old[:1], new, old[-1:]]) for old, new in zip(olds, news, strict=True)]
+        leaving = np.flatnonzero(paths_outside(whole, surface))
+        passes[leaving] |= ~paths_outside([olds[row] for row in leaving], surface)
+    return passes

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.branch_lines import BranchLines, branch_lines
 from lbskel.refinement.centerlines import SectionCenters
+from lbskel.refinement.tunnel_sides import keep_sides
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -68,7 +69,10 @@ def contract_corner_spurs(
             last = int(np.argmax(centers.is_known[path[1:]])) + 1
             share = np.arange(1, last)[:, None] / last
             positions[path[1:last]] = (1 - share) * places[corner] + share * skeleton.nodes[path[last]]
-    return contract_nodes(replace(skeleton, nodes=positions), target) if len(corners) else skeleton
+    if len(corners) == 0:
+        return skeleton
+    positions = keep_sides(skeleton, positions, surface)
+    return contract_nodes(replace(skeleton, nodes=positions), target)
 
 
 def _meeting_places(first: BranchLines, second: BranchLines) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

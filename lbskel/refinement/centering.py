@@ -19,6 +19,7 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.bends import contract_corner_spurs
 from lbskel.refinement.centerlines import SectionCenters, find_section_centers
 from lbskel.refinement.junctions import place_junctions
+from lbskel.refinement.tunnel_sides import keep_sides
 from lbskel.skeleton.skeleton import Skeleton
 from lbskel.solvers import factorize
 
@@ -67,7 +68,7 @@ def fit_to_centerlines(skeleton: Skeleton, centers: SectionCenters, surface: Sur
         is_parallel = is_gap & np.isin(branch_of, branch_of[is_outside])
         moved = skeleton.nodes + _smoothing_spline(skeleton, centers.positions - skeleton.nodes, weight)
         nodes[is_parallel] = moved[is_parallel]
-    return replace(skeleton, nodes=nodes)
+    return replace(skeleton, nodes=keep_sides(skeleton, nodes, surface))
 
 
 def _smoothing_spline(

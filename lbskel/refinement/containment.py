@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["inside_fraction", "interior_paths", "reroute_inside", "segments_outside"]
+__all__ = ["inside_fraction", "interior_paths", "paths_outside", "reroute_inside", "segments_outside"]
 
 import itertools
 from dataclasses import replace
@@ -14,6 +14,7 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.offset_paths import paths_below_surface
 from lbskel.refinement.radii import mean_radii
 from lbskel.refinement.relaxation import relax_inside
+from lbskel.refinement.tunnel_sides import keep_sides, n_tunnels_missed, paths_that_pass
 from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -80,6 +81,7 @@ def reroute_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     ends = np.flatnonzero(skeleton.degrees != 2)
     outside = ends[~surface.contains(nodes[ends])]
     nodes[outside] = _moved_inside(nodes[outside], surface)
+    nodes = keep_sides(skeleton, nodes, surface)
     skeleton = replace(skeleton, nodes=nodes)
     is_leaving = segments_outside(skeleton.nodes, skeleton.edges, surface)
     if not is_leaving.any():
@@ -87,16 +89,52 @@ def reroute_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     leaving = {tuple(edge) for edge in skeleton.edges[is_leaving].tolist()}
     parts = _parts_to_reroute(skeleton, leaving, surface)
     paths = interior_paths(nodes, np.array([(part[0], part[-1]) for part in parts]), surface)
-    positions = np.concatenate(paths)
-    begins, new_begins = (np.cumsum([0, *map(len, each)]) for each in (parts, paths))
-    rerouted = replace_paths(
-        skeleton, np.concatenate(parts), begins, positions, new_begins, surface.distance(positions)
-    )
+    rerouted = _with_paths(skeleton, parts, paths, surface)
+    if n_tunnels_missed(rerouted, surface) > n_tunnels_missed(skeleton, surface):
+        rerouted = _with_paths(skeleton, *_on_their_side(nodes, parts, paths, surface), surface)
     nodes, radii = np.array(rerouted.nodes), np.array(rerouted.radii)
     outside = np.flatnonzero(~surface.contains(nodes))
     nodes[outside] = _moved_inside(nodes[outside], surface)
+    nodes = keep_sides(rerouted, nodes, surface)
     radii[outside] = surface.distance(nodes[outside])
     return replace(rerouted, nodes=nodes, radii=radii)
+
+
+def _with_paths(
+    skeleton: Skeleton, parts: list[NDArray[np.int64]], paths: list[NDArray[np.float64]], surface: Surface
+) -> Skeleton:
+    """Replace the inner nodes of parts of branches by the points of paths."""
+    positions = np.concatenate([skeleton.nodes[:0], *paths])
+    begins, new_begins = (np.cumsum([0, *map(len, each)]) for each in (parts, paths))
+    old = np.concatenate([skeleton.edges[:0, 0], *parts])
+    return replace_paths(skeleton, old, begins, positions, new_begins, surface.distance(positions))
+
+
+def _on_their_side(
+    nodes: NDArray[np.float64], parts: list[NDArray[np.int64]], paths: list[NDArray[np.float64]], surface: Surface
+) -> tuple[list[NDArray[np.int64]], list[NDArray[np.float64]]]:
+    """Parts, and paths in their place that pass each tunnel on the same side: beside the part where they did not."""
+    olds = [nodes[part] for part in parts]
+    passes = np.flatnonzero(paths_that_pass(olds, paths, surface)).tolist()
+    beside = dict(zip(passes, _beside([olds[row] for row in passes], surface), strict=True))
+    paths = [beside[row][1:-1] if row in beside else path for row, path in enumerate(paths)]
+    kept = np.flatnonzero(~paths_that_pass(olds, paths, surface))
+    return [parts[row] for row in kept], [paths[row] for row in kept]
+
+
+def _beside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
+    """Relaxed paths beside others: of N_SAMPLES points on each edge, those outside are moved inside."""
+    shares = np.arange(N_SAMPLES)[:, None] / N_SAMPLES
+    dense = [
+        np.concatenate([((1 - shares) * path[:-1, None] + shares * path[1:, None]).reshape(-1, 3), path[-1:]])
+        for path in paths
+    ]
+    if len(dense) == 0:
+        return []
+    points = np.concatenate(dense)
+    outside = ~surface.contains(points)
+    points[outside] = _moved_inside(points[outside], surface)
+    return relax_inside(np.split(points, np.cumsum([len(path) for path in dense])[:-1]), surface)
 
 
 def segments_outside(nodes: NDArray[np.float64], edges: NDArray[np.int64], surface: Surface) -> NDArray[np.bool_]:
@@ -132,6 +170,23 @@ def segments_outside(nodes: NDArray[np.float64], edges: NDArray[np.int64], surfa
         is_outside[open_edges[rows[~is_in]]] = True
         rows, radii = rows[is_in], surface.distance(points[is_in])
     return is_outside
+
+
+def paths_outside(paths: list[NDArray[np.float64]], surface: Surface) -> NDArray[np.bool_]:
+    """(p,) whether a path is outside the surface somewhere.
+
+    Parameters
+    ----------
+    paths : list of (n, 3) array of float
+    surface : Surface
+    """
+    if len(paths) == 0:
+        return np.zeros(0, dtype=bool)
+    path_of = np.repeat(np.arange(len(paths)), [len(path) for path in paths])
+    first = np.flatnonzero(path_of[1:] == path_of[:-1])
+    outside = segments_outside(np.concatenate(paths), np.stack([first, first + 1], axis=1), surface)
+    found: NDArray[np.bool_] = np.bincount(path_of[first], outside, minlength=len(paths)) > 0
+    return found
 
 
 def _parts_to_reroute(skeleton: Skeleton, leaving: set[tuple[int, ...]], surface: Surface) -> list[NDArray[np.int64]]:

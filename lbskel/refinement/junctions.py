@@ -19,6 +19,7 @@ from lbskel.refinement.branch_lines import BranchLines, branch_lines, nearest_po
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.refinement.containment import segments_outside
 from lbskel.refinement.inscribed_balls import climb_to_middle
+from lbskel.refinement.tunnel_sides import edges_that_pass
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.pruning import adjacent_junctions, closes_a_cycle, inner_branch_lengths
 from lbskel.skeleton.skeleton import Skeleton
@@ -126,6 +127,8 @@ def merge_junctions_by_axes(skeleton: Skeleton, centers: SectionCenters, surface
             beside = np.concatenate([adjacent[first[end] : first[end + 1]] for end in branch[[0, -1]]])
             if touched[branch[[0, -1]]].any() or closes_a_cycle(skeleton, branch):
                 continue
+            if _passes_a_tunnel(skeleton, branch, places[row], surface):
+                continue
             touched[branch[[0, -1]]] = touched[beside] = True
             target[branch] = branch[0]
             nodes[branch[0]] = positions[branch[0]] = places[row]
@@ -135,6 +138,18 @@ def merge_junctions_by_axes(skeleton: Skeleton, centers: SectionCenters, surface
         kept = np.unique(target)
         centers = SectionCenters(centers.is_known[kept], positions[kept])
     return skeleton
+
+
+def _passes_a_tunnel(
+    skeleton: Skeleton, branch: NDArray[np.int64], place: NDArray[np.float64], surface: Surface
+) -> bool:
+    """Whether an edge passes another side of a tunnel when a branch is contracted to a place."""
+    if not surface.proxy.mesh.genus:
+        return False
+    moved = np.array(skeleton.nodes)
+    moved[branch] = place
+    edges = skeleton.edges[np.isin(skeleton.edges, branch).any(axis=1)]
+    return bool(edges_that_pass(skeleton.nodes, moved, edges, surface).any())
 
 
 def _inner_branches(skeleton: Skeleton) -> list[int]:

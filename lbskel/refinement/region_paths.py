@@ -1,9 +1,9 @@
-"""Cycles kept around their tunnels: edges that leave the solid follow the surface through the regions of their nodes.
+"""Cycles kept around their tunnels: edges that go another way than their regions follow the surface through these.
 
-Contraction can leave the solid where it is not convex, as in a shoulder or a hip, and a straight edge between two nodes
-is then no longer known to go around the tunnel that its regions go around. The regions of adjacent nodes are adjacent,
-and a path on the surface through the two goes the right way around. Moved inwards, it takes the place of the edge, as a
-node outside moves below its own region.
+The regions of adjacent nodes are adjacent, and a path on the surface through the two goes around the tunnels that the
+regions go around. The straight edge may not: contraction can leave the solid where it is not convex, as in a shoulder
+or a hip, and in a thick part an edge inside can pass on the other side of a tunnel. Moved inwards, the path takes the
+place of such an edge, as a node outside moves below its own region.
 """
 
 from __future__ import annotations
@@ -17,10 +17,12 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import segments_outside
 from lbskel.refinement.offset_paths import moved_inwards
 from lbskel.refinement.relaxation import relax_inside
+from lbskel.refinement.tunnel_sides import are_around_tunnels, paths_that_pass
 from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -45,23 +47,32 @@ def reroute_through_regions(skeleton: Skeleton, surface: Surface) -> Skeleton:
     is_astray = (nearest >= 0) & segments_outside(np.concatenate([nodes, entries]), to_entry, surface)
     nodes[is_astray] = entries[is_astray]
     skeleton = replace(skeleton, nodes=nodes)
-    leaving = skeleton.edges[segments_outside(nodes, skeleton.edges, surface)]
-    leaving = leaving[(nearest[leaving] >= 0).all(axis=1)]
-    if len(leaving) == 0:
+    has_path = (nearest[skeleton.edges] >= 0).all(axis=1)
+    if not has_path.any():
         return skeleton
-    paths = [
-        np.concatenate([nodes[[u]], moved_inwards(path, np.full(len(path), depth), surface), nodes[[v]]])
-        for (u, v), path, depth in zip(
-            leaving.tolist(),
-            _region_paths(skeleton, leaving, nearest, surface),
-            skeleton.radii[leaving].max(axis=1),
-            strict=True,
-        )
-    ]
-    inner = [path[1:-1] for path in relax_inside(paths, surface)]
+    edges = skeleton.edges[has_path]
+    is_led = segments_outside(nodes, edges, surface)
+    paths = _region_paths(skeleton, edges, nearest, surface)
+    is_led |= are_around_tunnels(paths, surface)
+    if not is_led.any():
+        return skeleton
+    inner = [path[1:-1] for path in _relaxed([paths[row] for row in np.flatnonzero(is_led)], surface)]
     positions = np.concatenate(inner)
-    begins, new_begins = 2 * np.arange(len(leaving) + 1), np.cumsum([0, *map(len, inner)])
-    return replace_paths(skeleton, leaving.ravel(), begins, positions, new_begins, surface.distance(positions))
+    begins, new_begins = 2 * np.arange(len(inner) + 1), np.cumsum([0, *map(len, inner)])
+    return replace_paths(skeleton, edges[is_led].ravel(), begins, positions, new_begins, surface.distance(positions))
+
+
+def _relaxed(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
+    """Relax paths; one that passed another side of a tunnel, as it may where it touched the surface, stays."""
+    return _on_their_side(paths, relax_inside(paths, surface), surface)
+
+
+def _on_their_side(
+    olds: list[NDArray[np.float64]], news: list[NDArray[np.float64]], surface: Surface
+) -> list[NDArray[np.float64]]:
+    """Choose the new paths, but the old ones for those that pass another side of a tunnel."""
+    passes = paths_that_pass(olds, news, surface)
+    return [old if stays else new for old, new, stays in zip(olds, news, passes, strict=True)]
 
 
 def _nearest_of_region(skeleton: Skeleton, surface: Surface) -> NDArray[np.int64]:
@@ -77,16 +88,36 @@ def _nearest_of_region(skeleton: Skeleton, surface: Surface) -> NDArray[np.int64
 
 def _region_paths(
     skeleton: Skeleton, edges: NDArray[np.int64], nearest: NDArray[np.int64], surface: Surface
-) -> list[NDArray[np.int64]]:
-    """For each edge, the vertices of the shortest path through the regions of its nodes."""
+) -> list[NDArray[np.float64]]:
+    """For each edge, the points of the shortest path through the regions of its nodes, moved inwards.
+
+    Where edges between the vertices are short beside the depth, or turn, the moved path could pass a tunnel on another
+    side than the one on the surface: it then stays at the surface.
+    """
     mesh, n_vertices = surface.mesh, len(surface.mesh.vertices)
     both = np.concatenate([mesh.edges, mesh.edges[:, ::-1]])
     graph = weighted_graph(both, np.tile(mesh.edge_lengths, 2), n_vertices)
     search = ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
-    paths = []
+    order = stable_order(skeleton.node_of_vertex + 1)  # -1 is for vertices without faces
+    begins = np.searchsorted(skeleton.node_of_vertex[order], np.arange(len(skeleton.nodes) + 1))
+    kinds = np.zeros(n_vertices, dtype=np.int8)
+    found = []
     for u, v in edges.tolist():
-        kinds = np.isin(skeleton.node_of_vertex, [u, v]).astype(np.int8)
+        region = np.concatenate([order[begins[node] : begins[node + 1]] for node in (u, v)])
+        kinds[region] = 1
         kinds[nearest[v]] = 2
         _, path = search.nearest_goal(nearest[[u]], kinds)
-        paths.append(path[::-1] if len(path) else nearest[[u, v]])
-    return paths
+        kinds[region] = 0
+        found.append(path[::-1] if len(path) else nearest[[u, v]])
+    sizes = [len(path) for path in found]
+    vertices, depths = np.concatenate(found), np.repeat(skeleton.radii[edges].max(axis=1), sizes)
+    deep, shallow = (
+        _between(skeleton.nodes[edges], np.split(moved_inwards(vertices, depth, surface), np.cumsum(sizes)[:-1]))
+        for depth in (depths, 0 * depths)
+    )
+    return _on_their_side(shallow, deep, surface)
+
+
+def _between(ends: NDArray[np.float64], inner: list[NDArray[np.float64]]) -> list[NDArray[np.float64]]:
+    """Paths with both ends."""
+    return [np.concatenate([pair[:1], points, pair[1:]]) for pair, points in zip(ends, inner, strict=True)]

@@ -6,12 +6,13 @@ at a node is that of the chord between its neighbors.
 
 from __future__ import annotations
 
-__all__ = ["resample"]
+__all__ = ["resample", "space_evenly"]
 
 import heapq
 import operator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +22,14 @@ from lbskel.errors import UnknownChoice
 from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
 
+Polylines: TypeAlias = list[NDArray[np.float64]]
+Mask: TypeAlias = NDArray[np.bool_]
+
 MAX_SPACING = (
     10.0  # local radii per piece above which a resampling that removes every inner node is taken for one whose
 )
 # spacing was meant as a length; a guess
+N_HALVINGS = 2  # of the spacing of a path that may not cut its corners
 MAX_REFINEMENT = 3  # upper bound on the new pieces per present edge, for flat parts whose radii are near zero; a guess
 
 
@@ -91,6 +96,21 @@ def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int |
     else:
         counts = _counts_for_number(skeleton, paths, n_nodes)
     return _divided(skeleton, paths, counts)
+
+
+def space_evenly(skeleton: Skeleton, spacing: float, stays: Callable[[Polylines, Polylines], Mask]) -> Skeleton:
+    """Resample the branches that may change.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    spacing : float
+        As for :func:`resample`.
+    stays : callable
+        Tells from the present and the new polylines of p paths which stay as they are: a (p,) array of bool.
+    """
+    paths = _paths(skeleton)
+    return _divided(skeleton, paths, _counts_for_spacing(skeleton, paths, spacing), stays)
 
 
 def _paths(skeleton: Skeleton) -> _Paths:
@@ -162,16 +182,48 @@ def _kept_nodes(skeleton: Skeleton, paths: _Paths) -> NDArray[np.int64]:
     return np.flatnonzero(is_kept)
 
 
-def _divided(skeleton: Skeleton, paths: _Paths, counts: NDArray[np.int64]) -> Skeleton:
-    """Divide every path evenly; vertices stay at their share of its length."""
+def _divided(
+    skeleton: Skeleton,
+    paths: _Paths,
+    counts: NDArray[np.int64],
+    stays: Callable[[Polylines, Polylines], Mask] | None = None,
+) -> Skeleton:
+    """Divide every path evenly, but those that stay; vertices stay at their share of its length."""
     has_mean_radii = len(skeleton.mean_radii) > 0
     values = np.column_stack([skeleton.nodes, skeleton.radii, *([skeleton.mean_radii] if has_mean_radii else [])])
-    inner = _interpolated(values, paths, counts)
-    new_begins = np.concatenate([[0], np.cumsum(counts - 1)])
-    resampled = replace_paths(skeleton, paths.nodes, paths.begins, inner[:, :3], new_begins, inner[:, 3])
+    nodes, begins = paths.nodes, paths.begins
+    inner, new_begins = _inner_nodes(values, paths, counts)
+    if stays is not None and len(paths):
+        present = np.split(skeleton.nodes[nodes], begins[1:-1])
+        for _ in range(N_HALVINGS):
+            must_stay = stays(present, np.split(inner[:, :3], new_begins[1:-1]))
+            counts = np.where(must_stay, 2 * counts, counts)
+            inner, new_begins = _inner_nodes(values, paths, counts)
+        is_replaced = ~stays(present, np.split(inner[:, :3], new_begins[1:-1]))
+        nodes, begins = _groups(nodes, begins, is_replaced)
+        inner, new_begins = _groups(inner, new_begins, is_replaced)
+    resampled = replace_paths(skeleton, nodes, begins, inner[:, :3], new_begins, inner[:, 3])
     if not has_mean_radii:
         return resampled
-    return replace(resampled, mean_radii=np.concatenate([values[_kept_nodes(skeleton, paths)], inner])[:, 4])
+    is_kept = np.ones(len(skeleton.nodes), dtype=bool)
+    is_kept[nodes] = False
+    is_kept[nodes[np.concatenate([begins[:-1], begins[1:] - 1])]] = True
+    return replace(resampled, mean_radii=np.concatenate([values[is_kept], inner])[:, 4])
+
+
+def _inner_nodes(
+    values: NDArray[np.float64], paths: _Paths, counts: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Values at the inner points that divide each path, and where those of each begin."""
+    return _interpolated(values, paths, counts), np.concatenate([[0], np.cumsum(counts - 1)])
+
+
+def _groups(
+    values: NDArray[Any], begins: NDArray[np.int64], is_chosen: NDArray[np.bool_]
+) -> tuple[NDArray[Any], NDArray[np.int64]]:
+    """Choose some of the groups of values that lie end to end; return their values, and where each begins."""
+    sizes = np.diff(begins)
+    return values[np.repeat(is_chosen, sizes)], np.concatenate([[0], np.cumsum(sizes[is_chosen])])
 
 
 def _interpolated(values: NDArray[np.float64], paths: _Paths, counts: NDArray[np.int64]) -> NDArray[np.float64]:

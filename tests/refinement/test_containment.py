@@ -7,8 +7,17 @@ from helpers import joined, loop_in, moved, path_in
 from lbskel import Skeleton
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement import offset_paths
-from lbskel.refinement.containment import N_SAMPLES, inside_fraction, interior_paths, reroute_inside, segments_outside
-from lbskel.shapes import capsule, sphere, torus, tube
+from lbskel.refinement.containment import (
+    N_SAMPLES,
+    _on_their_side,
+    inside_fraction,
+    interior_paths,
+    paths_outside,
+    reroute_inside,
+    segments_outside,
+)
+from lbskel.refinement.tunnel_sides import n_tunnels_missed, paths_that_pass
+from lbskel.shapes import capsule, perforated_plate, sphere, torus, tube
 
 
 def test_a_segment_is_outside_where_its_middle_or_either_end_is():
@@ -139,3 +148,27 @@ def test_a_segment_is_outside_where_only_its_end_is():
     surface = Surface(capsule(4.0, 0.5, 48))
     nodes = np.array([[0, 0, 0], [0, 0, 2.49], [0, 0, 2.51]])
     assert segments_outside(nodes, np.array([[0, 1], [0, 2], [2, 0]]), surface).tolist() == [False, True, True]
+
+
+def test_a_rerouted_part_passes_the_hole_on_its_side():
+    """A ring in a plate with one hole leaves the plate below along one side; the way around the hole is the shorter."""
+    surface = Surface(perforated_plate(1))
+    low, high = surface.mesh.vertices.min(axis=0), surface.mesh.vertices.max(axis=0)
+    middle, half = (low + high) / 2, 0.4 * (high - low)[0]
+    corners = middle + half * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    ring = Skeleton(corners, [[0, 1], [1, 2], [2, 3], [0, 3]], np.ones(4))
+    assert n_tunnels_missed(ring, surface) == 0
+    assert n_tunnels_missed(reroute_inside(ring, surface), surface) == 0
+    part, path = np.arange(4), corners[3] + np.linspace(0.1, 0.9, 9)[:, None] * (corners[0] - corners[3])
+    parts, paths = _on_their_side(corners, [part], [path[::-1]], surface)
+    assert [kept.tolist() for kept in parts] == [[0, 1, 2, 3]]
+    whole = np.concatenate([corners[:1], *paths, corners[3:]])
+    assert not paths_that_pass([corners], [whole], surface).any()
+    assert surface.contains(whole).all()
+
+
+def test_paths_outside_are_told_from_those_inside():
+    surface = Surface(sphere(2))
+    inside, outside = np.array([[-0.5, 0, 0], [0.5, 0, 0]]), np.array([[0.0, 0, 0], [0, 0, 2], [0, 0, 0]])
+    assert paths_outside([inside, outside, inside[:1]], surface).tolist() == [False, True, False]
+    assert paths_outside([], surface).tolist() == []

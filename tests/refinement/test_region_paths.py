@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from lbskel import Skeleton
-from lbskel.contraction.homology import tunnels_missed
+from lbskel.contraction.cycle_classes import tunnels_missed
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import segments_outside
 from lbskel.refinement.region_paths import reroute_through_regions
-from lbskel.shapes import sphere, torus
+from lbskel.shapes import perforated_plate, sphere, torus
 
 
 def ring_of(mesh, radius, n=6):
@@ -62,3 +62,25 @@ def test_a_path_stays_in_the_two_regions_where_a_shorter_one_leads_through_a_thi
     three = Skeleton(nodes, [[0, 1], [1, 2], [0, 2]], np.full(3, 0.1), np.searchsorted([160.0, 320.0], turn, "right"))
     led = reroute_through_regions(three, Surface(mesh))
     assert tunnels_missed(led.nodes, led.edges, mesh) == 0
+
+
+def test_an_edge_inside_on_the_other_side_of_the_hole_is_led_around_it():
+    """Two nodes in a plate with one hole, joined by two paths of which one is drawn on the wrong side."""
+    mesh = perforated_plate(1)
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    middle, half = (low + high) / 2, 0.4 * (high - low)[0]
+    west, north, east, south = middle + half * np.array([[-1, 0, 0], [0, 1, 0], [1, 0, 0], [0, -1, 0]])
+    corners = middle + half * np.array([[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]])
+    nodes = np.stack([west, corners[0], north, corners[1], east, corners[2], south, corners[3]])
+    edges = np.stack([np.arange(8), (np.arange(8) + 1) % 8], axis=1)
+    region = np.linalg.norm(mesh.vertices[:, None] - nodes, axis=2).argmin(axis=1)
+    ring = Skeleton(nodes, edges, np.full(8, 0.3), region)
+    assert tunnels_missed(ring.nodes, ring.edges, mesh) == 0
+    drawn = nodes.copy()
+    drawn[[1, 2, 3]] = nodes[[7, 6, 5]] + [0, 0, 0.2]  # all inside, but the cycle goes there and back
+    ring = Skeleton(drawn, edges, ring.radii, region)
+    assert not segments_outside(drawn, edges, Surface(mesh)).any()
+    assert tunnels_missed(ring.nodes, ring.edges, mesh) == 1
+    led = reroute_through_regions(ring, Surface(mesh))
+    assert tunnels_missed(led.nodes, led.edges, mesh) == 0
+    assert not segments_outside(led.nodes, led.edges, Surface(mesh)).any()

@@ -8,6 +8,7 @@ import pytest
 from helpers import star_skeleton, theta_skeleton
 
 from lbskel import Skeleton, UnknownChoice, resample
+from lbskel.skeleton.resampling import space_evenly
 
 
 @pytest.mark.parametrize("spacing", [0.01, 0.3, 1.0, 9.0, 10.0])
@@ -148,3 +149,26 @@ def test_no_edge_is_divided_into_more_than_three_pieces():
     """Where a flat part has a radius near zero."""
     line = Skeleton([[0, 0, 0], [4, 0, 0], [8, 0, 0]], [[0, 1], [1, 2]], np.full(3, 1e-9))
     assert len(resample(line, spacing=0.5).edges) == 6
+
+
+def test_a_path_that_must_stay_is_spaced_more_densely_or_not_at_all():
+    """Of two limbs of a hundred nodes, one may have no pieces over 0.3, the other none but its own."""
+    steps = np.linspace(0, 4, 101)[1:]
+    stem, up = np.array([[0.0, 0, 0], [1, 0, 0]]), np.stack([steps * 0 + 1, steps, steps * 0], axis=1)
+    down = up * [1, -1, 1]
+    nodes = np.concatenate([stem, up, down])
+    edges = [[0, 1], [1, 2], [1, 102], *([k, k + 1] for k in range(2, 101)), *([k, k + 1] for k in range(102, 201))]
+    star = Skeleton(nodes, edges, np.ones(len(nodes)), mean_radii=np.ones(len(nodes)))
+
+    def stays(olds, news):
+        gaps = [4.0 / (len(new) + 1) for new in news]
+        return np.array(
+            [len(old) > 2 and (old[:, 1].min() < 0 or gap > 0.3) for old, gap in zip(olds, gaps, strict=True)]
+        )
+
+    spaced = space_evenly(star, 0.5, stays)
+    assert np.count_nonzero(spaced.nodes[:, 1] > 0) == 16
+    assert np.count_nonzero(spaced.nodes[:, 1] < 0) == 100
+    assert len(spaced.mean_radii) == len(spaced.nodes)
+    assert np.allclose(spaced.mean_radii, 1.0)
+    assert (spaced.degrees == 1).sum() == 3

@@ -1,0 +1,135 @@
+"""Which tunnels of a surface the cycles of a graph inside it go around.
+
+A cycle that is moved inside the solid keeps its linking numbers with all loops outside, and they are zero if and only
+if it bounds inside.
+"""
+
+from __future__ import annotations
+
+__all__ = ["are_around_tunnels", "tunnels_missed"]
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+
+from lbskel.contraction.homology import outward_basis, projections
+from lbskel.contraction.linking_form import OuterLoops, linking_form, outer_loops, random_integers
+from lbskel.contraction.spurious_loops import PRIME, spurious_loop_edges
+from lbskel.geometry.deadline import NEVER, Deadline
+from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.surface_queries import Surface
+
+MAX_TUNNELS = 200  # that are compared with cycles, which bounds the time of elimination; a guess
+
+
+@dataclass(frozen=True, eq=False)
+class _Outside:
+    """The loops outside a surface of genus g, and how often g combinations of them cross each edge."""
+
+    loops: OuterLoops
+
+    @cached_property
+    def flows(self) -> NDArray[np.int32]:
+        """(k, g) flow of each combination: a sum of at most 2 MAX_TUNNELS numbers below PRIME, which is below 2^30."""
+        basis = self.loops.basis
+        n = len(basis.generators)
+        combinations = (random_integers(n, 1 + i) % np.uint64(PRIME) for i in range(n // 2))
+        flows = [basis.flow_across(combination).view(np.int64).astype(np.int32) for combination in combinations]
+        return np.stack(flows, axis=1)
+
+    @cached_property
+    def mixed_flow(self) -> NDArray[np.int64]:
+        """(k, 1) flow of one combination with coefficients modulo 2^64."""
+        basis = self.loops.basis
+        return basis.flow_across(random_integers(len(basis.generators), 0))[:, None].view(np.int64)
+
+    def cochain(self, segments: NDArray[np.float64], flows: NDArray[np.signedinteger]) -> NDArray[np.int64]:
+        """(e, c) how often the combinations pass above (e, 2, 3) segments; along a cycle, its linking numbers."""
+        rows, edges, signs = self.loops.crossings(segments)
+        crossed, columns = np.unique(edges, return_inverse=True)
+        shape = (len(segments), len(crossed))
+        crossings = coo_array((signs.view(np.int64), (rows, columns)), shape=shape).tocsr()
+        cochain: NDArray[np.int64] = crossings @ flows[crossed].astype(np.int64)
+        return cochain
+
+
+def tunnels_missed(
+    points: NDArray[np.float64], edges: NDArray[np.int64], mesh: Mesh, *, deadline: Deadline = NEVER
+) -> int | None:
+    """Count the tunnels of a surface that the cycles of a graph inside do not go around.
+
+    The rank of the linking numbers of independent cycles is the number of tunnels that they go around.
+
+    Parameters
+    ----------
+    points : (n, 3) array of float
+        The nodes of a connected graph inside the surface.
+    edges : (e, 2) array of int
+    mesh : Mesh
+        One closed manifold component.
+    deadline : Deadline
+        After it, OutOfTime is raised.
+
+    Returns
+    -------
+    int or None
+        The genus minus that rank; None if the surface intersects itself, or has more than MAX_TUNNELS tunnels.
+    """
+    genus = mesh.genus
+    if not genus or genus > MAX_TUNNELS:
+        return None if genus else 0
+    if (outside := _outside(mesh, deadline)) is None:
+        return None
+    edges = np.sort(edges, axis=1)
+    cochain = outside.cochain(points[edges], outside.flows)
+    n_cycles = len(edges) - len(points) + 1
+    return genus - n_cycles + len(spurious_loop_edges(points, edges, cochain))
+
+
+def are_around_tunnels(
+    loops: list[NDArray[np.float64]], mesh: Mesh, *, deadline: Deadline = NEVER
+) -> NDArray[np.bool_] | None:
+    """Tell closed polygons inside a surface that go around its tunnels from those that do not, up to chance.
+
+    Parameters
+    ----------
+    loops : list of (n, 3) array of float
+        Corners; an edge leads from the last back to the first.
+    mesh : Mesh
+        One closed manifold component.
+    deadline : Deadline
+        After it, OutOfTime is raised.
+
+    Returns
+    -------
+    (p,) array of bool or None
+        None if the surface intersects itself.
+    """
+    if mesh.genus == 0:
+        return np.zeros(len(loops), dtype=bool)
+    if (outside := _outside(mesh, deadline)) is None:
+        return None
+    corners, begins = np.concatenate(loops), np.cumsum([0, *map(len, loops)])
+    following = np.arange(1, len(corners) + 1)
+    following[begins[1:] - 1] = begins[:-1]
+    values = outside.cochain(np.stack([corners, corners[following]], axis=1), outside.mixed_flow)
+    are_linked: NDArray[np.bool_] = np.add.reduceat(values[:, 0], begins[:-1]) != 0
+    return are_linked
+
+
+def _outside(mesh: Mesh, deadline: Deadline) -> _Outside | None:
+    """Project the loops outside in a direction in which their linking numbers are those of an embedded surface."""
+
+    def make() -> _Outside | None:
+        basis = outward_basis(mesh)
+        for view in deadline.until(projections()):
+            if linking_form(basis, basis.mesh, view).is_consistent():
+                return _Outside(outer_loops(basis, basis.mesh, view))
+        return None
+
+    deadline.check()
+    found: _Outside | None = Surface(mesh).memoize("outer loops", make)  # asked again and again of one mesh
+    return found
