@@ -149,30 +149,32 @@ def first_hits(
 @cython.nogil
 @cython.inline
 @cython.exceptval(check=False)
-@cython.locals(low=cython.Py_ssize_t, high=cython.Py_ssize_t)
+@cython.locals(low=cython.Py_ssize_t, high=cython.Py_ssize_t, a=cython.Py_ssize_t, b=cython.Py_ssize_t)
 def _crossing_above(
     corners: cython.const[cython.double][:, ::1],
     row: cython.Py_ssize_t,
+    c: cython.Py_ssize_t,
     x: cython.double,
     y: cython.double,
     z: cython.double,
 ) -> cython.int:
-    """Signed crossing of a triangle by the ray from a point along +z: 1 or -1 by its orientation, 0 if it is missed.
+    """Signed crossing of a triangle by the ray from a point along axis c: 1 or -1 by its orientation, or 0.
 
-    The plane through the point at this y cuts two sides of the triangle. Adjacent triangles compute exactly the same
-    point on a common side, so the segments between such points form closed curves, and rounding errors matter only for
-    a point on a segment.
+    x and y are the coordinates of the point along the two axes that follow c. The plane through the point at this y
+    cuts two sides of the triangle. Adjacent triangles compute exactly the same point on a common side, so the segments
+    between such points form closed curves, and rounding errors matter only for a point on a segment.
     """
-    first: cython.bint = corners[row, 1] > y
-    second: cython.bint = corners[row, 4] > y
-    third: cython.bint = corners[row, 7] > y
+    a, b = (c + 1) % 3, (c + 2) % 3
+    first: cython.bint = corners[row, b] > y
+    second: cython.bint = corners[row, 3 + b] > y
+    third: cython.bint = corners[row, 6 + b] > y
     if first == second and second == third:
         return 0
-    if min(corners[row, 0], min(corners[row, 3], corners[row, 6])) > x:
+    if min(corners[row, a], min(corners[row, 3 + a], corners[row, 6 + a])) > x:
         return 0
-    if max(corners[row, 0], max(corners[row, 3], corners[row, 6])) <= x:
+    if max(corners[row, a], max(corners[row, 3 + a], corners[row, 6 + a])) <= x:
         return 0
-    if max(corners[row, 2], max(corners[row, 5], corners[row, 8])) <= z:
+    if max(corners[row, c], max(corners[row, 3 + c], corners[row, 6 + c])) <= z:
         return 0
     single: cython.Py_ssize_t = 0 if second == third else 3 if third == first else 6  # alone on its side
     # whether the side that leaves that corner goes to larger y
@@ -180,15 +182,15 @@ def _crossing_above(
     following: cython.Py_ssize_t = (single + 3) % 9
     before: cython.Py_ssize_t = (single + 6) % 9
     low, high = (single, following) if rises else (before, single)
-    t: cython.double = (y - corners[row, low + 1]) / (corners[row, high + 1] - corners[row, low + 1])
-    rising_x: cython.double = _interpolate(corners[row, low], corners[row, high], t)
-    rising_z: cython.double = _interpolate(corners[row, low + 2], corners[row, high + 2], t)
+    t: cython.double = (y - corners[row, low + b]) / (corners[row, high + b] - corners[row, low + b])
+    rising_x: cython.double = _interpolate(corners[row, low + a], corners[row, high + a], t)
+    rising_z: cython.double = _interpolate(corners[row, low + c], corners[row, high + c], t)
     low, high = (single, before) if rises else (following, single)
-    t = (y - corners[row, low + 1]) / (corners[row, high + 1] - corners[row, low + 1])
-    falling_x: cython.double = _interpolate(corners[row, low], corners[row, high], t)
+    t = (y - corners[row, low + b]) / (corners[row, high + b] - corners[row, low + b])
+    falling_x: cython.double = _interpolate(corners[row, low + a], corners[row, high + a], t)
     if (rising_x > x) == (falling_x > x):
         return 0
-    falling_z: cython.double = _interpolate(corners[row, low + 2], corners[row, high + 2], t)
+    falling_z: cython.double = _interpolate(corners[row, low + c], corners[row, high + c], t)
     if _interpolate(falling_z, rising_z, (x - falling_x) / (rising_x - falling_x)) <= z:
         return 0
     return 1 if rising_x > x else -1
@@ -205,31 +207,40 @@ def _interpolate(start: cython.double, end: cython.double, t: cython.double) -> 
 
 @cython.locals(i=cython.Py_ssize_t, node=cython.Py_ssize_t, row=cython.Py_ssize_t, top=cython.Py_ssize_t)
 @cython.locals(x=cython.double, y=cython.double, z=cython.double)
+@cython.locals(a=cython.Py_ssize_t, b=cython.Py_ssize_t, c=cython.Py_ssize_t, axis=cython.Py_ssize_t)
 def winding_numbers(
     corners: cython.const[cython.double][:, ::1],
     boxes: cython.const[cython.double][:, ::1],
     points: cython.const[cython.double][:, ::1],
 ) -> NDArray[np.int64]:
-    """(k,) winding number of a closed surface around each point: the signed crossings of its ray along +z."""
+    """(k,) winding number of a closed surface around each point: the signed crossings of a ray along an axis.
+
+    It is the axis along which the end of the bounding box is nearest: along a coil, a ray would cross every turn.
+    """
     p: cython.Py_ssize_t = boxes.shape[0] // 2
     array = np.zeros(points.shape[0], dtype=np.int64)
     result: cython.longlong[::1] = array
     stack: cython.longlong[::1] = np.empty(DEPTH, dtype=np.int64)
     with cython.nogil:
         for i in range(points.shape[0]):
-            x, y, z = points[i, 0], points[i, 1], points[i, 2]
+            c = 0
+            for axis in range(1, 3):
+                if boxes[1, 3 + axis] - points[i, axis] < boxes[1, 3 + c] - points[i, c]:
+                    c = axis
+            a, b = (c + 1) % 3, (c + 2) % 3
+            x, y, z = points[i, a], points[i, b], points[i, c]
             stack[0], top = 1, 1
             while top > 0:
                 top -= 1
                 node = stack[top]
-                if not (boxes[node, 0] <= x <= boxes[node, 3] and boxes[node, 1] <= y <= boxes[node, 4]):
+                if not (boxes[node, a] <= x <= boxes[node, 3 + a] and boxes[node, b] <= y <= boxes[node, 3 + b]):
                     continue
-                if boxes[node, 5] < z:
+                if boxes[node, 3 + c] < z:
                     continue
                 if node < p:
                     stack[top], stack[top + 1] = 2 * node, 2 * node + 1
                     top += 2
                     continue
                 for row in range((node - p) * LEAF, min((node - p + 1) * LEAF, corners.shape[0])):
-                    result[i] += _crossing_above(corners, row, x, y, z)
+                    result[i] += _crossing_above(corners, row, c, x, y, z)
     return array

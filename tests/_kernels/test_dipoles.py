@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lbskel.preprocess.dipole_tree import LEAF, DipoleTree
+from lbskel.preprocess.dipole_tree import LEAF, DipoleTree, leaf_order
 
 rng = np.random.default_rng(4)
 POINTS, MOMENTS, WIDTHS = rng.normal(size=(50, 3)), rng.normal(size=(50, 3)), rng.uniform(0.1, 0.3, 50)
@@ -20,14 +20,14 @@ def summed(queries):
 
 
 def test_all_nodes_opened_give_the_sum(kernel):
-    tree = DipoleTree.of(POINTS, MOMENTS, WIDTHS)
+    tree = DipoleTree.of(POINTS, MOMENTS, WIDTHS, leaf_order(POINTS))
     field = kernel.dipole_field(tree.nodes, tree.leaves, QUERIES, LEAF, 1e9)
     assert field == pytest.approx(summed(QUERIES), rel=1e-12, abs=1e-12)  # rounding
 
 
 def test_far_nodes_count_as_one_dipole(kernel):
     far = QUERIES + [30.0, 0, 0]
-    tree = DipoleTree.of(POINTS, MOMENTS, WIDTHS)
+    tree = DipoleTree.of(POINTS, MOMENTS, WIDTHS, leaf_order(POINTS))
     field = kernel.dipole_field(tree.nodes, tree.leaves, far, LEAF, 2.0)
     # the quadrupole that is left out is smaller by radius over distance
     assert field == pytest.approx(summed(far), abs=0.2 * np.abs(summed(far)).max())
