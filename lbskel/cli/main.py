@@ -64,7 +64,7 @@ class _Completion(argparse.Action):
             for action in command._actions:
                 if action.choices is None and action.type is None and action.nargs != 0:
                     action.complete = shtab.FILE
-        print(shtab.complete(parser, shell=values))
+        print(shtab.complete(parser, shell=values), flush=True)
         parser.exit()
 
 
@@ -95,7 +95,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # the name of a file may hold characters that the terminal cannot show
             stream.reconfigure(errors="backslashreplace")
-    parsed = _parse(arguments)
+    try:
+        parsed = _parse(arguments)
+    except BrokenPipeError:
+        return _without_a_reader()
     if not are_kernels_compiled():
         print(f"lbskel: warning: {SLOW}", file=sys.stderr)
     # a batch tidies up after an interrupt: it ends its processes and leaves out what they have not finished
@@ -105,9 +108,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             code = int(parsed.run(parsed))
         sys.stdout.flush()
         return code
-    except BrokenPipeError:  # the reader of the output has gone
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+    except BrokenPipeError:
+        return _without_a_reader()
     except (LbskelError, OSError) as error:  # OSError: a name that the system refuses
         return _failed(str(error))
     except KeyboardInterrupt:
@@ -132,6 +134,12 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
         hints = "".join(nearest(option.split("=")[0], known) for option in unknown if option.startswith("-"))
         command.error(f"unrecognized arguments: {' '.join(unknown)}{hints}")
     return parsed
+
+
+def _without_a_reader() -> int:
+    """Return the exit code when the reader of the output has gone, and let nothing more be written to it."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0
 
 
 def _failed(message: str) -> int:

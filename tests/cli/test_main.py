@@ -40,9 +40,12 @@ def test_a_slip_in_an_option_is_told_when_something_is_missing_too(apart):
     assert "unrecognized" not in apart("skeletonize", "--pres", "neuron", "x.off")[2][0]
 
 
-def test_a_reader_that_goes_away_is_no_failure(folder):
+@pytest.mark.parametrize("arguments", [["info", "rod.off"], ["--print-completion", "zsh"]])
+def test_a_reader_that_goes_away_is_no_failure(folder, arguments):
+    if arguments[0] == "--print-completion":
+        pytest.importorskip("shtab")
     process = subprocess.Popen(
-        [sys.executable, "-m", "lbskel", "info", "rod.off"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=folder
+        [sys.executable, "-m", "lbskel", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=folder
     )
     process.stdout.close()
     assert (process.stderr.read(), process.wait(timeout=60)) == (b"", 0)
