@@ -108,12 +108,13 @@ def _spread(points: NDArray[np.float64], limit: int) -> NDArray[np.int64]:
 
 def _neighbor_graph(points: NDArray[np.float64]) -> tuple[csr_array, NDArray[np.int64]]:
     """Symmetric graph of the distances of neighbors that are near for both, and the part of each point."""
-    distances, neighbors = cKDTree(points).query(points, k=min(N_NEIGHBORS + 1, len(points)))
-    links = np.stack([np.repeat(np.arange(len(points)), distances.shape[1] - 1), neighbors[:, 1:].ravel()], axis=1)
-    lengths = distances[:, 1:].ravel()
-    _, row, count = np.unique(np.sort(links, axis=1) @ [len(points), 1], return_inverse=True, return_counts=True)
-    is_kept = (count[row.reshape(-1)] == 2) & (links[:, 0] < links[:, 1]) & (lengths > 0)
-    graph = weighted_graph(links[is_kept], lengths[is_kept], len(points))
+    n = len(points)
+    neighbors = cKDTree(points).query(points, k=min(N_NEIGHBORS + 1, n))[1][:, 1:]
+    first, second = np.repeat(np.arange(n), neighbors.shape[1]), neighbors.ravel()
+    key = np.sort(np.minimum(first, second) * n + np.maximum(first, second))
+    links = np.stack(np.divmod(key[1:][key[1:] == key[:-1]], n), axis=1)  # of both to each other
+    lengths = np.linalg.norm(points[links[:, 0]] - points[links[:, 1]], axis=1)
+    graph = weighted_graph(links[lengths > 0], lengths[lengths > 0], n)
     graph = csr_array(graph + graph.T)
     part: NDArray[np.int64] = connected_components(graph, directed=False)[1].astype(np.int64)
     return graph, part

@@ -48,9 +48,13 @@ def find_outliers(cloud: Neighborhoods, limit: float) -> tuple[NDArray[np.bool_]
         The same object where no point is an outlier.
     """
     is_outlier, kept = np.zeros(len(cloud.points), dtype=bool), cloud
+    last = None
     for is_bad in [_is_sparse] * N_PASSES + [_is_scattered]:
         if len(kept.points) <= N_LINKS:
             break
+        if (is_bad, kept) == last:  # as before, and nothing was found
+            continue
+        last = is_bad, kept
         bad = is_bad(kept, limit)
         if bad.any():
             is_outlier[~is_outlier] = bad

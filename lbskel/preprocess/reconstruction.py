@@ -32,7 +32,7 @@ from lbskel.preprocess.result import PreprocessResult
 Field: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 SMOOTHING = 1.5  # width of the dipoles, in spacings; a guess
-CELL = 1.15  # side of a cell, in median spacings; a guess
+CELL = 1.4  # side of a cell, in median spacings; a guess
 N_LEVELS = 24  # points whose mean winding number is the level nearby; a guess
 N_BLENDED = 4  # points nearby whose levels are averaged, so that the level changes gradually; a guess
 LEAST_LEVEL = 0.15  # bound on the level from below; a guess. There is none from above: between limbs that almost touch,
@@ -86,13 +86,12 @@ def reconstruct_surface(cloud: PointCloud, *, preprocess: str = "auto") -> Prepr
     center = cloud.points.mean(axis=0)
     scale = float(np.abs(cloud.points - center).max()) or 1.0
     cleaned = clean_points((cloud.points - center) / scale, preprocess)
-    V, F, n_missed = _surface_through(cleaned.cloud)
+    V, F, nearest, n_missed = _surface_through(cleaned.cloud)
     if len(F) == 0:
         raise MeshError("no surface passes through the points: they are too few or too scattered for a shape")
     notes = [*cleaned.notes]
     if n_missed:
         notes.append(f"{n_missed} points of limbs thinner than the points are apart got a tube around them")
-    nearest = cKDTree(V).query(cleaned.points)[1]
     vertex_map = cleaned.vertex_map.compose(VertexMap(nearest))
     report = {**cleaned.report, "points_in_tubes": n_missed}
     if "cell" in report:
@@ -100,8 +99,10 @@ def reconstruct_surface(cloud: PointCloud, *, preprocess: str = "auto") -> Prepr
     return PreprocessResult(Mesh(V * scale + center, F), vertex_map, tuple(notes), None, {"steps": [report]})
 
 
-def _surface_through(nearby: Neighborhoods) -> tuple[NDArray[np.float64], NDArray[np.int64], int]:
-    """Vertices and faces of a closed surface through points, and how many points it would miss without tubes."""
+def _surface_through(
+    nearby: Neighborhoods,
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64], int]:
+    """Vertices and faces of a closed surface through points, their nearest vertices, and how many points got tubes."""
     cloud, points, tree = oriented(nearby), nearby.points, nearby.tree
     field = cloud.field(SMOOTHING)
     at_points = np.clip(field.field(points)[0], 0, 1)
@@ -116,9 +117,10 @@ def _surface_through(nearby: Neighborhoods) -> tuple[NDArray[np.float64], NDArra
         return values
 
     V, F = _simplest(inside, points, size)
-    missed = points
+    missed, nearest = points, np.empty(0, dtype=np.int64)
     if len(V):
-        is_far = cKDTree(V).query(points)[0] > MISSED * np.maximum(cloud.spacings, size)
+        distances, nearest = cKDTree(V).query(points)
+        is_far = distances > MISSED * np.maximum(cloud.spacings, size)
         is_missed = is_far | (means < MIN_LEVEL)
         if is_missed.any():  # with the points near them, so that the tube reaches into the surface
             is_missed |= cKDTree(points[is_missed]).query(points)[0] < OVERLAP * size
@@ -126,8 +128,9 @@ def _surface_through(nearby: Neighborhoods) -> tuple[NDArray[np.float64], NDArra
     if len(missed) >= MIN_MISSED:
         missed = missed[cKDTree(missed).query(missed, k=4)[0][:, -1] <= MAX_GAP * size]
     if len(missed) < MIN_MISSED:
-        return V, F, 0
-    return *_simplest(_united(inside, missed, size), points, size), len(missed)
+        return V, F, nearest, 0
+    V, F = _simplest(_united(inside, missed, size), points, size)
+    return V, F, cKDTree(V).query(points)[1], len(missed)
 
 
 def _simplest(inside: Field, points: NDArray[np.float64], size: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
