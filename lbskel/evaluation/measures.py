@@ -160,7 +160,10 @@ class Score:
         lines = [f"{a:33} {b:>7}  {c:12}  {d:>9}  {e:>9}  {f}".rstrip() for a, b, c, d, e, f in rows]
         if self.not_measured:
             names = ", ".join(name.replace("_", " ") for name in self.not_measured)
-            cause = ", since the skeleton has no vertex map" if self.connected_regions is None else ""
+            has_surface, has_map = self.near_surface_fraction is not None, self.connected_regions is not None
+            cause = (
+                "" if has_map else ", since the skeleton has no vertex map" if has_surface else ", without a surface"
+            )
             lines.append(f"not measured{cause}: {names}")
         return "\n".join([*lines, f"verdict: {self.verdict}; the shape has {self.extremities} extremities"])
 

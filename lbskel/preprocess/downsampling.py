@@ -18,7 +18,7 @@ from lbskel.errors import UnknownChoice, choose
 from lbskel.geometry.mesh import PointCloud
 from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.geometry.vertex_map import VertexMap
-from lbskel.preprocess.point_cleaning import CleanedPoints, thinned
+from lbskel.preprocess.point_cleaning import MAX_CELLS, CleanedPoints, thinned
 
 DOWNSAMPLINGS = {"voxel": "cell", "farthest": "points"}
 """The ways to thin a cloud, with the number that each takes."""
@@ -43,7 +43,7 @@ def downsample(cloud: PointCloud, *, cell: float | None = None, n_points: int | 
     Raises
     ------
     UnknownChoice
-        If not exactly one of both is given, or it is not positive.
+        If not exactly one of both is given, it is not positive, or cells are smaller than a millionth of the cloud.
 
     Examples
     --------
@@ -59,6 +59,8 @@ def downsample(cloud: PointCloud, *, cell: float | None = None, n_points: int | 
         raise UnknownChoice("give the side of a cell or a number of points, more than 0")
     if n_points is None:
         assert cell is not None
+        if np.ptp(cloud.points, axis=0).max() >= MAX_CELLS * float(cell):
+            raise UnknownChoice(f"cells of side {cell:.4g} are smaller than a millionth of the cloud; give larger ones")
         points, label = thinned(cloud.points, float(cell))
         how = f"the means of cells of side {cell:.4g}"
     else:
@@ -90,8 +92,8 @@ def downsample_as(cloud: PointCloud, text: str) -> CleanedPoints:
         number = float(value)
     except ValueError:
         number = np.nan
-    if key != option or not number > 0:
-        raise UnknownChoice(f"{text!r}: write {name}:{option}=NUMBER, a number more than 0")
+    if key != option or not 0 < number < np.inf:
+        raise UnknownChoice(f"{text!r}: write {name}:{option}=NUMBER, a finite number more than 0")
     return downsample(cloud, cell=number) if option == "cell" else downsample(cloud, n_points=int(number))
 
 

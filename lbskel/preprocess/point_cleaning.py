@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["CLOUD_PREPARATIONS", "CleanedPoints", "clean_points", "thinned"]
+__all__ = ["CLOUD_PREPARATIONS", "MAX_CELLS", "CleanedPoints", "clean_points", "thinned"]
 
 from dataclasses import dataclass
 from typing import Any
@@ -20,6 +20,7 @@ MIN_WIDTH = 1e-6  # of the cloud across its flattest direction, relative to its 
 # Points that a cloud is thinned to: this share of them, between two bounds. Guesses that bound the time, of which the
 # surface takes 0.1 s per thousand points.
 SHARE, FEWEST, MOST = 0.125, 20_000, 80_000
+MAX_CELLS = 2**20  # along a side of the cloud, since the number of a cell has 21 bits for each
 # Largest inverse density, relative to that, that is no outlier, by preparation; guesses: clean samples have up to 2.5
 CLOUD_PREPARATIONS: dict[str, float] = {"auto": 3.0, "scan": 2.5, "none": np.inf}
 
@@ -122,7 +123,7 @@ def _cell_size(points: NDArray[np.float64], budget: int) -> float:
 
 def _cells(points: NDArray[np.float64], size: float) -> NDArray[np.int64]:
     """(n,) number of the cubic cell of each point."""
-    cells = np.minimum((points - points.min(axis=0)) / size, 2**20).astype(np.int64)
+    cells = np.minimum((points - points.min(axis=0)) / size, MAX_CELLS).astype(np.int64)
     numbers: NDArray[np.int64] = (cells[:, 0] << 42) | (cells[:, 1] << 21) | cells[:, 2]
     return numbers
 

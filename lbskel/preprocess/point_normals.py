@@ -28,7 +28,10 @@ N_NEIGHBORS = 16  # of a point in its plane of least squares, and for its area; 
 N_WIDE = 41
 MAX_VARIATION = 0.15  # variance of the few across their plane over that along it from which many are tried; a guess
 N_LINKS = 8  # nearest neighbors that the sign of a normal can follow; a guess
-SMOOTHING = (3.0, 2.0)  # widths of the dipoles, in spacings, in each round that corrects the normals; a guess
+SMOOTHING = (
+    3.0,
+    2.0,
+)  # widths of the dipoles, in spacings, in each round that corrects the normals, until it turns none around
 MIN_ANGLE_COST = 1e-6  # of an edge between parallel normals: a cost of zero would be no edge
 
 
@@ -86,8 +89,11 @@ def oriented(cloud: Neighborhoods) -> OrientedPoints:
     signed = _with_signs(points, normals, areas, neighbors[:, 1 : N_LINKS + 1])
     found = OrientedPoints(points, signed, areas, leaf_order(points), rough)
     for smoothing in SMOOTHING:
-        gradient = found.field(smoothing).field(points)[1]
-        found = replace(found, normals=normalized(-gradient))
+        normals = normalized(-found.field(smoothing).field(points)[1])
+        is_turned = (normals * found.normals).sum(axis=1) < 0
+        found = replace(found, normals=normals)
+        if not is_turned.any():
+            break
     return found
 
 

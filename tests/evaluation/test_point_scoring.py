@@ -47,6 +47,7 @@ def test_a_good_skeleton_passes():
     assert score.centeredness_error < 0.05
     assert score.extra_cycles is None
     assert "extra_cycles" in score.not_measured
+    assert "not measured, without a surface: near surface fraction, extra cycles" in str(score)
 
 
 @pytest.mark.parametrize(

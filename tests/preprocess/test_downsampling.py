@@ -30,12 +30,18 @@ def test_farthest_points_are_points_of_the_cloud():
 
 
 @pytest.mark.parametrize(
-    "text", ["voxel", "voxel:points=3", "farthest:points=-1", "farthest:points=x", "poisson:cell=1"]
+    "text",
+    ["voxel", "voxel:points=3", "farthest:points=-1", "farthest:points=x", "farthest:points=inf", "poisson:cell=1"],
 )
 def test_what_is_no_way_to_thin_is_refused(text):
     with pytest.raises(UnknownChoice, match="voxel" if "voxel" in text or "poisson" in text else "farthest"):
         downsample_as(UNEVEN, text)
     assert set(DOWNSAMPLINGS) == {"voxel", "farthest"}
+
+
+def test_cells_that_cannot_be_numbered_are_refused():
+    with pytest.raises(UnknownChoice, match="smaller than a millionth"):
+        downsample(UNEVEN, cell=1e-9 * np.ptp(UNEVEN.points))
 
 
 @pytest.mark.parametrize("options", [{}, {"cell": 1.0, "n_points": 3}, {"cell": 0.0}])
