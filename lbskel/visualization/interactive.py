@@ -41,6 +41,7 @@ PAGE = """\
 {notes}
 {tables}"""
 POSTER = '<img id="poster" alt="" style="transform: scale({:.3f})" src="data:image/png;base64,{}">'
+HOW_TO_MOVE = "Drag or press arrows to turn, scroll or press plus and minus to zoom."
 REPLAY = """\
 <fieldset><legend>Contraction</legend>
 <label for="step" id="step-text">{text}</label>
@@ -112,7 +113,7 @@ def page_content(scene: Scene) -> bytes:
     body = PAGE.format(
         picture=POSTER.format(_share(data["extent"]), base64.b64encode(picture).decode()) if picture else "",
         summary=escape(summary),
-        label=escape(f"Three-dimensional view: {summary} Drag to turn, scroll to zoom."),
+        label=escape(f"Three-dimensional view: {summary} {HOW_TO_MOVE}"),
         toggles="\n".join(_toggle(name, label, shown) for name, label, shown in _layers(scene, data)),
         replay=_replay(data),
         branches=BRANCHES if scene.skeleton is not None and scene.skeleton.branches else "",

@@ -183,8 +183,7 @@
     return frame(); // nothing more is drawn until it is on the screen
   }).then(() => {
     view.on("plotly_afterplot", letPointerThrough);
-    if (!later.length) { letPointerThrough(); return null; }
-    return restyle({ visible: later.map(([layer]) => isShown(layer)) }, later.map(([, number]) => number));
+    return !later.length ? letPointerThrough() : restyle({ visible: later.map(([layer]) => isShown(layer)) }, later.map(([, number]) => number));
   });
 
   document.querySelectorAll("input[data-layer]").forEach((box) => {
@@ -278,6 +277,22 @@
     }, true);
     return data.curves && data.curves();
   }).then(() => { document.body.dataset.ready = "yes"; });
+  // the keys turn the camera by 10 degrees, to the right and upwards, and change its distance by a tenth
+  const TURNS = { ArrowLeft: [-10, 0], ArrowRight: [10, 0], ArrowUp: [0, 10], ArrowDown: [0, -10] };
+  const ZOOMS = { "+": 1 / 1.1, "=": 1 / 1.1, "-": 1.1 };
+  const sum = (a, p, b, q) => ({ x: p * a.x + q * b.x, y: p * a.y + q * b.y, z: p * a.z + q * b.z });
+  const turned = (a, b, degrees) => sum(a, Math.cos(degrees * Math.PI / 180), b, Math.sin(degrees * Math.PI / 180));
+  view.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || !(TURNS[event.key] || ZOOMS[event.key])) return;
+    event.preventDefault();
+    const [right, above] = TURNS[event.key] || [0, 0];
+    const { eye, up, ...others } = view._fullLayout.scene._scene.getCamera();
+    const far = Math.hypot(eye.x, eye.y, eye.z), front = sum(eye, 1 / far, eye, 0);
+    const side = { x: up.y * front.z - up.z * front.y, y: up.z * front.x - up.x * front.z, z: up.x * front.y - up.y * front.x };
+    const level = turned(front, side, right);
+    Plotly.relayout(view, { "scene.camera": { ...others, up: turned(up, level, -above),
+      eye: sum(turned(level, up, above), far * (ZOOMS[event.key] || 1), eye, 0) } });
+  });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     Plotly.relayout(view, { "font.color": theme().text });
     if (data.restyleCurves) data.restyleCurves();

@@ -276,6 +276,33 @@ def test_everything_can_be_reached_by_keyboard_and_has_a_name(shown):
     assert "skeleton has" in shown.find_element("id", "view").get_attribute("aria-label")
 
 
+def test_the_view_is_turned_and_zoomed_by_keys(shown):
+    """Four arrows of 10 degrees each bring the camera around by 40 degrees, and back."""
+
+    def camera():
+        found = shown.execute_script("return document.getElementById('view')._fullLayout.scene._scene.getCamera()")
+        return np.array([[found[name][axis] for axis in "xyz"] for name in ("eye", "up")])
+
+    view, start = shown.find_element("id", "view"), camera()
+    far = np.linalg.norm(start[0])
+    for forth, back, other in (("\ue014", "\ue012", 1), ("\ue013", "\ue015", 0)):  # right and left, up and down
+        view.send_keys(forth * 4)
+        settled(shown)
+        eye, up = camera()
+        assert eye @ start[0] / far**2 == pytest.approx(np.cos(np.radians(40)), abs=1e-3)  # plotly's rounding
+        assert np.linalg.norm(eye) == pytest.approx(far, rel=1e-3)
+        assert up @ eye == pytest.approx(0, abs=1e-3)
+        assert eye[other] == pytest.approx(start[0][other], abs=1e-3)
+        view.send_keys(back * 4)
+        settled(shown)
+        np.testing.assert_allclose(camera(), start, atol=1e-3)
+    view.send_keys("+")
+    settled(shown)
+    assert np.linalg.norm(camera()[0]) == pytest.approx(far / 1.1, rel=1e-3)
+    view.send_keys("-")
+    settled(shown)
+
+
 @pytest.mark.parametrize("width", [400, 1400])
 def test_nothing_is_cut_off_on_a_narrow_or_dark_screen(shown, width):
     """The page is no wider than the window; the colors follow the system."""
