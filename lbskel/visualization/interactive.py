@@ -53,7 +53,7 @@ BRANCHES = """\
 <fieldset><legend>Branch</legend>
 <label for="branch">Click on a branch, or choose it here:</label>
 <select id="branch"><option value="-1">none</option></select>
-<div aria-live="polite"><table><tbody id="branch-rows"></tbody></table></div>
+<div aria-live="polite"><table aria-label="The chosen branch"><tbody id="branch-rows"></tbody></table></div>
 </fieldset>"""
 
 

@@ -81,8 +81,7 @@
     branchOfNode = new Array(radii.length).fill(-1);
     paths.forEach((path, branch) => path.forEach((node) => { branchOfNode[node] = branch; }));
     skeleton.junctions.forEach((node) => { branchOfNode[node] = -1; });
-    const rows = [];
-    const colors = [];
+    const [rows, colors] = [[], []];
     paths.forEach((path, branch) => {
       path.forEach((node) => { rows.push(node); colors.push(radii[node]); branchOfPoint.push(branch); });
       rows.push(-1);
@@ -178,8 +177,7 @@
   const frame = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done))));
   const drawn = Plotly.newPlot(view, traces, layout, options).then(() => {
     performance.mark("drawn");
-    const poster = byId("poster");
-    if (poster) poster.remove();
+    byId("poster")?.remove();
     return frame(); // nothing more is drawn until it is on the screen
   }).then(() => {
     view.on("plotly_afterplot", letPointerThrough);
@@ -247,10 +245,9 @@
     if (branch < 0 || !data.columns) return;
     data.columns.forEach((column) => {
       const row = rows.insertRow();
-      const head = document.createElement("th");
+      const head = row.appendChild(document.createElement("th"));
       head.scope = "row";
       head.textContent = column.name;
-      row.appendChild(head);
       row.insertCell().textContent = column.values[branch];
     });
   }
@@ -276,7 +273,10 @@
       if (pointed && !isDragged) choose(pointed);
     }, true);
     return data.curves && data.curves();
-  }).then(() => { document.body.dataset.ready = "yes"; });
+  }).then(() => { // what plotly draws has no names; the elements around it have
+    document.querySelectorAll("#view > *, #curves > *, #js-plotly-tester").forEach((each) => each.setAttribute("aria-hidden", "true"));
+    document.body.dataset.ready = "yes";
+  });
   // the keys turn the camera by 10 degrees, to the right and upwards, and change its distance by a tenth
   const TURNS = { ArrowLeft: [-10, 0], ArrowRight: [10, 0], ArrowUp: [0, 10], ArrowDown: [0, -10] };
   const ZOOMS = { "+": 1 / 1.1, "=": 1 / 1.1, "-": 1.1 };

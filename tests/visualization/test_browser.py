@@ -276,6 +276,19 @@ def test_everything_can_be_reached_by_keyboard_and_has_a_name(shown):
     assert "skeleton has" in shown.find_element("id", "view").get_attribute("aria-label")
 
 
+def test_a_screen_reader_meets_no_picture_and_no_control_without_a_name(shown):
+    nodes = shown.execute_cdp_cmd("Accessibility.getFullAXTree", {})["nodes"]
+    roles = ("image", "button", "checkbox", "slider", "combobox", "region", "table")
+    named = [
+        (node["role"]["value"], node.get("name", {}).get("value"))
+        for node in nodes
+        if not node["ignored"] and node["role"]["value"] in roles
+    ]
+    assert {role for role, _ in named} == set(roles)
+    assert [role for role, name in named if not name] == []
+    assert len([role for role, _ in named if role == "image"]) == 2  # the view and the curves
+
+
 def test_the_view_is_turned_and_zoomed_by_keys(shown):
     """Four arrows of 10 degrees each bring the camera around by 40 degrees, and back."""
 
