@@ -24,9 +24,7 @@ MIN_LINKS = 20  # around a section, below which its turn is not known; a guess
 # around a tube is 3.1, and regions of branches meet beside a junction; a guess
 MIN_DETOUR = 10.0
 N_SECTORS, MAX_OPEN = 16, 0.35  # of a turn around a section, and share of it without links, in a cut limb; guesses
-MIN_HOLLOW = (
-    0.6  # distance of the nearest tenth of the links from the middle, in their mean distance, likewise; a guess
-)
+MIN_HOLLOW = 0.6  # distance of the nearest tenth of the links from the middle, in their mean distance; a guess
 
 
 def count_cut_loops(skeleton: Skeleton, points: NDArray[np.float64], graph: csr_array) -> int:
@@ -80,10 +78,8 @@ def _is_cut(places: NDArray[np.float64], middle: NDArray[np.float64], detours: N
     across = np.linalg.svd(places - places.mean(axis=0), full_matrices=False)[2][:2]
     x, y = across @ offsets.T
     distances = np.hypot(x, y)
-    if (
-        np.median(detours) <= MIN_DETOUR * distances.mean()
-        or np.quantile(distances, 0.1) < MIN_HOLLOW * distances.mean()
-    ):
+    radius = distances.mean()
+    if np.median(detours) <= MIN_DETOUR * radius or np.quantile(distances, 0.1) < MIN_HOLLOW * radius:
         return False
     sectors = np.unique(((np.arctan2(y, x) / (2 * np.pi) + 0.5) * N_SECTORS).astype(np.int64) % N_SECTORS)
     gap = int(np.diff(np.append(sectors, sectors[0] + N_SECTORS)).max()) - 1

@@ -53,6 +53,22 @@ def test_a_ring_of_few_noisy_points_that_is_cut():
     assert _missed(Skeleton(ring.nodes, ring.edges[:-1], ring.radii), points) == 1
 
 
+def test_a_ring_that_is_cut_anywhere():
+    points, ring = _tube(_arc(2 * np.pi), 0.2, 10_000, is_closed=True)
+    cuts = [Skeleton(ring.nodes, np.delete(ring.edges, edge, axis=0), ring.radii) for edge in range(0, 60, 5)]
+    assert [_missed(cut, points) for cut in cuts] == [1] * 12
+
+
+def test_limbs_that_cross_and_touch_are_no_ring():
+    line, turn = np.linspace(-1.5, 1.5, 40), np.linspace(0, 1.5 * np.pi, 60)[1:-1]
+    along = np.stack([line, 0 * line, 0 * line - 0.2], axis=1)
+    across = np.stack([0 * line, line, 0 * line + 0.2], axis=1)
+    back = np.stack([1.5 + 1.5 * np.sin(turn), -1.5 + 1.5 * np.cos(turn), np.linspace(-0.2, 0.2, 58)], axis=1)
+    nodes = np.concatenate([along, back, across])
+    points, knot = _tube(nodes, 0.2, 12000)
+    assert _missed(knot, points) == 0
+
+
 def test_a_horseshoe_whose_ends_are_a_radius_apart_passes():
     points, shoe = _tube(_arc(2 * np.pi - 0.2), 0.2, 5000)  # open at its ends
     assert _missed(shoe, points) == 0
