@@ -46,10 +46,7 @@ N_SUMS = cython.declare(cython.Py_ssize_t, 13)
 
 @cython.cclass
 class SectionCurves:
-    """Plane sections of one mesh.
-
-    The arrays are those of a Mesh, those of :mod:`lbskel._kernels.bvh`, and a label for each face, or none.
-    """
+    """Plane sections of a mesh; its arrays, those of :mod:`lbskel._kernels.bvh`, and a label for each face, or none."""
 
     edge_of_half_edge: cython.const[cython.longlong][::1]
     faces_per_edge: cython.const[cython.longlong][::1]
@@ -108,16 +105,17 @@ class SectionCurves:
         points: cython.const[cython.double][:, ::1],
         frames: cython.const[cython.double][:, :, ::1],
         labels: cython.const[cython.longlong][::1],
+        max_reaches: cython.const[cython.double][::1],
     ) -> NDArray[np.float64]:
-        """(k, 8) measures of the curve selected in the plane through each point.
+        """(k, 8) measures of the curve selected in the plane through each point, if it is decided within a reach of it.
 
         The frames are two unit vectors in each plane, and its normal. The measures are 1 if there is a curve, 1 if it
         surrounds the point, the two plane coordinates of its centroid relative to the point, its area, length and mean
         distance from the centroid, and the fraction of its length on faces of the plane's label or a negative one.
         """
         k: cython.Py_ssize_t = points.shape[0]
-        if frames.shape[0] != k or labels.shape[0] != k:
-            raise ValueError("there must be a frame and a label for each point")
+        if frames.shape[0] != k or labels.shape[0] != k or max_reaches.shape[0] != k:
+            raise ValueError("there must be a frame, a label and a reach for each point")
         measures_array = np.zeros((k, 8))
         measures: cython.double[:, ::1] = measures_array
         with cython.nogil:
@@ -132,10 +130,12 @@ class SectionCurves:
                     self._sum_curves(labels[i])
                     best = self._best()
                     if self.is_everything_cut or (best >= 0 and self._is_decided(best, reach)):
+                        if best >= 0:
+                            self._write_measures(best, measures[i])
+                        break
+                    if reach > max_reaches[i]:
                         break
                     reach *= REACH_GROWTH
-                if best >= 0:
-                    self._write_measures(best, measures[i])
         return measures_array
 
     @cython.cfunc

@@ -63,6 +63,7 @@ def cross_sections(
     *,
     face_labels: NDArray[np.int64] | None = None,
     labels: NDArray[np.int64] | None = None,
+    max_reaches: NDArray[np.float64] | None = None,
     deadline: Deadline = NEVER,
 ) -> Sections:
     """Compute the cross-section of a mesh around each point, in the plane through it.
@@ -76,6 +77,8 @@ def cross_sections(
         Negative labels belong to every plane.
     labels : (k,) array of int, optional
         Of the planes. With both, ``label_fractions`` compares them.
+    max_reaches : (k,) array of float, optional
+        Distance from each point beyond which no curve is followed: what is undecided there counts as no intersection.
     deadline : Deadline
     """
     tree = mesh.aabb_tree
@@ -89,7 +92,8 @@ def cross_sections(
     )
     points, frames = np.ascontiguousarray(points, dtype=np.float64), _frames(normals)
     labels = np.zeros(len(points), dtype=np.int64) if labels is None else labels
-    (found,) = in_slices(lambda *some: (curves.measure(*some),), points, frames, labels, deadline=deadline)
+    reaches = np.full(len(points), np.inf) if max_reaches is None else max_reaches
+    (found,) = in_slices(lambda *some: (curves.measure(*some),), points, frames, labels, reaches, deadline=deadline)
     is_cut, surrounds, x, y, areas, lengths, radii, label_fractions = found.T
     moved = points + x[:, None] * frames[:, 0] + y[:, None] * frames[:, 1]
     centroids = np.where(is_cut[:, None] > 0, moved, points)

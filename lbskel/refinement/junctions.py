@@ -19,7 +19,7 @@ from lbskel.refinement.branch_lines import BranchLines, branch_lines, nearest_po
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.refinement.containment import segments_outside
 from lbskel.refinement.inscribed_balls import climb_to_middle
-from lbskel.refinement.tunnel_sides import edges_that_pass
+from lbskel.refinement.tunnel_sides import edges_that_pass, n_tunnels_missed
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.pruning import adjacent_junctions, closes_a_cycle, inner_branch_lengths
 from lbskel.skeleton.skeleton import Skeleton
@@ -106,7 +106,7 @@ def merge_junctions_by_axes(skeleton: Skeleton, centers: SectionCenters, surface
 
     In a thick part, such as a palm, several branches run together before they end. Contraction then joins them in
     pairs, in an order that does not depend on where they come from. In each round, the pairs are merged that fit better
-    than all pairs at the junctions beside them. No cycle is closed.
+    than all pairs at the junctions beside them. No cycle is closed, and none drawn off its tunnel.
 
     Parameters
     ----------
@@ -115,6 +115,14 @@ def merge_junctions_by_axes(skeleton: Skeleton, centers: SectionCenters, surface
     centers : SectionCenters
     surface : Surface
     """
+    merged = _merged(skeleton, centers, surface, keep_sides=False)
+    if n_tunnels_missed(merged, surface) > n_tunnels_missed(skeleton, surface):
+        merged = _merged(skeleton, centers, surface, keep_sides=True)
+    return merged
+
+
+def _merged(skeleton: Skeleton, centers: SectionCenters, surface: Surface, *, keep_sides: bool) -> Skeleton:
+    """Merge pairs of junctions, on request none by which an edge would pass another side of a tunnel."""
     while inner := _inner_branches(skeleton):
         lines = branch_lines(skeleton, centers)
         sines, places = _common_places(skeleton, lines, np.array(inner), surface)
@@ -127,7 +135,7 @@ def merge_junctions_by_axes(skeleton: Skeleton, centers: SectionCenters, surface
             beside = np.concatenate([adjacent[first[end] : first[end + 1]] for end in branch[[0, -1]]])
             if touched[branch[[0, -1]]].any() or closes_a_cycle(skeleton, branch):
                 continue
-            if _passes_a_tunnel(skeleton, branch, places[row], surface):
+            if keep_sides and _passes_a_tunnel(skeleton, branch, places[row], surface):
                 continue
             touched[branch[[0, -1]]] = touched[beside] = True
             target[branch] = branch[0]
@@ -144,8 +152,6 @@ def _passes_a_tunnel(
     skeleton: Skeleton, branch: NDArray[np.int64], place: NDArray[np.float64], surface: Surface
 ) -> bool:
     """Whether an edge passes another side of a tunnel when a branch is contracted to a place."""
-    if not surface.proxy.mesh.genus:
-        return False
     moved = np.array(skeleton.nodes)
     moved[branch] = place
     edges = skeleton.edges[np.isin(skeleton.edges, branch).any(axis=1)]

@@ -19,7 +19,8 @@ def sections(kernel, V, F, points, *, frame=X_PLANE, face_labels=NO_LABELS, labe
     )
     points = np.array(points, dtype=np.float64)
     labels = np.zeros(len(points), dtype=np.int64) if labels is None else np.array(labels)
-    return curves.measure(points, np.tile(frame, (len(points), 1, 1)), labels)
+    reaches = np.full(len(points), np.inf)
+    return curves.measure(points, np.tile(frame, (len(points), 1, 1)), labels, reaches)
 
 
 def test_a_section_of_a_box_is_a_rectangle(kernel, box):
@@ -103,7 +104,7 @@ def test_the_fraction_on_faces_of_the_label(kernel, box):
 def test_arrays_of_other_lengths_are_errors(kernel, box):
     with pytest.raises(ValueError, match="a label for each face"):
         sections(kernel, *box, [[0.5, 0.5, 0.5]], face_labels=np.zeros(3, dtype=np.int64))
-    with pytest.raises(ValueError, match="a frame and a label for each point"):
+    with pytest.raises(ValueError, match="a frame, a label and a reach for each point"):
         sections(kernel, *box, [[0.5, 0.5, 0.5]], labels=[1, 2])
 
 

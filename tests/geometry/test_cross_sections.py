@@ -151,3 +151,16 @@ def test_the_local_search_finds_the_smallest_curve_of_the_whole_plane():
         assert surrounds == bool(around)
         if around:
             assert area == pytest.approx(min(around), rel=1e-6)  # ends were joined at nine digits
+
+
+def test_a_curve_is_followed_no_farther_than_asked():
+    """A plane along a ring cuts it at two circles of radii 0.7 and 1.3; one across it at a circle of radius 0.3."""
+    mesh = torus(1.0, 0.3, 96, 32)
+    P, normals = np.array([[1.0, 0, 0], [1.0, 0, 0]]), np.array([[0.0, 0, 1], [0, 1, 0]])
+    near = cross_sections(mesh, P, normals, max_reaches=np.full(2, 0.5))
+    assert near.is_cut.tolist() == [False, True]
+    whole, far = cross_sections(mesh, P, normals), cross_sections(mesh, P, normals, max_reaches=np.full(2, 9.0))
+    assert whole.is_cut.all()
+    for name in ("is_cut", "centroids", "areas", "lengths", "radii", "surrounds"):
+        assert np.array_equal(getattr(whole, name), getattr(far, name))
+        assert np.array_equal(getattr(whole, name)[1], getattr(near, name)[1])
