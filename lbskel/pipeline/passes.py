@@ -168,9 +168,9 @@ def _evenly_spaced(skeleton: Skeleton, surface: Surface) -> Skeleton:
 
 def _must_stay(olds: list[NDArray[np.float64]], news: list[NDArray[np.float64]], surface: Surface) -> NDArray[np.bool_]:
     """(p,) whether a path passes another side of a tunnel, or leaves a closed surface, when its inner nodes are new."""
-    passes = paths_that_pass(olds, news, surface)
+    must_stay = paths_that_pass(olds, news, surface)
     if surface.mesh.is_closed:
         whole = [np.concatenate([old[:1], new, old[-1:]]) for old, new in zip(olds, news, strict=True)]
         leaving = np.flatnonzero(paths_outside(whole, surface))
-        passes[leaving] |= ~paths_outside([olds[row] for row in leaving], surface)
-    return passes
+        must_stay[leaving] |= ~paths_outside([olds[row] for row in leaving], surface)
+    return must_stay

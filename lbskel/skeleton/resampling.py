@@ -29,7 +29,7 @@ MAX_SPACING = (
     10.0  # local radii per piece above which a resampling that removes every inner node is taken for one whose
 )
 # spacing was meant as a length; a guess
-N_HALVINGS = 2  # of the spacing of a path that may not cut its corners
+N_HALVINGS = 2  # of the spacing of a path that may not change, before it gets nodes on its chords alone; a guess
 MAX_REFINEMENT = 3  # upper bound on the new pieces per present edge, for flat parts whose radii are near zero; a guess
 
 
@@ -99,7 +99,7 @@ def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int |
 
 
 def space_evenly(skeleton: Skeleton, spacing: float, stays: Callable[[Polylines, Polylines], Mask]) -> Skeleton:
-    """Resample the branches that may change.
+    """Resample branches; those that may not change are spaced more closely, or only get nodes on their chords.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def space_evenly(skeleton: Skeleton, spacing: float, stays: Callable[[Polylines,
     spacing : float
         As for :func:`resample`.
     stays : callable
-        Tells from the present and the new polylines of p paths which stay as they are: a (p,) array of bool.
+        Tells from the present polylines and the new inner nodes of p paths which may not change: a (p,) array of bool.
     """
     paths = _paths(skeleton)
     return _divided(skeleton, paths, _counts_for_spacing(skeleton, paths, spacing), stays)
@@ -188,27 +188,35 @@ def _divided(
     counts: NDArray[np.int64],
     stays: Callable[[Polylines, Polylines], Mask] | None = None,
 ) -> Skeleton:
-    """Divide every path evenly, but those that stay; vertices stay at their share of its length."""
+    """Divide every path evenly, on its chords if it may not leave them; vertices stay at their share of its length."""
     has_mean_radii = len(skeleton.mean_radii) > 0
     values = np.column_stack([skeleton.nodes, skeleton.radii, *([skeleton.mean_radii] if has_mean_radii else [])])
-    nodes, begins = paths.nodes, paths.begins
     inner, new_begins = _inner_nodes(values, paths, counts)
     if stays is not None and len(paths):
-        present = np.split(skeleton.nodes[nodes], begins[1:-1])
+        present = np.split(values[paths.nodes], paths.begins[1:-1])
+        points = [path[:, :3] for path in present]
+        finer = np.array(counts)
         for _ in range(N_HALVINGS):
-            must_stay = stays(present, np.split(inner[:, :3], new_begins[1:-1]))
-            counts = np.where(must_stay, 2 * counts, counts)
-            inner, new_begins = _inner_nodes(values, paths, counts)
-        is_replaced = ~stays(present, np.split(inner[:, :3], new_begins[1:-1]))
-        nodes, begins = _groups(nodes, begins, is_replaced)
-        inner, new_begins = _groups(inner, new_begins, is_replaced)
-    resampled = replace_paths(skeleton, nodes, begins, inner[:, :3], new_begins, inner[:, 3])
+            finer[stays(points, np.split(inner[:, :3], new_begins[1:-1]))] *= 2
+            inner, new_begins = _inner_nodes(values, paths, finer)
+        parts = np.split(inner, new_begins[1:-1])
+        for row in np.flatnonzero(stays(points, [part[:, :3] for part in parts])).tolist():
+            parts[row] = _on_chords(present[row], paths.lengths[row] / counts[row])
+        inner, new_begins = np.concatenate(parts), np.concatenate([[0], np.cumsum([len(part) for part in parts])])
+    resampled = replace_paths(skeleton, paths.nodes, paths.begins, inner[:, :3], new_begins, inner[:, 3])
     if not has_mean_radii:
         return resampled
-    is_kept = np.ones(len(skeleton.nodes), dtype=bool)
-    is_kept[nodes] = False
-    is_kept[nodes[np.concatenate([begins[:-1], begins[1:] - 1])]] = True
-    return replace(resampled, mean_radii=np.concatenate([values[is_kept], inner])[:, 4])
+    return replace(resampled, mean_radii=np.concatenate([values[_kept_nodes(skeleton, paths)], inner])[:, 4])
+
+
+def _on_chords(values: NDArray[np.float64], length: float) -> NDArray[np.float64]:
+    """Values at the inner nodes of a path and at points between them, where they are farther apart than a length."""
+    steps = np.linalg.norm(np.diff(values[:, :3], axis=0), axis=1)
+    n_pieces = np.maximum(np.rint(steps / length), 1).astype(np.int64) if length > 0 else np.ones(len(steps), np.int64)
+    at = np.repeat(np.arange(len(steps)), n_pieces)
+    share = ((np.arange(len(at)) - np.repeat(np.cumsum(n_pieces) - n_pieces, n_pieces)) / n_pieces[at])[:, None]
+    divided: NDArray[np.float64] = (1 - share) * values[at] + share * values[at + 1]
+    return divided[1:]
 
 
 def _inner_nodes(
@@ -216,14 +224,6 @@ def _inner_nodes(
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Values at the inner points that divide each path, and where those of each begin."""
     return _interpolated(values, paths, counts), np.concatenate([[0], np.cumsum(counts - 1)])
-
-
-def _groups(
-    values: NDArray[Any], begins: NDArray[np.int64], is_chosen: NDArray[np.bool_]
-) -> tuple[NDArray[Any], NDArray[np.int64]]:
-    """Choose some of the groups of values that lie end to end; return their values, and where each begins."""
-    sizes = np.diff(begins)
-    return values[np.repeat(is_chosen, sizes)], np.concatenate([[0], np.cumsum(sizes[is_chosen])])
 
 
 def _interpolated(values: NDArray[np.float64], paths: _Paths, counts: NDArray[np.int64]) -> NDArray[np.float64]:
