@@ -62,12 +62,12 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
     node = skeleton.node_of_vertex
     distances = np.linalg.norm(unit.vertices - skeleton.nodes[node], axis=1)
     areas = np.bincount(unit.faces.ravel(), weights=np.repeat(unit.face_areas, 3), minlength=len(unit.vertices))
-    extrema = find_extrema(surface.proxy.mesh)
+    extrema = find_extrema(surface.proxy.mesh, deadline=surface.deadline)
     missed = is_missed(extrema, surface.proxy.mesh, skeleton)
     widths = mean_radii(skeleton, unit).radii
     mean_error, worst_branch_error = _centeredness_errors(skeleton, widths, surface)
     disjoint = edges_with_disjoint_regions(skeleton, unit)
-    thickness = local_radii(unit)
+    thickness = local_radii(unit, deadline=surface.deadline)
     count = np.bincount(node, minlength=len(skeleton.nodes))
     own_thickness = np.bincount(node, thickness, len(skeleton.nodes)) / np.maximum(count, 1)
     expected = np.where(count > 0, np.minimum(widths, own_thickness), widths)

@@ -29,6 +29,8 @@ from lbskel.skeleton.skeleton import Skeleton
 
 SIMPLIFY = ("auto", "none")
 
+RESERVED_SHARE = 0.5  # of a time limit, for what follows the preparation of the bodies; a guess
+
 # Seconds that simplification is expected to take, for each that preprocessing has taken: it cannot be cut short once it
 # has begun, and does not begin where more are expected than are left. Up to 4 in benchmarks/results/scaling.md.
 SIMPLIFY_RATIO = 3.0
@@ -197,7 +199,8 @@ def prepare(
     for number, part in enumerate(components(unit)):
         if is_crumb[number]:
             continue
-        if bodies and not timer.has_time_for("prepare bodies"):
+        if bodies and timer.seconds_left < RESERVED_SHARE * (timer.time_limit or 0.0):
+            timer.skip("prepare bodies")
             n_left_out += 1
             continue
         if fault := why_no_inside(number, part, preprocessed.mesh):

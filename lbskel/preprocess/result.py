@@ -130,12 +130,13 @@ def preprocess_step(
     step : callable
         Takes a Mesh and keyword options, and returns a PreprocessResult.
     """
+    parameters = signature(step)
 
     @wraps(step)
     def with_report(mesh: Any, *arguments: Options.args, **options: Options.kwargs) -> PreprocessResult:
         mesh = as_mesh(mesh)
         result = step(mesh, *arguments, **options)
-        given = signature(step).bind(mesh, *arguments, **options)
+        given = parameters.bind(mesh, *arguments, **options)
         given.apply_defaults()
         record = {
             "step": step.__name__,

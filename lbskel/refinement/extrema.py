@@ -29,6 +29,7 @@ from scipy.spatial import cKDTree
 
 from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.dijkstra import ShortestPaths
+from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_radii
@@ -99,20 +100,23 @@ class _Cells:
 _Limb = tuple[NDArray[np.int64], float, float]  # the cells of a limb, its end first, its length and its area
 
 
-def find_extrema(mesh: Mesh) -> GeodesicExtrema:
+def find_extrema(mesh: Mesh, *, deadline: Deadline = NEVER) -> GeodesicExtrema:
     """Find the ends of the limbs of a mesh; computed once per mesh.
 
     Parameters
     ----------
     mesh : Mesh
         Of any number of components. Components without a seed, being small, have no ends.
+    deadline : Deadline
+        After it, OutOfTime is raised.
     """
-    found: GeodesicExtrema = Surface(mesh).memoize("find_extrema", lambda: _find_extrema(mesh))
+    found: GeodesicExtrema = Surface(mesh).memoize("find_extrema", lambda: _find_extrema(mesh, deadline))
     return found
 
 
-def _find_extrema(mesh: Mesh) -> GeodesicExtrema:
-    cells = _cells(mesh)
+def _find_extrema(mesh: Mesh, deadline: Deadline) -> GeodesicExtrema:
+    cells = _cells(mesh, deadline)
+    deadline.check()
     k = len(cells.seeds)
     sources = np.unique(np.linspace(0, k - 1, N_SOURCES).astype(np.int64))
     distances = cells.shortest_paths.distances(sources)
@@ -165,12 +169,12 @@ def _shortest_edges(edges: NDArray[np.int64], lengths: NDArray[np.float64], n_no
     return graph + graph.T
 
 
-def _cells(mesh: Mesh) -> _Cells:
+def _cells(mesh: Mesh, deadline: Deadline) -> _Cells:
     """Assign every vertex to the nearest seed along edges; seeds are evenly spaced in the list of vertices."""
     n, used = len(mesh.vertices), mesh.used_vertices
     lengths = mesh.edge_lengths + MIN_EDGE_LENGTH * mesh.diameter_bound
     graph = weighted_graph(mesh.edges, lengths, n)
-    seeds = used[np.unique(np.linspace(0, len(used) - 1, _n_cells(mesh)).astype(np.int64))]
+    seeds = used[np.unique(np.linspace(0, len(used) - 1, _n_cells(mesh, deadline)).astype(np.int64))]
     distances, _, source = dijkstra(graph, directed=False, indices=seeds, min_only=True, return_predecessors=True)
     cell = np.where(source >= 0, np.searchsorted(seeds, source), -1)
     ends = cell[mesh.edges]
@@ -182,9 +186,9 @@ def _cells(mesh: Mesh) -> _Cells:
     return _Cells(seeds, cell, areas, _shortest_edges(ends[is_crossing], seed_distances, len(seeds)))
 
 
-def _n_cells(mesh: Mesh) -> int:
+def _n_cells(mesh: Mesh, deadline: Deadline) -> int:
     """Compute the number of cells that the local radii ask for."""
-    squared = local_radii(mesh)[mesh.faces].mean(axis=1) ** 2
+    squared = local_radii(mesh, deadline=deadline)[mesh.faces].mean(axis=1) ** 2
     in_radii = np.divide(mesh.face_areas, squared, out=np.zeros_like(squared), where=squared > 0).sum()
     return int(np.clip(in_radii / CELL_AREA, N_CELLS, MAX_CELLS))
 

@@ -57,7 +57,7 @@ def _is_corner(
     nodes, junctions = skeleton.nodes, np.array([end[0] for end in ends])
     farthest, reaches = farthest_vertices(skeleton, surface.mesh, ends)
     entry, inward, _ = surface.inner_offset(farthest)
-    peaks = entry + local_radii(surface.mesh)[farthest][:, None] * inward
+    peaks = entry + local_radii(surface.mesh, deadline=surface.deadline)[farthest][:, None] * inward
     row_of_tip = {int(end[-1]): row for row, end in enumerate(ends)}
     ways_from: dict[int, list[NDArray[np.int64]]] = {}
     for branch in skeleton.branches:

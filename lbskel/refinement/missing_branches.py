@@ -37,7 +37,7 @@ def grow_missing_branches(skeleton: Skeleton, surface: Surface) -> Skeleton:
     surface : Surface
     """
     proxy_mesh = surface.proxy.mesh
-    extrema = find_extrema(proxy_mesh)
+    extrema = find_extrema(proxy_mesh, deadline=surface.deadline)
     missed = is_missed(extrema, proxy_mesh, inscribed_radii(skeleton, surface.proxy))
     is_on_missed = np.isin(extrema.limb_of_vertex, np.flatnonzero(missed))
     limb_of_vertex = np.where(is_on_missed, extrema.limb_of_vertex, -1)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from helpers import joined, moved, path_in
 
+from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.refinement import extrema
 from lbskel.refinement.extrema import GeodesicExtrema, find_extrema, is_missed
 from lbskel.shapes import capsule, chain_of_tori, make, porous_block, sphere, torus, tube, voxel_tree
@@ -61,12 +62,12 @@ def test_long_thin_shapes_have_as_many_cells_as_their_length_in_radii(monkeypatc
     mesh = tube(np.stack([np.arange(0, 401), 0 * np.arange(0, 401), 0 * np.arange(0, 401)], axis=1), 1.0, sides=32)
     monkeypatch.setattr(extrema, "N_CELLS", 10)
     # polygons of 32 corners are half a per cent thinner, and the ends have 0.5 % of the area
-    assert extrema._n_cells(mesh) == pytest.approx(2 * np.pi * 400 / extrema.CELL_AREA, rel=0.02)
-    assert len(extrema._cells(mesh).seeds) == extrema._n_cells(mesh)
+    assert extrema._n_cells(mesh, NEVER) == pytest.approx(2 * np.pi * 400 / extrema.CELL_AREA, rel=0.02)
+    assert len(extrema._cells(mesh, NEVER).seeds) == extrema._n_cells(mesh, NEVER)
     monkeypatch.setattr(extrema, "MAX_CELLS", 100)
-    assert extrema._n_cells(mesh) == 100
+    assert extrema._n_cells(mesh, NEVER) == 100
     monkeypatch.setattr(extrema, "N_CELLS", 50)
-    assert extrema._n_cells(sphere(3)) == 50
+    assert extrema._n_cells(sphere(3), NEVER) == 50
 
 
 def test_limbs_of_every_component_are_found():
@@ -118,3 +119,8 @@ def test_limbs_that_cut_nothing_off_are_disks_or_not_as_those_that_do(monkeypatc
     assert len(found.vertices) > 0
     assert np.array_equal(found.vertices, again.vertices)
     assert np.array_equal(found.limb_of_vertex, again.limb_of_vertex)
+
+
+def test_after_a_deadline_ends_are_not_looked_for():
+    with pytest.raises(OutOfTime):
+        extrema.find_extrema(sphere(2), deadline=Deadline(0.0))
