@@ -69,7 +69,7 @@ def score_points(skeleton: Skeleton, cloud: PointCloud) -> Score:
     is_among = np.isnan(gaps) | (gaps <= MAX_GAP)
     known = ~np.isnan(errors)
     by_branch = [errors[branch][known[branch]] for branch in skeleton.branches]
-    ends, lengths, scales = _ends(points, skeleton, tree)
+    ends, lengths, scales = _ends(points, graph, skeleton, tree)
     tips = skeleton.nodes[skeleton.degrees <= 1]
     to_tip = cKDTree(tips).query(ends)[0] if len(tips) and len(ends) else np.full(len(ends), np.inf)
     to_node = tree.query(ends)[0] if len(ends) else np.empty(0)
@@ -106,8 +106,8 @@ def _spread(points: NDArray[np.float64], limit: int) -> NDArray[np.int64]:
     return np.sort(order[np.linspace(0, n - 1, limit).astype(np.int64)])
 
 
-def _neighbor_graph(points: NDArray[np.float64]) -> tuple[csr_array, NDArray[np.int64]]:
-    """Symmetric graph of the distances of neighbors that are near for both, and the part of each point."""
+def _neighbor_graph(points: NDArray[np.float64]) -> csr_array:
+    """Symmetric graph of the distances of neighbors that are near for both."""
     n = len(points)
     neighbors = cKDTree(points).query(points, k=min(N_NEIGHBORS + 1, n))[1][:, 1:]
     first, second = np.repeat(np.arange(n), neighbors.shape[1]), neighbors.ravel()
@@ -115,14 +115,13 @@ def _neighbor_graph(points: NDArray[np.float64]) -> tuple[csr_array, NDArray[np.
     links = np.stack(np.divmod(key[1:][key[1:] == key[:-1]], n), axis=1)  # of both to each other
     lengths = np.linalg.norm(points[links[:, 0]] - points[links[:, 1]], axis=1)
     graph = weighted_graph(links[lengths > 0], lengths[lengths > 0], n)
-    graph = csr_array(graph + graph.T)
-    part: NDArray[np.int64] = connected_components(graph, directed=False)[1].astype(np.int64)
-    return graph, part
+    return csr_array(graph + graph.T)
 
 
 def _without_outliers(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], csr_array, int]:
     """Points of the parts that are no crumbs, the graph of their neighbors, and the number of these parts."""
-    graph, part = _neighbor_graph(points)
+    graph = _neighbor_graph(points)
+    part = connected_components(graph, directed=False)[1]
     count = np.bincount(part)
     is_part = count >= min(MIN_PART * len(points), count.max())
     for number in np.flatnonzero(is_part & (count < count.max())):
@@ -203,15 +202,17 @@ def _widths(skeleton: Skeleton, node: NDArray[np.int64], distances: NDArray[np.f
 
 
 def _ends(
-    points: NDArray[np.float64], skeleton: Skeleton, tree: cKDTree
+    points: NDArray[np.float64], graph: csr_array, skeleton: Skeleton, tree: cKDTree
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """(e, 3) ends of the cloud, (e,) length by which each stands out, and (e,) local radius there.
 
     An end is a peak of the mean distance along the cloud to points spread over it, as high above the pass to a higher
     peak as it is long.
     """
-    points = points[_spread(points, MAX_GRAPH_POINTS)]
-    graph, part = _neighbor_graph(points)
+    if len(points) > MAX_GRAPH_POINTS:
+        points = points[_spread(points, MAX_GRAPH_POINTS)]
+        graph = _neighbor_graph(points)
+    part = connected_components(graph, directed=False)[1]
     height = np.full(len(points), -np.inf)
     for number in np.flatnonzero(np.bincount(part) >= MIN_PART * len(points)):
         own = np.flatnonzero(part == number)
@@ -230,29 +231,27 @@ def _ends(
 
 def _peaks(graph: csr_array, height: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Peaks of a function on a graph, and the height of each above the pass to a higher one, or above the lowest."""
-    root = np.full(len(height), -1)
+    pointers, neighbors, heights = graph.indptr.tolist(), graph.indices.tolist(), height.tolist()
+    root = [-1] * len(heights)
     lengths: dict[int, float] = {}
 
     def find(node: int) -> int:
         while root[node] != node:
             root[node] = root[root[node]]
-            node = int(root[node])
+            node = root[node]
         return node
 
-    for node in np.argsort(-height, kind="stable").tolist():
-        if not np.isfinite(height[node]):
-            break
-        near = graph.indices[graph.indptr[node] : graph.indptr[node + 1]]
-        groups = {find(int(other)) for other in near if root[other] >= 0}
+    reached = np.argsort(-height, kind="stable")[: np.count_nonzero(np.isfinite(height))]
+    for node in reached.tolist():
+        groups = {find(other) for other in neighbors[pointers[node] : pointers[node + 1]] if root[other] >= 0}
         root[node] = node
         if groups:
-            highest = max(groups, key=lambda peak: (height[peak], -peak))
+            highest = max(groups, key=lambda peak: (heights[peak], -peak))
             for peak in groups - {highest}:
-                lengths[peak] = float(height[peak] - height[node])
+                lengths[peak] = heights[peak] - heights[node]
                 root[peak] = highest
             root[node] = highest
-    for peak in np.flatnonzero(root == np.arange(len(root))).tolist():
-        lengths[peak] = np.inf
+    lengths.update({node: np.inf for node, parent in enumerate(root) if parent == node})
     peaks = np.array(sorted(lengths), dtype=np.int64)
     return peaks, np.array([lengths[peak] for peak in peaks.tolist()])
 
