@@ -86,7 +86,7 @@ def tunnels_missed(
     edges = np.sort(edges, axis=1)
     cochain = outside.cochain(points[edges], outside.flows)
     n_cycles = len(edges) - len(points) + 1
-    return genus - n_cycles + len(spurious_loop_edges(points, edges, cochain))
+    return genus - n_cycles + len(spurious_loop_edges(points, edges, cochain, deadline=deadline))
 
 
 def are_around_tunnels(

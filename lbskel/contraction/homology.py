@@ -55,21 +55,24 @@ class Tunnels:
         """(k, 1) value of each edge, modulo 2^64; the sum is zero along loops that bound inside, up to chance."""
         return self._columns([random_integers(2 * self.genus, 0)])
 
-    def independent_cochains(self, limit: int) -> NDArray[np.int64]:
+    def independent_cochains(self, limit: int, *, deadline: Deadline = NEVER) -> NDArray[np.int64]:
         """(k, g) values of each edge whose sums have the rank that the loops have, up to chance.
 
         Parameters
         ----------
         limit : int
             Bound on the coefficients of the outer loops, which are random.
+        deadline : Deadline
+            After it, OutOfTime is raised.
         """
-        return self._columns([random_integers(2 * self.genus, 1 + i) % np.uint64(limit) for i in range(self.genus)])
+        combinations = [random_integers(2 * self.genus, 1 + i) % np.uint64(limit) for i in range(self.genus)]
+        return self._columns(combinations, deadline)
 
-    def _columns(self, combinations: list[Integers]) -> NDArray[np.int64]:
+    def _columns(self, combinations: list[Integers], deadline: Deadline = NEVER) -> NDArray[np.int64]:
         """(k, c) cochains of linking numbers with combinations of the outer loops."""
         if self.form is None:
             return np.zeros((self.n_edges, len(combinations)), dtype=np.int64)
-        columns = [self.form.basis.flow_across(self.form.apply(x)) for x in combinations]
+        columns = [self.form.basis.flow_across(self.form.apply(x)) for x in deadline.until(combinations)]
         return np.stack(columns, axis=1).view(np.int64)
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-__all__ = ["PRIME", "spurious_loop_edges"]
+__all__ = ["PRIME", "null_loop_edges", "spurious_loop_edges"]
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
 from lbskel._kernels.linking import sums_from_root
+from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.graphs import weighted_graph
 
 # Independence is tested modulo this prime, below 2^20: sums of up to 8,192 products of two numbers are exact in double
@@ -17,7 +18,9 @@ PRIME = 1_048_573
 TREE_LENGTH_SHIFT = 1e-12  # added to lengths, in diameter bounds: zero would mean no edge in a sparse matrix
 
 
-def spurious_loop_edges(P: NDArray[np.float64], edges: NDArray[np.int64], cochain: NDArray[np.int64]) -> list[int]:
+def spurious_loop_edges(
+    P: NDArray[np.float64], edges: NDArray[np.int64], cochain: NDArray[np.int64], *, deadline: Deadline = NEVER
+) -> list[int]:
     """Find edges to remove so that there are as many independent loops as independent tunnels.
 
     Each edge outside a minimum spanning tree closes one loop, which has a sum of the cochain. Loops are kept while
@@ -31,12 +34,41 @@ def spurious_loop_edges(P: NDArray[np.float64], edges: NDArray[np.int64], cochai
         With ascending ends, each once; the graph is connected.
     cochain : (e, g) array of int
         Of each edge from its lower to its higher end.
+    deadline : Deadline
+        After it, OutOfTime is raised.
 
     Returns
     -------
     list of int
         Rows of ``edges``.
     """
+    off_tree, length, sums = _loop_sums(P, edges, cochain)
+    longest_first = np.argsort(-length[off_tree], kind="stable")
+    is_kept = _independent_rows(sums[longest_first] % PRIME, deadline)
+    return [int(row) for row in off_tree[longest_first[~is_kept]]]
+
+
+def null_loop_edges(P: NDArray[np.float64], edges: NDArray[np.int64], cochain: NDArray[np.int64]) -> list[int]:
+    """Find the edges outside a minimum spanning tree that close a loop whose sum is zero.
+
+    Parameters
+    ----------
+    P, edges, cochain
+        As for :func:`spurious_loop_edges`; one column is enough if it tells loops around tunnels from others.
+
+    Returns
+    -------
+    list of int
+        Rows of ``edges``; there may be further ones whose loops are sums of others.
+    """
+    off_tree, _, sums = _loop_sums(P, edges, cochain)
+    return [int(row) for row in off_tree[~sums.any(axis=1)]]
+
+
+def _loop_sums(
+    P: NDArray[np.float64], edges: NDArray[np.int64], cochain: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
+    """Find the edges outside a minimum spanning tree, the lengths of all, and the sum of the loop that each closes."""
     k = len(P)
     length = np.linalg.norm(P[edges[:, 0]] - P[edges[:, 1]], axis=1)
     tree = minimum_spanning_tree(weighted_graph(edges, length + TREE_LENGTH_SHIFT, k))
@@ -55,18 +87,17 @@ def spurious_loop_edges(P: NDArray[np.float64], edges: NDArray[np.int64], cochai
     potential = np.stack(potentials, axis=1)
     loop_sums = cochain + potential[edges[:, 0]] - potential[edges[:, 1]]
     off_tree = np.flatnonzero(~in_tree)
-    longest_first = off_tree[np.argsort(-length[off_tree], kind="stable")]
-    is_kept = _independent_rows(loop_sums[longest_first] % PRIME)
-    return [int(row) for row in longest_first[~is_kept]]
+    return off_tree, length, loop_sums[off_tree]
 
 
-def _independent_rows(rows: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _independent_rows(rows: NDArray[np.int64], deadline: Deadline) -> NDArray[np.bool_]:
     """(r,) whether each row is independent of those before it, modulo the prime: Gauss and Jordan's elimination."""
     r, c = rows.shape
     is_independent = np.zeros(r, dtype=bool)
     rows = rows.astype(np.float64)
     reduced, pivots = np.zeros((min(r, c), c)), np.empty(0, dtype=np.int64)
     for i in range(r):
+        deadline.check()
         n = len(pivots)
         row = np.mod(rows[i] - np.mod(rows[i][pivots] @ reduced[:n], PRIME), PRIME)
         if not row.any():

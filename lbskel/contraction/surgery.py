@@ -34,7 +34,7 @@ from lbskel.contraction.homology import Tunnels, find_tunnels, transfer_cochain
 from lbskel.contraction.point_graph import collapse_stars
 from lbskel.contraction.quadrics import line_quadrics
 from lbskel.contraction.result import Contraction
-from lbskel.contraction.spurious_loops import PRIME, spurious_loop_edges
+from lbskel.contraction.spurious_loops import PRIME, null_loop_edges, spurious_loop_edges
 from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.point_stars import PointStars
@@ -142,18 +142,24 @@ def collapse_mesh(
     node_of_vertex[used] = node_of_used
     if vertex_map is not None:
         node_of_vertex = vertex_map.pull_back(node_of_vertex)
-    edges, spurious = np.searchsorted(kept, remaining.edges[~remaining.is_removed]), []
-    if tunnels is not None and len(edges) - len(kept) + 1 > tunnels.genus:
-        values = tunnels.independent_cochains(PRIME)
-        spurious = spurious_loop_edges(
-            P[kept], edges, transfer_cochain(values, source, edges, VertexMap(node_of_vertex))
-        )
+    is_left = ~remaining.is_removed
+    edges, spurious, is_certified = np.searchsorted(kept, remaining.edges[is_left]), [], tunnels is not None
+    n_spurious = 0 if tunnels is None else len(edges) - len(kept) + 1 - tunnels.genus
+    if tunnels is not None and n_spurious > 0:
+        spurious = null_loop_edges(P[kept], edges, remaining.cochain[is_left])
+        try:
+            if len(spurious) != n_spurious:
+                values = tunnels.independent_cochains(PRIME, deadline=deadline)
+                values = transfer_cochain(values, source, edges, VertexMap(node_of_vertex))
+                spurious = spurious_loop_edges(P[kept], edges, values, deadline=deadline)
+        except OutOfTime:
+            is_certified = False
     return CollapsedGraph(
         contracted.vertices[kept],
         kept,
         np.delete(edges, spurious, axis=0),
         node_of_vertex,
-        tunnels is not None,
+        is_certified,
         len(spurious),
     )
 

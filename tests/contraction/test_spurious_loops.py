@@ -1,8 +1,10 @@
 """Spurious loops: edges are removed from cycles around no tunnel, and from no other."""
 
 import numpy as np
+import pytest
 
-from lbskel.contraction.spurious_loops import spurious_loop_edges
+from lbskel.contraction.spurious_loops import null_loop_edges, spurious_loop_edges
+from lbskel.geometry.deadline import Deadline, OutOfTime
 
 # two quadrangles with a common side, the shortest edge, so that each is closed by an edge of its own
 NODES = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0.75, 0], [1, 0.25, 0], [3, 1, 0], [3, 0, 0]])
@@ -50,3 +52,15 @@ def test_sums_take_the_direction_of_each_edge_into_account():
     assert spurious_loop_edges(NODES, EDGES, coboundary + cochain_around(1, 0)) == spurious_loop_edges(
         NODES, EDGES, cochain_around(1, 0)
     )
+
+
+def test_loops_with_the_sum_zero_are_told_by_one_column():
+    [row] = null_loop_edges(NODES, EDGES, cochain_around(5, 0))
+    assert tuple(EDGES[row].tolist()) in {(2, 4), (4, 5), (3, 5)}
+    assert null_loop_edges(NODES, EDGES, cochain_around(5, 7)) == []
+    assert len(null_loop_edges(NODES, EDGES, cochain_around(0, 0))) == 2
+
+
+def test_after_a_deadline_no_loops_are_compared():
+    with pytest.raises(OutOfTime):
+        spurious_loop_edges(NODES, EDGES, cochain_around(1, 1), deadline=Deadline(0.0))
