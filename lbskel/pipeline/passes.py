@@ -21,6 +21,7 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from lbskel.geometry.deadline import Deadline
 from lbskel.geometry.surface_queries import Surface
@@ -131,12 +132,25 @@ def refine(
 
 def _without_spurs(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> Skeleton:
     """Prune spurs and the corners of flat parts, merge junctions that are near each other, space the nodes evenly."""
-    skeleton = reroute_through_regions(mean_radii(skeleton, surface.mesh), surface)
-    skeleton = prune(skeleton, surface.mesh, min_branch_ratio=min_branch_ratio)
-    skeleton = prune_flat_ends(skeleton, surface, min_branch_ratio=min_branch_ratio)
+    pruned = prune(skeleton, surface.mesh, min_branch_ratio=min_branch_ratio)
+    pruned = prune_flat_ends(pruned, surface, min_branch_ratio=min_branch_ratio)
+    regions = _regions_before(skeleton, pruned)
+    skeleton = reroute_through_regions(mean_radii(pruned, surface.mesh), surface, regions)
     merged = merge_junctions(inscribed_radii(skeleton, surface), ratio=MERGE_RATIO)
     is_worse = n_tunnels_missed(merged, surface) > n_tunnels_missed(skeleton, surface)
     return _evenly_spaced(skeleton if is_worse else merged, surface)
+
+
+def _regions_before(skeleton: Skeleton, pruned: Skeleton) -> NDArray[np.int64]:
+    """(n,) node whose region each vertex was in before pruning, -1 where the node is pruned.
+
+    A node takes over the regions of what is pruned at it, and a path through these may pass another side of a tunnel.
+    """
+    row = cKDTree(pruned.nodes).query(skeleton.nodes)[1]
+    is_left = (pruned.nodes[row] == skeleton.nodes).all(axis=1)
+    new_index = np.append(np.where(is_left, row, -1), -1)  # the last is for vertices without a node
+    regions: NDArray[np.int64] = new_index[skeleton.node_of_vertex]
+    return regions
 
 
 def _with_own_regions(skeleton: Skeleton, surface: Surface) -> Skeleton:

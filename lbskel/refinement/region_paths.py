@@ -27,7 +27,7 @@ from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
 
 
-def reroute_through_regions(skeleton: Skeleton, surface: Surface) -> Skeleton:
+def reroute_through_regions(skeleton: Skeleton, surface: Surface, regions: NDArray[np.int64] | None = None) -> Skeleton:
     """Lead the edges that leave the solid below the regions of their nodes, if the skeleton has cycles.
 
     Parameters
@@ -36,10 +36,13 @@ def reroute_through_regions(skeleton: Skeleton, surface: Surface) -> Skeleton:
         With mean radii, and with regions that are connected and adjacent along its edges.
     surface : Surface
         Its mesh is the one that ``node_of_vertex`` belongs to.
+    regions : (n,) array of int, optional
+        In place of ``node_of_vertex``; -1 for vertices in no region.
     """
     if skeleton.cycle_rank == 0 or not surface.mesh.is_closed:
         return skeleton
-    nearest = _nearest_of_region(skeleton, surface)
+    regions = skeleton.node_of_vertex if regions is None else regions
+    nearest = _nearest_of_region(skeleton, regions, surface)
     entries = moved_inwards(nearest, skeleton.radii, surface)
     nodes = np.array(skeleton.nodes)
     n_nodes = len(nodes)
@@ -52,7 +55,7 @@ def reroute_through_regions(skeleton: Skeleton, surface: Surface) -> Skeleton:
         return skeleton
     edges = skeleton.edges[has_path]
     is_led = segments_outside(nodes, edges, surface)
-    paths = _region_paths(skeleton, edges, nearest, surface)
+    paths = _region_paths(skeleton, edges, regions, nearest, surface)
     is_led |= are_around_tunnels(paths, surface)
     if not is_led.any():
         return skeleton
@@ -75,9 +78,8 @@ def _on_their_side(
     return [old if stays else new for old, new, stays in zip(olds, news, passes, strict=True)]
 
 
-def _nearest_of_region(skeleton: Skeleton, surface: Surface) -> NDArray[np.int64]:
+def _nearest_of_region(skeleton: Skeleton, node_of_vertex: NDArray[np.int64], surface: Surface) -> NDArray[np.int64]:
     """(k,) the vertex of each node's region that is nearest to the node; -1 for a node without vertices."""
-    node_of_vertex = skeleton.node_of_vertex
     mapped = np.flatnonzero(node_of_vertex >= 0)
     distances = np.linalg.norm(surface.mesh.vertices[mapped] - skeleton.nodes[node_of_vertex[mapped]], axis=1)
     order = mapped[np.lexsort((distances, node_of_vertex[mapped]))]
@@ -87,7 +89,11 @@ def _nearest_of_region(skeleton: Skeleton, surface: Surface) -> NDArray[np.int64
 
 
 def _region_paths(
-    skeleton: Skeleton, edges: NDArray[np.int64], nearest: NDArray[np.int64], surface: Surface
+    skeleton: Skeleton,
+    edges: NDArray[np.int64],
+    regions: NDArray[np.int64],
+    nearest: NDArray[np.int64],
+    surface: Surface,
 ) -> list[NDArray[np.float64]]:
     """For each edge, the points of the shortest path through the regions of its nodes, moved inwards.
 
@@ -98,8 +104,8 @@ def _region_paths(
     both = np.concatenate([mesh.edges, mesh.edges[:, ::-1]])
     graph = weighted_graph(both, np.tile(mesh.edge_lengths, 2), n_vertices)
     search = ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
-    order = stable_order(skeleton.node_of_vertex + 1)  # -1 is for vertices without faces
-    begins = np.searchsorted(skeleton.node_of_vertex[order], np.arange(len(skeleton.nodes) + 1))
+    order = stable_order(regions + 1)  # -1 is for vertices without faces
+    begins = np.searchsorted(regions[order], np.arange(len(skeleton.nodes) + 1))
     kinds = np.zeros(n_vertices, dtype=np.int8)
     found = []
     for u, v in edges.tolist():
