@@ -10,6 +10,7 @@ import pytest
 
 from lbskel import Mesh, Skeleton, collapse, collapse_mesh, contract, skeletonize
 from lbskel.contraction import surgery
+from lbskel.contraction.complexes import Complex
 from lbskel.contraction.homology import find_tunnels
 from lbskel.geometry.deadline import Deadline, OutOfTime
 from lbskel.shapes import capsule, chain_of_tori, cylinder, porous_block, sphere, torus
@@ -210,3 +211,15 @@ def test_regions_meet_on_one_side_of_each_tunnel():
     assert not across[region[start] == region[end]].any()
     pairs = {(*pair, total) for *pair, total in zip(region[start], region[end], across, strict=True)}
     assert len(pairs) == len({pair[:2] for pair in pairs})
+
+
+@pytest.mark.parametrize(("removed", "target"), [(3, 0), (0, 3)])
+def test_a_collapse_keeps_the_sum_around_a_loop(removed, target):
+    """The loop 0 1 2 3 has the sum 2 + 7 + 11 - 5 before; of an edge of it collapsed, the triangle has the same."""
+    edges, cochain = np.array([[0, 1], [0, 3], [1, 2], [2, 3]]), np.array([[2], [5], [7], [11]])
+    square = Complex(np.empty((0, 3), dtype=np.int64), edges, cochain, np.zeros(4, dtype=bool))
+    after, in_conflict = surgery._collapse_edges(square, np.array([removed]), np.array([target]), np.array([1]), 4)
+    assert not in_conflict.any()
+    value = {tuple(edge): int(number) for edge, number in zip(after.edges.tolist(), after.cochain[:, 0], strict=True)}
+    around = [(1, 2), (2, target), (target, 1)]
+    assert sum(value[pair] if pair[0] < pair[1] else -value[pair[::-1]] for pair in around) == 2 + 7 + 11 - 5
