@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 
 from lbskel.contraction.homology import outward_basis, projections
-from lbskel.contraction.linking_form import OuterLoops, linking_form, outer_loops, random_integers
+from lbskel.contraction.linking_form import OuterLoops, linking_form, random_integers
 from lbskel.contraction.spurious_loops import PRIME, spurious_loop_edges
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh
@@ -89,29 +89,19 @@ def tunnels_missed(
     return genus - n_cycles + len(spurious_loop_edges(points, edges, cochain, deadline=deadline))
 
 
-def are_around_tunnels(
-    loops: list[NDArray[np.float64]], mesh: Mesh, *, deadline: Deadline = NEVER
-) -> NDArray[np.bool_] | None:
-    """Tell closed polygons inside a surface that go around its tunnels from those that do not, up to chance.
+def are_around_tunnels(loops: list[NDArray[np.float64]], surface: Surface) -> NDArray[np.bool_]:
+    """(p,) whether closed polygons inside a solid go around its tunnels, up to chance; False where that is not known.
 
     Parameters
     ----------
     loops : list of (n, 3) array of float
         Corners; an edge leads from the last back to the first.
-    mesh : Mesh
-        One closed manifold component.
-    deadline : Deadline
-        After it, OutOfTime is raised.
-
-    Returns
-    -------
-    (p,) array of bool or None
-        None if the surface intersects itself.
+    surface : Surface
+        Its proxy stands for it. It is not known where that is open or intersects itself.
     """
-    if mesh.genus == 0:
+    mesh = surface.proxy.mesh
+    if len(loops) == 0 or not mesh.genus or (outside := _outside(mesh, surface.deadline)) is None:
         return np.zeros(len(loops), dtype=bool)
-    if (outside := _outside(mesh, deadline)) is None:
-        return None
     corners, begins = np.concatenate(loops), np.cumsum([0, *map(len, loops)])
     following = np.arange(1, len(corners) + 1)
     following[begins[1:] - 1] = begins[:-1]
@@ -126,8 +116,8 @@ def _outside(mesh: Mesh, deadline: Deadline) -> _Outside | None:
     def make() -> _Outside | None:
         basis = outward_basis(mesh)
         for view in deadline.until(projections()):
-            if linking_form(basis, basis.mesh, view).is_consistent():
-                return _Outside(outer_loops(basis, basis.mesh, view))
+            if (form := linking_form(basis, basis.mesh, view)).is_consistent():
+                return _Outside(form.outside)
         return None
 
     deadline.check()

@@ -15,7 +15,7 @@ https://doi.org/10.1007/3-540-09526-8_5); the probability that a wrong M passes 
 
 from __future__ import annotations
 
-__all__ = ["LinkingForm", "OuterLoops", "linking_form", "outer_loops", "random_integers"]
+__all__ = ["LinkingForm", "OuterLoops", "linking_form", "random_integers"]
 
 from dataclasses import dataclass
 
@@ -29,70 +29,6 @@ from lbskel.contraction.homology_basis import HomologyBasis, Integers
 from lbskel.geometry.mesh import Mesh
 
 BOX_MARGIN = 1e-12  # of the boxes of segments, relative to the largest coordinate, above rounding errors; a guess
-
-
-@dataclass(frozen=True, eq=False)
-class LinkingForm:
-    """Linking numbers of the loops along edges with the loops across edges, shifted outwards.
-
-    Parameters
-    ----------
-    basis : HomologyBasis
-    crossings : (k, k) sparse array of uint64
-        For each edge, and each edge that an outer loop crosses from left to right: how often this passes above.
-    """
-
-    basis: HomologyBasis
-    crossings: csr_array
-
-    def apply(self, x: Integers) -> Integers:
-        """(2g,) linking number of each gamma_i with sum x_j delta_j."""
-        return self.basis.sums_along(self.crossings @ self.basis.flow_across(x))
-
-    def apply_transposed(self, x: Integers) -> Integers:
-        """(2g,) linking number of sum x_i gamma_i with each delta_j."""
-        return self.basis.sums_across(self.crossings.T @ self.basis.flow_along(x))
-
-    def is_consistent(self) -> bool:
-        """Whether the linking numbers are those of an embedded surface, up to chance."""
-        x = random_integers(len(self.basis.generators), 1)
-        projected = self.apply(x)
-        if not np.array_equal(self.apply(projected), projected):
-            return False
-        met = self.basis.intersections(x)
-        adjoint = self.basis.intersections(self.apply_transposed(x))
-        return np.array_equal(self.apply(met) + adjoint, met)
-
-    def has_kernel_of(self, other: LinkingForm) -> bool:
-        """Whether the same loops bound inside according to both, up to chance; both are consistent."""
-        projected = self.apply(random_integers(len(self.basis.generators), 2))
-        return np.array_equal(other.apply(projected), projected)
-
-
-def random_integers(n: int, seed: int) -> Integers:
-    """(n,) integers, the same each time."""
-    return np.random.default_rng(seed).integers(0, 2**64, n, dtype=np.uint64)
-
-
-def linking_form(basis: HomologyBasis, mesh: Mesh, view: NDArray[np.float64]) -> LinkingForm:
-    """Count the crossings of inner and outer loops in one projection.
-
-    Parameters
-    ----------
-    basis : HomologyBasis
-    mesh : Mesh
-        The surface that the basis is of, or another with its faces.
-    view : (3, 3) array of float
-        A rotation; its last column is the direction of the projection.
-    """
-    k, m = len(mesh.edges), len(mesh.faces)
-    lower = np.flatnonzero(basis.flow_along(random_integers(len(basis.generators), 0)))  # other edges are in no loop
-    outside = outer_loops(basis, mesh, view)
-    rows, columns, values = outside.crossings(mesh.vertices[mesh.edges[lower]], basis.sides[lower] % m)
-    above = basis.generators[_is_outside_above(basis, mesh.vertices @ view)]
-    values = np.concatenate([values, np.full(len(above), -1).astype(np.uint64)])
-    rows, columns = np.append(lower[rows], above), np.append(columns, above)
-    return LinkingForm(basis, coo_array((-values, (rows, columns)), shape=(k, k)).tocsr())
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,8 +85,56 @@ class OuterLoops:
         return row, self.basis.mesh.edge_of_half_edge[side], sign.astype(np.uint64) * self.basis.sign[side]
 
 
-def outer_loops(basis: HomologyBasis, mesh: Mesh, view: NDArray[np.float64]) -> OuterLoops:
-    """Project the loops across edges.
+@dataclass(frozen=True, eq=False)
+class LinkingForm:
+    """Linking numbers of the loops along edges with the loops across edges, shifted outwards.
+
+    Parameters
+    ----------
+    outside : OuterLoops
+    crossings : (k, k) sparse array of uint64
+        For each edge, and each edge that an outer loop crosses from left to right: how often this passes above.
+    """
+
+    outside: OuterLoops
+    crossings: csr_array
+
+    @property
+    def basis(self) -> HomologyBasis:
+        """The loops of the surface."""
+        return self.outside.basis
+
+    def apply(self, x: Integers) -> Integers:
+        """(2g,) linking number of each gamma_i with sum x_j delta_j."""
+        return self.basis.sums_along(self.crossings @ self.basis.flow_across(x))
+
+    def apply_transposed(self, x: Integers) -> Integers:
+        """(2g,) linking number of sum x_i gamma_i with each delta_j."""
+        return self.basis.sums_across(self.crossings.T @ self.basis.flow_along(x))
+
+    def is_consistent(self) -> bool:
+        """Whether the linking numbers are those of an embedded surface, up to chance."""
+        x = random_integers(len(self.basis.generators), 1)
+        projected = self.apply(x)
+        if not np.array_equal(self.apply(projected), projected):
+            return False
+        met = self.basis.intersections(x)
+        adjoint = self.basis.intersections(self.apply_transposed(x))
+        return np.array_equal(self.apply(met) + adjoint, met)
+
+    def has_kernel_of(self, other: LinkingForm) -> bool:
+        """Whether the same loops bound inside according to both, up to chance; both are consistent."""
+        projected = self.apply(random_integers(len(self.basis.generators), 2))
+        return np.array_equal(other.apply(projected), projected)
+
+
+def random_integers(n: int, seed: int) -> Integers:
+    """(n,) integers, the same each time."""
+    return np.random.default_rng(seed).integers(0, 2**64, n, dtype=np.uint64)
+
+
+def linking_form(basis: HomologyBasis, mesh: Mesh, view: NDArray[np.float64]) -> LinkingForm:
+    """Count the crossings of inner and outer loops in one projection.
 
     Parameters
     ----------
@@ -160,6 +144,18 @@ def outer_loops(basis: HomologyBasis, mesh: Mesh, view: NDArray[np.float64]) -> 
     view : (3, 3) array of float
         A rotation; its last column is the direction of the projection.
     """
+    k, m = len(mesh.edges), len(mesh.faces)
+    lower = np.flatnonzero(basis.flow_along(random_integers(len(basis.generators), 0)))  # other edges are in no loop
+    outside = _outer_loops(basis, mesh, view)
+    rows, columns, values = outside.crossings(mesh.vertices[mesh.edges[lower]], basis.sides[lower] % m)
+    above = basis.generators[_is_outside_above(basis, mesh.vertices @ view)]
+    values = np.concatenate([values, np.full(len(above), -1).astype(np.uint64)])
+    rows, columns = np.append(lower[rows], above), np.append(columns, above)
+    return LinkingForm(outside, coo_array((-values, (rows, columns)), shape=(k, k)).tocsr())
+
+
+def _outer_loops(basis: HomologyBasis, mesh: Mesh, view: NDArray[np.float64]) -> OuterLoops:
+    """Project the loops across edges."""
     V = mesh.vertices @ view
     sides = np.flatnonzero(basis.flow_across(random_integers(len(basis.generators), 0))[mesh.edge_of_half_edge])
     start, end = mesh.half_edges[sides].T

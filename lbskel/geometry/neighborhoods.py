@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-N_NEAREST = 41  # as many as any caller asks for: each point and the 40 that an outlier is compared with
+# Points with which each is compared, itself among them: benchmarks/results/point_constants.md
+N_NEAREST = 41
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,13 +38,13 @@ class Neighborhoods:
         distances, neighbors = self.tree.query(self.points, k=k)
         return distances.reshape(-1, k), neighbors.reshape(-1, k)
 
-    def nearest(self, k: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    def nearest(self, k: int | None = None) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """(n, k) distances of the nearest points, and their numbers; a point is its own first, all if there are fewer.
 
         Parameters
         ----------
-        k : int
-            At most N_NEAREST.
+        k : int, optional
+            At most N_NEAREST, which is the default.
         """
         distances, neighbors = self._table
         return distances[:, :k], neighbors[:, :k]

@@ -171,7 +171,7 @@ def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
 
 
 def _rerouted_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Branches rerouted inside a closed surface: before the nodes are spaced, and after, which may cut corners."""
+    """Branches rerouted inside a closed surface."""
     return reroute_inside(skeleton, surface) if surface.mesh.is_closed else skeleton
 
 

@@ -23,8 +23,7 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.neighborhoods import Neighborhoods
 
 N_NEIGHBORS = 6  # the distance to this neighbor is the inverse density of a point; a guess
-# The neighbors of which this share is denser than what a point is compared with; guesses
-N_COMPARED, QUANTILE = 40, 0.2
+QUANTILE = 0.2  # share of the points nearby that is denser than what a point is compared with; a guess
 N_PASSES = 2  # the second finds the few outliers that the first has left alone, whose neighbors were outliers; a guess
 N_LINKS = 12  # neighbors that a point may be linked with, and whose plane is that of its group; a guess
 # Share of the least variance in all three from which on a group fills space. Groups of uniform outliers had 0.127 to
@@ -64,7 +63,7 @@ def find_outliers(cloud: Neighborhoods, limit: float) -> tuple[NDArray[np.bool_]
 
 def _is_sparse(cloud: Neighborhoods, limit: float) -> NDArray[np.bool_]:
     """(n,) whether the distance to a neighbor is too large beside that of the denser ones of the points nearby."""
-    distances, neighbors = cloud.nearest(N_COMPARED + 1)
+    distances, neighbors = cloud.nearest()
     reach = distances[:, N_NEIGHBORS]
     return reach > limit * np.quantile(reach[neighbors[:, 1:]], QUANTILE, axis=1)
 

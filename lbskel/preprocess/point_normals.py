@@ -24,8 +24,6 @@ from lbskel.geometry.sorting import distinct
 from lbskel.preprocess.dipole_tree import DipoleTree, leaf_order
 
 N_NEIGHBORS = 16  # of a point in its plane of least squares, and for its area; a guess
-# In their place where so many are flatter, as where the noise is as large as the points are apart; a guess
-N_WIDE = 41
 MAX_VARIATION = 0.15  # variance of the few across their plane over that along it from which many are tried; a guess
 N_LINKS = 8  # nearest neighbors that the sign of a normal can follow; a guess
 SMOOTHING = (
@@ -81,7 +79,7 @@ def oriented(cloud: Neighborhoods) -> OrientedPoints:
     points, (distances, neighbors) = cloud.points, cloud.nearest(N_NEIGHBORS)
     normals, variation = _plane_normals(points, neighbors)
     rough = np.flatnonzero(variation > MAX_VARIATION)
-    wide_normals, wide_variation = _plane_normals(points, cloud.nearest(N_WIDE)[1][rough])
+    wide_normals, wide_variation = _plane_normals(points, cloud.nearest()[1][rough])
     is_flatter = wide_variation < variation[rough]
     rough = rough[is_flatter]
     normals[rough] = wide_normals[is_flatter]

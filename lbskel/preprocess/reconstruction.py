@@ -26,7 +26,7 @@ from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.level_set import level_sets
 from lbskel.preprocess.point_cleaning import clean_points
-from lbskel.preprocess.point_normals import N_WIDE, oriented
+from lbskel.preprocess.point_normals import oriented
 from lbskel.preprocess.result import PreprocessResult
 
 Field: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -107,7 +107,7 @@ def _surface_through(
     field = cloud.field(SMOOTHING)
     at_points = np.clip(field.field(points)[0], 0, 1)
     means = at_points[nearby.nearest(N_LEVELS)[1]].mean(axis=1)
-    means[cloud.rough] = at_points[nearby.nearest(N_WIDE)[1][cloud.rough]].mean(axis=1)
+    means[cloud.rough] = at_points[nearby.nearest()[1][cloud.rough]].mean(axis=1)
     levels = np.maximum(means, LEAST_LEVEL)
     size = CELL * float(np.median(cloud.spacings))
 

@@ -14,7 +14,7 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.offset_paths import paths_below_surface
 from lbskel.refinement.radii import mean_radii
 from lbskel.refinement.relaxation import relax_inside
-from lbskel.refinement.tunnel_sides import keep_sides, n_tunnels_missed, paths_that_pass
+from lbskel.refinement.tunnel_sides import keep_sides, n_tunnels_missed, on_their_side, paths_that_pass
 from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -91,7 +91,8 @@ def reroute_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     paths = interior_paths(nodes, np.array([(part[0], part[-1]) for part in parts]), surface)
     rerouted = _with_paths(skeleton, parts, paths, surface)
     if n_tunnels_missed(rerouted, surface) > n_tunnels_missed(skeleton, surface):
-        rerouted = _with_paths(skeleton, *_on_their_side(nodes, parts, paths, surface), surface)
+        paths = _on_their_side([nodes[part] for part in parts], paths, surface)
+        rerouted = _with_paths(skeleton, parts, paths, surface)
     nodes, radii = np.array(rerouted.nodes), np.array(rerouted.radii)
     outside = np.flatnonzero(~surface.contains(nodes))
     nodes[outside] = _moved_inside(nodes[outside], surface)
@@ -104,22 +105,20 @@ def _with_paths(
     skeleton: Skeleton, parts: list[NDArray[np.int64]], paths: list[NDArray[np.float64]], surface: Surface
 ) -> Skeleton:
     """Replace the inner nodes of parts of branches by the points of paths."""
-    positions = np.concatenate([skeleton.nodes[:0], *paths])
+    positions = np.concatenate(paths)
     begins, new_begins = (np.cumsum([0, *map(len, each)]) for each in (parts, paths))
-    old = np.concatenate([skeleton.edges[:0, 0], *parts])
-    return replace_paths(skeleton, old, begins, positions, new_begins, surface.distance(positions))
+    return replace_paths(skeleton, np.concatenate(parts), begins, positions, new_begins, surface.distance(positions))
 
 
 def _on_their_side(
-    nodes: NDArray[np.float64], parts: list[NDArray[np.int64]], paths: list[NDArray[np.float64]], surface: Surface
-) -> tuple[list[NDArray[np.int64]], list[NDArray[np.float64]]]:
-    """Parts, and paths in their place that pass each tunnel on the same side: beside the part where they did not."""
-    olds = [nodes[part] for part in parts]
-    passes = np.flatnonzero(paths_that_pass(olds, paths, surface)).tolist()
-    beside = dict(zip(passes, _beside([olds[row] for row in passes], surface), strict=True))
-    paths = [beside[row][1:-1] if row in beside else path for row, path in enumerate(paths)]
-    kept = np.flatnonzero(~paths_that_pass(olds, paths, surface))
-    return [parts[row] for row in kept], [paths[row] for row in kept]
+    olds: list[NDArray[np.float64]], paths: list[NDArray[np.float64]], surface: Surface
+) -> list[NDArray[np.float64]]:
+    """Inner points that pass each tunnel on the side of old paths: the new, or others beside the old, or the old."""
+    news = [np.concatenate([old[:1], path, old[-1:]]) for old, path in zip(olds, paths, strict=True)]
+    passes = np.flatnonzero(paths_that_pass(olds, news, surface)).tolist()
+    for row, path in zip(passes, _beside([olds[row] for row in passes], surface), strict=True):
+        news[row] = path
+    return [path[1:-1] for path in on_their_side(olds, news, surface)]
 
 
 def _beside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:

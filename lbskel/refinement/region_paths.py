@@ -16,13 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel._kernels.dijkstra import ShortestPaths
+from lbskel.contraction.cycle_classes import are_around_tunnels
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import segments_outside
 from lbskel.refinement.offset_paths import moved_inwards
 from lbskel.refinement.relaxation import relax_inside
-from lbskel.refinement.tunnel_sides import are_around_tunnels, paths_that_pass
+from lbskel.refinement.tunnel_sides import on_their_side
 from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -59,23 +60,12 @@ def reroute_through_regions(skeleton: Skeleton, surface: Surface, regions: NDArr
     is_led |= are_around_tunnels(paths, surface)
     if not is_led.any():
         return skeleton
-    inner = [path[1:-1] for path in _relaxed([paths[row] for row in np.flatnonzero(is_led)], surface)]
+    led = [paths[row] for row in np.flatnonzero(is_led)]
+    # a path that touched the surface may pass another side of a tunnel when it is relaxed
+    inner = [path[1:-1] for path in on_their_side(led, relax_inside(led, surface), surface)]
     positions = np.concatenate(inner)
     begins, new_begins = 2 * np.arange(len(inner) + 1), np.cumsum([0, *map(len, inner)])
     return replace_paths(skeleton, edges[is_led].ravel(), begins, positions, new_begins, surface.distance(positions))
-
-
-def _relaxed(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
-    """Relax paths; one that passed another side of a tunnel, as it may where it touched the surface, stays."""
-    return _on_their_side(paths, relax_inside(paths, surface), surface)
-
-
-def _on_their_side(
-    olds: list[NDArray[np.float64]], news: list[NDArray[np.float64]], surface: Surface
-) -> list[NDArray[np.float64]]:
-    """Choose the new paths, but the old ones for those that pass another side of a tunnel."""
-    passes = paths_that_pass(olds, news, surface)
-    return [old if stays else new for old, new, stays in zip(olds, news, passes, strict=True)]
 
 
 def _nearest_of_region(skeleton: Skeleton, node_of_vertex: NDArray[np.int64], surface: Surface) -> NDArray[np.int64]:
@@ -121,7 +111,7 @@ def _region_paths(
         _between(skeleton.nodes[edges], np.split(moved_inwards(vertices, depth, surface), np.cumsum(sizes)[:-1]))
         for depth in (depths, 0 * depths)
     )
-    return _on_their_side(shallow, deep, surface)
+    return on_their_side(shallow, deep, surface)
 
 
 def _between(ends: NDArray[np.float64], inner: list[NDArray[np.float64]]) -> list[NDArray[np.float64]]:

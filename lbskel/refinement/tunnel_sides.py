@@ -6,32 +6,16 @@ leaves the solid. An edge and its new course are a loop, which must not go aroun
 
 from __future__ import annotations
 
-__all__ = ["are_around_tunnels", "edges_that_pass", "keep_sides", "n_tunnels_missed", "paths_that_pass"]
+__all__ = ["edges_that_pass", "keep_sides", "n_tunnels_missed", "on_their_side", "paths_that_pass"]
 
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.contraction import cycle_classes
+from lbskel.contraction.cycle_classes import are_around_tunnels, tunnels_missed
 from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.skeleton import Skeleton
-
-
-def are_around_tunnels(loops: list[NDArray[np.float64]], surface: Surface) -> NDArray[np.bool_]:
-    """(p,) whether each closed polygon goes around a tunnel of a solid; False where that is not known.
-
-    Parameters
-    ----------
-    loops : list of (n, 3) array of float
-        Corners; an edge leads from the last back to the first.
-    surface : Surface
-    """
-    nowhere = np.zeros(len(loops), dtype=bool)
-    if len(loops) == 0 or not surface.proxy.mesh.genus:
-        return nowhere
-    found = cycle_classes.are_around_tunnels(loops, surface.proxy.mesh, deadline=surface.deadline)
-    return nowhere if found is None else found
 
 
 def edges_that_pass(
@@ -81,6 +65,21 @@ def paths_that_pass(
     return are_around_tunnels([np.concatenate([old, new[::-1]]) for old, new in zip(olds, news, strict=True)], surface)
 
 
+def on_their_side(
+    olds: list[NDArray[np.float64]], news: list[NDArray[np.float64]], surface: Surface
+) -> list[NDArray[np.float64]]:
+    """Choose the new paths, but the old ones for those that pass another side of a tunnel.
+
+    Parameters
+    ----------
+    olds, news : list of (n, 3) array of float
+        The points of each, from the same start to the same end.
+    surface : Surface
+    """
+    passes = paths_that_pass(olds, news, surface)
+    return [old if stays else new for old, new, stays in zip(olds, news, passes, strict=True)]
+
+
 def n_tunnels_missed(skeleton: Skeleton, surface: Surface) -> int:
     """Count the tunnels of a solid that no cycle of its skeleton goes around; 0 where that is not known.
 
@@ -92,4 +91,4 @@ def n_tunnels_missed(skeleton: Skeleton, surface: Surface) -> int:
     mesh = surface.proxy.mesh
     if not mesh.genus or skeleton.n_components > 1:
         return 0
-    return cycle_classes.tunnels_missed(skeleton.nodes, skeleton.edges, mesh, deadline=surface.deadline) or 0
+    return tunnels_missed(skeleton.nodes, skeleton.edges, mesh, deadline=surface.deadline) or 0

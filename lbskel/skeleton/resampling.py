@@ -29,7 +29,6 @@ MAX_SPACING = (
     10.0  # local radii per piece above which a resampling that removes every inner node is taken for one whose
 )
 # spacing was meant as a length; a guess
-N_HALVINGS = 2  # of the spacing of a path that may not change, before it gets nodes on its chords alone; a guess
 MAX_REFINEMENT = 3  # upper bound on the new pieces per present edge, for flat parts whose radii are near zero; a guess
 
 
@@ -99,7 +98,7 @@ def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int |
 
 
 def space_evenly(skeleton: Skeleton, spacing: float, stays: Callable[[Polylines, Polylines], Mask]) -> Skeleton:
-    """Resample branches; those that may not change are spaced more closely, or only get nodes on their chords.
+    """Resample branches; those that may not change only get nodes on their chords, where their own are far apart.
 
     Parameters
     ----------
@@ -193,14 +192,9 @@ def _divided(
     values = np.column_stack([skeleton.nodes, skeleton.radii, *([skeleton.mean_radii] if has_mean_radii else [])])
     inner, new_begins = _inner_nodes(values, paths, counts)
     if stays is not None and len(paths):
-        present = np.split(values[paths.nodes], paths.begins[1:-1])
-        points = [path[:, :3] for path in present]
-        finer = np.array(counts)
-        for _ in range(N_HALVINGS):
-            finer[stays(points, np.split(inner[:, :3], new_begins[1:-1]))] *= 2
-            inner, new_begins = _inner_nodes(values, paths, finer)
-        parts = np.split(inner, new_begins[1:-1])
-        for row in np.flatnonzero(stays(points, [part[:, :3] for part in parts])).tolist():
+        present, parts = np.split(values[paths.nodes], paths.begins[1:-1]), np.split(inner, new_begins[1:-1])
+        must_stay = stays([path[:, :3] for path in present], [part[:, :3] for part in parts])
+        for row in np.flatnonzero(must_stay).tolist():
             parts[row] = _on_chords(present[row], paths.lengths[row] / counts[row])
         inner, new_begins = np.concatenate(parts), np.concatenate([[0], np.cumsum([len(part) for part in parts])])
     resampled = replace_paths(skeleton, paths.nodes, paths.begins, inner[:, :3], new_begins, inner[:, 3])

@@ -6,6 +6,7 @@ import pytest
 from lbskel import Mesh
 from lbskel.contraction.cycle_classes import are_around_tunnels, tunnels_missed
 from lbskel.geometry.deadline import Deadline, OutOfTime
+from lbskel.geometry.surface_queries import Surface
 from lbskel.shapes import chain_of_tori, sphere, torus
 
 
@@ -48,10 +49,18 @@ def test_loops_around_tunnels_are_told_from_others():
     one, other, small = (ring(*query)[0] for query in (([0, 0, 0], 1.0), ([2, 0, 0], 1.0), ([1, 0, 0], 0.1)))
     there_and_back = np.concatenate([one, one[::-1]])
     loops = [one, small, other[::-1], there_and_back]
-    assert are_around_tunnels(loops, mesh).tolist() == [True, False, True, False]
+    assert are_around_tunnels(loops, Surface(mesh)).tolist() == [True, False, True, False]
     rolled = [np.roll(there_and_back, k, axis=0) for k in range(len(there_and_back))]
-    assert not are_around_tunnels(rolled, mesh).any()
-    assert not are_around_tunnels([one], sphere(2)).any()
+    assert not are_around_tunnels(rolled, Surface(mesh)).any()
+    assert not are_around_tunnels([one], Surface(sphere(2))).any()
+
+
+def test_no_loop_is_known_to_go_around_a_tunnel_of_an_open_surface():
+    mesh = torus(1.0, 0.3, 32, 12)
+    opened = Surface(Mesh(mesh.vertices, mesh.faces[1:]))
+    assert are_around_tunnels([ring([0, 0, 0], 1.0)[0]], Surface(mesh)).tolist() == [True]
+    assert are_around_tunnels([ring([0, 0, 0], 1.0)[0]], opened).tolist() == [False]
+    assert are_around_tunnels([], opened).tolist() == []
 
 
 def test_after_a_deadline_nothing_is_computed():
@@ -59,4 +68,4 @@ def test_after_a_deadline_nothing_is_computed():
     with pytest.raises(OutOfTime):
         tunnels_missed(np.zeros((1, 3)), np.empty((0, 2), dtype=np.int64), mesh, deadline=Deadline(0.0))
     with pytest.raises(OutOfTime):
-        are_around_tunnels([np.zeros((3, 3))], mesh, deadline=Deadline(0.0))
+        are_around_tunnels([np.zeros((3, 3))], Surface(mesh, deadline=Deadline(0.0)))

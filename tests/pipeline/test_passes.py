@@ -88,7 +88,7 @@ def test_evenly_spaced_nodes_stay_inside_a_bent_tube():
     cut = resample(curve, spacing=1.0)
     assert segments_outside(cut.nodes, cut.edges, surface).any()
     spaced = space_evenly(curve, 1.0, partial(passes._must_stay, surface=surface))
-    assert len(cut.nodes) < len(spaced.nodes) < len(curve.nodes)
+    assert len(cut.nodes) < len(spaced.nodes)
     assert not segments_outside(spaced.nodes, spaced.edges, surface).any()
 
 

@@ -6,13 +6,13 @@ import pytest
 from lbskel import Skeleton
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.tunnel_sides import (
-    are_around_tunnels,
     edges_that_pass,
     keep_sides,
     n_tunnels_missed,
+    on_their_side,
     paths_that_pass,
 )
-from lbskel.shapes import perforated_plate, sphere, torus
+from lbskel.shapes import perforated_plate, torus
 
 
 def square(center, half_width, n=24):
@@ -34,16 +34,6 @@ def ring_around_the_hole(plate):
     _, middle, width = plate
     nodes = square(middle, 0.4 * width)
     return Skeleton(nodes, np.stack([np.arange(24), (np.arange(24) + 1) % 24], axis=1), np.ones(24))
-
-
-def test_a_ring_around_the_hole_is_around_a_tunnel(plate):
-    surface, middle, width = plate
-    assert surface.mesh.genus == 1
-    side = middle + [0.4 * width, 0, 0]
-    loops = [square(middle, 0.4 * width), square(side, 0.05 * width)]
-    assert are_around_tunnels(loops, surface).tolist() == [True, False]
-    assert are_around_tunnels([], surface).tolist() == []
-    assert not are_around_tunnels(loops, Surface(sphere(2))).any()
 
 
 def test_nodes_drawn_past_the_hole_stay_and_the_others_move(plate):
@@ -79,6 +69,16 @@ def test_a_path_through_the_other_half_passes_the_hole(plate):
         False,
         False,
     ]
+
+
+def test_of_two_new_paths_the_one_past_the_hole_is_not_taken(plate):
+    surface, middle, width = plate
+    ring = square(middle, 0.4 * width)
+    upper, lower = ring[:13], np.concatenate([ring[:1], ring[:11:-1]])
+    nearer = np.concatenate([ring[:1], square(middle, 0.35 * width)[1:12], ring[12:13]])
+    first, second = on_their_side([upper, upper], [lower, nearer], surface)
+    assert first is upper
+    assert second is nearer
 
 
 def test_a_graph_in_two_parts_is_not_judged():

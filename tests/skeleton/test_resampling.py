@@ -151,24 +151,24 @@ def test_no_edge_is_divided_into_more_than_three_pieces():
     assert len(resample(line, spacing=0.5).edges) == 6
 
 
-def test_a_path_that_must_stay_is_spaced_more_densely_or_not_at_all():
-    """Of two limbs of a hundred nodes, one may have no pieces over 0.3, the other none but its own."""
+def test_a_path_that_must_stay_gets_nodes_on_its_chords_alone():
+    """Of a stem and two limbs, one of a hundred nodes, the other of one node at a corner, neither limb may change."""
     steps = np.linspace(0, 4, 101)[1:]
     stem, up = np.array([[0.0, 0, 0], [1, 0, 0]]), np.stack([steps * 0 + 1, steps, steps * 0], axis=1)
-    down = up * [1, -1, 1]
-    nodes = np.concatenate([stem, up, down])
-    edges = [[0, 1], [1, 2], [1, 102], *([k, k + 1] for k in range(2, 101)), *([k, k + 1] for k in range(102, 201))]
-    star = Skeleton(nodes, edges, np.ones(len(nodes)), mean_radii=np.ones(len(nodes)))
-
-    def stays(olds, news):
-        gaps = [4.0 / (len(new) + 1) for new in news]
-        return np.array(
-            [len(old) > 2 and (old[:, 1].min() < 0 or gap > 0.3) for old, gap in zip(olds, gaps, strict=True)]
-        )
-
-    spaced = space_evenly(star, 0.5, stays)
-    assert np.count_nonzero(spaced.nodes[:, 1] > 0) == 16
-    assert np.count_nonzero(spaced.nodes[:, 1] < 0) == 100
-    assert len(spaced.mean_radii) == len(spaced.nodes)
+    bent = np.array([[1.0, -2, 0], [3, -2, 0]])
+    edges = [[0, 1], [1, 2], [1, 102], [102, 103], *([k, k + 1] for k in range(2, 101))]
+    nodes = np.concatenate([stem, up, bent])
+    star = Skeleton(nodes, edges, np.ones(104), mean_radii=np.ones(104))
+    spaced = space_evenly(star, 0.5, lambda olds, news: np.array([len(old) > 2 for old in olds]))
+    assert np.array_equal(spaced.nodes[spaced.nodes[:, 1] > 0], up[np.r_[99, :99]])
+    [branch] = [branch for branch in spaced.branches if spaced.nodes[branch, 1].min() < 0]
+    along = spaced.nodes[branch] if spaced.nodes[branch[0], 1] == 0 else spaced.nodes[branch[::-1]]
+    thirds = 2 / 3 * np.arange(4)  # at most three pieces in the place of one
+    assert np.allclose(along, [[1, -y, 0] for y in thirds] + [[1 + x, -2, 0] for x in thirds[1:]])
     assert np.allclose(spaced.mean_radii, 1.0)
-    assert (spaced.degrees == 1).sum() == 3
+
+
+def test_paths_that_may_change_are_spaced_as_by_resampling():
+    star = theta_skeleton((1, 2, 3))
+    spaced = space_evenly(star, 0.5, lambda olds, news: np.zeros(len(olds), dtype=bool))
+    assert np.array_equal(spaced.nodes, resample(star, spacing=0.5).nodes)

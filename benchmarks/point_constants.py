@@ -1,0 +1,100 @@
+"""Constants of clouds: graphs, tips and accuracy by those of reconstruction, cut loops told by those of their search.
+
+Each constant is multiplied by a smaller and a larger factor, alone. Reconstruction is measured on the clouds of
+:mod:`benchmarks.points` that are hard: shapes with limbs near each other, thin ones and loops, noisy, with outliers, or
+half hidden. Loops are measured on the skeletons of those clouds whose graph is right: as they are, where none is
+cut, and with one edge of a cycle left out.
+"""
+
+from __future__ import annotations
+
+__all__ = ["run"]
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import networkx as nx
+import numpy as np
+from numpy.typing import NDArray
+
+import lbskel
+from benchmarks.application_constants import swept
+from benchmarks.harness import markdown_table, save_json, save_markdown
+from benchmarks.points import sample
+from benchmarks.summaries import counts_of_right, means
+from lbskel.shapes import Shape, make
+
+SHAPES = ("knot", "hand", "octopus", "tree", "dumbbell", "ladder", "cube_frame")
+KINDS = ("noise", "outliers", "views")
+RECONSTRUCTION = (
+    "geometry/neighborhoods.py",
+    "preprocess/dipole_tree.py",
+    "preprocess/point_normals.py",
+    "preprocess/reconstruction.py",
+)
+LOOPS = ("evaluation/point_loops.py",)
+FACTORS = (0.7, 1.4)
+N_CUTS = 4  # edges of the cycles of a skeleton that are left out, one at a time
+
+Cloud = tuple[Shape, NDArray[np.float64]]
+
+
+def run(quick: bool, results: Path) -> None:
+    """Measure, and write point_constants.json and point_constants.md."""
+    clouds: list[Cloud] = []
+    for name in SHAPES[:1] if quick else SHAPES:
+        shape = make(name)
+        clouds += [(shape, sample(shape, kind, np.random.default_rng(7))) for kind in KINDS[: 1 if quick else None]]
+    as_it_is = {"constant": "all as they are", "factor": 1, "value": None}
+    reconstructions = [{**as_it_is, **_skeletons(clouds)}]
+    cases = _cases(clouds)
+    loops = [{**as_it_is, **_told(cases)}]
+    if not quick:
+        reconstructions += swept(RECONSTRUCTION, lambda: _skeletons(clouds), FACTORS)
+    loops += swept(LOOPS, lambda: _told(cases), FACTORS)
+    save_json(results / "point_constants.json", {"reconstruction": reconstructions, "loops": loops})
+    tables = {
+        f"Reconstruction, {len(clouds)} clouds": markdown_table(reconstructions),
+        "Cut loops": "Skeletons with one edge of a cycle left out that the score tells, and whole ones that it takes "
+        "for cut.\n\n" + markdown_table(loops),
+    }
+    save_markdown(results / "point_constants.md", "Constants of point clouds", tables)
+
+
+def _skeletons(clouds: list[Cloud]) -> dict[str, Any]:
+    """Graphs and tips that are right, and mean distances in local radii."""
+    rows = [
+        asdict(lbskel.ground_truth_distances(lbskel.skeletonize(lbskel.PointCloud(points)), shape.truth))
+        for shape, points in clouds
+    ]
+    return {**means(rows), **counts_of_right(rows)}
+
+
+def _cases(clouds: list[Cloud]) -> list[tuple[lbskel.Skeleton, lbskel.PointCloud, bool]]:
+    """Skeletons with the right graph, their clouds, and whether a loop is cut."""
+    cases = []
+    for shape, points in clouds:
+        cloud = lbskel.PointCloud(points)
+        skeleton = lbskel.skeletonize(cloud)
+        if not lbskel.ground_truth_distances(skeleton, shape.truth).is_topology_right:
+            continue
+        cases.append((skeleton, cloud, False))
+        graph = nx.Graph(skeleton.edges.tolist())
+        bridges = {tuple(sorted(edge)) for edge in nx.bridges(graph)}
+        on_cycles = [row for row, edge in enumerate(skeleton.edges.tolist()) if tuple(sorted(edge)) not in bridges]
+        for row in np.array(on_cycles)[np.linspace(0, len(on_cycles) - 1, N_CUTS).astype(int)] if on_cycles else ():
+            cut = lbskel.Skeleton(skeleton.nodes, np.delete(skeleton.edges, row, axis=0), skeleton.radii)
+            cases.append((cut, cloud, True))
+    return cases
+
+
+def _told(cases: list[tuple[lbskel.Skeleton, lbskel.PointCloud, bool]]) -> dict[str, Any]:
+    """Cut skeletons that are told, and whole ones that are taken for cut."""
+    is_told = [bool(lbskel.score(skeleton, cloud).tunnels_missed) for skeleton, cloud, _ in cases]
+    is_cut = [each for *_, each in cases]
+    return {
+        "told": f"{sum(told for told, cut in zip(is_told, is_cut, strict=True) if cut)}/{sum(is_cut)}",
+        "whole, taken for cut": f"{sum(told for told, cut in zip(is_told, is_cut, strict=True) if not cut)}/"
+        f"{len(is_cut) - sum(is_cut)}",
+    }
