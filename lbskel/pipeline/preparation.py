@@ -29,7 +29,9 @@ from lbskel.skeleton.skeleton import Skeleton
 
 SIMPLIFY = ("auto", "none")
 
-RESERVED_SHARE = 0.5  # of a time limit, for what follows the preparation of the bodies; a guess
+# Least share of a time limit that is left, when preparing further bodies ends, for the skeletons of those that are
+# there: benchmarks/results/scaling.md has the time limits that hold with it, of 10,000 shells
+RESERVED_SHARE = 0.5
 
 # Seconds that simplification is expected to take, for each that preprocessing has taken: it cannot be cut short once it
 # has begun, and does not begin where more are expected than are left. Up to 4 in benchmarks/results/scaling.md.

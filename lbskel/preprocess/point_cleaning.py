@@ -20,7 +20,7 @@ MIN_WIDTH = 1e-6  # of the cloud across its flattest direction, relative to its 
 # Points that a cloud is thinned to: this share of them, between two bounds. Guesses that bound the time, of which the
 # surface takes 0.1 s per thousand points.
 SHARE, FEWEST, MOST = 0.125, 20_000, 80_000
-MAX_CELLS = 2**20  # along a side of the cloud, since the number of a cell has 21 bits for each
+MAX_CELLS = 2**20  # upper bound on the cells along a side of the cloud: the number of a cell has 21 bits for each
 # Largest inverse density, relative to that, that is no outlier, by preparation; guesses: clean samples have up to 2.5
 CLOUD_PREPARATIONS: dict[str, float] = {"auto": 3.0, "scan": 2.5, "none": np.inf}
 
