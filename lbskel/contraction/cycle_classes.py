@@ -22,8 +22,8 @@ from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 
-# Upper bound on the tunnels that are compared with cycles, as after every pass: the time of elimination grows with their
-# cube, 0.01 s for 81 and 0.4 s for 325 (benchmarks/results/scaling.md)
+# Upper bound on the tunnels that are compared with cycles, as after every pass: the time of elimination grows with
+# their cube, 0.01 s for 81 and 0.4 s for 325 (benchmarks/results/scaling.md)
 MAX_TUNNELS = 200
 
 

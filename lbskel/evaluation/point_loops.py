@@ -19,12 +19,13 @@ from scipy.spatial import cKDTree
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.skeleton import Skeleton
 
-MIN_LINKS = 20  # around a section, below which its turn is not known; a guess
-# Length along the skeleton between the two ends of a cut, in mean distances of its links from its middle: half the way
-# around a tube is 3.1, and regions of branches meet beside a junction; a guess
+# All of these: benchmarks/results/point_constants.md, "Cut loops"
+MIN_LINKS = 20  # lower bound on the links around a section, below which its turn is not known
+# Lower bound on the length along the skeleton between the two ends of a cut, in mean distances of its links from its
+# middle: half the way around a tube is 3.1, and regions of branches meet beside a junction
 MIN_DETOUR = 10.0
-N_SECTORS, MAX_OPEN = 16, 0.35  # of a turn around a section, and share of it without links, in a cut limb; guesses
-MIN_HOLLOW = 0.6  # distance of the nearest tenth of the links from the middle, in their mean distance; a guess
+N_SECTORS, MAX_OPEN = 16, 0.35  # of a turn around a section, and upper bound on its share without links in a cut limb
+MIN_HOLLOW = 0.6  # lower bound on the distance of the nearest tenth of the links from the middle, in the mean distance
 
 
 def count_cut_loops(skeleton: Skeleton, points: NDArray[np.float64], graph: csr_array) -> int:

@@ -18,7 +18,10 @@ from lbskel._kernels.dipoles import dipole_field
 from lbskel.geometry.deadline import in_slices
 
 LEAF = 8  # points in a leaf; a guess
-OPENING = 2.5  # distance of a node in its radii beyond which it counts as one dipole: errors of the field near 0.03
+OPENING = (
+    2.5  # distance of a node, in its radii, beyond which it counts as one dipole; it bounds the error of the field,
+)
+# near 0.03; benchmarks/results/point_constants.md
 
 
 def leaf_order(points: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -24,12 +24,12 @@ from lbskel.geometry.sorting import distinct
 from lbskel.preprocess.dipole_tree import DipoleTree, leaf_order
 
 N_NEIGHBORS = 16  # of a point in its plane of least squares, and for its area; a guess
-MAX_VARIATION = 0.15  # variance of the few across their plane over that along it from which many are tried; a guess
+# Variance of the few neighbors across their plane, over the smaller one along it: upper bound for a plane that is kept
+# without trying all neighbors, as noise that is as large as the spacing needs; benchmarks/results/point_constants.md
+MAX_VARIATION = 0.15
 N_LINKS = 8  # nearest neighbors that the sign of a normal can follow; a guess
-SMOOTHING = (
-    3.0,
-    2.0,
-)  # widths of the dipoles, in spacings, in each round that corrects the normals, until it turns none around
+# Widths of the dipoles, in spacings, in each round that corrects the normals, until one turns none around; guesses
+SMOOTHING = (3.0, 2.0)
 MIN_ANGLE_COST = 1e-6  # of an edge between parallel normals: a cost of zero would be no edge
 
 

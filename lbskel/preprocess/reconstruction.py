@@ -32,11 +32,12 @@ from lbskel.preprocess.result import PreprocessResult
 Field: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 SMOOTHING = 1.5  # width of the dipoles, in spacings; a guess
-CELL = 1.4  # side of a cell, in median spacings; a guess
+CELL = 1.4  # side of a cell, in median spacings; larger ones take less time; benchmarks/results/point_constants.md
 N_LEVELS = 24  # points whose mean winding number is the level nearby; a guess
 N_BLENDED = 4  # points nearby whose levels are averaged, so that the level changes gradually; a guess
-LEAST_LEVEL = 0.15  # bound on the level from below; a guess. There is none from above: between limbs that almost touch,
-# the field of each raises the other's, and the surface of both is where it is up to 0.7 (knot with noise, by hand)
+# Bound on the level from below; benchmarks/results/point_constants.md. There is none from above: between limbs that
+# almost touch, the field of each raises the other's, and the surface of both is where it is up to 0.7 (knot with noise)
+LEAST_LEVEL = 0.15
 # Level below which the normals of points contradict each other, as along a twig of one row of points, whose levels are
 # below 0.05; on shapes of the catalog with noise or hidden sides they are above, but for 45 points of a hand. A guess
 MIN_LEVEL = 0.05
