@@ -1,5 +1,6 @@
 """Contraction: what a step may do, when it ends, roll-back, and the operator that is chosen."""
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -186,6 +187,35 @@ def test_no_step_begins_after_the_time_limit():
     assert contraction.status is Status.TIME_LIMIT
     assert contraction.steps == ()
     assert contraction.mesh.vertices == pytest.approx(mesh.vertices)
+    # without merging nothing but the first step looks at the limit, and does so before its operator is built
+    unused = switching_operator(lambda result: pytest.fail("a step began"), 1)
+    assert contract(mesh, settings(operator=unused, collapse_length=0.0), time_limit=1e-9).steps == ()
+
+
+@pytest.mark.parametrize(
+    ("time_limit", "n_begun", "n_kept"),
+    [
+        (35.0, 3, 3),  # 5 s are left after three steps, and the third took 10
+        (30.0, 3, 3),  # nothing is left
+        (5.0, 1, 0),  # the first takes longer than there is
+        (15.0, 1, 1),
+    ],
+)
+def test_a_step_that_would_end_after_the_time_limit_does_not_begin_or_is_not_kept(
+    monkeypatch, time_limit, n_begun, n_kept
+):
+    """With a clock that stands still but for the operator, which takes 10 s."""
+    now, begun = [0.0], []
+    monkeypatch.setattr(time, "perf_counter", lambda: now[0])
+
+    def slow(mesh: Mesh):
+        begun.append(mesh)
+        now[0] += 10.0
+        return laplacian(mesh, operator="robust")
+
+    contraction = contract(torus(1.0, 0.3, 40, 16), settings(operator=slow, max_steps=4), time_limit=time_limit)
+    assert contraction.status is Status.TIME_LIMIT
+    assert (len(begun), len(contraction.steps)) == (n_begun, n_kept)
 
 
 def test_a_mesh_may_be_a_pair_of_arrays():

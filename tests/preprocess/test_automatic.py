@@ -64,6 +64,23 @@ def test_a_sheet_stays_open_and_open_debris_is_removed(rod):
     assert (result.vertex_map.indices[-3:] == -1).all()
 
 
+def test_debris_around_a_hole_is_removed_also_if_it_has_many_faces_and_small_closed_bodies_are_kept():
+    """A patch of 0.0025 of the area, below 0.01, in 242 faces, which are no crumb: they are more than 0.2 % of all."""
+    given = without_faces(TORUS, range(7))
+    side = np.sqrt(0.0025 * given.area)
+    patch = flat_grid(12, 12)
+    patch = patch.with_vertices(side * patch.vertices + [3, 0, 0])
+    result = preprocess_mesh(joined(given, patch))
+    assert (result.mesh.n_components, result.mesh.genus) == (1, 1)
+    assert (result.vertex_map.indices[-144:] == -1).all()
+    assert "1 open components smaller than 0.01 of the largest one's area were removed" in result.notes
+    larger = patch.with_vertices(2.5 * patch.vertices)  # 0.0156 of the area: no debris
+    assert preprocess_mesh(joined(given, larger)).mesh.n_components == 2
+    ball = sphere(2).with_vertices(0.05 * sphere(2).vertices + [3, 0, 0])
+    assert ball.area < 0.0025 * given.area
+    assert preprocess_mesh(joined(given, ball)).mesh.n_components == 2
+
+
 def test_coordinates_that_would_overflow_are_rejected():
     for scale in (1e76, 1e300):
         with pytest.raises(MeshError, match=r"vertex \d+ are as large as .* scale the mesh down"):
