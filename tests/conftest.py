@@ -63,7 +63,6 @@ def python():
             env={**os.environ, "OMP_NUM_THREADS": "1", **environment},
             capture_output=True,
             text=True,
-            timeout=120,
         )
 
     return run

@@ -79,7 +79,6 @@ def test_commands(body, clone):
             env={**os.environ, "PATH": paths},
             capture_output=True,
             text=True,
-            timeout=120,
         )
         assert (result.returncode, result.stderr) == (0, ""), command
         for name in re.findall(r"(?:-o|--output|--picture|--report|--page) (\S+)", command):

@@ -3,7 +3,6 @@
 import io
 import json
 import sys
-import time
 from argparse import Namespace
 
 import pytest
@@ -32,11 +31,10 @@ def test_a_result_is_text_or_json_or_nothing(capsys, quiet, json, shown):
 def test_what_takes_long_is_shown_on_a_terminal_only(monkeypatch, capsys, stream, quiet, shows):
     """The result takes the place of the bar."""
     monkeypatch.setattr(sys, "stderr", stream())
-    monkeypatch.setattr(terminal, "PATIENCE", 0.01)
+    monkeypatch.setattr(terminal, "PATIENCE", 0.0)  # shown at once, by this thread
     arguments = Namespace(command="smooth", quiet=quiet)
     with progress(arguments):
         arguments.on_stage("rod.off: solve")
-        time.sleep(0.2)
         before = sys.stderr.getvalue()
         print("done")
     assert ("lbskel smooth: rod.off: solve" in before) == shows
@@ -46,6 +44,7 @@ def test_what_takes_long_is_shown_on_a_terminal_only(monkeypatch, capsys, stream
 
 def test_what_is_quick_shows_nothing_on_a_terminal(monkeypatch, folder):
     monkeypatch.setattr(sys, "stderr", Terminal())
+    monkeypatch.setattr(terminal, "PATIENCE", 1e6)  # so that nothing is slow
     assert main(["info", "rod.off", "--json"]) == 0
     assert sys.stderr.getvalue() == ""
 

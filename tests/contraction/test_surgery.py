@@ -183,12 +183,12 @@ def test_certificates_are_left_out_where_half_the_time_does_not_suffice(monkeypa
     mesh = torus(1.0, 0.3, 16, 8)
 
     def late(mesh, *, deadline):
-        assert deadline.seconds_left < 60
+        assert 4e8 < deadline.seconds_left < 6e8
         raise OutOfTime
 
     contraction = contract(mesh)
     monkeypatch.setattr(surgery, "find_tunnels", late)
-    graph = collapse(contraction, deadline=Deadline(time.perf_counter() + 100))
+    graph = collapse(contraction, deadline=Deadline(time.perf_counter() + 1e9))
     assert not graph.handles_certified
     assert len(graph.node_of_vertex) == len(mesh.vertices)
 

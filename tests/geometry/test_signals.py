@@ -47,7 +47,7 @@ def test_a_signal_ends_the_process_and_leaves_no_file(tmp_path, doing, number):
     assert process.stdout.readline() == b"begun\n"
     process.send_signal(number)
     try:
-        process.communicate(timeout=60)
+        process.communicate(timeout=60)  # which ends a test whose process would never end
     finally:
         process.kill()
     assert process.returncode == -number

@@ -50,7 +50,7 @@ def outputs(tmp_path_factory):
     cells |= {f"plot {name}": code for name, code in PLOTTED.items()}
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(code) for code in cells.values()])
     folder = tmp_path_factory.mktemp("notebook")
-    NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(folder)}}).execute()
+    NotebookClient(notebook, timeout=None, resources={"metadata": {"path": str(folder)}}).execute()
     return {name: cell.outputs for name, cell in zip(cells, notebook.cells, strict=True)}
 
 
