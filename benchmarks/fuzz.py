@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -33,13 +34,15 @@ ONE_INPUT = 20  # time limit for one input, in seconds; a guess
 
 def run(quick: bool, results: Path) -> None:
     """Fuzz each target, and write fuzz.json and fuzz.md."""
+    if find_spec("atheris") is None:
+        raise RuntimeError("nothing can be fuzzed without atheris: pip install atheris")
     rows = [_row(target, QUICK_SECONDS if quick else SECONDS, results) for target in TARGETS]
     save_json(results / "fuzz.json", {"targets": rows}, packages=("atheris",))
     save_markdown(results / "fuzz.md", "Fuzzing", {"Targets": markdown_table(rows)})
 
 
 def _row(target: str, seconds: int, results: Path) -> dict[str, Any]:
-    """Fuzz one target in a process of its own."""
+    """Fuzz one target in a process of its own; a process that ends otherwise than by its time has found something."""
     with tempfile.TemporaryDirectory() as folder:
         _seed(target, Path(folder))
         found = results / f"fuzz-{target}-"
@@ -56,11 +59,12 @@ def _row(target: str, seconds: int, results: Path) -> dict[str, Any]:
         line for line in lines if "Uncaught Python exception" in line or line.startswith("ERROR") or "ERROR:" in line
     ]
     after = lines[lines.index(wrong[0]) + 1 : lines.index(wrong[0]) + 3] if wrong else []
+    ended = ["", *lines][-1:] if done.returncode and not wrong else []
     return {
         "target": target,
         "seconds": seconds,
         "inputs": int(runs[-1]) if runs else 0,
-        "found": " ".join([*wrong[:1], *after]) or "nothing",
+        "found": " ".join([*wrong[:1], *after, *ended]) or "nothing",
         "code": done.returncode,
     }
 
