@@ -7,7 +7,7 @@ another today are named; nothing is measured.
 
 from __future__ import annotations
 
-__all__ = ["code_digests", "commit", "imported_modules", "mesh_files", "run", "stale"]
+__all__ = ["SOURCES", "code_digests", "commit", "imported_modules", "mesh_files", "run", "stale"]
 
 import ast
 import functools
@@ -18,6 +18,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
+SOURCES = Path(__file__).parent / "mesh_sources.json"  # of those not in the repository, by SHA-256
 DIGITS = 12  # of digests and commits; two of a thousand are equal by chance with a probability of 1e-9
 WRITERS = {"benchmarks.harness", "benchmarks.provenance"}  # what they measure is time, which no commit repeats
 
@@ -59,8 +60,15 @@ def commit(root: Path = ROOT) -> str:
 
 
 def mesh_files(paths: Iterable[Path]) -> list[dict[str, str]]:
-    """Name and SHA-256 of each file."""
-    return [{"name": path.name, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()} for path in paths]
+    """Name, SHA-256 and source of each file."""
+    sources = json.loads(SOURCES.read_text(encoding="utf-8"))
+    files = []
+    for path in paths:
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+        is_own = path.absolute().parent == ROOT / "meshes"
+        source = "lbskel.shapes, as meshes/README.md says" if is_own else sources.get(digest, "not known")
+        files.append({"name": path.name, "sha256": digest, "source": source})
+    return files
 
 
 def code_digests(name: str, root: Path = ROOT) -> dict[str, str]:

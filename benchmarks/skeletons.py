@@ -62,7 +62,8 @@ def run(quick: bool, results: Path, peers: bool = False, package: str | None = N
         for (name, variant), shape in shapes.items()
         if variant == "clean"
     ] or before.get("repeated", [])
-    meshes = before.get("meshes") or [_mesh_row(path) for path in MESH_FILES]
+    is_ours = package in (None, OURS[0])
+    meshes = [_mesh_row(path) for path in MESH_FILES] if is_ours else before["meshes"]
     timed = peers and package is None
     process = [_process_row(n) for n in ((3500,) if quick else (3500, 26000))] if timed else before.get("process", [])
     save_json(
@@ -83,7 +84,7 @@ def run(quick: bool, results: Path, peers: bool = False, package: str | None = N
             **({f"Whole processes, {SKELETOR} over lbskel": markdown_table(process)} if process else {}),
         },
     )
-    if package is not None:
+    if not is_ours:
         return
     dinosaur = lbskel.read_mesh(MESHES / "dinosaur.ply")
     picture(dinosaur, lbskel.skeletonize(dinosaur), results / "dinosaur.png", size=(900, 660), force=True)
@@ -109,7 +110,9 @@ def _row(tool: str, name: str, variant: str, shape: Shape) -> dict[str, Any]:
     skeleton = lbskel.Skeleton(nodes, edges, np.zeros(len(nodes)))
     comparison = lbskel.ground_truth_distances(skeleton, shape.truth)
     inside = inside_fraction(skeleton, Surface(shape.mesh))
-    return {**row, **asdict(comparison), "inside_fraction": inside}
+    measured = asdict(comparison)
+    del measured["radius_error"]  # other tools give no radii
+    return {**row, **measured, "inside_fraction": inside}
 
 
 def _brief(row: dict[str, Any]) -> dict[str, Any]:

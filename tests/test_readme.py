@@ -127,7 +127,12 @@ def test_examples_in_docstrings(name, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_table_of_measures_is_that_of_the_code():
-    from benchmarks.readme import measures_table
+def test_the_tables_are_those_of_the_results_and_of_the_code(monkeypatch, tmp_path):
+    from benchmarks import readme
 
-    assert f"<!-- measures -->\n{measures_table()}<!-- end -->" in README
+    copy = tmp_path / "README.md"
+    copy.write_text(README, encoding="utf-8")
+    monkeypatch.setattr(readme, "README", copy)
+    readme.run(False, ROOT / "benchmarks" / "results")
+    assert copy.read_text(encoding="utf-8") == README
+    assert f"<!-- measures -->\n{readme.measures_table()}<!-- end -->" in README

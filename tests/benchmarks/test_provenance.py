@@ -6,6 +6,7 @@ import shutil
 
 import pytest
 
+from benchmarks import provenance
 from benchmarks.harness import save_json
 from benchmarks.provenance import ROOT, code_digests, imported_modules, mesh_files, run, stale
 
@@ -59,11 +60,21 @@ def test_packages_whose_code_has_changed_are_named(clone, name, old, new, change
     assert stale("one", code_digests("one", clone), copied(clone, name, old, new)) == changed
 
 
-def test_meshes_are_known_by_their_content(tmp_path):
+def test_meshes_are_known_by_their_content_and_have_a_source(tmp_path, monkeypatch):
+    digest = "0855c353c8a126265186a268bbc57583247a8d131a7e602f0e48ac6105a09c48"
     (tmp_path / "a.off").write_bytes(b"OFF\n")
-    assert mesh_files([tmp_path / "a.off"]) == [
-        {"name": "a.off", "sha256": "0855c353c8a126265186a268bbc57583247a8d131a7e602f0e48ac6105a09c48"}
+    assert mesh_files([tmp_path / "a.off"]) == [{"name": "a.off", "sha256": digest, "source": "not known"}]
+    (tmp_path / "sources.json").write_text(json.dumps({digest: "a shop"}))
+    monkeypatch.setattr(provenance, "SOURCES", tmp_path / "sources.json")
+    assert [each["source"] for each in mesh_files([tmp_path / "a.off", ROOT / "meshes" / "knot.off"])] == [
+        "a shop",
+        "lbskel.shapes, as meshes/README.md says",
     ]
+
+
+def test_sources_are_of_files_by_their_digest():
+    sources = json.loads(provenance.SOURCES.read_text(encoding="utf-8"))
+    assert all(len(digest) == 64 and source for digest, source in sources.items())
 
 
 def test_a_result_is_up_to_date_when_it_is_written_and_changes_since_are_named(tmp_path, capsys):
