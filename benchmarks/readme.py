@@ -1,4 +1,4 @@
-"""Write the tables of README.md from the results, between ``<!-- name -->`` and ``<!-- end -->``."""
+"""Write tables and paragraphs of README.md from the results, between ``<!-- name -->`` and ``<!-- end -->``."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import numpy as np
 from benchmarks.harness import markdown_table
 from benchmarks.operators_convergence import SCALED
 from benchmarks.peers import PEERS
+from benchmarks.readme_paragraphs import PARAGRAPHS, paragraph
 from lbskel import MEASURES
 from lbskel.shapes import VARIANTS
 
@@ -22,13 +23,14 @@ PROPERTIES = ("symmetric", "local", "linear", "positive", "semidefinite")
 
 
 def run(quick: bool, results: Path) -> None:
-    """Fill every table; a quick run changes nothing."""
+    """Fill every table and paragraph; a quick run changes nothing."""
     if quick:
         return
     text = README.read_text(encoding="utf-8")
     rows = {"skeletons": _skeletons, "hard": _hard, "speed": _speed, "operators": _operators}
     tables = {name: markdown_table(table(results)) for name, table in rows.items()}
-    for name, table in {"measures": measures_table(), **tables}.items():
+    paragraphs = {name: paragraph(name, results) for name in PARAGRAPHS}
+    for name, table in {"measures": measures_table(), **tables, **paragraphs}.items():
         pattern = re.compile(rf"(?<=<!-- {name} -->\n).*?(?=<!-- end -->)", re.S)
         before, after = pattern.split(text, maxsplit=1)
         text = before + table + after
