@@ -1,4 +1,4 @@
-"""Paragraphs of README.md whose figures come from the results: for each a text, and a function that gives its figures."""
+"""Paragraphs of README.md whose figures come from the results: a text for each, and a function that gives them."""
 
 from __future__ import annotations
 
