@@ -86,7 +86,8 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("ball ratio of", "junctions.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("power of", "relaxation.POWER", (1.0, 3.0)),
         ("smallest ball of", "relaxation.MIN_RATIO", (0.03, 0.3)),
-        ("steps", "relaxation.N_STEPS", (15, 60)),
+        ("steps", "relaxation.N_STEPS", (10, 40)),
+        ("points of paths at", "relaxation.SPACING", (0.5, 0.9)),
         ("centered ratio of", "containment.CENTERED_RATIO", (0.25, 0.75)),
     )
     for value in values

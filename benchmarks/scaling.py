@@ -65,7 +65,7 @@ HARD: dict[str, Callable[[], lbskel.Mesh]] = {
 }
 TIME_LIMITS = (1.0, 5.0, 30.0)  # seconds
 BAR = 9  # length of the bars of a lattice, in their widths
-MAX_COMPARED = 400  # tunnels that are compared with cycles, twice as many as in lbskel
+MAX_COMPARED = 900  # tunnels that are compared with cycles, twice as many as in lbskel
 
 
 def skeletonize_kind(kind: str, n: int) -> dict[str, Any]:

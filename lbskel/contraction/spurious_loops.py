@@ -12,9 +12,10 @@ from lbskel._kernels.linking import sums_from_root
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.graphs import weighted_graph
 
-# Independence is tested modulo this prime, below 2^20: sums of up to 8,192 products of two numbers are exact in double
-# precision
+# Independence is tested modulo this prime, below 2^20: sums of up to 4,096 products of two numbers are below 2^52, and
+# with their quotients exact enough in double precision
 PRIME = 1_048_573
+BLOCK = 32  # rows that are eliminated together, for speed
 TREE_LENGTH_SHIFT = 1e-12  # added to lengths, in diameter bounds: zero would mean no edge in a sparse matrix
 
 
@@ -81,29 +82,56 @@ def _loop_sums(
     rows = by_key[np.searchsorted(keys, low * k + high, sorter=by_key)]
     in_tree = np.zeros(len(edges), dtype=bool)
     in_tree[rows] = True
-    steps = np.zeros((cochain.shape[1], k), dtype=np.int64)
-    steps[:, below] = (np.where(parent[below] < below, 1, -1)[:, None] * cochain[rows]).T
-    potentials = [sums_from_root(order, parent, step.view(np.uint64)).view(np.int64) for step in steps]
-    potential = np.stack(potentials, axis=1)
-    loop_sums = cochain + potential[edges[:, 0]] - potential[edges[:, 1]]
+    steps = np.zeros((k, cochain.shape[1]), dtype=np.int64)
+    steps[below] = np.where(parent[below] < below, 1, -1)[:, None] * cochain[rows]
+    columns = np.ascontiguousarray(steps.T).view(np.uint64)
     off_tree = np.flatnonzero(~in_tree)
-    return off_tree, length, loop_sums[off_tree]
+    from_ends, to_ends = edges[off_tree].T
+    sums = np.array(cochain[off_tree])
+    for i, column in enumerate(columns):
+        potential = sums_from_root(order, parent, column).view(np.int64)
+        sums[:, i] += potential[from_ends] - potential[to_ends]
+    return off_tree, length, sums
 
 
 def _independent_rows(rows: NDArray[np.int64], deadline: Deadline) -> NDArray[np.bool_]:
-    """(r,) whether each row is independent of those before it, modulo the prime: Gauss and Jordan's elimination."""
+    """(r,) whether each row is independent of those before it, modulo the prime: Gauss and Jordan's elimination.
+
+    Rows are taken in blocks, so that most of the work is products of matrices.
+    """
     r, c = rows.shape
     is_independent = np.zeros(r, dtype=bool)
-    rows = rows.astype(np.float64)
     reduced, pivots = np.zeros((min(r, c), c)), np.empty(0, dtype=np.int64)
-    for i in range(r):
+    for first in range(0, r, BLOCK):
         deadline.check()
+        block = rows[first : first + BLOCK].astype(np.float64)
+        block = _modulo(block - _modulo(block[:, pivots] @ reduced[: len(pivots)]))
+        found, columns = _reduce(block)
+        is_independent[first + found] = True
         n = len(pivots)
-        row = np.mod(rows[i] - np.mod(rows[i][pivots] @ reduced[:n], PRIME), PRIME)
+        reduced[:n] = _modulo(reduced[:n] - _modulo(reduced[:n, columns] @ block[found]))
+        reduced[n : n + len(found)] = block[found]
+        pivots = np.append(pivots, columns)
+    return is_independent
+
+
+def _reduce(block: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Reduce a block in place: its rows that are independent of those before them, and the columns of their pivots."""
+    found, columns = [], []
+    for i, row in enumerate(block):
         if not row.any():
             continue
-        pivot = int(np.flatnonzero(row)[0])
-        row = np.mod(row * pow(int(row[pivot]), -1, PRIME), PRIME)
-        reduced[:n] = np.mod(reduced[:n] - reduced[:n, [pivot]] * row, PRIME)
-        reduced[n], pivots, is_independent[i] = row, np.append(pivots, pivot), True
-    return is_independent
+        pivot = int(row.argmax())
+        row[:] = _modulo(row * pow(int(row[pivot]), -1, PRIME))
+        others = np.flatnonzero(block[:, pivot])
+        others = others[others != i]
+        block[others] = _modulo(block[others] - block[others, pivot, None] * row)
+        found.append(i)
+        columns.append(pivot)
+    return np.array(found, dtype=np.int64), np.array(columns, dtype=np.int64)
+
+
+def _modulo(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Remainders modulo the prime of whole numbers below 2^52, whose quotients are exact to less than its inverse."""
+    remainders: NDArray[np.float64] = numbers - PRIME * np.floor(numbers / PRIME)
+    return remainders

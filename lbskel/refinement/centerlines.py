@@ -28,8 +28,6 @@ MAX_GROWTH = 1.2  # upper bound on the ratio of the radii of sections at success
 # benchmarks/results/constants.md
 MAX_STRIDE_RATIO = 1.5  # upper bound on the distance between successive centroids, relative to that of their nodes; a
 # guess, benchmarks/results/constants.md
-MAX_REACH = 2.0  # to which a section is followed, in distances to the farthest vertex of its branch and its ends, so
-# that a plane along a layer of a lattice does not cut it all; with 4, the same skeletons on the catalog, 18 meshes
 TANGENT_REACH = 0.5  # in radii, to both sides, as far as the nodes of a round branch are apart: over less, the
 # centroid of a wide section and the tangent across which it is cut would turn each other
 
@@ -75,7 +73,7 @@ def find_section_centers(
         tangents[at],
         face_labels=face_labels,
         labels=branch_of[at],
-        max_reaches=MAX_REACH * _distances_to_farthest(skeleton, at, surface),
+        max_reaches=_distances_to_farthest(skeleton, at, surface),  # farther away, nothing is their own
         deadline=surface.deadline,
     )
     is_known = np.zeros(len(skeleton.nodes), dtype=bool)

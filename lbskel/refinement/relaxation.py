@@ -19,12 +19,14 @@ from lbskel._kernels.traversal import sums_along_paths
 from lbskel.geometry.normals import normalized
 from lbskel.geometry.surface_queries import Surface
 
-SPACING = 0.5  # of the points of a path, in radii of their balls: each lies well inside the balls of its neighbors
+# Of the points of a path, in radii of their balls: each lies inside the balls of its neighbors. The time is that of
+# SPACING^-1 N_STEPS points, and they relax as far as with N_STEPS SPACING^2; benchmarks/results/refinement.md
+SPACING = 0.6
 MIN_RATIO = 0.1  # of a ball to the largest of its path, below which the spacing no longer follows the ball; it bounds
 # the number of points of a path that touches the surface; benchmarks/results/refinement.md
 MAX_PIECES = 1000  # of a path, which bounds the time where all of it lies on the surface; a guess
 POWER = 2.0  # of the radius in the weight; benchmarks/results/refinement.md
-N_STEPS = 30  # benchmarks/results/refinement.md
+N_STEPS = 20
 STEPS_BETWEEN = 5  # steps after which the points are spaced anew, less than a radius of motion; a guess, for speed
 
 
@@ -54,8 +56,9 @@ def relax_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDA
         radii, nearest = surface.closest(P[inner])
         away, tangents = side * normalized(P[inner] - nearest), normalized(after - before)
         across = away - (away * tangents).sum(axis=1, keepdims=True) * tangents
-        # at the medial axis the gradient changes its side from step to step, so its part is reduced to zero
-        share = POWER * SPACING**2 / 2 * (1 - step / N_STEPS)
+        # at the medial axis the gradient changes its side from step to step, so its part is reduced to zero, and the
+        # last step only smooths
+        share = POWER * SPACING**2 / 2 * (1 - (step + 1) / N_STEPS)
         P[inner] += 2 / 3 * ((before + after) / 2 - P[inner] + share * radii[:, None] * across)
     return np.split(P, np.flatnonzero(np.diff(path_of)) + 1)
 

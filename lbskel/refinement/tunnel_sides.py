@@ -43,6 +43,9 @@ def keep_sides(skeleton: Skeleton, nodes: NDArray[np.float64], surface: Surface)
     nodes : (n, 3) array of float
     surface : Surface
     """
+    passes = edges_that_pass(skeleton.nodes, nodes, skeleton.edges, surface)
+    if not passes.any():
+        return nodes
     if n_tunnels_missed(replace(skeleton, nodes=nodes), surface) <= n_tunnels_missed(skeleton, surface):
         return nodes
     kept = np.array(nodes)

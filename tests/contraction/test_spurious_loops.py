@@ -54,6 +54,17 @@ def test_sums_take_the_direction_of_each_edge_into_account():
     )
 
 
+@pytest.mark.parametrize("rank", [0, 1, 31, 33, 64, 90])
+def test_as_many_of_hundreds_of_loops_stay_as_are_independent(rank):
+    """A complete graph of 26 nodes, with 300 loops, and a cochain of that rank, up to coboundaries, in 90 columns."""
+    rng = np.random.default_rng(0)
+    nodes, edges = rng.random((26, 3)), np.stack(np.triu_indices(26, 1), axis=1)
+    cochain = rng.integers(-3, 4, (len(edges), rank)) @ rng.integers(-3, 4, (rank, 90))
+    spurious = spurious_loop_edges(nodes, edges, cochain)
+    assert len(spurious) == 300 - rank
+    assert spurious_loop_edges(nodes, np.delete(edges, spurious, axis=0), np.delete(cochain, spurious, axis=0)) == []
+
+
 def test_loops_with_the_sum_zero_are_told_by_one_column():
     [row] = null_loop_edges(NODES, EDGES, cochain_around(5, 0))
     assert tuple(EDGES[row].tolist()) in {(2, 4), (4, 5), (3, 5)}
