@@ -129,7 +129,7 @@ def _summary(rows: list[dict[str, Any]], tool: str, variant: str) -> dict[str, A
         **means(own),
         **counts_of_right(own),
         "length inside": float(np.mean([row["inside_fraction"] for row in done])) if done else None,
-        "median seconds": float(np.median([row["seconds"] for row in done])) if done else None,
+        "median seconds, with imports": float(np.median([row["seconds"] for row in done])) if done else None,
         "measured at": ", ".join(dict.fromkeys(row.get("commit", "as above") for row in own)),
     }
 

@@ -7,6 +7,7 @@ import pytest
 
 import lbskel
 from benchmarks import cgal, speed, speed_tools
+from benchmarks.provenance import ROOT
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import inside_fraction
 
@@ -82,3 +83,19 @@ def test_without_a_compiler_cgal_is_told_to_be_missing(monkeypatch):
     monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(RuntimeError, match="CGAL is not built: there is no C\\+\\+ compiler"):
         cgal.driver()
+
+
+def test_imports_are_not_timed(mesh, python):
+    """In a new process, where packages are imported when they are first used: they are, when the clock starts."""
+    script = f"""
+import sys, time
+from pathlib import Path
+from benchmarks import speed_tools
+
+clock, loaded = time.process_time, []
+speed_tools.time.process_time = lambda: loaded.append(set(sys.modules)) or clock()
+speed_tools.TOOLS["lbskel"](Path({str(mesh)!r}))
+print(sorted(name for name in loaded[2] - loaded[0] if name.startswith("lbskel.")))
+"""
+    done = python("-c", script, cwd=ROOT)
+    assert (done.returncode, done.stdout) == (0, "[]\n"), done.stderr
