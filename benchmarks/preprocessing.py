@@ -7,10 +7,10 @@ from __future__ import annotations
 
 __all__ = ["LIMITS", "from_clean", "run", "scanned"]
 
-import os
 import resource
 import time
 from collections import Counter
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,6 @@ from lbskel.shapes import SHAPES, make, torus
 from lbskel.skeleton.edge_sampling import sample_edges
 
 MESHES = Path(__file__).parent.parent / "meshes"
-MORE_MESHES = "LBSKEL_MESHES"  # environment variable: a folder of more meshes to measure
 # Distances allowed between the skeletons of a scan and of the clean mesh: noise of a tenth of an edge length moves
 # cross-sections by hundredths of a radius, holes move tips and junctions by up to a quarter, along a thick body by more
 LIMITS = {"mean, in radii": 0.1, "worst twentieth, in radii": 0.25, "worst, of the diagonal": 0.04}
@@ -44,21 +43,20 @@ ENDS = {
 }  # outcomes by parts of error messages
 
 
-def run(quick: bool, results: Path) -> None:
+def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
     """Measure, and write preprocessing.json and preprocessing.md."""
-    folders = [MESHES, *([Path(os.environ[MORE_MESHES])] if MORE_MESHES in os.environ else [])]
-    paths = [path for folder in folders for path in sorted(folder.iterdir()) if path.suffix[1:] in MESH_READERS]
-    meshes = {}
+    paths = [path for path in (*sorted(MESHES.iterdir()), *meshes) if path.suffix[1:] in MESH_READERS]
+    read = {}
     for path in paths[: 1 if quick else None]:
         with suppress(MeshError):  # a file of points without faces
-            meshes[path.name] = lbskel.read_mesh(path)
-    presets = [_preset_row(name, preset, mesh) for name, mesh in meshes.items() for preset in PIPELINES]
-    skeletons = [_skeleton_row(name, mesh) for name, mesh in meshes.items()]
+            read[path.name] = lbskel.read_mesh(path)
+    presets = [_preset_row(name, preset, mesh) for name, mesh in read.items() for preset in PIPELINES]
+    skeletons = [_skeleton_row(name, mesh) for name, mesh in read.items()]
     scans = [_scan_row(name, make(name).mesh) for name in (["tripod"] if quick else SHAPES)]
-    sampled = {name: SAMPLED(mesh).mesh for name, mesh in meshes.items() if mesh.is_closed_manifold and not quick}
+    sampled = {name: SAMPLED(mesh).mesh for name, mesh in read.items() if mesh.is_closed_manifold and not quick}
     scans += [_scan_row(name, mesh) for name, mesh in sampled.items()]
     coarse = [] if quick else [_coarse_row(name, faces) for name in SHAPES for faces in (300, 600)]
-    cost = [_cost_row(name, mesh) for name, mesh in meshes.items() if mesh.is_closed_manifold]
+    cost = [_cost_row(name, mesh) for name, mesh in read.items() if mesh.is_closed_manifold]
     hostile = _hostile(QUICK_RUNS if quick else RUNS)
     measured = {
         "presets": presets,
