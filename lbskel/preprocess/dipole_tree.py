@@ -34,14 +34,14 @@ def leaf_order(points: NDArray[np.float64]) -> NDArray[np.int64]:
     n = len(points)
     size = LEAF << max(int(np.ceil(np.log2(n / LEAF))), 0)
     order = np.arange(size)
-    P = points[np.minimum(order, n - 1)]
+    P = points.T.take(np.minimum(order, n - 1), axis=1)
     order[n:] = -1
     while size > LEAF:  # halve each node across the widest side of its box
-        parts = P.reshape(-1, size, 3)
-        axis = np.argmax(np.ptp(parts, axis=1), axis=1)
-        along = np.take_along_axis(parts, axis[:, None, None], axis=2)[..., 0]
-        place = np.argpartition(along, size // 2, axis=1) + np.arange(0, len(P), size)[:, None]
-        order, P, size = order[place.ravel()], P[place.ravel()], size // 2
+        parts = P.reshape(3, -1, size)
+        axis = np.argmax(np.ptp(parts, axis=2), axis=0)
+        along = parts[axis, np.arange(len(axis))]
+        place = (np.argpartition(along, size // 2, axis=1) + np.arange(0, len(order), size)[:, None]).ravel()
+        order, P, size = order[place], P.take(place, axis=1), size // 2
     return order
 
 
@@ -81,19 +81,20 @@ class DipoleTree:
         p, is_filler = len(order) // LEAF, order < 0
         data = np.column_stack([points, moments, widths**2])[order]
         data[is_filler, 3:6] = 0
+        P, M, squares = np.split(np.ascontiguousarray(data.T), [3, 6])
+        weight = np.linalg.norm(M, axis=0)
+        sums = np.concatenate([weight * P, M, weight * squares, weight[None]]).reshape(8, p, LEAF).sum(axis=2)
         nodes = np.zeros((2 * p, 8))
-        weight = np.linalg.norm(data[:, 3:6], axis=1)
-        sums = np.column_stack([weight[:, None] * data[:, :3], data[:, 3:6], weight * data[:, 6], weight])
-        first, size = p, LEAF
+        first = p
         while first >= 1:
-            groups, P = sums.reshape(first, size, 8).sum(axis=1), data[:, :3].reshape(first, size, 3)
-            known = groups[:, 7:] > 0
-            divisor = np.where(known, groups[:, 7:], 1.0)
-            center = np.where(known, groups[:, :3] / divisor, P.mean(axis=1))
+            parts = P.reshape(3, first, -1)
+            known = sums[7] > 0
+            divisor = np.where(known, sums[7], 1.0)
+            center = np.where(known, sums[:3] / divisor, parts[:, :, 0])
             level = nodes[first : 2 * first]
-            level[:, :3], level[:, 3:6], level[:, 6] = center, groups[:, 3:6], groups[:, 6] / divisor[:, 0]
-            level[:, 7] = np.sqrt(((P - center[:, None]) ** 2).sum(axis=2).max(axis=1))
-            first, size = first // 2, size * 2
+            level[:, :3], level[:, 3:6], level[:, 6] = center.T, sums[3:6].T, sums[6] / divisor
+            level[:, 7] = np.sqrt(((parts - center[:, :, None]) ** 2).sum(axis=0).max(axis=1))
+            first, sums = first // 2, sums[:, ::2] + sums[:, 1::2]
         return cls(nodes, np.ascontiguousarray(data))
 
     def field(self, queries: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

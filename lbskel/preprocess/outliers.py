@@ -65,7 +65,8 @@ def _is_sparse(cloud: Neighborhoods, limit: float) -> NDArray[np.bool_]:
     """(n,) whether the distance to a neighbor is too large beside that of the denser ones of the points nearby."""
     distances, neighbors = cloud.nearest()
     reach = distances[:, N_NEIGHBORS]
-    return reach > limit * np.quantile(reach[neighbors[:, 1:]], QUANTILE, axis=1)
+    rank = round(QUANTILE * (neighbors.shape[1] - 2))
+    return reach > limit * np.partition(reach[neighbors[:, 1:]], rank, axis=1)[:, rank]
 
 
 def _is_scattered(cloud: Neighborhoods, limit: float) -> NDArray[np.bool_]:
@@ -73,11 +74,13 @@ def _is_scattered(cloud: Neighborhoods, limit: float) -> NDArray[np.bool_]:
     points = cloud.points
     distances, neighbors = cloud.nearest(N_LINKS + 1)
     reach = distances[:, N_NEIGHBORS]
+    typical = float(np.median(reach))
+    if not (reach > limit * typical).any():  # so no group has a median above that
+        return np.zeros(len(points), dtype=bool)
     links = np.stack([np.repeat(np.arange(len(points)), N_LINKS), neighbors[:, 1:].ravel()], axis=1)
     is_near = distances[:, 1:].ravel() <= limit * reach[links].min(axis=1)
     graph = weighted_graph(links[is_near], np.ones(np.count_nonzero(is_near), dtype=np.int8), len(points))
     n_groups, group = connected_components(graph, directed=False)
-    typical = float(np.median(reach))
     is_scattered = np.zeros(n_groups, dtype=bool)
     order = np.argsort(group, kind="stable")
     for number, members in enumerate(np.split(order, np.cumsum(np.bincount(group))[:-1])):

@@ -99,8 +99,10 @@ def _plane_normals(
     points: NDArray[np.float64], neighbors: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(q, 3) normals of the planes of some neighborhoods, and (q,) variance along them, over the next larger one."""
-    offsets = points[neighbors] - points[neighbors].mean(axis=1, keepdims=True)
-    variances, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))
+    coordinates = [column[neighbors] for column in np.ascontiguousarray(points.T)]
+    offsets = [column - column.mean(axis=1, keepdims=True) for column in coordinates]
+    covariances = np.stack([np.einsum("nk,nk->n", one, other) for one in offsets for other in offsets], axis=1)
+    variances, axes = np.linalg.eigh(covariances.reshape(-1, 3, 3))
     return axes[:, :, 0], variances[:, 0] / np.maximum(variances[:, 1], np.finfo(float).tiny)
 
 
@@ -118,13 +120,12 @@ def _with_signs(
     tree = minimum_spanning_tree(graph).tocoo()
     # the first points hang on one more node, so that one search reaches every part
     edges = np.concatenate([np.stack([tree.row, tree.col], axis=1), np.stack([first, np.full(n_parts, n)], axis=1)])
-    found, parent = breadth_first_order(weighted_graph(edges, np.ones(len(edges)), n + 1), n, directed=False)
+    _, parent = breadth_first_order(weighted_graph(edges, np.ones(len(edges)), n + 1), n, directed=False)
     above = np.where(parent[:n] < n, parent[:n], np.arange(n))
-    agrees = np.where((normals * normals[above]).sum(axis=1) < 0, -1.0, 1.0)
-    sign = np.ones(n + 1)
-    for node, up in zip(found[1:].tolist(), parent[found[1:]].tolist(), strict=True):
-        sign[node] = sign[up] * agrees[node]
-    signed = normals * sign[:n, None]
+    sign = np.where((normals * normals[above]).sum(axis=1) < 0, -1.0, 1.0)
+    while (above[above] != above).any():  # to that of the first point, over twice as many nodes in each round
+        sign, above = sign * sign[above], above[above]
+    signed = normals * sign[:, None]
     count = np.bincount(part)
     centers = np.stack([np.bincount(part, column) / count for column in points.T], axis=1)
     volumes = np.bincount(part, areas * (signed * (points - centers[part])).sum(axis=1))

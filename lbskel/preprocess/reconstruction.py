@@ -32,7 +32,9 @@ from lbskel.preprocess.result import PreprocessResult
 Field: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 SMOOTHING = 1.5  # width of the dipoles, in spacings; a guess
-CELL = 1.4  # side of a cell, in median spacings; larger ones take less time; benchmarks/results/point_constants.md
+# Side of a cell, in median spacings; larger ones take less time: benchmarks/results/point_constants.md. By hand, the
+# limbs of a knot with noise were joined for two of seven seeds with 1.9, for none with 1.6 and 1.75
+CELL = 1.6
 N_LEVELS = 24  # points whose mean winding number is the level nearby; a guess
 N_BLENDED = 4  # points nearby whose levels are averaged, so that the level changes gradually; a guess
 # Bound on the level from below; benchmarks/results/point_constants.md. There is none from above: between limbs that
