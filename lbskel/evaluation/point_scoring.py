@@ -25,6 +25,7 @@ from lbskel.evaluation.point_loops import count_cut_loops
 from lbskel.evaluation.skeleton_shape import length_fraction, n_spurs, rms_curvature
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import PointCloud
+from lbskel.geometry.normals import normalized
 from lbskel.skeleton.skeleton import Skeleton
 
 MAX_POINTS, MAX_GRAPH_POINTS = 20_000, 3_000  # of a cloud for sections, and for its ends; guesses that bound the time
@@ -63,8 +64,9 @@ def score_points(skeleton: Skeleton, cloud: PointCloud) -> Score:
     tree = cKDTree(skeleton.nodes)
     node = skeleton.node_of_vertex if has_map else tree.query(cloud.points)[1]
     points, graph, n_parts = _without_outliers(cloud.points[_spread(cloud.points, MAX_POINTS)])
-    radii = cKDTree(points).query(skeleton.nodes)[0]
-    gaps, errors = _sections(skeleton, points, radii)
+    point_tree = cKDTree(points)
+    radii = point_tree.query(skeleton.nodes)[0]
+    gaps, errors = _sections(skeleton, points, point_tree, radii)
     skeleton = replace(skeleton, radii=radii)
     is_among = np.isnan(gaps) | (gaps <= MAX_GAP)
     known = ~np.isnan(errors)
@@ -131,62 +133,72 @@ def _without_outliers(points: NDArray[np.float64]) -> tuple[NDArray[np.float64],
 
 
 def _sections(
-    skeleton: Skeleton, points: NDArray[np.float64], radii: NDArray[np.float64]
+    skeleton: Skeleton, points: NDArray[np.float64], tree: cKDTree, radii: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(k,) share of a turn around each node without points, and (k,) its distance from their center; NaN elsewhere."""
-    tree = cKDTree(points)
-    spacing = float(np.median(tree.query(points, k=min(3, len(points)))[0][:, -1]))
+    some = points[_spread(points, MAX_GRAPH_POINTS)]
+    spacing = float(np.median(tree.query(some, k=min(3, len(points)))[0][:, -1]))
     gaps, errors = np.full(len(skeleton.nodes), np.nan), np.full(len(skeleton.nodes), np.nan)
     inner = [
         (int(b), int(a), int(c))
         for branch in skeleton.branches
         for a, b, c in zip(branch, branch[1:], branch[2:], strict=False)
     ]
-    chosen = np.unique(np.linspace(0, len(inner) - 1, MAX_SECTIONS).astype(np.int64)).tolist() if inner else []
-    for node, before, after in (inner[number] for number in chosen):
-        center, axis = skeleton.nodes[node], skeleton.nodes[after] - skeleton.nodes[before]
-        length = float(np.linalg.norm(axis))
-        reach = SECTION_REACH * max(float(radii[node]), spacing)
-        if length == 0:
-            continue
-        offsets = points[tree.query_ball_point(center, reach)] - center
-        along = offsets @ (axis / length)
-        flat = offsets - along[:, None] * (axis / length)
-        flat = flat[np.abs(along) <= max(SECTION_WIDTH * radii[node], 2 * spacing)]
-        gaps[node], errors[node] = _outline(flat, axis / length)
+    numbers = np.array(inner, dtype=np.int64).reshape(-1, 3)
+    axes = normalized(skeleton.nodes[numbers[:, 2]] - skeleton.nodes[numbers[:, 1]])
+    chosen = np.unique(np.linspace(0, len(inner) - 1, MAX_SECTIONS).astype(np.int64)) if inner else numbers[:, 0]
+    chosen = chosen[axes[chosen].any(axis=1)]
+    if len(chosen):
+        node, axes = numbers[chosen, 0], axes[chosen]
+        reach = SECTION_REACH * np.maximum(radii[node], spacing)
+        near = tree.query_ball_point(skeleton.nodes[node], reach, return_sorted=False)
+        section = np.repeat(np.arange(len(node)), [len(found) for found in near])
+        offsets = points[np.concatenate(near).astype(np.int64)] - skeleton.nodes[node][section]
+        along = np.einsum("nk,nk->n", offsets, axes[section])
+        is_flat = np.abs(along) <= np.maximum(SECTION_WIDTH * radii[node], 2 * spacing)[section]
+        gaps[node], errors[node] = _outlines(offsets[is_flat], section[is_flat], axes)
     if len(skeleton.junctions):
         to_junction, nearest = cKDTree(skeleton.nodes[skeleton.junctions]).query(skeleton.nodes)
         errors[to_junction <= JUNCTION_REACH * radii[skeleton.junctions][nearest]] = np.nan
     return gaps, errors
 
 
-def _outline(flat: NDArray[np.float64], axis: NDArray[np.float64]) -> tuple[float, float]:
-    """Largest share of a turn without points, and the distance of the origin from the center of the nearest points."""
-    side = np.eye(3)[int(np.argmin(np.abs(axis)))]
-    first = np.cross(axis, side)
-    first /= np.linalg.norm(first)
-    x, y = flat @ first, flat @ np.cross(axis, first)
+def _outlines(
+    offsets: NDArray[np.float64], section: NDArray[np.int64], axes: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(s,) largest share of a turn without points, and (s,) distance of the origin from the center of the nearest ones.
+
+    Offsets are those of points from the middles of their sections, whose axes have unit length.
+    """
+    n = len(axes)
+    first = normalized(np.cross(axes, np.eye(3)[np.argmin(np.abs(axes), axis=1)]))
+    x, y = (np.einsum("nk,nk->n", offsets, across[section]) for across in (first, np.cross(axes, first)))
     sector = ((np.arctan2(y, x) / (2 * np.pi) + 0.5) * N_SECTORS).astype(np.int64) % N_SECTORS
-    distance = np.hypot(x, y)
-    nearest = np.full(N_SECTORS, np.inf)
-    np.minimum.at(nearest, sector, distance)
-    seen = np.flatnonzero(np.isfinite(nearest))
-    if len(seen) == 0:
-        return 1.0, np.nan
-    gap = (int(np.diff(np.append(seen, seen[0] + N_SECTORS)).max()) - 1) / N_SECTORS
-    if gap > MAX_OPEN:
-        return gap, np.nan
-    is_outline = distance <= 1.5 * nearest[sector]
-    sums = np.bincount(sector[is_outline], distance[is_outline], N_SECTORS)
-    means = sums[seen] / np.bincount(sector[is_outline], minlength=N_SECTORS)[seen]
-    angle = (seen + 0.5) * 2 * np.pi / N_SECTORS
-    corners = means[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    following = np.roll(corners, -1, axis=0)
-    areas = (corners[:, 0] * following[:, 1] - corners[:, 1] * following[:, 0]) / 2
-    if not areas.sum() > 0:
-        return gap, np.nan
-    center = ((corners + following) / 3 * areas[:, None]).sum(axis=0) / areas.sum()
-    return gap, float(np.linalg.norm(center) / np.linalg.norm(corners - center, axis=1).mean())
+    place, distance = section * N_SECTORS + sector, np.hypot(x, y)
+    nearest = np.full(n * N_SECTORS, np.inf)
+    np.minimum.at(nearest, place, distance)
+    # the last sector with a point, before each one on a second turn
+    turns = np.arange(2 * N_SECTORS)
+    is_seen = np.isfinite(nearest).reshape(n, N_SECTORS)
+    last = np.maximum.accumulate(np.where(np.tile(is_seen, 2), turns, -1), axis=1)
+    gaps = np.minimum((turns - last).max(axis=1), N_SECTORS) / N_SECTORS
+    is_outline = distance <= 1.5 * nearest[place]
+    sums, count = (np.bincount(place[is_outline], some, n * N_SECTORS) for some in (distance[is_outline], None))
+    angles = (turns[:N_SECTORS] + 0.5) * 2 * np.pi / N_SECTORS
+    means = (sums / np.maximum(count, 1)).reshape(n, N_SECTORS)
+    corners = means[..., None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    # a sector without points has the corner of the last, which changes neither area nor center
+    corners = corners[np.arange(n)[:, None], last[:, N_SECTORS:] % N_SECTORS]
+    following = np.roll(corners, -1, axis=1)
+    areas = (corners[..., 0] * following[..., 1] - corners[..., 1] * following[..., 0]) / 2
+    area = areas.sum(axis=1)
+    is_known = (gaps <= MAX_OPEN) & (area > 0)
+    areas[is_known] /= area[is_known, None]
+    center = ((corners + following) / 3 * areas[..., None]).sum(axis=1)
+    radii = np.where(is_seen, np.linalg.norm(corners - center[:, None], axis=2), 0.0)[is_known]
+    errors = np.full(n, np.nan)
+    errors[is_known] = np.linalg.norm(center[is_known], axis=1) * is_seen[is_known].sum(axis=1) / radii.sum(axis=1)
+    return gaps, errors
 
 
 def _widths(skeleton: Skeleton, node: NDArray[np.int64], distances: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -217,7 +229,7 @@ def _ends(
     for number in np.flatnonzero(np.bincount(part) >= MIN_PART * len(points)):
         own = np.flatnonzero(part == number)
         sources = own[np.linspace(0, len(own) - 1, min(N_SOURCES, len(own))).astype(np.int64)]
-        height[own] = dijkstra(graph, directed=False, indices=sources)[:, own].mean(axis=0)
+        height[own] = dijkstra(graph, indices=sources)[:, own].mean(axis=0)
     peaks, lengths = _peaks(graph, height)
     k = min(N_SCALES, len(skeleton.nodes))
     near = tree.query(points[peaks], k=k)[1].reshape(len(peaks), k)
@@ -231,9 +243,20 @@ def _ends(
 
 def _peaks(graph: csr_array, height: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Peaks of a function on a graph, and the height of each above the pass to a higher one, or above the lowest."""
-    pointers, neighbors, heights = graph.indptr.tolist(), graph.indices.tolist(), height.tolist()
-    root = [-1] * len(heights)
-    lengths: dict[int, float] = {}
+    reached = np.argsort(-height, kind="stable")[: np.count_nonzero(np.isfinite(height))]
+    rank = np.full(len(height), len(height))  # 0 for the highest
+    rank[reached] = np.arange(len(reached))
+    links = rank[np.stack(graph.nonzero(), axis=1)]  # from here on, nodes by their rank
+    links = np.sort(links[links.max(axis=1, initial=0) < len(height)], axis=1)
+    top = np.arange(len(reached))
+    np.minimum.at(top, links[:, 1], links[:, 0])  # the highest neighbor, and on to the peak
+    while (top[top] != top).any():
+        top = top[top]
+    sides = np.sort(top[links], axis=1)
+    order = np.argsort(links[:, 1], kind="stable")  # the highest pass first
+    order = order[sides[order, 0] != sides[order, 1]]
+    order = order[np.sort(np.unique(sides[order] @ [len(height), 1], return_index=True)[1])]
+    root, lengths = list(range(len(reached))), np.full(len(reached), np.inf)
 
     def find(node: int) -> int:
         while root[node] != node:
@@ -241,25 +264,20 @@ def _peaks(graph: csr_array, height: NDArray[np.float64]) -> tuple[NDArray[np.in
             node = root[node]
         return node
 
-    reached = np.argsort(-height, kind="stable")[: np.count_nonzero(np.isfinite(height))]
-    for node in reached.tolist():
-        groups = {find(other) for other in neighbors[pointers[node] : pointers[node + 1]] if root[other] >= 0}
-        root[node] = node
-        if groups:
-            highest = max(groups, key=lambda peak: (heights[peak], -peak))
-            for peak in groups - {highest}:
-                lengths[peak] = heights[peak] - heights[node]
-                root[peak] = highest
-            root[node] = highest
-    lengths.update({node: np.inf for node, parent in enumerate(root) if parent == node})
-    peaks = np.array(sorted(lengths), dtype=np.int64)
-    return peaks, np.array([lengths[peak] for peak in peaks.tolist()])
+    for one, other, low in np.column_stack([sides, links[:, 1]])[order].tolist():
+        higher, lower = sorted([find(one), find(other)])
+        if higher != lower:
+            lengths[lower] = height[reached[lower]] - height[reached[low]]
+            root[lower] = higher
+    peaks = np.unique(top)
+    peaks = peaks[np.argsort(reached[peaks])]
+    return reached[peaks], lengths[peaks]
 
 
 def _is_at_end(graph: csr_array, peak: int, scale: float) -> bool:
     """Whether the cloud leads away from a peak in one direction, as from the end of a limb, and not in two."""
     near, far = SHELL[0] * scale, SHELL[1] * scale
-    distances = dijkstra(graph, directed=False, indices=peak, limit=far)
+    distances = dijkstra(graph, indices=peak, limit=far)
     shell = np.flatnonzero(np.isfinite(distances) & (distances > near))
     if len(shell) == 0:
         return True
