@@ -27,7 +27,7 @@ UNCHECKED = "no surface is given, so what of it no point has seen, and whether a
 
 
 class CloudSkeletonizer(Protocol):
-    """:func:`lbskel.skeletonize` of a mesh, with the options of the caller."""
+    """:func:`lbskel.skeletonize` of a mesh, with the options of the caller and without a score."""
 
     def __call__(
         self,
@@ -36,9 +36,7 @@ class CloudSkeletonizer(Protocol):
         anchors: Sequence[Any],
         root: Any,
         preprocess: str,
-        on_stage: Progress | None,
-        time_limit: float | None,
-        profile: bool,
+        timer: StageTimer,
     ) -> Skeleton:
         """Make the skeleton of a mesh."""
 
@@ -79,9 +77,7 @@ def skeletonize_cloud(
         anchors=[_on_surface(anchor, surface) for anchor in anchors],
         root=_on_surface(root, surface),
         preprocess="none" if surface.mesh.is_closed_manifold else "auto",
-        on_stage=on_stage,
-        time_limit=None if time_limit is None else max(timer.seconds_left, 1e-3),
-        profile=profile,
+        timer=StageTimer(on_stage, None if time_limit is None else max(timer.seconds_left, 1e-3), profile),
     )
     to_node = surface.vertex_map.compose(VertexMap(skeleton.node_of_vertex)).complete(cloud.points, skeleton.nodes)
     mapped = replace(skeleton, node_of_vertex=to_node.indices)

@@ -22,7 +22,7 @@ from scipy.spatial import cKDTree
 
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.errors import UnknownChoice
-from lbskel.geometry.mesh import PointCloud
+from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io import as_shape
 from lbskel.operators import Operator
 from lbskel.pipeline.anchoring import resolve_anchors
@@ -160,9 +160,28 @@ def skeletonize(
     if is_of_points(settings):
         return skeletonize_points(shape, settings, given, n_nodes=n_nodes, timer=timer, **places)
     if isinstance(shape, PointCloud):
-        of_mesh = partial(skeletonize, preset=preset, operator=operator, energy=energy, solver=solver)
-        of_mesh = partial(of_mesh, simplify=simplify, n_nodes=n_nodes, memory_limit=memory_limit, **given)
+        of_mesh = partial(_skeletonize_mesh, settings=settings, options=options, is_scored=False)
+        of_mesh = partial(of_mesh, simplify=simplify, n_nodes=n_nodes, memory_limit=memory_limit)
         return skeletonize_cloud(shape, of_mesh, **places, on_stage=on_stage, time_limit=time_limit, profile=profile)
+    limits: dict[str, Any] = {"simplify": simplify, "n_nodes": n_nodes, "memory_limit": memory_limit}
+    return _skeletonize_mesh(shape, settings=settings, options=options, **limits, **places, timer=timer)
+
+
+def _skeletonize_mesh(
+    shape: Mesh,
+    *,
+    settings: ContractionSettings,
+    options: dict[str, Any],
+    simplify: str,
+    n_nodes: int | None,
+    memory_limit: float | None,
+    anchors: Sequence[Any],
+    root: Any,
+    preprocess: str | Pipeline | None,
+    timer: StageTimer,
+    is_scored: bool = True,
+) -> Skeleton:
+    """Make the skeleton of a mesh, with a score unless the caller measures it on something else."""
     simplify, memory_notes = simplify_within(shape, simplify, memory_limit)
     prepared = prepare(shape, preprocess=preprocess, simplify=simplify, timer=timer)
     prepared = replace(prepared, notes=(*prepared.notes, *memory_notes))
@@ -194,7 +213,11 @@ def skeletonize(
     if root is not None:
         skeleton = reroot(skeleton, nearest_node(skeleton, root, prepared.source))
     counted = replace(skeleton, report=counts)
-    scored = timer.optional("score", lambda end: score_prepared(counted, prepared, deadline=end), None, is_needed=True)
+    scored = None
+    if is_scored:
+        scored = timer.optional(
+            "score", lambda end: score_prepared(counted, prepared, deadline=end), None, is_needed=True
+        )
     return replace(skeleton, report=full_report(prepared, settings, reports, scored, timer) | counts)
 
 

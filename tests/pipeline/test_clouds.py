@@ -54,6 +54,7 @@ def test_the_report_says_what_was_given_and_what_could_not_be_checked(skeleton, 
     assert any("could not be checked" in note for note in report["notes"])
     assert report["reconstruction"]["kept"] == len(cloud.points)
     assert "reconstruct" in report["seconds"]
+    assert "score" not in report["seconds"]  # of the surface, which is none that was given
 
 
 def test_a_loop_is_kept():
