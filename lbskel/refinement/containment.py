@@ -142,6 +142,8 @@ def segments_outside(nodes: NDArray[np.float64], edges: NDArray[np.int64], surfa
     Balls inside the surface cover each edge, from one end to the ball of the other. Where a ball is smaller than
     one of ``N_SAMPLES`` parts of the edge, the next point is one part further and is tested.
     """
+    used, rows_of_used = np.unique(edges, return_inverse=True)
+    nodes, edges = nodes[used], rows_of_used.reshape(-1, 2)
     P, Q = nodes[edges].transpose(1, 0, 2)
     is_inside = surface.contains(nodes)
     is_outside = ~(is_inside[edges[:, 0]] & is_inside[edges[:, 1]])
@@ -246,7 +248,7 @@ def interior_paths(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Su
     if not is_outside.any():
         return list(P[pairs].mean(axis=1, keepdims=True))
     starts, ends = P[pairs[is_outside]].transpose(1, 0, 2)
-    depths = surface.distance(P)[pairs[is_outside]].max(axis=1)
+    depths = np.maximum(surface.distance(starts), surface.distance(ends))
     below = paths_below_surface(starts, ends, depths, surface.proxy)
     paths = [np.concatenate([[p], path, [q]]) for p, path, q in zip(starts, below, ends, strict=True)]
     relaxed = iter(relax_inside(paths, surface))
