@@ -18,7 +18,7 @@ import igl
 import numpy as np
 
 from benchmarks.damage import damaged
-from benchmarks.geodesic_cases import MESHES, N_SOURCES, Query, errors, exact_of, shapes, sources_of
+from benchmarks.geodesic_cases import MESHES, N_SOURCES, Query, errors, exact_of, files, shapes, sources_of
 from benchmarks.geodesic_sources import PUBLISHED, published, rings, several
 from benchmarks.harness import markdown_table, save_json, save_markdown
 from benchmarks.operators_speed import mesh_of
@@ -203,7 +203,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: list[Path] | No
         "rings": rings(quick),
         "published": [row for path in squares for row in published(path, peers)],
     }
-    save_json(results / "applications_geodesics.json", measured, packages=PACKAGES, meshes=squares)
+    save_json(results / "applications_geodesics.json", measured, packages=PACKAGES, meshes=[*files(), *squares])
     units = "Mean and worst errors over the largest distance; relative: the mean of errors over distances. "
     units += f"{N_SOURCES} sources each; exact distances on the polyhedron by pygeodesic. Processor seconds.\n"
     sections = {

@@ -194,7 +194,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
         "compression": compression(quick),
         "operators": operators(quick),
     }
-    save_json(results / "applications_spectrum.json", measured, packages=PACKAGES)
+    save_json(results / "applications_spectrum.json", measured, packages=PACKAGES, meshes=[MESHES / "dinosaur.ply"])
     sections = {
         "Eigenvalues": "The matrices of linear finite elements with their full mass, assembly included. Processor "
         "seconds; largest relative difference of an eigenvalue that is not zero.\n\n"

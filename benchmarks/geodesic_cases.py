@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["MESHES", "N_SOURCES", "Array", "Query", "errors", "exact_of", "shapes", "sources_of"]
+__all__ = ["MESHES", "N_SOURCES", "Array", "Query", "errors", "exact_of", "files", "shapes", "sources_of"]
 
 from collections.abc import Callable
 from importlib import import_module
@@ -22,10 +22,15 @@ Array = NDArray[np.float64]
 Query = Callable[[int], Array]
 
 
+def files() -> list[Path]:
+    """List the repository's meshes."""
+    return [path for path in sorted(MESHES.glob("*.*")) if path.suffix != ".md"]
+
+
 def shapes(quick: bool) -> dict[str, Mesh]:
     """Return the repository's meshes, and regular ones."""
-    files = {} if quick else {path.name: read_mesh(path) for path in sorted(MESHES.glob("*.*")) if path.suffix != ".md"}
-    return {**files, "sphere": sphere(3 if quick else 5), "torus": torus(1.0, 0.4, 90, 45), "grid": flat_grid(60, 60)}
+    read = {} if quick else {path.name: read_mesh(path) for path in files()}
+    return {**read, "sphere": sphere(3 if quick else 5), "torus": torus(1.0, 0.4, 90, 45), "grid": flat_grid(60, 60)}
 
 
 def exact_of(mesh: Mesh) -> Query:

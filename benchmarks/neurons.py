@@ -58,7 +58,8 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
     save_json(
         results / "neurons.json",
         {"summary": summary, "hemibrain": rows, "tubes": tubes, "limbs": limbs},
-        packages=("navis", "skeletor", "PyGEL3D"),
+        packages=("navis", "skeletor", "PyGEL3D", "CGAL"),
+        meshes=[path for name, _, _ in neurons for path in _files(name)],
     )
     save_markdown(
         results / "neurons.md",
@@ -70,6 +71,13 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
             f"Bounds on limbs that are grown, means of {SWEPT} neurons": markdown_table(limbs),
         },
     )
+
+
+def _files(name: str) -> list[Path]:
+    """The files of a mesh and of its tracing, of navis."""
+    import navis
+
+    return [Path(navis.__file__).parent / "data" / kind / f"{name}.{kind}" for kind in ("obj", "swc")]
 
 
 def _neurons(n: int) -> Iterator[tuple[str, lbskel.Mesh, lbskel.Skeleton]]:

@@ -49,7 +49,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
                 rows.append(_row(name, tool, shape, answer))
                 if isinstance(answer, str) and answer.startswith("over "):
                     late.add(tool)
-    save_json(results / "vessels.json", {"rows": rows}, packages=("skeletor", "PyGEL3D"))
+    save_json(results / "vessels.json", {"rows": rows}, packages=("skeletor", "PyGEL3D", "CGAL"))
     tables = {tool: [row for row in rows if row["tool"] == tool] for tool in TOOLS}
     save_markdown(
         results / "vessels.md",
