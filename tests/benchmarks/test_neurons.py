@@ -77,6 +77,7 @@ def test_the_benchmark_writes_its_tables(tmp_path, monkeypatch):
     tracing = fork()
     shape = tube_mesh(tracing)
     monkeypatch.setattr(neurons, "_neurons", lambda n: [("x", Mesh(shape.mesh.vertices, shape.mesh.faces), tracing)])
+    monkeypatch.setattr(neurons, "_files", lambda name: [])
     monkeypatch.setattr(neurons, "ask", lambda tool, mesh: Answer(tracing, 1.0, "pass"))
     neurons.run(True, tmp_path, peers=True)
     document = json.loads((tmp_path / "neurons.json").read_text())
