@@ -2,7 +2,7 @@
 
 A result records the commit at which it was measured and, for each package that its benchmark imports, directly or
 through others, a digest of the code without docstrings, lines of comments and blank lines. The packages whose digest is
-another today are named; nothing is measured.
+another today are named, and the commits of rows that an earlier run has left; nothing is measured.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import json
 import subprocess
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).parent.parent
 SOURCES = Path(__file__).parent / "mesh_sources.json"  # of those not in the repository, by SHA-256
@@ -26,15 +27,30 @@ WRITERS = {"benchmarks.harness", "benchmarks.provenance"}  # what they measure i
 def run(quick: bool, results: Path) -> None:
     """Print what has changed since each result, of those in the folder."""
     for path in sorted(results.glob("*.json")):
-        recorded = json.loads(path.read_text(encoding="utf-8")).get("machine", {})
+        document = json.loads(path.read_text(encoding="utf-8"))
+        recorded = document.pop("machine", {})
+        others = sorted(_commits(document) - {recorded.get("commit")})
+        left = f"; rows of other commits: {', '.join(others)}" if others else ""
         if "code" not in recorded:
             print(f"{path.stem}: no record of the code")
         elif changed := stale(path.stem, recorded["code"]):
             there = [package for package in changed if package in code_digests(path.stem)]
             gone = f"; removed: {len(changed) - len(there)} packages" if len(there) < len(changed) else ""
-            print(f"{path.stem}: measured at {recorded['commit']}; changed since: {', '.join(there)}{gone}")
+            print(f"{path.stem}: measured at {recorded['commit']}; changed since: {', '.join(there)}{gone}{left}")
         else:
-            print(f"{path.stem}: up to date")
+            print(f"{path.stem}: up to date{left}")
+
+
+def _commits(found: Any) -> set[str]:
+    """All commits of parts and rows of a result, by the keys ``commit`` and ``parts``."""
+    if isinstance(found, list):
+        return {commit for each in found for commit in _commits(each)}
+    if not isinstance(found, dict):
+        return set()
+    own = {found["commit"]} if isinstance(found.get("commit"), str) else set()
+    parts = found["parts"] if isinstance(found.get("parts"), dict) else {}
+    own |= {commit for name, commit in parts.items() if name != "quick" and isinstance(commit, str)}
+    return own | {commit for each in found.values() for commit in _commits(each)}
 
 
 def stale(name: str, recorded: dict[str, str], root: Path = ROOT) -> list[str]:

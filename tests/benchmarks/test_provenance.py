@@ -95,3 +95,13 @@ def test_a_result_is_up_to_date_when_it_is_written_and_changes_since_are_named(t
 
 def test_every_committed_result_is_named_for_its_benchmark():
     assert [path.stem for path in RESULTS.glob("*.json") if not (RESULTS.parent / f"{path.stem}.py").exists()] == []
+
+
+def test_rows_of_other_commits_are_named(tmp_path, capsys):
+    rows = [{"commit": "abc", "seconds": 1.0}, {"commit": "def with changes"}]
+    save_json(tmp_path / "topology.json", {"rows": rows, "parts": {"quick": "old", "weights": "012"}})
+    document = json.loads((tmp_path / "topology.json").read_text())
+    document["rows"].append({"commit": document["machine"]["commit"]})
+    (tmp_path / "topology.json").write_text(json.dumps(document))
+    run(False, tmp_path)
+    assert capsys.readouterr().out == "topology: up to date; rows of other commits: 012, abc, def with changes\n"
