@@ -1,0 +1,92 @@
+"""Paragraphs of README.md on operators, and on where others are better."""
+
+from __future__ import annotations
+
+__all__ = ["PARAGRAPHS"]
+
+from collections.abc import Callable
+from pathlib import Path
+
+from benchmarks.readme_figures import Figures, claim, lower_bound, mean, of, read
+from benchmarks.readme_skeletons import OURS, PYGEL, WAVES
+
+OPERATORS = """
+The discrete Laplacians: fitted orders of convergence on irregular meshes (theory predicts 2 for the cotangent family
+and nothing for `graph` and the mean value weights), the properties that hold on every mesh of the set, and the time at
+{faces:,} faces divided by that of libigl's `cotmatrix` and `massmatrix`. The heat kernel connects each vertex of an
+even sphere to {neighbors:.0f} neighbors on average (`python -m benchmarks operators`;
+[convergence](benchmarks/results/operators_convergence.md), [properties](benchmarks/results/operators_properties.md),
+[cost](benchmarks/results/operators_speed.md), [spectrum](benchmarks/results/operators_spectrum.md)):
+"""
+LIMITS = """
+- Of solids with many tunnels between thin walls, such as porous blocks, short parts of the skeleton can lie outside.
+  The score says so.
+- A curve skeleton has no sheets: a flat part gets a branch along its middle, and a plate without an inside gets none.
+- Of very thin and long shapes, PyGEL3D and skeletor's waves find more tips on tubes around tracings, and on neurons
+  PyGEL3D is {pygel:.1f} times as fast, skeletor's waves {waves:.0f} times ([neurons](benchmarks/results/neurons.md)).
+- Later geodesic queries are up to {later:.1f} times as fast in potpourri3d and libigl, and those from several sources
+  up to {several:.1f} times, with {error} and more times the error
+  ([geodesics](benchmarks/results/applications_geodesics.md)).
+"""
+SECOND_ORDER = 1.9  # fitted order of convergence from which README.md tells of second order
+SHOWN = {  # columns of the table of operators
+    ("sphere spectrum", "eigenvalues"),
+    ("torus spectrum", "eigenvalues"),
+    ("sphere Poisson", "L2"),
+    ("flipped Poisson", "L2"),
+}
+
+
+def _operators(results: Path) -> Figures:
+    orders = [
+        row["order"]
+        for row in read(results, "operators_convergence")
+        if row["operator"] == "robust" and (row["case"], row["error"]) in SHOWN
+    ]
+    claim(len(orders) == len(SHOWN) and min(orders) > SECOND_ORDER, "`robust` is of second order")
+    speed = read(results, "operators_speed")
+    faces = max(row["faces"] for row in speed)
+    cost = {row["call"]: row["ratio to libigl"] for row in of(speed, faces=faces)}
+    claim(cost["cotangent"] < cost["robust"], "take `cotangent` where the time counts")
+    sphere = of(read(results, "operators_properties"), shape="good", operator="heat_kernel")[0]
+    of_edges = 6 - 12 / sphere["vertices"]  # neighbors by an edge, of a vertex of a closed surface like a sphere
+    return {
+        "faces": faces,
+        "neighbors": of_edges / (1 - sphere["nonlocal_fraction"]),
+    }
+
+
+def _limits(results: Path) -> Figures:
+    tubes = {
+        tool: mean(of(read(results, "neurons", "tubes"), tool=tool), "tips found") for tool in (OURS, PYGEL, WAVES)
+    }
+    claim(min(tubes[PYGEL], tubes[WAVES]) > tubes[OURS], "PyGEL3D and skeletor's waves find more tips on tubes")
+    seconds = {row["tool"]: row["cpu seconds"] for row in read(results, "neurons", "summary")}
+    claim(max(seconds[PYGEL], seconds[WAVES]) < seconds[OURS], "PyGEL3D and skeletor's waves are faster on neurons")
+    later, single = (_geodesics(results, *each) for each in (("speed", "later, s"), ("accuracy", "mean error")))
+    several = read(results, "applications_geodesics", "several")
+    times = [row["lbskel, s"] / row["potpourri3d, s"] for row in several]
+    errors = [row["potpourri3d, mean error"] / row["lbskel, mean error"] for row in several]
+    claim(max(later) > 1 and max(times) > 1, "geodesic queries are faster in potpourri3d and libigl")
+    claim(min(errors + [1 / each for each in single]) > 1, "potpourri3d and libigl have larger errors of geodesics")
+    return {
+        "pygel": seconds[OURS] / seconds[PYGEL],
+        "waves": seconds[OURS] / seconds[WAVES],
+        "later": max(later),
+        "several": max(times),
+        "error": lower_bound(errors + [1 / each for each in single], 1),
+    }
+
+
+def _geodesics(results: Path, key: str, what: str) -> list[float]:
+    """What lbskel has over what potpourri3d and libigl have, on each mesh."""
+    table = read(results, "applications_geodesics", key)
+    mesh = "mesh" if "mesh" in table[0] else "faces"
+    own = {row[mesh]: row[what] for row in of(table, tool=OURS)}
+    return [own[row[mesh]] / row[what] for row in table if row["tool"] in ("potpourri3d", "libigl")]
+
+
+PARAGRAPHS: dict[str, tuple[str, Callable[[Path], Figures]]] = {
+    "laplacians": (OPERATORS, _operators),
+    "limits": (LIMITS, _limits),
+}
