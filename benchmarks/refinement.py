@@ -69,6 +69,10 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "merge junctions by axes": {f"{PIPELINE_PASSES}._with_merged_junctions": _unchanged},
     "recenter": {f"{PIPELINE_PASSES}.recenter": _unchanged},
     "place junctions": {"lbskel.refinement.centering.place_junctions": lambda skeleton, centers, surface: centers},
+    "junctions towards the middle": {"lbskel.refinement.junctions._towards": lambda points, targets, limits: points},
+    "straight across gaps": {
+        "lbskel.refinement.centering._across_gaps": lambda skeleton, centers, surface: centers.positions
+    },
     "contract corner spurs": {"lbskel.refinement.centering.contract_corner_spurs": _unchanged},
     "extend tips": {f"{PIPELINE_PASSES}.extend_tips": _unchanged},
     "limbs at the ends of branches": {"lbskel.refinement.tips._missed_limbs": lambda *_: {}},
@@ -88,6 +92,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("smallest ball of", "relaxation.MIN_RATIO", (0.03, 0.3)),
         ("steps", "relaxation.N_STEPS", (10, 40)),
         ("points of paths at", "relaxation.SPACING", (0.5, 0.9)),
+        ("weight of gaps", "centering.POSITION_WEIGHT", (1e-3, 1e-2, 3e-2)),
         ("centered ratio of", "containment.CENTERED_RATIO", (0.25, 0.75)),
     )
     for value in values

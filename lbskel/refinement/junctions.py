@@ -1,8 +1,9 @@
 """Junctions, placed by the centerlines of the branches that meet there.
 
 A junction has no cross-section of its own. It goes to the point nearest to the centerlines of its branches, extended
-straight from their own sections, or to the middle of its part of the solid where these do not agree. Two junctions are
-merged where all branches that leave the pair point to one place.
+straight from their own sections, and from there towards the middle of the solid as far as these lines leave its place
+open; or to the middle where they do not agree. Two junctions are merged where all branches that leave the pair point to
+one place.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ MIN_BALL_RATIO = 0.9  # lower bound on the ball at the place of a junction whose
 
 
 def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surface) -> SectionCenters:
-    """Move each junction to the point nearest to the extended centerlines of its branches.
+    """Move each junction to the point nearest to the extended centerlines of its branches, and towards the middle.
 
     Parameters
     ----------
@@ -62,11 +63,14 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
     own = lines.take(rows)
     placed = nearest_points(own, groups, placed, radii)
     agrees = np.isfinite(_largest_sines(own, groups, placed, surface, np.arange(len(junctions))))
-    astray = np.flatnonzero(~agrees | ~surface.contains(placed))
-    middle, balls = _middle(skeleton, junctions[astray], surface)
-    away = placed[astray] - middle
-    distances = np.linalg.norm(away, axis=1)
-    within = middle + away * np.divide(balls, distances, out=np.ones(len(balls)), where=distances > balls)[:, None]
+    is_settled = agrees & surface.contains(placed)
+    settled, astray = np.flatnonzero(is_settled), np.flatnonzero(~is_settled)
+    errors = _standard_errors(own, groups, placed)[settled]
+    placed[settled] = _towards(
+        placed[settled], _middle(skeleton, junctions[settled], placed[settled], surface)[0], errors
+    )
+    middle, balls = _middle(skeleton, junctions[astray], skeleton.nodes[junctions[astray]], surface)
+    within = _towards(middle, placed[astray], balls)
     is_shallow = surface.distance(within) < MIN_BALL_RATIO * balls
     placed[astray] = np.where(is_shallow[:, None], middle, within)
     positions = np.array(centers.positions)
@@ -74,12 +78,29 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
     return SectionCenters(centers.is_known & ~_is_passed(skeleton, centers, lines, positions), positions)
 
 
+def _standard_errors(lines: BranchLines, groups: NDArray[np.int64], places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(g,) standard error of the lines of each group: of two distances for each line, three coordinates are fitted."""
+    misses = np.linalg.norm(np.cross(places[groups] - lines.means, lines.directions), axis=1)
+    n_free = np.maximum(2 * np.bincount(groups, minlength=len(places)) - 3, 1)
+    errors: NDArray[np.float64] = np.sqrt(np.bincount(groups, misses**2, len(places)) / n_free)
+    return errors
+
+
+def _towards(
+    points: NDArray[np.float64], targets: NDArray[np.float64], limits: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(k, 3) points moved to targets, each by at most a limit."""
+    distances = np.linalg.norm(targets - points, axis=1)
+    shares = np.divide(limits, distances, out=np.ones(len(limits)), where=distances > limits)
+    moved: NDArray[np.float64] = points + shares[:, None] * (targets - points)
+    return moved
+
+
 def _middle(
-    skeleton: Skeleton, junctions: NDArray[np.int64], surface: Surface
+    skeleton: Skeleton, junctions: NDArray[np.int64], places: NDArray[np.float64], surface: Surface
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Move junctions to larger balls, along their edges' principal directions; those outside stay. Balls, too."""
-    places = np.array(skeleton.nodes[junctions])
-    balls = np.array(surface.distance(places))
+    """Move places of junctions to larger balls, along their edges' principal directions; balls, too."""
+    places, balls = np.array(places), np.array(surface.distance(places))
     inside = np.flatnonzero(surface.contains(places))
     edges = [skeleton.nodes[skeleton.neighbors[j]] - skeleton.nodes[j] for j in junctions[inside].tolist()]
     frames = np.array([np.linalg.svd(vectors)[2] for vectors in edges]).reshape(-1, 3, 3)

@@ -142,6 +142,17 @@ def test_a_junction_moves_farther_where_three_branches_agree(rod_along_z):
     assert placed == pytest.approx([0, 0, 1], abs=0.01)
 
 
+@pytest.mark.parametrize("miss", [0.0, 0.05, 0.5])
+def test_a_junction_goes_to_the_middle_as_far_as_its_branches_leave_its_place_open(rod_along_z, miss):
+    """Two lines along z pass on both sides of a third in the plane x = 0.2, halfway to the side of the rod."""
+    up, down = (ray([0.2 + sign * min(miss, 0.2), 0, sign], [0, 0, sign]) for sign in (1, -1))
+    skeleton, centers = synthetic([up, down, ray([0.2, 0.1, 0], [0, 1, 0], n=3)], rod_along_z, [0.2, 0, 0])
+    x, y, z = place_junctions(skeleton, centers, rod_along_z).positions[0]
+    # six distances from the lines, two of them not zero, give three coordinates; the middle is known to 0.03
+    assert x == pytest.approx(max(0.2 - miss * np.sqrt(2 / (6 - 3)), 0.0), abs=0.01 if miss < 0.2 else 0.04)
+    assert max(abs(y), abs(z)) < 0.04
+
+
 def test_sections_that_a_junction_has_passed_are_dropped(rod_along_z):
     """One arm along z, and two that cross it at z = 0.33; its sections at 0.1, 0.2 and 0.3 are passed."""
     along = [[0, 0, 0.1 * k] for k in range(1, 9)]
