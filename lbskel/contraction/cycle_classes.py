@@ -23,7 +23,7 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 
 # Upper bound on the tunnels that are compared with cycles, as after every pass: the time of elimination grows with
-# their cube, 0.04 s for 325 and 0.24 s for 833 (benchmarks/results/scaling.md)
+# their cube, 0.03 s for 325 and 0.23 s for 833 (benchmarks/results/scaling.md)
 MAX_TUNNELS = 400
 
 

@@ -26,8 +26,8 @@ EQUILATERAL_AREA = 0.433  # area of an equilateral triangle of edge length 1, sq
 SLENDER_FACES = 8.0  # times area / radius^2: the number of faces with edges of half the mean radius
 MAX_SLENDER_FACES = 128_000  # upper bound on the faces of long, thin shapes; a guess that bounds the time
 # Faces of a long, thin shape for each face of its proxy, above which that bound is raised. A coarse proxy costs more
-# than it saves, since its skeleton leaves the solid: with 8, a tree of 3,602 tips took 1.3 times as long and lost 2
-# tips, and a brush of 2,500 bristles lost 979 tips in place of 365; benchmarks/results/scaling.md
+# than it saves, since its skeleton leaves the solid: with 8, a tree of 10,002 tips took 1.2 times as long and lost 2
+# tips, and a brush with 2,504 tips lost 984 in place of 364; benchmarks/results/scaling.md
 MAX_REDUCTION = 2
 
 
