@@ -33,7 +33,8 @@ def swept(
             for factor in factors:
                 value = type(constant.value)(round(constant.value * factor, 12))
                 setattr(module, constant.name, value)
-                rows.append({"constant": f"`{constant.name}`", "factor": factor, "value": value, **measure()})
+                name = f"{constant.module.rpartition('.')[2]}.{constant.name}"
+                rows.append({"constant": f"`{name}`", "factor": factor, "value": value, **measure()})
         finally:
             setattr(module, constant.name, constant.value)
     return rows

@@ -29,6 +29,7 @@ SHAPES = ("knot", "hand", "octopus", "tree", "dumbbell", "ladder", "cube_frame")
 KINDS = ("noise", "outliers", "views")
 RECONSTRUCTION = (
     "geometry/neighborhoods.py",
+    "preprocess/outliers.py",
     "preprocess/dipole_tree.py",
     "preprocess/point_normals.py",
     "preprocess/reconstruction.py",

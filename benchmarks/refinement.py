@@ -71,7 +71,7 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "place junctions": {"lbskel.refinement.centering.place_junctions": lambda skeleton, centers, surface: centers},
     "junctions towards the middle": {"lbskel.refinement.junctions._towards": lambda points, targets, limits: points},
     "straight across gaps": {
-        "lbskel.refinement.centering._across_gaps": lambda skeleton, centers, surface: centers.positions
+        "lbskel.refinement.centering._across_gaps": lambda skeleton, positions, is_gap, surface: positions
     },
     "contract corner spurs": {"lbskel.refinement.centering.contract_corner_spurs": _unchanged},
     "extend tips": {f"{PIPELINE_PASSES}.extend_tips": _unchanged},

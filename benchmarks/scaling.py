@@ -24,6 +24,7 @@ import lbskel
 from benchmarks.harness import fitted_order, markdown_table, run_in_subprocess, save_json, save_markdown, save_picture
 from lbskel.contraction import cycle_classes
 from lbskel.contraction.homology import find_tunnels
+from lbskel.preprocess import proxy
 from lbskel.shapes import brush, lattice, perforated_plate, porous_block, sphere, voxel_tree
 
 LIMIT = 600.0  # seconds for each input
@@ -64,6 +65,8 @@ HARD: dict[str, Callable[[], lbskel.Mesh]] = {
     "shells": lambda: shells(10_000),
 }
 TIME_LIMITS = (1.0, 5.0, 30.0)  # seconds
+THIN = {"bristles of a brush": 50, "tips of a tree": 60}  # inputs that are simplified to various shares of their faces
+REDUCTIONS = (1, 2, 4, 8)  # faces for each face of the proxy
 BAR = 9  # length of the bars of a lattice, in their widths
 MAX_COMPARED = 900  # tunnels that are compared with cycles, twice as many as in lbskel
 
@@ -112,6 +115,13 @@ def skeletonize_within(name: str, time_limit: float) -> dict[str, Any]:
     }
 
 
+def skeletonize_reduced(kind: str, reduction: int) -> dict[str, Any]:
+    """Skeletonize a thin input by a proxy of a share of its faces: its tips, and the processor time of some stages."""
+    proxy.MAX_REDUCTION = reduction
+    row = skeletonize_kind(kind, THIN[kind])
+    return {key: row[key] for key in ("faces", "tips", "all", "simplify", "contract", "reroute inside")}
+
+
 def certify_lattice(n: int) -> dict[str, Any]:
     """Compute the linking form of a lattice with bars as long as nine widths: its size, and the processor time.
 
@@ -146,7 +156,14 @@ def run(quick: bool, results: Path) -> None:
         for name in list(HARD)[: 1 if quick else None]
         for limit in TIME_LIMITS[: 1 if quick else None]
     ]
-    save_json(results / "scaling.json", {"certificates": certificates, "runs": runs, "limited": limited})
+    reduced = [
+        {"input": kind, "faces for each of the proxy": reduction, **_reduced(kind, reduction)}
+        for kind in THIN
+        for reduction in (() if quick else REDUCTIONS)
+    ]
+    save_json(
+        results / "scaling.json", {"certificates": certificates, "runs": runs, "limited": limited, "reduced": reduced}
+    )
     order = _exponent(certificates, "genus", "seconds")
     tables = {f"Linking numbers of lattices, exponent {order or float('nan'):.2f}": markdown_table(certificates)}
     for kind, rows in runs.items():
@@ -154,6 +171,8 @@ def run(quick: bool, results: Path) -> None:
         exponents = {key: value for key, value in exponents.items() if key not in NO_SECONDS}
         tables[kind.capitalize()] = markdown_table([*rows, {"count": "exponent", **exponents}])
     tables["Time limits, in seconds"] = markdown_table(limited)
+    if reduced:
+        tables["Proxies of thin inputs, at most 128,000 faces or this share"] = markdown_table(reduced)
     save_markdown(results / "scaling.md", "Cost of each stage by the size of the input", tables)
     save_picture(results / "scaling.png", lambda figure: _picture(runs, certificates, figure), size=(10, 5))
 
@@ -170,6 +189,12 @@ def _certificate(n: int) -> dict[str, Any]:
 def _limited(name: str, time_limit: float) -> dict[str, Any]:
     """Answer of :func:`skeletonize_within` in a process of its own."""
     answer = run_in_subprocess(skeletonize_within, name, time_limit, timeout=LIMIT)
+    return answer.get("value", {"error": answer.get("error")})
+
+
+def _reduced(kind: str, reduction: int) -> dict[str, Any]:
+    """Answer of :func:`skeletonize_reduced` in a process of its own."""
+    answer = run_in_subprocess(skeletonize_reduced, kind, reduction, timeout=LIMIT)
     return answer.get("value", {"error": answer.get("error")})
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 __all__ = ["PRIME", "null_loop_edges", "spurious_loop_edges"]
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
@@ -15,7 +17,6 @@ from lbskel.geometry.graphs import weighted_graph
 # Independence is tested modulo this prime, below 2^20: sums of up to 4,096 products of two numbers are below 2^52, and
 # with their quotients exact enough in double precision
 PRIME = 1_048_573
-BLOCK = 32  # rows that are eliminated together, for speed
 TREE_LENGTH_SHIFT = 1e-12  # added to lengths, in diameter bounds: zero would mean no edge in a sparse matrix
 
 
@@ -99,12 +100,12 @@ def _independent_rows(rows: NDArray[np.int64], deadline: Deadline) -> NDArray[np
 
     Rows are taken in blocks, so that most of the work is products of matrices.
     """
-    r, c = rows.shape
+    (r, c), size = rows.shape, math.isqrt(len(rows)) + 1
     is_independent = np.zeros(r, dtype=bool)
     reduced, pivots = np.zeros((min(r, c), c)), np.empty(0, dtype=np.int64)
-    for first in range(0, r, BLOCK):
+    for first in range(0, r, size):
         deadline.check()
-        block = rows[first : first + BLOCK].astype(np.float64)
+        block = rows[first : first + size].astype(np.float64)
         block = _modulo(block - _modulo(block[:, pivots] @ reduced[: len(pivots)]))
         found, columns = _reduce(block)
         is_independent[first + found] = True

@@ -20,11 +20,12 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.skeleton import Skeleton
 
 # All of these: benchmarks/results/point_constants.md, "Cut loops"
-MIN_LINKS = 20  # lower bound on the links around a section, below which its turn is not known
 # Lower bound on the length along the skeleton between the two ends of a cut, in mean distances of its links from its
 # middle: half the way around a tube is 3.1, and regions of branches meet beside a junction
 MIN_DETOUR = 10.0
-N_SECTORS, MAX_OPEN = 16, 0.35  # of a turn around a section, and upper bound on its share without links in a cut limb
+# Of a turn around a section, which is not known from fewer links than these, and upper bound on its share without links
+# in a cut limb
+N_SECTORS, MAX_OPEN = 16, 0.35
 MIN_HOLLOW = 0.6  # lower bound on the distance of the nearest tenth of the links from the middle, in the mean distance
 
 
@@ -45,7 +46,7 @@ def count_cut_loops(skeleton: Skeleton, points: NDArray[np.float64], graph: csr_
     scale = np.linalg.norm(points[links] - skeleton.nodes[node[links]], axis=2).mean(axis=1)
     is_far = np.isfinite(detours) & (detours > MIN_DETOUR / 2 * scale)  # in radii known so far; in all below
     links, detours = links[is_far], detours[is_far]
-    if len(links) < MIN_LINKS:
+    if len(links) < N_SECTORS:
         return 0
     is_near = np.zeros(len(points), dtype=bool)
     is_near[links] = True
@@ -73,7 +74,7 @@ def _distances(skeleton: Skeleton, pairs: NDArray[np.int64]) -> NDArray[np.float
 
 def _is_cut(places: NDArray[np.float64], middle: NDArray[np.float64], detours: NDArray[np.float64]) -> bool:
     """Whether links at some places go once around a middle, as around a limb that is cut."""
-    if len(places) < MIN_LINKS:
+    if len(places) < N_SECTORS:
         return False
     offsets = places - middle
     across = np.linalg.svd(places - places.mean(axis=0), full_matrices=False)[2][:2]

@@ -18,10 +18,9 @@ from lbskel._kernels.dipoles import dipole_field
 from lbskel.geometry.deadline import in_slices
 
 LEAF = 8  # points in a leaf; a guess
-OPENING = (
-    2.5  # distance of a node, in its radii, beyond which it counts as one dipole; it bounds the error of the field,
-)
-# near 0.03; benchmarks/results/point_constants.md
+# Distance of a node, in its radii, beyond which it counts as one dipole: it bounds the error of the field, near 0.03;
+# benchmarks/results/point_constants.md
+OPENING = 2.5
 
 
 def leaf_order(points: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -23,7 +23,9 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.neighborhoods import Neighborhoods
 
 N_NEIGHBORS = 6  # the distance to this neighbor is the inverse density of a point; a guess
-QUANTILE = 0.2  # share of the points nearby that is denser than what a point is compared with; a guess
+# Share of the points nearby that is denser than what a point is compared with: below, clusters of outliers would hide
+# each other, above, points at the ends of limbs would be outliers; benchmarks/results/point_constants.md
+QUANTILE = 0.2
 N_PASSES = 2  # the second finds the few outliers that the first has left alone, whose neighbors were outliers; a guess
 N_LINKS = 12  # neighbors that a point may be linked with, and whose plane is that of its group; a guess
 # Share of the least variance in all three from which on a group fills space. Groups of uniform outliers had 0.127 to

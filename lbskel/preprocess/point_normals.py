@@ -28,8 +28,9 @@ N_NEIGHBORS = 16  # of a point in its plane of least squares, and for its area; 
 # without trying all neighbors, as noise that is as large as the spacing needs; benchmarks/results/point_constants.md
 MAX_VARIATION = 0.15
 N_LINKS = 8  # nearest neighbors that the sign of a normal can follow; a guess
-# Widths of the dipoles, in spacings, in each round that corrects the normals, until one turns none around; guesses
-SMOOTHING = (3.0, 2.0)
+# Widths of the dipoles, in spacings, in the two rounds that correct the normals, until one turns none around: wide
+# enough for the field between points, narrow enough for thin limbs; benchmarks/results/point_constants.md
+FIRST_SMOOTHING, SECOND_SMOOTHING = 3.0, 2.0
 MIN_ANGLE_COST = 1e-6  # of an edge between parallel normals: a cost of zero would be no edge
 
 
@@ -86,7 +87,7 @@ def oriented(cloud: Neighborhoods) -> OrientedPoints:
     areas = np.pi * distances[:, -1] ** 2 / (N_NEIGHBORS - 0.5)
     signed = _with_signs(points, normals, areas, neighbors[:, 1 : N_LINKS + 1])
     found = OrientedPoints(points, signed, areas, leaf_order(points), rough)
-    for smoothing in SMOOTHING:
+    for smoothing in (FIRST_SMOOTHING, SECOND_SMOOTHING):
         normals = normalized(-found.field(smoothing).field(points)[1])
         is_turned = (normals * found.normals).sum(axis=1) < 0
         found = replace(found, normals=normals)

@@ -25,9 +25,9 @@ EDGE = 0.4  # proxy edge length aimed at, in local radii; with 0.5 the armadillo
 EQUILATERAL_AREA = 0.433  # area of an equilateral triangle of edge length 1, sqrt(3) / 4
 SLENDER_FACES = 8.0  # times area / radius^2: the number of faces with edges of half the mean radius
 MAX_SLENDER_FACES = 128_000  # upper bound on the faces of long, thin shapes; a guess that bounds the time
-# Faces of a long, thin shape for each face of its proxy, above which that bound is raised. A coarse proxy costs more
-# than it saves, since its skeleton leaves the solid: with 8, a tree of 10,002 tips took 1.2 times as long and lost 2
-# tips, and a brush with 2,504 tips lost 984 in place of 364; benchmarks/results/scaling.md
+# Faces of a long, thin shape for each face of its proxy, above which that bound is raised: upper bound on how coarse a
+# proxy is. A coarser one loses tips, and costs more than it saves, since its skeleton leaves the solid;
+# benchmarks/results/scaling.md, "Proxies of thin inputs"
 MAX_REDUCTION = 2
 
 

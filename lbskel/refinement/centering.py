@@ -62,9 +62,8 @@ def fit_to_centerlines(skeleton: Skeleton, centers: SectionCenters, surface: Sur
     is_junction = skeleton.degrees >= 3
     weight = np.where(centers.is_known, 1.0, POSITION_WEIGHT)
     weight[is_junction] = 1 / POSITION_WEIGHT
-    targets = _across_gaps(skeleton, replace(centers, is_known=centers.is_known | is_junction), surface)
-    nodes = _smoothing_spline(skeleton, targets, weight)
     is_gap = ~(centers.is_known | is_junction)
+    nodes = _smoothing_spline(skeleton, _across_gaps(skeleton, centers.positions, is_gap, surface), weight)
     is_outside = is_gap & ~surface.contains(nodes)
     if is_outside.any():
         branch_of = skeleton.branch_of_node
@@ -74,31 +73,29 @@ def fit_to_centerlines(skeleton: Skeleton, centers: SectionCenters, surface: Sur
     return replace(skeleton, nodes=keep_sides(skeleton, nodes, surface))
 
 
-def _across_gaps(skeleton: Skeleton, centers: SectionCenters, surface: Surface) -> NDArray[np.float64]:
-    """(n, 3) places of the nodes, those between two known ones straight between these.
+def _across_gaps(
+    skeleton: Skeleton, positions: NDArray[np.float64], is_gap: NDArray[np.bool_], surface: Surface
+) -> NDArray[np.float64]:
+    """(n, 3) positions of the nodes, those of gaps evenly on the straight line between the nodes around them.
 
     Not where that leaves the surface, or passes another side of a tunnel than the nodes.
     """
     nodes, begins = skeleton.flat_branches
     number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
-    known = np.flatnonzero(centers.is_known[nodes])
-    is_gap = (np.diff(known) > 1) & (np.diff(number[known]) == 0)
-    firsts, lasts = known[:-1][is_gap], known[1:][is_gap]
+    around = np.flatnonzero(~is_gap[nodes])
+    has_gap = (np.diff(around) > 1) & (np.diff(number[around]) == 0)
+    firsts, lasts = around[:-1][has_gap], around[1:][has_gap]
     ends = np.stack([nodes[firsts], nodes[lasts]], axis=1)
     olds = [skeleton.nodes[nodes[first : last + 1]] for first, last in zip(firsts, lasts, strict=True)]
-    may_not = segments_outside(centers.positions, ends, surface)
-    may_not |= paths_that_pass(olds, list(centers.positions[ends]), surface)
-    firsts, lasts = firsts[~may_not], lasts[~may_not]
-    sizes = lasts - firsts - 1
-    gap = np.repeat(np.arange(len(firsts)), sizes)
-    between = np.arange(len(gap)) + (firsts + 1 - np.cumsum(sizes) + sizes)[gap]
-    lengths = np.cumsum(
-        np.linalg.norm(np.diff(skeleton.nodes[nodes], axis=0, prepend=skeleton.nodes[nodes[:1]]), axis=1)
-    )
-    shares = ((lengths[between] - lengths[firsts][gap]) / (lengths[lasts] - lengths[firsts])[gap])[:, None]
-    P = np.array(centers.positions)
-    P[nodes[between]] = (1 - shares) * P[nodes[firsts]][gap] + shares * P[nodes[lasts]][gap]
-    return P
+    may_not = segments_outside(positions, ends, surface)
+    may_not |= paths_that_pass(olds, list(positions[ends]), surface)
+    firsts, sizes = firsts[~may_not], (lasts - firsts)[~may_not]
+    gap = np.repeat(np.arange(len(firsts)), sizes - 1)
+    step = np.arange(len(gap)) + (1 - np.cumsum(sizes - 1) + sizes - 1)[gap]
+    begin, end = positions[nodes[firsts]][gap], positions[nodes[firsts + sizes]][gap]
+    straight = np.array(positions)
+    straight[nodes[firsts[gap] + step]] = begin + (step / sizes[gap])[:, None] * (end - begin)
+    return straight
 
 
 def _smoothing_spline(

@@ -19,14 +19,14 @@ from lbskel._kernels.traversal import sums_along_paths
 from lbskel.geometry.normals import normalized
 from lbskel.geometry.surface_queries import Surface
 
-# Of the points of a path, in radii of their balls: each lies inside the balls of its neighbors. The time is that of
-# SPACING^-1 N_STEPS points, and they relax as far as with N_STEPS SPACING^2; benchmarks/results/refinement.md
+# Distance of the points of a path, in radii of their balls: below 1, each lies inside the balls of its neighbors. If it
+# is doubled, a path relaxes as far in a fourth of the steps; benchmarks/results/refinement.md
 SPACING = 0.6
 MIN_RATIO = 0.1  # of a ball to the largest of its path, below which the spacing no longer follows the ball; it bounds
 # the number of points of a path that touches the surface; benchmarks/results/refinement.md
 MAX_PIECES = 1000  # of a path, which bounds the time where all of it lies on the surface; a guess
 POWER = 2.0  # of the radius in the weight; benchmarks/results/refinement.md
-N_STEPS = 20
+N_STEPS = 20  # which bound how far a path relaxes, and the time; benchmarks/results/refinement.md
 STEPS_BETWEEN = 5  # steps after which the points are spaced anew, less than a radius of motion; a guess, for speed
 
 

@@ -49,8 +49,9 @@ def keep_sides(skeleton: Skeleton, nodes: NDArray[np.float64], surface: Surface)
     if n_tunnels_missed(replace(skeleton, nodes=nodes), surface) <= n_tunnels_missed(skeleton, surface):
         return nodes
     kept = np.array(nodes)
-    while (passes := edges_that_pass(skeleton.nodes, kept, skeleton.edges, surface)).any():
+    while passes.any():
         kept[skeleton.edges[passes]] = skeleton.nodes[skeleton.edges[passes]]
+        passes = edges_that_pass(skeleton.nodes, kept, skeleton.edges, surface)
     return kept
 
 
