@@ -28,13 +28,13 @@ def swept(
     """
     rows = []
     for constant in find_constants(ROOT / "lbskel", places):
-        module = import_module(constant.module)
+        module, stem = import_module(constant.module), constant.module.rpartition(".")[2]
         try:
             for factor in factors:
                 value = type(constant.value)(round(constant.value * factor, 12))
                 setattr(module, constant.name, value)
-                name = f"{constant.module.rpartition('.')[2]}.{constant.name}"
-                rows.append({"constant": f"`{name}`", "factor": factor, "value": value, **measure()})
+                row = {"constant": f"`{stem}.{constant.name}`", "factor": factor, "value": value}
+                rows.append({**row, **measure()})
         finally:
             setattr(module, constant.name, constant.value)
     return rows

@@ -23,8 +23,8 @@ def test_constants_are_moved_one_by_one_and_put_back():
     rows = swept(("applications/bones.py",), lambda: {"found": (bones.BONE_LENGTH, bones.GROWTH)}, (0.5, 2.0))
     assert before == (bones.BONE_LENGTH, bones.GROWTH)
     found = {(row["constant"], row["factor"]): row["found"] for row in rows}
-    assert found["`BONE_LENGTH`", 0.5] == (before[0] / 2, before[1])
-    assert found["`GROWTH`", 2.0] == (before[0], 2 * before[1])
+    assert found["`bones.BONE_LENGTH`", 0.5] == (before[0] / 2, before[1])
+    assert found["`bones.GROWTH`", 2.0] == (before[0], 2 * before[1])
     assert len(rows) == 2 * 3
 
 
