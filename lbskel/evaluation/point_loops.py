@@ -1,9 +1,10 @@
 """Loops of a cloud that its skeleton lacks, found on the points alone.
 
 Each point goes to the node nearest to it. Where the points of two nodes are neighbors, these should be near each other
-along the skeleton. Links between nodes that are far apart have two causes: two limbs that touch, where the links lie
-between them, or a limb at which the skeleton is cut, where the links go once around the empty middle of a section.
-Only the latter counts, so that neither a horseshoe whose ends are apart nor legs that touch are taken for a ring.
+along the skeleton. Links between nodes that are far apart have four causes: two limbs that touch, where the links lie
+between them; two limbs that part slowly, where the detours along the skeleton grow with the distance from their
+junction; a part of a surface nearest to a node of another limb, with points inside its border; or a limb at which the
+skeleton is cut, where the links go once around the empty middle of a section, with equal detours. Only the last counts.
 """
 
 from __future__ import annotations
@@ -26,7 +27,11 @@ MIN_DETOUR = 10.0
 # Of a turn around a section, which is not known from fewer links than these, and upper bound on its share without links
 # in a cut limb
 N_SECTORS, MAX_OPEN = 16, 0.35
-MIN_HOLLOW = 0.6  # lower bound on the distance of the nearest tenth of the links from the middle, in the mean distance
+# Lower bound on the distance of the nearest point from the middle of the links, in their mean distance
+MIN_HOLLOW = 0.6
+# Upper bound on the difference of the detours of the links, without the highest and lowest tenth, in their mean
+# distance from their middle: half the way around a tube, by which the points of one section may lie apart
+MAX_SPREAD = np.pi
 
 
 def count_cut_loops(skeleton: Skeleton, points: NDArray[np.float64], graph: csr_array) -> int:
@@ -53,8 +58,9 @@ def count_cut_loops(skeleton: Skeleton, points: NDArray[np.float64], graph: csr_
     is_near |= graph @ is_near > 0  # with their neighbors, so that the links of a section are in one group
     near = np.flatnonzero(is_near)
     group = connected_components(graph[near][:, near], directed=False)[1][np.searchsorted(near, links[:, 0])]
+    tree = cKDTree(points)
     return sum(
-        _is_cut(points[links[own]].mean(axis=1), skeleton.nodes[node[links[own]]].mean(axis=(0, 1)), detours[own])
+        _is_cut(points[links[own]].mean(axis=1), skeleton.nodes[node[links[own]]].mean(axis=(0, 1)), detours[own], tree)
         for own in (group == number for number in range(int(group.max()) + 1))
     )
 
@@ -72,16 +78,20 @@ def _distances(skeleton: Skeleton, pairs: NDArray[np.int64]) -> NDArray[np.float
     return found
 
 
-def _is_cut(places: NDArray[np.float64], middle: NDArray[np.float64], detours: NDArray[np.float64]) -> bool:
-    """Whether links at some places go once around a middle, as around a limb that is cut."""
+def _is_cut(
+    places: NDArray[np.float64], middle: NDArray[np.float64], detours: NDArray[np.float64], points: cKDTree
+) -> bool:
+    """Whether links at some places go once around a middle without points, as around a limb that is cut."""
     if len(places) < N_SECTORS:
         return False
     offsets = places - middle
     across = np.linalg.svd(places - places.mean(axis=0), full_matrices=False)[2][:2]
     x, y = across @ offsets.T
-    distances = np.hypot(x, y)
-    radius = distances.mean()
-    if np.median(detours) <= MIN_DETOUR * radius or np.quantile(distances, 0.1) < MIN_HOLLOW * radius:
+    radius = np.hypot(x, y).mean()
+    low, median, high = np.quantile(detours, [0.1, 0.5, 0.9])
+    if median <= MIN_DETOUR * radius or high - low > MAX_SPREAD * radius:
+        return False
+    if points.query(middle)[0] < MIN_HOLLOW * radius:
         return False
     sectors = np.unique(((np.arctan2(y, x) / (2 * np.pi) + 0.5) * N_SECTORS).astype(np.int64) % N_SECTORS)
     gap = int(np.diff(np.append(sectors, sectors[0] + N_SECTORS)).max()) - 1

@@ -117,3 +117,28 @@ def test_a_loop_that_was_opened_on_purpose_is_not_missed():
     skeleton = lbskel.skeletonize(PointCloud(points), min_loop=100.0)
     assert skeleton.cycle_rank == 0
     assert skeleton.report["score"]["measures"]["tunnels_missed"] == 0
+
+
+def test_the_border_of_points_nearest_to_another_limb_is_no_ring():
+    rng = np.random.default_rng(0)
+    wall = np.stack([rng.uniform(-2, 2, 8000), rng.uniform(-2, 2, 8000), np.zeros(8000)], axis=1)
+    grid = np.arange(81).reshape(9, 9)
+    x, y = np.meshgrid(np.linspace(-2, 2, 9), np.linspace(-2, 2, 9), indexing="ij")
+    plate = np.stack([x.ravel(), y.ravel(), np.full(81, -0.5)], axis=1)
+    # a limb from the corner of the plate, far around, to the other side of the wall
+    limb = np.array([[-2.0, -2, -9], [-9, -2, -9], [-9, 0, 9], [0, 0, 9], [0, 0, 0.1]])
+    along = [np.stack([start[:-1].ravel(), end[1:].ravel()], axis=1) for start, end in ((grid, grid), (grid.T, grid.T))]
+    to_limb = [[0, 81], [81, 82], [82, 83], [83, 84], [84, 85]]
+    skeleton = Skeleton(np.concatenate([plate, limb]), np.concatenate([*along, to_limb]), np.full(86, 0.5))
+    assert _missed(skeleton, wall) == 0
+
+
+def test_the_border_between_limbs_that_part_slowly_is_no_ring():
+    rng, turn = np.random.default_rng(0), np.linspace(0, 5, 51)
+    angle, height = rng.uniform(-0.2, 5, 9000), rng.uniform(-0.6, 0.6, 9000)
+    band = np.stack([np.cos(angle), np.sin(angle), height], axis=1)
+    reach = np.where(np.arange(51) % 2, 0.8, 1.2)  # of branches that bend to and fro, and so are long
+    upper = np.stack([reach * np.cos(turn), reach * np.sin(turn), np.full(51, 0.3)], axis=1)
+    nodes = np.concatenate([upper[::-1], upper * [1, 1, -1]])  # joined at one end of the border
+    edges = np.stack([np.arange(101), np.arange(1, 102)], axis=1)
+    assert _missed(Skeleton(nodes, edges, np.full(102, 0.3)), band) == 0
