@@ -2,8 +2,9 @@
 
 cot = (a . b) / |a x b| for the edges a, b at a corner. The cross product is taken of the two shortest edges of the
 triangle, which loses the fewest digits where it is thin. A cotangent beyond ``MAX_COTANGENT`` belongs to an angle that
-double-precision positions cannot distinguish from 0 or 180 degrees: every operator gives such a corner weight zero and
-lists the vertices of its face as treated.
+double-precision positions cannot distinguish from 0 or 180 degrees. Operators that use the angles of the given
+triangles give such a corner weight zero and list the vertices of its face as treated; ``clamped_cotangent`` clamps the
+angle instead, and operators with mollified lengths lengthen the edges.
 """
 
 from __future__ import annotations
