@@ -15,7 +15,7 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.editing import reroot
 from lbskel.skeleton.skeleton import Skeleton
 
-# Distance from the center of the soma, in its radii, at which the radius of a branch is taken; nearer it widens
+# Distance from the center of the soma, in its radii, at which the radius of a branch is taken; nearer the branch widens
 EXIT_DISTANCE = 2.0
 # Smallest radius of a soma, in radii of the thickest branch that leaves it. Measured on the five hemibrain neurons that
 # navis 1.12 ships: in their SWC files, made by others, 7.5 to 8.6 at the four somata, 2.1 at the thickest node of the
@@ -47,7 +47,11 @@ def find_soma(skeleton: Skeleton) -> int | None:
     """Find the thickest node of all, if every branch that leaves it is far thinner; else None.
 
     Its inscribed ball stands for the soma. The thickness of a branch is its radius where it is two radii of the soma
-    away from the center, and at least one branch goes as far.
+    away from the center; at least one branch must reach that far.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
     """
     radii = _known_radii(skeleton)
     if not radii.max(initial=0.0) > 0:
