@@ -77,8 +77,8 @@ def skeletonize_many(
     ----------
     inputs : iterable of path-like
     output : path-like
-        A folder, made if it does not exist. Skeletons have the names of their meshes, relative to the
-        common folder of these.
+        A folder, made if it does not exist. Skeletons have the names of their meshes, relative to the common folder of
+        the meshes.
     extension : str
         A format in FORMATS.
     tree : bool
@@ -92,7 +92,7 @@ def skeletonize_many(
     dask : str, optional
         Address of a Dask scheduler, ``tcp://...``, whose workers see the same files and do the work.
     time_limit, memory_limit : float, optional
-        Seconds for each input, and megabytes of data for its process, of which lbskel itself takes about 300.
+        Seconds for each input, and megabytes of data for its process, of which lbskel itself needs about 300.
     force : bool
         Whether skeletons that are in no manifest may be replaced.
     on_record : callable, optional
