@@ -1,4 +1,7 @@
-"""The faces and edges of a contracted mesh while it collapses to a graph, and what may be removed of them."""
+"""The faces and edges of a contracted mesh while it collapses to a graph, and which of them may be removed.
+
+In all functions n is the number of vertices. The key of an edge is ``low * n + high``.
+"""
 
 from __future__ import annotations
 
@@ -60,7 +63,7 @@ def _keys_at_sides(remaining: Complex, n: int) -> NDArray[np.int64]:
 
 
 def unique_rows(faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the distinct rows in lexicographic order."""
+    """Return the distinct rows of an (m, 3) array in lexicographic order."""
     faces = faces[np.lexsort(faces.T[::-1])]
     is_new = np.ones(len(faces), dtype=bool)
     is_new[1:] = (faces[1:] != faces[:-1]).any(axis=1)

@@ -65,6 +65,8 @@ class _Tree:
 class HomologyBasis:
     """2g loops along edges and 2g loops across edges of a closed surface.
 
+    In the methods ``x`` has (2g,) coefficients of the loops, and ``values`` are (k,), one for each edge.
+
     Parameters
     ----------
     mesh : Mesh

@@ -58,5 +58,5 @@ def zero_degenerate(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], N
 
 
 def incident_vertices(mesh: Mesh, is_marked: Any) -> NDArray[np.int64]:
-    """Return the vertices of all faces with a marked corner, given an (m, k) mask."""
+    """Return the (v,) vertices of all faces with a marked corner, given an (m, k) mask, in ascending order."""
     return np.unique(mesh.faces[is_marked.any(axis=1)])

@@ -26,7 +26,11 @@ MIN_SOMA_RATIO = 4.0
 def reroot_by_thickness(skeleton: Skeleton) -> Skeleton:
     """Reorder the nodes so that the soma comes first, or the thickest tip where there is no soma.
 
-    A skeleton without tips stays as it is.
+    The first node stays where there is neither.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
     """
     soma = find_soma(skeleton)
     if soma is None:
@@ -36,7 +40,12 @@ def reroot_by_thickness(skeleton: Skeleton) -> Skeleton:
 
 
 def find_roots(skeleton: Skeleton) -> NDArray[np.int64]:
-    """(c,) for each component its thickest tip, or its first node where it has no tip."""
+    """(c,) for each component its thickest tip, or its first node where it has no tip.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    """
     is_tip = skeleton.degrees == 1
     radius = np.where(is_tip, _known_radii(skeleton), -1.0)
     order = np.lexsort((-radius, ~is_tip, skeleton.component_of_node))

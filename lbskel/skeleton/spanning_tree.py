@@ -43,6 +43,10 @@ def cycle_edges(skeleton: Skeleton) -> NDArray[np.bool_]:
 
     The thinnest edge of a cycle is removed: the one with the smallest radius at either of its nodes, of several the
     longest, then the last. An unknown radius counts as larger than all known ones.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
     """
     k, n_edges = len(skeleton.nodes), len(skeleton.edges)
     known = np.where(np.isnan(skeleton.radii), np.inf, skeleton.radii)

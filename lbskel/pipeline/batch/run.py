@@ -98,7 +98,7 @@ def skeletonize_many(
     on_record : callable, optional
         Called with each record, and whether it is from an earlier batch.
     **options
-        Of :func:`lbskel.skeletonize`; other names raise TypeError, and values out of range refuse each input.
+        Of :func:`lbskel.skeletonize`; other names raise TypeError. With a value out of range each input is refused.
 
     Returns
     -------
