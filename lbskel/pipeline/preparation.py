@@ -33,9 +33,9 @@ SIMPLIFY = ("auto", "none")
 # those prepared: benchmarks/results/scaling.md has the time limits that hold with it, of 10,000 shells
 RESERVED_SHARE = 0.5
 
-# Expected time of simplification over the time that preprocessing has taken. Simplification cannot be cut short, so it
-# does not begin where more time is expected than is left. Up to 4 in benchmarks/results/scaling.md, and 18 for a vertex
-# of 50,000 faces.
+# Expected time of simplification over the time that preprocessing has taken. Simplification cannot be cut short once it
+# has begun, so it does not begin where more time is expected than is left. Up to 4 in benchmarks/results/scaling.md,
+# and 18 for a vertex of 50,000 faces.
 SIMPLIFY_RATIO = 3.0
 
 
