@@ -21,11 +21,11 @@ def inscribed_radii(skeleton: Skeleton, surface: Surface) -> Skeleton:
 
 
 def own_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
-    """Set the distance of each node to the component of the mesh that its graph represents.
+    """Set radii to the distance of each node from the mesh component that the node's graph component represents.
 
-    That is the mesh component to which most vertices of the node's graph component belong, so that the surfaces of
-    other components, which may intersect it or lie inside it, do not count. A graph component without vertices keeps
-    its radii.
+    That is the mesh component to which most vertices of the graph component belong. So the surfaces of other
+    components, which may intersect it or lie inside it, do not count. A graph component without vertices keeps its
+    radii.
 
     Parameters
     ----------

@@ -55,8 +55,8 @@ def complete_regions(skeleton: Skeleton, node_of_vertex: NDArray[np.int64], mesh
     """(n,) a node for each vertex, near it where the given map has none.
 
     A vertex without a node gets that of an adjacent vertex, from known ones outwards, or the nearest node where no
-    edges lead to a known one. It is handed on along the edges of the skeleton as long as an adjacent node is nearer,
-    and to an adjacent region where its own is not connected.
+    edges lead to a known one. The vertex is then reassigned along the edges of the skeleton as long as an adjacent node
+    is nearer, and to an adjacent region where its own is not connected.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def complete_regions(skeleton: Skeleton, node_of_vertex: NDArray[np.int64], mesh
 
 
 def reassign_to_nearest_node(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
-    """Hand each vertex on along the edges of the skeleton, as long as an adjacent node is nearer to it."""
+    """Reassign each vertex along the edges of the skeleton, as long as an adjacent node is nearer to it."""
     node_of_vertex = descend_to_nearest_node(
         mesh.vertices, skeleton.node_of_vertex, skeleton.nodes, *skeleton.adjacency
     )
@@ -97,6 +97,11 @@ def is_in_largest_piece(
     mesh : Mesh
     nodes : array of int, optional
         The nodes to test; the regions of all others are taken to be connected. All by default.
+
+    Raises
+    ------
+    ValueError
+        If there is not one node for each vertex.
     """
     if len(node_of_vertex) != len(mesh.vertices):
         raise ValueError("there must be a node for each vertex")
@@ -179,7 +184,7 @@ def _grown(
 
 
 def _with_connecting_paths(skeleton: Skeleton, graph: csr_array, disjoint: NDArray[np.int64]) -> Skeleton:
-    """For each edge with disjoint regions, the shortest path between them divided between its nodes, half to each."""
+    """Divide the shortest path between the two regions of each disjoint edge between its nodes, half to each."""
     node_of_vertex = np.array(skeleton.node_of_vertex)
     shortest_paths = ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
     by_node = stable_order(node_of_vertex)
