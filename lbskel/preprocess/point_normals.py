@@ -24,7 +24,7 @@ from lbskel.geometry.sorting import distinct
 from lbskel.preprocess.dipole_tree import DipoleTree, leaf_order
 
 N_NEIGHBORS = 16  # of a point in its plane of least squares, and for its area; a guess
-# Upper bound on the variance of the few neighbors across their plane, over the smaller one along it. Above it, the plane
+# Upper bound on the variance of the few neighbors across their plane, over the smaller one along it. Above it the plane
 # of all neighbors is tried, as noise as large as the spacing needs; benchmarks/results/point_constants.md
 MAX_VARIATION = 0.15
 N_LINKS = 8  # nearest neighbors that the sign of a normal can follow; a guess
