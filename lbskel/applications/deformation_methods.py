@@ -11,10 +11,10 @@ With V the surface at rest, D = X - V, and the deltas S V:
 
 The first three are linear in the displacements of the handles, and do not turn details. The last three work in the
 frame of the rigid motion that fits the handles best, so that a rotation of all of them is exact. There ``rotated``
-starts from ``naive``, and ``arap`` from ``rotated``, since from ``naive`` it ends at folds. Sorkine 2005, section 4,
-https://doi.org/10.2312/egst.20051044; Lipman, Sorkine, Cohen-Or, Levin, Roessl, Seidel 2004, "Differential coordinates
-for interactive mesh editing" (rotated), https://doi.org/10.1109/SMI.2004.1314505; Botsch, Kobbelt 2004 (biharmonic),
-https://doi.org/10.1145/1015706.1015772.
+starts from ``naive``, and ``arap`` from ``rotated``, since from a linear displacement it ends at folds of the surface.
+Sorkine 2005, section 4, https://doi.org/10.2312/egst.20051044; Lipman, Sorkine, Cohen-Or, Levin, Roessl, Seidel 2004,
+"Differential coordinates for interactive mesh editing" (rotated), https://doi.org/10.1109/SMI.2004.1314505; Botsch,
+Kobbelt 2004 (biharmonic), https://doi.org/10.1145/1015706.1015772.
 """
 
 from __future__ import annotations
