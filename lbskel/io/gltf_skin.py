@@ -149,7 +149,7 @@ def _normals(rig: Rig, turn: NDArray[np.float64]) -> NDArray[np.float32]:
 
 
 def _influences(weights: NDArray[np.float64]) -> list[tuple[NDArray[np.uint16], NDArray[np.float32]]]:
-    """Sets of four joints and weights, the largest first; a joint without weight is 0, and all weights sum to 1."""
+    """List joints and weights in sets of four, the largest first; joints without weight are 0, weights sum to 1."""
     most = max(1, int((weights.astype(np.float32) > 0).sum(axis=1).max()))
     width = -(-most // SET_SIZE) * SET_SIZE
     padded = np.pad(weights, ((0, 0), (0, max(0, width - weights.shape[1]))))
