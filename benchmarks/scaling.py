@@ -1,9 +1,10 @@
 """What each stage costs with ever more handles, holes, bristles, branches, components and faces around a vertex.
 
 Each input is run in a process of its own; seconds are processor seconds. The exponent of a stage is the slope of the
-logarithm of its seconds over that of the count, between the two largest inputs; up to 1.2 counts as linear. A larger
-input is left out, and has a dash, if the one before took over a fifth of the limit. The limit is in wall-clock seconds
-and includes making the input, so it is wide: other programs may run on the same processors.
+logarithm of its seconds over that of the count, between the two largest inputs on which it is not too short to measure;
+up to 1.2 counts as linear. Larger inputs are left out once one has taken over a fifth of the limit; the next has a
+dash. The limit is in wall-clock seconds and includes making the input, so it is wide: other programs may run on the
+same processors.
 
 Then hard inputs are run with time limits in wall-clock seconds. A limit is kept if the result comes within one and a
 half times the limit, or two seconds more. Where the processor time is far less, other programs ran at the same time.

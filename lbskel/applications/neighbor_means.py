@@ -28,7 +28,14 @@ def edge_keys(mesh: Mesh) -> NDArray[Any]:
 
 
 def boundary_vertices(n: int, keys: NDArray[Any]) -> NDArray[np.int64]:
-    """(b,) ends of the edges with one face, from the keys of a mesh of n vertices."""
+    """(b,) ends of the edges with one face, with repetitions, from the keys of a mesh of n vertices.
+
+    Parameters
+    ----------
+    n : int
+    keys : (3m,) array of int
+        From :func:`edge_keys`.
+    """
     is_new = np.ones(len(keys) + 1, dtype=bool)
     np.not_equal(keys[1:], keys[:-1], out=is_new[1:-1])
     single = keys[is_new[1:] & is_new[:-1]].astype(np.int64)

@@ -31,7 +31,14 @@ Step = Callable[[Positions], Positions]
 
 
 def filter_coefficients(cutoff: float, degree: int) -> NDArray[np.float64]:
-    """(degree + 1,) coefficients of Chebyshev polynomials of 1 - k: nearly exp(-(k / cutoff)^2), and 1 at k = 0."""
+    """(degree + 1,) coefficients of Chebyshev polynomials of 1 - k: nearly exp(-(k / cutoff)^2), and 1 at k = 0.
+
+    Parameters
+    ----------
+    cutoff : float
+        Eigenvalue k, from 0 to 2.
+    degree : int
+    """
     angles = np.pi * (np.arange(N_ANGLES) + 0.5) / N_ANGLES
     values = np.exp(-(((1 - np.cos(angles)) / cutoff) ** 2))
     coefficients: NDArray[np.float64] = np.cos(np.outer(np.arange(degree + 1), angles)) @ values
@@ -49,6 +56,12 @@ def average(L: Laplacian, held: NDArray[np.int64]) -> Step:
 
     Rows of K are zero for the vertices held. K is scaled down if negative weights give a row sum of magnitudes above 2,
     the bound on the eigenvalues.
+
+    Parameters
+    ----------
+    L : Laplacian
+    held : (h,) array of int
+        Vertices that stay where they are.
     """
     S, diagonal = L.stiffness, L.stiffness.diagonal()
     inverse = np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=diagonal > 0)
@@ -60,7 +73,14 @@ def average(L: Laplacian, held: NDArray[np.int64]) -> Step:
 
 
 def average_of_neighbors(means: NeighborMeans, held: NDArray[np.int64]) -> Step:
-    """Return X -> X - K X for the operator ``random_walk``, from the means of neighbors."""
+    """Return X -> X - K X for the operator ``random_walk``, from the means of neighbors.
+
+    Parameters
+    ----------
+    means : NeighborMeans
+    held : (h,) array of int
+        Vertices that stay where they are.
+    """
 
     def averaging(X: Positions) -> Positions:
         averaged = means @ X

@@ -28,7 +28,13 @@ def length_fraction(skeleton: Skeleton, is_chosen: NDArray[np.bool_]) -> float:
 
 
 def rms_curvature(skeleton: Skeleton) -> float:
-    """Compute the root mean square, along the length, of the turning angle per local radius of length, in radians."""
+    """Compute the root mean square, along the length, of the turning angle per local radius of length, in radians.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        Its radii are the local ones.
+    """
     previous, middle, following = skeleton.triples
     P = skeleton.nodes
     before, after = P[middle] - P[previous], P[following] - P[middle]
@@ -40,7 +46,12 @@ def rms_curvature(skeleton: Skeleton) -> float:
 
 
 def n_spurs(skeleton: Skeleton) -> int:
-    """Count the end branches whose balls stay within ``MAX_SPUR_REACH`` radii of their junction."""
+    """Count the end branches whose balls stay within ``MAX_SPUR_REACH`` radii of their junction.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    """
     ends = skeleton.end_branches
     reaches = [np.linalg.norm(skeleton.nodes[b] - skeleton.nodes[b[0]], axis=1) + skeleton.radii[b] for b in ends]
     return sum(

@@ -34,6 +34,9 @@ obj        lost     kept     lost            lost         lost     lost     one 
 
 ``order`` is the order of the nodes; ``extras`` are the mean radii and the anchors.
 JSON has no NaN and no infinity: in the report they become null.
+
+Every reader and every encoder of a format raises FormatError for a file that is not in the format, or for data that the
+format cannot hold.
 """
 
 __all__ = [

@@ -255,6 +255,11 @@ def as_floats(values: ArrayLike, what: str, width: int = 0) -> NDArray[np.float6
         What the values are, for the message.
     width : int
         Number of columns of an (n, width) array; 0 for an (n,) array.
+
+    Raises
+    ------
+    FormatError
+        If the values are not numbers, or the array has another shape.
     """
     try:
         array = np.array(values, dtype=np.float64)

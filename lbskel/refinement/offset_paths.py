@@ -86,7 +86,14 @@ def _nearest(point: NDArray[np.float64], vertices: NDArray[np.int64], depth: flo
 def moved_inwards(
     vertices: NDArray[np.int64], depths: NDArray[np.float64] | float, surface: Surface
 ) -> NDArray[np.float64]:
-    """(k, 3) positions of vertices that are moved inwards by half the thickness there, but by a depth at most."""
+    """(k, 3) positions of vertices that are moved inwards by half the thickness there, but at most by a depth.
+
+    Parameters
+    ----------
+    vertices : (k,) array of int
+    depths : (k,) array of float, or float
+    surface : Surface
+    """
     entry, inward, thickness = surface.inner_offset(vertices)
     moved: NDArray[np.float64] = entry + np.minimum(thickness / 2, depths)[:, None] * inward
     return moved

@@ -16,7 +16,14 @@ from lbskel.skeleton.skeleton import Skeleton
 
 
 def inscribed_radii(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Set inscribed radii: the distance of each node to the surface."""
+    """Set inscribed radii: the distance of each node to the surface.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    surface : Surface
+        In the same coordinates.
+    """
     return replace(skeleton, radii=surface.distance(skeleton.nodes), radius_kind="inscribed")
 
 

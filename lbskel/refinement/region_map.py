@@ -44,7 +44,15 @@ MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound, 
 
 
 def nearest_balls(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
-    """(n,) the node whose ball is nearest to each vertex: a map for a skeleton that has none."""
+    """(n,) the node whose ball is nearest to each vertex: a map for a skeleton that has none.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        An unknown radius counts as 0.
+    mesh : Mesh
+        In the same coordinates.
+    """
     radii = np.nan_to_num(skeleton.radii)  # unknown radii are NaN
     chunk = max(1, MAX_DISTANCES // len(skeleton.nodes))
     parts = [mesh.vertices[first : first + chunk] for first in range(0, len(mesh.vertices), chunk)]
@@ -77,7 +85,15 @@ def complete_regions(skeleton: Skeleton, node_of_vertex: NDArray[np.int64], mesh
 
 
 def reassign_to_nearest_node(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
-    """Reassign each vertex along the edges of the skeleton, as long as an adjacent node is nearer to it."""
+    """Reassign each vertex along the edges of the skeleton, as long as an adjacent node is nearer to it.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With ``node_of_vertex``.
+    mesh : Mesh
+        The mesh that ``node_of_vertex`` belongs to.
+    """
     node_of_vertex = descend_to_nearest_node(
         mesh.vertices, skeleton.node_of_vertex, skeleton.nodes, *skeleton.adjacency
     )
@@ -118,7 +134,13 @@ def is_in_largest_piece(
 
 
 def edges_with_disjoint_regions(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
-    """(p, 2) edges of the skeleton whose nodes both have vertices, but none that are adjacent on the mesh."""
+    """(p, 2) edges of the skeleton whose nodes both have vertices, but none that are adjacent on the mesh.
+
+    Parameters
+    ----------
+    skeleton, mesh
+        As for :func:`reassign_to_nearest_node`.
+    """
     k = len(skeleton.nodes)
     has_vertex = np.bincount(skeleton.node_of_vertex, minlength=k) > 0
     i, j = (skeleton.node_of_vertex[ends] for ends in mesh.edges.T)
@@ -132,8 +154,13 @@ def edges_with_disjoint_regions(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.in
 def make_regions_connected(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     """Make the regions of the map connected, and adjacent for adjacent nodes.
 
-    Every region is connected, unless its vertices lie on several components of the mesh. Nearly every edge of the
-    skeleton joins adjacent regions.
+    Afterwards every region is connected, unless its vertices lie on several components of the mesh, and nearly every
+    edge of the skeleton joins adjacent regions.
+
+    Parameters
+    ----------
+    skeleton, mesh
+        As for :func:`reassign_to_nearest_node`.
     """
     skeleton = _with_connected_regions(skeleton, mesh)
     disjoint = edges_with_disjoint_regions(skeleton, mesh)

@@ -71,6 +71,11 @@ def radius_scale(radii: Iterable[NDArray[np.float64]]) -> ColorScale | None:
     """Choose one scale for the radii of all skeletons of a picture; None if no radius is known (finite).
 
     A few radii that are far smaller or larger than all others lie outside the scale.
+
+    Parameters
+    ----------
+    radii : iterable of (k,) array of float
+        The radii of each skeleton.
     """
     known = np.concatenate([np.empty(0), *radii])
     known = known[np.isfinite(known)]
@@ -84,7 +89,13 @@ def radius_scale(radii: Iterable[NDArray[np.float64]]) -> ColorScale | None:
 
 
 def field_scales(fields: Sequence[tuple[str, NDArray[np.float64]]]) -> dict[str, ColorScale]:
-    """Choose one scale for all fields of the same name, given as pairs of a name and its values."""
+    """Choose one scale for all fields of the same name.
+
+    Parameters
+    ----------
+    fields : sequence of (str, (n,) array of float)
+        Pairs of a name and values.
+    """
     return {name: _field_scale(np.concatenate([f for n, f in fields if n == name])) for name, _ in fields}
 
 
