@@ -1,4 +1,4 @@
-"""Constants of single modules, each multiplied by some factors, and a measure of what the modules do."""
+"""Sweeps of the constants of single modules: each is multiplied by some factors, and the effect is measured."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every application beside the library that people use today: all benchmarks ``applications_*`` in turn."""
+"""Every application beside the libraries that people use today: all benchmarks ``applications_*`` in turn."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Geodesic distances beside potpourri3d, libigl and LaPy, against exact ones; operators on thin triangles.
 
-``lbskel, integrated`` are the distances of the heat method as in its paper, which the other tools have too.
+``lbskel, integrated`` stands for the distances of the heat method as in its paper, which the other tools compute too.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""A batch of many small shapes, one in a hundred broken, whose worker is killed half-way, and its second run.
+"""A batch of many small shapes, one in a hundred broken, whose worker process is killed half-way, and its second run.
 
-Every input must have a record. The second run repeats only the input whose process was killed. Throughput is for one
-process at a time, on one thread.
+Every input must have a record. The second run must repeat only the input whose process was killed. Throughput is that
+of one process at a time, on one thread.
 """
 
 from __future__ import annotations

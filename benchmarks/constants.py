@@ -1,13 +1,13 @@
-"""What the numbers in the code do: every constant moved by -30 % and +40 %, and how skeletons and scores change.
+"""Effects of the numbers in the code: every constant moved by -30 % and +40 %, and how skeletons and scores change.
 
 The constants are the numbers with upper-case names at the top level of the modules that contract, refine, edit, compose
-and score, and of those that measure local radii, find crumbs, and choose proxies and automatic preprocessing. One at a
-time is changed in the syntax tree of its module, and lbskel is imported anew, so that names and defaults that come from
-it change too. Integers move by one at least.
+and score, and of those that measure local radii, find crumbs, and choose proxies and automatic preprocessing. They are
+changed one at a time in the syntax trees of their modules, and lbskel is imported anew, so that names and defaults that
+derive from them change too. Integers move by at least one.
 
 Skeletons are made of a fixed set of meshes: the shapes of the catalog, fine and coarse, some of them noisy, one with
-enough faces for a proxy, and the meshes of the repository. One coarse shape also goes through what no default needs:
-other presets and options, joining, simplified branches, and the diagnostics of operators.
+enough faces for a proxy, and the meshes of the repository. One coarse shape also goes through code that no default
+runs: other presets and options, joining, simplified branches, and the diagnostics of operators.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Behavior on damaged meshes: each kind of damage on three shapes, for lbskel, skeletor and PyGEL3D.
 
 Every tool runs in a process of its own with a time limit, and gets the same arrays or the same file. The skeletons of
-all tools are scored by :func:`lbskel.score` on the undamaged mesh. One rule tells a refusal from an error out of the
-inside, for all tools and the readers of files that they use: a tool refuses where its own code, or that of its reader,
-raises the error by a statement of its own, and names it in a sentence.
+all tools are scored by :func:`lbskel.score` on the undamaged mesh. One rule tells a refusal from an accidental error,
+for all tools and the readers of files that they use: a tool refuses if its own code, or that of its reader, raises the
+error by a statement of its own, with a sentence as its message.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Kinds of damage to meshes, each as a function that damages a sound one.
 
-Each takes a closed mesh and a random generator and returns vertices and faces, or the bytes of a file with its
-extension; and the mesh on which a skeleton is scored, which is None where the only right answer is an error.
+Each takes a closed mesh and a random generator. It returns vertices and faces, or the bytes of a file with its
+extension, and the mesh on which a skeleton is scored, which is None if the only right answer is an error.
 """
 
 from __future__ import annotations

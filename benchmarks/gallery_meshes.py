@@ -1,7 +1,7 @@
 """Skeletons of real meshes from two sides, beside those of CGAL and PyGEL3D: pictures, and counts in a table.
 
-``--meshes FOLDER`` names the meshes, of which only pictures and numbers are kept; ``--peers`` adds the other
-tools. Radii are distances to the surface.
+``--meshes FOLDER`` gives the meshes; only pictures and numbers of them are kept. ``--peers`` adds the other tools.
+Radii are distances to the surface.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Distances from several sources at once beside potpourri3d's, and the value that LaPy's own test asks for."""
+"""Distances from several sources at once beside potpourri3d's, and the value that LaPy's own test expects."""
 
 from __future__ import annotations
 

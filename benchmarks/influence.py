@@ -1,9 +1,9 @@
 """Influence of operators, treatments of degenerate triangles, energies and weights on contraction and skeleton.
 
-Shapes whose skeleton is known, the repository's dinosaur, and the meshes of a folder given with --meshes. Every case
-runs twice, with the guard as a user has it, and without, as published, to see where the steps themselves break. First
-one choice after the other on all of them, then all combinations on a few. What a run does after it has broken is chaos:
-it amplifies rounding, and its numbers are others on another machine.
+The meshes are shapes whose skeleton is known, the repository's dinosaur, and those of a folder given with --meshes.
+Every case runs twice: with the roll-back that a user has, and without it, as published, to see where the steps
+themselves break. First one choice after the other is varied on all meshes, then all combinations on a few. A run that
+has broken amplifies rounding, so its later numbers differ from machine to machine.
 """
 
 from __future__ import annotations

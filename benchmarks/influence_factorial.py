@@ -1,10 +1,10 @@
 """Full factorial of operators, treatments of degenerate rows, energies and weights, on a few meshes.
 
-Meaningless combinations are left out: treatments of degenerate rows with the curvature-flow energy, which has no such
-rows, with operators whose weights do not depend on the shapes of triangles, and with the operator that replaces rows
-itself; the curvature-flow energy with operators that are not symmetric; and operators with the stiffness of another.
-Operators whose weights have a unit are normalized by area, because the rules for the initial weight assume weights
-without a unit.
+Meaningless combinations are left out. Treatments of degenerate rows do not go with the curvature-flow energy, which has
+no such rows, with operators whose weights do not depend on the shapes of triangles, or with the operator that replaces
+rows itself; nor does the curvature-flow energy with operators that are not symmetric. Operators with the stiffness of
+another are left out too. Operators whose weights have a unit are normalized by area, because the rules for the initial
+weight assume weights without a unit.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Installation: sizes, seconds to build and to import, and speed with each Python and without a compiler.
 
-A source distribution is made of the clone; wheels are made of it and installed in fresh virtual environments, with a C
-compiler that fails. Everything comes from the package index by pip. Seconds are of the processor, minima over turns,
-whole processes: a skeleton includes the start of Python and all imports. Only the way from a clone to a picture has
-seconds of the clock too, on a machine that may do other work.
+A source distribution is made from the clone; wheels are made from it and installed in fresh virtual environments, with
+a C compiler that fails. Everything comes from the package index by pip. Times are processor seconds of whole processes,
+minima over turns: a skeleton includes the start of Python and all imports. Only the way from a clone to a picture has
+wall-clock seconds too, on a machine that may do other work.
 """
 
 from __future__ import annotations

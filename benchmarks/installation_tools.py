@@ -1,4 +1,4 @@
-"""What benchmarks of installations share: distributions, interpreters, environments, and seconds of processes."""
+"""Shared by the benchmarks of installations: distributions, interpreters, environments, and seconds of processes."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The tests of the source distribution against the installed wheel, with each Python of the machine.
 
 The wheel is installed with the extra ``test`` into a fresh virtual environment, where the C compiler fails. The source
-distribution is unpacked, and README's second command runs there; in the place of the package is a link to the installed
+distribution is unpacked, and README's second command runs there. A link to the installed package replaces the unpacked
 one, so that nothing else can be imported or read. Everything comes from the package index by pip.
 """
 

@@ -1,7 +1,7 @@
 """Ctrl-C: seconds from the signal to the end of the process, at moments spread over the skeleton of a large mesh.
 
-In Python, where a handler runs only between two calls of compiled code (kernels, numpy, CHOLMOD), and on the command
-line.
+The signal is sent to a program in Python, where a handler runs only between two calls of compiled code (kernels, numpy,
+CHOLMOD), and to the command line.
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
 """Convergence of every operator under refinement, on irregular meshes of well-shaped triangles.
 
-Eigenvalues of the sphere l (l + 1), of the flat torus 4 pi^2 (m^2 + n^2), of a rectangle pi^2 (m^2 / a^2 + n^2 / b^2);
-a Poisson problem on the sphere; the Laplacian of a harmonic at each vertex; the mean curvature of the sphere, a
-cylinder and a torus. What to expect: Dziuk 1988, https://doi.org/10.1007/BFb0082865 (eigenvalues and solutions h^2);
-Xu 2004, https://doi.org/10.1016/j.cagd.2004.07.007 (at the vertices no convergence in general); Belkin, Sun, Wang 2008,
-https://doi.org/10.1145/1377676.1377725 (at the vertices, if the kernel shrinks more slowly than the edges).
+Compared are the eigenvalues of the sphere, l (l + 1), of the flat torus, 4 pi^2 (m^2 + n^2), and of a rectangle,
+pi^2 (m^2 / a^2 + n^2 / b^2); a Poisson problem on the sphere; the Laplacian of a harmonic at each vertex; and the mean
+curvature of the sphere, a cylinder and a torus. Theory expects: for eigenvalues and solutions h^2, Dziuk 1988,
+https://doi.org/10.1007/BFb0082865; at the vertices no convergence in general, Xu 2004,
+https://doi.org/10.1016/j.cagd.2004.07.007, but convergence of a kernel that shrinks more slowly than the edges, Belkin,
+Sun, Wang 2008, https://doi.org/10.1145/1377676.1377725.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Time and memory of every operator compared with direct calls of libigl, robust_laplacian, LaPy and gpytoolbox.
 
-Every call gets a Mesh that it has not seen, made beforehand; all calls of one size take turns in one process, and their
-seconds are of the processor. Memory is that of one call in a process of its own, at its peak, beyond what the mesh and
-the packages hold.
+Every call gets a new Mesh, made beforehand; all calls of one size take turns in one process, timed in processor
+seconds. Memory is the peak of one call in a process of its own, beyond what the mesh and the packages hold.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Interactive pages in headless Chromium: seconds to the first picture and to the first frame of the view, and sizes.
 
-Without a graphics processor, so that all is drawn by software, in a window of 1400 x 1000 pixels: the view by
-SwiftShader, and the page around it by Chromium's own rasterizer, which is what it chooses there, or by SwiftShader too.
-Each browser has just been started with a new profile when it loads the page (cold), and then loads it again (warm).
-Seconds of the clock are on a machine that may do other work; processor seconds are of the browser's processes.
+There is no graphics processor, so all is drawn by software, in a window of 1400 x 1000 pixels: the view by SwiftShader,
+and the page around it by Chromium's own rasterizer, its default there, or by SwiftShader too. Each browser has just
+been started with a new profile when it loads the page (cold), and then loads it again (warm). Wall-clock seconds are
+measured on a machine that may do other work; processor seconds are those of the browser's processes.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Parts and branches: Rand index of segmentations of shapes with known limbs, beside CGAL's; the table of branches.
 
-Also how smooth the boundaries are, and whether they follow concave edges. With ``--peers``: CGAL's segmentation by
-shape diameters, where its headers are installed, and kimimaro's areas of cross-sections of the same tubes, as voxels.
-With ``--meshes FOLDER``: further meshes, whose parts are drawn.
+Further measures are how smooth the boundaries are, and whether they follow concave edges. ``--peers`` adds CGAL's
+segmentation by shape diameters, where its headers are installed, and kimimaro's areas of cross-sections of the same
+tubes, as voxels. ``--meshes FOLDER`` adds meshes, whose parts are drawn.
 """
 
 from __future__ import annotations

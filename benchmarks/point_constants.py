@@ -1,8 +1,8 @@
-"""Constants of clouds: graphs, tips and accuracy by those of reconstruction, cut loops told by those of their search.
+"""Constants of point clouds, each moved alone: effects on skeletons of clouds, and on the cut loops that are found.
 
-Each constant is multiplied by a smaller and a larger factor, alone. Reconstruction is measured on the clouds of
+Each constant is multiplied by a smaller and a larger factor. Reconstruction is measured on the clouds of
 :mod:`benchmarks.points` that are hard: shapes with limbs near each other, thin ones and loops, noisy, with outliers, or
-half hidden. Loops are measured on the skeletons of those clouds whose graph is right: as they are, where none is
+half hidden. Loops are measured on the skeletons of those clouds whose graph is right: unchanged, so that no loop is
 cut, and with one edge of a cycle left out.
 """
 

@@ -1,8 +1,8 @@
 """Time and memory of skeletons of clouds of up to a million points, beside the mesh with the same vertices.
 
-Both are timed one after the other, in a process each, so that what else the machine does weighs on both alike; seconds
-of the processor do not count what others do. The first time in a process counts imports; the least of further times
-is that of a process that goes on, whose ratio to that of the mesh is measured on several shapes.
+Both are timed one after the other, each in its own process, so that other load affects both alike; processor seconds do
+not count the work of others. The first time in a process includes imports; the least of further times in the same
+process does not, and its ratio to that of the mesh is measured on several shapes.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Tools that make a skeleton of a point cloud, each called as its documentation shows; a missing tool gives an error.
 
-pc-skeletor 1.0.0 asks for mistree 1.2.0, which does not build without a Fortran compiler and numpy.distutils; it runs
+pc-skeletor 1.0.0 requires mistree 1.2.0, which does not build without a Fortran compiler and numpy.distutils; it runs
 with mistree 2.0.0 and open3d 0.20, installed without its other dependencies (``pip install --no-deps pc-skeletor``,
-``pip install mistree open3d imageio``). Its tree variant wants to know which points are trunk and which are branches:
-it gets the thicker half of the points as trunk, by the true radii.
+``pip install mistree open3d imageio``). Its tree variant must be told which points are trunk and which are branches:
+the thicker half of the points, by the true radii, is given as trunk.
 """
 
 from __future__ import annotations

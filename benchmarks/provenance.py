@@ -1,8 +1,8 @@
-"""Which results are older than the code that they describe: of each, the packages that have changed since.
+"""Results that are older than the code that they describe, with the packages that have changed since.
 
 A result records the commit at which it was measured and, for each package that its benchmark imports, directly or
-through others, a digest of the code without docstrings, lines of comments and blank lines. The packages whose digest is
-another today are named, and the commits of rows that an earlier run has left; nothing is measured.
+through others, a digest of the code without docstrings, lines of comments and blank lines. The packages whose digest
+has changed are named, and the commits of rows that remain from an earlier run; nothing is measured.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Rows of the committed results, and the figures that README.md tells of them."""
+"""Rows of the committed results, and the figures that README.md takes from them."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
-"""Refinement: accuracy on shapes that are not tubes, beside other tools, and what each pass is good for.
+"""Refinement: accuracy on shapes that are not tubes, beside other tools, and what each pass contributes.
 
 Distances are exact, from points along one graph to the segments of the other, in true local radii. A graph is right if
-its tips, cycles and components are those of the axis, and its junctions after those nearer than a radius are merged.
-The second set has parameters at which nothing was tuned. In the ablation each pass is left out in turn.
+its tips, cycles and components are those of the axis, and so are its junctions after those nearer than a radius are
+merged. The second set of shapes has parameters at which nothing was tuned. In the ablation each pass is left out in
+turn, or one of its bounds is replaced.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Rigs: bones, symmetry and smoothness of weights, volume kept by bent limbs, joints of characters, other programs.
 
-With ``--peers`` the files are read by the Khronos validator, three.js and Blender, and weights are compared with
-Blender's automatic ones and libigl's bounded biharmonic ones, where they are installed. With ``--meshes FOLDER`` more
-meshes are rigged, and drawn bent.
+With ``--peers`` the files are read by the Khronos validator, three.js and Blender, and the weights are compared with
+Blender's automatic weights and libigl's bounded biharmonic weights, where these programs are installed. With
+``--meshes FOLDER`` more meshes are rigged, and drawn bent.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Rigs in other programs: three.js, Blender and the Khronos validator read the file, libigl makes weights.
 
-The validator and three.js are the npm packages gltf-validator and three, where Node finds them (``NODE_PATH``). Blender
-is its Python module, bpy, which asks for numpy 1 and runs with numpy 2 too (``pip install --no-deps bpy``).
+The validator and three.js are the npm packages gltf-validator and three, if Node finds them (``NODE_PATH``). Blender is
+its Python module, bpy, which requires numpy 1 but also runs with numpy 2 (``pip install --no-deps bpy``).
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 Distances are in local radii: from the changed skeleton to that of the unchanged mesh and back, the larger mean and the
 larger 95th percentile of the two directions. A shape in another pose has another skeleton, so there they are distances
-to its true axis. Noise is uniform along the normals; its height is in per cent of the diagonal of the bounding box, of
-which a limb has a radius of two to four.
+to its true axis. Noise is uniform along the normals; its height is in per cent of the diagonal of the bounding box. A
+limb has a radius of two to four per cent.
 
 Limits of the mean: noise may move a skeleton by a fifth of a radius, a rotation by rounding only, another sampling of
 the surface by a tenth, and in another pose it may be a quarter from the true axis. The number of tips and the topology

@@ -1,12 +1,13 @@
 """What each stage costs with ever more handles, holes, bristles, branches, components and faces around a vertex.
 
-Each input is run in a process of its own; seconds are those of its processor time. The exponent of a stage is the slope
-of the logarithms of its seconds over those of the count, between the two largest inputs; up to 1.2 counts as linear. A
-larger input is left out where the one before took over a fifth of the limit, which stands as a dash. The limit is one
-of the wall clock and includes making the input, so it is wide: other programs may run on the same processors.
+Each input is run in a process of its own; seconds are processor seconds. The exponent of a stage is the slope of the
+logarithm of its seconds over that of the count, between the two largest inputs on which it is not too short to measure;
+up to 1.2 counts as linear. Larger inputs are left out once one has taken over a fifth of the limit; the next has a
+dash. The limit is in wall-clock seconds and includes making the input, so it is wide: other programs may run on the
+same processors.
 
-Then hard inputs are run with time limits, in seconds of the wall clock. A limit holds where the result comes within one
-and a half times of it, or two seconds more. Where the processor time is far less, other programs ran beside it.
+Then hard inputs are run with time limits in wall-clock seconds. A limit is kept if the result comes within one and a
+half times the limit, or two seconds more. Where the processor time is far less, other programs ran at the same time.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Skeletons of shapes with a known axis, by lbskel and by other tools, and of the meshes of the repository.
 
 Distances are in units of the true local radius. A tool that fails has a row with its error, and counts as wrong. Tools
-whose result is another each time run several times on the clean shapes.
+whose results differ from run to run are run several times on the clean shapes.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Solvers on meshes without slivers beside one with them, for the published energy and for the default.
 
-Systems of the first step and of step 8, in which no vertices have been merged. Every trial runs in a process of its own
-and is measured in processor seconds; a method that ends in time with a small error has solved the system.
+The systems are those of the first step and of step 8, without merging of vertices. Every trial runs in a process of its
+own and is measured in processor seconds; a method that ends in time with a small error has solved the system.
 """
 
 from __future__ import annotations

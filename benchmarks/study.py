@@ -1,4 +1,4 @@
-"""The study of Laplacians, degenerate triangles, weights and solvers, written from the results that are there.
+"""The study of Laplacians, degenerate triangles, weights and solvers, written from the results of other benchmarks.
 
 Every figure comes from influence.json or solvers.json; nothing is measured.
 """

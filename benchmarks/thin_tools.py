@@ -1,4 +1,4 @@
-"""Tools that make skeletons of neurons and vessels, each in a process of its own, timed by its processor.
+"""Tools that make skeletons of neurons and vessels, each in a process of its own, timed in processor seconds.
 
 A tool is called once on a small mesh before the clock starts, so that imports and compilation are not in its seconds.
 """

@@ -202,8 +202,8 @@ if TYPE_CHECKING:
     from lbskel.solvers import SOLVERS, factorize
     from lbskel.solvers.least_squares import LEAST_SQUARES, lstsq
 else:
-    # where a public name is looked for when it is first used (PEP 562), from the bottom of the architecture up;
-    # "import lbskel" alone imports nothing else
+    # packages in which a public name is looked for when it is first used (PEP 562), from the bottom of the architecture
+    # up; "import lbskel" alone imports none of them
     _PACKAGES = (
         "errors",
         "geometry",

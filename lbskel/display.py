@@ -1,7 +1,7 @@
-"""What a notebook shows of a value: a picture, or an interactive page where that is asked for.
+"""The display of a value in a notebook: a picture, or an interactive page on request.
 
-The package that draws is found by its name when something is shown for the first time, so that the values that it draws
-need not know it, and importing them imports nothing that draws.
+The package that draws is imported by its name when something is shown for the first time. So the classes of the values
+do not depend on it, and importing them imports nothing that draws.
 """
 
 from __future__ import annotations
@@ -33,5 +33,5 @@ class Displayed:
         return png
 
     def _plot(self, **scene: Any) -> Any:
-        """Make the interactive view of a scene."""
+        """Make the interactive page of a scene, given as the fields of :class:`lbskel.visualization.Scene`."""
         return import_module(DRAWING).InlinePage(**scene)

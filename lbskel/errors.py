@@ -25,7 +25,7 @@ from typing import TypeVar
 
 Value = TypeVar("Value")
 
-# Least share of the letters in common at which a name is taken for a slip of another; a choice of style
+# Least similarity, as difflib measures it, at which a name is taken for a misspelling of another; a choice of style
 MIN_SIMILARITY = 0.75
 
 
@@ -184,13 +184,13 @@ def choose(table: Mapping[str, Value], name: str, what: str) -> Value:
 
 
 def nearest(name: object, names: Iterable[str]) -> str:
-    """Ask for the name that was meant, for a message: ``, did you mean 'robust'?``; empty if none is similar."""
+    """Format the question for a similar name, for a message: ``, did you mean 'robust'?``; empty if none is similar."""
     similar = get_close_matches(str(name), list(names), n=1, cutoff=MIN_SIMILARITY)
     return f", did you mean {similar[0]!r}?" if similar else ""
 
 
 def first_few(indices: Iterable[object], at_most: int = 5) -> str:
-    """Format the first of some indices for a message: ``3, 17, 40 and 12 more``."""
+    """Format the first ``at_most`` of some indices for a message: ``3, 17, 40 and 12 more``."""
     names = [str(index) for index in indices]
     shown = ", ".join(names[:at_most])
     return shown if len(names) <= at_most else f"{shown} and {len(names) - at_most} more"

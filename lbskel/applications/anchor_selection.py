@@ -1,9 +1,9 @@
 """Anchors chosen one by one where the reconstructed surface is farthest from the given one, and least-squares meshes.
 
 Sorkine, Cohen-Or 2004, "Least-squares meshes", https://doi.org/10.1109/SMI.2004.1314506: the smoothest surface,
-min |S x|^2 + w^2 sum_j |x_j - v_j|^2, through a few positions of a mesh. A new anchor a changes the solution by
-K (v_a - x_a) with K = A^-1 e_a / (1 / w^2 + e_a^T A^-1 e_a), by the formula of Sherman and Morrison; the matrix A is
-factorized again only when the number of anchors has doubled.
+min |S x|^2 + w^2 sum_j |x_j - v_j|^2, through a few positions of a mesh. With A = S^T S + w^2 sum_j e_j e_j^T, a new
+anchor a changes the solution by K (v_a - x_a), K = A^-1 e_a / (1 / w^2 + e_a^T A^-1 e_a), by the formula of Sherman and
+Morrison; A is factorized again only when the number of anchors has doubled.
 """
 
 from __future__ import annotations
@@ -49,16 +49,16 @@ def greedy_anchors(
     weight: float = 1.0,
     solver: str = "cholmod",
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Choose soft anchors, each the vertex with the largest error so far; the first is one of each component.
+    """Choose soft anchors, each the vertex with the largest error so far; the first ones are one of each component.
 
     Parameters
     ----------
     stiffness : (n, n) csc_array
     deltas, vertices : (n, 3) array of float
-        The deltas to reconstruct from, and the positions to reach; of zero rows both are ignored.
+        The deltas to reconstruct from, and the positions to reach. Vertices with a zero row in S keep their positions.
     n_anchors : int
     weight : float
-        Of the anchors, in units of the entries of S; above zero.
+        The weight w of the anchors, in units of the entries of S; above zero.
     solver : str
         A name in SOLVERS.
 
@@ -67,12 +67,12 @@ def greedy_anchors(
     anchors : (k,) array of int
         In the order in which they were chosen; fewer than asked for if the others have no error.
     positions : (n, 3) array of float
-        Reconstructed with all of them.
+        Reconstructed with all anchors.
 
     Raises
     ------
     MeshError, SolveError, UnknownChoice
-        As of :func:`least_squares_mesh`.
+        As for :func:`least_squares_mesh`.
     """
     if checked_weight(weight, "anchor_weight") is None or n_anchors < 1:
         raise UnknownChoice(f"there must be an anchor with a weight above zero, not {n_anchors!r} of {weight!r}")
@@ -126,7 +126,7 @@ def least_squares_mesh(
         A name in OPERATORS, or a function from a Mesh to a Laplacian. With ``graph`` the result follows from the
         connectivity and the anchors alone.
     anchor_weight : float
-        Of the anchors, in units of the operator's weights.
+        The weight w of the anchors, in units of the operator's weights.
     solver : str
         A name in SOLVERS.
 

@@ -66,9 +66,9 @@ class SpectralBasis:
 
     @property
     def positive(self) -> NDArray[np.int64]:
-        """Numbers of the eigenvalues that are not zero; the zero ones are as many as the components.
+        """Indices of the eigenvalues that are not zero; there is one zero eigenvalue for each component.
 
-        An eigenvalue counts as zero below a millionth of 4 pi / area, the mean distance of eigenvalues by Weyl's law.
+        An eigenvalue counts as zero below a millionth of 4 pi / area, the mean spacing of eigenvalues by Weyl's law.
         """
         return np.flatnonzero(self.values * self.area > 4e-6 * np.pi)
 

@@ -1,11 +1,12 @@
 """Weights of bones by heat: each bone is kept at temperature 1 for its own vertices, and the surface conducts.
 
 (S + M H) w_b = M H p_b with the stiffness S and mass M of a Laplacian, p_b = 1 at the vertices of bone b, and H = c/d^2
-at distance d from the own bone: Baran, Popovic 2007, "Automatic rigging and animation of 3D characters",
-https://doi.org/10.1145/1276377.1276467. There, p_b is 1 where b is the nearest bone and in sight; here b is, of the
-bone of the vertex's region on the skeleton and those that meet it, the nearest, so that a finger does not follow the
-one beside it. As in Blender, a bone counts as farther where the normal does not point away from it. The matrix is one
-for all bones. The weights of a vertex sum to 1, since the p do; they are not negative with positive weights of edges.
+at distance d from a vertex's own bone: Baran, Popovic 2007, "Automatic rigging and animation of 3D characters",
+https://doi.org/10.1145/1276377.1276467. There, p_b is 1 where b is the nearest bone and in sight. Here b is the nearest
+among the bone of the vertex's region on the skeleton and the bones that meet it, so that a finger does not follow the
+one beside it. As in Blender, a bone counts as farther where the normal does not point away from it. All bones share one
+matrix. The weights of a vertex sum to 1, since the right-hand sides sum to M H; they are not negative if the edge
+weights of the Laplacian are positive.
 """
 
 from __future__ import annotations
@@ -24,11 +25,12 @@ from lbskel.solvers import factorize
 # The factor c, no unit; the paper has 1, and Blender, whose Laplacian is a quarter of this one, 4. Weights change over
 # 1 / sqrt(c) of the distance to the bone (benchmarks/results/rig.md, "Heat").
 HEAT = 4.0
-# Lower bound on that length, in lengths of the longest edge at the vertex, so that weights change over several edges
+# Lower bound on d / sqrt(c), in lengths of the longest edge at the vertex, so that weights change over several edges
 # also where a limb is as thin as its triangles: it bounds the jump of a weight along an edge (same file, "Constants").
 EDGES = 1.25
-# Both Blender's: relative difference of distances up to which bones are equally near, as where they meet, and what is
-# added to the cosine of the angle between normal and offset, so that a bone behind a vertex is 2,000 times as far.
+# Both are Blender's: the relative difference of distances up to which bones are equally near, as where they meet; and
+# the number added to the cosine of the angle between the normal and the offset from the bone, which makes a bone on the
+# outer side of a vertex 2,000 times as far as one straight below it.
 EQUAL, MIN_COSINE = 1e-4, 1.001
 EPSILON = np.finfo(np.float64).eps  # lower bound on lengths and masses in units of the whole, by which is divided
 
@@ -76,7 +78,7 @@ def bone_weights(
 
 
 def _offsets(points: NDArray[np.float64], start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(n, 3) vectors to points from the nearest point of a segment each."""
+    """(n, 3) vectors to points, each from the nearest point of its segment."""
     along, offset = end - start, points - start
     squared = (along * along).sum(axis=-1)
     share = (offset * along).sum(axis=-1) / np.where(squared > 0, squared, 1.0)
@@ -91,9 +93,9 @@ def _nearest_bones(
     parents: NDArray[np.int64],
     bone_of_vertex: NDArray[np.int64],
 ) -> NDArray[np.bool_]:
-    """(n, b) whether a bone is nearest: of that of the vertex's region, its parent, its children and its siblings.
+    """(n, b) whether a bone is nearest among that of the vertex's region, its parent, its children and its siblings.
 
-    Several are where they meet.
+    Where bones meet, several are nearest.
     """
     normals = np.zeros((len(mesh.vertices), 3))
     np.add.at(normals, mesh.faces, mesh.face_normals[:, None])
@@ -114,9 +116,10 @@ def _nearest_bones(
 
 
 def keep_largest(weights: NDArray[np.float64], number: int) -> NDArray[np.float64]:
-    """(n, b) weights with only the largest ones of each row, which sum to 1 again; of equal ones all or none.
+    """(n, b) weights with only the largest ones of each row, which sum to 1 again.
 
-    Else a vertex in the plane of symmetry would follow the left arm and not the right one.
+    Of equal weights all or none are kept, since a vertex in the plane of symmetry would else follow one arm only. If
+    more than ``number`` weights share the largest value, the first of them are kept.
 
     Parameters
     ----------

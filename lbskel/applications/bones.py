@@ -1,9 +1,9 @@
 """Bones from a skeleton: few straight segments, the first at the root, joints at bends and where limbs leave the body.
 
-Cycles are cut where they are thinnest; small components go to the nearest bone. A branch becomes as many bones as its
-length asks for, with joints such that the bones follow its bends, and in equal parts where it has none. A limb turns
-where it leaves the inscribed ball of its junction. If there are too many bones, a least length rises, below which
-branches are dropped or have fewer bones.
+Cycles are cut where they are thinnest; small components are merged into the nearest node of another. A branch becomes
+as many bones as fit its length, with joints such that the bones follow its bends, and in equal parts if it has none.
+The first joint of a limb is where it leaves the inscribed ball of its junction. While there are too many bones, a least
+length is raised, below which branches are dropped or have fewer bones.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ from lbskel.skeleton.spanning_tree import to_tree
 # (benchmarks/results/rig.md, "Constants").
 BONE_LENGTH = 7.0
 # Weight of the squared differences of the lengths of bones, beside their squared distance from the path, both relative
-# to the branch, no unit; 0.0014 to 0.0028 do as well (same table): bends count where they are clearer than 4 degrees.
+# to the branch, no unit. 0.002 to 0.0028 give the same joints, 0.0014 puts elbows and knees 0.1 radii farther off (same
+# table): bends count where they are clearer than 4 degrees.
 EQUAL_WEIGHT = 0.002
 GROWTH = (
     1.1  # factor by which the least length rises, no unit: the step of a search, which bounds how far it overshoots
@@ -44,7 +45,7 @@ class Bones:
     parents : (b,) array of int
         -1 for a root.
     branches : (b,) array of int
-        The branch that a bone is part of; -1 for a root.
+        Number of the branch that a bone is part of; -1 for a root.
     bone_of_vertex : (n,) array of int
         The bone that the region of each vertex belongs to.
     """
@@ -57,19 +58,19 @@ class Bones:
 
 
 def bones_of(skeleton: Skeleton, *, max_bones: int) -> Bones:
-    """Make bones of a skeleton.
+    """Make bones from a skeleton.
 
     Parameters
     ----------
     skeleton : Skeleton
-        With radii that are known, and ``node_of_vertex``.
+        With known radii and ``node_of_vertex``.
     max_bones : int
-        Largest number of bones, with the roots.
+        Largest number of bones, roots included.
 
     Raises
     ------
     MeshError
-        If so few bones cannot hold the components.
+        If there are more components than bones allowed.
     """
     tree = _main_components(to_tree(skeleton))
     n_roots = tree.n_components

@@ -1,10 +1,10 @@
 """Labels of faces of least energy: graph cuts that move the boundaries of parts to short, concave paths of edges.
 
-The energy of labels l is a sum over the faces of what their label costs, plus a sum over the edges between faces of
-different labels of what the edge costs. Moves of one label at a time, each the best of all of its kind, lower it until
-none does: Boykov, Veksler, Zabih 2001, "Fast approximate energy minimization via graph cuts",
-https://doi.org/10.1109/34.969114. The best move is a minimum cut; its edges are those of Kolmogorov, Zabih 2004, "What
-energy functions can be minimized via graph cuts?", https://doi.org/10.1109/TPAMI.2004.1262177.
+The energy of a labeling is the sum of the costs of the faces' labels, plus the sum of the costs of the edges between
+faces of different labels. A move gives one label to any set of faces. The best move of each label is made in turn until
+none lowers the energy: Boykov, Veksler, Zabih 2001, "Fast approximate energy minimization via graph cuts",
+https://doi.org/10.1109/34.969114. The best move is a minimum cut of the graph of Kolmogorov, Zabih 2004, "What energy
+functions can be minimized via graph cuts?", https://doi.org/10.1109/TPAMI.2004.1262177.
 """
 
 from __future__ import annotations
@@ -28,13 +28,18 @@ def expand_labels(
     Parameters
     ----------
     labels : (m,) array of int
-        To begin with, from 0 to c - 1; of finite costs.
+        Initial label of each face, from 0 to c - 1; its cost is finite.
     costs : (m, c) array of float
-        Of each label at each face, not negative; infinite where a face cannot have the label.
+        Cost of each label at each face, not negative; infinite where a face cannot have the label.
     pairs : (p, 2) array of int
         Neighboring faces.
     weights : (p,) array of float
         Cost of different labels at a pair, not negative.
+
+    Returns
+    -------
+    (m,) array of int
+        Labels, after at most MAX_ROUNDS rounds.
     """
     finite = np.where(np.isfinite(costs), costs, 0.0)
     total = 4 * weights.sum() + finite.max(axis=1, initial=0.0).sum()

@@ -1,10 +1,10 @@
 """Smooth boundaries between labels of faces: the labels diffuse over the surface, and the largest share is taken.
 
-In turn, (M + t L) U = M P with the areas M of the faces, the indicators P of the labels and a Laplacian L of the faces,
-whose edges conduct by their lengths over the distances of the faces' centers, less where the surface is concave; each
-face then takes the label of its largest U. That moves boundaries like mean curvature flow, and keeps them in creases:
-Merriman, Bence, Osher 1992, "Diffusion generated motion by mean curvature". The time t is the square of a share of the
-local radius. Last, a face with the longer part of its edges at another label takes that.
+A few times, (M + t L) U = M P is solved, with the areas M of the faces, the indicators P of the labels and a Laplacian
+L of the faces, and each face then takes the label of its largest U. The weights of L are the lengths of the edges over
+the distances of the faces' centers, less where the surface is concave. That moves boundaries like mean curvature flow,
+and keeps them in creases: Merriman, Bence, Osher 1992, "Diffusion generated motion by mean curvature". The time t is
+the square of a share of the local radius. Last, a face with more of its edges' length at another label takes that one.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from scipy.sparse import coo_array, csc_array, csr_array
 from lbskel.applications.face_graph import FaceGraph
 from lbskel.solvers import factorize
 
-# Local radii over which labels diffuse, and turns. All of these: benchmarks/results/parts.md, "Constants".
+# Local radii over which labels diffuse, and how often they do. Both, and those below, are swept in
+# benchmarks/results/parts.md, "Constants".
 DIFFUSION = 0.85
 TURNS = 3
 MAX_CONDUCTANCE = 1e3  # bound on the length of an edge over the distance of its faces, which is tiny at slivers
@@ -27,7 +28,7 @@ EPSILON = 1e-9  # part of the longest edge by which a boundary must get shorter:
 
 
 def concavity(graph: FaceGraph, scale: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(p,) radians per local radius by which the surface turns inwards at each edge; 0 where it does not.
+    """(p,) angle by which the surface turns inwards at each edge, in radians per local radius; 0 where it is convex.
 
     Parameters
     ----------
@@ -44,7 +45,7 @@ def concavity(graph: FaceGraph, scale: NDArray[np.float64]) -> NDArray[np.float6
 def smooth_labels(
     labels: NDArray[np.int64], graph: FaceGraph, areas: NDArray[np.float64], scale: NDArray[np.float64]
 ) -> NDArray[np.int64]:
-    """Smooth the boundaries of labels; some of few faces may vanish.
+    """Smooth the boundaries of labels; a label of few faces may vanish.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ def smooth_labels(
 
 
 def _without_teeth(labels: NDArray[np.int64], graph: FaceGraph) -> NDArray[np.int64]:
-    """Give faces the label of the longest part of their edges, as long as the boundary gets shorter."""
+    """Give faces the label at the largest length of their edges, as long as the boundary gets shorter."""
     own, beside = graph.pairs.T.ravel(), graph.pairs[:, ::-1].T.ravel()
     lengths = np.tile(graph.lengths, 2)
     shape = (len(labels), int(labels.max()) + 1)

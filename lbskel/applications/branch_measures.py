@@ -6,9 +6,9 @@ their nodes,
 
     1/2 d . (N/3 + C/6 + P/3),
 
-with the mean displacement d of the corners, the cross product N of two sides of the face, P of the same sides of the
-triangle of nodes, and C the two mixed ones. Two faces sweep the same surface at their common edge, so the volumes sum
-to that of the mesh, less what the triangles of nodes enclose, which is about nothing.
+with the mean displacement d of the corners, the cross product N of two sides of the face, the cross product P of the
+same sides of the triangle of nodes, and the sum C of the two mixed products. Two faces sweep the same surface at their
+common edge, so the volumes sum to that of the mesh, less what the triangles of nodes enclose, which is about nothing.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from lbskel.geometry.normals import normalized
 from lbskel.skeleton.skeleton import Skeleton
 
 N_PROFILE = 11  # places of a profile, every 10 % of the length of its branch; a choice
-# ``python -m benchmarks parts``, "Constants of sections": on three cylinders that meet, mean areas are off by 0.9 % if
-# the reach is 1 or more, by 2 % at 0.5, by 25 % at 0; the other two only bound the time, from 1 and from 5 on.
+# benchmarks/results/parts.md, "Constants of sections": on three cylinders that meet, mean areas are off by 0.9 % if the
+# reach is 1 or more, by 2 % at 0.5, by 21 % at 0.05; the other two hardly matter, from 1 and from 5 on.
 SECTION_STEPS = 4  # cross-sections in the length of one mean radius of a branch
 JUNCTION_REACH = 2.0  # distance from a junction, in its radii, within which a section is not of one branch
 MAX_SECTIONS = 200  # upper bound on the cross-sections of one branch
@@ -38,7 +38,7 @@ MAX_SECTIONS = 200  # upper bound on the cross-sections of one branch
 
 @dataclass(frozen=True, eq=False)
 class Polyline:
-    """The points of a branch, their radii, and their distances from its start along it."""
+    """The (k, 3) points of a branch, their (k,) radii, and their (k,) distances from its start along it."""
 
     points: NDArray[np.float64]
     radii: NDArray[np.float64]
@@ -90,12 +90,12 @@ def face_volumes(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
     skeleton : Skeleton
         With ``node_of_vertex``.
     mesh : Mesh
-        That the skeleton was made from.
+        The mesh that the skeleton was made from. A closed one may be inside out; an open one faces outwards.
 
     Raises
     ------
     MeshError
-        If the skeleton's map is not one of the vertices of the mesh.
+        If the skeleton does not map as many vertices as the mesh has.
     """
     if len(skeleton.node_of_vertex) != len(mesh.vertices):
         raise MeshError(
@@ -114,7 +114,21 @@ def face_volumes(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
 def shared_among_branches(
     skeleton: Skeleton, paths: tuple[NDArray[np.int64], ...], mesh: Mesh
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(b,) surface area and volume of the faces of each branch; a face is shared by the branches of its corners."""
+    """(b,) surface area and (b,) volume of each branch; a face is shared by the branches of its corners.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With ``node_of_vertex``.
+    paths : tuple of arrays of int
+        The nodes of each branch.
+    mesh : Mesh
+
+    Raises
+    ------
+    MeshError
+        As for :func:`face_volumes`.
+    """
     volumes = face_volumes(skeleton, mesh)
     k = len(skeleton.nodes)
     node = np.concatenate([np.empty(0, dtype=np.int64), *paths])
@@ -130,7 +144,17 @@ def shared_among_branches(
 def section_areas(
     skeleton: Skeleton, paths: tuple[NDArray[np.int64], ...], lines: list[Polyline], mesh: Mesh
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(b,) mean area of the cross-sections of each branch, and (b, 11) areas along it; NaN where there is none."""
+    """(b,) mean area of the cross-sections of each branch, and (b, N_PROFILE) areas along it; NaN where there is none.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    paths : tuple of arrays of int
+        The nodes of each branch.
+    lines : list of Polyline
+        The polyline of each branch.
+    mesh : Mesh
+    """
     means, profiles = np.full(len(lines), np.nan), np.full((len(lines), N_PROFILE), np.nan)
     for row, (path, line) in enumerate(zip(paths, lines, strict=True)):
         begin, end = (JUNCTION_REACH * line.radii[e] * (skeleton.degrees[path[e]] > 2) for e in (0, -1))

@@ -3,8 +3,9 @@
 Strahler 1957, "Quantitative analysis of watershed geomorphology", https://doi.org/10.1029/TR038i006p00913: a branch
 without children has order 1; any other has the largest order of its children, plus one if two of them have it.
 
-A branch hangs on the branch by which a shortest path along the graph reaches its nearer end from the root, the first
-node, or in further components their thickest tip. So a branch that closes a cycle has a parent but no children.
+The root is the first node, and in each further component its thickest tip. The parent of a branch is the branch by
+which the shortest path from the root along the graph reaches its nearer end. So a branch that closes a cycle has a
+parent but no children.
 """
 
 from __future__ import annotations
@@ -33,12 +34,12 @@ class BranchOrder:
     paths : tuple of arrays of int
         The nodes of each branch, the end nearer to the root first.
     parents : (b,) array of int
-        Row of the branch that each hangs on; -1 where it begins at the root or holds it.
+        Row of the parent of each branch; -1 where a branch begins at the root or has the root inside.
     strahler : (b,) array of int
         Strahler order.
     local_angles, remote_angles : (b,) array of float
-        In degrees, between the two children at the end of a branch: between their first edges, and between the lines to
-        their ends. NaN where a branch has not two children.
+        Angles in degrees between the two children at the end of a branch: between their first edges, and between the
+        lines to their ends. NaN for a branch that does not have two children.
     """
 
     paths: tuple[NDArray[np.int64], ...]

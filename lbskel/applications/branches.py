@@ -30,26 +30,26 @@ class BranchTable:
     Parameters
     ----------
     start, end : (b,) array of int
-        Nodes, that nearer to the root first.
+        Nodes at the ends; the start is nearer to the root.
     parent : (b,) array of int
-        Row of the branch that a branch hangs on; -1 where it begins at the root or holds it.
+        Row of the branch's parent; -1 where the branch begins at the root or has the root inside.
     strahler : (b,) array of int
         Strahler order.
     length, chord : (b,) array of float
-        Of the polyline, and of the line between its ends.
+        Length of the polyline, and of the line between its ends.
     tortuosity : (b,) array of float
         Length over chord; NaN for loops.
     mean_radius, min_radius, max_radius : (b,) array of float
-        Of the radii of the nodes, the mean by length.
+        Mean along the length, smallest and largest of the radii of the nodes.
     section_area : (b,) array of float
-        Mean area of the cross-sections more than two radii from junctions; NaN without a mesh.
+        Mean area of the cross-sections more than two junction radii from junctions; NaN without a mesh or sections.
     area, volume : (b,) array of float
-        Of the part of the mesh that belongs to the branch; without a mesh, of truncated cones, without their ends.
+        Of the part of the mesh that belongs to the branch. Without a mesh, side area and volume of truncated cones.
     area_share, volume_share : (b,) array of float
-        Of the sum over the branches.
+        Fractions of the sums over the branches.
     local_angle, remote_angle : (b,) array of float
-        Degrees between the two children at the end: of their first edges, and of the lines to their ends; NaN where
-        there are not two.
+        Degrees between the two children at the end: between their first edges, and between the lines to their ends;
+        NaN for a branch that does not have two children.
     radius_profile, section_area_profile : (b, 11) array of float
         Radius and area of the cross-section at 0, 10, ... 100 % of the length.
 
@@ -144,7 +144,7 @@ def branch_table(skeleton: Skeleton, mesh: Any = None) -> BranchTable:
     skeleton : Skeleton
         With ``node_of_vertex``, if the mesh is given. Its first node is the root.
     mesh : Mesh or anything that :func:`lbskel.as_mesh` takes, optional
-        That the skeleton was made from.
+        The mesh that the skeleton was made from.
 
     Returns
     -------
@@ -154,7 +154,7 @@ def branch_table(skeleton: Skeleton, mesh: Any = None) -> BranchTable:
     Raises
     ------
     MeshError
-        If the skeleton's map is not one of the vertices of the mesh.
+        If the skeleton does not map as many vertices as the mesh has.
 
     Examples
     --------

@@ -2,8 +2,8 @@
 
 ``spectral``: the first eigenvectors of the graph Laplacian. Karni, Gotsman 2000, "Spectral compression of mesh
 geometry", https://doi.org/10.1145/344779.344924. ``geometry_aware``: u_i = argmin |L u|^2 + sum_j (u(a_j) - [i = j])^2
-for anchors a_j and L = I - D^-1 A, whose coefficients are the positions of the anchors. Anchors are added where the
-error is largest. Sorkine, Cohen-Or, Irony, Toledo 2005, "Geometry-aware bases for shape approximation",
+for anchors a_j and L = I - D^-1 A; the coefficients are the positions of the anchors, which are added where the error
+is largest. Sorkine, Cohen-Or, Irony, Toledo 2005, "Geometry-aware bases for shape approximation",
 https://doi.org/10.1109/TVCG.2005.33. Coefficients are rounded to multiples of one step.
 """
 
@@ -42,15 +42,15 @@ class CompressedMesh:
     basis : str
         A name in BASES.
     faces : (m, 3) array of int
-        What connectivity coders store; not counted in the rate.
+        The connectivity, which coders of its own kind store; not counted in the rate.
     n_vertices : int
     coefficients : (k, 3) array of int
     step : float
-        What a coefficient is multiplied with, in the units of the mesh.
+        Factor of the coefficients, in the units of the mesh.
     origin : (3,) array of float
         Added to all positions.
     anchors : (k,) array of int
-        Vertices, of the basis ``geometry_aware``; else empty.
+        The anchors of the basis ``geometry_aware``; for ``spectral`` empty.
 
     Examples
     --------
@@ -125,7 +125,7 @@ def compress(mesh: Any, k: int, *, basis: str = "spectral", bits: int = 12) -> C
     UnknownChoice
         If there is no such basis, or a number is out of its range.
     MeshError
-        If there are more components than anchors.
+        If for ``geometry_aware`` there are more components than anchors.
 
     References
     ----------

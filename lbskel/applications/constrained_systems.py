@@ -2,8 +2,8 @@
 
 Hard: min tr(X^T Q X) / 2 - tr(X^T B) with X = C at the constrained rows, by elimination: Q_ff X_f = B_f - Q_fc C.
 Soft: the energy plus w / 2 |X_c - C|^2. Sorkine 2005, "Laplacian mesh processing", section 3,
-https://doi.org/10.2312/egst.20051044. A matrix that is not symmetric positive definite, as of operators that are not
-symmetric, is taken as the system Q X = B itself, by sparse LU.
+https://doi.org/10.2312/egst.20051044. For a matrix Q that is not symmetric positive definite, such as that of an
+operator that is not symmetric, the system Q X = B itself is solved, by sparse LU.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from lbskel.solvers.superlu import GeneralLU
 
 
 def factorize_square(A: csc_array, *, solver: str = "cholmod", like: Factorization | None = None) -> Factorization:
-    """Factorize by a solver of symmetric positive definite systems; by LU if the matrix is none.
+    """Factorize by a solver of symmetric positive definite systems, or by LU if the matrix is not of that kind.
 
     Parameters
     ----------
@@ -83,9 +83,9 @@ class ConstrainedSystem:
         Positive semidefinite; definite on the rows that are not constrained.
     constrained : (k,) array of int
     weight : float, optional
-        Of soft constraints, in units of the entries of Q; by default they are hard.
-    held : (h,) array of int
-        Rows whose value is zero, hard in any case; none of ``constrained``.
+        The weight w of soft constraints, in units of the entries of Q; by default they are hard.
+    held : (h,) array of int, optional
+        Rows whose value is fixed to zero; none of ``constrained``.
     solver : str
         A name in SOLVERS.
 
@@ -121,9 +121,9 @@ class ConstrainedSystem:
     def solve(
         self, values: NDArray[np.float64], B: NDArray[np.float64] | None = None, *, refined: bool = True
     ) -> NDArray[np.float64]:
-        """Minimize for (k, c) prescribed values and an (n, c) linear term B, by default zero.
+        """Find the (n, c) minimizer for (k, c) prescribed values and an (n, c) linear term B, by default zero.
 
-        ``refined`` as of :meth:`lbskel.solvers.Factorization.solve`.
+        ``refined`` is as for :meth:`lbskel.solvers.Factorization.solve`.
 
         Raises
         ------

@@ -5,16 +5,16 @@ With V the surface at rest, D = X - V, and the deltas S V:
 - ``harmonic``:     min tr(D^T S D), the smoothest displacement of first order
 - ``biharmonic``:   min tr(D^T S M^-1 S D), of second order
 - ``naive``:        min |S X - S V|^2, deltas kept as they are
-- ``rotated``:      min |S X - R S V|^2, deltas turned by the rotations of the rings, from a solution so far
+- ``rotated``:      min |S X - R S V|^2, deltas turned by the rotations of the rings in the previous solution
 - ``similarity``:   min |S X - T(X) S V|^2, deltas turned and scaled by a linear function of X
 - ``arap``:         as rigid as possible (:mod:`lbskel.applications.rigidity`)
 
-The first three are linear in the displacements of the handles, and do not turn details. The last three start from the
-rigid motion that fits the handles best, so that a rotation of all of them is exact; ``arap`` then from ``rotated``,
-since from a displacement it ends at folds of the surface. Sorkine 2005, section 4,
-https://doi.org/10.2312/egst.20051044; Lipman, Sorkine, Cohen-Or, Levin, Roessl, Seidel 2004, "Differential coordinates
-for interactive mesh editing" (rotated), https://doi.org/10.1109/SMI.2004.1314505; Botsch, Kobbelt 2004 (biharmonic),
-https://doi.org/10.1145/1015706.1015772.
+The first three are linear in the displacements of the handles, and do not turn details. The last three work in the
+frame of the rigid motion that fits the handles best, so that a rotation of all of them is exact. There ``rotated``
+starts from ``naive``, and ``arap`` from ``rotated``, since from a linear displacement it ends at folds of the surface.
+Sorkine 2005, section 4, https://doi.org/10.2312/egst.20051044; Lipman, Sorkine, Cohen-Or, Levin, Roessl, Seidel 2004,
+"Differential coordinates for interactive mesh editing" (rotated), https://doi.org/10.1109/SMI.2004.1314505; Botsch,
+Kobbelt 2004 (biharmonic), https://doi.org/10.1145/1015706.1015772.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ from lbskel.applications.similarity_invariance import invariant_matrix
 from lbskel.applications.symmetric import require_symmetric
 from lbskel.operators import Laplacian
 
-# Iterations of ``rotated`` before ``arap``: fewer leave more energy, 20 more on one of three shapes
+# Iterations of ``rotated`` before ``arap``: fewer leave more energy, and so do 20 on one of three shapes
 # (benchmarks/results/applications_editing.md, "Start").
 START_ITERATIONS = 5
 
 Positions = NDArray[np.float64]
-# from the targets of the constrained vertices, a number of iterations, and positions to start from
+# from the targets of the constrained vertices, a number of iterations, and positions to start from, to all positions
 Deformation = Callable[[Positions, int, Positions | None], Positions]
 
 
@@ -56,7 +56,7 @@ class Constraints:
     held : (h,) array of int
         Vertices that stay where they are: those of components without a handle.
     weight : float, optional
-        Of soft constraints, in means of the diagonal of the energy's matrix; by default they are hard.
+        Weight of soft constraints, relative to the mean of the diagonal of the energy's matrix; by default hard.
     solver : str
         A name in SOLVERS.
     """
@@ -67,7 +67,7 @@ class Constraints:
     solver: str
 
     def system(self, Q: csc_array, dimensions: int = 1) -> ConstrainedSystem:
-        """Factorize an energy whose matrix has so many rows for each vertex."""
+        """Factorize an energy whose matrix Q has ``dimensions`` rows for each vertex."""
         weight = None if self.weight is None else self.weight * float(Q.diagonal().mean())
         rows = [(dimensions * part[:, None] + np.arange(dimensions)).ravel() for part in (self.vertices, self.held)]
         return ConstrainedSystem(Q, rows[0], weight=weight, held=rows[1], solver=self.solver)
@@ -93,7 +93,7 @@ def _naive(L: Laplacian, V: Positions, constraints: Constraints) -> Deformation:
 
 
 def _aligned(V: Positions, constraints: Constraints, deform: Deformation) -> Deformation:
-    """Solve in the frame of the rigid motion that fits the handles best; what is held keeps its place."""
+    """Solve in the frame of the rigid motion that fits the handles best; held vertices keep their places."""
     rest, held = V[constraints.vertices], constraints.held
 
     def solve(targets: Positions, iterations: int, initial: Positions | None) -> Positions:

@@ -27,7 +27,7 @@ from lbskel.operators import Operator, apply_operator
 
 
 def delta_coordinates(mesh: Any, *, operator: str | Operator = "cotangent") -> NDArray[np.float64]:
-    """Compute S V, by how much each vertex differs from its neighbors' weighted mean, times the sum of the weights.
+    """Compute S V: each vertex minus the weighted mean of its neighbors, times the sum of the weights.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def delta_coordinates(mesh: Any, *, operator: str | Operator = "cotangent") -> N
     Returns
     -------
     (n, 3) array of float
-        In the caller's unit of length, for operators whose weights have none.
+        In the caller's unit of length, for operators whose weights have no unit.
 
     Raises
     ------
@@ -86,7 +86,7 @@ class AnchoredLaplacian:
     anchors : (k,) array of int
         At least one in each component.
     weight : float, optional
-        Of soft anchors, in units of the entries of S; by default they are hard.
+        The weight w of soft anchors, in units of the entries of S; by default they are hard.
     solver : str
         A name in SOLVERS.
 
@@ -157,11 +157,11 @@ def reconstruct(
     anchors : (k,) array_like of int
         At least one vertex in each component.
     positions : (k, 3) array_like of float, optional
-        Of the anchors; by default those of the mesh.
+        Positions of the anchors; by default those of the mesh.
     operator : str or callable
         A name in OPERATORS, or a function from a Mesh to a Laplacian.
     anchor_weight : float, optional
-        Of soft anchors, in units of the operator's weights; by default anchors are hard.
+        The weight w of soft anchors, in units of the operator's weights; by default anchors are hard.
     solver : str
         A name in SOLVERS.
 

@@ -1,4 +1,4 @@
-"""Editing a surface by handles: regions that are moved rigidly, and a surface that follows them.
+"""Editing a surface by handles: regions are moved rigidly, and the rest of the surface follows.
 
 An :class:`Editor` factorizes once for a choice of regions and solves for any motions of them. The methods are in
 :mod:`lbskel.applications.deformation_methods`.
@@ -86,7 +86,7 @@ class Editor:
     operator : str or callable
         A name in OPERATORS, or a function from a Mesh to a Laplacian; for ``arap`` a symmetric one.
     handle_weight : float, optional
-        Of soft handles, relative to the mean of the diagonal of the energy; by default they are hard.
+        Weight of soft handles, relative to the mean of the diagonal of the energy's matrix; by default they are hard.
     solver : str
         A name in SOLVERS.
 
@@ -151,11 +151,13 @@ class Editor:
         Parameters
         ----------
         motions : sequence of (4, 4) array_like of float
-            Of each handle, in homogeneous coordinates, from where it was at rest; see :func:`lbskel.rigid_motion`.
+            The motion of each handle from its place at rest, in homogeneous coordinates; see
+            :func:`lbskel.rigid_motion`.
         iterations : int
-            Of ``arap`` and ``rotated``.
+            Iterations of ``arap`` and ``rotated``.
         initial : Mesh or (n, 3) array_like of float, optional
-            From where these two start; by default from a solution of theirs that does not iterate.
+            Positions from which these two start; by default ``rotated`` starts from the solution of ``naive``, and
+            ``arap`` from five iterations of ``rotated``.
 
         Returns
         -------
@@ -165,7 +167,7 @@ class Editor:
         Raises
         ------
         MeshError
-            If there is not one finite (4, 4) matrix for each handle.
+            If there is not one finite (4, 4) matrix for each handle, or not one initial position for each vertex.
         SolveError
             If the system is singular to working accuracy.
         UnknownChoice
@@ -227,9 +229,9 @@ def edit(
     Parameters
     ----------
     mesh, handles, method, operator, handle_weight, solver
-        As of :class:`lbskel.Editor`.
+        As for :class:`lbskel.Editor`.
     motions, iterations
-        As of :meth:`lbskel.Editor.edit`.
+        As for :meth:`lbskel.Editor.edit`.
 
     Raises
     ------

@@ -50,7 +50,7 @@ def face_graph(mesh: Mesh) -> FaceGraph:
     Parameters
     ----------
     mesh : Mesh
-        Oriented; where it is not, angles are of no sign.
+        Consistently oriented; where it is not, the signs of the angles mean nothing.
     """
     V, F, m = mesh.vertices, mesh.faces, len(mesh.faces)
     place = np.unique(V, axis=0, return_inverse=True)[1].ravel()
@@ -76,7 +76,7 @@ def face_graph(mesh: Mesh) -> FaceGraph:
 def connect_parts(labels: NDArray[np.int64], graph: FaceGraph, areas: NDArray[np.float64]) -> NDArray[np.int64]:
     """Give the fragments of each part to the neighbors with the longest common boundary.
 
-    A part keeps its largest piece on each connected surface, if that has as many faces as a tube at least.
+    A part keeps its largest piece on each connected surface, if that has at least MIN_FACES faces.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def connect_parts(labels: NDArray[np.int64], graph: FaceGraph, areas: NDArray[np
         Part of each face.
     graph : FaceGraph
     areas : (m,) array of float
-        Of the faces.
+        Areas of the faces.
     """
     m, (i, j) = len(labels), graph.pairs.T
     surface = _pieces(graph.pairs, m)
@@ -102,7 +102,7 @@ def connect_parts(labels: NDArray[np.int64], graph: FaceGraph, areas: NDArray[np
         across = ~is_same & ~(is_largest[piece[i]] & is_largest[piece[j]])
         if not across.any():
             return current
-        # a fragment that is smaller than all fragments beside it joins a neighbor, so no two change places
+        # only a fragment that is smaller than all fragments beside it joins a neighbor, so no two swap their labels
         rank = np.full(len(area), len(area))
         rank[np.lexsort((np.arange(len(area)), area, is_largest))[: np.count_nonzero(~is_largest)]] = np.arange(
             np.count_nonzero(~is_largest)

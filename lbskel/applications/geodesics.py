@@ -29,8 +29,8 @@ def geodesic_distance(
     operator : str or callable
         A name in OPERATORS or a function from a Mesh to a Laplacian: symmetric.
     unfolded : bool
-        Whether distances are carried across unfolded triangles in the order of the heat; else they are those of the
-        paper, of lower accuracy and smoother: :meth:`lbskel.HeatMethod.distance`.
+        Whether distances are propagated across unfolded triangles in the order of the heat. If not, they are those of
+        the paper, less accurate and smoother: see :meth:`lbskel.HeatMethod.distance`.
 
     Returns
     -------

@@ -1,13 +1,13 @@
 """The heat method: geodesic distances and extended values by one factorization for many queries.
 
 Heat that has flowed for a short time t from the sources, (M + t S) u = delta, decreases away from them. In the order of
-the heat, distances are carried from triangle to triangle (:mod:`lbskel.applications.unfolded_distances`). The paper's
-are smoother, and less accurate: the function phi whose gradient is closest to -grad u / |grad u|, S phi = div of that
-field: Crane, Weischedel, Wardetzky 2013, "Geodesics in heat", https://doi.org/10.1145/2516971.2516977. Triangles are
-those of the intrinsic Delaunay triangulation, of the tufted cover where the mesh is open or not manifold: Sharp, Crane
-2020, https://doi.org/10.1111/cgf.14069, section 6.1. The ratio of the heat of values to the heat of ones extends values
-to all vertices, each that of the nearest source: Sharp, Soliman, Crane 2019, "The vector heat method",
-https://doi.org/10.1145/3243651, section 5.1.
+the heat, distances are propagated from triangle to triangle (:mod:`lbskel.applications.unfolded_distances`). The
+distances of the paper are smoother and less accurate: they are the function phi whose gradient is closest to
+-grad u / |grad u|, from S phi = div of that field: Crane, Weischedel, Wardetzky 2013, "Geodesics in heat",
+https://doi.org/10.1145/2516971.2516977. The triangles are those of the intrinsic Delaunay triangulation, of the tufted
+cover if the mesh is open or not manifold: Sharp, Crane 2020, https://doi.org/10.1111/cgf.14069, section 6.1. The ratio
+of the heat of values to the heat of ones extends values to all vertices, nearly the value of the nearest source: Sharp,
+Soliman, Crane 2019, "The vector heat method", https://doi.org/10.1145/3243651, section 5.1.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from lbskel.solvers import Factorization, factorize
 # on regular grids, where the heat prefers the directions of edges: benchmarks/results/applications_geodesics.md.
 TIME = 1.0
 # Least share of the heat that has to arrive at the farthest vertex; below about 1e-308 it is zero, without a gradient.
-# A vertex may be twice as far from a source as from the vertex that is tried, where the share is squared.
+# A vertex may be twice as far from a source as from the vertex that is tried; the share there is the square.
 MIN_HEAT = 1e-140
 TIME_GROWTH = 4.0  # factor of the time where less arrives, which doubles the reach
 MAX_GROWTHS = 40  # a guess: reaches 2^40 times as far
@@ -97,9 +97,9 @@ class HeatMethod:
         sources : int or (s,) array_like of int
             Vertices.
         unfolded : bool
-            Whether distances are carried across unfolded triangles in the order of the heat, for which the operator
-            hardly matters; else they are those of the paper, of lower accuracy, smooth where two paths are equally
-            short, and the operator diffuses and integrates.
+            Whether distances are propagated across unfolded triangles in the order of the heat, where the operator
+            hardly matters. If not, they are those of the paper, for which the operator diffuses and integrates: less
+            accurate, and smooth where two paths are equally short.
 
         Returns
         -------
@@ -111,7 +111,7 @@ class HeatMethod:
         MeshError
             If a source is no vertex of the mesh.
         SolveError
-            If the operator is not positive semidefinite.
+            If the operator is not positive semidefinite, or heat does not reach every vertex of a component.
         """
         vertices = self._checked(sources)
         active = self._active
@@ -129,7 +129,7 @@ class HeatMethod:
         return scaled
 
     def _integrated(self, sources: NDArray[np.int64], heat: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(n,) distances whose gradient is closest to the unit one of the heat."""
+        """(n,) distances whose gradient is closest to the unit vectors opposite to the gradient of the heat."""
         potential, component = np.zeros(len(heat)), self._component
         free = np.delete(self._active, self._pinned)
         field = unit_gradients(self._gradient[0], -heat)
@@ -147,7 +147,7 @@ class HeatMethod:
         ----------
         sources : (s,) array_like of int
         unfolded : bool
-            As of :meth:`distance`.
+            As for :meth:`distance`.
 
         Returns
         -------
@@ -231,7 +231,7 @@ class HeatMethod:
 
     @cached_property
     def _active(self) -> NDArray[np.int64]:
-        """Vertices of a component."""
+        """The vertices that belong to a component."""
         return np.flatnonzero(self._component >= 0)
 
     @cached_property

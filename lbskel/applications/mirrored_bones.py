@@ -19,14 +19,14 @@ from lbskel.applications.mirror import MirrorPlane
 
 
 def twin_bones(bones: Bones, plane: MirrorPlane, limit: float) -> NDArray[np.int64]:
-    """(b,) for each bone the one at its mirror image, itself in the plane; -1 where there is none.
+    """(b,) for each bone the one at its mirror image, or itself if it lies in the plane; -1 where there is none.
 
     Parameters
     ----------
     bones : Bones
     plane : MirrorPlane
     limit : float
-        Largest distance of the ends of a bone from the mirror images of its twin's.
+        Largest root of the summed squared distances of a bone's two ends from the mirror images of its twin's ends.
     """
     is_root = bones.branches < 0
     tails = np.where(is_root[:, None], bones.heads, bones.tails)  # that of a root is arbitrary
@@ -48,7 +48,8 @@ def paired_bones(
 ) -> tuple[Bones, NDArray[np.int64]]:
     """Give every bone a twin, and return the bones and the twins.
 
-    Unchanged if there would be too many, a root is beside the plane, or a bone in the plane hangs on one beside it.
+    The bones are unchanged if there would be too many, a root lies beside the plane, or the parent of a bone in the
+    plane lies beside it.
 
     Parameters
     ----------
@@ -57,7 +58,7 @@ def paired_bones(
     vertices : (n, 3) array of float
         Of the mesh.
     limit : float
-        As of :func:`twin_bones`; a bone that is so near to the plane lies in it.
+        As for :func:`twin_bones`; a bone whose ends are as near to the plane lies in it.
     max_bones : int
         Largest number of bones.
     """
@@ -89,7 +90,7 @@ def _mirrored(
     sides: NDArray[np.int64],
     side: int,
 ) -> tuple[Bones, NDArray[np.int64]]:
-    """Keep the bones of one side and in the plane, and mirror the former."""
+    """Keep the bones of one side and those in the plane, and mirror those of the side."""
     k = len(kept)
     number = np.full(len(sides), -1)
     number[kept] = np.arange(k)

@@ -1,7 +1,7 @@
 """The means of neighbors, D^-1 A, and the boundary of a mesh, from its sorted edges and without a matrix D - A.
 
-A has a one for each edge (i, j), so with the part U of A above its diagonal, A = U + U^T, and the rows of U are the
-edges in their order. That takes a third of the time of assembling D - A, which is most of the time of a short filter.
+A has a one for each edge (i, j), so A = U + U^T with the part U of A above its diagonal, and the rows of U are the
+sorted edges. This takes a third of the time of assembling D - A, which is most of the time of a short filter.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from lbskel.geometry.mesh import Mesh
 
 
 def edge_keys(mesh: Mesh) -> NDArray[Any]:
-    """(3m,) number i n + j of the edge (i, j), i <= j, opposite every corner of the m faces, ascending."""
+    """(3m,) numbers i n + j of the edges (i, j), i <= j, opposite the corners of the m faces, in ascending order."""
     n = len(mesh.vertices)
     number = np.uint32 if n < 2**16 else np.uint64  # the shorter, the sooner they are sorted
     a, b, c = mesh.faces.T.astype(number)
@@ -28,7 +28,14 @@ def edge_keys(mesh: Mesh) -> NDArray[Any]:
 
 
 def boundary_vertices(n: int, keys: NDArray[Any]) -> NDArray[np.int64]:
-    """(b,) ends of the edges with one face, from the keys of a mesh of n vertices."""
+    """(b,) ends of the edges with one face, with repetitions, from the keys of a mesh of n vertices.
+
+    Parameters
+    ----------
+    n : int
+    keys : (3m,) array of int
+        From :func:`edge_keys`.
+    """
     is_new = np.ones(len(keys) + 1, dtype=bool)
     np.not_equal(keys[1:], keys[:-1], out=is_new[1:-1])
     single = keys[is_new[1:] & is_new[:-1]].astype(np.int64)

@@ -1,7 +1,7 @@
-"""High-pass quantization: deltas in place of positions are rounded, so that the error is smooth and hardly visible.
+"""High-pass quantization: deltas are rounded in place of positions, so that the error is smooth and hardly visible.
 
-The rounding error of delta = S V is divided by the eigenvalues of S: high frequencies get little of it, low ones much,
-which anchors bound. A rounding error of positions is white noise. Sorkine, Cohen-Or, Toledo 2003, "High-pass
+The rounding error of delta = S V is divided by the eigenvalues of S: high frequencies get little of it and low ones
+much, which anchors bound. Rounded positions, in contrast, have white noise. Sorkine, Cohen-Or, Toledo 2003, "High-pass
 quantization for mesh encoding", https://doi.org/10.2312/SGP/SGP03/042-051.
 """
 
@@ -49,7 +49,7 @@ def round_to_bits(values: NDArray[np.float64], bits: int) -> tuple[NDArray[np.in
 
 
 def entropy(codes: NDArray[np.int64]) -> float:
-    """Compute the bits that a row of (n, c) codes takes on average, each column coded by its frequencies."""
+    """Compute the bits that a row of (n, c) codes takes on average if each column is coded by its frequencies."""
     total = 0.0
     for column in codes.T:
         shares = np.unique(column, return_counts=True)[1] / len(column)
@@ -107,8 +107,8 @@ def quantize_deltas(
     bits : int
         Of each coordinate of a delta, from 1 to 32.
     n_anchors, operator, anchor_weight, solver
-        As of :func:`lbskel.least_squares_mesh`, with the same errors. A decoder has the connectivity only, from which
-        ``graph`` follows; of other operators it needs the weights too, which are not counted.
+        As for :func:`lbskel.least_squares_mesh`, with the same errors. A decoder has the connectivity only, which
+        determines ``graph``; for other operators it also needs the weights, which are not counted.
 
     Raises
     ------

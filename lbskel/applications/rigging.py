@@ -31,12 +31,12 @@ PAIR_DISTANCE = 0.05
 
 
 def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influences: int = MAX_INFLUENCES) -> Rig:
-    """Make bones of a skeleton and bind a mesh to them.
+    """Make bones from a skeleton and bind a mesh to them.
 
     Parameters
     ----------
     mesh : Mesh or anything that :func:`lbskel.as_mesh` takes
-        That the skeleton was made from.
+        The mesh that the skeleton was made from.
     skeleton : Skeleton
         With ``node_of_vertex``.
     max_bones : int
@@ -110,7 +110,7 @@ def _symmetric_weights(
 
 
 def _names(bones: Bones, twins: NDArray[np.int64], plane: MirrorPlane | None) -> tuple[str, ...]:
-    """Name the bones: root; spine where a bone is its own twin; limb with a number and a side; a number along it."""
+    """Name the bones: root; spine with a number if a bone is its own twin; else limb with number, side and position."""
     names: list[str] = []
     n_limbs = n_spine = 0
     limb_of_branch: dict[tuple[int, bool], int] = {}

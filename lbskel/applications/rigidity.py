@@ -1,7 +1,7 @@
 """The as-rigid-as-possible energy of a deformation, and its two alternating steps.
 
 E(X) = sum_i sum_j w_ij |(x_i - x_j) - R_i (v_i - v_j)|^2 over the neighbors j of each vertex i, with the rotations R_i
-that make it smallest. Local step: R_i is the rotation nearest to sum_j w_ij (x_i - x_j) (v_i - v_j)^T. Global step:
+that make it smallest. Local step: R_i is the rotation closest to sum_j w_ij (x_i - x_j) (v_i - v_j)^T. Global step:
 S X = C^T R / 2, where C is the matrix that maps X to these sums, and S is factorized once. Sorkine, Alexa 2007,
 "As-rigid-as-possible surface modeling", equations 3, 5 and 9, https://doi.org/10.2312/SGP/SGP07/109-116.
 """

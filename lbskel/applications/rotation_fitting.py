@@ -1,7 +1,7 @@
 """Rotations nearest to matrices, in closed form but for one root: the orthogonal Procrustes problem with determinant 1.
 
-The rotation R with the largest tr(R^T M) is, with the singular values s1 >= s2 >= |s3| of M, the last one with the sign
-of det M, and their sum l (Markley 1993, "Attitude determination using vector observations: a fast optimal matrix
+The rotation R with the largest tr(R^T M) is, with the singular values s1 >= s2 >= |s3| of M, where s3 has the sign of
+det M, and their sum l (Markley 1993, "Attitude determination using vector observations: a fast optimal matrix
 algorithm"):
 
     R = ((k + |M|^2) M + l cof M - M M^T M) / (k l - det M),  k = (l^2 - |M|^2) / 2
@@ -36,7 +36,7 @@ def _cofactors(M: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def nearest_rotations(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Find the rotation with the largest tr(R^T M) for each matrix; the identity for zero.
+    """Find the rotation R with the largest tr(R^T M) for each matrix M; the identity for zero.
 
     Parameters
     ----------

@@ -1,13 +1,13 @@
 """Segmentation of a mesh into its parts, by the branches of its skeleton and their thickness.
 
 The nodes of the skeleton are divided into parts (:mod:`lbskel.applications.skeleton_parts`). A vertex belongs to the
-node that it contracted to, or to one of another part nearby that is nearer in radii, since where limbs join at their
-roots, as fingers do, the surface between them contracts to either. A face costs, for each
-part, its area times the distance from its nodes to the part along the skeleton; an edge between two parts costs its
-length over 1 + c, where the surface turns inwards by c radians per local radius, since people see the boundaries of
-parts there: Hoffman, Richards 1984, "Parts of recognition", https://doi.org/10.1016/0010-0277(84)90022-2. Lengths are
-in local radii, so the boundary around a limb moves by about its radius to find a crease. The least sum is sought by
-graph cuts (:mod:`lbskel.applications.boundary_cut`); diffusion of the labels makes the boundaries smooth
+node that it contracted to, or to a node of another part nearby that is nearer in radii, since where limbs join at their
+roots, as fingers do, the surface between them contracts to either. A face costs, for each part, its area times the
+distance from its nodes to the part along the skeleton. An edge between two parts costs its length over 1 + c, where the
+surface turns inwards by c radians per local radius, since people see the boundaries of parts in concave places:
+Hoffman, Richards 1984, "Parts of recognition", https://doi.org/10.1016/0010-0277(84)90022-2. Lengths are in local
+radii, so the boundary around a limb moves by about its radius to find a crease. The least sum is sought by graph cuts
+(:mod:`lbskel.applications.boundary_cut`), and diffusion of the labels makes the boundaries smooth
 (:mod:`lbskel.applications.boundary_smoothing`). Last, every part is made connected.
 """
 
@@ -37,8 +37,8 @@ from lbskel.skeleton.skeleton import Skeleton
 
 # Local radii by which a boundary may move; 2.8 to 5.6 do as well (benchmarks/results/parts.md, "Constants")
 MAX_SHIFT = 4.0
-# Times MAX_SHIFT, local radii along the skeleton within which a vertex may belong to a nearer node of another part; 2.1
-# to 4.2 do as well (same table)
+# Distance along the skeleton, in MAX_SHIFT local radii, within which a vertex may belong to a nearer node of another
+# part; 2.1 to 4.2 do as well (same table)
 REACH = 3.0
 MAX_SIZE = 100.0  # size of a face or an edge in local radii up to which it counts, so that sums stay finite
 MIN_RADIUS = 1e-6  # lower bound on radii, relative to the diameter bound: less is the rounding error of a surface
@@ -54,12 +54,12 @@ class Segmentation:
     part_of_face : (m,) array of int
         From 0 to p - 1.
     part_of_node : (k,) array of int
-        Of the skeleton's nodes.
+        The part of each node of the skeleton.
     n_faces : (p,) array of int
     area, volume : (p,) array of float
         Of the part of the surface, and of what it encloses with the skeleton.
     length : (p,) array of float
-        Of the skeleton in the part.
+        Length of the skeleton in the part.
     mean_radius : (p,) array of float
         Mean radius of the nodes.
 
@@ -102,7 +102,7 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     Parameters
     ----------
     mesh : Mesh or anything that :func:`lbskel.as_mesh` takes
-        That the skeleton was made from.
+        The mesh that the skeleton was made from.
     skeleton : Skeleton
         With ``node_of_vertex``.
     thickness : str
@@ -114,7 +114,7 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     MeshError
         If the skeleton has no map from the vertices of this mesh.
     UnknownChoice
-        If the thickness is another word.
+        If ``thickness`` is another word.
 
     Examples
     --------
@@ -149,7 +149,7 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
 
 
 def _node_radii(skeleton: Skeleton, mesh: Mesh, thickness: str) -> NDArray[np.float64]:
-    """(k,) thickness at each node; where it is not known, the mean of what is."""
+    """(k,) radius at each node; where it is not known, the mean of those known."""
     radii = np.array(skeleton.radii)
     if thickness == "shape_diameter":
         diameter = local_thickness(mesh, np.arange(len(mesh.faces)))
@@ -167,7 +167,7 @@ def _node_radii(skeleton: Skeleton, mesh: Mesh, thickness: str) -> NDArray[np.fl
 
 
 def _distances(skeleton: Skeleton, radii: NDArray[np.float64], of_node: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(k, p) distance of each node from each part along the skeleton, in local radii; a large number beyond reach."""
+    """(k, p) distance of each node from each part along the skeleton, in local radii, at most REACH * MAX_SHIFT."""
     k, n_parts = len(skeleton.nodes), int(of_node.max()) + 1
     lengths = skeleton.edge_lengths / radii[skeleton.edges].mean(axis=1) + np.finfo(np.float64).tiny
     to_part = np.stack([k + of_node, np.arange(k)], axis=1)
@@ -188,7 +188,7 @@ def _nodes_of_vertices(
     of_node: NDArray[np.int64],
     distances: NDArray[np.float64],
 ) -> NDArray[np.int64]:
-    """(n,) node of each vertex: its own, or one of a part within reach that is nearer in radii."""
+    """(n,) node of each vertex: the nearest one if it is nearer in radii and its part is within reach, else its own."""
     own = skeleton.node_of_vertex
     distance, nearest = cKDTree(skeleton.nodes).query(mesh.vertices)
     own_distance = np.linalg.norm(mesh.vertices - skeleton.nodes[own], axis=1)

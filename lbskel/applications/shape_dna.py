@@ -1,8 +1,8 @@
 """Shape-DNA: the spectrum as the fingerprint of a shape, which needs no correspondence.
 
-The eigenvalues times the area do not change with size; by Weyl's law the i-th is about 4 pi i, so that divided by their
-numbers all count alike. Reuter, Wolter, Peinecke 2006, "Laplace-Beltrami spectra as 'Shape-DNA' of surfaces and
-solids", https://doi.org/10.1016/j.cad.2005.10.011; the weights: Konukoglu et al. 2013,
+The eigenvalues times the area do not change with size. By Weyl's law the i-th is about 4 pi i, so that all count alike
+once each is divided by its number i. Reuter, Wolter, Peinecke 2006, "Laplace-Beltrami spectra as 'Shape-DNA' of
+surfaces and solids", https://doi.org/10.1016/j.cad.2005.10.011; the weights: Konukoglu et al. 2013,
 https://doi.org/10.1109/TMI.2013.2262236. lapy.shapedna has the same normalization and weights.
 """
 

@@ -1,4 +1,4 @@
-"""Heat kernel and wave kernel signatures: what an isometry keeps, a vector of numbers for each vertex.
+"""Heat kernel and wave kernel signatures: a vector of numbers for each vertex that isometries do not change.
 
 With eigenpairs (lambda_i, x_i): HKS(v, t) = sum_i exp(-lambda_i t) x_i(v)^2, the heat that stays at v after the time t.
 Sun, Ovsjanikov, Guibas 2009, https://doi.org/10.1111/j.1467-8659.2009.01515.x, section 4. WKS(v, e) = C_e^-1
@@ -73,7 +73,7 @@ def wave_kernel_signature(
     energies : (e,) array_like of float, optional
         Logarithms of eigenvalues. By default 100, in equal steps over those of the basis.
     width : float, optional
-        Standard deviation of an energy; by default seven steps of the energies.
+        Standard deviation of the energies, in the same unit; by default seven of their steps.
 
     Returns
     -------
@@ -83,7 +83,8 @@ def wave_kernel_signature(
     Raises
     ------
     MeshError
-        If the basis has fewer than two positive eigenvalues, or the width is not positive.
+        If the basis has no positive eigenvalue, an energy is not finite, or the width is not positive, as it is by
+        default with a single energy or eigenvalue.
 
     Examples
     --------

@@ -1,10 +1,10 @@
 """Deltas that turn and grow with the surface: the linear transformation of each ring as a function of its positions.
 
-The transformation x -> s x + h x x + t that fits the ring of vertex i, itself and its neighbors with v_k - mean = p_k,
-to positions x_k best has s = sum p_k . x_k / sum |p_k|^2 and h = J^-1 sum p_k x x_k with J = sum (|p_k|^2 - p_k p_k^T),
-so that the transformed delta, s delta_i + h x delta_i, is linear in the positions. It is a similarity up to first order
-in the angle. Sorkine, Cohen-Or, Lipman, Alexa, Roessl, Seidel 2004, "Laplacian surface editing", section 3,
-https://doi.org/10.2312/SGP/SGP04/179-188.
+With ^ for the cross product, the transformation v -> s v + h ^ v + t that best fits the ring of vertex i, itself and
+its neighbors with v_k - mean = p_k, to positions x_k has s = sum p_k . x_k / sum |p_k|^2 and h = J^-1 sum p_k ^ x_k
+with J = sum (|p_k|^2 - p_k p_k^T). So the transformed delta, s delta_i + h ^ delta_i, is linear in the positions. The
+transformation is a similarity up to first order in the angle. Sorkine, Cohen-Or, Lipman, Alexa, Roessl, Seidel 2004,
+"Laplacian surface editing", section 3, https://doi.org/10.2312/SGP/SGP04/179-188.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array, eye_array, kron
 
-# Largest weight, relative to the row's diagonal, that makes no neighbor: rounding errors of a weight of zero, as of the
-# diagonal of a square
+# Largest weight, relative to the row's diagonal, of a vertex that is no neighbor: the rounding error of a weight of
+# zero, as on the diagonal of a square
 ROUNDING = 1e-12
 
 
 def _cross_matrices(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(k, 3, 3) matrices of the map x -> v x x for (k, 3) vectors v."""
+    """(k, 3, 3) matrices of the map x -> v ^ x, the cross product, for (k, 3) vectors v."""
     x, y, z = vectors.T
     zero = np.zeros_like(x)
     rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
@@ -58,7 +58,7 @@ def invariant_matrix(stiffness: csc_array, vertices: NDArray[np.float64]) -> csc
     inertia = squares[:, None, None] * np.eye(3) - moments
     inverse = np.linalg.pinv(inertia, rcond=1e-10, hermitian=True)  # singular where a ring is a line
     scale = np.divide(1.0, squares, out=np.zeros(n), where=squares > 0)
-    # s delta = (delta p^T / sum |p|^2) x, and h x delta = -[delta]_x J^-1 [p]_x x
+    # s delta = (delta p^T / sum |p|^2) x, and h ^ delta = -[delta] J^-1 [p] x with the matrices [v] of v ^
     grown = deltas[center][:, :, None] * (p * scale[center][:, None])[:, None, :]
     turned = (-_cross_matrices(deltas) @ inverse)[center] @ _cross_matrices(p)
     blocks = (grown + turned).ravel()

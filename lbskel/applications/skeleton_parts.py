@@ -2,8 +2,9 @@
 
 A limb begins where its branch leaves the inscribed ball of its junction; the ball belongs to the thickest branch there,
 if that is almost as thick as the ball, or else is a part of its own, such as the body of an octopus. Two branches that
-go on straight through a junction with its thickness are one part. Junctions whose balls meet are one. Along a branch, a
-part ends where the radius changes by a factor within two radii, as at the ball of a dumbbell.
+continue each other straight through a junction, both about as thick as its ball, are one part. Junctions whose balls
+meet are one. Along a branch, a part ends where the radius changes by a factor of JUMP_RATIO within two radii, as at the
+ball of a dumbbell.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ from scipy.sparse.csgraph import connected_components
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.skeleton import Skeleton
 
-# Radius of a branch over that of its junction, or of another branch, from which they are equally thick. These constants
-# are swept in benchmarks/results/parts.md, "Constants", when one REACH of 2 was for thickness and direction.
+# Ratio of the radius of a branch to that of its junction, or of another branch, from which the two count as equally
+# thick. These constants are swept in benchmarks/results/parts.md, "Constants".
 SAME_RATIO = 0.8
 STRAIGHT_ANGLE = 150.0  # degrees between two branches from which they are one part
 JUMP_RATIO = 1.7  # radii one radius ahead and behind whose ratio ends a part
@@ -123,9 +124,9 @@ class _Stretch:
 
 
 def _joined_at(junction: int, ends: Sequence[_End], radius: float) -> list[tuple[int, int]]:
-    """Pair the nodes that join a ball, branches to it, and branches to each other through it.
+    """Pair the nodes that join the nodes of a junction's ball, branches to the ball, and branches through it.
 
-    Of the nodes in the ball, those of a branch as thick as it are part of the branch.
+    Nodes in the ball on a branch as thick as the ball are part of the branch.
     """
     joined = [(end.first if end.radius >= SAME_RATIO * radius else junction, node) for end in ends for node in end.ball]
     cosine = np.cos(np.radians(STRAIGHT_ANGLE))

@@ -14,7 +14,7 @@ Desbrun, Meyer, Schroeder, Barr 1999, "Implicit fairing of irregular meshes usin
 https://doi.org/10.1145/311535.311576; Taubin 1995, "A signal processing approach to fair surface design",
 https://doi.org/10.1145/218380.218473; for polynomials by Chebyshev, Taubin, Zhang, Golub 1996,
 "Optimal surface smoothing as filter design", European Conference on Computer Vision. Implicit steps are solved for the
-displacement, as those of a contraction.
+displacement, as are those of a contraction.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Laplacian, Operator, apply_operator
 
-# Time step in mean vertex areas, and iterations, by default: near the smallest distance to the clean surface after
-# noise of a quarter of the mean edge length (benchmarks/results/applications_smoothing.md). None: half of what is
-# stable.
+# Default time step in mean vertex areas, and default iterations: near the smallest distance to the clean surface after
+# noise of a quarter of the mean edge length (benchmarks/results/applications_smoothing.md, "Settings"). None means half
+# of the largest stable step for ``explicit``; filters have no step.
 DEFAULTS: dict[str, tuple[float | None, int]] = {
     "explicit": (None, 3),
     "implicit": (0.25, 2),
@@ -137,9 +137,9 @@ def smooth(
         The formulas are at the top of :mod:`lbskel.applications.smoothing`. All but ``curvature_flow`` keep the
         matrices of the given mesh, and factorize once.
     time_step : float, optional
-        Of each iteration, in units of the operator's mass: area. Features of a width below about its square root
+        Time step of each iteration, in units of the operator's mass: area. Features narrower than about its square root
         vanish. By default 0.5 mean vertex areas for ``bilaplacian``, 0.25 for ``implicit`` and ``curvature_flow``, half
-        of what is stable for ``explicit``; ``taubin`` and ``polynomial`` have none.
+        of the largest stable step for ``explicit``; ``taubin`` and ``polynomial`` have none.
     iterations : int, optional
         By default 4 for ``bilaplacian``, 2 for ``implicit`` and ``curvature_flow``, 3 for ``explicit``, 30 for
         ``taubin``, 1 for ``polynomial``.
@@ -164,7 +164,8 @@ def smooth(
     MeshError
         If the mesh has no area, an index in ``fixed`` is no vertex, or the volume to keep is not defined.
     SolveError
-        If an explicit step is not stable, or no offset restores the volume.
+        If an explicit step is not stable, a system is singular, the positions get infinite, or no offset restores the
+        volume.
     UnknownChoice
         If no method, operator or solver has that name, or a value is out of range.
 

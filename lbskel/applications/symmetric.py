@@ -1,4 +1,4 @@
-"""Operators that are symmetric and have a mass: what a spectrum and the heat equation need."""
+"""Tests for operators that are symmetric and have a mass, as a spectrum and the heat equation need them."""
 
 from __future__ import annotations
 

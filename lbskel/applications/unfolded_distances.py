@@ -1,11 +1,11 @@
 """Distances along a surface by unfolding its triangles: nearly exact, and exact where it is flat.
 
-:mod:`lbskel._kernels.unfolding` has the formula. Vertices are visited in a given order until no distance gets smaller;
-the heat that arrives from the sources is such an order, so two sweeps do most of it, without a priority queue.
+:mod:`lbskel._kernels.unfolding` has the formula. Vertices are visited in a given order until no distance gets smaller.
+In the order of the heat that arrives from the sources, two sweeps do most of the work, without a priority queue.
 
 A triangle with distances from two sources would be unfolded towards a point between them. So with several sources the
-surface is divided into the regions of each, by the distances found at first, and these, a little larger, are computed
-again as surfaces of their own. The shortest path to the nearest source stays in its region.
+surface is divided into the regions of the sources, by the distances found first. Each region, a little enlarged, is
+then computed again as a surface of its own. The shortest path to the nearest source stays in its region.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class UnfoldedSurface:
         self._first = np.append(0, np.cumsum(np.bincount(self._vertex, minlength=n_vertices)))
 
     def distance(self, sources: NDArray[np.int64], order: NDArray[np.int64]) -> NDArray[np.float64]:
-        """(n,) distance of every vertex to the nearest of the sources; infinite where no triangles lead.
+        """(n,) distance of every vertex to the nearest of the sources; infinite if no triangles connect them.
 
         Parameters
         ----------
@@ -58,14 +58,14 @@ class UnfoldedSurface:
         return merged if len(different) == 1 else self._by_regions(different, merged)
 
     def _lowered(self, sources: NDArray[np.int64], order: NDArray[np.int64]) -> NDArray[np.float64]:
-        """(n,) distance to the nearest source, as if all were one: too short where two are about as near."""
+        """(n,) distance to the nearest source, as if all sources were one: too short where two are about as near."""
         distances = np.full(len(self._first) - 1, np.inf)
         distances[sources] = 0.0
         lower_distances(self._vertex, self._length, self._first, self._corners, order, distances, MAX_SWEEPS)
         return distances
 
     def _by_regions(self, sources: NDArray[np.int64], merged: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(n,) distance to the nearest source, from the distances in the region of each, which is a copy."""
+        """(n,) distance to the nearest source, from the distances in a copy of the region of each source."""
         n, s = len(merged), len(sources)
         faces = self._vertex.reshape(-1, 3)
         nearest = self._nearest(sources, merged)

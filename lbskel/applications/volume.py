@@ -3,8 +3,8 @@
 The positions x + c n, with n the unit gradient of the volume at each vertex (the area-weighted normal) and zero at
 fixed vertices, enclose a volume that is a cubic polynomial in c; Newton's method finds the c of the wanted volume. On
 a sphere this is the rescaling of Desbrun, Meyer, Schroeder, Barr 1999, section 2.4,
-https://doi.org/10.1145/311535.311576; an offset also works where vertices are fixed, and does not move limbs away from
-the center.
+https://doi.org/10.1145/311535.311576. Unlike a rescaling, an offset also works where vertices are fixed, and does not
+move limbs away from the center.
 """
 
 from __future__ import annotations

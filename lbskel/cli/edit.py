@@ -110,7 +110,7 @@ def _vector(text: str) -> tuple[float, ...]:
 
 
 def _vertices(mesh: Mesh, region: tuple[int, float, float]) -> NDArray[np.int64]:
-    """Return the vertices of faces in a region."""
+    """Return the vertices in a region, of those that faces use."""
     axis, low, high = region
     values = mesh.vertices[mesh.used_vertices, axis]
     height = np.ptp(values)

@@ -21,7 +21,7 @@ def add_html_option(parser: argparse.ArgumentParser, note: str = "") -> None:
 
 
 def refuse_page(path: str | Path | None, force: bool) -> None:
-    """Raise the error of a page that could not be written, before anything is computed; None is no page.
+    """Raise an error if a page could not be written, before anything is computed; None means no page.
 
     Raises
     ------

@@ -1,7 +1,8 @@
 """The command line: parse, call one command, turn every error of lbskel's into one line.
 
-Exit codes: 0 done; 1 done, but the result failed its own checks; 2 bad input or usage. Ctrl-C and SIGTERM end every
-command at once, also in the middle of a compiled loop, and leave no partial file.
+Exit codes: 0 done; 1 done, but the result failed its own checks; 2 bad input or usage; 130 interrupted. Ctrl-C and
+SIGTERM end every command at once, also in the middle of a compiled loop, except ``batch``, which first ends its
+processes. They leave no partial file.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ class _Parser(argparse.ArgumentParser):
         self.exit(2, f"lbskel: {message}; see {self.prog} --help\n")
 
     def _slips(self, given: Sequence[str]) -> list[tuple[str, str]]:
-        """List the options that there are not, each with the nearest that there is."""
+        """List the given options that do not exist, each with the nearest one that does."""
         known = [option for action in self._actions for option in action.option_strings]
         options = [each.split("=")[0] for each in given if each.startswith("--") and each != "--"]
         return [(each, nearest(each, known)) for each in options if not any(one.startswith(each) for one in known)]
@@ -101,7 +102,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _without_a_reader()
     if not are_kernels_compiled():
         print(f"lbskel: warning: {SLOW}", file=sys.stderr)
-    # a batch tidies up after an interrupt: it ends its processes and leaves out what they have not finished
+    # a batch tidies up after an interrupt: it ends its processes and removes files that they have not finished
     how_signals_end = ended_after_tidying_up if parsed.command == "batch" else ended_at_once
     try:
         with how_signals_end(), progress(parsed):

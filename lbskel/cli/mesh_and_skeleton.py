@@ -1,4 +1,4 @@
-"""The input that commands on a mesh and its skeleton have in common: MESH, and a skeleton in a file or made of it."""
+"""The input that commands on a mesh and its skeleton have in common: MESH, and its skeleton from a file or computed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lbskel.skeleton.skeleton import Skeleton
 
 
 def add_input(parser: argparse.ArgumentParser) -> None:
-    """Add MESH, ``--skeleton`` and the options of a skeleton that is made."""
+    """Add MESH, ``--skeleton``, and the options with which a skeleton is made."""
     parser.add_argument("mesh", metavar="MESH", help=f"mesh: {', '.join(MESH_READERS)}")
     stored = [name for name, entry in FORMATS.items() if "node_of_vertex" not in entry.loses]
     parser.add_argument(
@@ -29,7 +29,13 @@ def add_input(parser: argparse.ArgumentParser) -> None:
 
 
 def mesh_and_skeleton(arguments: argparse.Namespace) -> tuple[Mesh, Skeleton]:
-    """Read the mesh, and read or make its skeleton."""
+    """Read the mesh, and read or make its skeleton.
+
+    Raises
+    ------
+    MeshError
+        If the skeleton has no map of the vertices of this mesh.
+    """
     mesh = read_mesh(arguments.mesh)
     skeleton = skeleton_of(mesh, arguments)
     if len(skeleton.node_of_vertex) != len(mesh.vertices):

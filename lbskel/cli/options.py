@@ -1,4 +1,4 @@
-"""What several commands have in common: how a command is added, files, the operator, and the options of a skeleton."""
+"""Parts that commands share: how a command is added, files, the operator, and the options of a skeleton."""
 
 from __future__ import annotations
 
@@ -199,7 +199,7 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
 
 
 def skeleton_options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return the options as keyword arguments of :func:`lbskel.skeletonize`, without the time limit."""
+    """Return the options as keyword arguments of :func:`lbskel.skeletonize`, without the limits on time and memory."""
     return {
         "preset": arguments.preset,
         "operator": arguments.operator,

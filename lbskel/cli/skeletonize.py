@@ -24,7 +24,7 @@ from lbskel.pipeline.stages import skeletonize
 from lbskel.skeleton.skeleton import Skeleton
 
 MAX_BODIES = 5  # bodies with a line of their own in the summary, the rest share one; a guess at what a person reads
-# Share of the faces of all bodies below which a body, a crumb beside the others, has no line of its own. A guess.
+# Share of the faces of all bodies below which a body has no line of its own in the summary. A guess.
 MIN_BODY_SHARE = 0.01
 
 

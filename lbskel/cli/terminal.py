@@ -1,4 +1,4 @@
-"""What a command shows: its result on stdout, as text or JSON, and a bar on stderr while it takes long."""
+"""Output of a command: its result on stdout, as text or JSON, and a bar on stderr if it takes long."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
 """Coarsening between contraction steps: short edges are collapsed, so that later steps solve smaller systems.
 
-Edges collapse in rounds; no two collapses of a round touch each other. Only edges whose ends have no other common
-neighbors than the third corners of their faces collapse, and only if these corners keep another face. On a closed
-manifold this is the link condition, so the surface keeps its topology and every handle (Dey, Edelsbrunner, Guha,
-Nekhayev 1999, "Topology preserving edge contraction", Publ. Inst. Math. 66). A limb that has become thin keeps rings of
-three vertices.
+Edges collapse in rounds; no two collapses of a round touch each other. An edge collapses only if its ends have no other
+common neighbors than the third corners of its faces, and these corners keep another face. On a closed manifold this is
+the link condition, so the surface keeps its topology and every handle (Dey, Edelsbrunner, Guha, Nekhayev 1999,
+"Topology preserving edge contraction", Publ. Inst. Math. 66). A limb that has become thin keeps rings of three
+vertices.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Coarsened:
     kept : (k,) array of int
         For each vertex of ``mesh`` one original vertex, the one that the others were merged into.
     weights : (k,) array of float
-        Sum of the weights of the merged vertices; the contraction takes initial ring areas, in squared diameter
+        Sum of the weights of the merged vertices; the contraction uses the initial ring areas, in squared diameter
         bounds.
     """
 
@@ -102,8 +102,8 @@ def _choose_collapses(
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Choose edges for one round, shorter ones first; return the vertices to remove and those to merge them into."""
     edges, edge_numbers, lengths = short_edges(V, F, max_lengths, both_directions)
-    # Knuth's multiplicative hash orders edges of equal length, so that in a row of them more than one can be the
-    # first among its neighbors
+    # Knuth's multiplicative hash orders edges of equal length, so that in a row of such edges more than one can precede
+    # all of its neighbors
     hashed = edge_numbers * 2654435761 % 2**32
     rank = np.rint(lengths * 10**LENGTH_DIGITS).astype(np.int64) << 32 | hashed  # one integer, fast to sort
     target, removed = edges[np.argsort(rank)].T.copy()

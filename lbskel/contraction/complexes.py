@@ -1,4 +1,7 @@
-"""The faces and edges of a contracted mesh while it collapses to a graph, and what may be removed of them."""
+"""The faces and edges of a contracted mesh while it collapses to a graph, and which of them may be removed.
+
+In all functions n is the number of vertices. The key of an edge is ``low * n + high``.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ from lbskel._kernels.connectivity import component_roots
 
 @dataclass(frozen=True, eq=False)
 class Complex:
-    """The faces and edges not yet collapsed, and edges that are removed, along which patches of the surface still meet.
+    """The faces and edges not yet collapsed, and removed edges, along which patches of the surface still meet.
 
     Parameters
     ----------
@@ -32,8 +35,9 @@ class Complex:
     edges : (k, 2) array of int
         With ascending ends.
     cochain : (k, 1) array of int
-        Of each edge from its lower to its higher end, modulo 2^64.
+        Value of each edge from its lower to its higher end, modulo 2^64.
     is_removed : (k,) array of bool
+        Whether an edge has been removed, together with its last face, and is no edge of the graph.
     """
 
     faces: NDArray[np.int64]
@@ -43,7 +47,7 @@ class Complex:
 
 
 def keys_of(edges: NDArray[np.int64], n: int) -> NDArray[np.int64]:
-    """(k,) unique number of each ordered pair of vertices."""
+    """(k,) unique number of each ordered pair of n vertices, given as a (k, 2) array."""
     keys: NDArray[np.int64] = edges[:, 0] * n + edges[:, 1]
     return keys
 
@@ -59,7 +63,7 @@ def _keys_at_sides(remaining: Complex, n: int) -> NDArray[np.int64]:
 
 
 def unique_rows(faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the distinct rows in lexicographic order."""
+    """Return the distinct rows of an (m, 3) array in lexicographic order."""
     faces = faces[np.lexsort(faces.T[::-1])]
     is_new = np.ones(len(faces), dtype=bool)
     is_new[1:] = (faces[1:] != faces[:-1]).any(axis=1)
@@ -67,7 +71,7 @@ def unique_rows(faces: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def free_edges(remaining: Complex, n: int) -> NDArray[np.int64]:
-    """Keys of the edges that belong to exactly one face."""
+    """(f,) keys of the edges that belong to exactly one face."""
     keys, count = np.unique(_keys_at_sides(remaining, n), return_counts=True)
     free: NDArray[np.int64] = keys[count == 1]
     return free
@@ -95,7 +99,7 @@ def open_surfaces(remaining: Complex, n: int) -> Complex:
 
 
 def closing_edges(remaining: Complex, n: int) -> NDArray[np.int64]:
-    """Keys of the edges that cannot collapse, since the two edges of a triangle with them differ in cochain."""
+    """(c,) keys of the edges that cannot collapse: those of triangles around which the cochain does not sum to zero."""
     pairs = np.concatenate([remaining.edges, remaining.edges[:, ::-1]])
     order = np.argsort(keys_of(pairs, n))
     pairs, values = pairs[order], np.concatenate([remaining.cochain, -remaining.cochain])[order]

@@ -1,7 +1,7 @@
 """Which tunnels of a surface the cycles of a graph inside it go around.
 
-A cycle that is moved inside the solid keeps its linking numbers with all loops outside, and they are zero if and only
-if it bounds inside.
+A cycle that is moved inside the solid keeps its linking numbers with all loops outside, and these numbers are all zero
+if and only if the cycle bounds inside.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 
-# Upper bound on the tunnels that are compared with cycles, as after every pass: the time of elimination grows with
-# their cube, 0.03 s for 325 and 0.23 s for 833 (benchmarks/results/scaling.md)
+# Upper bound on the number of tunnels that are compared with cycles, which is done after every pass: the time of
+# elimination grows with its cube; with all else 0.03 s for 325 and 0.23 s for 833 (benchmarks/results/scaling.md)
 MAX_TUNNELS = 400
 
 
@@ -35,7 +35,7 @@ class _Outside:
 
     @cached_property
     def flows(self) -> NDArray[np.int32]:
-        """(k, g) flow of each combination: a sum of at most 2 MAX_TUNNELS numbers below PRIME, which is below 2^30."""
+        """(k, g) flow of each combination: below 2^30, as a sum of at most 2 MAX_TUNNELS numbers below PRIME."""
         basis = self.loops.basis
         n = len(basis.generators)
         combinations = (random_integers(n, 1 + i) % np.uint64(PRIME) for i in range(n // 2))
@@ -49,7 +49,10 @@ class _Outside:
         return basis.flow_across(random_integers(len(basis.generators), 0))[:, None].view(np.int64)
 
     def cochain(self, segments: NDArray[np.float64], flows: NDArray[np.signedinteger]) -> NDArray[np.int64]:
-        """(e, c) how often the combinations pass above (e, 2, 3) segments; along a cycle, its linking numbers."""
+        """(e, c) signed number of times that c combinations pass above (e, 2, 3) segments.
+
+        The sums along a cycle are its linking numbers with the combinations, up to one sign for all.
+        """
         rows, edges, signs = self.loops.crossings(segments)
         crossed, columns = np.unique(edges, return_inverse=True)
         shape = (len(segments), len(crossed))
@@ -99,7 +102,7 @@ def are_around_tunnels(loops: list[NDArray[np.float64]], surface: Surface) -> ND
     loops : list of (n, 3) array of float
         Corners; an edge leads from the last back to the first.
     surface : Surface
-        Its proxy stands for it. It is not known where that is open or intersects itself.
+        Its proxy is used in its place; nothing is known if the proxy is open or intersects itself.
     """
     mesh = surface.proxy.mesh
     if len(loops) == 0 or not mesh.genus or (outside := _outside(mesh, surface.deadline)) is None:

@@ -3,7 +3,8 @@
 A treatment multiplies row i of L V' = 0 by a factor and adds an identity entry. The treatments are those found in
 implementations of Au, Tai, Chu, Cohen-Or, Lee 2008, https://doi.org/10.1145/1399504.1360643: an identity row with
 right-hand side zero, which asks for v_i' = 0 and so pulls the vertex to the origin; an identity row that asks for
-v_i' = v_i; and that of the authors' demo program, which scales down rows whose weights sum to more than a bound.
+v_i' = v_i; and the treatment of the authors' demo program, which scales down rows whose weights sum to more than a
+bound.
 Strategies that change the weights themselves (clamped, mean value, mollified, intrinsic Delaunay, robust) are
 operators.
 """

@@ -3,13 +3,14 @@
 - ``curvature_flow``:  V'^T S V' + (V' - V)^T H / tau (V' - V),  H = M_0 A_0 / A_t
 - ``least_squares``:  W_L^2 ||L V' - T||^2 + (V' - V)^T W_H^2 (V' - V),  L = 2 S,  W_H^2 = A_0 / A_t
 
-A_0 and A_t are the areas of a vertex's ring of triangles at the start and now, M_0 the vertex areas at the start: the
-thinner the surroundings of a vertex have become, the more strongly it is attracted to its position. T is zero except
-for rows that :mod:`lbskel.contraction.degenerate_rows` changes in L. The second energy is that of Au, Tai, Chu,
-Cohen-Or, Lee 2008, "Skeleton extraction by mesh contraction", https://doi.org/10.1145/1399504.1360643, equations 4 to
-6. The first adds the same attraction to the backward Euler step of the flow of Desbrun, Meyer, Schroeder, Barr 1999,
-https://doi.org/10.1145/311535.311576, and needs a symmetric S. Both are solved for the displacement, since an error
-relative to a small displacement is smaller than one relative to a position.
+A_0 and A_t are the areas of a vertex's ring of triangles at the start and now (ATTRACTIONS has other measures too), and
+M_0 the vertex areas at the start: the thinner the surroundings of a vertex have become, the more strongly it is
+attracted to its position. T is zero except for rows that :mod:`lbskel.contraction.degenerate_rows` changes in L. The
+second energy is that of Au, Tai, Chu, Cohen-Or, Lee 2008, "Skeleton extraction by mesh contraction",
+https://doi.org/10.1145/1399504.1360643, equations 4 to 6. The first adds the same attraction to the backward Euler step
+of the flow of Desbrun, Meyer, Schroeder, Barr 1999, https://doi.org/10.1145/311535.311576, and needs a symmetric S.
+Both are solved for the displacement, since an error relative to a small displacement is smaller than one relative to a
+position.
 """
 
 from __future__ import annotations

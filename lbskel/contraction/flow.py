@@ -50,7 +50,8 @@ def contract(
     """Contract a mesh until nearly none of its volume is left, or the points of a cloud by their local triangles.
 
     A step after which the area or the bounding box has grown, or a coordinate is not finite, is undone and ends the
-    contraction: the result is always that of the last good step, unless the settings switch the roll-back off.
+    contraction: the result is always that of the last good step, unless the settings switch the roll-back off. With the
+    stop rule ``rings`` other criteria decide (:mod:`lbskel.contraction.stop_rules`).
 
     Parameters
     ----------
@@ -61,8 +62,8 @@ def contract(
     on_step : callable, optional
         Called after each step that was kept, with its record and the present mesh, scaled to diameter bound 1.
     time_limit : float, optional
-        In seconds; a step that would take longer than is left, as the one before did, does not begin, and one that
-        does is not kept.
+        In seconds. A step does not begin if less time is left than the step before it took, and its system is not
+        solved once the time is over.
 
     Returns
     -------
@@ -70,8 +71,10 @@ def contract(
 
     Raises
     ------
+    FormatError
+        If the mesh is a path and no mesh can be read from it.
     MeshError
-        If the mesh has no area, or the operator is not defined on it.
+        If the input is no mesh or has no area, or the operator is not defined on it.
     UnknownChoice
         If the operator is not symmetric and the energy needs it to be.
     OperatorError

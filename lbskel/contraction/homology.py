@@ -3,8 +3,8 @@
 A loop on a closed surface of genus g bounds inside the solid if and only if it is linked with no loop just outside the
 surface. A cochain gives every edge a number, with sum zero around every face, so that its sum along any loop is the
 linking number of the loop with one outer loop. Where the outer loop is a combination of all, with random coefficients
-modulo 2^64, the sum is zero for a loop around a limb, and not zero for one around a tunnel but for a chance of 2^-64:
-one column stands for all g.
+modulo 2^64, the sum is zero for a loop around a limb, and for a loop around a tunnel it is zero with a probability of
+about 2^-64 only. So one column stands for all g.
 """
 
 from __future__ import annotations
@@ -42,7 +42,9 @@ class Tunnels:
     Parameters
     ----------
     genus : int
+        Number of tunnels, g below.
     n_edges : int
+        Number of edges of the surface, k below.
     form : LinkingForm or None
         None for a surface without tunnels.
     """
@@ -56,7 +58,7 @@ class Tunnels:
         return self._columns([random_integers(2 * self.genus, 0)])
 
     def independent_cochains(self, limit: int, *, deadline: Deadline = NEVER) -> NDArray[np.int64]:
-        """(k, g) values of each edge whose sums have the rank that the loops have, up to chance.
+        """(k, g) values of each edge; the rank of their sums over several loops is that of the loops, up to chance.
 
         Parameters
         ----------
@@ -80,7 +82,7 @@ def find_tunnels(mesh: Mesh, *, deadline: Deadline = NEVER) -> Tunnels | None:
     """Compute the linking numbers of the loops on a surface with those just outside it.
 
     A surface with many folded edges, as noise leaves it, may intersect itself. Then smoothed copies are evaluated too,
-    and the answer is taken that two of them agree on.
+    until one agrees with an earlier one; if none does, the last one that could be evaluated counts.
 
     Parameters
     ----------
@@ -161,10 +163,10 @@ def transfer_cochain(
     Parameters
     ----------
     cochain : (k, c) array of int
-        On ``mesh.edges``. It sums to zero along loops within a patch, and along loops to a patch beside it and back.
+        On ``mesh.edges``. It sums to zero along loops within a patch, and along loops to an adjacent patch and back.
     mesh : Mesh
     edges : (l, 2) array of int
-        Of the graph, with ascending ends; each joins two patches that an edge of ``mesh`` joins.
+        Edges of the graph, with ascending ends; each joins two patches that an edge of ``mesh`` joins.
     vertex_map : VertexMap
         From the vertices of ``mesh`` to the nodes.
 

@@ -1,8 +1,9 @@
 """A basis of the loops of a closed surface, by a tree of its vertices and a tree of its faces.
 
-A spanning tree of the vertices, and one of the faces that crosses none of its edges, leave 2g edges over. Each closes a
-loop along edges with the first tree, gamma_i, and one across edges with the second, delta_i (Erickson, Whittlesey 2005,
-"Greedy optimal homotopy and homology generators", SODA). gamma_i meets delta_i once and no other delta_j.
+A spanning tree of the vertices, and one of the faces that crosses none of its edges, leave 2g edges, the generators.
+Each closes a loop gamma_i along edges with the first tree, and a loop delta_i across edges with the second (Erickson,
+Whittlesey 2005, "Greedy optimal homotopy and homology generators", SODA). gamma_i meets delta_i once and no other
+delta_j.
 
 No loop is written down: sums along the trees give, for all loops at once, the flow of a combination of loops through
 each edge, and the sums of values of edges over each loop. All numbers are modulo 2^64.
@@ -48,7 +49,7 @@ class _Tree:
     sign: Integers
 
     def flow(self, supply: Integers, n_edges: int) -> Integers:
-        """(k,) flow through each edge that brings a supply at the nodes to the root."""
+        """(k,) flow along each edge if an (n,) supply at the nodes flows to the root."""
         flow = np.zeros(n_edges, dtype=np.uint64)
         below = self.order[1:]
         flow[self.edge[below]] = (self.sign * sums_to_root(self.order, self.parent, supply))[below]
@@ -63,6 +64,8 @@ class _Tree:
 @dataclass(frozen=True, eq=False)
 class HomologyBasis:
     """2g loops along edges and 2g loops across edges of a closed surface.
+
+    In the methods ``x`` has (2g,) coefficients of the loops, and ``values`` are (k,), one for each edge.
 
     Parameters
     ----------

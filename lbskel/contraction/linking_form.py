@@ -1,10 +1,10 @@
 """Linking numbers of all loops of a closed surface with all loops just outside it, as signed crossings.
 
-The linking number of two closed curves is the number of times that one passes above the other in a projection, from
-its right to its left, minus the number from left to right. Inner loops run along edges, outer ones across edges, from
-the center of one face to the middle of a side to the center of the next face. They meet in the middle of an edge
-alone; there the outer one, shifted outwards, passes above if the outside is above the edge. So one sparse matrix X of
-the signed crossings of edges with pieces of outer loops gives all linking numbers, as exact integers.
+The linking number of two closed curves is the number of times that the first passes above the second in a projection,
+from left to right of the second, minus the number from right to left. Inner loops run along edges, outer ones across
+edges, from the center of one face to the middle of a side to the center of the next face. They meet in the middle of an
+edge alone; there the outer one, shifted outwards, passes above if the outside is above the edge. So one sparse matrix X
+of the signed crossings of edges with pieces of outer loops gives all linking numbers, as exact integers.
 
 M_ij, the linking number of gamma_i with delta_j shifted outwards (:mod:`lbskel.contraction.homology_basis`), is the
 matrix of the projection of the loops of the surface on those that bound outside, along those that bound inside
@@ -41,11 +41,11 @@ class OuterLoops:
     view : (3, 3) array of float
         A rotation; its last column is the direction of the projection.
     sides : (s,) array of int
-        The half-edge of each piece, from the center of a face to the middle of its side; in the order of the tree.
+        The half-edge of each piece, which leads from the center of its face to its middle; in the order of the tree.
     pieces : (s, 6) array of float
-        Both ends of each.
+        Both ends of each piece, in the rotated coordinates.
     boxes : (2 p, 6) array of float
-        Of :func:`lbskel._kernels.bvh.bounding_boxes`.
+        The boxes of the pieces, as :func:`lbskel._kernels.bvh.bounding_boxes` makes them.
     """
 
     basis: HomologyBasis
@@ -68,9 +68,10 @@ class OuterLoops:
         Returns
         -------
         rows, edges : (c,) arrays of int
-            For each crossing the segment, and the edge that the loop crosses there from left to right.
+            For each crossing the segment, and the edge that the piece belongs to.
         signs : (c,) array of uint64
-            1 from the right of the segment to its left, else -1.
+            1 if a loop that crosses the edge from left to right passes from the right of the segment to its left,
+            else -1.
         """
         none = np.full((len(segments), 2), -1)
         row, piece, sign = crossings_above(
@@ -93,7 +94,8 @@ class LinkingForm:
     ----------
     outside : OuterLoops
     crossings : (k, k) sparse array of uint64
-        For each edge, and each edge that an outer loop crosses from left to right: how often this passes above.
+        For each edge, and each edge that an outer loop crosses from left to right: how often this loop passes above
+        the first edge from its left to its right, minus how often from right to left.
     """
 
     outside: OuterLoops
@@ -140,7 +142,7 @@ def linking_form(basis: HomologyBasis, mesh: Mesh, view: NDArray[np.float64]) ->
     ----------
     basis : HomologyBasis
     mesh : Mesh
-        The surface that the basis is of, or another with its faces.
+        The surface of the basis, or another one with the same faces.
     view : (3, 3) array of float
         A rotation; its last column is the direction of the projection.
     """

@@ -1,9 +1,9 @@
 """The graph of a contracted cloud: samples of the points, links between their neighborhoods, and no triangles.
 
 Cao, Tagliasacchi, Olson, Zhang, Su 2010, https://doi.org/10.1109/SMI.2010.25, section 5: the contracted points are
-sampled by balls; two samples are linked where a point of one has a neighbor of the other first in its ring; triangles
-are then collapsed as by Li, Woon, Tan, Huang 2001, "Decomposing polygon meshes for interactive applications",
-https://doi.org/10.1145/364338.364343. A loop of three samples is taken for a triangle, so a loop as short is lost.
+sampled by balls; each point links its sample to that of the first neighbor in its ring that has another sample;
+triangles are then collapsed as by Li, Woon, Tan, Huang 2001, "Decomposing polygon meshes for interactive applications",
+https://doi.org/10.1145/364338.364343. A loop of three samples counts as a triangle, so it is lost.
 
 In the authors' program the test that should join a sample without links to its nearest is inverted, so that it never
 does; and its comment says that the diagonal of the bounding box is made 1.6 long, where its longest side is. Here such
@@ -49,9 +49,10 @@ def collapse_stars(contracted: Mesh, source: PointStars, *, deadline: Deadline =
 def _sampled(
     points: NDArray[np.float64], radius: float, deadline: Deadline
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Choose points whose balls cover all, each the farthest of those covered; (s,) points, (n,) nearest sample.
+    """Sample points until their balls cover all points; return (s,) samples, and (n,) the nearest sample of each point.
 
-    Where all points near those covered are covered too, the first point that is not begins anew.
+    The next sample is the covered point farthest from its sample whose ball covers further points; where there is none,
+    the first point not yet covered.
     """
     tree = cKDTree(points)
     distance, owner = np.full(len(points), -1.0), np.full(len(points), -1)  # a point not covered has -1
@@ -77,7 +78,7 @@ def _sampled(
 
 
 def _links(source: PointStars, sample: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(l, 2) pairs of samples: that of each point, and that of the first point of its ring with another."""
+    """(l, 2) pairs of samples: that of each point, and that of the first neighbor in its ring with another sample."""
     pairs = source.ring_edges
     pairs = pairs[sample[pairs[:, 0]] != sample[pairs[:, 1]]]
     first = pairs[np.unique(pairs[:, 0], return_index=True)[1]]
@@ -85,7 +86,7 @@ def _links(source: PointStars, sample: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _joined(links: NDArray[np.int64], positions: NDArray[np.float64]) -> NDArray[np.int64]:
-    """(l, 2) links with one more from each sample without any to its nearest."""
+    """(l, 2) links, and one more from each sample without a link to its nearest sample."""
     alone = np.setdiff1d(np.arange(len(positions)), links)
     if len(alone) == 0 or len(positions) < 2:
         return links
@@ -97,9 +98,9 @@ def _joined(links: NDArray[np.int64], positions: NDArray[np.float64]) -> NDArray
 def _without_triangles(
     positions: NDArray[np.float64], links: NDArray[np.int64], deadline: Deadline
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
-    """Merge the ends of links that are in triangles to their midpoints: (k, 3) nodes, (e, 2) edges, (s,) node of each.
+    """Merge the ends of links in triangles to their midpoints: (k, 3) nodes, (e, 2) edges, (s,) node of each sample.
 
-    The next is that with the least mean degree of its ends, and of these the shortest.
+    The link to merge is the one with the least mean degree of its ends, and of several the shortest.
     """
     P, node = np.array(positions), np.arange(len(positions))
     linked: list[set[int]] = [set() for _ in P]

@@ -20,7 +20,7 @@ def line_quadrics(P: NDArray[np.float64], edges: NDArray[np.int64]) -> NDArray[n
     ----------
     P : (n, 3) array of float
     edges : (k, 2) array of int
-        An edge of no length counts nothing.
+        An edge of no length has no line and adds nothing.
     """
     start, end = P[edges].transpose(1, 0, 2)
     vector = end - start

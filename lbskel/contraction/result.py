@@ -63,7 +63,7 @@ class Step:
     min_angle_deg : float
         Smallest angle of a triangle before the step, in degrees.
     n_vertices : int
-        Vertices of the mesh that the step moved, less than those of the input where vertices were merged.
+        Number of vertices that the step moved, fewer than those of the input where vertices were merged.
     n_clamped_angles : int
         Angles that the operator clamped.
     n_fallback_rows : int
@@ -71,10 +71,11 @@ class Step:
     n_replaced_rows : int
         Rows of L treated as degenerate.
     max_displacement : float
-        Largest displacement of those vertices in this step, in diameter bounds.
+        Largest displacement in this step of the vertices that ``n_fallback_rows`` counts, in diameter bounds.
     residual : float
         Relative residual of the linear system.
     seconds : float
+        Time of the step.
     fault : Status or None
         Why a contraction with roll-back would have undone the step.
 

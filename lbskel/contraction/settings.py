@@ -25,44 +25,47 @@ class ContractionSettings:
     Parameters
     ----------
     operator : str, callable or None
-        A name in OPERATORS, or a function from a Mesh to a Laplacian. None chooses ``intrinsic_delaunay`` for a closed
-        edge-manifold mesh and ``robust`` for any other. :func:`lbskel.laplacian` has the textbook operator
-        ``cotangent`` as its default instead: contraction makes triangles ever thinner, which the two operators here
-        withstand, while plain cotangents of thin triangles make the least-squares energy diverge.
+        A name in OPERATORS or STAR_OPERATORS, or a function from a Mesh to a Laplacian. None chooses
+        ``intrinsic_delaunay`` for a closed edge-manifold mesh and ``robust`` for any other. :func:`lbskel.laplacian`
+        has the textbook operator ``cotangent`` as its default instead: contraction makes triangles ever thinner, which
+        the two operators here withstand, while plain cotangents of thin triangles make the least-squares energy
+        diverge.
     energy : str
         A name in ENERGIES: what each step minimizes.
     initial_weight_rule : str
         A name in INITIAL_WEIGHT_RULES: how the contraction weight of the first step follows from ``initial_weight``.
-        ``local_radius`` takes it as the distance that the first step smooths over, as a fraction of the mean radius, or
-        of four local radii where that is less,
-        ``diffusion_length`` as a fraction of the mesh's diameter bound; the other rules are published formulas for W_L.
+        For ``local_radius`` it is the distance that the first step smooths over, as a fraction of the mean radius, or
+        of four local radii where these are less; for ``diffusion_length`` that distance as a fraction of the mesh's
+        diameter bound. The other rules are published formulas for W_L.
         WEIGHTS has the values published together.
     initial_weight : float
         The constant in that rule.
     contraction_growth : float
         Factor on the contraction weight after each step: on tau of ``curvature_flow``, on W_L of ``least_squares``.
     attraction : str
-        A name in ATTRACTIONS: the areas whose ratio, start over now, is the attraction weight of a vertex.
+        A name in ATTRACTIONS: the areas, or squared edge lengths, whose ratio, start over now, is the attraction weight
+        W_H^2 of a vertex.
     max_contraction_weight, max_attraction : float, optional
         Upper bounds on W_L and W_H; none by default.
     degenerate_rows : str
         A name in ROW_TREATMENTS: how ``least_squares`` changes the rows of L at the vertices of degenerate triangles.
         ``none`` keeps them; ``identity`` replaces them by identity rows that ask the vertex to stay; ``identity_zero``
         by identity rows with right-hand side zero, which pull the vertex to the origin; ``row_sums`` scales down every
-        row whose weights sum to more than 10,000, wherever it is.
+        row whose weights sum to more than 10,000, at degenerate triangles or not.
     degenerate_angle : float
-        A triangle with a smaller angle is degenerate; in radians.
+        A triangle with a smaller angle is degenerate, for ``degenerate_rows``; in radians.
     rollback : bool
         Whether a step after which the area or the bounding box has grown is undone and ends the contraction; steps are
         then solved for the displacement, with iterative refinement. Without it steps are as published: solved once for
         the positions, with no check of the residual, and kept whatever they did; ``Step.fault`` has what went wrong.
     collapse_length : float
-        Between steps, edges shorter than this fraction of the square root of the initial ring area of both their ends
-        are collapsed, so that later steps cost less; 0 keeps all vertices. Applies to closed manifolds only, with
-        ``curvature_flow``, ``ring_areas`` and roll-back.
+        Between steps, edges are collapsed that are shorter than this fraction of the square root of the initial ring
+        area of both their ends, or than a tenth of the local radius there, so that later steps cost less; 0 keeps all
+        vertices. Applies to meshes whose vertices all belong to faces, with ``curvature_flow``, ``ring_areas`` and
+        roll-back.
     volume_ratio, area_ratio : float
         The contraction is complete when the volume of a closed mesh, or the area of an open one, has fallen to this
-        fraction of its initial value.
+        fraction of its initial value, and the area of a closed mesh to a tenth.
     max_steps : int
         Upper bound on the number of steps.
     stop_rule : str
@@ -141,7 +144,7 @@ DEGENERACY_STRATEGIES: dict[str, Mapping[str, Any]] = {
 }
 """Changes to the settings that have been tried against degenerate triangles.
 
-The first four need the least-squares energy: they change rows of L, or its operator is not symmetric.
+The first four need the least-squares energy: three of them change rows of L, and ``mean_value`` is not symmetric.
 """
 
 PRESETS: dict[str, ContractionSettings] = {

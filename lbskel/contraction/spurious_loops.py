@@ -14,8 +14,8 @@ from lbskel._kernels.linking import sums_from_root
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.graphs import weighted_graph
 
-# Independence is tested modulo this prime, below 2^20: sums of up to 4,096 products of two numbers are below 2^52, and
-# with their quotients exact enough in double precision
+# Independence is tested modulo this prime, below 2^20. Sums of up to 4,096 products of two remainders are then below
+# 2^52, so that they and their quotients by the prime are exact enough in double precision
 PRIME = 1_048_573
 TREE_LENGTH_SHIFT = 1e-12  # added to lengths, in diameter bounds: zero would mean no edge in a sparse matrix
 
@@ -35,7 +35,7 @@ def spurious_loop_edges(
     edges : (e, 2) array of int
         With ascending ends, each once; the graph is connected.
     cochain : (e, g) array of int
-        Of each edge from its lower to its higher end.
+        Value of each edge from its lower to its higher end.
     deadline : Deadline
         After it, OutOfTime is raised.
 
@@ -133,6 +133,6 @@ def _reduce(block: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.i
 
 
 def _modulo(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Remainders modulo the prime of whole numbers below 2^52, whose quotients are exact to less than its inverse."""
+    """Remainders modulo the prime of whole numbers below 2^52; their quotients are off by less than its inverse."""
     remainders: NDArray[np.float64] = numbers - PRIME * np.floor(numbers / PRIME)
     return remainders

@@ -18,8 +18,8 @@ from lbskel.contraction.settings import ContractionSettings
 from lbskel.contraction.weights import shortest_ring_edges
 from lbskel.geometry.mesh import Mesh
 
-# Decrease of the sum of the shortest edges of all rings over one step, relative to the first sum, below which the step
-# is undone, and side of the bounding box relative to the first beyond which it is; Cao et al. 2010
+# A step is undone if the sum of the shortest edges of all rings decreases by less than this share of the first sum, or
+# if a side of the bounding box is longer than this many times the first; Cao et al. 2010
 MIN_RING_DECREASE, MAX_SIDE_GROWTH = 0.01, 1.2
 
 
@@ -61,7 +61,7 @@ def _sum_of_rings(mesh: Mesh) -> float:
 
 
 def _never(step: Step, previous: Step | None, settings: ContractionSettings) -> Status | None:
-    """Complete by no step: only one that is undone ends it."""
+    """Never complete the contraction: it ends with a step that is undone, or at the limit on the steps."""
     return None
 
 

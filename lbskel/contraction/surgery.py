@@ -165,7 +165,7 @@ def collapse_mesh(
 
 
 def _tunnels_in_time(source: Mesh, deadline: Deadline) -> Tunnels | None:
-    """Find the tunnels by half of the time that is left; None, as where they are not certain, if it is over."""
+    """Find the tunnels in half of the time that is left; None if that is not enough, or if they are not certain."""
     if deadline == NEVER:
         return find_tunnels(source)
     try:

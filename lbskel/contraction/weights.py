@@ -29,8 +29,8 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.point_stars import ring_edges
 from lbskel.geometry.shape_diameter import local_radii
 
-# The first step reaches at most this many times as far, relative to the local radius, as relative to the mean radius.
-# Of 1, 2, 3 and 4, tried with c = 0.5 or 0.35, only 4 kept the ends of armadillo, koala, spot and elephant, and the
+# Upper bound on the distance that the first step smooths over, in local radii, as a multiple of ``initial_weight``. Of
+# 1, 2, 3 and 4, tried with c = 0.5 or 0.35, only 4 kept the ends of armadillo, koala, spot and elephant, and the
 # thirteen shapes were most accurate with 3 and 4; that comparison is not in a committed table.
 LOCAL_FACTOR = 4.0
 
@@ -57,8 +57,8 @@ def mean_ring_area(mesh: Mesh) -> float:
 def _by_local_radius(mesh: Mesh, constant: float) -> NDArray[np.float64]:
     """W_L = c * min(4 local radius, mean radius) / sqrt(mean ring area): how far the first step smooths.
 
-    The bound makes thick parts become lines after the thin ones, which they would pull into themselves otherwise. The
-    mean is over the area.
+    The mean radius, averaged over the area, makes thick parts become lines after the thin ones, which they would pull
+    into themselves otherwise.
     """
     radii, areas = local_radii(mesh), ring_areas(mesh)
     mean = float(np.average(radii, weights=areas)) if areas.any() else np.inf
@@ -174,7 +174,7 @@ ATTRACTIONS: dict[str, Callable[[Mesh, Mesh], NDArray[np.float64]]] = {
     "face_areas": _by_face_areas,
     "shortest_edges": _by_shortest_edges,
 }
-"""Functions from the mesh at the start and now to W_H^2 of each vertex, by name: A_0 / A_t but for shortest edges."""
+"""Functions from the mesh at the start and now to W_H^2 of each vertex, by name; A_0 / A_t, or squared edge lengths."""
 
 # bounds on W_L and W_H in the demo program of Au et al.; the program of Cao et al. has the same
 _DEMO_BOUNDS: Mapping[str, Any] = {"max_contraction_weight": 2048.0, "max_attraction": 1e4}

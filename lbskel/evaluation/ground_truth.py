@@ -41,9 +41,9 @@ class GroundTruthDistances:
     length_error : float
         Length of the measured skeleton relative to the true one, minus 1.
     radius_error : float
-        Mean of the differences of the two radii, without sign and relative to the true one, along the measured skeleton
-        where it is further than three radii from the tips and junctions of the true one. NaN where radii are not known
-        or there is no such part.
+        Mean absolute difference of the two radii, relative to the true one, along the measured skeleton where it is
+        farther than three radii from the tips and junctions of the true one. NaN if radii are not known or there is no
+        such part.
 
     Examples
     --------

@@ -18,9 +18,9 @@ class Measure(NamedTuple):
     text : str
         What is measured, in a phrase.
     passes, fails : float
-        Absolute values up to which it passes and from which on it fails; between them it warns. They are chosen so
-        that the skeletons of the 39 shapes of the catalog pass or warn, and that skeletons with one fault put in fail.
-        Where ``passes`` is the larger one, larger values are better.
+        Absolute values up to which the measure passes and from which on it fails; between them it warns. They are
+        chosen so that the skeletons of the shapes of the catalog, 13 in three variants, pass or warn, and that
+        skeletons with one fault put in fail. Where ``passes`` is the larger one, larger values are better.
     """
 
     text: str
@@ -80,23 +80,27 @@ class Score:
     ----------
     nodes_inside_fraction, inside_fraction : float
     centeredness_error, centeredness_error_worst_branch : float or None
-        None if no node has a cross-section of its own.
-    near_surface_fraction, coverage : float
+        None if no node, or no branch, has enough cross-sections of its own.
+    near_surface_fraction : float or None
+        None on a cloud.
+    coverage : float
     extremities : int
         Number of ends of the shape, found on its surface.
     extremities_missed : int
     missed_limb_fraction : float
-        A limb must have a tip; shorter ends may have none.
+        Of the limbs, which must have a tip; shorter ends may have none.
     rms_curvature : float
     extra_components : int
     extra_cycles : int or None
-        None if more than two faces meet at an edge of the mesh.
+        None if more than two faces meet at an edge of the mesh, and on a cloud.
     tunnels_missed : int or None
         None for skeletons and surfaces of several components, and surfaces that are open or intersect themselves. On
-        a cloud, the limbs around which the skeleton is cut although it leads from one side to the other.
+        a cloud, the limbs at which the skeleton is cut although another part of it joins the two sides.
     connected_regions, adjacent_regions : float or None
-        None for a skeleton without a vertex map.
-    shortcut_edges, spurs : int
+        None for a skeleton without a vertex map, and on a cloud.
+    shortcut_edges : int or None
+        None on a cloud.
+    spurs : int
 
     Examples
     --------

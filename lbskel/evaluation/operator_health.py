@@ -2,9 +2,9 @@
 
 No discrete Laplacian on general meshes is symmetric, local, linearly precise and of positive weights at once:
 Wardetzky, Mathur, Kaelberer, Grinspun 2007, "Discrete Laplace operators: no free lunch",
-https://doi.org/10.2312/SGP/SGP07/033-037. :func:`laplacian_diagnostics` measures these four, whether the null space
-consists of the constants, the maximum principle, and two properties that a contraction needs: no row is changed at a
-degenerate triangle, and the total mass is the area.
+https://doi.org/10.2312/SGP/SGP07/033-037. :func:`laplacian_diagnostics` measures these four, whether the operator is
+semidefinite and its null space consists of the constants, the maximum principle, and two properties that a contraction
+needs: no row is changed at a degenerate triangle, and the total mass is the area.
 """
 
 from __future__ import annotations

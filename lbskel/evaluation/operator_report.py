@@ -45,7 +45,7 @@ class LaplacianDiagnostics:
     most_negative_weight : float
         The most negative weight, in units of the mean absolute weight.
     smallest_eigenvalue : float or None
-        Of D^-1 (S + S^T) / 2 with D the diagonal of S; 0 if none is below rounding.
+        Of D^-1 (S + S^T) / 2 with D the magnitudes of the diagonal of S; 0 if none is negative beyond rounding.
     n_zero_eigenvalues : int or None
         Dimension of the null space.
     n_components : int
@@ -135,7 +135,7 @@ def diagnostics_table(diagnostics: Mapping[str, LaplacianDiagnostics], refused: 
     diagnostics : dict of str to LaplacianDiagnostics
         By the names of the operators, one row each.
     refused : dict of str to str, optional
-        Why other operators are not defined on the mesh, a line each.
+        By the names of other operators, why they are not defined on the mesh; a line each.
     """
     rows = [["operator", *COLUMNS]]
     for name, measured in diagnostics.items():

@@ -1,10 +1,11 @@
 """Loops of a cloud that its skeleton lacks, found on the points alone.
 
-Each point goes to the node nearest to it. Where the points of two nodes are neighbors, these should be near each other
-along the skeleton. Links between nodes that are far apart have four causes: two limbs that touch, where the links lie
-between them; two limbs that part slowly, where the detours along the skeleton grow with the distance from their
-junction; a part of a surface nearest to a node of another limb, with points inside its border; or a limb at which the
-skeleton is cut, where the links go once around the empty middle of a section, with equal detours. Only the last counts.
+Each point is assigned to the node nearest to it. Where points of two nodes are neighbors, the nodes should be near each
+other along the skeleton. Links between points whose nodes are far apart along it have four causes: two limbs that touch,
+where the links lie between them; two limbs that part slowly, where the detours along the skeleton grow with the distance
+from their junction; a part of a surface that is nearest to another limb, with points inside its border; and a limb at
+which the skeleton is cut, where the links go once around the empty middle of a section, with equal detours. Only the
+last cause counts.
 """
 
 from __future__ import annotations
@@ -20,12 +21,12 @@ from scipy.spatial import cKDTree
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.skeleton import Skeleton
 
-# All of these: benchmarks/results/point_constants.md, "Cut loops"
+# All four constants are swept in benchmarks/results/point_constants.md, "Cut loops".
 # Lower bound on the length along the skeleton between the two ends of a cut, in mean distances of its links from its
 # middle: half the way around a tube is 3.1, and regions of branches meet beside a junction
 MIN_DETOUR = 10.0
-# Of a turn around a section, which is not known from fewer links than these, and upper bound on its share without links
-# in a cut limb
+# Sectors of a turn around a section, which is also the least number of links that show a cut limb; and upper bound on
+# the share of the turn without links in a cut limb
 N_SECTORS, MAX_OPEN = 16, 0.35
 # Lower bound on the distance of the nearest point from the middle of the links, in their mean distance
 MIN_HOLLOW = 0.6
@@ -35,14 +36,14 @@ MAX_SPREAD = np.pi
 
 
 def count_cut_loops(skeleton: Skeleton, points: NDArray[np.float64], graph: csr_array) -> int:
-    """Count the limbs of a cloud around which the skeleton is cut, although it leads from one side to the other.
+    """Count the limbs of a cloud at which the skeleton is cut, although another part of it joins the two sides.
 
     Parameters
     ----------
     skeleton : Skeleton
     points : (n, 3) array of float
     graph : (n, n) csr_array
-        Symmetric, of neighboring points.
+        Symmetric; links neighboring points.
     """
     node = cKDTree(skeleton.nodes).query(points)[1]
     links = np.stack(graph.nonzero(), axis=1)
@@ -81,7 +82,7 @@ def _distances(skeleton: Skeleton, pairs: NDArray[np.int64]) -> NDArray[np.float
 def _is_cut(
     places: NDArray[np.float64], middle: NDArray[np.float64], detours: NDArray[np.float64], points: cKDTree
 ) -> bool:
-    """Whether links at some places go once around a middle without points, as around a limb that is cut."""
+    """Whether links with the given midpoints go once around a middle without points, as around a limb that is cut."""
     if len(places) < N_SECTORS:
         return False
     offsets = places - middle

@@ -1,11 +1,11 @@
 """The quality of a skeleton, measured on the points of a cloud alone.
 
-No surface is made: a section is the points beside a node, near the plane across its branch; the cloud's own graph of
-neighbors tells its parts, its regions, its ends, and the limbs at which the skeleton is cut
-(:mod:`lbskel.evaluation.point_loops`). What takes a surface is not measured: cycles too many, and how near the surface
-the skeleton is. Sections as in the measures of Huang et al. 2013 and Cornea, Silver, Min 2007,
-https://doi.org/10.1109/TVCG.2007.1002. Lengths are in units of the local radius, the mean distance of the points of a
-section.
+No surface is made: a section is the points beside a node, near the plane across its branch. The cloud's own graph of
+neighbors shows its parts, its ends, and the limbs at which the skeleton is cut
+(:mod:`lbskel.evaluation.point_loops`). What takes a surface is not measured: surplus cycles, the regions of the vertex
+map, and how near the surface the skeleton is. Sections as in the measures of Huang et al. 2013 and Cornea, Silver, Min
+2007, https://doi.org/10.1109/TVCG.2007.1002. Centeredness is in units of the mean distance of a section's outline from
+its center, other lengths in units of the local radius, the distance from a node to the nearest point.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from lbskel.skeleton.skeleton import Skeleton
 
 MAX_POINTS, MAX_GRAPH_POINTS = 20_000, 3_000  # of a cloud for sections, and for its ends; guesses that bound the time
 N_NEIGHBORS = 12  # of a point, linked with it where it is one of theirs, as those of an outlier are not; a guess
-# Share of the points below which a part of the cloud is outliers or a crumb, and distance between the points of a part,
-# in that of the whole cloud, above which it is one of outliers; guesses
+# Share of the points below which a part of the cloud counts as outliers or a crumb, and ratio of the distance between
+# the points of a part to that of the whole cloud above which the part counts as outliers; guesses
 MIN_PART, MAX_SPACING = 0.01, 3.0
 MAX_SECTIONS = 200  # nodes whose sections are taken, evenly sampled; a guess that bounds the time
 SECTION_REACH = 3.0  # of a section, in distances from the node to its nearest points; a guess
@@ -44,8 +44,8 @@ N_SCALES = 5  # nodes whose median radius is that of an end, so that one point i
 N_SOURCES = 30  # points from which distances along the cloud are averaged; a guess
 MIN_END, MIN_LIMB = 3.0, 6.0  # length of an end, and of a limb that must have a tip, in local radii; guesses
 TIP_REACH, NODE_REACH = 3.0, 2.0  # of an end from its tip, and from any node, in local radii; guesses
-# Distances from a peak in local radii, between which the cloud is in one part around an end, and in two around a point
-# of a loop; half the way around a tube is 3.1. A guess
+# Distances from a peak in local radii, between which the cloud has one part if the peak is an end, and two if it is a
+# point of a loop; half the way around a tube is 3.1. A guess
 SHELL = (5.0, 7.0)
 MIN_SHELL_SHARE = 0.1  # of the points between them, below which a part of them does not count; a guess
 MAX_COVERED_DISTANCE = 2.0  # in local radii, as on meshes
@@ -57,7 +57,7 @@ def score_points(skeleton: Skeleton, cloud: PointCloud) -> Score:
     Parameters
     ----------
     skeleton : Skeleton
-        In the coordinates of the cloud; its map, if it has one, is of the points.
+        In the coordinates of the cloud. Its vertex map, if it has one, maps the points; its radii are not used.
     cloud : PointCloud
     """
     has_map = len(skeleton.node_of_vertex) > 0
@@ -99,7 +99,7 @@ def score_points(skeleton: Skeleton, cloud: PointCloud) -> Score:
 
 
 def _spread(points: NDArray[np.float64], limit: int) -> NDArray[np.int64]:
-    """Choose at most some points, evenly in an order along the longest side."""
+    """Choose at most ``limit`` points, evenly in their order along the longest side of the bounding box."""
     n = len(points)
     if n <= limit:
         return np.arange(n)
@@ -109,7 +109,7 @@ def _spread(points: NDArray[np.float64], limit: int) -> NDArray[np.int64]:
 
 
 def _neighbor_graph(points: NDArray[np.float64]) -> csr_array:
-    """Symmetric graph of the distances of neighbors that are near for both."""
+    """Symmetric graph of the distances between points that are each among the other's nearest neighbors."""
     n = len(points)
     neighbors = cKDTree(points).query(points, k=min(N_NEIGHBORS + 1, n))[1][:, 1:]
     first, second = np.repeat(np.arange(n), neighbors.shape[1]), neighbors.ravel()
@@ -135,7 +135,7 @@ def _without_outliers(points: NDArray[np.float64]) -> tuple[NDArray[np.float64],
 def _sections(
     skeleton: Skeleton, points: NDArray[np.float64], tree: cKDTree, radii: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(k,) share of a turn around each node without points, and (k,) its distance from their center; NaN elsewhere."""
+    """(k,) largest share of a turn around each node without points, and (k,) centeredness error; NaN elsewhere."""
     some = points[_spread(points, MAX_GRAPH_POINTS)]
     spacing = float(np.median(tree.query(some, k=min(3, len(points)))[0][:, -1]))
     gaps, errors = np.full(len(skeleton.nodes), np.nan), np.full(len(skeleton.nodes), np.nan)
@@ -166,9 +166,10 @@ def _sections(
 def _outlines(
     offsets: NDArray[np.float64], section: NDArray[np.int64], axes: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(s,) largest share of a turn without points, and (s,) distance of the origin from the center of the nearest ones.
+    """(s,) largest share of a turn without points, and (s,) distance of the origin from the center of the outline.
 
-    Offsets are those of points from the middles of their sections, whose axes have unit length.
+    The outline consists of the nearest points in each sector; the unit is its mean distance from its center. Offsets
+    are those of points from the middles of their sections, whose axes have unit length.
     """
     n = len(axes)
     first = normalized(np.cross(axes, np.eye(3)[np.argmin(np.abs(axes), axis=1)]))
@@ -177,7 +178,7 @@ def _outlines(
     place, distance = section * N_SECTORS + sector, np.hypot(x, y)
     nearest = np.full(n * N_SECTORS, np.inf)
     np.minimum.at(nearest, place, distance)
-    # the last sector with a point, before each one on a second turn
+    # for each sector of two turns, the last sector with a point up to it
     turns = np.arange(2 * N_SECTORS)
     is_seen = np.isfinite(nearest).reshape(n, N_SECTORS)
     last = np.maximum.accumulate(np.where(np.tile(is_seen, 2), turns, -1), axis=1)
@@ -202,7 +203,7 @@ def _outlines(
 
 
 def _widths(skeleton: Skeleton, node: NDArray[np.int64], distances: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(k,) mean distance of the points of a node, its median over the branch where that is more than their nearest."""
+    """(k,) radius of each node, or the median over its branch of the nodes' mean distances of points if larger."""
     count = np.bincount(node, minlength=len(skeleton.nodes))
     means = np.bincount(node, distances, len(skeleton.nodes)) / np.maximum(count, 1)
     widths = np.array(skeleton.radii)
@@ -218,8 +219,8 @@ def _ends(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """(e, 3) ends of the cloud, (e,) length by which each stands out, and (e,) local radius there.
 
-    An end is a peak of the mean distance along the cloud to points spread over it, as high above the pass to a higher
-    peak as it is long.
+    An end is a peak of the mean distance along the cloud to points spread over it; its length is its height above the
+    pass to a higher peak.
     """
     if len(points) > MAX_GRAPH_POINTS:
         points = points[_spread(points, MAX_GRAPH_POINTS)]

@@ -32,7 +32,7 @@ from lbskel.refinement.radii import inscribed_radii, mean_radii, own_radii
 from lbskel.refinement.region_map import edges_with_disjoint_regions, is_in_largest_piece, nearest_balls
 from lbskel.skeleton.skeleton import Skeleton
 
-# What skeletons and scores make of each of these, moved by -30 and +40 %, is in benchmarks/results/constants.md
+# benchmarks/results/constants.md has how scores change with each of these constants moved by -30 and +40 %
 MAX_COVERED_DISTANCE = 2.0  # in local radii: a vertex no farther from its node is covered; a guess
 MIN_LIMB_LENGTH = 6.0  # in radii of the limb: the extremity of a shorter limb may have no tip; a guess
 OPEN_TOLERANCE = 0.5  # in mean radii: as far outside a surface that is not closed counts as inside, since the surface
@@ -56,6 +56,11 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
         Of a mesh with a diameter bound of 1, with its centroid at the origin.
     n_loops_opened : int
         Cycles that were opened on purpose, and count as if they were there.
+
+    Raises
+    ------
+    OutOfTime
+        If the deadline of the surface passes.
     """
     unit, has_map = surface.mesh, len(skeleton.node_of_vertex) > 0
     skeleton = _on_surface(skeleton, surface)
@@ -96,7 +101,7 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
 
 
 def centeredness_errors(skeleton: Skeleton, surface: Surface) -> NDArray[np.float64]:
-    """(k,) distance of each node from the centroid of its section, in local radii; NaN where that is not known.
+    """(k,) distance of each node from the centroid of its section, in local radii; NaN where the section is not known.
 
     Parameters
     ----------
@@ -224,7 +229,7 @@ def _extra_cycles(skeleton: Skeleton, mesh: Mesh, n_loops_opened: int) -> int | 
 
 
 def _tunnels_missed(skeleton: Skeleton, mesh: Mesh, n_loops_opened: int) -> int | None:
-    """Count the tunnels that no cycle goes around, but for loops that were opened on purpose; None if not certain."""
+    """Count the tunnels that no cycle goes around, less the loops that were opened on purpose; None if not certain."""
     if not mesh.is_closed_manifold or mesh.n_components > 1 or skeleton.n_components > 1:
         return None
     n_missed = tunnels_missed(skeleton.nodes, skeleton.edges, mesh)
@@ -234,8 +239,8 @@ def _tunnels_missed(skeleton: Skeleton, mesh: Mesh, n_loops_opened: int) -> int 
 def _region_widths(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
     """(k,) mean distance of a region from its own center, the median over the branch of each node.
 
-    The vertices of a flat part are as far from its middle. A limb without a branch widens one region, and not the
-    median; where the nodes are does not matter.
+    In a flat part this is about a quarter of its width, and the inscribed radius half its thickness. A limb without a
+    branch widens one region but not the median. The positions of the nodes do not matter.
     """
     node, count = skeleton.node_of_vertex, np.bincount(skeleton.node_of_vertex, minlength=len(skeleton.nodes))
     sums = np.stack([np.bincount(node, x, len(count)) for x in mesh.vertices.T], axis=1)
@@ -247,7 +252,7 @@ def _region_widths(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
 
 
 def _n_shortcut_edges(skeleton: Skeleton, mesh: Mesh, widths: NDArray[np.float64], disjoint: NDArray[np.int64]) -> int:
-    """Count the edges that join regions which do not touch and are longer than both regions are wide.
+    """Count the edges that join regions which do not touch, and that are longer than the widths of both together.
 
     A region is as wide as its mean radius, or as the longest edge of the mesh at its vertices: regions of single
     vertices of a coarse mesh need not touch.

@@ -15,14 +15,26 @@ MAX_SPUR_REACH = 1.2  # in radii of the junction: a spur is an end branch whose 
 def length_fraction(skeleton: Skeleton, is_chosen: NDArray[np.bool_]) -> float:
     """Compute the fraction of the total length that belongs to the chosen nodes, half of each edge to either end.
 
-    Without edges, the fraction of the nodes.
+    Without edges, it is the fraction of the nodes.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    is_chosen : (k,) array of bool
+        For each node.
     """
     length = np.bincount(skeleton.edges.ravel(), weights=np.repeat(skeleton.edge_lengths, 2), minlength=len(is_chosen))
     return float(np.average(is_chosen, weights=length if length.any() else None))
 
 
 def rms_curvature(skeleton: Skeleton) -> float:
-    """Compute the root mean square, along the length, of the turning angle per length of one local radius."""
+    """Compute the root mean square, along the length, of the turning angle per local radius of length, in radians.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        Its radii are the local ones.
+    """
     previous, middle, following = skeleton.triples
     P = skeleton.nodes
     before, after = P[middle] - P[previous], P[following] - P[middle]
@@ -34,7 +46,12 @@ def rms_curvature(skeleton: Skeleton) -> float:
 
 
 def n_spurs(skeleton: Skeleton) -> int:
-    """Count the end branches whose balls stay within ``MAX_SPUR_REACH`` radii of their junction."""
+    """Count the end branches whose balls stay within ``MAX_SPUR_REACH`` radii of their junction.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    """
     ends = skeleton.end_branches
     reaches = [np.linalg.norm(skeleton.nodes[b] - skeleton.nodes[b[0]], axis=1) + skeleton.radii[b] for b in ends]
     return sum(

@@ -36,7 +36,7 @@ def checked_points(values: ArrayLike, what: str) -> NDArray[np.float64]:
     Raises
     ------
     MeshError
-        If the shape is another, or a coordinate is not finite; the message names the rows.
+        If there are none, the shape is another, or a coordinate is not finite; the message names the rows.
     """
     try:
         points = np.array(values, dtype=np.float64, order="C")
@@ -64,7 +64,7 @@ def checked_triangles(values: ArrayLike, n_vertices: int) -> NDArray[np.int64]:
     Raises
     ------
     MeshError
-        If the shape is another, or an index is out of range; the message names the faces.
+        If there are none, the shape is another, or an index is not whole or out of range; the message names the faces.
     """
     given = np.asarray(values)
     if given.size == 0:

@@ -3,7 +3,7 @@
 Simplification, seeds and ties between equal lengths depend on the numbering. The canonical one is that of a
 breadth-first traversal of the faces across their edges: it begins at the corner farthest from the centroid, and enters
 each face's other neighbors in the sense of its orientation. So it does not change with the order of vertices and faces,
-nor, but for shapes with several such corners, with rotation.
+nor with rotation, except for shapes with several such corners.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ DIGITS = 9  # decimals of lengths, in diameter bounds, that are compared: roundi
 def in_canonical_order(mesh: Mesh) -> tuple[Mesh, VertexMap]:
     """Renumber a mesh in its canonical order.
 
-    Components stay in their order. Edges of one or more than two faces are not crossed, and each part of the surface
-    between these has a first corner of its own. Vertices without a face come last, as they are.
+    Components stay in their order. The traversal crosses only edges of exactly two faces, and each part of the surface
+    between the other edges has a first corner of its own. Vertices without a face come last, in their given order.
 
     Parameters
     ----------
@@ -74,9 +74,10 @@ def _traversal(mesh: Mesh) -> NDArray[np.int64]:
 
 
 def _by_position(mesh: Mesh, part: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(k,) half-edges by the distance of their start from the centroid, their length and their coordinates.
+    """(k,) candidates for the first half-edge of each part, by distance from the centroid, length and coordinates.
 
-    Those that are the farthest and longest of their part of the faces, by its number, among which the first one is.
+    Of the half-edges of a part, those that start farthest from the centroid, and of these the longest. ``part`` has the
+    number of the part of each face.
     """
     unit = (mesh.vertices - mesh.centroid) / max(mesh.diameter_bound, np.finfo(np.float64).tiny)
     start, end = mesh.half_edges.T

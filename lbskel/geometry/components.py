@@ -26,7 +26,7 @@ class Component:
     mesh : Mesh
         The component as a mesh of its own.
     vertices : (k,) array of int
-        For each of its vertices, the vertex of the whole mesh, in ascending order.
+        For each vertex of ``mesh``, the vertex of the whole mesh, in ascending order.
     """
 
     mesh: Mesh
@@ -36,7 +36,8 @@ class Component:
 def find_crumbs(mesh: Mesh) -> NDArray[np.bool_]:
     """(c,) whether each component is too small for a skeleton of its own.
 
-    That is one with too few faces to enclose a volume, with no area, or with a negligible share of faces and area.
+    It is if it has too few faces to enclose a volume, or no area, or a negligible number of faces and area beside the
+    largest of any component.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ def arrays_of(data: Any) -> tuple[Any, Any]:
     Raises
     ------
     MeshError
-        If it is none of these.
+        If it is none of these, or its flat list of polygons is malformed.
     """
     if isinstance(data, tuple | list) and len(data) == 2:
         return data[0], data[1]
@@ -72,7 +72,7 @@ def triangulate(faces: Any) -> tuple[NDArray[Any], NDArray[np.int64]]:
     Raises
     ------
     MeshError
-        If a polygon has fewer than three corners, or the faces are no such sequence.
+        If a polygon has fewer than three corners, or the faces are not a sequence of index sequences.
     """
     corners, sizes = _flat_polygons(faces)
     small = np.flatnonzero(sizes < 3)

@@ -1,7 +1,7 @@
-"""The time by which a computation has to end, and long queries in slices between which it is looked at.
+"""Deadlines of computations, and long queries in slices between which the deadline is checked.
 
-Whoever sets a deadline catches :class:`OutOfTime`, and leaves out what was not finished. Values are frozen, so nothing
-is left half changed. Between slices the interpreter also sees signals, such as Ctrl-C, which a kernel does not.
+The caller that sets a deadline catches :class:`OutOfTime` and leaves out what was not finished. Values are frozen, so
+nothing is left half changed. Between slices the interpreter also handles signals, such as Ctrl-C; a kernel does not.
 """
 
 from __future__ import annotations
@@ -30,11 +30,12 @@ class OutOfTime(Exception):
 
 @dataclass(frozen=True)
 class Deadline:
-    """A time of :func:`time.perf_counter`; infinite without a limit.
+    """The time by which a computation has to end.
 
     Parameters
     ----------
     end : float
+        A value of :func:`time.perf_counter`, in seconds; infinite without a limit.
     """
 
     end: float = float("inf")
@@ -50,7 +51,7 @@ class Deadline:
             raise OutOfTime
 
     def until(self, items: Iterable[Item]) -> Iterator[Item]:
-        """Yield items; raise OutOfTime in place of the first after the deadline.
+        """Yield the items; raise OutOfTime in place of the first item after the deadline.
 
         Parameters
         ----------
@@ -67,13 +68,14 @@ NEVER = Deadline()
 def in_slices(
     query: Callable[..., tuple[NDArray[Any], ...]], *rows: NDArray[Any], deadline: Deadline = NEVER
 ) -> tuple[NDArray[Any], ...]:
-    """Concatenate the answers of a query to slices of its arguments, each row of which is a question of its own.
+    """Concatenate the results of a query on slices of its arguments, whose rows do not depend on each other.
 
     Parameters
     ----------
     query : callable
-        Takes arrays with as many rows as each other, and returns such arrays.
+        Takes arrays of k rows each, and returns a tuple of arrays of k rows.
     rows : arrays
+        The arguments of the query, with equal numbers of rows.
     deadline : Deadline
 
     Raises

@@ -24,7 +24,7 @@ def _pyvista() -> Any:
 
 
 class MeshExchange(Displayed):
-    """What a mesh can be converted to."""
+    """Conversion of a mesh to objects of other packages, and its interactive view."""
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.int64]
@@ -57,12 +57,18 @@ class MeshExchange(Displayed):
 
 
 class CloudExchange(Displayed):
-    """What a point cloud can be converted to."""
+    """Conversion of a point cloud to objects of other packages, and its interactive view."""
 
     points: NDArray[np.float64]
 
     def plot(self) -> Any:
-        """Make an interactive view, as for a mesh."""
+        """Make an interactive view, which a notebook shows; ``plot().save("cloud.html")`` writes it.
+
+        Raises
+        ------
+        MissingDependency
+            If plotly is not installed.
+        """
         return self._plot(mesh=self, title=repr(self))
 
     def to_trimesh(self) -> Any:

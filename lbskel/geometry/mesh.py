@@ -1,6 +1,6 @@
 """Triangle meshes as frozen values, validated when they are made; point clouds are in ``point_cloud``.
 
-A ``Mesh`` holds only what the caller gave. What follows from it (edges, components, genus) is computed at first use and
+A ``Mesh`` holds only what the caller gave. What can be derived (edges, components, genus) is computed at first use and
 cached in its ``__dict__``, also by :mod:`lbskel.geometry.surface_queries`. Nothing here moves a vertex or removes a
 face: repairs belong to :mod:`lbskel.preprocess`.
 """
@@ -222,7 +222,7 @@ class Mesh(MeshExchange):
 
     @cached_property
     def is_closed(self) -> bool:
-        """Whether no edge has exactly one face."""
+        """Whether no edge has exactly one face; edges of three or more faces are allowed."""
         return bool((self.faces_per_edge != 1).all())
 
     @cached_property
@@ -246,7 +246,7 @@ class Mesh(MeshExchange):
 
 @singledispatch
 def as_mesh(data: Any) -> Mesh:
-    """Convert what users have to a Mesh: (vertices, faces), a path, a trimesh, pyvista or meshio mesh, or a Mesh.
+    """Convert a pair (vertices, faces), a path, or a trimesh, pyvista or meshio mesh to a Mesh.
 
     Polygons are triangulated, and ``notes`` says so. A Mesh is returned unchanged. Paths are read by
     :func:`lbskel.read_mesh`, which :mod:`lbskel.io` registers for str and os.PathLike.
@@ -261,7 +261,7 @@ def as_mesh(data: Any) -> Mesh:
     FormatError
         If the data is a path and no mesh can be read from it.
     MeshError
-        If the data is not a mesh, or Mesh rejects it.
+        If the data is not a mesh, or not a valid one: see :class:`Mesh`.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The nearest points of each point of a cloud, found once for all that asks for them."""
+"""The nearest points of each point of a cloud, found once and cached."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-# Points with which each is compared, itself among them: benchmarks/results/point_constants.md
+# Nearest points of each point, the point itself included: benchmarks/results/point_constants.md
 N_NEAREST = 41
 
 
@@ -39,7 +39,7 @@ class Neighborhoods:
         return distances.reshape(-1, k), neighbors.reshape(-1, k)
 
     def nearest(self, k: int | None = None) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-        """(n, k) distances of the nearest points, and their numbers; a point is its own first, all if there are fewer.
+        """(n, k) distances and (n, k) indices of the nearest points, each point itself first; n columns if n < k.
 
         Parameters
         ----------

@@ -21,7 +21,12 @@ def triangle_normals(A: NDArray[np.float64], B: NDArray[np.float64], C: NDArray[
 
 
 def normalized(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(k, 3) vectors scaled to length 1; zero vectors stay zero."""
+    """(k, 3) vectors scaled to length 1; zero vectors stay zero.
+
+    Parameters
+    ----------
+    vectors : (k, 3) array of float
+    """
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     unit: NDArray[np.float64] = np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0)
     return unit

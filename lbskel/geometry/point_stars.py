@@ -1,7 +1,7 @@
 """The stars of a point cloud: for each point, the triangles around it in the Delaunay triangulation of its neighbors.
 
-They are triangles like those of a mesh, so that a cloud is contracted by the loop that contracts meshes; but each
-belongs to its first corner alone, since neighbors need not agree on the triangles between them. Cao, Tagliasacchi,
+They are triangles like those of a mesh, so that the loop that contracts meshes also contracts a cloud; but each belongs
+to its first corner alone, since neighbors need not agree on the triangles between them. Cao, Tagliasacchi,
 Olson, Zhang, Su 2010, https://doi.org/10.1109/SMI.2010.25.
 """
 
@@ -45,7 +45,7 @@ class PointStars(Mesh):
 
     @cached_property
     def ring_edges(self) -> NDArray[np.int64]:
-        """(r, 2) each center with the points of its ring in their order; those of a closed ring begin and end it."""
+        """(r, 2) each center with each point of its ring, in order; a closed ring ends with its first point."""
         F = self.faces
         is_last = np.append(F[1:, 0] != F[:-1, 0], True)
         pairs = np.concatenate([F[:, :2], F[is_last][:, [0, 2]]])
@@ -54,7 +54,7 @@ class PointStars(Mesh):
 
 
 def ring_edges(mesh: Mesh) -> NDArray[np.int64]:
-    """(r, 2) each vertex with each of its neighbors: those of its ring for stars, those at its edges for a mesh.
+    """(r, 2) each vertex with each of its neighbors: along its ring for stars, across its edges for a mesh.
 
     Parameters
     ----------

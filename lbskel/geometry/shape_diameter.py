@@ -1,8 +1,8 @@
 """Local thickness of a shape at its faces: the shape diameter, the length of rays from a face through the inside.
 
 Shapira, Shamir, Cohen-Or 2008, "Consistent mesh partitioning and skeletonization using the shape diameter function",
-https://doi.org/10.1007/s00371-007-0197-5; here the smaller of the length of one ray along
-the normal and the median of a cone of rays.
+https://doi.org/10.1007/s00371-007-0197-5. Here it is the smaller of the length of one ray along the normal and the
+median depth, measured along the normal, of a cone of rays (:func:`local_thickness`), or the first of these alone.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ MIN_RADIUS = 0.25  # lower bound on a local radius, in radii of the disk with th
 # limb that is thinner is not resolved by its triangles; a guess
 
 
-# Leaves of the search tree that a line through the mesh meets, above which rays are cast from as many faces fewer. 2 to
-# 5 for ordinary meshes, up to 50 for shapes of many parts, a thirtieth of the faces for a fan of needles, whose boxes
-# nearly all overlap.
+# Upper bound on the leaves of the search tree that a line through the mesh meets; where it meets more, rays are cast
+# from a proportionally smaller number of faces. 2 to 5 for ordinary meshes, up to 50 for shapes of many parts, a
+# thirtieth of the faces for a fan of needles, whose boxes nearly all overlap.
 MAX_OVERLAP = 100.0
 
 
 def local_radii(mesh: Mesh, *, deadline: Deadline = NEVER) -> NDArray[np.float64]:
-    """(n,) radius of the shape at each vertex: half the thickness, which grows no faster than the distance.
+    """(n,) radius of the shape at each vertex: half the thickness, made 1-Lipschitz along the edges.
 
-    At a vertex it is the median over the faces, so that single rays that miss do not count. A ray along an axis, from
+    At a vertex it is the median over its faces, so that single rays that miss do not count. A ray along an axis, from
     the end of a limb, is much longer than the limb is thick; so the radius at a vertex is at most that at any other
     plus their distance along the edges, as it is for the local feature size (Amenta, Bern 1999,
-    https://doi.org/10.1007/PL00009475).
+    https://doi.org/10.1007/PL00009475). In units of the mesh.
 
     Parameters
     ----------

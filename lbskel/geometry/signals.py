@@ -28,7 +28,7 @@ def ended_at_once() -> Iterator[None]:
 
 @contextmanager
 def ended_after_tidying_up() -> Iterator[None]:
-    """Raise KeyboardInterrupt where a signal would end the process within the block, and let it end it afterwards."""
+    """Raise KeyboardInterrupt where a signal would end the process within the block; the signal ends it afterwards."""
     received: list[int] = []
 
     def interrupt(number: int, _: FrameType | None) -> None:
@@ -47,7 +47,7 @@ def ended_after_tidying_up() -> Iterator[None]:
 def _handled(
     handlers: dict[signal.Signals, Any], *, instead_of: Callable[..., Any] | signal.Handlers
 ) -> Iterator[None]:
-    """Replace the handlers of signals within the block, where they are the given one; only the main thread can."""
+    """Replace those handlers of signals that are ``instead_of`` within the block; only the main thread can."""
     replaced = [each for each in handlers if signal.getsignal(each) is instead_of]
     if threading.current_thread() is not threading.main_thread():
         replaced = []

@@ -5,7 +5,7 @@ for the inside test of other meshes the tree of libigl's fast winding number, Ba
 2018, https://doi.org/10.1145/3197517.3201337.
 
 Trees and recent results are cached in the ``__dict__`` of the mesh. The cache only holds values that follow from the
-mesh, so it does not change what the frozen mesh is; meshes of ``with_vertices`` start with an empty one.
+mesh, so the mesh stays the same value; meshes of ``with_vertices`` start with an empty cache.
 """
 
 from __future__ import annotations
@@ -74,6 +74,7 @@ class Surface:
     ----------
     mesh : Mesh
     simplified : Proxy, optional
+        A simplified copy of the mesh, for ``proxy``, ``on_proxy``, ``from_proxy`` and ``clearance``.
     deadline : Deadline
         Queries raise OutOfTime after it.
     """
@@ -161,7 +162,7 @@ class Surface:
 
     @property
     def inward_rays(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """What ``inner_offset`` returns, of all vertices; distances are NaN where they have not been measured."""
+        """The result of ``inner_offset`` for all vertices; distances are NaN where they have not been measured."""
         rays: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
         rays = self.memoize("inward", self._inward_rays)
         return rays

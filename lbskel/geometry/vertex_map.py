@@ -70,7 +70,7 @@ class VertexMap:
         return VertexMap(self.pull_back(following.indices))
 
     def pull_back(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
-        """(n,) integers given at the targets, read at the sources; -1 at sources without a target.
+        """(n,) integers at the sources, each that of its target; -1 at sources without a target.
 
         Parameters
         ----------
@@ -79,9 +79,7 @@ class VertexMap:
         return np.where(self.is_mapped, values[self.indices], -1)
 
     def push_forward(self, values: NDArray[np.int64], n_targets: int) -> NDArray[np.int64]:
-        """(n_targets,) integers given at the sources, written to their targets; -1 at targets without a source.
-
-        The first of several sources of one target counts.
+        """(n_targets,) integers at the targets, each that of its first source; -1 at targets without a source.
 
         Parameters
         ----------

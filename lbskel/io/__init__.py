@@ -13,11 +13,11 @@ glb, gltf      yes    no      without compression; meshes of the scene are joine
 vtp, vtk       yes    no      polygons and triangle strips of VTK's PolyData
 =============  =====  ======  =======================================================
 
-Point clouds are read from xyz, txt, csv, ply, off, obj, npy, npz and pcd, and from las and laz through laspy; a file of
-meshes without faces is a cloud. They are written as ply, xyz and npy.
+Point clouds are read from xyz, txt, csv, ply, off, obj, npy, npz, pcd and las, and from laz through laspy; a mesh file
+without faces is a cloud. They are written as ply, xyz and npy.
 
-Skeletons are written and read as below. Positions, edges and cycles are always kept exactly, other fields as the table
-says. A lost field is empty after reading; lost radii are NaN.
+Skeletons are written and read as below. Positions, edges and cycles are always kept exactly, but for swc with a scale;
+other fields as the table says. A lost field is empty after reading, a lost radius_kind the default; lost radii are NaN.
 
 =========  =======  =======  ==============  ===========  =======  =======  ======================================
 skeletons  radii    order    node_of_vertex  radius_kind  extras   report   remarks
@@ -34,6 +34,9 @@ obj        lost     kept     lost            lost         lost     lost     one 
 
 ``order`` is the order of the nodes; ``extras`` are the mean radii and the anchors.
 JSON has no NaN and no infinity: in the report they become null.
+
+Every reader and every encoder of a format raises FormatError for a file that is not in the format, or for data that the
+format cannot hold.
 """
 
 __all__ = [

@@ -1,7 +1,7 @@
 """Atomic writing of files: no file is overwritten unless asked, and no partly written file is left behind.
 
-The content is written to a temporary file in the same folder, which then replaces the target in one step. It is
-removed, too, where a signal ends the process.
+The content is written to a temporary file in the same folder, which then replaces the target in one step. The temporary
+file is also removed if a signal ends the process.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def write_all_safely(contents: Mapping[Path, Content], force: bool = False) -> N
 
 
 def _resolve_target(path: Path, force: bool) -> Path:
-    """Follow the links of a path to the file it names; a FormatError if that must not be written."""
+    """Follow the links of a path to the file it names; raise FormatError if that file must not be written."""
     try:
         target = Path(os.path.realpath(path))
         if target.is_dir():

@@ -1,7 +1,7 @@
-"""A rig as binary glTF 2.0 (glb): a skinned mesh, a node for each bone, its rest pose as in the mesh, y up.
+"""A rig as binary glTF 2.0 (glb): a skinned mesh with y up, in its rest pose as given, and a node for each bone.
 
 A node stands at the head of its bone, without a rotation; the inverse bind matrix moves the head to the origin. All
-bones hang on one node, ``armature``. Positions and weights are in single precision; weights come in sets of four.
+root bones are children of one node, ``armature``. Positions and weights are in single precision; weights come in fours.
 Format: https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html, sections 3.7.3 and 4.4 (the numbers below).
 """
 
@@ -22,7 +22,7 @@ from lbskel.errors import FormatError, choose
 from lbskel.io.atomic_write import write_safely
 from lbskel.skeleton.armature import Rig
 
-# The columns of the mesh's axes in glTF's, where y points up; a proper rotation.
+# For the axis of the mesh that points up, the rotation of its coordinates to those of glTF, where y points up.
 UP_AXES: dict[str, NDArray[np.float64]] = {
     "y": np.eye(3),
     "z": np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]),
@@ -127,7 +127,7 @@ class _File:
         self.data, self.views, self.accessors = b"", [], []  # type: bytes, list[dict[str, Any]], list[dict[str, Any]]
 
     def add(self, values: NDArray[Any], kind: str, target: int | None = None, *, bounds: bool = False) -> int:
-        """Append an array; the number of its accessor."""
+        """Append an array, and return the number of its accessor."""
         component = {np.dtype(np.float32): FLOAT, np.dtype(np.uint16): UINT16, np.dtype(np.uint32): UINT32}
         data = values.astype(values.dtype.newbyteorder("<")).tobytes()
         view: dict[str, Any] = {"buffer": 0, "byteOffset": len(self.data), "byteLength": len(data)}
@@ -149,7 +149,7 @@ def _normals(rig: Rig, turn: NDArray[np.float64]) -> NDArray[np.float32]:
 
 
 def _influences(weights: NDArray[np.float64]) -> list[tuple[NDArray[np.uint16], NDArray[np.float32]]]:
-    """Joints and weights in sets of four, the largest first; joints without weight are 0, and all weights sum to 1."""
+    """List joints and weights in sets of four, the largest first; joints without weight are 0, weights sum to 1."""
     most = max(1, int((weights.astype(np.float32) > 0).sum(axis=1).max()))
     width = -(-most // SET_SIZE) * SET_SIZE
     padded = np.pad(weights, ((0, 0), (0, max(0, width - weights.shape[1]))))

@@ -1,8 +1,9 @@
 """Reading and writing meshes; paths for :func:`lbskel.as_mesh`.
 
-All vertices of a file are kept in their order, also those that no face uses, so that results per vertex fit the file.
-Only glTF and 3MF are read through trimesh: for the other formats trimesh 5.2 accepts truncated OFF and PLY files
-silently and, in OBJ, drops unused vertices, splits by material, reads index 0 as 1 and miscounts relative indices.
+All vertices of a file are kept in their order, also those that no face uses, so that results per vertex fit the file;
+STL has no shared vertices, so equal corners are merged. Only glTF and 3MF are read through trimesh. In the other
+formats trimesh 5.2 accepts truncated OFF and PLY files silently and, in OBJ, drops unused vertices, splits by material,
+reads index 0 as 1 and miscounts relative indices.
 """
 
 from __future__ import annotations
@@ -63,6 +64,8 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
         If there is no such file or it is not in the format of its extension.
     MeshError
         If a coordinate is not finite, a face uses a vertex that does not exist, or there are no faces.
+    MissingDependency
+        If the format needs a package that is not installed.
 
     Examples
     --------

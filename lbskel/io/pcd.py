@@ -50,7 +50,7 @@ def read_pcd(path: Path) -> PolygonSoup:
 
 
 def _header(data: bytes) -> tuple[dict[str, list[str]], str, int]:
-    """Words of each header line, how the data is stored, and where it begins."""
+    """Split the header into the words of each line, and find how the data is stored and where it begins."""
     found: dict[str, list[str]] = {}
     position = 0
     while position < len(data):

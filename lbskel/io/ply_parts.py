@@ -1,7 +1,7 @@
 """A mesh divided into parts as PLY: each face has the number of its part and a color, which viewers show.
 
 The element ``face`` has vertex_indices, ``part``, and red, green, blue. Hues are spread by the golden ratio, so that
-parts of similar numbers differ most.
+parts with near numbers have very different hues.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def encode_ply_parts(mesh: Mesh, part_of_face: NDArray[np.int64]) -> bytes:
     ----------
     mesh : Mesh
     part_of_face : (m,) array of int
-        From 0.
+        Number of the part of each face, from 0 on.
     """
     m, colors = len(mesh.faces), part_colors(int(part_of_face.max()) + 1)
     rows = np.empty(m, dtype=[("size", "u1"), ("corners", "<i4", 3), ("part", "<i4"), ("color", "u1", 3)])

@@ -1,4 +1,4 @@
-"""Reading point clouds, and anything that a user has as a mesh or a point cloud."""
+"""Reading of point clouds, and conversion of what a user has to a mesh or a point cloud."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def read_points(path: str | os.PathLike[str]) -> PointCloud:
     MeshError
         If there are no points or a coordinate is not finite.
     MissingDependency
-        If it is a LAS or LAZ file and laspy is not installed.
+        If it is a LAZ file and laspy is not installed.
 
     Examples
     --------
@@ -84,15 +84,17 @@ def as_shape(data: Any) -> Mesh | PointCloud:
     ----------
     data : Mesh, PointCloud, path-like, (n, 3) array, pair of array_like, or mesh or cloud object
         A file with faces is a mesh, one without is a cloud. Objects of other packages with ``points`` or ``vertices``
-        and without faces, such as those of Open3D and trimesh, are clouds. What else there is goes to
+        and without faces, such as those of Open3D and trimesh, are clouds. Everything else goes to
         :func:`lbskel.as_mesh`.
 
     Raises
     ------
     FormatError
-        If the data is a path and neither can be read from it.
+        If the data is a path and neither a mesh nor a cloud can be read from it.
     MeshError
-        If the data is neither, or Mesh or PointCloud rejects it.
+        If the data is neither a mesh nor a cloud, or Mesh or PointCloud rejects it.
+    MissingDependency
+        If the format of a file needs a package that is not installed.
 
     Examples
     --------

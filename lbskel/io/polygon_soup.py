@@ -47,6 +47,10 @@ class PolygonSoup:
 def mesh_from_polygons(polygons: PolygonSoup) -> Mesh:
     """Convert to a Mesh: all vertices are kept in their order, polygons are triangulated.
 
+    Parameters
+    ----------
+    polygons : PolygonSoup
+
     Raises
     ------
     MeshError

@@ -73,7 +73,8 @@ def write_skeleton(
     """Write a skeleton in the format of the extension; numbers are read back bit for bit.
 
     SWC is a format of trees: cycles are cut as :func:`lbskel.to_tree` cuts them, and the edges that were cut are stored
-    as comments, which :func:`read_skeleton` restores.
+    as comments, from which :func:`read_skeleton` restores them. Unknown radii are written as 0 there, and with a scale
+    numbers are read back up to rounding.
 
     Parameters
     ----------
@@ -94,8 +95,8 @@ def write_skeleton(
     Raises
     ------
     FormatError
-        If the extension is unknown, the format cannot store the skeleton, a scale or units, the scale is not a positive
-        number, or a file exists or cannot be written.
+        If the extension is unknown, the format cannot store the skeleton, a scale or units, the root is not a node, the
+        scale is not a positive number, or a file exists or cannot be written.
     MissingDependency
         If the format needs a package that is not installed.
 
@@ -161,7 +162,7 @@ def read_skeleton(path: str | os.PathLike[str]) -> Skeleton:
 
 
 def require_writable(name: str, *, scale: float = 1.0, units: str | None = None) -> None:
-    """Raise the error of writing a format now, and not after a skeleton has been made for it.
+    """Raise the error that writing a format would raise, before a skeleton is made for it.
 
     Parameters
     ----------

@@ -1,13 +1,14 @@
 """SWC, the format of neuron tracings: a line per node with id, type, position, radius and the id of its parent.
 
-Ids begin at 1, every parent precedes its children, a root has the parent -1, one root per component, and no comment
+Ids begin at 1, every parent precedes its children, each component has one root, with the parent -1, and no comment
 follows a node. The type is 1 for a soma that is the root of its tree: one node, whose ball stands for the soma. It is
-0, undefined, for all others, since the shape does not tell dendrites from axons; so every section has one type, as
-MorphIO and NeuroM ask. An unknown radius is written as 0, which all readers take; NaN they do not.
+0, undefined, for all other nodes, since the shape does not tell dendrites from axons; so every section has one type, as
+MorphIO and NeuroM require. An unknown radius is written as 0, which all readers accept, unlike NaN.
 
 SWC stores trees: every cycle is cut at its thinnest edge, and the edges that were cut are comments ``# cut edge 7 12``,
-which other programs ignore and :func:`read_swc` restores. A file may be in other units than the mesh; its factor is a
-comment too. Format: Cannon et al. 1998, https://doi.org/10.1016/S0165-0270(98)00091-0; the line ``# Meta``: navis.
+which other programs ignore and from which :func:`read_swc` restores them. A file may be in other units than the mesh;
+the factor is a comment too. Format: Cannon et al. 1998, https://doi.org/10.1016/S0165-0270(98)00091-0; the line
+``# Meta`` is that of navis.
 """
 
 from __future__ import annotations
@@ -48,8 +49,8 @@ def encode_swc(
     path : Path
         The path that the file will have.
     root : int, optional
-        The node that is the root of its component, and comes first; by default the first node. The root of another
-        component is its thickest tip.
+        The node that is the root of its component; by default the first node. The root of any other component is its
+        thickest tip. The components are in the order of their roots.
     scale : float
         Factor of the positions and radii in the file, which :func:`read_swc` divides by.
     units : str, optional
@@ -106,7 +107,7 @@ def _depth_first(
 
 
 def read_swc(path: Path) -> Skeleton:
-    """Read a skeleton from SWC: nodes in the order of the lines, edges stored as comments restored.
+    """Read a skeleton from SWC: nodes in the order of the lines, with the edges that are stored as comments.
 
     Where the file was written with a scale, positions and radii are divided by it: they are those of the skeleton that
     was written, up to rounding errors.

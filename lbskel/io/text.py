@@ -1,4 +1,4 @@
-"""Numbers from text files and into text files; errors name the line.
+"""Reading and writing of numbers in text files; errors name the line.
 
 Numbers are parsed in blocks of lines, or all at once in a file of numbers only; the faulty line is searched for only
 after a block has failed to parse. Sizes declared by a file are compared with the size of the file before memory is
@@ -74,7 +74,7 @@ def prefix_errors(path: str | os.PathLike[str]) -> Iterator[None]:
 
 @contextmanager
 def convert_errors(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Prefix the message of every error in the block with the path, and convert those of others to FormatError."""
+    """Prefix the message of every error in the block with the path, and convert errors not of lbskel to FormatError."""
     with prefix_errors(path):
         try:
             yield
@@ -255,6 +255,11 @@ def as_floats(values: ArrayLike, what: str, width: int = 0) -> NDArray[np.float6
         What the values are, for the message.
     width : int
         Number of columns of an (n, width) array; 0 for an (n,) array.
+
+    Raises
+    ------
+    FormatError
+        If the values are not numbers, or the array has another shape.
     """
     try:
         array = np.array(values, dtype=np.float64)

@@ -56,12 +56,12 @@ class _Scanner:
         return []
 
     def skip_paragraph(self) -> None:
-        """Go on behind the next empty line."""
+        """Move the position behind the next empty line."""
         match = re.compile(rb"\n[ \t\r]*\n").search(self._data, self._position - 1)
         self._position = match.end() if match else len(self._data)
 
     def numbers(self, count: int, kind: str) -> NDArray[np.float64]:
-        """Read that many numbers of a type."""
+        """Read ``count`` numbers of a type, as (count,) float64."""
         dtype = np.dtype(choose(DTYPES, kind.lower(), "type of numbers"))
         n_bytes = count * dtype.itemsize if self._is_binary else count
         if not 0 <= n_bytes <= len(self._data) - self._position:
@@ -118,7 +118,7 @@ def _count(arguments: list[str], place: int) -> int:
 
 
 def _skip_field(scanner: _Scanner, n_arrays: int) -> None:
-    """Read the arrays of a field, which say nothing about the surface."""
+    """Skip the arrays of a field, which say nothing about the surface."""
     while n_arrays:
         words = scanner.words()
         if words[:1] == ["METADATA"]:

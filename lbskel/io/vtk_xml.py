@@ -67,7 +67,7 @@ class VtkFile:
         return np.frombuffer(data, order + dtype)
 
     def _decode(self, data: bytes, start: int, is_base64: bool, order: str) -> bytes:
-        """Decode one array; its header has its number of bytes or the sizes of its compressed blocks."""
+        """Decode one array, whose header has its number of bytes or the sizes of its compressed blocks."""
         head = np.dtype(order + choose(DTYPES, self.root.get("header_type", "UInt32"), "header type"))
         if "compressor" not in self.root.attrib:
             count = int(np.frombuffer(_decode_bytes(data, start, head.itemsize, is_base64), head)[0])
@@ -83,12 +83,12 @@ class VtkFile:
 
 
 def _encoded_length(count: int, is_base64: bool) -> int:
-    """Return the length of that many bytes after encoding."""
+    """Return the length of ``count`` bytes after encoding."""
     return -(-count // 3) * 4 if is_base64 else count
 
 
 def _decode_bytes(data: bytes, start: int, count: int, is_base64: bool) -> bytes:
-    """Decode that many bytes from a position on; a FormatError if there are fewer."""
+    """Decode ``count`` bytes from a position on; raise FormatError if there are fewer."""
     part = data[start : start + _encoded_length(count, is_base64)] if start >= 0 else b""
     part = base64.b64decode(part, validate=True) if is_base64 else part
     if len(part) < count:

@@ -1,4 +1,4 @@
-"""Discrete Laplace-Beltrami operators: one table, one signature, one convention (weak form, positive semidefinite)."""
+"""Discrete Laplace-Beltrami operators of meshes, polygon meshes and point clouds, in weak form and one sign: S >= 0."""
 
 from lbskel.operators.base import Laplacian, from_igl, to_igl
 from lbskel.operators.masses import MASSES

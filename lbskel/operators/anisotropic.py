@@ -53,6 +53,10 @@ def shape_operators(mesh: Mesh) -> NDArray[np.float64]:
     """Compute the (3, m) entries xx, xy, yy of each face's shape operator in its own frame; zero where degenerate.
 
     Curvatures are those of the mesh scaled by :func:`~lbskel.geometry.scaling.unit_scale`.
+
+    Parameters
+    ----------
+    mesh : Mesh
     """
     return _shape_operators(mesh, _frames(edge_vectors(mesh)))
 

@@ -14,7 +14,7 @@ from lbskel._kernels.assembly import assemble_symmetric
 
 
 def diagonal_matrix(values: NDArray[Any]) -> csc_array:
-    """Build the matrix with these (n,) values on its diagonal."""
+    """Build the (n, n) matrix with these (n,) values on its diagonal."""
     n = len(values)
     return csc_array((np.asarray(values, dtype=np.float64), np.arange(n), np.arange(n + 1)), shape=(n, n))
 
@@ -49,7 +49,14 @@ def stiffness_of_corner_weights(n: int, faces: NDArray[np.int64], weights: NDArr
 
 
 def stiffness_of_pairs(n: int, i: NDArray[np.int64], j: NDArray[np.int64], weights: NDArray[np.float64]) -> csc_array:
-    """Build the stiffness of n vertices from one weight per unordered pair (i, j); pairs with i = j are ignored."""
+    """Build the stiffness of n vertices from one weight per unordered pair (i, j); pairs with i = j are ignored.
+
+    Parameters
+    ----------
+    n : int
+    i, j : (p,) array of int
+    weights : (p,) array of float
+    """
     weights = np.where(i == j, 0.0, weights)
     row_sums = np.bincount(i, weights, n) + np.bincount(j, weights, n)
     upper = coo_array((-weights, (i, j)), shape=(n, n)).tocsc()

@@ -28,18 +28,20 @@ class Laplacian(Displayed):
     Parameters
     ----------
     stiffness : (n, n) csc_array
-        S, positive semidefinite wherever the operator is, rows sum to zero. No unit.
+        S, whose rows sum to zero, positive semidefinite if the operator is. No unit; for ``inverse_distance`` and the
+        mean value operators one over a length.
     mass : (n, n) csc_array
-        M, the area of each vertex on the diagonal, in squared units of the coordinates.
+        M, the area of each vertex on the diagonal, in squared units of the coordinates. It is a length with weights of
+        one over a length, the degree for ``random_walk``, and not diagonal for the mass ``full``.
     treated_vertices : (t,) array of int
-        Vertices whose row differs from the formula because a triangle there is degenerate; empty if there are none.
+        Vertices whose row differs from the formula because a triangle there is degenerate, or a point has no triangle.
     n_clamped_angles : int
         Number of angles that were clamped.
 
     Raises
     ------
     MeshError
-        If an entry is not finite: the squares of the coordinates overflow.
+        If an entry is not finite, as where the squares of the coordinates overflow.
 
     Examples
     --------
@@ -106,7 +108,7 @@ class Laplacian(Displayed):
         return self._plot(mesh=mesh, title=repr(self), field=curvature, field_name="mean curvature")
 
     def strong(self) -> csc_array:
-        """Return M^-1 S, which maps the values of a function to minus its Laplacian; zero rows where the mass is zero.
+        """Return M^-1 S, which maps values of a function to minus its Laplacian; rows without positive mass are zero.
 
         Raises
         ------
@@ -120,7 +122,15 @@ class Laplacian(Displayed):
         return (diags_array(inverse) @ self.stiffness).tocsc()
 
     def delta(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Apply M^-1 S to (n,) or (n, k) values; for positions these are the delta-coordinates of Sorkine 2005."""
+        """Apply M^-1 S to (n,) or (n, k) values; for positions the result is the delta-coordinates of Sorkine 2005.
+
+        Sorkine 2005, "Laplacian mesh processing", https://doi.org/10.2312/egst.20051044.
+
+        Raises
+        ------
+        UnknownChoice
+            If the mass is not diagonal.
+        """
         result: NDArray[np.float64] = self.strong() @ values
         return result
 
@@ -128,15 +138,39 @@ class Laplacian(Displayed):
         """Compute the (n, 3) mean curvature normals H n, where H = (k1 + k2) / 2 and n points outward.
 
         On a sphere of radius R they have length 1/R and point outward.
+
+        Parameters
+        ----------
+        vertices : (n, 3) array of float
+
+        Raises
+        ------
+        UnknownChoice
+            If the mass is not diagonal.
         """
         return self.delta(vertices) / 2
 
 
 def from_igl(L: Any, M: Any) -> Laplacian:
-    """Convert libigl's negative semidefinite ``cotmatrix`` and its ``massmatrix`` to a Laplacian."""
+    """Convert libigl's negative semidefinite ``cotmatrix`` and its ``massmatrix`` to a Laplacian.
+
+    Parameters
+    ----------
+    L, M : (n, n) sparse matrix or array
+
+    Raises
+    ------
+    MeshError
+        If an entry is not finite.
+    """
     return Laplacian(-csc_array(L), csc_array(M))
 
 
 def to_igl(laplacian: Laplacian) -> tuple[csc_array, csc_array]:
-    """Return (L, M) in libigl's sign: L negative semidefinite."""
+    """Return the (n, n) matrices L and M in libigl's sign: L is negative semidefinite.
+
+    Parameters
+    ----------
+    laplacian : Laplacian
+    """
     return -laplacian.stiffness, laplacian.mass

@@ -20,7 +20,8 @@ from lbskel.operators.masses import voronoi_mass
 def _degrees_minus_adjacency(mesh: Mesh) -> tuple[csc_array, NDArray[np.int64]]:
     """Build D - A, and the (n,) degrees on the diagonal of D."""
     n = len(mesh.vertices)
-    # for its pattern: no sum of ones makes an entry on the diagonal positive, as those off it are
+    # only the pattern is used; -inf keeps the entries on the diagonal negative, where faces that use a vertex twice add
+    # ones, and all other entries are positive
     matrix = symmetric_matrix(mesh.faces, np.ones((len(mesh.faces), 3)), np.full(n, -np.inf))
     degrees = np.diff(matrix.indptr).astype(np.int64) - 1
     is_diagonal = matrix.data < 0
@@ -37,6 +38,6 @@ def graph(mesh: Mesh) -> Laplacian:
 
 
 def random_walk(mesh: Mesh) -> Laplacian:
-    """Build D - A with the degrees as mass: the strong form is I - D^-1 A, a vertex minus its neighbors' mean."""
+    """Build D - A with the degrees as mass: the strong form is I - D^-1 A, a value minus the mean of its neighbors'."""
     stiffness, degrees = _degrees_minus_adjacency(mesh)
     return Laplacian(stiffness, diagonal_matrix(degrees))

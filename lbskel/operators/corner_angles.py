@@ -2,8 +2,9 @@
 
 cot = (a . b) / |a x b| for the edges a, b at a corner. The cross product is taken of the two shortest edges of the
 triangle, which loses the fewest digits where it is thin. A cotangent beyond ``MAX_COTANGENT`` belongs to an angle that
-double-precision positions cannot distinguish from 0 or 180 degrees: every operator gives such a corner weight zero and
-lists the vertices of its face as treated.
+double-precision positions cannot distinguish from 0 or 180 degrees. Operators that use the angles of the given
+triangles give such a corner weight zero and list the vertices of its face as treated; ``clamped_cotangent`` clamps the
+angle instead, and operators with mollified lengths lengthen the edges.
 """
 
 from __future__ import annotations
@@ -57,5 +58,5 @@ def zero_degenerate(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], N
 
 
 def incident_vertices(mesh: Mesh, is_marked: Any) -> NDArray[np.int64]:
-    """Return the vertices of all faces with a marked corner, given an (m, k) mask."""
+    """Return the (v,) vertices of all faces with a marked corner, given an (m, k) mask, in ascending order."""
     return np.unique(mesh.faces[is_marked.any(axis=1)])

@@ -19,7 +19,7 @@ from lbskel.operators.masses import voronoi_mass
 
 
 def cotangent(mesh: Mesh) -> Laplacian:
-    """Build the cotangent Laplacian with the Voronoi mass; a corner whose cotangent is not finite has weight zero."""
+    """Build the cotangent Laplacian with the Voronoi mass; a corner beyond ``MAX_COTANGENT`` has weight zero."""
     half_cotangents = igl.cotmatrix_entries(unit_scale(mesh.vertices)[0], mesh.faces)
     weights, degenerate = zero_degenerate(half_cotangents)
     return Laplacian(

@@ -2,7 +2,7 @@
 
 Each triangle lies in a plane of its own, with its first corner at the origin and its second on the x axis. The gradient
 of the hat function of a corner is the opposite edge, turned by a right angle, over twice the area. Botsch, Kobbelt,
-Pauly, Alliez, Levy 2010, "Polygon mesh processing", section 3.3.2.
+Pauly, Alliez, Levy 2010, "Polygon mesh processing", section 3.3.
 """
 
 from __future__ import annotations

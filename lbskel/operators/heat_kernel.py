@@ -1,9 +1,10 @@
 """The heat kernel Laplacian: w_ij = A_i A_j exp(-|x_i - x_j|^2 / 4t) / (4 pi t^2), independent of triangle shape.
 
-Belkin, Sun, Wang 2008, "Discrete Laplace operator on meshed surfaces", https://doi.org/10.1145/1377676.1377725. It
-converges pointwise on any mesh if t goes to zero more slowly than the square of the edge length. The kernel is cut off
-at r = c sqrt(2t). Within this radius it captures the fraction 1 - (1 + c^2/2) exp(-c^2/2) of the second moment |x|^2 of
-a plane; the weights are divided by this fraction.
+Belkin, Sun, Wang 2008, "Discrete Laplace operator on meshed surfaces", https://doi.org/10.1145/1377676.1377725. They
+prove pointwise convergence, whatever the shape of the triangles, for t = h^(1 / (2.5 + a)) with any a > 0, where h
+bounds the edge lengths and the errors of the normals. The kernel is cut off at r = c sqrt(2t). Within this radius it
+captures the fraction 1 - (1 + c^2/2) exp(-c^2/2) of the second moment |x|^2 of a plane; the weights are divided by this
+fraction.
 """
 
 from __future__ import annotations
@@ -55,8 +56,8 @@ def heat_kernel(mesh: Mesh, *, time: float = TIME, cut_off: float = CUT_OFF) -> 
     ----------
     mesh : Mesh
     time : float
-        t in squared mean edge lengths. For pointwise convergence let it grow as the mesh is refined, for example
-        with the inverse of the edge length.
+        t in squared mean edge lengths. For pointwise convergence let it grow as the mesh is refined, as
+        benchmarks/operators_convergence.py does with the inverse of the edge length.
     cut_off : float
         Radius of the kernel, in sqrt(2t).
     """

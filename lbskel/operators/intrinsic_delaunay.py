@@ -1,8 +1,9 @@
 """The cotangent Laplacian of the intrinsic Delaunay triangulation of the same surface: weights >= 0.
 
 Bobenko, Springborn 2007, "A discrete Laplace-Beltrami operator for simplicial surfaces",
-https://doi.org/10.1007/s00454-007-9006-1. If a triangle is degenerate, all edges are first lengthened by the one amount
-that makes the worst triangle valid: Sharp, Crane 2020, https://doi.org/10.1111/cgf.14069, section 4 (mollification).
+https://doi.org/10.1007/s00454-007-9006-1. If a triangle is degenerate, all edges are first lengthened by the same
+amount, which makes the worst triangle valid: Sharp, Crane 2020, https://doi.org/10.1111/cgf.14069, section 4
+(mollification).
 """
 
 from __future__ import annotations
@@ -67,7 +68,7 @@ def intrinsic_delaunay(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) ->
     Raises
     ------
     MeshError
-        On a mesh with a non-manifold edge, or that cannot be oriented.
+        If an edge has more than two faces, a face uses a vertex twice, or the mesh cannot be oriented.
     """
     faces = mesh.faces
     twins = half_edge_twins(faces)

@@ -45,7 +45,12 @@ class IntrinsicTriangulation:
 def half_edge_twins(faces: NDArray[np.int64]) -> NDArray[np.int64] | None:
     """Find the (3m,) twin of each half-edge, -1 at the boundary.
 
-    Returns None if an edge has more than two faces, or two that are not oriented consistently.
+    Returns None if an edge has more than two faces or two that are not oriented consistently, or a face uses a vertex
+    twice.
+
+    Parameters
+    ----------
+    faces : (m, 3) array of int
     """
     start, end = faces[:, [1, 2, 0]].ravel(), faces[:, [2, 0, 1]].ravel()
     n = int(faces.max()) + 1

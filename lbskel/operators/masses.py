@@ -61,7 +61,13 @@ def full_mass(mesh: Mesh) -> csc_array:
 def moment_mass(mesh: Mesh, stiffness: csc_array) -> csc_array:
     """Build the diagonal mass of sums of w_ij |e_ij|^2 / 4, with which M^-1 S is exact for |x|^2 on a plane.
 
-    For cotangent weights this is the Voronoi area. Weights of any unit get the scale of a Laplacian by it.
+    For cotangent weights this is the Voronoi area, without the rule for obtuse triangles. It gives weights of any unit
+    the scale of a Laplacian.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    stiffness : (n, n) csc_array
     """
     W = stiffness.tocoo()
     V = mesh.vertices

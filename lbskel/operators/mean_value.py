@@ -25,7 +25,7 @@ def _half_tangents(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]
     """Compute tan(angle / 2) at the corners, 1 / length of the edges opposite them, and the treated vertices.
 
     tan(angle / 2) = |a x b| / (|a| |b| + a . b) = (|a| |b| - a . b) / |a x b|, whichever does not cancel. Both (m, 3)
-    arrays are zero in triangles where one of them is not finite.
+    arrays are zero in triangles where one of their values is not finite.
     """
     V, k = unit_scale(mesh.vertices)
     dots, squared_lengths, double_areas = corner_products(V, mesh.faces)

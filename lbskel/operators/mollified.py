@@ -1,7 +1,8 @@
 """The cotangent Laplacian of mollified edge lengths: all edges are lengthened by what the thinnest triangle needs.
 
 Sharp, Crane 2020, "A Laplacian for nonmanifold triangle meshes", https://doi.org/10.1111/cgf.14069, section 4, without
-the intrinsic flips that follow there: finite and symmetric, but weights may be negative, as cotangents may.
+the intrinsic flips that follow there. The matrix is finite and symmetric, but weights may be negative, as cotangents
+may.
 """
 
 from __future__ import annotations

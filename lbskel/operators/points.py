@@ -1,7 +1,7 @@
 """Laplacians of point clouds: tufted, local Delaunay and heat kernel.
 
 ``robust``: Sharp, Crane 2020, https://doi.org/10.1111/cgf.14069, by robust_laplacian. ``local_delaunay``: cotangents in
-the Delaunay star of each point among its neighbors, projected to their plane of least squares. Each star fills one row,
+the Delaunay star of each point among its neighbors, projected to their plane of least squares. Each star gives one row,
 so the matrix is not symmetric; Cao, Tagliasacchi, Olson, Zhang, Su 2010, https://doi.org/10.1109/SMI.2010.25.
 ``heat_kernel``: Belkin, Sun, Wang 2009, https://doi.org/10.1137/1.9781611973068.112, with the Voronoi areas of these
 stars.
@@ -68,7 +68,14 @@ def robust(cloud: PointCloud, *, n_neighbors: int = N_NEIGHBORS, mollify_factor:
 
 
 def cloud_stars(cloud: PointCloud) -> NDArray[np.int64]:
-    """Compute the (t, 3) Delaunay stars of the points among their 8 to 30 neighbors, as in Cao et al. 2010."""
+    """Compute the (t, 3) Delaunay stars of the points among their 8 to 30 nearest points, as in Cao et al. 2010.
+
+    The point itself is one of them. Each triangle has the center of its star first.
+
+    Parameters
+    ----------
+    cloud : PointCloud
+    """
     n_neighbors = int(np.clip(round(0.012 * len(cloud.points)), 8, 30))
     return delaunay_stars(unit_scale(cloud.points)[0], n_neighbors)
 
@@ -80,7 +87,7 @@ def _star_areas(cloud: PointCloud, stars: NDArray[np.int64]) -> NDArray[np.float
 
 
 def local_delaunay(cloud: PointCloud, *, stars: NDArray[np.int64] | None = None) -> Laplacian:
-    """Build the cotangent weights of each point's own star, not symmetric, with its Voronoi area there as mass.
+    """Build the Laplacian of cotangents in each point's own star, with the Voronoi areas there as mass; S != S^T.
 
     Parameters
     ----------
@@ -106,7 +113,7 @@ def local_delaunay(cloud: PointCloud, *, stars: NDArray[np.int64] | None = None)
 
 
 def local_delaunay_of_stars(stars: Mesh) -> Laplacian:
-    """Build the operator :func:`local_delaunay` with the stars of the cloud before it was contracted.
+    """Build the operator :func:`local_delaunay` with given stars: those of the cloud before it was contracted.
 
     Parameters
     ----------
@@ -115,7 +122,7 @@ def local_delaunay_of_stars(stars: Mesh) -> Laplacian:
     Raises
     ------
     MeshError
-        If it is a mesh, whose faces are no stars.
+        If ``stars`` is an ordinary mesh, whose faces are not stars.
     """
     if not isinstance(stars, PointStars):
         raise MeshError("the operator local_delaunay is one of points; give a PointCloud of the vertices")
@@ -129,7 +136,7 @@ def heat_kernel(cloud: PointCloud, *, time: float = TIME, cut_off: float = CUT_O
     ----------
     cloud : PointCloud
     time : float
-        t, in squared mean lengths of the edges from the centers of the stars.
+        t, in units of the squared mean length of the edges from the centers of the stars.
     cut_off : float
         Radius of the kernel, in sqrt(2t).
     """

@@ -1,8 +1,9 @@
 """Polygon meshes and their cotangent Laplacian by virtual refinement: quads need no triangulation.
 
-Each polygon gets a virtual point, the affine combination P of its corners that minimizes the sum of the squared areas
-of the triangle fan around it; L = P^T L_fan P. On triangles this is the cotangent Laplacian. Bunge, Herholz, Kazhdan,
-Botsch 2020, "Polygon Laplacian made simple", https://doi.org/10.1111/cgf.13931; by libigl.
+Each polygon gets a virtual point, the affine combination of its corners that minimizes the sum of the squared areas of
+the triangle fan around it. L = P^T L_fan P, where P maps values at the corners to values at the corners and virtual
+points. On triangles this is the cotangent Laplacian. Bunge, Herholz, Kazhdan, Botsch 2020, "Polygon Laplacian made
+simple", https://doi.org/10.1111/cgf.13931; by libigl.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ class PolygonMesh:
 
     @cached_property
     def corners(self) -> NDArray[np.int64]:
-        """The vertex indices of all polygons, concatenated."""
+        """(c,) vertex indices of all polygons, concatenated."""
         return np.concatenate(self.polygons)
 
     @cached_property
@@ -101,7 +102,12 @@ def _degenerate_polygons(
 
 
 def polygon_cotangent(mesh: PolygonMesh) -> Laplacian:
-    """Build the cotangent Laplacian by virtual refinement with its lumped mass; degenerate polygons are left out."""
+    """Build the cotangent Laplacian by virtual refinement with its lumped mass; degenerate polygons are left out.
+
+    Parameters
+    ----------
+    mesh : PolygonMesh
+    """
     V, k = unit_scale(mesh.vertices)
     degenerate, areas = _degenerate_polygons(V, mesh)
     n = len(V)

@@ -68,7 +68,13 @@ POLYGON_OPERATORS: dict[str, Callable[[PolygonMesh], Laplacian]] = {"cotangent":
 
 
 def operator_named(operator: str | Operator) -> Operator:
-    """Look up an operator by its name in OPERATORS or STAR_OPERATORS; return a callable unchanged."""
+    """Look up an operator by its name in OPERATORS or STAR_OPERATORS; return a callable unchanged.
+
+    Raises
+    ------
+    UnknownChoice
+        If no operator has that name.
+    """
     if isinstance(operator, str) and operator in STAR_OPERATORS:
         return STAR_OPERATORS[operator]
     return operator if callable(operator) else choose(OPERATORS, operator, "operator")
@@ -80,7 +86,7 @@ def apply_operator(operator: str | Operator, mesh: Mesh) -> Laplacian:
     Parameters
     ----------
     operator : str or callable
-        A name in OPERATORS, or a function from a Mesh to a Laplacian.
+        A name in OPERATORS or STAR_OPERATORS, or a function from a Mesh to a Laplacian.
     mesh : Mesh
 
     Raises
@@ -141,8 +147,8 @@ def laplacian(
     The default is the cotangent Laplacian, since it describes the mesh as given: it is the stiffness of linear finite
     elements, couples only vertices that share an edge, and agrees with libigl's. :func:`lbskel.contract` has another
     default, the intrinsic Delaunay or tufted operator, since contraction makes triangles thin on purpose: there
-    cotangent weights turn negative and grow without bound. With the cotangent operator and Au's energy 7 of 13 meshes
-    broke, with the intrinsic Delaunay one none (``benchmarks/results/influence.md``).
+    cotangent weights turn negative and grow without bound. With Au's energy the contraction of 7 of 13 shapes broke
+    with the cotangent operator, and of none with the intrinsic Delaunay one (``benchmarks/results/influence.md``).
 
     Parameters
     ----------
@@ -157,8 +163,10 @@ def laplacian(
     ------
     UnknownChoice
         If no operator or mass has that name.
+    FormatError
+        If the shape is a path and no mesh can be read from it.
     MeshError
-        If the operator is not defined on the shape, or a mass is given for a polygon mesh or point cloud.
+        If the shape is not a mesh, the operator is not defined on it, or a mass is given for a polygon mesh or cloud.
     OperatorError
         If a function given as operator returns no Laplacian, one of another size, or one with libigl's negative sign.
 

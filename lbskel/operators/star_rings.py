@@ -1,9 +1,10 @@
 """The stars of a cloud in the order in which the program of Cao et al. 2010 lists them.
 
 Which neighbor comes first in a ring matters there: it counts twice in the mean length of a closed ring, which sets the
-first weight, and a point links the sample of its first neighbor with another sample. In the program it is the first in
-the list of triangles by Qhull (Barber, Dobkin, Huhdanpaa 1996, https://doi.org/10.1145/235815.235821), as it is here:
-the authors' cloud of 4,770 points has a first weight of 9.62 in their results, 9.616 here, and 9.46 with plain means.
+first weight, and of the neighbors in other samples the first decides which sample is linked with that of the point. In
+the program the ring begins with the first triangle listed by Qhull (Barber, Dobkin, Huhdanpaa 1996,
+https://doi.org/10.1145/235815.235821), as it does here: the authors' cloud of 4,770 points has a first weight of 9.62
+in their results, 9.616 here, and 9.46 with plain means.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def stars_in_order(cloud: PointCloud) -> PointStars:
     Parameters
     ----------
     cloud : PointCloud
-        Of distinct points; of coincident ones each has a star without the others.
+        Its points should be distinct; the star of each of several coincident points leaves out the others.
 
     Raises
     ------
@@ -53,7 +54,7 @@ def stars_in_order(cloud: PointCloud) -> PointStars:
 
 
 def _ring(plane: NDArray[np.float64], center: int) -> list[int]:
-    """Neighbors around the center, by their numbers; a closed ring ends with the one that it begins with."""
+    """Rows of ``plane`` of the neighbors around the center, in order; a closed ring ends with its first neighbor."""
     try:
         triangles = Delaunay(plane, qhull_options=QHULL_OPTIONS).simplices
     except (QhullError, ValueError):

@@ -1,9 +1,9 @@
 """The tufted cover: two copies of every face, glued around each edge so that every edge has exactly two faces.
 
-Around an edge with faces in the order of their angle, the side of a face towards the next one is glued to the side of
-the next face towards it. So any triangle soup gets a closed edge-manifold cover on the same vertices, and a boundary
-edge joins the two sides of its one face. Sharp, Crane 2020, "A Laplacian for nonmanifold triangle meshes",
-https://doi.org/10.1111/cgf.14069, section 3.
+Around an edge, the faces are taken in the order of their angles; the side of each face towards the next one is glued to
+the side of the next face towards it. So any triangle soup gets a closed edge-manifold cover on the same vertices, and a
+boundary edge joins the two sides of its one face. Sharp, Crane 2020, "A Laplacian for nonmanifold triangle meshes",
+https://doi.org/10.1111/cgf.14069.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Anchors in the caller's coordinates, brought to the bodies of a prepared mesh."""
+"""Anchors of the caller, converted to vertices and points of a prepared mesh and of its bodies."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ class Anchors:
     vertices : (a,) array of int
         The vertex at or nearest to each point.
     points : (a, 3) array of float
+        In the unit coordinates of the prepared mesh.
     """
 
     vertices: NDArray[np.int64]
@@ -38,12 +39,18 @@ class Anchors:
 
 
 def resolve_anchors(anchors: Iterable[Any], prepared: PreparedMesh) -> Anchors:
-    """Vertices or points of the source mesh, as vertices and points of the prepared mesh.
+    """Convert anchors of the source mesh to vertices and points of the prepared mesh.
+
+    Parameters
+    ----------
+    anchors : iterable of int or (3,) array_like
+        Vertices of the source, or points in the caller's coordinates.
+    prepared : PreparedMesh
 
     Raises
     ------
     MeshError
-        If the anchors are no sequence, or one is neither a vertex of the source nor a point.
+        If the anchors are not a list, or one is neither a vertex of the source nor a point.
     """
     if isinstance(anchors, str) or not isinstance(anchors, Iterable):
         raise MeshError(f"anchors must be a list of vertices or points, such as [0] or [(x, y, z)], not {anchors!r}")

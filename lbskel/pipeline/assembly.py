@@ -22,7 +22,7 @@ from lbskel.skeleton.editing import concatenate
 from lbskel.skeleton.root import reroot_by_thickness
 from lbskel.skeleton.skeleton import Skeleton
 
-# What a skeleton lacks, or may, where no time was left for a stage
+# What a skeleton lacks, or may lack, where no time was left for a stage
 MISSING = {
     "canonical order": "a result that depends on the order of vertices",
     "prepare bodies": "components without a skeleton, whose vertices are mapped to the nearest node of the others",
@@ -88,7 +88,7 @@ def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
 def body_report(
     body: Body, contraction: Contraction, graph: CollapsedGraph | None, skeleton: Skeleton
 ) -> dict[str, Any]:
-    """Report what was done to one body, ready for JSON; there is no graph where no time was left for it."""
+    """Report what was done to one body, ready for JSON; ``graph`` is None where no time was left to collapse it."""
     return {
         "vertices": len(body.mesh.vertices),
         "faces": len(body.mesh.faces),
@@ -142,5 +142,5 @@ def full_report(
 
 
 def _without_nan(step: Step) -> dict[str, Any]:
-    """Replace NaN, which JSON has not: an open mesh has None for a volume."""
+    """Replace NaN by None, since JSON has no NaN: an open mesh has no volume ratio."""
     return {name: None if value != value else value for name, value in asdict(step).items()}

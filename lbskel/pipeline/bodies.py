@@ -31,8 +31,9 @@ def skeletonize_body(
 ) -> tuple[Skeleton, dict[str, Any]]:
     """Make the skeleton of a body, and its report.
 
-    If the skeleton of a closed surface has not one cycle for each handle, and a proxy was contracted, the full surface
-    is contracted in its place. Where no time is left to collapse the body to a graph, the skeleton is a single node.
+    If the skeleton of a closed surface does not have one cycle for each handle, and a proxy was contracted, the full
+    surface is contracted in its place. Where no time is left to collapse the body to a graph, the skeleton is a single
+    node.
 
     Parameters
     ----------
@@ -75,7 +76,7 @@ def _skeletonize_proxy(
 
 
 def _single_node(body: Body) -> Skeleton:
-    """One node at the centroid of a body, for which no time was left."""
+    """Make a skeleton of one node, at the centroid of a body for which no time was left."""
     center, n = body.mesh.centroid[None], len(body.mesh.vertices)
     distances = np.linalg.norm(body.mesh.vertices - center, axis=1)
     no_edges, of_vertex = np.empty((0, 2), dtype=np.int64), np.zeros(n, dtype=np.int64)
@@ -84,7 +85,11 @@ def _single_node(body: Body) -> Skeleton:
 
 
 def to_skeleton(graph: CollapsedGraph) -> Skeleton:
-    """Convert a collapsed graph to a skeleton without radii, the input of :func:`lbskel.refine`.
+    """Convert a collapsed graph to a skeleton with radii of zero, the input of :func:`lbskel.refine`.
+
+    Parameters
+    ----------
+    graph : CollapsedGraph
 
     Examples
     --------

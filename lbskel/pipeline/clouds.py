@@ -1,7 +1,7 @@
 """The skeleton of a point cloud: that of a closed surface through the points, mapped back to them.
 
-So clouds have the contraction, the surgery, the refinement and the settings of meshes. A soup of local triangulations,
-contracted in its place, has a loop at many of its holes: on clouds with noise hundreds of them.
+So clouds have the contraction, the surgery, the refinement and the settings of meshes. The graph of a soup of local
+triangulations, contracted instead, has a loop at many of its holes: hundreds of loops on clouds with noise.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def skeletonize_cloud(
     skeletonize : callable
         Makes the skeleton of a mesh.
     anchors, root, preprocess, on_stage, time_limit, profile
-        As for :func:`lbskel.skeletonize`; a preparation of clouds in place of a pipeline of meshes.
+        As for :func:`lbskel.skeletonize`, where ``preprocess`` is a preparation of clouds, not a pipeline of meshes.
 
     Raises
     ------
@@ -87,7 +87,7 @@ def skeletonize_cloud(
 
 
 def _on_surface(place: Any, surface: PreprocessResult) -> Any:
-    """Vertex of the surface for the number of a point; anything else unchanged."""
+    """Return the vertex of the surface for the index of a point, and anything else unchanged."""
     given = np.asarray(place)
     if given.ndim or not np.issubdtype(given.dtype, np.integer):
         return place
@@ -100,7 +100,7 @@ def _on_surface(place: Any, surface: PreprocessResult) -> Any:
 
 
 def _mean_distances(skeleton: Skeleton, cloud: PointCloud) -> Any:
-    """(k,) mean distance of each node from its points; the mean radius of the surface where it has none."""
+    """(k,) mean distance of each node from its points; where it has none, its mean radius on the surface."""
     node, k = skeleton.node_of_vertex, len(skeleton.nodes)
     count = np.bincount(node, minlength=k)
     distances = np.linalg.norm(cloud.points - skeleton.nodes[node], axis=1)
@@ -110,7 +110,7 @@ def _mean_distances(skeleton: Skeleton, cloud: PointCloud) -> Any:
 def _report(
     skeleton: Skeleton, cloud: PointCloud, surface: PreprocessResult, scored: Score | None, timer: StageTimer
 ) -> dict[str, Any]:
-    """Report of the surface's skeleton, with what is the cloud's in its place: the score is that on the points."""
+    """Return the report of the surface's skeleton with input, notes, score and seconds of the cloud."""
     report = skeleton.report
     given = {"vertices": len(cloud.points), "faces": 0, "components": report["input"]["components"]}
     return {

@@ -33,9 +33,9 @@ FREE_VOLUME_RATIO = 1e-6  # volume at which runs without roll-back stop; Au et a
 
 @dataclass(frozen=True)
 class AreaNormalized:
-    """An operator multiplied by area over total mass, which is 1 where the mass is the area.
+    """An operator multiplied by the area over its total mass; the factor is 1 where the mass is the area.
 
-    Mean value weights have a unit and grow with the fineness of the mesh; the product does not.
+    Mean value weights have a unit and grow as the mesh gets finer; the multiplied weights do not.
 
     Parameters
     ----------
@@ -100,7 +100,13 @@ class ComparisonResult:
 
 
 def representative(mesh: Mesh, *, most_faces: int = MAX_FACES) -> Mesh:
-    """Prepare the largest component of a mesh as :func:`lbskel.skeletonize` does, simplified if it has more faces.
+    """Prepare the largest component of a mesh as :func:`lbskel.skeletonize` does, and simplify it.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    most_faces : int
+        The component is simplified to this number of faces if it has more.
 
     Raises
     ------

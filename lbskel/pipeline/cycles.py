@@ -1,4 +1,4 @@
-"""The cycles of a finished skeleton where a tree is asked for, or the format of the file is one of trees."""
+"""Cutting the cycles of a finished skeleton where a tree is asked for, or where the file format stores only trees."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lbskel.skeleton.spanning_tree import cycle_edges, to_tree
 
 
 def cut_cycles(skeleton: Skeleton, *, tree: bool, extension: str) -> tuple[Skeleton, str]:
-    """Return the skeleton to write, and a note on the cycles that are cut, which its report has too; else ``""``.
+    """Return the skeleton to write, and a note on the cycles that are cut, also in its report, or ``""`` if none are.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What results and their speed depend on besides the input: versions of packages, compiled kernels, processors."""
+"""What results and speed depend on besides the input: versions of packages, compiled kernels, processors."""
 
 from __future__ import annotations
 

@@ -31,11 +31,11 @@ def score(skeleton: Skeleton, mesh: Any, *, preprocess: str | Pipeline | None = 
     ----------
     skeleton : Skeleton
         In the coordinates of the mesh. Without a map, each vertex is mapped to the nearest ball, and the measures of
-        the map are ``None``. The loops that its report says were opened on purpose do not count as
-        lost, and the edges that join pieces, or the bodies that its report says were joined, are not measured.
+        the map are ``None``. Loops that were opened on purpose according to its report do not count as lost. Edges that
+        join pieces, or that join bodies according to its report, are not measured.
     mesh : Mesh, PointCloud, (vertices, faces), (n, 3) array, path, mesh or cloud object, or PreparedMesh
-        What the skeleton was made from. On points sections, coverage, tips and parts are measured by the points alone,
-        and the measures of a surface are None.
+        What the skeleton was made from. On a cloud, sections, coverage, tips and parts are measured by the points
+        alone, and the measures of a surface are ``None``.
     preprocess : str, Pipeline or None
         As for :func:`lbskel.skeletonize`; a PreparedMesh is taken as it is, and so is a cloud.
 
@@ -86,7 +86,7 @@ def score_prepared(skeleton: Skeleton, prepared: PreparedMesh, *, deadline: Dead
 
 
 def _without_joints(skeleton: Skeleton, prepared: PreparedMesh) -> Skeleton:
-    """Remove the edges between bodies that were joined on purpose: pieces, or all if the report says that it was done.
+    """Remove the edges between bodies that were joined on purpose: between pieces, or all if the report says so.
 
     The body of a node is that of the last vertex that it represents, or else of the vertex nearest to it.
     """

@@ -1,8 +1,9 @@
 """Many small bodies at once: surfaces apart from each other are contracted and refined as one surface.
 
-What a small body costs is not its faces but the calls on the way, tens of milliseconds whatever its size. The
+The time of a small body is not that of its faces but that of the calls, tens of milliseconds whatever its size. The
 operators, the collapse and the passes are local, so they take any number of closed surfaces that do not overlap; the
-parts of the graph that remain are the skeletons of the bodies. A body whose part is not a tree is treated alone.
+components of the resulting graph are the skeletons of the bodies. A body is treated alone if its vertices are not
+mapped to one component of its own, or if this is not a tree.
 """
 
 from __future__ import annotations
@@ -20,26 +21,26 @@ from lbskel.pipeline.preparation import Body
 from lbskel.preprocess.result import identity_result
 from lbskel.skeleton.skeleton import Skeleton
 
-# Small bodies below which each is treated alone, as those of ordinary scenes are; a guess
+# Number of small bodies below which each is treated alone, as those of ordinary scenes are; a guess
 MIN_BODIES = 100
-# Faces of a small body at most: benchmarks/results/scaling.md has the time of bodies of 80 faces, and one of 500 takes
-# hardly longer alone; a guess
+# Largest number of faces of a small body: benchmarks/results/scaling.md has the time of bodies of 80 faces, and alone a
+# body of 500 faces takes hardly longer; a guess
 MAX_FACES = 500
-# Vertices of a group at most: as many as the surface has cells for the search of its ends, so that they are found as on
-# each body alone (refinement.extrema.N_CELLS)
+# Largest number of vertices of a group: as many as a surface has cells at least in the search for the ends of its limbs
+# (refinement.extrema.N_CELLS), so that ends are found as on each body alone
 MAX_VERTICES = 2000
 
 Result: TypeAlias = tuple[Skeleton, dict[str, Any]]
 
 
 def skeletonize_bodies(bodies: Sequence[Body], skeletonize: Callable[[Body], Result]) -> list[Result]:
-    """Make the skeleton and the report of each body, of many small ones in groups.
+    """Make the skeleton and the report of each body; many small ones are treated in groups.
 
     Parameters
     ----------
     bodies : sequence of Body
     skeletonize : callable
-        Makes both of one body, which may have several closed surfaces.
+        Makes the skeleton and the report of one body, which may consist of several closed surfaces.
     """
     small = [number for number, body in enumerate(bodies) if _is_small(body)]
     results: dict[int, Result] = {}
@@ -56,7 +57,7 @@ def _is_small(body: Body) -> bool:
 
 
 def _groups(small: Sequence[int], bodies: Sequence[Body]) -> list[list[int]]:
-    """Divide bodies into groups without overlapping bounding boxes; what overlaps one in its group is left out."""
+    """Divide bodies into groups without overlapping bounding boxes; a body that overlaps an earlier one is left out."""
     ends = np.cumsum([len(bodies[number].mesh.vertices) for number in small])
     cuts = np.flatnonzero(np.diff(ends // MAX_VERTICES)) + 1
     groups = []
@@ -69,7 +70,7 @@ def _groups(small: Sequence[int], bodies: Sequence[Body]) -> list[list[int]]:
 
 
 def _skeletonize_group(group: dict[int, Body], skeletonize: Callable[[Body], Result]) -> dict[int, Result]:
-    """Make the skeletons of a group of bodies, without those that are no trees of their own."""
+    """Make the skeletons of a group of bodies, without those for which :func:`_parts` has none."""
     sizes = [len(body.mesh.vertices) for body in group.values()]
     first = np.cumsum([0, *sizes[:-1]])
     faces = [body.mesh.faces + start for body, start in zip(group.values(), first, strict=True)]
@@ -84,7 +85,10 @@ def _skeletonize_group(group: dict[int, Body], skeletonize: Callable[[Body], Res
 
 
 def _parts(whole: Skeleton, sizes: NDArray[np.int64]) -> list[Skeleton | None]:
-    """For each body, by its number of vertices, the tree to which all of them are mapped; None if it has none alone."""
+    """For bodies of these numbers of vertices, the tree to which all vertices of the body, and no others, are mapped.
+
+    None where there is no such tree.
+    """
     component = whole.component_of_node
     of_vertex, body_of_vertex = component[whole.node_of_vertex], np.repeat(np.arange(len(sizes)), sizes)
     first = np.cumsum(sizes) - sizes
@@ -117,6 +121,6 @@ def _parts(whole: Skeleton, sizes: NDArray[np.int64]) -> list[Skeleton | None]:
 
 
 def _report_of(skeleton: Skeleton, body: Body, report: dict[str, Any]) -> dict[str, Any]:
-    """Report of one body of a group, with the steps of the group."""
+    """Return the report of one body of a group, with the steps of the group."""
     counts = {"cycle_rank": 0, "tips": len(skeleton.tips), "junctions": len(skeleton.junctions)}
     return {**report, "vertices": len(body.mesh.vertices), "faces": len(body.mesh.faces), **counts}

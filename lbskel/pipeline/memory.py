@@ -9,7 +9,7 @@ from pathlib import Path
 from lbskel.errors import MemoryLimitError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh
 
-# Megabytes for each million faces, by whether a proxy is contracted, beside those of Python and its libraries. In
+# Megabytes for each million faces, with a proxy and without, beside those of Python and its libraries. In
 # benchmarks/results/speed.md a shape of 5,000,000 faces takes 3,750 and 5,720 MB, of 1,400,000 faces 1,120 and 1,620.
 PER_MILLION_FACES = {"auto": 730.0, "none": 1130.0}
 LIBRARIES = 110.0  # megabytes of the process of a small mesh, in the same table
@@ -17,19 +17,24 @@ MEMORY_INFO = Path("/proc/meminfo")  # Linux's account of the memory
 
 
 def megabytes_needed(n_faces: int, simplify: str) -> float:
-    """Estimate the peak memory of a run.
+    """Estimate the peak memory of a run, in megabytes.
 
     Parameters
     ----------
     n_faces : int
     simplify : str
         As for :func:`lbskel.skeletonize`.
+
+    Raises
+    ------
+    UnknownChoice
+        If ``simplify`` is neither ``auto`` nor ``none``.
     """
     return LIBRARIES + choose(PER_MILLION_FACES, simplify, "way to simplify") * n_faces / 1e6
 
 
 def free_megabytes() -> float:
-    """Return the memory that the machine has free, infinite where the system does not tell."""
+    """Return the megabytes of memory that the machine has free; infinite where the system does not report them."""
     try:
         lines = MEMORY_INFO.read_text(encoding="ascii").splitlines()
     except OSError:
@@ -45,16 +50,16 @@ def simplify_within(mesh: Mesh, simplify: str, memory_limit: float | None) -> tu
     ----------
     mesh : Mesh
     simplify : str
-        What was asked for: a mesh that cannot be contracted in full is contracted by a proxy.
+        What was asked for; a mesh that cannot be contracted in full is contracted by a proxy.
     memory_limit : float, optional
         In megabytes; what the machine has free by default.
 
     Raises
     ------
     MemoryLimitError
-        If it cannot be contracted by a proxy either.
+        If the mesh cannot be contracted by a proxy either.
     UnknownChoice
-        If the limit is not positive.
+        If the limit is not positive, or ``simplify`` is neither ``auto`` nor ``none``.
     """
     if memory_limit is not None and not memory_limit > 0:
         raise UnknownChoice(f"memory_limit must be a positive number of megabytes, not {memory_limit}")

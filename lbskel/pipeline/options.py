@@ -1,7 +1,6 @@
 """Options of :func:`lbskel.skeletonize`: their choices, their defaults, and presets of them by domain.
 
-A preset by domain is a few options of the same pipeline that suit a kind of shape; what is not among them is as for any
-mesh.
+A preset by domain is a few options of the same pipeline that suit a kind of shape; all others are as for any mesh.
 """
 
 from __future__ import annotations
@@ -31,17 +30,23 @@ DOMAINS: dict[str, Mapping[str, Any]] = {
 
 - ``neuron``: one graph for each cell, whose pieces are joined whatever the gap, and no loops shorter than 60 radii:
   touching neurites leave loops, and a cell has none. Of the 29 and 40 loops of two hemibrain neurons 17 and 25 are
-  longer; the F-score of the cable falls by 0.002. Not in a committed table.
-- ``vessel``, ``plant``: no loops around tunnels narrower than the vessel, the length of whose ring is 4 pi radii: where
-  vessels touch, and where noise has made a handle.
+  longer; opening the others lowers the F-score of the cable by 0.002. These numbers are not in a committed table.
+- ``vessel``, ``plant``: no loops shorter than 12 radii, such as those where vessels touch or noise has made a handle.
+  The ring around a tunnel as wide as its tube is thick has a length of 4 pi radii.
 - ``character``: no branches that reach less than two local radii from their junction, such as those of ears and folds,
-  which are no bones.
-- ``cad``: branches that end on the surface, since what is measured is the part's length.
+  which are not bones.
+- ``cad``: branches that end on the surface, since the length of the part is measured.
 """
 
 
 def resolve_options(preset: str | ContractionSettings, given: dict[str, Any]) -> dict[str, Any]:
-    """Return the options that are given, else those of the domain, else the defaults."""
+    """Return each option as given, or else that of the domain, or else the default.
+
+    Raises
+    ------
+    UnknownChoice
+        If a name is in no table or a number is negative or NaN.
+    """
     options: dict[str, Any] = {
         "min_branch_ratio": MIN_BRANCH_RATIO,
         "tip_position": TIP_POSITIONS[0],
@@ -61,7 +66,13 @@ def resolve_options(preset: str | ContractionSettings, given: dict[str, Any]) ->
 def resolve_settings(
     preset: str | ContractionSettings, operator: str | Operator | None, energy: str | None, solver: str | None
 ) -> ContractionSettings:
-    """Return the preset, with the operator, energy and solver that were asked for by name."""
+    """Return the preset with the operator, energy and solver that were asked for.
+
+    Raises
+    ------
+    UnknownChoice
+        If a name is in no table.
+    """
     if isinstance(preset, ContractionSettings):
         settings = preset
     else:
@@ -74,7 +85,7 @@ def resolve_settings(
 
 
 def require_refinement_options(min_branch_ratio: float, tip_position: str) -> None:
-    """Refuse options that are no choice before any work is done."""
+    """Raise UnknownChoice for options without meaning, before any work is done."""
     choose(dict.fromkeys(TIP_POSITIONS), tip_position, "tip position")
     if not min_branch_ratio >= 0:
         raise UnknownChoice(f"min_branch_ratio must be a number of local radii, 0 or more, not {min_branch_ratio}")

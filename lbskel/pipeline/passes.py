@@ -3,10 +3,10 @@
 ::
 
     prune spurs -> merge junctions -> recenter -> extend tips -> grow missing branches -> grow uncovered limbs
-                -> reroute inside -> attach open ends and anchors -> map vertices
+                -> reroute inside (-> tips at surface) -> attach open ends and anchors -> map vertices
 
-:func:`refine` is that line. Each pass makes a whole skeleton of a whole skeleton, so that any of them can be left out
-where no time is left for it, or where it moves a cycle off its tunnel.
+:func:`refine` runs these passes. Each makes a complete skeleton of a complete skeleton, so that any pass but the one of
+open ends and anchors can be left out where no time is left for it, or where it moves a cycle off its tunnel.
 """
 
 from __future__ import annotations
@@ -72,14 +72,19 @@ def refine(
     min_branch_ratio, tip_position
         As for :func:`skeletonize`.
     anchors : Anchors, optional
-        Nodes to add, in the body's coordinates.
+        Vertices and points of the body at which there must be nodes.
     timer : StageTimer, optional
-        Measures each pass; a pass that its time does not suffice for is left out.
+        Measures each pass; passes are left out where its time limit leaves no time for them.
 
     Returns
     -------
     Skeleton
         In the body's coordinates, with inscribed and mean radii and a node for each vertex of the body.
+
+    Raises
+    ------
+    UnknownChoice
+        If the ratio is negative or NaN, or the tip position is not a name in TIP_POSITIONS.
 
     Examples
     --------
@@ -144,7 +149,7 @@ def _without_spurs(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: fl
 def _regions_before(skeleton: Skeleton, pruned: Skeleton) -> NDArray[np.int64]:
     """(n,) node whose region each vertex was in before pruning, -1 where the node is pruned.
 
-    A node takes over the regions of what is pruned at it, and a path through these may pass another side of a tunnel.
+    A node takes over the regions of the branches pruned at it; a path through these may pass another side of a tunnel.
     """
     row = cKDTree(pruned.nodes).query(skeleton.nodes)[1]
     is_left = (pruned.nodes[row] == skeleton.nodes).all(axis=1)
@@ -161,7 +166,7 @@ def _with_own_regions(skeleton: Skeleton, surface: Surface) -> Skeleton:
 
 
 def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Junctions merged whose branches point to one place, and nodes on the axes of their branches."""
+    """Merge junctions whose branches point to one place, and move nodes to the axes of their branches."""
     centers = find_section_centers(skeleton, surface)
     merged = merge_junctions_by_axes(inscribed_radii(skeleton, surface), centers, surface)
     if len(merged.nodes) < len(skeleton.nodes):
@@ -171,17 +176,17 @@ def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
 
 
 def _rerouted_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Branches rerouted inside a closed surface."""
+    """Reroute branches inside a closed surface; leave those of an open one."""
     return reroute_inside(skeleton, surface) if surface.mesh.is_closed else skeleton
 
 
 def _evenly_spaced(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Nodes evenly spaced in mean radii; by inscribed radii, flat limbs would get a node per thickness."""
+    """Space the nodes evenly, in mean radii; in inscribed radii, flat limbs would get a node per thickness."""
     return space_evenly(mean_radii(skeleton, surface.mesh), SPACING, partial(_must_stay, surface=surface))
 
 
 def _must_stay(olds: list[NDArray[np.float64]], news: list[NDArray[np.float64]], surface: Surface) -> NDArray[np.bool_]:
-    """(p,) whether a path passes another side of a tunnel, or leaves a closed surface, when its inner nodes are new."""
+    """(p,) whether a path with its new inner nodes passes another side of a tunnel, or leaves a closed surface anew."""
     must_stay = paths_that_pass(olds, news, surface)
     if surface.mesh.is_closed:
         whole = [np.concatenate([old[:1], new, old[-1:]]) for old, new in zip(olds, news, strict=True)]

@@ -1,7 +1,7 @@
 """The skeleton of a cloud by contraction of its points, without a surface: the method of Cao et al. 2010.
 
-The points go through the loop that contracts meshes, with the operator of their stars, and the graph of
-:mod:`lbskel.contraction.point_graph` is the skeleton: nothing refines it, so that it is that of the paper.
+The points go through the loop that contracts meshes, with the operator of their stars. The graph of
+:mod:`lbskel.contraction.point_graph` is the skeleton; nothing refines it, so that it is the skeleton of the paper.
 """
 
 from __future__ import annotations
@@ -66,17 +66,19 @@ def skeletonize_points(
         Of a mesh, its vertices.
     settings : ContractionSettings
     given : mapping
-        Options of :func:`lbskel.skeletonize` that the caller gave, None where not.
+        The options ``min_branch_ratio``, ``tip_position``, ``join`` and ``min_loop`` of :func:`lbskel.skeletonize`,
+        None where the caller gave none.
     anchors, root, n_nodes, preprocess
-        As for :func:`lbskel.skeletonize`, but ``auto`` only merges duplicates, as the published method has it.
+        As for :func:`lbskel.skeletonize`, except that there may be no anchors, and ``preprocess="auto"`` only merges
+        duplicates, as the published method has no other preprocessing.
     timer : StageTimer
 
     Raises
     ------
     UnknownChoice
-        If an option is given that takes a surface.
+        If anchors or an option of refinement are given, which needs a surface.
     MeshError
-        If the points are too few, or on a line.
+        If the points are too few or on a line, or ``root`` is the index of no point.
     """
     unused = [name for name in NEEDS_SURFACE if given.get(name) is not None] + ["anchors"] * bool(len(anchors))
     if unused:
@@ -151,7 +153,7 @@ def _with_radii(skeleton: Skeleton, cloud: PointCloud) -> Skeleton:
 
 
 def _node_at(place: Any, skeleton: Skeleton) -> int:
-    """Node of a point by its number, or the one nearest to a place."""
+    """Return the node of a point, given by its index, or the node nearest to a position."""
     given = np.asarray(place)
     if given.ndim == 0 and np.issubdtype(given.dtype, np.integer):
         if not 0 <= given < len(skeleton.node_of_vertex):

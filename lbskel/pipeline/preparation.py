@@ -29,12 +29,13 @@ from lbskel.skeleton.skeleton import Skeleton
 
 SIMPLIFY = ("auto", "none")
 
-# Least share of a time limit that is left, when preparing further bodies ends, for the skeletons of those that are
-# there: benchmarks/results/scaling.md has the time limits that hold with it, of 10,000 shells
+# No further bodies are prepared once less than this share of the time limit is left, which is then for the skeletons of
+# those prepared: benchmarks/results/scaling.md has the time limits that hold with it, of 10,000 shells
 RESERVED_SHARE = 0.5
 
-# Seconds that simplification is expected to take, for each that preprocessing has taken: it cannot be cut short once it
-# has begun, and does not begin where more are expected than are left. Up to 4 in benchmarks/results/scaling.md.
+# Expected time of simplification over the time that preprocessing has taken. Simplification cannot be cut short once it
+# has begun, so it does not begin where more time is expected than is left. Up to 4 in benchmarks/results/scaling.md,
+# and 18 for a vertex of 50,000 faces.
 SIMPLIFY_RATIO = 3.0
 
 
@@ -47,11 +48,11 @@ class Body:
     mesh : Mesh
         In the unit coordinates of the prepared mesh.
     vertices : (k,) array of int
-        For each of its vertices, the vertex of the prepared mesh.
+        For each vertex of ``mesh``, the vertex of the prepared mesh.
     proxy : PreprocessResult
-        The mesh simplified to the faces that its thickness needs, or the mesh itself.
+        The mesh simplified to the number of faces that its thickness needs, or the mesh itself.
     open_ends : (e, 4) array of float
-        Center and mean radius of each of its boundary loops before they were closed, where branches may end.
+        Center and mean radius of each boundary loop before it was closed, where branches may end; in unit coordinates.
 
     Examples
     --------
@@ -95,7 +96,7 @@ class PreparedMesh:
         ``mesh.vertices * scale + center`` are the caller's coordinates.
     bodies : tuple of Body
     notes : tuple of str
-        What was done to the mesh and what gets no skeleton, a sentence each.
+        What was done to the mesh, and which parts get no skeleton, a sentence each.
     preprocessing : dict
         The report of the preprocessing pipeline, ready for JSON.
     simplify : str
@@ -130,11 +131,11 @@ class PreparedMesh:
         return Surface(self.mesh)
 
     def to_unit(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Points in the caller's coordinates, brought to those of ``mesh``."""
+        """Convert (k, 3) points in the caller's coordinates to those of ``mesh``."""
         return (points - self.center) / self.scale
 
     def skeleton_to_unit(self, skeleton: Skeleton) -> Skeleton:
-        """Bring a skeleton of the source to the coordinates and vertices of ``mesh``.
+        """Convert a skeleton of the source to the coordinates and vertices of ``mesh``.
 
         Vertices that preprocessing has added go to nodes near them, see
         :func:`lbskel.refinement.region_map.complete_regions`.
@@ -164,9 +165,12 @@ def prepare(
     simplify : str
         ``auto`` makes a proxy of bodies of more faces than their thickness needs; ``none`` contracts every vertex.
     timer : StageTimer, optional
+        Measures the stages. Where its time limit leaves no time, bodies are left out or not simplified.
 
     Raises
     ------
+    FormatError
+        If the mesh is a path and no mesh can be read from it.
     MeshError
         If the input is no mesh, or no part of it has an inside.
     UnknownChoice
@@ -228,7 +232,7 @@ def prepare(
 
 
 def _proxy_in_time(mesh: Mesh, unchanged: PreprocessResult, timer: StageTimer) -> PreprocessResult:
-    """Simplify a mesh, if that has begun by the time limit."""
+    """Simplify a mesh, or return it unchanged if the time limit is over before that."""
     try:
         return simplify_to_proxy(mesh, deadline=timer.deadline)
     except OutOfTime:
@@ -243,7 +247,7 @@ def _in_canonical_order(preprocessed: PreprocessResult) -> PreprocessResult:
 
 
 def _why_no_body(source: Mesh, faults: list[str]) -> str:
-    """Why no part of a mesh can have a skeleton, and the way out."""
+    """Say why no part of a mesh can have a skeleton, and what to do."""
     if faults:
         return f"no component of the mesh has an inside: {first_few(faults, 2)}"
     return (

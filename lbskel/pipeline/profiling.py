@@ -16,8 +16,8 @@ from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 Progress: TypeAlias = Callable[[str], None]
 Result = TypeVar("Result")
 
-# How long what a result cannot do without may go on after the time limit, as a share of it and in seconds, whichever is
-# more: half of what a run may take in addition; benchmarks/results/scaling.md has the time limits that hold with it
+# Time after the time limit that stages may take which a result needs, as a share of the limit and in seconds, whichever
+# is more: half of what a run may take beyond its limit; benchmarks/results/scaling.md has the limits that hold with it
 GRACE_SHARE, GRACE_SECONDS = 0.25, 1.0
 
 RESET_PEAK, STATUS = Path("/proc/self/clear_refs"), Path("/proc/self/status")  # Linux's record of peak memory
@@ -75,7 +75,7 @@ class StageTimer:
 
     @property
     def grace(self) -> Deadline:
-        """The end of the time for what a result cannot do without, a little later than the time limit."""
+        """The end of the time for stages that a result needs, a little later than the time limit."""
         if self.time_limit is None:
             return NEVER
         return Deadline(self.deadline.end + max(GRACE_SHARE * self.time_limit, GRACE_SECONDS))
@@ -92,7 +92,7 @@ class StageTimer:
         ----------
         stage : str
         seconds : float
-            That it is expected to take; it may go on after the time limit as long as what is needed may.
+            Time that the stage is expected to take. It must end by ``grace``, not by the time limit.
         """
         if self.seconds_left > 0 and self.grace.seconds_left > seconds:
             return True
@@ -102,7 +102,7 @@ class StageTimer:
     def optional(
         self, stage: str, make: Callable[[Deadline], Result], otherwise: Result, *, is_needed: bool = False
     ) -> Result:
-        """Measure a stage that is left out where its time is over, before it begins or while it is done.
+        """Measure a stage that is left out if its deadline passes before it begins or while it runs.
 
         Parameters
         ----------
@@ -110,9 +110,9 @@ class StageTimer:
         make : callable
             Does the work by a deadline, or raises OutOfTime, and returns the result of the stage.
         otherwise
-            The result without it.
+            The result if the stage is left out.
         is_needed : bool
-            Whether the deadline is the later one, of what a result cannot do without.
+            Whether the result needs the stage, so that its deadline is ``grace`` instead of the time limit.
         """
         deadline = self.grace if is_needed else self.deadline
         try:
@@ -124,7 +124,7 @@ class StageTimer:
         return otherwise
 
     def skip(self, stage: str) -> None:
-        """List a stage as skipped.
+        """List a stage as skipped, once.
 
         Parameters
         ----------

@@ -19,11 +19,11 @@ class StageBar:
     Parameters
     ----------
     name : str
-        Of what is done, in front of the stage.
+        What is done; shown in front of the stage.
     is_shown : bool, optional
         Whether it is shown; by default on a terminal (stderr) and in a notebook.
     delay : float
-        Seconds before it is shown; what ends earlier shows nothing.
+        Seconds before the bar is shown; work that ends earlier shows nothing.
 
     Examples
     --------
@@ -87,6 +87,6 @@ class StageBar:
 
 
 def _is_in_notebook() -> bool:
-    """Tell whether IPython runs this process for a notebook; a process that runs notebooks is none."""
+    """Whether this process is the kernel of a notebook, not one that only runs notebooks in other processes."""
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     return getattr(shell, "kernel", None) is not None

@@ -2,10 +2,10 @@ r"""From any mesh to a checked skeleton: the stages in their order.
 
 ::
 
-    prepare -> contract -> collapse -> to_skeleton -> refine -> assemble -> join, open loops, prune -> score
+    prepare -> contract -> collapse -> to_skeleton -> refine -> assemble -> join, open loops, prune, resample -> score
                \________________ for each body _______________/
 
-:func:`skeletonize` is that line, without arithmetic of its own.
+:func:`skeletonize` runs these stages, without arithmetic of its own.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ from lbskel.skeleton.root import reroot_by_thickness
 from lbskel.skeleton.short_loops import open_short_loops
 from lbskel.skeleton.skeleton import Skeleton
 
-# Between the pieces of an open surface: the longest edge that joins them, in sums of the radii of its ends, and its
-# largest angle to the branch that it continues, in degrees; guesses
+# Upper bounds on an edge that joins the pieces of an open surface: its length, in sums of the radii of its ends, and
+# its angle to the branch that it continues, in degrees; guesses
 JOIN_REACH, JOIN_ANGLE = 10.0, 60.0
 
 
@@ -78,16 +78,17 @@ def skeletonize(
     Parameters
     ----------
     mesh : Mesh, PointCloud, (vertices, faces), (n, 3) array, path, or mesh or cloud object
-        Whatever :func:`lbskel.as_mesh` takes: closed or open, of one component or several. Of points without faces
-        the skeleton is that of :func:`lbskel.reconstruct_surface`, and vertices are points in all that follows.
+        A shape that :func:`lbskel.as_mesh` takes, closed or open, of one component or several, or points without faces.
+        For points the skeleton is that of the surface by :func:`lbskel.reconstruct_surface`, and "vertices" below means
+        the points.
     preset : str or ContractionSettings
         A name in PRESETS: ``curvature_flow`` measures best, the others reproduce published methods. Or one in DOMAINS:
         ``curvature_flow`` with the options that suit a kind of shape, where they are not given.
     operator, energy, solver : str, optional
         Names in OPERATORS, ENERGIES and SOLVERS in place of the preset's.
     simplify : str
-        ``auto`` contracts a simplified proxy of bodies of more than 16,000 faces, or more where they are long and thin
-        all over, and refines against the full surface; ``none`` contracts every vertex.
+        ``auto`` contracts a simplified proxy of bodies of more than 16,000 faces, or of more where they are long and
+        thin all over, and refines the skeleton on the full surface; ``none`` contracts every vertex.
     min_branch_ratio : float, optional
         An end branch is kept where the surface it represents reaches this many local radii from its junction, 1.5 by
         default. Values above that give what :func:`lbskel.prune` makes of the default skeleton.
@@ -111,13 +112,13 @@ def skeletonize(
     on_stage : callable, optional
         Called with the name of each stage as it begins.
     time_limit : float, optional
-        Seconds after which what is not needed is left out, also in the middle of a stage; contraction ends at half of
-        them. The notes list what was left out and what the result lacks. Of preparation, reading and the repair of
-        defects are not cut short, so meshes of a million faces take longer than a limit of a second
-        (benchmarks/results/scaling.md).
+        Seconds after which stages that are not needed are left out, also in the middle of a stage; the contraction of
+        each body gets half of the time that is left when it begins. The notes list what was left out and what the
+        result lacks. Reading and the repair of defects are not cut short, so meshes of a million faces take longer than
+        a limit of a second (benchmarks/results/scaling.md, Time limits).
     memory_limit : float, optional
-        Megabytes that the run may take, by its number of faces; what the machine has free by default. Where a mesh
-        cannot be contracted in full, it is contracted by a proxy.
+        Megabytes that the run may take, as estimated from the number of faces; by default those that the machine has
+        free. A mesh that cannot be contracted in full is contracted by a proxy.
     profile : bool
         Whether the report has the peak memory of each stage beside the seconds; on Linux only.
 
@@ -129,10 +130,14 @@ def skeletonize(
 
     Raises
     ------
+    FormatError
+        If the input is a path and no mesh or cloud can be read from it.
     MeshError
         If the input is no mesh, or encloses nothing, or an anchor is no vertex and no point inside.
     UnknownChoice
         If a name is in no table or a number is out of its range.
+    OperatorError
+        If a function given as the operator returns no Laplacian of the mesh, or one with the wrong sign.
     MemoryLimitError
         If the mesh takes more memory than the limit.
 
@@ -181,7 +186,7 @@ def _skeletonize_mesh(
     timer: StageTimer,
     is_scored: bool = True,
 ) -> Skeleton:
-    """Make the skeleton of a mesh, with a score unless the caller measures it on something else."""
+    """Make the skeleton of a mesh, and score it unless the caller scores it on points."""
     simplify, memory_notes = simplify_within(shape, simplify, memory_limit)
     prepared = prepare(shape, preprocess=preprocess, simplify=simplify, timer=timer)
     prepared = replace(prepared, notes=(*prepared.notes, *memory_notes))

@@ -1,7 +1,7 @@
 """A mesh, its skeleton, and how one became the other, as an interactive page.
 
-The contraction is run again, step by step, with the settings that the skeleton's report names; it gives the same steps,
-so nothing but the result has to be kept.
+The contraction is run again, step by step, with the settings in the skeleton's report. It gives the same steps, so no
+intermediate mesh has to be kept.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from lbskel.skeleton.skeleton import Skeleton
 from lbskel.visualization import Scene, Table, page
 from lbskel.visualization.interactive import require_plotly
 
-# Distance of a repaired surface from the given one, in diameter bounds, above which it is marked as mended: less than a
-# pixel of a page. A choice of style.
+# Distance of a repaired surface from the given one, in diameter bounds, above which it is marked as mended. It is less
+# than a pixel of a page. A choice of style.
 MENDED_DISTANCE = 1e-3
 
 
@@ -116,8 +116,10 @@ def view_scene(
     ----------
     shape : Mesh or PointCloud
     skeleton : Skeleton
-        Of the shape.
-    title, preprocess, simplify
+        The skeleton of the shape.
+    title : str
+        Heading of the page.
+    preprocess, simplify
         As for :func:`lbskel.skeletonize`.
     """
     if isinstance(shape, PointCloud):
@@ -154,7 +156,10 @@ def _without_map(skeleton: Skeleton) -> Skeleton:
 
 
 def _branch_of_face(mesh: Mesh, skeleton: Skeleton) -> NDArray[np.int64]:
-    """(m,) branch of each face: that of two of its vertices; nodes without an edge count as a branch each."""
+    """(m,) branch of each face: that of two of its vertices, or the middle number if all three differ.
+
+    Nodes without an edge count as a branch each.
+    """
     branch_of = len(skeleton.branches) + np.arange(len(skeleton.nodes))
     for number, branch in reversed(list(enumerate(skeleton.branches))):
         branch_of[branch] = number
@@ -175,7 +180,7 @@ def _replay(
     """Contract all bodies again.
 
     Returns the surface that is contracted, its vertices after each step, and the ratios of areas and volumes; None and
-    empty lists if the report does not tell how.
+    empty lists if the report does not say how.
     """
     bodies = report.get("components", [])
     settings = report.get("settings")
@@ -207,7 +212,7 @@ def _replay(
 def _replay_body(
     body: Body, settings: ContractionSettings, told: dict[str, Any]
 ) -> tuple[Mesh, list[NDArray[np.float64]], list[Step]]:
-    """Contract a body with as many steps as its report tells: the proxy, or the full surface if that was contracted."""
+    """Contract a body with as many steps as its report has: the proxy, or the full surface if that was contracted."""
     n_first = told["steps"][0]["n_vertices"] if told["steps"] else len(body.proxy.mesh.vertices)
     mesh = body.proxy.mesh if n_first == len(body.proxy.mesh.vertices) else body.mesh
     states: list[NDArray[np.float64]] = []

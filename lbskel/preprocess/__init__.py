@@ -1,4 +1,4 @@
-"""Preprocessing of meshes: check, repair, simplify and remesh; the only package that imports pymeshlab."""
+"""Preprocessing of meshes and clouds: check, repair, simplify, remesh; the only package that imports pymeshlab."""
 
 __all__ = [
     "CLOUD_PREPARATIONS",

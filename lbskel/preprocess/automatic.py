@@ -42,7 +42,7 @@ COARSE_EDGE = 0.8
 # is not in a committed table.
 MAX_COARSE_FRACTION = 0.1
 
-# Longest perimeter of a hole that is closed, as a fraction of the diagonal. It includes the ends of pipes, since a
+# Longest perimeter of a hole that is closed, as a fraction of the diagonal. The ends of pipes are closed too, since a
 # capped end becomes a tip and the closed surface has an inside. A guess.
 MAX_HOLE_PERIMETER = 1.0
 
@@ -76,11 +76,13 @@ def preprocess_mesh(
         ``auto`` does what the mesh needs, ``none`` or None nothing; else a pipeline, its name in PIPELINES, its steps
         as text, or the path of a TOML file.
     deadline : Deadline
-        After it ``auto`` looks for no cavities, noise and coarse faces, and a note says so. The steps of a pipeline are
-        always done.
+        After it ``auto`` looks for no cavities, crumbs, noise and coarse faces, and a note says so. The steps of a
+        pipeline are always done.
 
     Raises
     ------
+    FormatError
+        If ``how`` is the path of a file that is not a pipeline in TOML.
     MeshError
         If coordinates are so large that areas and volumes overflow.
     UnknownChoice
@@ -114,7 +116,7 @@ def _preprocess_as_needed(mesh: Mesh, deadline: Deadline) -> PreprocessResult:
         open_ends = find_open_ends(result.mesh)
         result = result.compose(lambda given: close_holes(given, max_perimeter=MAX_HOLE_PERIMETER))
         result = result.compose(lambda given: remove_degenerate(given, angle=COLLINEAR_ANGLE))
-        # an edge of one face, or of an odd number, cannot become one of two faces
+        # where an edge has an odd number of faces, splitting cannot give every edge two
         split = result if (result.mesh.faces_per_edge % 2).any() else result.compose(split_nonmanifold)
         if split.mesh.is_closed_manifold:
             areas = _component_areas(split.mesh)

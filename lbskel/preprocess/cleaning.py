@@ -1,6 +1,6 @@
 """Removal of redundant vertices and faces: duplicates, unused vertices, small components.
 
-No position changes, so the vertex map is exact.
+The vertices that remain do not move, so the vertex map is exact.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ def merge_close(mesh: Mesh, *, tolerance: float = 1e-6) -> PreprocessResult:
     ----------
     mesh : Mesh, (vertices, faces), path or mesh object
     tolerance : float
-        Largest distance, as a fraction of the diagonal; 0 merges identical positions only.
+        Largest distance, as a fraction of the diagonal; 0 merges identical positions only. A chain of vertices, each
+        within this distance of the next, is merged into one.
 
     Raises
     ------
@@ -135,7 +136,7 @@ def keep_components(mesh: Mesh, *, min_area: float = 0.01) -> PreprocessResult:
     Raises
     ------
     UnknownChoice
-        If it is not between 0 and 1.
+        If the fraction is not between 0 and 1.
     """
     if not 0 <= min_area <= 1:
         raise UnknownChoice(f"min_area must lie between 0 and 1, not {min_area}")

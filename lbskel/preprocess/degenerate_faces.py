@@ -79,7 +79,7 @@ def corner_angles(corners: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _sharpness(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(k,) distance of the angles of each triangle from 0 and pi, in radians; 0 for a degenerate triangle."""
+    """(k,) smallest distance of an angle of each triangle from 0 or pi, in radians; 0 for a degenerate triangle."""
     angles = corner_angles(corners)
     sharpness: NDArray[np.float64] = np.minimum(angles.min(axis=1), np.pi - angles.max(axis=1))
     return sharpness
@@ -180,7 +180,7 @@ class _EditableSurface:
         return True
 
     def _keeps_shape(self, before: NDArray[np.int64], after: NDArray[np.int64]) -> bool:
-        """Whether no face is reversed and none becomes sharper than the sharpest was before."""
+        """Whether no face is reversed, and none gets sharper than MIN_SHARPNESS unless one was as sharp before."""
         old, new = self.positions[before], self.positions[after]
         is_reversed = (_normals(old) * _normals(new)).sum(axis=1) < 0
         is_collinear = _sharpness(old) < np.radians(COLLINEAR_ANGLE)

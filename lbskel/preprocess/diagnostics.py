@@ -63,11 +63,12 @@ class MeshReport:
         Extreme corner angles, in degrees.
     shortest_edge, median_edge, longest_edge : float
     genera : tuple of int or None
-        Genus of each component after duplicates are merged; None where it is not a closed manifold.
+        Genus of each component after duplicates are merged; None where it is not a closed manifold. With more than 1000
+        components, the genus of the whole mesh alone.
     sheets : int
         Components whose relative vector area is that of a sheet, which encloses no volume.
     coarse_fraction : float
-        Fraction of the faces with an edge that is long relative to the local thickness, estimated from a sample.
+        Fraction of the faces with an edge that is long relative to the local thickness.
     roughness : float
         Height of noise, in edge lengths, as :func:`lbskel.preprocess.noise.roughness` measures it.
     diagonal, area : float

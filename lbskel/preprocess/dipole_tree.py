@@ -2,7 +2,8 @@
 
 Each point is a dipole, its area times its normal, smoothed over a length of its own; the field is a solution of
 Poisson's equation for the smoothed normals, as in Kazhdan, Bolitho, Hoppe 2006, "Poisson surface reconstruction",
-https://doi.org/10.2312/SGP/SGP06/061-070, without a grid. It closes holes as their harmonic continuation does.
+https://doi.org/10.2312/SGP/SGP06/061-070, without a grid. Where points are missing the field is harmonic, which closes
+the hole.
 """
 
 from __future__ import annotations
@@ -18,13 +19,13 @@ from lbskel._kernels.dipoles import dipole_field
 from lbskel.geometry.deadline import in_slices
 
 LEAF = 8  # points in a leaf; a guess
-# Distance of a node, in its radii, beyond which it counts as one dipole: it bounds the error of the field, near 0.03;
-# benchmarks/results/point_constants.md
+# Distance of a node, in its radii, beyond which it counts as one dipole: it bounds the error of the field, near 0.03
+# (not in a committed table); swept in benchmarks/results/point_constants.md
 OPENING = 2.5
 
 
 def leaf_order(points: NDArray[np.float64]) -> NDArray[np.int64]:
-    """(p * LEAF,) number of each point in the leaves of a tree; what fills up the last leaves is -1, the last point.
+    """(p * LEAF,) numbers of the points in the order of a tree's leaves; -1, the last point, fills up the last leaves.
 
     Parameters
     ----------
@@ -74,8 +75,8 @@ class DipoleTree:
             Outward normals, each as long as the area of its point.
         widths : (n,) array of float
             Lengths over which the dipoles are smoothed.
-        order : array of int
-            Of the points in the leaves, by :func:`leaf_order`.
+        order : (p * LEAF,) array of int
+            Order of the points in the leaves, by :func:`leaf_order`.
         """
         p, is_filler = len(order) // LEAF, order < 0
         data = np.column_stack([points, moments, widths**2])[order]

@@ -1,7 +1,7 @@
-"""Fewer points of a cloud: means of cells, or points as far from each other as can be, with the map of all points.
+"""Downsampling of clouds: means of cells, or points as far from each other as can be, with the map of all points.
 
-Both make the density even: a cell has one point however many it had, and farthest points are a distance apart that is
-the same everywhere (Eldar, Lindenbaum, Porat, Zeevi 1997, https://doi.org/10.1109/83.623193).
+Both make the density even: a cell keeps one point however many it had, and neighboring farthest points are about as far
+apart everywhere (Eldar, Lindenbaum, Porat, Zeevi 1997, https://doi.org/10.1109/83.623193).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def downsample(cloud: PointCloud, *, cell: float | None = None, n_points: int | 
     cell : float, optional
         Side of the cells, in the cloud's units.
     n_points : int, optional
-        Number of points, the first of which is the first of the cloud; takes a time of points times n_points.
+        Number of points, among them the first of the cloud. The time is proportional to it and to the cloud's points.
 
     Returns
     -------
@@ -43,7 +43,7 @@ def downsample(cloud: PointCloud, *, cell: float | None = None, n_points: int | 
     Raises
     ------
     UnknownChoice
-        If not exactly one of both is given, it is not positive, or cells are smaller than a millionth of the cloud.
+        If not exactly one of the two is given, it is not positive, or cells are smaller than a millionth of the cloud.
 
     Examples
     --------
@@ -83,7 +83,7 @@ def downsample_as(cloud: PointCloud, text: str) -> CleanedPoints:
     Raises
     ------
     UnknownChoice
-        If the text is none of these.
+        If the text is neither of these.
     """
     name, _, given = text.partition(":")
     option = choose(DOWNSAMPLINGS, name, "way to thin a cloud")
@@ -98,7 +98,7 @@ def downsample_as(cloud: PointCloud, text: str) -> CleanedPoints:
 
 
 def _farthest(points: NDArray[np.float64], n: int) -> NDArray[np.int64]:
-    """Choose points, each the farthest from those before."""
+    """Choose n points: the first, then each time the one farthest from all chosen before."""
     chosen, distance = [0], np.full(len(points), np.inf)
     while len(chosen) < n:
         distance = np.minimum(distance, ((points - points[chosen[-1]]) ** 2).sum(axis=1))

@@ -1,7 +1,8 @@
 """Holes filled with the triangulation of minimum area of their boundary loop.
 
 Liepa 2003, "Filling holes in meshes", https://doi.org/10.2312/SGP/SGP03/200-206. A loop with too many edges for that
-(:mod:`lbskel.geometry.polygon_triangulation`) is filled with a fan around its mean vertex.
+(:mod:`lbskel.geometry.polygon_triangulation`), or without an admissible triangulation, is filled with a fan around its
+mean vertex.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ from lbskel.preprocess.vertex_umbrellas import find_umbrellas
 def close_holes(mesh: Mesh, *, max_perimeter: float = 0.3) -> PreprocessResult:
     """Fill holes with triangles; no vertex moves.
 
-    A boundary loop is taken for that of a sheet, not of a hole, and stays open if it would need as many faces as its
-    component has, or half the component's area.
+    A boundary loop counts as the boundary of a sheet, not of a hole, and stays open if filling it would take at least
+    as many faces as its component has, or more than half the component's area.
 
     Parameters
     ----------
@@ -37,7 +38,7 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.3) -> PreprocessResult:
     Raises
     ------
     UnknownChoice
-        If it is not positive.
+        If the perimeter is not positive.
     """
     if not max_perimeter > 0:
         raise UnknownChoice(f"max_perimeter must be positive, not {max_perimeter}")
@@ -82,7 +83,7 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.3) -> PreprocessResult:
 
 
 def find_open_ends(mesh: Mesh) -> NDArray[np.float64]:
-    """(k, 4) center of each boundary loop, the centroid of its length, and its mean distance from the center.
+    """(k, 4) center of each boundary loop (3), the centroid of its edges, and its mean distance from the center (1).
 
     Parameters
     ----------

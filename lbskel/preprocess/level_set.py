@@ -1,8 +1,8 @@
-"""Level sets of a function as triangles, by marching cubes in the cells around some points and those that they enter.
+"""Level sets of a function as triangles, by marching cubes in the cells of some points and those that the sets enter.
 
 Lorensen, Cline 1987, "Marching cubes", https://doi.org/10.1145/37402.37422. The function is evaluated only at the
-corners of cells that contain a given point, and then of every neighbor into which a level set
-continues, so that the surface is closed although nothing is known of its extent.
+corners of the cells that contain a given point, and then of every neighboring cell into which a level set continues. So
+the surface is closed although its extent is not known.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def level_set(
     function : callable
         From (q, 3) positions to (q,) values.
     points : (n, 3) array of float
-        On the set or near it; each connected part of it enters the cell of one.
+        On the set or near it; only connected parts of the set that enter the cell of a point are found.
     size : float
         Side of a cell.
     """
@@ -48,7 +48,7 @@ def level_sets(
     size: float,
     levels: Sequence[float],
 ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.int64]]]:
-    """Yield the sets where a function has some values, each as vertices and faces, with one evaluation for all.
+    """Yield the sets where a function has each of some values, as vertices and faces, with one evaluation for all.
 
     Parameters
     ----------
@@ -86,14 +86,14 @@ def level_sets(
 
 
 def _are_between(values: NDArray[np.float64], levels: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """(r,) whether one of some increasing levels is at least the least of a row and below the largest."""
+    """(r,) whether one of some increasing levels is at least the smallest value of a row and below the largest."""
     low, high = np.searchsorted(levels, values.min(axis=1)), np.searchsorted(levels, values.max(axis=1))
     answer: NDArray[np.bool_] = low < high
     return answer
 
 
 def _missing(keys: NDArray[np.int64], known: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Those of some numbers that are not among known ones, both in order."""
+    """Select the keys that are not among the known ones; both are in ascending order."""
     if len(known) == 0:
         return keys
     place = np.minimum(np.searchsorted(known, keys), len(known) - 1)

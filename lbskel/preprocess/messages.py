@@ -17,7 +17,8 @@ from lbskel.preprocess.noise import ROUGHNESS_LIMIT
 from lbskel.preprocess.orientability import why_no_inside
 from lbskel.preprocess.orientation import MIN_SHEET_VECTOR_AREA, relative_vector_area
 
-# Fraction of the area in components of fewer faces above which the mesh counts as a triangle soup. A guess.
+# Fraction of the area in components of fewer than MIN_FACES faces above which the mesh counts as a triangle soup. A
+# guess.
 MAX_FRAGMENT_AREA = 0.5
 
 MAX_EDGE_RATIO = 1e4  # longest over shortest edge above which remeshing is suggested; a guess

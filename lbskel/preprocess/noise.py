@@ -5,9 +5,9 @@ length of a vertex's edges, roughness is
 
     median | n . (I - P)^2 x | / e
 
-It is small for a smooth surface, which lies near P x and nearer still to P (2 I - P) x, and for creases, which have few
-of the vertices. Noise along the normals with a standard deviation of s edge lengths gives 0.9 s; less where it makes
-edges steep, and never more than 0.65.
+It is small for a smooth surface, which lies near P x and nearer still to P (2 I - P) x. Creases have few of the
+vertices and hardly change the median. Noise along the normals with a standard deviation of s edge lengths gives 0.9 s;
+less where it makes edges steep, and never more than 0.65.
 
 The operator is that of Taubin 1995, "A signal processing approach to fair surface design",
 https://doi.org/10.1145/218380.218473.

@@ -39,7 +39,7 @@ def why_no_inside(number: int, part: Component, whole: Mesh) -> str:
     Parameters
     ----------
     number : int
-        Of the component, for the message.
+        Number of the component, for the message.
     part : Component
     whole : Mesh
         The mesh that the component belongs to, in the caller's coordinates.

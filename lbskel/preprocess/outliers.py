@@ -1,14 +1,14 @@
 """Points of a cloud that belong to no surface: far from all others, or scattered in groups of their own.
 
-A point is an outlier where its distance to its neighbors is several times theirs to their own: a local outlier factor
-(Breunig, Kriegel, Ng, Sander 2000, https://doi.org/10.1145/335191.335388) with the distance to one neighbor as inverse
-density, so that a cloud that is dense here and sparse there loses nothing. It is compared with the densest fifth of the
-neighbors, since those of an outlier may be outliers too.
+A point is an outlier if its distance to its neighbors is several times their distance to their own: a local outlier
+factor (Breunig, Kriegel, Ng, Sander 2000, https://doi.org/10.1145/335191.335388) with the distance to one neighbor as
+inverse density, so that a cloud that is dense here and sparse there loses nothing. A point is compared with the densest
+fifth of its neighbors, since the neighbors of an outlier may be outliers too.
 
-Where outliers are many, far from the surface all neighbors are outliers. What remains falls into groups whose points
-are linked where they are no farther apart than they are from their neighbors. A group much sparser than the cloud is
-one of outliers where it fills space, and a sparse part of the surface where its neighborhoods are flat: the least of
-the three variances of a neighborhood (Pauly, Gross, Kobbelt 2002, https://doi.org/10.1109/VISUAL.2002.1183771).
+Where outliers are many, far from the surface all neighbors are outliers. The remaining points fall into groups, linked
+where two points are about as near as their neighbors. A group much sparser than the cloud consists of outliers if it
+fills space, and is a sparse part of the surface if its neighborhoods are flat. The measure is the smallest of the three
+variances of a neighborhood (Pauly, Gross, Kobbelt 2002, https://doi.org/10.1109/VISUAL.2002.1183771).
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.neighborhoods import Neighborhoods
 
 N_NEIGHBORS = 6  # the distance to this neighbor is the inverse density of a point; a guess
-# Share of the points nearby that is denser than what a point is compared with: below, clusters of outliers would hide
-# each other, above, points at the ends of limbs would be outliers; benchmarks/results/point_constants.md
+# Share of the points nearby that is denser than the one that a point is compared with: with less, clusters of outliers
+# would hide each other, with more, points at the ends of limbs would be outliers; benchmarks/results/point_constants.md
 QUANTILE = 0.2
 N_PASSES = 2  # the second finds the few outliers that the first has left alone, whose neighbors were outliers; a guess
 N_LINKS = 12  # neighbors that a point may be linked with, and whose plane is that of its group; a guess
-# Share of the least variance in all three from which on a group fills space. Groups of uniform outliers had 0.127 to
-# 0.179, sparse parts of surfaces at most 0.02; the bound is near the middle on a scale of ratios, by hand.
+# Smallest variance over the sum of all three from which on a group fills space. Groups of uniform outliers had 0.127 to
+# 0.179, sparse parts of surfaces at most 0.02 (measured by hand); the bound is near their geometric mean.
 MIN_VARIATION = 0.06
 
 
@@ -40,7 +40,7 @@ def find_outliers(cloud: Neighborhoods, limit: float) -> tuple[NDArray[np.bool_]
     ----------
     cloud : Neighborhoods
     limit : float
-        Largest distance to the neighbors, relative to that of the denser ones of the points nearby, that is no outlier.
+        Largest distance to the neighbors, relative to that of the denser points nearby, of a point that is no outlier.
 
     Returns
     -------
@@ -64,7 +64,7 @@ def find_outliers(cloud: Neighborhoods, limit: float) -> tuple[NDArray[np.bool_]
 
 
 def _is_sparse(cloud: Neighborhoods, limit: float) -> NDArray[np.bool_]:
-    """(n,) whether the distance to a neighbor is too large beside that of the denser ones of the points nearby."""
+    """(n,) whether the distance to a neighbor is too large relative to that of the denser points nearby."""
     distances, neighbors = cloud.nearest()
     reach = distances[:, N_NEIGHBORS]
     rank = round(QUANTILE * (neighbors.shape[1] - 2))

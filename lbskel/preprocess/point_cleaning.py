@@ -17,11 +17,12 @@ from lbskel.preprocess.outliers import find_outliers
 
 MIN_POINTS = 20  # fewer enclose nothing that has a skeleton: a guess, above the 16 neighbors of a normal
 MIN_WIDTH = 1e-6  # of the cloud across its flattest direction, relative to its longest: thinner is a plane or a line
-# Points that a cloud is thinned to: this share of them, between two bounds. Guesses that bound the time, of which the
-# surface takes 0.1 s per thousand points.
+# Number of points that a cloud is thinned to: this share of its points, between two bounds. Guesses that bound the
+# time: the surface takes 0.1 s per thousand points.
 SHARE, FEWEST, MOST = 0.125, 20_000, 80_000
 MAX_CELLS = 2**20  # upper bound on the cells along a side of the cloud: the number of a cell has 21 bits for each
-# Largest inverse density, relative to that, that is no outlier, by preparation; guesses: clean samples have up to 2.5
+# Largest inverse density of a point that is no outlier, relative to that of the denser points nearby, by preparation;
+# guesses: clean samples have up to 2.5
 CLOUD_PREPARATIONS: dict[str, float] = {"auto": 3.0, "scan": 2.5, "none": np.inf}
 
 
@@ -59,8 +60,8 @@ def clean_points(points: NDArray[np.float64], preparation: str = "auto") -> Clea
     ----------
     points : (n, 3) array of float
     preparation : str
-        ``auto`` removes what is three times as far from its neighbors as these from theirs, ``scan`` what is 2.5 times
-        as far, ``none`` nothing.
+        ``auto`` removes points that are three times as far from their neighbors as these from theirs, ``scan`` those
+        2.5 times as far, ``none`` nothing.
 
     Raises
     ------
@@ -109,7 +110,7 @@ def _require_solid(points: NDArray[np.float64]) -> None:
 
 
 def _cell_size(points: NDArray[np.float64], budget: int) -> float:
-    """Find the side of the smallest cells of which no more than a budget hold a point."""
+    """Find by bisection about the smallest side of cells of which at most ``budget`` hold a point."""
     low, high = 0.0, float(np.ptp(points, axis=0).max())
     size = high / np.sqrt(budget)
     for _ in range(12):  # each halves the interval: to a thousandth of it

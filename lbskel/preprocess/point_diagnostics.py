@@ -26,9 +26,9 @@ class PointReport:
     points, duplicates, outliers, kept : int
         Kept are the distinct points that are no outliers, or means of them where the cloud is thinned.
     diagonal, spacing : float
-        Of the bounding box, and the median distance of a point from its nearest, in the units of the cloud.
+        Diagonal of the bounding box, and median distance of a point from its nearest, in the units of the cloud.
     spacing_spread : float
-        Distance from the nearest point that 99 % of the points do not exceed, over that of 1 %.
+        The 99th percentile of the distances from a point to its nearest, over the 1st percentile.
     findings : tuple of str
         A sentence for each defect, with what lbskel does about it.
     is_advised : bool

@@ -24,12 +24,13 @@ from lbskel.geometry.sorting import distinct
 from lbskel.preprocess.dipole_tree import DipoleTree, leaf_order
 
 N_NEIGHBORS = 16  # of a point in its plane of least squares, and for its area; a guess
-# Variance of the few neighbors across their plane, over the smaller one along it: upper bound for a plane that is kept
-# without trying all neighbors, as noise that is as large as the spacing needs; benchmarks/results/point_constants.md
+# Upper bound on the variance of the few neighbors across their plane, over the smaller one along it. Above it the plane
+# of all neighbors is tried, as noise as large as the spacing needs; benchmarks/results/point_constants.md
 MAX_VARIATION = 0.15
 N_LINKS = 8  # nearest neighbors that the sign of a normal can follow; a guess
-# Widths of the dipoles, in spacings, in the two rounds that correct the normals, until one turns none around: wide
-# enough for the field between points, narrow enough for thin limbs; benchmarks/results/point_constants.md
+# Widths of the dipoles, in spacings, in the two rounds that correct the normals; the second is left out if the first
+# turns none around. Wide enough for the field between points, narrow enough for thin limbs;
+# benchmarks/results/point_constants.md
 FIRST_SMOOTHING, SECOND_SMOOTHING = 3.0, 2.0
 MIN_ANGLE_COST = 1e-6  # of an edge between parallel normals: a cost of zero would be no edge
 
@@ -44,11 +45,11 @@ class OrientedPoints:
     normals : (n, 3) array of float
         Of unit length, outward.
     areas : (n,) array of float
-        Of the disk that a point stands for.
+        Area of the disk that each point stands for.
     order : array of int
-        Of the points in the leaves of a tree.
+        Order of the points in the leaves of a tree, by :func:`lbskel.preprocess.dipole_tree.leaf_order`.
     rough : (r,) array of int
-        Points whose neighborhoods are flatter the larger they are: noise is as large as the points are apart.
+        Points whose larger neighborhood is flatter than the small one: noise is as large as the spacing of the points.
     """
 
     points: NDArray[np.float64]
@@ -64,7 +65,7 @@ class OrientedPoints:
         return spacings
 
     def field(self, smoothing: float) -> DipoleTree:
-        """Build the winding number of the points, smoothed over some spacings."""
+        """Build the field of the points' winding number, smoothed over ``smoothing`` spacings."""
         moments = self.areas[:, None] * self.normals
         return DipoleTree.of(self.points, moments, smoothing * self.spacings, self.order)
 
@@ -99,7 +100,7 @@ def oriented(cloud: Neighborhoods) -> OrientedPoints:
 def _plane_normals(
     points: NDArray[np.float64], neighbors: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(q, 3) normals of the planes of some neighborhoods, and (q,) variance along them, over the next larger one."""
+    """(q, 3) normals of the planes of some neighborhoods, and (q,) variance along the normal over the next larger."""
     coordinates = [column[neighbors] for column in np.ascontiguousarray(points.T)]
     offsets = [column - column.mean(axis=1, keepdims=True) for column in coordinates]
     covariances = np.stack([np.einsum("nk,nk->n", one, other) for one in offsets for other in offsets], axis=1)
@@ -119,7 +120,7 @@ def _with_signs(
     n_parts, part = connected_components(graph, directed=False)
     first = np.unique(part, return_index=True)[1]
     tree = minimum_spanning_tree(graph).tocoo()
-    # the first points hang on one more node, so that one search reaches every part
+    # the first point of each part is linked to an additional node, so that one search reaches every part
     edges = np.concatenate([np.stack([tree.row, tree.col], axis=1), np.stack([first, np.full(n_parts, n)], axis=1)])
     _, parent = breadth_first_order(weighted_graph(edges, np.ones(len(edges)), n + 1), n, directed=False)
     above = np.where(parent[:n] < n, parent[:n], np.arange(n))

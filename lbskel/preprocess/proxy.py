@@ -1,4 +1,4 @@
-"""The proxy of a surface: a simplified copy with edges of a fraction of the local radius, contracted in its place.
+"""The proxy of a surface: a simplified copy, with edges of a fraction of the local radius, that is contracted instead.
 
 The number of faces follows from the local radii (:mod:`lbskel.geometry.shape_diameter`).
 """
@@ -34,7 +34,7 @@ MAX_REDUCTION = 2
 def face_budget(mesh: Mesh, *, deadline: Deadline = NEVER) -> int:
     """Compute the largest number of faces with which a mesh is contracted.
 
-    It gives edges of a fraction of the local radius, between bounds that are wider for shapes that are long and thin
+    Edges then have a fraction of the local radius. The bounds on the number are wider for shapes that are long and thin
     all over.
 
     Parameters
@@ -70,7 +70,7 @@ def simplify_to_proxy(mesh: Mesh, *, deadline: Deadline = NEVER) -> PreprocessRe
 
 
 def surface_with_proxy(mesh: Mesh, proxy: PreprocessResult) -> Surface:
-    """Make the surface queries of a mesh and of the proxy that was made of it, where that differs.
+    """Make the surface queries of a mesh, with the proxy that was made of it if that differs.
 
     Parameters
     ----------

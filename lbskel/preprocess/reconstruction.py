@@ -1,10 +1,10 @@
 """A closed surface through a point cloud, so that clouds take the path of meshes.
 
-The surface is where the smooth winding number of the oriented points has the value that it has at the points nearby:
-Poisson reconstruction (Kazhdan, Bolitho, Hoppe 2006, https://doi.org/10.2312/SGP/SGP06/061-070) in closed form, with a
-level of its own everywhere, so that thin limbs, in which the smoothed number stays below one half, are kept. Where no
-point has seen the shape, a handle may come and go with the level: of some levels that with the fewest is taken. Points
-that this surface misses, as those of a twig thinner than the distance between them, get a tube around them.
+The surface is where the smooth winding number of the oriented points has the value that it has at the points nearby.
+This is Poisson reconstruction (Kazhdan, Bolitho, Hoppe 2006, https://doi.org/10.2312/SGP/SGP06/061-070) in closed form,
+with a level that varies over space, so that thin limbs are kept, in which the smoothed number stays below one half.
+Where points are missing, a handle may come and go with the level: of some levels the one with the fewest handles is
+taken. Points that this surface misses, as those of a twig thinner than the distance between them, get a tube.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ from lbskel.preprocess.result import PreprocessResult
 Field: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 SMOOTHING = 1.5  # width of the dipoles, in spacings; a guess
-# Side of a cell, in median spacings; larger ones take less time: benchmarks/results/point_constants.md. By hand, the
-# limbs of a knot with noise were joined for two of seven seeds with 1.9, for none with 1.6 and 1.75
+# Side of a cell, in median spacings; larger ones take less time. Swept in benchmarks/results/point_constants.md; by
+# hand, the limbs of a knot with noise were joined for two of seven seeds with 1.9, for none with 1.6 and 1.75
 CELL = 1.6
 N_LEVELS = 24  # points whose mean winding number is the level nearby; a guess
 N_BLENDED = 4  # points nearby whose levels are averaged, so that the level changes gradually; a guess
-# Bound on the level from below; benchmarks/results/point_constants.md. There is none from above: between limbs that
-# almost touch, the field of each raises the other's, and the surface of both is where it is up to 0.7 (knot with noise)
+# Lower bound on the level; benchmarks/results/point_constants.md. There is no upper bound: between limbs that almost
+# touch, the field of each raises the other's, and the surface of both is where it is up to 0.7 (knot with noise)
 LEAST_LEVEL = 0.15
 # Level below which the normals of points contradict each other, as along a twig of one row of points, whose levels are
-# below 0.05; on shapes of the catalog with noise or hidden sides they are above, but for 45 points of a hand. A guess
+# below 0.05; on shapes of the catalog with noise or hidden sides they are above, except at 45 points of a hand. A guess
 MIN_LEVEL = 0.05
-# Differences of the level, of which the first without more handles than the others is taken; a guess: by hand, the
-# genus of whole clouds was the same within 0.1, and handles where no point has seen the shape came and went
+# Shifts of the level that are tried; the first with the fewest handles is taken. A guess: by hand, the genus of whole
+# clouds was the same within 0.1, and handles where points are missing came and went
 SHIFTS = (0.0, 0.03, -0.03, 0.06, -0.06)
 MISSED = 2.5  # distance from the surface, in spacings, beyond which it misses a point; a guess
 TUBE_RADIUS = 1.3  # of the tube around missed points, in distances to the third neighbor among them; a guess
@@ -66,12 +66,14 @@ def reconstruct_surface(cloud: PointCloud, *, preprocess: str = "auto") -> Prepr
     Returns
     -------
     PreprocessResult
-        The surface, the map of each point to a vertex near it, -1 for an outlier, and what was done.
+        The surface, the map of each point to the vertex nearest to it, -1 for an outlier, and notes on what was done.
 
     Raises
     ------
     MeshError
         If there are too few points, they lie in a plane or on a line, or no surface passes through them.
+    UnknownChoice
+        If ``preprocess`` is none of these words.
 
     References
     ----------
@@ -105,7 +107,7 @@ def reconstruct_surface(cloud: PointCloud, *, preprocess: str = "auto") -> Prepr
 def _surface_through(
     nearby: Neighborhoods,
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64], int]:
-    """Vertices and faces of a closed surface through points, their nearest vertices, and how many points got tubes."""
+    """Make vertices and faces of a closed surface through points, their nearest vertices, and the number in tubes."""
     cloud, points, tree = oriented(nearby), nearby.points, nearby.tree
     field = cloud.field(SMOOTHING)
     at_points = np.clip(field.field(points)[0], 0, 1)
@@ -137,7 +139,7 @@ def _surface_through(
 
 
 def _simplest(inside: Field, points: NDArray[np.float64], size: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Vertices and faces of the level set with the fewest handles, of that at zero and those beside it."""
+    """Make vertices and faces of the level set with the fewest handles, among those at SHIFTS."""
     fewest, simplest = np.inf, (np.empty((0, 3)), np.empty((0, 3), dtype=np.int64))
     for surface in level_sets(inside, points, size, [shift * size for shift in SHIFTS]):
         n_handles = _n_handles(*surface)
@@ -149,7 +151,7 @@ def _simplest(inside: Field, points: NDArray[np.float64], size: float) -> tuple[
 
 
 def _n_handles(V: NDArray[np.float64], F: NDArray[np.int64]) -> float:
-    """Count the handles of a closed surface; infinitely many of none."""
+    """Count the handles of a closed surface; infinity if it has no faces."""
     if len(F) == 0:
         return np.inf
     links = np.concatenate([F[:, :2], F[:, 1:]])

@@ -51,6 +51,11 @@ def remesh_isotropic(
     feature_angle : float
         Edges whose faces have normals at a larger angle, in degrees, are kept.
 
+    Returns
+    -------
+    PreprocessResult
+        The unchanged mesh and a note if pymeshlab fails on it.
+
     Raises
     ------
     UnknownChoice
@@ -88,7 +93,9 @@ def _thickness_of_thin_parts(mesh: Mesh) -> float:
 
 @preprocess_step
 def smooth_noise(mesh: Mesh, *, iterations: int = 10) -> PreprocessResult:
-    """Smooth noise of a wavelength of a few edges without shrinking the shape; boundary vertices are fixed.
+    """Smooth noise of a wavelength of a few edges without shrinking the shape.
+
+    Vertices of edges with other than two faces, as at the boundary, are fixed.
 
     Taubin 1995, "A signal processing approach to fair surface design", https://doi.org/10.1145/218380.218473.
 
@@ -101,7 +108,7 @@ def smooth_noise(mesh: Mesh, *, iterations: int = 10) -> PreprocessResult:
     Raises
     ------
     UnknownChoice
-        If it is negative or more than a thousand.
+        If the number is negative or more than a thousand.
     """
     if not 0 <= iterations <= MAX_ITERATIONS:
         raise UnknownChoice(f"iterations must lie between 0 and {MAX_ITERATIONS:,}, not {iterations}")

@@ -1,7 +1,7 @@
 """The result of a preprocessing step: a mesh, the vertex map to it, and a report of what changed.
 
-The vertex map is exact through merges, collapses and removals. Where a surface is remeshed, a vertex is mapped to a
-point of the new surface, given by barycentric weights, and the vertex map has the vertex of largest weight.
+The vertex map is exact for merges, collapses and removals. Where a surface is remeshed, a vertex is mapped to a point
+of the new surface, given by barycentric weights, and the vertex map holds the vertex of largest weight.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class PreprocessResult:
     report: dict[str, Any] = field(default_factory=dict)
 
     def compose(self, step: Callable[[Mesh], PreprocessResult]) -> PreprocessResult:
-        """Apply another step to ``mesh``; the maps of the result start at the vertices of this result's input.
+        """Apply another step to ``mesh``; the maps of the new result begin at the vertices of the original input.
 
         Parameters
         ----------

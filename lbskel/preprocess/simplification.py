@@ -2,8 +2,8 @@
 
 Quadric error collapses, Garland, Heckbert 1997, https://doi.org/10.1145/258734.258849, by fast-simplification, which
 returns its collapses, so that the vertex map is exact. It may change the topology or miss its target silently, so both
-are checked afterwards; if one fails, a slower schedule is tried, then libigl's collapses of short edges, which keep the
-topology.
+are checked afterwards. If one fails, a slower schedule is tried, then, on closed manifolds, libigl's collapses of short
+edges, which keep the topology.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None
     ----------
     mesh : Mesh, (vertices, faces), path or mesh object
     target_faces : int, optional
-        The result has at most a tenth more.
+        Number of faces to reach; the result has at most a tenth more.
     error : float, optional
         Largest Hausdorff distance, measured at samples, as a fraction of the diagonal. Exactly one of ``target_faces``
         and ``error`` must be given.
@@ -57,8 +57,8 @@ def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None
     Returns
     -------
     PreprocessResult
-        The unchanged mesh and a note, if the topology could not be kept or the target not be met. The report has the
-        ``deviation``, the Hausdorff distance in the units of the mesh.
+        The simplified mesh; its report has the ``deviation``, the Hausdorff distance in the units of the mesh. If the
+        topology could not be kept or the target not be met, the unchanged mesh and a note.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def _to_target(mesh: Mesh, target: int, error: float) -> PreprocessResult:
 def fewest_faces(genus: int) -> int:
     """Compute the fewest faces that a closed surface can have.
 
-    From Heawood's bound on the vertices, which is reached but for genus 2: Jungerman, Ringel 1980, "Minimal
+    From Heawood's bound on the vertices, which is reached except for genus 2: Jungerman, Ringel 1980, "Minimal
     triangulations on orientable surfaces", https://doi.org/10.1007/BF02414187.
 
     Parameters

@@ -71,7 +71,7 @@ def transfer_map(mesh: Mesh, surface: Mesh, *notes: str) -> PreprocessResult:
 def _nearest_with_similar_normal(
     points: NDArray[np.float64], normals: NDArray[np.float64], target: Mesh, target_normals: NDArray[np.float64]
 ) -> NDArray[np.int64]:
-    """(k,) nearest vertex whose normal agrees with that of each point; the nearest of all where no candidate's does."""
+    """(k,) nearest vertex whose normal agrees with that of each point; the nearest of all if no candidate's agrees."""
     used = target.used_vertices
     _, candidates = cKDTree(target.vertices[used]).query(points, k=min(N_CANDIDATES, len(used)))
     candidates = used[candidates.reshape(len(points), -1)]

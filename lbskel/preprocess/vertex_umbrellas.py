@@ -105,7 +105,7 @@ def _wedge_pairs(mesh: Mesh, half_edges: NDArray[np.int64], u: int, v: int) -> N
     side = np.cross(axis, across[0])
     angle = np.arctan2(across @ side * np.sqrt(across[0] @ across[0]), across @ across[0] * np.sqrt(side @ side))
     order = np.argsort(np.round(angle, 9), kind="stable")
-    # in the order around the axis, the inside lies before a face that runs from u to v and after one that runs back
+    # in the order around the axis, the inside lies before a face that runs from u to v, and after one from v to u
     before, after = half_edges[order], half_edges[np.roll(order, -1)]
     is_wedge = (mesh.half_edges[before, 0] == v) & (mesh.half_edges[after, 0] == u)
     pairs: NDArray[np.int64] = np.stack([before, after], axis=1)[is_wedge]

@@ -23,7 +23,7 @@ OUTSIDE_TOLERANCE = 1e-6  # by which a point may lie outside a closed surface or
 
 
 def resolve_anchor(anchor: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
-    """Find the vertex that an anchor names, or the one nearest to it, and the anchor's position.
+    """Find the vertex that an anchor names, or the used vertex nearest to its point, and the anchor's position.
 
     Parameters
     ----------
@@ -31,10 +31,15 @@ def resolve_anchor(anchor: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
         A vertex, or a point in the coordinates of the mesh.
     mesh : Mesh
 
+    Returns
+    -------
+    vertex : int
+    position : (3,) array of float
+
     Raises
     ------
     MeshError
-        If there is no such vertex, or it is neither a vertex nor a point.
+        If there is no such vertex, or the anchor is neither a vertex nor a point.
     """
     V, given = mesh.vertices, np.asarray(anchor)
     if given.ndim == 0 and np.issubdtype(given.dtype, np.integer):
@@ -53,13 +58,14 @@ def attach_anchors(
 ) -> Skeleton:
     """Add a node at every anchor.
 
-    Where the skeleton passes near an anchor, it is bent through it. Elsewhere a branch is added below the surface, from
-    the node of the anchor's vertex.
+    Where the skeleton passes within ``SNAP_DISTANCE`` local radii of an anchor, the nearest node is moved to it, or the
+    nearest edge is split there. Elsewhere a branch is added below the surface, from the node to which the anchor's
+    vertex is mapped.
 
     Parameters
     ----------
     skeleton : Skeleton
-        With inscribed radii.
+        With inscribed radii and ``node_of_vertex``.
     surface : Surface
     vertices : (a,) array of int
         The vertex at or nearest to each anchor.
@@ -140,8 +146,8 @@ def nearest_node(skeleton: Skeleton, root: Any, mesh: Mesh) -> int:
     Raises
     ------
     MeshError
-        If there is no such vertex, it is neither a vertex nor a point, or the point lies outside the sphere around the
-        mesh's centroid that contains all vertices.
+        If there is no such vertex, the root is neither a vertex nor a point, or its point lies outside the sphere
+        around the mesh's centroid that contains all vertices.
     """
     vertex, point = resolve_anchor(root, mesh)
     if np.ndim(root) == 0:

@@ -1,8 +1,8 @@
-"""Sharp bends: the spur that contraction leaves in the corner is contracted.
+"""Sharp bends: the spur that contraction leaves in the corner is merged into its junction.
 
-Before the two limbs of a bend meet, they run side by side over the radius divided by the sine of half the angle between
-them. Contraction gives that part a branch of its own, from a junction where the limbs part to a tip in the corner. It
-differs from a limb in that the centerlines of the two others meet at its tip, not at the junction.
+The two limbs of a bend, of radius r and with the angle a between them, overlap over a length of r / sin(a / 2) before
+their axes meet. Contraction gives the overlap a branch of its own, from a junction where the limbs part to a tip in the
+corner. This spur differs from a limb: the centerlines of the two other branches meet at its tip, not at the junction.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from lbskel.skeleton.skeleton import Skeleton
 def contract_corner_spurs(
     skeleton: Skeleton, contracted: Skeleton, centers: SectionCenters, surface: Surface
 ) -> Skeleton:
-    """Contract each branch to a tip if the lines of the two others at its junction meet within the ball at the tip.
+    """Contract each end branch if the lines of the two other branches at its junction meet in the ball at its tip.
 
     Parameters
     ----------
     skeleton : Skeleton
     contracted : Skeleton
-        The same with the positions that contraction gave, where tips are not yet drawn back.
+        The same graph with the positions that contraction gave.
     centers : SectionCenters
         Of the same nodes.
     surface : Surface
@@ -39,8 +39,8 @@ def contract_corner_spurs(
     Returns
     -------
     Skeleton
-        The junction of each contracted branch is where the two lines are nearest to each other, and both branches go
-        straight there from their last own section.
+        The junction of each contracted branch lies where the two lines are nearest to each other, and both branches
+        lead straight there from their own section nearest to it.
     """
     nodes, begins = skeleton.flat_branches
     degrees, ends = skeleton.degrees, np.stack([nodes[begins[:-1]], nodes[begins[1:] - 1]], axis=1)

@@ -23,10 +23,18 @@ SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 
 @dataclass(frozen=True, eq=False)
 class BranchLines:
-    """Straight extensions of branches to their junctions: one row per junction and branch with enough sections.
+    """Straight extensions of branches to their junctions: one row per junction and branch with two sections or more.
 
-    ``starts`` are the own sections nearest to the junction, ``means`` the centroids of the sections that gave the
-    direction. The unit ``directions`` point to the junction.
+    Parameters
+    ----------
+    junctions, branches : (l,) array of int
+        The node of the junction, and the index of the branch.
+    starts : (l, 3) array of float
+        Center of the branch's section nearest to the junction.
+    means : (l, 3) array of float
+        Mean of the centers that gave the direction.
+    directions : (l, 3) array of float
+        Unit vectors towards the junction.
     """
 
     junctions: NDArray[np.int64]
@@ -36,7 +44,7 @@ class BranchLines:
     directions: NDArray[np.float64]
 
     def at(self, junctions: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Rows of the lines at each of (g, e) junctions, in ascending order by group, and the group of each row."""
+        """Rows of the lines at g groups of e junctions, given as (g, e) nodes, by group; and the group of each row."""
         order = np.argsort(self.junctions, kind="stable")
         begins, ends = (np.searchsorted(self.junctions, junctions.ravel(), side, sorter=order) for side in SIDES)
         sizes = ends - begins
@@ -53,12 +61,13 @@ class BranchLines:
 
 
 def branch_lines(skeleton: Skeleton, centers: SectionCenters) -> BranchLines:
-    """Find the line of every branch at each of its junctions.
+    """Find the line of every branch at each of its junctions, from its nearest ``N_SECTIONS`` sections.
 
     Parameters
     ----------
     skeleton : Skeleton
     centers : SectionCenters
+        Of the same nodes. A branch with fewer than two sections of its own has no line.
     """
     nodes, begins = skeleton.flat_branches
     number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
@@ -95,8 +104,8 @@ def nearest_points(
 ) -> NDArray[np.float64]:
     """(g, 3) the point with the least weighted sum of squared distances to the lines of each group, or its anchor.
 
-    A line's weight is the inverse square of the distance over which it is extended, at least the radius. Directions
-    that the lines leave undetermined are decided by the anchor.
+    A line's weight is the inverse square of the distance over which it is extended, which counts as at least the
+    radius. In directions that the lines leave undetermined, the point stays at the anchor.
 
     Parameters
     ----------
@@ -104,6 +113,7 @@ def nearest_points(
     groups : (l,) array of int
         The group of each line.
     anchors : (g, 3) array of float
+        Where the point of each group is expected: the contracted position of its junction.
     radii : (g,) array of float
     """
     distances = np.linalg.norm(lines.starts - anchors[groups], axis=1)

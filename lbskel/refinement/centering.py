@@ -2,7 +2,7 @@
 
 A node inside a branch belongs at the centroid of the surface's cross-section there, which depends neither on how the
 surface is sampled nor on how far it was contracted (:mod:`lbskel.refinement.centerlines`). Near a junction, where a
-plane cuts several branches, the branch goes on smoothly, and as straight as that allows, to the junction
+plane cuts several branches, the branch is continued smoothly, and as straight as possible, to the junction
 (:mod:`lbskel.refinement.junctions`).
 """
 
@@ -34,6 +34,8 @@ POSITION_WEIGHT = 3e-3  # of the place of a node without a section, and inverse 
 def recenter(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Move every node to the centerline of its branch, and junctions to where the centerlines meet.
 
+    The spurs in sharp bends are contracted (:mod:`lbskel.refinement.bends`).
+
     Parameters
     ----------
     skeleton : Skeleton
@@ -49,8 +51,8 @@ def recenter(skeleton: Skeleton, surface: Surface) -> Skeleton:
 def fit_to_centerlines(skeleton: Skeleton, centers: SectionCenters, surface: Surface) -> Skeleton:
     """Fit a smooth curve to the section centers of every branch and to its junctions; tips move with their branch.
 
-    Between its last section and its junction, and between sections, a branch is drawn to the straight line, weakly.
-    Where that would leave the surface, it stays parallel to its present course.
+    Between its last section and its junction, and between sections, a branch is weakly drawn to the straight line.
+    Where the result would leave the surface, the branch stays parallel to its present course.
 
     Parameters
     ----------
@@ -78,7 +80,7 @@ def _across_gaps(
 ) -> NDArray[np.float64]:
     """(n, 3) positions of the nodes, those of gaps evenly on the straight line between the nodes around them.
 
-    Not where that leaves the surface, or passes another side of a tunnel than the nodes.
+    A gap whose line leaves the surface, or passes a tunnel on another side than its nodes, keeps its positions.
     """
     nodes, begins = skeleton.flat_branches
     number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))

@@ -4,8 +4,8 @@ Near a junction, or where another part of the shape lies close, a plane across a
 section is the branch's own if the faces that it crosses are mapped to the branch, and if its size and position change
 gradually along the branch.
 
-The centroid of the cross-section as the position of a skeleton node: Cornea, Silver, Min 2007, "Curve-skeleton
-properties, applications, and algorithms", https://doi.org/10.1109/TVCG.2007.1002, on centeredness.
+Cornea, Silver, Min 2007, "Curve-skeleton properties, applications, and algorithms",
+https://doi.org/10.1109/TVCG.2007.1002, discuss centeredness, the reason to put nodes at the centroids of sections.
 """
 
 from __future__ import annotations
@@ -121,9 +121,10 @@ def _tangents(skeleton: Skeleton) -> NDArray[np.float64]:
 
 
 def _chords(P: NDArray[np.float64], reach: NDArray[np.float64], begins: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(n, 3) from the point a reach before to the point a reach after each point of polylines laid end to end.
+    """(n, 3) vectors from the point one reach before to the point one reach after each point of some polylines.
 
-    The reach is at least to the nearer neighbor, and at most to the end of the polyline.
+    The polylines are concatenated. A reach is at least the distance to the farther of the two neighbors, and ends at
+    the end of the polyline.
     """
     steps = np.linalg.norm(np.diff(P, axis=0, prepend=P[:1]), axis=1)
     steps[begins[:-1]] = 0.0
@@ -160,8 +161,8 @@ def _is_continuous(
     """Which sections are connected to the middle of their branch without a jump in size or position.
 
     Where a branch enters another one at a junction, its section becomes that of the other, or of both, within one step.
-    So jumps count in the half of a branch next to the junction. In the other half they count only if it ends in a tip,
-    and only those in position, since sections grow from a tip in any case.
+    So jumps count in the half of a branch next to the junction. In the other half only jumps in position count, and
+    only if that half ends in a tip, since sections grow from a tip in any case.
     """
     is_continuous = np.array(is_own)
     nodes, begins = skeleton.flat_branches

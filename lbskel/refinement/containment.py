@@ -52,7 +52,7 @@ def inside_fraction(skeleton: Skeleton, surface: Surface, tolerance: NDArray[np.
 
 
 def _moved_inside(points: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
-    """Each outside point moved as far inside as it was outside, or MIN_DEPTH, but not past the middle of the shape."""
+    """Each outside point moved as far inside as it was outside, at least MIN_DEPTH, but not past half the thickness."""
     _, nearest = surface.closest(points)
     inward = nearest - points
     distance = np.linalg.norm(inward, axis=1, keepdims=True)
@@ -68,8 +68,8 @@ def _moved_inside(points: NDArray[np.float64], surface: Surface) -> NDArray[np.f
 def reroute_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Reroute every part of a branch that leaves the surface.
 
-    Junctions and tips outside are moved inside. A part of a branch between two nodes inside then goes straight where
-    that stays inside, or else along the shortest path below the surface.
+    Junctions and tips outside are moved inside. A part of a branch between two nodes inside is then replaced by a
+    straight segment where that stays inside, or else by the shortest path below the surface, relaxed.
 
     Parameters
     ----------
@@ -113,7 +113,10 @@ def _with_paths(
 def _on_their_side(
     olds: list[NDArray[np.float64]], paths: list[NDArray[np.float64]], surface: Surface
 ) -> list[NDArray[np.float64]]:
-    """Inner points that pass each tunnel on the side of old paths: the new, or others beside the old, or the old."""
+    """Inner points of the new paths; of one that passes a tunnel on another side than the old, a path beside the old.
+
+    Where that passes another side, too, the old path is kept.
+    """
     news = [np.concatenate([old[:1], path, old[-1:]]) for old, path in zip(olds, paths, strict=True)]
     passes = np.flatnonzero(paths_that_pass(olds, news, surface)).tolist()
     for row, path in zip(passes, _beside([olds[row] for row in passes], surface), strict=True):
@@ -122,7 +125,7 @@ def _on_their_side(
 
 
 def _beside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
-    """Relaxed paths beside others: of N_SAMPLES points on each edge, those outside are moved inside."""
+    """Relaxed paths beside the given ones, of which N_SAMPLES points on each edge are moved inside if outside."""
     shares = np.arange(N_SAMPLES)[:, None] / N_SAMPLES
     dense = [
         np.concatenate([((1 - shares) * path[:-1, None] + shares * path[1:, None]).reshape(-1, 3), path[-1:]])
@@ -137,10 +140,10 @@ def _beside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[
 
 
 def segments_outside(nodes: NDArray[np.float64], edges: NDArray[np.int64], surface: Surface) -> NDArray[np.bool_]:
-    """(m,) whether an edge between two of (n, 3) nodes is outside the surface somewhere.
+    """(m,) whether an edge, of (m, 2) pairs of (n, 3) nodes, is outside the surface somewhere.
 
-    Balls inside the surface cover each edge, from one end to the ball of the other. Where a ball is smaller than
-    one of ``N_SAMPLES`` parts of the edge, the next point is one part further and is tested.
+    An edge is inside if balls inside the surface cover it from one end to the ball at the other end. Where a ball is
+    smaller than one of ``N_SAMPLES`` parts of the edge, the next ball is one part further, and its center is tested.
     """
     used, rows_of_used = np.unique(edges, return_inverse=True)
     nodes, edges = nodes[used], rows_of_used.reshape(-1, 2)
@@ -234,8 +237,9 @@ def _leaving_runs(branch: NDArray[np.int64], leaving: set[tuple[int, ...]]) -> l
 def interior_paths(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Surface) -> list[NDArray[np.float64]]:
     """For each pair of points, the points between them on a path that stays inside.
 
-    That is the midpoint where the straight segment is inside. Otherwise the path follows the edges of the proxy mesh,
-    its vertices moved inwards to half the thickness of the shape, but no deeper than the deeper of the two points.
+    Where the straight segment is inside, this is its midpoint. Otherwise the path follows the edges of the proxy mesh,
+    with vertices moved inwards by half the thickness of the shape, but no deeper than the deeper of the two points, and
+    is relaxed (:mod:`lbskel.refinement.relaxation`).
 
     Parameters
     ----------

@@ -2,16 +2,16 @@
 
 The mean geodesic distance to the rest of the surface is maximal at the ends of limbs (Hilaga, Shinagawa, Kohmura, Kunii
 2001, https://doi.org/10.1145/383259.383282). From every maximum a limb grows downwards until it meets another one, by
-union-find over the vertices in descending order. A limb with length l from its end to its border and area A is accepted
-if it is long enough,
+union-find over cells of the surface in descending order of that distance. A limb with length l from its end to its
+border and area A is accepted if it is long enough,
 
     2 pi l^2 / A > MIN_ELONGATION
 
 (a round limb of radius r has A = 2 pi r l, so this is l / r), and if it is a topological disk: a part of a ring has a
 maximum too, but no end.
 
-Distances are measured along edges between cells of the surface, at least one for each four squared local radii of area,
-so that the result depends neither on noise nor on the resolution of the mesh.
+Distances are measured along edges between the cells, so that the result depends neither on noise nor on the resolution
+of the mesh. There is one cell for each ``CELL_AREA`` squared local radii of area, within ``N_CELLS`` and ``MAX_CELLS``.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def find_extrema(mesh: Mesh, *, deadline: Deadline = NEVER) -> GeodesicExtrema:
     Parameters
     ----------
     mesh : Mesh
-        Of any number of components. Components without a seed, being small, have no ends.
+        Of any number of components. A component so small that it has no cell has no ends.
     deadline : Deadline
         After it, OutOfTime is raised.
     """
@@ -187,7 +187,7 @@ def _cells(mesh: Mesh, deadline: Deadline) -> _Cells:
 
 
 def _n_cells(mesh: Mesh, deadline: Deadline) -> int:
-    """Compute the number of cells that the local radii ask for."""
+    """Compute the number of cells from the area in squared local radii."""
     squared = local_radii(mesh, deadline=deadline)[mesh.faces].mean(axis=1) ** 2
     in_radii = np.divide(mesh.face_areas, squared, out=np.zeros_like(squared), where=squared > 0).sum()
     return int(np.clip(in_radii / CELL_AREA, N_CELLS, MAX_CELLS))

@@ -1,8 +1,9 @@
 """Flat ends: the branches that contraction leaves in the corners of a flat part are no limbs.
 
-A flat part contracts towards its medial surface, and that to a curve which forks where the end of the part is as near
-as its sides. Two measures tell a corner from a limb: its surface does not reach far beyond the half width of the part,
-and it sees the other branches of the fork through the inside, since no gap separates it from them.
+A flat part contracts towards its medial surface, and this surface to a curve that forks where the end of the part is as
+near as its sides. Two measures tell the branch of a corner from a limb: its surface does not reach far beyond the half
+width of the part, and the line of sight from it to the other branches of the fork stays inside, since no gap separates
+them.
 
 The half width a >= b is that of the rectangle with the area A and the perimeter L of a cross-section: 4 (a + b) = L and
 4 a b = A.
@@ -23,13 +24,13 @@ from lbskel.skeleton.pruning import farthest_vertices
 from lbskel.skeleton.skeleton import Skeleton
 
 # Distance by which a line of sight may leave the surface, in lengths of the line: bent ribbons need 0.02, and from 0.08
-# on ears count as corners of a head; the table of gaps in benchmarks/results/refinement.md
+# on ears count as corners of a head; the rows "gap of" in benchmarks/results/refinement.md
 MAX_GAP = 0.02
 N_SAMPLES = 12  # of a line of sight, as of an edge in lbskel.refinement.containment
 
 
 def prune_flat_ends(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> Skeleton:
-    """Remove the end branches in the corners of flat parts; where all of a fork go, the part ends at its junction.
+    """Remove the end branches in the corners of flat parts; a fork that loses all of them ends at its junction.
 
     Parameters
     ----------
@@ -53,7 +54,7 @@ def prune_flat_ends(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: f
 def _is_corner(
     skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], min_branch_ratio: float
 ) -> NDArray[np.bool_]:
-    """(e,) whether each end branch is in a corner: near for its fork's half width, and in sight of its neighbors."""
+    """(e,) whether each end branch is in a corner: short for its fork's half width, and in sight of its neighbors."""
     nodes, junctions = skeleton.nodes, np.array([end[0] for end in ends])
     farthest, reaches = farthest_vertices(skeleton, surface.mesh, ends)
     entry, inward, _ = surface.inner_offset(farthest)
@@ -83,13 +84,13 @@ def _is_corner(
 
 
 def _within(nodes: NDArray[np.float64], way: NDArray[np.int64], reach: float) -> NDArray[np.int64]:
-    """Cut a way off after its first node that is a reach away from its start."""
+    """Cut a path off after its first node that is at least ``reach`` away from its start."""
     beyond = np.flatnonzero(np.linalg.norm(nodes[way] - nodes[way[0]], axis=1) >= reach)
     return way[: max(beyond[0], 1) + 1] if len(beyond) else way
 
 
 def _half_widths(ways: list[NDArray[np.float64]], surface: Surface) -> NDArray[np.float64]:
-    """(w,) median half width of the cross-sections at the points of each way; a point outside of its section has 0."""
+    """(w,) median half width of the cross-sections at the points of each path; 0 at a point outside its section."""
     points = np.concatenate(ways)
     tangents = np.concatenate([np.gradient(way, axis=0) for way in ways])
     tangents /= np.maximum(np.linalg.norm(tangents, axis=1, keepdims=True), 1e-300)
@@ -101,14 +102,14 @@ def _half_widths(ways: list[NDArray[np.float64]], surface: Surface) -> NDArray[n
 
 
 def _sees(points: NDArray[np.float64], others: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:
-    """(s,) whether each segment stays inside, or leaves the surface by little."""
+    """(s,) whether each segment stays inside, or leaves the surface by at most MAX_GAP of its length."""
     shares = ((np.arange(N_SAMPLES) + 0.5) / N_SAMPLES)[:, None, None]
     samples = ((1 - shares) * points + shares * others).reshape(-1, 3)
     is_outside = ~surface.contains(samples).reshape(N_SAMPLES, -1)
     limits = MAX_GAP * np.linalg.norm(others - points, axis=1)
     by_segment = samples.reshape(N_SAMPLES, -1, 3)
     sees = np.asarray(~is_outside.any(axis=0))
-    # first the outside sample nearest to the middle of each segment, which mostly is far enough from the surface
+    # the outside sample nearest to the middle of each segment is tested first: it is usually too far out
     rows = np.flatnonzero(~sees)
     inward = np.argsort(np.abs(np.arange(N_SAMPLES) - (N_SAMPLES - 1) / 2), kind="stable")
     middle = inward[is_outside[inward][:, rows].argmax(axis=0)]

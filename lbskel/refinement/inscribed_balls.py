@@ -1,7 +1,7 @@
 """Places in the middle of a solid: steps towards larger inscribed balls.
 
-The distance to the surface grows by a step's whole length straight away from the surface, and more and more slowly
-where a second side is as near. Its slope there is the cosine of half the angle between the directions to the two sides
+Straight away from the surface, the distance to the surface grows by the whole length of a step; where a second side is
+as near, it grows more slowly. Its slope there is the cosine of half the angle between the directions to the two sides
 (Lieutier 2004, "Any open bounded subset of R^n has the same homotopy type as its medial axis",
 https://doi.org/10.1016/j.cad.2004.01.011, on the gradient of the distance function).
 """

@@ -1,9 +1,9 @@
 """Junctions, placed by the centerlines of the branches that meet there.
 
-A junction has no cross-section of its own. It goes to the point nearest to the centerlines of its branches, extended
-straight from their own sections, and from there towards the middle of the solid as far as these lines leave its place
-open; or to the middle where they do not agree. Two junctions are merged where all branches that leave the pair point to
-one place.
+A junction has no cross-section of its own. It is placed at the point nearest to the centerlines of its branches,
+extended straight from their own sections, and moved from there towards the middle of the solid by at most the standard
+error of that fit. Where the lines do not agree, it is placed in the middle. Two junctions are merged where all branches
+that leave the pair point to one place.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
 
 
 def _standard_errors(lines: BranchLines, groups: NDArray[np.int64], places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(g,) standard error of the lines of each group: of two distances for each line, three coordinates are fitted."""
+    """(g,) standard error of the lines of each group, where three coordinates are fitted to two distances per line."""
     misses = np.linalg.norm(np.cross(places[groups] - lines.means, lines.directions), axis=1)
     n_free = np.maximum(2 * np.bincount(groups, minlength=len(places)) - 3, 1)
     errors: NDArray[np.float64] = np.sqrt(np.bincount(groups, misses**2, len(places)) / n_free)
@@ -99,7 +99,7 @@ def _towards(
 def _middle(
     skeleton: Skeleton, junctions: NDArray[np.int64], places: NDArray[np.float64], surface: Surface
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Move places of junctions to larger balls, along their edges' principal directions; balls, too."""
+    """(k, 3) places moved to larger balls, along the principal directions of their junctions' edges, and (k,) radii."""
     places, balls = np.array(places), np.array(surface.distance(places))
     inside = np.flatnonzero(surface.contains(places))
     edges = [skeleton.nodes[skeleton.neighbors[j]] - skeleton.nodes[j] for j in junctions[inside].tolist()]
@@ -111,7 +111,7 @@ def _middle(
 def _is_passed(
     skeleton: Skeleton, centers: SectionCenters, lines: BranchLines, positions: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """(k,) the sections that lie behind the new position of a junction, in the direction of their branch."""
+    """(k,) whether a section lies beyond the new position of a junction, in the direction of its branch."""
     is_passed = np.zeros(len(positions), dtype=bool)
     for junction, index, direction in zip(lines.junctions.tolist(), lines.branches, lines.directions, strict=True):
         branch = skeleton.branches[index]
@@ -127,7 +127,7 @@ def merge_junctions_by_axes(skeleton: Skeleton, centers: SectionCenters, surface
 
     In a thick part, such as a palm, several branches run together before they end. Contraction then joins them in
     pairs, in an order that does not depend on where they come from. In each round, the pairs are merged that fit better
-    than all pairs at the junctions beside them. No cycle is closed, and none drawn off its tunnel.
+    than all pairs at the junctions beside them. No cycle is lost, and none is drawn off its tunnel.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def merge_junctions_by_axes(skeleton: Skeleton, centers: SectionCenters, surface
 
 
 def _merged(skeleton: Skeleton, centers: SectionCenters, surface: Surface, *, keep_sides: bool) -> Skeleton:
-    """Merge pairs of junctions, on request none by which an edge would pass another side of a tunnel."""
+    """Merge pairs of junctions; with ``keep_sides``, none whose edges would then pass a tunnel on another side."""
     while inner := _inner_branches(skeleton):
         lines = branch_lines(skeleton, centers)
         sines, places = _common_places(skeleton, lines, np.array(inner), surface)
@@ -172,7 +172,7 @@ def _merged(skeleton: Skeleton, centers: SectionCenters, surface: Surface, *, ke
 def _passes_a_tunnel(
     skeleton: Skeleton, branch: NDArray[np.int64], place: NDArray[np.float64], surface: Surface
 ) -> bool:
-    """Whether an edge passes another side of a tunnel when a branch is contracted to a place."""
+    """Whether an edge passes a tunnel on another side when a branch is contracted to a place."""
     moved = np.array(skeleton.nodes)
     moved[branch] = place
     edges = skeleton.edges[np.isin(skeleton.edges, branch).any(axis=1)]
@@ -189,7 +189,10 @@ def _inner_branches(skeleton: Skeleton) -> list[int]:
 def _common_places(
     skeleton: Skeleton, lines: BranchLines, inner: NDArray[np.int64], surface: Surface
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Where all other branches at the two ends of inner branches meet, and the largest sine by which one misses it."""
+    """(i,) largest sine by which a line of the other branches at an inner branch misses their place, and (i, 3) places.
+
+    The place is the point nearest to these lines.
+    """
     nodes, begins = skeleton.flat_branches
     ends = np.stack([nodes[begins[inner]], nodes[begins[inner + 1] - 1]], axis=1)
     rows, groups = lines.at(ends)
@@ -214,8 +217,8 @@ def _largest_sines(
 ) -> NDArray[np.float64]:
     """(t,) the largest sine of an angle between the lines of tested groups and the direction to their place.
 
-    Infinite where not all lines point there: where one starts well beyond the place, passes it too far, or leaves the
-    surface before it; and for fewer than three lines, since two lines nearly meet somewhere in any case.
+    The sine is infinite where not all lines point to the place: where one starts well beyond it, passes too far from
+    it, or leaves the surface before it. It is infinite for fewer than three lines, since two nearly meet in any case.
     """
     n_lines = np.bincount(groups, minlength=len(places))
     is_possible = np.zeros(len(places), dtype=bool)

@@ -61,14 +61,15 @@ class GeodesicCap:
 
     @cached_property
     def axis(self) -> NDArray[np.float64]:
-        """(k, 3) what :func:`cap_axes` returns of this cap."""
+        """(k, 3) centroids of the level sets of this cap, by :func:`cap_axes`."""
         return cap_axes([self])[0]
 
 
 def cap_axes(caps: Sequence[GeodesicCap]) -> list[NDArray[np.float64]]:
-    """(k, 3) centroids of the level sets of each cap from the border to the cap of the end; empty if it is only that.
+    """(k, 3) centroids of the level sets of each cap, from its border to its hemispherical end.
 
-    Of several curves at one level, the one whose centroid is nearest to that of the level before is used.
+    There are none if the cap is no longer than such an end. Of several curves at one level, the one whose centroid is
+    nearest to that of the level before is used.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ def cap_axes(caps: Sequence[GeodesicCap]) -> list[NDArray[np.float64]]:
 
 
 def interior_axes(caps: Sequence[GeodesicCap], surface: Surface) -> list[NDArray[np.float64]]:
-    """Clip the axis of each cap to the part next to its end that is inside the surface; empty if it is too shallow.
+    """Clip the axis of each cap to the part next to its end that is inside the surface; none if it is too shallow.
 
     Parameters
     ----------
@@ -112,7 +113,7 @@ def interior_axes(caps: Sequence[GeodesicCap], surface: Surface) -> list[NDArray
 
 
 def _levels(caps: Sequence[GeodesicCap]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Space the level sets of all caps: their distances, and where those of each cap begin and end."""
+    """Space the level sets of all caps: distances from the ends, and where those of each cap begin and end."""
     radii, lengths = np.array([[cap.radius, cap.length] for cap in caps]).T
     first = CAP_LENGTH * radii
     counts = 1 + np.minimum((lengths - first) / (LEVEL_SPACING * radii), MAX_LEVELS).astype(np.int64)
@@ -122,7 +123,7 @@ def _levels(caps: Sequence[GeodesicCap]) -> tuple[NDArray[np.float64], NDArray[n
 
 
 def _level_curves(caps: Sequence[GeodesicCap]) -> tuple[list[int], tuple[NDArray[np.int64], NDArray[np.float64]]]:
-    """Compute the level and the centroid of each connected curve, and where those of each cap begin and end."""
+    """Compute where the curves of each cap begin and end, and the level and the centroid of each connected curve."""
     levels, begins = _levels(caps)
     corners, edges, distances = (
         np.concatenate([getattr(cap, name) for cap in caps]) for name in ("corners", "edges", "distances")
@@ -167,7 +168,7 @@ def _count_up_to(
     begins: NDArray[np.int64],
     caps: NDArray[np.int64],
 ) -> NDArray[np.int64]:
-    """(f,) the first level of its cap above each bound, which a guess may miss by one for rounding."""
+    """(f,) the first level of its cap above each bound; a guess may be off by one because of rounding."""
     guesses = np.clip(guesses, begins[caps], begins[caps + 1])
     is_high = (guesses > begins[caps]) & (levels[guesses - 1] > bounds)
     guesses = guesses - is_high

@@ -1,11 +1,11 @@
 """Growth of limbs: a branch is grown along every limb that stands out of the skeleton's balls.
 
 A limb that is short, or thin relative to the contracted faces, may be pulled into the body before it becomes a line. It
-is found by what the skeleton leaves uncovered (:mod:`lbskel.refinement.uncovered_limbs`), also where it is too short
-for the geodesic extrema of :mod:`lbskel.refinement.missing_branches`; these find short ends of thick bodies, which lie
-within its balls. Its axis comes from the distance to its end (:mod:`lbskel.refinement.level_sets`) or, where it is too
-short for that, is the segment from the skeleton to its end. The points of the axis are moved to the centroids of their
-cross-sections.
+is found because the skeleton leaves it uncovered (:mod:`lbskel.refinement.uncovered_limbs`), even if it is too short
+for the geodesic extrema of :mod:`lbskel.refinement.missing_branches`. The extrema in turn find the short ends of thick
+bodies, which the skeleton's balls cover. The limb's axis comes from the distance to its end
+(:mod:`lbskel.refinement.level_sets`) or, if the limb is too short for that, is the segment from the skeleton to its
+end. The points of the axis are moved to the centroids of their cross-sections.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def grow_uncovered_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
 
 
 def _axes(limbs: UncoveredLimbs, surface: Surface) -> list[NDArray[np.float64]]:
-    """Compute points along the axis of each limb, from the skeleton's ball to the center of the limb's cap."""
+    """Compute points along the axis of each limb, from the border of the skeleton's ball to the center of its cap."""
     mesh = surface.proxy.mesh
     caps = find_geodesic_caps(mesh, limbs.limb_of_vertex)
     clipped = dict(zip(caps, interior_axes(list(caps.values()), surface), strict=True))
@@ -81,7 +81,7 @@ def _centered(
 ) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]]]:
     """Move the points of axes to the centroids of their cross-sections, whose mean radii are returned too.
 
-    Points whose section is far, or wider than the limb, are dropped.
+    Points are dropped whose section is far away, much wider than the limb, or has its centroid outside the surface.
     """
     P = np.concatenate(axes)
     T = np.concatenate([np.gradient(axis, axis=0) for axis in axes])

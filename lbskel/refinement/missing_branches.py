@@ -76,10 +76,10 @@ def grow_missing_branches(skeleton: Skeleton, surface: Surface) -> Skeleton:
 def _without_misplaced_ends(
     skeleton: Skeleton, surface: Surface, extrema: GeodesicExtrema, missed: NDArray[np.bool_], limbs: list[int]
 ) -> Skeleton:
-    """Cut back end branches to which the vertices of a missed limb are mapped but which end elsewhere.
+    """Cut back the end branches to which the vertices of a missed limb are mapped, but which end elsewhere.
 
-    Each is cut back to the node before the first that has vertices of the limb. The tip nearest to an end that is not
-    missed belongs to that end.
+    Each is cut back to the node before the first that has vertices of the limb. A branch is kept if its tip is the one
+    nearest to an end that is not missed.
     """
     node_of_vertex, tips = surface.on_proxy(skeleton.node_of_vertex), skeleton.tips
     reached = surface.proxy.mesh.vertices[extrema.vertices[~missed]]

@@ -1,8 +1,8 @@
 """Shortest paths below a surface, along the edges of the mesh with its vertices moved inwards.
 
-A vertex is moved to half the thickness of the shape, but no deeper than a depth that each path has of its own. Half the
-thickness takes a ray for each vertex, so it is measured around the paths first, and everywhere only if one of them
-leads on from there.
+A vertex is moved inwards by half the thickness of the shape, but no deeper than the depth given for each path. The
+thickness takes one ray per vertex, so it is first measured in a region around each path, and everywhere only if the
+search for a path leaves this region.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ N_AT_ONCE = 256  # paths whose regions are searched for at once, which bounds th
 def paths_below_surface(
     starts: NDArray[np.float64], ends: NDArray[np.float64], depths: NDArray[np.float64], surface: Surface
 ) -> list[NDArray[np.float64]]:
-    """For each of (p, 3) starts, the points of the shortest path from near it to near its end.
+    """For each path, the (k, 3) points from the moved vertex nearest to its start to the one nearest to its end.
 
     Parameters
     ----------
     starts, ends : (p, 3) array of float
     depths : (p,) array of float
-        Upper bound on how far vertices are moved inwards.
+        Upper bound on how far the vertices of each path are moved inwards.
     surface : Surface
     """
     paths: list[NDArray[np.float64]] = []
@@ -71,7 +71,7 @@ def _some_paths(
 def _possible_nearest(
     points: NDArray[np.float64], depths: NDArray[np.float64], surface: Surface
 ) -> list[NDArray[np.int64]]:
-    """For each point, vertices among which is the one that is nearest to it once they are moved inwards."""
+    """For each point, candidates for the vertex that is nearest to it once the vertices are moved inwards."""
     tree = _vertex_tree(surface)
     moved = depths + VERTEX_OFFSET * surface.mesh.diameter_bound
     return [np.array(found) for found in tree.query_ball_point(points, tree.query(points)[0] + 2 * moved)]
@@ -86,7 +86,14 @@ def _nearest(point: NDArray[np.float64], vertices: NDArray[np.int64], depth: flo
 def moved_inwards(
     vertices: NDArray[np.int64], depths: NDArray[np.float64] | float, surface: Surface
 ) -> NDArray[np.float64]:
-    """(k, 3) positions of vertices that are moved inwards by half the thickness there, but by a depth at most."""
+    """(k, 3) positions of vertices that are moved inwards by half the thickness there, but at most by a depth.
+
+    Parameters
+    ----------
+    vertices : (k,) array of int
+    depths : (k,) array of float, or float
+    surface : Surface
+    """
     entry, inward, thickness = surface.inner_offset(vertices)
     moved: NDArray[np.float64] = entry + np.minimum(thickness / 2, depths)[:, None] * inward
     return moved
@@ -98,7 +105,7 @@ def _vertex_tree(surface: Surface) -> cKDTree:
 
 
 def _search(surface: Surface) -> OffsetPaths:
-    """Make the search along the edges of the mesh, with the thickness that is known when it is called."""
+    """Make the search along the edges of the mesh; it uses the thickness known at the time of each query."""
     edges = surface.mesh.edges
     both = np.concatenate([edges, edges[:, ::-1]])
     graph = weighted_graph(both, np.ones(len(both), dtype=np.int8), len(surface.mesh.vertices))

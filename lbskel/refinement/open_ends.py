@@ -1,4 +1,4 @@
-"""Open ends: tips in tubes that were cut, as vessels at the border of a scan, end at the center of the cut."""
+"""Open ends: the tip of a tube that was cut, as a vessel at the border of a scan, lies at the center of the cut."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ MAX_CUT_RATIO = 2.5  # upper bound on the ratio of the radii of a cut and of the
 def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray[np.float64]) -> Skeleton:
     """Extend the tips in the open ends of tubes to the centers of the cuts; radii there are those of the cuts.
 
-    A tip ends at a cut if it is the nearest, at most ``TIP_REACH`` radii of the cut away, and about as thick.
+    A tip ends at a cut if it is the nearest tip, at most ``TIP_REACH`` radii of the cut away, and about as thick.
 
     Parameters
     ----------
     skeleton : Skeleton
         With inscribed radii, which near a cut are smaller than the limb's.
     surface : Surface
-        Whose cuts may have been closed.
+        The cuts may have been closed in its mesh.
     open_ends : (e, 4) array of float
-        Center and mean radius of each cut.
+        Center (3) and mean radius (1) of each cut, in the coordinates of the surface.
     """
     tips = skeleton.tips
     if len(tips) == 0 or len(open_ends) == 0:

@@ -16,16 +16,23 @@ from lbskel.skeleton.skeleton import Skeleton
 
 
 def inscribed_radii(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Set inscribed radii: the distance of each node to the surface."""
+    """Set inscribed radii: the distance of each node to the surface.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    surface : Surface
+        In the same coordinates.
+    """
     return replace(skeleton, radii=surface.distance(skeleton.nodes), radius_kind="inscribed")
 
 
 def own_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
-    """Set the distance of each node to the component of the mesh that its graph represents.
+    """Set radii to the distance of each node from the mesh component that the node's graph component represents.
 
-    That is the mesh component to which most vertices of the node's graph component belong, so that the surfaces of
-    other components, which may intersect it or lie inside it, do not count. A graph component without vertices keeps
-    its radii.
+    That is the mesh component to which most vertices of the graph component belong. So the surfaces of other
+    components, which may intersect it or lie inside it, do not count. A graph component without vertices keeps its
+    radii.
 
     Parameters
     ----------

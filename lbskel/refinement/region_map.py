@@ -44,7 +44,15 @@ MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound, 
 
 
 def nearest_balls(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
-    """(n,) the node whose ball is nearest to each vertex: a map for a skeleton that has none."""
+    """(n,) the node whose ball is nearest to each vertex: a map for a skeleton that has none.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        An unknown radius counts as 0.
+    mesh : Mesh
+        In the same coordinates.
+    """
     radii = np.nan_to_num(skeleton.radii)  # unknown radii are NaN
     chunk = max(1, MAX_DISTANCES // len(skeleton.nodes))
     parts = [mesh.vertices[first : first + chunk] for first in range(0, len(mesh.vertices), chunk)]
@@ -55,8 +63,8 @@ def complete_regions(skeleton: Skeleton, node_of_vertex: NDArray[np.int64], mesh
     """(n,) a node for each vertex, near it where the given map has none.
 
     A vertex without a node gets that of an adjacent vertex, from known ones outwards, or the nearest node where no
-    edges lead to a known one. It is handed on along the edges of the skeleton as long as an adjacent node is nearer,
-    and to an adjacent region where its own is not connected.
+    edges lead to a known one. The vertex is then reassigned along the edges of the skeleton as long as an adjacent node
+    is nearer, and to an adjacent region where its own is not connected.
 
     Parameters
     ----------
@@ -77,7 +85,15 @@ def complete_regions(skeleton: Skeleton, node_of_vertex: NDArray[np.int64], mesh
 
 
 def reassign_to_nearest_node(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
-    """Hand each vertex on along the edges of the skeleton, as long as an adjacent node is nearer to it."""
+    """Reassign each vertex along the edges of the skeleton, as long as an adjacent node is nearer to it.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With ``node_of_vertex``.
+    mesh : Mesh
+        The mesh that ``node_of_vertex`` belongs to.
+    """
     node_of_vertex = descend_to_nearest_node(
         mesh.vertices, skeleton.node_of_vertex, skeleton.nodes, *skeleton.adjacency
     )
@@ -97,6 +113,11 @@ def is_in_largest_piece(
     mesh : Mesh
     nodes : array of int, optional
         The nodes to test; the regions of all others are taken to be connected. All by default.
+
+    Raises
+    ------
+    ValueError
+        If there is not one node for each vertex.
     """
     if len(node_of_vertex) != len(mesh.vertices):
         raise ValueError("there must be a node for each vertex")
@@ -113,7 +134,13 @@ def is_in_largest_piece(
 
 
 def edges_with_disjoint_regions(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
-    """(p, 2) edges of the skeleton whose nodes both have vertices, but none that are adjacent on the mesh."""
+    """(p, 2) edges of the skeleton whose nodes both have vertices, but none that are adjacent on the mesh.
+
+    Parameters
+    ----------
+    skeleton, mesh
+        As for :func:`reassign_to_nearest_node`.
+    """
     k = len(skeleton.nodes)
     has_vertex = np.bincount(skeleton.node_of_vertex, minlength=k) > 0
     i, j = (skeleton.node_of_vertex[ends] for ends in mesh.edges.T)
@@ -127,8 +154,13 @@ def edges_with_disjoint_regions(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.in
 def make_regions_connected(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     """Make the regions of the map connected, and adjacent for adjacent nodes.
 
-    Every region is connected, unless its vertices lie on several components of the mesh. Nearly every edge of the
-    skeleton joins adjacent regions.
+    Afterwards every region is connected, unless its vertices lie on several components of the mesh, and nearly every
+    edge of the skeleton joins adjacent regions.
+
+    Parameters
+    ----------
+    skeleton, mesh
+        As for :func:`reassign_to_nearest_node`.
     """
     skeleton = _with_connected_regions(skeleton, mesh)
     disjoint = edges_with_disjoint_regions(skeleton, mesh)
@@ -179,7 +211,7 @@ def _grown(
 
 
 def _with_connecting_paths(skeleton: Skeleton, graph: csr_array, disjoint: NDArray[np.int64]) -> Skeleton:
-    """For each edge with disjoint regions, the shortest path between them divided between its nodes, half to each."""
+    """Divide the shortest path between the two regions of each disjoint edge between its nodes, half to each."""
     node_of_vertex = np.array(skeleton.node_of_vertex)
     shortest_paths = ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
     by_node = stable_order(node_of_vertex)

@@ -1,9 +1,9 @@
-"""Cycles kept around their tunnels: edges that go another way than their regions follow the surface through these.
+"""Cycles kept around their tunnels: an edge that passes a tunnel on another side than its regions is led through these.
 
 The regions of adjacent nodes are adjacent, and a path on the surface through the two goes around the tunnels that the
 regions go around. The straight edge may not: contraction can leave the solid where it is not convex, as in a shoulder
-or a hip, and in a thick part an edge inside can pass on the other side of a tunnel. Moved inwards, the path takes the
-place of such an edge, as a node outside moves below its own region.
+or a hip, and in a thick part an edge inside can pass on the other side of a tunnel. The path, moved inwards, replaces
+such an edge, and a node outside the solid is moved below its own region.
 """
 
 from __future__ import annotations
@@ -29,7 +29,9 @@ from lbskel.skeleton.skeleton import Skeleton
 
 
 def reroute_through_regions(skeleton: Skeleton, surface: Surface, regions: NDArray[np.int64] | None = None) -> Skeleton:
-    """Lead the edges that leave the solid below the regions of their nodes, if the skeleton has cycles.
+    """Lead edges that leave the solid, or pass a tunnel on another side than their regions, through these regions.
+
+    A skeleton without cycles, or in an open surface, is returned unchanged.
 
     Parameters
     ----------
@@ -38,7 +40,7 @@ def reroute_through_regions(skeleton: Skeleton, surface: Surface, regions: NDArr
     surface : Surface
         Its mesh is the one that ``node_of_vertex`` belongs to.
     regions : (n,) array of int, optional
-        In place of ``node_of_vertex``; -1 for vertices in no region.
+        The node of each vertex, in place of ``node_of_vertex``; -1 for vertices in no region.
     """
     if skeleton.cycle_rank == 0 or not surface.mesh.is_closed:
         return skeleton
@@ -87,8 +89,8 @@ def _region_paths(
 ) -> list[NDArray[np.float64]]:
     """For each edge, the points of the shortest path through the regions of its nodes, moved inwards.
 
-    Where edges between the vertices are short beside the depth, or turn, the moved path could pass a tunnel on another
-    side than the one on the surface: it then stays at the surface.
+    Where the edges of the mesh are short relative to the depth, or the path turns, the moved path can pass a tunnel on
+    another side than the path on the surface; the path then stays at the surface.
     """
     mesh, n_vertices = surface.mesh, len(surface.mesh.vertices)
     both = np.concatenate([mesh.edges, mesh.edges[:, ::-1]])
@@ -115,5 +117,5 @@ def _region_paths(
 
 
 def _between(ends: NDArray[np.float64], inner: list[NDArray[np.float64]]) -> list[NDArray[np.float64]]:
-    """Paths with both ends."""
+    """Add the first and the second end to the inner points of each path."""
     return [np.concatenate([pair[:1], points, pair[1:]]) for pair, points in zip(ends, inner, strict=True)]

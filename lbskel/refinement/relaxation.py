@@ -3,9 +3,10 @@
 The length of a path, weighted by a power of the inscribed radius r, falls along the flow of geodesic active contours
 (Caselles, Kimmel, Sapiro 1997, "Geodesic active contours", https://doi.org/10.1023/A:1007979827043). With the weight
 ``r ** -p`` a point moves by ``curvature + p * (gradient of r) / r``, both across the path. Where points are ``s * r``
-apart, it is ``(s * r) ** 2 / 2`` times the first from the mean of its neighbors, and moves two thirds of this way and
-of as many times the second. It stays within its ball, so that a path stays in its homotopy class, if the neighbors are
-no further away than the ball reaches: not where a path touches the surface.
+apart, the vector from a point to the mean of its neighbors is ``(s * r) ** 2 / 2`` times the curvature. A step moves
+the point by two thirds of this vector and of ``(s * r) ** 2 / 2`` times the second term, which is reduced to zero over
+the steps. A point stays within its ball, and thus the path in its homotopy class, if its neighbors lie in the ball;
+where a path touches the surface, they do not.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from lbskel.geometry.normals import normalized
 from lbskel.geometry.surface_queries import Surface
 
 # Distance of the points of a path, in radii of their balls: below 1, each lies inside the balls of its neighbors. If it
-# is doubled, a path relaxes as far in a fourth of the steps; benchmarks/results/refinement.md
+# is doubled, a path relaxes as far in a fourth of the steps; the rows "points of paths at" in
+# benchmarks/results/refinement.md
 SPACING = 0.6
 MIN_RATIO = 0.1  # of a ball to the largest of its path, below which the spacing no longer follows the ball; it bounds
 # the number of points of a path that touches the surface; benchmarks/results/refinement.md
@@ -36,14 +38,14 @@ def relax_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDA
     Parameters
     ----------
     paths : list of (k, 3) array of float
-        Of two points at least.
+        Each of at least two points.
     surface : Surface
         Closed.
 
     Returns
     -------
     list of (m, 3) array of float
-        Points at a distance of about ``SPACING`` radii.
+        For each path its ends, and between them points at distances of about ``SPACING`` radii.
     """
     sizes = [len(path) for path in paths]
     P, path_of = np.concatenate(paths), np.repeat(np.arange(len(paths)), sizes)
@@ -56,8 +58,8 @@ def relax_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDA
         radii, nearest = surface.closest(P[inner])
         away, tangents = side * normalized(P[inner] - nearest), normalized(after - before)
         across = away - (away * tangents).sum(axis=1, keepdims=True) * tangents
-        # at the medial axis the gradient changes its side from step to step, so its part is reduced to zero, and the
-        # last step only smooths
+        # at the medial axis the gradient alternates between the sides from step to step, so its weight is reduced to
+        # zero, and the last step only smooths
         share = POWER * SPACING**2 / 2 * (1 - (step + 1) / N_STEPS)
         P[inner] += 2 / 3 * ((before + after) / 2 - P[inner] + share * radii[:, None] * across)
     return np.split(P, np.flatnonzero(np.diff(path_of)) + 1)
@@ -66,7 +68,7 @@ def relax_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDA
 def _spaced(
     P: NDArray[np.float64], path_of: NDArray[np.int64], surface: Surface
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Points on the same polygons at about ``SPACING`` radii, and the number of the path of each."""
+    """Points on the same polylines at distances of about ``SPACING`` radii, and the number of the path of each."""
     begins = np.flatnonzero(np.diff(path_of, prepend=-1))
     lasts = np.append(begins[1:], len(P)) - 1
     radii = surface.distance(P)

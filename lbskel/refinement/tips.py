@@ -1,9 +1,9 @@
 """Tips: every end branch extended to one radius below the surface, from where contraction had pulled it back.
 
 From its last node an end follows the centerline, corrected to the centroid of the cross-section at each step, until the
-surface ahead is as near as the surface around it: there is the last inscribed ball. Where that is not at the end of the
-limb that the last nodes represent, these are moved to the axis of the limb (:mod:`lbskel.refinement.level_sets`) and
-extended from there.
+surface ahead is as near as the surface around it: there is the last inscribed ball. Where this ball is not at the end
+of the limb that the last nodes represent, these nodes are moved to the axis of the limb
+(:mod:`lbskel.refinement.level_sets`), and the branch is extended from there.
 """
 
 from __future__ import annotations
@@ -83,8 +83,8 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
 def _end_directions(skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]]) -> NDArray[np.float64]:
     """(e, 3) unit directions in which to extend end branches.
 
-    That is the direction of the last nodes or, where the tip is still at its junction, from the junction to the
-    centroid of the branch's vertices.
+    This is the direction of the last nodes or, where the tip is too near to its junction, the direction from the
+    junction to the centroid of the branch's vertices.
     """
     directions = np.array([skeleton.nodes[end[-1]] - skeleton.nodes[end[-4:][0]] for end in ends])
     first = skeleton.nodes[[end[0] for end in ends]]
@@ -104,7 +104,7 @@ def _end_directions(skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.
 def _with_centered_ends(
     skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], directions: NDArray[np.float64]
 ) -> Skeleton:
-    """Move the tips to the centroids of their cross-sections, where these are around or near the tips."""
+    """Move the tips to the centroids of their cross-sections, where the sections surround the tips or are near."""
     nodes, first, last = np.array(skeleton.nodes), [end[0] for end in ends], [end[-1] for end in ends]
     section = cross_sections(surface.mesh, nodes[last], directions, deadline=surface.deadline)
     offset, length = (np.linalg.norm(nodes[last] - other, axis=1) for other in (section.centroids, nodes[first]))
@@ -116,7 +116,7 @@ def _with_centered_ends(
 
 
 def tips_at_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Extend every tip to the surface: straight ahead, or to the nearest point where that is far.
+    """Extend every tip to the surface: straight ahead, or to its nearest point if it is far ahead.
 
     Parameters
     ----------
@@ -213,6 +213,11 @@ def trace_centerline(
         On the centerlines.
     directions : (e, 3) array of float
         Need not be of unit length.
+
+    Returns
+    -------
+    list of e lists of (3,) arrays of float
+        The points after each start; none where the start is at the last inscribed ball.
     """
     P = np.array(starts)
     T = directions / np.linalg.norm(directions, axis=1, keepdims=True)
@@ -249,7 +254,7 @@ def trace_centerline(
 def _hydraulic_radii(sections: Sections) -> NDArray[np.float64]:
     """Hydraulic radii, 2 area / length: the radius of a circle, about the thickness of a flat section.
 
-    As an average over the curve they are not made small by noise, as the distance to the nearest point is.
+    They are averages over the curve, so noise does not make them small, as it does the distance to the nearest point.
     """
     radii: NDArray[np.float64] = np.divide(
         2 * sections.areas, sections.lengths, out=np.zeros(len(sections.areas)), where=sections.lengths > 0
@@ -260,7 +265,7 @@ def _hydraulic_radii(sections: Sections) -> NDArray[np.float64]:
 def extend_ends(
     skeleton: Skeleton, surface: Surface, ends: NDArray[np.int64], paths: list[list[NDArray[np.float64]]]
 ) -> Skeleton:
-    """Append a path of new nodes at each of some nodes, whose vertices go to the nearest node along the path.
+    """Append a path of new nodes to each of p nodes; the vertices of such a node go to the nearest node of its path.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Which side of each tunnel a skeleton passes: moves and paths that would pass another side are taken back.
+"""The side on which a skeleton passes each tunnel: moves and new paths that would pass another side are undone.
 
-A cycle around a tunnel can be drawn off it by one edge that passes the tunnel on its other side, without any edge that
-leaves the solid. An edge and its new course are a loop, which must not go around a tunnel.
+One edge that passes a tunnel on its other side draws a cycle off the tunnel, even if no edge leaves the solid. An edge
+and its new course form a loop, which must not go around a tunnel.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from lbskel.skeleton.skeleton import Skeleton
 def edges_that_pass(
     before: NDArray[np.float64], after: NDArray[np.float64], edges: NDArray[np.int64], surface: Surface
 ) -> NDArray[np.bool_]:
-    """(e,) whether an edge passes another side of a tunnel when its ends are moved straight to their new places.
+    """(e,) whether an edge passes a tunnel on another side once its ends are moved straight to their new places.
 
     Parameters
     ----------
@@ -35,12 +35,15 @@ def edges_that_pass(
 
 
 def keep_sides(skeleton: Skeleton, nodes: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
-    """(n, 3) new positions of the nodes; if more tunnels are missed with them, the present ones where an edge passes.
+    """(n, 3) new positions of the nodes.
+
+    If these miss more tunnels, the nodes of edges that would pass a tunnel on another side keep their old positions.
 
     Parameters
     ----------
     skeleton : Skeleton
     nodes : (n, 3) array of float
+        The new positions.
     surface : Surface
     """
     passes = edges_that_pass(skeleton.nodes, nodes, skeleton.edges, surface)
@@ -58,7 +61,7 @@ def keep_sides(skeleton: Skeleton, nodes: NDArray[np.float64], surface: Surface)
 def paths_that_pass(
     olds: list[NDArray[np.float64]], news: list[NDArray[np.float64]], surface: Surface
 ) -> NDArray[np.bool_]:
-    """(p,) whether a new path passes another side of a tunnel than the old one.
+    """(p,) whether a new path passes a tunnel on another side than the old one.
 
     Parameters
     ----------
@@ -72,7 +75,7 @@ def paths_that_pass(
 def on_their_side(
     olds: list[NDArray[np.float64]], news: list[NDArray[np.float64]], surface: Surface
 ) -> list[NDArray[np.float64]]:
-    """Choose the new paths, but the old ones for those that pass another side of a tunnel.
+    """Choose the new paths, but the old one for each that passes a tunnel on another side.
 
     Parameters
     ----------
@@ -85,7 +88,7 @@ def on_their_side(
 
 
 def n_tunnels_missed(skeleton: Skeleton, surface: Surface) -> int:
-    """Count the tunnels of a solid that no cycle of its skeleton goes around; 0 where that is not known.
+    """Count the tunnels of a solid that no cycle of its skeleton goes around; 0 where this is not known.
 
     Parameters
     ----------

@@ -6,8 +6,8 @@ l = d - c R, is a limb if
 
     2 pi l^2 / A > MIN_ELONGATION.
 
-For a round limb of radius r, A = 2 pi r l, so this is l / r; a hemisphere has 1, and the rim of a flat part, which is
-long beside its excess, has less.
+For a round limb of radius r, A = 2 pi r l, so the left side is l / r. A hemisphere has 1, and the rim of a flat part,
+which is long relative to its excess, has less.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from lbskel.geometry.shape_diameter import local_radii
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.skeleton import Skeleton
 
-# c and the elongation: lower ones find more ends, of which fewer are true; the table of limbs in
-# benchmarks/results/neurons.md
+# The factor c, and the bound on the elongation: a lower elongation finds more ends, of which fewer are true; between
+# 1.5 and 2, c changes little. "Bounds on limbs that are grown" in benchmarks/results/neurons.md
 MIN_REACH = 1.75
 MIN_ELONGATION = 1.5
 

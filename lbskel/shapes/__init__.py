@@ -2,8 +2,9 @@
 
 ``make(name)`` returns a :class:`Shape`, a mesh with the skeleton that it was built around, for any name in SHAPES;
 ``make(name, **VARIANTS["noisy"])`` returns a variant of it. ``mesh_solid(solid_of(branches))`` meshes a solid around
-other polylines. The meshes in closed form (:func:`sphere`, :func:`torus`, ...), :func:`coil`,
-:func:`chain_of_tori` and the surfaces of voxels (:func:`lattice`, :func:`porous_block`, ...) do not need pymeshlab.
+other polylines. These two need pymeshlab. The others do not: the meshes in closed form (:func:`sphere`, :func:`torus`,
+...), :func:`chain_of_tori`, the tubes (:func:`coil`, :func:`vessel_tree`, ...) and the surfaces of voxels
+(:func:`lattice`, :func:`porous_block`, ...).
 """
 
 from __future__ import annotations

@@ -32,9 +32,10 @@ def elliptic_tube(
     axis : (k, 3) array of float
         Densely sampled.
     half_axes : (k, 2) array of float
-        Of the ellipse at each point, in the two directions of :func:`lbskel.shapes.primitives.section_frames`.
+        Half axes of the ellipse at each point, in the two directions of
+        :func:`lbskel.shapes.primitives.section_frames`, in the units of the axis.
     twist : float
-        By which the last ellipse is turned against the first, in radians.
+        Angle by which the last ellipse is turned relative to the first, in radians.
     name : str
     n_vertices : int
         Approximate number of vertices; exceeded if the smallest half axis needs shorter edges.
@@ -73,9 +74,9 @@ def twisted_ellipse(*, ratio: float = 4.0, twist: float = np.pi, n_vertices: int
     Parameters
     ----------
     ratio : float
-        Of the two half axes.
+        Ratio of the two half axes.
     twist : float
-        In radians.
+        Angle by which the last section is turned relative to the first, in radians.
     n_vertices : int
         Approximate number of vertices.
     """
@@ -91,7 +92,7 @@ def ribbon(*, ratio: float = 10.0, length: float = 4.0, n_vertices: int = 5000) 
     Parameters
     ----------
     ratio : float
-        Of its width to its thickness.
+        Ratio of the width to the thickness; the width is 1.
     length : float
     n_vertices : int
         Approximate number of vertices.
@@ -107,7 +108,7 @@ def leaf(*, ratio: float = 6.0, width: float = 0.5, n_vertices: int = 5000) -> S
     Parameters
     ----------
     ratio : float
-        Of the blade's width to its thickness, where it is widest.
+        Ratio of the blade's width to its thickness, where it is widest.
     width : float
         Half of the largest width of the blade.
     n_vertices : int

@@ -1,7 +1,7 @@
 """Shapes on which curve skeletons go wrong, one function for each kind: flat parts, sharp bends, limbs side by side.
 
-Each function has the measure that makes it hard as its parameter, so that a benchmark can tune at some values and check
-at others. ``HARD_SHAPES`` has all of them.
+Each function takes the measure that makes the shape hard as a parameter, so that a benchmark can tune at some values
+and check at others. ``HARD_SHAPES`` has all of them.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def acute_fork(*, degrees: float = 15.0, n_vertices: int = 5000) -> Shape:
     Parameters
     ----------
     degrees : float
-        Between the limbs.
+        Angle between the limbs.
     n_vertices : int
         Approximate number of vertices.
     """
@@ -77,9 +77,9 @@ def oblique_cross(*, degrees: float = 40.0, ratio: float = 0.35, n_vertices: int
     Parameters
     ----------
     degrees : float
-        Between the bar and the limbs.
+        Angle between the bar and the limbs.
     ratio : float
-        Of the radii of limbs and bar.
+        Radius of the limbs over that of the bar.
     n_vertices : int
         Approximate number of vertices.
     """
@@ -90,14 +90,14 @@ def oblique_cross(*, degrees: float = 40.0, ratio: float = 0.35, n_vertices: int
 
 
 def prongs(*, n: int = 5, gap: float = 1 / 6, n_vertices: int = 25_000) -> Shape:
-    """Build a comb: a handle, a bar and parallel prongs with narrow gaps.
+    """Build a comb: a handle, a bar and parallel prongs with narrow gaps: n + 1 tips.
 
     Parameters
     ----------
     n : int
         An odd number of prongs.
     gap : float
-        Between neighboring prongs, in their radii.
+        Gap between neighboring prongs, in their radii.
     n_vertices : int
         Approximate number of vertices.
     """
@@ -115,7 +115,7 @@ def torso(*, degrees: float = 6.0, n_vertices: int = 5000) -> Shape:
     Parameters
     ----------
     degrees : float
-        Between the legs.
+        Angle between the legs.
     n_vertices : int
         Approximate number of vertices.
     """
@@ -136,7 +136,7 @@ def twigs(*, ratio: float = 0.15, n_vertices: int = 5000) -> Shape:
     Parameters
     ----------
     ratio : float
-        Of the radii of twigs and trunk.
+        Radius of the twigs over that of the trunk.
     n_vertices : int
         Approximate number of vertices.
     """
@@ -155,7 +155,7 @@ def horn(*, ratio: float = 10.0, n_vertices: int = 5000) -> Shape:
     Parameters
     ----------
     ratio : float
-        Of the largest and the smallest radius.
+        Largest radius over the smallest.
     n_vertices : int
         Approximate number of vertices.
     """
@@ -171,7 +171,7 @@ def tee(*, ratio: float = 1.0, n_vertices: int = 5000) -> Shape:
     Parameters
     ----------
     ratio : float
-        Of the radii of limb and bar.
+        Radius of the limb over that of the bar.
     n_vertices : int
         Approximate number of vertices.
     """
@@ -200,7 +200,7 @@ def spring(*, gap: float = 0.5, n_vertices: int = 5000) -> Shape:
     Parameters
     ----------
     gap : float
-        Between neighboring turns, in radii.
+        Gap between neighboring turns, in radii of the tube.
     n_vertices : int
         Approximate number of vertices.
     """

@@ -26,7 +26,7 @@ GRID_OFFSET = np.array([0.137, 0.311, 0.223])
 N_GRADIENTS, N_STEPS_PER_GRADIENT = 2, 4
 # Value, relative to the largest step, at which a point is on the surface: above the rounding error.
 CONVERGED = 1e-12
-# Lower bound on the gradient's length in a Newton step; smooth unions between fingers come down to it. A guess.
+# Lower bound on the gradient's length in a Newton step; smooth unions between fingers have gradients as short. A guess.
 MIN_SLOPE = 0.2
 # Step of the central differences, relative to a grid step: truncation error 1e-8 (the step squared), rounding 1e-12.
 DIFFERENCE_STEP = 1e-4

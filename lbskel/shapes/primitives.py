@@ -189,7 +189,13 @@ def tube(polyline: ArrayLike, radius: ArrayLike, *, sides: int = 16, rounded: bo
 
 
 def flat_grid(n: int = 16, m: int = 16) -> Mesh:
-    """Triangulate the unit square in the plane z = 0 with n by m vertices, n along x; faces point to +z."""
+    """Triangulate the unit square in the plane z = 0 with n by m vertices, n along x; faces point to +z.
+
+    Parameters
+    ----------
+    n, m : int
+        Number of vertices along x and along y.
+    """
     x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, m), indexing="ij")
     return Mesh(np.stack([x.ravel(), y.ravel(), np.zeros(n * m)], axis=1), _grid_faces(n, m))
 

@@ -1,11 +1,11 @@
 """Surfaces of unions of tubes with edges in proportion to the local radius, by restricted Delaunay triangulation.
 
 Points are spread over the surface; of their Delaunay tetrahedra, those with the circumcenter inside the solid are
-kept, and the boundary of these is the surface. It is closed, and a manifold homeomorphic to the solid's surface where
-the points are dense enough; where they are not, midpoints of its edges are added to them, or points are taken out:
-Boissonnat, Oudot 2005, "Provably good sampling and meshing of surfaces", https://doi.org/10.1016/j.gmod.2005.01.004.
+kept, and their boundary is the surface. It is closed, and a manifold homeomorphic to the solid's surface if the points
+are dense enough; where they are not, midpoints of edges are added to the points, or points are removed: Boissonnat,
+Oudot 2005, "Provably good sampling and meshing of surfaces", https://doi.org/10.1016/j.gmod.2005.01.004.
 
-A grid as of :mod:`lbskel.shapes.isosurface` would have cells of one size, which tubes of very different radii forbid.
+A grid as in :mod:`lbskel.shapes.isosurface` has cells of one size, which do not fit tubes of very different radii.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ from lbskel.shapes.round_cones import Branch, Solid, solid_of, subdivide
 # Length of the edges in local radii: thirteen vertices around a tube. At most 0.7 keeps samples of a round tube dense
 # enough (tried on trees of vessels; there is no committed table).
 EDGE_LENGTH = 0.5
-# Distances in edge lengths: of a sample under the surface of another tube, above which it is dropped; of the scatter
-# that breaks ties between tetrahedra of one sphere; below which one of two samples is dropped. Guesses.
+# In edge lengths: depth of a sample below the surface of another tube above which it is dropped; scatter that breaks
+# ties between tetrahedra of one sphere; distance of two samples below which one is dropped. Guesses.
 MAX_DEPTH, SCATTER, MIN_SPACING = 0.7, 0.03, 0.7
 # Bend of the surface, in edge lengths, up to which two cones of a tube share one ring of samples; a guess.
 RING_TOLERANCE = 0.3
-# Longest edge of a triangle, relative to the length asked for, above which a sample is added in the middle of it:
-# anywhere, and beside an edge that is not manifold. Guesses.
+# Longest edge of a triangle, relative to the wanted length, above which a sample is added at its middle: anywhere, and
+# at vertices where the surface is not a manifold. Guesses.
 MAX_EDGE, MIN_EDGE = 1.9, 0.6
 # Most times that samples are added: trees of vessels take one or two, tubes around real neurons up to six.
 MAX_ROUNDS = 12
 
 
 def volume_factor(edge_length: float = EDGE_LENGTH) -> float:
-    """Compute the factor on radii at which a mesh with its vertices on a tube has the volume of the tube.
+    """Compute the factor on radii with which a mesh with its vertices on the tube has the volume of the given tube.
 
     Rings of m vertices, turned by half a side against their neighbors, have the area of a polygon of m sides; half-way
     between two rings the section has 2 m corners, at the midpoints of edges. Simpson's rule gives the volume between.
@@ -65,7 +65,7 @@ def mesh_tubes(branches: Sequence[Branch], *, edge_length: float = EDGE_LENGTH) 
     branches : sequence of Branch
         As for :func:`lbskel.shapes.solid_of`.
     edge_length : float
-        In local radii.
+        Length of the edges, in local radii.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def _even_in_radii(
 
 
 def _projected(solid: Solid, points: NDArray[np.float64], lengths: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Move points onto the surface; those of one octave of edge lengths together, with steps as long as an edge."""
+    """Move points onto the surface, those of each octave of edge lengths together, by steps of at most an edge."""
     points, octave = points.copy(), np.floor(np.log2(lengths))
     for each in np.unique(octave):
         group = np.flatnonzero(octave == each)
@@ -162,7 +162,7 @@ def _projected(solid: Solid, points: NDArray[np.float64], lengths: NDArray[np.fl
 def _thinned(
     points: NDArray[np.float64], lengths: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Drop points that are too near to one of smaller edge length, or to an earlier one of the same."""
+    """Drop points that are too near to one of smaller edge length, or to an earlier one of equal edge length."""
     nearby = cKDTree(points).query_ball_point(points, MIN_SPACING * lengths)
     kept = np.ones(len(points), dtype=bool)
     for i in np.flatnonzero([len(found) > 1 for found in nearby]):
@@ -207,7 +207,7 @@ def _broken_vertices(mesh: Mesh) -> NDArray[np.int64]:
 
 
 def _edge_middles(corners: NDArray[np.float64], edge: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Compute the middle of the edge from the corner before that number to it, for each of (m, 3, 3) corners."""
+    """Compute the middle of one edge of each triangle, of (m, 3, 3) corners: from corner ``edge - 1`` to ``edge``."""
     rows = np.arange(len(corners))
     middles: NDArray[np.float64] = (corners[rows, edge] + corners[rows, edge - 1]) / 2
     return middles

@@ -35,7 +35,7 @@ MAX_SEGMENT_LENGTH = 0.5
 # Distance up to which two points are one, relative to the largest side of the bounding box; a guess, above rounding.
 MERGE_TOLERANCE = 1e-9
 # Distance beyond the cutoff up to which a branch is evaluated, in blend widths. The smooth minimum of two values is at
-# most 1/4 width below the smaller one, and only if they differ by less than 1 width: 1.25, and again for a third.
+# most 1/4 width below the smaller one, and only if they differ by less than 1 width: 1.25, and 1.25 for a third value.
 BLEND_REACH = 2.5
 # Distance of a branch that is not evaluated, in the units of the solid: larger than any, and its square is finite.
 OUT_OF_RANGE = 1e30

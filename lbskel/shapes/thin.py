@@ -25,7 +25,7 @@ def coil(n_turns: int, *, sides: int = 12) -> Shape:
     """Build a tube of radius 1 wound around the z axis, with rounded ends.
 
     The radius of the turns is 8, their pitch 6, so the radius over the diagonal of the box is 0.0245 for 5 turns and
-    0.00055 for 300. A polygon of the sections has the area of a circle of radius 1: the volume is that of the tube.
+    0.00055 for 300. The polygon of a section has the area of a circle of radius 1, so the volume is that of the tube.
 
     Parameters
     ----------
@@ -72,9 +72,9 @@ def tube_mesh(skeleton: Skeleton, *, edge_length: float = EDGE_LENGTH) -> Shape:
     Parameters
     ----------
     skeleton : Skeleton
-        Its radii and edges are first changed by :func:`lbskel.shapes.tubes.tubular`, and are then the truth.
+        Its radii and edges are first changed by :func:`lbskel.shapes.tubes.tubular`; the result is the truth.
     edge_length : float
-        In local radii.
+        Length of the edges, in local radii.
 
     Raises
     ------

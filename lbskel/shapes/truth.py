@@ -64,7 +64,7 @@ class Shape:
     truth : Truth
         In the coordinates of the mesh.
     name : str
-        Key in :data:`lbskel.shapes.SHAPES`.
+        Key in :data:`lbskel.shapes.SHAPES`, or the kind of a shape that is not in it.
     """
 
     mesh: Mesh

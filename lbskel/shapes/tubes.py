@@ -1,7 +1,7 @@
-"""Skeletons whose tubes make one surface: the tracing of a neuron has radii and branches that do not.
+"""Skeletons whose tubes make one surface, from tracings of neurons, whose radii and branches do not.
 
 Tracings (SWC) have radii of zero, radii that jump, nodes much closer than their radii, twigs inside thicker neurites,
-and neurites that touch. What is changed is stated in :func:`tubular`; the result is the truth for its own surface.
+and neurites that touch. :func:`tubular` says what is changed; the result is the truth for its own surface.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ MAX_ROUNDS = 20
 def tubular(skeleton: Skeleton) -> Skeleton:
     """Change radii and remove what tubes of these radii would hide, so that the tubes make one surface.
 
-    Radii that are not known, or below a quarter of the median, are raised to that. Of two nodes of a branch within one
-    radius, the thinner one is dropped. No radius is larger than that of a neighbor plus 0.7 times their distance, nor
-    such that two axes that do not meet nearby come closer than 1.5 times the sum of their radii; branches that would
-    need less than the least radius are removed, the shorter one of two. End branches are removed that reach less than
-    1.5 radii of their junction beyond it.
+    Radii that are not known, or below a quarter of the median, are raised to that quarter. Of two nodes of a branch
+    within one radius, the thinner one is dropped; long edges are divided. Radii are lowered until none is larger than
+    that of a neighbor plus 0.7 times their distance, and until two axes that do not meet nearby are at least 1.5 times
+    the sum of their radii apart. If that takes less than the least radius, the end branch there is removed, the shorter
+    one of two. End branches are removed whose ball at the tip stays within 1.5 radii of their junction.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def _even(skeleton: Skeleton) -> Skeleton:
 
 
 def _is_crowded(skeleton: Skeleton, i: int, j: int) -> bool:
-    """Return whether one of two nodes lies well inside of the ball around the other."""
+    """Return whether one of two nodes lies inside the ball around the other."""
     distance = np.linalg.norm(skeleton.nodes[i] - skeleton.nodes[j])
     return bool(distance < MIN_SPACING * max(skeleton.radii[i], skeleton.radii[j]))
 
@@ -135,7 +135,7 @@ def _kept_apart(
 
 
 def _near_pairs(skeleton: Skeleton, radii: NDArray[np.float64]) -> list[tuple[int, int, float]]:
-    """List the pairs of nodes that are too near in space and not along the graph, with the factor on their radii."""
+    """List the pairs of nodes that are too near in space but not along the graph, with the factor on their radii."""
     tree = cKDTree(skeleton.nodes)
     nearby = tree.query_ball_point(skeleton.nodes, 2 * CLEARANCE * radii)  # of the thicker node of a pair
     i = np.repeat(np.arange(len(nearby)), [len(found) for found in nearby])

@@ -18,10 +18,10 @@ from lbskel.shapes.round_cones import Branch
 
 # Ranges of the ratio of the two children's radii, of the length of a vessel in its radii, of its turn in radians.
 RATIO, LENGTH, TURN = (0.45, 0.95), (10.0, 20.0), (-0.6, 0.6)
-# Least distance of the axes of two vessels, in sums of their radii; and distance from their fork, in radii of the
-# parent, from which it is asked of vessels that meet there. Guesses.
+# Least distance of the axes of two vessels, in sums of their radii; and distance from a fork, in radii of the parent,
+# beyond which it is required of vessels that meet at the fork. Guesses.
 CLEARANCE, FORK = 2.0, 5.0
-# Times that a fork that comes too near to other vessels is turned before the vessel is left without a fork; a guess.
+# Number of random planes that are tried for a fork before the vessel is left without one; a guess.
 N_TRIES = 30
 
 
@@ -42,9 +42,9 @@ def murray_branches(n_forks: int, *, min_radius: float = 0.0, seed: int = 0) -> 
     n_forks : int
         Number of forks; fewer if all ends are too thin, or no place is left between the vessels.
     min_radius : float
-        Least radius of a vessel.
+        Least radius of a vessel; the trunk has radius 1.
     seed : int
-        Of the random choice of the ends that fork, ratios, lengths, turns and planes.
+        Seed of the random choice of the ends that fork, ratios, lengths, turns and planes.
 
     Returns
     -------
@@ -136,7 +136,7 @@ def _rotated(vector: NDArray[np.float64], axis: NDArray[np.float64], angle: floa
 
 
 def _beyond(points: NDArray[np.float64], center: NDArray[np.float64], distance: float) -> NDArray[np.float64]:
-    """Select the points that are further than that from a center."""
+    """Select the points that are farther than ``distance`` from a center."""
     selected: NDArray[np.float64] = points[np.linalg.norm(points - center, axis=1) > distance]
     return selected
 

@@ -1,7 +1,7 @@
 """Surfaces of sets of voxels: lattices, porous blocks, brushes, trees and plates, with thousands of features.
 
-Marching cubes between voxels inside and outside (Lorensen, Cline 1987, https://doi.org/10.1145/37402.37422), so
-surfaces are closed and bars of one voxel have eight faces a voxel.
+Made by marching cubes between voxels inside and outside (Lorensen, Cline 1987, https://doi.org/10.1145/37402.37422), so
+surfaces are closed and bars one voxel wide have eight faces per voxel.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def porous_block(size: int, *, grain: float = 1.0, filled: float = 0.5, seed: in
     Parameters
     ----------
     size : int
-        Of the block, in voxels.
+        Side of the block, in voxels.
     grain : float
         Standard deviation of the Gaussian filter, in voxels; 0 leaves noise of single voxels.
     filled : float
@@ -68,9 +68,9 @@ def brush(n: int, *, length: int = 12, spacing: int = 3) -> Mesh:
     ----------
     n : int
     length : int
-        Of a bristle, in its width.
+        Length of a bristle, in its width.
     spacing : int
-        Of bristles, in their width.
+        Distance of neighboring bristles, in their width.
     """
     on = np.arange(spacing * n + 1) % spacing == 1
     filled = np.zeros((len(on), len(on), length + 2), dtype=bool)
@@ -86,9 +86,9 @@ def voxel_tree(n: int, *, length: int = 20, spacing: int = 4) -> Mesh:
     ----------
     n : int
     length : int
-        Of a twig, in its width.
+        Length of a twig, in its width.
     spacing : int
-        Of limbs and of twigs, in their width.
+        Distance of neighboring limbs and of neighboring twigs, in their width.
     """
     on = spacing * np.arange(n)
     filled = np.zeros((on[-1] + 2 * spacing, on[-1] + spacing + 1, 2 * length + 1), dtype=bool)
@@ -108,14 +108,14 @@ def perforated_plate(n: int, *, spacing: int = 4) -> Mesh:
     ----------
     n : int
     spacing : int
-        Of holes of width ``spacing - 1``, in the thickness.
+        Distance of neighboring holes, in the thickness of the plate; a hole is ``spacing - 1`` wide.
     """
     on = np.arange(spacing * n + 1) % spacing == 0
     return voxel_surface((on[:, None] | on[None, :])[:, :, None])
 
 
 def _largest_part(filled: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Keep the largest part of voxels that share faces, and fill what it encloses."""
+    """Keep the largest set of voxels that are connected by faces, and fill what it encloses."""
     labels, _ = ndimage.label(filled)
     part: NDArray[np.bool_] = ndimage.binary_fill_holes(labels == 1 + np.argmax(np.bincount(labels.ravel())[1:]))
     return part

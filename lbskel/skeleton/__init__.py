@@ -1,4 +1,4 @@
-"""The skeleton as a graph with radii and maps, and what edits it: pruning, resampling, joining, cutting cycles."""
+"""The skeleton as a graph with radii and maps, its edits (pruning, resampling, joining, cutting cycles), and rigs."""
 
 from lbskel.skeleton.armature import Rig
 from lbskel.skeleton.joining import join_components

@@ -1,8 +1,8 @@
 """A rig: a mesh, bones in a tree, and for each vertex how much it follows each bone.
 
 Linear blend skinning, Magnenat-Thalmann, Laperriere, Thalmann 1988, "Joint-dependent local deformations for hand
-animation and object grasping": a vertex moves to the sum of G_b v over the bones b, times its weights, where G_b turns
-about the head of the bone after the G of its parent.
+animation and object grasping": a vertex v moves to the sum over the bones b of w_b G_b v, with its weights w_b. G_b
+turns about the rest position of the bone's head, and then moves as the G of the parent does.
 """
 
 from __future__ import annotations
@@ -27,18 +27,19 @@ class Rig:
     ----------
     mesh : Mesh
     names : tuple of str
-        Of the bones, all different.
+        Names of the bones, all different.
     heads, tails : (b, 3) array of float
         Ends of each bone; it turns about its head.
     parents : (b,) array of int
         Bone that each hangs on, which comes before it; -1 for a root.
     weights : (n, b) array of float
-        Of each bone on each vertex, not negative; rows sum to 1.
+        Weight of each bone at each vertex, not negative; rows sum to 1.
 
     Raises
     ------
     MeshError
-        If the numbers of bones or vertices do not agree, names are not distinct, or a parent does not come first.
+        If there is no bone, the numbers of bones or vertices do not agree, names are not distinct, or a parent does not
+        come before its child.
 
     Examples
     --------
@@ -80,12 +81,12 @@ class Rig:
         Parameters
         ----------
         rotations : dict of str to (3, 3) array of float
-            By the names of the bones, in the axes of the mesh; other bones keep their place on their parents.
+            Rotation of each named bone, in the axes of the mesh; other bones keep their place on their parents.
 
         Raises
         ------
         MeshError
-            If there is no bone of a name.
+            If the rig has no bone of that name.
         """
         if unknown := set(rotations) - set(self.names):
             raise MeshError(f"the rig has no bone {', '.join(sorted(unknown))}; it has {', '.join(self.names)}")

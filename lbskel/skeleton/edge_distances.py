@@ -26,7 +26,7 @@ def nearest_on_edges(
     distances : (n,) array of float
         In the units of the skeleton.
     nearest : (n, 3) array of float
-        The closest points; nodes where there is no edge.
+        The closest points: on edges, so that isolated nodes do not count, or nodes if there are no edges at all.
     radii : (n,) array of float
         Radii there, by linear interpolation along the edge.
     """

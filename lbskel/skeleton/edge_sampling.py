@@ -23,7 +23,7 @@ def sample_edges(skeleton: Skeleton, spacing: float) -> tuple[NDArray[np.float64
     Returns
     -------
     points : (p, 3) array of float
-        The nodes themselves where there is no edge.
+        The nodes if there are no edges at all.
     radii : (p,) array of float
     """
     if len(skeleton.edges) == 0:

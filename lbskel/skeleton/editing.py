@@ -1,8 +1,8 @@
 """Edits of a skeleton's graph: contract nodes, append and replace paths, split an edge, reroot, concatenate.
 
 Every function returns a new skeleton whose ``anchors`` and ``node_of_vertex`` refer to its nodes. Added nodes come
-after the present ones, no vertex is mapped to them, and their radii are given by the caller. ``mean_radii`` are dropped
-where nodes are added, since those of the new nodes are not known.
+after the present ones, and their radii are given by the caller; only :func:`replace_paths` maps vertices to them.
+``mean_radii`` are dropped where nodes are added, since those of the new nodes are not known.
 """
 
 from __future__ import annotations
@@ -44,6 +44,11 @@ def contract_nodes(skeleton: Skeleton, target: NDArray[np.int64]) -> Skeleton:
 def reroot(skeleton: Skeleton, node: int) -> Skeleton:
     """Reorder the nodes so that one comes first, where formats of rooted trees begin.
 
+    Parameters
+    ----------
+    skeleton : Skeleton
+    node : int
+
     Raises
     ------
     MeshError
@@ -57,7 +62,7 @@ def reroot(skeleton: Skeleton, node: int) -> Skeleton:
 
 
 def _renumbered(skeleton: Skeleton, kept: NDArray[np.int64], new_index: NDArray[np.int64]) -> Skeleton:
-    """Keep some nodes, in this order; ``new_index`` has the new number of every node."""
+    """Keep the nodes ``kept``, in this order; ``new_index`` has the new number of every node."""
     return replace(
         skeleton,
         nodes=skeleton.nodes[kept],
@@ -107,8 +112,8 @@ def replace_paths(
     ----------
     skeleton : Skeleton
     paths : (n,) array of int
-        Nodes of p paths, one after the other, each from a node that stays to another. Their inner nodes are of degree
-        two and on no other path.
+        Nodes of p paths, one after the other; the first and the last node of each path stay. The inner nodes are of
+        degree two and on no other path.
     begins : (p + 1,) array of int
         Where each begins, and the end of the last.
     positions : (k, 3) array of float
@@ -144,7 +149,7 @@ def _at_same_share(
     positions: NDArray[np.float64],
     new_begins: NDArray[np.int64],
 ) -> NDArray[np.int64]:
-    """(n,) for each node of paths the new node, or end, that is nearest to it by the share of the length before it."""
+    """(n,) new node or end of each node of paths: the one with the nearest share of the path's length before it."""
     last, rows = begins[1:] - 1, np.arange(len(begins) - 1)
     of_new = np.repeat(rows, np.diff(new_begins))
     path = np.concatenate([rows, of_new, rows])
@@ -171,7 +176,16 @@ def _places(points: NDArray[np.float64], begins: NDArray[np.int64]) -> NDArray[n
 
 
 def split_edge(skeleton: Skeleton, edge: int, position: NDArray[np.float64], radius: float) -> Skeleton:
-    """Insert a node into an edge, given by its row in ``edges``."""
+    """Insert a node into an edge.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    edge : int
+        Row in ``edges``.
+    position : (3,) array of float
+    radius : float
+    """
     start, end = skeleton.edges[edge]
     new = len(skeleton.nodes)
     edges = np.concatenate([np.delete(skeleton.edges, edge, axis=0), [[start, new], [end, new]]])
@@ -179,10 +193,14 @@ def split_edge(skeleton: Skeleton, edge: int, position: NDArray[np.float64], rad
 
 
 def concatenate(skeletons: Sequence[Skeleton]) -> Skeleton:
-    """Several skeletons as one graph, with their nodes in order.
+    """Combine several skeletons to one graph, with their nodes in order.
 
-    ``node_of_vertex`` of the result is that of the skeletons' meshes with their vertices in the same order; empty where
+    The ``node_of_vertex`` are concatenated too, for the concatenated vertices of their meshes; the result has none if
     one of the skeletons has none. The same holds for ``mean_radii``. Reports are dropped.
+
+    Parameters
+    ----------
+    skeletons : sequence of Skeleton
 
     Raises
     ------

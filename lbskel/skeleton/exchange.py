@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class SkeletonExchange(Displayed):
-    """What a skeleton can be converted to."""
+    """Conversion of a skeleton to objects of other packages, and its interactive view."""
 
     def plot(self, mesh: Any = None) -> Any:
         """Make an interactive view, which a notebook shows; ``plot(mesh).save("skeleton.html")`` writes it.
@@ -26,7 +26,7 @@ class SkeletonExchange(Displayed):
         Parameters
         ----------
         mesh : Mesh or PointCloud, optional
-            That the skeleton was made from. :func:`lbskel.view` shows the contraction and the score too.
+            What the skeleton was made from. :func:`lbskel.view` shows the contraction and the score too.
 
         Raises
         ------
@@ -82,8 +82,9 @@ class SkeletonExchange(Displayed):
         return graph
 
     def to_pyvista(self) -> Any:
-        """Convert to a ``pyvista.PolyData`` of one polyline for each branch, with ``radius`` at the points.
+        """Convert to a ``pyvista.PolyData`` of one polyline for each branch.
 
+        Points have ``radius``, lines the number of their ``branch``.
         ``skeleton.to_pyvista().tube(scalars="radius", absolute=True)`` makes tubes.
 
         Raises

@@ -92,7 +92,7 @@ def join_components(
 def _continues_branch(
     skeleton: Skeleton, start: NDArray[np.int64], end: NDArray[np.int64], max_angle: float
 ) -> NDArray[np.bool_]:
-    """(p,) whether pairs of nodes begin at a tip and go on in the direction of its branch."""
+    """(p,) whether edges from start to end leave a tip within ``max_angle`` degrees of the direction of its branch."""
     direction = np.zeros_like(skeleton.nodes)
     for branch in skeleton.branches:
         for ordered in (branch, branch[::-1]):

@@ -1,7 +1,8 @@
 """Simplifying a skeleton's graph: short end branches are removed, close junctions are merged.
 
-Every function takes a skeleton and returns one whose ``node_of_vertex`` follows the removed nodes. Branches on a cycle
-are never removed and no cycle is closed, so the cycle rank is kept; anchors are kept too.
+``prune`` and ``merge_junctions`` return a skeleton whose ``node_of_vertex`` has the nodes that take the place of those
+removed. Branches on a cycle are never removed and no cycle is contracted, so the cycle rank is kept; anchors are kept
+too.
 """
 
 from __future__ import annotations
@@ -32,9 +33,17 @@ MIN_BRANCH_RATIO = 1.5  # default distance from its junction that an end branch 
 def farthest_vertices(
     skeleton: Skeleton, mesh: Mesh, branches: list[NDArray[np.int64]]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """(b,) the vertex farthest from the first node of each branch among those mapped to its other nodes, and how far.
+    """(b,) vertex farthest from the first node of each branch, of those mapped to its other nodes, and (b,) distances.
 
-    No two branches share a node other than their first. A branch without vertices has vertex 0 at distance 0.
+    A branch without vertices has vertex 0 at distance 0.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With ``node_of_vertex``.
+    mesh : Mesh
+    branches : list of b (k,) arrays of int
+        Nodes of each branch; no two branches share a node other than their first.
     """
     branch_of_node = np.full(len(skeleton.nodes), -1)
     for number, branch in enumerate(branches):
@@ -54,8 +63,9 @@ def farthest_vertices(
 def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH_RATIO) -> Skeleton:
     """Remove the end branches whose surface does not reach far enough from their junction.
 
-    A branch is removed where no vertex that is mapped to it is farther from its junction than ``min_branch_ratio``
-    times the radius there. At each junction the shortest go first, and their vertices go to the junction.
+    A branch is removed if no vertex that is mapped to it is farther from its junction than ``min_branch_ratio`` times
+    the radius there. At each junction the shortest go first, until two branches are left, and their vertices go to the
+    junction. Branches with an anchor stay.
 
     Parameters
     ----------
@@ -161,7 +171,7 @@ def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
 
 
 def inner_branch_lengths(skeleton: Skeleton) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """(b,) length of each branch, infinite but between two different junctions, and its (b, 2) end nodes.
+    """(b,) length of each branch between two different junctions, infinite for others, and (b, 2) its end nodes.
 
     Parameters
     ----------
@@ -177,7 +187,7 @@ def inner_branch_lengths(skeleton: Skeleton) -> tuple[NDArray[np.float64], NDArr
 
 
 def closes_a_cycle(skeleton: Skeleton, branch: NDArray[np.int64]) -> bool:
-    """Whether another path of at most two edges joins the ends of a branch, which merging them would close.
+    """Whether another path of at most two edges joins the ends of a branch: merging these would remove a cycle.
 
     Parameters
     ----------

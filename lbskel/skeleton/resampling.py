@@ -76,7 +76,8 @@ def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int |
     ------
     UnknownChoice
         If not exactly one of the two is given; if the spacing is not positive, or above 10 and so large that no inner
-        node of a branch would be left; or if so few nodes cannot keep the junctions, tips, anchors and loops.
+        node of a branch would be left; if ``n_nodes`` is not a whole number, or so small that junctions, tips, anchors
+        and loops cannot be kept.
 
     Examples
     --------
@@ -106,7 +107,8 @@ def space_evenly(skeleton: Skeleton, spacing: float, stays: Callable[[Polylines,
     spacing : float
         As for :func:`resample`.
     stays : callable
-        Tells from the present polylines and the new inner nodes of p paths which may not change: a (p,) array of bool.
+        From the present polylines and the new inner nodes of p paths, to a (p,) array of bool: which paths may not
+        change.
     """
     paths = _paths(skeleton)
     return _divided(skeleton, paths, _counts_for_spacing(skeleton, paths, spacing), stays)

@@ -15,7 +15,7 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.editing import reroot
 from lbskel.skeleton.skeleton import Skeleton
 
-# Distance from the center of the soma, in its radii, at which the radius of a branch is taken; nearer it widens
+# Distance from the center of the soma, in its radii, at which the radius of a branch is taken; nearer the branch widens
 EXIT_DISTANCE = 2.0
 # Smallest radius of a soma, in radii of the thickest branch that leaves it. Measured on the five hemibrain neurons that
 # navis 1.12 ships: in their SWC files, made by others, 7.5 to 8.6 at the four somata, 2.1 at the thickest node of the
@@ -26,7 +26,11 @@ MIN_SOMA_RATIO = 4.0
 def reroot_by_thickness(skeleton: Skeleton) -> Skeleton:
     """Reorder the nodes so that the soma comes first, or the thickest tip where there is no soma.
 
-    A skeleton without tips stays as it is.
+    The first node stays where there is neither.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
     """
     soma = find_soma(skeleton)
     if soma is None:
@@ -36,7 +40,12 @@ def reroot_by_thickness(skeleton: Skeleton) -> Skeleton:
 
 
 def find_roots(skeleton: Skeleton) -> NDArray[np.int64]:
-    """(c,) for each component its thickest tip, or its first node where it has no tip."""
+    """(c,) for each component its thickest tip, or its first node where it has no tip.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    """
     is_tip = skeleton.degrees == 1
     radius = np.where(is_tip, _known_radii(skeleton), -1.0)
     order = np.lexsort((-radius, ~is_tip, skeleton.component_of_node))
@@ -47,7 +56,11 @@ def find_soma(skeleton: Skeleton) -> int | None:
     """Find the thickest node of all, if every branch that leaves it is far thinner; else None.
 
     Its inscribed ball stands for the soma. The thickness of a branch is its radius where it is two radii of the soma
-    away from the center, and at least one branch goes as far.
+    away from the center; at least one branch must reach that far.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
     """
     radii = _known_radii(skeleton)
     if not radii.max(initial=0.0) > 0:

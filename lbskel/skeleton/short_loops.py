@@ -1,7 +1,7 @@
-"""Opening of short loops: handles that surfaces get where limbs touch, or by noise, and that the shape has not.
+"""Opening of short loops: handles that a surface has by noise or where limbs touch, and that the shape does not have.
 
-The loops are those of the branch graph, whose edges are whole branches. Of a loop that is shorter than a number of
-local radii the thinnest branch is removed, so that the way around the other side stays.
+The loops are those of the branch graph, whose edges are whole branches. From a loop that is shorter than a number of
+local radii the thinnest branch is removed, so that the path around the other side stays.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ MIN_RADIUS = 0.25  # lower bound on the radius that divides a length, in median 
 
 
 def open_short_loops(skeleton: Skeleton, min_loop: float) -> Skeleton:
-    """Remove the thinnest branch of every loop that is shorter than some local radii, the shortest loop first.
+    """Remove the thinnest branch of every loop shorter than ``min_loop`` local radii, the shortest loop first.
 
     The vertices of a removed branch go to the nearer of its two ends. A branch with an anchor is not removed.
 
@@ -80,7 +80,7 @@ def _branches_to_remove(skeleton: Skeleton, min_loop: float) -> list[NDArray[np.
 
 
 def _length_in_radii(skeleton: Skeleton, branch: NDArray[np.int64]) -> float:
-    """Integrate the inverse radius along a branch; where it is zero or unknown, that of the branch's median."""
+    """Integrate the inverse radius along a branch; radii count as at least MIN_RADIUS of the median of those known."""
     lengths = np.linalg.norm(np.diff(skeleton.nodes[branch], axis=0), axis=1)
     known = np.nan_to_num(skeleton.radii[branch])
     radii = np.maximum(known, np.median(known[known > 0]) * MIN_RADIUS if known.any() else 0.0)
@@ -115,7 +115,7 @@ def _loop_through(
 
 
 def _without_branches(skeleton: Skeleton, branches: list[NDArray[np.int64]]) -> Skeleton:
-    """Remove the edges and inner nodes of branches; of a loop that leaves one junction only its last edge goes."""
+    """Remove the edges and inner nodes of branches; of a branch that ends where it begins, only the last edge."""
     k = len(skeleton.nodes)
     target, removed = np.arange(k), []
     for branch in branches:

@@ -1,7 +1,7 @@
 """Simplifying branches: each branch as the polyline with the fewest segments that stays within a tolerance.
 
-Among all polylines through some of a branch's nodes, whose segments pass every omitted node within ``tolerance`` of its
-radii, the one with the fewest segments is a shortest path over the allowed segments (Imai, Iri 1988, "Polygonal
+Among all polylines through some of a branch's nodes, whose segments pass every omitted node within ``tolerance`` times
+its radius, the one with the fewest segments is a shortest path over the allowed segments (Imai, Iri 1988, "Polygonal
 approximations of a curve", https://doi.org/10.1016/B978-0-444-70467-2.50011-4). Ties are broken by the sum of squared
 distances. Meshes are simplified by :func:`lbskel.preprocess.simplify`.
 """

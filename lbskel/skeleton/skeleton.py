@@ -23,7 +23,7 @@ from lbskel.skeleton.exchange import SkeletonExchange
 
 
 def _numbers(values: ArrayLike, name: str, dtype: type) -> NDArray[Any]:
-    """Copy the values; a MeshError if they are no numbers, or no whole numbers where these are needed."""
+    """Copy the values unless they are constant; a MeshError if they are not numbers, or not whole for an int dtype."""
     if isinstance(values, np.ndarray) and values.dtype == dtype and _is_constant(values):
         return values
     try:
@@ -37,7 +37,7 @@ def _numbers(values: ArrayLike, name: str, dtype: type) -> NDArray[Any]:
 
 
 def _is_constant(values: NDArray[Any]) -> bool:
-    """Whether nobody can change an array, such as that of another skeleton, so that it need not be copied."""
+    """Whether an array is read-only and owns its data, as those of a skeleton do, so that it need not be copied."""
     return not values.flags.writeable and values.base is None and values.flags.c_contiguous
 
 
@@ -60,7 +60,7 @@ class Skeleton(SkeletonExchange):
     nodes : (k, 3) array of float
         Positions.
     edges : (e, 2) array of int
-        Pairs of nodes, smaller index first, each pair once, sorted. Self-loops are dropped.
+        Pairs of nodes; they are stored with the smaller index first, each pair once, sorted, without self-loops.
     radii : (k,) array of float
         Thickness of the shape at each node, of the kind that ``radius_kind`` names; NaN where it is not known.
     node_of_vertex : (n,) array of int
@@ -77,8 +77,8 @@ class Skeleton(SkeletonExchange):
     Raises
     ------
     MeshError
-        If an array is not one of numbers of the right shape, the lengths do not agree, or an edge, the map or an anchor
-        refers to a node that does not exist.
+        If an array does not hold numbers or has the wrong shape, the lengths do not agree, or an edge, the map or an
+        anchor refers to a node that does not exist.
 
     Examples
     --------
@@ -141,12 +141,12 @@ class Skeleton(SkeletonExchange):
 
     @property
     def tips(self) -> NDArray[np.int64]:
-        """Nodes with one edge, at the ends of the shape."""
+        """(t,) nodes with one edge, at the ends of the shape."""
         return np.flatnonzero(self.degrees == 1)
 
     @property
     def junctions(self) -> NDArray[np.int64]:
-        """Nodes with three or more edges."""
+        """(j,) nodes with three or more edges."""
         return np.flatnonzero(self.degrees >= 3)
 
     @cached_property
@@ -199,7 +199,8 @@ class Skeleton(SkeletonExchange):
     def branches(self) -> tuple[NDArray[np.int64], ...]:
         """Polylines of node indices, from one tip or junction to the next; a loop without any repeats its first node.
 
-        Together they contain every edge exactly once. They are ordered by their first nodes.
+        Together they contain every edge exactly once. They are ordered by their first nodes, with loops without a
+        junction last.
         """
         nodes, begins = self.flat_branches
         return tuple(nodes[begin:end] for begin, end in itertools.pairwise(begins.tolist()))
@@ -215,7 +216,7 @@ class Skeleton(SkeletonExchange):
 
     @property
     def triples(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-        """All runs of three nodes along the branches, as three arrays; around a loop without a junction too."""
+        """All r runs of three nodes along the branches, as three (r,) arrays; around a loop without a junction too."""
         nodes, begins = self.flat_branches
         is_inner = np.ones(len(nodes), dtype=bool)
         is_inner[np.concatenate([begins[:-1], begins[1:] - 1])] = False

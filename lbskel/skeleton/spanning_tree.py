@@ -39,10 +39,14 @@ def to_tree(skeleton: Skeleton) -> Skeleton:
 
 
 def cycle_edges(skeleton: Skeleton) -> NDArray[np.bool_]:
-    """Mask the edges that :func:`to_tree` removes, as many as there are independent cycles.
+    """(e,) whether :func:`to_tree` removes each edge; as many are removed as there are independent cycles.
 
     The thinnest edge of a cycle is removed: the one with the smallest radius at either of its nodes, of several the
     longest, then the last. An unknown radius counts as larger than all known ones.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
     """
     k, n_edges = len(skeleton.nodes), len(skeleton.edges)
     known = np.where(np.isnan(skeleton.radii), np.inf, skeleton.radii)

@@ -56,14 +56,18 @@ def factorize(A: csc_array, solver: str = "cholmod", *, like: Factorization | No
     solver : str
         A name in SOLVERS, or, for study, in CLASSICAL_ITERATIONS.
     like : Factorization, optional
-        One by the same solver of a matrix of the same size, whose fill-reducing ordering is used again.
+        A factorization by the same solver of a matrix of the same size. Its fill-reducing ordering is used again by
+        ``superlu``, and by ``cholmod`` if the sparsity pattern is the same.
 
     Raises
     ------
     UnknownChoice
         If no solver has that name.
     SolveError
-        If A is not numerically positive definite.
+        If A has entries that are not finite, or is not numerically positive definite; iterative solvers check only
+        that its diagonal is positive.
+    MissingDependency
+        If the solver is ``cg_amg`` and pyamg is not installed.
 
     Examples
     --------

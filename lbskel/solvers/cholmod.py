@@ -23,8 +23,9 @@ from lbskel.solvers.factorization import Factorization
 class Cholmod(Factorization):
     """The factorization L L^T of the permuted matrix.
 
-    The ordering is used again if the sparsity pattern is the same. Intrinsic flips change the pattern in a contraction:
-    the first step's ordering made later factorizations six times as slow; a new ordering costs far less.
+    A given ordering is used again if the sparsity pattern is the same. Intrinsic flips change the pattern between the
+    steps of a contraction: the first step's ordering made later factorizations six times as slow, and a new ordering
+    costs far less.
     """
 
     def _factorize(self, A: csc_array, like: Factorization | None) -> None:

@@ -23,19 +23,20 @@ from lbskel.solvers import DIRECT_SOLVERS, factorize
 from lbskel.solvers.cholmod import count_negative_pivots
 from lbskel.solvers.lanczos import ThickRestartLanczos
 
-# Rows up to which a component is solved as a dense problem, or three times the number of eigenvalues wanted, since
-# Lanczos' method needs more vectors than it finds. A guess.
+# Components of at most this many rows are solved as dense problems, and so are those of at most three times as many
+# rows as eigenvalues are wanted, since Lanczos' method needs more vectors than it finds. A guess.
 MAX_DENSE_SIZE = 100
 # Bound on the runs of Lanczos' method on one component; another follows only if an eigenvalue is missing. A guess.
 MAX_RUNS = 10
-# Relative distance below the largest eigenvalue found up to which eigenvalues are counted as equal to it when the
-# missing ones are counted. A guess, far above the errors of those found.
+# Eigenvalues less than this below the largest one found, relative to it, count as equal to it when missing eigenvalues
+# are counted. A guess, far above the errors of those found.
 RELATIVE_GAP = 1e-6
-# Relative change of a bound at which a leading minor is exactly singular; far below RELATIVE_GAP, so that the count is
-# the same.
+# Relative amount by which a bound is moved if a leading minor is exactly singular there; far below RELATIVE_GAP, so
+# that the count is the same.
 NEARBY = 1e-9
-# Mass of rows without mass, relative to the mean mass, which makes M positive definite. A guess. The dense solution
-# loses digits by it: its error can reach machine precision / MASS_FLOOR, about 2 %, of the mean ratio of S to M.
+# Mass given to rows without mass, relative to the mean mass, so that M is positive definite. A guess. The dense
+# solution loses digits by it: its error can reach machine precision / MASS_FLOOR, about 2 %, of the mean ratio of S to
+# M.
 MASS_FLOOR = 1e-14
 SEED = 0  # of Lanczos' starting vectors, so that two runs give the same bytes
 
@@ -65,8 +66,11 @@ def smallest_eigenpairs(S: csc_array, M: csc_array, k: int, *, solver: str = "ch
 
     Raises
     ------
+    UnknownChoice
+        If no solver has that name.
     SolveError
-        If S is not positive semidefinite.
+        If S + sigma M is not positive definite, or Lanczos' method does not converge. In components that are solved as
+        dense problems an indefinite S is not noticed.
     """
     S, s = _near_unit_scale(S)
     M, m = _near_unit_scale(M)
@@ -111,7 +115,7 @@ def count_below(S: csc_array, M: csc_array, bound: float, *, ordering: NDArray[n
     Raises
     ------
     SolveError
-        If S - bound M is exactly singular, there and nearby.
+        If a leading minor of S - bound M is exactly singular, at the bound and at one nearby.
     """
     try:
         return count_negative_pivots((S - bound * M).tocsc(), ordering)

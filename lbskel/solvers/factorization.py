@@ -22,7 +22,13 @@ MAX_RESIDUAL = 1e-3
 
 
 def relative_residual(A: csc_array, X: NDArray[np.float64], B: NDArray[np.float64]) -> float:
-    """Compute the largest |B - A X| relative to the largest |B|; zero if B is zero."""
+    """Compute the largest |B - A X| relative to the largest |B|; zero if B is zero.
+
+    Parameters
+    ----------
+    A : (n, n) csc_array
+    X, B : (n, k) array of float
+    """
     scale = np.abs(B).max(initial=0.0)
     return float(np.abs(B - A @ X).max(initial=0.0) / scale) if scale > 0 else 0.0
 
@@ -35,7 +41,12 @@ class Factorization(ABC):
     A : (n, n) csc_array
         Both triangles given.
     like : Factorization, optional
-        One whose ordering may be used again.
+        A factorization whose ordering may be used again.
+
+    Raises
+    ------
+    SolveError
+        If A has entries that are not finite, or cannot be factorized.
 
     Attributes
     ----------
@@ -66,8 +77,8 @@ class Factorization(ABC):
         ----------
         B : (n, k) or (n,) array of float
         refined : bool
-            Whether to refine, which takes a second solution. Enough without: right-hand sides that are themselves
-            approximate, as in an outer iteration, and matrices that are well conditioned.
+            Whether to refine, which takes a second solution. Refinement is not needed for right-hand sides that are
+            themselves approximate, as in an outer iteration, nor for well-conditioned matrices.
 
         Returns
         -------
@@ -94,5 +105,5 @@ class Factorization(ABC):
         return X.reshape(np.shape(B))
 
     def residual(self, X: NDArray[np.float64], B: NDArray[np.float64]) -> float:
-        """Compute the largest |B - A X| relative to the largest |B|; zero if B is zero."""
+        """Compute the largest |B - A X| relative to the largest |B|, both (n, k) arrays; zero if B is zero."""
         return relative_residual(self._matrix, X, B)

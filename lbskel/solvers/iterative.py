@@ -1,7 +1,7 @@
 """The base of the iterative solvers: warm starts, a callback on every iterate, a stopping rule, eigenvalue bounds.
 
-They need only products with the matrix, so it may also be a :class:`NormalMatrix`, which is never formed. All
-right-hand sides are iterated together, as one vector.
+All but Gauss-Seidel, SOR and multigrid need only products with the matrix and its diagonal, so it may also be a
+:class:`NormalMatrix`, which is never formed. All right-hand sides are iterated together, as one vector.
 """
 
 from __future__ import annotations
@@ -53,7 +53,13 @@ class NormalMatrix:
 
 
 def eigenvalue_upper_bound(A: Any, scale: NDArray[np.float64]) -> float:
-    """Bound the eigenvalues of diag(scale) A diag(scale) from above, by Gershgorin's theorem."""
+    """Bound the eigenvalues of diag(scale) A diag(scale) from above, by Gershgorin's theorem.
+
+    Parameters
+    ----------
+    A : (n, n) sparse array or NormalMatrix
+    scale : (n,) array of float
+    """
     return float(((abs(A) @ scale[:, None])[:, 0] * scale).max())
 
 
@@ -61,6 +67,11 @@ def estimate_smallest_eigenvalue(A: Any, scale: NDArray[np.float64]) -> float:
     """Estimate the smallest eigenvalue of diag(scale) A diag(scale) from above, by Lanczos's method.
 
     Golub, Van Loan 2013, "Matrix computations", section 10.1.
+
+    Parameters
+    ----------
+    A : (n, n) sparse array or NormalMatrix
+    scale : (n,) array of float
     """
     q, previous = np.cos(np.arange(len(scale), dtype=np.float64)), np.zeros(len(scale))
     q /= np.linalg.norm(q)
@@ -117,7 +128,7 @@ class Iterative(Factorization):
         ----------
         B : (n, k) or (n,) array of float
         refined : bool
-            Without effect: what an iteration leaves is below its tolerance.
+            Has no effect: refinement is for direct solvers.
         start : array of float, of the shape of B, optional
             The initial guess; zero by default.
         on_iterate : callable, optional
@@ -132,7 +143,8 @@ class Iterative(Factorization):
         Raises
         ------
         SolveError
-            If ``iterations`` is not given and the relative residual after 2000 is above a thousandth.
+            If ``iterations`` is not given, and after at most 2000 iterations the solution is not finite or the relative
+            residual is above a thousandth.
         """
         columns = np.asarray(B, dtype=np.float64).reshape(len(B), -1)
         initial = (

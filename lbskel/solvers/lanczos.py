@@ -23,8 +23,8 @@ from lbskel.errors import SolveError
 # Largest residual of a Ritz pair that has converged, relative to its Ritz value; errors of eigenvalues are about its
 # square, those of eigenvectors this over the relative gap.
 TOLERANCE = 1e-14
-# Steps between tests of convergence, each an eigenproblem of the size of the basis, as a share of the pairs wanted, and
-# at least. A guess.
+# Steps between two tests of convergence, as a share of the pairs wanted, and their minimum; each test solves an
+# eigenproblem of the size of the basis. A guess.
 CHECK_SHARE, MIN_INTERVAL = 0.2, 10
 MIN_SURPLUS = 30  # vectors of the basis beyond the pairs wanted, at least; it has as many as pairs if these are more
 MAX_RESTARTS = 300  # a guess, far above the ten of the slowest mesh tried
@@ -46,7 +46,7 @@ class ThickRestartLanczos:
     k : int
         Number of eigenpairs, less than n.
     random : numpy.random.Generator
-        Of the starting vectors.
+        Source of the starting vectors.
     """
 
     def __init__(self, apply: Apply, M: csc_array, k: int, random: np.random.Generator):
@@ -102,7 +102,7 @@ class ThickRestartLanczos:
         self._V[:, self._size] = q
 
     def _step(self) -> None:
-        """Take the last vector into the basis and compute the next one; H is known above its diagonal."""
+        """Take the last vector into the basis and compute the next one; its column of H is known above the diagonal."""
         j = self._size
         V, q, known = self._V[:, : j + 1], self._V[:, j], self._H[:j, j]
         w = self._apply(self._M @ q)

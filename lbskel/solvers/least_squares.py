@@ -1,10 +1,10 @@
 """Least squares, min ||K X - B||, of a rectangular sparse matrix: dense, augmented, by normal equations, iterative.
 
-Every solver of symmetric systems can solve the normal equations K^T K X = K^T B; for iterative ones that need only
-products K^T K is not formed. The condition number that matters is that of K for qr, svd, augmented, cgls, lsqr and
-lsmr in exact arithmetic, and its square for the normal equations. Bjoerck 1996, "Numerical methods for least squares
-problems", https://doi.org/10.1137/1.9781611971484; Paige, Saunders 1982, https://doi.org/10.1145/355984.355989; Fong,
-Saunders 2011, https://doi.org/10.1137/10079687X.
+Every solver of symmetric systems can solve the normal equations K^T K X = K^T B; K^T K is not formed for iterative ones
+that need only products with it. The condition number that matters is that of K for the errors of qr, svd and augmented
+and for the convergence of cgls, lsqr and lsmr, and its square for the errors of the normal equations. Bjoerck 1996,
+"Numerical methods for least squares problems", https://doi.org/10.1137/1.9781611971484; Paige, Saunders 1982,
+https://doi.org/10.1145/355984.355989; Fong, Saunders 2011, https://doi.org/10.1137/10079687X.
 """
 
 from __future__ import annotations
@@ -172,8 +172,11 @@ def lstsq(
     UnknownChoice
         If no method has that name.
     SolveError
-        If the columns are dependent to working accuracy, a dense matrix would be too large, or, if ``iterations`` is
-        not given, K^T (B - K X) is above a thousandth of K^T B after 2000 iterations.
+        If an entry is not finite, a dense matrix would be too large, the matrix of a direct method cannot be factorized
+        since columns are dependent to working accuracy (``qr`` and ``svd`` return the solution of least norm), or, if
+        ``iterations`` is not given, K^T (B - K X) is above a thousandth of K^T B after at most 2000 iterations.
+    MissingDependency
+        If the method is ``cg_amg`` and pyamg is not installed.
 
     Examples
     --------

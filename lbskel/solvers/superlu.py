@@ -1,6 +1,6 @@
 """Sparse LU with a symmetric ordering: SuperLU, through scipy.
 
-1.7 to 8 times slower than CHOLMOD (``benchmarks/results/solvers.md``, early step, 1,000 to 170,000 vertices).
+It takes 1.1 to 24 times as long as CHOLMOD on the systems of the first table of ``benchmarks/results/solvers.md``.
 
 Li 2005, "An overview of SuperLU", https://doi.org/10.1145/1089014.1089017.
 """

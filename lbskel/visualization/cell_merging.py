@@ -1,4 +1,4 @@
-"""Simplification for display: the vertices of each cell of a grid are merged, whatever the surface is like.
+"""Simplification for display: the vertices of each cell of a grid are merged, whatever the topology of the surface.
 
 Rossignac, Borrel 1993, "Multi-resolution 3D approximations for rendering complex scenes",
 https://doi.org/10.1007/978-3-642-78114-8_29.
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 def merged_by_cells(
     vertices: NDArray[np.float64], faces: NDArray[np.int64], max_faces: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Merge the vertices of each cell of a grid until few faces are left.
+    """Merge the vertices of each cell of a grid, so coarse that at most ``max_faces`` faces are left.
 
     Parameters
     ----------
@@ -26,11 +26,11 @@ def merged_by_cells(
     Returns
     -------
     kept : (k,) array of int
-        The vertex that stands for each cell: the one nearest to the mean of its vertices.
+        The vertex that stands for each cell: the one nearest to the mean of the cell's vertices.
     merged : (f, 3) array of int
-        Faces of these; at most ``max_faces``.
+        Faces, with indices into ``kept``; at most ``max_faces``.
     rows : (f,) array of int
-        The given face that each was.
+        Index of the given face that each comes from.
     """
     if len(faces) <= max_faces:
         return np.arange(len(vertices)), faces, np.arange(len(faces))

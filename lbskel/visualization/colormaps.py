@@ -21,10 +21,10 @@ NAN_COLOR = "0.75"  # matplotlib's notation of a gray
 OUTLIER_PERCENT = 5.0
 # Part of plasma that is used, from its dark end; chosen by eye.
 PLASMA_FRACTION = 0.88
-# matplotlib's words for numbers below and above a scale
+# matplotlib's words for whether there are numbers below and above a scale
 EXTENDS = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
-# Percentage of the radii at each end that may lie outside the scale, and the ratio of the smallest or largest radius to
-# the rest from which on they do: the soma of a neuron would leave one color to all its branches. Choices of style.
+# Percentage of the radii at each end that may lie outside the scale, and the ratio of the extreme radius to the rest
+# from which on they do: with the soma of a neuron inside, all its branches would have one color. Choices of style.
 RADIUS_OUTLIER_PERCENT, MAX_RADIUS_RATIO = 2.0, 2.0
 
 
@@ -70,7 +70,12 @@ class ColorScale:
 def radius_scale(radii: Iterable[NDArray[np.float64]]) -> ColorScale | None:
     """Choose one scale for the radii of all skeletons of a picture; None if no radius is known (finite).
 
-    A few radii that are far smaller or larger than all others lie outside it.
+    A few radii that are far smaller or larger than all others lie outside the scale.
+
+    Parameters
+    ----------
+    radii : iterable of (k,) array of float
+        The radii of each skeleton.
     """
     known = np.concatenate([np.empty(0), *radii])
     known = known[np.isfinite(known)]
@@ -84,7 +89,13 @@ def radius_scale(radii: Iterable[NDArray[np.float64]]) -> ColorScale | None:
 
 
 def field_scales(fields: Sequence[tuple[str, NDArray[np.float64]]]) -> dict[str, ColorScale]:
-    """Choose one scale for all fields of the same name, given as pairs of a name and its values."""
+    """Choose one scale for all fields of the same name.
+
+    Parameters
+    ----------
+    fields : sequence of (str, (n,) array of float)
+        Pairs of a name and values.
+    """
     return {name: _field_scale(np.concatenate([f for n, f in fields if n == name])) for name, _ in fields}
 
 

@@ -105,7 +105,17 @@ def draw_shape(
     radii: ColorScale | None,
     fields: ColorScale | None,
 ) -> None:
-    """Draw the mesh or point cloud and the skeleton of a panel in a rectangle: left, bottom, width and height."""
+    """Draw the mesh or point cloud and the skeleton of a panel in a rectangle of the figure.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        At 72 dots per inch.
+    rectangle : tuple of int
+        Left, bottom, width and height, in pixels.
+    panel, view, frame, radii, fields
+        As for :func:`draw_panel`.
+    """
     axes = _add_axes(figure, *rectangle)
     _draw_surface(axes, panel, view, frame, fields)
     if panel.skeleton is not None:

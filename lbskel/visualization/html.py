@@ -1,7 +1,7 @@
 """One self-contained HTML document: its head, style and content security policy; tables and pictures.
 
 All text is escaped. The policy (https://www.w3.org/TR/CSP3/) forbids every connection, and every script but those whose
-hashes it names, so that nothing is downloaded and no name or note can run.
+hashes it names, so that nothing is downloaded and no name or note can run; those scripts may use eval.
 """
 
 from __future__ import annotations
@@ -60,9 +60,9 @@ def document(
     scripts : sequence of str
         Programs that run in this order when the page is read.
     held : sequence of str
-        Programs that are packed by zlib, for one of the others to unpack and run them.
+        Programs that are packed by zlib; one of ``scripts`` has to unpack and run them.
     data : mapping, optional
-        What the programs read from the element ``data``, ready for JSON; packed too.
+        The content of the element ``data``, which the programs read; ready for JSON, and packed too.
     """
     hashes = [base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in (*scripts, *held)]
     allowed = " ".join(["'unsafe-eval'", *(f"'sha256-{each}'" for each in hashes)]) if scripts else "'none'"

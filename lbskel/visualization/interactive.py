@@ -1,8 +1,8 @@
 """The interactive page of a mesh and its skeleton: one HTML file that opens without a network, drawn by plotly.
 
 The file contains plotly.js, the geometry of a :class:`~lbskel.visualization.scene.Scene`, and ``page.js``, which
-connects the toggles, the slider of the contraction, and the branch table. ``start.js`` runs these when a picture of the
-first view is on the screen.
+connects the toggles, the slider of the contraction, and the branch table. ``start.js`` runs both programs when a
+picture of the first view is on the screen.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def page(scene: Scene, path: str | os.PathLike[str], *, force: bool = False) -> 
 
 
 def require_plotly() -> None:
-    """Raise the error of a page without plotly now, and not after there is something to show.
+    """Raise the error that a page would raise without plotly, before there is something to show.
 
     Raises
     ------
@@ -95,6 +95,17 @@ def require_plotly() -> None:
 
 def page_content(scene: Scene) -> bytes:
     """Compose the page that :func:`page` writes.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Raises
+    ------
+    MeshError
+        If there is neither a mesh nor a skeleton.
+    MissingDependency
+        If plotly is not installed.
 
     Examples
     --------
@@ -125,7 +136,7 @@ def page_content(scene: Scene) -> bytes:
 
 
 def _share(extent: list[float]) -> float:
-    """Share of the view that the shape fills, by the distance of the camera in page.js and its angle of 45 degrees."""
+    """Share of the view that the shape fills, from the camera's distance in page.js and its angle of 45 degrees."""
     longer, depth = max(extent[:2]), extent[2]
     return longer / (2 * math.tan(math.pi / 8)) / (1.3 * longer + depth / 2) if longer > 0 else 1.0
 

@@ -112,14 +112,14 @@ class Layout:
 
 
 def arrange(extent: NDArray[np.float64], lines: Sequence[tuple[float, float]], size: tuple[int, int] | None) -> Layout:
-    """Choose the number of columns for which the picture's aspect ratio is closest to the one wanted.
+    """Lay panels out in the number of columns for which the picture's aspect ratio is closest to the one wanted.
 
     Parameters
     ----------
     extent : (2,) array of float
         Width and height of the projected shape, in the caller's units.
     lines : sequence of pairs of float
-        For each panel the height of the text above and below its drawing, in lines.
+        For each panel the height of the text above and below its drawing, in font sizes.
     size : pair of int, optional
         Width and height of the picture in pixels; by default it follows the shape.
 

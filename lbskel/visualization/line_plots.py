@@ -10,7 +10,7 @@ from typing import Any
 
 from lbskel.errors import MissingDependency
 
-# Range of the values shown, ratios to the values at the start; others are drawn at its limits. A choice of style.
+# Range of the values shown, as ratios to the value at the start; others are drawn at its limits. A choice of style.
 MAX_SHOWN, MIN_SHOWN = 1e3, 1e-6
 
 

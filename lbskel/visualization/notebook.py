@@ -1,4 +1,4 @@
-"""What notebooks show: pictures of meshes, point clouds, skeletons and sparse matrices, and pages inside a cell."""
+"""The displays in notebooks: pictures of meshes, point clouds, skeletons and sparse matrices, and pages in a cell."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def picture_of(drawings: Sequence[tuple[str, Any]]) -> bytes:
     Parameters
     ----------
     drawings : sequence of (str, value)
-        Titles, and meshes, point clouds or skeletons; or sparse matrices, of which the entries are marked.
+        Titles, and meshes, point clouds or skeletons; or sparse matrices only, whose entries are marked.
 
     Raises
     ------
@@ -65,10 +65,12 @@ class InlinePage:
     Parameters
     ----------
     **scene
-        Of :class:`~lbskel.visualization.scene.Scene`.
+        The fields of :class:`~lbskel.visualization.scene.Scene`.
 
     Raises
     ------
+    MeshError
+        If there is neither a mesh nor a skeleton.
     MissingDependency
         If plotly is not installed.
 

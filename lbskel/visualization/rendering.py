@@ -78,12 +78,19 @@ def picture(
         As in :func:`render`.
     title : str
         Text above the drawing.
+
+    Raises
+    ------
+    FormatError, MissingDependency
+        As :func:`render`.
+    MeshError
+        If there is neither a mesh nor a skeleton.
     """
     render([Panel(mesh, skeleton, title)], path, size=size, force=force)
 
 
 def require_matplotlib() -> None:
-    """Raise the error of drawing without matplotlib now, and not after there is something to draw.
+    """Raise the error that drawing would raise without matplotlib, before there is something to draw.
 
     Raises
     ------
@@ -103,6 +110,15 @@ def draw(panels: Sequence[Panel], *, size: tuple[int, int] | None = None, turn: 
         As in :func:`render`.
     turn : float
         Degrees by which the view is turned about its vertical axis: 90 for the side.
+
+    Raises
+    ------
+    FormatError
+        If the panels do not fit into the size.
+    MeshError
+        If there is no panel.
+    MissingDependency
+        If matplotlib is not installed.
 
     Examples
     --------

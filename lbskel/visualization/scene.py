@@ -1,8 +1,9 @@
-"""What an interactive page shows, and its geometry in the form that the page's program reads.
+"""The content of an interactive page, and its geometry in the form that the page's program reads.
 
 Browsers draw in single precision, so coordinates are projected to the view of the pictures and divided by the size of
-the shape. Positions are stored as 16-bit integers: a step is 1/32767 of half the size, a thirtieth of a pixel. Surfaces
-of more faces than a bound are simplified for display (:mod:`lbskel.visualization.cell_merging`).
+the shape. Positions of surfaces and clouds are stored as 16-bit integers: a step is 1/32767 of half the size, a
+thirtieth of a pixel. Surfaces of more faces than a bound are simplified for display
+(:mod:`lbskel.visualization.cell_merging`).
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ from lbskel.visualization.html import Table, cell
 from lbskel.visualization.panel import Panel
 from lbskel.visualization.viewpoint import unobstructed_view
 
-# Bounds on what a page holds, so that it has less than 8 MB at any size of a mesh, 2 of which are plotly.js: a face
-# takes 12 bytes, a vertex and a point 8, and a step of the contraction 8 for each of its vertices, before it is packed.
-# Choices of style.
+# Bounds on what a page holds, so that it has less than 8 MB at any size of a mesh, 2 of which are plotly.js. Before it
+# is packed, a face takes 8 bytes, or 16 with more than 65,536 vertices, a vertex and a point 8, and a step of the
+# contraction 8 for each of its vertices. Choices of style.
 MAX_FACES, MAX_POINTS, MAX_STEP_FACES, MAX_STEPS, MAX_MENDED = 40_000, 60_000, 10_000, 30, 3_000
 MAX_BALLS = 150  # inscribed balls of 162 vertices each that a page draws, evenly chosen; a choice of style
 WIDTH_RANGE, WIDTH_SHARE = (2.5, 7.0), 400.0  # of lines in pixels, and pixels for a radius of 1; choices of style
@@ -49,7 +50,7 @@ class Scene:
     parts_name : str
         What the parts are, for the label of the toggle.
     parts_first : bool
-        Whether they are shown at first, in place of the plain mesh.
+        Whether the parts are shown at first, in place of the plain mesh.
     field : (n,) array of float, optional
         A number for each vertex of the mesh, shown as color.
     field_name : str
@@ -57,9 +58,9 @@ class Scene:
     contracted : Mesh, optional
         The surface that was contracted.
     positions : sequence of (k, 3) array of float
-        Of its vertices after each step.
+        Positions of the vertices of ``contracted`` after each step.
     area_ratios, volume_ratios : sequence of float
-        After each step, relative to the start; the volume may be NaN.
+        Area and volume after each step, relative to the start; the volume may be NaN.
     columns : mapping of str to (b,) array
         The branch table: a value for each branch of the skeleton.
     off_center : array of int
@@ -107,7 +108,11 @@ class _Frame:
 
 
 def encode_scene(scene: Scene) -> tuple[dict[str, Any], list[str]]:
-    """Encode a scene as data ready for JSON, and tell in sentences what was simplified.
+    """Encode a scene as data ready for JSON, and list in sentences what was simplified.
+
+    Parameters
+    ----------
+    scene : Scene
 
     Raises
     ------
@@ -237,7 +242,7 @@ def _palette() -> list[str]:
 
 
 def _thinned(points: NDArray[np.float64], at_most: int, what: str, notes: list[str]) -> NDArray[np.float64]:
-    """Choose points evenly from a list that is too long, and tell it."""
+    """Choose points evenly from a list that is too long, and append a note that says so."""
     if len(points) <= at_most:
         return points
     notes.append(f"{at_most:,} of the {len(points):,} {what} are shown.")

@@ -31,7 +31,8 @@ LIGHT = np.array([-0.40, 0.58, 0.71], dtype=np.float32)  # unit vector to the li
 HALFWAY = np.array([-0.22, 0.31, 0.925], dtype=np.float32)  # unit vector halfway between the light and the viewer
 # Largest angle, 30 degrees, between a vertex normal and a face normal at which the vertex normal is used; a guess.
 CREASE_COSINE = np.cos(np.radians(30))
-# In square pixels of the samples: a smaller face has no reliable normal and takes those of its vertices. A guess.
+# Twice the area of a face, in squared samples, below which its normal is not reliable and those of its vertices are
+# used. A guess.
 MIN_DOUBLED_AREA = 1e-6
 # Lower bound on lengths and weights that are divided by; a guess, far below a pixel.
 EPSILON = 1e-6

@@ -1,7 +1,7 @@
-"""The direction of view in which limbs hide one another least: that in which the shape has the largest silhouette.
+"""The direction of view in which limbs hide one another least: the one in which the shape has the largest silhouette.
 
-Directions near that of the least variance are tried, in which the shape is broadest on the whole. Where parts of it lie
-behind one another, as the legs of an animal that is seen from the side, another direction shows more of it.
+Directions near the axis of least variance are tried, along which the shape looks broadest on the whole. Where parts of
+the shape lie behind one another, as the legs of an animal seen from the side, another direction shows more of it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ N_PIXELS, MAX_FACES = 128, 4000  # pixels across the diameter bound, and faces d
 
 
 def unobstructed_view(shape: Drawable) -> View:
-    """Choose the view; of point clouds and skeletons that along the axis of least variance.
+    """Choose the view of a mesh with the largest silhouette; of clouds and skeletons, along the axis of least variance.
 
     Parameters
     ----------

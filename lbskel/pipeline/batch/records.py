@@ -40,7 +40,7 @@ class Record:
     Parameters
     ----------
     input, output : str
-        The mesh as the caller named it, and the skeleton relative to the output folder.
+        Path of the mesh as the caller named it, and of the skeleton relative to the output folder.
     outcome : BatchStatus
     message : str
         Why there is no skeleton, or which measures of its score fail and which cycles were cut.
@@ -96,7 +96,7 @@ def append(folder: Path, record: Record) -> None:
 
 
 def is_final(record: Record | None, key: str, folder: Path) -> bool:
-    """Whether a record has the same content and options, is final, and its skeleton still exists."""
+    """Whether a record has the key of this content and these options, is final, and any skeleton still exists."""
     if record is None or record.key != key or record.outcome not in FINAL:
         return False
     return record.outcome is BatchStatus.REFUSED or (folder / record.output).is_file()

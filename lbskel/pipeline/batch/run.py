@@ -77,8 +77,8 @@ def skeletonize_many(
     ----------
     inputs : iterable of path-like
     output : path-like
-        A folder, made if it does not exist. Skeletons have the names of their meshes, relative to the
-        common folder of these.
+        A folder, made if it does not exist. Skeletons have the names of their meshes, relative to the common folder of
+        the meshes.
     extension : str
         A format in FORMATS.
     tree : bool
@@ -92,13 +92,13 @@ def skeletonize_many(
     dask : str, optional
         Address of a Dask scheduler, ``tcp://...``, whose workers see the same files and do the work.
     time_limit, memory_limit : float, optional
-        Seconds for each input, and megabytes of data for its process, of which lbskel itself takes about 300.
+        Seconds for each input, and megabytes of data for its process, of which lbskel itself needs about 300.
     force : bool
         Whether skeletons that are in no manifest may be replaced.
     on_record : callable, optional
         Called with each record, and whether it is from an earlier batch.
     **options
-        Of :func:`lbskel.skeletonize`.
+        Of :func:`lbskel.skeletonize`; other names raise TypeError. With a value out of range each input is refused.
 
     Returns
     -------
@@ -108,9 +108,9 @@ def skeletonize_many(
     Raises
     ------
     FormatError
-        If there is no input, or outputs exist that no batch has made.
+        If there is no input or one is named twice, or outputs exist that no batch has made.
     UnknownChoice
-        If an option is unknown or out of range.
+        If the format is unknown, a number is not positive, no scheduler answers, or an option is not text or numbers.
     MissingDependency
         If Dask is asked for and not installed, or a package that the format or the pictures need.
 
@@ -182,7 +182,7 @@ def _processors() -> int:
 
 
 def _names(paths: Sequence[Path], extension: str) -> list[str]:
-    """Name of each skeleton, relative to the common folder of the inputs; with the full name if two would be equal."""
+    """Name each skeleton relative to the common folder of the inputs; equal names keep the extension of the mesh."""
     absolute = [path.absolute() for path in paths]
     if len(set(absolute)) < len(absolute):
         twice = next(path for path, count in Counter(absolute).items() if count > 1)
@@ -240,7 +240,7 @@ def _key(mesh: Path, task: _Task) -> str:
 
 
 def _on_this_machine(task: _Task, jobs: Sequence[Job], workers: int) -> Generator[Answer, None, None]:
-    """Answers in the order of completion, from processes on this machine, which end with this generator."""
+    """Yield answers in the order of completion, from processes on this machine, which end with this generator."""
     processes = [WorkerProcess(task.time_limit, task.memory_limit) for _ in range(min(workers, len(jobs)))]
     idle: queue.SimpleQueue[WorkerProcess] = queue.SimpleQueue()
     for process in processes:
@@ -266,7 +266,7 @@ def _on_this_machine(task: _Task, jobs: Sequence[Job], workers: int) -> Generato
 
 
 def _on_cluster(task: _Task, jobs: Sequence[Job], address: str) -> Generator[Answer, None, None]:
-    """Answers in the order of completion, from the workers of a Dask cluster."""
+    """Yield answers in the order of completion, from the workers of a Dask cluster."""
     try:
         import dask.distributed
     except ImportError:
