@@ -47,7 +47,8 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
     Raises
     ------
     MeshError
-        If the skeleton has no map from the vertices of this mesh, the mesh has no size, or a number is too small.
+        If the skeleton has no map from the vertices of this mesh, the mesh has no size, a radius of the skeleton is
+        not known, or a number is too small.
     SolveError
         If the weights cannot be solved for.
 
@@ -66,6 +67,8 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
             f"the skeleton maps {len(skeleton.node_of_vertex)} vertices to its nodes, and the mesh has "
             f"{len(surface.vertices)}: give the mesh that the skeleton was made from"
         )
+    if len(unknown := np.flatnonzero(~np.isfinite(skeleton.radii))):
+        raise MeshError(f"the radius of node {unknown[0]} is not known, and the lengths of bones follow from the radii")
     if max_influences < 1:
         raise MeshError(f"max_influences must be at least 1, not {max_influences}")
     if not surface.diameter_bound > 0:

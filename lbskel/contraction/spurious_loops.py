@@ -14,9 +14,9 @@ from lbskel._kernels.linking import sums_from_root
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.graphs import weighted_graph
 
-# Independence is tested modulo this prime, below 2^20. Sums of up to 4,096 products of two remainders are then below
-# 2^52, so that they and their quotients by the prime are exact enough in double precision
-PRIME = 1_048_573
+# Independence is tested modulo this prime, below 2^20. Sums of this many products of two remainders are then below 2^52,
+# so that they and their quotients by the prime are exact enough in double precision
+PRIME, MAX_TERMS = 1_048_573, 4_096
 TREE_LENGTH_SHIFT = 1e-12  # added to lengths, in diameter bounds: zero would mean no edge in a sparse matrix
 
 
@@ -106,11 +106,11 @@ def _independent_rows(rows: NDArray[np.int64], deadline: Deadline) -> NDArray[np
     for first in range(0, r, size):
         deadline.check()
         block = rows[first : first + size].astype(np.float64)
-        block = _modulo(block - _modulo(block[:, pivots] @ reduced[: len(pivots)]))
+        block = _modulo(block - _product(block[:, pivots], reduced[: len(pivots)]))
         found, columns = _reduce(block)
         is_independent[first + found] = True
         n = len(pivots)
-        reduced[:n] = _modulo(reduced[:n] - _modulo(reduced[:n, columns] @ block[found]))
+        reduced[:n] = _modulo(reduced[:n] - _product(reduced[:n, columns], block[found]))
         reduced[n : n + len(found)] = block[found]
         pivots = np.append(pivots, columns)
     return is_independent
@@ -130,6 +130,14 @@ def _reduce(block: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.i
         found.append(i)
         columns.append(pivot)
     return np.array(found, dtype=np.int64), np.array(columns, dtype=np.int64)
+
+
+def _product(A: NDArray[np.float64], B: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Multiply matrices modulo the prime, of MAX_TERMS columns and rows at a time."""
+    total = np.zeros((len(A), B.shape[1]))
+    for first in range(0, A.shape[1], MAX_TERMS):
+        total = _modulo(total + _modulo(A[:, first : first + MAX_TERMS] @ B[first : first + MAX_TERMS]))
+    return total
 
 
 def _modulo(numbers: NDArray[np.float64]) -> NDArray[np.float64]:

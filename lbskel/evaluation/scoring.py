@@ -92,7 +92,7 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
         rms_curvature=rms_curvature(skeleton),
         extra_components=skeleton.n_components - int((~find_crumbs(unit)).sum()),
         extra_cycles=_extra_cycles(skeleton, unit, n_loops_opened),
-        tunnels_missed=_tunnels_missed(skeleton, surface.proxy.mesh, n_loops_opened),
+        tunnels_missed=_tunnels_missed(skeleton, surface, n_loops_opened),
         connected_regions=float(is_in_largest_piece(node, unit)[unit.used_vertices].mean()) if has_map else None,
         adjacent_regions=1 - len(disjoint) / max(1, len(skeleton.edges)) if has_map else None,
         shortcut_edges=_n_shortcut_edges(skeleton, unit, widths, disjoint),
@@ -228,11 +228,12 @@ def _extra_cycles(skeleton: Skeleton, mesh: Mesh, n_loops_opened: int) -> int | 
     return min(total + n_loops_opened, 0) if total < 0 else total
 
 
-def _tunnels_missed(skeleton: Skeleton, mesh: Mesh, n_loops_opened: int) -> int | None:
+def _tunnels_missed(skeleton: Skeleton, surface: Surface, n_loops_opened: int) -> int | None:
     """Count the tunnels that no cycle goes around, less the loops that were opened on purpose; None if not certain."""
+    mesh = surface.proxy.mesh
     if not mesh.is_closed_manifold or mesh.n_components > 1 or skeleton.n_components > 1:
         return None
-    n_missed = tunnels_missed(skeleton.nodes, skeleton.edges, mesh)
+    n_missed = tunnels_missed(skeleton.nodes, skeleton.edges, mesh, deadline=surface.deadline)
     return None if n_missed is None else max(0, n_missed - n_loops_opened)
 
 

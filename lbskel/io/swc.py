@@ -103,7 +103,9 @@ def _depth_first(
     from_top = np.stack([np.full(len(roots), k), roots], axis=1)
     pairs = np.concatenate([edges, edges[:, ::-1], from_top])
     order, parents = depth_first_order(weighted_graph(pairs, np.ones(len(pairs)), k + 1), k)
-    return order[1:], np.where(parents[:k] == k, NO_PARENT, parents[:k])
+    order = order[1:]
+    order = order[np.argsort(label[order] != label[root], kind="stable")]  # the component of the chosen root first
+    return order, np.where(parents[:k] == k, NO_PARENT, parents[:k])
 
 
 def read_swc(path: Path) -> Skeleton:

@@ -54,7 +54,7 @@ def remove_degenerate(mesh: Mesh, *, angle: float = 0.5) -> PreprocessResult:
         if not sum([surface.remove(face) for face in bad.tolist()]):
             break
     if not (surface.n_collapsed + surface.n_flipped):
-        note = f"{len(bad)} degenerate faces are kept, since rechanged them would change the topology or the shape"
+        note = f"{len(bad)} degenerate faces are kept, since changing them would change the topology or the shape"
         return identity_result(mesh, note)
     kept = f"; {len(bad)} are kept" if len(bad) else ""
     note = f"{surface.n_collapsed} needles were collapsed and {surface.n_flipped} caps were flipped{kept}"

@@ -67,7 +67,7 @@ def join_components(
     if max_angle is not None and not max_angle > 0:
         raise UnknownChoice(f"max_angle must be positive, in degrees, not {max_angle}")
     component, n = skeleton.component_of_node, skeleton.n_components
-    if n == 1:
+    if n <= 1:
         return skeleton
     i, j = _candidate_pairs(skeleton.nodes, component).T
     lengths = np.linalg.norm(skeleton.nodes[i] - skeleton.nodes[j], axis=1)

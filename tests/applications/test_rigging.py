@@ -1,5 +1,7 @@
 """Rigs of known shapes: bones, symmetry, weights, and what is left of a bent limb."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -76,6 +78,9 @@ def test_wrong_input_is_an_error(rod):
     skeleton = skeletonize(rod)
     with pytest.raises(MeshError, match="give the mesh that the skeleton was made from"):
         rig(capsule(3.0, 0.4, 12), skeleton)
+    unknown = replace(skeleton, radii=np.full(len(skeleton.nodes), np.nan))
+    with pytest.raises(MeshError, match="the radius of node 0 is not known"):
+        rig(rod, unknown)
     with pytest.raises(MeshError, match="max_influences must be at least 1, not 0"):
         rig(rod, skeleton, max_influences=0)
     with pytest.raises(MeshError, match="max_bones must be at least 1"):

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from lbskel.contraction.spurious_loops import null_loop_edges, spurious_loop_edges
+from lbskel.contraction import spurious_loops
+from lbskel.contraction.spurious_loops import PRIME, null_loop_edges, spurious_loop_edges
 from lbskel.geometry.deadline import Deadline, OutOfTime
 
 # two quadrangles with a common side, the shortest edge, so that each is closed by an edge of its own
@@ -75,3 +76,8 @@ def test_loops_with_the_sum_zero_are_told_by_one_column():
 def test_after_a_deadline_no_loops_are_compared():
     with pytest.raises(OutOfTime):
         spurious_loop_edges(NODES, EDGES, cochain_around(1, 1), deadline=Deadline(0.0))
+
+
+def test_products_of_many_terms_are_exact():
+    row = np.full((1, 20_000), float(PRIME - 1))
+    assert spurious_loops._product(row, row.T) == 20_000

@@ -50,6 +50,8 @@ def test_the_given_node_comes_first_and_other_components_begin_at_their_thickest
     roots = [row[2] for row in swc_rows(tmp_path / "a.swc") if row[4] == -1]
     assert roots[0] == skeleton.nodes[4].tolist()
     assert sorted(roots) == [skeleton.nodes[node].tolist() for node in (4, 7, 8)]  # 7 is thicker than 6
+    write_skeleton(tmp_path / "b.swc", skeleton, root=8)  # of the last component
+    assert swc_rows(tmp_path / "b.swc")[0][2] == skeleton.nodes[8].tolist()
 
 
 def test_a_soma_has_type_1_where_it_is_the_root(tmp_path, neuron):

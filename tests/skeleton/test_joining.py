@@ -118,3 +118,8 @@ def test_the_nearest_pair_of_nodes_may_be_one_that_is_not_allowed():
     trunk = line([0, 0, 0], [5, 0, 0], 60)
     twig = line([2.5, 0.5, 0.3], [2.5, 3, 0.3])
     assert join_components(both(trunk, twig), reach=10.0, max_angle=45.0).n_components == 1
+
+
+def test_an_empty_skeleton_stays_empty():
+    empty = Skeleton(np.empty((0, 3)), np.empty((0, 2), dtype=np.int64), [])
+    assert join_components(empty) is empty
