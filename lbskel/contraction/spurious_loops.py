@@ -14,8 +14,8 @@ from lbskel._kernels.linking import sums_from_root
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.graphs import weighted_graph
 
-# Independence is tested modulo this prime, below 2^20. Sums of this many products of two remainders are then below 2^52,
-# so that they and their quotients by the prime are exact enough in double precision
+# Independence is tested modulo this prime, below 2^20. Sums of this many products of two remainders are then below
+# 2^52, so that they and their quotients by the prime are exact enough in double precision
 PRIME, MAX_TERMS = 1_048_573, 4_096
 TREE_LENGTH_SHIFT = 1e-12  # added to lengths, in diameter bounds: zero would mean no edge in a sparse matrix
 
