@@ -6,7 +6,7 @@ if and only if the cycle bounds inside.
 
 from __future__ import annotations
 
-__all__ = ["are_around_tunnels", "tunnels_missed"]
+__all__ = ["are_around_tunnels", "tunnel_cochain", "tunnels_missed"]
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -104,15 +104,36 @@ def are_around_tunnels(loops: list[NDArray[np.float64]], surface: Surface) -> ND
     surface : Surface
         Its proxy is used in its place; nothing is known if the proxy is open or intersects itself.
     """
-    mesh = surface.proxy.mesh
-    if len(loops) == 0 or not mesh.genus or (outside := _outside(mesh, surface.deadline)) is None:
-        return np.zeros(len(loops), dtype=bool)
+    if len(loops) == 0:
+        return np.zeros(0, dtype=bool)
     corners, begins = np.concatenate(loops), np.cumsum([0, *map(len, loops)])
     following = np.arange(1, len(corners) + 1)
     following[begins[1:] - 1] = begins[:-1]
-    values = outside.cochain(np.stack([corners, corners[following]], axis=1), outside.mixed_flow)
-    are_linked: NDArray[np.bool_] = np.add.reduceat(values[:, 0], begins[:-1]) != 0
+    values = tunnel_cochain(np.stack([corners, corners[following]], axis=1), surface)
+    if values is None:
+        return np.zeros(len(loops), dtype=bool)
+    are_linked: NDArray[np.bool_] = np.add.reduceat(values, begins[:-1]) != 0
     return are_linked
+
+
+def tunnel_cochain(segments: NDArray[np.float64], surface: Surface) -> NDArray[np.int64] | None:
+    """(e,) numbers modulo 2^64 whose sum around a closed polygon inside is zero if it goes around no tunnel.
+
+    Else the sum is zero with a chance of about 2^-64. None if the surface has no tunnels, is open, or intersects
+    itself.
+
+    Parameters
+    ----------
+    segments : (e, 2, 3) array of float
+        The ends of each.
+    surface : Surface
+        Its proxy is used in its place.
+    """
+    mesh = surface.proxy.mesh
+    if not mesh.genus or (outside := _outside(mesh, surface.deadline)) is None:
+        return None
+    values: NDArray[np.int64] = outside.cochain(segments, outside.mixed_flow)[:, 0]
+    return values
 
 
 def _outside(mesh: Mesh, deadline: Deadline) -> _Outside | None:

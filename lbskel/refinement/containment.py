@@ -14,6 +14,7 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.offset_paths import paths_below_surface
 from lbskel.refinement.radii import mean_radii
 from lbskel.refinement.relaxation import relax_inside
+from lbskel.refinement.tunnel_paths import paths_on_side_of
 from lbskel.refinement.tunnel_sides import keep_sides, n_tunnels_missed, on_their_side, paths_that_pass
 from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
@@ -113,30 +114,14 @@ def _with_paths(
 def _on_their_side(
     olds: list[NDArray[np.float64]], paths: list[NDArray[np.float64]], surface: Surface
 ) -> list[NDArray[np.float64]]:
-    """Inner points of the new paths; of one that passes a tunnel on another side than the old, a path beside the old.
-
-    Where that passes another side, too, the old path is kept.
-    """
+    """Inner points that pass each tunnel on the side of old paths: those of the new paths, or of others."""
     news = [np.concatenate([old[:1], path, old[-1:]]) for old, path in zip(olds, paths, strict=True)]
     passes = np.flatnonzero(paths_that_pass(olds, news, surface)).tolist()
-    for row, path in zip(passes, _beside([olds[row] for row in passes], surface), strict=True):
-        news[row] = path
-    return [path[1:-1] for path in on_their_side(olds, news, surface)]
-
-
-def _beside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
-    """Relaxed paths beside the given ones, of which N_SAMPLES points on each edge are moved inside if outside."""
-    shares = np.arange(N_SAMPLES)[:, None] / N_SAMPLES
-    dense = [
-        np.concatenate([((1 - shares) * path[:-1, None] + shares * path[1:, None]).reshape(-1, 3), path[-1:]])
-        for path in paths
-    ]
-    if len(dense) == 0:
-        return []
-    points = np.concatenate(dense)
-    outside = ~surface.contains(points)
-    points[outside] = _moved_inside(points[outside], surface)
-    return relax_inside(np.split(points, np.cumsum([len(path) for path in dense])[:-1]), surface)
+    if passes:
+        others = paths_on_side_of([olds[row] for row in passes], surface.proxy)
+        for row, path in zip(passes, on_their_side(others, relax_inside(others, surface), surface), strict=True):
+            news[row] = path
+    return [path[1:-1] for path in news]
 
 
 def segments_outside(nodes: NDArray[np.float64], edges: NDArray[np.int64], surface: Surface) -> NDArray[np.bool_]:

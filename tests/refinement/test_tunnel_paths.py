@@ -1,0 +1,47 @@
+"""Paths that pass each tunnel on the side of others: on a torus, where both ways around are known."""
+
+import numpy as np
+import pytest
+
+from lbskel.contraction.cycle_classes import are_around_tunnels, tunnel_cochain
+from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement import tunnel_paths
+from lbskel.refinement.tunnel_paths import paths_on_side_of
+from lbskel.shapes import sphere, torus
+
+RING = Surface(torus(1.0, 0.3, 60, 20))
+
+
+def arc(first, last, radius=1.0, n=20):
+    turn = np.linspace(first, last, n)
+    return np.stack([radius * np.cos(turn), radius * np.sin(turn), 0 * turn], axis=1)
+
+
+@pytest.mark.parametrize("last", [1.0, 1.0 - 2 * np.pi, 1.0 + 2 * np.pi])
+def test_a_path_goes_around_the_ring_as_the_given_one_does(last):
+    [path] = paths_on_side_of([arc(0.0, last, 1.05)], RING)
+    assert RING.contains(path).all()
+    assert path[[0, -1]] == pytest.approx(arc(0.0, 1.0, 1.05)[[0, -1]])
+    turns = np.unwrap(np.arctan2(path[:, 1], path[:, 0]))
+    assert turns[-1] - turns[0] == pytest.approx(last)
+    # edges of equilateral triangles are up to 2 / sqrt(3) times as long as a straight line; 0.3 is one radius, for the ends
+    assert np.linalg.norm(np.diff(path, axis=0), axis=1).sum() < 2 / np.sqrt(3) * 1.05 * abs(last) + 0.3
+
+
+def test_a_path_stays_if_there_are_no_tunnels():
+    path = arc(0.0, 1.0, 0.5)
+    [same] = paths_on_side_of([path], Surface(sphere(3)))
+    assert same is path
+
+
+def test_a_path_stays_if_the_search_is_too_long(monkeypatch):
+    monkeypatch.setattr(tunnel_paths, "MAX_STATES", 10)
+    path = arc(0.0, 1.0)
+    [same] = paths_on_side_of([path], RING)
+    assert same is path
+
+
+def test_the_cochain_tells_loops_around_the_tunnel():
+    loops = [arc(0, 2 * np.pi, n=30)[:-1], arc(0, 1.0)]
+    sums = [tunnel_cochain(np.stack([loop, np.roll(loop, -1, axis=0)], axis=1), RING).sum() for loop in loops]
+    assert [value != 0 for value in sums] == are_around_tunnels(loops, RING).tolist() == [True, False]
