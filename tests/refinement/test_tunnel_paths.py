@@ -24,7 +24,7 @@ def test_a_path_goes_around_the_ring_as_the_given_one_does(last):
     assert path[[0, -1]] == pytest.approx(arc(0.0, 1.0, 1.05)[[0, -1]])
     turns = np.unwrap(np.arctan2(path[:, 1], path[:, 0]))
     assert turns[-1] - turns[0] == pytest.approx(last)
-    # edges of equilateral triangles are up to 2 / sqrt(3) times as long as a straight line; 0.3 is one radius, for the ends
+    # edges of equilateral triangles are up to 2 / sqrt(3) times as long as a straight line; 0.3, one radius, for the ends
     assert np.linalg.norm(np.diff(path, axis=0), axis=1).sum() < 2 / np.sqrt(3) * 1.05 * abs(last) + 0.3
 
 
