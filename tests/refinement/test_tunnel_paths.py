@@ -24,8 +24,16 @@ def test_a_path_goes_around_the_ring_as_the_given_one_does(last):
     assert path[[0, -1]] == pytest.approx(arc(0.0, 1.0, 1.05)[[0, -1]])
     turns = np.unwrap(np.arctan2(path[:, 1], path[:, 0]))
     assert turns[-1] - turns[0] == pytest.approx(last)
-    # edges of equilateral triangles are up to 2 / sqrt(3) times as long as a straight line; 0.3, one radius, for the ends
+    # a path along edges is up to 2 / sqrt(3) times as long as a straight line; 0.3, a radius, for the ends
     assert np.linalg.norm(np.diff(path, axis=0), axis=1).sum() < 2 / np.sqrt(3) * 1.05 * abs(last) + 0.3
+
+
+def test_paths_from_everywhere_on_the_ring_keep_their_side():
+    starts = np.linspace(0, 2 * np.pi, 60, endpoint=False) + 0.01
+    olds = [arc(start, start + 0.3, radius) for start in starts for radius in (0.85, 1.15)]
+    for path in paths_on_side_of(olds, RING):
+        turns = np.unwrap(np.arctan2(path[:, 1], path[:, 0]))
+        assert turns[-1] - turns[0] == pytest.approx(0.3)
 
 
 def test_a_path_stays_if_there_are_no_tunnels():
