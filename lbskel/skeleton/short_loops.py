@@ -59,7 +59,7 @@ def open_short_loops(skeleton: Skeleton, min_loop: float) -> Skeleton:
 def _branches_to_remove(skeleton: Skeleton, min_loop: float) -> list[NDArray[np.int64]]:
     """Find the thinnest branch without an anchor of each short loop, of loops that share no branch."""
     branches = skeleton.branches
-    lengths = [_length_in_radii(skeleton, branch) for branch in branches]
+    lengths = _lengths_in_radii(skeleton, branches)
     adjacent: dict[int, list[tuple[int, float, int]]] = {}
     for index, (branch, length) in enumerate(zip(branches, lengths, strict=True)):
         if length < min_loop:
@@ -79,13 +79,22 @@ def _branches_to_remove(skeleton: Skeleton, min_loop: float) -> list[NDArray[np.
     return removed
 
 
-def _length_in_radii(skeleton: Skeleton, branch: NDArray[np.int64]) -> float:
-    """Integrate the inverse radius along a branch; radii count as at least MIN_RADIUS of the median of those known."""
-    lengths = np.linalg.norm(np.diff(skeleton.nodes[branch], axis=0), axis=1)
-    known = np.nan_to_num(skeleton.radii[branch])
-    radii = np.maximum(known, np.median(known[known > 0]) * MIN_RADIUS if known.any() else 0.0)
+def _lengths_in_radii(skeleton: Skeleton, branches: tuple[NDArray[np.int64], ...]) -> list[float]:
+    """Integrate the inverse radius along branches; radii count as at least MIN_RADIUS of the median of those known."""
+    sizes = np.array([len(branch) for branch in branches])
+    ends, nodes, branch_of = np.cumsum(sizes), np.concatenate(branches), np.repeat(np.arange(len(sizes)), sizes)
+    known = np.nan_to_num(skeleton.radii[nodes])
+    ascending = known[np.lexsort((known, branch_of))]
+    n_known = np.bincount(branch_of, known > 0).astype(np.int64)
+    middles = ascending[[ends - 1 - n_known // 2, ends - 1 - np.maximum(n_known - 1, 0) // 2]]
+    medians = np.where(n_known > 0, middles.mean(axis=0), 0.0)
+    radii = np.maximum(known, MIN_RADIUS * medians[branch_of])
+    lengths = np.linalg.norm(np.diff(skeleton.nodes[nodes], axis=0), axis=1)
     between = (radii[1:] + radii[:-1]) / 2
-    return float(np.divide(lengths, between, out=np.full_like(lengths, np.inf), where=between > 0).sum())
+    in_radii = np.divide(lengths, between, out=np.full_like(lengths, np.inf), where=between > 0)
+    is_within = branch_of[1:] == branch_of[:-1]
+    totals: list[float] = np.bincount(branch_of[1:][is_within], in_radii[is_within], len(sizes)).tolist()
+    return totals
 
 
 def _loop_through(
