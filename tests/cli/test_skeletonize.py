@@ -174,11 +174,13 @@ def test_failed_measures_are_named_and_the_result_is_written(here, folder):
     assert (folder / "rod.swc").exists()
 
 
-def test_knobs(here, folder, rod):
-    last = len(rod.vertices) - 1
+@pytest.mark.parametrize("end", ["lowest", "highest"])  # one of them is the root without being asked for
+def test_knobs(end, here, folder, rod):
+    heights = rod.vertices[:, 2]
+    root = int(heights.argmin() if end == "lowest" else heights.argmax())
     options = (
         "--root",
-        str(last),
+        str(root),
         "--anchor",
         "0,0,0.5",
         "--nodes",
@@ -191,7 +193,7 @@ def test_knobs(here, folder, rod):
     assert here("skeletonize", "rod.off", "-o", "rod.json", *options)[0] == 0
     skeleton = read_skeleton(folder / "rod.json")
     assert (len(skeleton.nodes), len(skeleton.anchors)) == (9, 1)
-    assert skeleton.node_of_vertex[last] == 0  # the root is the first node
+    assert skeleton.node_of_vertex[root] == 0  # the root is the first node
     assert here("skeletonize", "rod.off", "-o", "rod.json", "--force", "--anchor", "99999")[0] == 2
 
 
