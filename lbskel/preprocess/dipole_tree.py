@@ -19,8 +19,9 @@ from lbskel._kernels.dipoles import dipole_field
 from lbskel.geometry.deadline import in_slices
 
 LEAF = 8  # points in a leaf; a guess
-# Distance of a node, in its radii, beyond which it counts as one dipole: it bounds the error of the field, near 0.03
-# (not in a committed table); swept in benchmarks/results/point_constants.md
+# Lower bound on the distance of a node that counts as one dipole, in its radii, which bounds the error of the field:
+# 3.5 leaves clouds as accurate and is slower, 1.75 leaves them a tenth less accurate;
+# benchmarks/results/point_constants.md
 OPENING = 2.5
 
 
