@@ -41,7 +41,8 @@ def grow_uncovered_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
     surface : Surface
     """
     mesh = surface.proxy.mesh
-    limbs = find_uncovered_limbs(inscribed_radii(skeleton, surface.proxy), mesh, min_reach=MIN_REACH)
+    on_proxy = replace(skeleton, node_of_vertex=surface.on_proxy(skeleton.node_of_vertex))
+    limbs = find_uncovered_limbs(inscribed_radii(on_proxy, surface.proxy), mesh, min_reach=MIN_REACH)
     if len(limbs.ends) == 0:
         return skeleton
     axes, widths = _centered(_axes(limbs, surface), limbs.radii, surface)

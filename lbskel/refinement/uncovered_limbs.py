@@ -1,6 +1,7 @@
 """Limbs that a skeleton leaves uncovered: parts of the surface that stand out of its balls, and are longer than wide.
 
-A vertex at distance d from the nearest point of the skeleton, where the radius is R, is uncovered if d > c R. A
+A vertex at distance d from the nearest point of the skeleton, where the radius is R, is uncovered if d > c R, and if the
+same holds for the node whose region it is in: across a gap, a thin branch may be nearer than the thick one around it. A
 connected set of uncovered vertices of area A, whose end, the vertex farthest from the skeleton, has the excess
 l = d - c R, is a limb if
 
@@ -69,19 +70,23 @@ def find_uncovered_limbs(skeleton: Skeleton, mesh: Mesh, *, min_reach: float = M
     Parameters
     ----------
     skeleton : Skeleton
-        With inscribed radii, in the coordinates of the mesh.
+        With inscribed radii, in the coordinates of the mesh, and with a node for each of its vertices.
     mesh : Mesh
     min_reach : float
         Lower bound on the distance of uncovered vertices from the skeleton, in radii of the skeleton.
     """
     distances, nearest, inscribed = nearest_on_edges(skeleton, mesh.vertices)
     node_of_vertex = cKDTree(skeleton.nodes).query(nearest)[1]
-    count = np.maximum(np.bincount(node_of_vertex), 1)
-    mean, thickness = (np.bincount(node_of_vertex, of) / count for of in (distances, 2 * local_radii(mesh)))
-    radii = np.maximum(inscribed, np.minimum(mean, MAX_WIDTH * thickness)[node_of_vertex])
+    k = len(skeleton.nodes)
+    count = np.maximum(np.bincount(node_of_vertex, minlength=k), 1)
+    mean, thickness = (np.bincount(node_of_vertex, of, k) / count for of in (distances, 2 * local_radii(mesh)))
+    widths = np.minimum(mean, MAX_WIDTH * thickness)
+    radii, own = np.maximum(inscribed, widths[node_of_vertex]), skeleton.node_of_vertex
     is_uncovered = np.zeros(len(mesh.vertices), dtype=bool)
     is_uncovered[mesh.used_vertices] = True
     is_uncovered &= distances > min_reach * radii
+    own_distances = np.linalg.norm(mesh.vertices - skeleton.nodes[own], axis=1)
+    is_uncovered &= own_distances > min_reach * np.maximum(skeleton.radii, widths)[own]
     edges, n_vertices = mesh.edges[is_uncovered[mesh.edges].all(axis=1)], len(mesh.vertices)
     patch = connected_components(weighted_graph(edges, np.ones(len(edges)), n_vertices), directed=False)[1]
     areas = np.bincount(mesh.faces.ravel(), np.repeat(mesh.face_areas / 3, 3), minlength=n_vertices)

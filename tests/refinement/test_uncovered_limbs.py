@@ -1,5 +1,7 @@
 """Uncovered limbs: found where a branch is missing, and nowhere else."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers import path_in
@@ -57,3 +59,19 @@ def test_vertices_of_no_face_are_no_limb():
     stray = Mesh(np.concatenate([ball.vertices, [[9.0, 0, 0]]]), ball.faces)
     at_center = path_in(stray, [[-0.01, 0, 0], [0.01, 0, 0]], radius=1.0)
     assert len(find_uncovered_limbs(at_center, stray).ends) == 0
+
+
+def test_a_thin_branch_across_a_gap_does_not_uncover_what_the_own_ball_covers():
+    """The cone of a ball points at a rod, which is nearer than the center of the ball."""
+    ball, rod = sphere(3), capsule(2.0, 0.05, n=8)
+    drawn = ball.vertices * np.where(ball.vertices[:, 2:] > 0.95, [1, 1, 1.6], 1)
+    mesh = Mesh(
+        np.concatenate([drawn, rod.vertices[:, [2, 1, 0]] + [0, 0, 1.9]]),
+        np.concatenate([ball.faces, rod.faces[:, ::-1] + len(drawn)]),
+    )
+    skeleton = path_in(mesh, [[-0.01, 0, 0], [0.01, 0, 0], *([x, 0, 1.9] for x in np.linspace(-1, 1, 41))])
+    skeleton = replace(skeleton, edges=np.delete(skeleton.edges, 1, axis=0), radii=np.repeat([1.0, 0.05], [2, 41]))
+    in_ball = np.arange(len(mesh.vertices)) < len(drawn)
+    assert len(find_uncovered_limbs(skeleton, mesh).ends) == 1
+    own = replace(skeleton, node_of_vertex=np.where(in_ball, 0, skeleton.node_of_vertex))
+    assert len(find_uncovered_limbs(own, mesh).ends) == 0
