@@ -8,6 +8,7 @@ from __future__ import annotations
 
 __all__ = ["are_around_tunnels", "tunnel_cochain", "tunnels_missed"]
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -94,18 +95,20 @@ def tunnels_missed(
     return genus - n_cycles + len(spurious_loop_edges(points, edges, cochain, deadline=deadline))
 
 
-def are_around_tunnels(loops: list[NDArray[np.float64]], surface: Surface) -> NDArray[np.bool_]:
+def are_around_tunnels(
+    loops: Sequence[NDArray[np.float64]] | NDArray[np.float64], surface: Surface
+) -> NDArray[np.bool_]:
     """(p,) whether closed polygons inside a solid go around its tunnels, up to chance; False where that is not known.
 
     Parameters
     ----------
-    loops : list of (n, 3) array of float
+    loops : sequence of (n, 3) array of float, or (p, n, 3) array of float
         Corners; an edge leads from the last back to the first.
     surface : Surface
         Its proxy is used in its place; nothing is known if the proxy is open or intersects itself.
     """
-    if len(loops) == 0:
-        return np.zeros(0, dtype=bool)
+    if len(loops) == 0 or not surface.proxy.mesh.genus:
+        return np.zeros(len(loops), dtype=bool)
     corners, begins = np.concatenate(loops), np.cumsum([0, *map(len, loops)])
     following = np.arange(1, len(corners) + 1)
     following[begins[1:] - 1] = begins[:-1]

@@ -13,7 +13,9 @@ from __future__ import annotations
 
 __all__ = ["Sections", "cross_sections"]
 
+import threading
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,18 +84,19 @@ def cross_sections(
     deadline : Deadline
     """
     tree = mesh.aabb_tree
-    curves = SectionCurves(
-        mesh.edge_of_half_edge,
-        mesh.faces_per_edge,
-        tree.order,
-        tree.corners,
-        tree.bounds,
-        NO_LABELS if face_labels is None or labels is None else face_labels,
-    )
+    face_labels = NO_LABELS if face_labels is None or labels is None else face_labels
+    arrays = mesh.edge_of_half_edge, mesh.faces_per_edge, tree.order, tree.corners, tree.bounds, face_labels
+    of_thread = threading.local()  # curves hold the state of a search, so each thread has its own
+
+    def measured(*planes: NDArray[Any]) -> tuple[NDArray[np.float64]]:
+        if not hasattr(of_thread, "curves"):
+            of_thread.curves = SectionCurves(*arrays)
+        return (of_thread.curves.measure(*planes),)
+
     points, frames = np.ascontiguousarray(points, dtype=np.float64), _frames(normals)
     labels = np.zeros(len(points), dtype=np.int64) if labels is None else labels
     reaches = np.full(len(points), np.inf) if max_reaches is None else max_reaches
-    (found,) = in_slices(lambda *some: (curves.measure(*some),), points, frames, labels, reaches, deadline=deadline)
+    (found,) = in_slices(measured, points, frames, labels, reaches, deadline=deadline)
     is_cut, surrounds, x, y, areas, lengths, radii, label_fractions = found.T
     moved = points + x[:, None] * frames[:, 0] + y[:, None] * frames[:, 1]
     centroids = np.where(is_cut[:, None] > 0, moved, points)

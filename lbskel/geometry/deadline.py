@@ -2,6 +2,7 @@
 
 The caller that sets a deadline catches :class:`OutOfTime` and leaves out what was not finished. Values are frozen, so
 nothing is left half changed. Between slices the interpreter also handles signals, such as Ctrl-C; a kernel does not.
+The slices are divided among threads (:mod:`lbskel.geometry.threads`); their results do not depend on how many.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from lbskel.geometry.threads import in_threads
 
 # Rows of a slice: sections and rays among needles take up to a quarter of a millisecond each (a fan of 50,000 faces, a
 # brush of 2,500 bristles), so a slice takes up to half a second; the calls themselves take microseconds
@@ -73,7 +76,7 @@ def in_slices(
     Parameters
     ----------
     query : callable
-        Takes arrays of k rows each, and returns a tuple of arrays of k rows.
+        Takes arrays of k rows each, and returns a tuple of arrays of k rows; several threads call it.
     rows : arrays
         The arguments of the query, with equal numbers of rows.
     deadline : Deadline
@@ -83,9 +86,10 @@ def in_slices(
     OutOfTime
         If the deadline passes before the last slice begins.
     """
-    n = len(rows[0])
-    parts = []
-    for first in range(0, max(n, 1), SLICE):
+
+    def answer(first: int) -> tuple[NDArray[Any], ...]:
         deadline.check()
-        parts.append(query(*(each[first : first + SLICE] for each in rows)))
+        return query(*(each[first : first + SLICE] for each in rows))
+
+    parts = in_threads(answer, range(0, max(len(rows[0]), 1), SLICE))
     return parts[0] if len(parts) == 1 else tuple(map(np.concatenate, zip(*parts, strict=True)))

@@ -7,7 +7,7 @@ median depth, measured along the normal, of a cone of rays (:func:`local_thickne
 
 from __future__ import annotations
 
-__all__ = ["local_radii", "local_thickness", "thickness_along_normal"]
+__all__ = ["local_radii", "local_thickness", "scaled_local_radii", "thickness_along_normal"]
 
 import math
 
@@ -53,6 +53,24 @@ def local_radii(mesh: Mesh, *, deadline: Deadline = NEVER) -> NDArray[np.float64
         After it, OutOfTime is raised.
     """
     radii: NDArray[np.float64] = Surface(mesh).memoize("local radii", lambda: read_only(_local_radii(mesh, deadline)))
+    return radii
+
+
+def scaled_local_radii(mesh: Mesh, scaled: Mesh, factor: float, *, deadline: Deadline = NEVER) -> NDArray[np.float64]:
+    """(n,) local radii of a scaled copy of a mesh, from those of the mesh.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    scaled : Mesh
+        The same mesh, moved and scaled; :func:`local_radii` returns the result for it from now on.
+    factor : float
+        By which it is scaled.
+    deadline : Deadline
+    """
+    radii: NDArray[np.float64] = Surface(scaled).memoize(
+        "local radii", lambda: read_only(factor * local_radii(mesh, deadline=deadline))
+    )
     return radii
 
 

@@ -29,7 +29,7 @@ MIN_RATIO = 0.1  # of a ball to the largest of its path, below which the spacing
 MAX_PIECES = 1000  # of a path, which bounds the time where all of it lies on the surface; a guess
 POWER = 2.0  # of the radius in the weight; benchmarks/results/refinement.md
 # 10 and 40 steps leave shapes as accurate: the rows "steps" in the table that is named
-N_STEPS = 10  # which bound how far a path relaxes, and the time; benchmarks/results/refinement.md
+N_STEPS = 20  # which bound how far a path relaxes, and the time; benchmarks/results/refinement.md
 STEPS_BETWEEN = 5  # steps after which the points are spaced anew, less than a radius of motion; a guess, for speed
 
 

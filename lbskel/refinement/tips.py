@@ -25,7 +25,8 @@ from lbskel.skeleton.skeleton import Skeleton
 MIN_TIP_DISTANCE = 0.65  # in junction radii: a tip closer to its junction says nothing about the direction of its
 # branch; a guess, benchmarks/results/constants.md
 STEP = 0.5  # along a centerline, in local radii; a guess, benchmarks/results/constants.md
-MIN_STEP = 0.125  # along a centerline, in radii at its start, so that a needle takes no more steps than a cone; a guess
+MIN_STEP = 0.125  # along a centerline, in radii at its start, except for the last step, so that a needle takes no more
+# steps than a cone; a guess
 MAX_STEPS = 60  # per end, which bounds the time; a guess
 MIN_COS_TURN = 0.5  # lower bound on the cosine of the angle between an end's first and present direction; a guess,
 # benchmarks/results/constants.md
@@ -235,19 +236,22 @@ def trace_centerline(
         active, radius, ahead = active[continues], radius[continues], ahead[continues]
         if len(active) == 0:
             break
-        step = np.minimum(np.maximum(STEP * radius, MIN_STEP * first_radii[active]), ahead - radius)
+        shortest = MIN_STEP * first_radii[active]
+        step = np.minimum(np.maximum(STEP * radius, shortest), ahead - radius)
+        is_last = ahead - radius <= shortest
         forward = P[active] + step[:, None] * T[active]
         section = cross_sections(surface.mesh, forward, T[active], deadline=surface.deadline)
         is_own = section.surrounds & (section.radii < MAX_WIDENING * width[active])
         is_own &= np.linalg.norm(section.centroids - forward, axis=1) <= step
         is_own &= surface.contains(section.centroids)
-        active, moved, step = active[is_own], section.centroids[is_own], step[is_own]
+        active, moved, step, is_last = active[is_own], section.centroids[is_own], step[is_own], is_last[is_own]
         width[active], radii[active] = section.radii[is_own], _hydraulic_radii(section)[is_own]
         turned = T[active] + (moved - P[active]) / step[:, None]
         T[active] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
         P[active] = moved
         for end, point in zip(active, moved, strict=True):
             paths[end].append(point)
+        active = active[~is_last]
     return paths
 
 

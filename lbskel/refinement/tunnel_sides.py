@@ -31,7 +31,7 @@ def edges_that_pass(
     surface : Surface
     """
     quadrangles = np.concatenate([before[edges], after[edges[:, ::-1]]], axis=1)
-    return are_around_tunnels([*quadrangles], surface)
+    return are_around_tunnels(quadrangles, surface)
 
 
 def keep_sides(skeleton: Skeleton, nodes: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:

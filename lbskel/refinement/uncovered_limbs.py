@@ -1,7 +1,7 @@
 """Limbs that a skeleton leaves uncovered: parts of the surface that stand out of its balls, and are longer than wide.
 
-A vertex at distance d from the nearest point of the skeleton, where the radius is R, is uncovered if d > c R, and if the
-same holds for the node whose region it is in: across a gap, a thin branch may be nearer than the thick one around it. A
+A vertex at distance d from the nearest point of the skeleton, where the radius is R, is uncovered if d > c R, and if
+this holds for the node whose region it is in, too: across a gap, a thin branch may be nearer than the own, thick one. A
 connected set of uncovered vertices of area A, whose end, the vertex farthest from the skeleton, has the excess
 l = d - c R, is a limb if
 

@@ -83,6 +83,22 @@ def test_threads_that_share_a_search_get_the_results_of_one(big_ring):
     assert np.array_equal(np.concatenate(found), expected)
 
 
+def test_queries_in_threads_have_the_results_of_one(big_ring, monkeypatch):
+    points, normals = 0.9 * big_ring.vertices, np.tile([0.0, 0, 1], (len(big_ring.vertices), 1))
+    tree = big_ring.aabb_tree
+    queries = [
+        lambda: vars(cross_sections(big_ring, points, normals)).values(),
+        lambda: tree.nearest(points),
+        lambda: tree.first_hits(points, -normals),
+        lambda: (tree.winding_numbers(points),),
+    ]
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    expected = [list(query()) for query in queries]
+    monkeypatch.setenv("OMP_NUM_THREADS", "4")
+    for query, arrays in zip(queries, expected, strict=True):
+        assert all(np.array_equal(array, other) for array, other in zip(query(), arrays, strict=True))
+
+
 def test_two_threads_at_once_get_the_results_of_one(ring, rod):
     expected = [lbskel.skeletonize(mesh) for mesh in (ring, rod, ring)]
     with ThreadPoolExecutor(2) as pool:

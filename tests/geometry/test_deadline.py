@@ -42,6 +42,7 @@ def test_slices_are_put_together_again(monkeypatch, size):
 
 def test_no_slice_begins_after_the_deadline(monkeypatch):
     monkeypatch.setattr(deadline, "SLICE", 2)
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
     calls, now = [], [0.0]
     monkeypatch.setattr(deadline.time, "perf_counter", lambda: now[0])
 

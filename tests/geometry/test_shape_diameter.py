@@ -7,7 +7,13 @@ from helpers import joined
 from lbskel import Mesh
 from lbskel.geometry import shape_diameter
 from lbskel.geometry.deadline import Deadline, OutOfTime
-from lbskel.geometry.shape_diameter import MIN_RADIUS, local_radii, local_thickness, thickness_along_normal
+from lbskel.geometry.shape_diameter import (
+    MIN_RADIUS,
+    local_radii,
+    local_thickness,
+    scaled_local_radii,
+    thickness_along_normal,
+)
 from lbskel.shapes import cylinder, flat_grid, sphere, torus
 
 
@@ -132,3 +138,12 @@ def test_a_fan_of_needles_is_measured_from_fewer_faces(monkeypatch):
 def test_radii_are_not_measured_after_a_deadline():
     with pytest.raises(OutOfTime):
         local_radii(sphere(2), deadline=Deadline(0.0))
+
+
+def test_the_radii_of_a_scaled_copy_are_scaled():
+    mesh = torus(1.0, 0.3)
+    larger = mesh.with_vertices(3 * mesh.vertices + 1)
+    radii = scaled_local_radii(mesh, larger, 3.0)
+    assert np.array_equal(radii, 3 * local_radii(mesh))
+    assert local_radii(larger) is radii
+    assert np.allclose(radii, local_radii(torus(3.0, 0.9)))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers import nearest_rows, path_in, reversed_proxy
 
-from lbskel import Skeleton
+from lbskel import Mesh, Skeleton
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.level_sets import find_geodesic_caps, interior_axes
 from lbskel.refinement.tips import (
@@ -146,6 +146,16 @@ def test_a_centerline_ends_at_the_last_inscribed_ball():
         assert np.abs(np.array(path)[:, :2]).max() < 0.01
         assert np.abs(path[-1][2] - pole) == pytest.approx(0.5, rel=0.06)
         assert np.diff(np.abs(np.array(path)[:, 2])).max() == pytest.approx(0.25, rel=0.03)  # half a radius
+
+
+def test_a_centerline_to_an_apex_takes_few_steps():
+    """In a pyramid the section shrinks in proportion to the way that is left."""
+    corners = [[1.0, 1, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0], [0, 0, 1.4], [0, 0, -1.4]]
+    sides = [[a, (a + 1) % 4, 4] for a in range(4)]
+    bipyramid = Mesh(corners, [*sides, *([b, a, 5] for a, b, _ in sides)])
+    [path] = trace_centerline(Surface(bipyramid), np.zeros((1, 3)), np.array([[0.0, 0, 1]]))
+    assert 1 < len(path) < 12
+    assert 1.1 < path[-1][2] < 1.4
 
 
 def test_a_centerline_ends_where_the_shape_widens():

@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from lbskel.errors import FormatError, MissingDependency, UnknownChoice, choose
+from lbskel.geometry.threads import n_processors
 from lbskel.io import FORMATS, write_safely
 from lbskel.io.skeleton_io import require_writable
 from lbskel.pipeline.batch.records import SUMMARY, BatchStatus, Record, append, is_final, known, summary
@@ -156,7 +157,7 @@ def skeletonize_many(
     records: dict[str, Record] = {}
     jobs = [(str(path), name, earlier.get(name)) for path, name in zip(paths, names, strict=True)]
     with closing(
-        _on_cluster(task, jobs, dask) if dask else _on_this_machine(task, jobs, workers or _processors())
+        _on_cluster(task, jobs, dask) if dask else _on_this_machine(task, jobs, workers or n_processors())
     ) as answers:
         for record, is_earlier in answers:
             records[record.output] = record
@@ -174,11 +175,6 @@ def _is_plain(option: Any) -> bool:
     if isinstance(option, list | tuple):
         return all(_is_plain(each) for each in option)
     return isinstance(option, str | int | float | None)
-
-
-def _processors() -> int:
-    """Count the processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _names(paths: Sequence[Path], extension: str) -> list[str]:
