@@ -66,6 +66,9 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "prune": {f"{PIPELINE_PASSES}.prune": _unchanged},
     "prune flat ends": {f"{PIPELINE_PASSES}.prune_flat_ends": _unchanged},
     "reroute through regions": {f"{PIPELINE_PASSES}.reroute_through_regions": _unchanged},
+    "move pulled junctions back": {
+        f"{PIPELINE_PASSES}.move_pulled_junctions_back": lambda skeleton, surface, ratio: skeleton
+    },
     "merge junctions by distance": {f"{PIPELINE_PASSES}.merge_junctions": _unchanged},
     "merge junctions by axes": {f"{PIPELINE_PASSES}._with_merged_junctions": _unchanged},
     "recenter": {f"{PIPELINE_PASSES}.recenter": _unchanged},
@@ -81,12 +84,14 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "grow uncovered limbs": {f"{PIPELINE_PASSES}.grow_uncovered_limbs": _unchanged},
     "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},
 }
-# Bounds in place of those of the code: on gaps of lines of sight in flat ends, on places of junctions, and in
-# the relaxation of paths that left the solid
+# Bounds in place of those of the code: on gaps of lines of sight in flat ends, on pulled junctions, on places of
+# junctions, and in the relaxation of paths that left the solid
 BOUNDS: dict[str, dict[str, Any]] = {
     f"{name} {value}": {f"lbskel.refinement.{target}": value}
     for name, target, values in (
         ("gap of", "flat_ends.MAX_GAP", (0.005, 0.01, 0.04, 0.08)),
+        ("shift of", "pulled_junctions.MIN_SHIFT", (0.5, 0.6, 0.7, 0.8)),
+        ("depth of", "pulled_junctions.MIN_DEPTH", (0.0, 0.15, 0.5)),
         ("slope of", "inscribed_balls.MIN_SLOPE", (0.25, 0.7, 1.1)),
         ("ball ratio of", "junctions.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("power of", "relaxation.POWER", (1.0, 3.0)),
@@ -216,7 +221,7 @@ def _ablation(
         "tunnels missed": sum(s.report["score"]["measures"]["tunnels_missed"] or 0 for s in skeletons),
         "tips lost": sum(map(_n_lost, skeletons, baseline)),
         "tips added": sum(map(_n_lost, baseline, skeletons)),
-        "fail": sum(s.report["score"]["verdict"] == "fail" for s in skeletons),
+        **{verdict: sum(s.report["score"]["verdict"] == verdict for s in skeletons) for verdict in ("warn", "fail")},
     }
 
 

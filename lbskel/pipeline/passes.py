@@ -38,6 +38,7 @@ from lbskel.refinement.junctions import merge_junctions_by_axes
 from lbskel.refinement.limb_growth import grow_uncovered_limbs
 from lbskel.refinement.missing_branches import grow_missing_branches
 from lbskel.refinement.open_ends import extend_to_open_ends
+from lbskel.refinement.pulled_junctions import move_pulled_junctions_back
 from lbskel.refinement.radii import inscribed_radii, mean_radii
 from lbskel.refinement.region_map import make_regions_connected, reassign_to_nearest_node
 from lbskel.refinement.region_paths import reroute_through_regions
@@ -136,12 +137,13 @@ def refine(
 
 
 def _without_spurs(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> Skeleton:
-    """Prune spurs and the corners of flat parts, merge junctions that are near each other, space the nodes evenly."""
+    """Prune spurs and corners of flat parts, move pulled junctions back, merge near ones, space the nodes evenly."""
     pruned = prune(skeleton, surface.mesh, min_branch_ratio=min_branch_ratio)
     pruned = prune_flat_ends(pruned, surface, min_branch_ratio=min_branch_ratio)
     regions = _regions_before(skeleton, pruned)
     skeleton = reroute_through_regions(mean_radii(pruned, surface.mesh), surface, regions)
-    merged = merge_junctions(inscribed_radii(skeleton, surface), ratio=MERGE_RATIO)
+    apart = move_pulled_junctions_back(inscribed_radii(skeleton, surface), surface, ratio=MERGE_RATIO)
+    merged = merge_junctions(inscribed_radii(apart, surface), ratio=MERGE_RATIO)
     is_worse = n_tunnels_missed(merged, surface) > n_tunnels_missed(skeleton, surface)
     return _evenly_spaced(skeleton if is_worse else merged, surface)
 
