@@ -1,11 +1,10 @@
 """What each stage costs with ever more handles, holes, bristles, branches, components and faces around a vertex.
 
 Each input is run in a process of its own; seconds are processor seconds, of all threads together, except for those of
-the column "wall clock". The exponent of a stage is the slope of the
-logarithm of its seconds over that of the count, between the two largest inputs on which it is not too short to measure;
-up to 1.2 counts as linear. Larger inputs are left out once one has taken over a fifth of the limit; the next has a
-dash. The limit is in wall-clock seconds and includes making the input, so it is wide: other programs may run on the
-same processors.
+the column "wall clock". The exponent of a stage is the slope of the logarithm of its seconds over that of the count,
+fitted to all inputs on which it is not too short to measure, and again to the two largest of these; up to 1.2 counts as
+linear. Larger inputs are left out once one has taken over a fifth of the limit; the next has a dash. The limit is in
+wall-clock seconds and includes making the input, so it is wide: other programs may run on the same processors.
 
 Then hard inputs are run with time limits in wall-clock seconds. A limit is kept if the result comes within one and a
 half times the limit, or two seconds more. Where the processor time is far less, other programs ran at the same time.
@@ -167,12 +166,15 @@ def run(quick: bool, results: Path) -> None:
     save_json(
         results / "scaling.json", {"certificates": certificates, "runs": runs, "limited": limited, "reduced": reduced}
     )
-    order = _exponent(certificates, "genus", "seconds")
+    order = _exponent(certificates, "genus", "seconds", len(certificates))
     tables = {f"Linking numbers of lattices, exponent {order or float('nan'):.2f}": markdown_table(certificates)}
     for kind, rows in runs.items():
-        exponents = {key: _exponent(rows, "count", key) for key in dict.fromkeys(key for row in rows for key in row)}
-        exponents = {key: value for key, value in exponents.items() if key not in NO_SECONDS}
-        tables[kind.capitalize()] = markdown_table([*rows, {"count": "exponent", **exponents}])
+        keys = [key for key in dict.fromkeys(key for row in rows for key in row) if key not in NO_SECONDS]
+        exponents = [
+            {"count": name, **{key: _exponent(rows, "count", key, n) for key in keys}}
+            for name, n in (("exponent", len(rows)), ("exponent of the last two", 2))
+        ]
+        tables[kind.capitalize()] = markdown_table([*rows, *exponents])
     tables["Time limits, in seconds"] = markdown_table(limited)
     if reduced:
         tables["Proxies of thin inputs, at most 128,000 faces or this share"] = markdown_table(reduced)
@@ -214,10 +216,10 @@ def _runs(kind: str, sizes: tuple[int, ...]) -> list[dict[str, Any]]:
     return rows
 
 
-def _exponent(rows: list[dict[str, Any]], size: str, key: str) -> float | None:
-    """Slope between the two largest inputs that took long enough."""
-    known = [row for row in rows if isinstance(row.get(key), float) and row[key] > MIN_SECONDS][-2:]
-    return fitted_order([row[size] for row in known], [row[key] for row in known]) if len(known) == 2 else None
+def _exponent(rows: list[dict[str, Any]], size: str, key: str, n: int) -> float | None:
+    """Slope fitted to the n largest inputs that took long enough, if there are two."""
+    known = [row for row in rows if isinstance(row.get(key), float) and row[key] > MIN_SECONDS][-n:]
+    return fitted_order([row[size] for row in known], [row[key] for row in known]) if len(known) > 1 else None
 
 
 def _picture(runs: dict[str, list[dict[str, Any]]], certificates: list[dict[str, Any]], figure: Any) -> None:

@@ -20,10 +20,11 @@ def test_shells_are_separate_and_a_double_cone_has_its_valence():
     assert (cone.edges == 51).sum() == 50
 
 
-def test_exponents_are_slopes_between_the_two_largest_inputs():
+def test_exponents_are_slopes_over_the_largest_inputs():
     rows = [{"count": 10, "a": 1.0}, {"count": 100, "a": 2.0}, {"count": 1000, "a": 200.0}, {"count": 10_000}]
-    assert scaling._exponent(rows, "count", "a") == pytest.approx(2)
-    assert scaling._exponent(rows[:1], "count", "a") is None
+    assert scaling._exponent(rows, "count", "a", 2) == pytest.approx(2)
+    assert scaling._exponent(rows, "count", "a", 4) == pytest.approx(1.1505, abs=1e-4)
+    assert scaling._exponent(rows[:1], "count", "a", 2) is None
 
 
 def test_the_command_writes_tables_and_a_plot(tmp_path, monkeypatch):
@@ -36,5 +37,5 @@ def test_the_command_writes_tables_and_a_plot(tmp_path, monkeypatch):
     [limited] = json.loads((tmp_path / "scaling.json").read_text())["limited"]
     assert (limited["input"], limited["time limit"]) == ("small", 1.0)
     assert limited["left out"] == "nothing"
-    assert "exponent" in (tmp_path / "scaling.md").read_text()
+    assert "| exponent of the last two |" in (tmp_path / "scaling.md").read_text()
     assert (tmp_path / "scaling.png").stat().st_size > 0
