@@ -22,10 +22,12 @@ from lbskel.refinement.tunnel_sides import keep_sides
 from lbskel.skeleton.pruning import inner_branch_lengths
 from lbskel.skeleton.skeleton import Skeleton
 
-MIN_SHIFT = 0.65  # distance of a pulled junction from the centroid of its region, in mean radii of the junction;
-# benchmarks/results/refinement.md
-MIN_DEPTH = 0.3  # of that centroid below the surface, in mean distances of the region from it: else the region is bent
-# around something, or flat; benchmarks/results/refinement.md
+# Distance of a pulled junction from the centroid of its region, in mean radii of the junction. Rows "shift of" in
+# benchmarks/results/refinement.md; by hand, with 0.6 the junction of a noisy hand moved too (0.031 -> 0.068)
+MIN_SHIFT = 0.65
+# Depth of that centroid below the surface, in mean distances of the region from it: else the region is flat, or bent
+# around something. Rows "depth of" there; by hand, without it that of the coarse dinosaur moved (0.051 -> 0.100)
+MIN_DEPTH = 0.3
 
 
 def move_pulled_junctions_back(skeleton: Skeleton, surface: Surface, *, ratio: float) -> Skeleton:
