@@ -100,7 +100,7 @@ def contract(
     settings = replace(settings, operator=_choose_operator(start, settings))
     deadline = NEVER if time_limit is None else Deadline(time.perf_counter() + time_limit)
     try:
-        if _can_coarsen(start, settings):
+        if _can_coarsen(start, settings):  # its steps take the local radii of the start, which need no new rays
             scaled_local_radii(mesh, start, 1 / scale, deadline=deadline)
         steps, treated, now, status = _run_steps(start, settings, on_step, deadline)
     except OutOfTime:  # before the first step

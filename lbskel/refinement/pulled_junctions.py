@@ -55,6 +55,8 @@ def move_pulled_junctions_back(skeleton: Skeleton, surface: Surface, *, ratio: f
     radii, places = mean_radii(skeleton, surface.mesh).radii[junctions], centroids[junctions]
     is_pulled = np.linalg.norm(places - skeleton.nodes[junctions], axis=1) > MIN_SHIFT * radii
     is_pulled &= surface.contains(places) & (surface.distance(places) >= MIN_DEPTH * distances[junctions])
+    if not is_pulled.any():
+        return skeleton
     moves = np.zeros_like(skeleton.nodes)
     moves[junctions[is_pulled]] = (places - skeleton.nodes[junctions])[is_pulled]
     branches = [branch for branch in skeleton.branches if moves[branch[[0, -1]]].any()]
