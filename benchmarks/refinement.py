@@ -96,8 +96,8 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("ball ratio of", "junctions.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("power of", "relaxation.POWER", (1.0, 3.0)),
         ("smallest ball of", "relaxation.MIN_RATIO", (0.03, 0.3)),
-        ("steps", "relaxation.N_STEPS", (10, 40)),
-        ("points of paths at", "relaxation.SPACING", (0.5, 0.9)),
+        ("steps between spacings", "relaxation.STEPS_BETWEEN", (2, 8)),
+        ("points of paths at", "relaxation.SPACINGS", ((0.9, 0.9, 0.9), (0.6, 0.6, 0.6, 0.6))),
         ("weight of gaps", "centering.POSITION_WEIGHT", (1e-3, 1e-2, 3e-2)),
         ("centered ratio of", "containment.CENTERED_RATIO", (0.25, 0.75)),
     )

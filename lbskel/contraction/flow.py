@@ -29,6 +29,7 @@ from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.geometry.mesh import Mesh, PointCloud, as_mesh
 from lbskel.geometry.point_stars import PointStars
 from lbskel.geometry.shape_diameter import local_radii, scaled_local_radii
+from lbskel.geometry.sorting import distinct
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.operators import STAR_OPERATORS, Laplacian, Operator, apply_operator
 from lbskel.operators.corner_angles import corner_cotangents
@@ -154,7 +155,7 @@ def _run_steps(
             now = coarsen(now, max_lengths)
         mesh = now.mesh
         angles = _min_face_angles(mesh)
-        degenerate = np.unique(mesh.faces[angles < settings.degenerate_angle])
+        degenerate = distinct(mesh.faces[angles < settings.degenerate_angle].ravel())
         try:
             laplacian = apply_operator(operator, mesh)
         except MeshError:
@@ -181,7 +182,7 @@ def _run_steps(
         if not np.isfinite(moved).all():
             return result(Status.NOT_FINITE)
         following = mesh.with_vertices(moved)
-        touched = np.union1d(laplacian.treated_vertices, system.replaced_rows)
+        touched = distinct(np.append(laplacian.treated_vertices, system.replaced_rows))
         step = Step(
             area_ratio=following.area / start.area,
             volume_ratio=abs(following.volume / start.volume) if start.is_closed and start.volume else float("nan"),

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from lbskel._kernels.triangles import corner_products
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.sorting import distinct
 
 MAX_COTANGENT = 1 / np.finfo(np.float64).eps  # 4.5e15, no unit: the angle is below one rounding of the positions
 
@@ -59,4 +60,4 @@ def zero_degenerate(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], N
 
 def incident_vertices(mesh: Mesh, is_marked: Any) -> NDArray[np.int64]:
     """Return the (v,) vertices of all faces with a marked corner, given an (m, k) mask, in ascending order."""
-    return np.unique(mesh.faces[is_marked.any(axis=1)])
+    return distinct(mesh.faces[is_marked.any(axis=1)].ravel())

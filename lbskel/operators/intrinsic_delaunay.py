@@ -18,6 +18,7 @@ from scipy.sparse import csc_array
 from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.sorting import distinct
 from lbskel.operators.assembly import stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
 from lbskel.operators.corner_angles import incident_vertices, zero_degenerate
@@ -88,5 +89,6 @@ def intrinsic_delaunay(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) ->
     # the rounding of flips may make mollified triangles degenerate again
     cotangents, degenerate = zero_degenerate(cotangents_of_lengths(flipped.lengths))
     stiffness = stiffness_of_corner_weights(n, flipped.faces, cotangents / 2)
-    treated = np.union1d(incident_vertices(mesh, offsets[:, None] > 0), flipped.faces[degenerate.any(axis=1)])
+    mollified = incident_vertices(mesh, offsets[:, None] > 0)
+    treated = distinct(np.append(mollified, flipped.faces[degenerate.any(axis=1)]))
     return Laplacian(stiffness, voronoi_mass(mesh), treated_vertices=treated)

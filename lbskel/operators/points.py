@@ -20,6 +20,7 @@ from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.point_stars import PointStars
 from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.sorting import distinct
 from lbskel.operators.assembly import diagonal_matrix
 from lbskel.operators.base import Laplacian
 from lbskel.operators.corner_angles import corner_cotangents, zero_degenerate
@@ -64,7 +65,9 @@ def robust(cloud: PointCloud, *, n_neighbors: int = N_NEIGHBORS, mollify_factor:
         return _zero_laplacian(len(P))
     soup = robust_of_mesh(Mesh(cloud.points, stars), mollify_factor=mollify_factor)
     isolated = np.setdiff1d(np.arange(len(P)), stars)
-    return Laplacian(soup.stiffness / 3, soup.mass / 3, treated_vertices=np.union1d(soup.treated_vertices, isolated))
+    return Laplacian(
+        soup.stiffness / 3, soup.mass / 3, treated_vertices=distinct(np.append(soup.treated_vertices, isolated))
+    )
 
 
 def cloud_stars(cloud: PointCloud) -> NDArray[np.int64]:

@@ -16,6 +16,7 @@ from scipy.sparse import csc_array
 
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.sorting import distinct
 from lbskel.operators.assembly import diagonal_matrix, stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
 from lbskel.operators.corner_angles import zero_degenerate
@@ -47,7 +48,7 @@ def robust(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
     thirds = np.repeat(double_areas / 12, 3)  # a third of a face's area for each corner, halved as the stiffness is
     with np.errstate(over="ignore"):  # Laplacian refuses infinite areas
         mass = diagonal_matrix(np.ldexp(np.bincount(cover.faces.ravel(), thirds, n), 2 * k))
-    treated = np.union1d(mollified, cover.faces[degenerate.any(axis=1)])
+    treated = distinct(np.append(mollified, cover.faces[degenerate.any(axis=1)]))
     return Laplacian(stiffness, mass, treated_vertices=treated)
 
 

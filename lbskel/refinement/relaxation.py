@@ -20,17 +20,15 @@ from lbskel._kernels.traversal import sums_along_paths
 from lbskel.geometry.normals import normalized
 from lbskel.geometry.surface_queries import Surface
 
-# Distance of the points of a path, in radii of their balls: below 1, each lies inside the balls of its neighbors. If it
-# is doubled, a path relaxes as far in a fourth of the steps; the rows "points of paths at" in
-# benchmarks/results/refinement.md
-SPACING = 0.6
+# Distances of the points of a path in radii of their balls, for four steps each: below 1, each point lies inside the
+# balls of its neighbors. A path relaxes as far in a fourth of the steps if its points are twice as far apart; the last
+# points are as close as those of other branches; benchmarks/results/refinement.md
+SPACINGS = (0.9, 0.9, 0.9, 0.6)
 MIN_RATIO = 0.1  # of a ball to the largest of its path, below which the spacing no longer follows the ball; it bounds
 # the number of points of a path that touches the surface; benchmarks/results/refinement.md
 MAX_PIECES = 1000  # of a path, which bounds the time where all of it lies on the surface; a guess
 POWER = 2.0  # of the radius in the weight; benchmarks/results/refinement.md
-# 10 and 40 steps leave shapes as accurate: the rows "steps" in the table that is named
-N_STEPS = 20  # which bound how far a path relaxes, and the time; benchmarks/results/refinement.md
-STEPS_BETWEEN = 5  # steps after which the points are spaced anew, less than a radius of motion; a guess, for speed
+STEPS_BETWEEN = 4  # steps after which the points are spaced anew, less than a radius of motion; a guess, for speed
 
 
 def relax_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
@@ -46,13 +44,15 @@ def relax_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDA
     Returns
     -------
     list of (m, 3) array of float
-        For each path its ends, and between them points at distances of about ``SPACING`` radii.
+        For each path its ends, and between them points at distances of about ``SPACINGS[-1]`` radii.
     """
     sizes = [len(path) for path in paths]
     P, path_of = np.concatenate(paths), np.repeat(np.arange(len(paths)), sizes)
-    for step in range(N_STEPS):
+    n_steps = STEPS_BETWEEN * len(SPACINGS)
+    for step in range(n_steps):
+        spacing = SPACINGS[step // STEPS_BETWEEN]
         if step % STEPS_BETWEEN == 0:
-            P, path_of = _spaced(P, path_of, surface)
+            P, path_of = _spaced(P, path_of, spacing, surface)
             inner = np.flatnonzero((path_of[1:-1] == path_of[:-2]) & (path_of[1:-1] == path_of[2:])) + 1
             side = np.where(surface.contains(P[inner]), 1.0, -1.0)[:, None]
         before, after = P[inner - 1], P[inner + 1]
@@ -61,15 +61,15 @@ def relax_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDA
         across = away - (away * tangents).sum(axis=1, keepdims=True) * tangents
         # at the medial axis the gradient alternates between the sides from step to step, so its weight is reduced to
         # zero, and the last step only smooths
-        share = POWER * SPACING**2 / 2 * (1 - (step + 1) / N_STEPS)
+        share = POWER * spacing**2 / 2 * (1 - (step + 1) / n_steps)
         P[inner] += 2 / 3 * ((before + after) / 2 - P[inner] + share * radii[:, None] * across)
     return np.split(P, np.flatnonzero(np.diff(path_of)) + 1)
 
 
 def _spaced(
-    P: NDArray[np.float64], path_of: NDArray[np.int64], surface: Surface
+    P: NDArray[np.float64], path_of: NDArray[np.int64], spacing: float, surface: Surface
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Points on the same polylines at distances of about ``SPACING`` radii, and the number of the path of each."""
+    """Points on the same polylines at distances of about ``spacing`` radii, and the number of the path of each."""
     begins = np.flatnonzero(np.diff(path_of, prepend=-1))
     lasts = np.append(begins[1:], len(P)) - 1
     radii = surface.distance(P)
@@ -79,7 +79,7 @@ def _spaced(
     steps[1:] /= (radii[1:] + radii[:-1]) / 2
     lengths = sums_along_paths(steps, np.append(begins, len(P)))
     totals = lengths[lasts]
-    counts = np.clip(np.rint(totals / SPACING), 1, MAX_PIECES).astype(np.int64)
+    counts = np.clip(np.rint(totals / spacing), 1, MAX_PIECES).astype(np.int64)
     new_path_of = np.repeat(np.arange(len(begins)), counts + 1)
     number = np.arange(len(new_path_of)) - np.repeat(np.cumsum(counts + 1) - counts - 1, counts + 1)
     # the share of its path's length before each point, plus twice the number of the path
