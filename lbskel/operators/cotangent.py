@@ -21,9 +21,9 @@ from lbskel.operators.masses import voronoi_mass
 def cotangent(mesh: Mesh) -> Laplacian:
     """Build the cotangent Laplacian with the Voronoi mass; a corner beyond ``MAX_COTANGENT`` has weight zero."""
     half_cotangents = igl.cotmatrix_entries(unit_scale(mesh.vertices)[0], mesh.faces)
-    weights, degenerate = zero_degenerate(half_cotangents)
+    cotangents, degenerate = zero_degenerate(2 * half_cotangents)
     return Laplacian(
-        stiffness_of_corner_weights(len(mesh.vertices), mesh.faces, weights),
+        stiffness_of_corner_weights(len(mesh.vertices), mesh.faces, cotangents / 2),
         voronoi_mass(mesh),
         treated_vertices=incident_vertices(mesh, degenerate),
     )

@@ -238,7 +238,7 @@ def trace_centerline(
             break
         shortest = MIN_STEP * first_radii[active]
         step = np.minimum(np.maximum(STEP * radius, shortest), ahead - radius)
-        is_last = ahead - radius <= shortest
+        is_last = ahead - radius <= MIN_STEP * shortest
         forward = P[active] + step[:, None] * T[active]
         section = cross_sections(surface.mesh, forward, T[active], deadline=surface.deadline)
         is_own = section.surrounds & (section.radii < MAX_WIDENING * width[active])

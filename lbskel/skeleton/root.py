@@ -72,7 +72,7 @@ def find_soma(skeleton: Skeleton) -> int | None:
     label = connected_components(graph, directed=False)[1]
     is_core = label == label[center]
     leaving = skeleton.edges[is_core[skeleton.edges].sum(axis=1) == 1]
-    thickness = skeleton.radii[leaving[~is_core[leaving]]]
+    thickness = radii[leaving[~is_core[leaving]]]
     is_soma = len(thickness) > 0 and radii[center] / MIN_SOMA_RATIO >= thickness.max()
     return center if is_soma else None
 

@@ -28,6 +28,13 @@ def test_a_soma_is_four_times_as_thick_as_every_branch_that_leaves_it():
     assert find_soma(Skeleton(lopsided.nodes, lopsided.edges, radii)) is None
 
 
+def test_branches_of_unknown_radius_do_not_hide_a_soma():
+    given = neuron(8.0)
+    radii = given.radii.copy()
+    radii[10:] = np.nan
+    assert find_soma(Skeleton(given.nodes, given.edges, radii)) == 7
+
+
 def test_what_is_within_two_radii_belongs_to_the_soma():
     given = neuron(8.0)
     radii = given.radii.copy()
