@@ -15,8 +15,11 @@ from lbskel.skeleton.skeleton import Skeleton
 
 N_SECTIONS = 4  # sections next to a junction that give the direction of a branch; a guess,
 # benchmarks/results/constants.md
-REGULARIZATION = 0.02  # weight of a junction's contracted position, relative to the trace of the system of its lines; a
-# guess, benchmarks/results/constants.md
+# Share of the trace of a system of lines below which an eigenvalue leaves its direction undetermined. That of a trunk
+# and two limbs, each at an angle to it, is a third of the squared sine: 7 degrees. Rows "undetermined below" in
+# benchmarks/results/refinement.md
+REGULARIZATION = 0.005
+ORDER = 4  # of the transition, which is from 5 to 10 degrees; rows "order" in the same table
 
 SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 
@@ -124,10 +127,10 @@ def nearest_points(
     np.add.at(A, groups, projections)
     np.add.at(b, groups, moments)
     known = np.bincount(groups, minlength=len(anchors)) > 0
-    A, b = A[known], b[known]
-    regularization = (
-        REGULARIZATION * np.trace(A, axis1=1, axis2=2)
-    ) ** 2  # of A @ A: it hardly moves what is determined
-    system = A @ A + regularization[:, None, None] * np.eye(3)
-    points[known] += np.linalg.solve(system, A @ b[:, :, None])[:, :, 0]
+    values, vectors = np.linalg.eigh(A[known])
+    traces = values.sum(axis=1, keepdims=True)
+    shares = values / traces
+    # a spectral filter: the inverses of values that lines determine, nearly zero for the others
+    inverses = shares ** (ORDER - 1) / (shares**ORDER + REGULARIZATION**ORDER) / traces
+    points[known] += np.einsum("gij,gj,gkj,gk->gi", vectors, inverses, vectors, b[known])
     return points

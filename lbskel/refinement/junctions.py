@@ -31,6 +31,9 @@ MAX_MISS = 1.5  # upper bound on the distance of a branch's line from the common
 # benchmarks/results/constants.md
 MAX_SINE = 0.4  # upper bound on the sine of the angle between a branch's line and the direction to the common place; a
 # guess, benchmarks/results/constants.md
+# Upper bound on the distance from the place of a line that starts beyond it, in radii of its branch: the trunk of a
+# narrow fork, whose sections near the fork are of both limbs, runs through it; benchmarks/results/refinement.md
+MAX_PASSING_MISS = 0.3
 MIN_BALL_RATIO = 0.9  # lower bound on the ball at the place of a junction whose branches do not agree, relative to that
 # of the middle nearby; benchmarks/results/refinement.md
 
@@ -63,7 +66,7 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
     own = lines.take(rows)
     placed = nearest_points(own, groups, placed, radii)
     agrees = np.isfinite(_largest_sines(own, groups, placed, surface, np.arange(len(junctions))))
-    is_settled = agrees & surface.contains(placed)
+    is_settled = agrees & surface.contains(placed) & ~_are_swapped(skeleton, junctions, placed)
     settled, astray = np.flatnonzero(is_settled), np.flatnonzero(~is_settled)
     errors = _standard_errors(own, groups, placed)[settled]
     placed[settled] = _towards(
@@ -76,6 +79,19 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
     positions = np.array(centers.positions)
     positions[junctions] = placed
     return SectionCenters(centers.is_known & ~_is_passed(skeleton, centers, lines, positions), positions)
+
+
+def _are_swapped(skeleton: Skeleton, junctions: NDArray[np.int64], places: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(k,) whether a junction would pass an adjacent one, and moves farther than that."""
+    moved = np.array(skeleton.nodes)
+    moved[junctions] = places
+    moves = np.linalg.norm(moved - skeleton.nodes, axis=1)
+    lengths, ends = inner_branch_lengths(skeleton)
+    ends = ends[np.isfinite(lengths)]
+    before, after = (np.diff(nodes[ends], axis=1)[:, 0] for nodes in (skeleton.nodes, moved))
+    ends = ends[np.einsum("ki,ki->k", before, after) < 0]
+    passing = ends[np.arange(len(ends)), np.argmax(moves[ends], axis=1)]
+    return np.isin(junctions, passing)
 
 
 def _standard_errors(lines: BranchLines, groups: NDArray[np.int64], places: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -203,9 +219,22 @@ def _common_places(
     outer = lines.take(rows)
     places = nearest_points(outer, groups, skeleton.nodes[ends].mean(axis=1), np.zeros(len(inner)))
     sines = np.full(len(inner), np.inf)
-    tested = np.flatnonzero(has_both)
+    tested = np.flatnonzero(has_both & ~_is_past_another(skeleton, ends, places))
     sines[tested] = _largest_sines(outer, groups, places, surface, tested)
     return sines, places
+
+
+def _is_past_another(skeleton: Skeleton, pairs: NDArray[np.int64], places: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(i,) whether the place of a pair of junctions is beyond another junction to which one of them is joined."""
+    first, adjacent = adjacent_junctions(skeleton)
+    others = [np.concatenate([adjacent[first[j] : first[j + 1]] for j in pair]) for pair in pairs]
+    row, other = np.repeat(np.arange(len(pairs)), [len(each) for each in others]), np.concatenate(others)
+    is_other = (skeleton.degrees[other] >= 3) & (other[:, None] != pairs[row]).all(axis=1)
+    row, other = row[is_other], other[is_other]
+    middles = skeleton.nodes[pairs].mean(axis=1)
+    ways = skeleton.nodes[other] - middles[row]
+    is_past = np.einsum("ki,ki->k", (places - middles)[row] - ways, ways) > 0
+    return np.bincount(row, is_past, minlength=len(pairs)) > 0
 
 
 def _largest_sines(
@@ -217,8 +246,9 @@ def _largest_sines(
 ) -> NDArray[np.float64]:
     """(t,) the largest sine of an angle between the lines of tested groups and the direction to their place.
 
-    The sine is infinite where not all lines point to the place: where one starts well beyond it, passes too far from
-    it, or leaves the surface before it. It is infinite for fewer than three lines, since two nearly meet in any case.
+    The sine is infinite where not all lines point to the place or run through it: where one starts well beyond it,
+    passes too far from it, or leaves the surface before it. It is infinite for fewer than three lines, since two nearly
+    meet in any case.
     """
     n_lines = np.bincount(groups, minlength=len(places))
     is_possible = np.zeros(len(places), dtype=bool)
@@ -230,6 +260,7 @@ def _largest_sines(
     sine = miss / np.linalg.norm(to_place, axis=1)
     radii = surface.distance(lines.starts)
     points_there = (along > -radii) & (miss <= MAX_MISS * radii) & (sine <= MAX_SINE)
+    points_there |= miss <= MAX_PASSING_MISS * radii
     is_possible[groups[~points_there]] = False
     lines, sine, groups = lines.take(is_possible[groups]), sine[is_possible[groups]], groups[is_possible[groups]]
     if len(groups):

@@ -9,11 +9,13 @@ from helpers import STAR_RADIUS, graph_of_star, mesh_of_branches, nearest_rows, 
 
 from lbskel import Mesh, Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.branch_lines import ORDER, REGULARIZATION
 from lbskel.refinement.centering import recenter
 from lbskel.refinement.centerlines import SectionCenters, find_section_centers
 from lbskel.refinement.junctions import merge_junctions_by_axes, place_junctions
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.shapes import chain_of_tori, make, sphere
+from lbskel.shapes.hard import acute_fork, oblique_cross
 from lbskel.skeleton.editing import contract_nodes
 
 
@@ -36,7 +38,35 @@ def test_a_junction_goes_to_where_its_branches_meet(star, shift):
     assert np.linalg.norm(axes.positions[skeleton.junctions]) < 0.25 * np.linalg.norm(shift)
 
 
-@pytest.mark.parametrize("degrees", [45.0, 11.5, 0.1])
+def test_the_junction_of_a_narrow_fork_is_on_its_trunk_beyond_sections_of_both_limbs():
+    """Contraction leaves it 0.8 from the true place, where the limbs, of radius 0.1, part."""
+    skeleton = skeletonize(acute_fork(degrees=24.0).mesh)
+    assert np.linalg.norm(skeleton.nodes[skeleton.junctions], axis=1) == pytest.approx(
+        [0], abs=0.13
+    )  # a trunk's radius
+
+
+def test_limbs_that_cross_a_bar_at_a_small_angle_meet_in_one_place():
+    skeleton = skeletonize(oblique_cross(degrees=40.0).mesh)
+    assert np.linalg.norm(skeleton.nodes[skeleton.junctions], axis=1).max() < 0.1 * 0.25  # a tenth of the bar's radius
+
+
+def test_a_junction_does_not_pass_another(rod_along_z):
+    """Three limbs point to z = 0.2 on the trunk, beyond the junction of two others at z = 0 or not."""
+    limbs = [ray([x, y, -0.8], [x, y, -1]) for x, y in ((-0.2, 0), (0.2, 0), (0, 0.2))]
+    others = [ray([0, sign * 0.2, -0.1], [0, sign, 0]) for sign in (-1, 1)]
+    skeleton, centers = synthetic([*limbs, *others], rod_along_z)
+    far = len(skeleton.nodes)
+    edges = [(far if a == 0 and b in (1, 6, 11) else a, b) for a, b in skeleton.edges.tolist()]
+    for height, is_beyond in ((-0.7, True), (0.4, False)):
+        nodes = np.concatenate([skeleton.nodes, [[0, 0, height]]])
+        apart = Skeleton(nodes, [*edges, (0, far)], np.ones(far + 1), skeleton.node_of_vertex)
+        placed = place_junctions(apart, SectionCenters(np.append(centers.is_known, False), nodes), rod_along_z)
+        z = placed.positions[far][2]
+        assert z < 0 if is_beyond else z == pytest.approx(0.2, abs=0.05)
+
+
+@pytest.mark.parametrize("degrees", [45.0, 5.7, 0.1])
 def test_a_junction_keeps_its_position_only_where_its_branches_determine_none(degrees):
     """Two exact axes that cross one unit from a contracted position, at a steep or a nearly flat angle."""
     mesh, tilt = sphere(3), np.tan(np.radians(degrees))
@@ -45,9 +75,8 @@ def test_a_junction_keeps_its_position_only_where_its_branches_determine_none(de
     skeleton = Skeleton([[0, 0, 0], *arms, [0, 0, 0.1]], edges, np.full(12, 0.1), np.zeros(1))
     axes = SectionCenters(np.arange(12) % 11 > 0, skeleton.nodes)
     placed = place_junctions(skeleton, axes, Surface(Mesh(30 * mesh.vertices, mesh.faces))).positions[0]
-    # the eigenvalue of the lines along x, and a fiftieth of the sum of all eigenvalues
-    of_lines, of_anchor = 2 * np.sin(np.radians(degrees)) ** 2, 0.02 * 4
-    assert placed == pytest.approx([of_lines**2 / (of_lines**2 + of_anchor**2), 0, 0], abs=1e-9)
+    share = 2 * np.sin(np.radians(degrees)) ** 2 / 4  # of the eigenvalue along x in the sum of all eigenvalues
+    assert placed == pytest.approx([share**ORDER / (share**ORDER + REGULARIZATION**ORDER), 0, 0], abs=1e-9)
 
 
 def test_two_junctions_whose_branches_all_point_to_one_place_are_merged(star):
@@ -111,8 +140,8 @@ def test_lines_count_by_the_inverse_square_of_their_distance(rod_along_z):
     placed = place_junctions(skeleton, centers, rod_along_z).positions[0]
     weights = 1 / np.array([1 + 0.05**2, 2**2 + 0.05**2])
     x = weights @ [0.05, -0.05] / weights.sum()
-    # regularized by a fiftieth of the trace, which is twice the sum of the weights; along z the lines say nothing
-    assert placed == pytest.approx([x / (1 + 0.04**2), 0, 0], abs=1e-9)
+    # half of the trace is along x; along z the lines say nothing
+    assert placed == pytest.approx([x / (1 + (2 * REGULARIZATION) ** ORDER), 0, 0], abs=1e-9)
 
 
 def test_a_junction_moves_by_its_ball_at_most_where_its_branches_do_not_agree(rod_along_z):
