@@ -19,7 +19,9 @@ N_SECTIONS = 4  # sections next to a junction that give the direction of a branc
 # and two limbs, each at an angle to it, is a third of the squared sine: 7 degrees. Rows "undetermined below" in
 # benchmarks/results/refinement.md
 REGULARIZATION = 0.005
-ORDER = 4  # of the transition, which is from 5 to 10 degrees; rows "order" in the same table
+# Exponent of the filter, which bounds the range of angles in which a direction is partly determined: 5 to 10 degrees.
+# Rows "order" in the same table
+ORDER = 4
 
 SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 

@@ -32,7 +32,8 @@ MAX_MISS = 1.5  # upper bound on the distance of a branch's line from the common
 MAX_SINE = 0.4  # upper bound on the sine of the angle between a branch's line and the direction to the common place; a
 # guess, benchmarks/results/constants.md
 # Upper bound on the distance from the place of a line that starts beyond it, in radii of its branch: the trunk of a
-# narrow fork, whose sections near the fork are of both limbs, runs through it; benchmarks/results/refinement.md
+# narrow fork, whose sections near the fork are of both limbs, runs through it. Rows "passing miss of" in
+# benchmarks/results/refinement.md
 MAX_PASSING_MISS = 0.3
 MIN_BALL_RATIO = 0.9  # lower bound on the ball at the place of a junction whose branches do not agree, relative to that
 # of the middle nearby; benchmarks/results/refinement.md

@@ -20,15 +20,18 @@ from lbskel._kernels.traversal import sums_along_paths
 from lbskel.geometry.normals import normalized
 from lbskel.geometry.surface_queries import Surface
 
-# Distances of the points of a path in radii of their balls, for four steps each: below 1, each point lies inside the
-# balls of its neighbors. A path relaxes as far in a fourth of the steps if its points are twice as far apart; the last
-# points are as close as those of other branches; benchmarks/results/refinement.md
+# Distances of the points of a path in radii of their balls, for STEPS_BETWEEN steps each: below 1, each point lies
+# inside the balls of its neighbors. A path relaxes as far in a fourth of the steps if its points are twice as far
+# apart; the last points are as close as those of other branches. Rows "points of paths at" in
+# benchmarks/results/refinement.md
 SPACINGS = (0.9, 0.9, 0.9, 0.6)
 MIN_RATIO = 0.1  # of a ball to the largest of its path, below which the spacing no longer follows the ball; it bounds
 # the number of points of a path that touches the surface; benchmarks/results/refinement.md
 MAX_PIECES = 1000  # of a path, which bounds the time where all of it lies on the surface; a guess
 POWER = 2.0  # of the radius in the weight; benchmarks/results/refinement.md
-STEPS_BETWEEN = 4  # steps after which the points are spaced anew, less than a radius of motion; a guess, for speed
+# Steps after which the points are spaced anew, which bounds how far a path relaxes, and the time. Rows "steps between
+# spacings" in the same table
+STEPS_BETWEEN = 4
 
 
 def relax_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:

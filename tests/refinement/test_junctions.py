@@ -39,11 +39,10 @@ def test_a_junction_goes_to_where_its_branches_meet(star, shift):
 
 
 def test_the_junction_of_a_narrow_fork_is_on_its_trunk_beyond_sections_of_both_limbs():
-    """Contraction leaves it 0.8 from the true place, where the limbs, of radius 0.1, part."""
+    """The limbs, of radius 0.1, part 0.5 from the place where their axes meet; the trunk has radius 0.13."""
     skeleton = skeletonize(acute_fork(degrees=24.0).mesh)
-    assert np.linalg.norm(skeleton.nodes[skeleton.junctions], axis=1) == pytest.approx(
-        [0], abs=0.13
-    )  # a trunk's radius
+    assert len(skeleton.junctions) == 1
+    assert np.linalg.norm(skeleton.nodes[skeleton.junctions[0]]) < 0.13
 
 
 def test_limbs_that_cross_a_bar_at_a_small_angle_meet_in_one_place():
