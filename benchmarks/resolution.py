@@ -1,5 +1,8 @@
 """Skeletons of fine shapes with a known axis: contraction of a simplified proxy, the default, or of every vertex.
 
+The size of the proxy follows from the local radii. A second table has the skeletons and the time of the radii for rays
+from every face, every second one, and so on.
+
 Distances are in units of the true local radius; seconds are processor seconds.
 """
 
@@ -8,6 +11,8 @@ from __future__ import annotations
 __all__ = ["run"]
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,22 +20,25 @@ import numpy as np
 
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
+from lbskel.geometry import shape_diameter
 from lbskel.pipeline.preparation import SIMPLIFY
 from lbskel.shapes import SHAPES, Shape, make
 
 VERTICES = (18_000, 28_000, 45_000)  # so that there are more than 16,000 faces, above which the default simplifies
 QUICK = ("limbs", "knot")
+STRIDES = (1, 2, 3, 6, 12)  # of the faces from which rays are cast, at most
 DISTANCES = ("accuracy", "accuracy_95", "coverage", "coverage_95")
 
 
 def run(quick: bool, results: Path) -> None:
     """Measure, and write resolution.json and resolution.md."""
-    rows = []
+    rows, strides = [], []
     for name in QUICK if quick else SHAPES:
         for n_vertices in (9_000,) if quick else VERTICES:
             shape = make(name, n_vertices=n_vertices)
             rows += [_row(name, shape, simplify) for simplify in SIMPLIFY]
-    save_json(results / "resolution.json", {"rows": rows})
+        strides += [_row_of_stride(name, shape, stride) for stride in STRIDES]
+    save_json(results / "resolution.json", {"rows": rows, "strides": strides})
     means = [_means(rows, simplify) for simplify in SIMPLIFY]
     shapes = [
         {"shape": name}
@@ -45,7 +53,11 @@ def run(quick: bool, results: Path) -> None:
     save_markdown(
         results / "resolution.md",
         "Resolution",
-        {f"Means over shapes of {sizes}": markdown_table(means), "Each shape, over its sizes": markdown_table(shapes)},
+        {
+            f"Means over shapes of {sizes}": markdown_table(means),
+            "Local radii by rays from every n-th face": markdown_table([_means_of_stride(strides, n) for n in STRIDES]),
+            "Each shape, over its sizes": markdown_table(shapes),
+        },
     )
 
 
@@ -64,6 +76,42 @@ def _row(name: str, shape: Shape, simplify: str) -> dict[str, Any]:
         "tips right": comparison.n_tips == comparison.n_true_tips,
         "seconds": seconds,
     }
+
+
+@contextmanager
+def _at_most(stride: int) -> Iterator[None]:
+    """Cast rays from every so many faces of a large mesh at most."""
+    usual = shape_diameter.MAX_STRIDE
+    shape_diameter.MAX_STRIDE = stride
+    try:
+        yield
+    finally:
+        shape_diameter.MAX_STRIDE = usual
+
+
+def _row_of_stride(name: str, shape: Shape, stride: int) -> dict[str, Any]:
+    """One shape, with rays from every so many faces."""
+    with _at_most(1):
+        exact = shape_diameter.local_radii(shape.mesh)
+    mesh = shape.mesh.with_vertices(shape.mesh.vertices)  # which knows no radii yet
+    with _at_most(stride):
+        began = time.process_time()
+        radii = shape_diameter.local_radii(mesh)
+        seconds = time.process_time() - began
+        skeleton = lbskel.skeletonize(mesh)
+    comparison = lbskel.ground_truth_distances(skeleton, shape.truth)
+    error = float(np.median(np.abs(radii / exact - 1)))
+    return {"shape": name, "stride": stride, "seconds": seconds, "error": error} | {
+        distance: getattr(comparison, distance) for distance in DISTANCES
+    }
+
+
+def _means_of_stride(rows: list[dict[str, Any]], stride: int) -> dict[str, Any]:
+    return (
+        {"stride": stride, "median error of radii": _mean(rows, "error", stride=stride)}
+        | {distance: _mean(rows, distance, stride=stride) for distance in DISTANCES}
+        | {"seconds": _mean(rows, "seconds", stride=stride)}
+    )
 
 
 def _mean(rows: list[dict[str, Any]], what: str, **where: Any) -> float:

@@ -2,9 +2,10 @@
 
 Each input is run in a process of its own; seconds are processor seconds, of all threads together, except for those of
 the column "wall clock". The exponent of a stage is the slope of the logarithm of its seconds over that of the count,
-fitted to all inputs on which it is not too short to measure, and again to the two largest of these; up to 1.2 counts as
-linear. Larger inputs are left out once one has taken over a fifth of the limit; the next has a dash. The limit is in
-wall-clock seconds and includes making the input, so it is wide: other programs may run on the same processors.
+fitted to all inputs on which it is not too short to measure; up to 1.2 counts as linear. A second exponent is fitted to
+the two largest inputs; it is larger where these need what smaller ones do not, a proxy for example. Larger inputs are
+left out once one has taken over a fifth of the limit; the next has a dash. The limit is in wall-clock seconds and
+includes making the input, so it is wide: other programs may run on the same processors.
 
 Then hard inputs are run with time limits in wall-clock seconds. A limit is kept if the result comes within one and a
 half times the limit, or two seconds more. Where the processor time is far less, other programs ran at the same time.
@@ -29,7 +30,7 @@ from lbskel.preprocess import proxy
 from lbskel.shapes import brush, lattice, perforated_plate, porous_block, sphere, voxel_tree
 
 LIMIT = 600.0  # seconds for each input
-MIN_SECONDS = 0.05  # below, a stage has no exponent
+MIN_SECONDS = 0.005  # below, a stage counts as too short to measure; a fit over all sizes needs most of them
 
 
 def shells(n: int) -> lbskel.Mesh:

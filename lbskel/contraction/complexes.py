@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel._kernels.connectivity import component_roots
+from lbskel.geometry.sorting import distinct, is_among
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +55,7 @@ def keys_of(edges: NDArray[np.int64], n: int) -> NDArray[np.int64]:
 
 def has_face(remaining: Complex, n: int) -> NDArray[np.bool_]:
     """(k,) whether each edge belongs to a face."""
-    return np.isin(keys_of(remaining.edges, n), _keys_at_sides(remaining, n))
+    return is_among(keys_of(remaining.edges, n), _keys_at_sides(remaining, n))
 
 
 def _keys_at_sides(remaining: Complex, n: int) -> NDArray[np.int64]:
@@ -81,11 +82,11 @@ def remove_free_edges(remaining: Complex, free: NDArray[np.int64], P: NDArray[np
     """Remove the longest free edge of each face that has one, and the face, which neither opens nor closes a loop."""
     keys = _keys_at_sides(remaining, n).reshape(3, -1)
     lengths = np.linalg.norm(P[keys // n] - P[keys % n], axis=2)
-    lengths[~np.isin(keys, free)] = -1
+    lengths[~is_among(keys, free)] = -1
     longest = np.argmax(lengths, axis=0)
     has_free_edge = lengths.max(axis=0) >= 0
     removed = keys[longest, np.arange(keys.shape[1])][has_free_edge]
-    is_removed = remaining.is_removed | np.isin(keys_of(remaining.edges, n), removed)
+    is_removed = remaining.is_removed | is_among(keys_of(remaining.edges, n), removed)
     return replace(remaining, faces=remaining.faces[~has_free_edge], is_removed=is_removed)
 
 
@@ -115,4 +116,4 @@ def closing_edges(remaining: Complex, n: int) -> NDArray[np.int64]:
     third = np.minimum(np.searchsorted(keys, keys_of(sides, n)), len(keys) - 1)
     is_triangle = keys[third] == keys_of(sides, n)
     differs = is_triangle & (values[edge] + values[third] != values[to_third]).any(axis=1)
-    return np.unique(keys_of(np.sort(pairs[edge[differs]], axis=1), n))
+    return distinct(keys_of(np.sort(pairs[edge[differs]], axis=1), n))

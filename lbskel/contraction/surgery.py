@@ -38,6 +38,7 @@ from lbskel.contraction.spurious_loops import PRIME, null_loop_edges, spurious_l
 from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.point_stars import PointStars
+from lbskel.geometry.sorting import is_among
 from lbskel.geometry.vertex_map import VertexMap
 
 COST_DIGITS = 11  # decimals of a cost, in squared diameter bounds, that order edges, so that rounding decides no ties
@@ -121,7 +122,7 @@ def collapse_mesh(
     blocked, has_progressed = np.empty(0, dtype=np.int64), False
     while len(remaining.faces):
         deadline.check()
-        candidates = np.flatnonzero(has_face(remaining, n) & ~np.isin(keys_of(remaining.edges, n), blocked))
+        candidates = np.flatnonzero(has_face(remaining, n) & ~is_among(keys_of(remaining.edges, n), blocked))
         if len(candidates):
             remaining, removed, target, refused = _collapse_round(remaining, candidates, P, Q, n)
             np.add.at(Q, target, Q[removed])

@@ -35,6 +35,11 @@ MIN_RADIUS = 0.25  # lower bound on a local radius, in radii of the disk with th
 # from a proportionally smaller number of faces. 2 to 5 for ordinary meshes, up to 50 for shapes of many parts, a
 # thirtieth of the faces for a fan of needles, whose boxes nearly all overlap.
 MAX_OVERLAP = 100.0
+# Faces up to which a ray is cast from each. The radii of larger meshes decide how far they are simplified
+ALL_RAYS = 16_000
+# Upper bound on the distance of the faces of larger meshes from which rays are cast: two of the six faces at a vertex.
+# benchmarks/results/resolution.md, "Local radii by rays from every n-th face"
+MAX_STRIDE = 3
 
 
 def local_radii(mesh: Mesh, *, deadline: Deadline = NEVER) -> NDArray[np.float64]:
@@ -74,9 +79,15 @@ def scaled_local_radii(mesh: Mesh, scaled: Mesh, factor: float, *, deadline: Dea
     return radii
 
 
+def _ray_stride(mesh: Mesh) -> int:
+    """Distance, in the order of the faces, of those from which rays are cast."""
+    of_size = np.clip(len(mesh.faces) // ALL_RAYS, 1, MAX_STRIDE)
+    return max(int(of_size), math.ceil(mesh.aabb_tree.overlap / MAX_OVERLAP))
+
+
 def _local_radii(mesh: Mesh, deadline: Deadline) -> NDArray[np.float64]:
     n = len(mesh.vertices)
-    measured = np.arange(0, len(mesh.faces), max(1, math.ceil(mesh.aabb_tree.overlap / MAX_OVERLAP)))
+    measured = np.arange(0, len(mesh.faces), _ray_stride(mesh))
     F = mesh.faces[measured]
     thickness = thickness_along_normal(mesh, measured, deadline=deadline)
     thickness[mesh.face_areas[measured] == 0] = np.inf

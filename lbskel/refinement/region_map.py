@@ -32,7 +32,7 @@ from lbskel._kernels.connectivity import component_roots, descend_to_nearest_nod
 from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.sorting import stable_order
+from lbskel.geometry.sorting import is_among, stable_order
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -146,8 +146,7 @@ def edges_with_disjoint_regions(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.in
     i, j = (skeleton.node_of_vertex[ends] for ends in mesh.edges.T)
     differ = np.flatnonzero(i != j)
     i, j = i[differ], j[differ]
-    touching = np.unique(np.minimum(i, j) * k + np.maximum(i, j))
-    is_touching = np.isin(skeleton.edges @ [k, 1], touching)
+    is_touching = is_among(skeleton.edges @ [k, 1], np.minimum(i, j) * k + np.maximum(i, j))
     return skeleton.edges[~is_touching & has_vertex[skeleton.edges].all(axis=1)]
 
 

@@ -19,6 +19,7 @@ from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.traversal import walk_branches
 from lbskel.errors import MeshError
 from lbskel.geometry.arrays import read_only
+from lbskel.geometry.sorting import distinct
 from lbskel.skeleton.exchange import SkeletonExchange
 
 
@@ -115,9 +116,8 @@ class Skeleton(SkeletonExchange):
                 raise MeshError(f"{field_name} of the skeleton name a node outside 0..{len(nodes) - 1}")
         key = edges @ [len(nodes), 1]
         if (edges[:, 0] == edges[:, 1]).any() or (key[1:] <= key[:-1]).any():
-            distinct = np.sort(key[edges[:, 0] != edges[:, 1]])
-            distinct = distinct[np.append(True, distinct[1:] != distinct[:-1])[: len(distinct)]]
-            edges = np.stack(np.divmod(distinct, max(len(nodes), 1)), axis=1)
+            key = distinct(key[edges[:, 0] != edges[:, 1]])
+            edges = np.stack(np.divmod(key, max(len(nodes), 1)), axis=1)
         for name, value in {
             "nodes": nodes,
             "edges": edges,

@@ -135,6 +135,21 @@ def test_a_fan_of_needles_is_measured_from_fewer_faces(monkeypatch):
     assert local_radii(fan.with_vertices(fan.vertices)) == pytest.approx(all_faces, rel=0.1, abs=0.05)
 
 
+def test_a_large_mesh_is_measured_from_every_third_face(monkeypatch):
+    tube = cylinder(n=60, m=30)
+    every = local_radii(tube)
+    monkeypatch.setattr(shape_diameter, "ALL_RAYS", len(tube.faces) // 10)
+    third = tube.with_vertices(tube.vertices)
+    n_rays = []
+    monkeypatch.setattr(
+        shape_diameter,
+        "thickness_along_normal",
+        lambda mesh, faces, **options: n_rays.append(len(faces)) or thickness_along_normal(mesh, faces, **options),
+    )
+    assert local_radii(third) == pytest.approx(every, rel=0.02)
+    assert n_rays == [-(-len(tube.faces) // 3)]
+
+
 def test_radii_are_not_measured_after_a_deadline():
     with pytest.raises(OutOfTime):
         local_radii(sphere(2), deadline=Deadline(0.0))
