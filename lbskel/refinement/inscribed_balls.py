@@ -45,13 +45,19 @@ def climb_to_middle(
         Distances of these to the surface.
     """
     P, directions = np.array(points), DIRECTIONS @ frames
-    radii = np.array(surface.distance(P))
+    radii, nearest = (np.array(found) for found in surface.closest(P))
     steps, rows = FIRST_STEP * radii, np.arange(len(P))
     for _ in range(N_STEPS):
         ahead = P[:, None] + steps[:, None, None] * directions
-        around = surface.distance(ahead.reshape(-1, 3)).reshape(len(P), len(DIRECTIONS))
+        targets = radii + MIN_SLOPE * steps
+        # a ball grows no larger than the distance of the point of the surface that was nearest before
+        around = np.linalg.norm(ahead - nearest[:, None], axis=2)
+        may_grow = around >= targets[:, None]
+        around[~may_grow] = 0.0
+        touched = np.zeros_like(ahead)
+        around[may_grow], touched[may_grow] = surface.closest(ahead[may_grow])
         best = np.argmax(around, axis=1)
-        grows = around[rows, best] >= radii + MIN_SLOPE * steps
-        P[grows], radii[grows] = ahead[rows, best][grows], around[rows, best][grows]
+        grows = around[rows, best] >= targets
+        P[grows], radii[grows], nearest[grows] = (of[rows, best][grows] for of in (ahead, around, touched))
         steps[~grows] /= 2
     return P, radii
