@@ -14,6 +14,7 @@ from lbskel.pipeline import passes, profiling
 from lbskel.pipeline.assembly import MISSING
 from lbskel.refinement.containment import segments_outside
 from lbskel.shapes import porous_block, tube
+from lbskel.shapes.hard import oblique_cross
 from lbskel.skeleton.resampling import space_evenly
 
 STAGES = ["prune spurs", "merge junctions", "recenter", "extend tips", "reroute inside", "map vertices", "score"]
@@ -90,6 +91,11 @@ def test_evenly_spaced_nodes_stay_inside_a_bent_tube():
     spaced = space_evenly(curve, 1.0, partial(passes._must_stay, surface=surface))
     assert len(cut.nodes) < len(spaced.nodes)
     assert not segments_outside(spaced.nodes, spaced.edges, surface).any()
+
+
+def test_junctions_that_are_moved_to_one_place_are_one():
+    skeleton = skeletonize(oblique_cross().mesh)
+    assert skeleton.degrees[skeleton.junctions].tolist() == [4]
 
 
 def test_the_skeleton_of_a_porous_block_goes_around_all_its_tunnels_inside():
