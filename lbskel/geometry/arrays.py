@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from lbskel.errors import MeshError, first_few
 
+EMPTY = {"vertices": "the mesh is empty: ", "points": "the cloud is empty: "}  # the beginning of a message
+
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
     """Make an array read-only and return it.
@@ -43,13 +45,14 @@ def checked_points(values: ArrayLike, what: str) -> NDArray[np.float64]:
     except (TypeError, ValueError) as error:
         raise MeshError(f"{what} must be an (n, 3) array of numbers: {error}") from None
     if points.size == 0:
-        raise MeshError(f"the mesh is empty: there are no {what}")
+        raise MeshError(f"{EMPTY.get(what, '')}there are no {what}")
     if points.ndim != 2 or points.shape[1] != 3:
         hint = "; for a planar shape add a column of zeros" if points.ndim == 2 and points.shape[1] == 2 else ""
         raise MeshError(f"{what} must have shape (n, 3), not {points.shape}{hint}")
     if not np.isfinite(points).all():
         bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
-        raise MeshError(f"{what} {first_few(bad)} have NaN or infinite coordinates; remove them with their faces")
+        faces = " with their faces" if what == "vertices" else ""
+        raise MeshError(f"{what} {first_few(bad)} have NaN or infinite coordinates; remove them{faces}")
     return read_only(points)
 
 

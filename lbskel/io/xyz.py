@@ -20,7 +20,9 @@ NAMES = re.compile(r"(//)?\"?[^\W\d]\w*\"?")  # the first word of a line of name
 def read_xyz(path: Path) -> PolygonSoup:
     """Read the points of an XYZ file."""
     lines = content_lines(re.sub("[,;]", " ", read_text(path)))
-    if len(lines) > 1 and (first := NAMES.match(lines.texts[0])) and first[0].lower() not in ("nan", "inf", "infinity"):
+    if len(lines) and (first := NAMES.match(lines.texts[0])) and first[0].lower() not in ("nan", "inf", "infinity"):
+        lines = lines[1:]
+    if len(lines) > 1 and lines.texts[0] == str(len(lines) - 1):  # the number of points
         lines = lines[1:]
     if not len(lines):
         raise FormatError("the file has no points")

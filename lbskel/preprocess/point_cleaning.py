@@ -83,25 +83,26 @@ def clean_points(points: NDArray[np.float64], preparation: str = "auto") -> Clea
         labels = step[labels]
         report["cell"] = cell
         notes.append(f"the cloud was thinned to {len(kept)} points, the means of cells of side {cell:.4g}")
-    _require_solid(kept)
+    _require_solid(
+        kept, f"distinct points among {len(points)}", "coordinates in double precision if single precision merged them"
+    )
     cloud = Neighborhoods(kept)
     is_outlier, cloud = find_outliers(cloud, limit) if np.isfinite(limit) else (np.zeros(len(kept), dtype=bool), cloud)
     report["outliers"] = int(is_outlier[labels].sum())
     if report["outliers"]:
         notes.append(f"{report['outliers']} outliers, far from all other points, were left out")
-        _require_solid(cloud.points)
+        _require_solid(
+            cloud.points, "distinct points that are no outliers", "preprocess='none' if the others are no outliers"
+        )
     new = np.where(is_outlier, -1, np.cumsum(~is_outlier) - 1)
     report["kept"] = len(cloud.points)
     return CleanedPoints(cloud, VertexMap(new[labels]), tuple(notes), report)
 
 
-def _require_solid(points: NDArray[np.float64]) -> None:
+def _require_solid(points: NDArray[np.float64], what: str, remedy: str) -> None:
     """Raise MeshError for points that enclose nothing."""
     if len(points) < MIN_POINTS:
-        raise MeshError(
-            f"the cloud has {len(points)} distinct points that are no outliers, and needs {MIN_POINTS}: give more "
-            "points, or preprocess='none' if these are no outliers"
-        )
+        raise MeshError(f"the cloud has {len(points)} {what}, and needs {MIN_POINTS}: give more points, or {remedy}")
     offsets = points - points.mean(axis=0)
     widths = np.linalg.svd(offsets.T @ offsets / np.abs(offsets).max() ** 2, compute_uv=False)
     if widths[2] <= MIN_WIDTH**2 * widths[0]:

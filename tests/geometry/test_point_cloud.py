@@ -16,7 +16,15 @@ def test_points_are_kept_and_cannot_be_changed():
         cloud.points[0] = 1
 
 
-@pytest.mark.parametrize("points", [[], [[0, 0]], [[0, 0, np.nan]], [[0, 0, np.inf]]])
-def test_what_is_no_cloud_is_refused(points):
-    with pytest.raises(MeshError):
+@pytest.mark.parametrize(
+    ("points", "message"),
+    [
+        ([], "the cloud is empty: there are no points"),
+        ([[0, 0]], "must have shape"),
+        ([[0, 0, np.nan]], "points 0 have NaN or infinite coordinates; remove them$"),
+        ([[0, 0, np.inf]], "remove them$"),
+    ],
+)
+def test_what_is_no_cloud_is_refused(points, message):
+    with pytest.raises(MeshError, match=message):
         PointCloud(points)

@@ -15,6 +15,7 @@ ROWS = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n9 9 9\n"
         "# c\n0 0 0\n1\t0 0\n\n1 1 0\n0 1 0\n9 9 9",
         ROWS.replace(" ", ", "),
         ROWS.replace("\n", " 0.1 0.2 0.3\n"),
+        "5\n" + ROWS,
     ],
 )
 def test_comments_commas_and_further_columns(read, content):
@@ -27,6 +28,8 @@ def test_comments_commas_and_further_columns(read, content):
     [
         ("1 2 3\n1 2\n", FormatError, "line 2: three coordinates expected, found '1 2'"),
         ("# nothing\n", FormatError, "has no points"),
+        ("x,y,z\n", FormatError, "has no points"),
+        ("3\n1 2 3\n", FormatError, "line 1: three coordinates expected, found '3'"),
         ("1 2 3\n1 nan 3\n", MeshError, "points 1"),
     ],
 )

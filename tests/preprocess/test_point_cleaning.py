@@ -55,8 +55,8 @@ def test_a_large_cloud_is_thinned_to_means_of_its_cells(monkeypatch):
 @pytest.mark.parametrize(
     ("points", "message"),
     [
-        (SPHERE[:9], "has 9 distinct points that are no outliers, and needs 20"),
-        (np.repeat(SPHERE[:9], 9, axis=0), "has 9 distinct points"),
+        (SPHERE[:9], "has 9 distinct points among 9, and needs 20"),
+        (np.repeat(SPHERE[:9], 9, axis=0), "has 9 distinct points among 81.*double precision"),
         (SPHERE * [1, 1, 0] + [0, 0, 5], "in a plane"),
         (np.arange(99)[:, None] * [1.0, 2, 3], "on a line"),
     ],
