@@ -146,7 +146,7 @@ def edges_with_disjoint_regions(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.in
     i, j = (skeleton.node_of_vertex[ends] for ends in mesh.edges.T)
     differ = np.flatnonzero(i != j)
     i, j = i[differ], j[differ]
-    is_touching = is_among(skeleton.edges @ [k, 1], np.minimum(i, j) * k + np.maximum(i, j))
+    is_touching = is_among(skeleton.edges @ np.array([k, 1]), np.minimum(i, j) * k + np.maximum(i, j))
     return skeleton.edges[~is_touching & has_vertex[skeleton.edges].all(axis=1)]
 
 
