@@ -2,10 +2,10 @@
 
 Each input is run in a process of its own; seconds are processor seconds, of all threads together, except for those of
 the column "wall clock". The exponent of a stage is the slope of the logarithm of its seconds over that of the count,
-fitted to all inputs on which it is not too short to measure; up to 1.2 counts as linear. A second exponent is fitted to
-the two largest inputs; it is larger where these need what smaller ones do not, a proxy for example. Larger inputs are
-left out once one has taken over a fifth of the limit; the next has a dash. The limit is in wall-clock seconds and
-includes making the input, so it is wide: other programs may run on the same processors.
+fitted to all inputs of up to 10,000 on which it is not too short to measure; up to 1.2 counts as linear. A second
+exponent is fitted to the two largest inputs; it is larger where these need what smaller ones do not, a proxy for
+example. Larger inputs are left out once one has taken over a fifth of the limit; the next has a dash. The limit is in
+wall-clock seconds and includes making the input, so it is wide: other programs may run on the same processors.
 
 Then hard inputs are run with time limits in wall-clock seconds. A limit is kept if the result comes within one and a
 half times the limit, or two seconds more. Where the processor time is far less, other programs ran at the same time.
@@ -30,6 +30,7 @@ from lbskel.preprocess import proxy
 from lbskel.shapes import brush, lattice, perforated_plate, porous_block, sphere, voxel_tree
 
 LIMIT = 600.0  # seconds for each input
+LARGEST = 11_000  # upper bound on the counts that exponents are fitted to: four inputs of each kind, 10 to 10,000
 MIN_SECONDS = 0.005  # below, a stage counts as too short to measure; a fit over all sizes needs most of them
 
 
@@ -164,16 +165,29 @@ def run(quick: bool, results: Path) -> None:
         for kind in THIN
         for reduction in (() if quick else REDUCTIONS)
     ]
-    save_json(
-        results / "scaling.json", {"certificates": certificates, "runs": runs, "limited": limited, "reduced": reduced}
-    )
+    found = {"certificates": certificates, "runs": runs, "limited": limited, "reduced": reduced}
+    save_json(results / "scaling.json", found)
+    _write(results, **found)
+
+
+def _write(
+    results: Path,
+    certificates: list[dict[str, Any]],
+    runs: dict[str, list[dict[str, Any]]],
+    limited: list[dict[str, Any]],
+    reduced: list[dict[str, Any]],
+) -> None:
+    """Fit exponents, and write scaling.md and scaling.png."""
     order = _exponent(certificates, "genus", "seconds", len(certificates))
     tables = {f"Linking numbers of lattices, exponent {order or float('nan'):.2f}": markdown_table(certificates)}
     for kind, rows in runs.items():
         keys = [key for key in dict.fromkeys(key for row in rows for key in row) if key not in NO_SECONDS]
         exponents = [
-            {"count": name, **{key: _exponent(rows, "count", key, n) for key in keys}}
-            for name, n in (("exponent", len(rows)), ("exponent of the last two", 2))
+            {"count": name, **{key: _exponent(some, "count", key, n) for key in keys}}
+            for name, some, n in (
+                ("exponent", [row for row in rows if row["count"] < LARGEST], len(rows)),
+                ("exponent of the last two", rows, 2),
+            )
         ]
         tables[kind.capitalize()] = markdown_table([*rows, *exponents])
     tables["Time limits, in seconds"] = markdown_table(limited)

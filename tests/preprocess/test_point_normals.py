@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from lbskel.geometry.neighborhoods import Neighborhoods
+from lbskel.geometry.normals import normalized
+from lbskel.preprocess import point_normals
 from lbskel.preprocess.point_normals import oriented
 from lbskel.shapes import sphere, torus
 
@@ -31,3 +33,15 @@ def test_each_of_two_bodies_points_outwards():
     points = sphere(3).vertices
     cloud = oriented(Neighborhoods(np.concatenate([points, points + [0, 0, 9]])))
     assert (cloud.normals.reshape(2, -1, 3) * points).sum(axis=2).min() > 0.95
+
+
+def test_a_part_that_is_inside_out_is_turned(monkeypatch):
+    spindle = sphere(4).vertices * [1, 1, 6]
+    outward = normalized(spindle / [1, 1, 36])
+    with_signs = point_normals._with_signs
+
+    def inside_out_above(points, normals, *rest):
+        return with_signs(points, normals, *rest) * np.where(points[:, 2:] > 2, -1.0, 1.0)
+
+    monkeypatch.setattr(point_normals, "_with_signs", inside_out_above)
+    assert (oriented(Neighborhoods(spindle)).normals * outward).sum(axis=1).min() > 0.9
