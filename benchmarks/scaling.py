@@ -165,9 +165,10 @@ def run(quick: bool, results: Path) -> None:
         for kind in THIN
         for reduction in (() if quick else REDUCTIONS)
     ]
-    found = {"certificates": certificates, "runs": runs, "limited": limited, "reduced": reduced}
-    save_json(results / "scaling.json", found)
-    _write(results, **found)
+    save_json(
+        results / "scaling.json", {"certificates": certificates, "runs": runs, "limited": limited, "reduced": reduced}
+    )
+    _write(results, certificates, runs, limited, reduced)
 
 
 def _write(
