@@ -34,9 +34,11 @@ N_LINKS = 8  # nearest neighbors that the sign of a normal can follow; a guess
 # turns none around. Wide enough for the field between points, narrow enough for thin limbs;
 # benchmarks/results/point_constants.md
 FIRST_SMOOTHING, SECOND_SMOOTHING = 3.0, 2.0
-TURNING_SMOOTHING = 1.5  # width of the dipoles, in spacings, where limbs are turned: that of the surface
-# Rounds in which normals are turned; the border of what is inside out moves in each. A guess: on samples of eight real
-# meshes, 8 rounds left more such points than 16, and 32 few less
+# Width of the dipoles, in spacings, in the field whose level set is the surface, and where normals are turned.
+# benchmarks/results/point_orientation.md
+SURFACE_SMOOTHING = 1.5
+# Upper bound on the rounds in which normals are turned; the border of what is inside out moves in each.
+# benchmarks/results/point_orientation.md
 MAX_TURNS = 16
 MIN_ANGLE_COST = 1e-6  # of an edge between parallel normals: a cost of zero would be no edge
 
@@ -107,7 +109,7 @@ def oriented(cloud: Neighborhoods) -> OrientedPoints:
 def _turned_outward(found: OrientedPoints, neighbors: NDArray[np.int64]) -> OrientedPoints:
     """Turn normals where the winding number around the point is negative: the surface there is inside out."""
     for _ in range(MAX_TURNS):
-        values = found.field(TURNING_SMOOTHING).field(found.points)[0]
+        values = found.field(SURFACE_SMOOTHING).field(found.points)[0]
         is_inside_out = values[neighbors].mean(axis=1) < 0
         if is_inside_out.sum() < N_NEIGHBORS:
             break

@@ -26,12 +26,11 @@ from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.level_set import level_sets
 from lbskel.preprocess.point_cleaning import clean_points
-from lbskel.preprocess.point_normals import oriented
+from lbskel.preprocess.point_normals import SURFACE_SMOOTHING, oriented
 from lbskel.preprocess.result import PreprocessResult
 
 Field: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
-SMOOTHING = 1.5  # width of the dipoles, in spacings; a guess
 # Side of a cell, in median spacings; larger ones take less time. Swept in benchmarks/results/point_constants.md; by
 # hand, the limbs of a knot with noise were joined for two of seven seeds with 1.9, for none with 1.6 and 1.75
 CELL = 1.6
@@ -109,7 +108,7 @@ def _surface_through(
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64], int]:
     """Make vertices and faces of a closed surface through points, their nearest vertices, and the number in tubes."""
     cloud, points, tree = oriented(nearby), nearby.points, nearby.tree
-    field = cloud.field(SMOOTHING)
+    field = cloud.field(SURFACE_SMOOTHING)
     at_points = np.clip(field.field(points)[0], 0, 1)
     means = at_points[nearby.nearest(N_LEVELS)[1]].mean(axis=1)
     means[cloud.rough] = at_points[nearby.nearest()[1][cloud.rough]].mean(axis=1)
