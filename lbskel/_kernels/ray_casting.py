@@ -27,24 +27,24 @@ EDGE_TOLERANCE = cython.declare(cython.double, 1e-12)  # barycentric: no ray pas
 @cython.nogil
 @cython.inline
 @cython.exceptval(check=False)
-@cython.locals(first=cython.double, last=cython.double, axis=cython.Py_ssize_t)
 def _box_entry(
     boxes: cython.const[cython.double][:, ::1],
     node: cython.Py_ssize_t,
-    origins: cython.const[cython.double][:, ::1],
-    i: cython.Py_ssize_t,
+    ox: cython.double,
+    oy: cython.double,
+    oz: cython.double,
     slowness: cython.double[::1],
     best: cython.double,
 ) -> cython.double:
     """Ray parameter at which a ray enters a box; infinite if it misses the box, or enters it beyond ``best``."""
-    start: cython.double = 0.0
-    end: cython.double = best
-    for axis in range(3):
-        first = (boxes[node, axis] - origins[i, axis]) * slowness[axis]
-        last = (boxes[node, axis + 3] - origins[i, axis]) * slowness[axis]
-        if first > last:
-            first, last = last, first
-        start, end = max(start, first), min(end, last)
+    x0: cython.double = (boxes[node, 0] - ox) * slowness[0]
+    x1: cython.double = (boxes[node, 3] - ox) * slowness[0]
+    y0: cython.double = (boxes[node, 1] - oy) * slowness[1]
+    y1: cython.double = (boxes[node, 4] - oy) * slowness[1]
+    z0: cython.double = (boxes[node, 2] - oz) * slowness[2]
+    z1: cython.double = (boxes[node, 5] - oz) * slowness[2]
+    start: cython.double = max(max(min(x0, x1), min(y0, y1)), max(min(z0, z1), 0.0))
+    end: cython.double = min(min(max(x0, x1), max(y0, y1)), min(max(z0, z1), best))
     return start if start <= end else INFINITY
 
 
@@ -95,6 +95,9 @@ def _triangle_hit(
     left=cython.double,
     right=cython.double,
     best=cython.double,
+    ox=cython.double,
+    oy=cython.double,
+    oz=cython.double,
 )
 def first_hits(
     corners: cython.const[cython.double][:, ::1],
@@ -120,6 +123,7 @@ def first_hits(
                 slowness[axis] = (
                     1 / directions[i, axis] if fabs(directions[i, axis]) * MAX_SLOWNESS > 1 else MAX_SLOWNESS
                 )
+            ox, oy, oz = origins[i, 0], origins[i, 1], origins[i, 2]
             best = INFINITY
             stack[0], entries[0], top = 1, 0.0, 1
             while top > 0:
@@ -127,8 +131,8 @@ def first_hits(
                 node, left = stack[top], entries[top]
                 while node < p and left < best:
                     node *= 2
-                    left = _box_entry(boxes, node, origins, i, slowness, best)
-                    right = _box_entry(boxes, node + 1, origins, i, slowness, best)
+                    left = _box_entry(boxes, node, ox, oy, oz, slowness, best)
+                    right = _box_entry(boxes, node + 1, ox, oy, oz, slowness, best)
                     stack[top], entries[top] = node + 1, right
                     if right < left:
                         stack[top], entries[top] = node, left

@@ -94,7 +94,10 @@ def coarsen(current: Coarsened, max_lengths: NDArray[np.float64]) -> Coarsened:
         vertex_map = vertex_map.compose(VertexMap(new_index))
     if len(V) == len(current.mesh.vertices):
         return current
-    return Coarsened(Mesh(V, F), vertex_map, kept, W)
+    mesh = Mesh(V, F)
+    if current.mesh.is_closed_manifold:  # the link condition keeps it so, and the check would take longer than a round
+        mesh.__dict__["is_closed_manifold"] = True
+    return Coarsened(mesh, vertex_map, kept, W)
 
 
 def _choose_collapses(

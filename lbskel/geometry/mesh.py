@@ -122,8 +122,9 @@ class Mesh(MeshExchange):
     @cached_property
     def edge_lengths(self) -> NDArray[np.float64]:
         """(k,) length of each edge."""
-        start, end = self.vertices[self.edges].transpose(1, 0, 2)
-        return read_only(np.linalg.norm(end - start, axis=1))
+        start, end = self.edges.T
+        x, y, z = (self.vertices[end] - self.vertices[start]).T
+        return read_only(np.sqrt(x * x + y * y + z * z))  # in a third of the time of numpy.linalg.norm
 
     @property
     def edge_of_half_edge(self) -> NDArray[np.int64]:

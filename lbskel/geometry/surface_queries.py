@@ -27,7 +27,7 @@ from lbskel.geometry.deadline import NEVER, Deadline, in_slices
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.vertex_map import VertexMap
 
-MAX_CACHED_RESULTS = 16  # results of recent queries kept for each mesh; a guess that bounds the memory
+MAX_CACHED_RESULTS = 16  # results of each recent query kept for each mesh; a guess that bounds the memory
 
 VERTEX_OFFSET = 1e-6  # distance under a vertex, relative to the diameter bound, at which inward rays start; a guess
 
@@ -121,10 +121,20 @@ class Surface:
             cache[name] = make()
         return cache[name]
 
-    def _cached(self, name: str, points: NDArray[np.float64], query: Callable[[], Result]) -> Result:
-        """Return the result of a recent query at the same points: several stages query the nodes of a skeleton."""
-        results: dict[tuple[str, bytes], Result] = self.memoize("results", dict)
-        key = name, points.tobytes()
+    def recall(self, name: str, query: Callable[[], Result], *arrays: NDArray[Any]) -> Result:
+        """Return the result of a recent query for the same arrays: several stages query the same skeleton.
+
+        Parameters
+        ----------
+        name : str
+            Of the query, which has a cache of its own.
+        query : callable
+            Computes the result.
+        arrays : arrays
+            All that the result depends on but the mesh.
+        """
+        results: dict[tuple[bytes, ...], Result] = self.memoize(f"results of {name}", dict)
+        key = tuple(array.tobytes() for array in arrays)
         if (found := results.get(key)) is None:
             found = results[key] = query()
             for oldest in [*results][:-MAX_CACHED_RESULTS]:  # other threads may do the same
@@ -183,7 +193,7 @@ class Surface:
         points : (k, 3) array of float
         """
         points = np.ascontiguousarray(points)
-        return self._cached("closest", points, lambda: self._closest(points))
+        return self.recall("closest", lambda: self._closest(points), points)
 
     def _closest(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         distance, nearest = self.mesh.aabb_tree.nearest(points, deadline=self.deadline)
@@ -227,7 +237,7 @@ class Surface:
         points : (k, 3) array of float
         """
         points = np.ascontiguousarray(points)
-        return self._cached("contains", points, lambda: read_only(self._contains(points)))
+        return self.recall("contains", lambda: read_only(self._contains(points)), points)
 
     def _contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
         is_inside: NDArray[np.bool_]

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 __all__ = ["refine"]
 
-import functools
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -99,14 +98,11 @@ def refine(
     require_refinement_options(min_branch_ratio, tip_position)
     timer = timer or StageTimer()
 
-    @functools.cache
-    def n_missed(skeleton: Skeleton) -> int:
-        return n_tunnels_missed(skeleton, body.surface)
-
     def changed(stage: str, change: Pass, surface: Surface, *, is_needed: bool = False) -> Skeleton:
         def make(deadline: Deadline) -> Skeleton:
             after = change(skeleton, replace(surface, deadline=deadline))
-            return after if n_missed(after) <= n_missed(skeleton) else skeleton
+            is_worse = n_tunnels_missed(after, body.surface) > n_tunnels_missed(skeleton, body.surface)
+            return skeleton if is_worse else after
 
         return timer.optional(stage, make, skeleton, is_needed=is_needed)
 

@@ -199,8 +199,7 @@ def prepare(
     bodies: list[Body] = []
     open_ends = (np.array(preprocessed.report.get("open_ends", [])).reshape(-1, 4) - [*center, 0.0]) / scale
     faults: list[str] = []
-    used = unit.used_vertices  # the nearest vertex tells whose cut it is: the rim, or the middle of what closes it
-    owner = unit.component_of_vertex[used[cKDTree(unit.vertices[used]).query(open_ends[:, :3])[1]]]
+    owner = _owners(open_ends[:, :3], unit)
     is_crumb, expected, n_left_out = find_crumbs(unit), SIMPLIFY_RATIO * timer.seconds["preprocess"], 0
     for number, part in enumerate(components(unit)):
         if is_crumb[number]:
@@ -229,6 +228,15 @@ def prepare(
         notes.append(f"no time was left for {n_left_out} components")
     vertex_map, report = preprocessed.vertex_map, preprocessed.report
     return PreparedMesh(source, unit, vertex_map, center, scale, tuple(bodies), tuple(notes), report, simplify)
+
+
+def _owners(cuts: NDArray[np.float64], mesh: Mesh) -> NDArray[np.int64]:
+    """(k,) component of the vertex nearest to the middle of each cut, which is on its rim or in what closes it."""
+    if len(cuts) == 0:
+        return np.empty(0, dtype=np.int64)
+    used = mesh.used_vertices
+    owners: NDArray[np.int64] = mesh.component_of_vertex[used[cKDTree(mesh.vertices[used]).query(cuts)[1]]]
+    return owners
 
 
 def _proxy_in_time(mesh: Mesh, unchanged: PreprocessResult, timer: StageTimer) -> PreprocessResult:

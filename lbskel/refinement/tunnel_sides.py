@@ -98,4 +98,7 @@ def n_tunnels_missed(skeleton: Skeleton, surface: Surface) -> int:
     mesh = surface.proxy.mesh
     if not mesh.genus or skeleton.n_components > 1:
         return 0
-    return tunnels_missed(skeleton.nodes, skeleton.edges, mesh, deadline=surface.deadline) or 0
+    nodes, edges = skeleton.nodes, skeleton.edges
+    return surface.proxy.recall(
+        "tunnels missed", lambda: tunnels_missed(nodes, edges, mesh, deadline=surface.deadline) or 0, nodes, edges
+    )

@@ -89,7 +89,7 @@ def test_surfaces_of_one_mesh_share_a_cache_of_bounded_size():
     assert Surface(mesh).contains(POINTS) is Surface(mesh).contains(POINTS)
     for k in range(MAX_CACHED_RESULTS):
         Surface(mesh).closest(POINTS + k + 1)
-    assert len(Surface(mesh).memoize("results", dict)) == MAX_CACHED_RESULTS
+    assert len(Surface(mesh).memoize("results of closest", dict)) == MAX_CACHED_RESULTS
     assert Surface(mesh).closest(POINTS)[0] is not first[0]
     moved = mesh.with_vertices(2 * mesh.vertices)
     assert Surface(moved).distance(POINTS) != pytest.approx(first[0])

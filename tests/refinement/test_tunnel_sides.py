@@ -81,6 +81,16 @@ def test_of_two_new_paths_the_one_past_the_hole_is_not_taken(plate):
     assert second is nearer
 
 
+def test_a_count_is_of_the_nodes_and_of_the_edges(plate):
+    """Counts are cached: the open ring has the nodes of the closed one, and the small ring its edges."""
+    surface, middle, width = plate
+    ring = ring_around_the_hole(plate)
+    is_open = Skeleton(ring.nodes, ring.edges[:-1], ring.radii)
+    beside = Skeleton(square(middle + [0.4 * width, 0, 0], 0.01 * width), ring.edges, ring.radii)
+    for _ in range(2):
+        assert [n_tunnels_missed(each, surface) for each in (ring, is_open, beside)] == [0, 1, 1]
+
+
 def test_a_graph_in_two_parts_is_not_judged():
     mesh = torus(1.0, 0.3, 24, 12)
     two = Skeleton([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], [[0, 1], [2, 3]], np.ones(4))
