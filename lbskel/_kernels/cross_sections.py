@@ -205,13 +205,12 @@ class SectionCurves:
 
     @cython.cfunc
     @cython.nogil
+    @cython.inline
     @cython.exceptval(check=False)
-    def _height(self, row: cython.Py_ssize_t, corner: cython.Py_ssize_t) -> cython.double:
-        """Signed height of a corner above the plane; exactly the same for all faces at a vertex."""
-        x: cython.double = self.corners[row, 3 * corner]
-        y: cython.double = self.corners[row, 3 * corner + 1]
-        z: cython.double = self.corners[row, 3 * corner + 2]
-        return self.a * x + self.b * y + self.c * z - self.offset
+    def _height(self, row: cython.Py_ssize_t, x: cython.Py_ssize_t) -> cython.double:
+        """Signed height above the plane of the corner in columns from x; exactly the same for all faces at a vertex."""
+        height: cython.double = self.a * self.corners[row, x] + self.b * self.corners[row, x + 1]
+        return height + self.c * self.corners[row, x + 2] - self.offset
 
     @cython.cfunc
     @cython.nogil
@@ -219,8 +218,8 @@ class SectionCurves:
     def _cut_face(self, row: cython.Py_ssize_t) -> cython.void:
         """Add the segment in a face that the plane cuts, counterclockwise if faces are oriented outwards."""
         first: cython.bint = self._height(row, 0) >= 0
-        second: cython.bint = self._height(row, 1) >= 0
-        third: cython.bint = self._height(row, 2) >= 0
+        second: cython.bint = self._height(row, 3) >= 0
+        third: cython.bint = self._height(row, 6) >= 0
         if first == second and second == third:
             return
         face: cython.longlong = self.order[row]
@@ -257,9 +256,9 @@ class SectionCurves:
         point, self.n_points = self.n_points, self.n_points + 1
         self.point_of_edge[edge], self.edge_of_point[point] = point, edge
         self.segment_of_point[point], self.faces_at_point[point] = segment, 1
+        low, high = 3 * low, 3 * high
         height: cython.double = self._height(row, low)
         t: cython.double = height / (height - self._height(row, high))
-        low, high = 3 * low, 3 * high
         x: cython.double = (1 - t) * self.corners[row, low] + t * self.corners[row, high] - self.x
         y: cython.double = (1 - t) * self.corners[row, low + 1] + t * self.corners[row, high + 1] - self.y
         z: cython.double = (1 - t) * self.corners[row, low + 2] + t * self.corners[row, high + 2] - self.z
@@ -282,24 +281,26 @@ class SectionCurves:
     @cython.exceptval(check=False)
     @cython.locals(segment=cython.Py_ssize_t, curve=cython.Py_ssize_t, i=cython.Py_ssize_t, j=cython.Py_ssize_t)
     def _sum_curves(self, label: cython.longlong) -> cython.void:
-        """Sum over each curve, in the row of its first segment."""
+        """Sum over each complete curve, in the row of its first segment."""
+        for segment in range(self.n_segments):
+            if self.parent[segment] == segment:
+                self.sums[segment] = 0
+                self.sums[segment, MIN_DISTANCE], self.sums[segment, IS_COMPLETE] = INFINITY, 1
+        for i in range(self.n_points):
+            if self.faces_at_point[i] < self.faces_per_edge[self.edge_of_point[i]]:
+                self.sums[self._curve(self.segment_of_point[i]), IS_COMPLETE] = 0
         for segment in range(self.n_segments):
             curve = self._curve(segment)
-            if curve == segment:
-                self.sums[curve] = 0
-                self.sums[curve, MIN_DISTANCE], self.sums[curve, IS_COMPLETE] = INFINITY, 1
-            self._add_segment(segment, curve, label)
+            if self.sums[curve, IS_COMPLETE] > 0:
+                self._add_segment(segment, curve, label)
         for segment in range(self.n_segments):
             curve = self._curve(segment)
-            if not self._is_closed(curve):
+            if self.sums[curve, IS_COMPLETE] > 0 and not self._is_closed(curve):
                 i, j = self.start[segment], self.stop[segment]
                 self.sums[curve, ANGLE] += atan2(
                     self.points_2d[i, 0] * self.points_2d[j, 1] - self.points_2d[i, 1] * self.points_2d[j, 0],
                     self.points_2d[i, 0] * self.points_2d[j, 0] + self.points_2d[i, 1] * self.points_2d[j, 1],
                 )
-        for i in range(self.n_points):
-            if self.faces_at_point[i] < self.faces_per_edge[self.edge_of_point[i]]:
-                self.sums[self._curve(self.segment_of_point[i]), IS_COMPLETE] = 0
 
     @cython.cfunc
     @cython.nogil
@@ -352,25 +353,24 @@ class SectionCurves:
     @cython.nogil
     @cython.exceptval(check=False)
     def _is_decided(self, curve: cython.Py_ssize_t, reach: cython.double) -> cython.bint:
-        """Whether no farther search is needed: the curve is complete, and surrounds the point or is small and near."""
+        """Whether no farther search is needed: the complete curve surrounds the point, or is small and near."""
         size: cython.double = sqrt(self.sums[curve, MIN_DISTANCE]) + self.sums[curve, LENGTH]
-        return self.sums[curve, IS_COMPLETE] > 0 and (self._surrounds(curve) or reach > MAX_REACH * size)
+        return self._surrounds(curve) or reach > MAX_REACH * size
 
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    @cython.locals(curve=cython.Py_ssize_t, rank=cython.Py_ssize_t, size=cython.double)
-    @cython.locals(best=cython.Py_ssize_t, best_rank=cython.Py_ssize_t, least=cython.double)
+    @cython.locals(curve=cython.Py_ssize_t, best=cython.Py_ssize_t, size=cython.double, least=cython.double)
     def _best(self) -> cython.Py_ssize_t:
-        """Smallest curve around the query point, or else the nearest, complete ones first; -1 if there is none."""
-        best, best_rank, least = -1, 4, INFINITY
+        """Smallest complete curve around the query point, or else the nearest; -1 if there is none."""
+        best, least = -1, INFINITY
+        is_around: cython.bint = False
         for curve in range(self.n_segments):
-            if self.parent[curve] == curve:
+            if self.parent[curve] == curve and self.sums[curve, IS_COMPLETE] > 0:
                 surrounds: cython.bint = self._surrounds(curve)
-                rank = (0 if self.sums[curve, IS_COMPLETE] > 0 else 2) + (0 if surrounds else 1)
                 size = fabs(self.sums[curve, CROSS]) if surrounds else self.sums[curve, MIN_DISTANCE]
-                if rank < best_rank or (rank == best_rank and size < least):
-                    best, best_rank, least = curve, rank, size
+                if surrounds > is_around or (surrounds == is_around and size < least):
+                    best, is_around, least = curve, surrounds, size
         return best
 
     @cython.cfunc

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 
-from lbskel.contraction.homology import outward_basis, projections
-from lbskel.contraction.linking_form import OuterLoops, linking_form, random_integers
+from lbskel.contraction.homology import outer_loops
+from lbskel.contraction.linking_form import OuterLoops, random_integers
 from lbskel.contraction.spurious_loops import PRIME, spurious_loop_edges
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh
@@ -140,15 +140,7 @@ def tunnel_cochain(segments: NDArray[np.float64], surface: Surface) -> NDArray[n
 
 
 def _outside(mesh: Mesh, deadline: Deadline) -> _Outside | None:
-    """Project the loops outside in a direction in which their linking numbers are those of an embedded surface."""
-
-    def make() -> _Outside | None:
-        basis = outward_basis(mesh)
-        for view in deadline.until(projections()):
-            if (form := linking_form(basis, basis.mesh, view)).is_consistent():
-                return _Outside(form.outside)
-        return None
-
-    deadline.check()
-    found: _Outside | None = Surface(mesh).memoize("outer loops", make)  # asked again and again of one mesh
+    """Find the loops outside; their flows are computed once per mesh."""
+    loops = outer_loops(mesh, deadline=deadline)
+    found: _Outside | None = Surface(mesh).memoize("outside", lambda: None if loops is None else _Outside(loops))
     return found

@@ -9,10 +9,11 @@ about 2^-64 only. So one column stands for all g.
 
 from __future__ import annotations
 
-__all__ = ["Tunnels", "find_tunnels", "outward_basis", "projections", "transfer_cochain"]
+__all__ = ["Tunnels", "find_tunnels", "outer_loops", "transfer_cochain"]
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +21,12 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from lbskel.contraction.homology_basis import HomologyBasis, Integers, homology_basis
-from lbskel.contraction.linking_form import LinkingForm, linking_form, random_integers
+from lbskel.contraction.linking_form import LinkingForm, OuterLoops, linking_form, random_integers
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order
+from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 
 N_VIEWS = 2  # projections of each copy: where one meets a coincidence, another does not
@@ -101,11 +103,11 @@ def find_tunnels(mesh: Mesh, *, deadline: Deadline = NEVER) -> Tunnels | None:
     if genus == 0:
         return Tunnels(0, n_edges, None)
     deadline.check()
-    basis = outward_basis(mesh)
+    basis = _outward_basis(mesh)
     found: list[LinkingForm] = []
     for smoothed in _smoothed_copies(basis.mesh):
-        forms = (linking_form(basis, smoothed, view) for view in deadline.until(projections()))
-        form = next((form for form in forms if form.is_consistent()), None)
+        form = _consistent_form(basis, smoothed, deadline)
+        Surface(mesh).memoize("outer loops", partial(getattr, form, "outside", None))  # those of the first, unsmoothed
         if form is None:
             continue
         is_confirmed = any(form.has_kernel_of(other) for other in found)
@@ -115,22 +117,44 @@ def find_tunnels(mesh: Mesh, *, deadline: Deadline = NEVER) -> Tunnels | None:
     return Tunnels(genus, n_edges, found[-1]) if found else None
 
 
-def outward_basis(mesh: Mesh) -> HomologyBasis:
-    """Build the loops of a surface, with its faces turned outwards.
+def outer_loops(mesh: Mesh, *, deadline: Deadline = NEVER) -> OuterLoops | None:
+    """Project the loops just outside a surface; computed once per mesh, by this function or :func:`find_tunnels`.
 
     Parameters
     ----------
     mesh : Mesh
         One closed manifold component.
+    deadline : Deadline
+        After it, OutOfTime is raised.
+
+    Returns
+    -------
+    OuterLoops or None
+        In a direction in which their linking numbers are those of an embedded surface; None if there is none.
     """
+
+    def make() -> OuterLoops | None:
+        basis = _outward_basis(mesh)
+        form = _consistent_form(basis, basis.mesh, deadline)
+        return None if form is None else form.outside
+
+    deadline.check()
+    found: OuterLoops | None = Surface(mesh).memoize("outer loops", make)
+    return found
+
+
+def _outward_basis(mesh: Mesh) -> HomologyBasis:
+    """Build the loops of a surface, with its faces turned outwards."""
     return homology_basis(mesh if mesh.volume >= 0 else Mesh(mesh.vertices, mesh.faces[:, ::-1]))
 
 
-def projections() -> Iterator[NDArray[np.float64]]:
-    """Yield rotations in no special direction."""
-    for seed in range(N_VIEWS):
+def _consistent_form(basis: HomologyBasis, mesh: Mesh, deadline: Deadline) -> LinkingForm | None:
+    """Count linking numbers in the first projection in which they are those of an embedded surface."""
+    for seed in deadline.until(range(N_VIEWS)):
         axes = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
-        yield axes * np.linalg.det(axes)
+        if (form := linking_form(basis, mesh, axes * np.linalg.det(axes))).is_consistent():
+            return form
+    return None
 
 
 def _smoothed_copies(mesh: Mesh) -> Iterator[Mesh]:

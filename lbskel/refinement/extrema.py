@@ -201,12 +201,15 @@ def _grow_limbs(cells: _Cells, height: NDArray[np.float64]) -> list[_Limb]:
     is_body: dict[int, bool] = {}  # whether a group holds more than one limb
     limbs: list[_Limb] = []
     for cell in np.argsort(-height, kind="stable").tolist():
-        adjacent = sorted({group[near] for near in neighbors[pointers[cell] : pointers[cell + 1]]} - {-1})
-        if not adjacent:
+        around = {group[near] for near in neighbors[pointers[cell] : pointers[cell + 1]]}
+        around.discard(-1)
+        if not around:
             group[cell], members[cell], is_body[cell] = cell, [cell], False
             continue
-        into = adjacent[0]
-        if len(adjacent) > 1:
+        if len(around) == 1:
+            into = around.pop()
+        else:
+            adjacent = sorted(around)
             into = max(adjacent, key=lambda g: height[members[g][0]])
             found = {g: limb for g in adjacent if not is_body[g] and (limb := _as_limb(cells, members[g], cell))}
             largest = max(adjacent, key=lambda g: len(members[g]))
