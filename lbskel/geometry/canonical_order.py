@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.traversal import breadth_first_faces, pair_half_edges
+from lbskel.geometry.arrays import read_only
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.vertex_map import VertexMap
@@ -60,6 +61,7 @@ def in_canonical_order(mesh: Mesh) -> tuple[Mesh, VertexMap]:
     new_index[order] = np.arange(n)
     ordered = replace(mesh, vertices=mesh.vertices[order], faces=new_index[turned])
     ordered.__dict__.update({name: mesh.__dict__[name] for name in _KEPT_PROPERTIES if name in mesh.__dict__})
+    ordered.__dict__["component_of_vertex"] = read_only(component[order])
     return ordered, VertexMap(new_index)
 
 

@@ -39,8 +39,12 @@ def test_the_surface_and_its_orientation_stay(name):
 
 
 def test_components_stay_in_their_order():
-    ordered, vertex_map = in_canonical_order(SURFACES["two parts"])
-    assert np.array_equal(ordered.component_of_vertex[vertex_map.indices], SURFACES["two parts"].component_of_vertex)
+    parts = SURFACES["two parts"]
+    mesh = Mesh(np.concatenate([[[9.0, 9, 9]], parts.vertices]), parts.faces + 1)  # the first vertex has no face
+    ordered, vertex_map = in_canonical_order(mesh)
+    found_anew = Mesh(ordered.vertices, ordered.faces).component_of_vertex
+    assert np.array_equal(found_anew[vertex_map.indices], mesh.component_of_vertex)
+    assert np.array_equal(ordered.component_of_vertex, found_anew)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
