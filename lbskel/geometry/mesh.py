@@ -124,7 +124,7 @@ class Mesh(MeshExchange):
         """(k,) length of each edge."""
         start, end = self.edges.T
         x, y, z = (self.vertices[end] - self.vertices[start]).T
-        return read_only(np.sqrt(x * x + y * y + z * z))  # in a third of the time of numpy.linalg.norm
+        return read_only(np.sqrt(x * x + y * y + z * z))  # numpy.linalg.norm takes twice the time
 
     @property
     def edge_of_half_edge(self) -> NDArray[np.int64]:

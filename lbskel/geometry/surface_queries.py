@@ -27,7 +27,7 @@ from lbskel.geometry.deadline import NEVER, Deadline, in_slices
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.vertex_map import VertexMap
 
-MAX_CACHED_RESULTS = 16  # results of each recent query kept for each mesh; a guess that bounds the memory
+MAX_CACHED_RESULTS = 16  # recent results of each query that a mesh keeps; a guess that bounds the memory
 
 VERTEX_OFFSET = 1e-6  # distance under a vertex, relative to the diameter bound, at which inward rays start; a guess
 
