@@ -121,6 +121,16 @@ class Surface:
             cache[name] = make()
         return cache[name]
 
+    def has(self, name: str) -> bool:
+        """Whether a value is cached in the mesh.
+
+        Parameters
+        ----------
+        name : str
+            Key in the cache.
+        """
+        return name in self.mesh.__dict__.get("_searches", {})
+
     def recall(self, name: str, query: Callable[[], Result], *arrays: NDArray[Any]) -> Result:
         """Return the result of a recent query for the same arrays: several stages query the same skeleton.
 
