@@ -259,6 +259,6 @@ def _n_shortcut_edges(skeleton: Skeleton, mesh: Mesh, widths: NDArray[np.float64
     vertices of a coarse mesh need not touch.
     """
     reach = np.array(widths)
-    np.maximum.at(reach, skeleton.node_of_vertex[mesh.edges], mesh.edge_lengths[:, None])
+    np.maximum.at(reach, skeleton.node_of_vertex[mesh.edges.ravel()], np.repeat(mesh.edge_lengths, 2))
     lengths = np.linalg.norm(skeleton.nodes[disjoint[:, 0]] - skeleton.nodes[disjoint[:, 1]], axis=1)
     return int((lengths > reach[disjoint].sum(axis=1)).sum())
