@@ -97,12 +97,12 @@ class Surface:
         """
         return values if self.simplified is None else values[self.simplified.source_vertices]
 
-    def from_proxy(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
+    def from_proxy(self, values: NDArray[Any]) -> NDArray[Any]:
         """Transfer values from the vertices of the proxy to those of the mesh.
 
         Parameters
         ----------
-        values : (k,) array of int
+        values : (k,) array
         """
         return values if self.simplified is None else self.simplified.vertex_map.pull_back(values)
 
