@@ -98,13 +98,28 @@ class DipoleTree:
             first, sums = first // 2, sums[:, ::2] + sums[:, 1::2]
         return cls(nodes, np.ascontiguousarray(data))
 
-    def field(self, queries: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(q,) winding numbers and (q, 3) their gradients.
+    def values(self, queries: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(q,) winding numbers.
 
         Parameters
         ----------
         queries : (q, 3) array of float
         """
-        queries = np.ascontiguousarray(queries)
-        (values,) = in_slices(lambda some: (dipole_field(self.nodes, self.leaves, some, LEAF, OPENING),), queries)
-        return values[:, 0], values[:, 1:]
+        return self._field(queries, has_gradient=False)[:, 0]
+
+    def gradients(self, queries: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(q, 3) gradients of the winding number.
+
+        Parameters
+        ----------
+        queries : (q, 3) array of float
+        """
+        return self._field(queries, has_gradient=True)[:, 1:]
+
+    def _field(self, queries: NDArray[np.float64], *, has_gradient: bool) -> NDArray[np.float64]:
+        """(q, 4) winding numbers and their gradients, or (q, 1) winding numbers."""
+        (field,) = in_slices(
+            lambda some: (dipole_field(self.nodes, self.leaves, some, LEAF, OPENING, has_gradient),),
+            np.ascontiguousarray(queries),
+        )
+        return field

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, choose
-from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.outliers import find_outliers
+from lbskel.preprocess.point_neighborhoods import Neighborhoods
 
 MIN_POINTS = 20  # fewer enclose nothing that has a skeleton: a guess, above the 16 neighbors of a normal
 MIN_WIDTH = 1e-6  # of the cloud across its flattest direction, relative to its longest: thinner is a plane or a line

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 
 from lbskel.geometry.graphs import weighted_graph
-from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.geometry.normals import normalized
 from lbskel.geometry.sorting import distinct
 from lbskel.preprocess.dipole_tree import DipoleTree, leaf_order
+from lbskel.preprocess.point_neighborhoods import Neighborhoods
 
 N_NEIGHBORS = 16  # of a point in its plane of least squares, and for its area; a guess
 # Upper bound on the variance of the few neighbors across their plane, over the smaller one along it. Above it the plane
@@ -89,7 +89,7 @@ def oriented(cloud: Neighborhoods) -> OrientedPoints:
     points, (distances, neighbors) = cloud.points, cloud.nearest(N_NEIGHBORS)
     normals, variation = _plane_normals(points, neighbors)
     rough = np.flatnonzero(variation > MAX_VARIATION)
-    wide_normals, wide_variation = _plane_normals(points, cloud.nearest()[1][rough])
+    wide_normals, wide_variation = _plane_normals(points, cloud.wide(rough))
     is_flatter = wide_variation < variation[rough]
     rough = rough[is_flatter]
     normals[rough] = wide_normals[is_flatter]
@@ -98,7 +98,7 @@ def oriented(cloud: Neighborhoods) -> OrientedPoints:
     found = OrientedPoints(points, signed, areas, leaf_order(points), rough)
     found = _turned_outward(found, neighbors)
     for smoothing in (FIRST_SMOOTHING, SECOND_SMOOTHING):
-        normals = normalized(-found.field(smoothing).field(points)[1])
+        normals = normalized(-found.field(smoothing).gradients(points))
         is_turned = (normals * found.normals).sum(axis=1) < 0
         found = replace(found, normals=normals)
         if not is_turned.any():
@@ -109,7 +109,7 @@ def oriented(cloud: Neighborhoods) -> OrientedPoints:
 def _turned_outward(found: OrientedPoints, neighbors: NDArray[np.int64]) -> OrientedPoints:
     """Turn normals where the winding number around the point is negative: the surface there is inside out."""
     for _ in range(MAX_TURNS):
-        values = found.field(SURFACE_SMOOTHING).field(found.points)[0]
+        values = found.field(SURFACE_SMOOTHING).values(found.points)
         is_inside_out = values[neighbors].mean(axis=1) < 0
         if is_inside_out.sum() < N_NEIGHBORS:
             break
