@@ -10,7 +10,7 @@ its center, other lengths in units of the local radius, the distance from a node
 
 from __future__ import annotations
 
-__all__ = ["score_points"]
+__all__ = ["SCORED_NEIGHBORS", "score_points"]
 
 from dataclasses import replace
 
@@ -26,10 +26,13 @@ from lbskel.evaluation.skeleton_shape import length_fraction, n_spurs, rms_curva
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import PointCloud
 from lbskel.geometry.normals import normalized
+from lbskel.geometry.sorting import stable_order
 from lbskel.skeleton.skeleton import Skeleton
 
 MAX_POINTS, MAX_GRAPH_POINTS = 20_000, 3_000  # of a cloud for sections, and for its ends; guesses that bound the time
-N_NEIGHBORS = 12  # of a point, linked with it where it is one of theirs, as those of an outlier are not; a guess
+# Nearest points of a point, itself included, linked with it where it is one of theirs, as those of an outlier are not;
+# a guess
+SCORED_NEIGHBORS = 13
 # Share of the points below which a part of the cloud counts as outliers or a crumb, and ratio of the distance between
 # the points of a part to that of the whole cloud above which the part counts as outliers; guesses
 MIN_PART, MAX_SPACING = 0.01, 3.0
@@ -51,7 +54,7 @@ MIN_SHELL_SHARE = 0.1  # of the points between them, below which a part of them 
 MAX_COVERED_DISTANCE = 2.0  # in local radii, as on meshes
 
 
-def score_points(skeleton: Skeleton, cloud: PointCloud) -> Score:
+def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.int64] | None = None) -> Score:
     """Measure a skeleton on a cloud.
 
     Parameters
@@ -59,11 +62,15 @@ def score_points(skeleton: Skeleton, cloud: PointCloud) -> Score:
     skeleton : Skeleton
         In the coordinates of the cloud. Its vertex map, if it has one, maps the points; its radii are not used.
     cloud : PointCloud
+    neighbors : (n, SCORED_NEIGHBORS) array of int, optional
+        The nearest points of each point, itself first, where they are known.
     """
     has_map = len(skeleton.node_of_vertex) > 0
     tree = PointTree(skeleton.nodes)
     node = skeleton.node_of_vertex if has_map else tree.nearest(cloud.points)[1][:, 0]
-    points, point_tree, graph, n_parts = _without_outliers(cloud.points[_spread(cloud.points, MAX_POINTS)])
+    some = _spread(cloud.points, MAX_POINTS)
+    neighbors = neighbors if len(some) == len(cloud.points) else None
+    points, point_tree, graph, n_parts = _without_outliers(cloud.points[some], neighbors)
     radii = point_tree.nearest(skeleton.nodes)[0][:, 0]
     gaps, errors = _sections(skeleton, points, point_tree, radii)
     skeleton = replace(skeleton, radii=radii)
@@ -109,11 +116,10 @@ def _spread(points: NDArray[np.float64], limit: int) -> NDArray[np.int64]:
     return np.sort(order[np.linspace(0, n - 1, limit).astype(np.int64)])
 
 
-def _neighbor_graph(points: NDArray[np.float64], tree: PointTree) -> csr_array:
+def _neighbor_graph(points: NDArray[np.float64], neighbors: NDArray[np.int64]) -> csr_array:
     """Symmetric graph of the distances between points that are each among the other's nearest neighbors."""
     n = len(points)
-    neighbors = tree.neighbors(N_NEIGHBORS + 1)[1][:, 1:]
-    first, second = np.repeat(np.arange(n), neighbors.shape[1]), neighbors.ravel()
+    first, second = np.repeat(np.arange(n), neighbors.shape[1] - 1), neighbors[:, 1:].ravel()
     key = np.sort(np.minimum(first, second) * n + np.maximum(first, second))
     links = np.stack(np.divmod(key[1:][key[1:] == key[:-1]], n), axis=1)  # of both to each other
     lengths = np.linalg.norm(points[links[:, 0]] - points[links[:, 1]], axis=1)
@@ -121,10 +127,12 @@ def _neighbor_graph(points: NDArray[np.float64], tree: PointTree) -> csr_array:
     return weighted_graph(np.concatenate([links, links[:, ::-1]]), np.tile(lengths, 2), n)
 
 
-def _without_outliers(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], PointTree, csr_array, int]:
+def _without_outliers(
+    points: NDArray[np.float64], neighbors: NDArray[np.int64] | None
+) -> tuple[NDArray[np.float64], PointTree, csr_array, int]:
     """Points of parts that are no crumbs, their tree, the graph of their neighbors, and the number of these parts."""
     tree = PointTree(points)
-    graph = _neighbor_graph(points, tree)
+    graph = _neighbor_graph(points, tree.neighbors(SCORED_NEIGHBORS)[1] if neighbors is None else neighbors)
     part = connected_components(graph, directed=False)[1]
     count = np.bincount(part)
     is_part = count >= min(MIN_PART * len(points), count.max())
@@ -227,7 +235,7 @@ def _ends(
     """
     if len(points) > MAX_GRAPH_POINTS:
         points = points[_spread(points, MAX_GRAPH_POINTS)]
-        graph = _neighbor_graph(points, PointTree(points))
+        graph = _neighbor_graph(points, PointTree(points).neighbors(SCORED_NEIGHBORS)[1])
     part = connected_components(graph, directed=False)[1]
     height = np.full(len(points), -np.inf)
     for number in np.flatnonzero(np.bincount(part) >= MIN_PART * len(points)):
@@ -249,14 +257,15 @@ def _peaks(graph: csr_array, height: NDArray[np.float64]) -> tuple[NDArray[np.in
     reached = np.argsort(-height, kind="stable")[: np.count_nonzero(np.isfinite(height))]
     rank = np.full(len(height), len(height))  # 0 for the highest
     rank[reached] = np.arange(len(reached))
-    links = rank[np.stack(graph.nonzero(), axis=1)]  # from here on, nodes by their rank
-    links = np.sort(links[links.max(axis=1, initial=0) < len(height)], axis=1)
+    first, second = rank[np.repeat(np.arange(len(height)), np.diff(graph.indptr))], rank[graph.indices]
+    is_once = (first < second) & (second < len(height))
+    links = np.stack([first[is_once], second[is_once]], axis=1)  # from here on, nodes by their rank
     top = np.arange(len(reached))
     np.minimum.at(top, links[:, 1], links[:, 0])  # the highest neighbor, and on to the peak
     while (top[top] != top).any():
         top = top[top]
     sides = np.sort(top[links], axis=1)
-    order = np.argsort(links[:, 1], kind="stable")  # the highest pass first
+    order = stable_order(links[:, 1])  # the highest pass first
     order = order[sides[order, 0] != sides[order, 1]]
     order = order[np.sort(np.unique(sides[order] @ [len(height), 1], return_index=True)[1])]
     root, lengths = list(range(len(reached))), np.full(len(reached), np.inf)

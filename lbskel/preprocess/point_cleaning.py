@@ -52,6 +52,21 @@ class CleanedPoints:
         """(k, 3) the points."""
         return self.cloud.points
 
+    def source_neighbors(self, k: int) -> NDArray[np.int64] | None:
+        """(n, k) nearest points of each point of the cloud, itself first; None where points were merged or left out.
+
+        Parameters
+        ----------
+        k : int
+        """
+        number = self.vertex_map.indices
+        if len(number) != len(self.points):
+            return None
+        source = np.empty_like(number)
+        source[number] = np.arange(len(number))
+        neighbors: NDArray[np.int64] = source[self.cloud.nearest(k)[1][number]]
+        return neighbors
+
 
 def clean_points(points: NDArray[np.float64], preparation: str = "auto") -> CleanedPoints:
     """Merge duplicates, thin a large cloud by the means of cubic cells, and remove outliers.

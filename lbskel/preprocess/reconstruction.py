@@ -9,7 +9,7 @@ taken. Points that this surface misses, as those of a twig thinner than the dist
 
 from __future__ import annotations
 
-__all__ = ["reconstruct_surface"]
+__all__ = ["reconstruct_surface", "surface_and_points"]
 
 from collections.abc import Callable
 from typing import TypeAlias
@@ -25,7 +25,7 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.level_set import level_sets
-from lbskel.preprocess.point_cleaning import clean_points
+from lbskel.preprocess.point_cleaning import CleanedPoints, clean_points
 from lbskel.preprocess.point_neighborhoods import Neighborhoods
 from lbskel.preprocess.point_normals import SURFACE_SMOOTHING, oriented
 from lbskel.preprocess.result import PreprocessResult
@@ -88,6 +88,17 @@ def reconstruct_surface(cloud: PointCloud, *, preprocess: str = "auto") -> Prepr
     >>> surface.mesh.genus, len(surface.vertex_map)
     (1, 1152)
     """
+    return surface_and_points(cloud, preprocess)[0]
+
+
+def surface_and_points(cloud: PointCloud, preprocess: str) -> tuple[PreprocessResult, CleanedPoints]:
+    """Make a closed surface, and return the points that it was made of too, at another scale.
+
+    Parameters
+    ----------
+    cloud, preprocess
+        As of :func:`reconstruct_surface`.
+    """
     center = cloud.points.mean(axis=0)
     scale = float(np.abs(cloud.points - center).max()) or 1.0
     cleaned = clean_points((cloud.points - center) / scale, preprocess)
@@ -101,7 +112,8 @@ def reconstruct_surface(cloud: PointCloud, *, preprocess: str = "auto") -> Prepr
     report = {**cleaned.report, "points_in_tubes": n_missed}
     if "cell" in report:
         report["cell"] *= scale
-    return PreprocessResult(Mesh(V * scale + center, F), vertex_map, tuple(notes), None, {"steps": [report]})
+    surface = PreprocessResult(Mesh(V * scale + center, F), vertex_map, tuple(notes), None, {"steps": [report]})
+    return surface, cleaned
 
 
 def _surface_through(
