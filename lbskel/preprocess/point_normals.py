@@ -17,9 +17,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 
-from lbskel.geometry.graphs import weighted_graph
+from lbskel._kernels.spanning_signs import spanning_signs
 from lbskel.geometry.normals import normalized
 from lbskel.geometry.sorting import distinct
 from lbskel.preprocess.dipole_tree import DipoleTree, leaf_order
@@ -40,7 +39,6 @@ SURFACE_SMOOTHING = 1.5
 # Upper bound on the rounds in which normals are turned; the border of what is inside out moves in each.
 # benchmarks/results/point_orientation.md
 MAX_TURNS = 16
-MIN_ANGLE_COST = 1e-6  # of an edge between parallel normals: a cost of zero would be no edge
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,20 +131,12 @@ def _with_signs(
 ) -> NDArray[np.float64]:
     """Give normals the signs that neighbors agree on, such that the volume of each connected part is positive."""
     n, k = neighbors.shape
-    links = np.sort(np.stack([np.repeat(np.arange(n), k), neighbors.ravel()], axis=1), axis=1)
-    links = np.stack(np.divmod(distinct(links @ [n, 1]), n), axis=1)
-    cosines = np.abs((normals[links[:, 0]] * normals[links[:, 1]]).sum(axis=1))
-    graph = weighted_graph(links, np.maximum(1 - cosines, 0) + MIN_ANGLE_COST, n)
-    n_parts, part = connected_components(graph, directed=False)
-    first = np.unique(part, return_index=True)[1]
-    tree = minimum_spanning_tree(graph).tocoo()
-    # the first point of each part is linked to an additional node, so that one search reaches every part
-    edges = np.concatenate([np.stack([tree.row, tree.col], axis=1), np.stack([first, np.full(n_parts, n)], axis=1)])
-    _, parent = breadth_first_order(weighted_graph(edges, np.ones(len(edges)), n + 1), n, directed=False)
-    above = np.where(parent[:n] < n, parent[:n], np.arange(n))
-    sign = np.where((normals * normals[above]).sum(axis=1) < 0, -1.0, 1.0)
-    while (above[above] != above).any():  # to that of the first point, over twice as many nodes in each round
-        sign, above = sign * sign[above], above[above]
+    first, second = np.repeat(np.arange(n), k), neighbors.ravel()
+    keys = distinct(np.minimum(first, second) * n + np.maximum(first, second))
+    links = np.stack(np.divmod(keys, n), axis=1)
+    cosines = (normals[links[:, 0]] * normals[links[:, 1]]).sum(axis=1)
+    order = np.argsort(-np.abs(cosines))
+    sign, part = spanning_signs(links[order], np.where(cosines[order] < 0, -1, 1).astype(np.int8), n)
     signed = normals * sign[:, None]
     count = np.bincount(part)
     centers = np.stack([np.bincount(part, column) / count for column in points.T], axis=1)
