@@ -25,6 +25,7 @@ else:
     from math import sqrt
 
 LEAF = cython.declare(cython.Py_ssize_t, 4)  # points in a leaf, as in bvh
+BUCKET = cython.declare(cython.Py_ssize_t, 16)  # points whose own boxes are not looked at: 8 takes 6 % longer, 4 20 %
 DEPTH = cython.declare(cython.Py_ssize_t, 64)  # length of a traversal stack, as in bvh
 INFINITY = cython.declare(cython.double, float("inf"))
 NONE = cython.declare(cython.longlong, 2**62)  # number of a neighbor that is not found yet
@@ -140,7 +141,7 @@ def nearest_neighbors(
     """
     p: cython.Py_ssize_t = boxes.shape[0] // 2
     size: cython.Py_ssize_t = LEAF
-    while size < 2 * LEAF and p > 1:  # a box is left out less often than its two children are looked at
+    while size < BUCKET and p > 1:
         p, size = p // 2, size * 2
     distances_array, neighbors_array = np.empty((queries.shape[0], k)), np.empty((queries.shape[0], k), dtype=np.int64)
     distances: cython.double[:, ::1] = distances_array

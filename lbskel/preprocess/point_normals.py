@@ -96,7 +96,7 @@ def oriented(cloud: Neighborhoods) -> OrientedPoints:
     found = OrientedPoints(points, signed, areas, leaf_order(points), rough)
     found = _turned_outward(found, neighbors)
     for smoothing in (FIRST_SMOOTHING, SECOND_SMOOTHING):
-        normals = normalized(-found.field(smoothing).gradients(points))
+        normals = normalized(-found.field(smoothing).gradients())
         is_turned = (normals * found.normals).sum(axis=1) < 0
         found = replace(found, normals=normals)
         if not is_turned.any():
@@ -107,7 +107,7 @@ def oriented(cloud: Neighborhoods) -> OrientedPoints:
 def _turned_outward(found: OrientedPoints, neighbors: NDArray[np.int64]) -> OrientedPoints:
     """Turn normals where the winding number around the point is negative: the surface there is inside out."""
     for _ in range(MAX_TURNS):
-        values = found.field(SURFACE_SMOOTHING).values(found.points)
+        values = found.field(SURFACE_SMOOTHING).values()
         is_inside_out = values[neighbors].mean(axis=1) < 0
         if is_inside_out.sum() < N_NEIGHBORS:
             break
@@ -121,8 +121,10 @@ def _plane_normals(
     """(q, 3) normals of the planes of some neighborhoods, and (q,) variance along the normal over the next larger."""
     coordinates = [column[neighbors] for column in np.ascontiguousarray(points.T)]
     offsets = [column - column.mean(axis=1, keepdims=True) for column in coordinates]
-    covariances = np.stack([np.einsum("nk,nk->n", one, other) for one in offsets for other in offsets], axis=1)
-    variances, axes = np.linalg.eigh(covariances.reshape(-1, 3, 3))
+    covariances = np.empty((len(neighbors), 3, 3))
+    for i, j in zip(*np.tril_indices(3), strict=True):  # all that eigh reads
+        covariances[:, i, j] = np.einsum("nk,nk->n", offsets[i], offsets[j])
+    variances, axes = np.linalg.eigh(covariances)
     return axes[:, :, 0], variances[:, 0] / np.maximum(variances[:, 1], np.finfo(float).tiny)
 
 

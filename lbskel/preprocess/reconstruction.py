@@ -122,7 +122,7 @@ def _surface_through(
     """Make vertices and faces of a closed surface through points, their nearest vertices, and the number in tubes."""
     cloud, points, tree = oriented(nearby), nearby.points, nearby.tree
     field = cloud.field(SURFACE_SMOOTHING)
-    at_points = np.clip(field.values(points), 0, 1)
+    at_points = np.clip(field.values(), 0, 1)
     means = at_points[nearby.nearest(N_LEVELS)[1]].mean(axis=1)
     means[cloud.rough] = at_points[nearby.wide(cloud.rough)].mean(axis=1)
     levels = np.maximum(means, LEAST_LEVEL)
