@@ -51,7 +51,7 @@ def dipole_field(
     opening: cython.double,
     has_gradient: cython.bint,
 ) -> NDArray[np.float64]:
-    """(q, 4) field and its gradient at each query, or (q, 1) the field alone, in three fifths of the time.
+    """(q, 4) field and its gradient at each query, or (q, 1) the field alone.
 
     Parameters
     ----------

@@ -24,11 +24,11 @@ def test_the_nearest_are_those_of_all_distances(kernel, k):
         np.testing.assert_allclose(found[0], distances, rtol=1e-15)  # of rounding
 
 
-@pytest.mark.parametrize("scale", [1.0, 1e-170, 1e75])  # squares of the second are not normal numbers
+@pytest.mark.parametrize("scale", [1.0, 1e-162, 1e75])  # squares of the second are 0 for some neighbors
 def test_equal_distances_come_in_the_order_of_the_numbers(kernel, scale):
     points = np.repeat(GRID[rng.permutation(len(GRID))], 2, axis=0) * scale
-    numbers = kernel.PointTree(points).neighbors(9)[1]
-    np.testing.assert_array_equal(numbers, np.argsort(_squares(points), axis=1, kind="stable")[:, :9])
+    numbers = kernel.PointTree(points).neighbors(20)[1]
+    np.testing.assert_array_equal(numbers, np.argsort(_squares(points), axis=1, kind="stable")[:, :20])
 
 
 def _squares(points):
