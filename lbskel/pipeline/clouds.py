@@ -13,15 +13,21 @@ from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
 from lbskel.errors import MeshError
 from lbskel.evaluation.measures import NOT_SCORED, Score
 from lbskel.evaluation.point_scoring import SCORED_NEIGHBORS, score_points
+from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh, PointCloud
+from lbskel.geometry.sorting import is_among
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.profiling import Progress, StageTimer
 from lbskel.preprocess import Pipeline, PreprocessResult
+from lbskel.preprocess.point_cleaning import CleanedPoints
 from lbskel.preprocess.reconstruction import surface_and_points
+from lbskel.skeleton.joining import JOIN_ANGLE, JOIN_REACH, join_components
+from lbskel.skeleton.root import reroot_by_thickness
 from lbskel.skeleton.skeleton import Skeleton
 
 UNCHECKED = "no surface is given, so what of it no point has seen, and whether a loop is too many, could not be checked"
@@ -49,6 +55,7 @@ def skeletonize_cloud(
     anchors: Sequence[Any] = (),
     root: Any = None,
     preprocess: str | Pipeline | None = "auto",
+    join: str = "pieces",
     on_stage: Progress | None = None,
     time_limit: float | None = None,
     profile: bool = False,
@@ -60,7 +67,7 @@ def skeletonize_cloud(
     cloud : PointCloud
     skeletonize : callable
         Makes the skeleton of a mesh.
-    anchors, root, preprocess, on_stage, time_limit, profile
+    anchors, root, preprocess, join, on_stage, time_limit, profile
         As for :func:`lbskel.skeletonize`, where ``preprocess`` is a preparation of clouds, not a pipeline of meshes.
 
     Raises
@@ -82,10 +89,33 @@ def skeletonize_cloud(
     )
     to_node = surface.vertex_map.compose(VertexMap(skeleton.node_of_vertex)).complete(cloud.points, skeleton.nodes)
     mapped = replace(skeleton, node_of_vertex=to_node.indices)
+    if join == "pieces":
+        mapped = _with_joined_pieces(mapped, points, keeps_root=root is not None)
     mapped = replace(mapped, mean_radii=_mean_distances(mapped, cloud))
     neighbors = points.source_neighbors(SCORED_NEIGHBORS)
     scored = timer.optional("score points", lambda _: score_points(mapped, cloud, neighbors), None, is_needed=True)
     return replace(mapped, report=_report(mapped, cloud, surface, scored, timer))
+
+
+def _with_joined_pieces(skeleton: Skeleton, points: CleanedPoints, *, keeps_root: bool) -> Skeleton:
+    """Join components with neighboring points: the surface of a thin limb may break where the points go on."""
+    if skeleton.n_components == 1:
+        return skeleton
+    source = points.vertex_map.one_source_per_target(len(points.points))
+    component, k = skeleton.component_of_node[skeleton.node_of_vertex[source]], skeleton.n_components
+    neighbors = points.cloud.nearest(SCORED_NEIGHBORS)[1]
+    links = np.stack([np.repeat(np.arange(len(neighbors)), neighbors.shape[1]), neighbors.ravel()], axis=1)
+    links = links[component[links[:, 0]] != component[links[:, 1]]]
+    is_mutual = is_among(links @ [len(neighbors), 1], links @ [1, len(neighbors)])
+    pairs = component[links[is_mutual]]
+    part = connected_components(weighted_graph(pairs, np.ones(len(pairs)), k), directed=False)[1]
+    joined, first = skeleton, np.unique(skeleton.component_of_node, return_index=True)[1]  # a node of each component
+    for number in np.flatnonzero(np.bincount(part) > 1):
+        is_joinable = np.isin(np.arange(joined.n_components), joined.component_of_node[first[part == number]])
+        joined = join_components(joined, reach=JOIN_REACH, max_angle=JOIN_ANGLE, is_joinable=is_joinable)
+    n_joined = skeleton.report["pieces_joined"] + k - joined.n_components
+    joined = replace(joined, report=skeleton.report | {"pieces_joined": n_joined})
+    return joined if keeps_root else reroot_by_thickness(joined)
 
 
 def _on_surface(place: Any, surface: PreprocessResult) -> Any:

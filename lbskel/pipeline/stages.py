@@ -40,16 +40,12 @@ from lbskel.pipeline.profiling import Progress, StageTimer
 from lbskel.preprocess import Pipeline
 from lbskel.refinement.anchors import nearest_node
 from lbskel.skeleton.editing import reroot
-from lbskel.skeleton.joining import join_components
+from lbskel.skeleton.joining import JOIN_ANGLE, JOIN_REACH, join_components
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, prune
 from lbskel.skeleton.resampling import resample
 from lbskel.skeleton.root import reroot_by_thickness
 from lbskel.skeleton.short_loops import open_short_loops
 from lbskel.skeleton.skeleton import Skeleton
-
-# Upper bounds on an edge that joins the pieces of an open surface: its length, in sums of the radii of its ends, and
-# its angle to the branch that it continues, in degrees; guesses
-JOIN_REACH, JOIN_ANGLE = 10.0, 60.0
 
 
 def skeletonize(
@@ -96,7 +92,8 @@ def skeletonize(
         ``inside``, the default, ends branches at the center of the last inscribed ball, ``surface`` on the surface.
     join : str, optional
         Which parts get one graph: ``pieces``, the default, joins parts of open or non-manifold surface whose gap is at
-        most ten times the radii at its ends and lies ahead of a branch, ``all`` joins all, ``none`` none.
+        most ten times the radii at its ends and lies ahead of a branch, and such parts of a cloud whose points are
+        neighbors; ``all`` joins all, ``none`` none.
     min_loop : float, optional
         Loops shorter than this many local radii are opened as by :func:`lbskel.open_short_loops`; 0 by default.
     anchors : sequence of int or (3,) array_like
@@ -161,14 +158,16 @@ def skeletonize(
     timer = StageTimer(on_stage, time_limit, profile)
     with timer("read"):
         shape = as_shape(mesh)
+    limits: dict[str, Any]
     places: dict[str, Any] = {"anchors": anchors, "root": root, "preprocess": preprocess}
     if is_of_points(settings):
         return skeletonize_points(shape, settings, given, n_nodes=n_nodes, timer=timer, **places)
     if isinstance(shape, PointCloud):
         of_mesh = partial(_skeletonize_mesh, settings=settings, options=options, is_scored=False)
         of_mesh = partial(of_mesh, simplify=simplify, n_nodes=n_nodes, memory_limit=memory_limit)
-        return skeletonize_cloud(shape, of_mesh, **places, on_stage=on_stage, time_limit=time_limit, profile=profile)
-    limits: dict[str, Any] = {"simplify": simplify, "n_nodes": n_nodes, "memory_limit": memory_limit}
+        limits = {"on_stage": on_stage, "time_limit": time_limit, "profile": profile}
+        return skeletonize_cloud(shape, of_mesh, **places, join=options["join"], **limits)
+    limits = {"simplify": simplify, "n_nodes": n_nodes, "memory_limit": memory_limit}
     return _skeletonize_mesh(shape, settings=settings, options=options, **limits, **places, timer=timer)
 
 

@@ -8,7 +8,7 @@ Hoey 1975, https://doi.org/10.1109/SFCS.1975.8).
 
 from __future__ import annotations
 
-__all__ = ["join_components"]
+__all__ = ["JOIN_ANGLE", "JOIN_REACH", "join_components"]
 
 from dataclasses import replace
 
@@ -21,6 +21,9 @@ from lbskel.errors import UnknownChoice
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.skeleton import Skeleton
 
+# Upper bounds on an edge that joins pieces of one shape: its length, in sums of the radii of its ends, and its angle to
+# the branch that it continues, in degrees; guesses
+JOIN_REACH, JOIN_ANGLE = 10.0, 60.0
 N_NODES = 4  # nodes at the end of a branch that give its direction; a guess
 N_NEAREST = 16  # nodes of the largest component that each other node may be joined to; a guess
 MAX_NODES_ALL_PAIRS = 100  # number of nodes up to which all pairs are candidates; a guess, it affects speed only

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import lbskel
-from lbskel import MeshError, PointCloud, UnknownChoice
+from lbskel import MeshError, PointCloud, Skeleton, UnknownChoice
+from lbskel.pipeline.clouds import _with_joined_pieces
+from lbskel.preprocess.point_cleaning import clean_points
 from lbskel.shapes import make, torus
 
 
@@ -73,3 +75,49 @@ def test_outliers_have_nodes_but_are_no_anchors():
 def test_preparations_of_clouds_are_named(cloud):
     with pytest.raises(UnknownChoice, match="auto, scan, none"):
         lbskel.skeletonize(cloud, preprocess="cad")
+
+
+def two_pieces(offset, gap):
+    """Two straight skeletons of five nodes each, thickest at the end of the second, and a tube of points around both."""
+    first = np.stack([np.zeros(5), np.zeros(5), np.arange(5.0)], axis=1)
+    nodes = np.concatenate([first, first + offset])
+    edges = np.array([[0, 1], [1, 2], [2, 3], [3, 4]])
+    turns, heights = np.meshgrid(np.arange(0, 2 * np.pi, 0.5), np.arange(0, 4.1, 0.25))
+    ring = np.stack([0.5 * np.cos(turns), 0.5 * np.sin(turns), heights], axis=-1).reshape(-1, 3)
+    between = ring[:, :2].repeat(2, axis=0), np.linspace(4.0, 4.0 + gap, 2 * len(ring))
+    bridge = np.column_stack(between) if gap else np.empty((0, 3))
+    points = np.concatenate([ring, ring + offset, bridge])
+    node = np.linalg.norm(points[:, None] - nodes, axis=2).argmin(axis=1)
+    report = {"pieces_joined": 0}
+    skeleton = Skeleton(nodes, np.concatenate([edges, edges + 5]), np.append(np.full(9, 0.5), 0.6), node, report=report)
+    return skeleton, clean_points(points)
+
+
+def test_pieces_of_a_limb_whose_points_go_on_are_joined():
+    joined = _with_joined_pieces(*two_pieces([0, 0, 6.0], 2.0), keeps_root=False)
+    assert (joined.n_components, joined.report["pieces_joined"]) == (1, 1)
+    assert joined.length == pytest.approx(4 + 4 + 2)
+
+
+def test_pieces_with_a_gap_between_their_points_stay_apart():
+    skeleton, points = two_pieces([0, 0, 6.0], 0.0)
+    assert _with_joined_pieces(skeleton, points, keeps_root=False).n_components == 2
+
+
+def test_limbs_side_by_side_stay_apart_though_their_points_are_neighbors():
+    skeleton, points = two_pieces([1.2, 0, 0], 0.0)
+    assert _with_joined_pieces(skeleton, points, keeps_root=False).n_components == 2
+
+
+def test_the_root_that_was_asked_for_stays():
+    skeleton, points = two_pieces([0, 0, 6.0], 2.0)
+    assert np.array_equal(_with_joined_pieces(skeleton, points, keeps_root=True).nodes, skeleton.nodes)
+
+
+def test_pieces_are_joined_only_where_it_is_asked_for(cloud, monkeypatch):
+    asked = []
+    monkeypatch.setattr("lbskel.pipeline.clouds._with_joined_pieces", lambda given, *_, **__: asked.append(1) or given)
+    lbskel.skeletonize(cloud, join="none")
+    assert not asked
+    lbskel.skeletonize(cloud)
+    assert asked
