@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_radii
+from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
 
@@ -77,18 +78,28 @@ def coarse_fraction(mesh: Mesh, max_edge_length: float) -> float:
 
 def _edge_length_limits(mesh: Mesh, max_edge_length: float) -> NDArray[np.float64]:
     """(m,) longest admissible edge of each face, a fraction of the local thickness."""
-    limits: NDArray[np.float64] = 2 * max_edge_length * local_radii(mesh)[mesh.faces].mean(axis=1)
+    a, b, c = local_radii(mesh)[mesh.faces.T]
+    limits: NDArray[np.float64] = 2 * max_edge_length * ((a + b + c) / 3)
     return limits
 
 
 def _length_ratios(mesh: Mesh, max_edge_length: float) -> NDArray[np.float64]:
     """(m, 3) length of each edge of each face over its limit, in ascending order; 0 for faces without a limit."""
-    P, limits = mesh.vertices[mesh.faces], _edge_length_limits(mesh, max_edge_length)
-    lengths = np.sort(np.linalg.norm(P - np.roll(P, 1, axis=1), axis=2), axis=1)
-    ratios: NDArray[np.float64] = np.divide(
-        lengths, limits[:, None], out=np.zeros_like(lengths), where=limits[:, None] > 0
-    )
+    key = f"length ratios {max_edge_length!r}"
+    ratios: NDArray[np.float64] = Surface(mesh).memoize(key, lambda: _measure_ratios(mesh, max_edge_length))
     return ratios
+
+
+def _measure_ratios(mesh: Mesh, max_edge_length: float) -> NDArray[np.float64]:
+    """Measure the ratios of lengths and limits."""
+    limits, (a, b, c) = (
+        _edge_length_limits(mesh, max_edge_length),
+        mesh.edge_lengths[mesh.edge_of_half_edge].reshape(3, -1),
+    )
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    ascending = np.stack([np.minimum(low, c), np.maximum(low, np.minimum(high, c)), np.maximum(high, c)], axis=1)
+    none = np.zeros_like(ascending)
+    return np.asarray(np.divide(ascending, limits[:, None], out=none, where=limits[:, None] > 0))
 
 
 def _predicted_faces(ratios: NDArray[np.float64]) -> float:
