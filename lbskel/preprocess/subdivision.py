@@ -19,6 +19,8 @@ MAX_FACES = 50_000  # faces that refinement aims at where the limit on edges wou
 
 MAX_ROUNDS = 8  # each round halves the longest edges; a guess
 
+TIE = 1e-9  # relative difference of two diagonals up to which they count as equal, so that rounding decides no ties
+
 FACTOR_STEP = 1.1  # by which the limit is raised until there are few enough faces
 
 
@@ -126,7 +128,7 @@ def _split_edges(
     is_split = midpoint >= 0
     count = is_split.sum(axis=1)
     faces, parents = [mesh.faces[count == 0]], [np.flatnonzero(count == 0)]
-    for n_split, patterns in _PATTERNS.items():
+    for n_split in (1, 2, 3):
         rows = np.flatnonzero(count == n_split)
         # the first corner is opposite the only edge that is split, or that is not split
         first = is_split[rows].argmax(axis=1) if n_split == 1 else (~is_split[rows]).argmax(axis=1)
@@ -134,15 +136,41 @@ def _split_edges(
         points = np.concatenate(
             [np.take_along_axis(mesh.faces[rows], rotation, 1), np.take_along_axis(midpoint[rows], rotation, 1)], axis=1
         )
-        for pattern in patterns:
-            faces.append(points[:, pattern])
-            parents.append(rows)
+        for is_used, patterns in _patterns(V, points, n_split):
+            for pattern in patterns:
+                faces.append(points[is_used][:, pattern])
+                parents.append(rows[is_used])
     return V, np.concatenate(faces), np.concatenate(parents)
+
+
+def _patterns(
+    V: NDArray[np.float64], points: NDArray[np.int64], n_split: int
+) -> list[tuple[NDArray[np.bool_], list[list[int]]]]:
+    """Choose the triangles of each face: those of the shorter diagonal, where two edges are split.
+
+    Parameters
+    ----------
+    V : (n, 3) array of float
+    points : (k, 6) array of int
+        Corners of each face and midpoints of the edges opposite them.
+    n_split : int
+        Number of split edges.
+
+    Returns
+    -------
+    list of tuple
+        For each pattern whether each face has it, and its triangles.
+    """
+    if n_split != 2:
+        return [(np.ones(len(points), dtype=bool), _PATTERNS[n_split])]
+    one, other = (np.linalg.norm(V[points[:, i]] - V[points[:, j]], axis=1) for i, j in ((1, 4), (2, 5)))
+    is_shorter = other < (1 - TIE) * one
+    return [(~is_shorter, _FIRST_DIAGONAL), (is_shorter, _SECOND_DIAGONAL)]
 
 
 # Triangles for each number of split edges: corners are 0, 1, 2; midpoints of the edges opposite them are 3, 4, 5
 _PATTERNS: dict[int, list[list[int]]] = {
     1: [[0, 1, 3], [0, 3, 2]],
-    2: [[0, 5, 4], [5, 1, 4], [1, 2, 4]],
     3: [[0, 5, 4], [5, 1, 3], [4, 3, 2], [3, 4, 5]],
 }
+_FIRST_DIAGONAL, _SECOND_DIAGONAL = [[0, 5, 4], [5, 1, 4], [1, 2, 4]], [[0, 5, 4], [5, 1, 2], [5, 2, 4]]
