@@ -66,15 +66,22 @@ def _number_umbrellas(mesh: Mesh, pairs: NDArray[np.int64]) -> NDArray[np.int64]
     links = [(_corner(a, 1, m), _corner(b, 2, m)), (_corner(a, 2, m), _corner(b, 1, m))]
     pairs_of_corners = np.concatenate([np.stack(link, axis=1) for link in links])
     graph = weighted_graph(pairs_of_corners, np.ones(len(pairs_of_corners), dtype=np.int8), 3 * m)
-    label = connected_components(graph, directed=False)[1]
+    n_umbrellas, label = connected_components(graph, directed=False)
     vertex = mesh.faces.T.ravel()
-    _, first = np.unique(label, return_index=True)  # a corner of each umbrella
-    _, first_umbrella = np.unique(vertex[first], return_index=True)
-    is_first = np.zeros(len(first), dtype=bool)
-    is_first[first_umbrella] = True
+    first = _first_places(label, n_umbrellas)  # a corner of each umbrella
+    first_umbrella = _first_places(vertex[first], n)
+    is_first = np.zeros(n_umbrellas, dtype=bool)
+    is_first[first_umbrella[first_umbrella >= 0]] = True
     number = np.where(is_first, vertex[first], n - 1 + np.cumsum(~is_first))
     of_corner: NDArray[np.int64] = number[label].reshape(3, m).T
     return of_corner
+
+
+def _first_places(numbers: NDArray[np.int64], n: int) -> NDArray[np.int64]:
+    """(n,) first index at which each number below n occurs, -1 where it does not; numpy.unique would sort them."""
+    first = np.full(n, -1)
+    first[numbers[::-1]] = np.arange(len(numbers))[::-1]
+    return first
 
 
 def _corner(half_edge: NDArray[np.int64], along: int, m: int) -> NDArray[np.int64]:
