@@ -29,7 +29,8 @@ def refine(mesh: Mesh, *, max_edge_length: float = 0.5) -> PreprocessResult:
     """Split edges that are long relative to the local thickness, until none is or there are about 35,000 faces.
 
     Where the limit would take more faces, it is raised by one factor everywhere, so that thick and thin parts stay
-    equally fine, and faces are divided by their shorter diagonals, which need fewer faces for the same edges. A mesh that has more faces to begin with is returned unchanged.
+    equally fine, and faces are divided by their shorter diagonals, which need fewer faces for the same edges. A mesh
+    that has more faces to begin with is returned unchanged.
 
     Parameters
     ----------
