@@ -28,7 +28,7 @@ from lbskel.shapes import Shape, make
 SHAPES = ("knot", "hand", "octopus", "tree", "dumbbell", "ladder", "cube_frame")
 KINDS = ("noise", "outliers", "views")
 RECONSTRUCTION = (
-    "geometry/neighborhoods.py",
+    "preprocess/point_neighborhoods.py",
     "preprocess/outliers.py",
     "preprocess/dipole_tree.py",
     "preprocess/point_normals.py",

@@ -79,7 +79,7 @@ def _rows(file: Path, n_points: int) -> list[dict[str, Any]]:
     ):
         with _with_settings(*setting):
             found = oriented(cloud)
-        around = found.field(width).field(found.points)[0][cloud.nearest(N_NEIGHBORS)[1]].mean(axis=1)
+        around = found.field(width).values()[cloud.nearest(N_NEIGHBORS)[1]].mean(axis=1)
         rows.append(
             {
                 "mesh": file.name,

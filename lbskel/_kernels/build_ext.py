@@ -127,7 +127,13 @@ class BuildKernels(build_ext):
             if LIMITED_API:
                 extension.define_macros = [("Py_LIMITED_API", "0x030b0000")]
             if self.compiler.compiler_type != "msvc":  # which optimizes and rounds like this by default
-                extension.extra_compile_args = ["-O1" if is_checked else "-O3", "-g0", "-ffp-contract=off"]
+                extension.extra_compile_args = [
+                    "-O1" if is_checked else "-O3",
+                    "-g0",
+                    "-ffp-contract=off",
+                    "-fno-trapping-math",
+                    "-fno-math-errno",
+                ]
         generated = cythonize(
             self.extensions,
             nthreads=self.parallel if sys.platform == "linux" else 0,  # elsewhere processes are spawned, from setup

@@ -31,6 +31,78 @@ INFINITY = cython.declare(cython.double, float("inf"))
 ROUNDING = cython.declare(cython.double, 1e-12)
 
 
+@cython.cfunc
+@cython.nogil
+@cython.inline
+@cython.exceptval(check=False)
+@cython.locals(slot=cython.Py_ssize_t, parent=cython.Py_ssize_t)
+def _push(
+    heap: cython.longlong[::1],
+    keys: cython.double[::1],
+    size: cython.Py_ssize_t,
+    node: cython.longlong,
+    key: cython.double,
+) -> cython.void:
+    """Insert a node into a heap of some size."""
+    slot = size
+    while slot > 0:
+        parent = (slot - 1) // 2
+        if keys[parent] <= key:
+            break
+        heap[slot], keys[slot] = heap[parent], keys[parent]
+        slot = parent
+    heap[slot], keys[slot] = node, key
+
+
+@cython.cfunc
+@cython.nogil
+@cython.inline
+@cython.exceptval(check=False)
+@cython.locals(slot=cython.Py_ssize_t, child=cython.Py_ssize_t, last=cython.longlong, key=cython.double)
+def _pop(heap: cython.longlong[::1], keys: cython.double[::1], size: cython.Py_ssize_t) -> cython.longlong:
+    """Remove the nearest node from a heap, of which ``size`` nodes are left."""
+    nearest: cython.longlong = heap[0]
+    last, key = heap[size], keys[size]
+    slot, child = 0, 1
+    while child < size:
+        if child + 1 < size and keys[child + 1] < keys[child]:
+            child += 1
+        if key <= keys[child]:
+            break
+        heap[slot], keys[slot] = heap[child], keys[child]
+        slot, child = child, 2 * child + 1
+    heap[slot], keys[slot] = last, key
+    return nearest
+
+
+@cython.cfunc
+@cython.nogil
+@cython.exceptval(check=False)
+@cython.locals(node=cython.longlong, other=cython.longlong, slot=cython.Py_ssize_t, nearest=cython.double)
+def _spread(
+    first: cython.const[cython.longlong][::1],
+    neighbors: cython.const[cython.longlong][::1],
+    lengths: cython.const[cython.double][::1],
+    distance: cython.double[::1],
+    heap: cython.longlong[::1],
+    keys: cython.double[::1],
+    size: cython.Py_ssize_t,
+) -> cython.void:
+    """Lower the distances of all nodes that paths from the nodes in the heap reach, as Dijkstra's algorithm does."""
+    while size > 0:
+        size -= 1
+        nearest = keys[0]
+        node = _pop(heap, keys, size)
+        if nearest > distance[node]:  # pushed before a shorter path was found
+            continue
+        for slot in range(first[node], first[node + 1]):
+            other = neighbors[slot]
+            if nearest + lengths[slot] < distance[other]:
+                distance[other] = nearest + lengths[slot]
+                _push(heap, keys, size, other, distance[other])
+                size += 1
+
+
 @cython.cclass
 class ShortestPaths:
     """Shortest path searches in one graph, which share their working arrays: one thread searches at a time.
@@ -66,18 +138,35 @@ class ShortestPaths:
         self.n_reached = self.heap_size = 0
         self.lock = RLock()
 
-    @cython.locals(source=cython.Py_ssize_t, node=cython.Py_ssize_t, all_allowed=cython.schar[::1])
+    @cython.locals(source=cython.Py_ssize_t)
     def distances(self, sources: cython.const[cython.longlong][::1]) -> NDArray[np.float64]:
         """(s, n) distance from each source to each node; infinite if there is no path."""
         array = np.full((sources.shape[0], self.distance.shape[0]), INFINITY)
         result: cython.double[:, ::1] = array
-        all_allowed = np.ones(self.distance.shape[0], dtype=np.int8)
         with self.lock, cython.nogil:
             for source in range(sources.shape[0]):
-                self._search(sources[source : source + 1], all_allowed)
-                for node in range(self.n_reached):
-                    result[source, self.reached[node]] = self.distance[self.reached[node]]
-                self._reset()
+                result[source, sources[source]] = 0.0
+                self.heap[0], self.keys[0] = sources[source], 0.0
+                _spread(self.first, self.neighbors, self.lengths, result[source], self.heap, self.keys, 1)
+        return array
+
+    @cython.locals(node=cython.Py_ssize_t, slot=cython.Py_ssize_t, size=cython.Py_ssize_t)
+    def least_sums(self, values: cython.const[cython.double][::1]) -> NDArray[np.float64]:
+        """(n,) smallest sum, over all nodes, of the value of a node and its distance: at most the value itself.
+
+        The search begins at the nodes whose value bounds that of a neighbor, so it is short where few do.
+        """
+        array = np.array(values)
+        result: cython.double[::1] = array
+        with self.lock, cython.nogil:
+            size = 0
+            for node in range(result.shape[0]):
+                for slot in range(self.first[node], self.first[node + 1]):
+                    if values[node] + self.lengths[slot] < values[self.neighbors[slot]]:
+                        _push(self.heap, self.keys, size, node, values[node])
+                        size += 1
+                        break
+            _spread(self.first, self.neighbors, self.lengths, result, self.heap, self.keys, size)
         return array
 
     @cython.locals(node=cython.longlong)
@@ -118,7 +207,8 @@ class ShortestPaths:
         for slot in range(starts.shape[0]):
             self._update(starts[slot], -1, 0.0)
         while self.heap_size > 0:
-            node = self._pop()
+            self.heap_size -= 1
+            node = _pop(self.heap, self.keys, self.heap_size)
             if self.is_done[node]:
                 continue
             self.is_done[node] = 1
@@ -144,43 +234,14 @@ class ShortestPaths:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    @cython.locals(slot=cython.Py_ssize_t, parent=cython.Py_ssize_t)
     def _update(self, node: cython.longlong, predecessor: cython.longlong, distance: cython.double) -> cython.void:
         """Set a smaller distance and the predecessor of a node, and push it on the heap."""
         if self.distance[node] == INFINITY:
             self.reached[self.n_reached] = node
             self.n_reached += 1
         self.distance[node], self.predecessor[node] = distance, predecessor
-        key: cython.double = distance + self._bound(node)
-        slot = self.heap_size
+        _push(self.heap, self.keys, self.heap_size, node, distance + self._bound(node))
         self.heap_size += 1
-        while slot > 0:
-            parent = (slot - 1) // 2
-            if self.keys[parent] <= key:
-                break
-            self.heap[slot], self.keys[slot] = self.heap[parent], self.keys[parent]
-            slot = parent
-        self.heap[slot], self.keys[slot] = node, key
-
-    @cython.cfunc
-    @cython.nogil
-    @cython.exceptval(check=False)
-    @cython.locals(slot=cython.Py_ssize_t, child=cython.Py_ssize_t, last=cython.longlong, key=cython.double)
-    def _pop(self) -> cython.longlong:
-        """Remove the nearest node from the heap."""
-        nearest: cython.longlong = self.heap[0]
-        self.heap_size -= 1
-        last, key = self.heap[self.heap_size], self.keys[self.heap_size]
-        slot, child = 0, 1
-        while child < self.heap_size:
-            if child + 1 < self.heap_size and self.keys[child + 1] < self.keys[child]:
-                child += 1
-            if key <= self.keys[child]:
-                break
-            self.heap[slot], self.keys[slot] = self.heap[child], self.keys[child]
-            slot, child = child, 2 * child + 1
-        self.heap[slot], self.keys[slot] = last, key
-        return nearest
 
     @cython.cfunc
     @cython.nogil

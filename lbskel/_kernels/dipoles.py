@@ -49,8 +49,9 @@ def dipole_field(
     queries: cython.const[cython.double][:, ::1],
     leaf_size: cython.Py_ssize_t,
     opening: cython.double,
+    has_gradient: cython.bint,
 ) -> NDArray[np.float64]:
-    """(q, 4) field and its gradient at each query.
+    """(q, 4) field and its gradient at each query, or (q, 1) the field alone.
 
     Parameters
     ----------
@@ -63,9 +64,10 @@ def dipole_field(
     leaf_size : int
     opening : float
         A node counts as one dipole where the query is farther from its center than this many of its radii.
+    has_gradient : bool
     """
     p: cython.Py_ssize_t = nodes.shape[0] // 2
-    field_array = np.empty((queries.shape[0], 4))
+    field_array = np.empty((queries.shape[0], 4 if has_gradient else 1))
     field: cython.double[:, ::1] = field_array
     stack: cython.longlong[::1] = np.empty(DEPTH, dtype=np.int64)
     with cython.nogil:
@@ -82,10 +84,11 @@ def dipole_field(
                     cubed = inverse * sqrt(inverse)
                     product = nodes[node, 3] * x + nodes[node, 4] * y + nodes[node, 5] * z
                     value += product * cubed
-                    product *= 3 * inverse
-                    gx += (product * x - nodes[node, 3]) * cubed
-                    gy += (product * y - nodes[node, 4]) * cubed
-                    gz += (product * z - nodes[node, 5]) * cubed
+                    if has_gradient:
+                        product *= 3 * inverse
+                        gx += (product * x - nodes[node, 3]) * cubed
+                        gy += (product * y - nodes[node, 4]) * cubed
+                        gz += (product * z - nodes[node, 5]) * cubed
                 elif node < p:
                     stack[top], stack[top + 1], top = 2 * node, 2 * node + 1, top + 2
                 else:
@@ -99,14 +102,12 @@ def dipole_field(
                             cubed = inverse * sqrt(inverse)
                             product = points[row, 3] * x + points[row, 4] * y + points[row, 5] * z
                             value += product * cubed
-                            product *= 3 * inverse
-                            gx += (product * x - points[row, 3]) * cubed
-                            gy += (product * y - points[row, 4]) * cubed
-                            gz += (product * z - points[row, 5]) * cubed
-            field[i, 0], field[i, 1], field[i, 2], field[i, 3] = (
-                value / FOUR_PI,
-                gx / FOUR_PI,
-                gy / FOUR_PI,
-                gz / FOUR_PI,
-            )
+                            if has_gradient:
+                                product *= 3 * inverse
+                                gx += (product * x - points[row, 3]) * cubed
+                                gy += (product * y - points[row, 4]) * cubed
+                                gz += (product * z - points[row, 5]) * cubed
+            field[i, 0] = value / FOUR_PI
+            if has_gradient:
+                field[i, 1], field[i, 2], field[i, 3] = gx / FOUR_PI, gy / FOUR_PI, gz / FOUR_PI
     return field_array

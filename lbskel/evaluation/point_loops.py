@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
-from scipy.spatial import cKDTree
 
+from lbskel._kernels.point_tree import PointTree
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -35,7 +35,9 @@ MIN_HOLLOW = 0.6
 MAX_SPREAD = np.pi
 
 
-def count_cut_loops(skeleton: Skeleton, points: NDArray[np.float64], graph: csr_array) -> int:
+def count_cut_loops(
+    skeleton: Skeleton, points: NDArray[np.float64], graph: csr_array, nodes: PointTree, tree: PointTree
+) -> int:
     """Count the limbs of a cloud at which the skeleton is cut, although another part of it joins the two sides.
 
     Parameters
@@ -43,11 +45,14 @@ def count_cut_loops(skeleton: Skeleton, points: NDArray[np.float64], graph: csr_
     skeleton : Skeleton
     points : (n, 3) array of float
     graph : (n, n) csr_array
-        Symmetric; links neighboring points.
+        Symmetric; links neighboring points, whose distances are not zero.
+    nodes, tree : PointTree
+        Of the nodes of the skeleton, and of the points.
     """
-    node = cKDTree(skeleton.nodes).query(points)[1]
-    links = np.stack(graph.nonzero(), axis=1)
-    links = links[(links[:, 0] < links[:, 1]) & (node[links[:, 0]] != node[links[:, 1]])]
+    node = nodes.nearest(points)[1][:, 0]
+    first, second = np.repeat(np.arange(len(points)), np.diff(graph.indptr)), graph.indices
+    is_between = (first < second) & (node[first] != node[second])
+    links = np.stack([first[is_between], second[is_between]], axis=1)
     detours = _distances(skeleton, np.sort(node[links], axis=1))
     scale = np.linalg.norm(points[links] - skeleton.nodes[node[links]], axis=2).mean(axis=1)
     is_far = np.isfinite(detours) & (detours > MIN_DETOUR / 2 * scale)  # in radii known so far; in all below
@@ -59,7 +64,6 @@ def count_cut_loops(skeleton: Skeleton, points: NDArray[np.float64], graph: csr_
     is_near |= graph @ is_near > 0  # with their neighbors, so that the links of a section are in one group
     near = np.flatnonzero(is_near)
     group = connected_components(graph[near][:, near], directed=False)[1][np.searchsorted(near, links[:, 0])]
-    tree = cKDTree(points)
     return sum(
         _is_cut(points[links[own]].mean(axis=1), skeleton.nodes[node[links[own]]].mean(axis=(0, 1)), detours[own], tree)
         for own in (group == number for number in range(int(group.max()) + 1))
@@ -80,7 +84,7 @@ def _distances(skeleton: Skeleton, pairs: NDArray[np.int64]) -> NDArray[np.float
 
 
 def _is_cut(
-    places: NDArray[np.float64], middle: NDArray[np.float64], detours: NDArray[np.float64], points: cKDTree
+    places: NDArray[np.float64], middle: NDArray[np.float64], detours: NDArray[np.float64], points: PointTree
 ) -> bool:
     """Whether links with the given midpoints go once around a middle without points, as around a limb that is cut."""
     if len(places) < N_SECTORS:
@@ -92,7 +96,7 @@ def _is_cut(
     low, median, high = np.quantile(detours, [0.1, 0.5, 0.9])
     if median <= MIN_DETOUR * radius or high - low > MAX_SPREAD * radius:
         return False
-    if points.query(middle)[0] < MIN_HOLLOW * radius:
+    if points.nearest(middle[None])[0][0, 0] < MIN_HOLLOW * radius:
         return False
     sectors = np.unique(((np.arctan2(y, x) / (2 * np.pi) + 0.5) * N_SECTORS).astype(np.int64) % N_SECTORS)
     gap = int(np.diff(np.append(sectors, sectors[0] + N_SECTORS)).max()) - 1

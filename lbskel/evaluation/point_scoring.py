@@ -10,7 +10,7 @@ its center, other lengths in units of the local radius, the distance from a node
 
 from __future__ import annotations
 
-__all__ = ["score_points"]
+__all__ = ["SCORED_NEIGHBORS", "score_points"]
 
 from dataclasses import replace
 
@@ -18,18 +18,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
-from scipy.spatial import cKDTree
 
+from lbskel._kernels.point_tree import PointTree
 from lbskel.evaluation.measures import Score
 from lbskel.evaluation.point_loops import count_cut_loops
 from lbskel.evaluation.skeleton_shape import length_fraction, n_spurs, rms_curvature
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import PointCloud
 from lbskel.geometry.normals import normalized
+from lbskel.geometry.sorting import stable_order
 from lbskel.skeleton.skeleton import Skeleton
 
 MAX_POINTS, MAX_GRAPH_POINTS = 20_000, 3_000  # of a cloud for sections, and for its ends; guesses that bound the time
-N_NEIGHBORS = 12  # of a point, linked with it where it is one of theirs, as those of an outlier are not; a guess
+# Nearest points of a point, itself included, linked with it where it is one of theirs, as those of an outlier are not;
+# a guess
+SCORED_NEIGHBORS = 13
 # Share of the points below which a part of the cloud counts as outliers or a crumb, and ratio of the distance between
 # the points of a part to that of the whole cloud above which the part counts as outliers; guesses
 MIN_PART, MAX_SPACING = 0.01, 3.0
@@ -51,7 +54,7 @@ MIN_SHELL_SHARE = 0.1  # of the points between them, below which a part of them 
 MAX_COVERED_DISTANCE = 2.0  # in local radii, as on meshes
 
 
-def score_points(skeleton: Skeleton, cloud: PointCloud) -> Score:
+def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.int64] | None = None) -> Score:
     """Measure a skeleton on a cloud.
 
     Parameters
@@ -59,13 +62,16 @@ def score_points(skeleton: Skeleton, cloud: PointCloud) -> Score:
     skeleton : Skeleton
         In the coordinates of the cloud. Its vertex map, if it has one, maps the points; its radii are not used.
     cloud : PointCloud
+    neighbors : (n, SCORED_NEIGHBORS) array of int, optional
+        The nearest points of each point, itself first, where they are known.
     """
     has_map = len(skeleton.node_of_vertex) > 0
-    tree = cKDTree(skeleton.nodes)
-    node = skeleton.node_of_vertex if has_map else tree.query(cloud.points)[1]
-    points, graph, n_parts = _without_outliers(cloud.points[_spread(cloud.points, MAX_POINTS)])
-    point_tree = cKDTree(points)
-    radii = point_tree.query(skeleton.nodes)[0]
+    tree = PointTree(skeleton.nodes)
+    node = skeleton.node_of_vertex if has_map else tree.nearest(cloud.points)[1][:, 0]
+    some = _spread(cloud.points, MAX_POINTS)
+    neighbors = neighbors if len(some) == len(cloud.points) else None
+    points, point_tree, graph, n_parts = _without_outliers(cloud.points[some], neighbors)
+    radii = point_tree.nearest(skeleton.nodes)[0][:, 0]
     gaps, errors = _sections(skeleton, points, point_tree, radii)
     skeleton = replace(skeleton, radii=radii)
     is_among = np.isnan(gaps) | (gaps <= MAX_GAP)
@@ -73,8 +79,8 @@ def score_points(skeleton: Skeleton, cloud: PointCloud) -> Score:
     by_branch = [errors[branch][known[branch]] for branch in skeleton.branches]
     ends, lengths, scales = _ends(points, graph, skeleton, tree)
     tips = skeleton.nodes[skeleton.degrees <= 1]
-    to_tip = cKDTree(tips).query(ends)[0] if len(tips) and len(ends) else np.full(len(ends), np.inf)
-    to_node = tree.query(ends)[0] if len(ends) else np.empty(0)
+    to_tip = PointTree(tips).nearest(ends)[0][:, 0] if len(tips) else np.full(len(ends), np.inf)
+    to_node = tree.nearest(ends)[0][:, 0]
     missed, is_limb = (to_tip > TIP_REACH * scales) & (to_node > NODE_REACH * scales), lengths > MIN_LIMB * scales
     distances = np.linalg.norm(cloud.points - skeleton.nodes[node], axis=1)
     return Score(
@@ -90,7 +96,9 @@ def score_points(skeleton: Skeleton, cloud: PointCloud) -> Score:
         rms_curvature=rms_curvature(skeleton),
         extra_components=max(0, skeleton.n_components - n_parts),
         extra_cycles=None,
-        tunnels_missed=max(0, count_cut_loops(skeleton, points, graph) - int(skeleton.report.get("loops_opened", 0))),
+        tunnels_missed=max(
+            0, count_cut_loops(skeleton, points, graph, tree, point_tree) - int(skeleton.report.get("loops_opened", 0))
+        ),
         connected_regions=None,
         adjacent_regions=None,
         shortcut_edges=None,
@@ -108,36 +116,40 @@ def _spread(points: NDArray[np.float64], limit: int) -> NDArray[np.int64]:
     return np.sort(order[np.linspace(0, n - 1, limit).astype(np.int64)])
 
 
-def _neighbor_graph(points: NDArray[np.float64]) -> csr_array:
+def _neighbor_graph(points: NDArray[np.float64], neighbors: NDArray[np.int64]) -> csr_array:
     """Symmetric graph of the distances between points that are each among the other's nearest neighbors."""
     n = len(points)
-    neighbors = cKDTree(points).query(points, k=min(N_NEIGHBORS + 1, n))[1][:, 1:]
-    first, second = np.repeat(np.arange(n), neighbors.shape[1]), neighbors.ravel()
+    first, second = np.repeat(np.arange(n), neighbors.shape[1] - 1), neighbors[:, 1:].ravel()
     key = np.sort(np.minimum(first, second) * n + np.maximum(first, second))
     links = np.stack(np.divmod(key[1:][key[1:] == key[:-1]], n), axis=1)  # of both to each other
     lengths = np.linalg.norm(points[links[:, 0]] - points[links[:, 1]], axis=1)
-    graph = weighted_graph(links[lengths > 0], lengths[lengths > 0], n)
-    return csr_array(graph + graph.T)
+    links, lengths = links[lengths > 0], lengths[lengths > 0]
+    return weighted_graph(np.concatenate([links, links[:, ::-1]]), np.tile(lengths, 2), n)
 
 
-def _without_outliers(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], csr_array, int]:
-    """Points of the parts that are no crumbs, the graph of their neighbors, and the number of these parts."""
-    graph = _neighbor_graph(points)
+def _without_outliers(
+    points: NDArray[np.float64], neighbors: NDArray[np.int64] | None
+) -> tuple[NDArray[np.float64], PointTree, csr_array, int]:
+    """Points of parts that are no crumbs, their tree, the graph of their neighbors, and the number of these parts."""
+    tree = PointTree(points)
+    graph = _neighbor_graph(points, tree.neighbors(SCORED_NEIGHBORS)[1] if neighbors is None else neighbors)
     part = connected_components(graph, directed=False)[1]
     count = np.bincount(part)
     is_part = count >= min(MIN_PART * len(points), count.max())
     for number in np.flatnonzero(is_part & (count < count.max())):
         is_part[number] = np.median(graph[part == number].data) <= MAX_SPACING * np.median(graph.data)
+    if is_part.all():
+        return points, tree, graph, len(is_part)
     kept = np.flatnonzero(is_part[part])
-    return points[kept], graph[kept][:, kept], int(is_part.sum())
+    return points[kept], PointTree(points[kept]), graph[kept][:, kept], int(is_part.sum())
 
 
 def _sections(
-    skeleton: Skeleton, points: NDArray[np.float64], tree: cKDTree, radii: NDArray[np.float64]
+    skeleton: Skeleton, points: NDArray[np.float64], tree: PointTree, radii: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(k,) largest share of a turn around each node without points, and (k,) centeredness error; NaN elsewhere."""
     some = points[_spread(points, MAX_GRAPH_POINTS)]
-    spacing = float(np.median(tree.query(some, k=min(3, len(points)))[0][:, -1]))
+    spacing = float(np.median(tree.nearest(some, 3)[0][:, -1]))
     gaps, errors = np.full(len(skeleton.nodes), np.nan), np.full(len(skeleton.nodes), np.nan)
     inner = [
         (int(b), int(a), int(c))
@@ -151,14 +163,13 @@ def _sections(
     if len(chosen):
         node, axes = numbers[chosen, 0], axes[chosen]
         reach = SECTION_REACH * np.maximum(radii[node], spacing)
-        near = tree.query_ball_point(skeleton.nodes[node], reach, return_sorted=False)
-        section = np.repeat(np.arange(len(node)), [len(found) for found in near])
-        offsets = points[np.concatenate(near).astype(np.int64)] - skeleton.nodes[node][section]
-        along = np.einsum("nk,nk->n", offsets, axes[section])
-        is_flat = np.abs(along) <= np.maximum(SECTION_WIDTH * radii[node], 2 * spacing)[section]
-        gaps[node], errors[node] = _outlines(offsets[is_flat], section[is_flat], axes)
+        width = np.maximum(SECTION_WIDTH * radii[node], 2 * spacing)
+        near, counts = tree.in_disks(skeleton.nodes[node], reach, axes, width)
+        section = np.repeat(np.arange(len(node)), counts)
+        gaps[node], errors[node] = _outlines(points[near] - skeleton.nodes[node][section], section, axes)
     if len(skeleton.junctions):
-        to_junction, nearest = cKDTree(skeleton.nodes[skeleton.junctions]).query(skeleton.nodes)
+        found = PointTree(skeleton.nodes[skeleton.junctions]).nearest(skeleton.nodes)
+        to_junction, nearest = (column[:, 0] for column in found)
         errors[to_junction <= JUNCTION_REACH * radii[skeleton.junctions][nearest]] = np.nan
     return gaps, errors
 
@@ -215,7 +226,7 @@ def _widths(skeleton: Skeleton, node: NDArray[np.int64], distances: NDArray[np.f
 
 
 def _ends(
-    points: NDArray[np.float64], graph: csr_array, skeleton: Skeleton, tree: cKDTree
+    points: NDArray[np.float64], graph: csr_array, skeleton: Skeleton, tree: PointTree
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """(e, 3) ends of the cloud, (e,) length by which each stands out, and (e,) local radius there.
 
@@ -224,7 +235,7 @@ def _ends(
     """
     if len(points) > MAX_GRAPH_POINTS:
         points = points[_spread(points, MAX_GRAPH_POINTS)]
-        graph = _neighbor_graph(points)
+        graph = _neighbor_graph(points, PointTree(points).neighbors(SCORED_NEIGHBORS)[1])
     part = connected_components(graph, directed=False)[1]
     height = np.full(len(points), -np.inf)
     for number in np.flatnonzero(np.bincount(part) >= MIN_PART * len(points)):
@@ -232,8 +243,7 @@ def _ends(
         sources = own[np.linspace(0, len(own) - 1, min(N_SOURCES, len(own))).astype(np.int64)]
         height[own] = dijkstra(graph, indices=sources)[:, own].mean(axis=0)
     peaks, lengths = _peaks(graph, height)
-    k = min(N_SCALES, len(skeleton.nodes))
-    near = tree.query(points[peaks], k=k)[1].reshape(len(peaks), k)
+    near = tree.nearest(points[peaks], N_SCALES)[1]
     scales = np.median(skeleton.radii[near], axis=1)
     is_end = lengths > MIN_END * scales
     is_end[is_end] = [
@@ -247,14 +257,15 @@ def _peaks(graph: csr_array, height: NDArray[np.float64]) -> tuple[NDArray[np.in
     reached = np.argsort(-height, kind="stable")[: np.count_nonzero(np.isfinite(height))]
     rank = np.full(len(height), len(height))  # 0 for the highest
     rank[reached] = np.arange(len(reached))
-    links = rank[np.stack(graph.nonzero(), axis=1)]  # from here on, nodes by their rank
-    links = np.sort(links[links.max(axis=1, initial=0) < len(height)], axis=1)
+    first, second = rank[np.repeat(np.arange(len(height)), np.diff(graph.indptr))], rank[graph.indices]
+    is_once = (first < second) & (second < len(height))
+    links = np.stack([first[is_once], second[is_once]], axis=1)  # from here on, nodes by their rank
     top = np.arange(len(reached))
     np.minimum.at(top, links[:, 1], links[:, 0])  # the highest neighbor, and on to the peak
     while (top[top] != top).any():
         top = top[top]
     sides = np.sort(top[links], axis=1)
-    order = np.argsort(links[:, 1], kind="stable")  # the highest pass first
+    order = stable_order(links[:, 1])  # the highest pass first
     order = order[sides[order, 0] != sides[order, 1]]
     order = order[np.sort(np.unique(sides[order] @ [len(height), 1], return_index=True)[1])]
     root, lengths = list(range(len(reached))), np.full(len(reached), np.inf)

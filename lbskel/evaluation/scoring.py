@@ -72,7 +72,7 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
     widths = mean_radii(skeleton, unit).radii
     mean_error, worst_branch_error = _centeredness_errors(skeleton, widths, surface)
     disjoint = edges_with_disjoint_regions(skeleton, unit)
-    thickness = local_radii(unit, deadline=surface.deadline)
+    thickness = surface.from_proxy(local_radii(surface.proxy.mesh, deadline=surface.deadline))
     count = np.bincount(node, minlength=len(skeleton.nodes))
     own_thickness = np.bincount(node, thickness, len(skeleton.nodes)) / np.maximum(count, 1)
     expected = np.where(count > 0, np.minimum(widths, own_thickness), widths)
@@ -259,6 +259,6 @@ def _n_shortcut_edges(skeleton: Skeleton, mesh: Mesh, widths: NDArray[np.float64
     vertices of a coarse mesh need not touch.
     """
     reach = np.array(widths)
-    np.maximum.at(reach, skeleton.node_of_vertex[mesh.edges], mesh.edge_lengths[:, None])
+    np.maximum.at(reach, skeleton.node_of_vertex[mesh.edges.ravel()], np.repeat(mesh.edge_lengths, 2))
     lengths = np.linalg.norm(skeleton.nodes[disjoint[:, 0]] - skeleton.nodes[disjoint[:, 1]], axis=1)
     return int((lengths > reach[disjoint].sum(axis=1)).sum())

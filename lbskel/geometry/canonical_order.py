@@ -20,6 +20,7 @@ from lbskel._kernels.traversal import breadth_first_faces, pair_half_edges
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order
+from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 
 # What does not change with the numbering
@@ -29,7 +30,7 @@ DIGITS = 9  # decimals of lengths, in diameter bounds, that are compared: roundi
 
 
 def in_canonical_order(mesh: Mesh) -> tuple[Mesh, VertexMap]:
-    """Renumber a mesh in its canonical order.
+    """Renumber a mesh in its canonical order; the result is cached in the mesh.
 
     Components stay in their order. The traversal crosses only edges of exactly two faces, and each part of the surface
     between the other edges has a first corner of its own. Vertices without a face come last, in their given order.
@@ -45,6 +46,11 @@ def in_canonical_order(mesh: Mesh) -> tuple[Mesh, VertexMap]:
     vertex_map : VertexMap
         From the vertices of the given mesh to those of the returned one.
     """
+    ordered: tuple[Mesh, VertexMap] = Surface(mesh).memoize("canonical order", lambda: _in_canonical_order(mesh))
+    return ordered
+
+
+def _in_canonical_order(mesh: Mesh) -> tuple[Mesh, VertexMap]:
     n, m = len(mesh.vertices), len(mesh.faces)
     if m == 0:
         return mesh, VertexMap.identity(n)
@@ -62,7 +68,26 @@ def in_canonical_order(mesh: Mesh) -> tuple[Mesh, VertexMap]:
     ordered = replace(mesh, vertices=mesh.vertices[order], faces=new_index[turned])
     ordered.__dict__.update({name: mesh.__dict__[name] for name in _KEPT_PROPERTIES if name in mesh.__dict__})
     ordered.__dict__["component_of_vertex"] = read_only(component[order])
+    ordered.__dict__["_edge_table"] = _edge_table(
+        mesh, new_index, ((entry + np.arange(3)[:, None]) % 3 * m + faces).ravel()
+    )
     return ordered, VertexMap(new_index)
+
+
+def _edge_table(
+    mesh: Mesh, new_index: NDArray[np.int64], half_edges: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Edges of the renumbered mesh and the row of each of its half-edges, from those of the mesh.
+
+    ``half_edges`` has the half-edge of the mesh for each of the renumbered one.
+    """
+    start, end = new_index[mesh.edges].T
+    first, second = np.minimum(start, end), np.maximum(start, end)
+    order = stable_order(first * len(new_index) + second)
+    row = np.empty(len(order), dtype=np.int64)
+    row[order] = np.arange(len(order))
+    edges = np.stack([first[order], second[order]], axis=1)
+    return read_only(edges), read_only(row[mesh.edge_of_half_edge[half_edges]])
 
 
 def _traversal(mesh: Mesh) -> NDArray[np.int64]:

@@ -86,10 +86,13 @@ def in_slices(
     OutOfTime
         If the deadline passes before the last slice begins.
     """
+    if len(rows[0]) <= SLICE:
+        deadline.check()
+        return query(*rows)
 
     def answer(first: int) -> tuple[NDArray[Any], ...]:
         deadline.check()
         return query(*(each[first : first + SLICE] for each in rows))
 
-    parts = in_threads(answer, range(0, max(len(rows[0]), 1), SLICE))
-    return parts[0] if len(parts) == 1 else tuple(map(np.concatenate, zip(*parts, strict=True)))
+    parts = in_threads(answer, range(0, len(rows[0]), SLICE))
+    return tuple(map(np.concatenate, zip(*parts, strict=True)))

@@ -7,14 +7,14 @@ median depth, measured along the normal, of a cone of rays (:func:`local_thickne
 
 from __future__ import annotations
 
-__all__ = ["local_radii", "local_thickness", "scaled_local_radii", "thickness_along_normal"]
+__all__ = ["local_radii", "local_thickness", "pass_on_local_radii", "scaled_local_radii", "thickness_along_normal"]
 
 import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import dijkstra
 
+from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.graphs import weighted_graph
@@ -80,6 +80,18 @@ def scaled_local_radii(mesh: Mesh, scaled: Mesh, factor: float, *, deadline: Dea
     return radii
 
 
+def pass_on_local_radii(mesh: Mesh, scaled: Mesh, factor: float) -> None:
+    """Let :func:`local_radii` return those of a mesh for a scaled copy of it, if they have been measured.
+
+    Parameters
+    ----------
+    mesh, scaled, factor
+        As for :func:`scaled_local_radii`.
+    """
+    if Surface(mesh).has("local radii"):
+        scaled_local_radii(mesh, scaled, factor)
+
+
 def _ray_stride(mesh: Mesh) -> int:
     """Distance, in the order of the faces, of those from which rays are cast."""
     of_size = np.clip(len(mesh.faces) // ALL_RAYS, 1, MAX_STRIDE)
@@ -99,11 +111,9 @@ def _local_radii(mesh: Mesh, deadline: Deadline) -> NDArray[np.float64]:
     radii = np.where(count > 0, thickness[faces[np.minimum(middle, len(faces) - 1)]] / 2, np.inf)
     rings = np.bincount(mesh.faces.ravel(), weights=np.repeat(mesh.face_areas, 3), minlength=n)
     radii = np.clip(radii, MIN_RADIUS * np.sqrt(rings / np.pi), mesh.diameter_bound)
-    shift = np.finfo(np.float64).tiny + np.finfo(np.float64).eps * mesh.diameter_bound  # csgraph takes 0 for no edge
-    to_vertex = np.stack([np.full(n, n), np.arange(n)], axis=1)
-    graph = weighted_graph(np.concatenate([mesh.edges, to_vertex]), np.append(mesh.edge_lengths, radii) + shift, n + 1)
+    graph = weighted_graph(np.concatenate([mesh.edges, mesh.edges[:, ::-1]]), np.tile(mesh.edge_lengths, 2), n)
     deadline.check()
-    graded: NDArray[np.float64] = dijkstra(graph, directed=False, indices=n)[:n]
+    graded = ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data).least_sums(radii)
     return np.where(np.bincount(mesh.faces.ravel(), minlength=n) > 0, graded, 0.0)
 
 

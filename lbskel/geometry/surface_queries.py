@@ -97,12 +97,12 @@ class Surface:
         """
         return values if self.simplified is None else values[self.simplified.source_vertices]
 
-    def from_proxy(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
+    def from_proxy(self, values: NDArray[Any]) -> NDArray[Any]:
         """Transfer values from the vertices of the proxy to those of the mesh.
 
         Parameters
         ----------
-        values : (k,) array of int
+        values : (k,) array
         """
         return values if self.simplified is None else self.simplified.vertex_map.pull_back(values)
 
@@ -120,6 +120,16 @@ class Surface:
         if name not in cache:
             cache[name] = make()
         return cache[name]
+
+    def has(self, name: str) -> bool:
+        """Whether a value is cached in the mesh.
+
+        Parameters
+        ----------
+        name : str
+            Key in the cache.
+        """
+        return name in self.mesh.__dict__.get("_searches", {})
 
     def recall(self, name: str, query: Callable[[], Result], *arrays: NDArray[Any]) -> Result:
         """Return the result of a recent query for the same arrays: several stages query the same skeleton.

@@ -5,6 +5,7 @@ from __future__ import annotations
 __all__ = ["VertexMap"]
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,12 +70,12 @@ class VertexMap:
         """
         return VertexMap(self.pull_back(following.indices))
 
-    def pull_back(self, values: NDArray[np.int64]) -> NDArray[np.int64]:
-        """(n,) integers at the sources, each that of its target; -1 at sources without a target.
+    def pull_back(self, values: NDArray[Any]) -> NDArray[Any]:
+        """(n,) values at the sources, each that of its target; -1 at sources without a target.
 
         Parameters
         ----------
-        values : (n_targets,) array of int
+        values : (n_targets,) array
         """
         return np.where(self.is_mapped, values[self.indices], -1)
 

@@ -16,11 +16,12 @@ import numpy as np
 
 from lbskel.errors import MeshError
 from lbskel.evaluation.measures import NOT_SCORED, Score
-from lbskel.evaluation.point_scoring import score_points
+from lbskel.evaluation.point_scoring import SCORED_NEIGHBORS, score_points
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.profiling import Progress, StageTimer
-from lbskel.preprocess import Pipeline, PreprocessResult, reconstruct_surface
+from lbskel.preprocess import Pipeline, PreprocessResult
+from lbskel.preprocess.reconstruction import surface_and_points
 from lbskel.skeleton.skeleton import Skeleton
 
 UNCHECKED = "no surface is given, so what of it no point has seen, and whether a loop is too many, could not be checked"
@@ -71,7 +72,7 @@ def skeletonize_cloud(
     """
     timer = StageTimer(on_stage, time_limit, profile)
     with timer("reconstruct"):
-        surface = reconstruct_surface(cloud, preprocess="none" if preprocess is None else preprocess)  # type: ignore[arg-type]
+        surface, points = surface_and_points(cloud, "none" if preprocess is None else preprocess)  # type: ignore[arg-type]
     skeleton = skeletonize(
         surface.mesh,
         anchors=[_on_surface(anchor, surface) for anchor in anchors],
@@ -82,7 +83,8 @@ def skeletonize_cloud(
     to_node = surface.vertex_map.compose(VertexMap(skeleton.node_of_vertex)).complete(cloud.points, skeleton.nodes)
     mapped = replace(skeleton, node_of_vertex=to_node.indices)
     mapped = replace(mapped, mean_radii=_mean_distances(mapped, cloud))
-    scored = timer.optional("score points", lambda _: score_points(mapped, cloud), None, is_needed=True)
+    neighbors = points.source_neighbors(SCORED_NEIGHBORS)
+    scored = timer.optional("score points", lambda _: score_points(mapped, cloud, neighbors), None, is_needed=True)
     return replace(mapped, report=_report(mapped, cloud, surface, scored, timer))
 
 

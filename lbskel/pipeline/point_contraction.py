@@ -23,13 +23,13 @@ from lbskel.errors import MeshError, UnknownChoice
 from lbskel.evaluation.measures import NOT_SCORED
 from lbskel.evaluation.point_scoring import score_points
 from lbskel.geometry.mesh import Mesh, PointCloud
-from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.operators import STAR_OPERATORS
 from lbskel.pipeline.assembly import contraction_report
 from lbskel.pipeline.environment import are_kernels_compiled, versions
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess.point_cleaning import CleanedPoints, clean_points
+from lbskel.preprocess.point_neighborhoods import Neighborhoods
 from lbskel.skeleton.editing import reroot
 from lbskel.skeleton.joining import join_components
 from lbskel.skeleton.resampling import resample

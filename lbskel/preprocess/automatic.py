@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, UnknownChoice
+from lbskel.geometry.canonical_order import in_canonical_order
 from lbskel.geometry.components import MIN_FACES, components, find_crumbs
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh, as_mesh
@@ -144,7 +145,8 @@ def _smooth_if_rough(mesh: Mesh) -> PreprocessResult:
 def _refine_if_coarse(mesh: Mesh) -> PreprocessResult:
     """Refine a coarse mesh; faces that are not connected have no thickness."""
     is_refinable = len(mesh.faces) <= MAX_FACES_TO_REFINE and not find_crumbs(mesh).all()
-    if not is_refinable or coarse_fraction(mesh, COARSE_EDGE) <= MAX_COARSE_FRACTION:
+    # the local radii are those of the renumbered mesh, which is contracted next
+    if not is_refinable or coarse_fraction(in_canonical_order(mesh)[0], COARSE_EDGE) <= MAX_COARSE_FRACTION:
         return identity_result(mesh)
     return refine(mesh, max_edge_length=COARSE_EDGE)
 

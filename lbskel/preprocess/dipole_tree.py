@@ -54,10 +54,13 @@ class DipoleTree:
     ----------
     nodes, leaves : array of float
         As for :func:`lbskel._kernels.dipoles.dipole_field`.
+    order : (p * LEAF,) array of int
+        Numbers of the points in the leaves, by :func:`leaf_order`.
     """
 
     nodes: NDArray[np.float64]
     leaves: NDArray[np.float64]
+    order: NDArray[np.int64]
 
     @classmethod
     def of(
@@ -96,15 +99,33 @@ class DipoleTree:
             level[:, :3], level[:, 3:6], level[:, 6] = center.T, sums[3:6].T, sums[6] / divisor
             level[:, 7] = np.sqrt(((parts - center[:, :, None]) ** 2).sum(axis=0).max(axis=1))
             first, sums = first // 2, sums[:, ::2] + sums[:, 1::2]
-        return cls(nodes, np.ascontiguousarray(data))
+        return cls(nodes, np.ascontiguousarray(data), order)
 
-    def field(self, queries: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(q,) winding numbers and (q, 3) their gradients.
+    def values(self, queries: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+        """(q,) winding numbers at some positions, or at the points themselves.
 
         Parameters
         ----------
-        queries : (q, 3) array of float
+        queries : (q, 3) array of float, optional
         """
-        queries = np.ascontiguousarray(queries)
-        (values,) = in_slices(lambda some: (dipole_field(self.nodes, self.leaves, some, LEAF, OPENING),), queries)
-        return values[:, 0], values[:, 1:]
+        return (self._field_at_points(has_gradient=False) if queries is None else self._field(queries))[:, 0]
+
+    def gradients(self) -> NDArray[np.float64]:
+        """(n, 3) gradients of the winding number at the points."""
+        return self._field_at_points(has_gradient=True)[:, 1:]
+
+    def _field_at_points(self, *, has_gradient: bool) -> NDArray[np.float64]:
+        """(n, 4) or (n, 1) field at the points, found in the order of the leaves, where each is near the one before."""
+        is_point = self.order >= 0
+        in_order = self._field(self.leaves[is_point, :3], has_gradient=has_gradient)
+        field = np.empty_like(in_order)
+        field[self.order[is_point]] = in_order
+        return field
+
+    def _field(self, queries: NDArray[np.float64], *, has_gradient: bool = False) -> NDArray[np.float64]:
+        """(q, 4) winding numbers and their gradients, or (q, 1) winding numbers."""
+        (field,) = in_slices(
+            lambda some: (dipole_field(self.nodes, self.leaves, some, LEAF, OPENING, has_gradient),),
+            np.ascontiguousarray(queries),
+        )
+        return field

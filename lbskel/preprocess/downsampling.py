@@ -16,9 +16,9 @@ from scipy.spatial import cKDTree
 
 from lbskel.errors import UnknownChoice, choose
 from lbskel.geometry.mesh import PointCloud
-from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.point_cleaning import MAX_CELLS, CleanedPoints, thinned
+from lbskel.preprocess.point_neighborhoods import Neighborhoods
 
 DOWNSAMPLINGS = {"voxel": "cell", "farthest": "points"}
 """The ways to thin a cloud, with the number that each takes."""

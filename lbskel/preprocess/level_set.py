@@ -7,9 +7,11 @@ the surface is closed although its extent is not known.
 
 from __future__ import annotations
 
-__all__ = ["level_set", "level_sets"]
+__all__ = ["LevelSet", "level_set", "level_sets"]
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
 
 import igl
 import numpy as np
@@ -23,6 +25,53 @@ FACES = [([0, 3, 4, 7], [-1, 0, 0]), ([1, 2, 5, 6], [1, 0, 0]), ([0, 1, 4, 5], [
 FACES += [([2, 3, 6, 7], [0, 1, 0]), ([0, 1, 2, 3], [0, 0, -1]), ([4, 5, 6, 7], [0, 0, 1])]
 BITS = 21  # of each coordinate of a cell in its key
 MAX_ROUNDS = 400  # rings of cells added to close holes: more than the surface has cells across; a guess
+
+
+@dataclass(frozen=True, eq=False)
+class LevelSet:
+    """The set where a function has a value, in the cells of a grid.
+
+    Parameters
+    ----------
+    positions : (g, 3) array of float
+        Corners of the cells.
+    heights : (g,) array of float
+        How far the values of the function there are below that of the set.
+    cells : (c, 8) array of int
+        The corners of each cell that the set enters.
+    """
+
+    positions: NDArray[np.float64]
+    heights: NDArray[np.float64]
+    cells: NDArray[np.int64]
+
+    @property
+    def least_handles(self) -> float:
+        """Number of handles if the set is closed and connected, else a lower bound; infinite for an empty set."""
+        if len(self.cells) == 0:
+            return np.inf
+        kinds = (self.heights > 0)[self.cells] @ (1 << np.arange(8))
+        return float(1 - _characteristics()[kinds].sum() / 2)
+
+    def triangles(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """(v, 3) vertices and (f, 3) faces."""
+        V, F, _ = igl.marching_cubes(self.heights, self.positions, self.cells, 0.0)
+        return V, F.astype(np.int64)
+
+
+@cache
+def _characteristics() -> NDArray[np.float64]:
+    """(256,) share of a cell in the Euler characteristic of a closed level set, by which of its corners are high.
+
+    A vertex belongs to the four cells at an edge of the grid, and a triangle has a half of three edges: vertices minus
+    edges plus faces are a quarter of the vertices of a cell minus half of its triangles.
+    """
+    shares = np.zeros(256)
+    for kind in range(1, 255):
+        heights = np.where(kind >> np.arange(8) & 1, 1.0, -1.0)
+        V, F, _ = igl.marching_cubes(heights, CORNERS.astype(np.float64), np.arange(8)[None], 0.0)
+        shares[kind] = len(V) / 4 - len(F) / 2
+    return shares
 
 
 def level_set(
@@ -39,7 +88,7 @@ def level_set(
     size : float
         Side of a cell.
     """
-    return next(level_sets(function, points, size, [0.0]))
+    return next(level_sets(function, points, size, [0.0])).triangles()
 
 
 def level_sets(
@@ -47,8 +96,8 @@ def level_sets(
     points: NDArray[np.float64],
     size: float,
     levels: Sequence[float],
-) -> Iterator[tuple[NDArray[np.float64], NDArray[np.int64]]]:
-    """Yield the sets where a function has each of some values, as vertices and faces, with one evaluation for all.
+) -> Iterator[LevelSet]:
+    """Yield the sets where a function has each of some values, with one evaluation for all.
 
     Parameters
     ----------
@@ -80,9 +129,7 @@ def level_sets(
     positions, at_corners = origin + _coordinates(corners) * size, values[table]
     low, high = at_corners.min(axis=1), at_corners.max(axis=1)
     for level in levels:
-        crossing = np.ascontiguousarray(table[(low <= level) & (level < high)])
-        V, F, _ = igl.marching_cubes(level - values, positions, crossing, 0.0)
-        yield V, F.astype(np.int64)
+        yield LevelSet(positions, level - values, np.ascontiguousarray(table[(low <= level) & (level < high)]))
 
 
 def _are_between(values: NDArray[np.float64], levels: NDArray[np.float64]) -> NDArray[np.bool_]:

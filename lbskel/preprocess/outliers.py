@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from lbskel.geometry.graphs import weighted_graph
-from lbskel.geometry.neighborhoods import Neighborhoods
+from lbskel.preprocess.point_neighborhoods import Neighborhoods
 
 N_NEIGHBORS = 6  # the distance to this neighbor is the inverse density of a point; a guess
 # Share of the points nearby that are denser than the one that a point is compared with, no unit. It bounds how large a
@@ -66,10 +66,14 @@ def find_outliers(cloud: Neighborhoods, limit: float) -> tuple[NDArray[np.bool_]
 
 def _is_sparse(cloud: Neighborhoods, limit: float) -> NDArray[np.bool_]:
     """(n,) whether the distance to a neighbor is too large relative to that of the denser points nearby."""
-    distances, neighbors = cloud.nearest()
-    reach = distances[:, N_NEIGHBORS]
-    rank = round(QUANTILE * (neighbors.shape[1] - 2))
-    return reach > limit * np.partition(reach[neighbors[:, 1:]], rank, axis=1)[:, rank]
+    reach = cloud.nearest(N_NEIGHBORS + 1)[0][:, N_NEIGHBORS]
+    rank = round(QUANTILE * (cloud.n_wide - 2))
+    # as many of all points are as dense as those nearby that a point is compared with: it must be sparser than these
+    (rows,) = np.nonzero(reach > limit * np.partition(reach, rank)[rank])
+    nearby = reach[cloud.wide(rows)[:, 1:]]
+    is_sparse = np.zeros(len(reach), dtype=bool)
+    is_sparse[rows] = reach[rows] > limit * np.partition(nearby, rank, axis=1)[:, rank]
+    return is_sparse
 
 
 def _is_scattered(cloud: Neighborhoods, limit: float) -> NDArray[np.bool_]:

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, choose
-from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.outliers import find_outliers
+from lbskel.preprocess.point_neighborhoods import Neighborhoods
 
 MIN_POINTS = 20  # fewer enclose nothing that has a skeleton: a guess, above the 16 neighbors of a normal
 MIN_WIDTH = 1e-6  # of the cloud across its flattest direction, relative to its longest: thinner is a plane or a line
@@ -51,6 +51,21 @@ class CleanedPoints:
     def points(self) -> NDArray[np.float64]:
         """(k, 3) the points."""
         return self.cloud.points
+
+    def source_neighbors(self, k: int) -> NDArray[np.int64] | None:
+        """(n, k) nearest points of each point of the cloud, itself first; None where points were merged or left out.
+
+        Parameters
+        ----------
+        k : int
+        """
+        number = self.vertex_map.indices
+        if len(number) != len(self.points):
+            return None
+        source = np.empty_like(number)
+        source[number] = np.arange(len(number))
+        neighbors: NDArray[np.int64] = source[self.cloud.nearest(k)[1][number]]
+        return neighbors
 
 
 def clean_points(points: NDArray[np.float64], preparation: str = "auto") -> CleanedPoints:

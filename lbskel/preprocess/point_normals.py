@@ -17,13 +17,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import breadth_first_order, connected_components, minimum_spanning_tree
 
-from lbskel.geometry.graphs import weighted_graph
-from lbskel.geometry.neighborhoods import Neighborhoods
+from lbskel._kernels.spanning_signs import spanning_signs
 from lbskel.geometry.normals import normalized
 from lbskel.geometry.sorting import distinct
 from lbskel.preprocess.dipole_tree import DipoleTree, leaf_order
+from lbskel.preprocess.point_neighborhoods import Neighborhoods
 
 N_NEIGHBORS = 16  # of a point in its plane of least squares, and for its area; a guess
 # Upper bound on the variance of the few neighbors across their plane, over the smaller one along it. Above it the plane
@@ -40,7 +39,6 @@ SURFACE_SMOOTHING = 1.5
 # Upper bound on the rounds in which normals are turned; the border of what is inside out moves in each.
 # benchmarks/results/point_orientation.md
 MAX_TURNS = 16
-MIN_ANGLE_COST = 1e-6  # of an edge between parallel normals: a cost of zero would be no edge
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +87,7 @@ def oriented(cloud: Neighborhoods) -> OrientedPoints:
     points, (distances, neighbors) = cloud.points, cloud.nearest(N_NEIGHBORS)
     normals, variation = _plane_normals(points, neighbors)
     rough = np.flatnonzero(variation > MAX_VARIATION)
-    wide_normals, wide_variation = _plane_normals(points, cloud.nearest()[1][rough])
+    wide_normals, wide_variation = _plane_normals(points, cloud.wide(rough))
     is_flatter = wide_variation < variation[rough]
     rough = rough[is_flatter]
     normals[rough] = wide_normals[is_flatter]
@@ -98,7 +96,7 @@ def oriented(cloud: Neighborhoods) -> OrientedPoints:
     found = OrientedPoints(points, signed, areas, leaf_order(points), rough)
     found = _turned_outward(found, neighbors)
     for smoothing in (FIRST_SMOOTHING, SECOND_SMOOTHING):
-        normals = normalized(-found.field(smoothing).field(points)[1])
+        normals = normalized(-found.field(smoothing).gradients())
         is_turned = (normals * found.normals).sum(axis=1) < 0
         found = replace(found, normals=normals)
         if not is_turned.any():
@@ -109,7 +107,7 @@ def oriented(cloud: Neighborhoods) -> OrientedPoints:
 def _turned_outward(found: OrientedPoints, neighbors: NDArray[np.int64]) -> OrientedPoints:
     """Turn normals where the winding number around the point is negative: the surface there is inside out."""
     for _ in range(MAX_TURNS):
-        values = found.field(SURFACE_SMOOTHING).field(found.points)[0]
+        values = found.field(SURFACE_SMOOTHING).values()
         is_inside_out = values[neighbors].mean(axis=1) < 0
         if is_inside_out.sum() < N_NEIGHBORS:
             break
@@ -123,8 +121,10 @@ def _plane_normals(
     """(q, 3) normals of the planes of some neighborhoods, and (q,) variance along the normal over the next larger."""
     coordinates = [column[neighbors] for column in np.ascontiguousarray(points.T)]
     offsets = [column - column.mean(axis=1, keepdims=True) for column in coordinates]
-    covariances = np.stack([np.einsum("nk,nk->n", one, other) for one in offsets for other in offsets], axis=1)
-    variances, axes = np.linalg.eigh(covariances.reshape(-1, 3, 3))
+    covariances = np.empty((len(neighbors), 3, 3))
+    for i, j in zip(*np.tril_indices(3), strict=True):  # all that eigh reads
+        covariances[:, i, j] = np.einsum("nk,nk->n", offsets[i], offsets[j])
+    variances, axes = np.linalg.eigh(covariances)
     return axes[:, :, 0], variances[:, 0] / np.maximum(variances[:, 1], np.finfo(float).tiny)
 
 
@@ -133,20 +133,12 @@ def _with_signs(
 ) -> NDArray[np.float64]:
     """Give normals the signs that neighbors agree on, such that the volume of each connected part is positive."""
     n, k = neighbors.shape
-    links = np.sort(np.stack([np.repeat(np.arange(n), k), neighbors.ravel()], axis=1), axis=1)
-    links = np.stack(np.divmod(distinct(links @ [n, 1]), n), axis=1)
-    cosines = np.abs((normals[links[:, 0]] * normals[links[:, 1]]).sum(axis=1))
-    graph = weighted_graph(links, np.maximum(1 - cosines, 0) + MIN_ANGLE_COST, n)
-    n_parts, part = connected_components(graph, directed=False)
-    first = np.unique(part, return_index=True)[1]
-    tree = minimum_spanning_tree(graph).tocoo()
-    # the first point of each part is linked to an additional node, so that one search reaches every part
-    edges = np.concatenate([np.stack([tree.row, tree.col], axis=1), np.stack([first, np.full(n_parts, n)], axis=1)])
-    _, parent = breadth_first_order(weighted_graph(edges, np.ones(len(edges)), n + 1), n, directed=False)
-    above = np.where(parent[:n] < n, parent[:n], np.arange(n))
-    sign = np.where((normals * normals[above]).sum(axis=1) < 0, -1.0, 1.0)
-    while (above[above] != above).any():  # to that of the first point, over twice as many nodes in each round
-        sign, above = sign * sign[above], above[above]
+    first, second = np.repeat(np.arange(n), k), neighbors.ravel()
+    keys = distinct(np.minimum(first, second) * n + np.maximum(first, second))
+    links = np.stack(np.divmod(keys, n), axis=1)
+    cosines = (normals[links[:, 0]] * normals[links[:, 1]]).sum(axis=1)
+    order = np.argsort(-np.abs(cosines))
+    sign, part = spanning_signs(links[order], np.where(cosines[order] < 0, -1, 1).astype(np.int8), n)
     signed = normals * sign[:, None]
     count = np.bincount(part)
     centers = np.stack([np.bincount(part, column) / count for column in points.T], axis=1)

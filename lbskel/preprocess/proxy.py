@@ -1,6 +1,6 @@
-"""The proxy of a surface: a simplified copy, with edges of a fraction of the local radius, that is contracted instead.
+"""The proxy of a surface: a simplified copy that is contracted in its place.
 
-The number of faces follows from the local radii (:mod:`lbskel.geometry.shape_diameter`).
+It has MAX_FACES faces, but more where the shape is long and thin: their number follows from its area and mean radius.
 """
 
 from __future__ import annotations
@@ -19,10 +19,8 @@ from lbskel.preprocess.simplification import simplify
 
 DEVIATION_MARGIN = 2.0  # safety factor on the proxy's measured deviation before it is trusted for inside tests; a guess
 
-MAX_FACES = 16_000  # faces contracted without a proxy; benchmarks/results/resolution.md
-MIN_PROXY_FACES = 12_000  # faces of a proxy at least: with 8,000 the shapes of resolution.md were a tenth less accurate
-EDGE = 0.4  # proxy edge length aimed at, in local radii; with 0.5 the armadillo lost claws
-EQUILATERAL_AREA = 0.433  # area of an equilateral triangle of edge length 1, sqrt(3) / 4
+MAX_FACES = 16_000  # faces contracted without a proxy, and of the proxy of a shape that is not long and thin;
+# benchmarks/results/resolution.md
 SLENDER_FACES = 8.0  # times area / radius^2: the number of faces with edges of half the mean radius
 MAX_SLENDER_FACES = 128_000  # upper bound on the faces of long, thin shapes; a guess that bounds the time
 # Faces of a long, thin shape for each face of its proxy, above which that bound is raised: upper bound on how coarse a
@@ -34,8 +32,8 @@ MAX_REDUCTION = 2
 def face_budget(mesh: Mesh, *, deadline: Deadline = NEVER) -> int:
     """Compute the largest number of faces with which a mesh is contracted.
 
-    Edges then have a fraction of the local radius. The bounds on the number are wider for shapes that are long and thin
-    all over.
+    It is MAX_FACES, or, for shapes that are long and thin all over, the number with which edges have half the mean
+    radius: twice the volume over the area, or the median local radius of a surface that is not closed.
 
     Parameters
     ----------
@@ -45,16 +43,14 @@ def face_budget(mesh: Mesh, *, deadline: Deadline = NEVER) -> int:
     """
     if len(mesh.faces) <= MAX_FACES:
         return MAX_FACES
-    radii, areas = local_radii(mesh, deadline=deadline)[mesh.faces].mean(axis=1), mesh.face_areas
-    radius = 2 * abs(mesh.volume) / mesh.area if mesh.is_closed else float(np.median(radii))
+    if mesh.is_closed:
+        radius = 2 * abs(mesh.volume) / mesh.area if mesh.area > 0 else 0.0
+    else:
+        radius = float(np.median(local_radii(mesh, deadline=deadline)[mesh.faces].mean(axis=1)))
     if not radius > 0:
         return MAX_FACES
     upper = max(MAX_SLENDER_FACES, len(mesh.faces) // MAX_REDUCTION)
-    upper = int(np.clip(SLENDER_FACES * mesh.area / radius**2, MAX_FACES, upper))
-    if len(mesh.faces) <= upper:
-        return upper
-    area_in_edges = float((areas / np.maximum(radii, 1e-300) ** 2).sum()) / EDGE**2
-    return int(np.clip(area_in_edges / EQUILATERAL_AREA, MIN_PROXY_FACES, upper))
+    return int(np.clip(SLENDER_FACES * mesh.area / radius**2, MAX_FACES, upper))
 
 
 def simplify_to_proxy(mesh: Mesh, *, deadline: Deadline = NEVER) -> PreprocessResult:
@@ -66,7 +62,10 @@ def simplify_to_proxy(mesh: Mesh, *, deadline: Deadline = NEVER) -> PreprocessRe
     deadline : Deadline
         If it passes before the simplification begins, OutOfTime is raised.
     """
-    return simplify(mesh, target_faces=face_budget(mesh, deadline=deadline))
+    target_faces = face_budget(mesh, deadline=deadline)
+    if len(mesh.faces) > target_faces:
+        deadline.check()
+    return simplify(mesh, target_faces=target_faces)
 
 
 def surface_with_proxy(mesh: Mesh, proxy: PreprocessResult) -> Surface:

@@ -9,7 +9,7 @@ taken. Points that this surface misses, as those of a twig thinner than the dist
 
 from __future__ import annotations
 
-__all__ = ["reconstruct_surface"]
+__all__ = ["reconstruct_surface", "surface_and_points"]
 
 from collections.abc import Callable
 from typing import TypeAlias
@@ -19,13 +19,14 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from lbskel._kernels.point_tree import PointTree
 from lbskel.errors import MeshError
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh, PointCloud
-from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.level_set import level_sets
-from lbskel.preprocess.point_cleaning import clean_points
+from lbskel.preprocess.point_cleaning import CleanedPoints, clean_points
+from lbskel.preprocess.point_neighborhoods import Neighborhoods
 from lbskel.preprocess.point_normals import SURFACE_SMOOTHING, oriented
 from lbskel.preprocess.result import PreprocessResult
 
@@ -87,6 +88,17 @@ def reconstruct_surface(cloud: PointCloud, *, preprocess: str = "auto") -> Prepr
     >>> surface.mesh.genus, len(surface.vertex_map)
     (1, 1152)
     """
+    return surface_and_points(cloud, preprocess)[0]
+
+
+def surface_and_points(cloud: PointCloud, preprocess: str) -> tuple[PreprocessResult, CleanedPoints]:
+    """Make a closed surface, and return the points that it was made of too, at another scale.
+
+    Parameters
+    ----------
+    cloud, preprocess
+        As of :func:`reconstruct_surface`.
+    """
     center = cloud.points.mean(axis=0)
     scale = float(np.abs(cloud.points - center).max()) or 1.0
     cleaned = clean_points((cloud.points - center) / scale, preprocess)
@@ -100,7 +112,8 @@ def reconstruct_surface(cloud: PointCloud, *, preprocess: str = "auto") -> Prepr
     report = {**cleaned.report, "points_in_tubes": n_missed}
     if "cell" in report:
         report["cell"] *= scale
-    return PreprocessResult(Mesh(V * scale + center, F), vertex_map, tuple(notes), None, {"steps": [report]})
+    surface = PreprocessResult(Mesh(V * scale + center, F), vertex_map, tuple(notes), None, {"steps": [report]})
+    return surface, cleaned
 
 
 def _surface_through(
@@ -109,22 +122,23 @@ def _surface_through(
     """Make vertices and faces of a closed surface through points, their nearest vertices, and the number in tubes."""
     cloud, points, tree = oriented(nearby), nearby.points, nearby.tree
     field = cloud.field(SURFACE_SMOOTHING)
-    at_points = np.clip(field.field(points)[0], 0, 1)
+    at_points = np.clip(field.values(), 0, 1)
     means = at_points[nearby.nearest(N_LEVELS)[1]].mean(axis=1)
-    means[cloud.rough] = at_points[nearby.nearest()[1][cloud.rough]].mean(axis=1)
+    means[cloud.rough] = at_points[nearby.wide(cloud.rough)].mean(axis=1)
     levels = np.maximum(means, LEAST_LEVEL)
     size = CELL * float(np.median(cloud.spacings))
 
     def inside(positions: NDArray[np.float64]) -> NDArray[np.float64]:
-        level = levels[tree.query(positions, k=N_BLENDED)[1]].mean(axis=1)
-        values: NDArray[np.float64] = (field.field(positions)[0] - level) * size
+        level = levels[tree.nearest(positions, N_BLENDED)[1]].mean(axis=1)
+        values: NDArray[np.float64] = (field.values(positions) - level) * size
         return values
 
     V, F = _simplest(inside, points, size)
     missed, nearest = points, np.empty(0, dtype=np.int64)
     if len(V):
-        distances, nearest = cKDTree(V).query(points)
-        is_far = distances > MISSED * np.maximum(cloud.spacings, size)
+        distances, numbers = PointTree(V).nearest(points)
+        nearest = numbers[:, 0]
+        is_far = distances[:, 0] > MISSED * np.maximum(cloud.spacings, size)
         is_missed = is_far | (means < MIN_LEVEL)
         if is_missed.any():  # with the points near them, so that the tube reaches into the surface
             is_missed |= cKDTree(points[is_missed]).query(points)[0] < OVERLAP * size
@@ -134,13 +148,16 @@ def _surface_through(
     if len(missed) < MIN_MISSED:
         return V, F, nearest, 0
     V, F = _simplest(_united(inside, missed, size), points, size)
-    return V, F, cKDTree(V).query(points)[1], len(missed)
+    return V, F, PointTree(V).nearest(points)[1][:, 0], len(missed)
 
 
 def _simplest(inside: Field, points: NDArray[np.float64], size: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Make vertices and faces of the level set with the fewest handles, among those at SHIFTS."""
     fewest, simplest = np.inf, (np.empty((0, 3)), np.empty((0, 3), dtype=np.int64))
-    for surface in level_sets(inside, points, size, [shift * size for shift in SHIFTS]):
+    for level in level_sets(inside, points, size, [shift * size for shift in SHIFTS]):
+        if level.least_handles >= fewest:
+            continue
+        surface = level.triangles()
         n_handles = _n_handles(*surface)
         if n_handles < fewest:
             fewest, simplest = n_handles, surface

@@ -90,11 +90,12 @@ def _distances_to_farthest(skeleton: Skeleton, nodes: NDArray[np.int64], surface
     """(k,) distance from each node to the farthest corner of the box around the vertices of its branch and its ends."""
     mapped = skeleton.node_of_vertex >= 0
     V, number = surface.mesh.vertices[mapped], skeleton.node_of_vertex[mapped]
-    low, high = (np.full((len(skeleton.nodes), 3), sign * np.inf) for sign in (1, -1))
-    np.minimum.at(low, number, V)
-    np.maximum.at(high, number, V)
+    lows, highs = (np.full((3, len(skeleton.nodes)), sign * np.inf) for sign in (1, -1))
+    for low, high, x in zip(lows, highs, V.T, strict=True):  # ufunc.at takes a fifth of the time for single columns
+        np.minimum.at(low, number, x)
+        np.maximum.at(high, number, x)
     along, begins = skeleton.flat_branches
-    low, high = np.minimum.reduceat(low[along], begins[:-1]), np.maximum.reduceat(high[along], begins[:-1])
+    low, high = np.minimum.reduceat(lows.T[along], begins[:-1]), np.maximum.reduceat(highs.T[along], begins[:-1])
     P, branch = skeleton.nodes[nodes], skeleton.branch_of_node[nodes]
     distances: NDArray[np.float64] = np.linalg.norm(
         np.maximum(np.maximum(high[branch] - P, P - low[branch]), 0.0), axis=1

@@ -37,6 +37,16 @@ def test_distances_are_those_of_scipy(kernel, graph):
     assert search_of(kernel, graph).distances(SOURCES) == pytest.approx(expected, rel=1e-12)
 
 
+def test_least_sums_are_the_smallest_of_value_and_distance(kernel, graph):
+    values = np.random.default_rng(0).uniform(0, 1, graph.shape[0])
+    values[7] = np.inf
+    expected = (dijkstra(graph) + values[:, None]).min(axis=0)
+    found = search_of(kernel, graph).least_sums(values)
+    assert (found < values).any()
+    assert (found == values).any()
+    assert found == pytest.approx(expected, rel=1e-12)
+
+
 def test_the_nearest_goal_is_that_of_scipy(kernel, graph):
     distance, path = search_of(kernel, graph).nearest_goal(SOURCES, kinds_of(graph))
     allowed = np.delete(np.arange(graph.shape[0]), np.arange(300, 340))

@@ -7,7 +7,8 @@ import pytest
 
 import lbskel
 from lbskel import MeshError, PointCloud, Skeleton
-from lbskel.evaluation.point_scoring import score_points
+from lbskel._kernels.point_tree import PointTree
+from lbskel.evaluation.point_scoring import SCORED_NEIGHBORS, score_points
 from lbskel.shapes import make, torus
 
 
@@ -97,3 +98,8 @@ def test_the_score_of_a_cloud_is_that_of_its_report():
     assert lbskel.score(skeleton, points).report() == skeleton.report["score"]
     with pytest.raises(MeshError, match="the mesh has"):
         lbskel.score(skeleton, points[:-10])
+
+
+def test_known_neighbors_change_nothing():
+    known = PointTree(CLOUD.points).neighbors(SCORED_NEIGHBORS)[1]
+    assert score_points(CROSS, CLOUD, known) == score_points(CROSS, CLOUD)

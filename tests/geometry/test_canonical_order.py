@@ -47,6 +47,14 @@ def test_components_stay_in_their_order():
     assert np.array_equal(ordered.component_of_vertex, found_anew)
 
 
+@pytest.mark.parametrize("name", SURFACES)
+def test_the_edges_are_those_of_the_renumbered_mesh(name):
+    ordered, _ = in_canonical_order(renumbered(SURFACES[name], 5))
+    found_anew = Mesh(ordered.vertices, ordered.faces)
+    assert np.array_equal(ordered.edges, found_anew.edges)
+    assert np.array_equal(ordered.edge_of_half_edge, found_anew.edge_of_half_edge)
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize("name", ["torus", "cylinder"])
 def test_the_order_of_the_input_does_not_decide(name, seed):

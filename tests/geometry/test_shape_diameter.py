@@ -11,6 +11,7 @@ from lbskel.geometry.shape_diameter import (
     MIN_RADIUS,
     local_radii,
     local_thickness,
+    pass_on_local_radii,
     scaled_local_radii,
     thickness_along_normal,
 )
@@ -162,3 +163,13 @@ def test_the_radii_of_a_scaled_copy_are_scaled():
     assert np.array_equal(radii, 3 * local_radii(mesh))
     assert local_radii(larger) is radii
     assert np.allclose(radii, local_radii(torus(3.0, 0.9)))
+
+
+def test_radii_are_passed_on_only_where_they_have_been_measured():
+    mesh, measured = torus(1.0, 0.3, 12, 8), torus(1.0, 0.3)
+    smaller, larger = mesh.with_vertices(mesh.vertices / 2), measured.with_vertices(3 * measured.vertices)
+    expected = 3 * local_radii(measured)
+    pass_on_local_radii(mesh, smaller, 1.0)  # a wrong factor, which is not used
+    pass_on_local_radii(measured, larger, 3.0)
+    assert local_radii(smaller) == pytest.approx(local_radii(mesh) / 2)
+    assert np.array_equal(local_radii(larger), expected)

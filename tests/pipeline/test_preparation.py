@@ -5,9 +5,11 @@ import pytest
 from helpers import joined, moved
 
 import lbskel
-from lbskel import MeshError, Skeleton, UnknownChoice
+from lbskel import Mesh, MeshError, Skeleton, UnknownChoice
+from lbskel.geometry import shape_diameter
+from lbskel.geometry.shape_diameter import thickness_along_normal
 from lbskel.pipeline.preparation import prepare
-from lbskel.shapes import torus
+from lbskel.shapes import sphere, torus
 
 
 def test_the_mesh_is_at_unit_size_about_the_origin(tripod):
@@ -87,3 +89,29 @@ def test_the_order_of_vertices_and_faces_does_not_change_the_skeleton(tripod):
     # the centroid is summed in another order, which ten linear systems amplify
     assert np.abs(first.nodes - second.nodes).max() < 1e-6 * mesh.diagonal
     assert first.node_of_vertex[order].tolist() == second.node_of_vertex.tolist()
+
+
+def test_the_radii_that_show_that_a_mesh_is_fine_are_those_of_its_body(tripod, monkeypatch):
+    calls = []
+    monkeypatch.setattr(
+        shape_diameter,
+        "thickness_along_normal",
+        lambda mesh, faces, **options: calls.append(mesh) or thickness_along_normal(mesh, faces, **options),
+    )
+    prepared = prepare(Mesh(tripod.vertices, tripod.faces))
+    (body,) = prepared.bodies
+    radii = shape_diameter.local_radii(body.mesh)
+    assert len(calls) == 1
+    assert radii == pytest.approx(shape_diameter.local_radii(Mesh(body.mesh.vertices, body.mesh.faces)), rel=1e-9)
+
+
+def test_rays_of_one_body_do_not_end_at_another():
+    ball = sphere(3)
+    shell = Mesh(
+        np.concatenate([ball.vertices, 0.5 * ball.vertices]),
+        np.concatenate([ball.faces, ball.faces + len(ball.vertices)]),
+    )
+    bodies = prepare(shell).bodies
+    assert [shape_diameter.local_radii(body.mesh).max() / body.mesh.diameter_bound for body in bodies] == pytest.approx(
+        [0.5] * len(bodies), rel=0.1
+    )

@@ -20,26 +20,30 @@ def dipoles():
 
 def test_it_is_one_inside_and_zero_outside(dipoles):
     points, moments = dipoles
-    field, gradient = _tree(points, moments, np.full(len(points), 1e-3)).field(
-        np.array([[0.0, 0, 0], [0.5, 0.2, 0], [1.5, 0, 0], [0, 0, -4]])
-    )
-    assert field == pytest.approx([1, 1, 0, 0], abs=0.02)  # 0.01 of the tree, 0.005 of the triangles
-    assert np.abs(gradient).max() < 0.1
+    tree = _tree(points, moments, np.full(len(points), 1e-3))
+    places = np.array([[0.0, 0, 0], [0.5, 0.2, 0], [1.5, 0, 0], [0, 0, -4]])
+    assert tree.values(places) == pytest.approx([1, 1, 0, 0], abs=0.02)  # 0.01 of the tree, 0.005 of the triangles
 
 
 def test_smoothing_lowers_it_at_the_center_as_the_formula_says(dipoles):
     points, moments = dipoles
     width = 0.5
-    field, _ = _tree(points, moments, np.full(len(points), width)).field(np.zeros((1, 3)))
+    field = _tree(points, moments, np.full(len(points), width)).values(np.zeros((1, 3)))
     assert field[0] == pytest.approx((1 + width**2) ** -1.5, abs=0.01)
 
 
 def test_it_falls_outwards_across_the_surface(dipoles):
     points, moments = dipoles
-    _, gradient = _tree(points, moments, np.full(len(points), 0.1)).field(points)
+    gradient = _tree(points, moments, np.full(len(points), 0.1)).gradients()
     assert ((gradient * points).sum(axis=1) < 0).all()
 
 
 def test_points_without_moment_and_fewer_than_a_leaf():
     tree = _tree(np.zeros((3, 3)), np.zeros((3, 3)), np.ones(3))
-    assert tree.field(np.ones((2, 3)))[0].tolist() == [0, 0]
+    assert tree.values(np.ones((2, 3))).tolist() == [0, 0]
+
+
+def test_positions_of_points_have_the_field_of_the_points(dipoles):
+    points, moments = dipoles
+    tree = _tree(points, moments, np.full(len(points), 0.1))
+    np.testing.assert_array_equal(tree.values(), tree.values(points))

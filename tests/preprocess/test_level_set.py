@@ -42,9 +42,22 @@ def test_levels_are_surfaces_of_their_own_though_evaluated_once():
         return ball(positions)
 
     point = np.array([[1.0, 0, 0]])
-    outer, inner = (Mesh(*surface) for surface in level_sets(counted, point, 0.1, [-0.05, 0.05]))
+    outer, inner = (Mesh(*each.triangles()) for each in level_sets(counted, point, 0.1, [-0.05, 0.05]))
     assert outer.volume == pytest.approx(4 / 3 * np.pi * 1.05**3, rel=0.01)
     assert inner.volume == pytest.approx(4 / 3 * np.pi * 0.95**3, rel=0.01)
     n_calls = sum(calls)
     level_set(counted, point, 0.1)
     assert n_calls < 2.2 * (sum(calls) - n_calls)
+
+
+def torus(positions):
+    return 0.3 - np.hypot(np.hypot(positions[:, 0], positions[:, 1]) - 1, positions[:, 2])
+
+
+def test_handles_are_counted_without_triangles():
+    point = np.array([[1.0, 0, 0.3]])
+    for function, genus in ((torus, 1), (lambda places: ball(places - [0.01, 0.02, 0]), 0)):
+        (level,) = level_sets(function, point + [0, 0, -0.01], 0.1, [0.0])
+        assert level.least_handles == Mesh(*level.triangles()).genus == genus
+    (empty,) = level_sets(lambda positions: -np.ones(len(positions)), point, 0.1, [0.0])
+    assert empty.least_handles == np.inf

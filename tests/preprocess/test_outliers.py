@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.preprocess.outliers import find_outliers
+from lbskel.preprocess.point_neighborhoods import Neighborhoods
 from lbskel.shapes import sphere
 
 SPHERE = sphere(4).vertices  # 2,562 points

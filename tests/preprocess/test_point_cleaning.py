@@ -69,3 +69,11 @@ def test_points_that_enclose_nothing_are_refused(points, message):
 def test_an_unknown_preparation_names_the_known_ones():
     with pytest.raises(UnknownChoice, match="auto, scan, none"):
         clean_points(SPHERE, "cad")
+
+
+def test_neighbors_of_the_given_points():
+    points = np.random.default_rng(3).normal(size=(200, 3))
+    expected = np.argsort(np.linalg.norm(points[:, None] - points, axis=2), axis=1)[:, :6]
+    np.testing.assert_array_equal(clean_points(points, "none").source_neighbors(6), expected)
+    assert clean_points(np.concatenate([points, points[:1]]), "none").source_neighbors(6) is None
+    assert clean_points(np.concatenate([points, [[90.0, 0, 0]]])).source_neighbors(6) is None

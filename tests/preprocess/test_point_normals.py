@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from lbskel.geometry.neighborhoods import Neighborhoods
 from lbskel.geometry.normals import normalized
 from lbskel.preprocess import point_normals
+from lbskel.preprocess.point_neighborhoods import Neighborhoods
 from lbskel.preprocess.point_normals import oriented
 from lbskel.shapes import sphere, torus
 

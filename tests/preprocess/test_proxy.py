@@ -25,21 +25,19 @@ def test_a_mesh_of_at_most_16_000_faces_is_contracted_whole():
     assert face_budget(torus(1.0, 0.01, 80, 20)) == 16_000
 
 
-@pytest.mark.parametrize(("radius", "n_faces"), [(0.3, 12_000), (0.04, 14_250), (0.03, 16_000)])
-def test_thick_shapes_are_contracted_with_fewer_faces(radius, n_faces):
-    """Triangles with edges of 0.4 radii: 4 pi^2 radius / (sqrt(3) / 4 (0.4 radius)^2) of them on a torus."""
-    mesh = torus(1.0, radius, 300, 60)
-    assert face_budget(mesh) == pytest.approx(n_faces, rel=0.03)
-    assert face_budget(Mesh(mesh.vertices, mesh.faces[:, ::-1])) == pytest.approx(n_faces, rel=0.03)  # inside out
+def test_the_radii_of_a_shape_that_is_not_long_and_thin_are_not_measured(monkeypatch):
+    monkeypatch.setattr(proxy, "local_radii", None)
+    assert face_budget(torus(1.0, 0.3, 300, 60)) == 16_000
 
 
-def test_faces_without_area_are_not_sampled():
-    """First every sampled face has no area, then every second face."""
-    mesh = torus(1.0, 0.06, 300, 60)
-    for every in (37, 2):
-        V, faces = np.array(mesh.vertices), mesh.faces[::every]
-        V[faces[:, 0]] = V[faces[:, 1]]
-        assert 12_000 <= face_budget(Mesh(V, mesh.faces)) <= 16_000
+def test_a_surface_that_is_inside_out_is_as_thick():
+    mesh = torus(1.0, 0.01, 440, 20)
+    assert face_budget(Mesh(mesh.vertices, mesh.faces[:, ::-1])) == face_budget(mesh) > 16_000
+
+
+def test_a_surface_without_area_has_no_radius():
+    flat = Mesh(np.zeros((3, 3)), np.tile([[0, 1, 2], [0, 2, 1]], (8001, 1)))
+    assert face_budget(flat) == 16_000
 
 
 def test_the_proxy_maps_every_vertex_and_has_a_source_for_each_of_its_own():
@@ -72,7 +70,7 @@ def test_the_deviation_of_the_proxy_bounds_the_distance_of_the_surfaces():
 
 def test_a_long_thin_shape_of_very_many_faces_keeps_a_share_of_them(monkeypatch):
     rod = capsule(4.0, 0.1, 24)
-    for name in ("MAX_FACES", "MIN_PROXY_FACES", "MAX_SLENDER_FACES"):
+    for name in ("MAX_FACES", "MAX_SLENDER_FACES"):
         monkeypatch.setattr(proxy, name, 100)
     assert len(rod.faces) > 8 * 100
     assert 100 < face_budget(rod) <= len(rod.faces) // proxy.MAX_REDUCTION
