@@ -9,6 +9,7 @@ from __future__ import annotations
 
 __all__ = ["run"]
 
+import time
 from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
@@ -23,7 +24,7 @@ from benchmarks.harness import markdown_table, save_json, save_markdown
 from benchmarks.thin_tools import OURS, TOOLS, Answer, ask
 from benchmarks.vessels import tips_found
 from lbskel.geometry.graphs import weighted_graph
-from lbskel.preprocess import simplify
+from lbskel.preprocess import simplify, subdivision
 from lbskel.refinement import limb_growth, uncovered_limbs
 from lbskel.shapes import Shape, tube_mesh, with_local_noise
 from lbskel.skeleton.edge_distances import nearest_on_edges
@@ -37,6 +38,7 @@ MEANS = ("F", "recall", "precision", "to axis", "to axis, median", "tips found",
 PART_TIPS, QUICK_TIPS = 60, 4  # at most so many tips in a part of a tracing
 # Bounds on the reach and the elongation of limbs without a branch, swept on the first neurons
 REACHES, ELONGATIONS, SWEPT = (1.5, 1.75, 2.0), (1.0, 1.5, 2.0), 2
+FACES = (20_000, 30_000, 35_000, 40_000, 50_000, 80_000)  # that the refinement of coarse meshes aims at, swept on all
 EDGE_LENGTH, NOISE, KEPT = 0.6, 0.1, 0.5  # of tubes: edges in radii, noise in edges, share of faces after remeshing
 
 
@@ -54,10 +56,11 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
         shape = remeshed(_tubes(tracing, QUICK_TIPS if quick else PART_TIPS))
         tubes += [tube_row(name, tool, shape, ask(tool, shape.mesh)) for tool in tools]
     limbs = [limb_row(neurons[:1] if quick else neurons[:SWEPT], *values) for values in product(REACHES, ELONGATIONS)]
+    sizes = [faces_row(neurons, n_faces) for n_faces in FACES[: 1 if quick else None]]
     summary = [_summary(rows, tool) for tool in tools]
     save_json(
         results / "neurons.json",
-        {"summary": summary, "hemibrain": rows, "tubes": tubes, "limbs": limbs},
+        {"summary": summary, "hemibrain": rows, "tubes": tubes, "limbs": limbs, "refined to": sizes},
         packages=("navis", "skeletor", "PyGEL3D", "CGAL"),
         meshes=[path for name, _, _ in neurons for path in _files(name)],
     )
@@ -69,6 +72,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
             "Each neuron": markdown_table(rows),
             "Tubes around parts of the tracings": markdown_table(tubes),
             f"Bounds on limbs that are grown, means of {SWEPT} neurons": markdown_table(limbs),
+            "Faces that the refinement of coarse meshes aims at, means": markdown_table(sizes),
         },
     )
 
@@ -139,6 +143,19 @@ def limb_row(
     measures = ("F", "tips found", "tip precision", "to axis")
     means = {key: float(np.mean([row[key] for row in rows])) for key in measures}
     return {"reach": reach, "elongation": elongation, **means}
+
+
+def faces_row(neurons: list[tuple[str, lbskel.Mesh, lbskel.Skeleton]], n_faces: int) -> dict[str, Any]:
+    """Measure skeletons, and their time, with another number of faces that refinement aims at."""
+    rows = []
+    with mock.patch.object(subdivision, "MAX_FACES", n_faces):
+        for name, mesh, truth in neurons:
+            began = time.process_time()
+            skeleton = lbskel.skeletonize((mesh.vertices, mesh.faces))
+            answer = Answer(skeleton, time.process_time() - began)
+            rows.append(hemibrain_row(name, "lbskel", truth, answer, len(mesh.faces)))
+    measures = ("F", "tips found", "tip precision", "to axis", "cpu seconds")
+    return {"aimed at": n_faces, **{key: float(np.mean([row[key] for row in rows])) for key in measures}}
 
 
 def _summary(rows: list[dict[str, Any]], tool: str) -> dict[str, Any]:

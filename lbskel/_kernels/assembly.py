@@ -1,8 +1,8 @@
 """Assembly of sparse symmetric matrices from one off-diagonal entry for each corner of each face.
 
-Entries are sorted into buckets by row, and from these into buckets by column, in which the rows are then ascending.
-Entries of the same row and column are summed in the order of the faces. Both entries of an edge are summed in the same
-order, so the result is exactly symmetric.
+Entries above the diagonal are sorted into buckets by row, and from these into buckets by column, in which the rows are
+then ascending. Entries of the same row and column are summed in the order of the faces, and each sum is written on both
+sides of the diagonal, so the result is exactly symmetric.
 """
 
 from __future__ import annotations
@@ -41,51 +41,69 @@ def assemble_symmetric(
     """
     n: cython.Py_ssize_t = diagonal.shape[0]
     m: cython.Py_ssize_t = F.shape[0]
-    offsets: cython.longlong[::1] = np.zeros(n + 1, dtype=np.int64)
+    middle: cython.double[::1] = np.array(diagonal)
+    by_row: cython.longlong[::1] = np.zeros(n + 2, dtype=np.int64)  # where the entries of each row begin
+    by_column: cython.longlong[::1] = np.zeros(n + 2, dtype=np.int64)
     with cython.nogil:
-        for i in range(n):
-            offsets[i + 1] = 1
-        for face in range(m):
-            for k in range(3):
-                offsets[F[face, k] + 1] += 2  # each vertex of a face is an end of two of its edges
-        for i in range(n):
-            offsets[i + 1] += offsets[i]
-    fill: cython.longlong[::1] = np.array(offsets[:n])
-    columns: cython.int[::1] = np.empty(offsets[n], dtype=np.int32)
-    by_row: cython.double[::1] = np.empty(offsets[n])
-    with cython.nogil:
-        for i in range(n):
-            columns[fill[i]], by_row[fill[i]] = i, diagonal[i]
-            fill[i] += 1
         for face in range(m):
             for k in range(3):
                 i, j = F[face, (k + 1) % 3], F[face, (k + 2) % 3]
-                columns[fill[i]], by_row[fill[i]] = j, entries[face, k]
-                fill[i] += 1
-                columns[fill[j]], by_row[fill[j]] = i, entries[face, k]
-                fill[j] += 1
-    rows_array, values_array = np.empty(offsets[n], dtype=np.int32), np.empty(offsets[n])
-    rows: cython.int[::1] = rows_array
-    values: cython.double[::1] = values_array
+                if i == j:  # both entries are on the diagonal
+                    middle[i] += entries[face, k]
+                    middle[i] += entries[face, k]
+                else:
+                    by_row[min(i, j) + 2] += 1
+                    by_column[max(i, j) + 2] += 1
+        for i in range(n):
+            by_row[i + 2] += by_row[i + 1]
+            by_column[i + 2] += by_column[i + 1]
+    columns: cython.int[::1] = np.empty(by_row[n + 1], dtype=np.int32)
+    rows: cython.int[::1] = np.empty(by_row[n + 1], dtype=np.int32)
+    row_values: cython.double[::1] = np.empty(by_row[n + 1])
+    values: cython.double[::1] = np.empty(by_row[n + 1])
     starts_array = np.zeros(n + 1, dtype=np.int32)
     starts: cython.int[::1] = starts_array
-    fill[:] = offsets[:n]
     with cython.nogil:
+        for face in range(m):
+            for k in range(3):
+                i, j = F[face, (k + 1) % 3], F[face, (k + 2) % 3]
+                if i != j:
+                    entry = by_row[min(i, j) + 1]
+                    columns[entry], row_values[entry] = max(i, j), entries[face, k]
+                    by_row[min(i, j) + 1] += 1
         for i in range(n):
-            for entry in range(offsets[i], offsets[i + 1]):
+            for entry in range(by_row[i], by_row[i + 1]):
                 j = columns[entry]
-                rows[fill[j]], values[fill[j]] = i, by_row[entry]
-                fill[j] += 1
-        size = 0
-        for j in range(n):
-            entry = offsets[j]
-            while entry < offsets[j + 1]:
+                rows[by_column[j + 1]], values[by_column[j + 1]] = i, row_values[entry]
+                by_column[j + 1] += 1
+        for j in range(n):  # sum equal entries in place, and count those of each column of the result
+            size = entry = by_column[j]
+            while entry < by_column[j + 1]:
                 i, total = rows[entry], 0.0
-                while entry < offsets[j + 1] and rows[entry] == i:
+                while entry < by_column[j + 1] and rows[entry] == i:
                     total += values[entry]
                     entry += 1
                 if total != 0:
                     rows[size], values[size] = i, total
                     size += 1
-            starts[j + 1] = size
-    return values_array[:size], rows_array[:size], starts_array
+                    starts[i + 1] += 1
+            starts[j + 1] += size - by_column[j] + (middle[j] != 0)
+            by_row[j] = size  # where the sums of the column end
+        for j in range(n):
+            starts[j + 1] += starts[j]
+    result_rows_array, result_array = np.empty(starts[n], dtype=np.int32), np.empty(starts[n])
+    result_rows: cython.int[::1] = result_rows_array
+    result: cython.double[::1] = result_array
+    fill: cython.int[::1] = np.array(starts_array)
+    with cython.nogil:
+        for j in range(n):  # the entries of column i below the diagonal are those of row i in later columns
+            for entry in range(by_column[j], by_row[j]):
+                i = rows[entry]
+                result_rows[fill[j]], result[fill[j]] = i, values[entry]
+                result_rows[fill[i]], result[fill[i]] = j, values[entry]
+                fill[j] += 1
+                fill[i] += 1
+            if middle[j] != 0:
+                result_rows[fill[j]], result[fill[j]] = j, middle[j]
+                fill[j] += 1
+    return result_array, result_rows_array, starts_array

@@ -42,12 +42,15 @@ class Coarsened:
     weights : (k,) array of float
         Sum of the weights of the merged vertices; the contraction uses the initial ring areas, in squared diameter
         bounds.
+    was_closed_manifold : bool
+        Whether the original mesh is a closed manifold, which the link condition keeps so.
     """
 
     mesh: Mesh
     vertex_map: VertexMap
     kept: NDArray[np.int64]
     weights: NDArray[np.float64]
+    was_closed_manifold: bool
 
     @classmethod
     def unmerged(cls, mesh: Mesh, weights: NDArray[np.float64]) -> Coarsened:
@@ -59,7 +62,7 @@ class Coarsened:
         weights : (n,) array of float
         """
         n = len(mesh.vertices)
-        return cls(mesh, VertexMap.identity(n), np.arange(n), weights)
+        return cls(mesh, VertexMap.identity(n), np.arange(n), weights, mesh.is_closed_manifold)
 
 
 def coarsen(current: Coarsened, max_lengths: NDArray[np.float64]) -> Coarsened:
@@ -77,7 +80,7 @@ def coarsen(current: Coarsened, max_lengths: NDArray[np.float64]) -> Coarsened:
     for _ in range(MAX_ROUNDS):
         if len(V) <= MIN_VERTICES:
             break
-        removed, target = _choose_collapses(V, F, max_lengths[kept], not current.mesh.is_closed_manifold)
+        removed, target = _choose_collapses(V, F, max_lengths[kept], not current.was_closed_manifold)
         if len(removed) <= MIN_PROGRESS * len(V):
             break
         both = W[removed] + W[target]
@@ -95,9 +98,9 @@ def coarsen(current: Coarsened, max_lengths: NDArray[np.float64]) -> Coarsened:
     if len(V) == len(current.mesh.vertices):
         return current
     mesh = Mesh(V, F)
-    if current.mesh.is_closed_manifold:  # the link condition keeps it so, and the check would take longer than a round
+    if current.was_closed_manifold:  # the check would take longer than a round
         mesh.__dict__["is_closed_manifold"] = True
-    return Coarsened(mesh, vertex_map, kept, W)
+    return Coarsened(mesh, vertex_map, kept, W, current.was_closed_manifold)
 
 
 def _choose_collapses(

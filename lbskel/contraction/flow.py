@@ -141,6 +141,7 @@ def _run_steps(
         radii = local_radii(start, deadline=deadline)
         max_lengths = np.maximum(settings.collapse_length * np.sqrt(rings), MIN_EDGE_LENGTH * radii)
     weights, max_weight = _contraction_weights(start, settings)
+    max_cotangent = 1 / np.tan(settings.degenerate_angle) if settings.degenerate_angle > 0 else np.inf
     steps: list[Step] = []
     treated: list[NDArray[np.int64]] = []
 
@@ -154,8 +155,8 @@ def _run_steps(
         if steps and max_lengths is not None:
             now = coarsen(now, max_lengths)
         mesh = now.mesh
-        angles = _min_face_angles(mesh)
-        degenerate = distinct(mesh.faces[angles < settings.degenerate_angle].ravel())
+        cotangents = _max_face_cotangents(mesh)
+        degenerate = distinct(mesh.faces[cotangents > max_cotangent].ravel())
         try:
             laplacian = apply_operator(operator, mesh)
         except MeshError:
@@ -189,7 +190,7 @@ def _run_steps(
             box_ratio=following.diagonal / start.diagonal,
             weight=float(np.mean(weight)),
             attraction=(float(system.attraction.min()), float(system.attraction.max())),
-            min_angle_deg=float(np.degrees(angles.min())),
+            min_angle_deg=float(np.degrees(np.arctan2(1.0, cotangents.max()))),
             n_vertices=len(mesh.vertices),
             n_clamped_angles=laplacian.n_clamped_angles,
             n_fallback_rows=len(touched),
@@ -214,11 +215,11 @@ def _run_steps(
     return result(Status.STEPS)
 
 
-def _min_face_angles(mesh: Mesh) -> NDArray[np.float64]:
-    """(m,) smallest angle of each face in radians; 0 where an edge has no length."""
+def _max_face_cotangents(mesh: Mesh) -> NDArray[np.float64]:
+    """(m,) cotangent of the smallest angle of each face; infinite where an edge has no length."""
     a, b, c = corner_cotangents(mesh).T
     largest: NDArray[np.float64] = np.nan_to_num(np.maximum(np.maximum(a, b), c), nan=np.inf, posinf=np.inf)
-    return np.asarray(np.arctan2(1.0, largest), dtype=np.float64)
+    return largest
 
 
 def _can_coarsen(start: Mesh, settings: ContractionSettings) -> bool:

@@ -38,7 +38,7 @@ from lbskel.contraction.spurious_loops import PRIME, null_loop_edges, spurious_l
 from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.point_stars import PointStars
-from lbskel.geometry.sorting import is_among
+from lbskel.geometry.sorting import is_among, unique_inverse
 from lbskel.geometry.vertex_map import VertexMap
 
 COST_DIGITS = 11  # decimals of a cost, in squared diameter bounds, that order edges, so that rounding decides no ties
@@ -232,7 +232,9 @@ def _collapse_edges(
     edges = np.where(flipped[:, None], edges[:, ::-1], edges)
     cochain = np.where(flipped[:, None], -cochain, cochain)
     is_edge = edges[:, 0] != edges[:, 1]
-    _, first, group = np.unique(keys_of(edges, n), return_index=True, return_inverse=True)
+    distinct_keys, group = unique_inverse(keys_of(edges, n))
+    first = np.empty(len(distinct_keys), dtype=np.int64)
+    first[group[::-1]] = np.arange(len(group))[::-1]
     differs = is_edge & (cochain != cochain[first][group]).any(axis=1)
     in_conflict = np.zeros(n, dtype=bool)
     if differs.any():

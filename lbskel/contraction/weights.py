@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.point_stars import ring_edges
 from lbskel.geometry.shape_diameter import local_radii
+from lbskel.geometry.surface_queries import Surface
 
 # Upper bound on the distance that the first step smooths over, in local radii, as a multiple of ``initial_weight``. Of
 # 1, 2, 3 and 4, tried with c = 0.5 or 0.35, only 4 kept the ends of armadillo, koala, spot and elephant, and the
@@ -49,9 +50,14 @@ def ring_areas(mesh: Mesh) -> NDArray[np.float64]:
 
 
 def mean_ring_area(mesh: Mesh) -> float:
-    """Mean ring area of the vertices whose ring area is positive."""
-    rings = ring_areas(mesh)
-    return float(rings[rings > 0].mean())
+    """Mean ring area of the vertices whose ring area is positive, cached in the mesh."""
+    mean: float = Surface(mesh).memoize("mean ring area", lambda: _mean_of_positive(ring_areas(mesh)))
+    return mean
+
+
+def _mean_of_positive(values: NDArray[np.float64]) -> float:
+    """Mean of the values that are positive."""
+    return float(values[values > 0].mean())
 
 
 def _by_local_radius(mesh: Mesh, constant: float) -> NDArray[np.float64]:

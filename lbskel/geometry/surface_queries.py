@@ -1,8 +1,7 @@
 """Surface queries: closest point, ray distance, inside test.
 
 Search trees are built when first needed: bounding boxes for distances, rays, and the inside test of closed manifolds;
-for the inside test of other meshes the tree of libigl's fast winding number, Barill, Dickson, Schmidt, Levin, Jacobson
-2018, https://doi.org/10.1145/3197517.3201337.
+those of :mod:`lbskel.geometry.winding` for the inside test of other meshes.
 
 Trees and recent results are cached in the ``__dict__`` of the mesh. The cache only holds values that follow from the
 mesh, so the mesh stays the same value; meshes of ``with_vertices`` start with an empty cache.
@@ -23,9 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.arrays import read_only
-from lbskel.geometry.deadline import NEVER, Deadline, in_slices
+from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.vertex_map import VertexMap
+from lbskel.geometry.winding import WindingNumbers, winding_numbers_of
 
 MAX_CACHED_RESULTS = 16  # recent results of each query that a mesh keeps; a guess that bounds the memory
 
@@ -151,15 +151,10 @@ class Surface:
                 results.pop(oldest, None)
         return found
 
-    @property
-    def _winding_tree(self) -> igl.FastWindingNumberBVH:
-        return self.memoize("winding tree", self._build_winding_tree)
-
-    def _build_winding_tree(self) -> igl.FastWindingNumberBVH:
-        tree = igl.FastWindingNumberBVH()
-        tree.init(self.mesh.vertices, self.mesh.faces)
+    def _winding_numbers(self) -> WindingNumbers:
+        """Build the trees for winding numbers, and note that the mesh keeps one of libigl."""
         _meshes_with_winding_tree.add(self.mesh)
-        return tree
+        return winding_numbers_of(self.mesh)
 
     def inner_offset(
         self, vertices: NDArray[np.int64]
@@ -254,7 +249,6 @@ class Surface:
         if self.mesh.is_closed_manifold:
             is_inside = self.mesh.aabb_tree.winding_numbers(points, deadline=self.deadline) != 0
         else:
-            tree = self._winding_tree
-            (numbers,) = in_slices(lambda some: (tree.winding_number(some),), points, deadline=self.deadline)
-            is_inside = np.abs(numbers) > 0.5
+            numbers: WindingNumbers = self.memoize("winding tree", self._winding_numbers)
+            is_inside = np.abs(numbers.around(points, deadline=self.deadline)) > 0.5
         return is_inside

@@ -44,7 +44,8 @@ def stiffness_of_corner_weights(n: int, faces: NDArray[np.int64], weights: NDArr
     weights : (m, 3) array of float
         ``weights[f, k]`` is added to the weight of the edge opposite corner k of face f.
     """
-    row_sums = weights[:, [1, 2, 0]] + weights[:, [2, 0, 1]]
+    a, b, c = weights.T
+    row_sums = np.stack([b + c, c + a, a + b], axis=1)
     return symmetric_matrix(faces, -weights, np.bincount(faces.ravel(), weights=row_sums.ravel(), minlength=n))
 
 

@@ -48,7 +48,7 @@ def robust(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
     thirds = np.repeat(double_areas / 12, 3)  # a third of a face's area for each corner, halved as the stiffness is
     with np.errstate(over="ignore"):  # Laplacian refuses infinite areas
         mass = diagonal_matrix(np.ldexp(np.bincount(cover.faces.ravel(), thirds, n), 2 * k))
-    treated = distinct(np.append(mollified, cover.faces[degenerate.any(axis=1)]))
+    treated = distinct(np.append(mollified, cover.faces[np.flatnonzero(degenerate) // 3]))
     return Laplacian(stiffness, mass, treated_vertices=treated)
 
 
@@ -81,4 +81,4 @@ def tufted_delaunay(
     lengths = lengths + offsets.max()
     faces, twins = tufted_cover(V, F)
     cover = delaunay(IntrinsicTriangulation(faces, np.concatenate([lengths, lengths[:, [0, 2, 1]]]), twins))
-    return cover, np.unique(F[offsets > 0])
+    return cover, distinct(F[offsets > 0].ravel())

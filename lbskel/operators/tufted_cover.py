@@ -13,8 +13,8 @@ __all__ = ["tufted_cover"]
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel._kernels.gluing import glue_copies, half_edges_by_edge
 from lbskel.geometry.normals import normalized
-from lbskel.geometry.sorting import stable_order, unique_inverse
 
 
 def tufted_cover(V: NDArray[np.float64], F: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -33,43 +33,40 @@ def tufted_cover(V: NDArray[np.float64], F: NDArray[np.int64]) -> tuple[NDArray[
     twins : (6m,) array of int
         For half-edge 3 f + k, opposite corner k of face f, the other half-edge of its edge.
     """
-    m = len(F)
-    start, end = F[:, [1, 2, 0]].ravel(), F[:, [2, 0, 1]].ravel()
-    edge = unique_inverse(np.minimum(start, end) * len(V) + np.maximum(start, end))[1]
-    order = _order_around_edges(V, F, edge, start > end)
-    sorted_edges = edge[order]
-    is_first = np.ones(3 * m, dtype=bool)
-    np.not_equal(sorted_edges[1:], sorted_edges[:-1], out=is_first[1:])
-    first = np.flatnonzero(is_first)
-    following = np.arange(1, 3 * m + 1)
-    following[np.append(first[1:], 3 * m) - 1] = first  # the last face around an edge precedes the first
-    face, corner = np.divmod(np.arange(3 * m), 3)
-    reversed_copy = 3 * (face + m) + np.array([0, 2, 1])[corner]
-    # the front of a face looks towards larger angles if the face runs along its edge from the lower vertex
-    looks_ahead = np.where(start < end, np.arange(3 * m), reversed_copy)[order]
-    looks_back = np.where(start < end, reversed_copy, np.arange(3 * m))[order]
-    twins = np.empty(6 * m, dtype=np.int64)
-    twins[looks_ahead], twins[looks_back[following]] = looks_back[following], looks_ahead
-    return np.concatenate([F, F[:, [0, 2, 1]]]), twins
+    order, begins = half_edges_by_edge(F, len(V))
+    _sort_around_edges(V, F, order, np.diff(begins))
+    return np.concatenate([F, F[:, [0, 2, 1]]]), glue_copies(F, order, begins)
 
 
-def _order_around_edges(
-    V: NDArray[np.float64], F: NDArray[np.int64], edge: NDArray[np.int64], is_reversed: NDArray[np.bool_]
-) -> NDArray[np.int64]:
-    """Order the half-edges by edge and, where an edge has more than two faces, by the angle of the face around it."""
-    order = stable_order(edge)
-    count = np.bincount(edge)
-    crowded = order[(count > 2)[edge[order]]]
-    if len(crowded) == 0:
-        return order
+def _sort_around_edges(
+    V: NDArray[np.float64],
+    F: NDArray[np.int64],
+    order: NDArray[np.int64],
+    counts: NDArray[np.int64],
+) -> None:
+    """Sort the half-edges of each edge with more than two faces by the angle of the face around it.
+
+    Parameters
+    ----------
+    V : (n, 3) array of float
+    F : (m, 3) array of int
+    order : (3m,) array of int
+        The half-edges, those of one edge after those of another; changed in place.
+    counts : (e,) array of int
+        Number of half-edges of each edge.
+    """
+    if counts.max(initial=0) <= 2:
+        return
+    edge = np.repeat(np.arange(len(counts)), counts)
+    places = np.flatnonzero((counts > 2)[edge])
+    crowded = order[places]
     face, corner = np.divmod(crowded, 3)
-    low, high = F[face, (corner + 1) % 3], F[face, (corner + 2) % 3]
-    low, high = np.where(is_reversed[crowded], high, low), np.where(is_reversed[crowded], low, high)
+    start, end = F[face, (corner + 1) % 3], F[face, (corner + 2) % 3]
+    low, high = np.minimum(start, end), np.maximum(start, end)
     along, towards = normalized(V[high] - V[low]), V[F[face, corner]] - V[low]
     axis = np.argmin(np.abs(along), axis=1)  # the same for all faces of an edge, as is the reference direction
     reference = normalized(np.cross(along, np.eye(3)[axis]))
     angle = np.arctan2(
         np.einsum("ki,ki->k", towards, np.cross(along, reference)), np.einsum("ki,ki->k", towards, reference)
     )
-    order[np.flatnonzero((count > 2)[edge[order]])] = crowded[np.lexsort((angle, edge[crowded]))]
-    return order
+    order[places] = crowded[np.lexsort((angle, edge[places]))]

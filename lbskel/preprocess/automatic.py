@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.canonical_order import in_canonical_order
-from lbskel.geometry.components import components, find_crumbs
+from lbskel.geometry.components import MIN_FACES, components, find_crumbs
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.preprocess.cleaning import clean, extract_faces, merge_close, remove_duplicates
@@ -112,8 +112,8 @@ def _preprocess_as_needed(mesh: Mesh, deadline: Deadline) -> PreprocessResult:
     """
     result, open_ends = clean(mesh), np.empty((0, 4))
     if not result.mesh.is_closed_manifold:
-        result = result.compose(merge_close).compose(remove_duplicates).compose(fix_orientation)
-        result = result.compose(_remove_open_debris)
+        result = result.compose(merge_close).compose(remove_duplicates).compose(_remove_fragments)
+        result = result.compose(fix_orientation).compose(_remove_open_debris)
         open_ends = find_open_ends(result.mesh)
         result = result.compose(lambda given: close_holes(given, max_perimeter=MAX_HOLE_PERIMETER))
         result = result.compose(lambda given: remove_degenerate(given, angle=COLLINEAR_ANGLE))
@@ -184,9 +184,23 @@ def _remove_cavities(mesh: Mesh) -> PreprocessResult:
 
 
 @preprocess_step
+def _remove_fragments(mesh: Mesh) -> PreprocessResult:
+    """Remove the crumbs before the repair: whether the wall of each is inside others would take most of its time.
+
+    A crumb of too few faces to enclose a volume stays, since the repair may close it.
+    """
+    n_faces = np.bincount(mesh.component_of_vertex[mesh.faces[:, 0]])
+    return _without_crumbs(mesh, find_crumbs(mesh) & (n_faces >= MIN_FACES))
+
+
+@preprocess_step
 def _remove_crumbs(mesh: Mesh) -> PreprocessResult:
     """Remove the components that are too small for a skeleton of their own."""
-    is_crumb = find_crumbs(mesh)
+    return _without_crumbs(mesh, find_crumbs(mesh))
+
+
+def _without_crumbs(mesh: Mesh, is_crumb: NDArray[np.bool_]) -> PreprocessResult:
+    """Remove some of the components, unless they are all."""
     if not is_crumb.any() or is_crumb.all():
         return identity_result(mesh)
     note = f"{is_crumb.sum()} components too small for a skeleton of their own were removed"

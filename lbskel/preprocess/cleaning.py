@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from lbskel.errors import UnknownChoice, first_few
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh, as_mesh
+from lbskel.geometry.sorting import distinct, stable_order
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
 
@@ -69,7 +70,7 @@ def _merge_groups(mesh: Mesh, group: NDArray[np.int64]) -> PreprocessResult:
     _, first, label = np.unique(group, return_index=True, return_inverse=True)
     representative = first[label]
     used = mesh.used_vertices
-    if not (n_merged := len(used) - len(np.unique(representative[used]))):
+    if not (n_merged := len(used) - len(distinct(representative[used]))):
         return identity_result(mesh)
     rank = np.cumsum(np.bincount(first, minlength=len(group)) > 0) - 1
     note = f"{n_merged} vertices at the position of another were merged with it"
@@ -94,7 +95,7 @@ def remove_duplicates(mesh: Mesh) -> PreprocessResult:
         removed = np.flatnonzero(~is_distinct)
         notes.append(f"{len(removed)} faces that name a vertex twice were removed: {first_few(removed)}")
     F, face = F[is_distinct], np.flatnonzero(is_distinct)
-    _, first = np.unique(np.sort(F, axis=1), axis=0, return_index=True)
+    first = _first_of_each(np.sort(F, axis=1))
     if len(first) < len(F):
         removed = np.setdiff1d(face, face[first])
         notes.append(f"{len(removed)} duplicate faces were removed: {first_few(removed)}")
@@ -103,7 +104,18 @@ def remove_duplicates(mesh: Mesh) -> PreprocessResult:
         notes.append(f"{n_unused} vertices belong to no face and are mapped to the nearest node")
     if not notes or len(first) == 0:
         return identity_result(mesh)
-    return extract_faces(mesh, F[np.sort(first)], *notes)
+    return extract_faces(mesh, F[first], *notes)
+
+
+def _first_of_each(rows: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(k,) index of the first of equal rows, in ascending order; numpy.unique takes ten times as long for rows."""
+    order = np.arange(len(rows))
+    for column in rows.T[::-1]:
+        order = order[stable_order(column[order])]
+    ascending = rows[order]
+    is_new = np.ones(len(rows), dtype=bool)
+    is_new[1:] = (ascending[1:] != ascending[:-1]).any(axis=1)
+    return np.sort(order[is_new])
 
 
 def extract_faces(mesh: Mesh, faces: NDArray[np.int64], *notes: str) -> PreprocessResult:
@@ -117,7 +129,7 @@ def extract_faces(mesh: Mesh, faces: NDArray[np.int64], *notes: str) -> Preproce
     notes : str
         What was done, a sentence each.
     """
-    used = np.unique(faces)
+    used = distinct(faces.ravel())
     new_of = np.full(len(mesh.vertices), -1)
     new_of[used] = np.arange(len(used))
     return PreprocessResult(Mesh(mesh.vertices[used], new_of[faces], mesh.notes), VertexMap(new_of), notes)

@@ -16,6 +16,7 @@ from lbskel.errors import UnknownChoice
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import triangle_normals
 from lbskel.geometry.polygon_triangulation import MAX_POLYGON_EDGES, min_area_triangulation
+from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
 from lbskel.preprocess.vertex_umbrellas import find_umbrellas
@@ -42,7 +43,7 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.3) -> PreprocessResult:
     """
     if not max_perimeter > 0:
         raise UnknownChoice(f"max_perimeter must be positive, not {max_perimeter}")
-    loops = boundary_loops(mesh) if (mesh.faces_per_edge == 1).any() else []
+    loops = boundary_loops(mesh)
     V, faces = mesh.vertices, [mesh.faces]
     centers: list[list[float]] = []
     label = mesh.component_of_vertex[mesh.faces[:, 0]]
@@ -91,7 +92,7 @@ def find_open_ends(mesh: Mesh) -> NDArray[np.float64]:
         Consistently oriented.
     """
     ends = []
-    for loop in boundary_loops(mesh) if (mesh.faces_per_edge == 1).any() else []:
+    for loop in boundary_loops(mesh):
         P = mesh.vertices[loop]
         lengths = np.linalg.norm(np.roll(P, -1, axis=0) - P, axis=1)
         if lengths.sum() > 0:
@@ -104,12 +105,20 @@ def boundary_loops(mesh: Mesh) -> list[NDArray[np.int64]]:
     """Find the boundary loops of all holes, each as its vertices in the direction of the faces' half-edges.
 
     A loop that passes a vertex twice is split there. Edges whose faces have opposite orientation, and edges of more
-    than two faces, bound no hole.
+    than two faces, bound no hole. The loops are cached in the mesh.
 
     Parameters
     ----------
     mesh : Mesh
     """
+    loops: list[NDArray[np.int64]] = Surface(mesh).memoize("boundary loops", lambda: _trace_boundary_loops(mesh))
+    return loops
+
+
+def _trace_boundary_loops(mesh: Mesh) -> list[NDArray[np.int64]]:
+    """Trace the boundary loops of a mesh."""
+    if not (mesh.faces_per_edge == 1).any():
+        return []
     umbrellas = find_umbrellas(mesh)
     m = len(mesh.faces)
     is_boundary = (umbrellas.twin < 0) & (mesh.half_edges[:, 0] != mesh.half_edges[:, 1])

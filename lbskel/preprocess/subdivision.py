@@ -10,23 +10,27 @@ from numpy.typing import NDArray
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_radii
+from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
 
-MAX_FACES = 50_000  # faces that refinement aims at where the limit on edges would take more; bounds the time. On two
-# neurons of benchmarks/neurons.py, 80,000 faces gave 7 % more tips in 1.7 times the time; not in a committed table.
+MAX_FACES = 35_000  # faces that refinement aims at where the limit on edges would take more; bounds the time.
+# benchmarks/results/neurons.md has accuracy and time with other numbers
 
 MAX_ROUNDS = 8  # each round halves the longest edges; a guess
+
+TIE = 1e-9  # relative difference of two diagonals up to which they count as equal, so that rounding decides no ties
 
 FACTOR_STEP = 1.1  # by which the limit is raised until there are few enough faces
 
 
 @preprocess_step
 def refine(mesh: Mesh, *, max_edge_length: float = 0.5) -> PreprocessResult:
-    """Split edges that are long relative to the local thickness, until none is or there are about 50,000 faces.
+    """Split edges that are long relative to the local thickness, until none is or there are about 35,000 faces.
 
     Where the limit would take more faces, it is raised by one factor everywhere, so that thick and thin parts stay
-    equally fine. A mesh that has more faces to begin with is returned unchanged.
+    equally fine, and faces are divided by their shorter diagonals, which need fewer faces for the same edges. A mesh
+    that has more faces to begin with is returned unchanged.
 
     Parameters
     ----------
@@ -53,7 +57,7 @@ def refine(mesh: Mesh, *, max_edge_length: float = 0.5) -> PreprocessResult:
         is_long = _is_too_long(fine, limits)
         if not is_long.any():
             break
-        V, F, parent = _split_edges(fine, is_long)
+        V, F, parent = _split_edges(fine, is_long, shorter=factor > 1)
         limits = limits[parent]
     if len(F) == len(mesh.faces):
         return identity_result(mesh)
@@ -77,18 +81,28 @@ def coarse_fraction(mesh: Mesh, max_edge_length: float) -> float:
 
 def _edge_length_limits(mesh: Mesh, max_edge_length: float) -> NDArray[np.float64]:
     """(m,) longest admissible edge of each face, a fraction of the local thickness."""
-    limits: NDArray[np.float64] = 2 * max_edge_length * local_radii(mesh)[mesh.faces].mean(axis=1)
+    a, b, c = local_radii(mesh)[mesh.faces.T]
+    limits: NDArray[np.float64] = 2 * max_edge_length * ((a + b + c) / 3)
     return limits
 
 
 def _length_ratios(mesh: Mesh, max_edge_length: float) -> NDArray[np.float64]:
     """(m, 3) length of each edge of each face over its limit, in ascending order; 0 for faces without a limit."""
-    P, limits = mesh.vertices[mesh.faces], _edge_length_limits(mesh, max_edge_length)
-    lengths = np.sort(np.linalg.norm(P - np.roll(P, 1, axis=1), axis=2), axis=1)
-    ratios: NDArray[np.float64] = np.divide(
-        lengths, limits[:, None], out=np.zeros_like(lengths), where=limits[:, None] > 0
-    )
+    key = f"length ratios {max_edge_length!r}"
+    ratios: NDArray[np.float64] = Surface(mesh).memoize(key, lambda: _measure_ratios(mesh, max_edge_length))
     return ratios
+
+
+def _measure_ratios(mesh: Mesh, max_edge_length: float) -> NDArray[np.float64]:
+    """Measure the ratios of lengths and limits."""
+    limits, (a, b, c) = (
+        _edge_length_limits(mesh, max_edge_length),
+        mesh.edge_lengths[mesh.edge_of_half_edge].reshape(3, -1),
+    )
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    ascending = np.stack([np.minimum(low, c), np.maximum(low, np.minimum(high, c)), np.maximum(high, c)], axis=1)
+    none = np.zeros_like(ascending)
+    return np.asarray(np.divide(ascending, limits[:, None], out=none, where=limits[:, None] > 0))
 
 
 def _predicted_faces(ratios: NDArray[np.float64]) -> float:
@@ -105,9 +119,19 @@ def _is_too_long(mesh: Mesh, limits: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def _split_edges(
-    mesh: Mesh, is_split_edge: NDArray[np.bool_]
+    mesh: Mesh, is_split_edge: NDArray[np.bool_], *, shorter: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64]]:
-    """Split some edges at their midpoints; return vertices, faces, and the face that each came from."""
+    """Split some edges at their midpoints; return vertices, faces, and the face that each came from.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    is_split_edge : (k,) array of bool
+    shorter : bool
+        Whether the shorter diagonal is taken where two edges of a face are split, or one that does not depend on
+        lengths. Without a bound on the faces, the latter makes some more; with the shorter ones, the skeletons of ten
+        noisy copies of a coarse dinosaur had more false tips, which is not in a committed table.
+    """
     m, n = len(mesh.faces), len(mesh.vertices)
     midpoint_of_edge = np.where(is_split_edge, n - 1 + np.cumsum(is_split_edge), -1)
     V = np.concatenate([mesh.vertices, mesh.vertices[mesh.edges[is_split_edge]].mean(axis=1)])
@@ -115,7 +139,7 @@ def _split_edges(
     is_split = midpoint >= 0
     count = is_split.sum(axis=1)
     faces, parents = [mesh.faces[count == 0]], [np.flatnonzero(count == 0)]
-    for n_split, patterns in _PATTERNS.items():
+    for n_split in (1, 2, 3):
         rows = np.flatnonzero(count == n_split)
         # the first corner is opposite the only edge that is split, or that is not split
         first = is_split[rows].argmax(axis=1) if n_split == 1 else (~is_split[rows]).argmax(axis=1)
@@ -123,10 +147,38 @@ def _split_edges(
         points = np.concatenate(
             [np.take_along_axis(mesh.faces[rows], rotation, 1), np.take_along_axis(midpoint[rows], rotation, 1)], axis=1
         )
-        for pattern in patterns:
-            faces.append(points[:, pattern])
-            parents.append(rows)
+        for is_used, patterns in _patterns(V, points, n_split, shorter):
+            for pattern in patterns:
+                faces.append(points[is_used][:, pattern])
+                parents.append(rows[is_used])
     return V, np.concatenate(faces), np.concatenate(parents)
+
+
+def _patterns(
+    V: NDArray[np.float64], points: NDArray[np.int64], n_split: int, shorter: bool
+) -> list[tuple[NDArray[np.bool_], list[list[int]]]]:
+    """Choose the triangles of each face.
+
+    Parameters
+    ----------
+    V : (n, 3) array of float
+    points : (k, 6) array of int
+        Corners of each face and midpoints of the edges opposite them.
+    n_split : int
+        Number of split edges.
+    shorter : bool
+        Whether to take the shorter diagonal where two edges are split.
+
+    Returns
+    -------
+    list of tuple
+        For each pattern whether each face has it, and its triangles.
+    """
+    if n_split != 2 or not shorter:
+        return [(np.ones(len(points), dtype=bool), _PATTERNS[n_split])]
+    one, other = (np.linalg.norm(V[points[:, i]] - V[points[:, j]], axis=1) for i, j in ((1, 4), (2, 5)))
+    is_shorter = other < (1 - TIE) * one
+    return [(~is_shorter, _PATTERNS[2]), (is_shorter, _OTHER_DIAGONAL)]
 
 
 # Triangles for each number of split edges: corners are 0, 1, 2; midpoints of the edges opposite them are 3, 4, 5
@@ -135,3 +187,4 @@ _PATTERNS: dict[int, list[list[int]]] = {
     2: [[0, 5, 4], [5, 1, 4], [1, 2, 4]],
     3: [[0, 5, 4], [5, 1, 3], [4, 3, 2], [3, 4, 5]],
 }
+_OTHER_DIAGONAL = [[0, 5, 4], [5, 1, 2], [5, 2, 4]]  # where two edges are split

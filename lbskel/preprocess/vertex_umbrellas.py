@@ -66,15 +66,22 @@ def _number_umbrellas(mesh: Mesh, pairs: NDArray[np.int64]) -> NDArray[np.int64]
     links = [(_corner(a, 1, m), _corner(b, 2, m)), (_corner(a, 2, m), _corner(b, 1, m))]
     pairs_of_corners = np.concatenate([np.stack(link, axis=1) for link in links])
     graph = weighted_graph(pairs_of_corners, np.ones(len(pairs_of_corners), dtype=np.int8), 3 * m)
-    label = connected_components(graph, directed=False)[1]
+    n_umbrellas, label = connected_components(graph, directed=False)
     vertex = mesh.faces.T.ravel()
-    _, first = np.unique(label, return_index=True)  # a corner of each umbrella
-    _, first_umbrella = np.unique(vertex[first], return_index=True)
-    is_first = np.zeros(len(first), dtype=bool)
-    is_first[first_umbrella] = True
+    first = _first_places(label, n_umbrellas)  # a corner of each umbrella
+    first_umbrella = _first_places(vertex[first], n)
+    is_first = np.zeros(n_umbrellas, dtype=bool)
+    is_first[first_umbrella[first_umbrella >= 0]] = True
     number = np.where(is_first, vertex[first], n - 1 + np.cumsum(~is_first))
     of_corner: NDArray[np.int64] = number[label].reshape(3, m).T
     return of_corner
+
+
+def _first_places(numbers: NDArray[np.int64], n: int) -> NDArray[np.int64]:
+    """(n,) first index at which each number below n occurs, -1 where it does not; numpy.unique would sort them."""
+    first = np.full(n, -1)
+    first[numbers[::-1]] = np.arange(len(numbers))[::-1]
+    return first
 
 
 def _corner(half_edge: NDArray[np.int64], along: int, m: int) -> NDArray[np.int64]:
@@ -92,21 +99,48 @@ def _connected_half_edges(mesh: Mesh) -> NDArray[np.int64]:
     pairs = np.stack([order[doubles], order[doubles + 1]], axis=1)
     pairs = pairs[start[pairs[:, 0]] != start[pairs[:, 1]]]
     crowded = np.flatnonzero((counts > 2) & (mesh.edges[:, 0] != mesh.edges[:, 1]))
-    more = [_wedge_pairs(mesh, order[first[edge] : first[edge] + counts[edge]], *mesh.edges[edge]) for edge in crowded]
-    return np.concatenate([pairs, *more])
+    places = np.arange(counts[crowded].sum()) + np.repeat(
+        first[crowded] - np.cumsum(counts[crowded]) + counts[crowded], counts[crowded]
+    )
+    return np.concatenate([pairs, _wedge_pairs(mesh, order[places], counts[crowded])])
 
 
-def _wedge_pairs(mesh: Mesh, half_edges: NDArray[np.int64], u: int, v: int) -> NDArray[np.int64]:
-    """(k, 2) pairs of half-edges of the edge (u, v) between whose faces the inside lies."""
+def _wedge_pairs(mesh: Mesh, half_edges: NDArray[np.int64], counts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(k, 2) pairs of half-edges of one edge between whose faces the inside lies, from those of several edges.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    half_edges : (h,) array of int
+        Those of the first edge, then those of the next.
+    counts : (e,) array of int
+        Number of half-edges of each edge.
+    """
+    if len(counts) == 0:
+        return np.empty((0, 2), dtype=np.int64)
     V, m = mesh.vertices, len(mesh.faces)
+    first, edge = np.cumsum(counts) - counts, np.repeat(np.arange(len(counts)), counts)
+    u, v = mesh.edges[mesh.edge_of_half_edge[half_edges]].T
     axis = V[v] - V[u]
     across = V[mesh.faces[half_edges % m, half_edges // m]] - V[u]
-    across = across - np.outer(across @ axis, axis) / max(axis @ axis, np.finfo(float).tiny)
-    side = np.cross(axis, across[0])
-    angle = np.arctan2(across @ side * np.sqrt(across[0] @ across[0]), across @ across[0] * np.sqrt(side @ side))
-    order = np.argsort(np.round(angle, 9), kind="stable")
+    squares = np.maximum(_dots(axis, axis), np.finfo(float).tiny)
+    across = across - (_dots(across, axis) / squares)[:, None] * axis
+    reference = across[first][edge]
+    side = np.cross(axis, reference)
+    angle = np.arctan2(
+        _dots(across, side) * np.sqrt(_dots(reference, reference)),
+        _dots(across, reference) * np.sqrt(_dots(side, side)),
+    )
+    order = np.lexsort((np.round(angle, 9), edge))
+    following = np.arange(1, len(order) + 1)
+    following[first + counts - 1] = first  # the last face around an edge precedes the first
     # in the order around the axis, the inside lies before a face that runs from u to v, and after one from v to u
-    before, after = half_edges[order], half_edges[np.roll(order, -1)]
+    before, after = half_edges[order], half_edges[order[following]]
     is_wedge = (mesh.half_edges[before, 0] == v) & (mesh.half_edges[after, 0] == u)
     pairs: NDArray[np.int64] = np.stack([before, after], axis=1)[is_wedge]
     return pairs
+
+
+def _dots(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(k,) dot products of rows."""
+    return np.asarray(np.einsum("ki,ki->k", a, b), dtype=np.float64)

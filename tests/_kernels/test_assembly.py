@@ -28,3 +28,11 @@ def test_compiled_or_not_is_the_same(assert_same, limbs):
     entries = np.random.default_rng(6).normal(size=limbs.faces.shape)
     entries[0] = 0
     assert_same(lambda kernel: kernel.assemble_symmetric(limbs.faces, entries, np.arange(len(limbs.vertices)) % 7.0))
+
+
+def test_entries_of_an_edge_from_a_vertex_to_itself_are_on_the_diagonal_twice(kernel):
+    F = np.array([[0, 0, 1]])  # the edges opposite its corners are 01, 10 and 00
+    values, rows, starts = kernel.assemble_symmetric(F, np.array([[1.0, 2.0, 5.0]]), np.array([0.5, -1.0]))
+    assert starts.tolist() == [0, 2, 4]
+    assert rows.tolist() == [0, 1, 0, 1]
+    assert values.tolist() == [10.5, 3.0, 3.0, -1.0]

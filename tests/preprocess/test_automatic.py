@@ -177,3 +177,18 @@ def test_after_a_deadline_defects_are_repaired_and_nothing_else_is_looked_for():
     assert late.mesh.is_closed_manifold
     assert late.notes[-1] == OUT_OF_TIME
     assert OUT_OF_TIME not in in_time.notes
+
+
+def test_crumbs_are_removed_before_the_repair_unless_it_may_close_them(tetrahedron):
+    """Crumbs beside an open surface: one inside of it that faces inwards, and one of three faces around a hole."""
+    fine = without_faces(torus(1.0, 0.4, 60, 24), range(1))
+    crumb = Mesh(0.05 * tetrahedron.vertices, tetrahedron.faces)
+    inward = Mesh(crumb.vertices + [1.0, 0, 0], crumb.faces[:, ::-1])
+    result = preprocess_mesh(joined(fine, inward, Mesh(crumb.vertices + 2.0, crumb.faces)))
+    assert result.mesh.is_closed_manifold
+    assert result.mesh.n_components == 1
+    assert [note for note in result.notes if "components" in note or "cavities" in note] == [
+        "2 components too small for a skeleton of their own were removed"
+    ]
+    open_body = Mesh(tetrahedron.vertices + [3.0, 0, 0], tetrahedron.faces[1:])
+    assert preprocess_mesh(joined(fine, open_body)).mesh.n_components == 2

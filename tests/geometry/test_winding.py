@@ -1,0 +1,58 @@
+"""Winding numbers of closed, open and unconnected triangles, against the sum of their solid angles by libigl."""
+
+import igl
+import numpy as np
+import pytest
+
+from lbskel import Mesh
+from lbskel.geometry.winding import winding_numbers_of
+from lbskel.shapes import sphere, torus
+
+BALL = sphere(3)
+POINTS = np.random.default_rng(5).uniform(-1.3, 1.3, (300, 3))
+
+
+def exact(mesh):
+    return igl.winding_number(mesh.vertices, mesh.faces, POINTS)
+
+
+def cut(mesh, *, below):
+    """The faces of a mesh below a height."""
+    return Mesh(mesh.vertices, mesh.faces[mesh.vertices[mesh.faces, 2].mean(axis=1) < below])
+
+
+HALF_TURNED = np.where(np.arange(len(BALL.faces))[:, None] < 300, BALL.faces, BALL.faces[:, ::-1])
+SURFACES = {
+    "closed": BALL,
+    "reversed": Mesh(BALL.vertices, BALL.faces[:, ::-1]),
+    "with a hole": cut(BALL, below=0.8),
+    "half": cut(BALL, below=0.0),
+    "ring with a wide and a narrow rim": cut(torus(1.0, 0.3, 40, 20), below=0.2),
+    "with a seam between two orientations": Mesh(BALL.vertices, HALF_TURNED),
+    "with a face three times": Mesh(BALL.vertices, np.concatenate([BALL.faces, BALL.faces[[9, 9]]])),
+}
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_winding_numbers_are_the_sums_of_solid_angles(name):
+    assert winding_numbers_of(SURFACES[name]).around(POINTS) == pytest.approx(exact(SURFACES[name]), abs=0.02)
+
+
+def test_closed_surfaces_have_integers_and_no_tree_of_libigl():
+    trees = winding_numbers_of(BALL)
+    assert trees.others is None
+    assert set(trees.around(POINTS)) == {0.0, 1.0}
+
+
+def test_a_surface_with_few_holes_is_closed_by_as_many_faces_as_rim_edges():
+    open_ball = cut(BALL, below=0.8)
+    trees = winding_numbers_of(open_ball)
+    assert len(trees.closed.order) == len(open_ball.faces) + (open_ball.faces_per_edge == 1).sum()
+
+
+def test_unconnected_faces_get_the_tree_of_libigl():
+    """Fans would have three faces for each of them."""
+    soup = Mesh(BALL.vertices[BALL.faces].reshape(-1, 3), np.arange(3 * len(BALL.faces)).reshape(-1, 3))
+    trees = winding_numbers_of(soup)
+    assert trees.closed is None
+    assert trees.around(POINTS) == pytest.approx(exact(BALL), abs=0.02)
