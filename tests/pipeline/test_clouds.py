@@ -78,7 +78,7 @@ def test_preparations_of_clouds_are_named(cloud):
 
 
 def two_pieces(offset, gap):
-    """Two straight skeletons of five nodes each, thickest at the end of the second, and a tube of points around both."""
+    """Two straight skeletons of five nodes each, thickest at the last end, and a tube of points around both."""
     first = np.stack([np.zeros(5), np.zeros(5), np.arange(5.0)], axis=1)
     nodes = np.concatenate([first, first + offset])
     edges = np.array([[0, 1], [1, 2], [2, 3], [3, 4]])
