@@ -46,9 +46,12 @@ def inside_fraction(skeleton: Skeleton, surface: Surface, tolerance: NDArray[np.
     share = ((np.arange(N_SAMPLES) + 0.5) / N_SAMPLES)[:, None]
     points = (P[:, None] + share * (Q - P)[:, None]).reshape(-1, 3)
     limits = np.repeat(allowed[leaving].min(axis=1), N_SAMPLES)
-    is_outside = ~surface.contains(points)
+    lengths, (first, last) = np.linalg.norm(Q - P, axis=1), surface.distance(skeleton.nodes)[leaving].T
+    bounds = np.minimum(first + share * lengths, last + (1 - share) * lengths).T.ravel()  # on the distances of points
+    is_outside = bounds >= limits
+    is_outside[is_outside] = ~surface.contains(points[is_outside])
     is_outside[is_outside] = surface.distance(points[is_outside]) >= limits[is_outside]
-    outside = is_outside.reshape(-1, N_SAMPLES).mean(axis=1) * np.linalg.norm(Q - P, axis=1)
+    outside = is_outside.reshape(-1, N_SAMPLES).mean(axis=1) * lengths
     return float(1 - outside.sum() / skeleton.length)
 
 

@@ -30,6 +30,10 @@ SPACING = 0.5  # between the points of a straight axis, in radii of the limb; a 
 MAX_POINTS = 50  # of a straight axis, which bounds the time; a guess
 MAX_OFFSET = 2.0  # of the centroid of a section from the axis, in radii of the section; a guess
 MAX_WIDENING = 2.0  # of a section, in radii of the limb: wider ones are those of the body; a guess
+# Distance in radii of a section within which a search decides on it: one beside the point is decided once four times
+# its distance, at most MAX_OFFSET radii, and its length, that of a circle, have been searched (MAX_REACH of
+# lbskel._kernels.cross_sections)
+DECIDED_WITHIN = 4 * (MAX_OFFSET + 2 * np.pi)
 
 
 def grow_uncovered_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -86,9 +90,11 @@ def _centered(
     """
     P = np.concatenate(axes)
     T = np.concatenate([np.gradient(axis, axis=0) for axis in axes])
-    sections = cross_sections(surface.mesh, P, T / np.linalg.norm(T, axis=1, keepdims=True), deadline=surface.deadline)
+    T /= np.linalg.norm(T, axis=1, keepdims=True)
+    max_radii = MAX_WIDENING * np.repeat(limb_radii, [len(axis) for axis in axes])
+    sections = cross_sections(surface.mesh, P, T, max_reaches=DECIDED_WITHIN * max_radii, deadline=surface.deadline)
     is_own = sections.is_cut & (np.linalg.norm(sections.centroids - P, axis=1) <= MAX_OFFSET * sections.radii)
-    is_own &= sections.radii <= MAX_WIDENING * np.repeat(limb_radii, [len(axis) for axis in axes])
+    is_own &= sections.radii <= max_radii
     is_own &= surface.contains(sections.centroids)
     parts = np.cumsum([len(axis) for axis in axes])[:-1]
     own, points, widths = (np.split(values, parts) for values in (is_own, sections.centroids, sections.radii))

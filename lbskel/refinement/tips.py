@@ -42,6 +42,7 @@ MAX_OFFSET = 2.0  # distance from an end outside the surface to the centroid of 
 # guess, benchmarks/results/constants.md
 MAX_WIDENING = 1.5  # upper bound on the ratio of the radii of successive sections along a centerline; a guess,
 # benchmarks/results/constants.md
+WITHIN = 2.0  # distance of any point of a section from its centroid, in mean distances: that of the ends of a slit
 
 
 def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -240,8 +241,10 @@ def trace_centerline(
         step = np.minimum(np.maximum(STEP * radius, shortest), ahead - radius)
         is_last = ahead - radius <= MIN_STEP * shortest
         forward = P[active] + step[:, None] * T[active]
-        section = cross_sections(surface.mesh, forward, T[active], deadline=surface.deadline)
-        is_own = section.surrounds & (section.radii < MAX_WIDENING * width[active])
+        widest = MAX_WIDENING * width[active]
+        reach = step + WITHIN * widest
+        section = cross_sections(surface.mesh, forward, T[active], max_reaches=reach, deadline=surface.deadline)
+        is_own = section.surrounds & (section.radii < widest)
         is_own &= np.linalg.norm(section.centroids - forward, axis=1) <= step
         is_own &= surface.contains(section.centroids)
         active, moved, step, is_last = active[is_own], section.centroids[is_own], step[is_own], is_last[is_own]

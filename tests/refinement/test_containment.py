@@ -113,6 +113,14 @@ def test_within_a_tolerance_outside_counts_as_inside():
     assert inside_fraction(Skeleton([[0.7, 0, 0], [0.9, 0, 0]], [], np.ones(2)), surface, 0.3) == 0.5
 
 
+def test_a_long_edge_counts_by_its_points_though_its_ends_are_within_the_tolerance():
+    mesh = sphere(3)
+    surface = Surface(mesh)
+    over = path_in(mesh, [[-2.0, 1.1, 0], [0, 1.1, 0], [2.0, 1.1, 0]])  # 0.1 outside in the middle, 1.28 at the ends
+    within = 2 * np.sqrt(1.3**2 - 1.1**2) / 4  # of the length, at most 0.3 outside
+    assert inside_fraction(over, surface, 0.3) == pytest.approx(within, abs=1.001 / 12)
+
+
 def test_a_tip_outside_is_moved_as_far_inside_as_it_was_outside():
     mesh = capsule(4.0, 0.5, 64)
     path = path_in(mesh, [[0, 0, -1], [0, 0, 0], [0.8, 0, 1]])
