@@ -40,8 +40,7 @@ MIN_LIMB_LENGTH = 3.4  # lower bound on the length of a limb in radii; a flat pa
 # rounded corner of a foot up to 3.3
 MAX_OFFSET = 2.0  # distance from an end outside the surface to the centroid of its section, in radii of the section; a
 # guess, benchmarks/results/constants.md
-MAX_WIDENING = 1.5  # upper bound on the ratio of the radii of successive sections along a centerline; a guess,
-# benchmarks/results/constants.md
+MAX_WIDENING = 1.5  # of successive sections along a centerline, in radii; a guess, benchmarks/results/constants.md
 WITHIN = 2.0  # distance of any point of a section from its centroid, in mean distances: that of the ends of a slit
 
 
