@@ -7,7 +7,14 @@ median depth, measured along the normal, of a cone of rays (:func:`local_thickne
 
 from __future__ import annotations
 
-__all__ = ["local_radii", "local_thickness", "pass_on_local_radii", "scaled_local_radii", "thickness_along_normal"]
+__all__ = [
+    "local_radii",
+    "local_thickness",
+    "pass_on_local_radii",
+    "renumbered_local_radii",
+    "scaled_local_radii",
+    "thickness_along_normal",
+]
 
 import math
 
@@ -22,6 +29,7 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import normalized, triangle_normals
 from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.surface_queries import Surface
+from lbskel.geometry.vertex_map import VertexMap
 
 N_CONE_RAYS = 4  # rays on the cone around the normal; a guess
 CONE_ANGLE = np.radians(30.0)  # between the rays of the cone and the normal; a guess
@@ -90,6 +98,23 @@ def pass_on_local_radii(mesh: Mesh, scaled: Mesh, factor: float) -> None:
     """
     if Surface(mesh).has("local radii"):
         scaled_local_radii(mesh, scaled, factor)
+
+
+def renumbered_local_radii(mesh: Mesh, renumbered: Mesh, vertex_map: VertexMap) -> NDArray[np.float64]:
+    """(n,) local radii of a mesh, from those of the same mesh with other numbers, which alone is measured.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        :func:`local_radii` returns the result for it from now on.
+    renumbered : Mesh
+    vertex_map : VertexMap
+        From the vertices of the mesh to those of the renumbered one.
+    """
+    radii: NDArray[np.float64] = Surface(mesh).memoize(
+        "local radii", lambda: read_only(local_radii(renumbered)[vertex_map.indices])
+    )
+    return radii
 
 
 def _ray_stride(mesh: Mesh) -> int:

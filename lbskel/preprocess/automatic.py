@@ -19,6 +19,7 @@ from lbskel.geometry.canonical_order import in_canonical_order
 from lbskel.geometry.components import MIN_FACES, components, find_crumbs
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh, as_mesh
+from lbskel.geometry.shape_diameter import renumbered_local_radii
 from lbskel.preprocess.cleaning import clean, extract_faces, merge_close, remove_duplicates
 from lbskel.preprocess.degenerate_faces import remove_degenerate
 from lbskel.preprocess.holes import close_holes, find_open_ends
@@ -145,8 +146,10 @@ def _smooth_if_rough(mesh: Mesh) -> PreprocessResult:
 def _refine_if_coarse(mesh: Mesh) -> PreprocessResult:
     """Refine a coarse mesh; faces that are not connected have no thickness."""
     is_refinable = len(mesh.faces) <= MAX_FACES_TO_REFINE and not find_crumbs(mesh).all()
-    # the local radii are those of the renumbered mesh, which is contracted next
-    if not is_refinable or coarse_fraction(in_canonical_order(mesh)[0], COARSE_EDGE) <= MAX_COARSE_FRACTION:
+    if not is_refinable:
+        return identity_result(mesh)
+    renumbered_local_radii(mesh, *in_canonical_order(mesh))  # those of the mesh that is contracted next
+    if coarse_fraction(mesh, COARSE_EDGE) <= MAX_COARSE_FRACTION:
         return identity_result(mesh)
     return refine(mesh, max_edge_length=COARSE_EDGE)
 

@@ -6,16 +6,18 @@ from helpers import joined
 
 from lbskel import Mesh
 from lbskel.geometry import shape_diameter
+from lbskel.geometry.canonical_order import in_canonical_order
 from lbskel.geometry.deadline import Deadline, OutOfTime
 from lbskel.geometry.shape_diameter import (
     MIN_RADIUS,
     local_radii,
     local_thickness,
     pass_on_local_radii,
+    renumbered_local_radii,
     scaled_local_radii,
     thickness_along_normal,
 )
-from lbskel.shapes import cylinder, flat_grid, sphere, torus
+from lbskel.shapes import cylinder, flat_grid, make, sphere, torus
 
 
 def tower(width, height, n, m):
@@ -173,3 +175,11 @@ def test_radii_are_passed_on_only_where_they_have_been_measured():
     pass_on_local_radii(measured, larger, 3.0)
     assert local_radii(smaller) == pytest.approx(local_radii(mesh) / 2)
     assert np.array_equal(local_radii(larger), expected)
+
+
+def test_the_radii_of_a_renumbered_mesh_are_those_of_its_vertices():
+    mesh = make("tripod", n_vertices=500).mesh
+    ordered, vertex_map = in_canonical_order(mesh)
+    expected = local_radii(Mesh(mesh.vertices, mesh.faces))
+    assert renumbered_local_radii(mesh, ordered, vertex_map) == pytest.approx(expected, rel=1e-9)
+    assert local_radii(mesh) is renumbered_local_radii(mesh, ordered, vertex_map)

@@ -105,6 +105,18 @@ def test_the_radii_that_show_that_a_mesh_is_fine_are_those_of_its_body(tripod, m
     assert radii == pytest.approx(shape_diameter.local_radii(Mesh(body.mesh.vertices, body.mesh.faces)), rel=1e-9)
 
 
+def test_the_radii_that_show_that_a_mesh_is_coarse_decide_how_it_is_refined(monkeypatch):
+    calls = []
+    monkeypatch.setattr(
+        shape_diameter,
+        "thickness_along_normal",
+        lambda mesh, faces, **options: calls.append(mesh) or thickness_along_normal(mesh, faces, **options),
+    )
+    coarse = torus(1.0, 0.2, 12, 4)
+    assert len(prepare(coarse).mesh.faces) > len(coarse.faces)
+    assert len(calls) == 1
+
+
 def test_rays_of_one_body_do_not_end_at_another():
     ball = sphere(3)
     shell = Mesh(
