@@ -31,7 +31,7 @@ from lbskel.shapes import brush, lattice, perforated_plate, porous_block, sphere
 
 LIMIT = 600.0  # seconds for each input
 LARGEST = 11_000  # upper bound on the counts that exponents are fitted to: four inputs of each kind, 10 to 10,000
-MIN_SECONDS = 0.005  # below, a stage counts as too short to measure; a fit over all sizes needs most of them
+MIN_SECONDS = 0.002  # below, a stage counts as too short to measure; a fit over all sizes needs most of them
 
 
 def shells(n: int) -> lbskel.Mesh:

@@ -29,6 +29,7 @@ from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 
+BLOCK = 64  # columns of independent cochains that are made at a time, which bounds memory and the time between checks
 N_VIEWS = 2  # projections of each copy: where one meets a coincidence, another does not
 SMOOTHING_ROUNDS = (0, 3, 10, 30)  # smoothed copies to try; measured on tori with noise up to two edge lengths
 MAX_FOLD_COSINE = -0.2  # an edge is folded if the normals of its faces have a smaller cosine; a guess
@@ -59,24 +60,25 @@ class Tunnels:
         """(k, 1) value of each edge, modulo 2^64; the sum is zero along loops that bound inside, up to chance."""
         return self._columns([random_integers(2 * self.genus, 0)])
 
-    def independent_cochains(self, limit: int, *, deadline: Deadline = NEVER) -> NDArray[np.int64]:
-        """(k, g) values of each edge; the rank of their sums over several loops is that of the loops, up to chance.
+    def independent_cochains(self, limit: int, *, deadline: Deadline = NEVER) -> Iterator[NDArray[np.int64]]:
+        """Yield g columns in blocks: values of each edge, the rank of whose sums over loops is theirs, up to chance.
 
         Parameters
         ----------
         limit : int
             Bound on the coefficients of the outer loops, which are random.
         deadline : Deadline
-            After it, OutOfTime is raised.
+            After it, OutOfTime is raised in place of the next block.
         """
-        combinations = [random_integers(2 * self.genus, 1 + i) % np.uint64(limit) for i in range(self.genus)]
-        return self._columns(combinations, deadline)
+        for first in deadline.until(range(0, self.genus, BLOCK)):
+            numbers = range(1 + first, 1 + min(first + BLOCK, self.genus))
+            yield self._columns([random_integers(2 * self.genus, i) % np.uint64(limit) for i in numbers])
 
-    def _columns(self, combinations: list[Integers], deadline: Deadline = NEVER) -> NDArray[np.int64]:
+    def _columns(self, combinations: list[Integers]) -> NDArray[np.int64]:
         """(k, c) cochains of linking numbers with combinations of the outer loops."""
         if self.form is None:
             return np.zeros((self.n_edges, len(combinations)), dtype=np.int64)
-        columns = [self.form.basis.flow_across(self.form.apply(x)) for x in deadline.until(combinations)]
+        columns = [self.form.basis.flow_across(self.form.apply(x)) for x in combinations]
         return np.stack(columns, axis=1).view(np.int64)
 
 

@@ -150,8 +150,9 @@ def collapse_mesh(
         spurious = null_loop_edges(P[kept], edges, remaining.cochain[is_left])
         try:
             if len(spurious) != n_spurious:
-                values = tunnels.independent_cochains(PRIME, deadline=deadline)
-                values = transfer_cochain(values, source, edges, VertexMap(node_of_vertex))
+                blocks = tunnels.independent_cochains(PRIME, deadline=deadline)
+                to_node = VertexMap(node_of_vertex)
+                values = np.concatenate([transfer_cochain(x, source, edges, to_node) for x in blocks], axis=1)
                 spurious = spurious_loop_edges(P[kept], edges, values, deadline=deadline)
         except OutOfTime:
             is_certified = False
