@@ -69,8 +69,8 @@ def smallest_eigenpairs(S: csc_array, M: csc_array, k: int, *, solver: str = "ch
     UnknownChoice
         If no solver has that name.
     SolveError
-        If S + sigma M is not positive definite, or Lanczos' method does not converge. In components that are solved as
-        dense problems an indefinite S is not noticed.
+        If S + sigma M is not positive definite, or Lanczos' method does not find all eigenpairs. In components that are
+        solved as dense problems an indefinite S is not noticed.
     """
     S, s = _near_unit_scale(S)
     M, m = _near_unit_scale(M)
@@ -153,6 +153,6 @@ def _lanczos(S: csc_array, M: csc_array, k: int, solver: str) -> Eigenpairs:
         bound = values[-1] - RELATIVE_GAP * (values[-1] + sigma)
         n_below = count_below(S, M, bound, ordering=ordering)
         if n_below <= (values < bound).sum():
-            break
+            return values, X
         lanczos.add_direction()
-    return values, X
+    raise SolveError(f"Lanczos' method has missed eigenvalues in {MAX_RUNS} runs")

@@ -60,7 +60,7 @@ class ThickRestartLanczos:
         self._start()
 
     def run(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Iterate until the k largest Ritz pairs have converged.
+        """Iterate until the k largest Ritz pairs have converged, after a number of steps with a new direction.
 
         Returns
         -------
@@ -74,10 +74,11 @@ class ThickRestartLanczos:
         SolveError
             If they have not converged after MAX_RESTARTS restarts.
         """
+        fewest = max(self._k + 1, self._size + self._interval)  # pairs of an earlier run have converged at once
         for _ in range(MAX_RESTARTS):
             for size in range(self._size + 1, self._capacity + 1):
                 self._step()
-                if size == self._capacity or (size > self._k and size % self._interval == 0):
+                if size == self._capacity or (size >= fewest and size % self._interval == 0):
                     values, Y = eigh(self._H[:size, :size])
                     values, Y = values[::-1], Y[:, ::-1]
                     residuals = self._beta * np.abs(Y[-1, : self._k])

@@ -8,6 +8,7 @@ from scipy.linalg import eigh
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array, kron
 
 from lbskel.errors import SolveError
+from lbskel.solvers import eigenproblem
 from lbskel.solvers.eigenproblem import MAX_DENSE_SIZE, count_below, smallest_eigenpairs
 
 ROUNDING = 1e-11  # error of eigenvalues below 4 of matrices with a few hundred rows
@@ -123,3 +124,10 @@ def test_count_below_counts_the_eigenvalues_of_the_pair_of_matrices(mass):
     S, M, values = cycle_laplacian(n), masses(np.full(n, mass)), cycle_eigenvalues(n) / mass
     for bound in (-1.0, 1e-6, 0.3, 1.7, 3.0, 100.0):  # at 3.0 and mass 1 a leading minor is exactly singular
         assert count_below(S, M, bound) == (values < bound).sum()
+
+
+def test_eigenvalues_that_stay_missing_are_an_error(monkeypatch):
+    monkeypatch.setattr(eigenproblem, "count_below", lambda *_, **__: 10**6)
+    S = cycle_laplacian(3 * MAX_DENSE_SIZE)
+    with pytest.raises(SolveError, match="has missed eigenvalues in 10 runs"):
+        smallest_eigenpairs(S, masses(np.ones(S.shape[0])), 4)

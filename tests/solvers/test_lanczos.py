@@ -48,6 +48,28 @@ def test_a_further_direction_finds_a_second_vector_of_a_multiple_eigenvalue():
     assert first[0] == pytest.approx(1.0, abs=ROUNDING)
 
 
+class StartsOf:
+    """A source of given starting vectors."""
+
+    def __init__(self, *starts):
+        self.starts = list(starts)
+
+    def uniform(self, low, high, n):
+        return self.starts.pop(0)
+
+
+def test_a_further_direction_is_followed_though_the_pairs_found_before_have_converged():
+    """With nine pairs the first step after the start makes ten vectors, at which convergence is tested."""
+    values = np.concatenate([np.arange(10.0, 3.0, -1.0), [3.0, 3.0], np.linspace(0.001, 0.5, 191)])
+    n, k = len(values), 9
+    start, further = np.random.default_rng(0).uniform(-1, 1, (2, n))
+    start[k - 1] = 0.0  # so that one vector of the double eigenvalue is never met
+    lanczos = ThickRestartLanczos(lambda b: values * b, csc_array(np.eye(n)), k, StartsOf(start, further))
+    assert lanczos.run()[0][-1] < 1.0
+    lanczos.add_direction()
+    assert np.abs(lanczos.run()[0] - values[:k]).max() < ROUNDING * values[0]
+
+
 def test_what_does_not_converge_is_an_error(monkeypatch):
     monkeypatch.setattr(lanczos, "MAX_RESTARTS", 1)
     M, _, apply = pencil(400)
