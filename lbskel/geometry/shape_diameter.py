@@ -43,8 +43,8 @@ MIN_RADIUS = 0.25  # lower bound on a local radius, in radii of the disk with th
 # from a proportionally smaller number of faces. 2 to 5 for ordinary meshes, up to 50 for shapes of many parts, a
 # thirtieth of the faces for a fan of needles, whose boxes nearly all overlap.
 MAX_OVERLAP = 100.0
-# Faces up to which a ray is cast from each: those that are contracted without a proxy. The radii of larger meshes
-# decide how far they are simplified. benchmarks/results/resolution.md
+# Faces up to which a ray is cast from each: those that are contracted without a proxy.
+# benchmarks/results/resolution.md
 ALL_RAYS = 16_000
 # Upper bound on the distance of the faces of larger meshes from which rays are cast: two of the six faces at a vertex.
 # benchmarks/results/resolution.md, "Local radii by rays from every n-th face"

@@ -31,7 +31,7 @@ ROUGHNESS_LIMIT = 0.3
 
 MIN_VERTICES = 500  # vertices below which noise and detail are not told apart, and roughness is 0; a guess
 
-MAX_SAMPLES = 2000  # vertices, at most about this many, whose median is taken; a guess that bounds the time
+MAX_SAMPLES = 5000  # vertices, at most about this many, whose median is taken; a guess that bounds the time
 
 # Largest deviation from 1/2 of the fraction of vertices that noise moves outwards. Noise moves half of them outwards,
 # spikes on every face two thirds. A guess.
