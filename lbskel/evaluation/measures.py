@@ -46,6 +46,15 @@ MEASURES = {
     "centeredness_error_worst_branch": Measure(
         "median of that distance over the worst branch, in local radii", 0.2, 0.4
     ),
+    "medial_accuracy_95": Measure(
+        "95th percentile, by length, of the distance to the nearest medial point, in local radii", 0.2, 1.0
+    ),
+    "medial_coverage_98": Measure(
+        "98th percentile, by area, of the distance of medial points from the skeleton, in local radii", 0.35, np.inf
+    ),
+    "uncovered_parts": Measure(
+        "parts of limbs whose medial points are farther than a radius from the skeleton", 0, np.inf
+    ),
     "near_surface_fraction": Measure(
         "share of the length nearer to the surface than a fifth of the local or mean radius", 0.05, 0.25
     ),
@@ -81,6 +90,10 @@ class Score:
     nodes_inside_fraction, inside_fraction : float
     centeredness_error, centeredness_error_worst_branch : float or None
         None if no node, or no branch, has enough cross-sections of its own.
+    medial_accuracy_95, medial_coverage_98 : float or None
+        Of medial points, one local radius under each vertex; None on a cloud.
+    uncovered_parts : int or None
+        None on a cloud.
     near_surface_fraction : float or None
         None on a cloud.
     coverage : float
@@ -115,6 +128,9 @@ class Score:
     inside_fraction: float
     centeredness_error: float | None
     centeredness_error_worst_branch: float | None
+    medial_accuracy_95: float | None
+    medial_coverage_98: float | None
+    uncovered_parts: int | None
     near_surface_fraction: float | None
     coverage: float
     extremities: int

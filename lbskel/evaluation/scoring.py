@@ -19,6 +19,7 @@ from scipy.sparse.csgraph import connected_components
 from lbskel.contraction.cycle_classes import tunnels_missed
 from lbskel.errors import MeshError, first_few
 from lbskel.evaluation.measures import Score
+from lbskel.evaluation.medial_points import medial_distances
 from lbskel.evaluation.skeleton_shape import length_fraction, n_spurs, rms_curvature
 from lbskel.geometry.components import find_crumbs
 from lbskel.geometry.graphs import weighted_graph
@@ -76,7 +77,9 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
     count = np.bincount(node, minlength=len(skeleton.nodes))
     own_thickness = np.bincount(node, thickness, len(skeleton.nodes)) / np.maximum(count, 1)
     expected = np.where(count > 0, np.minimum(widths, own_thickness), widths)
-    reach = np.maximum(np.maximum(skeleton.radii, _region_widths(skeleton, unit))[node], thickness)
+    region_widths = _region_widths(skeleton, unit)
+    reach = np.maximum(np.maximum(skeleton.radii, region_widths)[node], thickness)
+    medial = medial_distances(skeleton, surface.proxy.mesh, region_widths, own_thickness, deadline=surface.deadline)
     is_limb = extrema.lengths > MIN_LIMB_LENGTH * extrema.radii
     tolerance = np.maximum(SURFACE_TOLERANCE, 0.0 if unit.is_closed_manifold else OPEN_TOLERANCE * widths)
     return Score(
@@ -84,6 +87,9 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
         inside_fraction=inside_fraction(skeleton, surface, tolerance),
         centeredness_error=mean_error,
         centeredness_error_worst_branch=worst_branch_error,
+        medial_accuracy_95=medial.accuracy_95,
+        medial_coverage_98=medial.coverage_98,
+        uncovered_parts=medial.uncovered_parts,
         near_surface_fraction=length_fraction(skeleton, skeleton.radii < NEAR_SURFACE_RATIO * expected),
         coverage=float(areas[distances <= MAX_COVERED_DISTANCE * reach].sum() / areas.sum()),
         extremities=len(missed),

@@ -10,11 +10,11 @@ from lbskel.evaluation.measures import MEASURES
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory, two_rings):
-    """A mesh of genus 2 and its skeleton, with its map and without."""
+def files(tmp_path_factory, ring):
+    """A ring and its skeleton, with its map and without."""
     folder = tmp_path_factory.mktemp("score")
-    skeleton = skeletonize(two_rings)
-    write_mesh(folder / "mesh.ply", two_rings)
+    skeleton = skeletonize(ring)
+    write_mesh(folder / "mesh.ply", ring)
     write_skeleton(folder / "good.json", skeleton)
     write_skeleton(folder / "tree.swc", skeleton)
     return folder
@@ -63,9 +63,9 @@ def test_what_cannot_be_read_is_told_in_a_line(files, capsys, skeleton, mesh, na
     assert named in captured.err
 
 
-def test_the_map_of_another_mesh_is_told(files, capsys, ring):
-    write_mesh(files / "other.off", ring)
+def test_the_map_of_another_mesh_is_told(files, capsys, two_rings):
+    write_mesh(files / "other.off", two_rings)
     assert main(["score", str(files / "good.json"), str(files / "other.off")]) == 2
     error = capsys.readouterr().err
     assert len(error.splitlines()) == 1
-    assert "map is for 576 vertices, but the mesh has 128" in error
+    assert "map is for 128 vertices, but the mesh has 576" in error
