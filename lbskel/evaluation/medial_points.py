@@ -92,7 +92,8 @@ def medial_distances(
     sheet = 2 * np.maximum(widths[node] - np.maximum(thickness[node], radii), 0)
     scale = np.max([radii, widths[node], thickness[node], np.full(len(node), TINY)], axis=0)
     coverage = np.maximum(to_skeleton - sheet, 0) / scale
-    areas = np.bincount(mesh.faces.ravel(), np.repeat(mesh.face_areas / 3, 3), minlength=len(mesh.vertices))
+    thirds = np.repeat(mesh.face_areas / 3, 3)
+    areas = np.bincount(mesh.faces.ravel(), weights=thirds, minlength=len(mesh.vertices))
     used, is_skeletal = mesh.used_vertices, np.zeros(len(mesh.vertices), dtype=bool)
     is_skeletal[used] = ~find_crumbs(mesh)[mesh.component_of_vertex[used]]
     return MedialDistances(
