@@ -93,7 +93,7 @@ def medial_distances(
     scale = np.max([radii, widths[node], thickness[node], np.full(len(node), TINY)], axis=0)
     coverage = np.maximum(to_skeleton - sheet, 0) / scale
     thirds = np.repeat(mesh.face_areas / 3, 3)
-    areas = np.bincount(mesh.faces.ravel(), weights=thirds, minlength=len(mesh.vertices))
+    areas = np.bincount(mesh.faces.ravel(), thirds, minlength=len(mesh.vertices)).astype(np.float64)
     used, is_skeletal = mesh.used_vertices, np.zeros(len(mesh.vertices), dtype=bool)
     is_skeletal[used] = ~find_crumbs(mesh)[mesh.component_of_vertex[used]]
     return MedialDistances(

@@ -91,7 +91,8 @@ def test_every_limb_that_is_cut_off_is_found(limbs):
 def test_noise_leaves_the_axis_central(limbs):
     truth = Skeleton(limbs.truth.nodes, limbs.truth.edges, limbs.truth.radii)
     found = measured(truth, with_local_noise(limbs.mesh, 0.25))
-    assert found.accuracy_95 < 0.2
+    assert found.accuracy_95 < 0.1
+    assert found.coverage_98 < 0.3  # 0.35 by the normals of single vertices
     assert found.uncovered_parts == 0
 
 
@@ -118,18 +119,18 @@ def test_a_stretch_of_a_limb_that_the_line_leaves_is_uncovered(rod):
 
 
 @pytest.mark.parametrize(
-    ("is_within", "n"),
+    ("is_within", "radius", "n"),
     [
-        (lambda x, y, z: x > 3, 1),
-        (lambda x, y, z: abs(x) > 3, 2),
-        (lambda x, y, z: y > 0.3, 0),  # a patch along one side
-        (lambda x, y, z: x > 6.8, 0),  # closes around, but is smaller than a section
-        (lambda x, y, z: x > 20, 0),
+        (lambda x, y, z: x > 3, 1.0, 1),
+        (lambda x, y, z: abs(x) > 3, 1.0, 2),
+        (lambda x, y, z: y > 0.3, 1.0, 0),  # a patch along one side
+        (lambda x, y, z: x > 3, 3.0, 0),  # 25 / 9 squared radii, less than a section of pi
+        (lambda x, y, z: x > 20, 1.0, 0),
     ],
 )
-def test_parts_close_around_and_are_as_large_as_a_section(rod, is_within, n):
+def test_parts_close_around_and_are_as_large_as_a_section(rod, is_within, radius, n):
     areas = np.bincount(rod.faces.ravel(), np.repeat(rod.face_areas / 3, 3))
-    assert _n_parts(rod, is_within(*rod.vertices.T), areas, np.ones(len(areas))) == n
+    assert _n_parts(rod, is_within(*rod.vertices.T), areas, np.full(len(areas), radius)) == n
 
 
 def test_crumbs_do_not_count(rod):
