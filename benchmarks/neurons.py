@@ -25,7 +25,7 @@ from benchmarks.thin_tools import OURS, TOOLS, Answer, ask
 from benchmarks.vessels import tips_found
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.preprocess import simplify, subdivision
-from lbskel.refinement import limb_growth, uncovered_limbs
+from lbskel.refinement import limb_growth
 from lbskel.shapes import Shape, tube_mesh, with_local_noise
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.edge_sampling import sample_edges
@@ -36,8 +36,10 @@ SPACING = 5.0  # of the samples along skeletons, in the same units
 MEANS = ("F", "recall", "precision", "to axis", "to axis, median", "tips found", "tip precision", "cpu seconds")
 
 PART_TIPS, QUICK_TIPS = 60, 4  # at most so many tips in a part of a tracing
-# Bounds on the reach and the elongation of limbs without a branch, swept on the first neurons
+# Bounds on the reach and the elongation of limbs without a branch, swept on the first neurons: the first pair, then the
+# second one
 REACHES, ELONGATIONS, SWEPT = (1.5, 1.75, 2.0), (1.0, 1.5, 2.0), 2
+SECOND = ((1.1, 2.5), (1.25, 1.5), (1.25, 2.0), (1.25, 2.5), (1.25, 3.0), (1.5, 2.5))
 FACES = (20_000, 30_000, 35_000, 40_000, 50_000, 80_000)  # that the refinement of coarse meshes aims at, swept on all
 EDGE_LENGTH, NOISE, KEPT = 0.6, 0.1, 0.5  # of tubes: edges in radii, noise in edges, share of faces after remeshing
 
@@ -55,7 +57,9 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
     for name, _, tracing in neurons:
         shape = remeshed(_tubes(tracing, QUICK_TIPS if quick else PART_TIPS))
         tubes += [tube_row(name, tool, shape, ask(tool, shape.mesh)) for tool in tools]
-    limbs = [limb_row(neurons[:1] if quick else neurons[:SWEPT], *values) for values in product(REACHES, ELONGATIONS)]
+    first, second = limb_growth.LIMB_BOUNDS
+    bounds = [(each, second) for each in product(REACHES, ELONGATIONS)] + [(first, each) for each in ((), *SECOND)]
+    limbs = [limb_row(neurons[:1] if quick else neurons[:SWEPT], each) for each in bounds[: 1 if quick else None]]
     sizes = [faces_row(neurons, n_faces) for n_faces in FACES[: 1 if quick else None]]
     summary = [_summary(rows, tool) for tool in tools]
     save_json(
@@ -129,20 +133,20 @@ def hemibrain_row(name: str, tool: str, truth: lbskel.Skeleton, answer: Answer |
 
 
 def limb_row(
-    neurons: list[tuple[str, lbskel.Mesh, lbskel.Skeleton]], reach: float, elongation: float
+    neurons: list[tuple[str, lbskel.Mesh, lbskel.Skeleton]], bounds: tuple[tuple[float, ...], ...]
 ) -> dict[str, Any]:
     """Measure skeletons with other bounds on the limbs that :mod:`lbskel.refinement.limb_growth` grows."""
-    with (
-        mock.patch.object(limb_growth, "MIN_REACH", reach),
-        mock.patch.object(uncovered_limbs, "MIN_ELONGATION", elongation),
-    ):
+    with mock.patch.object(limb_growth, "LIMB_BOUNDS", tuple(each for each in bounds if each)):
         rows = [
             hemibrain_row(name, "lbskel", truth, Answer(lbskel.skeletonize(mesh), 0.0), len(mesh.faces))
             for name, mesh, truth in neurons
         ]
     measures = ("F", "tips found", "tip precision", "to axis")
     means = {key: float(np.mean([row[key] for row in rows])) for key in measures}
-    return {"reach": reach, "elongation": elongation, **means}
+    pairs = {
+        name: ", ".join(f"{value:g}" for value in each) for name, each in zip(("first", "second"), bounds, strict=True)
+    }
+    return {**pairs, **means}
 
 
 def faces_row(neurons: list[tuple[str, lbskel.Mesh, lbskel.Skeleton]], n_faces: int) -> dict[str, Any]:

@@ -77,20 +77,19 @@ def medial_distances(
     ----------
     skeleton : Skeleton
     mesh : Mesh
-    widths : (k,) array of float
-        Mean distance of the vertices of each node's region from their center.
-    thickness : (k,) array of float
-        Mean local radius of the vertices of each node's region.
+    widths : (n,) array of float
+        For each vertex of the mesh, the mean distance of the vertices of its region from their center.
+    thickness : (n,) array of float
+        For each vertex of the mesh, the mean local radius of the vertices of its region.
     deadline : Deadline
     """
     medial, radii = _medial_points(mesh, deadline)
     points, _ = sample_edges(skeleton, max(skeleton.length / N_SAMPLES, TINY))
     to_medial, _ = build_aabb_tree(medial, mesh.faces).nearest(points, deadline=deadline)
     accuracy = to_medial / np.maximum(radii[cKDTree(medial).query(points)[1]], TINY)
-    to_skeleton, nearest, _ = nearest_on_edges(skeleton, medial)
-    node = cKDTree(skeleton.nodes).query(nearest)[1]
-    sheet = 2 * np.maximum(widths[node] - np.maximum(thickness[node], radii), 0)
-    scale = np.max([radii, widths[node], thickness[node], np.full(len(node), TINY)], axis=0)
+    to_skeleton, _, _ = nearest_on_edges(skeleton, medial)
+    sheet = 2 * np.maximum(widths - np.maximum(thickness, radii), 0)
+    scale = np.max([radii, widths, thickness, np.full(len(radii), TINY)], axis=0)
     coverage = np.maximum(to_skeleton - sheet, 0) / scale
     thirds = np.repeat(mesh.face_areas / 3, 3)
     areas = np.bincount(mesh.faces.ravel(), thirds, minlength=len(mesh.vertices)).astype(np.float64)

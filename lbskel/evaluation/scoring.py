@@ -79,7 +79,10 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
     expected = np.where(count > 0, np.minimum(widths, own_thickness), widths)
     region_widths = _region_widths(skeleton, unit)
     reach = np.maximum(np.maximum(skeleton.radii, region_widths)[node], thickness)
-    medial = medial_distances(skeleton, surface.proxy.mesh, region_widths, own_thickness, deadline=surface.deadline)
+    own = surface.on_proxy(node)
+    medial = medial_distances(
+        skeleton, surface.proxy.mesh, region_widths[own], own_thickness[own], deadline=surface.deadline
+    )
     is_limb = extrema.lengths > MIN_LIMB_LENGTH * extrema.radii
     tolerance = np.maximum(SURFACE_TOLERANCE, 0.0 if unit.is_closed_manifold else OPEN_TOLERANCE * widths)
     return Score(
@@ -124,7 +127,7 @@ def _on_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Return the skeleton with inscribed radii in its own bodies, and with a map if it has none."""
     skeleton = inscribed_radii(skeleton, surface)
     if len(skeleton.node_of_vertex) == 0:
-        skeleton = replace(skeleton, node_of_vertex=nearest_balls(skeleton, surface.mesh))
+        skeleton = replace(skeleton, node_of_vertex=nearest_balls(skeleton, surface.mesh.vertices))
     if surface.mesh.n_components > 1:
         skeleton = own_radii(skeleton, surface.mesh)
     return skeleton

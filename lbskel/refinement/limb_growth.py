@@ -22,10 +22,15 @@ from lbskel.geometry.cross_sections import cross_sections
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.level_sets import find_geodesic_caps, interior_axes
 from lbskel.refinement.radii import inscribed_radii
+from lbskel.refinement.region_map import nearest_balls
 from lbskel.refinement.tips import extend_ends, trace_centerline
-from lbskel.refinement.uncovered_limbs import MIN_REACH, UncoveredLimbs, find_uncovered_limbs
+from lbskel.refinement.uncovered_limbs import UncoveredLimbs, find_uncovered_limbs
 from lbskel.skeleton.skeleton import Skeleton
 
+# Lower bounds on the reach and the elongation of a limb (lbskel.refinement.uncovered_limbs). A short limb of a thick
+# body, such as a tail, does not reach far out of 1.75 radii of it, but is longer than wide beyond 1.25 of them.
+# "Bounds on limbs that are grown" in benchmarks/results/neurons.md
+LIMB_BOUNDS = ((1.75, 1.5), (1.25, 2.5))
 SPACING = 0.5  # between the points of a straight axis, in radii of the limb; a guess
 MAX_POINTS = 50  # of a straight axis, which bounds the time; a guess
 MAX_OFFSET = 2.0  # of the centroid of a section from the axis, in radii of the section; a guess
@@ -44,16 +49,26 @@ def grow_uncovered_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
     skeleton : Skeleton
     surface : Surface
     """
+    for min_reach, min_elongation in LIMB_BOUNDS:
+        skeleton = _grown(skeleton, surface, min_reach, min_elongation)
+    return skeleton
+
+
+def _grown(skeleton: Skeleton, surface: Surface, min_reach: float, min_elongation: float) -> Skeleton:
+    """Grow a branch along each limb that reaches so far, and is so elongated."""
     mesh = surface.proxy.mesh
     on_proxy = replace(skeleton, node_of_vertex=surface.on_proxy(skeleton.node_of_vertex))
-    limbs = find_uncovered_limbs(inscribed_radii(on_proxy, surface.proxy), mesh, min_reach=MIN_REACH)
+    limbs = find_uncovered_limbs(
+        inscribed_radii(on_proxy, surface.proxy), mesh, min_reach=min_reach, min_elongation=min_elongation
+    )
     if len(limbs.ends) == 0:
         return skeleton
     axes, widths = _centered(_axes(limbs, surface), limbs.radii, surface)
-    grown = _not_covered(mesh.vertices[limbs.ends], axes, [MIN_REACH * width for width in widths])
+    grown = _not_covered(mesh.vertices[limbs.ends], axes, [min_reach * width for width in widths])
     if not grown:
         return skeleton
-    bases = cKDTree(skeleton.nodes).query(limbs.bases)[1]
+    bases = np.zeros(len(limbs.ends), dtype=np.int64)
+    bases[grown] = nearest_balls(skeleton, np.array([axes[limb][0] for limb in grown]))
     outward = [mesh.vertices[limbs.ends[limb]] - axes[limb][-1] for limb in grown]
     onward = trace_centerline(surface, np.array([axes[limb][-1] for limb in grown]), np.array(outward))
     paths = [[*axes[limb], *continuation] for limb, continuation in zip(grown, onward, strict=True)]

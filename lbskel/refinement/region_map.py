@@ -43,19 +43,18 @@ N_RINGS = 3  # edges of the skeleton from its two nodes within which the path be
 MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound, since sparse graphs drop length 0
 
 
-def nearest_balls(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
-    """(n,) the node whose ball is nearest to each vertex: a map for a skeleton that has none.
+def nearest_balls(skeleton: Skeleton, points: NDArray[np.float64]) -> NDArray[np.int64]:
+    """(n,) the node whose ball is nearest to each point; for vertices, a map for a skeleton that has none.
 
     Parameters
     ----------
     skeleton : Skeleton
         An unknown radius counts as 0.
-    mesh : Mesh
-        In the same coordinates.
+    points : (n, 3) array of float
     """
     radii = np.nan_to_num(skeleton.radii)  # unknown radii are NaN
     chunk = max(1, MAX_DISTANCES // len(skeleton.nodes))
-    parts = [mesh.vertices[first : first + chunk] for first in range(0, len(mesh.vertices), chunk)]
+    parts = [points[first : first + chunk] for first in range(0, len(points), chunk)]
     return np.concatenate([np.argmin(cdist(part, skeleton.nodes) - radii, axis=1) for part in parts])
 
 

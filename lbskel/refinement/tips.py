@@ -36,11 +36,11 @@ MAX_TIP_DISTANCE = 2.0  # to the surface straight ahead of a tip that ends a bra
 # benchmarks/results/constants.md
 TIP_REACH = 2.5  # distance from the end of a limb within which a tip reaches it, in radii of the limb or of the last
 # ball; a guess, benchmarks/results/constants.md
-MIN_LIMB_LENGTH = 3.4  # lower bound on the length of a limb in radii; a flat patch has 2, a hemisphere 2.5, and the
-# rounded corner of a foot up to 3.3
-MAX_OFFSET = 2.0  # distance from an end outside the surface to the centroid of its section, in radii of the section; a
-# guess, benchmarks/results/constants.md
+MIN_LIMB_LENGTH = 3.4  # of a limb, in radii; a flat patch has 2, a hemisphere 2.5, the corner of a foot up to 3.3
+MAX_OFFSET = 2.0  # from an outer end to the centroid of its section, in radii; a guess, benchmarks/results/constants.md
 MAX_WIDENING = 1.5  # of successive sections along a centerline, in radii; a guess, benchmarks/results/constants.md
+MAX_HYDRAULIC = 2.0  # times the ball at the center of a convex section (area <= inradius times length); beyond, the
+# section at the root of a limb is that of the body beside it
 WITHIN = 2.0  # distance of any point of a section from its centroid, in mean distances: that of the ends of a slit
 
 
@@ -225,7 +225,7 @@ def trace_centerline(
     first = np.array(T)
     paths: list[list[NDArray[np.float64]]] = [[] for _ in P]
     section = cross_sections(surface.mesh, P, T, deadline=surface.deadline)
-    width, radii = section.radii, _hydraulic_radii(section)
+    width, radii = section.radii, np.minimum(_hydraulic_radii(section), MAX_HYDRAULIC * surface.distance(P))
     first_radii = np.array(radii)
     active = np.arange(len(P))
     for _ in range(MAX_STEPS):

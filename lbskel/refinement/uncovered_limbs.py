@@ -5,7 +5,7 @@ this holds for the node whose region it is in, too: across a gap, a thin branch 
 connected set of uncovered vertices of area A, whose end, the vertex farthest from the skeleton, has the excess
 l = d - c R, is a limb if
 
-    2 pi l^2 / A > MIN_ELONGATION.
+    2 pi l^2 / A > min_elongation.
 
 For a round limb of radius r, A = 2 pi r l, so the left side is l / r. A hemisphere has 1, and the rim of a flat part,
 which is long relative to its excess, has less.
@@ -13,7 +13,7 @@ which is long relative to its excess, has less.
 
 from __future__ import annotations
 
-__all__ = ["MIN_REACH", "UncoveredLimbs", "find_uncovered_limbs"]
+__all__ = ["UncoveredLimbs", "find_uncovered_limbs"]
 
 from dataclasses import dataclass
 
@@ -27,11 +27,6 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.skeleton import Skeleton
-
-# The factor c, and the bound on the elongation: a lower elongation finds more ends, of which fewer are true; between
-# 1.5 and 2, c changes little. "Bounds on limbs that are grown" in benchmarks/results/neurons.md
-MIN_REACH = 1.75
-MIN_ELONGATION = 1.5
 
 # Upper bound on the radius of the skeleton at a node, which is the mean distance of the vertices nearest to it, in
 # units of their mean thickness: the vertices of a limb without a branch are nearest to its base, and far from it. A
@@ -64,7 +59,7 @@ class UncoveredLimbs:
     limb_of_vertex: NDArray[np.int64]
 
 
-def find_uncovered_limbs(skeleton: Skeleton, mesh: Mesh, *, min_reach: float = MIN_REACH) -> UncoveredLimbs:
+def find_uncovered_limbs(skeleton: Skeleton, mesh: Mesh, *, min_reach: float, min_elongation: float) -> UncoveredLimbs:
     """Find the limbs of a mesh that stand out of the balls of a skeleton.
 
     Parameters
@@ -73,7 +68,8 @@ def find_uncovered_limbs(skeleton: Skeleton, mesh: Mesh, *, min_reach: float = M
         With inscribed radii, in the coordinates of the mesh, and with a node for each of its vertices.
     mesh : Mesh
     min_reach : float
-        Lower bound on the distance of uncovered vertices from the skeleton, in radii of the skeleton.
+        Lower bound on the distance of uncovered vertices from the skeleton, in radii of the skeleton: c.
+    min_elongation : float
     """
     distances, nearest, inscribed = nearest_on_edges(skeleton, mesh.vertices)
     node_of_vertex = cKDTree(skeleton.nodes).query(nearest)[1]
@@ -95,7 +91,7 @@ def find_uncovered_limbs(skeleton: Skeleton, mesh: Mesh, *, min_reach: float = M
     uncovered = uncovered[np.argsort(-distances[uncovered], kind="stable")]
     ends = uncovered[np.sort(np.unique(patch[uncovered], return_index=True)[1])]  # the farthest of each patch
     excess, area = distances[ends] - min_reach * radii[ends], area_of_patch[patch[ends]]
-    is_limb = 2 * np.pi * excess**2 > MIN_ELONGATION * area
+    is_limb = 2 * np.pi * excess**2 > min_elongation * area
     ends, excess, area = ends[is_limb], excess[is_limb], area[is_limb]
     limb_of_patch = np.full(patch.max(initial=0) + 1, -1)
     limb_of_patch[patch[ends]] = np.arange(len(ends))

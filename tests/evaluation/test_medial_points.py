@@ -103,9 +103,8 @@ def test_the_sheet_of_a_ribbon_counts_little():
     found = measured(truth, shape.mesh)
     assert found.coverage_98 < 0.35
     assert found.uncovered_parts == 0
-    no_sheet = medial_distances(
-        truth, shape.mesh, np.zeros(len(truth.nodes)), np.zeros(len(truth.nodes)), deadline=NEVER
-    )
+    nothing = np.zeros(len(shape.mesh.vertices))
+    no_sheet = medial_distances(truth, shape.mesh, nothing, nothing, deadline=NEVER)
     assert no_sheet.coverage_98 > 5
 
 
@@ -144,6 +143,6 @@ def test_crumbs_do_not_count(rod):
 
 
 def test_time_may_run_out(rod):
-    axis = line([-6, 0, 0], [6, 0, 0])
+    ones = np.ones(len(rod.vertices))
     with pytest.raises(OutOfTime):
-        medial_distances(axis, Mesh(rod.vertices, rod.faces), axis.radii, axis.radii, deadline=Deadline(0.0))
+        medial_distances(line([-6, 0, 0], [6, 0, 0]), Mesh(rod.vertices, rod.faces), ones, ones, deadline=Deadline(0.0))

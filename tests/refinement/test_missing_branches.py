@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers import reversed_proxy
+from helpers import nearest_rows, path_in, reversed_proxy
 
-from lbskel import skeletonize
+from lbskel import Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.limb_growth import grow_uncovered_limbs
 from lbskel.refinement.missing_branches import grow_missing_branches
-from lbskel.shapes import make, sphere
+from lbskel.shapes import make, mesh_solid, solid_of, sphere
 from lbskel.skeleton.editing import contract_nodes
 
 
@@ -84,3 +84,27 @@ def test_a_branch_that_ends_in_another_limb_is_replaced_in_its_own(whole, tripod
     distances = np.linalg.norm(grown.nodes[grown.tips][:, None] - whole.nodes[whole.tips], axis=2)
     assert sorted(distances.argmin(axis=1)) == [0, 1, 2]
     assert (distances.min(axis=1) < whole.radii[whole.tips[distances.argmin(axis=1)]]).all()
+
+
+def test_a_short_limb_of_a_thick_body_gets_a_branch():
+    """A tail of radius 0.2 is five of its radii long, but only one of these is beyond 1.75 radii of the body."""
+    body, tail = np.array([[-3.0, 0, 0], [3, 0, 0]]), np.array([[1.9, 0, 0], [1.9, 0, -1.8]])
+    mesh = mesh_solid(solid_of([(body, 1.0), (tail, 0.2)]), n_vertices=6000)
+    grown = grow_uncovered_limbs(path_in(mesh, np.linspace(*body, 25), radius=1.0), Surface(mesh))
+    assert len(grown.tips) == 3
+    assert np.linalg.norm(grown.nodes[grown.tips] - tail[1], axis=1).min() < 0.2
+
+
+def test_a_limb_grows_from_the_nearest_ball():
+    """Where the tail leaves the body, the axis of the thin leg is nearer than that of the body."""
+    body, leg = np.array([[-3.0, 0, 0], [3, 0, 0]]), np.array([[0.0, 0, 0], [0, 0, -3.5]])
+    root, end = np.array([1.5, 0, -1.0]), np.array([1.95, 0, -2.2])
+    mesh = mesh_solid(solid_of([(body, 1.0), (leg, 0.3), ([[1.5, 0, 0], root, end], 0.2)]), n_vertices=6000)
+    nodes = np.concatenate([np.linspace(*body, 25), np.linspace(*leg, 15)[1:]])
+    edges = [*([i, i + 1] for i in range(24)), [12, 25], *([i, i + 1] for i in range(25, 38))]
+    radii = np.concatenate([np.full(25, 1.0), np.full(14, 0.3)])
+    skeleton = Skeleton(nodes, edges, radii, nearest_rows(mesh.vertices, nodes))
+    grown = grow_uncovered_limbs(skeleton, Surface(mesh))
+    [branch] = [b for b in grown.end_branches if np.linalg.norm(grown.nodes[b[-1]] - end) < 0.3]
+    assert np.abs(grown.nodes[branch[0], 1:]).max() < 0.1
+    assert grown.nodes[branch[0], 0] > 1
