@@ -7,8 +7,10 @@ __all__ = ["PARAGRAPHS"]
 from collections.abc import Callable
 from pathlib import Path
 
+from benchmarks.judge import BAD, GOOD
 from benchmarks.readme_figures import Figures, claim, lower_bound, mean, of, read
 from benchmarks.readme_skeletons import OURS, PYGEL, WAVES
+from lbskel.evaluation.medial_points import MAX_FLUX, MAX_UNCOVERED
 
 OPERATORS = """
 The discrete Laplacians: fitted orders of convergence on irregular meshes (theory predicts 2 for the cotangent family
@@ -27,6 +29,13 @@ LIMITS = """
 - Later geodesic queries are up to {later:.1f} times as fast in potpourri3d and libigl, and those from several sources
   up to {several:.1f} times, with {error} and more times the error
   ([geodesics](benchmarks/results/applications_geodesics.md)).
+"""
+JUDGE = """
+Medial points lie one local radius under each vertex; refinement does not use them, so that the score is no echo of it.
+{tools} tools made skeletons of {shapes} shapes with known axes: of the {bad} whose worst 5 % is over {limit} radii off,
+{passed} pass in every measure, and {without} would without the medial ones; of the {good} below {best} radii, {failed}
+fail. {found} of {cut} limbs cut off the true axes are told, and {untrue} parts of whole ones
+([judge](benchmarks/results/judge.md)).
 """
 SECOND_ORDER = 1.9  # fitted order of convergence from which README.md tells of second order
 SHOWN = {  # columns of the table of operators
@@ -53,6 +62,30 @@ def _operators(results: Path) -> Figures:
     return {
         "faces": faces,
         "neighbors": of_edges / (1 - sphere["nonlocal_fraction"]),
+    }
+
+
+def _judge(results: Path) -> Figures:
+    every = of(read(results, "judge", "verdicts"), tool="all")[0]
+    rows = read(results, "judge", "rows")
+    low, high = f"below {GOOD}", f"over {BAD}"
+    ends = next(
+        row for row in read(results, "judge", "ends") if (row["farther than"], row["flux"]) == (MAX_UNCOVERED, MAX_FLUX)
+    )
+    counts = [str(value).split("/") for name, value in ends.items() if "/" in str(value)]
+    return {
+        "tools": len({row["tool"] for row in rows}),
+        "shapes": len({(row["set"], row["shape"]) for row in rows}),
+        "bad": every[high],
+        "limit": BAD,
+        "passed": every[f"{high}, pass"],
+        "without": every[f"{high}, pass without medial"],
+        "good": every[low],
+        "best": GOOD,
+        "failed": every[f"{low}, fail"],
+        "found": sum(int(found) for found, _ in counts),
+        "cut": sum(int(cut) for _, cut in counts),
+        "untrue": ends["told of whole axes"],
     }
 
 
@@ -88,5 +121,6 @@ def _geodesics(results: Path, key: str, what: str) -> list[float]:
 
 PARAGRAPHS: dict[str, tuple[str, Callable[[Path], Figures]]] = {
     "laplacians": (OPERATORS, _operators),
+    "judge": (JUDGE, _judge),
     "limits": (LIMITS, _limits),
 }
