@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.radii import mean_radii
 from lbskel.refinement.tips import TIP_REACH, extend_ends
+from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
 MAX_CUT_RATIO = 2.5  # upper bound on the ratio of the radii of a cut and of the limb that ends there; a guess
@@ -21,7 +22,8 @@ MAX_CUT_RATIO = 2.5  # upper bound on the ratio of the radii of a cut and of the
 def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray[np.float64]) -> Skeleton:
     """Extend the tips in the open ends of tubes to the centers of the cuts; radii there are those of the cuts.
 
-    A tip ends at a cut if it is the nearest tip, at most ``TIP_REACH`` radii of the cut away, and about as thick.
+    A tip ends at a cut if it is the nearest tip, at most ``TIP_REACH`` radii of the cut away, and about as thick. The
+    last nodes within a radius of the cut's center are left out, so that the branch does not turn back to it.
 
     Parameters
     ----------
@@ -46,8 +48,27 @@ def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray
             starts.setdefault(tip, end)
     if not starts:
         return skeleton
+    skeleton, last = _cut_back(skeleton, starts)
     n_nodes = len(skeleton.nodes)
-    extended = extend_ends(skeleton, surface, np.array(list(starts)), [[end[:3]] for end in starts.values()])
+    extended = extend_ends(skeleton, surface, last, [[end[:3]] for end in starts.values()])
     radii = np.array(extended.radii)
     radii[n_nodes:] = [end[3] for end in starts.values()]
     return replace(extended, radii=radii)
+
+
+def _cut_back(skeleton: Skeleton, cut_of_tip: dict[int, NDArray[np.float64]]) -> tuple[Skeleton, NDArray[np.int64]]:
+    """Contract the last nodes of branches near their cuts, in their outer half; and the node at which each tip is then.
+
+    Nodes farther along the branch than one near the cut, such as those beyond it, are contracted too.
+    """
+    target = np.arange(len(skeleton.nodes))
+    for branch in skeleton.branches:
+        for way in (branch, branch[::-1]):
+            if (cut := cut_of_tip.get(int(way[-1]))) is not None:
+                outer = way[(len(way) + 1) // 2 :]
+                is_near = np.linalg.norm(skeleton.nodes[outer] - cut[:3], axis=1) < cut[3]
+                if is_near.any():
+                    first = len(way) - len(outer) + int(is_near.argmax())
+                    target[way[first:]] = way[first - 1]
+    kept = np.unique(target)
+    return contract_nodes(skeleton, target), np.searchsorted(kept, target[list(cut_of_tip)])

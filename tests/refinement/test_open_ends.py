@@ -31,6 +31,20 @@ def test_a_tip_is_extended_to_the_center_of_the_cut(path):
     assert np.isin([0, 12], np.flatnonzero(extended.degrees == 1)).tolist() == [True, False]
 
 
+@pytest.mark.parametrize("beyond", [0.0, 0.2, 0.45])
+def test_a_branch_that_ends_beside_or_beyond_the_cut_does_not_turn_back(path, beyond):
+    """The last node is up to 0.45 past the center of a cut of radius 0.5, and 0.2 beside it."""
+    center = np.array([0.2, 0.0, 3.0 - beyond])
+    extended = extend_to_open_ends(path, Surface(PIPE), np.array([[*center, 0.5]]))
+    [way] = (b if b[0] == 0 else b[::-1] for b in extended.branches)
+    assert extended.nodes[way[-1]] == pytest.approx(center, abs=1e-12)
+    steps = np.diff(extended.nodes[way], axis=0)
+    steps /= np.linalg.norm(steps, axis=1, keepdims=True)
+    assert (steps[1:] * steps[:-1]).sum(axis=1).min() > np.cos(np.radians(30))
+    assert len(extended.node_of_vertex) == len(path.node_of_vertex)
+    assert extended.node_of_vertex.max() < len(extended.nodes)
+
+
 @pytest.mark.parametrize(
     "end",
     [
