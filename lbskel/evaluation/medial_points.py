@@ -27,7 +27,6 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import normalized, triangle_normals
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.skeleton.edge_distances import nearest_on_edges
-from lbskel.skeleton.edge_sampling import sample_edges
 from lbskel.skeleton.skeleton import Skeleton
 
 N_SAMPLES = 1500  # along the skeleton; so many have a 95th percentile known to a few hundredths of a radius
@@ -84,7 +83,7 @@ def medial_distances(
     deadline : Deadline
     """
     medial, radii = _medial_points(mesh, deadline)
-    points, _ = sample_edges(skeleton, max(skeleton.length / N_SAMPLES, TINY))
+    points = _evenly_along(skeleton)
     to_medial, _ = build_aabb_tree(medial, mesh.faces).nearest(points, deadline=deadline)
     accuracy = to_medial / np.maximum(radii[cKDTree(medial).query(points)[1]], TINY)
     to_skeleton, _, _ = nearest_on_edges(skeleton, medial)
@@ -100,6 +99,19 @@ def medial_distances(
         coverage_98=_percentile(coverage, np.where(is_skeletal, areas, 0), SHARE_COVERED),
         uncovered_parts=_n_parts(mesh, is_skeletal & (coverage > MAX_UNCOVERED), areas, radii),
     )
+
+
+def _evenly_along(skeleton: Skeleton) -> NDArray[np.float64]:
+    """(s, 3) points at equal distances along all edges together; the nodes if there is no length."""
+    ends = np.cumsum(skeleton.edge_lengths)
+    if skeleton.length <= 0:
+        return skeleton.nodes
+    at = (np.arange(N_SAMPLES) + 0.5) / N_SAMPLES * ends[-1]
+    edge = np.searchsorted(ends, at)
+    share = ((ends[edge] - at) / skeleton.edge_lengths[edge])[:, None]
+    i, j = skeleton.edges[edge].T
+    points: NDArray[np.float64] = share * skeleton.nodes[i] + (1 - share) * skeleton.nodes[j]
+    return points
 
 
 def _medial_points(mesh: Mesh, deadline: Deadline) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -67,6 +67,22 @@ def test_distances_do_not_depend_on_the_size(rod):
     assert small.coverage_98 == pytest.approx(large.coverage_98, rel=1e-6)
 
 
+def test_long_edges_count_by_their_length(rod):
+    """One long edge beside the axis, and a hundred on the axis that are too short to count."""
+    aside = Skeleton([[-6.0, 0.5, 0], [6, 0.5, 0]], [[0, 1]], [1, 1])
+    on_axis = line([0, 0, 0], [1e-3, 0, 0], 100)
+    nodes = np.concatenate([aside.nodes, on_axis.nodes])
+    edges = np.concatenate([aside.edges, on_axis.edges + 2])
+    both = measured(Skeleton(nodes, edges, np.ones(len(nodes))), rod)
+    assert both.accuracy_95 == pytest.approx(measured(aside, rod).accuracy_95, rel=1e-3)
+
+
+def test_a_single_node_is_compared_too(rod):
+    found = measured(Skeleton([[0.0, 0.25, 0]], [], [1]), rod)
+    assert found.accuracy_95 == pytest.approx(0.25, abs=0.03)
+    assert found.uncovered_parts == 2
+
+
 def test_half_a_rod_is_an_uncovered_end(rod):
     found = measured(line([-6, 0, 0], [0, 0, 0]), rod)
     assert found.uncovered_parts == 1
