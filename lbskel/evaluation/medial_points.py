@@ -85,14 +85,15 @@ def medial_distances(
     medial, radii = _medial_points(mesh, deadline)
     points = _evenly_along(skeleton)
     to_medial, _ = build_aabb_tree(medial, mesh.faces).nearest(points, deadline=deadline)
-    accuracy = to_medial / np.maximum(radii[cKDTree(medial).query(points)[1]], TINY)
+    used = mesh.used_vertices
+    accuracy = to_medial / np.maximum(radii[used[cKDTree(medial[used]).query(points)[1]]], TINY)
     to_skeleton, _, _ = nearest_on_edges(skeleton, medial)
     sheet = 2 * np.maximum(widths - np.maximum(thickness, radii), 0)
     scale = np.max([radii, widths, thickness, np.full(len(radii), TINY)], axis=0)
     coverage = np.maximum(to_skeleton - sheet, 0) / scale
     thirds = np.repeat(mesh.face_areas / 3, 3)
     areas = np.bincount(mesh.faces.ravel(), thirds, minlength=len(mesh.vertices)).astype(np.float64)
-    used, is_skeletal = mesh.used_vertices, np.zeros(len(mesh.vertices), dtype=bool)
+    is_skeletal = np.zeros(len(mesh.vertices), dtype=bool)
     is_skeletal[used] = ~find_crumbs(mesh)[mesh.component_of_vertex[used]]
     return MedialDistances(
         accuracy_95=float(np.percentile(accuracy, SHARE_ALONG)),

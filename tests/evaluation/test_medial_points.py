@@ -158,6 +158,12 @@ def test_crumbs_do_not_count(rod):
     assert measured(axis, both).uncovered_parts == 0
 
 
+def test_vertices_without_a_face_do_not_count(rod):
+    spare = Mesh(np.concatenate([rod.vertices, np.linspace([-6, 0.3, 0], [6, 0.3, 0], 50)]), rod.faces)
+    axis = line([-6, 0.3, 0], [6, 0.3, 0])
+    assert measured(axis, spare).accuracy_95 == pytest.approx(measured(axis, rod).accuracy_95, rel=1e-9)
+
+
 def test_time_may_run_out(rod):
     ones = np.ones(len(rod.vertices))
     with pytest.raises(OutOfTime):
