@@ -49,7 +49,8 @@ def scene():
     skeleton = lbskel.skeletonize(holed)
     hostile = replace(skeleton, report={**skeleton.report, "notes": [HOSTILE]})
     scene = view_scene(holed, hostile, title=HOSTILE)
-    return replace(scene, notes=[HOSTILE], tables=[*scene.tables, Table(HOSTILE, [HOSTILE], [[HOSTILE]])])
+    tables = [*scene.tables, Table(HOSTILE, [HOSTILE], [[HOSTILE]])]
+    return replace(scene, notes=[HOSTILE], tables=tables, off_center=skeleton.junctions[:1])
 
 
 def opened(browser, path):
