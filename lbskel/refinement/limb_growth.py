@@ -24,7 +24,7 @@ from lbskel.refinement.level_sets import find_geodesic_caps, interior_axes
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.refinement.region_map import nearest_balls
 from lbskel.refinement.tips import extend_ends, trace_centerline
-from lbskel.refinement.uncovered_limbs import UncoveredLimbs, find_uncovered_limbs
+from lbskel.refinement.uncovered_limbs import BallDistances, UncoveredLimbs, ball_distances, find_uncovered_limbs
 from lbskel.skeleton.skeleton import Skeleton
 
 # Lower bounds on the reach and the elongation of a limb (lbskel.refinement.uncovered_limbs). A short limb of a thick
@@ -49,18 +49,21 @@ def grow_uncovered_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
     skeleton : Skeleton
     surface : Surface
     """
+    balls: BallDistances | None = None
     for min_reach, min_elongation in LIMB_BOUNDS:
-        skeleton = _grown(skeleton, surface, min_reach, min_elongation)
+        if balls is None:
+            on_proxy = replace(skeleton, node_of_vertex=surface.on_proxy(skeleton.node_of_vertex))
+            balls = ball_distances(inscribed_radii(on_proxy, surface.proxy), surface.proxy.mesh)
+        limbs = find_uncovered_limbs(balls, min_reach=min_reach, min_elongation=min_elongation)
+        grown = _grown(skeleton, surface, limbs, min_reach)
+        if grown is not skeleton:
+            skeleton, balls = grown, None
     return skeleton
 
 
-def _grown(skeleton: Skeleton, surface: Surface, min_reach: float, min_elongation: float) -> Skeleton:
-    """Grow a branch along each limb that reaches so far, and is so elongated."""
+def _grown(skeleton: Skeleton, surface: Surface, limbs: UncoveredLimbs, min_reach: float) -> Skeleton:
+    """Grow a branch along each of some limbs that no other one covers."""
     mesh = surface.proxy.mesh
-    on_proxy = replace(skeleton, node_of_vertex=surface.on_proxy(skeleton.node_of_vertex))
-    limbs = find_uncovered_limbs(
-        inscribed_radii(on_proxy, surface.proxy), mesh, min_reach=min_reach, min_elongation=min_elongation
-    )
     if len(limbs.ends) == 0:
         return skeleton
     axes, widths = _centered(_axes(limbs, surface), limbs.radii, surface)

@@ -13,7 +13,7 @@ which is long relative to its excess, has less.
 
 from __future__ import annotations
 
-__all__ = ["UncoveredLimbs", "find_uncovered_limbs"]
+__all__ = ["BallDistances", "UncoveredLimbs", "ball_distances", "find_uncovered_limbs"]
 
 from dataclasses import dataclass
 
@@ -32,6 +32,7 @@ from lbskel.skeleton.skeleton import Skeleton
 # units of their mean thickness: the vertices of a limb without a branch are nearest to its base, and far from it. A
 # section three times as wide as thick has a mean radius of about one thickness.
 MAX_WIDTH = 1.0
+TINY = float(np.finfo(np.float64).tiny)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,17 +60,38 @@ class UncoveredLimbs:
     limb_of_vertex: NDArray[np.int64]
 
 
-def find_uncovered_limbs(skeleton: Skeleton, mesh: Mesh, *, min_reach: float, min_elongation: float) -> UncoveredLimbs:
-    """Find the limbs of a mesh that stand out of the balls of a skeleton.
+@dataclass(frozen=True, eq=False)
+class BallDistances:
+    """Distances of the vertices of a mesh from a skeleton, and the radii that they are compared with.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    distances : (n,) array of float
+        From the nearest point of the skeleton.
+    nearest : (n, 3) array of float
+        That point.
+    radii : (n,) array of float
+        The radius of the skeleton there.
+    ratios : (n,) array of float
+        Distance over radius, the smaller of that there and that at the vertex's own node; 0 without a face.
+    """
+
+    mesh: Mesh
+    distances: NDArray[np.float64]
+    nearest: NDArray[np.float64]
+    radii: NDArray[np.float64]
+    ratios: NDArray[np.float64]
+
+
+def ball_distances(skeleton: Skeleton, mesh: Mesh) -> BallDistances:
+    """Measure how far the vertices of a mesh are from the balls of a skeleton.
 
     Parameters
     ----------
     skeleton : Skeleton
         With inscribed radii, in the coordinates of the mesh, and with a node for each of its vertices.
     mesh : Mesh
-    min_reach : float
-        Lower bound on the distance of uncovered vertices from the skeleton, in radii of the skeleton: c.
-    min_elongation : float
     """
     distances, nearest, inscribed = nearest_on_edges(skeleton, mesh.vertices)
     node_of_vertex = cKDTree(skeleton.nodes).query(nearest)[1]
@@ -78,12 +100,27 @@ def find_uncovered_limbs(skeleton: Skeleton, mesh: Mesh, *, min_reach: float, mi
     mean, thickness = (np.bincount(node_of_vertex, of, k) / count for of in (distances, 2 * local_radii(mesh)))
     widths = np.minimum(mean, MAX_WIDTH * thickness)
     radii, own = np.maximum(inscribed, widths[node_of_vertex]), skeleton.node_of_vertex
-    is_uncovered = np.zeros(len(mesh.vertices), dtype=bool)
-    is_uncovered[mesh.used_vertices] = True
-    is_uncovered &= distances > min_reach * radii
     own_distances = np.linalg.norm(mesh.vertices - skeleton.nodes[own], axis=1)
-    is_uncovered &= own_distances > min_reach * np.maximum(skeleton.radii, widths)[own]
-    edges, n_vertices = mesh.edges[is_uncovered[mesh.edges].all(axis=1)], len(mesh.vertices)
+    own_radii = np.maximum(skeleton.radii, widths)[own]
+    ratios, used = np.zeros(len(mesh.vertices)), mesh.used_vertices
+    smaller = [each[used] / np.maximum(of[used], TINY) for each, of in ((distances, radii), (own_distances, own_radii))]
+    ratios[used] = np.minimum(*smaller)
+    return BallDistances(mesh, distances, nearest, radii, ratios)
+
+
+def find_uncovered_limbs(balls: BallDistances, *, min_reach: float, min_elongation: float) -> UncoveredLimbs:
+    """Find the limbs of a mesh that stand out of the balls of a skeleton.
+
+    Parameters
+    ----------
+    balls : BallDistances
+    min_reach : float
+        Lower bound on the distance of uncovered vertices from the skeleton, in radii of the skeleton: c.
+    min_elongation : float
+    """
+    mesh, distances, radii = balls.mesh, balls.distances, balls.radii
+    is_uncovered, n_vertices = balls.ratios > min_reach, len(mesh.vertices)
+    edges = mesh.edges[is_uncovered[mesh.edges].all(axis=1)]
     patch = connected_components(weighted_graph(edges, np.ones(len(edges)), n_vertices), directed=False)[1]
     areas = np.bincount(mesh.faces.ravel(), np.repeat(mesh.face_areas / 3, 3), minlength=n_vertices)
     area_of_patch = np.bincount(patch, areas * is_uncovered)
@@ -97,7 +134,7 @@ def find_uncovered_limbs(skeleton: Skeleton, mesh: Mesh, *, min_reach: float, mi
     limb_of_patch[patch[ends]] = np.arange(len(ends))
     return UncoveredLimbs(
         ends=ends,
-        bases=nearest[ends],
+        bases=balls.nearest[ends],
         base_radii=radii[ends],
         radii=area / (2 * np.pi * excess),
         limb_of_vertex=np.where(is_uncovered, limb_of_patch[patch], -1),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lbskel import Mesh, Skeleton, score
-from lbskel.evaluation.medial_points import MedialDistances, _n_parts, medial_distances
+from lbskel.evaluation.medial_points import MedialDistances, _n_parts, _vertex_areas, medial_distances
 from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.shapes import capsule, make, with_local_noise
 from lbskel.shapes.hard import HARD_SHAPES
@@ -145,7 +145,8 @@ def test_a_stretch_of_a_limb_that_the_line_leaves_is_uncovered(rod):
 )
 def test_parts_close_around_and_are_as_large_as_a_section(rod, is_within, radius, n):
     areas = np.bincount(rod.faces.ravel(), np.repeat(rod.face_areas / 3, 3))
-    assert _n_parts(rod, is_within(*rod.vertices.T), areas, np.full(len(areas), radius)) == n
+    radii = np.full(len(areas), radius)
+    assert _n_parts(rod, is_within(*rod.vertices.T), _vertex_areas(rod), areas, radii) == n
 
 
 def test_crumbs_do_not_count(rod):
