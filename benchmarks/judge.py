@@ -14,6 +14,7 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
+from numpy.typing import NDArray
 
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
@@ -23,6 +24,7 @@ from lbskel.evaluation import medial_points
 from lbskel.shapes import SHAPES, VARIANTS, Shape, make
 from lbskel.shapes.hard import HARD_SHAPES
 from lbskel.skeleton.edge_distances import nearest_on_edges
+from lbskel.skeleton.editing import contract_nodes
 
 GOOD, BAD = 0.15, 0.3  # true errors below which a skeleton is good, and above which it is bad
 CLASSES = {f"below {GOOD}": (0.0, GOOD), "between": (GOOD, BAD), f"over {BAD}": (BAD, np.inf)}
@@ -164,16 +166,14 @@ def _n_uncovered(skeleton: lbskel.Skeleton, prepared: lbskel.PreparedMesh) -> in
     return lbskel.score(skeleton, prepared).uncovered_parts or 0
 
 
-def _without(skeleton: lbskel.Skeleton, branch: Any) -> lbskel.Skeleton:
-    """Remove an end branch, all but its first node."""
-    kept = np.ones(len(skeleton.nodes), dtype=bool)
-    kept[branch[1:]] = False
-    rows = np.cumsum(kept) - 1
-    edges = rows[skeleton.edges[kept[skeleton.edges].all(axis=1)]]
-    return lbskel.Skeleton(skeleton.nodes[kept], edges, skeleton.radii[kept])
+def _without(skeleton: lbskel.Skeleton, branch: NDArray[np.int64]) -> lbskel.Skeleton:
+    """Contract an end branch into its first node."""
+    target = np.arange(len(skeleton.nodes))
+    target[branch[1:]] = branch[0]
+    return contract_nodes(skeleton, target)
 
 
-def _standing_out(rest: lbskel.Skeleton, skeleton: lbskel.Skeleton, branch: Any) -> float:
+def _standing_out(rest: lbskel.Skeleton, skeleton: lbskel.Skeleton, branch: NDArray[np.int64]) -> float:
     """Measure how far the end of a limb stands out of the tubes around the rest, in radii of the limb."""
     distances, _, radii = nearest_on_edges(rest, skeleton.nodes[branch[-1:]])
     end = distances[0] - radii[0] + skeleton.radii[branch[-1]]

@@ -29,7 +29,7 @@ from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 
-BLOCK = 64  # columns of independent cochains that are made at a time, which bounds memory and the time between checks
+BLOCK = 64  # cochains made at a time, a column each, which bounds memory and the time between checks; a guess
 N_VIEWS = 2  # projections of each copy: where one meets a coincidence, another does not
 SMOOTHING_ROUNDS = (0, 3, 10, 30)  # smoothed copies to try; measured on tori with noise up to two edge lengths
 MAX_FOLD_COSINE = -0.2  # an edge is folded if the normals of its faces have a smaller cosine; a guess

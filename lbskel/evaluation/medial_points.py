@@ -1,4 +1,4 @@
-"""A judge of its own: distances between a skeleton and the medial points of its surface.
+"""Distances between a skeleton and the medial points of its surface, which refinement does not use.
 
 A medial point lies one local radius under a vertex, along the normal; on a tube it is on the axis. Neither
 cross-sections nor inscribed balls nor geodesic distances are used, by which refinement places nodes and finds limbs, so
@@ -29,13 +29,13 @@ from lbskel.geometry.shape_diameter import local_radii
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.skeleton import Skeleton
 
-N_SAMPLES = 500  # along the skeleton; with 1500, no verdict of benchmarks/results/judge.md was another
-SHARE_ALONG, SHARE_COVERED = 95, 98  # percentiles, of the length and of the area
+N_SAMPLES = 500  # points along the skeleton, which bound the time; benchmarks/results/judge.md
+SHARE_ALONG, SHARE_COVERED = 95, 98  # percentiles, of the length and of the area; guesses
 MAX_UNCOVERED = 1.0  # distance of a medial point from the skeleton, in radii, above which its vertex is uncovered;
 # "Ends that are cut off" in benchmarks/results/judge.md
 MIN_PART = np.pi  # area of an uncovered part that counts, in squared radii: that of the section of its limb
 MAX_FLUX = 0.5  # area of the opening of a part relative to that of the part: a hemisphere has 0.5, a longer cap less, a
-# patch on one side of a limb up to 1
+# patch on one side of a limb up to 1; swept in the same table
 TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -69,8 +69,8 @@ def medial_distances(
 ) -> MedialDistances:
     """Measure the distances between a skeleton and the medial points of a mesh, both ways.
 
-    In a flat part the medial points form a sheet, which lies beside its skeleton: they may be farther from it by twice
-    what the mean distance of a region from its center exceeds its thickness.
+    In a flat part the medial points form a sheet on both sides of its skeleton, with its edges at twice the mean
+    distance of a region from its center: points may be farther by twice what that exceeds the thickness.
 
     Parameters
     ----------
@@ -82,8 +82,8 @@ def medial_distances(
         For each vertex of the mesh, the mean local radius of the vertices of its region.
     deadline : Deadline
     """
-    vertex_areas = _vertex_areas(mesh)
-    medial, radii = _medial_points(mesh, vertex_areas, deadline)
+    area_vectors = _area_vectors(mesh)
+    medial, radii = _medial_points(mesh, area_vectors, deadline)
     points = _evenly_along(skeleton)
     to_medial, _ = build_aabb_tree(medial, mesh.faces).nearest(points, deadline=deadline)
     used = mesh.used_vertices
@@ -92,14 +92,12 @@ def medial_distances(
     sheet = 2 * np.maximum(widths - np.maximum(thickness, radii), 0)
     scale = np.max([radii, widths, thickness, np.full(len(radii), TINY)], axis=0)
     coverage = np.maximum(to_skeleton - sheet, 0) / scale
-    thirds = np.repeat(mesh.face_areas / 3, 3)
-    areas = np.bincount(mesh.faces.ravel(), thirds, minlength=len(mesh.vertices)).astype(np.float64)
     is_skeletal = np.zeros(len(mesh.vertices), dtype=bool)
     is_skeletal[used] = ~find_crumbs(mesh)[mesh.component_of_vertex[used]]
     return MedialDistances(
         accuracy_95=float(np.percentile(accuracy, SHARE_ALONG)),
-        coverage_98=_percentile(coverage, np.where(is_skeletal, areas, 0), SHARE_COVERED),
-        uncovered_parts=_n_parts(mesh, is_skeletal & (coverage > MAX_UNCOVERED), vertex_areas, areas, radii),
+        coverage_98=_percentile(coverage, np.where(is_skeletal, mesh.vertex_areas, 0), SHARE_COVERED),
+        uncovered_parts=_n_parts(mesh, is_skeletal & (coverage > MAX_UNCOVERED), area_vectors, radii),
     )
 
 
@@ -117,7 +115,7 @@ def _evenly_along(skeleton: Skeleton) -> NDArray[np.float64]:
 
 
 def _medial_points(
-    mesh: Mesh, vertex_areas: NDArray[np.float64], deadline: Deadline
+    mesh: Mesh, area_vectors: NDArray[np.float64], deadline: Deadline
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(n, 3) medial point of every vertex and (n,) radii there.
 
@@ -128,7 +126,7 @@ def _medial_points(
     around = graph + graph.T + eye_array(n)
     means = diags_array(1 / around.sum(axis=1)) @ around
     radii = means @ local_radii(mesh, deadline=deadline)
-    return mesh.vertices - radii[:, None] * normalized(means @ normalized(vertex_areas)), radii
+    return mesh.vertices - radii[:, None] * normalized(means @ normalized(area_vectors)), radii
 
 
 def _percentile(values: NDArray[np.float64], weights: NDArray[np.float64], percent: float) -> float:
@@ -142,24 +140,23 @@ def _percentile(values: NDArray[np.float64], weights: NDArray[np.float64], perce
 def _n_parts(
     mesh: Mesh,
     is_uncovered: NDArray[np.bool_],
-    vertex_areas: NDArray[np.float64],
-    areas: NDArray[np.float64],
+    area_vectors: NDArray[np.float64],
     radii: NDArray[np.float64],
 ) -> int:
     """Count the connected parts of the uncovered vertices that have the area of a section and close around."""
     own = np.flatnonzero(is_uncovered)
     if len(own) == 0:
         return 0
-    row = np.cumsum(is_uncovered) - 1
+    areas, row = mesh.vertex_areas[own], np.cumsum(is_uncovered) - 1
     edges = row[mesh.edges[is_uncovered[mesh.edges].all(axis=1)]]
     part = connected_components(weighted_graph(edges, np.ones(len(edges)), len(own)), directed=False)[1]
-    in_squared_radii = np.bincount(part, areas[own] / np.maximum(radii[own], TINY) ** 2)
-    flux = np.linalg.norm([np.bincount(part, x[own]) for x in vertex_areas.T], axis=0)
-    is_part = (in_squared_radii >= MIN_PART) & (flux <= MAX_FLUX * np.bincount(part, areas[own]))
+    in_squared_radii = np.bincount(part, areas / np.maximum(radii[own], TINY) ** 2)
+    flux = np.linalg.norm([np.bincount(part, x[own]) for x in area_vectors.T], axis=0)
+    is_part = (in_squared_radii >= MIN_PART) & (flux <= MAX_FLUX * np.bincount(part, areas))
     return int(is_part.sum())
 
 
-def _vertex_areas(mesh: Mesh) -> NDArray[np.float64]:
+def _area_vectors(mesh: Mesh) -> NDArray[np.float64]:
     """(n, 3) area of the surface at each vertex, a third of its faces', as a vector along the normal."""
     thirds = triangle_normals(*mesh.vertices[mesh.faces].transpose(1, 0, 2)) / 6
     corners = mesh.faces.ravel()

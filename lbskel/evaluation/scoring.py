@@ -67,7 +67,7 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
     skeleton = _on_surface(skeleton, surface)
     node = skeleton.node_of_vertex
     distances = np.linalg.norm(unit.vertices - skeleton.nodes[node], axis=1)
-    areas = np.bincount(unit.faces.ravel(), weights=np.repeat(unit.face_areas, 3), minlength=len(unit.vertices))
+    areas = unit.vertex_areas
     extrema = find_extrema(surface.proxy.mesh, deadline=surface.deadline)
     missed = is_missed(extrema, surface.proxy.mesh, skeleton)
     widths = mean_radii(skeleton, unit).radii

@@ -148,6 +148,12 @@ class Mesh(MeshExchange):
         return read_only(self._integrals[0])
 
     @cached_property
+    def vertex_areas(self) -> NDArray[np.float64]:
+        """(n,) a third of the area of the faces at each vertex."""
+        thirds = np.repeat(self.face_areas / 3, 3)
+        return read_only(np.bincount(self.faces.ravel(), thirds, minlength=len(self.vertices)).astype(np.float64))
+
+    @cached_property
     def face_normals(self) -> NDArray[np.float64]:
         """(m, 3) unit normal of each triangle, outwards where the faces are oriented so; zero for degenerate ones."""
         return read_only(normalized(triangle_normals(*self.vertices[self.faces].transpose(1, 0, 2))))

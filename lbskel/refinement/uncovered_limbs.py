@@ -122,8 +122,7 @@ def find_uncovered_limbs(balls: BallDistances, *, min_reach: float, min_elongati
     is_uncovered, n_vertices = balls.ratios > min_reach, len(mesh.vertices)
     edges = mesh.edges[is_uncovered[mesh.edges].all(axis=1)]
     patch = connected_components(weighted_graph(edges, np.ones(len(edges)), n_vertices), directed=False)[1]
-    areas = np.bincount(mesh.faces.ravel(), np.repeat(mesh.face_areas / 3, 3), minlength=n_vertices)
-    area_of_patch = np.bincount(patch, areas * is_uncovered)
+    area_of_patch = np.bincount(patch, mesh.vertex_areas * is_uncovered)
     uncovered = np.flatnonzero(is_uncovered)
     uncovered = uncovered[np.argsort(-distances[uncovered], kind="stable")]
     ends = uncovered[np.sort(np.unique(patch[uncovered], return_index=True)[1])]  # the farthest of each patch

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from lbskel import Mesh, Skeleton, score
-from lbskel.evaluation.medial_points import MedialDistances, _n_parts, _vertex_areas, medial_distances
+from lbskel.evaluation.medial_points import MedialDistances, _area_vectors, _n_parts, medial_distances
 from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.shapes import capsule, make, with_local_noise
 from lbskel.shapes.hard import HARD_SHAPES
+from lbskel.skeleton.editing import contract_nodes
 
 
 def measured(skeleton, mesh):
@@ -22,15 +23,9 @@ def line(start, end, n=30):
 
 
 def without_branch(skeleton, branch):
-    kept = np.ones(len(skeleton.nodes), dtype=bool)
-    kept[branch[1:]] = False
-    row = np.cumsum(kept) - 1
-    edges = skeleton.edges[kept[skeleton.edges].all(axis=1)]
-    return Skeleton(skeleton.nodes[kept], row[edges], skeleton.radii[kept])
-
-
-def end_branches(skeleton):
-    return [branch for branch in skeleton.end_branches if skeleton.degrees[branch[0]] >= 3]
+    target = np.arange(len(skeleton.nodes))
+    target[branch[1:]] = branch[0]
+    return contract_nodes(skeleton, target)
 
 
 @pytest.fixture(scope="module")
@@ -96,9 +91,8 @@ def test_every_limb_that_is_cut_off_is_found(limbs):
     whole = measured(truth, limbs.mesh)
     assert whole.uncovered_parts == 0
     assert whole.coverage_98 < 0.2
-    branches = end_branches(truth)
-    assert len(branches) == 6
-    for branch in branches:
+    assert len(truth.end_branches) == 6
+    for branch in truth.end_branches:
         cut = measured(without_branch(truth, branch), limbs.mesh)
         assert cut.uncovered_parts == 1
         assert cut.coverage_98 > 1
@@ -144,9 +138,8 @@ def test_a_stretch_of_a_limb_that_the_line_leaves_is_uncovered(rod):
     ],
 )
 def test_parts_close_around_and_are_as_large_as_a_section(rod, is_within, radius, n):
-    areas = np.bincount(rod.faces.ravel(), np.repeat(rod.face_areas / 3, 3))
-    radii = np.full(len(areas), radius)
-    assert _n_parts(rod, is_within(*rod.vertices.T), _vertex_areas(rod), areas, radii) == n
+    radii = np.full(len(rod.vertices), radius)
+    assert _n_parts(rod, is_within(*rod.vertices.T), _area_vectors(rod), radii) == n
 
 
 def test_crumbs_do_not_count(rod):

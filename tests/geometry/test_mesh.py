@@ -487,6 +487,13 @@ def test_diagonal_neither_overflows_nor_vanishes(tetrahedron, scale):
     assert tetrahedron.with_vertices(scale * tetrahedron.vertices).diagonal == pytest.approx(np.sqrt(3) * scale)
 
 
+def test_areas_of_vertices_are_a_third_of_their_faces():
+    """Two triangles that share an edge, and a vertex without a face."""
+    mesh = Mesh([[0, 0, 0], [2, 0, 0], [0, 2, 0], [1, 1, 1 / 2**0.5], [9, 9, 9]], [[0, 1, 2], [2, 1, 3]])
+    small = mesh.face_areas[1]
+    assert mesh.vertex_areas == pytest.approx([2 / 3, (2 + small) / 3, (2 + small) / 3, small / 3, 0])
+
+
 def test_areas_of_degenerate_faces_are_zero():
     mesh = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2], [0, 1, 1], [2, 2, 2]])
     assert mesh.face_areas.tolist() == [0, 0, 0]
