@@ -12,6 +12,7 @@ __all__ = ["PASSES", "run"]
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -23,6 +24,9 @@ import lbskel
 from benchmarks.harness import markdown_table, run_in_subprocess, save_json, save_markdown
 from benchmarks.peers import PEERS
 from benchmarks.summaries import MEASURES, means
+from lbskel.geometry.mirrors import Mirror
+from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.mirror_symmetry import symmetry_planes
 from lbskel.shapes import SHAPES, Shape, make
 from lbskel.shapes.hard import HARD_SHAPES
 from lbskel.skeleton.edge_distances import nearest_on_edges
@@ -82,10 +86,11 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "limbs at the ends of branches": {"lbskel.refinement.tips._missed_limbs": lambda *_: {}},
     "grow missing branches": {f"{PIPELINE_PASSES}.grow_missing_branches": _unchanged},
     "grow uncovered limbs": {f"{PIPELINE_PASSES}.grow_uncovered_limbs": _unchanged},
+    "make mirror symmetric": {f"{PIPELINE_PASSES}.make_mirror_symmetric": _unchanged},
     "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},
 }
 # Bounds in place of those of the code: on gaps of lines of sight in flat ends, on pulled junctions, on places of
-# junctions, and in the relaxation of paths that left the solid
+# junctions, on symmetry, and in the relaxation of paths that left the solid
 BOUNDS: dict[str, dict[str, Any]] = {
     f"{name} {value}": {f"lbskel.refinement.{target}": value}
     for name, target, values in (
@@ -97,6 +102,8 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("order", "branch_lines.ORDER", (2, 8)),
         ("passing miss of", "junctions.MAX_PASSING_MISS", (0.0, 1.0)),
         ("ball ratio of", "junctions.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
+        ("deviations of", "mirror_symmetry.TYPICAL_DEVIATION", (0.05, 0.2)),
+        ("on the plane below", "mirror_symmetry.ON_PLANE", (0.25, 1.0)),
         ("power of", "relaxation.POWER", (1.0, 3.0)),
         ("smallest ball of", "relaxation.MIN_RATIO", (0.03, 0.3)),
         ("steps between spacings", "relaxation.STEPS_BETWEEN", (2, 8)),
@@ -140,7 +147,12 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
     paths = [path for path in (*sorted(MESHES.iterdir()), *meshes) if path.suffix.lstrip(".") in EXTENSIONS]
     real = [lbskel.read_mesh(path) for path in paths[: 1 if quick else None]]
     baseline = [lbskel.skeletonize(mesh) for mesh in real]
-    ablation = [_ablation(name, tubes, list(shapes.values()), real, baseline) for name in ("none", *PASSES, *BOUNDS)]
+    planes = [
+        [plane for plane, _ in symmetry_planes(skeleton, Surface(mesh))]
+        for skeleton, mesh in zip(baseline, real, strict=True)
+    ]
+    on = tubes, list(shapes.values()), real, baseline, planes
+    ablation = [_ablation(name, *on) for name in ("none", *PASSES, *BOUNDS)]
     save_json(
         results / "refinement.json",
         {"summary": summary, "rows": rows, "ablation": ablation},
@@ -153,9 +165,8 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
         {
             "Hard shapes, means": markdown_table(summary),
             "Each hard shape": markdown_table(rows),
-            f"Passes left out or bounds replaced: {len(tubes)} tubes, {len(shapes)} hard shapes, {len(real)} meshes": (
-                markdown_table(ablation)
-            ),
+            f"Passes left out or bounds replaced: {len(tubes)} tubes, {len(shapes)} hard shapes, {len(real)} meshes, "
+            f"{sum(map(bool, planes))} with a plane of symmetry": markdown_table(ablation),
         },
     )
 
@@ -208,8 +219,12 @@ def _ablation(
     hard: Sequence[Shape],
     real: Sequence[lbskel.Mesh],
     baseline: Sequence[lbskel.Skeleton],
+    planes: Sequence[Sequence[Mirror]],
 ) -> dict[str, Any]:
-    """Measure what is left without one pass; tips of the whole refinement with none near are lost."""
+    """Measure what is left without one pass; tips of the whole refinement with none near are lost.
+
+    On a mesh with planes of symmetry, a tip has a twin if its mirror image has a tip near.
+    """
     with replaced(name):
         on_tubes, on_hard = (
             _means([measured(lbskel.skeletonize(shape.mesh), shape.truth) for shape in shapes])
@@ -224,6 +239,7 @@ def _ablation(
         "tunnels missed": sum(s.report["score"]["measures"]["tunnels_missed"] or 0 for s in skeletons),
         "tips lost": sum(map(_n_lost, skeletons, baseline)),
         "tips added": sum(map(_n_lost, baseline, skeletons)),
+        "tips without a twin": sum(map(_n_without_twin, skeletons, planes)),
         **{verdict: sum(s.report["score"]["verdict"] == verdict for s in skeletons) for verdict in ("warn", "fail")},
     }
 
@@ -235,3 +251,9 @@ def _n_lost(skeleton: lbskel.Skeleton, reference: lbskel.Skeleton) -> int:
         return len(tips)
     distances = cKDTree(skeleton.nodes[skeleton.tips]).query(reference.nodes[tips])[0]
     return int((distances > TIP_DISTANCE * reference.mean_radii[tips]).sum())
+
+
+def _n_without_twin(skeleton: lbskel.Skeleton, planes: Sequence[Mirror]) -> int:
+    """Count the tips whose mirror image in a plane has no tip within TIP_DISTANCE of their mean radii."""
+    images = [replace(skeleton, nodes=plane.mirrored(skeleton.nodes)) for plane in planes]
+    return sum(_n_lost(skeleton, image) for image in images)

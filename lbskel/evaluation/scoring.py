@@ -255,10 +255,7 @@ def _region_widths(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
     node, count = skeleton.node_of_vertex, np.bincount(skeleton.node_of_vertex, minlength=len(skeleton.nodes))
     sums = np.stack([np.bincount(node, x, len(count)) for x in mesh.vertices.T], axis=1)
     widths = mean_radii(replace(skeleton, nodes=sums / np.maximum(count, 1)[:, None]), mesh).radii
-    nodes, begins = skeleton.flat_branches
-    medians = np.zeros(len(widths))
-    np.maximum.at(medians, nodes, np.repeat(skeleton.branch_medians(widths), np.diff(begins)))
-    return medians
+    return skeleton.branch_medians(widths)
 
 
 def _n_shortcut_edges(skeleton: Skeleton, mesh: Mesh, widths: NDArray[np.float64], disjoint: NDArray[np.int64]) -> int:

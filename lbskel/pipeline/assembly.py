@@ -36,6 +36,7 @@ MISSING = {
     "extend tips": "ends short of the last ball of their limb",
     "grow missing branches": "limbs without a branch",
     "grow uncovered limbs": "short limbs without a branch",
+    "mirror": "sides of a symmetric mesh that may differ",
     "reroute inside": "branches that leave the surface",
     "tips at surface": "ends inside the surface",
     "map vertices": "regions in several parts",

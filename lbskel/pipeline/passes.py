@@ -3,7 +3,7 @@
 ::
 
     prune spurs -> merge junctions -> recenter -> extend tips -> grow missing branches -> grow uncovered limbs
-                -> reroute inside (-> tips at surface) -> attach open ends and anchors -> map vertices
+                -> mirror -> reroute inside (-> tips at surface) -> attach open ends and anchors -> map vertices
 
 :func:`refine` runs these passes. Each makes a complete skeleton of a complete skeleton, so that any pass but the one of
 open ends and anchors can be left out where no time is left for it, or where it moves a cycle off its tunnel.
@@ -35,6 +35,7 @@ from lbskel.refinement.containment import paths_outside, reroute_inside
 from lbskel.refinement.flat_ends import prune_flat_ends
 from lbskel.refinement.junctions import merge_junctions_by_axes
 from lbskel.refinement.limb_growth import grow_uncovered_limbs
+from lbskel.refinement.mirror_symmetry import make_mirror_symmetric
 from lbskel.refinement.missing_branches import grow_missing_branches
 from lbskel.refinement.open_ends import extend_to_open_ends
 from lbskel.refinement.pulled_junctions import move_pulled_junctions_back
@@ -117,6 +118,7 @@ def refine(
         ("extend tips", extend_tips),
         ("grow missing branches", grow_missing_branches),
         ("grow uncovered limbs", grow_uncovered_limbs),
+        ("mirror", make_mirror_symmetric),
         ("reroute inside", _rerouted_inside),
         ("reroute inside", _evenly_spaced),
         ("merge junctions", _with_joined_junctions),

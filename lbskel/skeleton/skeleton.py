@@ -228,7 +228,7 @@ class Skeleton(SkeletonExchange):
         return previous, middle, following
 
     def branch_medians(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(b,) median over the nodes of each branch.
+        """(k,) median over the branch of each node, the largest where branches meet; 0 at nodes without an edge.
 
         Parameters
         ----------
@@ -239,7 +239,10 @@ class Skeleton(SkeletonExchange):
         sizes, begin = np.diff(begins), begins[:-1]
         ascending = values[nodes]
         ascending = ascending[np.lexsort((ascending, np.repeat(np.arange(len(sizes)), sizes)))]
-        return np.asarray((ascending[begin + (sizes - 1) // 2] + ascending[begin + sizes // 2]) / 2)
+        of_branch = (ascending[begin + (sizes - 1) // 2] + ascending[begin + sizes // 2]) / 2
+        medians = np.zeros(len(self.nodes))
+        np.maximum.at(medians, nodes, np.repeat(of_branch, sizes))
+        return medians
 
     @property
     def end_branches(self) -> list[NDArray[np.int64]]:

@@ -1,0 +1,187 @@
+"""A mirror-symmetric skeleton for a mirror-symmetric mesh: the better half of it, and the mirror image of that half.
+
+Decisions at thresholds, such as whether the branch of a foot ends at the heel or at the toes, may fall differently on
+the two sides of a body. Nodes on the plane of symmetry are shared by both sides; branches that cross it get a node
+there. Of the two halves the one whose balls leave less of the surface uncovered replaces the other by its mirror image,
+unless that changes the number of components or of cycles.
+"""
+
+from __future__ import annotations
+
+__all__ = ["make_mirror_symmetric", "symmetry_planes"]
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.mirrors import Mirror, mirrors_at_centroid, principal_axes
+from lbskel.geometry.surface_queries import Surface
+from lbskel.geometry.vertex_map import VertexMap
+from lbskel.refinement.radii import inscribed_radii, mean_radii
+from lbskel.refinement.region_map import nearest_balls
+from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
+from lbskel.skeleton.skeleton import Skeleton
+
+# Distance of the mirror images of vertices from the surface, in mean radii of their branches: of 95 in 100,
+# and of all. A limb on one side only must not count as symmetric: none deviates by more than a branch must reach
+TYPICAL_DEVIATION = 0.1
+MAX_DEVIATION = MIN_BRANCH_RATIO
+# Height of a node above the plane, in inscribed radii, up to which it counts as on the plane
+ON_PLANE = 0.5
+# Vertices of a small and a large sample; the small one rules out nearly every plane that is none of symmetry
+N_SAMPLES = (100, 2_000)
+MAX_COSINE = 1e-3  # between the normals of two planes, so that a skeleton stays symmetric about the first
+
+
+def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Make a skeleton symmetric about the planes of symmetry of its surface.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With a node for each vertex of the mesh.
+    surface : Surface
+
+    Returns
+    -------
+    Skeleton
+        The same if the surface has no plane of symmetry, or if either half and its image have another number of
+        components or cycles.
+    """
+    V = surface.mesh.vertices
+    for plane, twins in symmetry_planes(skeleton, surface):
+        surface.deadline.check()
+        skeleton = inscribed_radii(skeleton, surface)
+        cut, side = _cut_at(plane, skeleton)
+        scales = _scales(skeleton, surface.mesh)
+        doubled = [_doubled(cut, side * sign, plane, V, twins) for sign in (1, -1) if (side * sign >= 0).any()]
+        alike = [
+            one for one in doubled if (one.n_components, one.cycle_rank) == (skeleton.n_components, skeleton.cycle_rank)
+        ]
+        skeleton = min(alike, key=lambda one: _uncovered(one, surface, scales), default=skeleton)
+    return skeleton
+
+
+def symmetry_planes(skeleton: Skeleton, surface: Surface) -> list[tuple[Mirror, NDArray[np.int64]]]:
+    """Find planes at right angles to each other about which a surface is symmetric.
+
+    The axes of the coordinates are tried after the principal axes, which are not unique for a body of revolution.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With a node for each vertex of the mesh; distances are relative to the mean radii of its branches.
+    surface : Surface
+
+    Returns
+    -------
+    list of (Mirror, (n,) array of int)
+        Each plane, with the vertex that is nearest to the mirror image of each vertex.
+    """
+    mesh, found = surface.mesh, list[tuple[Mirror, NDArray[np.int64]]]()
+    if not mesh.area > 0:
+        return found
+    scales = _scales(skeleton, mesh)
+    for plane in mirrors_at_centroid(mesh, [*principal_axes(mesh), *np.eye(3)]):
+        is_new = all(abs(plane.normal @ other.normal) <= MAX_COSINE for other, _ in found)
+        if is_new and _deviates_little(plane, surface, scales):
+            twins = _twins(plane, surface, scales)
+            found += [(plane, twins)] if twins is not None else []
+    return found
+
+
+def _deviates_little(plane: Mirror, surface: Surface, scales: NDArray[np.float64]) -> bool:
+    """Whether the mirror images of 95 in 100 vertices of a sample are on the surface; of a small sample first."""
+    used = surface.mesh.used_vertices
+    for n_samples in N_SAMPLES:
+        sample = used[:: max(1, len(used) // n_samples)]
+        deviations = surface.distance(plane.mirrored(surface.mesh.vertices[sample]))
+        if (deviations <= TYPICAL_DEVIATION * scales[sample]).mean() < 0.95:
+            return False
+    return True
+
+
+def _twins(plane: Mirror, surface: Surface, scales: NDArray[np.float64]) -> NDArray[np.int64] | None:
+    """(n,) vertex nearest to the mirror image of each vertex; None if an image is too far from the surface."""
+    images = plane.mirrored(surface.mesh.vertices)
+    distances, twins = cKDTree(surface.mesh.vertices).query(images)
+    far = np.flatnonzero(distances > MAX_DEVIATION * scales)
+    is_too_far = surface.distance(images[far]) > MAX_DEVIATION * scales[far]
+    return None if is_too_far.any() else twins
+
+
+def _scales(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
+    """(n,) mean radius of the node of each vertex, the median over its branch if it has one."""
+    radii = mean_radii(skeleton, mesh).radii
+    scales: NDArray[np.float64] = np.where(skeleton.degrees > 0, skeleton.branch_medians(radii), radii)
+    return scales[skeleton.node_of_vertex]
+
+
+def _cut_at(plane: Mirror, skeleton: Skeleton) -> tuple[Skeleton, NDArray[np.int64]]:
+    """Put a node wherever a branch crosses the plane; also the (k,) side of each node: 1, 0 or -1.
+
+    The ends of branches that are near the plane, and branches all of whose nodes are, are moved onto it. Other nodes
+    near the plane belong to the side of the nearest node along the branch that is not; they are reflected to it.
+    """
+    heights = plane.heights(skeleton.nodes)
+    side = np.where(np.abs(heights) <= ON_PLANE * skeleton.radii, 0, np.sign(heights).astype(np.int64))
+    for branch in skeleton.branches:
+        off = np.flatnonzero(side[branch])
+        if len(off):
+            inner = np.arange(1, len(branch) - 1)
+            nearest = off[np.rint(np.interp(inner, off, np.arange(len(off)))).astype(np.int64)]
+            side[branch[1:-1]] = side[branch[nearest]]
+    on_side = np.abs(heights) * side
+    nodes = skeleton.nodes + (on_side - heights)[:, None] * plane.normal
+    crosses = side[skeleton.edges].prod(axis=1) < 0
+    i, j = skeleton.edges[crosses].T
+    share = (on_side[i] / (on_side[i] - on_side[j]))[:, None]
+    new = len(nodes) + np.arange(len(i))
+    cut = replace(
+        skeleton,
+        nodes=np.concatenate([nodes, (1 - share) * nodes[i] + share * nodes[j]]),
+        edges=np.concatenate([skeleton.edges[~crosses], np.stack([i, new], axis=1), np.stack([new, j], axis=1)]),
+        radii=np.concatenate([skeleton.radii, skeleton.radii[[i, j]].mean(axis=0)]),
+        mean_radii=np.empty(0),
+    )
+    return cut, np.append(side, np.zeros_like(new))
+
+
+def _doubled(
+    skeleton: Skeleton,
+    side: NDArray[np.int64],
+    plane: Mirror,
+    vertices: NDArray[np.float64],
+    twins: NDArray[np.int64],
+) -> Skeleton:
+    """Keep the nodes on the plane and on side 1, with mirror images of the latter in place of those on side -1."""
+    kept, copied = np.flatnonzero(side >= 0), np.flatnonzero(side > 0)
+    own = np.full(len(side), -1)
+    own[kept] = np.arange(len(kept))
+    image = np.array(own)
+    image[copied] = len(kept) + np.arange(len(copied))
+    nodes = np.concatenate([skeleton.nodes[kept], plane.mirrored(skeleton.nodes[copied])])
+    edges = skeleton.edges[(own[skeleton.edges] >= 0).all(axis=1)]
+    is_on_side = plane.heights(vertices) * plane.heights(skeleton.nodes[copied]).sum() >= 0
+    nodes_of_vertices = own[skeleton.node_of_vertex], image[skeleton.node_of_vertex[twins]]
+    node_of_vertex = VertexMap(np.where(is_on_side, *nodes_of_vertices)).complete(vertices, nodes).indices
+    return replace(
+        skeleton,
+        nodes=nodes,
+        edges=np.concatenate([own[edges], image[edges]]),
+        radii=skeleton.radii[np.concatenate([kept, copied])],
+        node_of_vertex=node_of_vertex,
+    )
+
+
+def _uncovered(skeleton: Skeleton, surface: Surface, scales: NDArray[np.float64]) -> float:
+    """Sum of the distances of vertices from the nearest ball, relative to the scales."""
+    used = surface.mesh.used_vertices
+    sample = used[:: max(1, len(used) // N_SAMPLES[-1])]
+    points = surface.mesh.vertices[sample]
+    node = nearest_balls(skeleton, points)
+    gaps = np.linalg.norm(points - skeleton.nodes[node], axis=1) - skeleton.radii[node]
+    return float((np.maximum(gaps, 0) / scales[sample]).sum())

@@ -1,0 +1,139 @@
+"""Mirror symmetry: the better half of a skeleton and its mirror image, where the surface is symmetric."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+import lbskel
+from lbskel import Mesh, Skeleton
+from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.mirror_symmetry import make_mirror_symmetric, symmetry_planes
+from lbskel.shapes import capsule, torus
+from lbskel.shapes.hard import HARD_SHAPES
+
+
+def pear(sides=32):
+    """A rod whose upper half is thicker, and whose ends are bent towards x: only y = 0 is a plane of symmetry."""
+    rod = capsule(4.0, 0.6, sides)
+    V = np.array(rod.vertices)
+    V[:, :2] *= np.where(V[:, 2:] > 0, 1.5, 1.0)
+    V[:, 0] += 0.1 * V[:, 2] ** 2
+    return Mesh(V, rod.faces)
+
+
+def forked(left, right, junction=0.0):
+    """A trunk along z that ends in a junction at height ``junction`` over y = 0, and two branches along y."""
+    trunk = [[0, junction, -0.6], [0, junction, -0.3], [0, junction, 0]]
+    nodes = np.array([*trunk, *([0, y, 0] for y in (*left, *right))], dtype=float)
+    first_right = 3 + len(left)
+    chains = [0, 1, 2, *range(3, first_right)], [2, *range(first_right, len(nodes))]
+    edges = np.concatenate([np.stack([chain[:-1], chain[1:]], axis=1) for chain in chains])
+    return with_nearest_nodes(Skeleton(nodes, edges, np.zeros(len(nodes))), pear())
+
+
+def with_nearest_nodes(skeleton, mesh):
+    return replace(skeleton, node_of_vertex=cKDTree(skeleton.nodes).query(mesh.vertices)[1])
+
+
+def planes_of(mesh):
+    """The planes of symmetry of a mesh, relative to the radii of its skeleton."""
+    return [plane for plane, _ in symmetry_planes(lbskel.skeletonize(mesh), Surface(mesh))]
+
+
+def asymmetry(skeleton, axis=1):
+    """Largest distance of the mirror image of a node from the nearest node."""
+    images = skeleton.nodes * np.where(np.arange(3) == axis, -1, 1)
+    return cKDTree(skeleton.nodes).query(images)[0].max()
+
+
+def test_the_half_that_covers_more_replaces_the_other():
+    mesh = pear()
+    skeleton = forked([0.3, 0.6], [-0.3])
+    for given in (skeleton, replace(skeleton, nodes=skeleton.nodes * [1, -1, 1])):
+        result = make_mirror_symmetric(with_nearest_nodes(given, mesh), Surface(mesh))
+        assert sorted(result.nodes[result.tips, 1].round(9)) == [-0.6, 0, 0.6]
+        assert asymmetry(result) == pytest.approx(0, abs=1e-9)
+        assert len(result.junctions) == 1
+        assert result.n_components == 1
+
+
+def test_every_vertex_has_a_node_on_its_side():
+    mesh = pear()
+    result = make_mirror_symmetric(forked([0.3, 0.6], [-0.3]), Surface(mesh))
+    heights = result.nodes[result.node_of_vertex, 1] * mesh.vertices[:, 1]
+    assert heights.min() >= -1e-9
+    assert set(result.node_of_vertex[mesh.vertices[:, 1] > 0.3]) != set(result.node_of_vertex)
+    nearest = np.linalg.norm(mesh.vertices - result.nodes[cKDTree(result.nodes).query(mesh.vertices)[1]], axis=1)
+    chosen = np.linalg.norm(mesh.vertices - result.nodes[result.node_of_vertex], axis=1)
+    assert np.allclose(chosen, nearest, atol=0.1)  # the vertices mirror each other to within that
+
+
+def test_a_vertex_has_the_image_of_the_node_of_its_twin():
+    mesh = pear()
+    given = forked([0.3, 0.6], [-0.3])
+    given = replace(given, node_of_vertex=np.where(mesh.vertices[:, 1] > 0, 4, given.node_of_vertex))
+    result = make_mirror_symmetric(given, Surface(mesh))
+    heights = result.nodes[result.node_of_vertex, 1]
+    assert heights[mesh.vertices[:, 1] > 1e-3].round(9).tolist() == [0.6] * int((mesh.vertices[:, 1] > 1e-3).sum())
+    assert set(heights[mesh.vertices[:, 1] < -1e-3].round(9)) == {-0.6}
+
+
+def test_nodes_near_the_plane_are_moved_onto_it_or_to_the_side_of_their_branch():
+    result = make_mirror_symmetric(forked([-0.02, 0.3, 0.6], [-0.3, -0.5], junction=0.05), Surface(pear()))
+    assert np.abs(result.nodes[:, 1]).round(9).tolist().count(0) == 3  # the trunk and the junction
+    assert sorted(np.abs(result.nodes[:, 1]).round(9))[3:] == [0.02, 0.02, 0.3, 0.3, 0.6, 0.6]
+    assert asymmetry(result) == pytest.approx(0, abs=1e-9)
+
+
+def test_a_branch_that_crosses_the_plane_gets_a_node_on_it():
+    mesh = pear()
+    across = Skeleton([[0, -0.5, 0], [0, 0.4, 0.9], [0, 0.6, 1.2]], [[0, 1], [1, 2]], np.zeros(3))
+    result = make_mirror_symmetric(with_nearest_nodes(across, mesh), Surface(mesh))
+    assert len(result.nodes) == 5
+    assert [0, 0, 0.5] in result.nodes.round(9).tolist()
+    assert asymmetry(result) == pytest.approx(0, abs=1e-9)
+
+
+def test_a_loop_on_one_side_leaves_the_skeleton_as_it_is():
+    mesh = pear()
+    given = forked([0.3, 0.5], [-0.3])
+    nodes = np.concatenate([given.nodes, [[0.1, 0.4, 0.2]]])
+    looped = Skeleton(nodes, [*given.edges, [3, 6], [6, 4]], np.zeros(7))
+    result = make_mirror_symmetric(with_nearest_nodes(looped, mesh), Surface(mesh))
+    assert np.array_equal(result.nodes, looped.nodes)
+    assert np.array_equal(result.edges, looped.edges)
+
+
+def test_the_planes_of_a_turned_torus():
+    turn = Rotation.from_euler("xyz", [20, 30, 40], degrees=True).as_matrix()
+    mesh = torus(1.0, 0.3)
+    planes = planes_of(mesh.with_vertices(mesh.vertices @ turn.T + 5))
+    normals = np.array([plane.normal for plane in planes])
+    assert np.abs(normals @ turn[:, 2]).max() == pytest.approx(1)
+    assert normals @ normals.T == pytest.approx(np.eye(len(normals)), abs=2e-3)
+
+
+def test_a_limb_on_one_side_makes_a_mesh_asymmetric():
+    mesh = pear(96)
+    (plane,) = planes_of(mesh)
+    assert np.abs(plane.normal) == pytest.approx([0, 1, 0])
+    V = np.array(mesh.vertices)
+    horn = np.argmax(V[:, 1])  # one vertex of thousands, too little to move the centroid
+    V[horn, 1] += 1.6
+    horned = Mesh(V, mesh.faces)
+    assert planes_of(horned) == []
+    flat = Mesh(np.zeros((3, 3)), [[0, 1, 2]])
+    assert symmetry_planes(with_nearest_nodes(Skeleton([[0, 0, 0]], [], [0.0]), flat), Surface(flat)) == []
+    skeleton = lbskel.skeletonize(horned)
+    assert make_mirror_symmetric(skeleton, Surface(horned)) is skeleton
+
+
+def test_the_skeleton_of_a_torso_is_symmetric():
+    shape = HARD_SHAPES["torso"]()
+    (plane,) = planes_of(shape.mesh)
+    skeleton = lbskel.skeletonize(shape.mesh)
+    tips = skeleton.nodes[skeleton.tips]
+    assert cKDTree(tips).query(plane.mirrored(tips))[0].max() < 0.01 * skeleton.mean_radii.min()
