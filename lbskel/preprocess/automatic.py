@@ -19,11 +19,11 @@ from lbskel.geometry.canonical_order import in_canonical_order
 from lbskel.geometry.components import MIN_FACES, components, find_crumbs
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh, as_mesh
+from lbskel.geometry.roughness import ROUGHNESS_LIMIT, roughness
 from lbskel.geometry.shape_diameter import renumbered_local_radii
 from lbskel.preprocess.cleaning import clean, extract_faces, merge_close, remove_duplicates
 from lbskel.preprocess.degenerate_faces import remove_degenerate
 from lbskel.preprocess.holes import close_holes, find_open_ends
-from lbskel.preprocess.noise import ROUGHNESS_LIMIT, roughness
 from lbskel.preprocess.orientation import fix_orientation, split_nonmanifold
 from lbskel.preprocess.pipelines import PIPELINES, Pipeline
 from lbskel.preprocess.remeshing import smooth_noise

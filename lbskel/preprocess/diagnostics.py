@@ -12,12 +12,12 @@ import numpy as np
 
 from lbskel.geometry.components import components
 from lbskel.geometry.mesh import as_mesh
+from lbskel.geometry.roughness import roughness
 from lbskel.preprocess.automatic import COARSE_EDGE, preprocess_mesh
 from lbskel.preprocess.cleaning import clean
 from lbskel.preprocess.degenerate_faces import corner_angles
 from lbskel.preprocess.holes import boundary_loops
 from lbskel.preprocess.messages import describe_findings, reasons_against_contraction
-from lbskel.preprocess.noise import roughness
 from lbskel.preprocess.orientation import MIN_SHEET_VECTOR_AREA, relative_vector_area
 from lbskel.preprocess.self_intersections import self_intersecting_faces
 from lbskel.preprocess.subdivision import coarse_fraction
@@ -70,7 +70,7 @@ class MeshReport:
     coarse_fraction : float
         Fraction of the faces with an edge that is long relative to the local thickness.
     roughness : float
-        Height of noise, in edge lengths, as :func:`lbskel.preprocess.noise.roughness` measures it.
+        Height of noise, in edge lengths, as :func:`lbskel.geometry.roughness.roughness` measures it.
     diagonal, area : float
         In the units of the mesh.
     volume : float or None

@@ -12,8 +12,8 @@ import numpy as np
 from lbskel.errors import first_few
 from lbskel.geometry.components import MIN_FACES, components
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.roughness import ROUGHNESS_LIMIT
 from lbskel.preprocess.automatic import COARSE_EDGE, MAX_COARSE_FRACTION
-from lbskel.preprocess.noise import ROUGHNESS_LIMIT
 from lbskel.preprocess.orientability import why_no_inside
 from lbskel.preprocess.orientation import MIN_SHEET_VECTOR_AREA, relative_vector_area
 

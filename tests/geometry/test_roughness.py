@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from lbskel import Mesh, check, ground_truth_distances, skeletonize
+from lbskel.geometry.roughness import ROUGHNESS_LIMIT, roughness
 from lbskel.preprocess import preprocess_mesh
-from lbskel.preprocess.noise import ROUGHNESS_LIMIT, roughness
 from lbskel.shapes import SHAPES, make, mesh_solid, schwarz_lantern, sphere, torus
 
 
