@@ -27,7 +27,7 @@ from benchmarks.summaries import MEASURES, means
 from lbskel.geometry.mirrors import Mirror
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.mirror_symmetry import symmetry_planes
-from lbskel.shapes import SHAPES, Shape, make
+from lbskel.shapes import SHAPES, Shape, make, with_local_noise
 from lbskel.shapes.hard import HARD_SHAPES
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.pruning import merge_junctions
@@ -114,6 +114,9 @@ BOUNDS: dict[str, dict[str, Any]] = {
     for value in values
 }
 
+NOISES = (0.1, 0.2, 0.3)  # standard deviation of noise along the normals, in local edge lengths
+NOISE_RATIOS = (0.0, 4.0, 8.0, 16.0)  # excess over the height of noise that uncovered limbs have at least
+
 
 @contextmanager
 def replaced(name: str) -> Iterator[None]:
@@ -153,9 +156,10 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
     ]
     on = tubes, list(shapes.values()), real, baseline, planes
     ablation = [_ablation(name, *on) for name in ("none", *PASSES, *BOUNDS)]
+    noise = [_noise_row(deviation, ratio, real) for deviation in NOISES for ratio in NOISE_RATIOS]
     save_json(
         results / "refinement.json",
-        {"summary": summary, "rows": rows, "ablation": ablation},
+        {"summary": summary, "rows": rows, "ablation": ablation, "noise": noise},
         packages=("PyGEL3D", "CGAL"),
         meshes=paths,
     )
@@ -167,6 +171,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
             "Each hard shape": markdown_table(rows),
             f"Passes left out or bounds replaced: {len(tubes)} tubes, {len(shapes)} hard shapes, {len(real)} meshes, "
             f"{sum(map(bool, planes))} with a plane of symmetry": markdown_table(ablation),
+            f"Noise on real meshes, by the excess of a limb over it: {len(real)} meshes": markdown_table(noise),
         },
     )
 
@@ -257,3 +262,19 @@ def _n_without_twin(skeleton: lbskel.Skeleton, planes: Sequence[Mirror]) -> int:
     """Count the tips whose mirror image in a plane has no tip within TIP_DISTANCE of their mean radii."""
     images = [replace(skeleton, nodes=plane.mirrored(skeleton.nodes)) for plane in planes]
     return sum(_n_lost(skeleton, image) for image in images)
+
+
+def _noise_row(deviation: float, ratio: float, meshes: Sequence[lbskel.Mesh]) -> dict[str, Any]:
+    """Compare the tips of meshes with and without noise, with a bound on the excess of limbs over noise."""
+    with mock.patch("lbskel.refinement.uncovered_limbs.MIN_NOISE_RATIO", ratio):
+        clean = [lbskel.skeletonize(mesh) for mesh in meshes]
+        noisy = [lbskel.skeletonize(with_local_noise(mesh, deviation)) for mesh in meshes]
+    return {
+        "noise, edges": deviation,
+        "excess over noise": ratio,
+        "tips without noise": sum(len(skeleton.tips) for skeleton in clean),
+        "tips with noise": sum(len(skeleton.tips) for skeleton in noisy),
+        "tips lost": sum(map(_n_lost, noisy, clean)),
+        "tips added": sum(map(_n_lost, clean, noisy)),
+        "most tips added to one mesh": max(map(_n_lost, clean, noisy), default=0),
+    }

@@ -8,7 +8,8 @@ l = d - c R, is a limb if
     2 pi l^2 / A > min_elongation.
 
 For a round limb of radius r, A = 2 pi r l, so the left side is l / r. A hemisphere has 1, and the rim of a flat part,
-which is long relative to its excess, has less.
+which is long relative to its excess, has less. A vertex that noise has moved outwards is no limb: l must exceed the
+height of noise, which is the roughness of the surface times the length of the longest edge at the end, several times.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from scipy.spatial import cKDTree
 
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.roughness import roughness
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.skeleton import Skeleton
@@ -32,6 +34,8 @@ from lbskel.skeleton.skeleton import Skeleton
 # units of their mean thickness: the vertices of a limb without a branch are nearest to its base, and far from it. A
 # section three times as wide as thick has a mean radius of about one thickness.
 MAX_WIDTH = 1.0
+# Excess of a limb over the height of noise. "Noise on real meshes" in benchmarks/results/refinement.md
+MIN_NOISE_RATIO = 8.0
 TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -128,6 +132,8 @@ def find_uncovered_limbs(balls: BallDistances, *, min_reach: float, min_elongati
     ends = uncovered[np.sort(np.unique(patch[uncovered], return_index=True)[1])]  # the farthest of each patch
     excess, area = distances[ends] - min_reach * radii[ends], area_of_patch[patch[ends]]
     is_limb = 2 * np.pi * excess**2 > min_elongation * area
+    if is_limb.any():
+        is_limb &= excess > MIN_NOISE_RATIO * roughness(mesh) * _longest_edges(mesh, ends)
     ends, excess, area = ends[is_limb], excess[is_limb], area[is_limb]
     limb_of_patch = np.full(patch.max(initial=0) + 1, -1)
     limb_of_patch[patch[ends]] = np.arange(len(ends))
@@ -138,3 +144,10 @@ def find_uncovered_limbs(balls: BallDistances, *, min_reach: float, min_elongati
         radii=area / (2 * np.pi * excess),
         limb_of_vertex=np.where(is_uncovered, limb_of_patch[patch], -1),
     )
+
+
+def _longest_edges(mesh: Mesh, vertices: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(u,) length of the longest edge at each of some vertices."""
+    longest = np.zeros(len(mesh.vertices))
+    np.maximum.at(longest, mesh.edges, mesh.edge_lengths[:, None])
+    return longest[vertices]

@@ -8,7 +8,7 @@ from helpers import path_in
 
 from lbskel import Mesh, skeletonize
 from lbskel.refinement.uncovered_limbs import ball_distances, find_uncovered_limbs
-from lbskel.shapes import capsule, make, sphere
+from lbskel.shapes import capsule, make, sphere, with_local_noise
 from lbskel.skeleton.editing import contract_nodes
 
 
@@ -62,6 +62,19 @@ def test_a_limb_shorter_than_the_bound_counts_as_covered():
     at_center = path_in(drawn, [[-0.01, 0, 0], [0.01, 0, 0]], radius=1.0)
     assert len(find_uncovered_limbs(ball_distances(at_center, drawn), min_reach=1.75, min_elongation=1.5).ends) == 1
     assert len(find_uncovered_limbs(ball_distances(at_center, drawn), min_reach=5.0, min_elongation=1.5).ends) == 0
+
+
+def test_a_vertex_that_noise_has_moved_is_no_limb_and_a_long_one_is():
+    """A spike on one vertex is as high as the noise of its long edges; a cone over many vertices is far higher."""
+    ball, bounds = sphere(4), {"min_reach": 1.1, "min_elongation": 1.5}
+    top = np.argmax(ball.vertices[:, 2])
+    spiked = ball.vertices * np.where(np.arange(len(ball.vertices)) == top, 1.3, 1.0)[:, None]
+    coned = ball.vertices * np.where(ball.vertices[:, 2:] > 0.95, [1, 1, 2], 1)
+    for vertices, on_smooth, on_noisy in ((spiked, 1, 0), (coned, 1, 1)):
+        for noise, n_limbs in ((0.0, on_smooth), (0.2, on_noisy)):
+            mesh = with_local_noise(ball.with_vertices(vertices), noise)
+            at_center = path_in(mesh, [[-0.01, 0, 0], [0.01, 0, 0]], radius=1.0)
+            assert len(find_uncovered_limbs(ball_distances(at_center, mesh), **bounds).ends) == n_limbs
 
 
 def test_vertices_of_no_face_are_no_limb():
