@@ -24,7 +24,7 @@ from lbskel.refinement.level_sets import find_geodesic_caps, interior_axes
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.refinement.region_map import nearest_balls
 from lbskel.refinement.tips import extend_ends, trace_centerline
-from lbskel.refinement.uncovered_limbs import BallDistances, UncoveredLimbs, ball_distances, find_uncovered_limbs
+from lbskel.refinement.uncovered_limbs import UncoveredLimbs, ball_distances, find_uncovered_limbs
 from lbskel.skeleton.skeleton import Skeleton
 
 # Lower bounds on the reach and the elongation of a limb (lbskel.refinement.uncovered_limbs). A short limb of a thick
@@ -49,25 +49,15 @@ def grow_uncovered_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
     skeleton : Skeleton
     surface : Surface
     """
-    balls: BallDistances | None = None
-    for min_reach, min_elongation in LIMB_BOUNDS:
-        if balls is None:
-            on_proxy = replace(skeleton, node_of_vertex=surface.on_proxy(skeleton.node_of_vertex))
-            balls = ball_distances(inscribed_radii(on_proxy, surface.proxy), surface.proxy.mesh)
-        limbs = find_uncovered_limbs(balls, min_reach=min_reach, min_elongation=min_elongation)
-        grown = _grown(skeleton, surface, limbs, min_reach)
-        if grown is not skeleton:
-            skeleton, balls = grown, None
-    return skeleton
-
-
-def _grown(skeleton: Skeleton, surface: Surface, limbs: UncoveredLimbs, min_reach: float) -> Skeleton:
-    """Grow a branch along each of some limbs that no other one covers."""
-    mesh = surface.proxy.mesh
+    on_proxy = replace(skeleton, node_of_vertex=surface.on_proxy(skeleton.node_of_vertex))
+    balls = ball_distances(inscribed_radii(on_proxy, surface.proxy), surface.proxy.mesh)
+    limbs = find_uncovered_limbs(balls, LIMB_BOUNDS)
     if len(limbs.ends) == 0:
         return skeleton
+    mesh = surface.proxy.mesh
     axes, widths = _centered(_axes(limbs, surface), limbs.radii, surface)
-    grown = _not_covered(mesh.vertices[limbs.ends], axes, [min_reach * width for width in widths])
+    reaches = [reach * width for reach, width in zip(limbs.min_reaches.tolist(), widths, strict=True)]
+    grown = _not_covered(mesh.vertices[limbs.ends], axes, reaches)
     if not grown:
         return skeleton
     bases = np.zeros(len(limbs.ends), dtype=np.int64)

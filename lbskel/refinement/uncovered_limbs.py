@@ -16,6 +16,7 @@ from __future__ import annotations
 
 __all__ = ["BallDistances", "UncoveredLimbs", "ball_distances", "find_uncovered_limbs"]
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,7 +42,7 @@ TINY = float(np.finfo(np.float64).tiny)
 
 @dataclass(frozen=True, eq=False)
 class UncoveredLimbs:
-    """The limbs of a surface that its skeleton leaves uncovered, the one with the farthest end first.
+    """The limbs of a surface that its skeleton leaves uncovered, by each pair of bounds in order of their distance.
 
     Parameters
     ----------
@@ -53,6 +54,8 @@ class UncoveredLimbs:
         The radius of the skeleton there.
     radii : (u,) array of float
         Radius of a round limb of the same excess and area.
+    min_reaches : (u,) array of float
+        The bound c by which each limb was found.
     limb_of_vertex : (n,) array of int
         The limb of each vertex of the mesh, -1 for none.
     """
@@ -61,6 +64,7 @@ class UncoveredLimbs:
     bases: NDArray[np.float64]
     base_radii: NDArray[np.float64]
     radii: NDArray[np.float64]
+    min_reaches: NDArray[np.float64]
     limb_of_vertex: NDArray[np.int64]
 
 
@@ -112,15 +116,43 @@ def ball_distances(skeleton: Skeleton, mesh: Mesh) -> BallDistances:
     return BallDistances(mesh, distances, nearest, radii, ratios)
 
 
-def find_uncovered_limbs(balls: BallDistances, *, min_reach: float, min_elongation: float) -> UncoveredLimbs:
+def find_uncovered_limbs(balls: BallDistances, bounds: Sequence[tuple[float, float]]) -> UncoveredLimbs:
     """Find the limbs of a mesh that stand out of the balls of a skeleton.
 
     Parameters
     ----------
     balls : BallDistances
-    min_reach : float
-        Lower bound on the distance of uncovered vertices from the skeleton, in radii of the skeleton: c.
-    min_elongation : float
+    bounds : sequence of (float, float)
+        Lower bounds on the distance of uncovered vertices from the skeleton, in radii of the skeleton, c, and on the
+        elongation. A limb that contains one found by an earlier pair is left out.
+    """
+    limb_of_vertex = np.full(len(balls.mesh.vertices), -1)
+    parts: list[tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]] = []
+    n_limbs = 0
+    for min_reach, min_elongation in bounds:
+        patch, ends, excess, area = _elongated_patches(balls, min_reach, min_elongation)
+        has_limb = np.zeros(len(limb_of_vertex), dtype=bool)
+        has_limb[patch[limb_of_vertex >= 0]] = True
+        is_new = ~has_limb[patch[ends]]
+        ends, excess, area = ends[is_new], excess[is_new], area[is_new]
+        limb_of_patch = np.full(len(limb_of_vertex), -1)
+        limb_of_patch[patch[ends]] = n_limbs + np.arange(len(ends))
+        limb_of_vertex = np.where(limb_of_vertex < 0, limb_of_patch[patch], limb_of_vertex)
+        parts.append((ends, area / (2 * np.pi * excess), np.full(len(ends), min_reach)))
+        n_limbs += len(ends)
+    ends, radii, min_reaches = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return UncoveredLimbs(ends, balls.nearest[ends], balls.radii[ends], radii, min_reaches, limb_of_vertex)
+
+
+def _elongated_patches(
+    balls: BallDistances, min_reach: float, min_elongation: float
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """Find connected sets of uncovered vertices that are limbs.
+
+    Returns
+    -------
+    tuple
+        The (n,) patch of each vertex, covered ones in patches of their own, and for each limb its end, excess and area.
     """
     mesh, distances, radii = balls.mesh, balls.distances, balls.radii
     is_uncovered, n_vertices = balls.ratios > min_reach, len(mesh.vertices)
@@ -134,16 +166,7 @@ def find_uncovered_limbs(balls: BallDistances, *, min_reach: float, min_elongati
     is_limb = 2 * np.pi * excess**2 > min_elongation * area
     if is_limb.any():
         is_limb &= excess > MIN_NOISE_RATIO * roughness(mesh) * _longest_edges(mesh, ends)
-    ends, excess, area = ends[is_limb], excess[is_limb], area[is_limb]
-    limb_of_patch = np.full(patch.max(initial=0) + 1, -1)
-    limb_of_patch[patch[ends]] = np.arange(len(ends))
-    return UncoveredLimbs(
-        ends=ends,
-        bases=balls.nearest[ends],
-        base_radii=radii[ends],
-        radii=area / (2 * np.pi * excess),
-        limb_of_vertex=np.where(is_uncovered, limb_of_patch[patch], -1),
-    )
+    return patch.astype(np.int64), ends[is_limb], excess[is_limb], area[is_limb]
 
 
 def _longest_edges(mesh: Mesh, vertices: NDArray[np.int64]) -> NDArray[np.float64]:
