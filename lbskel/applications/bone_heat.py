@@ -65,9 +65,7 @@ def bone_weights(
     is_own = _nearest_bones(mesh, heads, tails, parents, bone_of_vertex)
     first = is_own.argmax(axis=1)
     distances = np.linalg.norm(_offsets(mesh.vertices, heads[first], tails[first]), axis=1) / size
-    longest = np.zeros(n)
-    np.maximum.at(longest, mesh.edges, mesh.edge_lengths[:, None] / size)
-    reach = np.maximum(distances / np.sqrt(HEAT), np.maximum(EDGES * longest, EPSILON))
+    reach = np.maximum(distances / np.sqrt(HEAT), np.maximum(EDGES * mesh.longest_edges / size, EPSILON))
     mass = operator.mass.diagonal()
     contact = np.maximum(mass, EPSILON * mass.mean()) / reach**2
     source = contact[:, None] * is_own

@@ -127,6 +127,13 @@ class Mesh(MeshExchange):
         return read_only(np.sqrt(x * x + y * y + z * z))  # numpy.linalg.norm takes twice the time
 
     @property
+    def longest_edges(self) -> NDArray[np.float64]:
+        """(n,) length of the longest edge at each vertex, 0 without an edge."""
+        longest = np.zeros(len(self.vertices))
+        np.maximum.at(longest, self.edges, self.edge_lengths[:, None])
+        return read_only(longest)
+
+    @property
     def edge_of_half_edge(self) -> NDArray[np.int64]:
         """(3m,) row of :attr:`edges` of each half-edge."""
         return self._edge_table[1]

@@ -25,15 +25,17 @@ from lbskel.refinement.region_map import nearest_balls
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
-# Distance of the mirror images of vertices from the surface, in mean radii of their branches: of 95 in 100,
-# and of all. A limb on one side only must not count as symmetric: none deviates by more than a branch must reach
+# Distance of the mirror images of vertices from the surface, in mean radii of their branches: that of 95 in 100, rows
+# "deviations of" in benchmarks/results/refinement.md, and that of all. A limb on one side only must not count as
+# symmetric: none deviates by more than a branch must at least reach
 TYPICAL_DEVIATION = 0.1
 MAX_DEVIATION = MIN_BRANCH_RATIO
-# Height of a node above the plane, in inscribed radii, up to which it counts as on the plane
+# Height of a node above the plane, in inscribed radii, up to which it counts as on the plane. Rows "on the plane below"
+# in benchmarks/results/refinement.md
 ON_PLANE = 0.5
-# Vertices of a small and a large sample; the small one rules out nearly every plane that is none of symmetry
+# Vertices of a small and a large sample, which bound the time: the small one rules out nearly every plane that is none
+# of symmetry; guesses
 N_SAMPLES = (100, 2_000)
-MAX_COSINE = 1e-3  # between the normals of two planes, so that a skeleton stays symmetric about the first
 
 
 def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -51,13 +53,12 @@ def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
         The same if the surface has no plane of symmetry, or if either half and its image have another number of
         components or cycles.
     """
-    V = surface.mesh.vertices
     for plane, twins in symmetry_planes(skeleton, surface):
         surface.deadline.check()
-        skeleton = inscribed_radii(skeleton, surface)
-        cut, side = _cut_at(plane, skeleton)
+        cut, side = _cut_at(plane, inscribed_radii(skeleton, surface))
         scales = _scales(skeleton, surface.mesh)
-        doubled = [_doubled(cut, side * sign, plane, V, twins) for sign in (1, -1) if (side * sign >= 0).any()]
+        halves = [sign for sign in (1, -1) if (side * sign >= 0).any()]
+        doubled = [_doubled(cut, side, sign, plane, surface.mesh.vertices, twins) for sign in halves]
         alike = [
             one for one in doubled if (one.n_components, one.cycle_rank) == (skeleton.n_components, skeleton.cycle_rank)
         ]
@@ -68,7 +69,8 @@ def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
 def symmetry_planes(skeleton: Skeleton, surface: Surface) -> list[tuple[Mirror, NDArray[np.int64]]]:
     """Find planes at right angles to each other about which a surface is symmetric.
 
-    The axes of the coordinates are tried after the principal axes, which are not unique for a body of revolution.
+    The axes of the coordinates are tried if no principal axis is normal to one: these are not unique if two moments of
+    the surface are equal.
 
     Parameters
     ----------
@@ -81,27 +83,34 @@ def symmetry_planes(skeleton: Skeleton, surface: Surface) -> list[tuple[Mirror, 
     list of (Mirror, (n,) array of int)
         Each plane, with the vertex that is nearest to the mirror image of each vertex.
     """
-    mesh, found = surface.mesh, list[tuple[Mirror, NDArray[np.int64]]]()
+    mesh = surface.mesh
     if not mesh.area > 0:
-        return found
+        return []
     scales = _scales(skeleton, mesh)
-    for plane in mirrors_at_centroid(mesh, [*principal_axes(mesh), *np.eye(3)]):
-        is_new = all(abs(plane.normal @ other.normal) <= MAX_COSINE for other, _ in found)
-        if is_new and _deviates_little(plane, surface, scales):
-            twins = _twins(plane, surface, scales)
-            found += [(plane, twins)] if twins is not None else []
-    return found
+    for normals in (principal_axes(mesh), np.eye(3)):
+        planes = [plane for plane in mirrors_at_centroid(mesh, normals) if _deviates_little(plane, surface, scales)]
+        with_twins = [(plane, _twins(plane, surface, scales)) for plane in planes]
+        found = [(plane, twins) for plane, twins in with_twins if twins is not None]
+        if found:
+            return found
+    return []
 
 
 def _deviates_little(plane: Mirror, surface: Surface, scales: NDArray[np.float64]) -> bool:
     """Whether the mirror images of 95 in 100 vertices of a sample are on the surface; of a small sample first."""
-    used = surface.mesh.used_vertices
     for n_samples in N_SAMPLES:
-        sample = used[:: max(1, len(used) // n_samples)]
+        sample = _sample(surface, n_samples)
         deviations = surface.distance(plane.mirrored(surface.mesh.vertices[sample]))
         if (deviations <= TYPICAL_DEVIATION * scales[sample]).mean() < 0.95:
             return False
     return True
+
+
+def _sample(surface: Surface, n_samples: int) -> NDArray[np.int64]:
+    """Every n-th vertex, so that there are at least as many as asked for if there are so many."""
+    used = surface.mesh.used_vertices
+    sample: NDArray[np.int64] = used[:: max(1, len(used) // n_samples)]
+    return sample
 
 
 def _twins(plane: Mirror, surface: Surface, scales: NDArray[np.float64]) -> NDArray[np.int64] | None:
@@ -153,19 +162,20 @@ def _cut_at(plane: Mirror, skeleton: Skeleton) -> tuple[Skeleton, NDArray[np.int
 def _doubled(
     skeleton: Skeleton,
     side: NDArray[np.int64],
+    sign: int,
     plane: Mirror,
     vertices: NDArray[np.float64],
     twins: NDArray[np.int64],
 ) -> Skeleton:
-    """Keep the nodes on the plane and on side 1, with mirror images of the latter in place of those on side -1."""
-    kept, copied = np.flatnonzero(side >= 0), np.flatnonzero(side > 0)
+    """Keep the nodes on the plane and on one side, with mirror images of the latter in place of those on the other."""
+    kept, copied = np.flatnonzero(side * sign >= 0), np.flatnonzero(side * sign > 0)
     own = np.full(len(side), -1)
     own[kept] = np.arange(len(kept))
     image = np.array(own)
     image[copied] = len(kept) + np.arange(len(copied))
     nodes = np.concatenate([skeleton.nodes[kept], plane.mirrored(skeleton.nodes[copied])])
     edges = skeleton.edges[(own[skeleton.edges] >= 0).all(axis=1)]
-    is_on_side = plane.heights(vertices) * plane.heights(skeleton.nodes[copied]).sum() >= 0
+    is_on_side = plane.heights(vertices) * sign >= 0
     nodes_of_vertices = own[skeleton.node_of_vertex], image[skeleton.node_of_vertex[twins]]
     node_of_vertex = VertexMap(np.where(is_on_side, *nodes_of_vertices)).complete(vertices, nodes).indices
     return replace(
@@ -179,8 +189,7 @@ def _doubled(
 
 def _uncovered(skeleton: Skeleton, surface: Surface, scales: NDArray[np.float64]) -> float:
     """Sum of the distances of vertices from the nearest ball, relative to the scales."""
-    used = surface.mesh.used_vertices
-    sample = used[:: max(1, len(used) // N_SAMPLES[-1])]
+    sample = _sample(surface, N_SAMPLES[-1])
     points = surface.mesh.vertices[sample]
     node = nearest_balls(skeleton, points)
     gaps = np.linalg.norm(points - skeleton.nodes[node], axis=1) - skeleton.radii[node]

@@ -35,7 +35,8 @@ from lbskel.skeleton.skeleton import Skeleton
 # units of their mean thickness: the vertices of a limb without a branch are nearest to its base, and far from it. A
 # section three times as wide as thick has a mean radius of about one thickness.
 MAX_WIDTH = 1.0
-# Excess of a limb over the height of noise. "Noise on real meshes" in benchmarks/results/refinement.md
+# Lower bound on the excess of a limb, in heights of noise, against branches along vertices that noise has moved. "Noise
+# on real meshes" in benchmarks/results/refinement.md
 MIN_NOISE_RATIO = 8.0
 TINY = float(np.finfo(np.float64).tiny)
 
@@ -165,12 +166,5 @@ def _elongated_patches(
     excess, area = distances[ends] - min_reach * radii[ends], area_of_patch[patch[ends]]
     is_limb = 2 * np.pi * excess**2 > min_elongation * area
     if is_limb.any():
-        is_limb &= excess > MIN_NOISE_RATIO * roughness(mesh) * _longest_edges(mesh, ends)
+        is_limb &= excess > MIN_NOISE_RATIO * roughness(mesh) * mesh.longest_edges[ends]
     return patch.astype(np.int64), ends[is_limb], excess[is_limb], area[is_limb]
-
-
-def _longest_edges(mesh: Mesh, vertices: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(u,) length of the longest edge at each of some vertices."""
-    longest = np.zeros(len(mesh.vertices))
-    np.maximum.at(longest, mesh.edges, mesh.edge_lengths[:, None])
-    return longest[vertices]

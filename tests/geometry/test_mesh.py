@@ -494,6 +494,11 @@ def test_areas_of_vertices_are_a_third_of_their_faces():
     assert mesh.vertex_areas == pytest.approx([2 / 3, (2 + small) / 3, (2 + small) / 3, small / 3, 0])
 
 
+def test_the_longest_edge_at_each_vertex():
+    mesh = Mesh([[0, 0, 0], [3, 0, 0], [0, 4, 0], [0, 0, 1], [9, 9, 9]], [[0, 1, 2], [0, 2, 3]])
+    assert mesh.longest_edges == pytest.approx([4, 5, 5, 17**0.5, 0])
+
+
 def test_areas_of_degenerate_faces_are_zero():
     mesh = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2], [0, 1, 1], [2, 2, 2]])
     assert mesh.face_areas.tolist() == [0, 0, 0]
