@@ -3,7 +3,7 @@
 Decisions at thresholds, such as whether the branch of a foot ends at the heel or at the toes, may fall differently on
 the two sides of a body. Nodes on the plane of symmetry are shared by both sides; branches that cross it get a node
 there. Of the two halves the one whose balls leave less of the surface uncovered replaces the other by its mirror image,
-unless that changes the number of components or of cycles.
+unless that changes the number of components or of cycles, or leaves more uncovered than before.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
     -------
     Skeleton
         The same if the surface has no plane of symmetry, or if either half and its image have another number of
-        components or cycles.
+        components or cycles, or leave more of the surface uncovered.
     """
     for plane, twins in symmetry_planes(skeleton, surface):
         surface.deadline.check()
@@ -62,7 +62,11 @@ def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
         alike = [
             one for one in doubled if (one.n_components, one.cycle_rank) == (skeleton.n_components, skeleton.cycle_rank)
         ]
-        skeleton = min(alike, key=lambda one: _uncovered(one, surface, scales), default=skeleton)
+        uncovered = [_uncovered(one, surface, scales) for one in alike]
+        # of a symmetric surface, the better half leaves no more uncovered than both, but for the deviations
+        limit = _uncovered(cut, surface, scales) + TYPICAL_DEVIATION
+        if min(uncovered, default=np.inf) <= limit:
+            skeleton = alike[int(np.argmin(uncovered))]
     return skeleton
 
 
@@ -188,9 +192,9 @@ def _doubled(
 
 
 def _uncovered(skeleton: Skeleton, surface: Surface, scales: NDArray[np.float64]) -> float:
-    """Sum of the distances of vertices from the nearest ball, relative to the scales."""
+    """Mean distance of vertices from the nearest ball, relative to the scales."""
     sample = _sample(surface, N_SAMPLES[-1])
     points = surface.mesh.vertices[sample]
     node = nearest_balls(skeleton, points)
     gaps = np.linalg.norm(points - skeleton.nodes[node], axis=1) - skeleton.radii[node]
-    return float((np.maximum(gaps, 0) / scales[sample]).sum())
+    return float((np.maximum(gaps, 0) / scales[sample]).mean())

@@ -106,6 +106,14 @@ def test_a_loop_on_one_side_leaves_the_skeleton_as_it_is():
     assert make_mirror_symmetric(looped, Surface(mesh)) is looped
 
 
+def test_half_of_an_oblique_trunk_is_not_taken():
+    """Either half and its image cover one end of the rod, and neither covers both."""
+    mesh = pear()
+    nodes = np.linspace([0.2, 0.4, -1.8], [0.2, -0.4, 1.8], 9)
+    oblique = with_nearest_nodes(Skeleton(nodes, np.stack([np.arange(8), np.arange(1, 9)], axis=1), np.zeros(9)), mesh)
+    assert make_mirror_symmetric(oblique, Surface(mesh)) is oblique
+
+
 def test_the_planes_of_a_turned_torus():
     turn = Rotation.from_euler("xyz", [20, 30, 40], degrees=True).as_matrix()
     mesh = torus(1.0, 0.3)
