@@ -99,7 +99,7 @@ class SectionCurves:
         self.stop, self.parent = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64)
         self.stack, self.sums = np.empty(DEPTH, dtype=np.int64), np.empty((m, N_SUMS))
 
-    @cython.locals(i=cython.Py_ssize_t, best=cython.Py_ssize_t, reach=cython.double)
+    @cython.locals(i=cython.Py_ssize_t, best=cython.Py_ssize_t, reach=cython.double, searched=cython.double)
     def measure(
         self,
         points: cython.const[cython.double][:, ::1],
@@ -125,8 +125,10 @@ class SectionCurves:
                 self.offset = self.a * self.x + self.b * self.y + self.c * self.z
                 self.frame = frames[i]
                 reach = FIRST_REACH * self._distance_to_nearby_vertex() or INFINITY  # 0 at a vertex
+                self.n_segments = self.n_points = 0
+                searched = -1.0
                 while True:
-                    self._cut_within(reach)
+                    self._cut_within(reach * reach, searched)
                     self._sum_curves(labels[i])
                     best = self._best()
                     if self.is_everything_cut or (best >= 0 and self._is_decided(best, reach)):
@@ -135,6 +137,7 @@ class SectionCurves:
                         break
                     if reach > max_reaches[i]:
                         break
+                    searched = reach * reach
                     reach *= REACH_GROWTH
         return measures_array
 
@@ -182,24 +185,24 @@ class SectionCurves:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
-    @cython.locals(node=cython.Py_ssize_t, row=cython.Py_ssize_t)
-    def _cut_within(self, reach: cython.double) -> cython.void:
-        """Cut all faces in boxes within a distance of the query point."""
+    @cython.locals(node=cython.Py_ssize_t, row=cython.Py_ssize_t, distance=cython.double)
+    def _cut_within(self, reach: cython.double, searched: cython.double) -> cython.void:
+        """Cut all faces in boxes whose squared distance from the query point is over one bound and up to another."""
         p: cython.Py_ssize_t = self.boxes.shape[0] // 2
         top: cython.Py_ssize_t = 1
-        self.n_segments = self.n_points = 0
         self.stack[0], self.is_everything_cut = 1, True
         while top > 0:
             top -= 1
             node = self.stack[top]
             if self.boxes[node, 0] >= EMPTY or not self._meets(node):
                 continue
-            if self._box_distance(node) > reach * reach:
+            distance = self._box_distance(node)
+            if distance > reach:
                 self.is_everything_cut = False
             elif node < p:
                 self.stack[top], self.stack[top + 1] = 2 * node, 2 * node + 1
                 top += 2
-            else:
+            elif distance > searched:
                 for row in range((node - p) * LEAF, min((node - p + 1) * LEAF, self.order.shape[0])):
                     self._cut_face(row)
 

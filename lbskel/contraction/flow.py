@@ -28,7 +28,7 @@ from lbskel.errors import MeshError, SolveError, UnknownChoice
 from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.geometry.mesh import Mesh, PointCloud, as_mesh
 from lbskel.geometry.point_stars import PointStars
-from lbskel.geometry.shape_diameter import local_radii, scaled_local_radii
+from lbskel.geometry.shape_diameter import local_radii, set_local_radii
 from lbskel.geometry.sorting import distinct
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.operators import STAR_OPERATORS, Laplacian, Operator, apply_operator
@@ -102,7 +102,7 @@ def contract(
     deadline = NEVER if time_limit is None else Deadline(time.perf_counter() + time_limit)
     try:
         if _can_coarsen(start, settings):  # its steps take the local radii of the start, which need no new rays
-            scaled_local_radii(mesh, start, 1 / scale, deadline=deadline)
+            set_local_radii(start, local_radii(mesh, deadline=deadline) / scale)
         steps, treated, now, status = _run_steps(start, settings, on_step, deadline)
     except OutOfTime:  # before the first step
         return Contraction(mesh, mesh, VertexMap.identity(len(mesh.vertices)), (), Status.TIME_LIMIT)

@@ -104,8 +104,17 @@ def cross_sections(
 
 
 def _frames(normals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(k, 3, 3) right-handed frame of each plane: two unit vectors in it and its normal."""
-    helper = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-    first = np.cross(helper, normals)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([first, np.cross(normals, first), normals], axis=1)
+    """(k, 3, 3) right-handed frame of each plane: two unit vectors in it and its normal.
+
+    Duff, Burgess, Christensen, Hery, Kensler, Liani, Villemin 2017, "Building an orthonormal basis, revisited",
+    JCGT 6(1), https://jcgt.org/published/0006/01/01/.
+    """
+    x, y, z = normals.T
+    sign = np.where(z < 0, -1.0, 1.0)
+    a = -1 / (sign + z)
+    b = x * y * a
+    frames = np.empty((len(normals), 3, 3))
+    frames[:, 0] = np.stack([1 + sign * x * x * a, sign * b, -sign * x], axis=1)
+    frames[:, 1] = np.stack([b, sign + y * y * a, -y], axis=1)
+    frames[:, 2] = normals
+    return frames

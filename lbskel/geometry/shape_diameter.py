@@ -8,11 +8,10 @@ median depth, measured along the normal, of a cone of rays (:func:`local_thickne
 from __future__ import annotations
 
 __all__ = [
+    "has_local_radii",
     "local_radii",
     "local_thickness",
-    "pass_on_local_radii",
-    "renumbered_local_radii",
-    "scaled_local_radii",
+    "set_local_radii",
     "thickness_along_normal",
 ]
 
@@ -29,7 +28,6 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import normalized, triangle_normals
 from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.surface_queries import Surface
-from lbskel.geometry.vertex_map import VertexMap
 
 N_CONE_RAYS = 4  # rays on the cone around the normal; a guess
 CONE_ANGLE = np.radians(30.0)  # between the rays of the cone and the normal; a guess
@@ -49,6 +47,7 @@ ALL_RAYS = 16_000
 # Upper bound on the distance of the faces of larger meshes from which rays are cast: two of the six faces at a vertex.
 # benchmarks/results/resolution.md, "Local radii by rays from every n-th face"
 MAX_STRIDE = 3
+NAME = "local radii"  # in the cache of a mesh
 
 
 def local_radii(mesh: Mesh, *, deadline: Deadline = NEVER) -> NDArray[np.float64]:
@@ -66,55 +65,30 @@ def local_radii(mesh: Mesh, *, deadline: Deadline = NEVER) -> NDArray[np.float64
     deadline : Deadline
         After it, OutOfTime is raised.
     """
-    radii: NDArray[np.float64] = Surface(mesh).memoize("local radii", lambda: read_only(_local_radii(mesh, deadline)))
+    radii: NDArray[np.float64] = Surface(mesh).memoize(NAME, lambda: read_only(_local_radii(mesh, deadline)))
     return radii
 
 
-def scaled_local_radii(mesh: Mesh, scaled: Mesh, factor: float, *, deadline: Deadline = NEVER) -> NDArray[np.float64]:
-    """(n,) local radii of a scaled copy of a mesh, from those of the mesh.
+def set_local_radii(mesh: Mesh, radii: NDArray[np.float64]) -> None:
+    """Let :func:`local_radii` return radii that are known, unless it has measured some.
 
     Parameters
     ----------
     mesh : Mesh
-    scaled : Mesh
-        The same mesh, moved and scaled; :func:`local_radii` returns the result for it from now on.
-    factor : float
-        By which it is scaled.
-    deadline : Deadline
+    radii : (n,) array of float
+        Such as those of the same mesh with other numbers, in its order, or of a scaled copy, scaled.
     """
-    radii: NDArray[np.float64] = Surface(scaled).memoize(
-        "local radii", lambda: read_only(factor * local_radii(mesh, deadline=deadline))
-    )
-    return radii
+    Surface(mesh).memoize(NAME, lambda: read_only(radii))
 
 
-def pass_on_local_radii(mesh: Mesh, scaled: Mesh, factor: float) -> None:
-    """Let :func:`local_radii` return those of a mesh for a scaled copy of it, if they have been measured.
-
-    Parameters
-    ----------
-    mesh, scaled, factor
-        As for :func:`scaled_local_radii`.
-    """
-    if Surface(mesh).has("local radii"):
-        scaled_local_radii(mesh, scaled, factor)
-
-
-def renumbered_local_radii(mesh: Mesh, renumbered: Mesh, vertex_map: VertexMap) -> NDArray[np.float64]:
-    """(n,) local radii of a mesh, from those of the same mesh with other numbers, which alone is measured.
+def has_local_radii(mesh: Mesh) -> bool:
+    """Whether :func:`local_radii` has measured those of a mesh, or knows them.
 
     Parameters
     ----------
     mesh : Mesh
-        :func:`local_radii` returns the result for it from now on.
-    renumbered : Mesh
-    vertex_map : VertexMap
-        From the vertices of the mesh to those of the renumbered one.
     """
-    radii: NDArray[np.float64] = Surface(mesh).memoize(
-        "local radii", lambda: read_only(local_radii(renumbered)[vertex_map.indices])
-    )
-    return radii
+    return Surface(mesh).has(NAME)
 
 
 def _ray_stride(mesh: Mesh) -> int:

@@ -17,7 +17,7 @@ from lbskel.geometry.canonical_order import in_canonical_order
 from lbskel.geometry.components import MIN_FACES, components, find_crumbs
 from lbskel.geometry.deadline import OutOfTime
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.shape_diameter import pass_on_local_radii
+from lbskel.geometry.shape_diameter import has_local_radii, local_radii, set_local_radii
 from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.io import as_mesh
@@ -197,8 +197,8 @@ def prepare(
         if not scale > 0:
             raise MeshError("all vertices of the mesh lie at one point")
         unit = preprocessed.mesh.with_vertices((preprocessed.mesh.vertices - center) / scale)
-        if unit.n_components == 1:  # rays within a component may end at another one
-            pass_on_local_radii(preprocessed.mesh, unit, 1 / scale)
+        if unit.n_components == 1 and has_local_radii(preprocessed.mesh):  # rays may end at other components
+            set_local_radii(unit, local_radii(preprocessed.mesh) / scale)
     bodies: list[Body] = []
     open_ends = (np.array(preprocessed.report.get("open_ends", [])).reshape(-1, 4) - [*center, 0.0]) / scale
     faults: list[str] = []

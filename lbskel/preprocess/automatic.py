@@ -20,7 +20,7 @@ from lbskel.geometry.components import MIN_FACES, components, find_crumbs
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.roughness import ROUGHNESS_LIMIT, roughness
-from lbskel.geometry.shape_diameter import renumbered_local_radii
+from lbskel.geometry.shape_diameter import local_radii, set_local_radii
 from lbskel.preprocess.cleaning import clean, extract_faces, merge_close, remove_duplicates
 from lbskel.preprocess.degenerate_faces import remove_degenerate
 from lbskel.preprocess.holes import close_holes, find_open_ends
@@ -148,7 +148,8 @@ def _refine_if_coarse(mesh: Mesh) -> PreprocessResult:
     is_refinable = len(mesh.faces) <= MAX_FACES_TO_REFINE and not find_crumbs(mesh).all()
     if not is_refinable:
         return identity_result(mesh)
-    renumbered_local_radii(mesh, *in_canonical_order(mesh))  # those of the mesh that is contracted next
+    ordered, vertex_map = in_canonical_order(mesh)  # which is contracted next, if it is not refined
+    set_local_radii(mesh, local_radii(ordered)[vertex_map.indices])
     if coarse_fraction(mesh, COARSE_EDGE) <= MAX_COARSE_FRACTION:
         return identity_result(mesh)
     return refine(mesh, max_edge_length=COARSE_EDGE)

@@ -6,18 +6,16 @@ from helpers import joined
 
 from lbskel import Mesh
 from lbskel.geometry import shape_diameter
-from lbskel.geometry.canonical_order import in_canonical_order
 from lbskel.geometry.deadline import Deadline, OutOfTime
 from lbskel.geometry.shape_diameter import (
     MIN_RADIUS,
+    has_local_radii,
     local_radii,
     local_thickness,
-    pass_on_local_radii,
-    renumbered_local_radii,
-    scaled_local_radii,
+    set_local_radii,
     thickness_along_normal,
 )
-from lbskel.shapes import cylinder, flat_grid, make, sphere, torus
+from lbskel.shapes import cylinder, flat_grid, sphere, torus
 
 
 def tower(width, height, n, m):
@@ -158,28 +156,13 @@ def test_radii_are_not_measured_after_a_deadline():
         local_radii(sphere(2), deadline=Deadline(0.0))
 
 
-def test_the_radii_of_a_scaled_copy_are_scaled():
-    mesh = torus(1.0, 0.3)
-    larger = mesh.with_vertices(3 * mesh.vertices + 1)
-    radii = scaled_local_radii(mesh, larger, 3.0)
-    assert np.array_equal(radii, 3 * local_radii(mesh))
-    assert local_radii(larger) is radii
-    assert np.allclose(radii, local_radii(torus(3.0, 0.9)))
-
-
-def test_radii_are_passed_on_only_where_they_have_been_measured():
+def test_known_radii_are_returned_where_none_have_been_measured():
     mesh, measured = torus(1.0, 0.3, 12, 8), torus(1.0, 0.3)
-    smaller, larger = mesh.with_vertices(mesh.vertices / 2), measured.with_vertices(3 * measured.vertices)
-    expected = 3 * local_radii(measured)
-    pass_on_local_radii(mesh, smaller, 1.0)  # a wrong factor, which is not used
-    pass_on_local_radii(measured, larger, 3.0)
-    assert local_radii(smaller) == pytest.approx(local_radii(mesh) / 2)
-    assert np.array_equal(local_radii(larger), expected)
-
-
-def test_the_radii_of_a_renumbered_mesh_are_those_of_its_vertices():
-    mesh = make("tripod", n_vertices=500).mesh
-    ordered, vertex_map = in_canonical_order(mesh)
-    expected = local_radii(Mesh(mesh.vertices, mesh.faces))
-    assert renumbered_local_radii(mesh, ordered, vertex_map) == pytest.approx(expected, rel=1e-9)
-    assert local_radii(mesh) is renumbered_local_radii(mesh, ordered, vertex_map)
+    known = np.arange(1.0, len(mesh.vertices) + 1)
+    assert not has_local_radii(mesh)
+    set_local_radii(mesh, known)
+    assert has_local_radii(mesh)
+    assert np.array_equal(local_radii(mesh), known)
+    radii = local_radii(measured)
+    set_local_radii(measured, 3 * radii)
+    assert local_radii(measured) is radii
