@@ -26,8 +26,6 @@ from lbskel.geometry.surface_queries import Surface
 
 LEVEL_SPACING = 0.5  # between level sets, in radii of the limb; a guess, benchmarks/results/constants.md
 MAX_LEVELS = 500  # per limb, which bounds the memory that hair-thin limbs take; a guess
-MIN_DEPTH = 0.5  # lower bound on the median depth of an axis below the surface, in radii of its limb: rejects flat
-# strips; a guess, benchmarks/results/constants.md
 CAP_LENGTH = np.pi / 2  # from the end of a round limb to the rim of its hemispherical cap along the surface, in radii
 MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound, since csgraph takes length 0 for no edge
 
@@ -92,7 +90,7 @@ def cap_axes(caps: Sequence[GeodesicCap]) -> list[NDArray[np.float64]]:
 
 
 def interior_axes(caps: Sequence[GeodesicCap], surface: Surface) -> list[NDArray[np.float64]]:
-    """Clip the axis of each cap to the part next to its end that is inside the surface; none if it is too shallow.
+    """Clip the axis of each cap to the part next to its end that is inside the surface.
 
     Parameters
     ----------
@@ -102,14 +100,11 @@ def interior_axes(caps: Sequence[GeodesicCap], surface: Surface) -> list[NDArray
     axes = cap_axes(caps)
     if not any(map(len, axes)):
         return axes
-    points, cuts = np.concatenate(axes), np.cumsum([len(axis) for axis in axes])[:-1]
-    depths, is_outside = np.split(surface.distance(points), cuts), np.split(~surface.contains(points), cuts)
-    for row, (cap, axis) in enumerate(zip(caps, axes, strict=True)):
-        if len(axis) == 0 or np.median(depths[row]) < MIN_DEPTH * cap.radius:
-            axes[row] = np.empty((0, 3))
-        elif is_outside[row].any():
-            axes[row] = axis[np.flatnonzero(is_outside[row])[-1] + 1 :]
-    return axes
+    cuts = np.cumsum([len(axis) for axis in axes])[:-1]
+    outside = np.split(~surface.contains(np.concatenate(axes)), cuts)
+    return [
+        axis[np.flatnonzero(is_outside).max(initial=-1) + 1 :] for axis, is_outside in zip(axes, outside, strict=True)
+    ]
 
 
 def _levels(caps: Sequence[GeodesicCap]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

@@ -95,6 +95,19 @@ def test_a_short_limb_of_a_thick_body_gets_a_branch():
     assert np.linalg.norm(grown.nodes[grown.tips] - tail[1], axis=1).min() < 0.2
 
 
+def test_a_flat_limb_gets_a_branch():
+    """An ear six times as wide as thick: no point of its axis is deeper than a fifth of the radius of its area."""
+    body, ear = np.array([[-3.0, 0, 0], [3, 0, 0]]), np.array([[0.0, 0, 0], [0, 0, 3.5]])
+    mesh = mesh_solid(solid_of([(body, 1.0), (ear, 0.6)]), n_vertices=6000)
+    flat = np.interp(mesh.vertices[:, 2], [1.0, 1.5], [1.0, 1 / 6])
+    mesh = mesh.with_vertices(mesh.vertices * np.stack([0 * flat + 1, flat, 0 * flat + 1], axis=1))
+    grown = grow_missing_branches(path_in(mesh, np.linspace(*body, 25), radius=1.0), Surface(mesh))
+    assert len(grown.tips) == 3
+    [tip] = grown.tips[grown.nodes[grown.tips, 2] > 1]
+    assert grown.nodes[tip] == pytest.approx([0, 0, 4.0], abs=0.3)  # the ear's end is at 4.1
+    assert np.abs(grown.nodes[:, 1]).max() < 0.1
+
+
 def test_a_limb_grows_from_the_nearest_ball():
     """Where the tail leaves the body, the axis of the thin leg is nearer than that of the body."""
     body, leg = np.array([[-3.0, 0, 0], [3, 0, 0]]), np.array([[0.0, 0, 0], [0, 0, -3.5]])

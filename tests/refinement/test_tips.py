@@ -177,14 +177,17 @@ def test_points_of_an_axis_go_to_the_centroids_of_their_sections():
     assert np.abs(moved[:, :2]).max() < 0.01
 
 
-def test_the_axis_of_a_flat_strip_is_rejected():
-    """A strip along a rod has a straight axis, but that runs just below its own surface."""
+def test_the_axis_of_a_limb_is_clipped_to_its_part_inside():
+    """The lower part of the surface is moved aside, so that the first points of the axis lie outside."""
     mesh = capsule(4.0, 0.5, 48)
-    x, y, z = mesh.vertices.T
-    [strip] = find_geodesic_caps(mesh, np.where((np.abs(np.arctan2(y, x)) < 0.3) & (np.abs(z) < 1.5), 0, -1)).values()
-    [half] = find_geodesic_caps(mesh, np.where(z > 0.3, 0, -1)).values()
-    assert len(interior_axes([half], Surface(mesh))[0]) == len(half.axis) > 2
-    assert len(interior_axes([strip], Surface(mesh))[0]) == 0
+    [half] = find_geodesic_caps(mesh, np.where(mesh.vertices[:, 2] > 0.3, 0, -1)).values()
+    [whole] = interior_axes([half], Surface(mesh))
+    assert len(whole) == len(half.axis) > 2
+    aside = Surface(mesh.with_vertices(mesh.vertices + np.where(mesh.vertices[:, 2:] < 1.0, [2.0, 0, 0], 0)))
+    [clipped] = interior_axes([half], aside)
+    assert 0 < len(clipped) < len(whole)
+    assert aside.contains(clipped).all()
+    assert np.array_equal(clipped, whole[-len(clipped) :])
 
 
 def test_a_tip_outside_the_surface_near_its_end_is_brought_inside():
