@@ -2,8 +2,9 @@
 
 Decisions at thresholds, such as whether the branch of a foot ends at the heel or at the toes, may fall differently on
 the two sides of a body. Nodes on the plane of symmetry are shared by both sides; branches that cross it get a node
-there. Of the two halves the one whose balls leave less of the surface uncovered replaces the other by its mirror image,
-unless that changes the number of components or of cycles, or leaves more uncovered than before.
+there. Of the two halves the one that misses fewer ends of limbs, or else leaves less of the surface uncovered by its
+balls, replaces the other by its mirror image, unless that changes the number of components or of cycles, or leaves more
+uncovered than before.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 __all__ = ["make_mirror_symmetric", "symmetry_planes"]
 
 from dataclasses import replace
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +22,7 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.mirrors import Mirror, mirrors_at_centroid, principal_axes
 from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
+from lbskel.refinement.extrema import find_extrema, is_missed
 from lbskel.refinement.radii import inscribed_radii, mean_radii
 from lbskel.refinement.region_map import nearest_balls
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
@@ -62,11 +65,14 @@ def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
         alike = [
             one for one in doubled if (one.n_components, one.cycle_rank) == (skeleton.n_components, skeleton.cycle_rank)
         ]
-        uncovered = [_uncovered(one, surface, scales) for one in alike]
+        if not alike:
+            continue
+        _, uncovered, better = min(
+            ((_n_missed(one, surface), _uncovered(one, surface, scales), one) for one in alike), key=itemgetter(0, 1)
+        )
         # of a symmetric surface, the better half leaves no more uncovered than both, but for the deviations
-        limit = _uncovered(cut, surface, scales) + TYPICAL_DEVIATION
-        if min(uncovered, default=np.inf) <= limit:
-            skeleton = alike[int(np.argmin(uncovered))]
+        if uncovered <= _uncovered(cut, surface, scales) + TYPICAL_DEVIATION:
+            skeleton = better
     return skeleton
 
 
@@ -189,6 +195,12 @@ def _doubled(
         radii=skeleton.radii[np.concatenate([kept, copied])],
         node_of_vertex=node_of_vertex,
     )
+
+
+def _n_missed(skeleton: Skeleton, surface: Surface) -> int:
+    """Count the ends of limbs that the skeleton misses."""
+    mesh = surface.proxy.mesh
+    return int(is_missed(find_extrema(mesh, deadline=surface.deadline), mesh, skeleton).sum())
 
 
 def _uncovered(skeleton: Skeleton, surface: Surface, scales: NDArray[np.float64]) -> float:

@@ -11,7 +11,7 @@ import lbskel
 from lbskel import Mesh, Skeleton
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.mirror_symmetry import make_mirror_symmetric, symmetry_planes
-from lbskel.shapes import capsule, torus
+from lbskel.shapes import capsule, mesh_solid, solid_of, torus
 from lbskel.shapes.hard import HARD_SHAPES
 
 
@@ -58,6 +58,20 @@ def test_the_half_that_covers_more_replaces_the_other():
         assert asymmetry(result) == pytest.approx(0, abs=1e-9)
         assert len(result.junctions) == 1
         assert result.n_components == 1
+
+
+def test_the_half_that_reaches_more_ends_replaces_one_that_covers_more():
+    """A flat body with a thin tail on each side: one half has the branch of its tail, the other covers its flank."""
+    body, tails = np.array([[0.0, 0, -3], [0, 0, 3]]), np.array([[0.0, -2.5, 0.5], [0, 2.5, 0.5]])
+    mesh = mesh_solid(solid_of([(body, 1.0), (tails, 0.15)]), n_vertices=4000)
+    mesh = mesh.with_vertices(mesh.vertices * [1, 1.6, 1])
+    trunk, flank = np.linspace(*body, 9), np.linspace([0, -0.88, -2.5], [0, -0.88, 2.5], 9)
+    tail = np.linspace([0, 0, 0.5], [0, 3.95, 0.5], 10)[1:]
+    chains = [np.arange(9), [4, *range(9, 18)], [4, *range(18, 27)]]
+    edges = np.concatenate([np.stack([chain[:-1], chain[1:]], axis=1) for chain in map(np.array, chains)])
+    given = with_nearest_nodes(Skeleton(np.concatenate([trunk, tail, flank]), edges, np.zeros(27)), mesh)
+    result = make_mirror_symmetric(given, Surface(mesh))
+    assert sorted(result.nodes[result.tips, 1]) == pytest.approx([-3.95, 0, 0, 3.95], abs=0.01)
 
 
 def test_every_vertex_has_a_node_on_its_side():
