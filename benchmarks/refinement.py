@@ -103,6 +103,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("passing miss of", "junctions.MAX_PASSING_MISS", (0.0, 1.0)),
         ("ball ratio of", "junctions.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("deviations of", "mirror_symmetry.TYPICAL_DEVIATION", (0.05, 0.2)),
+        ("depth of an axis", "level_sets.MIN_DEPTH", (0.0, 0.25, 0.5)),
         ("on the plane below", "mirror_symmetry.ON_PLANE", (0.25, 1.0)),
         ("power of", "relaxation.POWER", (1.0, 3.0)),
         ("smallest ball of", "relaxation.MIN_RATIO", (0.03, 0.3)),

@@ -29,6 +29,7 @@ from lbskel.skeleton.skeleton import Skeleton
 
 FINISHED = (Status.VOLUME, Status.AREA, Status.STALLED)  # reasons to stop because nothing is left to contract
 FREE_VOLUME_RATIO = 1e-6  # volume at which runs without roll-back stop; Au et al. 2008
+ROUNDING = 1e-12  # of coordinates, relative to the largest; a guess, well above 1e-16
 
 
 @dataclass(frozen=True)
@@ -191,9 +192,14 @@ def _skeleton_record(skeleton: Skeleton, truth: Skeleton | None, reference: Skel
             "coverage": measured.coverage,
             "tips right": measured.n_tips == measured.n_true_tips,
         }
-    if reference is not None and len(reference.edges) and reference.radii.min() > 0:  # sheets have zero radii
+    if reference is not None and len(reference.edges) and _has_radii(reference):
         row["from default"] = ground_truth_distances(skeleton, reference).accuracy
     return row
+
+
+def _has_radii(skeleton: Skeleton) -> bool:
+    """Whether no radius is zero up to rounding, as those in a sheet are."""
+    return bool(skeleton.radii.min() > ROUNDING * np.abs(skeleton.nodes).max())
 
 
 def _free_record(free: Contraction) -> dict[str, Any]:

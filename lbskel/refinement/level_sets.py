@@ -26,6 +26,8 @@ from lbskel.geometry.surface_queries import Surface
 
 LEVEL_SPACING = 0.5  # between level sets, in radii of the limb; a guess, benchmarks/results/constants.md
 MAX_LEVELS = 500  # per limb, which bounds the memory that hair-thin limbs take; a guess
+MIN_DEPTH = 0.1  # lower bound on the median depth of an axis below the surface, in radii of its limb: a sheet has no
+# inside; 0.16 where a limb is ten times as wide as thick. Rows "depth of an axis" in benchmarks/results/refinement.md
 CAP_LENGTH = np.pi / 2  # from the end of a round limb to the rim of its hemispherical cap along the surface, in radii
 MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound, since csgraph takes length 0 for no edge
 
@@ -90,7 +92,7 @@ def cap_axes(caps: Sequence[GeodesicCap]) -> list[NDArray[np.float64]]:
 
 
 def interior_axes(caps: Sequence[GeodesicCap], surface: Surface) -> list[NDArray[np.float64]]:
-    """Clip the axis of each cap to the part next to its end that is inside the surface.
+    """Clip the axis of each cap to the part next to its end that is inside the surface; a sheet has none.
 
     Parameters
     ----------
@@ -100,11 +102,14 @@ def interior_axes(caps: Sequence[GeodesicCap], surface: Surface) -> list[NDArray
     axes = cap_axes(caps)
     if not any(map(len, axes)):
         return axes
-    cuts = np.cumsum([len(axis) for axis in axes])[:-1]
-    outside = np.split(~surface.contains(np.concatenate(axes)), cuts)
-    return [
-        axis[np.flatnonzero(is_outside).max(initial=-1) + 1 :] for axis, is_outside in zip(axes, outside, strict=True)
-    ]
+    points, cuts = np.concatenate(axes), np.cumsum([len(axis) for axis in axes])[:-1]
+    depths, outside = np.split(surface.distance(points), cuts), np.split(~surface.contains(points), cuts)
+    for row, (cap, axis) in enumerate(zip(caps, axes, strict=True)):
+        if len(axis):
+            is_sheet = np.median(depths[row]) < MIN_DEPTH * cap.radius
+            first = np.flatnonzero(outside[row]).max(initial=-1) + 1
+            axes[row] = axis[len(axis) if is_sheet else first :]
+    return axes
 
 
 def _levels(caps: Sequence[GeodesicCap]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

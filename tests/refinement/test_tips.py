@@ -190,6 +190,14 @@ def test_the_axis_of_a_limb_is_clipped_to_its_part_inside():
     assert np.array_equal(clipped, whole[-len(clipped) :])
 
 
+def test_a_sheet_has_no_axis():
+    mesh = capsule(4.0, 0.5, 48)
+    sheet = mesh.with_vertices(mesh.vertices * [1, 1e-6, 1])
+    [half] = find_geodesic_caps(sheet, np.where(sheet.vertices[:, 2] > 0.3, 0, -1)).values()
+    assert len(half.axis) > 2
+    assert len(interior_axes([half], Surface(sheet))[0]) == 0
+
+
 def test_a_tip_outside_the_surface_near_its_end_is_brought_inside():
     """So near the end of its limb that its axis is not looked for."""
     mesh = capsule(4.0, 0.5, 32)
