@@ -125,8 +125,7 @@ class SectionCurves:
                 self.offset = self.a * self.x + self.b * self.y + self.c * self.z
                 self.frame = frames[i]
                 reach = FIRST_REACH * self._distance_to_nearby_vertex() or INFINITY  # 0 at a vertex
-                self.n_segments = self.n_points = 0
-                searched = -1.0
+                self.n_segments, self.n_points, searched = 0, 0, -1.0
                 while True:
                     self._cut_within(reach * reach, searched)
                     self._sum_curves(labels[i])
@@ -137,8 +136,7 @@ class SectionCurves:
                         break
                     if reach > max_reaches[i]:
                         break
-                    searched = reach * reach
-                    reach *= REACH_GROWTH
+                    searched, reach = reach * reach, REACH_GROWTH * reach
         return measures_array
 
     @cython.cfunc
@@ -186,18 +184,17 @@ class SectionCurves:
     @cython.nogil
     @cython.exceptval(check=False)
     @cython.locals(node=cython.Py_ssize_t, row=cython.Py_ssize_t, distance=cython.double)
-    def _cut_within(self, reach: cython.double, searched: cython.double) -> cython.void:
-        """Cut all faces in boxes whose squared distance from the query point is over one bound and up to another."""
+    def _cut_within(self, squared_reach: cython.double, searched: cython.double) -> cython.void:
+        """Cut all faces in boxes up to a squared distance of the query point, without those cut by an earlier search."""
         p: cython.Py_ssize_t = self.boxes.shape[0] // 2
         top: cython.Py_ssize_t = 1
         self.stack[0], self.is_everything_cut = 1, True
         while top > 0:
-            top -= 1
-            node = self.stack[top]
+            top, node = top - 1, self.stack[top - 1]
             if self.boxes[node, 0] >= EMPTY or not self._meets(node):
                 continue
             distance = self._box_distance(node)
-            if distance > reach:
+            if distance > squared_reach:
                 self.is_everything_cut = False
             elif node < p:
                 self.stack[top], self.stack[top + 1] = 2 * node, 2 * node + 1
