@@ -185,7 +185,7 @@ class SectionCurves:
     @cython.exceptval(check=False)
     @cython.locals(node=cython.Py_ssize_t, row=cython.Py_ssize_t, distance=cython.double)
     def _cut_within(self, squared_reach: cython.double, searched: cython.double) -> cython.void:
-        """Cut all faces in boxes up to a squared distance of the query point, without those cut by an earlier search."""
+        """Cut the faces in boxes up to a squared distance of the query point, but those cut by an earlier search."""
         p: cython.Py_ssize_t = self.boxes.shape[0] // 2
         top: cython.Py_ssize_t = 1
         self.stack[0], self.is_everything_cut = 1, True

@@ -175,6 +175,8 @@ def make_regions_connected(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
         if len(still_disjoint) >= len(disjoint):
             break
         skeleton, disjoint = candidate, still_disjoint
+        if len(disjoint) == 0:
+            break
     return skeleton
 
 
@@ -212,19 +214,12 @@ def _with_connecting_paths(skeleton: Skeleton, graph: csr_array, disjoint: NDArr
     """Divide the shortest path between the two regions of each disjoint edge between its nodes, half to each."""
     node_of_vertex = np.array(skeleton.node_of_vertex)
     shortest_paths = ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
-    by_node = stable_order(node_of_vertex)
-    begins = np.searchsorted(node_of_vertex[by_node], np.arange(len(skeleton.nodes) + 1))
-    begin_of, neighbors = (array.tolist() for array in skeleton.adjacency)
+    nodes, vertices = _around(skeleton, disjoint)
     kinds, is_near = np.zeros(len(node_of_vertex), dtype=np.int8), np.zeros(len(skeleton.nodes), dtype=bool)
-    for first, last in disjoint.tolist():
-        near = {first, last}
-        for _ in range(N_RINGS):
-            near.update(*(neighbors[begin_of[node] : begin_of[node + 1]] for node in near))
-        nodes = sorted(near)
-        is_near[nodes] = True
-        local = np.concatenate([by_node[begins[node] : begins[node + 1]] for node in nodes])
+    for (first, last), near, local in zip(disjoint.tolist(), nodes, vertices, strict=True):
+        is_near[near] = True
         local = np.sort(local[is_near[node_of_vertex[local]]])
-        is_near[nodes] = False
+        is_near[near] = False
         node = node_of_vertex[local]
         kinds[local] = np.where(node == last, 2, 1)
         # the path is empty where an earlier one has taken over a whole region
@@ -233,3 +228,19 @@ def _with_connecting_paths(skeleton: Skeleton, graph: csr_array, disjoint: NDArr
         node_of_vertex[inner[: len(inner) // 2]] = last
         node_of_vertex[inner[len(inner) // 2 :]] = first
     return replace(skeleton, node_of_vertex=node_of_vertex)
+
+
+def _around(skeleton: Skeleton, edges: NDArray[np.int64]) -> tuple[list[NDArray[np.int64]], list[NDArray[np.int64]]]:
+    """For each edge, the nodes within N_RINGS edges of it, and the vertices of their regions."""
+    k = len(skeleton.nodes)
+    graph = weighted_graph(skeleton.edges, np.ones(len(skeleton.edges)), k)
+    reached = csr_array((np.ones(edges.size), edges.ravel(), 2 * np.arange(len(edges) + 1)), shape=(len(edges), k))
+    for _ in range(N_RINGS):
+        reached = reached + reached @ (graph + graph.T)
+    nodes, cuts = reached.indices.astype(np.int64), reached.indptr
+    by_node = stable_order(skeleton.node_of_vertex)
+    begins = np.searchsorted(skeleton.node_of_vertex[by_node], np.arange(k + 1))
+    counts = begins[nodes + 1] - begins[nodes]
+    ends = np.append(0, np.cumsum(counts))
+    vertices = by_node[np.arange(ends[-1]) + np.repeat(begins[nodes] - ends[:-1], counts)]
+    return np.split(nodes, cuts[1:-1]), np.split(vertices, ends[cuts[1:-1]])
