@@ -2,9 +2,9 @@
 
 Decisions at thresholds, such as whether the branch of a foot ends at the heel or at the toes, may fall differently on
 the two sides of a body. Nodes on the plane of symmetry are shared by both sides; branches that cross it get a node
-there. Of the two halves the one that misses fewer ends of limbs, or else leaves less of the surface uncovered by its
-balls, replaces the other by its mirror image, unless that changes the number of components or of cycles, or leaves more
-uncovered than before.
+there. A half and its mirror image take the place of both: the half that misses fewer ends of limbs, or else leaves less
+of the surface uncovered by its balls, of those that change neither the number of components nor that of cycles, and
+leave no more uncovered than before.
 """
 
 from __future__ import annotations
@@ -65,14 +65,12 @@ def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
         alike = [
             one for one in doubled if (one.n_components, one.cycle_rank) == (skeleton.n_components, skeleton.cycle_rank)
         ]
-        if not alike:
-            continue
-        _, uncovered, better = min(
-            ((_n_missed(one, surface), _uncovered(one, surface, scales), one) for one in alike), key=itemgetter(0, 1)
-        )
         # of a symmetric surface, the better half leaves no more uncovered than both, but for the deviations
-        if uncovered <= _uncovered(cut, surface, scales) + TYPICAL_DEVIATION:
-            skeleton = better
+        limit = _uncovered(cut, surface, scales) + TYPICAL_DEVIATION
+        measured = [(_n_missed(one, surface), _uncovered(one, surface, scales), one) for one in alike]
+        covering = [half for half in measured if half[1] <= limit]
+        if covering:
+            skeleton = min(covering, key=itemgetter(0, 1))[2]
     return skeleton
 
 

@@ -60,18 +60,19 @@ def test_the_half_that_covers_more_replaces_the_other():
         assert result.n_components == 1
 
 
-def test_the_half_that_reaches_more_ends_replaces_one_that_covers_more():
+@pytest.mark.parametrize(("width", "tips"), [(1.6, [-3.95, 0, 0, 3.95]), (2.6, [-1.43, 0, 0, 1.43])])
+def test_the_half_that_reaches_more_ends_is_taken_unless_it_covers_too_little(width, tips):
     """A flat body with a thin tail on each side: one half has the branch of its tail, the other covers its flank."""
     body, tails = np.array([[0.0, 0, -3], [0, 0, 3]]), np.array([[0.0, -2.5, 0.5], [0, 2.5, 0.5]])
     mesh = mesh_solid(solid_of([(body, 1.0), (tails, 0.15)]), n_vertices=4000)
-    mesh = mesh.with_vertices(mesh.vertices * [1, 1.6, 1])
-    trunk, flank = np.linspace(*body, 9), np.linspace([0, -0.88, -2.5], [0, -0.88, 2.5], 9)
-    tail = np.linspace([0, 0, 0.5], [0, 3.95, 0.5], 10)[1:]
+    mesh = mesh.with_vertices(mesh.vertices * [1, width, 1])
+    trunk, flank = np.linspace(*body, 9), np.linspace([0, -0.55 * width, -2.5], [0, -0.55 * width, 2.5], 9)
+    tail = np.linspace([0, 0, 0.5], [0, 2.5 * width - 0.05, 0.5], 10)[1:]
     chains = [np.arange(9), [4, *range(9, 18)], [4, *range(18, 27)]]
     edges = np.concatenate([np.stack([chain[:-1], chain[1:]], axis=1) for chain in map(np.array, chains)])
     given = with_nearest_nodes(Skeleton(np.concatenate([trunk, tail, flank]), edges, np.zeros(27)), mesh)
     result = make_mirror_symmetric(given, Surface(mesh))
-    assert sorted(result.nodes[result.tips, 1]) == pytest.approx([-3.95, 0, 0, 3.95], abs=0.01)
+    assert sorted(result.nodes[result.tips, 1]) == pytest.approx(tips, abs=0.01)
 
 
 def test_every_vertex_has_a_node_on_its_side():
