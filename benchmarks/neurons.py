@@ -40,16 +40,8 @@ PART_TIPS, QUICK_TIPS = 60, 4  # at most so many tips in a part of a tracing
 # second one
 REACHES, ELONGATIONS, SWEPT = (1.5, 1.75, 2.0), (1.0, 1.5, 2.0), 2
 SECOND = ((1.1, 2.5), (1.25, 1.5), (1.25, 2.0), (1.25, 2.5), (1.25, 3.0), (1.5, 2.5))
-FACES = (
-    20_000,
-    24_000,
-    26_000,
-    28_000,
-    32_000,
-    40_000,
-    50_000,
-    80_000,
-)  # that refinement of coarse meshes aims at, swept
+# Faces that refinement of coarse meshes aims at, swept
+FACES = (20_000, 24_000, 26_000, 28_000, 32_000, 40_000, 50_000, 80_000)
 EDGE_LENGTH, NOISE, KEPT = 0.6, 0.1, 0.5  # of tubes: edges in radii, noise in edges, share of faces after remeshing
 
 

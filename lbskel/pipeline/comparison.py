@@ -29,7 +29,6 @@ from lbskel.skeleton.skeleton import Skeleton
 
 FINISHED = (Status.VOLUME, Status.AREA, Status.STALLED)  # reasons to stop because nothing is left to contract
 FREE_VOLUME_RATIO = 1e-6  # volume at which runs without roll-back stop; Au et al. 2008
-ROUNDING = 1e-12  # of coordinates, relative to the largest; a guess, well above 1e-16
 
 
 @dataclass(frozen=True)
@@ -199,7 +198,8 @@ def _skeleton_record(skeleton: Skeleton, truth: Skeleton | None, reference: Skel
 
 def _has_radii(skeleton: Skeleton) -> bool:
     """Whether no radius is zero up to rounding, as those in a sheet are."""
-    return bool(skeleton.radii.min() > ROUNDING * np.abs(skeleton.nodes).max())
+    rounding = np.finfo(np.float64).eps * np.abs(skeleton.nodes).max()
+    return bool(skeleton.radii.min() > rounding)
 
 
 def _free_record(free: Contraction) -> dict[str, Any]:

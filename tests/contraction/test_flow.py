@@ -61,10 +61,8 @@ def test_the_number_of_steps_does_not_depend_on_the_density():
 
 def test_a_scaled_mesh_is_contracted_like_the_mesh():
     mesh = torus(1.0, 0.2)
-    contraction, scaled = (
-        contract(mesh),
-        contract(mesh.with_vertices(1024 * mesh.vertices)),
-    )  # a power of 2: no rounding
+    larger = mesh.with_vertices(1024 * mesh.vertices)  # a power of 2: no rounding
+    contraction, scaled = contract(mesh), contract(larger)
     assert np.array_equal(scaled.mesh.faces, contraction.mesh.faces)
     assert scaled.mesh.vertices == pytest.approx(1024 * contraction.mesh.vertices, rel=1e-9)
 
