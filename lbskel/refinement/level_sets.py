@@ -27,8 +27,8 @@ from lbskel.geometry.surface_queries import Surface
 LEVEL_SPACING = 0.5  # between level sets, in radii of the limb; a guess, benchmarks/results/constants.md
 MAX_LEVELS = 500  # per limb, which bounds the memory that hair-thin limbs take; a guess
 # Lower bound on the median depth of an axis below the surface, in radii of its limb; 0.16 where a limb is ten times as
-# wide as thick. Rows "depth of an axis" in benchmarks/results/refinement.md: alike from 0 to 0.25, and with 0.5 ears and
-# fingers are missed; by hand, with 0 one of three turned plates, 50 times as wide as thick, got a third tip
+# wide as thick. Rows "depth of an axis" in benchmarks/results/refinement.md: alike from 0 to 0.25, and with 0.5 ears
+# and fingers are missed; by hand, with 0 one of three turned plates, 50 times as wide as thick, got a third tip
 MIN_DEPTH = 0.1
 CAP_LENGTH = np.pi / 2  # from the end of a round limb to the rim of its hemispherical cap along the surface, in radii
 MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound, since csgraph takes length 0 for no edge
