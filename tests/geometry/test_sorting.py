@@ -6,7 +6,7 @@ import pytest
 from lbskel.geometry.sorting import distinct, is_among, stable_order, unique_inverse
 
 
-@pytest.mark.parametrize("largest", [0, 1, 9, 10**6, 2**40, 2**62])  # the last cannot be packed with an index
+@pytest.mark.parametrize("largest", [0, 1, 9, 10**6, 2**62])
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 1000])
 def test_orders_and_unique_numbers_are_those_of_numpy(n, largest):
     numbers = np.random.default_rng(n).integers(0, largest, n, endpoint=True)
