@@ -139,13 +139,11 @@ def segments_outside(nodes: NDArray[np.float64], edges: NDArray[np.int64], surfa
     is_inside = surface.contains(nodes)
     is_outside = ~(is_inside[edges[:, 0]] & is_inside[edges[:, 1]])
     lengths, open_edges = np.linalg.norm(Q - P, axis=1), np.flatnonzero(~is_outside)
+    reach, measured = np.zeros(len(nodes)), np.arange(len(nodes))
     for distance in (surface.clearance, surface.distance)[surface.simplified is None :]:
-        if len(open_edges):
-            used = np.zeros(len(nodes), dtype=bool)
-            used[edges[open_edges]] = True
-            reach = np.zeros(len(nodes))
-            reach[used] = distance(nodes[used])
-            open_edges = open_edges[lengths[open_edges] >= reach[edges[open_edges]].sum(axis=1)]
+        reach[measured] = distance(nodes[measured])
+        open_edges = open_edges[lengths[open_edges] >= reach[edges[open_edges]].sum(axis=1)]
+        measured = np.unique(edges[open_edges])
     if len(open_edges) == 0:
         return is_outside
     directions = (Q - P)[open_edges] / lengths[open_edges, None]

@@ -19,7 +19,7 @@ from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.traversal import walk_branches
 from lbskel.errors import MeshError
 from lbskel.geometry.arrays import read_only
-from lbskel.geometry.sorting import distinct
+from lbskel.geometry.sorting import distinct, stable_order
 from lbskel.skeleton.exchange import SkeletonExchange
 
 
@@ -100,7 +100,8 @@ class Skeleton(SkeletonExchange):
 
     def __post_init__(self) -> None:
         nodes = _rows(self.nodes, "nodes", 3, np.float64)
-        edges = np.sort(_rows(self.edges, "edges", 2, np.int64), axis=1)
+        i, j = _rows(self.edges, "edges", 2, np.int64).T
+        edges = np.stack([np.minimum(i, j), np.maximum(i, j)], axis=1)
         radii = _numbers(self.radii, "radii", np.float64).reshape(-1)
         mean_radii = _numbers(self.mean_radii, "mean_radii", np.float64).reshape(-1)
         node_of_vertex = _numbers(self.node_of_vertex, "node_of_vertex", np.int64).reshape(-1)
@@ -180,8 +181,8 @@ class Skeleton(SkeletonExchange):
     def adjacency(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Neighbors in compressed form: (k + 1,) where those of each node begin, and (2 e,) all, in ascending order."""
         k = max(len(self.nodes), 1)
-        keys = np.sort(np.concatenate([self.edges @ [k, 1], self.edges @ [1, k]]))
-        return read_only(np.append(0, np.cumsum(self.degrees))), read_only(keys % k)
+        keys = np.concatenate([self.edges @ [k, 1], self.edges @ [1, k]])
+        return read_only(np.append(0, np.cumsum(self.degrees))), read_only(keys[stable_order(keys)] % k)
 
     @cached_property
     def neighbors(self) -> tuple[NDArray[np.int64], ...]:
