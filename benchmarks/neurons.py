@@ -13,6 +13,7 @@ import time
 from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 from unittest import mock
 
@@ -25,7 +26,7 @@ from benchmarks.thin_tools import OURS, TOOLS, Answer, ask
 from benchmarks.vessels import tips_found
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.preprocess import simplify, subdivision
-from lbskel.refinement import limb_growth
+from lbskel.refinement import extrema, limb_growth
 from lbskel.shapes import Shape, tube_mesh, with_local_noise
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.edge_sampling import sample_edges
@@ -40,8 +41,9 @@ PART_TIPS, QUICK_TIPS = 60, 4  # at most so many tips in a part of a tracing
 # second one
 REACHES, ELONGATIONS, SWEPT = (1.5, 1.75, 2.0), (1.0, 1.5, 2.0), 2
 SECOND = ((1.1, 2.5), (1.25, 1.5), (1.25, 2.0), (1.25, 2.5), (1.25, 3.0), (1.5, 2.5))
-# Faces that refinement of coarse meshes aims at, swept
+# Faces that refinement of coarse meshes aims at, and area of the cells in which ends are found, swept
 FACES = (20_000, 24_000, 26_000, 28_000, 32_000, 40_000, 50_000, 80_000)
+CELL_AREAS = (4.0, 8.0, 12.0, 16.0, 24.0, 32.0, 64.0)
 EDGE_LENGTH, NOISE, KEPT = 0.6, 0.1, 0.5  # of tubes: edges in radii, noise in edges, share of faces after remeshing
 
 
@@ -58,14 +60,16 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
     for name, _, tracing in neurons:
         shape = remeshed(_tubes(tracing, QUICK_TIPS if quick else PART_TIPS))
         tubes += [tube_row(name, tool, shape, ask(tool, shape.mesh)) for tool in tools]
+    last = 1 if quick else None
     first, second = limb_growth.LIMB_BOUNDS
     bounds = [(each, second) for each in product(REACHES, ELONGATIONS)] + [(first, each) for each in ((), *SECOND)]
-    limbs = [limb_row(neurons[:1] if quick else neurons[:SWEPT], each) for each in bounds[: 1 if quick else None]]
-    sizes = [faces_row(neurons, n_faces) for n_faces in FACES[: 1 if quick else None]]
+    limbs = [limb_row(neurons[:1] if quick else neurons[:SWEPT], each) for each in bounds[:last]]
+    sizes = [setting_row(neurons, subdivision, "MAX_FACES", n_faces) for n_faces in FACES[:last]]
+    cells = [setting_row(neurons, extrema, "CELL_AREA", area) for area in CELL_AREAS[:last]]
     summary = [_summary(rows, tool) for tool in tools]
     save_json(
         results / "neurons.json",
-        {"summary": summary, "hemibrain": rows, "tubes": tubes, "limbs": limbs, "refined to": sizes},
+        {"summary": summary, "hemibrain": rows, "tubes": tubes, "limbs": limbs, "refined to": sizes, "cells": cells},
         packages=("navis", "skeletor", "PyGEL3D", "CGAL"),
         meshes=[path for name, _, _ in neurons for path in _files(name)],
     )
@@ -78,6 +82,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
             "Tubes around parts of the tracings": markdown_table(tubes),
             f"Bounds on limbs that are grown, means of {SWEPT} neurons": markdown_table(limbs),
             "Faces that the refinement of coarse meshes aims at, means": markdown_table(sizes),
+            "Cells of a surface, area in squared local radii, means": markdown_table(cells),
         },
     )
 
@@ -150,17 +155,19 @@ def limb_row(
     return {**pairs, **means}
 
 
-def faces_row(neurons: list[tuple[str, lbskel.Mesh, lbskel.Skeleton]], n_faces: int) -> dict[str, Any]:
-    """Measure skeletons, and their time, with another number of faces that refinement aims at."""
+def setting_row(
+    neurons: list[tuple[str, lbskel.Mesh, lbskel.Skeleton]], module: ModuleType, name: str, value: float
+) -> dict[str, Any]:
+    """Measure skeletons, and their time, with another value of a constant of a module."""
     rows = []
-    with mock.patch.object(subdivision, "MAX_FACES", n_faces):
-        for name, mesh, truth in neurons:
+    with mock.patch.object(module, name, value):
+        for neuron, mesh, truth in neurons:
             began = time.process_time()
             skeleton = lbskel.skeletonize((mesh.vertices, mesh.faces))
             answer = Answer(skeleton, time.process_time() - began)
-            rows.append(hemibrain_row(name, "lbskel", truth, answer, len(mesh.faces)))
+            rows.append(hemibrain_row(neuron, "lbskel", truth, answer, len(mesh.faces)))
     measures = ("F", "tips found", "tip precision", "to axis", "cpu seconds")
-    return {"aimed at": n_faces, **{key: float(np.mean([row[key] for row in rows])) for key in measures}}
+    return {name: value, **{key: float(np.mean([row[key] for row in rows])) for key in measures}}
 
 
 def _summary(rows: list[dict[str, Any]], tool: str) -> dict[str, Any]:

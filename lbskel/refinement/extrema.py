@@ -11,7 +11,7 @@ border and area A is accepted if it is long enough,
 maximum too, but no end.
 
 Distances are measured along edges between the cells, so that the result depends neither on noise nor on the resolution
-of the mesh. There is one cell for each ``CELL_AREA`` squared local radii of area, within ``N_CELLS`` and ``MAX_CELLS``.
+of the mesh. There is one cell for each ``CELL_AREA`` squared local radii of area, and at least ``N_CELLS``.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.skeleton import Skeleton
 
 N_CELLS = 2000  # cells of a surface at least, if it has as many vertices; a guess, benchmarks/results/constants.md
-MAX_CELLS = 10_000  # cells of a surface at most, which bounds the time; a guess
-CELL_AREA = 4.0  # area of a cell at most, in squared local radii: a limb has 1.5 cells for each radius of its length
+CELL_AREA = 16.0  # area of a cell at most, in squared local radii: a limb has a cell for each 2.5 radii of its length;
+# "Cells of a surface" in benchmarks/results/neurons.md
 N_SOURCES = 40  # cells to which the mean distance is taken; a guess, benchmarks/results/constants.md
 MIN_CELLS = 6  # of a limb whose length and area can be measured; a guess, benchmarks/results/constants.md
 MIN_ELONGATION = 2.8  # of a limb; a hemisphere has 2.5, a ball on a stalk half its radius long 2.9, and our shapes
@@ -190,7 +190,7 @@ def _n_cells(mesh: Mesh, deadline: Deadline) -> int:
     """Compute the number of cells from the area in squared local radii."""
     squared = local_radii(mesh, deadline=deadline)[mesh.faces].mean(axis=1) ** 2
     in_radii = np.divide(mesh.face_areas, squared, out=np.zeros_like(squared), where=squared > 0).sum()
-    return int(np.clip(in_radii / CELL_AREA, N_CELLS, MAX_CELLS))
+    return int(max(in_radii / CELL_AREA, N_CELLS))
 
 
 def _grow_limbs(cells: _Cells, height: NDArray[np.float64]) -> list[_Limb]:
