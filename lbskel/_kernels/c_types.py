@@ -17,6 +17,7 @@ __all__ = [
     "declare",
     "double",
     "exceptval",
+    "final",
     "gil",
     "inline",
     "int",
@@ -72,7 +73,7 @@ def cfunc(decorated: Any) -> Any:
     return decorated
 
 
-cclass = inline = cfunc
+cclass = final = inline = cfunc
 
 
 def locals(**_: Any) -> Callable[[Any], Any]:

@@ -44,6 +44,7 @@ ANGLE = cython.declare(cython.Py_ssize_t, 12)  # by which it turns around the qu
 N_SUMS = cython.declare(cython.Py_ssize_t, 13)
 
 
+@cython.final
 @cython.cclass
 class SectionCurves:
     """Plane sections of a mesh; its arrays, those of :mod:`lbskel._kernels.bvh`, and a label for each face, or none."""
@@ -205,7 +206,6 @@ class SectionCurves:
 
     @cython.cfunc
     @cython.nogil
-    @cython.inline
     @cython.exceptval(check=False)
     def _height(self, row: cython.Py_ssize_t, x: cython.Py_ssize_t) -> cython.double:
         """Signed height above the plane of the corner in columns from x; exactly the same for all faces at a vertex."""
