@@ -41,9 +41,11 @@ PART_TIPS, QUICK_TIPS = 60, 4  # at most so many tips in a part of a tracing
 # second one
 REACHES, ELONGATIONS, SWEPT = (1.5, 1.75, 2.0), (1.0, 1.5, 2.0), 2
 SECOND = ((1.1, 2.5), (1.25, 1.5), (1.25, 2.0), (1.25, 2.5), (1.25, 3.0), (1.5, 2.5))
-# Faces that refinement of coarse meshes aims at, and area of the cells in which ends are found, swept
+# Swept: faces that refinement of coarse meshes aims at, area of the cells in which ends are found, spacing of points on
+# the straight axis of a limb
 FACES = (20_000, 24_000, 26_000, 28_000, 32_000, 40_000, 50_000, 80_000)
 CELL_AREAS = (4.0, 8.0, 12.0, 16.0, 24.0, 32.0, 64.0)
+SPACINGS = (0.25, 0.5, 1.0, 1.5, 2.0)
 EDGE_LENGTH, NOISE, KEPT = 0.6, 0.1, 0.5  # of tubes: edges in radii, noise in edges, share of faces after remeshing
 
 
@@ -66,10 +68,19 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
     limbs = [limb_row(neurons[:1] if quick else neurons[:SWEPT], each) for each in bounds[:last]]
     sizes = [setting_row(neurons, subdivision, "MAX_FACES", n_faces) for n_faces in FACES[:last]]
     cells = [setting_row(neurons, extrema, "CELL_AREA", area) for area in CELL_AREAS[:last]]
+    spacings = [setting_row(neurons, limb_growth, "SPACING", spacing) for spacing in SPACINGS[:last]]
     summary = [_summary(rows, tool) for tool in tools]
     save_json(
         results / "neurons.json",
-        {"summary": summary, "hemibrain": rows, "tubes": tubes, "limbs": limbs, "refined to": sizes, "cells": cells},
+        {
+            "summary": summary,
+            "hemibrain": rows,
+            "tubes": tubes,
+            "limbs": limbs,
+            "refined to": sizes,
+            "cells": cells,
+            "spacings": spacings,
+        },
         packages=("navis", "skeletor", "PyGEL3D", "CGAL"),
         meshes=[path for name, _, _ in neurons for path in _files(name)],
     )
@@ -83,6 +94,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
             f"Bounds on limbs that are grown, means of {SWEPT} neurons": markdown_table(limbs),
             "Faces that the refinement of coarse meshes aims at, means": markdown_table(sizes),
             "Cells of a surface, area in squared local radii, means": markdown_table(cells),
+            "Points on the straight axis of a limb, spacing in its radii, means": markdown_table(spacings),
         },
     )
 

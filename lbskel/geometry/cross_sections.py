@@ -114,7 +114,7 @@ def _frames(normals: NDArray[np.float64]) -> NDArray[np.float64]:
     a = -1 / (sign + z)
     b = x * y * a
     frames = np.empty((len(normals), 3, 3))
-    frames[:, 0] = np.stack([1 + sign * x * x * a, sign * b, -sign * x], axis=1)
-    frames[:, 1] = np.stack([b, sign + y * y * a, -y], axis=1)
+    frames[:, 0, 0], frames[:, 0, 1], frames[:, 0, 2] = 1 + sign * x * x * a, sign * b, -sign * x
+    frames[:, 1, 0], frames[:, 1, 1], frames[:, 1, 2] = b, sign + y * y * a, -y
     frames[:, 2] = normals
     return frames

@@ -115,4 +115,6 @@ class VertexMap:
         """
         if self.is_mapped.all():
             return self
-        return VertexMap(np.where(self.is_mapped, self.indices, cKDTree(targets).query(sources)[1]))
+        indices, missing = np.array(self.indices), ~self.is_mapped
+        indices[missing] = cKDTree(targets).query(sources[missing])[1]
+        return VertexMap(indices)
