@@ -42,7 +42,8 @@ from lbskel.refinement.pulled_junctions import move_pulled_junctions_back
 from lbskel.refinement.radii import inscribed_radii, mean_radii
 from lbskel.refinement.region_map import make_regions_connected, reassign_to_nearest_node
 from lbskel.refinement.region_paths import reroute_through_regions
-from lbskel.refinement.tips import extend_tips, tips_at_surface
+from lbskel.refinement.surface_tips import tips_at_surface
+from lbskel.refinement.tips import extend_tips
 from lbskel.refinement.tunnel_sides import n_tunnels_missed, paths_that_pass
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, merge_junctions, prune
 from lbskel.skeleton.resampling import space_evenly

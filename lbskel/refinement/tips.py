@@ -1,14 +1,15 @@
 """Tips: every end branch extended to one radius below the surface, from where contraction had pulled it back.
 
 From its last node an end follows the centerline, corrected to the centroid of the cross-section at each step, until the
-surface ahead is as near as the surface around it: there is the last inscribed ball. Where this ball is not at the end
-of the limb that the last nodes represent, these nodes are moved to the axis of the limb
+surface ahead is as near as the surface around it: there is the last inscribed ball. In a limb that bends near its end
+the surface ahead is that beside the centerline, so the end is then traced on towards the end of the limb that the last
+nodes represent. Where the last ball is far from there, these nodes are moved to the axis of the limb
 (:mod:`lbskel.refinement.level_sets`), and the branch is extended from there.
 """
 
 from __future__ import annotations
 
-__all__ = ["extend_ends", "extend_tips", "recenter_points", "tips_at_surface", "trace_centerline"]
+__all__ = ["extend_ends", "extend_tips", "recenter_points", "trace_centerline"]
 
 import math
 from dataclasses import replace
@@ -22,26 +23,24 @@ from lbskel.refinement.level_sets import find_geodesic_caps, interior_axes
 from lbskel.skeleton.editing import append_paths, contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
-MIN_TIP_DISTANCE = 0.65  # in junction radii: a tip closer to its junction says nothing about the direction of its
-# branch; a guess, benchmarks/results/constants.md
-STEP = 0.5  # along a centerline, in local radii; a guess, benchmarks/results/constants.md
+# The numbers are guesses where nothing else is said; benchmarks/results/constants.md
+MIN_TIP_DISTANCE = 0.65  # in junction radii: a tip closer to its junction says nothing about the branch's direction
+STEP = 0.5  # along a centerline, in local radii
 MIN_STEP = 0.125  # along a centerline, in radii at its start, except for the last step, so that a needle takes no more
-# steps than a cone; a guess
-MAX_STEPS = 60  # per end, which bounds the time; a guess
-MIN_COS_TURN = 0.5  # lower bound on the cosine of the angle between an end's first and present direction; a guess,
-# benchmarks/results/constants.md
-END_TOLERANCE = 1.05  # the surface ahead is as near as the surface around within this factor; a guess,
-# benchmarks/results/constants.md
-MAX_TIP_DISTANCE = 2.0  # to the surface straight ahead of a tip that ends a branch, in radii of its ball; a guess,
-# benchmarks/results/constants.md
-TIP_REACH = 2.5  # distance from the end of a limb within which a tip reaches it, in radii of the limb or of the last
-# ball; a guess, benchmarks/results/constants.md
+# steps than a cone
+MAX_STEPS = 60  # per end, which bounds the time
+MIN_COS_TURN = 0.5  # lower bound on the cosine of the angle between an end's first and present direction
+END_TOLERANCE = 1.05  # the surface ahead is as near as the surface around within this factor
+TIP_REACH = 2.5  # distance from the end of a limb within which a tip is traced on towards it, in radii of the limb or
+# of the last ball; rows "reach of a tip" in benchmarks/results/refinement.md
+BLUNT_REACH = 1.5  # the same for a tip that is at the end: sqrt(2) at a flat end, from the rim, 1 at a hemisphere
 MIN_LIMB_LENGTH = 3.4  # of a limb, in radii; a flat patch has 2, a hemisphere 2.5, the corner of a foot up to 3.3
-MAX_OFFSET = 2.0  # from an outer end to the centroid of its section, in radii; a guess, benchmarks/results/constants.md
-MAX_WIDENING = 1.5  # of successive sections along a centerline, in radii; a guess, benchmarks/results/constants.md
+MAX_OFFSET = 2.0  # from an outer end to the centroid of its section, in radii
+MAX_WIDENING = 1.5  # of successive sections along a centerline, in radii
 MAX_HYDRAULIC = 2.0  # times the ball at the center of a convex section (area <= inradius times length); beyond, the
 # section at the root of a limb is that of the body beside it
 WITHIN = 2.0  # distance of any point of a section from its centroid, in mean distances: that of the ends of a slit
+TINY = float(np.finfo(np.float64).tiny)
 
 
 def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -65,7 +64,8 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
     skeleton = _with_centered_ends(skeleton, surface, ends, directions)
     paths = trace_centerline(surface, skeleton.nodes[last], directions)
     tips = np.array([path[-1] if path else skeleton.nodes[end] for end, path in zip(last, paths, strict=True)])
-    missed = _missed_limbs(skeleton, surface, ends, tips)
+    missed, near = _missed_limbs(skeleton, surface, ends, tips)
+    _trace_on(paths, tips, near, surface)
     if not missed:
         return extend_ends(skeleton, surface, last, paths)
     axes = recenter_points([axis for _, axis in missed.values()], surface)
@@ -116,48 +116,42 @@ def _with_centered_ends(
     return replace(skeleton, nodes=nodes)
 
 
-def tips_at_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Extend every tip to the surface: straight ahead, or to its nearest point if it is far ahead.
-
-    Parameters
-    ----------
-    skeleton : Skeleton
-        With its tips at the centers of the last inscribed balls.
-    surface : Surface
-    """
-    tips = skeleton.tips
-    if len(tips) == 0:
-        return skeleton
-    P = skeleton.nodes[tips]
-    directions = P - skeleton.nodes[[int(skeleton.neighbors[tip][0]) for tip in tips]]
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    ahead, (radii, nearest) = surface.ray_distance(P, directions), surface.closest(P)
-    is_near = ahead < MAX_TIP_DISTANCE * radii
-    ends = np.where(is_near[:, None], P + np.where(is_near, ahead, 0)[:, None] * directions, nearest)
-    return extend_ends(skeleton, surface, tips, [[end] for end in ends])
+def _trace_on(
+    paths: list[list[NDArray[np.float64]]],
+    tips: NDArray[np.float64],
+    goals: dict[int, NDArray[np.float64]],
+    surface: Surface,
+) -> None:
+    """Append to some paths the centerlines from their tips towards goals."""
+    if goals:
+        onward = trace_centerline(surface, tips[[*goals]], np.array([*goals.values()]) - tips[[*goals]])
+        for number, continuation in zip(goals, onward, strict=True):
+            paths[number] = [*paths[number], *continuation]
 
 
 def _missed_limbs(
     skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], tips: NDArray[np.float64]
-) -> dict[int, tuple[int, NDArray[np.float64]]]:
+) -> tuple[dict[int, tuple[int, NDArray[np.float64]]], dict[int, NDArray[np.float64]]]:
     """For each end branch whose tip is not at the end of its limb: how many nodes to replace, and the limb's axis.
 
-    The limb is the patch of the vertices of the branch's last 1, 2, 4, ... nodes, up to all. Among candidate limbs,
-    keep the one with the smallest detour from the junction to its end.
+    For those whose tip is near the end, but not there: the end. The limb is the patch of the vertices of the branch's
+    last 1, 2, 4, ... nodes, up to all. Among candidate limbs, keep the one with the smallest detour from the junction
+    to its end.
     """
     radii = surface.distance(tips)
     n_tried = dict.fromkeys(range(len(ends)), 1)
     best: dict[int, tuple[float, int, NDArray[np.float64]]] = {}
+    near: dict[int, NDArray[np.float64]] = {}
     while n_tried:
         patch = np.full(len(skeleton.nodes), -1)
         for index, n in n_tried.items():
             patch[ends[index][-n:]] = index
         caps = find_geodesic_caps(surface.proxy.mesh, surface.on_proxy(patch[skeleton.node_of_vertex]))
-        reached = {
-            index
-            for index, cap in caps.items()
-            if math.dist(cap.end, tips[index]) <= TIP_REACH * max(cap.radius, radii[index])
+        gaps = {
+            index: math.dist(cap.end, tips[index]) / max(cap.radius, radii[index], TINY) for index, cap in caps.items()
         }
+        reached = {index for index, gap in gaps.items() if gap <= TIP_REACH}
+        near |= {index: caps[index].end for index in reached if gaps[index] > BLUNT_REACH}
         trying, n_tried = {index: n for index, n in n_tried.items() if index not in reached}, {}
         limbs = [
             index for index in trying if index in caps and caps[index].length > MIN_LIMB_LENGTH * caps[index].radius
@@ -171,13 +165,14 @@ def _missed_limbs(
         for index, n in trying.items():
             if n < len(ends[index]) - 1:
                 n_tried[index] = min(2 * n, len(ends[index]) - 1)
-    return {index: (n, axis) for index, (_, n, axis) in best.items()}
+    missed = {index: (n, axis) for index, (_, n, axis) in best.items()}
+    return missed, {index: end for index, end in near.items() if index not in missed}
 
 
 def _detour(path: NDArray[np.float64]) -> float:
     """Measure the length of a path relative to the distance between its ends."""
     straight = float(np.linalg.norm(path[-1] - path[0]))
-    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) / max(straight, 1e-300)
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) / max(straight, TINY)
 
 
 def recenter_points(axes: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:

@@ -1,4 +1,4 @@
-"""Tips: end branches extended to the center of the last inscribed ball, or to the surface."""
+"""Tips: end branches extended to the center of the last inscribed ball."""
 
 import numpy as np
 import pytest
@@ -7,13 +7,7 @@ from helpers import nearest_rows, path_in, reversed_proxy
 from lbskel import Mesh, Skeleton
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.level_sets import find_geodesic_caps, interior_axes
-from lbskel.refinement.tips import (
-    extend_ends,
-    extend_tips,
-    recenter_points,
-    tips_at_surface,
-    trace_centerline,
-)
+from lbskel.refinement.tips import extend_ends, extend_tips, recenter_points, trace_centerline
 from lbskel.shapes import capsule, make, mesh_solid, solid_of, sphere, tube
 
 
@@ -73,6 +67,16 @@ def test_tips_follow_a_bend():
     assert np.linalg.norm(last - axis[-1], axis=1).min() == pytest.approx(0.2, rel=0.2)
 
 
+def test_an_end_is_traced_on_where_its_limb_bends():
+    """The last limb leans by 70 degrees over two of its radii, so that straight ahead is its side."""
+    lean = np.radians(70)
+    points = np.array([*([0.0, 0, z] for z in np.linspace(0, 4, 41)), [np.sin(lean), 0, 4 + np.cos(lean)]])
+    mesh = mesh_solid(solid_of([(points[[0, 40]], 0.5), (points[40:], [0.5, 0.3])]), n_vertices=4000)
+    long = extend_tips(path_in(mesh, points[:36]), Surface(mesh))
+    assert np.linalg.norm(long.nodes[long.tips] - points[-1], axis=1).min() < 0.15  # half of the radius there
+    assert (long.n_components, len(long.tips)) == (1, 2)
+
+
 def test_the_vertices_of_an_end_go_to_its_new_nodes():
     mesh = capsule(4.0, 0.5, 32)
     short = path_in(mesh, np.stack([np.zeros(9), np.zeros(9), np.linspace(-1, 1, 9)], axis=1))
@@ -109,20 +113,6 @@ def test_a_tip_follows_a_limb_that_bends_back(surface_of):
     assert np.linalg.norm(long.nodes[long.tips] - limb[-1], axis=1).min() < 0.05
     assert long.n_components == 1
     assert np.linalg.norm(mesh.vertices - long.nodes[long.node_of_vertex], axis=1)[on_limb].max() < 0.25
-
-
-def test_tips_at_the_surface_go_straight_ahead_or_to_the_nearest_point():
-    mesh = capsule(4.0, 0.5, 64)
-    path = path_in(mesh, [[0, 0, -2], [0, 0, 0], [0, 0, 1.8]])
-    # the lower end is 0.5 from the pole; from the upper one the pole is 0.7 away, less than two radii of 0.5
-    ends = tips_at_surface(path, Surface(mesh))
-    assert ends.nodes[ends.tips][:, 2] == pytest.approx([-2.5, 2.5], abs=0.01)
-    assert np.array_equal(ends.nodes[:3], path.nodes)
-    early = tips_at_surface(path_in(mesh, [[0, 0, -2], [0, 0, 0], [0.3, 0, 1.0]]), Surface(mesh))
-    # ahead it is 1.5 to the surface, more than two radii of 0.2, so the nearest point is taken
-    assert np.linalg.norm(early.nodes[early.tips] - [0.5, 0, 1.0], axis=1).min() < 0.01
-    point = Skeleton(np.zeros((1, 3)), [], [0.5], np.zeros(len(mesh.vertices)))
-    assert tips_at_surface(point, Surface(mesh)) is point
 
 
 def test_the_vertices_of_an_end_go_to_the_nearest_node_of_its_path():
