@@ -33,7 +33,7 @@ MIN_COS_TURN = 0.5  # lower bound on the cosine of the angle between an end's fi
 END_TOLERANCE = 1.05  # the surface ahead is as near as the surface around within this factor
 TIP_REACH = 2.5  # distance from the end of a limb within which a tip is traced on towards it, in radii of the limb or
 # of the last ball; rows "reach of a tip" in benchmarks/results/refinement.md
-BLUNT_REACH = 1.5  # the same for a tip that is at the end: sqrt(2) at a flat end, from the rim, 1 at a hemisphere
+BLUNT_REACH = 1.75  # the same for a tip that is at the end: 1 at a hemisphere, sqrt(3) at the corner of a cube
 MIN_LIMB_LENGTH = 3.4  # of a limb, in radii; a flat patch has 2, a hemisphere 2.5, the corner of a foot up to 3.3
 MAX_OFFSET = 2.0  # from an outer end to the centroid of its section, in radii
 MAX_WIDENING = 1.5  # of successive sections along a centerline, in radii
@@ -65,7 +65,7 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
     paths = trace_centerline(surface, skeleton.nodes[last], directions)
     tips = np.array([path[-1] if path else skeleton.nodes[end] for end, path in zip(last, paths, strict=True)])
     missed, near = _missed_limbs(skeleton, surface, ends, tips)
-    _trace_on(paths, tips, near, surface)
+    _trace_on(paths, tips, directions, near, surface)
     if not missed:
         return extend_ends(skeleton, surface, last, paths)
     axes = recenter_points([axis for _, axis in missed.values()], surface)
@@ -119,13 +119,17 @@ def _with_centered_ends(
 def _trace_on(
     paths: list[list[NDArray[np.float64]]],
     tips: NDArray[np.float64],
+    directions: NDArray[np.float64],
     goals: dict[int, NDArray[np.float64]],
     surface: Surface,
 ) -> None:
-    """Append to some paths the centerlines from their tips towards goals."""
-    if goals:
-        onward = trace_centerline(surface, tips[[*goals]], np.array([*goals.values()]) - tips[[*goals]])
-        for number, continuation in zip(goals, onward, strict=True):
+    """Append to some paths the centerlines from their tips towards goals, where these lie ahead."""
+    numbers = np.array([*goals], dtype=np.int64)
+    ways = np.array([*goals.values()]).reshape(-1, 3) - tips[numbers]
+    is_ahead = np.einsum("ki,ki->k", ways, directions[numbers]) > MIN_COS_TURN * np.linalg.norm(ways, axis=1)
+    if is_ahead.any():
+        onward = trace_centerline(surface, tips[numbers[is_ahead]], ways[is_ahead])
+        for number, continuation in zip(numbers[is_ahead], onward, strict=True):
             paths[number] = [*paths[number], *continuation]
 
 

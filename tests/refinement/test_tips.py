@@ -6,6 +6,7 @@ from helpers import nearest_rows, path_in, reversed_proxy
 
 from lbskel import Mesh, Skeleton
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement import tips
 from lbskel.refinement.level_sets import find_geodesic_caps, interior_axes
 from lbskel.refinement.tips import extend_ends, extend_tips, recenter_points, trace_centerline
 from lbskel.shapes import capsule, make, mesh_solid, solid_of, sphere, tube
@@ -75,6 +76,16 @@ def test_an_end_is_traced_on_where_its_limb_bends():
     long = extend_tips(path_in(mesh, points[:36]), Surface(mesh))
     assert np.linalg.norm(long.nodes[long.tips] - points[-1], axis=1).min() < 0.15  # half of the radius there
     assert (long.n_components, len(long.tips)) == (1, 2)
+
+
+@pytest.mark.parametrize(("direction", "goes_on"), [([1.0, 0, 0], False), ([0.8, 0, 0.6], True)])
+def test_an_end_is_not_traced_on_towards_a_side(direction, goes_on):
+    """In a rod, towards its end: at a right angle, or at 53 degrees."""
+    mesh, start = capsule(3.0, 0.3, 24), np.array([0.0, 0, 0.5])
+    paths = [[start]]
+    tips._trace_on(paths, start[None], np.array([direction]), {0: np.array([0, 0, 1.8])}, Surface(mesh))
+    assert (len(paths[0]) > 1) == goes_on
+    assert paths[0][-1] == pytest.approx([0, 0, 1.5 if goes_on else 0.5], abs=0.05)
 
 
 def test_the_vertices_of_an_end_go_to_its_new_nodes():
