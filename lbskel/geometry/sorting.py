@@ -18,7 +18,8 @@ def stable_order(numbers: NDArray[np.int64]) -> NDArray[np.int64]:
     numbers : (n,) array of int
         None negative.
     """
-    return radix_sort.stable_order(np.ascontiguousarray(numbers, dtype=np.int64))
+    order: NDArray[np.int64] = radix_sort.stable_order(np.ascontiguousarray(numbers, dtype=np.int64))
+    return order
 
 
 def distinct(numbers: NDArray[np.int64]) -> NDArray[np.int64]:
