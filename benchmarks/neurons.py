@@ -26,7 +26,7 @@ from benchmarks.thin_tools import OURS, TOOLS, Answer, ask
 from benchmarks.vessels import tips_found
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.preprocess import simplify, subdivision
-from lbskel.refinement import extrema, limb_growth
+from lbskel.refinement import extrema, limb_growth, tips
 from lbskel.shapes import Shape, tube_mesh, with_local_noise
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.edge_sampling import sample_edges
@@ -46,6 +46,8 @@ SECOND = ((1.1, 2.5), (1.25, 1.5), (1.25, 2.0), (1.25, 2.5), (1.25, 3.0), (1.5, 
 FACES = (20_000, 24_000, 26_000, 28_000, 32_000, 40_000, 50_000, 80_000)
 CELL_AREAS = (4.0, 8.0, 12.0, 16.0, 24.0, 32.0, 64.0)
 SPACINGS = (0.25, 0.5, 1.0, 1.5, 2.0)
+# Distances from the end of a limb between which a tip is traced on, swept on the tubes: the lower, then the upper one
+BLUNT, REACHED = (1.0, 1.25, 1.5, 1.75, 2.0, 2.5), (2.0, 3.0, 3.5)
 EDGE_LENGTH, NOISE, KEPT = 0.6, 0.1, 0.5  # of tubes: edges in radii, noise in edges, share of faces after remeshing
 
 
@@ -58,11 +60,15 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
         for name, mesh, truth in neurons
         for tool in tools
     ]
-    tubes = []
-    for name, _, tracing in neurons:
-        shape = remeshed(_tubes(tracing, QUICK_TIPS if quick else PART_TIPS))
-        tubes += [tube_row(name, tool, shape, ask(tool, shape.mesh)) for tool in tools]
+    shapes = [remeshed(_tubes(tracing, QUICK_TIPS if quick else PART_TIPS)) for _, _, tracing in neurons]
+    tubes = [
+        tube_row(name, tool, shape, ask(tool, shape.mesh))
+        for (name, _, _), shape in zip(neurons, shapes, strict=True)
+        for tool in tools
+    ]
     last = 1 if quick else None
+    between = [(each, tips.TIP_REACH) for each in BLUNT] + [(tips.BLUNT_REACH, each) for each in REACHED]
+    traced = [traced_row(shapes, *each) for each in between[:last]]
     first, second = limb_growth.LIMB_BOUNDS
     bounds = [(each, second) for each in product(REACHES, ELONGATIONS)] + [(first, each) for each in ((), *SECOND)]
     limbs = [limb_row(neurons[:1] if quick else neurons[:SWEPT], each) for each in bounds[:last]]
@@ -80,6 +86,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
             "refined to": sizes,
             "cells": cells,
             "spacings": spacings,
+            "traced on": traced,
         },
         packages=("navis", "skeletor", "PyGEL3D", "CGAL"),
         meshes=[path for name, _, _ in neurons for path in _files(name)],
@@ -95,6 +102,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
             "Faces that the refinement of coarse meshes aims at, means": markdown_table(sizes),
             "Cells of a surface, area in squared local radii, means": markdown_table(cells),
             "Points on the straight axis of a limb, spacing in its radii, means": markdown_table(spacings),
+            "Tips traced on towards the end of a limb, distances in radii, means of the tubes": markdown_table(traced),
         },
     )
 
@@ -244,6 +252,14 @@ def tube_row(name: str, tool: str, shape: Shape, answer: Answer | str) -> dict[s
         "verdict": answer.verdict,
         "cpu seconds": answer.seconds,
     }
+
+
+def traced_row(shapes: list[Shape], blunt: float, reach: float) -> dict[str, Any]:
+    """Measure skeletons of tubes with other distances between which a tip is traced on; equal ones trace none on."""
+    with mock.patch.multiple(tips, BLUNT_REACH=blunt, TIP_REACH=reach):
+        rows = [tube_row("", "lbskel", shape, Answer(lbskel.skeletonize(shape.mesh), 0.0)) for shape in shapes]
+    means = {key: float(np.mean([row[key] for row in rows])) for key in ("tips found", "accuracy", "coverage")}
+    return {"above": blunt, "up to": reach, **means}
 
 
 def _sections(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> int:

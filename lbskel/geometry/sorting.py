@@ -1,4 +1,7 @@
-"""Sorting of integers that are not negative by their digits, in a fifth of the time of ``numpy.sort``, as measured."""
+"""Sorting of integers that are not negative, by their digits.
+
+For 78,000 half-edges that takes a quarter of the time of ``numpy.sort``, as measured on an AMD EPYC.
+"""
 
 from __future__ import annotations
 

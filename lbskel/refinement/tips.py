@@ -33,7 +33,8 @@ MIN_COS_TURN = 0.5  # lower bound on the cosine of the angle between an end's fi
 END_TOLERANCE = 1.05  # the surface ahead is as near as the surface around within this factor
 TIP_REACH = 2.5  # distance from the end of a limb within which a tip is traced on towards it, in radii of the limb or
 # of the last ball; rows "reach of a tip" in benchmarks/results/refinement.md
-BLUNT_REACH = 1.75  # the same for a tip that is at the end: 1 at a hemisphere, sqrt(3) at the corner of a cube
+BLUNT_REACH = 1.75  # the same for a tip that is at the end: 1 at a hemisphere, sqrt(3) at the corner of a cube; "Tips
+# traced on" in benchmarks/results/neurons.md
 MIN_LIMB_LENGTH = 3.4  # of a limb, in radii; a flat patch has 2, a hemisphere 2.5, the corner of a foot up to 3.3
 MAX_OFFSET = 2.0  # from an outer end to the centroid of its section, in radii
 MAX_WIDENING = 1.5  # of successive sections along a centerline, in radii
@@ -65,7 +66,7 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
     paths = trace_centerline(surface, skeleton.nodes[last], directions)
     tips = np.array([path[-1] if path else skeleton.nodes[end] for end, path in zip(last, paths, strict=True)])
     missed, near = _missed_limbs(skeleton, surface, ends, tips)
-    _trace_on(paths, tips, directions, near, surface)
+    paths = _traced_on(paths, tips, directions, near, surface)
     if not missed:
         return extend_ends(skeleton, surface, last, paths)
     axes = recenter_points([axis for _, axis in missed.values()], surface)
@@ -116,21 +117,20 @@ def _with_centered_ends(
     return replace(skeleton, nodes=nodes)
 
 
-def _trace_on(
+def _traced_on(
     paths: list[list[NDArray[np.float64]]],
     tips: NDArray[np.float64],
     directions: NDArray[np.float64],
     goals: dict[int, NDArray[np.float64]],
     surface: Surface,
-) -> None:
-    """Append to some paths the centerlines from their tips towards goals, where these lie ahead."""
+) -> list[list[NDArray[np.float64]]]:
+    """Continue some paths along the centerlines from their tips towards goals, where these lie ahead."""
     numbers = np.array([*goals], dtype=np.int64)
     ways = np.array([*goals.values()]).reshape(-1, 3) - tips[numbers]
     is_ahead = np.einsum("ki,ki->k", ways, directions[numbers]) > MIN_COS_TURN * np.linalg.norm(ways, axis=1)
-    if is_ahead.any():
-        onward = trace_centerline(surface, tips[numbers[is_ahead]], ways[is_ahead])
-        for number, continuation in zip(numbers[is_ahead], onward, strict=True):
-            paths[number] = [*paths[number], *continuation]
+    numbers, ways = numbers[is_ahead], ways[is_ahead]
+    onward = dict(zip(numbers, trace_centerline(surface, tips[numbers], ways), strict=True))
+    return [[*path, *onward.get(number, [])] for number, path in enumerate(paths)]
 
 
 def _missed_limbs(
@@ -151,9 +151,7 @@ def _missed_limbs(
         for index, n in n_tried.items():
             patch[ends[index][-n:]] = index
         caps = find_geodesic_caps(surface.proxy.mesh, surface.on_proxy(patch[skeleton.node_of_vertex]))
-        gaps = {
-            index: math.dist(cap.end, tips[index]) / max(cap.radius, radii[index], TINY) for index, cap in caps.items()
-        }
+        gaps = {k: math.dist(cap.end, tips[k]) / max(cap.radius, radii[k], TINY) for k, cap in caps.items()}
         reached = {index for index, gap in gaps.items() if gap <= TIP_REACH}
         near |= {index: caps[index].end for index in reached if gaps[index] > BLUNT_REACH}
         trying, n_tried = {index: n for index, n in n_tried.items() if index not in reached}, {}
@@ -169,8 +167,7 @@ def _missed_limbs(
         for index, n in trying.items():
             if n < len(ends[index]) - 1:
                 n_tried[index] = min(2 * n, len(ends[index]) - 1)
-    missed = {index: (n, axis) for index, (_, n, axis) in best.items()}
-    return missed, {index: end for index, end in near.items() if index not in missed}
+    return {index: (n, axis) for index, (_, n, axis) in best.items()}, near
 
 
 def _detour(path: NDArray[np.float64]) -> float:

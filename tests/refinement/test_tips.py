@@ -83,7 +83,7 @@ def test_an_end_is_not_traced_on_towards_a_side(direction, goes_on):
     """In a rod, towards its end: at a right angle, or at 53 degrees."""
     mesh, start = capsule(3.0, 0.3, 24), np.array([0.0, 0, 0.5])
     paths = [[start]]
-    tips._trace_on(paths, start[None], np.array([direction]), {0: np.array([0, 0, 1.8])}, Surface(mesh))
+    paths = tips._traced_on(paths, start[None], np.array([direction]), {0: np.array([0, 0, 1.8])}, Surface(mesh))
     assert (len(paths[0]) > 1) == goes_on
     assert paths[0][-1] == pytest.approx([0, 0, 1.5 if goes_on else 0.5], abs=0.05)
 
