@@ -100,15 +100,19 @@ def _row_of_stride(name: str, shape: Shape, stride: int) -> dict[str, Any]:
         seconds = time.process_time() - began
         skeleton = lbskel.skeletonize(mesh)
     comparison = lbskel.ground_truth_distances(skeleton, shape.truth)
-    error = float(np.median(np.abs(radii / exact - 1)))
-    return {"shape": name, "stride": stride, "seconds": seconds, "error": error} | {
+    error, error_99 = np.percentile(np.abs(radii / exact - 1), [50, 99])
+    return {"shape": name, "stride": stride, "seconds": seconds, "error": error, "error_99": error_99} | {
         distance: getattr(comparison, distance) for distance in DISTANCES
     }
 
 
 def _means_of_stride(rows: list[dict[str, Any]], stride: int) -> dict[str, Any]:
     return (
-        {"stride": stride, "median error of radii": _mean(rows, "error", stride=stride)}
+        {
+            "stride": stride,
+            "median error of radii": _mean(rows, "error", stride=stride),
+            "99th percentile of it": _mean(rows, "error_99", stride=stride),
+        }
         | {distance: _mean(rows, distance, stride=stride) for distance in DISTANCES}
         | {"seconds": _mean(rows, "seconds", stride=stride)}
     )

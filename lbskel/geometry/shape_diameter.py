@@ -91,15 +91,29 @@ def has_local_radii(mesh: Mesh) -> bool:
     return Surface(mesh).has(NAME)
 
 
-def _ray_stride(mesh: Mesh) -> int:
-    """Distance, in the order of the faces, of those from which rays are cast."""
-    of_size = np.clip(len(mesh.faces) // ALL_RAYS, 1, MAX_STRIDE)
-    return max(int(of_size), math.ceil(mesh.aabb_tree.overlap / MAX_OVERLAP))
+def _faces_with_rays(mesh: Mesh) -> NDArray[np.int64]:
+    """(k,) numbers of the faces from which rays are cast: every n-th, and one at each vertex that has none of these.
+
+    The faces of a regular grid, such as a tube's, are numbered so that every third may leave out whole rows of
+    vertices. Where the boxes of the search tree overlap too much for this, every n-th alone.
+    """
+    m = len(mesh.faces)
+    stride = int(np.clip(m // ALL_RAYS, 1, MAX_STRIDE))
+    overlap = mesh.aabb_tree.overlap / MAX_OVERLAP
+    if overlap > stride:
+        return np.arange(0, m, math.ceil(overlap))
+    has_ray = np.zeros(m, dtype=bool)
+    has_ray[::stride] = True
+    face_at = np.full(len(mesh.vertices), -1)
+    face_at[mesh.faces] = np.arange(m)[:, None]
+    face_at[mesh.faces[has_ray]] = -1
+    has_ray[face_at[face_at >= 0]] = True
+    return np.flatnonzero(has_ray)
 
 
 def _local_radii(mesh: Mesh, deadline: Deadline) -> NDArray[np.float64]:
     n = len(mesh.vertices)
-    measured = np.arange(0, len(mesh.faces), _ray_stride(mesh))
+    measured = _faces_with_rays(mesh)
     F = mesh.faces[measured]
     thickness = thickness_along_normal(mesh, measured, deadline=deadline)
     thickness[mesh.face_areas[measured] == 0] = np.inf

@@ -151,6 +151,20 @@ def test_a_large_mesh_is_measured_from_every_third_face(monkeypatch):
     assert n_rays == [-(-len(tube.faces) // 3)]
 
 
+def test_each_vertex_of_a_large_mesh_has_a_face_with_a_ray(monkeypatch):
+    """A tube of slender faces, five radii long, whose numbers leave out every face at one line of vertices."""
+    tube = cylinder(0.1, 4.0, n=12, m=9)
+    every = local_radii(tube)
+    on_line = np.flatnonzero(np.abs(tube.vertices[:, :2] - tube.vertices[0, :2]).max(axis=1) < 1e-9)
+    at_line = np.isin(tube.faces, on_line).any(axis=1)
+    F = np.empty_like(tube.faces)
+    is_third = np.arange(len(F)) % 3 == 0
+    F[is_third], F[~is_third] = np.split(tube.faces[np.argsort(at_line, kind="stable")], [is_third.sum()])
+    monkeypatch.setattr(shape_diameter, "ALL_RAYS", len(F) // 10)
+    # the ends of a ray along the normal lie on the same two flat sides of the tube
+    assert local_radii(Mesh(tube.vertices, F)) == pytest.approx(every, rel=1e-9)
+
+
 def test_radii_are_not_measured_after_a_deadline():
     with pytest.raises(OutOfTime):
         local_radii(sphere(2), deadline=Deadline(0.0))
