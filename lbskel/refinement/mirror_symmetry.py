@@ -3,8 +3,8 @@
 Decisions at thresholds, such as whether the branch of a foot ends at the heel or at the toes, may fall differently on
 the two sides of a body. Nodes on the plane of symmetry are shared by both sides; branches that cross it get a node
 there. A half and its mirror image take the place of both: the half that misses fewer ends of limbs, or else leaves less
-of the surface uncovered by its balls, of those that change neither the number of components nor that of cycles, and
-leave no more uncovered than before.
+of the surface uncovered by its balls inside, of those that change neither the number of components nor that of cycles,
+and leave no more uncovered than before.
 """
 
 from __future__ import annotations
@@ -202,7 +202,9 @@ def _n_missed(skeleton: Skeleton, surface: Surface) -> int:
 
 
 def _uncovered(skeleton: Skeleton, surface: Surface, scales: NDArray[np.float64]) -> float:
-    """Mean distance of vertices from the nearest ball, relative to the scales."""
+    """Mean distance of vertices from the nearest ball, relative to the scales; nodes outside have balls of radius 0."""
+    if surface.mesh.is_closed:
+        skeleton = replace(skeleton, radii=np.where(surface.contains(skeleton.nodes), skeleton.radii, 0.0))
     sample = _sample(surface, N_SAMPLES[-1])
     points = surface.mesh.vertices[sample]
     node = nearest_balls(skeleton, points)

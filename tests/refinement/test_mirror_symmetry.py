@@ -60,6 +60,15 @@ def test_the_half_that_covers_more_replaces_the_other():
         assert result.n_components == 1
 
 
+def test_balls_outside_cover_nothing():
+    """The right half ends far outside, in a ball that touches much of the surface."""
+    mesh = pear()
+    skeleton = forked([0.3, 0.5, 0.7], [-0.3, -3.0])
+    for given in (skeleton, replace(skeleton, nodes=skeleton.nodes * [1, -1, 1])):
+        result = make_mirror_symmetric(with_nearest_nodes(given, mesh), Surface(mesh))
+        assert sorted(result.nodes[result.tips, 1].round(9)) == [-0.7, 0, 0.7]
+
+
 @pytest.mark.parametrize(("width", "tips"), [(1.6, [-3.95, 0, 0, 3.95]), (2.6, [-1.43, 0, 0, 1.43])])
 def test_the_half_that_reaches_more_ends_is_taken_unless_it_covers_too_little(width, tips):
     """A flat body with a thin tail on each side: one half has the branch of its tail, the other covers its flank."""
