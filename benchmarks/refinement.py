@@ -26,6 +26,7 @@ from benchmarks.peers import PEERS
 from benchmarks.summaries import MEASURES, means
 from lbskel.geometry.mirrors import Mirror
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.branch_lines import branch_lines
 from lbskel.refinement.mirror_symmetry import symmetry_planes
 from lbskel.shapes import SHAPES, Shape, make, with_local_noise
 from lbskel.shapes.hard import HARD_SHAPES
@@ -77,6 +78,9 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "merge junctions by axes": {f"{PIPELINE_PASSES}._with_merged_junctions": _unchanged},
     "recenter": {f"{PIPELINE_PASSES}.recenter": _unchanged},
     "place junctions": {"lbskel.refinement.centering.place_junctions": lambda skeleton, centers, surface: centers},
+    "lines of single sections": {
+        "lbskel.refinement.junctions.branch_lines": lambda skeleton, centers, **_: branch_lines(skeleton, centers)
+    },
     "junctions towards the middle": {"lbskel.refinement.junctions._towards": lambda points, targets, limits: points},
     "straight across gaps": {
         "lbskel.refinement.centering._across_gaps": lambda skeleton, positions, is_gap, surface: positions

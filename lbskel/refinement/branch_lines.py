@@ -28,7 +28,7 @@ SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 
 @dataclass(frozen=True, eq=False)
 class BranchLines:
-    """Straight extensions of branches to their junctions: one row per junction and branch with two sections or more.
+    """Straight extensions of branches to their junctions: one row per junction and branch with enough sections.
 
     Parameters
     ----------
@@ -65,35 +65,42 @@ class BranchLines:
         )
 
 
-def branch_lines(skeleton: Skeleton, centers: SectionCenters) -> BranchLines:
+def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, min_inner_sections: int = 2) -> BranchLines:
     """Find the line of every branch at each of its junctions, from its nearest ``N_SECTIONS`` sections.
 
     Parameters
     ----------
     skeleton : Skeleton
     centers : SectionCenters
-        Of the same nodes. A branch with fewer than two sections of its own has no line.
+        Of the same nodes. An end branch with fewer than two sections of its own has no line.
+    min_inner_sections : int
+        Number of its own sections below which a branch between two junctions has no line. The line of a single section
+        has the direction of the skeleton there.
     """
     nodes, begins = skeleton.flat_branches
     number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
     is_own = centers.is_known[nodes]
     is_own[np.concatenate([begins[:-1], begins[1:] - 1])] = False
-    own, number = nodes[is_own], number[is_own]
+    place, number = np.flatnonzero(is_own), number[is_own]
     count = np.bincount(number, minlength=len(begins) - 1)
     first = np.cumsum(count) - count
     used = np.minimum(count, N_SECTIONS)
-    P, branch, ends = centers.positions, np.arange(len(count)), (nodes[begins[:-1]], nodes[begins[1:] - 1])
+    P, branch, ends = centers.positions[nodes], np.arange(len(count)), (nodes[begins[:-1]], nodes[begins[1:] - 1])
+    is_inner = (skeleton.degrees[np.stack(ends)] >= 3).all(axis=0)
+    is_line = used >= np.where(is_inner, min_inner_sections, 2)
     parts = []
     for is_forward, junction in zip((True, False), ends, strict=True):
-        has_line = (skeleton.degrees[junction] >= 3) & (used >= 2)
+        has_line = (skeleton.degrees[junction] >= 3) & is_line
         sizes, step = used[has_line], 1 if is_forward else -1
         nearest = (first if is_forward else first + count - 1)[has_line]
         begin = np.cumsum(sizes) - sizes
         along = np.arange(sizes.sum()) - np.repeat(begin, sizes)
-        points = P[own[np.repeat(nearest, sizes) + step * along]]
+        points = P[place[np.repeat(nearest, sizes) + step * along]]
         means = np.add.reduceat(points, begin) / sizes[:, None] if len(points) else points
-        starts = P[own[nearest]]
-        directions = starts - P[own[nearest + step * (sizes - 1)]]
+        at = place[nearest]
+        starts, directions = P[at], P[at] - P[place[nearest + step * (sizes - 1)]]
+        single = sizes == 1
+        directions[single] = np.subtract(*skeleton.nodes[nodes[np.stack([at - step, at + step])[:, single]]])
         length = np.linalg.norm(directions, axis=1)
         kept = length > 0
         directions = directions[kept] / length[kept, None]

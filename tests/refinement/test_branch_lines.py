@@ -35,6 +35,26 @@ def test_a_branch_with_one_section_has_no_line(cross):
     assert len(branch_lines(skeleton, SectionCenters(is_known, centers.positions)).junctions) == 2
 
 
+@pytest.mark.parametrize("is_reversed", [False, True])
+def test_a_single_section_between_junctions_has_the_direction_of_the_skeleton(is_reversed):
+    """A bar of three nodes along x, whose ends are junctions; its section is centered one below the middle node."""
+    nodes = np.array(
+        [[-2, 0, 0], [-1, 0, 0], [0, 0, 0], [1, 0, 0], [2, 0, 0], *([x, y, 0] for x in (-2, 2) for y in (-1, 1))]
+    )
+    edges = np.array([[0, 1], [1, 2], [2, 3], [3, 4], [0, 5], [0, 6], [4, 7], [4, 8]])
+    if is_reversed:
+        nodes, edges = nodes[::-1], 8 - edges
+    positions = np.where((nodes == 0).all(axis=1)[:, None], [0, 0, -1], nodes)
+    skeleton = Skeleton(nodes, edges, np.full(9, 0.5))
+    centers = SectionCenters((nodes == 0).all(axis=1), positions)
+    assert len(branch_lines(skeleton, centers).junctions) == 0
+    lines = branch_lines(skeleton, centers, min_inner_sections=1)
+    assert sorted(nodes[lines.junctions, 0]) == [-2, 2]
+    assert np.array_equal(lines.directions, np.sign(nodes[lines.junctions]))
+    assert np.array_equal(lines.starts, [[0, 0, -1]] * 2)
+    assert np.array_equal(lines.means, lines.starts)
+
+
 def test_lines_that_meet_have_one_nearest_point(cross):
     lines = branch_lines(*cross)
     meeting = nearest_points(lines, np.zeros(3, dtype=int), np.array([[0.2, 0.1, 0.3]]), np.array([0.5]))
