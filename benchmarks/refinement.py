@@ -81,6 +81,7 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "lines of single sections": {
         "lbskel.refinement.junctions.branch_lines": lambda skeleton, centers, **_: branch_lines(skeleton, centers)
     },
+    "bends of branches next to junctions": {"lbskel.refinement.branch_lines._share_of_bend": lambda *_: 0.0},
     "junctions towards the middle": {"lbskel.refinement.junctions._towards": lambda points, targets, limits: points},
     "straight across gaps": {
         "lbskel.refinement.centering._across_gaps": lambda skeleton, positions, is_gap, surface: positions
@@ -103,6 +104,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("shift of", "pulled_junctions.MIN_SHIFT", (0.5, 0.6, 0.7, 0.8)),
         ("depth of", "pulled_junctions.MIN_DEPTH", (0.0, 0.15, 0.5)),
         ("slope of", "inscribed_balls.MIN_SLOPE", (0.25, 0.7, 1.1)),
+        ("sections next to a junction", "branch_lines.N_SECTIONS", (3, 4, 6, 8)),
         ("undetermined below", "branch_lines.REGULARIZATION", (0.0025, 0.01, 0.02)),
         ("order", "branch_lines.ORDER", (2, 8)),
         ("passing miss of", "junctions.MAX_PASSING_MISS", (0.0, 1.0)),

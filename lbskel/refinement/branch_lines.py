@@ -1,4 +1,4 @@
-"""Straight extensions of branches to the junctions where they meet."""
+"""Tangents of branches at their sections next to the junctions where they meet."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.skeleton.skeleton import Skeleton
 
-N_SECTIONS = 4  # sections next to a junction that give the direction of a branch; a guess,
-# benchmarks/results/constants.md
+# Upper bound on the sections next to a junction that give the direction of a branch. More are steadier where it is
+# straight, and less like the bend where it is not. Rows "sections next to a junction" in
+# benchmarks/results/refinement.md
+N_SECTIONS = 5
 # Share of the trace of a system of lines below which an eigenvalue leaves its direction undetermined. That of a trunk
 # and two limbs, each at an angle to it, is a third of the squared sine: 7 degrees. Rows "undetermined below" in
 # benchmarks/results/refinement.md
@@ -23,12 +25,14 @@ REGULARIZATION = 0.005
 # Rows "order" in the same table
 ORDER = 4
 
+TINY = float(np.finfo(np.float64).tiny)
+
 SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 
 
 @dataclass(frozen=True, eq=False)
 class BranchLines:
-    """Straight extensions of branches to their junctions: one row per junction and branch with enough sections.
+    """Tangents of branches next to their junctions: one row per junction and branch with enough sections.
 
     Parameters
     ----------
@@ -37,7 +41,7 @@ class BranchLines:
     starts : (l, 3) array of float
         Center of the branch's section nearest to the junction.
     means : (l, 3) array of float
-        Mean of the centers that gave the direction.
+        Point of the line next to the mean of the centers that gave it.
     directions : (l, 3) array of float
         Unit vectors towards the junction.
     """
@@ -66,7 +70,7 @@ class BranchLines:
 
 
 def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, min_inner_sections: int = 2) -> BranchLines:
-    """Find the line of every branch at each of its junctions, from its nearest ``N_SECTIONS`` sections.
+    """Find the line of every branch at each of its junctions: the tangent at the nearest of its sections there.
 
     Parameters
     ----------
@@ -93,14 +97,13 @@ def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, min_inner_secti
         has_line = (skeleton.degrees[junction] >= 3) & is_line
         sizes, step = used[has_line], 1 if is_forward else -1
         nearest = (first if is_forward else first + count - 1)[has_line]
-        begin = np.cumsum(sizes) - sizes
-        along = np.arange(sizes.sum()) - np.repeat(begin, sizes)
-        points = P[place[np.repeat(nearest, sizes) + step * along]]
-        means = np.add.reduceat(points, begin) / sizes[:, None] if len(points) else points
         at = place[nearest]
-        starts, directions = P[at], P[at] - P[place[nearest + step * (sizes - 1)]]
+        means, starts, directions = P[at], P[at], np.zeros((len(at), 3))
         single = sizes == 1
         directions[single] = np.subtract(*skeleton.nodes[nodes[np.stack([at - step, at + step])[:, single]]])
+        for size in range(2, N_SECTIONS + 1):
+            rows = np.flatnonzero(sizes == size)
+            means[rows], directions[rows] = _tangents(P[place[nearest[rows, None] + step * np.arange(size)]])
         length = np.linalg.norm(directions, axis=1)
         kept = length > 0
         directions = directions[kept] / length[kept, None]
@@ -109,6 +112,42 @@ def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, min_inner_secti
     junctions, numbers, starts, means, directions = (np.concatenate(each) for each in zip(*parts, strict=True))
     order = np.argsort(numbers)
     return BranchLines(junctions[order], numbers[order] // 2, starts[order], means[order], directions[order])
+
+
+def _tangents(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(l, 3) points and (l, 3) backward directions of the tangents at the first of each of (l, k, 3) rows of points.
+
+    A line and a parabola are fitted by the distance along the points. The bend of the parabola counts by a share, so
+    that the tangents of bent rows follow the bend, and those of straight ones are as steady as lines.
+    """
+    steps = np.linalg.norm(np.diff(points, axis=1, prepend=points[:, :1]), axis=-1)
+    t = np.cumsum(steps, axis=1)
+    t -= t.mean(axis=1, keepdims=True)
+    moments = np.maximum((t**2).sum(axis=1, keepdims=True), TINY)
+    skews = (t**3).sum(axis=1, keepdims=True) / moments
+    q = t**2 - moments / t.shape[1] - skews * t  # orthogonal to t and to constants
+    squares = np.maximum((q**2).sum(axis=1, keepdims=True), TINY)
+    means = points.mean(axis=1)
+    velocities = np.einsum("lk,lki->li", t, points) / moments
+    bends = np.einsum("lk,lki->li", q, points) / squares
+    fitted = means[:, None] + t[:, :, None] * velocities[:, None] + q[:, :, None] * bends[:, None]
+    bends *= _share_of_bend(squares * (bends**2).sum(axis=1, keepdims=True), points - fitted)
+    tangents = velocities + (2 * t[:, :1] - skews) * bends
+    return means + t[:, :1] * (velocities - tangents) + q[:, :1] * bends, -tangents
+
+
+def _share_of_bend(explained: NDArray[np.float64], residuals: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(l, 1) 1 - 1 / F, or 0 if that is negative: F is the variance that bends explain over that which they leave.
+
+    It is the shrinkage of James and Stein 1961, "Estimation with quadratic loss", towards no bend. Three points tell
+    nothing of the variance, since a parabola leaves none.
+    """
+    n_left = residuals.shape[1] - 3
+    if n_left <= 0:
+        return np.zeros_like(explained)
+    left = (residuals**2).sum(axis=(1, 2))[:, None] / n_left
+    share: NDArray[np.float64] = np.maximum(1 - left / np.maximum(explained, TINY), 0)
+    return share
 
 
 def nearest_points(

@@ -1,7 +1,7 @@
 """Junctions, placed by the centerlines of the branches that meet there.
 
 A junction has no cross-section of its own. It is placed at the point nearest to the centerlines of its branches,
-extended straight from their own sections, and moved from there towards the middle of the solid by at most the standard
+extended along their tangents at their own sections, and moved from there towards the middle of the solid by at most the standard
 error of that fit. Where the lines do not agree, it is placed in the middle. Two junctions are merged where all branches
 that leave the pair point to one place.
 """
@@ -130,6 +130,7 @@ def _is_passed(
 ) -> NDArray[np.bool_]:
     """(k,) whether a section lies beyond the new position of a junction, in the direction of its branch."""
     is_passed = np.zeros(len(positions), dtype=bool)
+    lines = lines.take(np.einsum("li,li->l", lines.starts - positions[lines.junctions], lines.directions) >= 0)
     for junction, index, direction in zip(lines.junctions.tolist(), lines.branches, lines.directions, strict=True):
         branch = skeleton.branches[index]
         path = branch if branch[0] == junction else branch[::-1]
