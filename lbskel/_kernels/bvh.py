@@ -291,7 +291,9 @@ def _nearest_on_face(
 @cython.nogil
 @cython.inline
 @cython.exceptval(check=False)
-@cython.locals(node=cython.Py_ssize_t, row=cython.Py_ssize_t, left=cython.double, right=cython.double)
+@cython.locals(
+    node=cython.Py_ssize_t, row=cython.Py_ssize_t, left=cython.double, right=cython.double, squared=cython.double
+)
 def _nearest(
     corners: cython.const[cython.double][:, ::1],
     boxes: cython.const[cython.double][:, ::1],
@@ -302,8 +304,9 @@ def _nearest(
     lower_bounds: cython.double[::1],
     best: cython.double,
     offset: cython.double[::1],
+    nearest_row: cython.longlong[::1],
 ) -> cython.double:
-    """Squared distance from a point to all faces, or ``best`` if smaller, else the vector to them is written."""
+    """Squared distance from a point to all faces, or ``best`` if smaller, else vector and row of the face are set."""
     p: cython.Py_ssize_t = boxes.shape[0] // 2
     top: cython.Py_ssize_t = 1
     stack[0], lower_bounds[0] = 1, 0.0
@@ -322,7 +325,9 @@ def _nearest(
         if not left < best:
             continue
         for row in range((node - p) * LEAF, min((node - p + 1) * LEAF, corners.shape[0])):
-            best = _nearest_on_face(corners, row, x, y, z, best, offset)
+            squared = _nearest_on_face(corners, row, x, y, z, best, offset)
+            if squared < best:
+                best, nearest_row[0] = squared, row
     return best
 
 
@@ -340,15 +345,17 @@ def nearest_points(
     corners: cython.const[cython.double][:, ::1],
     boxes: cython.const[cython.double][:, ::1],
     points: cython.const[cython.double][:, ::1],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(k,) distance from each point to the faces, and (k, 3) the closest point on them."""
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """(k,) distance from each point to the faces, (k, 3) the closest point on them, and (k,) the row of its face."""
     k: cython.Py_ssize_t = points.shape[0]
-    distances_array, nearest_array = np.empty(k), np.empty((k, 3))
+    distances_array, nearest_array, rows_array = np.empty(k), np.empty((k, 3)), np.zeros(k, dtype=np.int64)
+    rows: cython.longlong[::1] = rows_array
     distances: cython.double[::1] = distances_array
     nearest: cython.double[:, ::1] = nearest_array
     stack: cython.longlong[::1] = np.empty(DEPTH, dtype=np.int64)
     lower_bounds: cython.double[::1] = np.empty(DEPTH)
     offset: cython.double[::1] = np.zeros(3)
+    nearest_row: cython.longlong[::1] = np.zeros(1, dtype=np.int64)
     with cython.nogil:
         for i in range(k):
             x, y, z = points[i, 0], points[i, 1], points[i, 2]
@@ -357,8 +364,9 @@ def nearest_points(
                 px, py, pz = nearest[i - 1, 0] - x, nearest[i - 1, 1] - y, nearest[i - 1, 2] - z
                 bound = (px * px + py * py + pz * pz) * (1 + BOUND_MARGIN)
                 bound = bound if bound < INFINITY else INFINITY
-            distances[i] = _nearest(corners, boxes, x, y, z, stack, lower_bounds, bound, offset)
+            distances[i] = _nearest(corners, boxes, x, y, z, stack, lower_bounds, bound, offset, nearest_row)
             if not distances[i] < bound:  # not below the bound: on the surface up to rounding, or not finite
-                distances[i] = _nearest(corners, boxes, x, y, z, stack, lower_bounds, INFINITY, offset)
+                distances[i] = _nearest(corners, boxes, x, y, z, stack, lower_bounds, INFINITY, offset, nearest_row)
             nearest[i, 0], nearest[i, 1], nearest[i, 2] = x + offset[0], y + offset[1], z + offset[2]
-    return np.sqrt(distances_array), nearest_array
+            rows[i] = nearest_row[0]
+    return np.sqrt(distances_array), nearest_array, rows_array

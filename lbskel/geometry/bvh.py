@@ -62,11 +62,24 @@ class AABBTree:
         points : (k, 3) array of float
         deadline : Deadline
         """
+        distances, nearest, _ = self.nearest_faces(points, deadline=deadline)
+        return distances, nearest
+
+    def nearest_faces(
+        self, points: NDArray[np.float64], *, deadline: Deadline = NEVER
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+        """(k,) distance of each point from the faces, (k, 3) nearest point on them, and (k,) the face of that.
+
+        Parameters
+        ----------
+        points : (k, 3) array of float
+        deadline : Deadline
+        """
         points = np.ascontiguousarray(points, dtype=np.float64)
-        distances, nearest = in_slices(
+        distances, nearest, rows = in_slices(
             lambda some: nearest_points(self.corners, self.bounds, some), points, deadline=deadline
         )
-        return distances, nearest
+        return distances, nearest, self.order[rows]
 
     def winding_numbers(self, points: NDArray[np.float64], *, deadline: Deadline = NEVER) -> NDArray[np.int64]:
         """(k,) winding number of the faces around each point; they must be closed and consistently oriented.

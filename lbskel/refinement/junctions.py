@@ -1,9 +1,9 @@
 """Junctions, placed by the centerlines of the branches that meet there.
 
 A junction has no cross-section of its own. It is placed at the point nearest to the centerlines of its branches,
-extended along their tangents at their own sections, and moved from there towards the middle of the solid by at most the standard
-error of that fit. Where the lines do not agree, it is placed in the middle. Two junctions are merged where all branches
-that leave the pair point to one place.
+extended along their tangents at their own sections, and moved from there towards the middle of the solid by at most the
+standard error of that fit. Where the lines do not agree, it is placed in the middle. Two junctions are merged where all
+branches that leave the pair point to one place.
 """
 
 from __future__ import annotations

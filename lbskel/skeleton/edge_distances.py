@@ -4,10 +4,10 @@ from __future__ import annotations
 
 __all__ = ["nearest_on_edges"]
 
-import igl
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.geometry.bvh import build_aabb_tree
 from lbskel.skeleton.skeleton import Skeleton
 
 
@@ -30,12 +30,11 @@ def nearest_on_edges(
     radii : (n,) array of float
         Radii there, by linear interpolation along the edge.
     """
-    simplices = skeleton.edges if len(skeleton.edges) else np.arange(len(skeleton.nodes))[:, None]
-    squares, edge, nearest = igl.point_mesh_squared_distance(
-        np.ascontiguousarray(points, dtype=np.float64), np.array(skeleton.nodes), np.array(simplices)
-    )
-    i, j = simplices[edge][:, 0], simplices[edge][:, -1]
+    i, j = skeleton.edges.T if len(skeleton.edges) else np.tile(np.arange(len(skeleton.nodes)), (2, 1))
+    faces = np.stack([i, j, j], axis=1)  # an edge is a triangle without area
+    distances, nearest, edge = build_aabb_tree(skeleton.nodes, faces).nearest_faces(points)
+    i, j = i[edge], j[edge]
     along = skeleton.nodes[j] - skeleton.nodes[i]
     lengths = np.maximum((along**2).sum(axis=1), np.finfo(np.float64).tiny)
     share = np.clip(((nearest - skeleton.nodes[i]) * along).sum(axis=1) / lengths, 0.0, 1.0)
-    return np.sqrt(squares), nearest, (1 - share) * skeleton.radii[i] + share * skeleton.radii[j]
+    return distances, nearest, (1 - share) * skeleton.radii[i] + share * skeleton.radii[j]

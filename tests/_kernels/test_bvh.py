@@ -33,7 +33,7 @@ def closest(kernel, V, F, points):
 )
 def test_the_closest_point_of_a_triangle(kernel, point, expected):
     for corners in itertools.permutations(range(3)):
-        distance, nearest = closest(kernel, TRIANGLE[list(corners)], ONE, [point])
+        distance, nearest, _ = closest(kernel, TRIANGLE[list(corners)], ONE, [point])
         assert nearest[0] == pytest.approx(expected, abs=1e-14)
         assert distance[0] == pytest.approx(np.linalg.norm(np.subtract(point, expected)), abs=1e-14)
 
@@ -41,7 +41,7 @@ def test_the_closest_point_of_a_triangle(kernel, point, expected):
 @pytest.mark.parametrize("ends", [((0, 0, 0), (2, 0, 0)), ((1, 0, 0), (1, 0, 0))])
 def test_the_closest_point_of_a_triangle_without_area(kernel, ends):
     V = np.array([ends[0], ends[1], np.mean(ends, axis=0)], dtype=np.float64)
-    distance, nearest = closest(kernel, V, ONE, [[1, 3, 4], [-2, 0, 0]])
+    distance, nearest, _ = closest(kernel, V, ONE, [[1, 3, 4], [-2, 0, 0]])
     assert nearest[:, 0].tolist() == [1, ends[0][0]]
     assert distance.tolist() == [5, ends[0][0] + 2]
 
@@ -49,7 +49,7 @@ def test_the_closest_point_of_a_triangle_without_area(kernel, ends):
 def test_the_closest_points_of_a_square_are_the_points_clamped(kernel, square):
     points = np.random.default_rng(0).normal(size=(300, 3)) + [0.5, 0.5, 0]
     points[7] = points[6]  # the bound of the query before is then the distance itself
-    distance, nearest = closest(kernel, *square, points)
+    distance, nearest, _ = closest(kernel, *square, points)
     expected = np.clip(points, 0, [1, 1, 0])
     assert nearest == pytest.approx(expected, abs=1e-14)
     assert distance == pytest.approx(np.linalg.norm(points - expected, axis=1), rel=1e-14)
@@ -57,7 +57,7 @@ def test_the_closest_points_of_a_square_are_the_points_clamped(kernel, square):
 
 def test_the_closest_point_of_the_query_before_is_a_bound_that_may_be_zero(kernel, square):
     """A point above the square, and then its closest point."""
-    distance, nearest = closest(kernel, *square, [[0.3, 0.6, 1], [0.3, 0.6, 0], [0.3, 0.6, 0], [0.3, 0.6, -2]])
+    distance, nearest, _ = closest(kernel, *square, [[0.3, 0.6, 1], [0.3, 0.6, 0], [0.3, 0.6, 0], [0.3, 0.6, -2]])
     assert distance.tolist() == [1, 0, 0, 2]
     assert np.array_equal(nearest, [[0.3, 0.6, 0]] * 4)
 
@@ -66,7 +66,7 @@ def test_points_that_are_not_finite_do_not_disturb_others(kernel, limbs):
     points = np.tile([0.1, 0.2, 0.3], (6, 1))
     points[[1, 3, 4], 0] = np.nan, np.inf, np.inf
     with np.errstate(invalid="ignore"):
-        distance, nearest = closest(kernel, limbs.vertices, limbs.faces, points)
+        distance, nearest, _ = closest(kernel, limbs.vertices, limbs.faces, points)
     assert np.isfinite(distance).tolist() == [True, False, True, False, False, True]
     assert np.array_equal(nearest[0], nearest[2])
     assert np.array_equal(nearest[0], nearest[5])

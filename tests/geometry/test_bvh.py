@@ -43,6 +43,15 @@ def test_the_nearest_point_is_on_a_corner_an_edge_or_inside():
     assert np.allclose(distance, np.linalg.norm(points - place, axis=1), atol=1e-15)
 
 
+def test_the_nearest_face_has_the_nearest_point():
+    mesh = make("knot", n_vertices=800).mesh
+    points = np.concatenate([rays(mesh, 200)[0], mesh.vertices[:20]])  # in no order, and on faces
+    distance, _, face = mesh.aabb_tree.nearest_faces(points)
+    of_face = zip(points[:, None], mesh.faces[face, None], strict=True)
+    own = [igl.point_mesh_squared_distance(point, mesh.vertices, corners)[0][0] for point, corners in of_face]
+    assert np.abs(np.sqrt(own) - distance).max() < 1e-12 * mesh.diameter_bound
+
+
 @pytest.mark.parametrize("size", [2.0**200, 2.0**-200])
 def test_nearest_points_scale_with_the_mesh(size):
     mesh = make("knot", n_vertices=800).mesh
