@@ -152,12 +152,17 @@ def preprocess_step(
 
 
 def mesh_statistics(mesh: Mesh) -> dict[str, Any]:
-    """Measure what a step may change of a mesh: counts, topology, area.
+    """Measure, once, what a step may change of a mesh: counts, topology, area.
 
     Parameters
     ----------
     mesh : Mesh
     """
+    return dict(Surface(mesh).memoize("statistics", lambda: _measured(mesh)))
+
+
+def _measured(mesh: Mesh) -> dict[str, Any]:
+    """Measure counts, topology and area."""
     return {
         "vertices": len(mesh.vertices),
         "faces": len(mesh.faces),

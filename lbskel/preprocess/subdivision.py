@@ -113,9 +113,9 @@ def _predicted_faces(ratios: NDArray[np.float64]) -> float:
 
 def _is_too_long(mesh: Mesh, limits: NDArray[np.float64]) -> NDArray[np.bool_]:
     """(k,) whether each edge is longer than the limit of one of its faces."""
-    edge_limits = np.full(len(mesh.edges), np.inf)
-    np.minimum.at(edge_limits, mesh.edge_of_half_edge, np.tile(limits, 3))
-    return np.asarray(mesh.edge_lengths > edge_limits)
+    edge, is_long = mesh.edge_of_half_edge, np.zeros(len(mesh.edges), dtype=bool)
+    is_long[edge[mesh.edge_lengths[edge] > np.tile(limits, 3)]] = True
+    return is_long
 
 
 def _split_edges(
