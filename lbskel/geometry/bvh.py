@@ -70,6 +70,8 @@ class AABBTree:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
         """(k,) distance of each point from the faces, (k, 3) nearest point on them, and (k,) the face of that.
 
+        Where a point is not finite, the distance is infinite, and the face is any.
+
         Parameters
         ----------
         points : (k, 3) array of float

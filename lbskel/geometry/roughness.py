@@ -40,7 +40,9 @@ MAX_ASYMMETRY = 0.1
 
 
 def roughness(mesh: Mesh) -> float:
-    """Measure the roughness of a surface, in edge lengths, once; 0 where noise cannot be told from detail.
+    """Measure the roughness of a surface, in edge lengths; 0 where noise cannot be told from detail.
+
+    The value is cached in the mesh.
 
     Parameters
     ----------
@@ -60,6 +62,7 @@ def roughness(mesh: Mesh) -> float:
 
 
 def _roughness(mesh: Mesh) -> float:
+    """Measure the roughness of a surface."""
     used = mesh.used_vertices
     if len(used) < MIN_VERTICES:
         return 0.0

@@ -45,7 +45,7 @@ MAX_OVERLAP = 100.0
 # benchmarks/results/resolution.md
 ALL_RAYS = 16_000
 # Upper bound on the distance of the faces of larger meshes from which rays are cast: two of the six faces at a vertex.
-# benchmarks/results/resolution.md, "Local radii by rays from every n-th face"
+# benchmarks/results/resolution.md, "Local radii by rays from every n-th face, and one at each vertex without"
 MAX_STRIDE = 3
 NAME = "local radii"  # in the cache of a mesh
 
@@ -95,18 +95,19 @@ def _faces_with_rays(mesh: Mesh) -> NDArray[np.int64]:
     """(k,) numbers of the faces from which rays are cast: every n-th, and one at each vertex that has none of these.
 
     The faces of a regular grid, such as a tube's, are numbered so that every third may leave out whole rows of
-    vertices. Where the boxes of the search tree overlap too much for this, every n-th alone.
+    vertices. Where a line meets too many boxes of the search tree, there are fewer, and vertices may have none. Rays of
+    faces without area do not count.
     """
     m = len(mesh.faces)
     stride = int(np.clip(m // ALL_RAYS, 1, MAX_STRIDE))
     overlap = mesh.aabb_tree.overlap / MAX_OVERLAP
     if overlap > stride:
         return np.arange(0, m, math.ceil(overlap))
-    has_ray = np.zeros(m, dtype=bool)
+    has_ray, has_area = np.zeros(m, dtype=bool), mesh.face_areas > 0
     has_ray[::stride] = True
     face_at = np.full(len(mesh.vertices), -1)
-    face_at[mesh.faces] = np.arange(m)[:, None]
-    face_at[mesh.faces[has_ray]] = -1
+    face_at[mesh.faces[has_area]] = np.flatnonzero(has_area)[:, None]
+    face_at[mesh.faces[has_ray & has_area]] = -1
     has_ray[face_at[face_at >= 0]] = True
     return np.flatnonzero(has_ray)
 

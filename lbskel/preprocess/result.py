@@ -152,7 +152,7 @@ def preprocess_step(
 
 
 def mesh_statistics(mesh: Mesh) -> dict[str, Any]:
-    """Measure, once, what a step may change of a mesh: counts, topology, area.
+    """Measure what a step may change of a mesh: counts, topology, area. The values are cached in the mesh.
 
     Parameters
     ----------

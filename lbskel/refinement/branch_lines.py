@@ -26,6 +26,8 @@ REGULARIZATION = 0.005
 ORDER = 4
 
 TINY = float(np.finfo(np.float64).tiny)
+MIN_SQUARES = 1e-12  # sum of squares of a parabola over a length of 1 below which it is rounding: all points lie at two
+# places
 
 SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 
@@ -38,16 +40,19 @@ class BranchLines:
     ----------
     junctions, branches : (l,) array of int
         The node of the junction, and the index of the branch.
+    is_first : (l,) array of bool
+        Whether the junction is the first node of the branch, or the last: a loop has two lines at one junction.
     starts : (l, 3) array of float
         Center of the branch's section nearest to the junction.
     means : (l, 3) array of float
-        Point of the line next to the mean of the centers that gave it.
+        Point of the line at the mean arc length of the sections that gave it.
     directions : (l, 3) array of float
         Unit vectors towards the junction.
     """
 
     junctions: NDArray[np.int64]
     branches: NDArray[np.int64]
+    is_first: NDArray[np.bool_]
     starts: NDArray[np.float64]
     means: NDArray[np.float64]
     directions: NDArray[np.float64]
@@ -65,21 +70,26 @@ class BranchLines:
     def take(self, rows: NDArray[np.int64] | NDArray[np.bool_]) -> BranchLines:
         """Select some of the rows."""
         return BranchLines(
-            self.junctions[rows], self.branches[rows], self.starts[rows], self.means[rows], self.directions[rows]
+            self.junctions[rows],
+            self.branches[rows],
+            self.is_first[rows],
+            self.starts[rows],
+            self.means[rows],
+            self.directions[rows],
         )
 
 
 def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, min_inner_sections: int = 2) -> BranchLines:
-    """Find the line of every branch at each of its junctions: the tangent at the nearest of its sections there.
+    """Find the line of every branch at each of its junctions: the tangent at the section nearest to the junction.
 
     Parameters
     ----------
     skeleton : Skeleton
     centers : SectionCenters
-        Of the same nodes. An end branch with fewer than two sections of its own has no line.
+        Of the same nodes. A branch with fewer than two sections of its own has no line.
     min_inner_sections : int
-        Number of its own sections below which a branch between two junctions has no line. The line of a single section
-        has the direction of the skeleton there.
+        The same bound for branches between two different junctions. The line of a single section has the direction of
+        the skeleton there.
     """
     nodes, begins = skeleton.flat_branches
     number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
@@ -90,7 +100,7 @@ def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, min_inner_secti
     first = np.cumsum(count) - count
     used = np.minimum(count, N_SECTIONS)
     P, branch, ends = centers.positions[nodes], np.arange(len(count)), (nodes[begins[:-1]], nodes[begins[1:] - 1])
-    is_inner = (skeleton.degrees[np.stack(ends)] >= 3).all(axis=0)
+    is_inner = (skeleton.degrees[np.stack(ends)] >= 3).all(axis=0) & (ends[0] != ends[1])
     is_line = used >= np.where(is_inner, min_inner_sections, 2)
     parts = []
     for is_forward, junction in zip((True, False), ends, strict=True):
@@ -111,25 +121,35 @@ def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, min_inner_secti
         parts.append((junction[has_line][kept], numbers, starts[kept], means[kept], directions))
     junctions, numbers, starts, means, directions = (np.concatenate(each) for each in zip(*parts, strict=True))
     order = np.argsort(numbers)
-    return BranchLines(junctions[order], numbers[order] // 2, starts[order], means[order], directions[order])
+    branches, is_last = np.divmod(numbers[order], 2)
+    return BranchLines(junctions[order], branches, is_last == 0, starts[order], means[order], directions[order])
 
 
 def _tangents(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(l, 3) points and (l, 3) backward directions of the tangents at the first of each of (l, k, 3) rows of points.
+    """Find the tangents at the first of each of (l, k, 3) rows of points.
 
     A line and a parabola are fitted by the distance along the points. The bend of the parabola counts by a share, so
     that the tangents of bent rows follow the bend, and those of straight ones are as steady as lines.
+
+    Returns
+    -------
+    points : (l, 3) array of float
+        Those of the tangents at the mean distance along the points.
+    directions : (l, 3) array of float
+        From the last point to the first, of any length; zero where all points coincide.
     """
     steps = np.linalg.norm(np.diff(points, axis=1, prepend=points[:, :1]), axis=-1)
     t = np.cumsum(steps, axis=1)
+    t /= np.maximum(t[:, -1:], TINY)
     t -= t.mean(axis=1, keepdims=True)
     moments = np.maximum((t**2).sum(axis=1, keepdims=True), TINY)
     skews = (t**3).sum(axis=1, keepdims=True) / moments
     q = t**2 - moments / t.shape[1] - skews * t  # orthogonal to t and to constants
-    squares = np.maximum((q**2).sum(axis=1, keepdims=True), TINY)
+    squares = (q**2).sum(axis=1, keepdims=True)
+    q = np.where(squares > MIN_SQUARES, q, 0.0)
     means = points.mean(axis=1)
     velocities = np.einsum("lk,lki->li", t, points) / moments
-    bends = np.einsum("lk,lki->li", q, points) / squares
+    bends = np.einsum("lk,lki->li", q, points) / np.maximum(squares, MIN_SQUARES)
     fitted = means[:, None] + t[:, :, None] * velocities[:, None] + q[:, :, None] * bends[:, None]
     bends *= _share_of_bend(squares * (bends**2).sum(axis=1, keepdims=True), points - fitted)
     tangents = velocities + (2 * t[:, :1] - skews) * bends
@@ -137,10 +157,10 @@ def _tangents(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray
 
 
 def _share_of_bend(explained: NDArray[np.float64], residuals: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(l, 1) 1 - 1 / F, or 0 if that is negative: F is the variance that bends explain over that which they leave.
+    """(l, 1) share of the squares that bends explain, (l, 1), that noise does not: an empirical Wiener filter.
 
-    It is the shrinkage of James and Stein 1961, "Estimation with quadratic loss", towards no bend. Three points tell
-    nothing of the variance, since a parabola leaves none.
+    Noise adds to them, on average, what it leaves of each of the other degrees of freedom. Three points leave none, so
+    that their bends may be noise.
     """
     n_left = residuals.shape[1] - 3
     if n_left <= 0:

@@ -1,9 +1,9 @@
 """Junctions, placed by the centerlines of the branches that meet there.
 
-A junction has no cross-section of its own. It is placed at the point nearest to the centerlines of its branches,
-extended along their tangents at their own sections, and moved from there towards the middle of the solid by at most the
-standard error of that fit. Where the lines do not agree, it is placed in the middle. Two junctions are merged where all
-branches that leave the pair point to one place.
+A junction has no cross-section of its own. It is placed at the point nearest to the tangents of its branches at their
+sections next to it, and moved from there towards the middle of the solid by at most the standard error of that fit.
+Where the lines do not agree, it is placed in the middle. Two junctions are merged where all branches that leave the
+pair point to one place.
 """
 
 from __future__ import annotations
@@ -131,9 +131,10 @@ def _is_passed(
     """(k,) whether a section lies beyond the new position of a junction, in the direction of its branch."""
     is_passed = np.zeros(len(positions), dtype=bool)
     lines = lines.take(np.einsum("li,li->l", lines.starts - positions[lines.junctions], lines.directions) >= 0)
-    for junction, index, direction in zip(lines.junctions.tolist(), lines.branches, lines.directions, strict=True):
-        branch = skeleton.branches[index]
-        path = branch if branch[0] == junction else branch[::-1]
+    for junction, index, is_first, direction in zip(
+        lines.junctions, lines.branches, lines.is_first, lines.directions, strict=True
+    ):
+        path = skeleton.branches[index][:: 1 if is_first else -1]
         own = path[centers.is_known[path]]
         is_behind = (positions[own] - positions[junction]) @ direction >= 0
         is_passed[own[: len(own) if is_behind.all() else np.argmin(is_behind)]] = True

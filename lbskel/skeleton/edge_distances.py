@@ -30,6 +30,8 @@ def nearest_on_edges(
     radii : (n,) array of float
         Radii there, by linear interpolation along the edge.
     """
+    if len(points) == 0:
+        return np.empty(0), np.empty((0, 3)), np.empty(0)
     i, j = skeleton.edges.T if len(skeleton.edges) else np.tile(np.arange(len(skeleton.nodes)), (2, 1))
     faces = np.stack([i, j, j], axis=1)  # an edge is a triangle without area
     distances, nearest, edge = build_aabb_tree(skeleton.nodes, faces).nearest_faces(points)

@@ -31,7 +31,7 @@ def test_a_line_goes_through_the_sections_next_to_the_junction(cross):
 
 
 def test_the_line_of_a_bent_branch_is_its_tangent(cross):
-    """A parabola in the plane of x and y; a line through its sections would be tilted by twice the first one's x."""
+    """A parabola, whose tangent at the first section is along x; a line fitted to all five would have slope 0.2."""
     skeleton, centers = cross
     bent = np.array(centers.positions)
     bent[1:9, 1] = 0.05 * (bent[1:9, 0] - 3) ** 2
@@ -59,10 +59,60 @@ def test_noise_turns_the_lines_of_straight_branches_less_than_parabolas(cross, m
     assert shrunk < 0.7 * turn()
 
 
+def test_the_spacing_of_sections_along_a_bent_branch_does_not_turn_its_line(cross):
+    skeleton, centers = cross
+    nodes = np.array(centers.positions)
+    nodes[3:8, 0] = [3, 3.2, 4.4, 4.8, 7]
+    nodes[1:9, 1] = 0.01 * (nodes[1:9, 0] - 3) ** 2
+    lines = branch_lines(skeleton, SectionCenters(centers.is_known, nodes))
+    along_x = np.flatnonzero(lines.starts[:, 0] > 1)
+    # the arc length exceeds x by up to 0.1 %
+    assert lines.directions[along_x] == pytest.approx(np.array([[-1, 0, 0]]), abs=1e-3)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-12])
+@pytest.mark.parametrize("n_first", [1, 2, 3, 4])
+def test_lines_through_sections_at_two_places_point_from_one_to_the_other(cross, n_first, gap):
+    skeleton, centers = cross
+    nodes = np.array(centers.positions)
+    first, second = np.array([3.1, 0.2, -0.3]), np.array([3.7, 0.5, 0.4])
+    nodes[3:8] = np.where(np.arange(5)[:, None] < n_first, first, second) + gap * np.arange(5)[:, None]
+    lines = branch_lines(skeleton, SectionCenters(centers.is_known, nodes))
+    line = np.flatnonzero(lines.starts[:, 0] > 1)
+    expected = (first - second) / np.linalg.norm(first - second)
+    assert lines.directions[line] == pytest.approx(expected[None], abs=1e-6)
+
+
+@pytest.mark.parametrize("size", [2.0**-400, 2.0**400])
+def test_lines_do_not_depend_on_the_size(cross, size):
+    skeleton, centers = cross
+    bent = np.array(centers.positions)
+    bent[1:9, 1] = 0.05 * (bent[1:9, 0] - 3) ** 2
+    one, other = (branch_lines(skeleton, SectionCenters(centers.is_known, scale * bent)) for scale in (1.0, size))
+    assert other.directions == pytest.approx(one.directions, abs=1e-12)
+    assert other.means / size == pytest.approx(one.means, abs=1e-12)
+
+
+def test_a_loop_at_one_junction_is_no_branch_between_two():
+    t = np.pi / 2 * np.arange(4)
+    nodes = np.concatenate([np.stack([np.cos(t), np.sin(t), 0 * t], axis=1), [[2, 0, 0], [3, 0, 0]]])
+    skeleton = Skeleton(nodes, [[0, 1], [1, 2], [2, 3], [3, 0], [0, 4], [4, 5]], np.full(6, 0.1))
+    one, two = (SectionCenters(np.isin(np.arange(6), known), nodes) for known in ([2], [1, 3]))
+    assert len(branch_lines(skeleton, one, min_inner_sections=1).junctions) == 0
+    lines = branch_lines(skeleton, two)
+    assert lines.junctions.tolist() == [0, 0]
+    loop = skeleton.branches[lines.branches[0]]
+    first, last = nodes[loop[1]], nodes[loop[-2]]
+    assert lines.starts == pytest.approx(np.where(lines.is_first[:, None], first, last))
+
+
 def test_a_branch_with_one_section_has_no_line(cross):
+    """Nor has an end branch where branches between junctions need one."""
     skeleton, centers = cross
     is_known = centers.is_known & ~np.isin(np.arange(25), range(4, 9))
-    assert len(branch_lines(skeleton, SectionCenters(is_known, centers.positions)).junctions) == 2
+    for least in (1, 2):
+        lines = branch_lines(skeleton, SectionCenters(is_known, centers.positions), min_inner_sections=least)
+        assert len(lines.junctions) == 2
 
 
 @pytest.mark.parametrize("is_reversed", [False, True])

@@ -15,7 +15,7 @@ from lbskel.refinement.centerlines import SectionCenters, find_section_centers
 from lbskel.refinement.junctions import merge_junctions_by_axes, place_junctions
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.shapes import chain_of_tori, make, sphere
-from lbskel.shapes.hard import acute_fork, oblique_cross
+from lbskel.shapes.hard import acute_fork, oblique_cross, prongs
 from lbskel.skeleton.editing import contract_nodes
 
 
@@ -48,6 +48,13 @@ def test_the_junction_of_a_narrow_fork_is_on_its_trunk_beyond_sections_of_both_l
 def test_limbs_that_cross_a_bar_at_a_small_angle_meet_in_one_place():
     skeleton = skeletonize(oblique_cross(degrees=40.0).mesh)
     assert np.linalg.norm(skeleton.nodes[skeleton.junctions], axis=1).max() < 0.1 * 0.25  # a tenth of the bar's radius
+
+
+def test_the_junctions_of_a_bar_with_single_sections_are_on_its_axis():
+    """Between two parallel prongs of radius 0.12, one section is the bar's own; contraction draws it to the wall."""
+    skeleton = skeletonize(prongs().mesh)
+    assert len(skeleton.junctions) == 3
+    assert np.abs(skeleton.nodes[skeleton.junctions, 2]).max() < 0.5 * 0.12
 
 
 def test_a_junction_does_not_pass_another(rod_along_z):

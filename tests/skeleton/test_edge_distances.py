@@ -37,3 +37,7 @@ def test_edges_of_no_length_have_the_radius_of_their_node():
     point = Skeleton([[1, 1, 1], [1, 1, 1]], [[0, 1]], [3.0, 3.0])
     distances, _, radii = nearest_on_edges(point, np.array([[1.0, 1, 2]]))
     assert (distances.tolist(), radii.tolist()) == ([1], [3])
+
+
+def test_no_points_have_no_nearest_ones():
+    assert [len(each) for each in nearest_on_edges(BENT, np.empty((0, 3)))] == [0, 0, 0]
