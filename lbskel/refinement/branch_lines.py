@@ -79,17 +79,18 @@ class BranchLines:
         )
 
 
-def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, min_inner_sections: int = 2) -> BranchLines:
-    """Find the line of every branch at each of its junctions: the tangent at the section nearest to the junction.
+def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, to_place: bool = False) -> BranchLines:
+    """Find the line of every branch at each of its junctions, from its nearest sections there.
 
     Parameters
     ----------
     skeleton : Skeleton
     centers : SectionCenters
         Of the same nodes. A branch with fewer than two sections of its own has no line.
-    min_inner_sections : int
-        The same bound for branches between two different junctions. The line of a single section has the direction of
-        the skeleton there.
+    to_place : bool
+        Whether the lines are to give junctions their places. They then are the tangents at the nearest section, which
+        follow the bends of branches, and a branch between two different junctions needs one section only, where its
+        line has the direction of the skeleton. Otherwise they are straight fits.
     """
     nodes, begins = skeleton.flat_branches
     number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
@@ -101,7 +102,7 @@ def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, min_inner_secti
     used = np.minimum(count, N_SECTIONS)
     P, branch, ends = centers.positions[nodes], np.arange(len(count)), (nodes[begins[:-1]], nodes[begins[1:] - 1])
     is_inner = (skeleton.degrees[np.stack(ends)] >= 3).all(axis=0) & (ends[0] != ends[1])
-    is_line = used >= np.where(is_inner, min_inner_sections, 2)
+    is_line = used >= np.where(is_inner & to_place, 1, 2)
     parts = []
     for is_forward, junction in zip((True, False), ends, strict=True):
         has_line = (skeleton.degrees[junction] >= 3) & is_line
@@ -113,7 +114,8 @@ def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, min_inner_secti
         directions[single] = np.subtract(*skeleton.nodes[nodes[np.stack([at - step, at + step])[:, single]]])
         for size in range(2, N_SECTIONS + 1):
             rows = np.flatnonzero(sizes == size)
-            means[rows], directions[rows] = _tangents(P[place[nearest[rows, None] + step * np.arange(size)]])
+            points = P[place[nearest[rows, None] + step * np.arange(size)]]
+            means[rows], directions[rows] = _tangents(points, has_bends=to_place)
         length = np.linalg.norm(directions, axis=1)
         kept = length > 0
         directions = directions[kept] / length[kept, None]
@@ -125,11 +127,12 @@ def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, min_inner_secti
     return BranchLines(junctions[order], branches, is_last == 0, starts[order], means[order], directions[order])
 
 
-def _tangents(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _tangents(points: NDArray[np.float64], *, has_bends: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Find the tangents at the first of each of (l, k, 3) rows of points.
 
-    A line and a parabola are fitted by the distance along the points. The bend of the parabola counts by a share, so
-    that the tangents of bent rows follow the bend, and those of straight ones are as steady as lines.
+    A line and, if rows may have bends, a parabola are fitted by the distance along the points. The bend of the parabola
+    counts by a share, so that the tangents of bent rows follow the bend, and those of straight ones are as steady as
+    lines.
 
     Returns
     -------
@@ -151,7 +154,8 @@ def _tangents(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray
     velocities = np.einsum("lk,lki->li", t, points) / moments
     bends = np.einsum("lk,lki->li", q, points) / np.maximum(squares, MIN_SQUARES)
     fitted = means[:, None] + t[:, :, None] * velocities[:, None] + q[:, :, None] * bends[:, None]
-    bends *= _share_of_bend(squares * (bends**2).sum(axis=1, keepdims=True), points - fitted)
+    explained = squares * (bends**2).sum(axis=1, keepdims=True)
+    bends *= _share_of_bend(explained, points - fitted) if has_bends else 0.0
     tangents = velocities + (2 * t[:, :1] - skews) * bends
     return means + t[:, :1] * (velocities - tangents) + q[:, :1] * bends, -tangents
 

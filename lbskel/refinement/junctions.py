@@ -60,7 +60,7 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
     if len(junctions) == 0:
         return centers
     radii = surface.distance(placed)
-    lines = branch_lines(skeleton, centers, min_inner_sections=1)
+    lines = branch_lines(skeleton, centers, to_place=True)
     rows, groups = lines.at(junctions[:, None])
     has_lines = np.bincount(groups, minlength=len(junctions)) >= 2
     rows, groups = rows[has_lines[groups]], groups[has_lines[groups]]

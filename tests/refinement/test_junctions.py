@@ -14,7 +14,7 @@ from lbskel.refinement.centering import recenter
 from lbskel.refinement.centerlines import SectionCenters, find_section_centers
 from lbskel.refinement.junctions import merge_junctions_by_axes, place_junctions
 from lbskel.refinement.radii import inscribed_radii
-from lbskel.shapes import chain_of_tori, make, sphere
+from lbskel.shapes import SHAPES, chain_of_tori, make, mesh_solid, sphere
 from lbskel.shapes.hard import acute_fork, oblique_cross, prongs
 from lbskel.skeleton.editing import contract_nodes
 
@@ -55,6 +55,19 @@ def test_the_junctions_of_a_bar_with_single_sections_are_on_its_axis():
     skeleton = skeletonize(prongs().mesh)
     assert len(skeleton.junctions) == 3
     assert np.abs(skeleton.nodes[skeleton.junctions, 2]).max() < 0.5 * 0.12
+
+
+def test_the_palm_of_a_bent_hand_has_one_junction():
+    """Tangents of its bent limbs pass the palm at places that are apart; straight lines point to one."""
+    hand = SHAPES["hand"]()
+    along, aside = np.argsort(-np.ptp(hand.centers, axis=0))[:2]
+    radius, middle = np.ptp(hand.centers[:, along]) / np.radians(45), np.ptp(hand.centers, axis=0) / 2
+    P = hand.centers - hand.centers.min(axis=0) - middle
+    angles, heights = P[:, along] / radius, radius + P[:, aside]
+    centers = np.array(hand.centers)
+    centers[:, along], centers[:, aside] = heights * np.sin(angles), heights * np.cos(angles)
+    skeleton = skeletonize(mesh_solid(replace(hand, centers=centers), n_vertices=3900))
+    assert (len(skeleton.junctions), len(skeleton.tips)) == (1, 6)
 
 
 def test_a_junction_does_not_pass_another(rod_along_z):
