@@ -26,7 +26,8 @@ from benchmarks.peers import PEERS
 from benchmarks.summaries import MEASURES, means
 from lbskel.geometry.mirrors import Mirror
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.branch_lines import branch_lines
+from lbskel.refinement.branch_lines import BranchLines, branch_lines
+from lbskel.refinement.centerlines import SectionCenters
 from lbskel.refinement.mirror_symmetry import symmetry_planes
 from lbskel.shapes import SHAPES, Shape, make, with_local_noise
 from lbskel.shapes.hard import HARD_SHAPES
@@ -66,6 +67,14 @@ def _unchanged(skeleton: lbskel.Skeleton, *_: Any, **__: Any) -> lbskel.Skeleton
     return skeleton
 
 
+def _without_single_sections(
+    skeleton: lbskel.Skeleton, centers: SectionCenters, *, to_place: bool = False
+) -> BranchLines:
+    """Find lines of branches, but for those through one section."""
+    lines = branch_lines(skeleton, centers, to_place=to_place)
+    return lines.take((lines.means != lines.starts).any(axis=1))
+
+
 # For each pass, what stands in for its function.
 PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "prune": {f"{PIPELINE_PASSES}.prune": _unchanged},
@@ -78,9 +87,7 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "merge junctions by axes": {f"{PIPELINE_PASSES}._with_merged_junctions": _unchanged},
     "recenter": {f"{PIPELINE_PASSES}.recenter": _unchanged},
     "place junctions": {"lbskel.refinement.centering.place_junctions": lambda skeleton, centers, surface: centers},
-    "lines of single sections": {
-        "lbskel.refinement.junctions.branch_lines": lambda skeleton, centers, **_: branch_lines(skeleton, centers)
-    },
+    "lines of single sections": {"lbskel.refinement.junctions.branch_lines": _without_single_sections},
     "bends of branches next to junctions": {"lbskel.refinement.branch_lines._share_of_bend": lambda *_: 0.0},
     "junctions towards the middle": {"lbskel.refinement.junctions._towards": lambda points, targets, limits: points},
     "straight across gaps": {

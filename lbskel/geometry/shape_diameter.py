@@ -45,7 +45,7 @@ MAX_OVERLAP = 100.0
 # benchmarks/results/resolution.md
 ALL_RAYS = 16_000
 # Upper bound on the distance of the faces of larger meshes from which rays are cast: two of the six faces at a vertex.
-# benchmarks/results/resolution.md, "Local radii by rays from every n-th face, and one at each vertex without"
+# benchmarks/results/resolution.md, "Local radii by rays from every n-th face"
 MAX_STRIDE = 3
 NAME = "local radii"  # in the cache of a mesh
 
