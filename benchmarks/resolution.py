@@ -55,9 +55,7 @@ def run(quick: bool, results: Path) -> None:
         "Resolution",
         {
             f"Means over shapes of {sizes}": markdown_table(means),
-            "Local radii by rays from every n-th face": markdown_table(
-                [_means_of_stride(strides, n) for n in STRIDES]
-            ),
+            "Local radii by rays from every n-th face": markdown_table([_means_of_stride(strides, n) for n in STRIDES]),
             "Each shape, over its sizes": markdown_table(shapes),
         },
     )
