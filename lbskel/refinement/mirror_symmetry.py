@@ -59,6 +59,9 @@ def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
     for plane, twins in symmetry_planes(skeleton, surface):
         surface.deadline.check()
         cut, side = _cut_at(plane, inscribed_radii(skeleton, surface))
+        if not side.any():  # all nodes are on the plane: both halves are the whole, and no tie is left to rounding
+            skeleton = cut
+            continue
         scales = _scales(skeleton, surface.mesh)
         halves = [sign for sign in (1, -1) if (side * sign >= 0).any()]
         doubled = [_doubled(cut, side, sign, plane, surface.mesh.vertices, twins) for sign in halves]

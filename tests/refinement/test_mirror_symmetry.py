@@ -69,6 +69,14 @@ def test_balls_outside_cover_nothing():
         assert sorted(result.nodes[result.tips, 1].round(9)) == [-0.7, 0, 0.7]
 
 
+def test_a_skeleton_on_the_plane_keeps_the_nodes_of_both_sides():
+    mesh = pear()
+    chain = with_nearest_nodes(Skeleton([[0, 0, -0.6], [0, 0, 0], [0, 0, 0.6]], [[0, 1], [1, 2]], np.zeros(3)), mesh)
+    given = replace(chain, node_of_vertex=np.where(mesh.vertices[:, 1] > 0, 1, chain.node_of_vertex))
+    assert len(symmetry_planes(given, Surface(mesh))) == 1
+    assert np.array_equal(make_mirror_symmetric(given, Surface(mesh)).node_of_vertex, given.node_of_vertex)
+
+
 @pytest.mark.parametrize(("width", "tips"), [(1.6, [-3.95, 0, 0, 3.95]), (2.6, [-1.43, 0, 0, 1.43])])
 def test_the_half_that_reaches_more_ends_is_taken_unless_it_covers_too_little(width, tips):
     """A flat body with a thin tail on each side: one half has the branch of its tail, the other covers its flank."""
