@@ -31,7 +31,8 @@ boxes = np.array(tree.corners), np.array(tree.bounds)
 calls = {
     "triangles": {"corner_products": (V, F), "integrals": (V, F)},
     "connectivity": {"neighbor_sums": (np.array(ring.edges), V)},
-    "bvh": {"spatial_order": (V, F), "nearest_points": (*boxes, V)},
+    "bvh": {"spatial_order": (V, F)},
+    "nearest_points": {"nearest_points": (*boxes, V)},
     "ray_casting": {"first_hits": (boxes[0], np.array(tree.order), boxes[1], V, V), "winding_numbers": (*boxes, V)},
 }
 

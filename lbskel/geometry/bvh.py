@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel._kernels.bvh import bounding_boxes, nearest_points, spatial_order
+from lbskel._kernels.bvh import bounding_boxes, spatial_order
+from lbskel._kernels.nearest_points import nearest_points
 from lbskel._kernels.ray_casting import first_hits, winding_numbers
 from lbskel.geometry.deadline import NEVER, Deadline, in_slices
 

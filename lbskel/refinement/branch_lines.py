@@ -25,9 +25,7 @@ REGULARIZATION = 0.005
 # Rows "order" in the same table
 ORDER = 4
 
-TINY = float(np.finfo(np.float64).tiny)
-MIN_SQUARES = 1e-12  # sum of squares of a parabola over a length of 1 below which it is rounding: all points lie at two
-# places
+EPSILON, TINY = float(np.finfo(np.float64).eps), float(np.finfo(np.float64).tiny)
 
 SIDES: tuple[Literal["left", "right"], ...] = ("left", "right")
 
@@ -146,16 +144,16 @@ def _tangents(points: NDArray[np.float64], *, has_bends: bool) -> tuple[NDArray[
     t /= np.maximum(t[:, -1:], TINY)
     t -= t.mean(axis=1, keepdims=True)
     moments = np.maximum((t**2).sum(axis=1, keepdims=True), TINY)
+    means, velocities = points.mean(axis=1), np.einsum("lk,lki->li", t, points) / moments
+    if not has_bends or points.shape[1] <= 3:  # a parabola leaves three points no variance to compare its bend with
+        return means, -velocities
     skews = (t**3).sum(axis=1, keepdims=True) / moments
     q = t**2 - moments / t.shape[1] - skews * t  # orthogonal to t and to constants
     squares = (q**2).sum(axis=1, keepdims=True)
-    q = np.where(squares > MIN_SQUARES, q, 0.0)
-    means = points.mean(axis=1)
-    velocities = np.einsum("lk,lki->li", t, points) / moments
-    bends = np.einsum("lk,lki->li", q, points) / np.maximum(squares, MIN_SQUARES)
+    q = np.where(squares > EPSILON, q, 0.0)  # rounding, where all points lie at two places
+    bends = np.einsum("lk,lki->li", q, points) / np.maximum(squares, EPSILON)
     fitted = means[:, None] + t[:, :, None] * velocities[:, None] + q[:, :, None] * bends[:, None]
-    explained = squares * (bends**2).sum(axis=1, keepdims=True)
-    bends *= _share_of_bend(explained, points - fitted) if has_bends else 0.0
+    bends *= _share_of_bend(squares * (bends**2).sum(axis=1, keepdims=True), points - fitted)
     tangents = velocities + (2 * t[:, :1] - skews) * bends
     return means + t[:, :1] * (velocities - tangents) + q[:, :1] * bends, -tangents
 
@@ -163,13 +161,9 @@ def _tangents(points: NDArray[np.float64], *, has_bends: bool) -> tuple[NDArray[
 def _share_of_bend(explained: NDArray[np.float64], residuals: NDArray[np.float64]) -> NDArray[np.float64]:
     """(l, 1) share of the squares that bends explain, (l, 1), that noise does not: an empirical Wiener filter.
 
-    Noise adds to them, on average, what it leaves of each of the other degrees of freedom. Three points leave none, so
-    that their bends may be noise.
+    Noise adds to them, on average, what it leaves of each of the other degrees of freedom.
     """
-    n_left = residuals.shape[1] - 3
-    if n_left <= 0:
-        return np.zeros_like(explained)
-    left = (residuals**2).sum(axis=(1, 2))[:, None] / n_left
+    left = (residuals**2).sum(axis=(1, 2))[:, None] / (residuals.shape[1] - 3)
     share: NDArray[np.float64] = np.maximum(1 - left / np.maximum(explained, TINY), 0)
     return share
 

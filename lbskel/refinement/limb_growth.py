@@ -31,8 +31,9 @@ from lbskel.skeleton.skeleton import Skeleton
 # body, such as a tail, does not reach far out of 1.75 radii of it, but is longer than wide beyond 1.25 of them.
 # "Bounds on limbs that are grown" in benchmarks/results/neurons.md
 LIMB_BOUNDS = ((1.75, 1.5), (1.25, 2.5))
-SPACING = 1.0  # between the points of a straight axis, in radii of the limb; "Points on the straight axis" in
-# benchmarks/results/neurons.md
+# Distance between the points of a straight axis, in radii of the limb. A section is cut at each, so that it bounds the
+# time; limbs found are the same from 0.25 to 2. "Points on the straight axis" in benchmarks/results/neurons.md
+SPACING = 1.0
 MAX_POINTS = 50  # of a straight axis, which bounds the time; a guess
 MAX_OFFSET = 2.0  # of the centroid of a section from the axis, in radii of the section; a guess
 MAX_WIDENING = 2.0  # of a section, in radii of the limb: wider ones are those of the body; a guess

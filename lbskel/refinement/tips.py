@@ -31,10 +31,12 @@ MIN_STEP = 0.125  # along a centerline, in radii at its start, except for the la
 MAX_STEPS = 60  # per end, which bounds the time
 MIN_COS_TURN = 0.5  # lower bound on the cosine of the angle between an end's first and present direction
 END_TOLERANCE = 1.05  # the surface ahead is as near as the surface around within this factor
-TIP_REACH = 2.5  # distance from the end of a limb within which a tip is traced on towards it, in radii of the limb or
-# of the last ball; rows "reach of a tip" in benchmarks/results/refinement.md
-BLUNT_REACH = 1.75  # the same for a tip that is at the end: 1 at a hemisphere, sqrt(3) at the corner of a cube; "Tips
-# traced on" in benchmarks/results/neurons.md
+# Upper bound on the distance from the end of a limb within which a tip belongs to it and is traced on towards it, in
+# radii of the limb or of the last ball. Rows "reach of a tip" in benchmarks/results/refinement.md
+TIP_REACH = 2.5
+# Upper bound on that distance, in the same radii, where a tip is at the end already: 1 at a hemisphere, sqrt(3) at the
+# corner of a cube. "Tips traced on" in benchmarks/results/neurons.md: farther, ends around bends are missed
+BLUNT_REACH = 1.75
 MIN_LIMB_LENGTH = 3.4  # of a limb, in radii; a flat patch has 2, a hemisphere 2.5, the corner of a foot up to 3.3
 MAX_OFFSET = 2.0  # from an outer end to the centroid of its section, in radii
 MAX_WIDENING = 1.5  # of successive sections along a centerline, in radii
