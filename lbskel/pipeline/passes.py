@@ -34,9 +34,8 @@ from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import paths_outside, reroute_inside
 from lbskel.refinement.flat_ends import prune_flat_ends
 from lbskel.refinement.junctions import merge_junctions_by_axes
-from lbskel.refinement.limb_growth import grow_uncovered_limbs
+from lbskel.refinement.limb_growth import grow_missing_branches, grow_uncovered_limbs
 from lbskel.refinement.mirror_symmetry import make_mirror_symmetric
-from lbskel.refinement.missing_branches import grow_missing_branches
 from lbskel.refinement.open_ends import extend_to_open_ends
 from lbskel.refinement.pulled_junctions import move_pulled_junctions_back
 from lbskel.refinement.radii import inscribed_radii, mean_radii

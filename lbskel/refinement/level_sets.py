@@ -8,7 +8,7 @@ data", https://doi.org/10.1007/PL00007210).
 
 from __future__ import annotations
 
-__all__ = ["GeodesicCap", "cap_axes", "find_geodesic_caps", "interior_axes"]
+__all__ = ["GeodesicCap", "cap_axes", "centered_axes", "find_geodesic_caps", "interior_axes"]
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import dijkstra
 
 from lbskel._kernels.connectivity import component_roots
+from lbskel.geometry.cross_sections import cross_sections
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order, unique_inverse
@@ -31,6 +32,12 @@ MAX_LEVELS = 500  # per limb, which bounds the memory that hair-thin limbs take;
 # and fingers are missed; by hand, with 0 one of three turned plates, 50 times as wide as thick, got a third tip
 MIN_DEPTH = 0.1
 CAP_LENGTH = np.pi / 2  # from the end of a round limb to the rim of its hemispherical cap along the surface, in radii
+MAX_OFFSET = 2.0  # of the centroid of a section from the axis, in radii of the section; a guess
+MAX_WIDENING = 2.0  # of a section, in radii of the limb: wider ones are those of the body; a guess
+# Distance in radii of a section within which a search decides on it: one beside the point is decided once four times
+# its distance, at most MAX_OFFSET radii, and its length, that of a circle, have been searched (MAX_REACH of
+# lbskel._kernels.cross_sections)
+DECIDED_WITHIN = 4 * (MAX_OFFSET + 2 * np.pi)
 MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound, since csgraph takes length 0 for no edge
 
 
@@ -112,6 +119,37 @@ def interior_axes(caps: Sequence[GeodesicCap], surface: Surface) -> list[NDArray
             first = np.flatnonzero(outside[row]).max(initial=-1) + 1
             axes[row] = axis[len(axis) if is_sheet else first :]
     return axes
+
+
+def centered_axes(
+    axes: list[NDArray[np.float64]], limb_radii: NDArray[np.float64], surface: Surface
+) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]]]:
+    """Move the points of axes to the centroids of their cross-sections, whose mean radii are returned too.
+
+    Points are dropped whose section is far away, much wider than the limb, or has its centroid outside the surface.
+
+    Parameters
+    ----------
+    axes : list of (k, 3) arrays of float
+        At least one, each of at least two points.
+    limb_radii : (l,) array of float
+        The radius of the limb of each axis.
+    surface : Surface
+    """
+    P = np.concatenate(axes)
+    T = np.concatenate([np.gradient(axis, axis=0) for axis in axes])
+    T /= np.linalg.norm(T, axis=1, keepdims=True)
+    max_radii = MAX_WIDENING * np.repeat(limb_radii, [len(axis) for axis in axes])
+    sections = cross_sections(surface.mesh, P, T, max_reaches=DECIDED_WITHIN * max_radii, deadline=surface.deadline)
+    is_own = sections.is_cut & (np.linalg.norm(sections.centroids - P, axis=1) <= MAX_OFFSET * sections.radii)
+    is_own &= sections.radii <= max_radii
+    is_own &= surface.contains(sections.centroids)
+    parts = np.cumsum([len(axis) for axis in axes])[:-1]
+    own, points, widths = (np.split(values, parts) for values in (is_own, sections.centroids, sections.radii))
+    return (
+        [point[kept] for point, kept in zip(points, own, strict=True)],
+        [width[kept] for width, kept in zip(widths, own, strict=True)],
+    )
 
 
 def _levels(caps: Sequence[GeodesicCap]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

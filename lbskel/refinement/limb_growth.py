@@ -1,30 +1,33 @@
-"""Growth of limbs: a branch is grown along every limb that stands out of the skeleton's balls.
+"""Growth of limbs: a branch is grown along every limb that contraction has left without one.
 
-A limb that is short, or thin relative to the contracted faces, may be pulled into the body before it becomes a line. It
-is found because the skeleton leaves it uncovered (:mod:`lbskel.refinement.uncovered_limbs`), even if it is too short
-for the geodesic extrema of :mod:`lbskel.refinement.missing_branches`. The extrema in turn find the short ends of thick
-bodies, which the skeleton's balls cover. The limb's axis comes from the distance to its end
-(:mod:`lbskel.refinement.level_sets`) or, if the limb is too short for that, is the segment from the skeleton to its
-end. The points of the axis are moved to the centroids of their cross-sections.
+A limb that is short, or thin relative to the contracted faces, may be pulled into the body before it becomes a line.
+Its end is an extremum of the geodesic distance to which no tip is near (:mod:`lbskel.refinement.extrema`): so the short
+ends of thick bodies are found. Or the limb stands out of the skeleton's balls
+(:mod:`lbskel.refinement.uncovered_limbs`): so limbs too short for the extrema are found. The limb's axis comes from the
+distance to its end (:mod:`lbskel.refinement.level_sets`) or, if the limb is too short for that, is the segment from the
+skeleton to its end. The points of the axis are moved to the centroids of their cross-sections. Of the nodes of the limb
+and of those beside it, the branch begins at the one nearest to the last point of the axis that is within a radius of
+such a node or, if there is none, to the first point.
 """
 
 from __future__ import annotations
 
-__all__ = ["grow_uncovered_limbs"]
+__all__ = ["grow_missing_branches", "grow_uncovered_limbs"]
 
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
-from lbskel.geometry.cross_sections import cross_sections
+from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.level_sets import find_geodesic_caps, interior_axes
+from lbskel.refinement.extrema import MIN_DISTANCE, find_extrema, is_missed
+from lbskel.refinement.level_sets import centered_axes, find_geodesic_caps, interior_axes
 from lbskel.refinement.radii import inscribed_radii
-from lbskel.refinement.region_map import nearest_balls
 from lbskel.refinement.tips import extend_ends, trace_centerline
-from lbskel.refinement.uncovered_limbs import UncoveredLimbs, ball_distances, find_uncovered_limbs
+from lbskel.refinement.uncovered_limbs import Limbs, ball_distances, find_uncovered_limbs
 from lbskel.skeleton.skeleton import Skeleton
 
 # Lower bounds on the reach and the elongation of a limb (lbskel.refinement.uncovered_limbs). A short limb of a thick
@@ -35,12 +38,32 @@ LIMB_BOUNDS = ((1.75, 1.5), (1.25, 2.5))
 # time; limbs found are the same from 0.25 to 2. "Points on the straight axis" in benchmarks/results/neurons.md
 SPACING = 1.0
 MAX_POINTS = 50  # of a straight axis, which bounds the time; a guess
-MAX_OFFSET = 2.0  # of the centroid of a section from the axis, in radii of the section; a guess
-MAX_WIDENING = 2.0  # of a section, in radii of the limb: wider ones are those of the body; a guess
-# Distance in radii of a section within which a search decides on it: one beside the point is decided once four times
-# its distance, at most MAX_OFFSET radii, and its length, that of a circle, have been searched (MAX_REACH of
-# lbskel._kernels.cross_sections)
-DECIDED_WITHIN = 4 * (MAX_OFFSET + 2 * np.pi)
+
+
+def grow_missing_branches(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Grow a branch along each limb whose end is outside the skeleton's balls and has no tip near it.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    surface : Surface
+    """
+    mesh, balls = surface.proxy.mesh, inscribed_radii(skeleton, surface.proxy)
+    extrema = find_extrema(mesh, deadline=surface.deadline)
+    missed = np.flatnonzero(is_missed(extrema, mesh, balls))
+    limb_of_extremum = np.full(len(extrema.vertices) + 1, -1)  # the last is for vertices without an extremum
+    limb_of_extremum[missed] = np.arange(len(missed))
+    ends = extrema.vertices[missed]
+    nearest = cKDTree(balls.nodes).query(mesh.vertices[ends])[1]
+    limbs = Limbs(
+        ends,
+        balls.nodes[nearest],
+        balls.radii[nearest],
+        extrema.radii[missed],
+        np.full(len(ends), MIN_DISTANCE),
+        limb_of_extremum[extrema.limb_of_vertex],
+    )
+    return _with_branches(skeleton, surface, limbs)
 
 
 def grow_uncovered_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -53,27 +76,38 @@ def grow_uncovered_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """
     on_proxy = replace(skeleton, node_of_vertex=surface.on_proxy(skeleton.node_of_vertex))
     balls = ball_distances(inscribed_radii(on_proxy, surface.proxy), surface.proxy.mesh)
-    limbs = find_uncovered_limbs(balls, LIMB_BOUNDS)
+    return _with_branches(skeleton, surface, find_uncovered_limbs(balls, LIMB_BOUNDS))
+
+
+def _with_branches(skeleton: Skeleton, surface: Surface, limbs: Limbs) -> Skeleton:
+    """Grow a branch along the axis of each limb, and map the limb's vertices to it."""
     if len(limbs.ends) == 0:
         return skeleton
     mesh = surface.proxy.mesh
-    axes, widths = _centered(_axes(limbs, surface), limbs.radii, surface)
+    axes, widths = centered_axes(_axes(limbs, surface), limbs.radii, surface)
     reaches = [reach * width for reach, width in zip(limbs.min_reaches.tolist(), widths, strict=True)]
-    grown = _not_covered(mesh.vertices[limbs.ends], axes, reaches)
-    if not grown:
+    chosen = _not_covered(mesh.vertices[limbs.ends], axes, reaches)
+    if not chosen:
         return skeleton
-    bases = np.zeros(len(limbs.ends), dtype=np.int64)
-    bases[grown] = nearest_balls(skeleton, np.array([axes[limb][0] for limb in grown]))
-    outward = [mesh.vertices[limbs.ends[limb]] - axes[limb][-1] for limb in grown]
-    onward = trace_centerline(surface, np.array([axes[limb][-1] for limb in grown]), np.array(outward))
-    paths = [[*axes[limb], *continuation] for limb, continuation in zip(grown, onward, strict=True)]
-    limb_of_vertex, node_of_vertex = surface.from_proxy(limbs.limb_of_vertex), np.array(skeleton.node_of_vertex)
-    is_on_limb = np.isin(limb_of_vertex, grown)
-    node_of_vertex[is_on_limb] = bases[limb_of_vertex[is_on_limb]]
-    return extend_ends(replace(skeleton, node_of_vertex=node_of_vertex), surface, bases[grown], paths)
+    outward = [mesh.vertices[limbs.ends[limb]] - axes[limb][-1] for limb in chosen]
+    onward = trace_centerline(surface, np.array([axes[limb][-1] for limb in chosen]), np.array(outward))
+    nearby = _nodes_near_limbs(surface.on_proxy(skeleton.node_of_vertex), limbs.limb_of_vertex, mesh)
+    base_of_limb = np.full(len(limbs.ends), -1)
+    paths: list[list[NDArray[np.float64]]] = []
+    for limb, continuation in zip(chosen, onward, strict=True):
+        path, candidates = np.array([*axes[limb], *continuation]), nearby[limb]
+        distances = cdist(path, skeleton.nodes[candidates])
+        touching = np.flatnonzero(distances.min(axis=1) <= limbs.radii[limb])
+        first = touching[-1] + 1 if len(touching) else 0
+        if first < len(path):
+            base_of_limb[limb] = candidates[distances[max(first - 1, 0)].argmin()]
+            paths.append(list(path[first:]))
+    bases = np.append(base_of_limb, -1)[surface.from_proxy(limbs.limb_of_vertex)]  # the last is for vertices of no limb
+    skeleton = replace(skeleton, node_of_vertex=np.where(bases < 0, skeleton.node_of_vertex, bases))
+    return extend_ends(skeleton, surface, base_of_limb[base_of_limb >= 0], paths)
 
 
-def _axes(limbs: UncoveredLimbs, surface: Surface) -> list[NDArray[np.float64]]:
+def _axes(limbs: Limbs, surface: Surface) -> list[NDArray[np.float64]]:
     """Compute points along the axis of each limb, from the border of the skeleton's ball to the center of its cap."""
     mesh = surface.proxy.mesh
     caps = find_geodesic_caps(mesh, limbs.limb_of_vertex)
@@ -89,29 +123,6 @@ def _axes(limbs: UncoveredLimbs, surface: Surface) -> list[NDArray[np.float64]]:
             axis = (1 - shares) * limbs.bases[limb] + shares * end
         axes.append(axis)
     return axes
-
-
-def _centered(
-    axes: list[NDArray[np.float64]], limb_radii: NDArray[np.float64], surface: Surface
-) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]]]:
-    """Move the points of axes to the centroids of their cross-sections, whose mean radii are returned too.
-
-    Points are dropped whose section is far away, much wider than the limb, or has its centroid outside the surface.
-    """
-    P = np.concatenate(axes)
-    T = np.concatenate([np.gradient(axis, axis=0) for axis in axes])
-    T /= np.linalg.norm(T, axis=1, keepdims=True)
-    max_radii = MAX_WIDENING * np.repeat(limb_radii, [len(axis) for axis in axes])
-    sections = cross_sections(surface.mesh, P, T, max_reaches=DECIDED_WITHIN * max_radii, deadline=surface.deadline)
-    is_own = sections.is_cut & (np.linalg.norm(sections.centroids - P, axis=1) <= MAX_OFFSET * sections.radii)
-    is_own &= sections.radii <= max_radii
-    is_own &= surface.contains(sections.centroids)
-    parts = np.cumsum([len(axis) for axis in axes])[:-1]
-    own, points, widths = (np.split(values, parts) for values in (is_own, sections.centroids, sections.radii))
-    return (
-        [point[kept] for point, kept in zip(points, own, strict=True)],
-        [width[kept] for width, kept in zip(widths, own, strict=True)],
-    )
 
 
 def _not_covered(
@@ -131,3 +142,15 @@ def _not_covered(
         if len(axis) and not covered_by[limb] & chosen:
             chosen.add(limb)
     return sorted(chosen)
+
+
+def _nodes_near_limbs(
+    node_of_vertex: NDArray[np.int64], limb_of_vertex: NDArray[np.int64], mesh: Mesh
+) -> dict[int, NDArray[np.int64]]:
+    """For each limb, the nodes of its vertices and of those adjacent to them, in ascending order."""
+    i, j = mesh.edges.T
+    limbs = limb_of_vertex[np.concatenate([i, j, i, j])]
+    nodes = node_of_vertex[np.concatenate([i, j, j, i])]
+    pairs = np.unique(np.stack([limbs, nodes], axis=1)[limbs >= 0], axis=0)
+    limbs, first = np.unique(pairs[:, 0], return_index=True)
+    return dict(zip(limbs.tolist(), np.split(pairs[:, 1], first[1:]), strict=True))

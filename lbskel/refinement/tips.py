@@ -9,7 +9,7 @@ nodes represent. Where the last ball is far from there, these nodes are moved to
 
 from __future__ import annotations
 
-__all__ = ["extend_ends", "extend_tips", "recenter_points", "trace_centerline"]
+__all__ = ["extend_ends", "extend_tips", "trace_centerline"]
 
 import math
 from dataclasses import replace
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.cross_sections import Sections, cross_sections
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.level_sets import find_geodesic_caps, interior_axes
+from lbskel.refinement.level_sets import centered_axes, find_geodesic_caps, interior_axes
 from lbskel.skeleton.editing import append_paths, contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -71,12 +71,15 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
     paths = _traced_on(paths, tips, directions, near, surface)
     if not missed:
         return extend_ends(skeleton, surface, last, paths)
-    axes = recenter_points([axis for _, axis in missed.values()], surface)
+    level_axes = [axis for _, axis, _ in missed.values()]
+    limb_radii = np.array([radius for *_, radius in missed.values()])
+    centered, _ = centered_axes(level_axes, limb_radii, surface)
+    axes = [own if len(own) >= 2 else axis for axis, own in zip(level_axes, centered, strict=True)]
     onward = trace_centerline(
         surface, np.array([axis[-1] for axis in axes]), np.array([axis[-1] - axis[-2] for axis in axes])
     )
     target, nodes = np.arange(len(skeleton.nodes)), np.array(skeleton.nodes)
-    for (index, (n, _)), axis, continuation in zip(missed.items(), axes, onward, strict=True):
+    for (index, (n, *_)), axis, continuation in zip(missed.items(), axes, onward, strict=True):
         target[ends[index][-n:]] = last[index]
         nodes[last[index]] = axis[0]
         paths[index] = [*axis[1:], *continuation]
@@ -137,8 +140,8 @@ def _traced_on(
 
 def _missed_limbs(
     skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], tips: NDArray[np.float64]
-) -> tuple[dict[int, tuple[int, NDArray[np.float64]]], dict[int, NDArray[np.float64]]]:
-    """For each end branch whose tip is not at the end of its limb: how many nodes to replace, and the limb's axis.
+) -> tuple[dict[int, tuple[int, NDArray[np.float64], float]], dict[int, NDArray[np.float64]]]:
+    """For each end branch whose tip is not at the end of its limb: nodes to replace, axis and radius of the limb.
 
     For those whose tip is near the end, but not there: the end. The limb is the patch of the vertices of the branch's
     last 1, 2, 4, ... nodes, up to all. Among candidate limbs, keep the one with the smallest detour from the junction
@@ -146,7 +149,7 @@ def _missed_limbs(
     """
     radii = surface.distance(tips)
     n_tried = dict.fromkeys(range(len(ends)), 1)
-    best: dict[int, tuple[float, int, NDArray[np.float64]]] = {}
+    best: dict[int, tuple[float, int, NDArray[np.float64], float]] = {}
     near: dict[int, NDArray[np.float64]] = {}
     while n_tried:
         patch = np.full(len(skeleton.nodes), -1)
@@ -165,39 +168,17 @@ def _missed_limbs(
                 branch, n = ends[index], trying[index]
                 detour = _detour(np.concatenate([skeleton.nodes[branch[:-n]], axis, caps[index].end[None]]))
                 if index not in best or detour < best[index][0]:
-                    best[index] = detour, n, axis
+                    best[index] = detour, n, axis, caps[index].radius
         for index, n in trying.items():
             if n < len(ends[index]) - 1:
                 n_tried[index] = min(2 * n, len(ends[index]) - 1)
-    return {index: (n, axis) for index, (_, n, axis) in best.items()}, near
+    return {index: found[1:] for index, found in best.items()}, near
 
 
 def _detour(path: NDArray[np.float64]) -> float:
     """Measure the length of a path relative to the distance between its ends."""
     straight = float(np.linalg.norm(path[-1] - path[0]))
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) / max(straight, TINY)
-
-
-def recenter_points(axes: list[NDArray[np.float64]], surface: Surface) -> list[NDArray[np.float64]]:
-    """Move the points of axes to the centroids of their cross-sections.
-
-    Points without a section of their own are dropped; an axis with fewer than two other points is returned unchanged.
-
-    Parameters
-    ----------
-    axes : list of (k, 3) arrays of float
-        At least one, each of at least two points.
-    surface : Surface
-    """
-    P = np.concatenate(axes)
-    T = np.concatenate([np.gradient(axis, axis=0) for axis in axes])
-    section = cross_sections(surface.mesh, P, T / np.linalg.norm(T, axis=1, keepdims=True), deadline=surface.deadline)
-    parts = np.cumsum([len(axis) for axis in axes])[:-1]
-    median = np.concatenate([np.full(len(radii), np.median(radii)) for radii in np.split(section.radii, parts)])
-    is_own = section.surrounds & (np.linalg.norm(section.centroids - P, axis=1) <= section.radii)
-    is_own &= (section.radii <= MAX_WIDENING * median) & surface.contains(section.centroids)
-    own = zip(np.split(section.centroids, parts), np.split(is_own, parts), strict=True)
-    return [C[known] if known.sum() >= 2 else axis for axis, (C, known) in zip(axes, own, strict=True)]
 
 
 def trace_centerline(

@@ -14,7 +14,7 @@ height of noise, which is the roughness of the surface times the length of the l
 
 from __future__ import annotations
 
-__all__ = ["BallDistances", "UncoveredLimbs", "ball_distances", "find_uncovered_limbs"]
+__all__ = ["BallDistances", "Limbs", "ball_distances", "find_uncovered_limbs"]
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -42,8 +42,8 @@ TINY = float(np.finfo(np.float64).tiny)
 
 
 @dataclass(frozen=True, eq=False)
-class UncoveredLimbs:
-    """The limbs of a surface that its skeleton leaves uncovered, by each pair of bounds in order of their distance.
+class Limbs:
+    """Limbs of a surface along which its skeleton has no branch.
 
     Parameters
     ----------
@@ -56,7 +56,8 @@ class UncoveredLimbs:
     radii : (u,) array of float
         Radius of a round limb of the same excess and area.
     min_reaches : (u,) array of float
-        The bound c by which each limb was found.
+        Distance from a branch within which it covers an end, in radii of the branch: the bound c by which each limb was
+        found.
     limb_of_vertex : (n,) array of int
         The limb of each vertex of the mesh, -1 for none.
     """
@@ -117,7 +118,7 @@ def ball_distances(skeleton: Skeleton, mesh: Mesh) -> BallDistances:
     return BallDistances(mesh, distances, nearest, radii, ratios)
 
 
-def find_uncovered_limbs(balls: BallDistances, bounds: Sequence[tuple[float, float]]) -> UncoveredLimbs:
+def find_uncovered_limbs(balls: BallDistances, bounds: Sequence[tuple[float, float]]) -> Limbs:
     """Find the limbs of a mesh that stand out of the balls of a skeleton.
 
     Parameters
@@ -142,7 +143,7 @@ def find_uncovered_limbs(balls: BallDistances, bounds: Sequence[tuple[float, flo
         parts.append((ends, area / (2 * np.pi * excess), np.full(len(ends), min_reach)))
         n_limbs += len(ends)
     ends, radii, min_reaches = (np.concatenate(each) for each in zip(*parts, strict=True))
-    return UncoveredLimbs(ends, balls.nearest[ends], balls.radii[ends], radii, min_reaches, limb_of_vertex)
+    return Limbs(ends, balls.nearest[ends], balls.radii[ends], radii, min_reaches, limb_of_vertex)
 
 
 def _elongated_patches(

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from lbskel import Mesh
-from lbskel.refinement.level_sets import find_geodesic_caps
+from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.level_sets import centered_axes, find_geodesic_caps
 from lbskel.refinement.tips import MIN_LIMB_LENGTH
 from lbskel.shapes import capsule, sphere
 
@@ -86,3 +87,12 @@ def test_a_cap_ends_at_the_nearest_part_of_a_slanted_border():
     straight = find_geodesic_caps(rod, np.where(rod.vertices[:, 2] > 0.5, 0, -1))[0]
     # the border is highest at z = 0.5, where x = -0.5; from the pole its middle is 0.5 farther and its lowest point 1
     assert straight.length < slanted.length < straight.length + 0.5
+
+
+def test_points_of_an_axis_inside_the_body_are_dropped():
+    ball = sphere(3)
+    drawn = ball.with_vertices(ball.vertices * np.where(ball.vertices[:, 2:] > 0.9, [1, 1, 4], 1))
+    axis = np.array([[0.05, 0, z] for z in (0.0, 0.3, 1.5, 2.5, 3.5)])
+    [points], [widths] = centered_axes([axis], np.array([0.4]), Surface(drawn))
+    assert points == pytest.approx(np.array([[0, 0, z] for z in (1.5, 2.5, 3.5)]), abs=0.02)  # the triangles are coarse
+    assert (widths < 0.5).all()

@@ -1,11 +1,112 @@
-"""Growth of limbs that stand out of the skeleton's balls; what it shares with extrema is in test_missing_branches."""
+"""Growth of limbs: a limb without a branch gets one, whether it is found by its end or by what is uncovered."""
 
 import numpy as np
 import pytest
+from helpers import nearest_rows, path_in, reversed_proxy
 
+from lbskel import Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.limb_growth import _centered, _not_covered
-from lbskel.shapes import sphere
+from lbskel.refinement.limb_growth import _not_covered, grow_missing_branches, grow_uncovered_limbs
+from lbskel.shapes import make, mesh_solid, solid_of, sphere
+from lbskel.skeleton.editing import contract_nodes
+
+
+@pytest.fixture(scope="module")
+def whole(tripod):
+    return skeletonize(tripod)
+
+
+def without(skeleton, branch):
+    """The skeleton without one end branch, whose vertices are the junction's."""
+    target = np.arange(len(skeleton.nodes))
+    target[branch[1:]] = branch[0]
+    return contract_nodes(skeleton, target)
+
+
+both = pytest.mark.parametrize("grow", [grow_missing_branches, grow_uncovered_limbs])
+
+
+@both
+@pytest.mark.parametrize("surface_of", [Surface, reversed_proxy])
+@pytest.mark.parametrize("number", range(3))
+def test_a_removed_branch_grows_again(grow, whole, tripod, number, surface_of):
+    branch = whole.end_branches[number]
+    grown = grow(without(whole, branch), surface_of(tripod))
+    assert (len(grown.tips), len(grown.junctions), grown.cycle_rank, grown.n_components) == (3, 1, 0, 1)
+    distances = np.linalg.norm(grown.nodes[grown.tips] - whole.nodes[branch[-1]], axis=1)
+    tip = grown.tips[distances.argmin()]
+    assert distances.min() < whole.radii[branch[-1]]  # within the last inscribed ball
+    [again] = [b for b in grown.end_branches if b[-1] == tip]
+    axis = np.linalg.norm(grown.nodes[again[1:], None] - whole.nodes[branch], axis=2).min(axis=1)
+    assert axis.max() < 0.5 * np.median(whole.radii[branch])  # nodes are half a radius distances
+    outer = np.isin(whole.node_of_vertex, branch[len(branch) // 2 :])
+    assert np.isin(grown.node_of_vertex[outer], again[1:]).all()
+    for other in whole.end_branches:  # the vertices at the other ends keep their nodes
+        if other[-1] != branch[-1]:
+            at_end = np.isin(whole.node_of_vertex, other[len(other) // 2 :])
+            assert np.array_equal(grown.nodes[grown.node_of_vertex[at_end]], whole.nodes[whole.node_of_vertex[at_end]])
+
+
+@both
+def test_branches_grow_on_a_bare_loop_too(grow):
+    """All branches of a ring with spikes are removed, so there is no tip near any end."""
+    shape = make("spiked_ring", n_vertices=2500)
+    skeleton = skeletonize(shape.mesh)
+    target = np.arange(len(skeleton.nodes))
+    for branch in skeleton.end_branches:
+        target[branch[1:]] = branch[0]
+    loop = contract_nodes(skeleton, target)
+    assert (len(loop.tips), loop.cycle_rank) == (0, 1)
+    grown = grow(loop, Surface(shape.mesh))
+    assert (len(grown.tips), grown.cycle_rank, grown.n_components) == (len(shape.truth.tips), 1, 1)
+
+
+@both
+def test_a_complete_skeleton_is_returned_unchanged(grow, whole, tripod):
+    assert grow(whole, Surface(tripod)) is whole
+    ball = sphere(3)
+    skeleton = skeletonize(ball)
+    assert grow(skeleton, Surface(ball)) is skeleton
+
+
+def test_a_short_limb_of_a_thick_body_gets_a_branch():
+    """A tail of radius 0.2 is five of its radii long, but only one of these is beyond 1.75 radii of the body."""
+    body, tail = np.array([[-3.0, 0, 0], [3, 0, 0]]), np.array([[1.9, 0, 0], [1.9, 0, -1.8]])
+    mesh = mesh_solid(solid_of([(body, 1.0), (tail, 0.2)]), n_vertices=6000)
+    grown = grow_uncovered_limbs(path_in(mesh, np.linspace(*body, 25), radius=1.0), Surface(mesh))
+    assert len(grown.tips) == 3
+    assert np.linalg.norm(grown.nodes[grown.tips] - tail[1], axis=1).min() < 0.2
+
+
+def test_a_flat_limb_gets_a_branch():
+    """An ear six times as wide as thick: no point of its axis is deeper than a fifth of the radius of its area."""
+    body, ear = np.array([[-3.0, 0, 0], [3, 0, 0]]), np.array([[0.0, 0, 0], [0, 0, 3.5]])
+    mesh = mesh_solid(solid_of([(body, 1.0), (ear, 0.6)]), n_vertices=6000)
+    flat = np.interp(mesh.vertices[:, 2], [1.0, 1.5], [1.0, 1 / 6])
+    mesh = mesh.with_vertices(mesh.vertices * np.stack([0 * flat + 1, flat, 0 * flat + 1], axis=1))
+    grown = grow_missing_branches(path_in(mesh, np.linspace(*body, 25), radius=1.0), Surface(mesh))
+    assert len(grown.tips) == 3
+    [tip] = grown.tips[grown.nodes[grown.tips, 2] > 1]
+    assert grown.nodes[tip] == pytest.approx([0, 0, 4.0], abs=0.3)  # the ear's end is at 4.1
+    assert np.abs(grown.nodes[:, 1]).max() < 0.1
+
+
+def test_a_limb_grows_from_a_node_of_its_own_vertices():
+    """The axis of the leg is nearer to that of the tail than the axis of the body is."""
+    body, leg = np.array([[-3.0, 0, 0], [3, 0, 0]]), np.array([[0.75, 0, 0], [0.75, 0, -3.5]])
+    root, end = np.array([1.5, 0, -1.0]), np.array([1.95, 0, -2.2])
+    mesh = mesh_solid(solid_of([(body, 1.0), (leg, 0.3), ([[1.5, 0, 0], root, end], 0.2)]), n_vertices=6000)
+    nodes = np.concatenate([np.linspace(*body, 25), np.linspace(*leg, 15)[1:]])
+    edges = [*([i, i + 1] for i in range(24)), [15, 25], *([i, i + 1] for i in range(25, 38))]
+    is_on_leg = (mesh.vertices[:, 2] < -1) & (mesh.vertices[:, 0] < 1.15)
+    node_of_vertex = np.where(
+        is_on_leg, 25 + nearest_rows(mesh.vertices, nodes[25:]), nearest_rows(mesh.vertices, nodes[:25])
+    )
+    skeleton = Skeleton(nodes, edges, np.repeat([1.0, 0.3], [25, 14]), node_of_vertex)
+    grown = grow_missing_branches(skeleton, Surface(mesh))
+    [branch] = [b for b in grown.end_branches if np.linalg.norm(grown.nodes[b[-1]] - end) < 0.3]
+    assert np.abs(grown.nodes[branch[0], 1:]).max() < 0.1
+    assert grown.nodes[branch[0], 0] > 1
 
 
 def test_of_two_limbs_whose_ends_lie_on_one_axis_the_first_gets_a_branch():
@@ -13,12 +114,3 @@ def test_of_two_limbs_whose_ends_lie_on_one_axis_the_first_gets_a_branch():
     axes = [np.array([[0.0, 0, z] for z in range(1, 5)]), np.array([[0.1, 0, 2.0]]), np.array([[8.0, 0, 0]])]
     assert _not_covered(ends, axes, [np.full(len(axis), 0.5) for axis in axes]) == [0, 2]
     assert _not_covered(ends, axes, [np.full(len(axis), 0.2) for axis in axes]) == [0, 1, 2]
-
-
-def test_points_of_an_axis_inside_the_body_are_dropped():
-    ball = sphere(3)
-    drawn = ball.with_vertices(ball.vertices * np.where(ball.vertices[:, 2:] > 0.9, [1, 1, 4], 1))
-    axis = np.array([[0.05, 0, z] for z in (0.0, 0.3, 1.5, 2.5, 3.5)])
-    [points], [widths] = _centered([axis], np.array([0.4]), Surface(drawn))
-    assert points == pytest.approx(np.array([[0, 0, z] for z in (1.5, 2.5, 3.5)]), abs=0.02)  # the triangles are coarse
-    assert (widths < 0.5).all()

@@ -8,7 +8,7 @@ from lbskel import Mesh, Skeleton
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement import tips
 from lbskel.refinement.level_sets import find_geodesic_caps, interior_axes
-from lbskel.refinement.tips import extend_ends, extend_tips, recenter_points, trace_centerline
+from lbskel.refinement.tips import extend_ends, extend_tips, trace_centerline
 from lbskel.shapes import capsule, make, mesh_solid, solid_of, sphere, tube
 
 
@@ -165,17 +165,6 @@ def test_a_centerline_ends_where_the_shape_widens():
     mesh = mesh_solid(solid_of([(np.array(axis), 0.1), (np.array([[0.0, 0, 0], [0.01, 0, 0]]), 0.5)]), n_vertices=2500)
     [path] = trace_centerline(Surface(mesh), np.array([[-1.2, 0, 0]]), np.array([[1.0, 0, 0]]))
     assert -0.6 < path[-1][0] < -0.4
-
-
-def test_points_of_an_axis_go_to_the_centroids_of_their_sections():
-    mesh = capsule(4.0, 0.5, 48)
-    z = np.linspace(-1, 1, 9)
-    [centered] = recenter_points([np.stack([0.2 + 0 * z, 0 * z, z], axis=1)], Surface(mesh))
-    assert centered == pytest.approx(np.stack([0 * z, 0 * z, z], axis=1), abs=0.01)
-    outside = np.stack([3 + 0 * z, 0 * z, z], axis=1)
-    kept, moved = recenter_points([outside, outside - [2.9, 0, 0]], Surface(mesh))
-    assert np.array_equal(kept, outside)  # it has no sections of its own
-    assert np.abs(moved[:, :2]).max() < 0.01
 
 
 def test_the_axis_of_a_limb_is_clipped_to_its_part_inside():
