@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-__all__ = ["weighted_graph"]
+__all__ = ["edge_length_graph", "weighted_graph"]
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
+
+from lbskel.geometry.mesh import Mesh
+
+MIN_EDGE_LENGTH = (
+    1e-12  # added to every edge, relative to the diameter bound: sums of sparse arrays drop length 0
+)
 
 
 def weighted_graph(edges: NDArray[np.int64], weights: NDArray[Any], n_nodes: int) -> csr_array:
@@ -24,3 +30,17 @@ def weighted_graph(edges: NDArray[np.int64], weights: NDArray[Any], n_nodes: int
     """
     rows, columns = edges.T.astype(np.int32)
     return coo_array((weights, (rows, columns)), shape=(n_nodes, n_nodes)).tocsr()
+
+
+def edge_length_graph(mesh: Mesh, is_used: NDArray[np.bool_] | None = None) -> csr_array:
+    """(n, n) adjacency matrix of the vertices of a mesh with the lengths of its edges, each in one direction.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    is_used : (k,) array of bool, optional
+        Which of the mesh's edges to use; all by default.
+    """
+    used = slice(None) if is_used is None else is_used
+    lengths = mesh.edge_lengths[used] + MIN_EDGE_LENGTH * mesh.diameter_bound
+    return weighted_graph(mesh.edges[used], lengths, len(mesh.vertices))

@@ -30,7 +30,7 @@ from scipy.spatial import cKDTree
 from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.deadline import NEVER, Deadline
-from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.graphs import edge_length_graph, weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.sorting import unique_inverse
@@ -48,7 +48,6 @@ TIP_REACH = 3.0  # distance from the end of a limb within which a tip reaches it
 # measured where the tip is right
 MIN_DISTANCE = 1.75  # of a missed end from the nearest node, in radii of the node and of the limb; a guess,
 # benchmarks/results/constants.md
-MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound, since csgraph takes length 0 for no edge
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,15 +170,13 @@ def _shortest_edges(edges: NDArray[np.int64], lengths: NDArray[np.float64], n_no
 
 def _cells(mesh: Mesh, deadline: Deadline) -> _Cells:
     """Assign every vertex to the nearest seed along edges; seeds are evenly spaced in the list of vertices."""
-    n, used = len(mesh.vertices), mesh.used_vertices
-    lengths = mesh.edge_lengths + MIN_EDGE_LENGTH * mesh.diameter_bound
-    graph = weighted_graph(mesh.edges, lengths, n)
+    graph, used = edge_length_graph(mesh), mesh.used_vertices
     seeds = used[np.unique(np.linspace(0, len(used) - 1, _n_cells(mesh, deadline)).astype(np.int64))]
     distances, _, source = dijkstra(graph, directed=False, indices=seeds, min_only=True, return_predecessors=True)
     cell = np.where(source >= 0, np.searchsorted(seeds, source), -1)
     ends = cell[mesh.edges]
     is_crossing = (ends[:, 0] != ends[:, 1]) & (ends[:, 0] >= 0) & (ends[:, 1] >= 0)
-    seed_distances = (lengths + distances[mesh.edges].sum(axis=1))[is_crossing]
+    seed_distances = (mesh.edge_lengths + distances[mesh.edges].sum(axis=1))[is_crossing]
     corners, thirds = cell[mesh.faces.ravel()], np.repeat(mesh.face_areas / 3, 3)
     has_cell = corners >= 0
     areas = np.bincount(corners[has_cell], thirds[has_cell], minlength=len(seeds)).astype(np.float64)

@@ -20,7 +20,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from lbskel._kernels.connectivity import component_roots
 from lbskel.geometry.cross_sections import cross_sections
-from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.graphs import edge_length_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order, unique_inverse
 from lbskel.geometry.surface_queries import Surface
@@ -38,7 +38,6 @@ MAX_WIDENING = 2.0  # of a section, in radii of the limb: wider ones are those o
 # its distance, at most MAX_OFFSET radii, and its length, that of a circle, have been searched (MAX_REACH of
 # lbskel._kernels.cross_sections)
 DECIDED_WITHIN = 4 * (MAX_OFFSET + 2 * np.pi)
-MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound, since csgraph takes length 0 for no edge
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,9 +230,7 @@ def find_geodesic_caps(mesh: Mesh, patch_of_vertex: NDArray[np.int64]) -> dict[i
     border = border[patch[border] >= 0]
     if len(border) == 0:
         return {}
-    within = mesh.edges[(start == end) & (start >= 0)]
-    lengths = np.linalg.norm(V[within[:, 0]] - V[within[:, 1]], axis=1) + MIN_EDGE_LENGTH * mesh.diameter_bound
-    graph = weighted_graph(within, lengths, len(V))
+    graph = edge_length_graph(mesh, (start == end) & (start >= 0))
     depth = dijkstra(graph, directed=False, indices=border, min_only=True)
     inner = np.flatnonzero(np.isfinite(depth) & (depth > 0))
     inner = inner[np.lexsort((inner, -depth[inner]))]

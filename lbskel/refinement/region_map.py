@@ -30,7 +30,7 @@ from scipy.spatial.distance import cdist
 
 from lbskel._kernels.connectivity import component_roots, descend_to_nearest_node
 from lbskel._kernels.dijkstra import ShortestPaths
-from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.graphs import edge_length_graph, weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import is_among, stable_order
 from lbskel.geometry.vertex_map import VertexMap
@@ -40,7 +40,6 @@ MAX_ROUNDS = 4  # of connecting disjoint regions; measured: the number of such e
 MAX_DISTANCES = 4_000_000  # held in memory at a time, which is 32 MB
 N_RINGS = 3  # edges of the skeleton from its two nodes within which the path between two regions is searched; a guess,
 # benchmarks/results/constants.md
-MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound, since sparse graphs drop length 0
 
 
 def nearest_balls(skeleton: Skeleton, points: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -164,8 +163,7 @@ def make_regions_connected(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     disjoint = edges_with_disjoint_regions(skeleton, mesh)
     if len(disjoint) == 0:
         return skeleton
-    lengths = mesh.edge_lengths + MIN_EDGE_LENGTH * mesh.diameter_bound
-    graph = weighted_graph(mesh.edges, lengths, len(mesh.vertices))
+    graph = edge_length_graph(mesh)
     graph = graph + graph.T
     for _ in range(MAX_ROUNDS):
         candidate = _with_connecting_paths(skeleton, graph, disjoint)

@@ -1,8 +1,10 @@
 """Graphs for scipy.sparse.csgraph."""
 
 import numpy as np
+import pytest
 
-from lbskel.geometry.graphs import weighted_graph
+from lbskel import Mesh
+from lbskel.geometry.graphs import edge_length_graph, weighted_graph
 
 
 def test_indices_are_those_that_every_scipy_takes():
@@ -10,3 +12,11 @@ def test_indices_are_those_that_every_scipy_takes():
     graph = weighted_graph(edges, np.array([3.0, 4.0]), 4)
     assert graph.indices.dtype == graph.indptr.dtype == np.int32
     assert graph.toarray().tolist() == [[0, 0, 3, 0], [0, 0, 4, 0], [0, 0, 0, 0], [0, 0, 0, 0]]
+
+
+def test_an_edge_without_length_is_an_edge():
+    mesh = Mesh([[0, 0, 0], [0, 0, 0], [3, 4, 0.0]], [[0, 1, 2]])
+    graph = edge_length_graph(mesh)
+    assert (graph + graph.T).nnz == 6  # a sum drops entries of 0
+    assert sorted(graph.data) == pytest.approx([0, 5, 5], abs=1e-9)
+    assert edge_length_graph(mesh, np.arange(3) > 0).nnz == 2
