@@ -80,9 +80,7 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "prune": {f"{PIPELINE_PASSES}.prune": _unchanged},
     "prune flat ends": {f"{PIPELINE_PASSES}.prune_flat_ends": _unchanged},
     "reroute through regions": {f"{PIPELINE_PASSES}.reroute_through_regions": _unchanged},
-    "move pulled junctions back": {
-        f"{PIPELINE_PASSES}.move_pulled_junctions_back": lambda skeleton, surface, ratio: skeleton
-    },
+    "move pulled junctions back": {f"{PIPELINE_PASSES}.move_pulled_junctions_back": _unchanged},
     "merge junctions by distance": {f"{PIPELINE_PASSES}.merge_junctions": _unchanged},
     "merge junctions by axes": {f"{PIPELINE_PASSES}._with_merged_junctions": _unchanged},
     "recenter": {f"{PIPELINE_PASSES}.recenter": _unchanged},
@@ -114,6 +112,9 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("sections next to a junction", "branch_lines.N_SECTIONS", (3, 4, 6, 8)),
         ("undetermined below", "branch_lines.REGULARIZATION", (0.0025, 0.01, 0.02)),
         ("order", "branch_lines.ORDER", (2, 8)),
+        ("growth of", "centerlines.MAX_GROWTH", (1.1, 1.5)),
+        ("merge length of", "junctions.MAX_MERGE_LENGTH", (2.0, 3.0, 6.0)),
+        ("miss of", "junctions.MAX_MISS", (1.0, 2.0)),
         ("passing miss of", "junctions.MAX_PASSING_MISS", (0.0, 1.0)),
         ("ball ratio of", "junctions.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("deviations of", "mirror_symmetry.TYPICAL_DEVIATION", (0.05, 0.2)),

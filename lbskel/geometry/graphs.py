@@ -12,9 +12,7 @@ from scipy.sparse import coo_array, csr_array
 
 from lbskel.geometry.mesh import Mesh
 
-MIN_EDGE_LENGTH = (
-    1e-12  # added to every edge, relative to the diameter bound: sums of sparse arrays drop length 0
-)
+MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound: sums of sparse arrays drop length 0
 
 
 def weighted_graph(edges: NDArray[np.int64], weights: NDArray[Any], n_nodes: int) -> csr_array:

@@ -50,7 +50,6 @@ from lbskel.skeleton.skeleton import Skeleton
 
 Pass: TypeAlias = Callable[[Skeleton, Surface], Skeleton]
 
-MERGE_RATIO = 0.7  # junctions nearer than this many local radii are merged
 SPACING = 0.5  # of nodes along a branch, in local radii
 
 
@@ -141,8 +140,8 @@ def _without_spurs(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: fl
     pruned = prune_flat_ends(pruned, surface, min_branch_ratio=min_branch_ratio)
     regions = _regions_before(skeleton, pruned)
     skeleton = reroute_through_regions(mean_radii(pruned, surface.mesh), surface, regions)
-    apart = move_pulled_junctions_back(inscribed_radii(skeleton, surface), surface, ratio=MERGE_RATIO)
-    merged = merge_junctions(inscribed_radii(apart, surface), ratio=MERGE_RATIO)
+    apart = move_pulled_junctions_back(inscribed_radii(skeleton, surface), surface)
+    merged = merge_junctions(inscribed_radii(apart, surface))
     is_worse = n_tunnels_missed(merged, surface) > n_tunnels_missed(skeleton, surface)
     return _evenly_spaced(skeleton if is_worse else merged, surface)
 

@@ -25,12 +25,11 @@ from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.pruning import adjacent_junctions, closes_a_cycle, inner_branch_lengths
 from lbskel.skeleton.skeleton import Skeleton
 
-MAX_MERGE_LENGTH = 3.0  # upper bound on the branch between two junctions that are merged, in radii of the larger; a
-# guess, benchmarks/results/constants.md
-MAX_MISS = 1.5  # upper bound on the distance of a branch's line from the common place, in radii of the branch; a guess,
-# benchmarks/results/constants.md
-MAX_SINE = 0.4  # upper bound on the sine of the angle between a branch's line and the direction to the common place; a
-# guess, benchmarks/results/constants.md
+# Upper bound on the branch between two junctions that are merged, in radii of the larger. Rows "merge length of" in
+# benchmarks/results/refinement.md
+MAX_MERGE_LENGTH = 4.0
+MAX_MISS = 1.5  # upper bound on the distance of a branch's line from the common place, in radii of the branch; rows
+# "miss of" there
 # Upper bound on the distance from the place of a line that starts beyond it, in radii of its branch: the trunk of a
 # narrow fork, whose sections near the fork are of both limbs, runs through it. Rows "passing miss of" in
 # benchmarks/results/refinement.md
@@ -163,9 +162,9 @@ def merge_junctions_by_axes(skeleton: Skeleton, centers: SectionCenters, surface
 
 def _merged(skeleton: Skeleton, centers: SectionCenters, surface: Surface, *, keep_sides: bool) -> Skeleton:
     """Merge pairs of junctions; with ``keep_sides``, none whose edges would then pass a tunnel on another side."""
-    while inner := _inner_branches(skeleton):
+    while len(inner := _short_branches(skeleton)):
         lines = branch_lines(skeleton, centers)
-        sines, places = _common_places(skeleton, lines, np.array(inner), surface)
+        sines, places = _common_places(skeleton, lines, inner, surface)
         fitting = [row for row in np.argsort(sines, kind="stable").tolist() if np.isfinite(sines[row])]
         touched, target = np.zeros(len(skeleton.nodes), dtype=bool), np.arange(len(skeleton.nodes))
         nodes, positions = np.array(skeleton.nodes), np.array(centers.positions)
@@ -198,11 +197,10 @@ def _passes_a_tunnel(
     return bool(edges_that_pass(skeleton.nodes, moved, edges, surface).any())
 
 
-def _inner_branches(skeleton: Skeleton) -> list[int]:
+def _short_branches(skeleton: Skeleton) -> NDArray[np.int64]:
     """Find the branches between two junctions that are short enough for them to be merged."""
     lengths, ends = inner_branch_lengths(skeleton)
-    is_short = lengths <= MAX_MERGE_LENGTH * skeleton.radii[ends].max(axis=1)
-    return np.flatnonzero(is_short).tolist()
+    return np.flatnonzero(lengths <= MAX_MERGE_LENGTH * skeleton.radii[ends].max(axis=1))
 
 
 def _common_places(
@@ -262,7 +260,7 @@ def _largest_sines(
     miss = np.linalg.norm(np.cross(to_place, lines.directions), axis=1)
     sine = miss / np.linalg.norm(to_place, axis=1)
     radii = surface.distance(lines.starts)
-    points_there = (along > -radii) & (miss <= MAX_MISS * radii) & (sine <= MAX_SINE)
+    points_there = (along > -radii) & (miss <= MAX_MISS * radii)
     points_there |= miss <= MAX_PASSING_MISS * radii
     is_possible[groups[~points_there]] = False
     lines, sine, groups = lines.take(is_possible[groups]), sine[is_possible[groups]], groups[is_possible[groups]]

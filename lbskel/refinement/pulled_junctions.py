@@ -30,7 +30,7 @@ MIN_SHIFT = 0.65
 MIN_DEPTH = 0.3
 
 
-def move_pulled_junctions_back(skeleton: Skeleton, surface: Surface, *, ratio: float) -> Skeleton:
+def move_pulled_junctions_back(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Move junctions that would be merged, though their regions are apart, to the centroids of their regions.
 
     Nodes of the branches that end there are moved in proportion to their distance from the other end. A junction stays
@@ -41,11 +41,10 @@ def move_pulled_junctions_back(skeleton: Skeleton, surface: Surface, *, ratio: f
     skeleton : Skeleton
         With inscribed radii, and a node for each vertex of the mesh.
     surface : Surface
-    ratio : float
-        Length of the branch below which two junctions would be merged, as a multiple of the larger of their radii.
+        Two junctions would be merged if the branch between them is shorter than the larger of their radii.
     """
     lengths, ends = inner_branch_lengths(skeleton)
-    limits = ratio * skeleton.radii[ends].max(axis=1)
+    limits = skeleton.radii[ends].max(axis=1)
     is_short = lengths < limits
     if not is_short.any():
         return skeleton

@@ -24,7 +24,6 @@ from lbskel.skeleton.editing import append_paths, contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
 # The numbers are guesses where nothing else is said; benchmarks/results/constants.md
-MIN_TIP_DISTANCE = 0.65  # in junction radii: a tip closer to its junction says nothing about the branch's direction
 STEP = 0.5  # along a centerline, in local radii
 MIN_STEP = 0.125  # along a centerline, in radii at its start, except for the last step, so that a needle takes no more
 # steps than a cone
@@ -62,7 +61,8 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
     ends = [b for b in ends if (skeleton.nodes[b[-1]] != skeleton.nodes[b[-4:][0]]).any()]
     if not ends:
         return skeleton
-    directions = _end_directions(skeleton, surface, ends)
+    directions = np.array([skeleton.nodes[end[-1]] - skeleton.nodes[end[-4:][0]] for end in ends])
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     last = np.array([b[-1] for b in ends])
     skeleton = _with_centered_ends(skeleton, surface, ends, directions)
     paths = trace_centerline(surface, skeleton.nodes[last], directions)
@@ -85,27 +85,6 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
         paths[index] = [*axis[1:], *continuation]
     last = np.searchsorted(np.unique(target), last)
     return extend_ends(contract_nodes(replace(skeleton, nodes=nodes), target), surface, last, paths)
-
-
-def _end_directions(skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]]) -> NDArray[np.float64]:
-    """(e, 3) unit directions in which to extend end branches.
-
-    This is the direction of the last nodes or, where the tip is too near to its junction, the direction from the
-    junction to the centroid of the branch's vertices.
-    """
-    directions = np.array([skeleton.nodes[end[-1]] - skeleton.nodes[end[-4:][0]] for end in ends])
-    first = skeleton.nodes[[end[0] for end in ends]]
-    distances = np.linalg.norm(skeleton.nodes[[end[-1] for end in ends]] - first, axis=1)
-    near = np.flatnonzero(distances < MIN_TIP_DISTANCE * surface.distance(first)).tolist()
-    if near:
-        counts = np.bincount(skeleton.node_of_vertex, minlength=len(skeleton.nodes))
-        sums = [np.bincount(skeleton.node_of_vertex, x, len(skeleton.nodes)) for x in surface.mesh.vertices.T]
-        for row in near:
-            own = ends[row][1:]
-            outward = np.array([of_node[own].sum() for of_node in sums]) - counts[own].sum() * first[row]
-            directions[row] = outward if outward.any() else directions[row]
-    unit: NDArray[np.float64] = directions / np.linalg.norm(directions, axis=1, keepdims=True)
-    return unit
 
 
 def _with_centered_ends(

@@ -36,7 +36,7 @@ def test_a_tip_beside_the_axis_is_centered(aside, moves):
 
 
 def test_a_tip_at_its_junction_is_extended_towards_its_vertices():
-    """A tip that points away from the arm whose vertices are mapped to it."""
+    """A tip that points away from the arm whose vertices are mapped to it: the axis of the arm takes its place."""
     mesh = make("tripod", n_vertices=2000)
     V, arm = mesh.mesh.vertices, mesh.truth.nodes[mesh.truth.tips]
     center = mesh.truth.nodes[mesh.truth.junctions[0]]
@@ -47,7 +47,7 @@ def test_a_tip_at_its_junction_is_extended_towards_its_vertices():
     nearest = nearest_rows(V, at)
     skeleton = extend_tips(Skeleton(nodes, edges, np.full(18, 0.1), nearest), Surface(mesh.mesh))
     distances = np.linalg.norm(skeleton.nodes[skeleton.tips][:, None] - arm, axis=2).min(axis=0)
-    assert distances.max() < 0.2 * mesh.truth.radii.min()
+    assert distances.max() < 0.5 * mesh.truth.radii.min()  # the points of the axis are half a radius apart
 
 
 def test_an_end_without_a_direction_is_kept():
