@@ -80,7 +80,6 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "prune": {f"{PIPELINE_PASSES}.prune": _unchanged},
     "prune flat ends": {f"{PIPELINE_PASSES}.prune_flat_ends": _unchanged},
     "reroute through regions": {f"{PIPELINE_PASSES}.reroute_through_regions": _unchanged},
-    "move pulled junctions back": {f"{PIPELINE_PASSES}.move_pulled_junctions_back": _unchanged},
     "merge junctions by distance": {f"{PIPELINE_PASSES}.merge_junctions": _unchanged},
     "merge junctions by axes": {f"{PIPELINE_PASSES}._with_merged_junctions": _unchanged},
     "recenter": {f"{PIPELINE_PASSES}.recenter": _unchanged},
@@ -100,14 +99,12 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "make mirror symmetric": {f"{PIPELINE_PASSES}.make_mirror_symmetric": _unchanged},
     "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},
 }
-# Bounds in place of those of the code: on gaps of lines of sight in flat ends, on pulled junctions, on places of
-# junctions, on symmetry, and in the relaxation of paths that left the solid
+# Bounds in place of those of the code: on gaps of lines of sight in flat ends, on places of junctions,
+# on symmetry, and in the relaxation of paths that left the solid
 BOUNDS: dict[str, dict[str, Any]] = {
     f"{name} {value}": {f"lbskel.refinement.{target}": value}
     for name, target, values in (
         ("gap of", "flat_ends.MAX_GAP", (0.005, 0.01, 0.04, 0.08)),
-        ("shift of", "pulled_junctions.MIN_SHIFT", (0.5, 0.6, 0.7, 0.8)),
-        ("depth of", "pulled_junctions.MIN_DEPTH", (0.0, 0.15, 0.5)),
         ("slope of", "inscribed_balls.MIN_SLOPE", (0.25, 0.7, 1.1)),
         ("sections next to a junction", "branch_lines.N_SECTIONS", (3, 4, 6, 8)),
         ("undetermined below", "branch_lines.REGULARIZATION", (0.0025, 0.01, 0.02)),

@@ -37,7 +37,6 @@ from lbskel.refinement.junctions import merge_junctions_by_axes
 from lbskel.refinement.limb_growth import grow_missing_branches, grow_uncovered_limbs
 from lbskel.refinement.mirror_symmetry import make_mirror_symmetric
 from lbskel.refinement.open_ends import extend_to_open_ends
-from lbskel.refinement.pulled_junctions import move_pulled_junctions_back
 from lbskel.refinement.radii import inscribed_radii, mean_radii
 from lbskel.refinement.region_map import make_regions_connected, reassign_to_nearest_node
 from lbskel.refinement.region_paths import reroute_through_regions
@@ -135,13 +134,12 @@ def refine(
 
 
 def _without_spurs(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> Skeleton:
-    """Prune spurs and corners of flat parts, move pulled junctions back, merge near ones, space the nodes evenly."""
+    """Prune spurs and corners of flat parts, merge near junctions, space the nodes evenly."""
     pruned = prune(skeleton, surface.mesh, min_branch_ratio=min_branch_ratio)
     pruned = prune_flat_ends(pruned, surface, min_branch_ratio=min_branch_ratio)
     regions = _regions_before(skeleton, pruned)
     skeleton = reroute_through_regions(mean_radii(pruned, surface.mesh), surface, regions)
-    apart = move_pulled_junctions_back(inscribed_radii(skeleton, surface), surface)
-    merged = merge_junctions(inscribed_radii(apart, surface))
+    merged = merge_junctions(inscribed_radii(skeleton, surface))
     is_worse = n_tunnels_missed(merged, surface) > n_tunnels_missed(skeleton, surface)
     return _evenly_spaced(skeleton if is_worse else merged, surface)
 
