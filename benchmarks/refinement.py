@@ -92,7 +92,7 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     },
     "contract corner spurs": {"lbskel.refinement.centering.contract_corner_spurs": _unchanged},
     "extend tips": {f"{PIPELINE_PASSES}.extend_tips": _unchanged},
-    "limbs at the ends of branches": {"lbskel.refinement.tips._missed_limbs": lambda *_: ({}, {})},
+    "limbs at the ends of branches": {"lbskel.refinement.tips._limbs_ahead": lambda *_: {}},
     "trace on to the ends of limbs": {"lbskel.refinement.tips._traced_on": lambda paths, *_: paths},
     "grow missing branches": {f"{PIPELINE_PASSES}.grow_missing_branches": _unchanged},
     "grow uncovered limbs": {f"{PIPELINE_PASSES}.grow_uncovered_limbs": _unchanged},

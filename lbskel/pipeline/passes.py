@@ -119,7 +119,6 @@ def refine(
         ("mirror", make_mirror_symmetric),
         ("reroute inside", _rerouted_inside),
         ("reroute inside", _evenly_spaced),
-        ("merge junctions", _with_joined_junctions),
     ]
     if tip_position == "surface":
         passes.append(("tips at surface", tips_at_surface))
@@ -171,11 +170,6 @@ def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
         skeleton = _evenly_spaced(merged, surface)
         centers = find_section_centers(skeleton, surface)
     return fit_to_centerlines(skeleton, centers, surface)
-
-
-def _with_joined_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Merge junctions that were moved to one place: they are nearer than half the distance of nodes."""
-    return merge_junctions(inscribed_radii(skeleton, surface), ratio=SPACING / 2)
 
 
 def _rerouted_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:

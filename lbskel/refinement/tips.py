@@ -3,7 +3,7 @@
 From its last node an end follows the centerline, corrected to the centroid of the cross-section at each step, until the
 surface ahead is as near as the surface around it: there is the last inscribed ball. In a limb that bends near its end
 the surface ahead is that beside the centerline, so the end is then traced on towards the end of the limb that the last
-nodes represent. Where the last ball is far from there, these nodes are moved to the axis of the limb
+nodes represent. Where the last ball is still far from there, these nodes are moved to the axis of the limb
 (:mod:`lbskel.refinement.level_sets`), and the branch is extended from there.
 """
 
@@ -12,7 +12,7 @@ from __future__ import annotations
 __all__ = ["extend_ends", "extend_tips", "trace_centerline"]
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,10 +39,18 @@ BLUNT_REACH = 1.75
 MIN_LIMB_LENGTH = 3.4  # of a limb, in radii; a flat patch has 2, a hemisphere 2.5, the corner of a foot up to 3.3
 MAX_OFFSET = 2.0  # from an outer end to the centroid of its section, in radii
 MAX_WIDENING = 1.5  # of successive sections along a centerline, in radii
-MAX_HYDRAULIC = 2.0  # times the ball at the center of a convex section (area <= inradius times length); beyond, the
-# section at the root of a limb is that of the body beside it
 WITHIN = 2.0  # distance of any point of a section from its centroid, in mean distances: that of the ends of a slit
 TINY = float(np.finfo(np.float64).tiny)
+
+
+@dataclass(frozen=True, eq=False)
+class _Limb:
+    """The limb of the last nodes of an end branch: their number, its axis, its radius and the vertex at its end."""
+
+    n_nodes: int
+    axis: NDArray[np.float64]
+    radius: float
+    end: NDArray[np.float64]
 
 
 def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -67,20 +75,26 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
     skeleton = _with_centered_ends(skeleton, surface, ends, directions)
     paths = trace_centerline(surface, skeleton.nodes[last], directions)
     tips = np.array([path[-1] if path else skeleton.nodes[end] for end, path in zip(last, paths, strict=True)])
-    missed, near = _missed_limbs(skeleton, surface, ends, tips)
-    paths = _traced_on(paths, tips, directions, near, surface)
+    limbs = _limbs_ahead(skeleton, surface, ends, tips)
+    paths = _traced_on(paths, tips, directions, {index: limb.end for index, limb in limbs.items()}, surface)
+    tips = np.array([path[-1] if path else tip for tip, path in zip(tips, paths, strict=True)])
+    radii = surface.distance(tips)
+    missed = {
+        index: limb
+        for index, limb in limbs.items()
+        if len(limb.axis) and math.dist(limb.end, tips[index]) > TIP_REACH * max(limb.radius, radii[index])
+    }
     if not missed:
         return extend_ends(skeleton, surface, last, paths)
-    level_axes = [axis for _, axis, _ in missed.values()]
-    limb_radii = np.array([radius for *_, radius in missed.values()])
-    centered, _ = centered_axes(level_axes, limb_radii, surface)
+    level_axes = [limb.axis for limb in missed.values()]
+    centered, _ = centered_axes(level_axes, np.array([limb.radius for limb in missed.values()]), surface)
     axes = [own if len(own) >= 2 else axis for axis, own in zip(level_axes, centered, strict=True)]
     onward = trace_centerline(
         surface, np.array([axis[-1] for axis in axes]), np.array([axis[-1] - axis[-2] for axis in axes])
     )
     target, nodes = np.arange(len(skeleton.nodes)), np.array(skeleton.nodes)
-    for (index, (n, *_)), axis, continuation in zip(missed.items(), axes, onward, strict=True):
-        target[ends[index][-n:]] = last[index]
+    for (index, limb), axis, continuation in zip(missed.items(), axes, onward, strict=True):
+        target[ends[index][-limb.n_nodes :]] = last[index]
         nodes[last[index]] = axis[0]
         paths[index] = [*axis[1:], *continuation]
     last = np.searchsorted(np.unique(target), last)
@@ -117,19 +131,18 @@ def _traced_on(
     return [[*path, *onward.get(number, [])] for number, path in enumerate(paths)]
 
 
-def _missed_limbs(
+def _limbs_ahead(
     skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], tips: NDArray[np.float64]
-) -> tuple[dict[int, tuple[int, NDArray[np.float64], float]], dict[int, NDArray[np.float64]]]:
-    """For each end branch whose tip is not at the end of its limb: nodes to replace, axis and radius of the limb.
+) -> dict[int, _Limb]:
+    """For each end branch whose tip is not at the end of its limb: the limb, without an axis if the tip is near.
 
-    For those whose tip is near the end, but not there: the end. The limb is the patch of the vertices of the branch's
-    last 1, 2, 4, ... nodes, up to all. Among candidate limbs, keep the one with the smallest detour from the junction
-    to its end.
+    The limb is the patch of the vertices of the branch's last 1, 2, 4, ... nodes, up to all. Among candidate limbs,
+    keep the one with the smallest detour from the junction to its end.
     """
     radii = surface.distance(tips)
     n_tried = dict.fromkeys(range(len(ends)), 1)
-    best: dict[int, tuple[float, int, NDArray[np.float64], float]] = {}
-    near: dict[int, NDArray[np.float64]] = {}
+    best: dict[int, tuple[float, _Limb]] = {}
+    near: dict[int, _Limb] = {}
     while n_tried:
         patch = np.full(len(skeleton.nodes), -1)
         for index, n in n_tried.items():
@@ -137,7 +150,8 @@ def _missed_limbs(
         caps = find_geodesic_caps(surface.proxy.mesh, surface.on_proxy(patch[skeleton.node_of_vertex]))
         gaps = {k: math.dist(cap.end, tips[k]) / max(cap.radius, radii[k], TINY) for k, cap in caps.items()}
         reached = {index for index, gap in gaps.items() if gap <= TIP_REACH}
-        near |= {index: caps[index].end for index in reached if gaps[index] > BLUNT_REACH}
+        blunt = [index for index in reached if gaps[index] > BLUNT_REACH]
+        near |= {index: _Limb(0, np.empty((0, 3)), caps[index].radius, caps[index].end) for index in blunt}
         trying, n_tried = {index: n for index, n in n_tried.items() if index not in reached}, {}
         limbs = [
             index for index in trying if index in caps and caps[index].length > MIN_LIMB_LENGTH * caps[index].radius
@@ -147,11 +161,11 @@ def _missed_limbs(
                 branch, n = ends[index], trying[index]
                 detour = _detour(np.concatenate([skeleton.nodes[branch[:-n]], axis, caps[index].end[None]]))
                 if index not in best or detour < best[index][0]:
-                    best[index] = detour, n, axis, caps[index].radius
+                    best[index] = detour, _Limb(n, axis, caps[index].radius, caps[index].end)
         for index, n in trying.items():
             if n < len(ends[index]) - 1:
                 n_tried[index] = min(2 * n, len(ends[index]) - 1)
-    return {index: found[1:] for index, found in best.items()}, near
+    return near | {index: limb for index, (_, limb) in best.items()}
 
 
 def _detour(path: NDArray[np.float64]) -> float:
@@ -183,7 +197,7 @@ def trace_centerline(
     first = np.array(T)
     paths: list[list[NDArray[np.float64]]] = [[] for _ in P]
     section = cross_sections(surface.mesh, P, T, deadline=surface.deadline)
-    width, radii = section.radii, np.minimum(_hydraulic_radii(section), MAX_HYDRAULIC * surface.distance(P))
+    width, radii = section.radii, _hydraulic_radii(section)
     first_radii = np.array(radii)
     active = np.arange(len(P))
     for _ in range(MAX_STEPS):

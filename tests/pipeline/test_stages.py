@@ -275,6 +275,13 @@ def test_large_meshes_are_contracted_by_a_proxy_and_measured_themselves():
     assert len(lbskel.prepare(mesh, simplify="none").bodies[0].proxy.mesh.faces) == len(mesh.faces)
 
 
+def test_the_branches_of_a_large_mesh_are_centered_in_its_own_vertices():
+    shape = make("limbs", n_vertices=9000)
+    [body] = lbskel.prepare(shape.mesh).bodies
+    assert len(body.proxy.mesh.faces) < len(shape.mesh.faces)
+    assert lbskel.ground_truth_distances(skeletonize(shape.mesh), shape.truth).accuracy < 0.015  # the mean of tubes
+
+
 def test_settings_and_callables_are_taken(ring):
     settings = ContractionSettings(operator="robust", initial_weight=0.05, max_steps=20)
     assert skeletonize(ring, preset=settings).report["settings"]["initial_weight"] == 0.05
