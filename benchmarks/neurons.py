@@ -46,7 +46,7 @@ SECOND = ((1.1, 2.5), (1.25, 1.5), (1.25, 2.0), (1.25, 2.5), (1.25, 3.0), (1.5, 
 FACES = (20_000, 24_000, 26_000, 28_000, 32_000, 40_000, 50_000, 80_000)
 CELL_AREAS = (4.0, 8.0, 12.0, 16.0, 24.0, 32.0, 64.0)
 SPACINGS = (0.25, 0.5, 1.0, 1.5, 2.0)
-# Distances from the end of a limb between which a tip is traced on, swept on the tubes: the lower, then the upper one
+# Distances from the end of a limb up to which a tip is at it, and up to which it belongs to it, swept on the tubes
 BLUNT, REACHED = (1.0, 1.25, 1.5, 1.75, 2.0, 2.5), (2.0, 3.0, 3.5)
 EDGE_LENGTH, NOISE, KEPT = 0.6, 0.1, 0.5  # of tubes: edges in radii, noise in edges, share of faces after remeshing
 
@@ -255,11 +255,11 @@ def tube_row(name: str, tool: str, shape: Shape, answer: Answer | str) -> dict[s
 
 
 def traced_row(shapes: list[Shape], blunt: float, reach: float) -> dict[str, Any]:
-    """Measure skeletons of tubes with other distances between which a tip is traced on; equal ones trace none on."""
+    """Measure skeletons of tubes with other distances up to which a tip is at the end of a limb, or belongs to it."""
     with mock.patch.multiple(tips, BLUNT_REACH=blunt, TIP_REACH=reach):
         rows = [tube_row("", "lbskel", shape, Answer(lbskel.skeletonize(shape.mesh), 0.0)) for shape in shapes]
     means = {key: float(np.mean([row[key] for row in rows])) for key in ("tips found", "accuracy", "coverage")}
-    return {"above": blunt, "up to": reach, **means}
+    return {"at the end up to": blunt, "of the limb up to": reach, **means}
 
 
 def _sections(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> int:

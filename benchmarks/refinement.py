@@ -99,8 +99,8 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "make mirror symmetric": {f"{PIPELINE_PASSES}.make_mirror_symmetric": _unchanged},
     "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},
 }
-# Bounds in place of those of the code: on gaps of lines of sight in flat ends, on places of junctions,
-# on symmetry, and in the relaxation of paths that left the solid
+# Bounds in place of those of the code: on gaps of lines of sight in flat ends, on places of junctions, on symmetry, and
+# in the relaxation of paths that left the solid
 BOUNDS: dict[str, dict[str, Any]] = {
     f"{name} {value}": {f"lbskel.refinement.{target}": value}
     for name, target, values in (

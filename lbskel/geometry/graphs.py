@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["edge_length_graph", "weighted_graph"]
+__all__ = ["edge_length_graph", "positive_edge_lengths", "weighted_graph"]
 
 from typing import Any
 
@@ -30,8 +30,18 @@ def weighted_graph(edges: NDArray[np.int64], weights: NDArray[Any], n_nodes: int
     return coo_array((weights, (rows, columns)), shape=(n_nodes, n_nodes)).tocsr()
 
 
+def positive_edge_lengths(mesh: Mesh) -> NDArray[np.float64]:
+    """(k,) length of each edge of a mesh, and a little more, so that none is 0.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    """
+    return np.asarray(mesh.edge_lengths + MIN_EDGE_LENGTH * mesh.diameter_bound)
+
+
 def edge_length_graph(mesh: Mesh, is_used: NDArray[np.bool_] | None = None) -> csr_array:
-    """(n, n) adjacency matrix of the vertices of a mesh with the lengths of its edges, each in one direction.
+    """(n, n) adjacency matrix of the vertices of a mesh with :func:`positive_edge_lengths`, each in one direction.
 
     Parameters
     ----------
@@ -40,5 +50,4 @@ def edge_length_graph(mesh: Mesh, is_used: NDArray[np.bool_] | None = None) -> c
         Which of the mesh's edges to use; all by default.
     """
     used = slice(None) if is_used is None else is_used
-    lengths = mesh.edge_lengths[used] + MIN_EDGE_LENGTH * mesh.diameter_bound
-    return weighted_graph(mesh.edges[used], lengths, len(mesh.vertices))
+    return weighted_graph(mesh.edges[used], positive_edge_lengths(mesh)[used], len(mesh.vertices))

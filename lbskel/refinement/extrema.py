@@ -30,7 +30,7 @@ from scipy.spatial import cKDTree
 from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.deadline import NEVER, Deadline
-from lbskel.geometry.graphs import edge_length_graph, weighted_graph
+from lbskel.geometry.graphs import edge_length_graph, positive_edge_lengths, weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.sorting import unique_inverse
@@ -176,7 +176,7 @@ def _cells(mesh: Mesh, deadline: Deadline) -> _Cells:
     cell = np.where(source >= 0, np.searchsorted(seeds, source), -1)
     ends = cell[mesh.edges]
     is_crossing = (ends[:, 0] != ends[:, 1]) & (ends[:, 0] >= 0) & (ends[:, 1] >= 0)
-    seed_distances = (mesh.edge_lengths + distances[mesh.edges].sum(axis=1))[is_crossing]
+    seed_distances = (positive_edge_lengths(mesh) + distances[mesh.edges].sum(axis=1))[is_crossing]
     corners, thirds = cell[mesh.faces.ravel()], np.repeat(mesh.face_areas / 3, 3)
     has_cell = corners >= 0
     areas = np.bincount(corners[has_cell], thirds[has_cell], minlength=len(seeds)).astype(np.float64)

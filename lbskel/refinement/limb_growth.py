@@ -4,7 +4,7 @@ A limb that is short, or thin relative to the contracted faces, may be pulled in
 Its end is an extremum of the geodesic distance to which no tip is near (:mod:`lbskel.refinement.extrema`): so the short
 ends of thick bodies are found. Or the limb stands out of the skeleton's balls
 (:mod:`lbskel.refinement.uncovered_limbs`): so limbs too short for the extrema are found. The limb's axis comes from the
-distance to its end (:mod:`lbskel.refinement.level_sets`) or, if the limb is too short for that, is the segment from the
+distance to its end (:mod:`lbskel.refinement.level_sets`) or, if that has no part inside, is the segment from the
 skeleton to its end. The points of the axis are moved to the centroids of their cross-sections. Of the nodes of the limb
 and of those beside it, the branch begins at the one nearest to the last point of the axis that is within a radius of
 such a node or, if there is none, to the first point.
@@ -23,8 +23,8 @@ from scipy.spatial.distance import cdist
 
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.extrema import MIN_DISTANCE, find_extrema, is_missed
-from lbskel.refinement.level_sets import centered_axes, find_geodesic_caps, interior_axes
+from lbskel.refinement.extrema import find_extrema, is_missed
+from lbskel.refinement.level_sets import MIN_DEPTH, centered_axes, find_geodesic_caps, interior_axes
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.refinement.tips import extend_ends, trace_centerline
 from lbskel.refinement.uncovered_limbs import Limbs, ball_distances, find_uncovered_limbs
@@ -60,7 +60,7 @@ def grow_missing_branches(skeleton: Skeleton, surface: Surface) -> Skeleton:
         balls.nodes[nearest],
         balls.radii[nearest],
         extrema.radii[missed],
-        np.full(len(ends), MIN_DISTANCE),
+        np.zeros(len(ends)),
         limb_of_extremum[extrema.limb_of_vertex],
     )
     return _with_branches(skeleton, surface, limbs)
@@ -85,7 +85,8 @@ def _with_branches(skeleton: Skeleton, surface: Surface, limbs: Limbs) -> Skelet
         return skeleton
     mesh = surface.proxy.mesh
     axes, widths = centered_axes(_axes(limbs, surface), limbs.radii, surface)
-    reaches = [reach * width for reach, width in zip(limbs.min_reaches.tolist(), widths, strict=True)]
+    axes = _without_sheets(axes, limbs.radii, surface)
+    reaches = [reach * width[: len(axis)] for reach, width, axis in zip(limbs.min_reaches, widths, axes, strict=True)]
     chosen = _not_covered(mesh.vertices[limbs.ends], axes, reaches)
     if not chosen:
         return skeleton
@@ -108,7 +109,7 @@ def _with_branches(skeleton: Skeleton, surface: Surface, limbs: Limbs) -> Skelet
 
 
 def _axes(limbs: Limbs, surface: Surface) -> list[NDArray[np.float64]]:
-    """Compute points along the axis of each limb, from the border of the skeleton's ball to the center of its cap."""
+    """Compute points along the axis of each limb, up to the center of its cap; straight ones begin near the ball."""
     mesh = surface.proxy.mesh
     caps = find_geodesic_caps(mesh, limbs.limb_of_vertex)
     clipped = dict(zip(caps, interior_axes(list(caps.values()), surface), strict=True))
@@ -117,12 +118,25 @@ def _axes(limbs: Limbs, surface: Surface) -> list[NDArray[np.float64]]:
         axis = clipped.get(limb, np.empty((0, 3)))
         if len(axis) < 2:
             distance = float(np.linalg.norm(end - limbs.bases[limb]))
-            first, last = limbs.base_radii[limb], distance - limbs.radii[limb]
+            last = distance - limbs.radii[limb]
+            first = min(limbs.base_radii[limb], last - SPACING * limbs.radii[limb])
             n_points = int(np.clip(2 + (last - first) / (SPACING * limbs.radii[limb]), 2, MAX_POINTS))
             shares = np.linspace(first, last, n_points)[:, None] / distance
             axis = (1 - shares) * limbs.bases[limb] + shares * end
         axes.append(axis)
     return axes
+
+
+def _without_sheets(
+    axes: list[NDArray[np.float64]], limb_radii: NDArray[np.float64], surface: Surface
+) -> list[NDArray[np.float64]]:
+    """Drop the points of the axes of limbs that have no inside, as :func:`interior_axes` does."""
+    points, cuts = np.concatenate(axes), np.cumsum([len(axis) for axis in axes])[:-1]
+    depths = np.split(surface.distance(points), cuts)
+    return [
+        axis if len(axis) and np.median(depth) >= MIN_DEPTH * radius else axis[:0]
+        for axis, depth, radius in zip(axes, depths, limb_radii.tolist(), strict=True)
+    ]
 
 
 def _not_covered(

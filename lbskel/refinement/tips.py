@@ -30,8 +30,8 @@ MIN_STEP = 0.125  # along a centerline, in radii at its start, except for the la
 MAX_STEPS = 60  # per end, which bounds the time
 MIN_COS_TURN = 0.5  # lower bound on the cosine of the angle between an end's first and present direction
 END_TOLERANCE = 1.05  # the surface ahead is as near as the surface around within this factor
-# Upper bound on the distance from the end of a limb within which a tip belongs to it and is traced on towards it, in
-# radii of the limb or of the last ball. Rows "reach of a tip" in benchmarks/results/refinement.md
+# Upper bound on the distance from the end of a limb within which a tip belongs to it, in radii of the limb or of the
+# last ball; farther, the last nodes are replaced. Rows "reach of a tip" in benchmarks/results/refinement.md
 TIP_REACH = 2.5
 # Upper bound on that distance, in the same radii, where a tip is at the end already: 1 at a hemisphere, sqrt(3) at the
 # corner of a cube. "Tips traced on" in benchmarks/results/neurons.md: farther, ends around bends are missed

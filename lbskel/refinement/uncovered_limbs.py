@@ -50,14 +50,13 @@ class Limbs:
     ends : (u,) array of int
         The vertex at the end of each limb.
     bases : (u, 3) array of float
-        The point of the skeleton nearest to each end.
+        A point of the skeleton near the limb, from which a straight axis leads to the end.
     base_radii : (u,) array of float
         The radius of the skeleton there.
     radii : (u,) array of float
-        Radius of a round limb of the same excess and area.
+        Radius of a round limb of the same length, or excess, and area.
     min_reaches : (u,) array of float
-        Distance from a branch within which it covers an end, in radii of the branch: the bound c by which each limb was
-        found.
+        Distance from the axis of a limb within which it covers the ends of limbs after it, in radii of the limb.
     limb_of_vertex : (n,) array of int
         The limb of each vertex of the mesh, -1 for none.
     """

@@ -122,3 +122,13 @@ def test_limbs_that_cut_nothing_off_are_disks_or_not_as_those_that_do(monkeypatc
 def test_after_a_deadline_ends_are_not_looked_for():
     with pytest.raises(OutOfTime):
         extrema.find_extrema(sphere(2), deadline=Deadline(0.0))
+
+
+def test_edges_without_length_belong_to_the_surface():
+    """The middle rings of a rod are at one point: it has two ends, as before."""
+    rod = capsule(8.0, 0.5)
+    is_middle = np.abs(rod.vertices[:, 2]) <= 0.6
+    pinched = rod.with_vertices(np.where(is_middle[:, None], 0.0, rod.vertices))
+    ends = find_extrema(pinched)
+    assert np.abs(pinched.vertices[ends.vertices, 2]) == pytest.approx([4.5, 4.5], abs=0.05)
+    assert ends.lengths == pytest.approx(4.9, abs=0.2)

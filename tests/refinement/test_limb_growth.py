@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from helpers import nearest_rows, path_in, reversed_proxy
+from helpers import nearest_rows, path_in, reversed_proxy, slab
 
 from lbskel import Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.limb_growth import _not_covered, grow_missing_branches, grow_uncovered_limbs
+from lbskel.refinement.limb_growth import _not_covered, _without_sheets, grow_missing_branches, grow_uncovered_limbs
 from lbskel.shapes import make, mesh_solid, solid_of, sphere
 from lbskel.skeleton.editing import contract_nodes
 
@@ -45,6 +45,20 @@ def test_a_removed_branch_grows_again(grow, whole, tripod, number, surface_of):
         if other[-1] != branch[-1]:
             at_end = np.isin(whole.node_of_vertex, other[len(other) // 2 :])
             assert np.array_equal(grown.nodes[grown.node_of_vertex[at_end]], whole.nodes[whole.node_of_vertex[at_end]])
+
+
+def test_a_branch_that_ends_halfway_goes_on_from_its_tip(whole, tripod):
+    branch = whole.end_branches[0]
+    target = np.arange(len(whole.nodes))
+    target[branch[len(branch) // 2 :]] = branch[len(branch) // 2]
+    half = contract_nodes(whole, target)
+    grown = grow_missing_branches(half, Surface(tripod))
+    assert (len(grown.tips), len(grown.junctions)) == (3, 1)
+    for node in half.nodes:
+        assert (grown.nodes == node).all(axis=1).any()
+    ends = np.linalg.norm(grown.nodes[grown.tips] - whole.nodes[branch[-1]], axis=1)
+    assert ends.min() < whole.radii[branch[-1]]
+    assert grown.length == pytest.approx(whole.length, rel=0.05)
 
 
 @both
@@ -89,6 +103,25 @@ def test_a_flat_limb_gets_a_branch():
     [tip] = grown.tips[grown.nodes[grown.tips, 2] > 1]
     assert grown.nodes[tip] == pytest.approx([0, 0, 4.0], abs=0.3)  # the ear's end is at 4.1
     assert np.abs(grown.nodes[:, 1]).max() < 0.1
+
+
+def test_of_three_fins_side_by_side_each_gets_a_branch():
+    """Each end is nearer to the axis of the next fin than the mean radius of that fin, which is four times as wide."""
+    body = np.array([[-3.0, 0, 0], [3, 0, 0]])
+    fins = [(np.array([[x, 0, 0], [x, 0, height]]), 0.2) for x, height in ((-0.65, 3.2), (0, 2.7), (0.65, 3.2))]
+    mesh = mesh_solid(solid_of([(body, 1.0), *fins]), n_vertices=6000)
+    wide = np.interp(mesh.vertices[:, 2], [1.0, 1.3], [1.0, 4.0])
+    mesh = mesh.with_vertices(mesh.vertices * np.stack([0 * wide + 1, wide, 0 * wide + 1], axis=1))
+    grown = grow_missing_branches(path_in(mesh, np.linspace(*body, 25), radius=1.0), Surface(mesh))
+    assert len(grown.tips) == 2 + 3
+
+
+def test_a_sheet_has_no_limbs():
+    """The axis of a plate is a twentieth of the radius of its area deep; that of a rod, its radius."""
+    axis = np.stack([np.linspace(-1, 1, 5), np.zeros(5), np.zeros(5)], axis=1)
+    for thickness, n_points in ((0.06, 0), (0.6, 5)):
+        surface = Surface(slab(3.0, 1.0, thickness))
+        assert [len(kept) for kept in _without_sheets([axis], np.array([0.6]), surface)] == [n_points]
 
 
 def test_a_limb_grows_from_a_node_of_its_own_vertices():
