@@ -112,7 +112,6 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("growth of", "centerlines.MAX_GROWTH", (1.1, 1.5)),
         ("merge length of", "junctions.MAX_MERGE_LENGTH", (2.0, 3.0, 6.0)),
         ("miss of", "junctions.MAX_MISS", (1.0, 2.0)),
-        ("passing miss of", "junctions.MAX_PASSING_MISS", (0.0, 1.0)),
         ("ball ratio of", "junctions.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("deviations of", "mirror_symmetry.TYPICAL_DEVIATION", (0.05, 0.2)),
         ("depth of an axis", "level_sets.MIN_DEPTH", (0.0, 0.25, 0.5)),

@@ -30,10 +30,6 @@ from lbskel.skeleton.skeleton import Skeleton
 MAX_MERGE_LENGTH = 4.0
 MAX_MISS = 1.5  # upper bound on the distance of a branch's line from the common place, in radii of the branch; rows
 # "miss of" there
-# Upper bound on the distance from the place of a line that starts beyond it, in radii of its branch: the trunk of a
-# narrow fork, whose sections near the fork are of both limbs, runs through it. Rows "passing miss of" in
-# benchmarks/results/refinement.md
-MAX_PASSING_MISS = 0.3
 MIN_BALL_RATIO = 0.9  # lower bound on the ball at the place of a junction whose branches do not agree, relative to that
 # of the middle nearby; benchmarks/results/refinement.md
 
@@ -247,22 +243,19 @@ def _largest_sines(
 ) -> NDArray[np.float64]:
     """(t,) the largest sine of an angle between the lines of tested groups and the direction to their place.
 
-    The sine is infinite where not all lines point to the place or run through it: where one starts well beyond it,
-    passes too far from it, or leaves the surface before it. It is infinite for fewer than three lines, since two nearly
-    meet in any case.
+    The sine is infinite where not all lines point to the place: where one passes too far from it, or leaves the surface
+    before it. A line may start beyond it: the trunk of a narrow fork, whose sections near the fork are of both limbs.
+    It is infinite for fewer than three lines, since two nearly meet in any case.
     """
     n_lines = np.bincount(groups, minlength=len(places))
     is_possible = np.zeros(len(places), dtype=bool)
     is_possible[tested] = n_lines[tested] >= 3
     lines, groups = lines.take(is_possible[groups]), groups[is_possible[groups]]
     to_place = places[groups] - lines.means
-    along = np.einsum("li,li->l", places[groups] - lines.starts, lines.directions)
     miss = np.linalg.norm(np.cross(to_place, lines.directions), axis=1)
     sine = miss / np.linalg.norm(to_place, axis=1)
     radii = surface.distance(lines.starts)
-    points_there = (along > -radii) & (miss <= MAX_MISS * radii)
-    points_there |= miss <= MAX_PASSING_MISS * radii
-    is_possible[groups[~points_there]] = False
+    is_possible[groups[miss > MAX_MISS * radii]] = False
     lines, sine, groups = lines.take(is_possible[groups]), sine[is_possible[groups]], groups[is_possible[groups]]
     if len(groups):
         segments = np.stack([np.arange(len(groups)), len(groups) + groups], axis=1)

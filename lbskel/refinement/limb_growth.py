@@ -63,7 +63,7 @@ def grow_missing_branches(skeleton: Skeleton, surface: Surface) -> Skeleton:
         np.zeros(len(ends)),
         limb_of_extremum[extrema.limb_of_vertex],
     )
-    return _with_branches(skeleton, surface, limbs)
+    return _with_branches(skeleton, surface, limbs, min_depth=MIN_DEPTH)
 
 
 def grow_uncovered_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -79,13 +79,16 @@ def grow_uncovered_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
     return _with_branches(skeleton, surface, find_uncovered_limbs(balls, LIMB_BOUNDS))
 
 
-def _with_branches(skeleton: Skeleton, surface: Surface, limbs: Limbs) -> Skeleton:
-    """Grow a branch along the axis of each limb, and map the limb's vertices to it."""
+def _with_branches(skeleton: Skeleton, surface: Surface, limbs: Limbs, *, min_depth: float = 0.0) -> Skeleton:
+    """Grow a branch along the axis of each limb, and map the limb's vertices to it.
+
+    An axis must have a median depth below the surface of ``min_depth`` radii of its limb.
+    """
     if len(limbs.ends) == 0:
         return skeleton
     mesh = surface.proxy.mesh
     axes, widths = centered_axes(_axes(limbs, surface), limbs.radii, surface)
-    axes = _without_sheets(axes, limbs.radii, surface)
+    axes = _deep_axes(axes, min_depth * limbs.radii, surface)
     reaches = [reach * width[: len(axis)] for reach, width, axis in zip(limbs.min_reaches, widths, axes, strict=True)]
     chosen = _not_covered(mesh.vertices[limbs.ends], axes, reaches)
     if not chosen:
@@ -127,15 +130,15 @@ def _axes(limbs: Limbs, surface: Surface) -> list[NDArray[np.float64]]:
     return axes
 
 
-def _without_sheets(
-    axes: list[NDArray[np.float64]], limb_radii: NDArray[np.float64], surface: Surface
+def _deep_axes(
+    axes: list[NDArray[np.float64]], min_depths: NDArray[np.float64], surface: Surface
 ) -> list[NDArray[np.float64]]:
-    """Drop the points of the axes of limbs that have no inside, as :func:`interior_axes` does."""
+    """Drop the points of the axes whose median depth is below a bound, such as those of sheets."""
     points, cuts = np.concatenate(axes), np.cumsum([len(axis) for axis in axes])[:-1]
     depths = np.split(surface.distance(points), cuts)
     return [
-        axis if len(axis) and np.median(depth) >= MIN_DEPTH * radius else axis[:0]
-        for axis, depth, radius in zip(axes, depths, limb_radii.tolist(), strict=True)
+        axis if len(axis) and np.median(depth) >= min_depth else axis[:0]
+        for axis, depth, min_depth in zip(axes, depths, min_depths.tolist(), strict=True)
     ]
 
 

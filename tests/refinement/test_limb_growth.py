@@ -6,7 +6,7 @@ from helpers import nearest_rows, path_in, reversed_proxy, slab
 
 from lbskel import Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.limb_growth import _not_covered, _without_sheets, grow_missing_branches, grow_uncovered_limbs
+from lbskel.refinement.limb_growth import _deep_axes, _not_covered, grow_missing_branches, grow_uncovered_limbs
 from lbskel.shapes import make, mesh_solid, solid_of, sphere
 from lbskel.skeleton.editing import contract_nodes
 
@@ -116,12 +116,12 @@ def test_of_three_fins_side_by_side_each_gets_a_branch():
     assert len(grown.tips) == 2 + 3
 
 
-def test_a_sheet_has_no_limbs():
-    """The axis of a plate is a twentieth of the radius of its area deep; that of a rod, its radius."""
+def test_the_axis_of_a_sheet_is_dropped():
+    """Half of the thickness of a plate is less than a tenth of the radius of a limb, and that of a bar more."""
     axis = np.stack([np.linspace(-1, 1, 5), np.zeros(5), np.zeros(5)], axis=1)
     for thickness, n_points in ((0.06, 0), (0.6, 5)):
         surface = Surface(slab(3.0, 1.0, thickness))
-        assert [len(kept) for kept in _without_sheets([axis], np.array([0.6]), surface)] == [n_points]
+        assert [len(kept) for kept in _deep_axes([axis], np.array([0.06]), surface)] == [n_points]
 
 
 def test_a_limb_grows_from_a_node_of_its_own_vertices():
