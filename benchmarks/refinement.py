@@ -109,6 +109,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("sections next to a junction", "branch_lines.N_SECTIONS", (3, 4, 6, 8)),
         ("undetermined below", "branch_lines.REGULARIZATION", (0.0025, 0.01, 0.02)),
         ("order", "branch_lines.ORDER", (2, 8)),
+        ("stride of", "centerlines.MAX_STRIDE_RATIO", (1.5, 2.0, 3.0)),
         ("growth of", "centerlines.MAX_GROWTH", (1.1, 1.5)),
         ("merge length of", "junctions.MAX_MERGE_LENGTH", (2.0, 3.0, 6.0)),
         ("miss of", "junctions.MAX_MISS", (1.0, 2.0)),

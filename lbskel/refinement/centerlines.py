@@ -1,8 +1,8 @@
 """The centerline of each branch where it is visible: the centroids of the branch's own cross-sections.
 
 Near a junction, or where another part of the shape lies close, a plane across a branch cuts more than the branch. A
-section is the branch's own if the faces that it crosses are mapped to the branch, and if its size changes gradually
-along the branch.
+section is the branch's own if the faces that it crosses are mapped to the branch, and if its size and position change
+gradually along the branch.
 
 Cornea, Silver, Min 2007, "Curve-skeleton properties, applications, and algorithms",
 https://doi.org/10.1109/TVCG.2007.1002, discuss centeredness, the reason to put nodes at the centroids of sections.
@@ -26,6 +26,10 @@ MIN_OWN_SHARE = 0.95  # of a section's length on faces of its own branch or of a
 # benchmarks/results/constants.md
 MAX_GROWTH = 1.2  # upper bound on the ratio of the radii of sections at successive nodes of one branch; rows "growth
 # of" in benchmarks/results/refinement.md
+# Upper bound on the distance between successive centroids, relative to that of their nodes. By hand: with 1.5, five
+# prongs 0.034 off in place of 0.016; from 2.5 on, a hand whose fingers are fused, since it has 1,900 vertices, 0.073 in
+# place of 0.032. Rows "stride of" in benchmarks/refinement.py
+MAX_STRIDE_RATIO = 1.75
 TANGENT_REACH = 0.5  # in radii, to both sides, as far as the nodes of a round branch are apart: over less, the
 # centroid of a wide section and the tangent across which it is cut would turn each other
 
@@ -80,7 +84,7 @@ def find_section_centers(
     radii[at] = sections.radii
     centroids = np.array(skeleton.nodes)
     centroids[at] = sections.centroids
-    is_known &= _is_continuous(skeleton, is_known, radii)
+    is_known &= _is_continuous(skeleton, is_known, radii, centroids)
     return SectionCenters(is_known, np.where(is_known[:, None], centroids, skeleton.nodes))
 
 
@@ -154,11 +158,14 @@ def _is_own(sections: Sections, nodes: NDArray[np.float64], surface: Surface) ->
     return is_own
 
 
-def _is_continuous(skeleton: Skeleton, is_own: NDArray[np.bool_], radii: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which sections are connected to the middle of their branch without a jump in size.
+def _is_continuous(
+    skeleton: Skeleton, is_own: NDArray[np.bool_], radii: NDArray[np.float64], centroids: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Which sections are connected to the middle of their branch without a jump in size or position.
 
     Where a branch enters another one at a junction, its section becomes that of the other, or of both, within one step.
-    So jumps count in the half of a branch next to the junction.
+    So jumps count in the half of a branch next to the junction. In the other half only jumps in position count, and
+    only if that half ends in a tip, since sections grow from a tip in any case.
     """
     is_continuous = np.array(is_own)
     nodes, begins = skeleton.flat_branches
@@ -168,13 +175,18 @@ def _is_continuous(skeleton: Skeleton, is_own: NDArray[np.bool_], radii: NDArray
     count = np.bincount(number, minlength=len(begins) - 1)
     rank = np.arange(len(own)) - (np.cumsum(count) - count)[number]
     is_step = number[1:] == number[:-1]
+    steps, strides = (np.linalg.norm(np.diff(P[own], axis=0), axis=1) for P in (skeleton.nodes, centroids))
+    jumps, degrees = strides > MAX_STRIDE_RATIO * steps, skeleton.degrees
     place, n_steps = rank[:-1], count[number[:-1]] - 1
     first, last = nodes[begins[:-1]], nodes[begins[1:] - 1]
     for is_forward in (True, False):
-        to_junction = (skeleton.degrees[last if is_forward else first] >= 3)[number[:-1]]
+        start, end = (first, last) if is_forward else (last, first)
+        to_junction, from_tip = (degrees[end] >= 3)[number[:-1]], (degrees[start] == 1)[number[:-1]]
         here, there = (own[:-1], own[1:]) if is_forward else (own[1:], own[:-1])
         order = place if is_forward else n_steps - 1 - place
-        is_jump = is_step & to_junction & (order >= n_steps / 2) & (radii[there] > MAX_GROWTH * radii[here])
+        is_second_half = order >= n_steps / 2
+        grows = radii[there] > MAX_GROWTH * radii[here]
+        is_jump = is_step & to_junction & ((jumps & (is_second_half | from_tip)) | (grows & is_second_half))
         earliest = np.full(len(count), len(own))
         np.minimum.at(earliest, number[:-1][is_jump], order[is_jump])
         is_beyond = (rank if is_forward else count[number] - 1 - rank) > earliest[number]
