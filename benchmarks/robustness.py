@@ -8,6 +8,9 @@ limb has a radius of two to four per cent.
 Limits of the mean: noise may move a skeleton by a fifth of a radius, a rotation by rounding only, another sampling of
 the surface by a tenth, and in another pose it may be a quarter from the true axis. The number of tips and the topology
 must stay. The 95th percentile is reported without a limit.
+
+Bounds of refinement are swept on shapes that the ablation of ``refinement`` does not have: hands in other poses, and
+one with so few vertices that its fingers are fused; beside them, the hard shapes.
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
+from unittest import mock
 
 import igl
 import numpy as np
@@ -25,7 +29,9 @@ from numpy.typing import NDArray
 
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
-from lbskel.shapes import SHAPES, Solid, mesh_solid
+from benchmarks.refinement import HELD_OUT, TUNED, measured
+from lbskel.shapes import SHAPES, Shape, Solid, make, mesh_solid
+from lbskel.shapes.hard import HARD_SHAPES
 from lbskel.visualization import Panel, render
 
 NAMES, QUICK = ("limbs", "octopus", "hand", "spiked_ring", "ladder", "dinosaur"), ("limbs",)
@@ -33,6 +39,16 @@ VERTICES = 4000
 NOISES = (0.5, 1.0, 2.0, 3.0)
 FACTORS = (0.25, 0.5, 2.0, 4.0)
 BENDS = (45.0, 75.0)  # degrees from one end of the shape to the other; by 90 two fingers of the hand grow together
+
+FUSED = 1895  # vertices of a hand with which the gaps between its fingers are narrower than its edges
+POSES = [(degrees, n) for degrees in (30.0, 45.0, 60.0, 75.0) for n in (2500, 3900, 6000)]  # of hands, and vertices
+SWEPT = {
+    "centerlines.MAX_STRIDE_RATIO": (1.5, 1.75, 2.0, 2.5),
+    "junctions.MAX_MERGE_LENGTH": (2.0, 3.0, 4.0, 6.0),
+    "junctions.MAX_SINE": (0.2, 0.4, 0.7, 1.0),
+    "level_sets.MAX_OFFSET": (0.5, 1.0, 2.0),
+    "level_sets.MAX_WIDENING": (1.25, 2.0, 4.0, 100.0),
+}
 
 MIN_VISIBLE = 0.01  # distance in radii that a picture shows; a guess
 
@@ -64,9 +80,11 @@ def run(quick: bool, results: Path) -> None:
             rows.append(row)
             if skeleton is not None and row["moved, 95 %"] > worst.get(case.kind, (MIN_VISIBLE,))[0]:
                 worst[case.kind] = row["moved, 95 %"], Panel(case.mesh, skeleton, f"{name}, {case.change}")
+    shapes = _swept_shapes(quick)
+    swept = [_swept_row(shapes, name, value) for name, values in SWEPT.items() for value in values]
     save_json(
         results / "robustness.json",
-        {"limits": LIMITS, "rows": rows},
+        {"limits": LIMITS, "rows": rows, "swept": swept},
         packages=("pymeshlab",),
     )
     save_markdown(
@@ -75,10 +93,43 @@ def run(quick: bool, results: Path) -> None:
         {
             "By change, over the shapes": markdown_table(_summary(rows)),
             "Each shape": markdown_table(rows),
+            "Bounds of refinement": markdown_table(swept),
         },
     )
     for kind, (_, panel) in worst.items():
         render([panel], results / f"robustness_{kind}.png", force=True)
+
+
+def _swept_shapes(quick: bool) -> tuple[Shape, list[Shape], list[Shape]]:
+    """Make a hand with few vertices, hands in other poses, and the hard shapes."""
+    solid = SHAPES["hand"]()
+    bent = [(replace(solid, centers=_bent(solid.centers, np.radians(degrees))), n) for degrees, n in POSES]
+    poses = [Shape(mesh_solid(each, n_vertices=n), each.truth, "hand") for each, n in (bent[:1] if quick else bent)]
+    named = [(name, kwargs) for shapes in (TUNED, HELD_OUT) for name, kwargs in shapes.items()]
+    hard = [HARD_SHAPES[name](**kwargs) for name, kwargs in (named[:1] if quick else named)]
+    return make("hand", n_vertices=FUSED), poses, hard
+
+
+def _swept_row(shapes: tuple[Shape, list[Shape], list[Shape]], name: str, value: float) -> dict[str, Any]:
+    """Measure skeletons with another value of a bound of refinement."""
+    with mock.patch(f"lbskel.refinement.{name}", value):
+        [fused], poses, hard = (
+            [measured(lbskel.skeletonize(shape.mesh), shape.truth) for shape in each]
+            for each in ([shapes[0]], *shapes[1:])
+        )
+    right = {
+        of: f"{sum(row['graph right'] for row in rows)}/{len(rows)}"
+        for of, rows in (("bent hands", poses), ("hard shapes", hard))
+    }
+    return {
+        "bound": name,
+        "value": value,
+        "hand of few vertices, accuracy": fused["accuracy"],
+        "bent hands, accuracy": float(np.mean([row["accuracy"] for row in poses])),
+        "bent hands, graphs right": right["bent hands"],
+        "hard shapes, accuracy": float(np.mean([row["accuracy"] for row in hard])),
+        "hard shapes, graphs right": right["hard shapes"],
+    }
 
 
 def _cases(solid: Solid, mesh: lbskel.Mesh) -> Iterator[Case]:

@@ -26,9 +26,8 @@ MIN_OWN_SHARE = 0.95  # of a section's length on faces of its own branch or of a
 # benchmarks/results/constants.md
 MAX_GROWTH = 1.2  # upper bound on the ratio of the radii of sections at successive nodes of one branch; rows "growth
 # of" in benchmarks/results/refinement.md
-# Upper bound on the distance between successive centroids, relative to that of their nodes. By hand: with 1.5, five
-# prongs 0.034 off in place of 0.016; from 2.5 on, a hand whose fingers are fused, since it has 1,900 vertices, 0.073 in
-# place of 0.032. Rows "stride of" in benchmarks/refinement.py
+# Upper bound on the distance between successive centroids, relative to that of their nodes. Rows in
+# benchmarks/results/robustness.md: below it parallel prongs suffer, above it a hand whose fingers are fused
 MAX_STRIDE_RATIO = 1.75
 TANGENT_REACH = 0.5  # in radii, to both sides, as far as the nodes of a round branch are apart: over less, the
 # centroid of a wide section and the tangent across which it is cut would turn each other

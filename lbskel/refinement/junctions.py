@@ -25,11 +25,13 @@ from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.pruning import adjacent_junctions, closes_a_cycle, inner_branch_lengths
 from lbskel.skeleton.skeleton import Skeleton
 
-# Upper bound on the branch between two junctions that are merged, in radii of the larger. Rows "merge length of" in
-# benchmarks/results/refinement.md
+# Upper bound on the branch between two junctions that are merged, in radii of the larger. Rows in
+# benchmarks/results/robustness.md: below it palms of bent hands have two junctions; by hand, the pelvis of a human is
+# 4.6 from its chest
 MAX_MERGE_LENGTH = 4.0
-MAX_MISS = 1.5  # upper bound on the distance of a branch's line from the common place, in radii of the branch; rows
-# "miss of" there
+# Upper bound on the sine of the angle between a line and the direction to the common place: else a line may pass beside
+# it. Rows there; by hand, with 1 the thumb and the wrist of a closed hand meet in its forearm, with 0.7 they do not
+MAX_SINE = 0.4
 MIN_BALL_RATIO = 0.9  # lower bound on the ball at the place of a junction whose branches do not agree, relative to that
 # of the middle nearby; benchmarks/results/refinement.md
 
@@ -243,9 +245,9 @@ def _largest_sines(
 ) -> NDArray[np.float64]:
     """(t,) the largest sine of an angle between the lines of tested groups and the direction to their place.
 
-    The sine is infinite where not all lines point to the place: where one passes too far from it, or leaves the surface
-    before it. A line may start beyond it: the trunk of a narrow fork, whose sections near the fork are of both limbs.
-    It is infinite for fewer than three lines, since two nearly meet in any case.
+    The sine is infinite where not all lines point to the place: where one passes beside it, or leaves the surface
+    before it. A line may start beyond it, as that of the trunk of a narrow fork. The sine is infinite for fewer than
+    three lines, since two nearly meet in any case.
     """
     n_lines = np.bincount(groups, minlength=len(places))
     is_possible = np.zeros(len(places), dtype=bool)
@@ -254,8 +256,7 @@ def _largest_sines(
     to_place = places[groups] - lines.means
     miss = np.linalg.norm(np.cross(to_place, lines.directions), axis=1)
     sine = miss / np.linalg.norm(to_place, axis=1)
-    radii = surface.distance(lines.starts)
-    is_possible[groups[miss > MAX_MISS * radii]] = False
+    is_possible[groups[sine > MAX_SINE]] = False
     lines, sine, groups = lines.take(is_possible[groups]), sine[is_possible[groups]], groups[is_possible[groups]]
     if len(groups):
         segments = np.stack([np.arange(len(groups)), len(groups) + groups], axis=1)

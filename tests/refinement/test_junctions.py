@@ -9,10 +9,10 @@ from helpers import STAR_RADIUS, graph_of_star, mesh_of_branches, nearest_rows, 
 
 from lbskel import Mesh, Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.branch_lines import ORDER, REGULARIZATION
+from lbskel.refinement.branch_lines import ORDER, REGULARIZATION, BranchLines
 from lbskel.refinement.centering import recenter
 from lbskel.refinement.centerlines import SectionCenters, find_section_centers
-from lbskel.refinement.junctions import merge_junctions_by_axes, place_junctions
+from lbskel.refinement.junctions import _largest_sines, merge_junctions_by_axes, place_junctions
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.shapes import SHAPES, chain_of_tori, make, mesh_solid, sphere
 from lbskel.shapes.hard import acute_fork, oblique_cross, prongs
@@ -249,3 +249,14 @@ def test_two_junctions_on_a_small_cycle_are_not_merged(star):
     longer = SectionCenters(np.append(centers.is_known, False), np.append(centers.positions, cycle.nodes[-1:], axis=0))
     merged = merge_junctions_by_axes(cycle, longer, Surface(star))
     assert (len(merged.junctions), merged.cycle_rank) == (2, 1)
+
+
+@pytest.mark.parametrize(("direction", "points_there"), [([-1.0, 0, 0], True), ([0, 0, 1.0], False)])
+def test_a_line_that_passes_beside_a_place_does_not_point_to_it(rod_along_z, direction, points_there):
+    """Two lines run to the origin along a rod, and a third starts beside it."""
+    starts = np.array([[0, 0, 0.5], [0, 0, -0.5], [0.05, 0, 0]])
+    directions = np.array([[0, 0, -1.0], [0, 0, 1.0], direction])
+    number = np.arange(3)
+    lines = BranchLines(0 * number, number, number >= 0, starts, starts, directions)
+    sines = _largest_sines(lines, 0 * number, np.zeros((1, 3)), rod_along_z, np.array([0]))
+    assert np.isfinite(sines).tolist() == [points_there]
