@@ -26,11 +26,11 @@ from lbskel.skeleton.pruning import adjacent_junctions, closes_a_cycle, inner_br
 from lbskel.skeleton.skeleton import Skeleton
 
 # Upper bound on the branch between two junctions that are merged, in radii of the larger. Rows in
-# benchmarks/results/robustness.md: below it palms of bent hands have two junctions; by hand, the pelvis of a human is
-# 4.6 from its chest
+# benchmarks/results/robustness.md: with 2 palms of bent hands have two junctions, 3 to 6 are alike; by hand, the pelvis
+# of a human is 4.6 from its chest
 MAX_MERGE_LENGTH = 4.0
 # Upper bound on the sine of the angle between a line and the direction to the common place: else a line may pass beside
-# it. Rows there; by hand, with 1 the thumb and the wrist of a closed hand meet in its forearm, with 0.7 they do not
+# it. Rows there: with 0.2 palms of bent hands have two junctions, from 0.7 on two of 28 hard shapes have other graphs
 MAX_SINE = 0.4
 MIN_BALL_RATIO = 0.9  # lower bound on the ball at the place of a junction whose branches do not agree, relative to that
 # of the middle nearby; benchmarks/results/refinement.md
