@@ -120,6 +120,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("smallest ball of", "relaxation.MIN_RATIO", (0.03, 0.3)),
         ("steps between spacings", "relaxation.STEPS_BETWEEN", (2, 8)),
         ("points of paths at", "relaxation.SPACINGS", ((0.9, 0.9, 0.9), (0.6, 0.6, 0.6, 0.6))),
+        ("bending weight of", "centering.BENDING_WEIGHT", (0.25, 1.0, 2.0)),
         ("weight of gaps", "centering.POSITION_WEIGHT", (1e-3, 1e-2, 3e-2)),
         ("centered ratio of", "containment.CENTERED_RATIO", (0.25, 0.75)),
     )

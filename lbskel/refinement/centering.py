@@ -25,8 +25,9 @@ from lbskel.refinement.tunnel_sides import keep_sides, paths_that_pass
 from lbskel.skeleton.skeleton import Skeleton
 from lbskel.solvers import factorize
 
-BENDING_WEIGHT = 1.0  # of a branch's squared second differences, against a weight of 1 on each section's centroid; a
-# guess, benchmarks/results/constants.md
+# Weight of a branch's squared second differences, against a weight of 1 on each section's centroid: less follows noise,
+# more cuts bends. Rows "bending weight of" in benchmarks/results/refinement.md
+BENDING_WEIGHT = 0.5
 POSITION_WEIGHT = 3e-3  # of the place of a node without a section, and inverse weight of a junction's place, against a
 # weight of 1 on each section's centroid; benchmarks/results/refinement.md
 
