@@ -58,7 +58,7 @@ def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """
     for plane, twins in symmetry_planes(skeleton, surface):
         surface.deadline.check()
-        cut, side = _cut_at(plane, inscribed_radii(skeleton, surface))
+        cut, side = _cut_at(plane, inscribed_radii(skeleton, surface), mean_radii(skeleton, surface.mesh).radii)
         if not side.any():  # all nodes are on the plane: both halves are the whole, and no tie is left to rounding
             skeleton = cut
             continue
@@ -140,17 +140,22 @@ def _scales(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
     return scales[skeleton.node_of_vertex]
 
 
-def _cut_at(plane: Mirror, skeleton: Skeleton) -> tuple[Skeleton, NDArray[np.int64]]:
+def _cut_at(plane: Mirror, skeleton: Skeleton, widths: NDArray[np.float64]) -> tuple[Skeleton, NDArray[np.int64]]:
     """Put a node wherever a branch crosses the plane; also the (k,) side of each node: 1, 0 or -1.
 
-    The ends of branches that are near the plane, and branches all of whose nodes are, are moved onto it. Other nodes
-    near the plane belong to the side of the nearest node along the branch that is not; they are reflected to it.
+    Ends of branches that are near the plane are moved onto it, and so are branches without a node aside, or with most
+    nodes within TYPICAL_DEVIATION widths and all within MAX_DEVIATION, but for junctions. Other nodes near the plane
+    belong to the side of the nearest node along the branch that is not; they are reflected to it.
     """
     heights = plane.heights(skeleton.nodes)
+    is_aside, is_far = (np.abs(heights) > bound * widths for bound in (TYPICAL_DEVIATION, MAX_DEVIATION))
     side = np.where(np.abs(heights) <= ON_PLANE * skeleton.radii, 0, np.sign(heights).astype(np.int64))
     for branch in skeleton.branches:
         off = np.flatnonzero(side[branch])
-        if len(off):
+        is_along = np.mean(is_aside[branch]) < 0.5 and not is_far[branch].any()
+        if len(off) == 0 or is_along:
+            side[branch[skeleton.degrees[branch] < 3]] = 0
+        else:
             inner = np.arange(1, len(branch) - 1)
             nearest = off[np.rint(np.interp(inner, off, np.arange(len(off)))).astype(np.int64)]
             side[branch[1:-1]] = side[branch[nearest]]

@@ -77,6 +77,26 @@ def test_a_skeleton_on_the_plane_keeps_the_nodes_of_both_sides():
     assert np.array_equal(make_mirror_symmetric(given, Surface(mesh)).node_of_vertex, given.node_of_vertex)
 
 
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize(
+    ("heights", "is_moved"),
+    [
+        ([0.01, 0.01, 0.01, 0.01, 0.01, 0.5], True),
+        ([0.01, 0.01, 0.01, 0.01, 0.01, 2.5], False),  # four radii aside
+        ([0.0, 0.1, 0.2, 0.3, 0.4, 0.5], False),
+    ],
+)
+def test_a_branch_along_the_plane_with_an_end_aside_is_moved_onto_it(heights, is_moved, side):
+    mesh = pear()
+    nodes = np.zeros((7, 3))
+    nodes[:, 2] = np.linspace(-0.6, 0.6, 7)
+    nodes[1:, 1] = side * np.array(heights)
+    edges = np.stack([np.arange(6), np.arange(1, 7)], axis=1)
+    given = with_nearest_nodes(Skeleton(nodes, edges, np.zeros(7)), mesh)
+    result = make_mirror_symmetric(given, Surface(mesh))
+    assert (len(result.nodes) == 7 and np.abs(result.nodes[:, 1]).max() < 1e-9) == is_moved
+
+
 @pytest.mark.parametrize(("width", "tips"), [(1.6, [-3.95, 0, 0, 3.95]), (2.6, [-1.43, 0, 0, 1.43])])
 def test_the_half_that_reaches_more_ends_is_taken_unless_it_covers_too_little(width, tips):
     """A flat body with a thin tail on each side: one half has the branch of its tail, the other covers its flank."""
