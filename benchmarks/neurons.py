@@ -11,6 +11,7 @@ __all__ = ["run"]
 
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from types import ModuleType
@@ -243,7 +244,8 @@ def tube_row(name: str, tool: str, shape: Shape, answer: Answer | str) -> dict[s
         **row,
         "length error": compared.length_error,
         "sections": f"{_sections(answer.skeleton, shape.truth)}/{_sections(shape.truth, shape.truth)}",
-        "radius error": compared.radius_error if np.isfinite(compared.radius_error) else None,
+        "radius error": _known(compared.radius_error),
+        "mean radius error": _mean_radius_error(answer.skeleton, shape.truth),
         "tips": f"{compared.n_tips}/{compared.n_true_tips}",
         "tips found": tips_found(answer.skeleton, shape.truth),
         "accuracy": compared.accuracy,
@@ -252,6 +254,17 @@ def tube_row(name: str, tool: str, shape: Shape, answer: Answer | str) -> dict[s
         "verdict": answer.verdict,
         "cpu seconds": answer.seconds,
     }
+
+
+def _mean_radius_error(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> float | None:
+    """Compute the error of the mean radii; None for a tool that has none."""
+    if len(skeleton.mean_radii) == 0:
+        return None
+    return _known(lbskel.ground_truth_distances(replace(skeleton, radii=skeleton.mean_radii), truth).radius_error)
+
+
+def _known(value: float) -> float | None:
+    return value if np.isfinite(value) else None
 
 
 def traced_row(shapes: list[Shape], blunt: float, reach: float) -> dict[str, Any]:

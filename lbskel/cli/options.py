@@ -27,7 +27,7 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.io import MESH_WRITERS, read_mesh
 from lbskel.io.text import known_extension
 from lbskel.operators import OPERATORS
-from lbskel.pipeline.options import DOMAINS, JOIN, TIP_POSITIONS
+from lbskel.pipeline.options import DOMAINS, JOIN, RADIUS_KINDS, TIP_POSITIONS
 from lbskel.pipeline.preparation import SIMPLIFY
 from lbskel.preprocess import PREPARATIONS
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
@@ -157,6 +157,12 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
         metavar="WHERE",
         help="end branches at the last inscribed ball (inside, the default) or on the surface (surface)",
     )
+    group.add_argument(
+        "--radius-kind",
+        choices=RADIUS_KINDS,
+        metavar="KIND",
+        help="radii are distances to the surface (inscribed, the default) or mean distances of it from the axis (mean)",
+    )
     group.add_argument("--nodes", type=int, metavar="N", help="number of nodes of the skeleton")
     group.add_argument(
         "--root",
@@ -210,6 +216,7 @@ def skeleton_options(arguments: argparse.Namespace) -> dict[str, Any]:
         "tip_position": arguments.tip_position,
         "join": arguments.join,
         "min_loop": arguments.min_loop,
+        "radius_kind": arguments.radius_kind,
         "n_nodes": arguments.nodes,
         "root": arguments.root,
         "anchors": arguments.anchor,

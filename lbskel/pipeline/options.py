@@ -5,7 +5,15 @@ A preset by domain is a few options of the same pipeline that suit a kind of sha
 
 from __future__ import annotations
 
-__all__ = ["DOMAINS", "JOIN", "TIP_POSITIONS", "require_refinement_options", "resolve_options", "resolve_settings"]
+__all__ = [
+    "DOMAINS",
+    "JOIN",
+    "RADIUS_KINDS",
+    "TIP_POSITIONS",
+    "require_refinement_options",
+    "resolve_options",
+    "resolve_settings",
+]
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -18,9 +26,10 @@ from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 
 TIP_POSITIONS = ("inside", "surface")
 JOIN = ("pieces", "all", "none")
+RADIUS_KINDS = ("inscribed", "mean")
 
 DOMAINS: dict[str, Mapping[str, Any]] = {
-    "neuron": {"min_loop": 60.0, "join": "all"},
+    "neuron": {"min_loop": 60.0, "join": "all", "radius_kind": "mean"},
     "vessel": {"min_loop": 12.0},
     "plant": {"min_loop": 12.0},
     "character": {"min_branch_ratio": 2.0},
@@ -31,6 +40,7 @@ DOMAINS: dict[str, Mapping[str, Any]] = {
 - ``neuron``: one graph for each cell, whose pieces are joined whatever the gap, and no loops shorter than 60 radii:
   touching neurites leave loops, and a cell has none. Of the 29 and 40 loops of two hemibrain neurons 17 and 25 are
   longer; opening the others lowers the F-score of the cable by 0.002. These numbers are not in a committed table.
+  Radii are mean ones, as those of a tracing; benchmarks/results/neurons.md has the errors of both kinds.
 - ``vessel``, ``plant``: no loops shorter than 12 radii, such as those where vessels touch or noise has made a handle.
   The ring around a tunnel as wide as its tube is thick has a length of 4 pi radii.
 - ``character``: no branches that reach less than two local radii from their junction, such as those of ears and folds,
@@ -52,12 +62,14 @@ def resolve_options(preset: str | ContractionSettings, given: dict[str, Any]) ->
         "tip_position": TIP_POSITIONS[0],
         "join": JOIN[0],
         "min_loop": 0.0,
+        "radius_kind": RADIUS_KINDS[0],
     }
     if isinstance(preset, str):
         options |= DOMAINS.get(preset, {})
     options |= {name: value for name, value in given.items() if value is not None}
     require_refinement_options(options["min_branch_ratio"], options["tip_position"])
     choose(dict.fromkeys(JOIN), options["join"], "way to join")
+    choose(dict.fromkeys(RADIUS_KINDS), options["radius_kind"], "kind of radius")
     if not options["min_loop"] >= 0:
         raise UnknownChoice(f"min_loop must be a number of local radii, 0 or more, not {options['min_loop']}")
     return options

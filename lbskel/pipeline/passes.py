@@ -37,7 +37,7 @@ from lbskel.refinement.junctions import merge_junctions_by_axes
 from lbskel.refinement.limb_growth import grow_missing_branches, grow_uncovered_limbs
 from lbskel.refinement.mirror_symmetry import make_mirror_symmetric
 from lbskel.refinement.open_ends import extend_to_open_ends
-from lbskel.refinement.radii import inscribed_radii, mean_radii
+from lbskel.refinement.radii import inscribed_radii, mean_axis_distances, mean_radii
 from lbskel.refinement.region_map import make_regions_connected, reassign_to_nearest_node
 from lbskel.refinement.region_paths import reroute_through_regions
 from lbskel.refinement.surface_tips import tips_at_surface
@@ -129,7 +129,7 @@ def refine(
         if anchors is not None:
             skeleton = attach_anchors(skeleton, surface, anchors.vertices, anchors.points)
     skeleton = changed("map vertices", _with_own_regions, surface, is_needed=True)
-    return replace(skeleton, mean_radii=mean_radii(skeleton, body.mesh).radii)
+    return replace(skeleton, mean_radii=mean_axis_distances(skeleton, body.mesh))
 
 
 def _without_spurs(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> Skeleton:

@@ -60,6 +60,7 @@ def skeletonize(
     tip_position: str | None = None,
     join: str | None = None,
     min_loop: float | None = None,
+    radius_kind: str | None = None,
     anchors: Sequence[Any] = (),
     root: Any = None,
     n_nodes: int | None = None,
@@ -96,6 +97,9 @@ def skeletonize(
         neighbors; ``all`` joins all, ``none`` none.
     min_loop : float, optional
         Loops shorter than this many local radii are opened as by :func:`lbskel.open_short_loops`; 0 by default.
+    radius_kind : str, optional
+        ``inscribed``, the default, gives distances to the surface, ``mean`` mean distances of the surface from the
+        axis, which noise hardly changes. The latter are in ``mean_radii`` in any case.
     anchors : sequence of int or (3,) array_like
         Vertices, or points inside, at each of which there will be a node; they are in ``anchors`` of the result.
     root : int or (3,) array_like, optional
@@ -122,7 +126,7 @@ def skeletonize(
     Returns
     -------
     Skeleton
-        In the caller's coordinates, with inscribed radii; ``node_of_vertex`` has a node for each of the caller's
+        In the caller's coordinates, with radii of that kind; ``node_of_vertex`` has a node for each of the caller's
         vertices, and ``report`` holds the settings, the steps, the :func:`lbskel.score` and the seconds.
 
     Raises
@@ -152,7 +156,8 @@ def skeletonize(
     (1, 0, True)
     """
     given = {"min_branch_ratio": min_branch_ratio, "tip_position": tip_position, "join": join, "min_loop": min_loop}
-    options, settings = resolve_options(preset, given), resolve_settings(preset, operator, energy, solver)
+    options = resolve_options(preset, given | {"radius_kind": radius_kind})
+    settings = resolve_settings(preset, operator, energy, solver)
     if time_limit is not None and not time_limit > 0:
         raise UnknownChoice(f"time_limit must be positive, not {time_limit}")
     timer = StageTimer(on_stage, time_limit, profile)
@@ -161,14 +166,18 @@ def skeletonize(
     limits: dict[str, Any]
     places: dict[str, Any] = {"anchors": anchors, "root": root, "preprocess": preprocess}
     if is_of_points(settings):
-        return skeletonize_points(shape, settings, given, n_nodes=n_nodes, timer=timer, **places)
-    if isinstance(shape, PointCloud):
+        skeleton = skeletonize_points(shape, settings, given, n_nodes=n_nodes, timer=timer, **places)
+    elif isinstance(shape, PointCloud):
         of_mesh = partial(_skeletonize_mesh, settings=settings, options=options, is_scored=False)
         of_mesh = partial(of_mesh, simplify=simplify, n_nodes=n_nodes, memory_limit=memory_limit)
         limits = {"on_stage": on_stage, "time_limit": time_limit, "profile": profile}
-        return skeletonize_cloud(shape, of_mesh, **places, join=options["join"], **limits)
-    limits = {"simplify": simplify, "n_nodes": n_nodes, "memory_limit": memory_limit}
-    return _skeletonize_mesh(shape, settings=settings, options=options, **limits, **places, timer=timer)
+        skeleton = skeletonize_cloud(shape, of_mesh, **places, join=options["join"], **limits)
+    else:
+        limits = {"simplify": simplify, "n_nodes": n_nodes, "memory_limit": memory_limit}
+        skeleton = _skeletonize_mesh(shape, settings=settings, options=options, **limits, **places, timer=timer)
+    if options["radius_kind"] == "mean":
+        skeleton = replace(skeleton, radii=skeleton.mean_radii, radius_kind="mean")
+    return skeleton
 
 
 def _skeletonize_mesh(

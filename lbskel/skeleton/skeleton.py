@@ -67,7 +67,8 @@ class Skeleton(SkeletonExchange):
     node_of_vertex : (n,) array of int
         For each vertex of the mesh, the node that it is mapped to. Empty where no mesh is known.
     radius_kind : str
-        ``inscribed``: distance to the surface; ``mean``: mean distance to the vertices that are mapped to the node.
+        ``inscribed``: distance to the surface; ``mean``: mean distance of the vertices that are mapped to the node from
+        the axis of its branch there, which noise hardly changes.
     mean_radii : (k,) array of float
         Radii of the kind ``mean``, in addition to ``radii`` of another kind. Empty where they are not known.
     anchors : (a,) array of int

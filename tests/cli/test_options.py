@@ -65,9 +65,12 @@ def test_the_ways_to_join_and_the_presets_by_domain():
     assert (parsed()["join"], parsed("--join")["join"], parsed("--join", "none")["join"]) == (None, "all", "none")
     options = parsed("--preset", "neuron", "--min-loop", "3.5")
     assert (options["preset"], options["min_loop"], options["join"]) == ("neuron", 3.5, None)
+    assert (options["radius_kind"], parsed("--radius-kind", "mean")["radius_kind"]) == (None, "mean")
 
 
-@pytest.mark.parametrize("option", [("--join", "some"), ("--preset", "neurons"), ("--min-loop", "short")])
+@pytest.mark.parametrize(
+    "option", [("--join", "some"), ("--preset", "neurons"), ("--min-loop", "short"), ("--radius-kind", "max")]
+)
 def test_what_is_no_choice_is_refused_with_the_choices(option, here):
     code, out, err = here("skeletonize", "rod.off", "-o", "a.swc", *option)
     assert (code, out) == (2, [])

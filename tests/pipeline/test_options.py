@@ -6,11 +6,12 @@ from lbskel import DOMAINS, PRESETS, ContractionSettings, UnknownChoice, skeleto
 from lbskel.pipeline.options import JOIN, require_refinement_options, resolve_options, resolve_settings
 from lbskel.shapes import chain_of_tori
 
-NOTHING = dict.fromkeys(("min_branch_ratio", "tip_position", "join", "min_loop"))
+NOTHING = dict.fromkeys(("min_branch_ratio", "tip_position", "join", "min_loop", "radius_kind"))
 
 
 def test_the_defaults_are_those_of_every_preset():
     expected = {"min_branch_ratio": 1.5, "tip_position": "inside", "join": "pieces", "min_loop": 0.0}
+    expected["radius_kind"] = "inscribed"
     for preset in (*PRESETS, ContractionSettings()):
         assert resolve_options(preset, NOTHING) == expected
 
@@ -28,6 +29,7 @@ def test_a_domain_has_options_of_its_own_and_the_settings_of_the_default(name):
 @pytest.mark.parametrize("name", DOMAINS)
 def test_what_is_given_comes_before_what_the_domain_says(name):
     given = {"min_branch_ratio": 4.0, "tip_position": "inside", "join": "none", "min_loop": 0.0}
+    given["radius_kind"] = "inscribed"
     assert resolve_options(name, given) == given
 
 
@@ -42,6 +44,7 @@ def test_a_domain_has_no_name_of_a_preset():
         ({"min_loop": -1.0}, "min_loop must be"),
         ({"min_loop": float("nan")}, "min_loop must be"),
         ({"tip_position": "middle"}, "tip position"),
+        ({"radius_kind": "median"}, "kind of radius"),
         ({"min_branch_ratio": -1.0}, "min_branch_ratio must be"),
     ],
 )

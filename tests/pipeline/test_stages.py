@@ -596,6 +596,16 @@ def test_a_finished_skeleton_has_both_radii(skeleton_of):
     assert (rod.mean_radii > 0.9 * rod.radii)[rod.degrees == 2].all()
 
 
+def test_radii_of_the_kind_that_is_asked_for(rod):
+    inscribed, mean = (skeletonize(rod, radius_kind=kind) for kind in ("inscribed", "mean"))
+    assert (inscribed.radius_kind, mean.radius_kind) == ("inscribed", "mean")
+    assert np.array_equal(mean.radii, inscribed.mean_radii)
+    assert not np.array_equal(mean.radii, inscribed.radii)
+    assert np.array_equal(mean.nodes, inscribed.nodes)
+    assert mean.report["score"] == inscribed.report["score"]
+    assert skeletonize(rod, preset="neuron").radius_kind == "mean"
+
+
 def test_in_a_flat_limb_mean_radii_are_larger_than_inscribed_ones(rod):
     skeleton = skeletonize(rod.with_vertices(rod.vertices * [3, 1, 1]))
     inner = skeleton.degrees == 2

@@ -1,4 +1,4 @@
-"""Radii: inscribed, of the own component, and the mean distance to the vertices of a node."""
+"""Radii: inscribed, of the own component, and the mean distance of a node's vertices from it or from its axis."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from helpers import joined, path_in
 
 from lbskel import Mesh, Skeleton
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.radii import inscribed_radii, mean_radii, own_radii
+from lbskel.refinement.radii import inscribed_radii, mean_axis_distances, mean_radii, own_radii
 from lbskel.shapes import capsule, sphere
 
 
@@ -38,6 +38,34 @@ def test_a_graph_without_any_vertex_has_zero_mean_radii():
     mesh = sphere(1)
     two = Skeleton(np.zeros((3, 3)), [[0, 1]], np.ones(3), np.zeros(len(mesh.vertices)))
     assert mean_radii(two, mesh).radii == pytest.approx([1, 1, 0])
+
+
+@pytest.mark.parametrize("n_nodes", [3, 9, 33])
+def test_the_mean_distance_from_the_axis_of_a_rod_is_its_radius_whatever_the_spacing(n_nodes):
+    rod = capsule(4.0, 0.5, 32)
+    path = path_in(rod, np.linspace([0, 0, -2], [0, 0, 2], n_nodes))
+    found = mean_axis_distances(path, rod)
+    assert found == pytest.approx(0.5, rel=1e-9)  # beyond a tip, distances are from the tip
+
+
+def test_noise_does_not_change_the_mean_distance_from_the_axis():
+    """Noise of a tenth of the radius makes inscribed balls 13 to 28 % smaller."""
+    rod = capsule(4.0, 0.5, 32)
+    heights = np.random.default_rng(0).normal(scale=0.05, size=len(rod.vertices))
+    away = rod.vertices * [1, 1, 0]
+    away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-12)
+    path = path_in(rod, np.linspace([0, 0, -1.5], [0, 0, 1.5], 7))
+    rough = rod.with_vertices(rod.vertices + heights[:, None] * away)
+    assert mean_axis_distances(path, rough)[1:-1] == pytest.approx(0.5, rel=0.03)
+    assert (inscribed_radii(path, Surface(rough)).radii[1:-1] < 0.45).all()
+
+
+def test_distances_at_a_junction_and_at_a_single_node_are_from_the_node():
+    mesh = Mesh([[0, 3, 4], [0, -3, 4], [9, 0, 2]], [[0, 1, 2]])
+    star = Skeleton(
+        [[0, 0, 0], [0, 0, 9], [0, 9, 0], [0, -9, 0], [9, 0, 0]], [[0, 1], [0, 2], [0, 3]], np.zeros(5), [0, 0, 4]
+    )
+    assert mean_axis_distances(star, mesh).tolist() == [5, 5, 5, 5, 2]
 
 
 def test_own_radii_do_not_count_the_surfaces_of_other_components():
