@@ -245,9 +245,9 @@ def _largest_sines(
 ) -> NDArray[np.float64]:
     """(t,) the largest sine of an angle between the lines of tested groups and the direction to their place.
 
-    The sine is infinite where not all lines point to the place: where one passes beside it, or leaves the surface
-    before it. A line may start beyond it, as that of the trunk of a narrow fork. The sine is infinite for fewer than
-    three lines, since two nearly meet in any case.
+    The sine is infinite where not all lines point to the place: where one passes beside it, or on the way is farther
+    outside the surface than it passes beside the place. A line may start beyond it, as that of the trunk of a narrow
+    fork. The sine is infinite for fewer than three lines, since two nearly meet in any case.
     """
     n_lines = np.bincount(groups, minlength=len(places))
     is_possible = np.zeros(len(places), dtype=bool)
@@ -257,10 +257,11 @@ def _largest_sines(
     miss = np.linalg.norm(np.cross(to_place, lines.directions), axis=1)
     sine = miss / np.linalg.norm(to_place, axis=1)
     is_possible[groups[sine > MAX_SINE]] = False
-    lines, sine, groups = lines.take(is_possible[groups]), sine[is_possible[groups]], groups[is_possible[groups]]
+    kept = is_possible[groups]
+    lines, miss, sine, groups = lines.take(kept), miss[kept], sine[kept], groups[kept]
     if len(groups):
         segments = np.stack([np.arange(len(groups)), len(groups) + groups], axis=1)
-        is_outside = segments_outside(np.concatenate([lines.starts, places]), segments, surface)
+        is_outside = segments_outside(np.concatenate([lines.starts, places]), segments, surface, miss)
         is_possible[groups[is_outside]] = False
     largest = np.where(is_possible, 0.0, np.inf)
     np.maximum.at(largest, groups, sine)
