@@ -26,6 +26,7 @@ from lbskel.pipeline.profiling import Progress, StageTimer
 from lbskel.preprocess import Pipeline, PreprocessResult
 from lbskel.preprocess.point_cleaning import CleanedPoints
 from lbskel.preprocess.reconstruction import surface_and_points
+from lbskel.refinement.radii import mean_axis_distances
 from lbskel.skeleton.joining import JOIN_ANGLE, JOIN_REACH, join_components
 from lbskel.skeleton.root import reroot_by_thickness
 from lbskel.skeleton.skeleton import Skeleton
@@ -91,7 +92,7 @@ def skeletonize_cloud(
     mapped = replace(skeleton, node_of_vertex=to_node.indices)
     if join == "pieces":
         mapped = _with_joined_pieces(mapped, points, keeps_root=root is not None)
-    mapped = replace(mapped, mean_radii=_mean_distances(mapped, cloud))
+    mapped = replace(mapped, mean_radii=mean_axis_distances(mapped, cloud.points))
     neighbors = points.source_neighbors(SCORED_NEIGHBORS)
     scored = timer.optional("score points", lambda _: score_points(mapped, cloud, neighbors), None, is_needed=True)
     return replace(mapped, report=_report(mapped, cloud, surface, scored, timer))
@@ -129,14 +130,6 @@ def _on_surface(place: Any, surface: PreprocessResult) -> Any:
     if vertex < 0:
         raise MeshError(f"point {given} is an outlier, which is on no surface; give another, or preprocess='none'")
     return vertex
-
-
-def _mean_distances(skeleton: Skeleton, cloud: PointCloud) -> Any:
-    """(k,) mean distance of each node from its points; where it has none, its mean radius on the surface."""
-    node, k = skeleton.node_of_vertex, len(skeleton.nodes)
-    count = np.bincount(node, minlength=k)
-    distances = np.linalg.norm(cloud.points - skeleton.nodes[node], axis=1)
-    return np.where(count > 0, np.bincount(node, distances, k) / np.maximum(count, 1), skeleton.mean_radii)
 
 
 def _report(

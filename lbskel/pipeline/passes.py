@@ -129,7 +129,7 @@ def refine(
         if anchors is not None:
             skeleton = attach_anchors(skeleton, surface, anchors.vertices, anchors.points)
     skeleton = changed("map vertices", _with_own_regions, surface, is_needed=True)
-    return replace(skeleton, mean_radii=mean_axis_distances(skeleton, body.mesh))
+    return replace(skeleton, mean_radii=mean_axis_distances(skeleton, body.mesh.vertices))
 
 
 def _without_spurs(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> Skeleton:

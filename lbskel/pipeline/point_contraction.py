@@ -30,6 +30,7 @@ from lbskel.pipeline.environment import are_kernels_compiled, versions
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess.point_cleaning import CleanedPoints, clean_points
 from lbskel.preprocess.point_neighborhoods import Neighborhoods
+from lbskel.refinement.radii import mean_axis_distances
 from lbskel.skeleton.editing import reroot
 from lbskel.skeleton.joining import join_components
 from lbskel.skeleton.resampling import resample
@@ -143,12 +144,9 @@ def _distinct(points: NDArray[np.float64]) -> CleanedPoints:
 
 
 def _with_radii(skeleton: Skeleton, cloud: PointCloud) -> Skeleton:
-    """Give nodes the distance to the nearest point, and the mean distance of their own points."""
+    """Give nodes the distance to the nearest point, and the mean distance of their own points from the axis."""
     inscribed = cKDTree(cloud.points).query(skeleton.nodes)[0]
-    distances = np.linalg.norm(cloud.points - skeleton.nodes[skeleton.node_of_vertex], axis=1)
-    count = np.bincount(skeleton.node_of_vertex, minlength=len(skeleton.nodes))
-    sums = np.bincount(skeleton.node_of_vertex, distances, len(skeleton.nodes))
-    means = np.where(count > 0, sums / np.maximum(count, 1), inscribed)
+    means = mean_axis_distances(skeleton, cloud.points)
     return replace(skeleton, radii=inscribed, mean_radii=means)
 
 

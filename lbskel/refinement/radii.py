@@ -72,20 +72,20 @@ def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     return replace(skeleton, radii=_means(skeleton, distances), radius_kind="mean")
 
 
-def mean_axis_distances(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
-    """Compute the mean distance of the vertices mapped to each node from the axis of its branch there.
+def mean_axis_distances(skeleton: Skeleton, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Compute the mean distance of the points mapped to each node from the axis of its branch there.
 
     On a round tube that is its radius, whatever the spacing of the nodes, and noise hardly changes it: it makes
     inscribed balls smaller, and cross-sections neither smaller nor larger. The axis is the line along the chord between
-    the neighbors of the node; it ends at a tip, and is the node alone at a junction. A node without vertices takes the
+    the neighbors of the node; it ends at a tip, and is the node alone at a junction. A node without points takes the
     mean of its neighbors along the skeleton.
 
     Parameters
     ----------
     skeleton : Skeleton
         With ``node_of_vertex``.
-    mesh : Mesh
-        The mesh that ``node_of_vertex`` belongs to.
+    points : (n, 3) array of float
+        The vertices of the mesh, or the points of the cloud, that ``node_of_vertex`` belongs to.
     """
     nodes, node = skeleton.nodes, skeleton.node_of_vertex
     directions = np.zeros_like(nodes)
@@ -96,7 +96,7 @@ def mean_axis_distances(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
     directions[tips] = nodes[tips] - nodes[inner]
     lengths = np.linalg.norm(directions, axis=1, keepdims=True)
     directions = np.divide(directions, lengths, out=directions, where=lengths > 0)
-    offsets = mesh.vertices - nodes[node]
+    offsets = points - nodes[node]
     along = np.einsum("ni,ni->n", offsets, directions[node])
     along = np.where(skeleton.degrees[node] == 1, np.minimum(along, 0.0), along)
     squared = np.einsum("ni,ni->n", offsets, offsets) - along**2

@@ -36,9 +36,12 @@ def test_the_skeleton_of_a_cloud_is_near_the_true_one(skeleton, limbs):
 def test_every_point_has_a_node_and_every_node_radii(skeleton, cloud):
     assert len(skeleton.node_of_vertex) == len(cloud.points)
     assert skeleton.radii.min() > 0
-    distances = np.linalg.norm(cloud.points - skeleton.nodes[skeleton.node_of_vertex], axis=1)
-    node = int(np.argmax(np.bincount(skeleton.node_of_vertex)))
-    assert skeleton.mean_radii[node] == pytest.approx(distances[skeleton.node_of_vertex == node].mean())
+    inner = np.flatnonzero(skeleton.degrees == 2)
+    node = inner[np.argmax(np.bincount(skeleton.node_of_vertex, minlength=len(skeleton.nodes))[inner])]
+    chord = np.subtract(*skeleton.nodes[skeleton.neighbors[node]])
+    offsets = cloud.points[skeleton.node_of_vertex == node] - skeleton.nodes[node]
+    from_axis = np.linalg.norm(np.cross(offsets, chord), axis=1) / np.linalg.norm(chord)
+    assert skeleton.mean_radii[node] == pytest.approx(from_axis.mean())
 
 
 def test_anchors_and_roots_are_points_of_the_cloud(cloud):

@@ -44,7 +44,7 @@ def test_a_graph_without_any_vertex_has_zero_mean_radii():
 def test_the_mean_distance_from_the_axis_of_a_rod_is_its_radius_whatever_the_spacing(n_nodes):
     rod = capsule(4.0, 0.5, 32)
     path = path_in(rod, np.linspace([0, 0, -2], [0, 0, 2], n_nodes))
-    found = mean_axis_distances(path, rod)
+    found = mean_axis_distances(path, rod.vertices)
     assert found == pytest.approx(0.5, rel=1e-9)  # beyond a tip, distances are from the tip
 
 
@@ -56,7 +56,7 @@ def test_noise_does_not_change_the_mean_distance_from_the_axis():
     away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-12)
     path = path_in(rod, np.linspace([0, 0, -1.5], [0, 0, 1.5], 7))
     rough = rod.with_vertices(rod.vertices + heights[:, None] * away)
-    assert mean_axis_distances(path, rough)[1:-1] == pytest.approx(0.5, rel=0.03)
+    assert mean_axis_distances(path, rough.vertices)[1:-1] == pytest.approx(0.5, rel=0.03)
     assert (inscribed_radii(path, Surface(rough)).radii[1:-1] < 0.45).all()
 
 
@@ -65,7 +65,7 @@ def test_distances_at_a_junction_and_at_a_single_node_are_from_the_node():
     star = Skeleton(
         [[0, 0, 0], [0, 0, 9], [0, 9, 0], [0, -9, 0], [9, 0, 0]], [[0, 1], [0, 2], [0, 3]], np.zeros(5), [0, 0, 4]
     )
-    assert mean_axis_distances(star, mesh).tolist() == [5, 5, 5, 5, 2]
+    assert mean_axis_distances(star, mesh.vertices).tolist() == [5, 5, 5, 5, 2]
 
 
 def test_own_radii_do_not_count_the_surfaces_of_other_components():
