@@ -31,8 +31,9 @@ Thin and long shapes: `python -m benchmarks neurons vessels --peers` measures he
 tracings, tubes around parts of the tracings, and coils and trees of vessels whose thinnest radius is {thinnest} of
 the diagonal. On the neurons ([results](benchmarks/results/neurons.md)) the F-score of the cable is {cable} (PyGEL3D
 {cable_pygel}, skeletor's waves {cable_waves}), and {tips} of the tips are found ({tips_pygel}, {tips_waves}), in
-{times:.1f} times PyGEL3D's time. Of the tips of the tubes lbskel finds {tubes}, PyGEL3D {tubes_pygel} and skeletor's
-waves {tubes_waves}. On coils and trees ([results](benchmarks/results/vessels.md)) accuracy is at most {accuracy} and
+{times:.1f} times PyGEL3D's time. Of the tips of the tubes lbskel finds {tubes}, PyGEL3D {tubes_pygel} and
+skeletor's waves {tubes_waves}. The tubes are rough: their mean radii are {mean_radii} off, inscribed ones
+{inscribed}. On coils and trees ([results](benchmarks/results/vessels.md)) accuracy is at most {accuracy} and
 coverage {coverage} radii, with {found} tips for {true}. PyGEL3D's accuracy is at most {coil} on coils and {tree} on
 trees, and CGAL's coverage of the two longest coils {long:.0f} and {longest:.0f}.
 """
@@ -92,6 +93,8 @@ def _thin(results: Path) -> Figures:
         "coverage": bound(values(own, "coverage"), 3),
         "found": tips[0],
         "true": tips[1],
+        "mean_radii": f"{100 * mean(of(tubes, tool=OURS), 'mean radius error'):.0f} %",
+        "inscribed": f"{100 * mean(of(tubes, tool=OURS), 'radius error'):.0f} %",
     }
     for end, tool in {"": OURS, "_pygel": PYGEL, "_waves": WAVES}.items():
         figures[f"cable{end}"] = f"{means[tool]['F']:.2f}"
