@@ -58,18 +58,20 @@ def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """
     for plane, twins in symmetry_planes(skeleton, surface):
         surface.deadline.check()
-        cut, side = _cut_at(plane, inscribed_radii(skeleton, surface), mean_radii(skeleton, surface.mesh).radii)
-        if not side.any():  # all nodes are on the plane: both halves are the whole, and no tie is left to rounding
-            skeleton = cut
-            continue
-        scales = _scales(skeleton, surface.mesh)
-        halves = [sign for sign in (1, -1) if (side * sign >= 0).any()]
-        doubled = [_doubled(cut, side, sign, plane, surface.mesh.vertices, twins) for sign in halves]
+        before, scales = inscribed_radii(skeleton, surface), _scales(skeleton, surface.mesh)
+        cut, side = _cut_at(plane, before, mean_radii(skeleton, surface.mesh).radii)
+        if side.any():
+            halves = [sign for sign in (1, -1) if (side * sign >= 0).any()]
+            changed = [_doubled(cut, side, sign, plane, surface.mesh.vertices, twins) for sign in halves]
+        else:  # all nodes are on the plane: both halves are the whole, and no tie is left to rounding
+            changed = [cut]
         alike = [
-            one for one in doubled if (one.n_components, one.cycle_rank) == (skeleton.n_components, skeleton.cycle_rank)
+            inscribed_radii(one, surface)
+            for one in changed
+            if (one.n_components, one.cycle_rank) == (skeleton.n_components, skeleton.cycle_rank)
         ]
         # of a symmetric surface, the better half leaves no more uncovered than both, but for the deviations
-        limit = _uncovered(cut, surface, scales) + TYPICAL_DEVIATION
+        limit = _uncovered(before, surface, scales) + TYPICAL_DEVIATION
         measured = [(_n_missed(one, surface), _uncovered(one, surface, scales), one) for one in alike]
         covering = [half for half in measured if half[1] <= limit]
         if covering:
@@ -144,12 +146,15 @@ def _cut_at(plane: Mirror, skeleton: Skeleton, widths: NDArray[np.float64]) -> t
     """Put a node wherever a branch crosses the plane; also the (k,) side of each node: 1, 0 or -1.
 
     Ends of branches that are near the plane are moved onto it, and so are branches without a node aside, or with most
-    nodes within TYPICAL_DEVIATION widths and all within MAX_DEVIATION, but for junctions. Other nodes near the plane
-    belong to the side of the nearest node along the branch that is not; they are reflected to it.
+    nodes near it and within TYPICAL_DEVIATION widths, and all within MAX_DEVIATION, but for junctions. Other nodes near
+    the plane belong to the side of the nearest node along the branch that is not; they are reflected to it.
     """
     heights = plane.heights(skeleton.nodes)
-    is_aside, is_far = (np.abs(heights) > bound * widths for bound in (TYPICAL_DEVIATION, MAX_DEVIATION))
-    side = np.where(np.abs(heights) <= ON_PLANE * skeleton.radii, 0, np.sign(heights).astype(np.int64))
+    near = ON_PLANE * skeleton.radii
+    is_aside, is_far = (
+        np.abs(heights) > bound for bound in (np.minimum(near, TYPICAL_DEVIATION * widths), MAX_DEVIATION * widths)
+    )
+    side = np.where(np.abs(heights) <= near, 0, np.sign(heights).astype(np.int64))
     for branch in skeleton.branches:
         off = np.flatnonzero(side[branch])
         is_along = np.mean(is_aside[branch]) < 0.5 and not is_far[branch].any()

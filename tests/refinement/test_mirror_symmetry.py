@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers import loop_in, path_in
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
@@ -110,6 +111,32 @@ def test_the_half_that_reaches_more_ends_is_taken_unless_it_covers_too_little(wi
     given = with_nearest_nodes(Skeleton(np.concatenate([trunk, tail, flank]), edges, np.zeros(27)), mesh)
     result = make_mirror_symmetric(given, Surface(mesh))
     assert sorted(result.nodes[result.tips, 1]) == pytest.approx(tips, abs=0.01)
+
+
+def test_the_layers_of_a_folded_band_stay_apart():
+    """A belt around y = 0 whose section is 0.15 thick and 9 high, so that mean radii reach across the gap."""
+    mesh = torus(1.0, 0.3, 96, 32)
+    mesh = mesh.with_vertices(mesh.vertices * [6, 0.5, 30])
+    x = np.linspace(-6, 6, 41)
+    y = 0.5 * np.sqrt(np.maximum(1 - x**2 / 36, 0))
+    ring = np.concatenate([np.stack([x, y + 0.02, 0 * x], axis=1), np.stack([x, -y, 0 * x], axis=1)[-2:0:-1]])
+    result = make_mirror_symmetric(loop_in(mesh, ring), Surface(mesh))
+    assert asymmetry(result) == pytest.approx(0, abs=1e-9)
+    assert np.abs(result.nodes[:, 1]).max() > 0.45
+    assert result.cycle_rank == 1
+
+
+def test_a_branch_whose_end_would_leave_its_limb_is_not_moved_onto_the_plane():
+    """Most of it runs along the stem of a fork, and its end in one of the two prongs, which are 0.2 apart."""
+    stem = np.array([[0.0, 0, -4], [0, 0, 0]])
+    prongs = [np.array([[0.0, 0, 0], [0, y, 1.0], [0, y, 3.0]]) for y in (-0.4, 0.4)]
+    mesh = mesh_solid(solid_of([(stem, 0.5), *((prong, 0.3) for prong in prongs)]), n_vertices=4000)
+    path = np.concatenate(
+        [np.linspace(*stem, 13), np.linspace(*prongs[1][:2], 4)[1:], np.linspace(*prongs[1][1:], 7)[1:]]
+    )
+    given = path_in(mesh, path)
+    assert len(symmetry_planes(given, Surface(mesh))) == 2  # the path is in the other plane
+    assert make_mirror_symmetric(given, Surface(mesh)).nodes[:, 1] == pytest.approx(given.nodes[:, 1], abs=1e-3)
 
 
 def test_every_vertex_has_a_node_on_its_side():
