@@ -1,7 +1,8 @@
 """VTP, the polygonal data of VTK as XML, which ParaView and the Vascular Modeling Toolkit read.
 
 One polyline per branch, one vertex cell per isolated node. The point data are ``radius`` and, for the Vascular Modeling
-Toolkit, the same values as ``MaximumInscribedSphereRadius``; the field data are ``node_of_vertex`` and ``radius_kind``.
+Toolkit, inscribed radii as ``MaximumInscribedSphereRadius`` too; the field data are ``node_of_vertex`` and
+``radius_kind``.
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ def encode_vtp(skeleton: Skeleton, path: Path) -> dict[Path, str]:
     branches = skeleton.branches
     kind = np.frombuffer(skeleton.radius_kind.encode() + b"\0", dtype=np.uint8)
     field = encode_array("node_of_vertex", skeleton.node_of_vertex) + encode_array("radius_kind", kind)
-    radii = "".join(encode_array(name, skeleton.radii) for name in RADIUS_NAMES)
+    names = RADIUS_NAMES if skeleton.radius_kind == "inscribed" else RADIUS_NAMES[:1]
+    radii = "".join(encode_array(name, skeleton.radii) for name in names)
     counts = f'NumberOfPoints="{len(skeleton.nodes)}" NumberOfVerts="{len(isolated)}" NumberOfLines="{len(branches)}"'
     text = (
         '<?xml version="1.0"?>\n'

@@ -3,6 +3,7 @@
 import base64
 import tracemalloc
 import zlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -30,14 +31,20 @@ def vtp(points="0 0 0 1 1 1", connectivity="0 1", offsets="2", **attributes):
     )
 
 
+@pytest.mark.parametrize("kind", ["inscribed", "mean"])
+def test_only_inscribed_radii_are_called_so(kind, tmp_path, skeleton):
+    write_skeleton(tmp_path / "a.vtp", replace(skeleton, radius_kind=kind))
+    array = vtk_reader(tmp_path / "a.vtp").GetOutput().GetPointData().GetArray("MaximumInscribedSphereRadius")
+    assert (array is not None) == (kind == "inscribed")
+
+
 def test_vtk_reads_a_written_skeleton(tmp_path, skeleton):
     write_skeleton(tmp_path / "a.vtp", skeleton)
     data = vtk_reader(tmp_path / "a.vtp").GetOutput()
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
     np.testing.assert_array_equal(vtk_to_numpy(data.GetPoints().GetData()), skeleton.nodes)
-    for name in ("radius", "MaximumInscribedSphereRadius"):
-        np.testing.assert_array_equal(vtk_to_numpy(data.GetPointData().GetArray(name)), skeleton.radii)
+    np.testing.assert_array_equal(vtk_to_numpy(data.GetPointData().GetArray("radius")), skeleton.radii)
     field = data.GetFieldData()
     np.testing.assert_array_equal(vtk_to_numpy(field.GetArray("node_of_vertex")), skeleton.node_of_vertex)
     assert field.GetAbstractArray("radius_kind").GetValue(0) == "mean"
