@@ -106,8 +106,8 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     skeleton : Skeleton
         With ``node_of_vertex``.
     thickness : str
-        ``inscribed``: the skeleton's radii tell where the thickness jumps; ``shape_diameter``: half the median shape
-        diameter of the faces of each node.
+        ``inscribed``: the skeleton's radii, of its ``radius_kind``, tell where the thickness jumps;
+        ``shape_diameter``: half the median shape diameter of the faces of each node.
 
     Raises
     ------

@@ -92,7 +92,8 @@ def skeletonize_cloud(
     mapped = replace(skeleton, node_of_vertex=to_node.indices)
     if join == "pieces":
         mapped = _with_joined_pieces(mapped, points, keeps_root=root is not None)
-    mapped = replace(mapped, mean_radii=mean_axis_distances(mapped, cloud.points))
+    means = mean_axis_distances(mapped, cloud.points)  # 0 in a component without points
+    mapped = replace(mapped, mean_radii=np.where(means > 0, means, mapped.mean_radii))
     neighbors = points.source_neighbors(SCORED_NEIGHBORS)
     scored = timer.optional("score points", lambda _: score_points(mapped, cloud, neighbors), None, is_needed=True)
     return replace(mapped, report=_report(mapped, cloud, surface, scored, timer))

@@ -146,8 +146,8 @@ def _distinct(points: NDArray[np.float64]) -> CleanedPoints:
 def _with_radii(skeleton: Skeleton, cloud: PointCloud) -> Skeleton:
     """Give nodes the distance to the nearest point, and the mean distance of their own points from the axis."""
     inscribed = cKDTree(cloud.points).query(skeleton.nodes)[0]
-    means = mean_axis_distances(skeleton, cloud.points)
-    return replace(skeleton, radii=inscribed, mean_radii=means)
+    means = mean_axis_distances(skeleton, cloud.points)  # 0 in a component without points
+    return replace(skeleton, radii=inscribed, mean_radii=np.where(means > 0, means, inscribed))
 
 
 def _node_at(place: Any, skeleton: Skeleton) -> int:

@@ -126,8 +126,8 @@ def skeletonize(
     Returns
     -------
     Skeleton
-        In the caller's coordinates, with radii of that kind; ``node_of_vertex`` has a node for each of the caller's
-        vertices, and ``report`` holds the settings, the steps, the :func:`lbskel.score` and the seconds.
+        In the caller's coordinates, with radii of the kind ``radius_kind``; ``node_of_vertex`` has a node for each of
+        the caller's vertices, and ``report`` holds the settings, the steps, the :func:`lbskel.score` and the seconds.
 
     Raises
     ------
@@ -156,8 +156,8 @@ def skeletonize(
     (1, 0, True)
     """
     given = {"min_branch_ratio": min_branch_ratio, "tip_position": tip_position, "join": join, "min_loop": min_loop}
-    options = resolve_options(preset, given | {"radius_kind": radius_kind})
-    settings = resolve_settings(preset, operator, energy, solver)
+    given["radius_kind"] = radius_kind
+    options, settings = resolve_options(preset, given), resolve_settings(preset, operator, energy, solver)
     if time_limit is not None and not time_limit > 0:
         raise UnknownChoice(f"time_limit must be positive, not {time_limit}")
     timer = StageTimer(on_stage, time_limit, profile)

@@ -59,7 +59,8 @@ def own_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
 def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     """Set mean radii: the mean distance of each node to the vertices mapped to it.
 
-    A node without vertices takes the mean radius of its neighbors along the skeleton.
+    A node without vertices takes the mean radius of its neighbors along the skeleton. Refinement spaces nodes by these;
+    the ``mean_radii`` of a finished skeleton are :func:`mean_axis_distances`.
 
     Parameters
     ----------

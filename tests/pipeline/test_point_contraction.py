@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import lbskel
-from lbskel import PRESETS, PointCloud, Status, UnknownChoice
+from lbskel import PRESETS, PointCloud, Skeleton, Status, UnknownChoice
 from lbskel.geometry.point_stars import PointStars
+from lbskel.pipeline.point_contraction import _with_radii
 from lbskel.shapes import make, torus
 
 
@@ -98,3 +99,10 @@ def test_its_operator_is_none_of_meshes():
     mesh = torus(1.0, 0.2, 24, 8)
     with pytest.raises(lbskel.MeshError, match="give a PointCloud"):
         lbskel.operators.apply_operator("local_delaunay", mesh)
+
+
+def test_a_component_without_points_has_its_inscribed_radii_as_mean_ones():
+    apart = Skeleton([[0, 0, 0], [1, 0, 0], [5, 0, 0], [6, 0, 0]], [[0, 1], [2, 3]], np.zeros(4), [0, 1])
+    found = _with_radii(apart, PointCloud([[0, 0, 0.5], [1, 0, 0.5]]))
+    assert found.mean_radii[:2].tolist() == [0.5, 0.5]
+    assert found.mean_radii[2:].tolist() == found.radii[2:].tolist()
