@@ -22,7 +22,7 @@ else:
 
 LEAF = cython.declare(cython.Py_ssize_t, 4)  # faces in a leaf, as in bvh
 DEPTH = cython.declare(cython.Py_ssize_t, 64)  # length of a traversal stack, as in bvh
-FIRST_REACH = cython.declare(cython.double, 3.0)  # first search radius, in distances to a nearby vertex (a guess)
+FIRST_REACH = cython.declare(cython.double, 1.5)  # first search radius, in distances to a nearby vertex; for speed
 MAX_REACH = cython.declare(cython.double, 4.0)  # search radius for a curve around, in lengths of a nearer one (a guess)
 REACH_GROWTH = cython.declare(cython.double, 2.0)  # factor on the search radius while the curve is undecided (a guess)
 CLOSURE_TOLERANCE = cython.declare(cython.double, 1e-6)  # gap / length of a closed curve: rounding (a guess)
