@@ -24,8 +24,9 @@ from lbskel.skeleton.skeleton import Skeleton
 
 MIN_OWN_SHARE = 0.95  # of a section's length on faces of its own branch or of a junction; a guess,
 # benchmarks/results/constants.md
-MAX_GROWTH = 1.2  # upper bound on the ratio of the radii of sections at successive nodes of one branch; rows "growth
-# of" in benchmarks/results/refinement.md
+# Upper bound on the radius of a section of a branch, relative to the largest before it from the middle on, against
+# which those of rough branches vary. Rows "growth of" in benchmarks/results/refinement.md
+MAX_GROWTH = 1.2
 # Upper bound on the distance between successive centroids, relative to that of their nodes. Rows in
 # benchmarks/results/robustness.md: below it parallel prongs suffer, above it a hand whose fingers are fused
 MAX_STRIDE_RATIO = 1.75
@@ -163,8 +164,9 @@ def _is_continuous(
     """Which sections are connected to the middle of their branch without a jump in size or position.
 
     Where a branch enters another one at a junction, its section becomes that of the other, or of both, within one step.
-    So jumps count in the half of a branch next to the junction. In the other half only jumps in position count, and
-    only if that half ends in a tip, since sections grow from a tip in any case.
+    So jumps count in the half of a branch next to the junction, jumps in size beyond the largest section before. In the
+    other half only jumps in position count, and only if that half ends in a tip, since sections grow from a tip in any
+    case.
     """
     is_continuous = np.array(is_own)
     nodes, begins = skeleton.flat_branches
@@ -184,10 +186,25 @@ def _is_continuous(
         here, there = (own[:-1], own[1:]) if is_forward else (own[1:], own[:-1])
         order = place if is_forward else n_steps - 1 - place
         is_second_half = order >= n_steps / 2
-        grows = radii[there] > MAX_GROWTH * radii[here]
+        counted = np.where(is_step & is_second_half, radii[here], 0.0)
+        grows = radii[there] > MAX_GROWTH * _running_maxima(counted, number[:-1], is_forward=is_forward)
         is_jump = is_step & to_junction & ((jumps & (is_second_half | from_tip)) | (grows & is_second_half))
         earliest = np.full(len(count), len(own))
         np.minimum.at(earliest, number[:-1][is_jump], order[is_jump])
         is_beyond = (rank if is_forward else count[number] - 1 - rank) > earliest[number]
         is_continuous[own[is_beyond]] = False
     return is_continuous
+
+
+def _running_maxima(values: NDArray[np.float64], groups: NDArray[np.int64], *, is_forward: bool) -> NDArray[np.float64]:
+    """(n,) largest value so far in each group of consecutive rows, from its first row or from its last one.
+
+    Ranks stand for the values, so that one running maximum of integers serves all groups.
+    """
+    order = np.argsort(values, kind="stable")
+    ranks = np.empty_like(order)
+    ranks[order] = np.arange(len(order))
+    way = slice(None, None, 1 if is_forward else -1)
+    begins = len(order) * np.abs(groups - groups[way][:1])
+    largest: NDArray[np.float64] = values[order[np.maximum.accumulate((begins + ranks)[way])[way] - begins]]
+    return largest

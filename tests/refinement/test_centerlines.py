@@ -7,7 +7,7 @@ from helpers import STAR_RADIUS, graph_of_star, joined, loop_in, moved, nearest_
 
 from lbskel import Skeleton, ground_truth_distances, skeletonize
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.centerlines import _is_continuous, _tangents, find_section_centers
+from lbskel.refinement.centerlines import _is_continuous, _running_maxima, _tangents, find_section_centers
 from lbskel.shapes import capsule, make, torus
 
 
@@ -31,6 +31,25 @@ def test_sections_beyond_a_jump_in_size_or_position_are_rejected():
     assert np.flatnonzero(_is_continuous(skeleton, is_own, even, nodes)).tolist() == [*range(1, 11)]
     assert np.flatnonzero(_is_continuous(skeleton, is_own, even, between)).tolist() == [8, 9, 10]
     assert np.flatnonzero(_is_continuous(skeleton, is_own, np.append(wide, [0, 0]), nodes)).tolist() == [*range(3, 11)]
+
+
+def test_sections_of_a_rough_branch_are_no_jumps_in_size():
+    """A section that is a fourth wider than the one before is a jump, unless one before that is as wide."""
+    k = np.arange(12)
+    nodes = np.concatenate([np.stack([k / 4, 0 * k, 0 * k], axis=1), [[-1, 0, 0], [0, 1, 0]]])
+    skeleton = Skeleton(nodes, [*itertools.pairwise(k), (0, 12), (0, 13)], np.full(14, 0.3), np.zeros(1))
+    wide_at_2, rough = np.full(14, 0.3), np.full(14, 0.3)
+    wide_at_2[2] = rough[[1, 3, 5]] = 0.375
+    for radii, first in ((wide_at_2, 3), (rough, 1)):
+        known = np.flatnonzero(_is_continuous(skeleton, skeleton.degrees == 2, radii, nodes))
+        assert known.tolist() == [*range(first, 11)]
+
+
+def test_running_maxima_start_anew_in_each_group():
+    values, groups = np.array([2.0, 1, 3, 2, 0, 1]), np.array([0, 0, 0, 4, 4, 4])
+    assert _running_maxima(values, groups, is_forward=True).tolist() == [2, 2, 3, 2, 2, 2]
+    assert _running_maxima(values, groups, is_forward=False).tolist() == [3, 3, 3, 2, 1, 1]
+    assert _running_maxima(values[:0], groups[:0], is_forward=True).tolist() == []
 
 
 def test_the_centers_of_a_rod_are_on_its_axis_and_ends_have_none():
