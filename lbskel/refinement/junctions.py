@@ -196,9 +196,14 @@ def _passes_a_tunnel(
 
 
 def _short_branches(skeleton: Skeleton) -> NDArray[np.int64]:
-    """Find the branches between two junctions that are short enough for them to be merged."""
+    """Find the branches between two junctions that are short enough for them to be merged.
+
+    Two branches between the same junctions have a tunnel between them, and are none.
+    """
     lengths, ends = inner_branch_lengths(skeleton)
-    return np.flatnonzero(lengths <= MAX_MERGE_LENGTH * skeleton.radii[ends].max(axis=1))
+    _, pairs, counts = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
+    is_short = lengths <= MAX_MERGE_LENGTH * skeleton.radii[ends].max(axis=1)
+    return np.flatnonzero(is_short & (counts[pairs.ravel()] == 1))
 
 
 def _common_places(

@@ -230,23 +230,28 @@ def test_junctions_farther_apart_than_four_radii_are_not_merged(star):
     assert len(merge_junctions_by_axes(thick, centers, Surface(star)).junctions) == 1
 
 
-def test_two_junctions_on_a_small_cycle_are_not_merged(star):
-    """All their branches point to one place, but a second path between the two would be lost."""
+@pytest.mark.parametrize("n_new", [1, 3])
+def test_two_junctions_on_a_cycle_are_not_merged(star, n_new):
+    """All their branches point to one place, but a second path between the two would be lost, or become a loop."""
     tree = graph_of_star(star, np.array([0.07, 0.07, 0.02]), np.array([-0.07, -0.07, 0.02]))
     [between] = [branch for branch in tree.branches if (tree.degrees[branch[[0, -1]]] >= 3).all()]
     target = np.arange(len(tree.nodes))
     target[between[:-1]] = between[0]
     tree = contract_nodes(tree, target)  # one edge between the two
-    new = len(tree.nodes)
+    new = len(tree.nodes) + np.arange(n_new)
+    one, other = tree.junctions
     cycle = replace(
         tree,
-        nodes=np.concatenate([tree.nodes, [[0, 0, 0.08]]]),
-        edges=np.concatenate([tree.edges, [[junction, new] for junction in tree.junctions]]),
-        radii=np.append(tree.radii, tree.radii.max()),
+        nodes=np.concatenate([tree.nodes, np.linspace([0.01, 0.01, 0.08], [-0.01, -0.01, 0.08], n_new)]),
+        edges=np.concatenate([tree.edges, [*itertools.pairwise([one, *new, other])]]),
+        radii=np.append(tree.radii, np.full(n_new, tree.radii.max())),
     )
     centers = find_section_centers(tree, Surface(star))
     assert len(merge_junctions_by_axes(tree, centers, Surface(star)).junctions) == 1
-    longer = SectionCenters(np.append(centers.is_known, False), np.append(centers.positions, cycle.nodes[-1:], axis=0))
+    longer = SectionCenters(
+        np.append(centers.is_known, np.zeros(n_new, dtype=bool)),
+        np.append(centers.positions, cycle.nodes[new], axis=0),
+    )
     merged = merge_junctions_by_axes(cycle, longer, Surface(star))
     assert (len(merged.junctions), merged.cycle_rank) == (2, 1)
 
