@@ -1,10 +1,10 @@
 """Tips: every end branch extended to one radius below the surface, from where contraction had pulled it back.
 
-From its last node an end follows the centerline, corrected to the centroid of the cross-section at each step, until the
-surface ahead is as near as the surface around it: there is the last inscribed ball. In a limb that bends near its end
-the surface ahead is that beside the centerline, so the end is then traced on towards the end of the limb that the last
-nodes represent. Where the last ball is still far from there, these nodes are moved to the axis of the limb
-(:mod:`lbskel.refinement.level_sets`), and the branch is extended from there.
+From its last node an end follows the centerline in steps of a local radius, each corrected to the centroid of the
+cross-section there, until the surface ahead is as near as the surface around it: there is the last inscribed ball. In a
+limb that bends near its end the surface ahead is that beside the centerline, so the end is then traced on towards the
+end of the limb that the last nodes represent. Where the last ball is still far from there, these nodes are moved to the
+axis of the limb (:mod:`lbskel.refinement.level_sets`), and the branch is extended from there.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ from lbskel.skeleton.editing import append_paths, contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
 # The numbers are guesses where nothing else is said; benchmarks/results/constants.md
-STEP = 0.5  # along a centerline, in local radii
 MIN_STEP = 0.125  # along a centerline, in radii at its start, except for the last step, so that a needle takes no more
 # steps than a cone
 MAX_STEPS = 60  # per end, which bounds the time
@@ -209,7 +208,7 @@ def trace_centerline(
         if len(active) == 0:
             break
         shortest = MIN_STEP * first_radii[active]
-        step = np.minimum(np.maximum(STEP * radius, shortest), ahead - radius)
+        step = np.minimum(np.maximum(radius, shortest), ahead - radius)
         is_last = ahead - radius <= MIN_STEP * shortest
         forward = P[active] + step[:, None] * T[active]
         widest = MAX_WIDENING * width[active]
@@ -220,8 +219,7 @@ def trace_centerline(
         is_own &= surface.contains(section.centroids)
         active, moved, step, is_last = active[is_own], section.centroids[is_own], step[is_own], is_last[is_own]
         width[active], radii[active] = section.radii[is_own], _hydraulic_radii(section)[is_own]
-        turned = T[active] + (moved - P[active]) / step[:, None]
-        T[active] = turned / np.linalg.norm(turned, axis=1, keepdims=True)
+        T[active] = (moved - P[active]) / np.linalg.norm(moved - P[active], axis=1, keepdims=True)
         P[active] = moved
         for end, point in zip(active, moved, strict=True):
             paths[end].append(point)

@@ -61,3 +61,8 @@ def test_a_bent_ribbon_has_two_ends():
     assert (len(skeleton.tips), len(skeleton.junctions)) == (2, 0)
     # the axis of a section is its center; most of what is left is the end, where a branch stops half a width early
     assert ground_truth_distances(skeleton, shape.truth).accuracy < 0.05
+
+
+def test_a_thin_leaf_has_no_branch_aside():
+    shape = HARD_SHAPES["leaf"]()
+    assert ground_truth_distances(skeletonize(shape.mesh), shape.truth).accuracy < 0.01

@@ -20,7 +20,7 @@ def test_tips_go_to_the_centers_of_the_last_balls(stops_at):
     short = path_in(mesh, np.stack([np.zeros(9), np.zeros(9), np.linspace(-stops_at, stops_at, 9)], axis=1))
     skeleton = extend_tips(short, Surface(mesh))
     ends = np.sort(skeleton.nodes[skeleton.tips][:, 2])
-    # one step of half a radius may pass the center by the slack of 5 % of the radius
+    # a step may pass the center by the slack of 5 % of the radius
     assert np.abs(ends - [-2, 2]).max() < 0.06 * 0.5
     assert len(skeleton.edges) == len(skeleton.nodes) - 1
 
@@ -159,7 +159,7 @@ def test_a_centerline_ends_at_the_last_inscribed_ball():
     for path, pole in ((up, 2.5), (down, -2.5)):
         assert np.abs(np.array(path)[:, :2]).max() < 0.01
         assert np.abs(path[-1][2] - pole) == pytest.approx(0.5, rel=0.06)
-        assert np.diff(np.abs(np.array(path)[:, 2])).max() == pytest.approx(0.25, rel=0.03)  # half a radius
+        assert np.diff(np.abs(np.array(path)[:, 2])).max() == pytest.approx(0.5, rel=0.03)  # a radius
 
 
 def test_a_centerline_to_an_apex_takes_few_steps():
