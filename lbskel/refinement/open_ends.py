@@ -23,7 +23,8 @@ def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray
     """Extend the tips in the open ends of tubes to the centers of the cuts; radii there are those of the cuts.
 
     A tip ends at a cut if it is the nearest tip, at most ``TIP_REACH`` radii of the cut away, and about as thick. The
-    last nodes within a radius of the cut's center are left out, so that the branch does not turn back to it.
+    last nodes within a radius of the cut's center are left out, so that the branch does not turn back to it. A cut from
+    which it would turn back all the same is a hole in its side.
 
     Parameters
     ----------
@@ -38,17 +39,23 @@ def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray
     if len(tips) == 0 or len(open_ends) == 0:
         return skeleton
     widths = mean_radii(skeleton, surface.mesh).radii
+    ways = {int(way[-1]): way for branch in skeleton.branches for way in (branch, branch[::-1])}
     starts: dict[int, NDArray[np.float64]] = {}
     to_tip = cKDTree(skeleton.nodes[tips]).query(open_ends[:, :3])[0]
     for end in open_ends[np.argsort(to_tip, kind="stable")]:  # of the ends that one tip could have, the nearest
         distances = np.linalg.norm(skeleton.nodes[tips] - end[:3], axis=1)
         tip = int(tips[distances.argmin()])
         is_as_thick = end[3] / MAX_CUT_RATIO <= widths[tip] <= end[3] * MAX_CUT_RATIO
-        if 0 < distances.min() <= TIP_REACH * end[3] and is_as_thick:
+        if 0 < distances.min() <= TIP_REACH * end[3] and is_as_thick and _is_ahead(skeleton, ways[tip], end):
             starts.setdefault(tip, end)
     if not starts:
         return skeleton
-    skeleton, last = _cut_back(skeleton, starts)
+    target = np.arange(len(skeleton.nodes))
+    for tip, end in starts.items():
+        before = _before_cut(skeleton, ways[tip], end)
+        target[ways[tip][len(before) :]] = before[-1]
+    last = np.searchsorted(np.unique(target), target[list(starts)])
+    skeleton = contract_nodes(skeleton, target)
     n_nodes = len(skeleton.nodes)
     extended = extend_ends(skeleton, surface, last, [[end[:3]] for end in starts.values()])
     radii = np.array(extended.radii)
@@ -56,19 +63,14 @@ def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray
     return replace(extended, radii=radii)
 
 
-def _cut_back(skeleton: Skeleton, cut_of_tip: dict[int, NDArray[np.float64]]) -> tuple[Skeleton, NDArray[np.int64]]:
-    """Contract the last nodes of branches near their cuts, in their outer half; and the node at which each tip is then.
+def _before_cut(skeleton: Skeleton, way: NDArray[np.int64], cut: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Cut a branch off, in its outer half, before its first node within a radius of the center of a cut."""
+    half = len(way) // 2 + 1
+    is_near = np.linalg.norm(skeleton.nodes[way[half:]] - cut[:3], axis=1) < cut[3]
+    return way[: half + int(is_near.argmax())] if is_near.any() else way
 
-    Nodes farther along the branch than one near the cut, such as those beyond it, are contracted too.
-    """
-    target = np.arange(len(skeleton.nodes))
-    for branch in skeleton.branches:
-        for way in (branch, branch[::-1]):
-            if (cut := cut_of_tip.get(int(way[-1]))) is not None:
-                outer = way[(len(way) + 1) // 2 :]
-                is_near = np.linalg.norm(skeleton.nodes[outer] - cut[:3], axis=1) < cut[3]
-                if is_near.any():
-                    first = len(way) - len(outer) + int(is_near.argmax())
-                    target[way[first:]] = way[first - 1]
-    kept = np.unique(target)
-    return contract_nodes(skeleton, target), np.searchsorted(kept, target[list(cut_of_tip)])
+
+def _is_ahead(skeleton: Skeleton, way: NDArray[np.int64], cut: NDArray[np.float64]) -> bool:
+    """Whether a branch goes on to a cut without turning back."""
+    inner, last = skeleton.nodes[_before_cut(skeleton, way, cut)[-2:][[0, -1]]]
+    return bool((cut[:3] - last) @ (last - inner) >= 0)

@@ -51,10 +51,20 @@ def test_a_branch_that_ends_beside_or_beyond_the_cut_does_not_turn_back(path, be
         pytest.param([0, 0, 4.0, 5.0], id="a cut ten times as wide"),
         pytest.param([0, 0, 4.0, 0.05], id="a hole in the wall"),
         pytest.param([40.0, 0, 4.0, 0.5], id="a cut far away"),
+        pytest.param([0.6, 0, 2.6, 0.4], id="a window behind the tip"),
     ],
 )
 def test_cuts_of_other_limbs_change_nothing(path, end):
     assert extend_to_open_ends(path, Surface(PIPE), np.array([end])) is path
+
+
+def test_both_ends_of_a_short_branch_keep_their_cuts():
+    pill = capsule(0.4, 0.5, 16)
+    path = path_in(pill, np.array([[0, 0, -0.1], [0, 0, 0.1]]), radius=0.5)
+    extended = extend_to_open_ends(path, Surface(pill), np.array([[0, 0, -0.3, 0.5], [0, 0, 0.3, 0.5]]))
+    [branch] = extended.branches
+    assert np.abs(np.diff(extended.nodes[branch][:, 2], axis=0)) == pytest.approx([0.2, 0.2, 0.2])
+    assert abs(extended.nodes[branch[-1], 2] - extended.nodes[branch[0], 2]) == pytest.approx(0.6)
 
 
 def test_without_cuts_or_tips_nothing_changes(path, ring):
