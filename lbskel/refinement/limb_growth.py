@@ -93,8 +93,11 @@ def _with_branches(skeleton: Skeleton, surface: Surface, limbs: Limbs, *, min_de
     chosen = _not_covered(mesh.vertices[limbs.ends], axes, reaches)
     if not chosen:
         return skeleton
-    outward = [mesh.vertices[limbs.ends[limb]] - axes[limb][-1] for limb in chosen]
-    onward = trace_centerline(surface, np.array([axes[limb][-1] for limb in chosen]), np.array(outward))
+    lasts = np.array([axes[limb][-1] for limb in chosen])
+    outward = np.array([axes[limb][-1] - axes[limb][-2:][0] for limb in chosen])
+    is_single = ~outward.any(axis=1)
+    outward[is_single] = (mesh.vertices[limbs.ends[chosen]] - lasts)[is_single]
+    onward = trace_centerline(surface, lasts, outward)
     nearby = _nodes_near_limbs(surface.on_proxy(skeleton.node_of_vertex), limbs.limb_of_vertex, mesh)
     base_of_limb = np.full(len(limbs.ends), -1)
     paths: list[list[NDArray[np.float64]]] = []

@@ -6,8 +6,15 @@ from helpers import nearest_rows, path_in, reversed_proxy, slab
 
 from lbskel import Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.limb_growth import _deep_axes, _not_covered, grow_missing_branches, grow_uncovered_limbs
-from lbskel.shapes import make, mesh_solid, solid_of, sphere
+from lbskel.refinement.limb_growth import (
+    _deep_axes,
+    _not_covered,
+    _with_branches,
+    grow_missing_branches,
+    grow_uncovered_limbs,
+)
+from lbskel.refinement.uncovered_limbs import Limbs
+from lbskel.shapes import capsule, make, mesh_solid, solid_of, sphere
 from lbskel.skeleton.editing import contract_nodes
 
 
@@ -73,6 +80,21 @@ def test_branches_grow_on_a_bare_loop_too(grow):
     assert (len(loop.tips), loop.cycle_rank) == (0, 1)
     grown = grow(loop, Surface(shape.mesh))
     assert (len(grown.tips), grown.cycle_rank, grown.n_components) == (len(shape.truth.tips), 1, 1)
+
+
+def test_a_branch_goes_on_along_its_axis_where_the_end_of_its_limb_is_beside_it():
+    """The vertex given as the end of the upper limb of a rod is at its side, below the last point of its axis."""
+    rod = capsule(8.0, 0.5, 32)
+    lower = path_in(rod, np.linspace([0, 0, -4], [0, 0, 0], 9), radius=0.5)
+    z = rod.vertices[:, 2]
+    beside = int(np.abs(rod.vertices - [0.5, 0, 2.5]).sum(axis=1).argmin())
+    base = np.array([[0.0, 0, 0]])
+    limb_of_vertex = np.where(z > 0.5, 0, -1)
+    limbs = Limbs(np.array([beside]), base, np.array([0.5]), np.array([0.5]), np.zeros(1), limb_of_vertex)
+    grown = _with_branches(lower, Surface(rod), limbs)
+    [way] = (branch if grown.nodes[branch[0], 2] < 0 else branch[::-1] for branch in grown.branches)
+    assert (np.diff(grown.nodes[way, 2]) > 0).all()
+    assert grown.nodes[way[-1]] == pytest.approx([0, 0, 4.0], abs=0.1)  # level sets are of distances along edges
 
 
 @both
