@@ -57,7 +57,8 @@ HELD_OUT: dict[str, dict[str, Any]] = {
 }
 QUICK, QUICK_TUBES = ("zigzag", "tee"), ("tripod",)
 EXTENSIONS = ("off", "obj", "ply", "stl")
-TIP_DISTANCE = 3.0  # within which two tips are the same, in mean radii; a guess: an end has a cap of one radius
+TIP_DISTANCE = 3.0  # within which two tips are the same, in the larger mean radius: noise makes tips without any; a
+# guess: an end has a cap of one radius
 
 PIPELINE_PASSES = "lbskel.pipeline.passes"
 
@@ -263,12 +264,13 @@ def _ablation(
 
 
 def _n_lost(skeleton: lbskel.Skeleton, reference: lbskel.Skeleton) -> int:
-    """Count the tips of a reference that have no tip within TIP_DISTANCE of their mean radii."""
-    tips = reference.tips
-    if len(skeleton.tips) == 0:
+    """Count the tips of a reference that have no tip within TIP_DISTANCE of the larger of both mean radii."""
+    tips, others = reference.tips, skeleton.tips
+    if len(others) == 0:
         return len(tips)
-    distances = cKDTree(skeleton.nodes[skeleton.tips]).query(reference.nodes[tips])[0]
-    return int((distances > TIP_DISTANCE * reference.mean_radii[tips]).sum())
+    distances, nearest = cKDTree(skeleton.nodes[others]).query(reference.nodes[tips])
+    radii = np.maximum(reference.mean_radii[tips], skeleton.mean_radii[others][nearest])
+    return int((distances > TIP_DISTANCE * radii).sum())
 
 
 def _n_without_twin(skeleton: lbskel.Skeleton, planes: Sequence[Mirror]) -> int:
