@@ -57,8 +57,8 @@ HELD_OUT: dict[str, dict[str, Any]] = {
 }
 QUICK, QUICK_TUBES = ("zigzag", "tee"), ("tripod",)
 EXTENSIONS = ("off", "obj", "ply", "stl")
-TIP_DISTANCE = 3.0  # within which two tips are the same, in the larger mean radius: noise makes tips without any; a
-# guess: an end has a cap of one radius
+TIP_DISTANCE = 3.0  # within which two tips are the same, in the larger of their mean radii, since that of a sharp tip
+# is nearly zero; a guess: an end has a cap of one radius
 
 PIPELINE_PASSES = "lbskel.pipeline.passes"
 

@@ -24,8 +24,8 @@ from lbskel.skeleton.skeleton import Skeleton
 
 MIN_OWN_SHARE = 0.95  # of a section's length on faces of its own branch or of a junction; a guess,
 # benchmarks/results/constants.md
-# Upper bound on the radius of a section of a branch, relative to the largest before it from the middle on, against
-# which those of rough branches vary. Rows "growth of" in benchmarks/results/refinement.md
+# Upper bound on the radius of a section in the half of a branch next to a junction, relative to the largest before it
+# there: successive sections of rough branches differ by more. Rows "growth of" in benchmarks/results/refinement.md
 MAX_GROWTH = 1.2
 # Upper bound on the distance between successive centroids, relative to that of their nodes. Rows in
 # benchmarks/results/robustness.md: below it parallel prongs suffer, above it a hand whose fingers are fused

@@ -198,7 +198,7 @@ def _passes_a_tunnel(
 def _short_branches(skeleton: Skeleton) -> NDArray[np.int64]:
     """Find the branches between two junctions that are short enough for them to be merged.
 
-    Two branches between the same junctions have a tunnel between them, and are none.
+    Two branches between the same junctions have a tunnel between them, so neither of them counts.
     """
     lengths, ends = inner_branch_lengths(skeleton)
     _, pairs, counts = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)

@@ -23,8 +23,8 @@ def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray
     """Extend the tips in the open ends of tubes to the centers of the cuts; radii there are those of the cuts.
 
     A tip ends at a cut if it is the nearest tip, at most ``TIP_REACH`` radii of the cut away, and about as thick. The
-    last nodes within a radius of the cut's center are left out, so that the branch does not turn back to it. A cut from
-    which it would turn back all the same is a hole in its side.
+    last nodes within a radius of the cut's center are left out, so that the branch does not turn back to it. A cut to
+    which it would still turn back is taken for a hole in its side, and changes nothing.
 
     Parameters
     ----------
@@ -64,10 +64,13 @@ def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray
 
 
 def _before_cut(skeleton: Skeleton, way: NDArray[np.int64], cut: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Cut a branch off, in its outer half, before its first node within a radius of the center of a cut."""
-    half = len(way) // 2 + 1
-    is_near = np.linalg.norm(skeleton.nodes[way[half:]] - cut[:3], axis=1) < cut[3]
-    return way[: half + int(is_near.argmax())] if is_near.any() else way
+    """Nodes of a branch before the first, in its outer half, that is within a radius of the center of a cut, or all.
+
+    The outer halves of a branch with two tips, each of which may be at a cut, have no node in common.
+    """
+    n_inner = (len(way) + (1 if skeleton.degrees[way[0]] > 1 else 2)) // 2
+    is_near = np.linalg.norm(skeleton.nodes[way[n_inner:]] - cut[:3], axis=1) < cut[3]
+    return way[: n_inner + int(is_near.argmax())] if is_near.any() else way
 
 
 def _is_ahead(skeleton: Skeleton, way: NDArray[np.int64], cut: NDArray[np.float64]) -> bool:

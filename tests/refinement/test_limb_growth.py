@@ -6,6 +6,7 @@ from helpers import nearest_rows, path_in, reversed_proxy, slab
 
 from lbskel import Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement import limb_growth
 from lbskel.refinement.limb_growth import (
     _deep_axes,
     _not_covered,
@@ -95,6 +96,18 @@ def test_a_branch_goes_on_along_its_axis_where_the_end_of_its_limb_is_beside_it(
     [way] = (branch if grown.nodes[branch[0], 2] < 0 else branch[::-1] for branch in grown.branches)
     assert (np.diff(grown.nodes[way, 2]) > 0).all()
     assert grown.nodes[way[-1]] == pytest.approx([0, 0, 4.0], abs=0.1)  # level sets are of distances along edges
+
+
+def test_a_branch_goes_on_from_an_axis_of_one_point_to_the_end_of_its_limb(monkeypatch):
+    rod = capsule(8.0, 0.5, 32)
+    lower = path_in(rod, np.linspace([0, 0, -4], [0, 0, 0], 9), radius=0.5)
+    limb_of_vertex = np.where(rod.vertices[:, 2] > 0.5, 0, -1)
+    end = np.array([rod.vertices[:, 2].argmax()])
+    limbs = Limbs(end, np.zeros((1, 3)), np.array([0.5]), np.array([0.5]), np.zeros(1), limb_of_vertex)
+    one_point = [np.array([[0.0, 0, 2.0]])], [np.array([0.5])]
+    monkeypatch.setattr(limb_growth, "centered_axes", lambda *_: one_point)
+    grown = _with_branches(lower, Surface(rod), limbs)
+    assert grown.nodes[grown.tips][:, 2].max() == pytest.approx(4.0, abs=0.03)
 
 
 @both

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from helpers import path_in
+from helpers import nearest_rows, path_in
 
-from lbskel import skeletonize
+from lbskel import Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.open_ends import extend_to_open_ends
 from lbskel.shapes import capsule, cylinder
@@ -65,6 +65,17 @@ def test_both_ends_of_a_short_branch_keep_their_cuts():
     [branch] = extended.branches
     assert np.abs(np.diff(extended.nodes[branch][:, 2], axis=0)) == pytest.approx([0.2, 0.2, 0.2])
     assert abs(extended.nodes[branch[-1], 2] - extended.nodes[branch[0], 2]) == pytest.approx(0.6)
+
+
+def test_a_branch_of_two_nodes_goes_back_from_beside_its_cut():
+    """Its tip and its junction are within a radius of the cut's center, which lies sideways."""
+    pill = capsule(2.0, 0.5, 16)
+    nodes = np.array([[0.0, 0, 0], [0, 0, -0.7], [-0.3, 0, -0.5], [0.3, 0, 0.1]])
+    skeleton = Skeleton(nodes, [[0, 1], [0, 2], [0, 3]], np.full(4, 0.5), nearest_rows(pill.vertices, nodes))
+    cut = np.array([0.1, 0, 0.4])
+    extended = extend_to_open_ends(skeleton, Surface(pill), np.array([[*cut, 0.5]]))
+    assert np.linalg.norm(extended.nodes[extended.tips] - cut, axis=1).min() == pytest.approx(0, abs=1e-12)
+    assert not (extended.nodes == nodes[3]).all(axis=1).any()
 
 
 def test_without_cuts_or_tips_nothing_changes(path, ring):
