@@ -31,7 +31,7 @@ from lbskel.geometry.surface_queries import Surface
 
 N_CONE_RAYS = 4  # rays on the cone around the normal; a guess
 CONE_ANGLE = np.radians(30.0)  # between the rays of the cone and the normal; a guess
-RAY_OFFSET = 1e-5  # distance inside their face, relative to the diagonal, at which rays start; a guess
+RAY_OFFSET = 1e-5  # distance inside their face, in diameter bounds, at which rays start; a guess
 
 MIN_RADIUS = 0.25  # lower bound on a local radius, in radii of the disk with the area of the triangles at the vertex: a
 # limb that is thinner is not resolved by its triangles; a guess
@@ -177,4 +177,4 @@ def _inward_rays(
     A, B, C = mesh.vertices[mesh.faces[faces]].transpose(1, 0, 2)
     orientation = -1 if mesh.is_closed and mesh.volume < 0 else 1
     inward, tangent = -orientation * normalized(triangle_normals(A, B, C)), normalized(B - A)
-    return (A + B + C) / 3 + RAY_OFFSET * mesh.diagonal * inward, inward, tangent
+    return (A + B + C) / 3 + RAY_OFFSET * mesh.diameter_bound * inward, inward, tangent

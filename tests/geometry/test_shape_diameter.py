@@ -62,6 +62,15 @@ def test_the_local_radius_of_a_tube_is_that_of_its_circle():
         assert local_radii(mesh) == pytest.approx(np.full(len(mesh.vertices), 0.1), rel=0.03)
 
 
+def test_local_radii_do_not_change_when_a_mesh_is_turned():
+    """The rays start at a distance inside their faces that is not a share of the bounding box."""
+    mesh = cylinder(1.0, 3.0, 12)
+    c = np.sqrt(0.5)
+    turned = mesh.with_vertices(mesh.vertices @ [[c, 0, -c], [0, 1, 0], [c, 0, c]])
+    assert turned.diagonal != pytest.approx(mesh.diagonal, rel=0.01)
+    assert local_radii(turned) == pytest.approx(local_radii(mesh), rel=1e-12)  # rounding
+
+
 def test_parts_of_different_thickness_have_radii_of_their_own():
     V = np.concatenate([sphere(3).vertices, 0.1 * sphere(3).vertices + [5, 0, 0]])
     n = len(sphere(3).vertices)
