@@ -75,7 +75,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
     limbs = [limb_row(neurons[:1] if quick else neurons[:SWEPT], each) for each in bounds[:last]]
     sizes = [setting_row(neurons, subdivision, "MAX_FACES", n_faces) for n_faces in FACES[:last]]
     cells = [setting_row(neurons, extrema, "CELL_AREA", area) for area in CELL_AREAS[:last]]
-    spacings = [setting_row(neurons, limb_growth, "SPACING", spacing) for spacing in SPACINGS[:last]]
+    spacings = [setting_row(neurons, limb_growth, "LEVEL_SPACING", spacing) for spacing in SPACINGS[:last]]
     summary = [_summary(rows, tool) for tool in tools]
     save_json(
         results / "neurons.json",

@@ -43,7 +43,6 @@ BENDS = (45.0, 75.0)  # degrees from one end of the shape to the other; by 90 tw
 FUSED = 1895  # vertices of a hand with which the gaps between its fingers are narrower than its edges
 POSES = [(degrees, n) for degrees in (30.0, 45.0, 60.0, 75.0) for n in (2500, 3900, 6000)]  # of hands, and vertices
 SWEPT = {
-    "centerlines.MAX_STRIDE_RATIO": (1.5, 1.75, 2.0, 2.5),
     "junctions.MAX_MERGE_LENGTH": (2.0, 3.0, 4.0, 6.0),
     "junctions.MAX_SINE": (0.2, 0.4, 0.7, 1.0),
     "level_sets.MAX_OFFSET": (0.5, 1.0, 2.0),

@@ -27,9 +27,6 @@ MIN_OWN_SHARE = 0.95  # of a section's length on faces of its own branch or of a
 # Upper bound on the radius of a section in the half of a branch next to a junction, relative to the largest before it
 # there: successive sections of rough branches differ by more. Rows "growth of" in benchmarks/results/refinement.md
 MAX_GROWTH = 1.2
-# Upper bound on the distance between successive centroids, relative to that of their nodes. Rows in
-# benchmarks/results/robustness.md: below it parallel prongs suffer, above it a hand whose fingers are fused
-MAX_STRIDE_RATIO = 1.75
 TANGENT_REACH = 0.5  # in radii, to both sides, as far as the nodes of a round branch are apart: over less, the
 # centroid of a wide section and the tangent across which it is cut would turn each other
 
@@ -84,7 +81,7 @@ def find_section_centers(
     radii[at] = sections.radii
     centroids = np.array(skeleton.nodes)
     centroids[at] = sections.centroids
-    is_known &= _is_continuous(skeleton, is_known, radii, centroids)
+    is_known &= _is_continuous(skeleton, is_known, radii)
     return SectionCenters(is_known, np.where(is_known[:, None], centroids, skeleton.nodes))
 
 
@@ -158,15 +155,11 @@ def _is_own(sections: Sections, nodes: NDArray[np.float64], surface: Surface) ->
     return is_own
 
 
-def _is_continuous(
-    skeleton: Skeleton, is_own: NDArray[np.bool_], radii: NDArray[np.float64], centroids: NDArray[np.float64]
-) -> NDArray[np.bool_]:
-    """Which sections are connected to the middle of their branch without a jump in size or position.
+def _is_continuous(skeleton: Skeleton, is_own: NDArray[np.bool_], radii: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which sections are connected to the middle of their branch without a jump in size.
 
     Where a branch enters another one at a junction, its section becomes that of the other, or of both, within one step.
-    So jumps count in the half of a branch next to the junction, jumps in size beyond the largest section before. In the
-    other half only jumps in position count, and only if that half ends in a tip, since sections grow from a tip in any
-    case.
+    So in the half of a branch next to a junction, no section may be much larger than the largest before it there.
     """
     is_continuous = np.array(is_own)
     nodes, begins = skeleton.flat_branches
@@ -176,19 +169,15 @@ def _is_continuous(
     count = np.bincount(number, minlength=len(begins) - 1)
     rank = np.arange(len(own)) - (np.cumsum(count) - count)[number]
     is_step = number[1:] == number[:-1]
-    steps, strides = (np.linalg.norm(np.diff(P[own], axis=0), axis=1) for P in (skeleton.nodes, centroids))
-    jumps, degrees = strides > MAX_STRIDE_RATIO * steps, skeleton.degrees
     place, n_steps = rank[:-1], count[number[:-1]] - 1
-    first, last = nodes[begins[:-1]], nodes[begins[1:] - 1]
-    for is_forward in (True, False):
-        start, end = (first, last) if is_forward else (last, first)
-        to_junction, from_tip = (degrees[end] >= 3)[number[:-1]], (degrees[start] == 1)[number[:-1]]
+    for is_forward, end in ((True, nodes[begins[1:] - 1]), (False, nodes[begins[:-1]])):
+        to_junction = (skeleton.degrees[end] >= 3)[number[:-1]]
         here, there = (own[:-1], own[1:]) if is_forward else (own[1:], own[:-1])
         order = place if is_forward else n_steps - 1 - place
-        is_second_half = order >= n_steps / 2
-        counted = np.where(is_step & is_second_half, radii[here], 0.0)
-        grows = radii[there] > MAX_GROWTH * _running_maxima(counted, number[:-1], is_forward=is_forward)
-        is_jump = is_step & to_junction & ((jumps & (is_second_half | from_tip)) | (grows & is_second_half))
+        is_counted = is_step & to_junction & (order >= n_steps / 2)
+        counted = np.where(is_counted, radii[here], 0.0)
+        largest = _running_maxima(counted, number[:-1], is_forward=is_forward)
+        is_jump = is_counted & (radii[there] > MAX_GROWTH * largest)
         earliest = np.full(len(count), len(own))
         np.minimum.at(earliest, number[:-1][is_jump], order[is_jump])
         is_beyond = (rank if is_forward else count[number] - 1 - rank) > earliest[number]

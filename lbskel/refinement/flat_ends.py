@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from lbskel.geometry.cross_sections import cross_sections
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.containment import N_SAMPLES
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.pruning import farthest_vertices
 from lbskel.skeleton.skeleton import Skeleton
@@ -26,7 +27,6 @@ from lbskel.skeleton.skeleton import Skeleton
 # Distance by which a line of sight may leave the surface, in lengths of the line: bent ribbons need 0.02, and from 0.08
 # on ears count as corners of a head; the rows "gap of" in benchmarks/results/refinement.md
 MAX_GAP = 0.02
-N_SAMPLES = 12  # of a line of sight, as of an edge in lbskel.refinement.containment
 
 
 def prune_flat_ends(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> Skeleton:

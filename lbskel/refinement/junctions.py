@@ -64,7 +64,7 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
     own = lines.take(rows)
     placed = nearest_points(own, groups, placed, radii)
     agrees = np.isfinite(_largest_sines(own, groups, placed, surface, np.arange(len(junctions))))
-    is_settled = agrees & surface.contains(placed) & ~_are_swapped(skeleton, junctions, placed)
+    is_settled = agrees & surface.contains(placed)
     settled, astray = np.flatnonzero(is_settled), np.flatnonzero(~is_settled)
     errors = _standard_errors(own, groups, placed)[settled]
     placed[settled] = _towards(
@@ -77,19 +77,6 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
     positions = np.array(centers.positions)
     positions[junctions] = placed
     return SectionCenters(centers.is_known & ~_is_passed(skeleton, centers, lines, positions), positions)
-
-
-def _are_swapped(skeleton: Skeleton, junctions: NDArray[np.int64], places: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """(k,) whether a junction would pass an adjacent one, and moves farther than that."""
-    moved = np.array(skeleton.nodes)
-    moved[junctions] = places
-    moves = np.linalg.norm(moved - skeleton.nodes, axis=1)
-    lengths, ends = inner_branch_lengths(skeleton)
-    ends = ends[np.isfinite(lengths)]
-    before, after = (np.diff(nodes[ends], axis=1)[:, 0] for nodes in (skeleton.nodes, moved))
-    ends = ends[np.einsum("ki,ki->k", before, after) < 0]
-    passing = ends[np.arange(len(ends)), np.argmax(moves[ends], axis=1)]
-    return np.isin(junctions, passing)
 
 
 def _standard_errors(lines: BranchLines, groups: NDArray[np.int64], places: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -223,22 +210,8 @@ def _common_places(
     outer = lines.take(rows)
     places = nearest_points(outer, groups, skeleton.nodes[ends].mean(axis=1), np.zeros(len(inner)))
     sines = np.full(len(inner), np.inf)
-    tested = np.flatnonzero(has_both & ~_is_past_another(skeleton, ends, places))
-    sines[tested] = _largest_sines(outer, groups, places, surface, tested)
+    sines[has_both] = _largest_sines(outer, groups, places, surface, np.flatnonzero(has_both))
     return sines, places
-
-
-def _is_past_another(skeleton: Skeleton, pairs: NDArray[np.int64], places: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """(i,) whether the place of a pair of junctions is beyond another junction to which one of them is joined."""
-    first, adjacent = adjacent_junctions(skeleton)
-    others = [np.concatenate([adjacent[first[j] : first[j + 1]] for j in pair]) for pair in pairs]
-    row, other = np.repeat(np.arange(len(pairs)), [len(each) for each in others]), np.concatenate(others)
-    is_other = (skeleton.degrees[other] >= 3) & (other[:, None] != pairs[row]).all(axis=1)
-    row, other = row[is_other], other[is_other]
-    middles = skeleton.nodes[pairs].mean(axis=1)
-    ways = skeleton.nodes[other] - middles[row]
-    is_past = np.einsum("ki,ki->k", (places - middles)[row] - ways, ways) > 0
-    return np.bincount(row, is_past, minlength=len(pairs)) > 0
 
 
 def _largest_sines(

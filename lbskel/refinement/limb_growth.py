@@ -24,7 +24,14 @@ from scipy.spatial.distance import cdist
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema, is_missed
-from lbskel.refinement.level_sets import MIN_DEPTH, centered_axes, find_geodesic_caps, interior_axes
+from lbskel.refinement.level_sets import (
+    LEVEL_SPACING,
+    MAX_LEVELS,
+    MIN_DEPTH,
+    centered_axes,
+    find_geodesic_caps,
+    interior_axes,
+)
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.refinement.tips import extend_ends, trace_centerline
 from lbskel.refinement.uncovered_limbs import Limbs, ball_distances, find_uncovered_limbs
@@ -34,10 +41,6 @@ from lbskel.skeleton.skeleton import Skeleton
 # body, such as a tail, does not reach far out of 1.75 radii of it, but is longer than wide beyond 1.25 of them.
 # "Bounds on limbs that are grown" in benchmarks/results/neurons.md
 LIMB_BOUNDS = ((1.75, 1.5), (1.25, 2.5))
-# Distance between the points of a straight axis, in radii of the limb. A section is cut at each, so that it bounds the
-# time; limbs found are the same from 0.25 to 2. "Points on the straight axis" in benchmarks/results/neurons.md
-SPACING = 1.0
-MAX_POINTS = 50  # of a straight axis, which bounds the time; a guess
 
 
 def grow_missing_branches(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -125,8 +128,9 @@ def _axes(limbs: Limbs, surface: Surface) -> list[NDArray[np.float64]]:
         if len(axis) < 2:
             distance = float(np.linalg.norm(end - limbs.bases[limb]))
             last = distance - limbs.radii[limb]
-            first = min(limbs.base_radii[limb], last - SPACING * limbs.radii[limb])
-            n_points = int(np.clip(2 + (last - first) / (SPACING * limbs.radii[limb]), 2, MAX_POINTS))
+            step = LEVEL_SPACING * limbs.radii[limb]
+            first = min(limbs.base_radii[limb], last - step)
+            n_points = 2 + int(min((last - first) / step, MAX_LEVELS))
             shares = np.linspace(first, last, n_points)[:, None] / distance
             axis = (1 - shares) * limbs.bases[limb] + shares * end
         axes.append(axis)

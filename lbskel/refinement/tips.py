@@ -19,16 +19,13 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.cross_sections import Sections, cross_sections
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.level_sets import centered_axes, find_geodesic_caps, interior_axes
+from lbskel.refinement.level_sets import MAX_OFFSET, centered_axes, find_geodesic_caps, interior_axes
 from lbskel.skeleton.editing import append_paths, contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
 # The numbers are guesses where nothing else is said; benchmarks/results/constants.md
-MIN_STEP = 0.125  # along a centerline, in radii at its start, except for the last step, so that a needle takes no more
-# steps than a cone
+MIN_STEP = 0.05  # along a centerline, in radii at its start, so that a needle takes no more steps than a cone
 MAX_STEPS = 60  # per end, which bounds the time
-MIN_COS_TURN = 0.5  # lower bound on the cosine of the angle between an end's first and present direction
-END_TOLERANCE = 1.05  # the surface ahead is as near as the surface around within this factor
 # Upper bound on the distance from the end of a limb within which a tip belongs to it, in radii of the limb or of the
 # last ball; farther, the last nodes are replaced. Rows "reach of a tip" in benchmarks/results/refinement.md
 TIP_REACH = 2.5
@@ -36,9 +33,7 @@ TIP_REACH = 2.5
 # corner of a cube. "Tips traced on" in benchmarks/results/neurons.md: farther, ends around bends are missed
 BLUNT_REACH = 1.75
 MIN_LIMB_LENGTH = 3.4  # of a limb, in radii; a flat patch has 2, a hemisphere 2.5, the corner of a foot up to 3.3
-MAX_OFFSET = 2.0  # from an outer end to the centroid of its section, in radii
-MAX_WIDENING = 1.5  # of successive sections along a centerline, in radii
-WITHIN = 2.0  # distance of any point of a section from its centroid, in mean distances: that of the ends of a slit
+MAX_REACH = 3.0  # of a section from its centroid, in mean distances of the section before; the ends of a slit have 2
 TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -124,7 +119,7 @@ def _traced_on(
     """Continue some paths along the centerlines from their tips towards goals, where these lie ahead."""
     numbers = np.array([*goals], dtype=np.int64)
     ways = np.array([*goals.values()]).reshape(-1, 3) - tips[numbers]
-    is_ahead = np.einsum("ki,ki->k", ways, directions[numbers]) > MIN_COS_TURN * np.linalg.norm(ways, axis=1)
+    is_ahead = np.einsum("ki,ki->k", ways, directions[numbers]) > 0
     numbers, ways = numbers[is_ahead], ways[is_ahead]
     onward = dict(zip(numbers, trace_centerline(surface, tips[numbers], ways), strict=True))
     return [[*path, *onward.get(number, [])] for number, path in enumerate(paths)]
@@ -202,28 +197,24 @@ def trace_centerline(
     for _ in range(MAX_STEPS):
         radius = radii[active]
         ahead = surface.ray_distance(P[active], T[active])
-        is_straight = np.einsum("ki,ki->k", T[active], first[active]) > MIN_COS_TURN
-        continues = is_straight & np.isfinite(ahead) & (ahead > END_TOLERANCE * radius) & (radius > 0)
-        active, radius, ahead = active[continues], radius[continues], ahead[continues]
+        is_straight = np.einsum("ki,ki->k", T[active], first[active]) > 0
+        shortest = MIN_STEP * first_radii[active]
+        continues = is_straight & np.isfinite(ahead) & (ahead - radius > shortest) & (radius > 0)
+        active, radius, ahead, shortest = active[continues], radius[continues], ahead[continues], shortest[continues]
         if len(active) == 0:
             break
-        shortest = MIN_STEP * first_radii[active]
         step = np.minimum(np.maximum(radius, shortest), ahead - radius)
-        is_last = ahead - radius <= MIN_STEP * shortest
         forward = P[active] + step[:, None] * T[active]
-        widest = MAX_WIDENING * width[active]
-        reach = step + WITHIN * widest
+        reach = step + MAX_REACH * width[active]
         section = cross_sections(surface.mesh, forward, T[active], max_reaches=reach, deadline=surface.deadline)
-        is_own = section.surrounds & (section.radii < widest)
-        is_own &= np.linalg.norm(section.centroids - forward, axis=1) <= step
+        is_own = section.surrounds & (np.linalg.norm(section.centroids - forward, axis=1) <= step)
         is_own &= surface.contains(section.centroids)
-        active, moved, step, is_last = active[is_own], section.centroids[is_own], step[is_own], is_last[is_own]
+        active, moved = active[is_own], section.centroids[is_own]
         width[active], radii[active] = section.radii[is_own], _hydraulic_radii(section)[is_own]
         T[active] = (moved - P[active]) / np.linalg.norm(moved - P[active], axis=1, keepdims=True)
         P[active] = moved
         for end, point in zip(active, moved, strict=True):
             paths[end].append(point)
-        active = active[~is_last]
     return paths
 
 

@@ -20,17 +20,13 @@ def test_sections_are_known_along_the_arms_and_not_where_they_meet(star):
     assert np.array_equal(skeleton.branch_of_node < 0, skeleton.degrees >= 3)
 
 
-def test_sections_beyond_a_jump_in_size_or_position_are_rejected():
-    """As for two fused fingers: most sections cut both and lie between them, so those next to the tip decide."""
+def test_sections_beyond_a_jump_in_size_are_rejected():
     k = np.arange(12)
     nodes = np.concatenate([np.stack([k / 4, 0 * k, 0 * k], axis=1), [[-1, 0, 0], [0, 1, 0]]])
     skeleton = Skeleton(nodes, [*itertools.pairwise(k), (0, 12), (0, 13)], np.full(14, 0.3), np.zeros(1))
-    is_own, even = skeleton.degrees == 2, np.full(14, 0.3)
-    between, wide = np.array(nodes), np.where(k < 3, 0.5, 0.3)
-    between[1:8, 1] = 0.4
-    assert np.flatnonzero(_is_continuous(skeleton, is_own, even, nodes)).tolist() == [*range(1, 11)]
-    assert np.flatnonzero(_is_continuous(skeleton, is_own, even, between)).tolist() == [8, 9, 10]
-    assert np.flatnonzero(_is_continuous(skeleton, is_own, np.append(wide, [0, 0]), nodes)).tolist() == [*range(3, 11)]
+    is_own, wide = skeleton.degrees == 2, np.where(k < 3, 0.5, 0.3)
+    assert np.flatnonzero(_is_continuous(skeleton, is_own, np.full(14, 0.3))).tolist() == [*range(1, 11)]
+    assert np.flatnonzero(_is_continuous(skeleton, is_own, np.append(wide, [0, 0]))).tolist() == [*range(3, 11)]
 
 
 def test_sections_of_a_rough_branch_are_no_jumps_in_size():
@@ -41,7 +37,7 @@ def test_sections_of_a_rough_branch_are_no_jumps_in_size():
     wide_at_2, rough = np.full(14, 0.3), np.full(14, 0.3)
     wide_at_2[2] = rough[[1, 3, 5]] = 0.375
     for radii, first in ((wide_at_2, 3), (rough, 1)):
-        known = np.flatnonzero(_is_continuous(skeleton, skeleton.degrees == 2, radii, nodes))
+        known = np.flatnonzero(_is_continuous(skeleton, skeleton.degrees == 2, radii))
         assert known.tolist() == [*range(first, 11)]
 
 

@@ -71,21 +71,6 @@ def test_the_palm_of_a_bent_hand_has_one_junction(degrees, n_vertices):
     assert (len(skeleton.junctions), len(skeleton.tips)) == (1, 6)
 
 
-def test_a_junction_does_not_pass_another(rod_along_z):
-    """Three limbs point to z = 0.2 on the trunk, beyond the junction of two others at z = 0 or not."""
-    limbs = [ray([x, y, -0.8], [x, y, -1]) for x, y in ((-0.2, 0), (0.2, 0), (0, 0.2))]
-    others = [ray([0, sign * 0.2, -0.1], [0, sign, 0]) for sign in (-1, 1)]
-    skeleton, centers = synthetic([*limbs, *others], rod_along_z)
-    far = len(skeleton.nodes)
-    edges = [(far if a == 0 and b in (1, 6, 11) else a, b) for a, b in skeleton.edges.tolist()]
-    for height, is_beyond in ((-0.7, True), (0.4, False)):
-        nodes = np.concatenate([skeleton.nodes, [[0, 0, height]]])
-        apart = Skeleton(nodes, [*edges, (0, far)], np.ones(far + 1), skeleton.node_of_vertex)
-        placed = place_junctions(apart, SectionCenters(np.append(centers.is_known, False), nodes), rod_along_z)
-        z = placed.positions[far][2]
-        assert z < 0 if is_beyond else z == pytest.approx(0.2, abs=0.05)
-
-
 @pytest.mark.parametrize("degrees", [45.0, 5.7, 0.1])
 def test_a_junction_keeps_its_position_only_where_its_branches_determine_none(degrees):
     """Two exact axes that cross one unit from a contracted position, at a steep or a nearly flat angle."""

@@ -155,7 +155,7 @@ def test_a_centerline_ends_at_the_last_inscribed_ball():
     mesh = capsule(4.0, 0.5, 48)
     starts = np.array([[0.1, 0, 0], [0, 0, 1.99], [0, 0, 0]])
     up, stays, down = trace_centerline(Surface(mesh), starts, np.array([[0, 0, 3.0], [0, 0, 1], [0, 0, -1]]))
-    assert len(stays) == 0  # 0.51 from the pole is a radius within the tolerance
+    assert len(stays) == 0  # 0.51 from the pole, a step would be shorter than the shortest
     for path, pole in ((up, 2.5), (down, -2.5)):
         assert np.abs(np.array(path)[:, :2]).max() < 0.01
         assert np.abs(path[-1][2] - pole) == pytest.approx(0.5, rel=0.06)
@@ -172,12 +172,12 @@ def test_a_centerline_to_an_apex_takes_few_steps():
     assert 1.1 < path[-1][2] < 1.4
 
 
-def test_a_centerline_ends_where_the_shape_widens():
+def test_a_centerline_leads_into_a_wider_part():
     """A rod of radius 0.1 that ends in the middle of a ball of radius 0.5."""
     axis = [np.array([-1.5, 0, 0]), np.zeros(3)]
     mesh = mesh_solid(solid_of([(np.array(axis), 0.1), (np.array([[0.0, 0, 0], [0.01, 0, 0]]), 0.5)]), n_vertices=2500)
     [path] = trace_centerline(Surface(mesh), np.array([[-1.2, 0, 0]]), np.array([[1.0, 0, 0]]))
-    assert -0.6 < path[-1][0] < -0.4
+    assert abs(path[-1][0]) < 0.05
 
 
 def test_the_axis_of_a_limb_is_clipped_to_its_part_inside():
