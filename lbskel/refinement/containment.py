@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-__all__ = ["inside_fraction", "interior_paths", "paths_outside", "reroute_inside", "segments_outside"]
+__all__ = [
+    "inside_fraction",
+    "interior_paths",
+    "moved_inside",
+    "paths_outside",
+    "reroute_inside",
+    "segments_outside",
+]
 
 import itertools
 from dataclasses import replace
@@ -51,17 +58,26 @@ def inside_fraction(skeleton: Skeleton, surface: Surface, tolerance: NDArray[np.
     return float(1 - outside.sum() / skeleton.length)
 
 
-def _moved_inside(points: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
-    """Each outside point moved as far inside as it was outside, but not past half the thickness."""
-    _, nearest = surface.closest(points)
-    inward = nearest - points
+def moved_inside(points: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
+    """Move each point outside as far inside as it was outside, but not past half the thickness.
+
+    Parameters
+    ----------
+    points : (n, 3) array of float
+        Those inside stay.
+    surface : Surface
+    """
+    outside = np.flatnonzero(~surface.contains(points))
+    _, nearest = surface.closest(points[outside])
+    inward = nearest - points[outside]
     distance = np.linalg.norm(inward, axis=1, keepdims=True)
     inward = np.divide(inward, distance, out=np.zeros_like(inward), where=distance > 0)
     entry = nearest + ENTRY_OFFSET * surface.mesh.diameter_bound * inward
     thickness = surface.ray_distance(entry, inward)
     thickness = np.where(np.isfinite(thickness), thickness, 0.0)
     depth = np.minimum(0.5 * thickness, distance[:, 0])
-    moved: NDArray[np.float64] = entry + depth[:, None] * inward
+    moved: NDArray[np.float64] = np.array(points)
+    moved[outside] = entry + depth[:, None] * inward
     return moved
 
 
@@ -79,8 +95,7 @@ def reroute_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """
     nodes = np.array(skeleton.nodes)
     ends = np.flatnonzero(skeleton.degrees != 2)
-    outside = ends[~surface.contains(nodes[ends])]
-    nodes[outside] = _moved_inside(nodes[outside], surface)
+    nodes[ends] = moved_inside(nodes[ends], surface)
     nodes = keep_sides(skeleton, nodes, surface)
     skeleton = replace(skeleton, nodes=nodes)
     is_leaving = segments_outside(skeleton.nodes, skeleton.edges, surface)
@@ -93,11 +108,9 @@ def reroute_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     if n_tunnels_missed(rerouted, surface) > n_tunnels_missed(skeleton, surface):
         paths = _on_their_side([nodes[part] for part in parts], paths, surface)
         rerouted = _with_paths(skeleton, parts, paths, surface)
-    nodes, radii = np.array(rerouted.nodes), np.array(rerouted.radii)
-    outside = np.flatnonzero(~surface.contains(nodes))
-    nodes[outside] = _moved_inside(nodes[outside], surface)
-    nodes = keep_sides(rerouted, nodes, surface)
-    radii[outside] = surface.distance(nodes[outside])
+    nodes, radii = keep_sides(rerouted, moved_inside(rerouted.nodes, surface), surface), np.array(rerouted.radii)
+    moved = np.flatnonzero((nodes != rerouted.nodes).any(axis=1))
+    radii[moved] = surface.distance(nodes[moved])
     return replace(rerouted, nodes=nodes, radii=radii)
 
 

@@ -5,6 +5,8 @@ near as its sides. Two measures tell the branch of a corner from a limb: its sur
 width of the part, and the line of sight from it to the other branches of the fork stays inside, since no gap separates
 them.
 
+Contraction may leave nodes outside a thin part. The two are measured from where these are moved inside.
+
 The half width a >= b is that of the rectangle with the area A and the perimeter L of a cross-section: 4 (a + b) = L and
 4 a b = A.
 """
@@ -19,7 +21,7 @@ from numpy.typing import NDArray
 from lbskel.geometry.cross_sections import cross_sections
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.containment import N_SAMPLES
+from lbskel.refinement.containment import N_SAMPLES, moved_inside
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.pruning import farthest_vertices
 from lbskel.skeleton.skeleton import Skeleton
@@ -55,7 +57,7 @@ def _is_corner(
     skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], min_branch_ratio: float
 ) -> NDArray[np.bool_]:
     """(e,) whether each end branch is in a corner: short for its fork's half width, and in sight of its neighbors."""
-    nodes, junctions = skeleton.nodes, np.array([end[0] for end in ends])
+    nodes, junctions = moved_inside(skeleton.nodes, surface), np.array([end[0] for end in ends])
     farthest, reaches = farthest_vertices(skeleton, surface.mesh, ends)
     entry, inward, _ = surface.inner_offset(farthest)
     peaks = entry + local_radii(surface.mesh, deadline=surface.deadline)[farthest][:, None] * inward

@@ -1,5 +1,7 @@
 """Flat ends: forks in the corners of a slab are removed, limbs with a gap between them are kept."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers import nearest_rows, slab
@@ -47,12 +49,24 @@ def test_a_branch_to_the_side_of_a_flat_part_is_a_corner_too():
     assert len(prune_flat_ends(skeleton, Surface(mesh), min_branch_ratio=1.5).tips) == 2
 
 
+def test_corners_are_found_where_contraction_has_left_the_nodes_outside():
+    """All nodes are above a slab, by half of its thickness."""
+    mesh = slab(8.0, 4.0, 0.4)
+    inside = forked(mesh, -3.0, 2.0, [(3.6, 1.6), (3.6, -1.6)])
+    above = replace(inside, nodes=inside.nodes + [0, 0, 0.4])
+    assert len(prune_flat_ends(above, Surface(mesh), min_branch_ratio=1.5).tips) == 2
+
+
 def test_limbs_of_round_shapes_are_kept(tripod):
     shape = make("limbs", n_vertices=1200)
     for mesh, truth in ((tripod, make("tripod").truth), (shape.mesh, shape.truth)):
         nearest = nearest_rows(mesh.vertices, truth.nodes)
         skeleton = Skeleton(truth.nodes, truth.edges, truth.radii, nearest)
         assert prune_flat_ends(skeleton, Surface(mesh), min_branch_ratio=1.5) is skeleton
+
+
+def test_a_bent_ribbon_twenty_times_as_wide_as_thick_has_two_ends():
+    assert len(skeletonize(HARD_SHAPES["ribbon"](ratio=20.0, n_vertices=3000).mesh).tips) == 2
 
 
 def test_a_bent_ribbon_has_two_ends():
