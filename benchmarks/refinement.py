@@ -10,7 +10,7 @@ from __future__ import annotations
 
 __all__ = ["PASSES", "run"]
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +18,7 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 import lbskel
@@ -28,6 +29,7 @@ from lbskel.geometry.mirrors import Mirror
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.branch_lines import BranchLines, branch_lines
 from lbskel.refinement.centerlines import SectionCenters
+from lbskel.refinement.extrema import GeodesicExtrema
 from lbskel.refinement.mirror_symmetry import symmetry_planes
 from lbskel.shapes import SHAPES, Shape, make, with_local_noise
 from lbskel.shapes.hard import HARD_SHAPES
@@ -76,8 +78,13 @@ def _without_single_sections(
     return lines.take((lines.means != lines.starts).any(axis=1))
 
 
+def _none_missed(extrema: GeodesicExtrema, *_: Any) -> NDArray[np.bool_]:
+    """Stand in for the test of ends: none is missed."""
+    return np.zeros(len(extrema.vertices), dtype=bool)
+
+
 # For each pass, what stands in for its function.
-PASSES: dict[str, dict[str, Callable[..., Any]]] = {
+PASSES: dict[str, dict[str, Any]] = {
     "prune": {f"{PIPELINE_PASSES}.prune": _unchanged},
     "prune flat ends": {f"{PIPELINE_PASSES}.prune_flat_ends": _unchanged},
     "reroute through regions": {f"{PIPELINE_PASSES}.reroute_through_regions": _unchanged},
@@ -95,8 +102,9 @@ PASSES: dict[str, dict[str, Callable[..., Any]]] = {
     "extend tips": {f"{PIPELINE_PASSES}.extend_tips": _unchanged},
     "limbs at the ends of branches": {"lbskel.refinement.tips._limbs_ahead": lambda *_: {}},
     "trace on to the ends of limbs": {"lbskel.refinement.tips._traced_on": lambda paths, *_: paths},
-    "grow missing branches": {f"{PIPELINE_PASSES}.grow_missing_branches": _unchanged},
-    "grow uncovered limbs": {f"{PIPELINE_PASSES}.grow_uncovered_limbs": _unchanged},
+    "grow limbs": {f"{PIPELINE_PASSES}.grow_limbs": _unchanged},
+    "limbs at missed ends": {"lbskel.refinement.limb_growth.is_missed": _none_missed},
+    "limbs out of the balls": {"lbskel.refinement.limb_growth.LIMB_BOUNDS": ((1e9, 1.0),)},
     "make mirror symmetric": {f"{PIPELINE_PASSES}.make_mirror_symmetric": _unchanged},
     "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},
 }

@@ -2,8 +2,8 @@
 
 ::
 
-    prune spurs -> merge junctions -> recenter -> extend tips -> grow missing branches -> grow uncovered limbs
-                -> mirror -> reroute inside (-> tips at surface) -> attach open ends and anchors -> map vertices
+    prune spurs -> merge junctions -> recenter -> extend tips -> grow limbs -> mirror -> reroute inside
+                (-> tips at surface) -> attach open ends and anchors -> map vertices
 
 :func:`refine` runs these passes. Each makes a complete skeleton of a complete skeleton, so that any pass but the one of
 open ends and anchors can be left out where no time is left for it, or where it moves a cycle off its tunnel.
@@ -34,7 +34,7 @@ from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import paths_outside, reroute_inside
 from lbskel.refinement.flat_ends import prune_flat_ends
 from lbskel.refinement.junctions import merge_junctions_by_axes
-from lbskel.refinement.limb_growth import grow_missing_branches, grow_uncovered_limbs
+from lbskel.refinement.limb_growth import grow_limbs
 from lbskel.refinement.mirror_symmetry import make_mirror_symmetric
 from lbskel.refinement.open_ends import extend_to_open_ends
 from lbskel.refinement.radii import inscribed_radii, mean_axis_distances, mean_radii
@@ -114,8 +114,7 @@ def refine(
     passes: list[tuple[str, Pass]] = [
         ("recenter", recenter),
         ("extend tips", extend_tips),
-        ("grow missing branches", grow_missing_branches),
-        ("grow uncovered limbs", grow_uncovered_limbs),
+        ("grow limbs", grow_limbs),
         ("mirror", make_mirror_symmetric),
         ("reroute inside", _rerouted_inside),
         ("reroute inside", _evenly_spaced),

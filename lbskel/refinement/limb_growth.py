@@ -12,7 +12,7 @@ such a node or, if there is none, to the first point.
 
 from __future__ import annotations
 
-__all__ = ["grow_missing_branches", "grow_uncovered_limbs"]
+__all__ = ["grow_limbs"]
 
 from dataclasses import replace
 
@@ -27,14 +27,13 @@ from lbskel.refinement.extrema import find_extrema, is_missed
 from lbskel.refinement.level_sets import (
     LEVEL_SPACING,
     MAX_LEVELS,
-    MIN_DEPTH,
     centered_axes,
     find_geodesic_caps,
     interior_axes,
 )
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.refinement.tips import extend_ends, trace_centerline
-from lbskel.refinement.uncovered_limbs import Limbs, ball_distances, find_uncovered_limbs
+from lbskel.refinement.uncovered_limbs import Limbs, ball_distances, find_limbs
 from lbskel.skeleton.skeleton import Skeleton
 
 # Lower bounds on the reach and the elongation of a limb (lbskel.refinement.uncovered_limbs). A short limb of a thick
@@ -43,55 +42,27 @@ from lbskel.skeleton.skeleton import Skeleton
 LIMB_BOUNDS = ((1.75, 1.5), (1.25, 2.5))
 
 
-def grow_missing_branches(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Grow a branch along each limb whose end is outside the skeleton's balls and has no tip near it.
+def grow_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Grow a branch along each limb that has no tip near its end, or stands out of the skeleton's balls.
 
     Parameters
     ----------
     skeleton : Skeleton
     surface : Surface
     """
-    mesh, balls = surface.proxy.mesh, inscribed_radii(skeleton, surface.proxy)
-    extrema = find_extrema(mesh, deadline=surface.deadline)
-    missed = np.flatnonzero(is_missed(extrema, mesh, balls))
-    limb_of_extremum = np.full(len(extrema.vertices) + 1, -1)  # the last is for vertices without an extremum
-    limb_of_extremum[missed] = np.arange(len(missed))
-    ends = extrema.vertices[missed]
-    nearest = cKDTree(balls.nodes).query(mesh.vertices[ends])[1]
-    limbs = Limbs(
-        ends,
-        balls.nodes[nearest],
-        balls.radii[nearest],
-        extrema.radii[missed],
-        np.zeros(len(ends)),
-        limb_of_extremum[extrema.limb_of_vertex],
-    )
-    return _with_branches(skeleton, surface, limbs, min_depth=MIN_DEPTH)
-
-
-def grow_uncovered_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Grow a branch along each limb that stands out of the skeleton's balls.
-
-    Parameters
-    ----------
-    skeleton : Skeleton
-    surface : Surface
-    """
+    mesh = surface.proxy.mesh
     on_proxy = replace(skeleton, node_of_vertex=surface.on_proxy(skeleton.node_of_vertex))
-    balls = ball_distances(inscribed_radii(on_proxy, surface.proxy), surface.proxy.mesh)
-    return _with_branches(skeleton, surface, find_uncovered_limbs(balls, LIMB_BOUNDS))
+    balls, extrema = inscribed_radii(on_proxy, surface.proxy), find_extrema(mesh, deadline=surface.deadline)
+    missed = extrema.take(is_missed(extrema, mesh, balls))
+    return _with_branches(skeleton, surface, find_limbs(ball_distances(balls, mesh), LIMB_BOUNDS, missed))
 
 
-def _with_branches(skeleton: Skeleton, surface: Surface, limbs: Limbs, *, min_depth: float = 0.0) -> Skeleton:
-    """Grow a branch along the axis of each limb, and map the limb's vertices to it.
-
-    An axis must have a median depth below the surface of ``min_depth`` radii of its limb.
-    """
+def _with_branches(skeleton: Skeleton, surface: Surface, limbs: Limbs) -> Skeleton:
+    """Grow a branch along the axis of each limb, and map the limb's vertices to it."""
     if len(limbs.ends) == 0:
         return skeleton
     mesh = surface.proxy.mesh
     axes, widths = centered_axes(_axes(limbs, surface), limbs.radii, surface)
-    axes = _deep_axes(axes, min_depth * limbs.radii, surface)
     reaches = [reach * width[: len(axis)] for reach, width, axis in zip(limbs.min_reaches, widths, axes, strict=True)]
     chosen = _not_covered(mesh.vertices[limbs.ends], axes, reaches)
     if not chosen:
@@ -135,18 +106,6 @@ def _axes(limbs: Limbs, surface: Surface) -> list[NDArray[np.float64]]:
             axis = (1 - shares) * limbs.bases[limb] + shares * end
         axes.append(axis)
     return axes
-
-
-def _deep_axes(
-    axes: list[NDArray[np.float64]], min_depths: NDArray[np.float64], surface: Surface
-) -> list[NDArray[np.float64]]:
-    """Drop the points of the axes whose median depth is below a bound, such as those of sheets."""
-    points, cuts = np.concatenate(axes), np.cumsum([len(axis) for axis in axes])[:-1]
-    depths = np.split(surface.distance(points), cuts)
-    return [
-        axis if len(axis) and np.median(depth) >= min_depth else axis[:0]
-        for axis, depth, min_depth in zip(axes, depths, min_depths.tolist(), strict=True)
-    ]
 
 
 def _not_covered(

@@ -14,7 +14,7 @@ height of noise, which is the roughness of the surface times the length of the l
 
 from __future__ import annotations
 
-__all__ = ["BallDistances", "Limbs", "ball_distances", "find_uncovered_limbs"]
+__all__ = ["BallDistances", "Limbs", "ball_distances", "find_limbs"]
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,6 +28,7 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.roughness import roughness
 from lbskel.geometry.shape_diameter import local_radii
+from lbskel.refinement.extrema import GeodesicExtrema
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -117,8 +118,10 @@ def ball_distances(skeleton: Skeleton, mesh: Mesh) -> BallDistances:
     return BallDistances(mesh, distances, nearest, radii, ratios)
 
 
-def find_uncovered_limbs(balls: BallDistances, bounds: Sequence[tuple[float, float]]) -> Limbs:
-    """Find the limbs of a mesh that stand out of the balls of a skeleton.
+def find_limbs(
+    balls: BallDistances, bounds: Sequence[tuple[float, float]], missed: GeodesicExtrema | None = None
+) -> Limbs:
+    """Find the limbs of a mesh that stand out of the balls of a skeleton, after those that are known to be missed.
 
     Parameters
     ----------
@@ -126,10 +129,12 @@ def find_uncovered_limbs(balls: BallDistances, bounds: Sequence[tuple[float, flo
     bounds : sequence of (float, float)
         Lower bounds on the distance of uncovered vertices from the skeleton, in radii of the skeleton, c, and on the
         elongation. A limb that contains one found by an earlier pair is left out.
+    missed : GeodesicExtrema, optional
+        The ends without a tip, whose limbs are the first. A limb that contains a vertex of theirs is left out.
     """
-    limb_of_vertex = np.full(len(balls.mesh.vertices), -1)
-    parts: list[tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]] = []
-    n_limbs = 0
+    limb_of_vertex = np.full(len(balls.mesh.vertices), -1) if missed is None else missed.limb_of_vertex
+    parts = [] if missed is None else [(missed.vertices, missed.radii, np.zeros(len(missed.vertices)))]
+    n_limbs = 0 if missed is None else len(missed.vertices)
     for min_reach, min_elongation in bounds:
         patch, ends, excess, area = _elongated_patches(balls, min_reach, min_elongation)
         has_limb = np.zeros(len(limb_of_vertex), dtype=bool)

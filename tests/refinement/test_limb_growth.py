@@ -2,18 +2,12 @@
 
 import numpy as np
 import pytest
-from helpers import nearest_rows, path_in, reversed_proxy, slab
+from helpers import nearest_rows, path_in, reversed_proxy
 
 from lbskel import Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement import limb_growth
-from lbskel.refinement.limb_growth import (
-    _deep_axes,
-    _not_covered,
-    _with_branches,
-    grow_missing_branches,
-    grow_uncovered_limbs,
-)
+from lbskel.refinement.limb_growth import _not_covered, _with_branches, grow_limbs
 from lbskel.refinement.uncovered_limbs import Limbs
 from lbskel.shapes import capsule, make, mesh_solid, solid_of, sphere
 from lbskel.skeleton.editing import contract_nodes
@@ -31,15 +25,21 @@ def without(skeleton, branch):
     return contract_nodes(skeleton, target)
 
 
-both = pytest.mark.parametrize("grow", [grow_missing_branches, grow_uncovered_limbs])
+@pytest.fixture(params=["by its end", "by what is uncovered"])
+def found(request, monkeypatch):
+    """Limbs are found in one of the two ways only."""
+    if request.param == "by its end":
+        monkeypatch.setattr(limb_growth, "LIMB_BOUNDS", ())
+    else:
+        monkeypatch.setattr(limb_growth, "is_missed", lambda extrema, *_: np.zeros(len(extrema.vertices), dtype=bool))
 
 
-@both
+@pytest.mark.usefixtures("found")
 @pytest.mark.parametrize("surface_of", [Surface, reversed_proxy])
 @pytest.mark.parametrize("number", range(3))
-def test_a_removed_branch_grows_again(grow, whole, tripod, number, surface_of):
+def test_a_removed_branch_grows_again(whole, tripod, number, surface_of):
     branch = whole.end_branches[number]
-    grown = grow(without(whole, branch), surface_of(tripod))
+    grown = grow_limbs(without(whole, branch), surface_of(tripod))
     assert (len(grown.tips), len(grown.junctions), grown.cycle_rank, grown.n_components) == (3, 1, 0, 1)
     distances = np.linalg.norm(grown.nodes[grown.tips] - whole.nodes[branch[-1]], axis=1)
     tip = grown.tips[distances.argmin()]
@@ -60,7 +60,7 @@ def test_a_branch_that_ends_halfway_goes_on_from_its_tip(whole, tripod):
     target = np.arange(len(whole.nodes))
     target[branch[len(branch) // 2 :]] = branch[len(branch) // 2]
     half = contract_nodes(whole, target)
-    grown = grow_missing_branches(half, Surface(tripod))
+    grown = grow_limbs(half, Surface(tripod))
     assert (len(grown.tips), len(grown.junctions)) == (3, 1)
     for node in half.nodes:
         assert (grown.nodes == node).all(axis=1).any()
@@ -69,8 +69,8 @@ def test_a_branch_that_ends_halfway_goes_on_from_its_tip(whole, tripod):
     assert grown.length == pytest.approx(whole.length, rel=0.05)
 
 
-@both
-def test_branches_grow_on_a_bare_loop_too(grow):
+@pytest.mark.usefixtures("found")
+def test_branches_grow_on_a_bare_loop_too():
     """All branches of a ring with spikes are removed, so there is no tip near any end."""
     shape = make("spiked_ring", n_vertices=2500)
     skeleton = skeletonize(shape.mesh)
@@ -79,7 +79,7 @@ def test_branches_grow_on_a_bare_loop_too(grow):
         target[branch[1:]] = branch[0]
     loop = contract_nodes(skeleton, target)
     assert (len(loop.tips), loop.cycle_rank) == (0, 1)
-    grown = grow(loop, Surface(shape.mesh))
+    grown = grow_limbs(loop, Surface(shape.mesh))
     assert (len(grown.tips), grown.cycle_rank, grown.n_components) == (len(shape.truth.tips), 1, 1)
 
 
@@ -110,19 +110,19 @@ def test_a_branch_goes_on_from_an_axis_of_one_point_to_the_end_of_its_limb(monke
     assert grown.nodes[grown.tips][:, 2].max() == pytest.approx(4.0, abs=0.03)
 
 
-@both
-def test_a_complete_skeleton_is_returned_unchanged(grow, whole, tripod):
-    assert grow(whole, Surface(tripod)) is whole
+@pytest.mark.usefixtures("found")
+def test_a_complete_skeleton_is_returned_unchanged(whole, tripod):
+    assert grow_limbs(whole, Surface(tripod)) is whole
     ball = sphere(3)
     skeleton = skeletonize(ball)
-    assert grow(skeleton, Surface(ball)) is skeleton
+    assert grow_limbs(skeleton, Surface(ball)) is skeleton
 
 
 def test_a_short_limb_of_a_thick_body_gets_a_branch():
     """A tail of radius 0.2 is five of its radii long, but only one of these is beyond 1.75 radii of the body."""
     body, tail = np.array([[-3.0, 0, 0], [3, 0, 0]]), np.array([[1.9, 0, 0], [1.9, 0, -1.8]])
     mesh = mesh_solid(solid_of([(body, 1.0), (tail, 0.2)]), n_vertices=6000)
-    grown = grow_uncovered_limbs(path_in(mesh, np.linspace(*body, 25), radius=1.0), Surface(mesh))
+    grown = grow_limbs(path_in(mesh, np.linspace(*body, 25), radius=1.0), Surface(mesh))
     assert len(grown.tips) == 3
     assert np.linalg.norm(grown.nodes[grown.tips] - tail[1], axis=1).min() < 0.2
 
@@ -133,7 +133,7 @@ def test_a_flat_limb_gets_a_branch():
     mesh = mesh_solid(solid_of([(body, 1.0), (ear, 0.6)]), n_vertices=6000)
     flat = np.interp(mesh.vertices[:, 2], [1.0, 1.5], [1.0, 1 / 6])
     mesh = mesh.with_vertices(mesh.vertices * np.stack([0 * flat + 1, flat, 0 * flat + 1], axis=1))
-    grown = grow_missing_branches(path_in(mesh, np.linspace(*body, 25), radius=1.0), Surface(mesh))
+    grown = grow_limbs(path_in(mesh, np.linspace(*body, 25), radius=1.0), Surface(mesh))
     assert len(grown.tips) == 3
     [tip] = grown.tips[grown.nodes[grown.tips, 2] > 1]
     assert grown.nodes[tip] == pytest.approx([0, 0, 4.0], abs=0.3)  # the ear's end is at 4.1
@@ -147,16 +147,8 @@ def test_of_three_fins_side_by_side_each_gets_a_branch():
     mesh = mesh_solid(solid_of([(body, 1.0), *fins]), n_vertices=6000)
     wide = np.interp(mesh.vertices[:, 2], [1.0, 1.3], [1.0, 4.0])
     mesh = mesh.with_vertices(mesh.vertices * np.stack([0 * wide + 1, wide, 0 * wide + 1], axis=1))
-    grown = grow_missing_branches(path_in(mesh, np.linspace(*body, 25), radius=1.0), Surface(mesh))
+    grown = grow_limbs(path_in(mesh, np.linspace(*body, 25), radius=1.0), Surface(mesh))
     assert len(grown.tips) == 2 + 3
-
-
-def test_the_axis_of_a_sheet_is_dropped():
-    """Half of the thickness of a plate is less than a tenth of the radius of a limb, and that of a bar more."""
-    axis = np.stack([np.linspace(-1, 1, 5), np.zeros(5), np.zeros(5)], axis=1)
-    for thickness, n_points in ((0.06, 0), (0.6, 5)):
-        surface = Surface(slab(3.0, 1.0, thickness))
-        assert [len(kept) for kept in _deep_axes([axis], np.array([0.06]), surface)] == [n_points]
 
 
 def test_a_limb_grows_from_a_node_of_its_own_vertices():
@@ -171,7 +163,7 @@ def test_a_limb_grows_from_a_node_of_its_own_vertices():
         is_on_leg, 25 + nearest_rows(mesh.vertices, nodes[25:]), nearest_rows(mesh.vertices, nodes[:25])
     )
     skeleton = Skeleton(nodes, edges, np.repeat([1.0, 0.3], [25, 14]), node_of_vertex)
-    grown = grow_missing_branches(skeleton, Surface(mesh))
+    grown = grow_limbs(skeleton, Surface(mesh))
     [branch] = [b for b in grown.end_branches if np.linalg.norm(grown.nodes[b[-1]] - end) < 0.3]
     assert np.abs(grown.nodes[branch[0], 1:]).max() < 0.1
     assert grown.nodes[branch[0], 0] > 1
