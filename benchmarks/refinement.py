@@ -131,6 +131,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("points of paths at", "relaxation.SPACINGS", ((0.9, 0.9, 0.9), (0.6, 0.6, 0.6, 0.6))),
         ("bending weight of", "centering.BENDING_WEIGHT", (0.25, 1.0, 2.0)),
         ("weight of gaps", "centering.POSITION_WEIGHT", (1e-3, 1e-2, 3e-2)),
+        ("centered ratio of", "containment.CENTERED_RATIO", (0.25, 0.75)),
     )
     for value in values
 }

@@ -1,8 +1,8 @@
 """The centerline of each branch where it is visible: the centroids of the branch's own cross-sections.
 
 Near a junction, or where another part of the shape lies close, a plane across a branch cuts more than the branch. A
-section is the branch's own if the faces that it crosses are mapped to the branch, and if its size and position change
-gradually along the branch.
+section is the branch's own if the faces that it crosses are mapped to the branch, and if its size changes gradually
+along the branch.
 
 Cornea, Silver, Min 2007, "Curve-skeleton properties, applications, and algorithms",
 https://doi.org/10.1109/TVCG.2007.1002, discuss centeredness, the reason to put nodes at the centroids of sections.

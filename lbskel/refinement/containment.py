@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.offset_paths import paths_below_surface
+from lbskel.refinement.radii import mean_radii
 from lbskel.refinement.relaxation import relax_inside
 from lbskel.refinement.tunnel_paths import paths_on_side_of
 from lbskel.refinement.tunnel_sides import keep_sides, n_tunnels_missed, on_their_side, paths_that_pass
@@ -27,6 +28,8 @@ from lbskel.skeleton.skeleton import Skeleton
 
 N_SAMPLES = 12  # parts of a segment, of which each that is not in a ball is tested; a guess,
 # benchmarks/results/constants.md
+CENTERED_RATIO = 0.5  # of the inscribed to the mean radius, from which on a node is taken for one in the middle;
+# benchmarks/results/refinement.md
 ENTRY_OFFSET = 1e-6  # distance below the surface at which rays to the opposite side start, relative to the diameter
 # bound; a guess
 
@@ -102,7 +105,7 @@ def reroute_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
     if not is_leaving.any():
         return skeleton
     leaving = {tuple(edge) for edge in skeleton.edges[is_leaving].tolist()}
-    parts = _parts_to_reroute(skeleton, leaving)
+    parts = _parts_to_reroute(skeleton, leaving, surface)
     paths = interior_paths(nodes, np.array([(part[0], part[-1]) for part in parts]), surface)
     rerouted = _with_paths(skeleton, parts, paths, surface)
     if n_tunnels_missed(rerouted, surface) > n_tunnels_missed(skeleton, surface):
@@ -197,20 +200,38 @@ def paths_outside(paths: list[NDArray[np.float64]], surface: Surface) -> NDArray
     return found
 
 
-def _parts_to_reroute(skeleton: Skeleton, leaving: set[tuple[int, ...]]) -> list[NDArray[np.int64]]:
-    """Find the parts of branches from a node inside to the next where the edges between leave the surface."""
-    return [
-        piece
-        for branch in skeleton.branches
-        for first, last in _leaving_runs(branch, leaving)
-        for piece in _pieces(branch[first : last + 1])
-    ]
+def _parts_to_reroute(skeleton: Skeleton, leaving: set[tuple[int, ...]], surface: Surface) -> list[NDArray[np.int64]]:
+    """Find the parts of branches from a node inside to the next where the edges between leave the surface.
+
+    Where the straight line between the two leaves it too, the part goes on to nodes in the middle of the solid.
+    """
+    inscribed, mean = surface.distance(skeleton.nodes), mean_radii(skeleton, surface.mesh).radii
+    is_beside = inscribed < CENTERED_RATIO * mean
+    runs = [(branch, *run) for branch in skeleton.branches for run in _leaving_runs(branch, leaving)]
+    ends = np.array([(branch[first], branch[last]) for branch, first, last in runs])
+    is_blocked = segments_outside(skeleton.nodes, ends, surface)
+    parts: list[tuple[NDArray[np.int64], int, int]] = []
+    for (branch, first, last), is_long in zip(runs, is_blocked, strict=True):
+        if is_long:
+            first -= _n_to_middle(branch[first::-1], inscribed, is_beside)
+            last += _n_to_middle(branch[last:], inscribed, is_beside)
+        if parts and parts[-1][0] is branch and first < parts[-1][2]:
+            _, first, end = parts.pop()
+            last = max(last, end)
+        parts.append((branch, first, last))
+    return [piece for branch, first, last in parts for piece in _pieces(branch[first : last + 1])]
 
 
 def _pieces(part: NDArray[np.int64]) -> list[NDArray[np.int64]]:
     """Cut a part in three if it is a whole loop, so that it stays a loop."""
     third = len(part) // 3 if part[0] == part[-1] else len(part)
     return [part[: third + 1], part[third : 2 * third + 1], part[2 * third :]] if third < len(part) else [part]
+
+
+def _n_to_middle(path: NDArray[np.int64], radii: NDArray[np.float64], is_beside: NDArray[np.bool_]) -> int:
+    """Count the steps along a path to its first node in the middle, as long as the inscribed radius grows."""
+    goes_on = is_beside[path[:-1]] & (np.diff(radii[path]) > 0)
+    return len(goes_on) if goes_on.all() else int(goes_on.argmin())
 
 
 def _leaving_runs(branch: NDArray[np.int64], leaving: set[tuple[int, ...]]) -> list[tuple[int, int]]:

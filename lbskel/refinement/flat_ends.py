@@ -5,7 +5,7 @@ near as its sides. Two measures tell the branch of a corner from a limb: its sur
 width of the part, and the line of sight from it to the other branches of the fork stays inside, since no gap separates
 them.
 
-Contraction may leave nodes outside a thin part. The two are measured from where these are moved inside.
+Contraction may leave nodes outside a thin part; they are moved inside before both are measured.
 
 The half width a >= b is that of the rectangle with the area A and the perimeter L of a cross-section: 4 (a + b) = L and
 4 a b = A.
@@ -14,6 +14,8 @@ The half width a >= b is that of the rectangle with the area A and the perimeter
 from __future__ import annotations
 
 __all__ = ["prune_flat_ends"]
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +59,8 @@ def _is_corner(
     skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], min_branch_ratio: float
 ) -> NDArray[np.bool_]:
     """(e,) whether each end branch is in a corner: short for its fork's half width, and in sight of its neighbors."""
-    nodes, junctions = moved_inside(skeleton.nodes, surface), np.array([end[0] for end in ends])
+    skeleton = replace(skeleton, nodes=moved_inside(skeleton.nodes, surface))
+    nodes, junctions = skeleton.nodes, np.array([end[0] for end in ends])
     farthest, reaches = farthest_vertices(skeleton, surface.mesh, ends)
     entry, inward, _ = surface.inner_offset(farthest)
     peaks = entry + local_radii(surface.mesh, deadline=surface.deadline)[farthest][:, None] * inward

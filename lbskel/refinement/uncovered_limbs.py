@@ -10,6 +10,8 @@ l = d - c R, is a limb if
 For a round limb of radius r, A = 2 pi r l, so the left side is l / r. A hemisphere has 1, and the rim of a flat part,
 which is long relative to its excess, has less. A vertex that noise has moved outwards is no limb: l must exceed the
 height of noise, which is the roughness of the surface times the length of the longest edge at the end, several times.
+
+Limbs whose end has no tip near it (:mod:`lbskel.refinement.extrema`) come first, and are not found twice.
 """
 
 from __future__ import annotations
@@ -130,7 +132,7 @@ def find_limbs(
         Lower bounds on the distance of uncovered vertices from the skeleton, in radii of the skeleton, c, and on the
         elongation. A limb that contains one found by an earlier pair is left out.
     missed : GeodesicExtrema, optional
-        The ends without a tip, whose limbs are the first. A limb that contains a vertex of theirs is left out.
+        The ends without a tip, whose limbs come first. A limb that contains a vertex of one of these is left out.
     """
     limb_of_vertex = np.full(len(balls.mesh.vertices), -1) if missed is None else missed.limb_of_vertex
     parts = [] if missed is None else [(missed.vertices, missed.radii, np.zeros(len(missed.vertices)))]

@@ -50,6 +50,18 @@ def test_nodes_and_edges_outside_are_brought_inside():
     assert len(rerouted.tips) == 2
 
 
+def test_a_rerouted_part_begins_and_ends_in_the_middle_of_the_solid():
+    """Half a ring, and nodes that drift to its inner side before they leave it, over sixty degrees of the ring."""
+    t = np.linspace(0, np.pi, 60)
+    mesh = tube(np.stack([np.cos(t), np.sin(t), 0 * t], axis=1), 0.1)
+    turn = np.radians([10, 20, 30, 40, 50, 60, 120, 130, 140, 150, 160, 170])
+    from_center = np.array([1, 1, 1, 0.99, 0.95, 0.91, 0.91, 0.95, 0.99, 1, 1, 1])
+    drifting = path_in(mesh, np.stack([from_center * np.cos(turn), from_center * np.sin(turn), 0 * turn], axis=1))
+    surface = Surface(mesh)
+    assert surface.distance(drifting.nodes).min() < 0.02
+    assert surface.distance(reroute_inside(drifting, surface).nodes).min() > 0.08
+
+
 def test_a_rerouted_loop_stays_a_loop():
     mesh = torus(1.0, 0.1, 64, 16)
     surface = Surface(mesh)
