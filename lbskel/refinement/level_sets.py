@@ -25,10 +25,11 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order, unique_inverse
 from lbskel.geometry.surface_queries import Surface
 
-# Distance between level sets, or between points of a straight axis, in radii of the limb. "Points on the straight axis"
-# in benchmarks/results/neurons.md: alike from 0.25 to 2
+# Distance between level sets, or between points of a straight axis, in radii of the limb; it bounds time. Alike from
+# 0.25 to 1 in benchmarks/results/constants.md, and from 0.25 to 2 in "Points on the straight axis" of neurons.md
 LEVEL_SPACING = 0.5
-MAX_LEVELS = 500  # per limb, which bounds the memory and time that hair-thin limbs take; a guess
+MAX_LEVELS = 500  # per limb, which bounds the memory and time that hair-thin limbs take; a guess,
+# benchmarks/results/constants.md
 # Lower bound on the median depth of an axis below the surface, in radii of its limb; 0.16 where a limb is ten times as
 # wide as thick. Rows "depth of an axis" in benchmarks/results/refinement.md: alike from 0 to 0.25, and with 0.5 ears
 # and fingers are missed; by hand, with 0 one of three turned plates, 50 times as wide as thick, got a third tip

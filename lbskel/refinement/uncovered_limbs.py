@@ -120,9 +120,7 @@ def ball_distances(skeleton: Skeleton, mesh: Mesh) -> BallDistances:
     return BallDistances(mesh, distances, nearest, radii, ratios)
 
 
-def find_limbs(
-    balls: BallDistances, bounds: Sequence[tuple[float, float]], missed: GeodesicExtrema | None = None
-) -> Limbs:
+def find_limbs(balls: BallDistances, bounds: Sequence[tuple[float, float]], missed: GeodesicExtrema) -> Limbs:
     """Find the limbs of a mesh that stand out of the balls of a skeleton, after those that are known to be missed.
 
     Parameters
@@ -131,12 +129,11 @@ def find_limbs(
     bounds : sequence of (float, float)
         Lower bounds on the distance of uncovered vertices from the skeleton, in radii of the skeleton, c, and on the
         elongation. A limb that contains one found by an earlier pair is left out.
-    missed : GeodesicExtrema, optional
+    missed : GeodesicExtrema
         The ends without a tip, whose limbs come first. A limb that contains a vertex of one of these is left out.
     """
-    limb_of_vertex = np.full(len(balls.mesh.vertices), -1) if missed is None else missed.limb_of_vertex
-    parts = [] if missed is None else [(missed.vertices, missed.radii, np.zeros(len(missed.vertices)))]
-    n_limbs = 0 if missed is None else len(missed.vertices)
+    limb_of_vertex, n_limbs = missed.limb_of_vertex, len(missed.vertices)
+    parts = [(missed.vertices, missed.radii, np.zeros(n_limbs))]
     for min_reach, min_elongation in bounds:
         patch, ends, excess, area = _elongated_patches(balls, min_reach, min_elongation)
         has_limb = np.zeros(len(limb_of_vertex), dtype=bool)
