@@ -12,7 +12,6 @@ __all__ = ["run"]
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import product
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -27,7 +26,7 @@ from benchmarks.thin_tools import OURS, TOOLS, Answer, ask
 from benchmarks.vessels import tips_found
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.preprocess import simplify, subdivision
-from lbskel.refinement import extrema, limb_growth, tips
+from lbskel.refinement import extrema, limb_growth, tips, uncovered_limbs
 from lbskel.shapes import Shape, tube_mesh, with_local_noise
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.edge_sampling import sample_edges
@@ -38,10 +37,8 @@ SPACING = 5.0  # of the samples along skeletons, in the same units
 MEANS = ("F", "recall", "precision", "to axis", "to axis, median", "tips found", "tip precision", "cpu seconds")
 
 PART_TIPS, QUICK_TIPS = 60, 4  # at most so many tips in a part of a tracing
-# Bounds on the reach and the elongation of limbs without a branch, swept on the first neurons: the first pair, then the
-# second one
-REACHES, ELONGATIONS, SWEPT = (1.5, 1.75, 2.0), (1.0, 1.5, 2.0), 2
-SECOND = ((1.1, 2.5), (1.25, 1.5), (1.25, 2.0), (1.25, 2.5), (1.25, 3.0), (1.5, 2.5))
+# Swept: lower bounds on the bulge of a limb without a branch; a hemisphere has 1
+BULGES = (0.65, 0.75, 0.8, 0.85, 0.9, 1.0)
 # Swept: faces that refinement of coarse meshes aims at, area of the cells in which ends are found, spacing of points on
 # the straight axis of a limb
 FACES = (20_000, 24_000, 26_000, 28_000, 32_000, 40_000, 50_000, 80_000)
@@ -70,9 +67,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
     last = 1 if quick else None
     between = [(each, tips.TIP_REACH) for each in BLUNT] + [(tips.BLUNT_REACH, each) for each in REACHED]
     traced = [traced_row(shapes, *each) for each in between[:last]]
-    first, second = limb_growth.LIMB_BOUNDS
-    bounds = [(each, second) for each in product(REACHES, ELONGATIONS)] + [(first, each) for each in ((), *SECOND)]
-    limbs = [limb_row(neurons[:1] if quick else neurons[:SWEPT], each) for each in bounds[:last]]
+    limbs = [limb_row(neurons, shapes, bulge) for bulge in BULGES[:last]]
     sizes = [setting_row(neurons, subdivision, "MAX_FACES", n_faces) for n_faces in FACES[:last]]
     cells = [setting_row(neurons, extrema, "CELL_AREA", area) for area in CELL_AREAS[:last]]
     spacings = [setting_row(neurons, limb_growth, "LEVEL_SPACING", spacing) for spacing in SPACINGS[:last]]
@@ -99,7 +94,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
             "Hemibrain neurons, means": markdown_table(summary),
             "Each neuron": markdown_table(rows),
             "Tubes around parts of the tracings": markdown_table(tubes),
-            f"Bounds on limbs that are grown, means of {SWEPT} neurons": markdown_table(limbs),
+            "Bulge of limbs that are grown, means of the neurons and of the tubes": markdown_table(limbs),
             "Faces that the refinement of coarse meshes aims at, means": markdown_table(sizes),
             "Cells of a surface, area in squared local radii, means": markdown_table(cells),
             "Points on the straight axis of a limb, spacing in its radii, means": markdown_table(spacings),
@@ -160,20 +155,15 @@ def hemibrain_row(name: str, tool: str, truth: lbskel.Skeleton, answer: Answer |
 
 
 def limb_row(
-    neurons: list[tuple[str, lbskel.Mesh, lbskel.Skeleton]], bounds: tuple[tuple[float, ...], ...]
+    neurons: list[tuple[str, lbskel.Mesh, lbskel.Skeleton]], shapes: list[Shape], bulge: float
 ) -> dict[str, Any]:
-    """Measure skeletons with other bounds on the limbs that :mod:`lbskel.refinement.limb_growth` grows."""
-    with mock.patch.object(limb_growth, "LIMB_BOUNDS", tuple(each for each in bounds if each)):
-        rows = [
-            hemibrain_row(name, "lbskel", truth, Answer(lbskel.skeletonize(mesh), 0.0), len(mesh.faces))
-            for name, mesh, truth in neurons
-        ]
-    measures = ("F", "tips found", "tip precision", "to axis")
-    means = {key: float(np.mean([row[key] for row in rows])) for key in measures}
-    pairs = {
-        name: ", ".join(f"{value:g}" for value in each) for name, each in zip(("first", "second"), bounds, strict=True)
-    }
-    return {**pairs, **means}
+    """Measure skeletons of neurons and of tubes with another lower bound on the bulge of limbs."""
+    on_neurons = setting_row(neurons, uncovered_limbs, "MIN_BULGE", bulge)
+    with mock.patch.object(uncovered_limbs, "MIN_BULGE", bulge):
+        rows = [tube_row("", "lbskel", shape, Answer(lbskel.skeletonize(shape.mesh), 0.0)) for shape in shapes]
+    tubes = {f"{key} of tubes": float(np.mean([row[key] for row in rows])) for key in ("tips found", "accuracy")}
+    length_error = float(np.mean([abs(row["length error"]) for row in rows]))
+    return on_neurons | tubes | {"length error of tubes": length_error}
 
 
 def setting_row(

@@ -104,7 +104,7 @@ PASSES: dict[str, dict[str, Any]] = {
     "trace on to the ends of limbs": {"lbskel.refinement.tips._traced_on": lambda paths, *_: paths},
     "grow limbs": {f"{PIPELINE_PASSES}.grow_limbs": _unchanged},
     "limbs at missed ends": {"lbskel.refinement.limb_growth.is_missed": _none_missed},
-    "limbs out of the balls": {"lbskel.refinement.limb_growth.LIMB_BOUNDS": ((1e9, 1.0),)},
+    "limbs out of the balls": {"lbskel.refinement.uncovered_limbs.MIN_BULGE": 1e9},
     "make mirror symmetric": {f"{PIPELINE_PASSES}.make_mirror_symmetric": _unchanged},
     "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},
 }
@@ -122,6 +122,9 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("merge length of", "junctions.MAX_MERGE_LENGTH", (2.0, 3.0, 6.0)),
         ("ball ratio of", "junctions.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("deviations of", "mirror_symmetry.TYPICAL_DEVIATION", (0.05, 0.2)),
+        ("bulge of", "uncovered_limbs.MIN_BULGE", (0.75, 0.8, 0.9, 1.0)),
+        ("shortest step of", "tips.MIN_STEP", (0.02, 0.125)),
+        ("reach of sections of", "tips.MAX_REACH", (2.0, 5.0)),
         ("depth of an axis", "level_sets.MIN_DEPTH", (0.0, 0.25, 0.5)),
         ("reach of a tip", "tips.TIP_REACH", (1.5, 2.0, 3.5)),
         ("on the plane below", "mirror_symmetry.ON_PLANE", (0.25, 1.0)),
@@ -137,7 +140,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
 }
 
 NOISES = (0.1, 0.2, 0.3)  # standard deviation of noise along the normals, in local edge lengths
-NOISE_RATIOS = (0.0, 4.0, 8.0, 16.0)  # excess over the height of noise that uncovered limbs have at least
+BULGES = (0.65, 0.75, 0.85, 1.0)  # lower bounds on the bulge of a limb; a hemisphere has 1
 
 
 @contextmanager
@@ -178,7 +181,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
     ]
     on = tubes, list(shapes.values()), real, baseline, planes
     ablation = [_ablation(name, *on) for name in ("none", *PASSES, *BOUNDS)]
-    noise = [_noise_row(deviation, ratio, real) for deviation in NOISES for ratio in NOISE_RATIOS]
+    noise = [_noise_row(deviation, bulge, real) for deviation in NOISES for bulge in BULGES]
     save_json(
         results / "refinement.json",
         {"summary": summary, "rows": rows, "ablation": ablation, "noise": noise},
@@ -193,7 +196,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
             "Each hard shape": markdown_table(rows),
             f"Passes left out or bounds replaced: {len(tubes)} tubes, {len(shapes)} hard shapes, {len(real)} meshes, "
             f"{sum(map(bool, planes))} with a plane of symmetry": markdown_table(ablation),
-            f"Noise on real meshes, by the excess of a limb over it: {len(real)} meshes": markdown_table(noise),
+            f"Noise on real meshes, by the bulge of a limb: {len(real)} meshes": markdown_table(noise),
         },
     )
 
@@ -287,14 +290,14 @@ def _n_without_twin(skeleton: lbskel.Skeleton, planes: Sequence[Mirror]) -> int:
     return sum(_n_lost(skeleton, image) for image in images)
 
 
-def _noise_row(deviation: float, ratio: float, meshes: Sequence[lbskel.Mesh]) -> dict[str, Any]:
-    """Compare the tips of meshes with and without noise, with a bound on the excess of limbs over noise."""
-    with mock.patch("lbskel.refinement.uncovered_limbs.MIN_NOISE_RATIO", ratio):
+def _noise_row(deviation: float, bulge: float, meshes: Sequence[lbskel.Mesh]) -> dict[str, Any]:
+    """Compare the tips of meshes with and without noise, with a lower bound on the bulge of limbs."""
+    with mock.patch("lbskel.refinement.uncovered_limbs.MIN_BULGE", bulge):
         clean = [lbskel.skeletonize(mesh) for mesh in meshes]
         noisy = [lbskel.skeletonize(with_local_noise(mesh, deviation)) for mesh in meshes]
     return {
         "noise, edges": deviation,
-        "excess over noise": ratio,
+        "bulge of limbs": bulge,
         "tips without noise": sum(len(skeleton.tips) for skeleton in clean),
         "tips with noise": sum(len(skeleton.tips) for skeleton in noisy),
         "tips lost": sum(map(_n_lost, noisy, clean)),

@@ -128,8 +128,8 @@ def interior_axes(caps: Sequence[GeodesicCap], surface: Surface) -> list[NDArray
 
 def centered_axes(
     axes: list[NDArray[np.float64]], limb_radii: NDArray[np.float64], surface: Surface
-) -> tuple[list[NDArray[np.float64]], list[NDArray[np.float64]]]:
-    """Move the points of axes to the centroids of their cross-sections, whose mean radii are returned too.
+) -> list[NDArray[np.float64]]:
+    """Move the points of axes to the centroids of their cross-sections.
 
     Points are dropped whose section is far away, much wider than the limb, or has its centroid outside the surface.
 
@@ -150,11 +150,8 @@ def centered_axes(
     is_own &= sections.radii <= max_radii
     is_own &= surface.contains(sections.centroids)
     parts = np.cumsum([len(axis) for axis in axes])[:-1]
-    own, points, widths = (np.split(values, parts) for values in (is_own, sections.centroids, sections.radii))
-    return (
-        [point[kept] for point, kept in zip(points, own, strict=True)],
-        [width[kept] for width, kept in zip(widths, own, strict=True)],
-    )
+    own, points = (np.split(values, parts) for values in (is_own, sections.centroids))
+    return [point[kept] for point, kept in zip(points, own, strict=True)]
 
 
 def _levels(caps: Sequence[GeodesicCap]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

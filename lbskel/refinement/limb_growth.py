@@ -18,7 +18,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from lbskel.geometry.mesh import Mesh
@@ -36,11 +35,6 @@ from lbskel.refinement.tips import extend_ends, trace_centerline
 from lbskel.refinement.uncovered_limbs import Limbs, ball_distances, find_limbs
 from lbskel.skeleton.skeleton import Skeleton
 
-# Lower bounds on the reach and the elongation of a limb (lbskel.refinement.uncovered_limbs). A short limb of a thick
-# body, such as a tail, does not reach far out of 1.75 radii of it, but is longer than wide beyond 1.25 of them.
-# "Bounds on limbs that are grown" in benchmarks/results/neurons.md
-LIMB_BOUNDS = ((1.75, 1.5), (1.25, 2.5))
-
 
 def grow_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Grow a branch along each limb that has no tip near its end, or stands out of the skeleton's balls.
@@ -54,7 +48,7 @@ def grow_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
     on_proxy = replace(skeleton, node_of_vertex=surface.on_proxy(skeleton.node_of_vertex))
     balls, extrema = inscribed_radii(on_proxy, surface.proxy), find_extrema(mesh, deadline=surface.deadline)
     missed = extrema.take(is_missed(extrema, mesh, balls))
-    return _with_branches(skeleton, surface, find_limbs(ball_distances(balls, mesh), LIMB_BOUNDS, missed))
+    return _with_branches(skeleton, surface, find_limbs(ball_distances(balls, mesh), missed))
 
 
 def _with_branches(skeleton: Skeleton, surface: Surface, limbs: Limbs) -> Skeleton:
@@ -62,9 +56,8 @@ def _with_branches(skeleton: Skeleton, surface: Surface, limbs: Limbs) -> Skelet
     if len(limbs.ends) == 0:
         return skeleton
     mesh = surface.proxy.mesh
-    axes, widths = centered_axes(_axes(limbs, surface), limbs.radii, surface)
-    reaches = [reach * width[: len(axis)] for reach, width, axis in zip(limbs.min_reaches, widths, axes, strict=True)]
-    chosen = _not_covered(mesh.vertices[limbs.ends], axes, reaches)
+    axes = centered_axes(_axes(limbs, surface), limbs.radii, surface)
+    chosen = [limb for limb, axis in enumerate(axes) if len(axis)]
     if not chosen:
         return skeleton
     lasts = np.array([axes[limb][-1] for limb in chosen])
@@ -106,25 +99,6 @@ def _axes(limbs: Limbs, surface: Surface) -> list[NDArray[np.float64]]:
             axis = (1 - shares) * limbs.bases[limb] + shares * end
         axes.append(axis)
     return axes
-
-
-def _not_covered(
-    ends: NDArray[np.float64], axes: list[NDArray[np.float64]], reaches: list[NDArray[np.float64]]
-) -> list[int]:
-    """Choose limbs in their order, without those whose end is within reach of the axis of one chosen before."""
-    if not any(map(len, axes)):
-        return []
-    owner = np.repeat(np.arange(len(axes)), [len(axis) for axis in axes])
-    covered_by: list[set[int]] = [set() for _ in ends]
-    within = cKDTree(ends).query_ball_point(np.concatenate(axes), np.concatenate(reaches))
-    for limb, covered in zip(owner.tolist(), within, strict=True):
-        for other in covered:
-            covered_by[other].add(limb)
-    chosen: set[int] = set()
-    for limb, axis in enumerate(axes):
-        if len(axis) and not covered_by[limb] & chosen:
-            chosen.add(limb)
-    return sorted(chosen)
 
 
 def _nodes_near_limbs(

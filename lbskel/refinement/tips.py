@@ -87,7 +87,7 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
     if not missed:
         return extend_ends(skeleton, surface, last, paths)
     level_axes = [limb.axis for limb in missed.values()]
-    centered, _ = centered_axes(level_axes, np.array([limb.radius for limb in missed.values()]), surface)
+    centered = centered_axes(level_axes, np.array([limb.radius for limb in missed.values()]), surface)
     axes = [own if len(own) >= 2 else axis for axis, own in zip(level_axes, centered, strict=True)]
     onward = trace_centerline(
         surface, np.array([axis[-1] for axis in axes]), np.array([axis[-1] - axis[-2] for axis in axes])

@@ -1,15 +1,20 @@
-"""Limbs that a skeleton leaves uncovered: parts of the surface that stand out of its balls, and are longer than wide.
+"""Limbs that a skeleton leaves uncovered: parts of the surface that bulge out of its balls.
 
-A vertex at distance d from the nearest point of the skeleton, where the radius is R, is uncovered if d > c R, and if
-this holds for the node whose region it is in, too: across a gap, a thin branch may be nearer than the own, thick one. A
-connected set of uncovered vertices of area A, whose end, the vertex farthest from the skeleton, has the excess
-l = d - c R, is a limb if
+Let d be the distance of a vertex from the nearest point of the skeleton, and R the inscribed radius there. At each of a
+sequence of levels, the vertices where d / R is above the level make connected patches. A patch that is a topological
+disk, with area A and a rim of length P, is a limb if it bulges enough:
 
-    2 pi l^2 / A > min_elongation.
+    2 pi A / P^2 > MIN_BULGE.
 
-For a round limb of radius r, A = 2 pi r l, so the left side is l / r. A hemisphere has 1, and the rim of a flat part,
-which is long relative to its excess, has less. A vertex that noise has moved outwards is no limb: l must exceed the
-height of noise, which is the roughness of the surface times the length of the longest edge at the end, several times.
+A flat disk has 1/2, a hemisphere 1, a cone with an angle a between its axis and its side 1 / (2 sin a), and a round
+limb with length l and radius r, which ends in a hemisphere, 1 + l / r. A vertex that noise has moved outwards, and the
+rim of a flat part, have less than the disk. The ratio is that of the isoperimetric inequality, so a limb does not count
+by its size, nor by the width of the body that it is on.
+
+Patches grow as the level descends. Of the patches around one end, the limb is the one that bulges most; a patch around
+two limbs is their body. Across a gap, a thin branch may be nearer than the own, thick one: d / R is the smaller one of
+that at the nearest point and that at the vertex's own node. A patch whose end, the vertex farthest from the skeleton,
+has a tip within 1.75 radii of its rim is the end of a branch: the corners of a flat end are outside of the last ball.
 
 Limbs whose end has no tip near it (:mod:`lbskel.refinement.extrema`) come first, and are not found twice.
 """
@@ -18,29 +23,28 @@ from __future__ import annotations
 
 __all__ = ["BallDistances", "Limbs", "ball_distances", "find_limbs"]
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from lbskel.geometry.graphs import weighted_graph
+from lbskel._kernels.connectivity import component_roots
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.roughness import roughness
 from lbskel.geometry.shape_diameter import local_radii
+from lbskel.geometry.sorting import stable_order
 from lbskel.refinement.extrema import GeodesicExtrema
+from lbskel.refinement.tips import BLUNT_REACH
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.skeleton import Skeleton
 
-# Upper bound on the radius of the skeleton at a node, which is the mean distance of the vertices nearest to it, in
-# units of their mean thickness: the vertices of a limb without a branch are nearest to its base, and far from it. A
-# section three times as wide as thick has a mean radius of about one thickness.
-MAX_WIDTH = 1.0
-# Lower bound on the excess of a limb, in heights of noise, against branches along vertices that noise has moved. "Noise
-# on real meshes" in benchmarks/results/refinement.md
-MIN_NOISE_RATIO = 8.0
+# Lower bound on the bulge of a limb, that of a spherical cap 0.82 radii high, so that errors of A and P do not hide a
+# hemisphere. "Bulge of limbs" in benchmarks/results/neurons.md and "Noise on real meshes" in refinement.md: with less,
+# noise makes limbs, and with more, short limbs are missed
+MIN_BULGE = 0.85
+# Levels of d / R at which patches are measured, each a tenth below the one before; they bound the time. By hand, twice
+# as many are alike
+LEVELS = np.geomspace(6.0, 1.05, 18)
 TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -57,9 +61,7 @@ class Limbs:
     base_radii : (u,) array of float
         The radius of the skeleton there.
     radii : (u,) array of float
-        Radius of a round limb of the same length, or excess, and area.
-    min_reaches : (u,) array of float
-        Distance from the axis of a limb within which it covers the ends of limbs after it, in radii of the limb.
+        Radius of a round limb of the same length and area, or with the same rim.
     limb_of_vertex : (n,) array of int
         The limb of each vertex of the mesh, -1 for none.
     """
@@ -68,7 +70,6 @@ class Limbs:
     bases: NDArray[np.float64]
     base_radii: NDArray[np.float64]
     radii: NDArray[np.float64]
-    min_reaches: NDArray[np.float64]
     limb_of_vertex: NDArray[np.int64]
 
 
@@ -87,6 +88,8 @@ class BallDistances:
         The radius of the skeleton there.
     ratios : (n,) array of float
         Distance over radius, the smaller of that there and that at the vertex's own node; 0 without a face.
+    to_tips : (n,) array of float
+        Distance from the nearest tip, infinite if there is none.
     """
 
     mesh: Mesh
@@ -94,6 +97,16 @@ class BallDistances:
     nearest: NDArray[np.float64]
     radii: NDArray[np.float64]
     ratios: NDArray[np.float64]
+    to_tips: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class _Patches:
+    """The connected parts of a surface above a level: their vertices, bulges, and the lengths of their rims."""
+
+    vertices: list[NDArray[np.int64]]
+    bulges: NDArray[np.float64]
+    rims: NDArray[np.float64]
 
 
 def ball_distances(skeleton: Skeleton, mesh: Mesh) -> BallDistances:
@@ -106,69 +119,84 @@ def ball_distances(skeleton: Skeleton, mesh: Mesh) -> BallDistances:
     mesh : Mesh
     """
     distances, nearest, inscribed = nearest_on_edges(skeleton, mesh.vertices)
-    node_of_vertex = cKDTree(skeleton.nodes).query(nearest)[1]
-    k = len(skeleton.nodes)
-    count = np.maximum(np.bincount(node_of_vertex, minlength=k), 1)
-    mean, thickness = (np.bincount(node_of_vertex, of, k) / count for of in (distances, 2 * local_radii(mesh)))
-    widths = np.minimum(mean, MAX_WIDTH * thickness)
-    radii, own = np.maximum(inscribed, widths[node_of_vertex]), skeleton.node_of_vertex
+    node_of_vertex, k = cKDTree(skeleton.nodes).query(nearest)[1], len(skeleton.nodes)
+    counts = np.maximum(np.bincount(node_of_vertex, minlength=k), 1)
+    local = np.bincount(node_of_vertex, local_radii(mesh), k) / counts
+    radii, own, used = np.maximum(inscribed, local[node_of_vertex]), skeleton.node_of_vertex, mesh.used_vertices
     own_distances = np.linalg.norm(mesh.vertices - skeleton.nodes[own], axis=1)
-    own_radii = np.maximum(skeleton.radii, widths)[own]
-    ratios, used = np.zeros(len(mesh.vertices)), mesh.used_vertices
+    own_radii = np.maximum(skeleton.radii, local)[own]
+    ratios = np.zeros(len(mesh.vertices))
     smaller = [each[used] / np.maximum(of[used], TINY) for each, of in ((distances, radii), (own_distances, own_radii))]
     ratios[used] = np.minimum(*smaller)
-    return BallDistances(mesh, distances, nearest, radii, ratios)
+    tips = skeleton.nodes[skeleton.degrees <= 1]
+    to_tips = cKDTree(tips).query(mesh.vertices)[0] if len(tips) else np.full(len(mesh.vertices), np.inf)
+    return BallDistances(mesh, distances, nearest, radii, ratios, to_tips)
 
 
-def find_limbs(balls: BallDistances, bounds: Sequence[tuple[float, float]], missed: GeodesicExtrema) -> Limbs:
-    """Find the limbs of a mesh that stand out of the balls of a skeleton, after those that are known to be missed.
+def find_limbs(balls: BallDistances, missed: GeodesicExtrema) -> Limbs:
+    """Find the limbs of a mesh that bulge out of the balls of a skeleton, after those that are known to be missed.
 
     Parameters
     ----------
     balls : BallDistances
-    bounds : sequence of (float, float)
-        Lower bounds on the distance of uncovered vertices from the skeleton, in radii of the skeleton, c, and on the
-        elongation. A limb that contains one found by an earlier pair is left out.
     missed : GeodesicExtrema
         The ends without a tip, whose limbs come first. A limb that contains a vertex of one of these is left out.
     """
-    limb_of_vertex, n_limbs = missed.limb_of_vertex, len(missed.vertices)
-    parts = [(missed.vertices, missed.radii, np.zeros(n_limbs))]
-    for min_reach, min_elongation in bounds:
-        patch, ends, excess, area = _elongated_patches(balls, min_reach, min_elongation)
-        has_limb = np.zeros(len(limb_of_vertex), dtype=bool)
-        has_limb[patch[limb_of_vertex >= 0]] = True
-        is_new = ~has_limb[patch[ends]]
-        ends, excess, area = ends[is_new], excess[is_new], area[is_new]
-        limb_of_patch = np.full(len(limb_of_vertex), -1)
-        limb_of_patch[patch[ends]] = n_limbs + np.arange(len(ends))
-        limb_of_vertex = np.where(limb_of_vertex < 0, limb_of_patch[patch], limb_of_vertex)
-        parts.append((ends, area / (2 * np.pi * excess), np.full(len(ends), min_reach)))
-        n_limbs += len(ends)
-    ends, radii, min_reaches = (np.concatenate(each) for each in zip(*parts, strict=True))
-    return Limbs(ends, balls.nearest[ends], balls.radii[ends], radii, min_reaches, limb_of_vertex)
+    limb_of_vertex = np.array(missed.limb_of_vertex)
+    ends, radii = missed.vertices.tolist(), missed.radii.tolist()
+    bulges = [np.inf] * len(ends)
+    for level in LEVELS.tolist():
+        patches = _bulging_patches(balls.mesh, balls.ratios, level)
+        for vertices, bulge, rim in zip(patches.vertices, patches.bulges, patches.rims, strict=True):
+            limbs = {*limb_of_vertex[vertices].tolist()} - {-1}
+            end = int(vertices[balls.distances[vertices].argmax()])
+            if len(limbs) > 1 or balls.to_tips[end] <= BLUNT_REACH * rim / (2 * np.pi):
+                continue
+            if not limbs:
+                limbs = {len(ends)}
+                ends.append(-1)
+                radii.append(0.0)
+                bulges.append(0.0)
+            limb = limbs.pop()
+            if bulge > bulges[limb]:
+                limb_of_vertex[vertices] = limb
+                ends[limb], radii[limb], bulges[limb] = end, rim / (2 * np.pi), bulge
+    found = np.array(ends, dtype=np.int64)
+    return Limbs(found, balls.nearest[found], balls.radii[found], np.array(radii, dtype=np.float64), limb_of_vertex)
 
 
-def _elongated_patches(
-    balls: BallDistances, min_reach: float, min_elongation: float
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-    """Find connected sets of uncovered vertices that are limbs.
-
-    Returns
-    -------
-    tuple
-        The (n,) patch of each vertex, covered ones in patches of their own, and for each limb its end, excess and area.
-    """
-    mesh, distances, radii = balls.mesh, balls.distances, balls.radii
-    is_uncovered, n_vertices = balls.ratios > min_reach, len(mesh.vertices)
-    edges = mesh.edges[is_uncovered[mesh.edges].all(axis=1)]
-    patch = connected_components(weighted_graph(edges, np.ones(len(edges)), n_vertices), directed=False)[1]
-    area_of_patch = np.bincount(patch, mesh.vertex_areas * is_uncovered)
-    uncovered = np.flatnonzero(is_uncovered)
-    uncovered = uncovered[np.argsort(-distances[uncovered], kind="stable")]
-    ends = uncovered[np.sort(np.unique(patch[uncovered], return_index=True)[1])]  # the farthest of each patch
-    excess, area = distances[ends] - min_reach * radii[ends], area_of_patch[patch[ends]]
-    is_limb = 2 * np.pi * excess**2 > min_elongation * area
-    if is_limb.any():
-        is_limb &= excess > MIN_NOISE_RATIO * roughness(mesh) * mesh.longest_edges[ends]
-    return patch.astype(np.int64), ends[is_limb], excess[is_limb], area[is_limb]
+def _bulging_patches(mesh: Mesh, heights: NDArray[np.float64], level: float) -> _Patches:
+    """Find the disks above a level that bulge as much as limbs; heights are linear in each face."""
+    n, is_above = len(heights), heights > level
+    inner = np.flatnonzero(is_above[mesh.edges].all(axis=1))
+    roots = component_roots(mesh.edges[inner], np.zeros(n, dtype=np.int64))
+    n_above = is_above[mesh.faces].sum(axis=1)
+    face = np.flatnonzero(n_above)
+    n_above, faces = n_above[face], mesh.faces[face]
+    is_whole, is_single = n_above == 3, n_above == 1
+    odd = (is_above[faces] == is_single[:, None]).argmax(axis=1)  # the corner that is alone on its side of the level
+    a, b, c = (faces[np.arange(len(faces)), (odd + k) % 3] for k in range(3))
+    V, cut = mesh.vertices, ~is_whole
+    to_b, to_c = np.ones(len(faces)), np.ones(len(faces))
+    lengths, shares = np.zeros(len(faces)), np.ones(len(faces))
+    for share, other in ((to_b, b), (to_c, c)):
+        share[cut] = (heights[a[cut]] - level) / (heights[a[cut]] - heights[other[cut]])
+    ways = to_b[:, None] * (V[b] - V[a]) - to_c[:, None] * (V[c] - V[a])
+    lengths[cut] = np.linalg.norm(ways[cut], axis=1)
+    shares[cut] = np.where(is_single, to_b * to_c, 1 - to_b * to_c)[cut]
+    patch = roots[np.where(is_single, a, b)]
+    at_rim = inner[mesh.faces_per_edge[inner] == 1]
+    rims = np.bincount(patch, lengths, n).astype(np.float64)
+    rims += np.bincount(roots[mesh.edges[at_rim, 0]], mesh.edge_lengths[at_rim], n)
+    areas = np.bincount(patch, shares * mesh.face_areas[face], n)
+    vertices = np.flatnonzero(is_above)
+    n_vertices, n_edges, n_faces = (
+        np.bincount(each, minlength=n) for each in (roots[vertices], roots[mesh.edges[inner, 0]], patch[is_whole])
+    )
+    is_limb = (n_vertices - n_edges + n_faces == 1) & (2 * np.pi * areas > MIN_BULGE * rims**2) & (rims > 0)
+    vertices = vertices[is_limb[roots[vertices]]]
+    order = stable_order(roots[vertices])
+    chosen = np.flatnonzero(is_limb)
+    bulges: NDArray[np.float64] = 2 * np.pi * areas[chosen] / rims[chosen] ** 2
+    parts = np.split(vertices[order], np.cumsum(n_vertices[chosen])[:-1]) if len(chosen) else []
+    return _Patches(parts, bulges, rims[chosen])

@@ -93,6 +93,5 @@ def test_points_of_an_axis_inside_the_body_are_dropped():
     ball = sphere(3)
     drawn = ball.with_vertices(ball.vertices * np.where(ball.vertices[:, 2:] > 0.9, [1, 1, 4], 1))
     axis = np.array([[0.05, 0, z] for z in (0.0, 0.3, 1.5, 2.5, 3.5)])
-    [points], [widths] = centered_axes([axis], np.array([0.4]), Surface(drawn))
+    [points] = centered_axes([axis], np.array([0.4]), Surface(drawn))
     assert points == pytest.approx(np.array([[0, 0, z] for z in (1.5, 2.5, 3.5)]), abs=0.02)  # the triangles are coarse
-    assert (widths < 0.5).all()

@@ -1,6 +1,7 @@
 """Uncovered limbs: found where a branch is missing, and nowhere else."""
 
 from dataclasses import replace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -8,16 +9,25 @@ from helpers import path_in
 
 from lbskel import Mesh, skeletonize
 from lbskel.refinement.extrema import GeodesicExtrema
-from lbskel.refinement.uncovered_limbs import ball_distances, find_limbs
+from lbskel.refinement.uncovered_limbs import _bulging_patches, ball_distances, find_limbs
 from lbskel.shapes import capsule, make, sphere, with_local_noise
 from lbskel.skeleton.editing import contract_nodes
 
 
-def uncovered(balls, bounds):
+def uncovered(balls):
     """The limbs where no end is known to be missed."""
     n_vertices = len(balls.mesh.vertices)
     none = GeodesicExtrema(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), np.full(n_vertices, -1))
-    return find_limbs(balls, bounds, none)
+    return find_limbs(balls, none)
+
+
+def drawn_out(ball, stretch):
+    """A ball whose vertices are stretched along z."""
+    return ball.with_vertices(ball.vertices * np.stack([np.ones_like(stretch)] * 2 + [stretch], axis=1))
+
+
+def at_center(mesh, radius=1.0):
+    return path_in(mesh, [[-0.01, 0, 0], [0.01, 0, 0]], radius=radius)
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +40,7 @@ def test_a_limb_without_a_branch_is_found_with_its_end_its_radius_and_its_vertic
     branch = whole.end_branches[number]
     target = np.arange(len(whole.nodes))
     target[branch[1:]] = branch[0]
-    limbs = uncovered(ball_distances(contract_nodes(whole, target), tripod), BOUNDS)
+    limbs = uncovered(ball_distances(contract_nodes(whole, target), tripod))
     [end] = limbs.ends
     tip, radius = whole.nodes[branch[-1]], whole.radii[branch[-1]]
     assert np.linalg.norm(tripod.vertices[end] - tip) < 1.5 * radius  # the tip is about a radius inside
@@ -42,82 +52,108 @@ def test_a_limb_without_a_branch_is_found_with_its_end_its_radius_and_its_vertic
 @pytest.mark.parametrize("name", ["octopus", "spiked_ring", "dumbbell", "knot"])
 def test_a_whole_skeleton_leaves_nothing_uncovered(name):
     shape = make(name, n_vertices=2500)
-    assert len(uncovered(ball_distances(skeletonize(shape.mesh), shape.mesh), BOUNDS).ends) == 0
-
-
-BOUNDS = ((1.75, 1.5),)
+    assert len(uncovered(ball_distances(skeletonize(shape.mesh), shape.mesh)).ends) == 0
 
 
 def test_the_rim_of_a_flat_part_is_no_limb():
     """The skeleton runs along a plate ten times as wide as thick, whose rims are far outside of its balls."""
-    round_bar = capsule(8.0, 0.5)
+    round_bar = capsule(32.0, 0.5)
     plate = round_bar.with_vertices(round_bar.vertices * [1, 10, 1])
-    skeleton = path_in(plate, [[0, 0, z] for z in np.linspace(-4, 4, 17)], radius=0.5)
-    assert len(uncovered(ball_distances(skeleton, plate), BOUNDS).ends) == 0
-    assert len(uncovered(ball_distances(path_in(plate, [[0, -4, 0], [0, -3, 0]], radius=0.5), plate), BOUNDS).ends) > 0
+    skeleton = path_in(plate, [[0, 0, z] for z in np.linspace(-16, 16, 65)], radius=0.5)
+    assert len(uncovered(ball_distances(skeleton, plate)).ends) == 0
+    assert len(uncovered(ball_distances(path_in(plate, [[0, -4, 0], [0, -3, 0]], radius=0.5), plate)).ends) > 0
 
 
-def test_a_limb_shorter_than_the_bound_counts_as_covered():
-    ball = sphere(3)
-    drawn = ball.with_vertices(ball.vertices * np.where(ball.vertices[:, 2:] > 0.9, [1, 1, 4], 1))
-    at_center = path_in(drawn, [[-0.01, 0, 0], [0.01, 0, 0]], radius=1.0)
-    assert len(uncovered(ball_distances(at_center, drawn), ((1.75, 1.5),)).ends) == 1
-    assert len(uncovered(ball_distances(at_center, drawn), ((5.0, 1.5),)).ends) == 0
+@pytest.mark.parametrize("length", [0.0, 1.0, 3.0])
+def test_the_bulge_of_a_round_limb_is_its_length_in_radii(length):
+    rod = capsule(8.0, 0.5, 64)
+    [patch] = (patches := _bulging_patches(rod, rod.vertices[:, 2], 4.0 - 0.5 * length)).vertices
+    assert set(patch) == set(np.flatnonzero(rod.vertices[:, 2] > 4.0 - 0.5 * length))
+    assert patches.bulges == pytest.approx(1 + length, rel=0.02)
+    assert patches.rims == pytest.approx(np.pi, rel=0.01)
 
 
-def test_each_limb_is_found_by_the_first_pair_of_bounds_that_finds_it():
+def test_the_rim_of_a_patch_counts_where_the_surface_ends():
+    """Half a square has half its area, and a rim of two sides and a half of the cut through it."""
+    grid = np.stack(np.meshgrid(np.arange(5.0), np.arange(5.0), [0.0], indexing="ij"), axis=-1).reshape(-1, 3)
+    corner = (5 * np.arange(4)[:, None] + np.arange(4)).ravel()[:, None]
+    square = Mesh(grid, np.concatenate([corner + [0, 5, 6], corner + [0, 6, 1]]))
+    with patch("lbskel.refinement.uncovered_limbs.MIN_BULGE", 0.0):
+        patches = _bulging_patches(square, grid[:, 0], 1.5)
+    assert patches.rims == pytest.approx(4 + 4 + 2 * 2)  # the cut, the side across, two parts of sides
+    assert patches.bulges == pytest.approx(2 * np.pi * 10 / 12**2)
+
+
+def test_a_band_around_a_rod_is_no_limb():
+    rod = capsule(8.0, 0.5, 64)
+    assert _bulging_patches(rod, -np.abs(rod.vertices[:, 2]), -2.0).vertices == []
+
+
+@pytest.mark.parametrize(("top", "n_limbs"), [(1.2, 0), (1.5, 0), (3.0, 1)])
+def test_a_sharp_cone_is_a_limb_and_a_blunt_one_is_not(top, n_limbs):
+    """A cone with an angle a between its axis and its side has a bulge of 1 / (2 sin a)."""
     ball = sphere(4)
-    stretch = np.where(ball.vertices[:, 2] > 0.95, 4.0, np.where(ball.vertices[:, 2] < -0.97, 1.9, 1.0))
-    drawn = ball.with_vertices(ball.vertices * np.stack([np.ones_like(stretch)] * 2 + [stretch], axis=1))
-    at_center = path_in(drawn, [[-0.01, 0, 0], [0.01, 0, 0]], radius=1.0)
-    limbs = uncovered(ball_distances(at_center, drawn), ((1.75, 1.5), (1.25, 1.0)))
-    assert drawn.vertices[limbs.ends, 2] == pytest.approx([4.0, -1.9])
-    assert limbs.min_reaches.tolist() == [1.75, 1.25]
-    for limb, side in ((0, 1), (1, -1)):
-        assert set(np.sign(drawn.vertices[limbs.limb_of_vertex == limb, 2])) == {side}
+    z, radius = ball.vertices[:, 2], 0.5
+    inside = np.linalg.norm(ball.vertices[:, :2], axis=1)
+    height = np.where(z > 0, np.maximum(z, top - (top - np.sqrt(1 - radius**2)) * inside / radius), z)
+    cone = ball.with_vertices(np.stack([*ball.vertices[:, :2].T, height], axis=1))
+    assert len(uncovered(ball_distances(at_center(cone), cone)).ends) == n_limbs
+
+
+def test_of_two_limbs_on_a_longer_limb_each_is_found():
+    """The two are half as long as the one that they are on, in radii, which therefore bulges more."""
+    ball = sphere(5)
+    x, y, z = ball.vertices.T
+    near = np.hypot(np.abs(x) - 0.2, y) < 0.1
+    drawn = drawn_out(ball, np.where(near & (z > 0), 4.6, np.where(z > 0.9, 4.0, 1.0)))
+    limbs = uncovered(ball_distances(at_center(drawn), drawn))
+    assert len(limbs.ends) == 2
+    assert np.sign(drawn.vertices[limbs.ends, 0]).sum() == 0
+    for limb, end in enumerate(limbs.ends):
+        assert limbs.limb_of_vertex[end] == limb
+        assert set(np.sign(x[limbs.limb_of_vertex == limb])) == {np.sign(x[end])}
 
 
 def test_a_limb_of_a_missed_end_is_the_first_and_is_not_found_again():
     ball = sphere(4)
-    stretch = np.where(ball.vertices[:, 2] > 0.95, 4.0, np.where(ball.vertices[:, 2] < -0.97, 3.0, 1.0))
-    drawn = ball.with_vertices(ball.vertices * np.stack([np.ones_like(stretch)] * 2 + [stretch], axis=1))
-    at_center = path_in(drawn, [[-0.01, 0, 0], [0.01, 0, 0]], radius=1.0)
+    drawn = drawn_out(ball, np.where(ball.vertices[:, 2] > 0.95, 4.0, np.where(ball.vertices[:, 2] < -0.97, 3.0, 1.0)))
     top = drawn.vertices[:, 2] > 3
     ends = np.array([drawn.vertices[:, 2].argmax(), 0])
     known = GeodesicExtrema(ends, np.array([2.0, 1.0]), np.array([0.2, 0.1]), np.where(top, 0, -1))
-    balls = ball_distances(at_center, drawn)
-    limbs = find_limbs(balls, BOUNDS, known.take(np.array([True, False])))
+    balls = ball_distances(at_center(drawn), drawn)
+    limbs = find_limbs(balls, known.take(np.array([True, False])))
     assert limbs.ends.tolist() == [ends[0], drawn.vertices[:, 2].argmin()]
-    assert limbs.min_reaches.tolist() == [0.0, 1.75]
+    assert limbs.radii[0] == 0.2
     assert np.array_equal(limbs.limb_of_vertex == 0, top)
     none = known.take(np.zeros(2, dtype=bool))
     assert len(none.vertices) == 0
     assert (none.limb_of_vertex == -1).all()
-    assert len(find_limbs(balls, BOUNDS, none).ends) == 2
+    assert len(find_limbs(balls, none).ends) == 2
 
 
-def test_a_vertex_that_noise_has_moved_is_no_limb_and_a_long_one_is():
-    """A spike on one vertex is as high as the noise of its long edges; a cone over many vertices is far higher."""
-    ball, bounds = sphere(4), ((1.1, 1.5),)
-    top = np.argmax(ball.vertices[:, 2])
-    spiked = ball.vertices * np.where(np.arange(len(ball.vertices)) == top, 1.3, 1.0)[:, None]
-    coned = ball.vertices * np.where(ball.vertices[:, 2:] > 0.95, [1, 1, 2], 1)
-    for vertices, on_smooth, on_noisy in ((spiked, 1, 0), (coned, 1, 1)):
-        for noise, n_limbs in ((0.0, on_smooth), (0.2, on_noisy)):
-            mesh = with_local_noise(ball.with_vertices(vertices), noise)
-            at_center = path_in(mesh, [[-0.01, 0, 0], [0.01, 0, 0]], radius=1.0)
-            assert len(uncovered(ball_distances(at_center, mesh), bounds).ends) == n_limbs
+def test_noise_makes_no_limb():
+    ball = with_local_noise(sphere(4), 0.4)
+    balls = ball_distances(at_center(ball, radius=0.9), ball)
+    assert balls.ratios.max() > 1.1
+    assert len(uncovered(balls).ends) == 0
+
+
+@pytest.mark.parametrize(("last", "n_limbs"), [(3.3, 0), (2.5, 1)])
+def test_a_flat_end_with_a_tip_near_it_is_no_limb(last, n_limbs):
+    round_bar = capsule(8.0, 0.5, 64)
+    bar = round_bar.with_vertices(np.clip(round_bar.vertices, [-1, -1, -4], [1, 1, 4]))
+    skeleton = path_in(bar, np.linspace([0, 0, -3.5], [0, 0, last], 30), radius=0.5)
+    assert len(uncovered(ball_distances(skeleton, bar)).ends) == n_limbs
 
 
 def test_vertices_of_no_face_are_no_limb():
     ball = sphere(2)
     stray = Mesh(np.concatenate([ball.vertices, [[9.0, 0, 0]]]), ball.faces)
-    at_center = path_in(stray, [[-0.01, 0, 0], [0.01, 0, 0]], radius=1.0)
-    assert len(uncovered(ball_distances(at_center, stray), BOUNDS).ends) == 0
+    assert len(uncovered(ball_distances(at_center(stray), stray)).ends) == 0
 
 
 def test_a_thin_branch_across_a_gap_does_not_uncover_what_the_own_ball_covers():
-    """The cone of a ball points at a rod, which is nearer than the center of the ball."""
+    """The cone of a ball, which its large radius covers, points at a rod that is nearer than the center of the ball."""
     ball, rod = sphere(3), capsule(2.0, 0.05, n=8)
     drawn = ball.vertices * np.where(ball.vertices[:, 2:] > 0.95, [1, 1, 1.6], 1)
     mesh = Mesh(
@@ -125,8 +161,8 @@ def test_a_thin_branch_across_a_gap_does_not_uncover_what_the_own_ball_covers():
         np.concatenate([ball.faces, rod.faces[:, ::-1] + len(drawn)]),
     )
     skeleton = path_in(mesh, [[-0.01, 0, 0], [0.01, 0, 0], *([x, 0, 1.9] for x in np.linspace(-1, 1, 41))])
-    skeleton = replace(skeleton, edges=np.delete(skeleton.edges, 1, axis=0), radii=np.repeat([1.0, 0.05], [2, 41]))
+    skeleton = replace(skeleton, edges=np.delete(skeleton.edges, 1, axis=0), radii=np.repeat([1.7, 0.05], [2, 41]))
     in_ball = np.arange(len(mesh.vertices)) < len(drawn)
-    assert len(uncovered(ball_distances(skeleton, mesh), BOUNDS).ends) == 1
+    assert len(uncovered(ball_distances(skeleton, mesh)).ends) == 1
     own = replace(skeleton, node_of_vertex=np.where(in_ball, 0, skeleton.node_of_vertex))
-    assert len(uncovered(ball_distances(own, mesh), BOUNDS).ends) == 0
+    assert len(uncovered(ball_distances(own, mesh)).ends) == 0
