@@ -44,7 +44,9 @@ def _parser() -> argparse.ArgumentParser:
         metavar="FOLDER",
         help="where results go (default: benchmarks/results, with --quick its folder quick)",
     )
-    parser.add_argument("--meshes", type=Path, metavar="FOLDER", help="further meshes, for benchmarks that take them")
+    parser.add_argument(
+        "--meshes", type=Path, metavar="FOLDER", help="further meshes or tracings, for benchmarks that take them"
+    )
     parser.add_argument("--peers", action="store_true", help="measure other tools too, in benchmarks that have them")
     parser.add_argument(
         "--package",

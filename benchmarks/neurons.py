@@ -1,6 +1,7 @@
 """Skeletons of neurons: hemibrain meshes against their tracings, and tubes made of the tracings, with noise, remeshed.
 
 The five meshes and tracings are those that navis ships, in units of 8 nm; the tracings were made of voxels, by others.
+``--meshes FOLDER`` takes more tracings (SWC): NeuroM's Neuron.swc is in the source distribution of morph-tool.
 Cable counts as found within 400 nm, a tip within 800 nm. The tubes are of parts of the same tracings, so their truth is
 exact: a tip is found within two local radii.
 """
@@ -10,7 +11,7 @@ from __future__ import annotations
 __all__ = ["run"]
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -49,8 +50,8 @@ BLUNT, REACHED = (1.0, 1.25, 1.5, 1.75, 2.0, 2.5), (2.0, 3.0, 3.5)
 EDGE_LENGTH, NOISE, KEPT = 0.6, 0.1, 0.5  # of tubes: edges in radii, noise in edges, share of faces after remeshing
 
 
-def run(quick: bool, results: Path, peers: bool = False) -> None:
-    """Measure, and write neurons.json and neurons.md."""
+def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] = ()) -> None:
+    """Measure, and write neurons.json and neurons.md; ``meshes`` are more tracings, of which tubes are made."""
     tools = list(TOOLS) if peers else list(OURS)
     neurons = list(_neurons(1 if quick else 5))
     rows = [
@@ -59,9 +60,10 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
         for tool in tools
     ]
     shapes = [remeshed(_tubes(tracing, QUICK_TIPS if quick else PART_TIPS)) for _, _, tracing in neurons]
+    others = [(path.stem, remeshed(_tubes(lbskel.read_skeleton(path), PART_TIPS))) for path in meshes]
     tubes = [
         tube_row(name, tool, shape, ask(tool, shape.mesh))
-        for (name, _, _), shape in zip(neurons, shapes, strict=True)
+        for name, shape in (*((name, shape) for (name, _, _), shape in zip(neurons, shapes, strict=True)), *others)
         for tool in tools
     ]
     last = 1 if quick else None
@@ -85,7 +87,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
             "traced on": traced,
         },
         packages=("navis", "skeletor", "PyGEL3D", "CGAL"),
-        meshes=[path for name, _, _ in neurons for path in _files(name)],
+        meshes=[*(path for name, _, _ in neurons for path in _files(name)), *meshes],
     )
     save_markdown(
         results / "neurons.md",

@@ -8,7 +8,7 @@ import pytest
 from benchmarks import neurons, thin_tools
 from benchmarks.neurons import hemibrain_row, part_of, remeshed, tube_row
 from benchmarks.thin_tools import Answer
-from lbskel import Mesh, Skeleton
+from lbskel import Mesh, Skeleton, write_skeleton
 from lbskel.shapes import tube_mesh
 
 
@@ -79,9 +79,12 @@ def test_the_benchmark_writes_its_tables(tmp_path, monkeypatch):
     monkeypatch.setattr(neurons, "_neurons", lambda n: [("x", Mesh(shape.mesh.vertices, shape.mesh.faces), tracing)])
     monkeypatch.setattr(neurons, "_files", lambda name: [])
     monkeypatch.setattr(neurons, "ask", lambda tool, mesh: Answer(tracing, 1.0, "pass"))
-    neurons.run(True, tmp_path, peers=True)
+    write_skeleton(tmp_path / "other.swc", tracing)
+    neurons.run(True, tmp_path, peers=True, meshes=[tmp_path / "other.swc"])
     document = json.loads((tmp_path / "neurons.json").read_text())
     assert [row["tool"] for row in document["summary"]] == list(thin_tools.TOOLS)
     assert {row["F"] for row in document["summary"]} == {1.0}
-    assert len(document["tubes"]) == len(thin_tools.TOOLS)
+    assert [row["neuron"] for row in document["tubes"]] == ["x"] * len(thin_tools.TOOLS) + ["other"] * len(
+        thin_tools.TOOLS
+    )
     assert "## Tubes around parts of the tracings" in (tmp_path / "neurons.md").read_text()
