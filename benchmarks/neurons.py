@@ -39,7 +39,7 @@ MEANS = ("F", "recall", "precision", "to axis", "to axis, median", "tips found",
 
 PART_TIPS, QUICK_TIPS = 60, 4  # at most so many tips in a part of a tracing
 # Swept: lower bounds on the bulge of a limb without a branch; a hemisphere has 1
-BULGES = (0.65, 0.75, 0.8, 0.85, 0.9, 1.0)
+BULGES = (0.55, 0.6, 0.62, 0.65, 0.7, 0.85)
 # Swept: faces that refinement of coarse meshes aims at, area of the cells in which ends are found, spacing of points on
 # the straight axis of a limb
 FACES = (20_000, 24_000, 26_000, 28_000, 32_000, 40_000, 50_000, 80_000)

@@ -122,7 +122,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("merge length of", "junctions.MAX_MERGE_LENGTH", (2.0, 3.0, 6.0)),
         ("ball ratio of", "junctions.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("deviations of", "mirror_symmetry.TYPICAL_DEVIATION", (0.05, 0.2)),
-        ("bulge of", "uncovered_limbs.MIN_BULGE", (0.75, 0.8, 0.9, 1.0)),
+        ("bulge of", "uncovered_limbs.MIN_BULGE", (0.55, 0.7, 0.85)),
         ("shortest step of", "tips.MIN_STEP", (0.02, 0.125)),
         ("reach of sections of", "tips.MAX_REACH", (2.0, 5.0)),
         ("depth of an axis", "level_sets.MIN_DEPTH", (0.0, 0.25, 0.5)),
@@ -140,7 +140,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
 }
 
 NOISES = (0.1, 0.2, 0.3)  # standard deviation of noise along the normals, in local edge lengths
-BULGES = (0.65, 0.75, 0.85, 1.0)  # lower bounds on the bulge of a limb; a hemisphere has 1
+BULGES = (0.55, 0.62, 0.7, 0.85)  # lower bounds on the bulge of a limb; a hemisphere has 1
 
 
 @contextmanager

@@ -1,20 +1,20 @@
 """Limbs that a skeleton leaves uncovered: parts of the surface that bulge out of its balls.
 
-Let d be the distance of a vertex from the nearest point of the skeleton, and R the inscribed radius there. At each of a
-sequence of levels, the vertices where d / R is above the level make connected patches. A patch that is a topological
-disk, with area A and a rim of length P, is a limb if it bulges enough:
+Let d be the distance of a vertex from the nearest point of the skeleton, and R the radius there: the inscribed one, or
+the mean local radius of the vertices nearest to that node, where noise or a hole makes the inscribed one small. At each
+of a sequence of levels, the vertices where d / R is above the level make connected patches. A patch that is a
+topological disk, with area A and a rim of length P whose points are at most w from their mean, is a limb if its bulge
 
-    2 pi A / P^2 > MIN_BULGE.
+    A / (P w) > MIN_BULGE
 
-A flat disk has 1/2, a hemisphere 1, a cone with an angle a between its axis and its side 1 / (2 sin a), and a round
-limb with length l and radius r, which ends in a hemisphere, 1 + l / r. A vertex that noise has moved outwards, and the
-rim of a flat part, have less than the disk. The ratio is that of the isoperimetric inequality, so a limb does not count
-by its size, nor by the width of the body that it is on.
+and if d / R is at least MIN_BRANCH_RATIO at its end, the vertex farthest from the skeleton: a shorter branch would be
+pruned. A flat disk has a bulge of 1/2, a hemisphere 1, a cone with an angle a between its axis and its side
+1 / (2 sin a), a round limb with length l and radius r, which ends in a hemisphere, 1 + l / r, and the corner of a plate
+1/2. So a limb does not count by its size, nor by the width of the body that it is on.
 
 Patches grow as the level descends. Of the patches around one end, the limb is the one that bulges most; a patch around
 two limbs is their body. Across a gap, a thin branch may be nearer than the own, thick one: d / R is the smaller one of
-that at the nearest point and that at the vertex's own node. A patch whose end, the vertex farthest from the skeleton,
-has a tip within 1.75 radii of its rim is the end of a branch: the corners of a flat end are outside of the last ball.
+that at the nearest point and that at the vertex's own node.
 
 Limbs whose end has no tip near it (:mod:`lbskel.refinement.extrema`) come first, and are not found twice.
 """
@@ -34,14 +34,14 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.sorting import stable_order
 from lbskel.refinement.extrema import GeodesicExtrema
-from lbskel.refinement.tips import BLUNT_REACH
 from lbskel.skeleton.edge_distances import nearest_on_edges
+from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
-# Lower bound on the bulge of a limb, that of a spherical cap 0.82 radii high, so that errors of A and P do not hide a
-# hemisphere. "Bulge of limbs" in benchmarks/results/neurons.md and "Noise on real meshes" in refinement.md: with less,
-# noise makes limbs, and with more, short limbs are missed
-MIN_BULGE = 0.85
+# Lower bound on the bulge of a limb, that of a cone with an angle of 54 degrees between axis and side. "Bulge of limbs"
+# in benchmarks/results/neurons.md and "Noise on real meshes" in refinement.md: with less, noise makes limbs, and with
+# more, short limbs are missed
+MIN_BULGE = 0.62
 # Levels of d / R at which patches are measured, each a tenth below the one before; they bound the time. By hand, twice
 # as many are alike
 LEVELS = np.geomspace(6.0, 1.05, 18)
@@ -88,8 +88,6 @@ class BallDistances:
         The radius of the skeleton there.
     ratios : (n,) array of float
         Distance over radius, the smaller of that there and that at the vertex's own node; 0 without a face.
-    to_tips : (n,) array of float
-        Distance from the nearest tip, infinite if there is none.
     """
 
     mesh: Mesh
@@ -97,7 +95,6 @@ class BallDistances:
     nearest: NDArray[np.float64]
     radii: NDArray[np.float64]
     ratios: NDArray[np.float64]
-    to_tips: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,9 +125,7 @@ def ball_distances(skeleton: Skeleton, mesh: Mesh) -> BallDistances:
     ratios = np.zeros(len(mesh.vertices))
     smaller = [each[used] / np.maximum(of[used], TINY) for each, of in ((distances, radii), (own_distances, own_radii))]
     ratios[used] = np.minimum(*smaller)
-    tips = skeleton.nodes[skeleton.degrees <= 1]
-    to_tips = cKDTree(tips).query(mesh.vertices)[0] if len(tips) else np.full(len(mesh.vertices), np.inf)
-    return BallDistances(mesh, distances, nearest, radii, ratios, to_tips)
+    return BallDistances(mesh, distances, nearest, radii, ratios)
 
 
 def find_limbs(balls: BallDistances, missed: GeodesicExtrema) -> Limbs:
@@ -150,7 +145,7 @@ def find_limbs(balls: BallDistances, missed: GeodesicExtrema) -> Limbs:
         for vertices, bulge, rim in zip(patches.vertices, patches.bulges, patches.rims, strict=True):
             limbs = {*limb_of_vertex[vertices].tolist()} - {-1}
             end = int(vertices[balls.distances[vertices].argmax()])
-            if len(limbs) > 1 or balls.to_tips[end] <= BLUNT_REACH * rim / (2 * np.pi):
+            if len(limbs) > 1 or balls.ratios[end] < MIN_BRANCH_RATIO:
                 continue
             if not limbs:
                 limbs = {len(ends)}
@@ -173,30 +168,45 @@ def _bulging_patches(mesh: Mesh, heights: NDArray[np.float64], level: float) -> 
     n_above = is_above[mesh.faces].sum(axis=1)
     face = np.flatnonzero(n_above)
     n_above, faces = n_above[face], mesh.faces[face]
-    is_whole, is_single = n_above == 3, n_above == 1
+    is_cut, is_single = n_above < 3, n_above == 1
     odd = (is_above[faces] == is_single[:, None]).argmax(axis=1)  # the corner that is alone on its side of the level
     a, b, c = (faces[np.arange(len(faces)), (odd + k) % 3] for k in range(3))
-    V, cut = mesh.vertices, ~is_whole
-    to_b, to_c = np.ones(len(faces)), np.ones(len(faces))
-    lengths, shares = np.zeros(len(faces)), np.ones(len(faces))
-    for share, other in ((to_b, b), (to_c, c)):
-        share[cut] = (heights[a[cut]] - level) / (heights[a[cut]] - heights[other[cut]])
-    ways = to_b[:, None] * (V[b] - V[a]) - to_c[:, None] * (V[c] - V[a])
-    lengths[cut] = np.linalg.norm(ways[cut], axis=1)
-    shares[cut] = np.where(is_single, to_b * to_c, 1 - to_b * to_c)[cut]
-    patch = roots[np.where(is_single, a, b)]
-    at_rim = inner[mesh.faces_per_edge[inner] == 1]
-    rims = np.bincount(patch, lengths, n).astype(np.float64)
-    rims += np.bincount(roots[mesh.edges[at_rim, 0]], mesh.edge_lengths[at_rim], n)
-    areas = np.bincount(patch, shares * mesh.face_areas[face], n)
-    vertices = np.flatnonzero(is_above)
-    n_vertices, n_edges, n_faces = (
-        np.bincount(each, minlength=n) for each in (roots[vertices], roots[mesh.edges[inner, 0]], patch[is_whole])
+    patch, cut = roots[np.where(is_single, a, b)], np.stack([a, b, c])[:, is_cut]
+    to_b, to_c = ((heights[cut[0]] - level) / (heights[cut[0]] - heights[other]) for other in cut[1:])
+    areas = np.array(mesh.face_areas[face])
+    areas[is_cut] *= np.where(is_single[is_cut], to_b * to_c, 1 - to_b * to_c)
+    V, (i, j) = mesh.vertices, mesh.edges[(mesh.faces_per_edge == 1) & is_above[mesh.edges].any(axis=1)].T
+    i, j = np.where(is_above[i], [i, j], [j, i])  # boundary edges, from a vertex above the level
+    to_j = np.where(is_above[j], 1.0, (heights[i] - level) / np.where(is_above[j], 1.0, heights[i] - heights[j]))
+    starts, stops = (
+        np.concatenate([V[p] + share[:, None] * (V[q] - V[p]), along])
+        for p, q, share, along in (
+            (cut[0], cut[1], to_b, V[i]),
+            (cut[0], cut[2], to_c, V[i] + to_j[:, None] * (V[j] - V[i])),
+        )
     )
-    is_limb = (n_vertices - n_edges + n_faces == 1) & (2 * np.pi * areas > MIN_BULGE * rims**2) & (rims > 0)
-    vertices = vertices[is_limb[roots[vertices]]]
+    rims, widths = _rims(starts, stops, np.concatenate([patch[is_cut], roots[i]]), n)
+    area_of_patch, vertices = np.bincount(patch, areas, n), np.flatnonzero(is_above)
+    n_vertices, n_edges, n_faces = (
+        np.bincount(each, minlength=n) for each in (roots[vertices], roots[mesh.edges[inner, 0]], patch[~is_cut])
+    )
+    is_limb = (n_vertices - n_edges + n_faces == 1) & (rims > 0) & (area_of_patch > MIN_BULGE * rims * widths)
+    vertices, chosen = vertices[is_limb[roots[vertices]]], np.flatnonzero(is_limb)
     order = stable_order(roots[vertices])
-    chosen = np.flatnonzero(is_limb)
-    bulges: NDArray[np.float64] = 2 * np.pi * areas[chosen] / rims[chosen] ** 2
+    bulges: NDArray[np.float64] = area_of_patch[chosen] / (rims[chosen] * widths[chosen])
     parts = np.split(vertices[order], np.cumsum(n_vertices[chosen])[:-1]) if len(chosen) else []
     return _Patches(parts, bulges, rims[chosen])
+
+
+def _rims(
+    starts: NDArray[np.float64], stops: NDArray[np.float64], patch: NDArray[np.int64], n: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Measure the rim of each of n patches: the length of its segments, and the largest distance from their mean."""
+    lengths = np.linalg.norm(stops - starts, axis=1)
+    rims = np.bincount(patch, lengths, n).astype(np.float64)
+    moments = np.stack([np.bincount(patch, x * lengths, n) for x in (starts + stops).T / 2], axis=1)
+    means = moments / np.maximum(rims, TINY)[:, None]
+    widths = np.zeros(n)
+    for points in (starts, stops):
+        np.maximum.at(widths, patch, np.linalg.norm(points - means[patch], axis=1))
+    return rims, widths

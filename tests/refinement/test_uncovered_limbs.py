@@ -10,7 +10,7 @@ from helpers import path_in
 from lbskel import Mesh, skeletonize
 from lbskel.refinement.extrema import GeodesicExtrema
 from lbskel.refinement.uncovered_limbs import _bulging_patches, ball_distances, find_limbs
-from lbskel.shapes import capsule, make, sphere, with_local_noise
+from lbskel.shapes import capsule, make, sphere
 from lbskel.skeleton.editing import contract_nodes
 
 
@@ -73,15 +73,28 @@ def test_the_bulge_of_a_round_limb_is_its_length_in_radii(length):
     assert patches.rims == pytest.approx(np.pi, rel=0.01)
 
 
-def test_the_rim_of_a_patch_counts_where_the_surface_ends():
-    """Half a square has half its area, and a rim of two sides and a half of the cut through it."""
+@pytest.mark.parametrize(
+    ("level", "width"),
+    [pytest.param(1.0, 2.5, id="through the edges"), pytest.param(-1.0, 4.0, id="beyond the square")],
+)
+def test_the_boundary_of_the_surface_is_a_part_of_the_rim(level, width):
+    """A square of side 4 with heights of x + 1/2, of which the part above the level is a rectangle."""
     grid = np.stack(np.meshgrid(np.arange(5.0), np.arange(5.0), [0.0], indexing="ij"), axis=-1).reshape(-1, 3)
     corner = (5 * np.arange(4)[:, None] + np.arange(4)).ravel()[:, None]
     square = Mesh(grid, np.concatenate([corner + [0, 5, 6], corner + [0, 6, 1]]))
     with patch("lbskel.refinement.uncovered_limbs.MIN_BULGE", 0.0):
-        patches = _bulging_patches(square, grid[:, 0], 1.5)
-    assert patches.rims == pytest.approx(4 + 4 + 2 * 2)  # the cut, the side across, two parts of sides
-    assert patches.bulges == pytest.approx(2 * np.pi * 10 / 12**2)
+        patches = _bulging_patches(square, grid[:, 0] - 0.5, level)
+    rim = 2 * (4 + width)
+    assert patches.rims == pytest.approx(rim)
+    assert patches.bulges == pytest.approx(4 * width / (rim * np.hypot(2, width / 2)))
+
+
+def test_the_end_of_a_flat_limb_bulges_by_its_length_in_half_widths():
+    """A plate of width 2 and thickness 0.02, of which the last 3 are above the level."""
+    rod = capsule(16.0, 0.01, 64)
+    plate = rod.with_vertices(rod.vertices * [1, 100, 1])
+    bulges = _bulging_patches(plate, plate.vertices[:, 2], plate.vertices[:, 2].max() - 3.0).bulges
+    assert bulges == pytest.approx(3.0, rel=0.03)
 
 
 def test_a_band_around_a_rod_is_no_limb():
@@ -89,9 +102,9 @@ def test_a_band_around_a_rod_is_no_limb():
     assert _bulging_patches(rod, -np.abs(rod.vertices[:, 2]), -2.0).vertices == []
 
 
-@pytest.mark.parametrize(("top", "n_limbs"), [(1.2, 0), (1.5, 0), (3.0, 1)])
+@pytest.mark.parametrize(("top", "n_limbs"), [(1.1, 0), (1.4, 0), (1.7, 1), (3.0, 1)])
 def test_a_sharp_cone_is_a_limb_and_a_blunt_one_is_not(top, n_limbs):
-    """A cone with an angle a between its axis and its side has a bulge of 1 / (2 sin a)."""
+    """Of the cones on a ball, whose base has a radius of 1/2, the second would be pruned."""
     ball = sphere(4)
     z, radius = ball.vertices[:, 2], 0.5
     inside = np.linalg.norm(ball.vertices[:, :2], axis=1)
@@ -131,11 +144,17 @@ def test_a_limb_of_a_missed_end_is_the_first_and_is_not_found_again():
     assert len(find_limbs(balls, none).ends) == 2
 
 
-def test_noise_makes_no_limb():
-    ball = with_local_noise(sphere(4), 0.4)
-    balls = ball_distances(at_center(ball, radius=0.9), ball)
-    assert balls.ratios.max() > 1.1
-    assert len(uncovered(balls).ends) == 0
+@pytest.mark.parametrize("seed", range(4))
+def test_vertices_far_out_are_no_limbs(seed):
+    """A limb reaches 1.5 radii; one vertex moved out by two edges makes a sharp cone, but a short one."""
+    ball = sphere(4)
+    far = np.random.default_rng(seed).choice(len(ball.vertices), 6, replace=False)
+    balls_of = [
+        ball.vertices * (1 + length * np.isin(np.arange(len(ball.vertices)), far)[:, None]) for length in (0.2, 1)
+    ]
+    near, farther = (ball.with_vertices(vertices) for vertices in balls_of)
+    assert len(uncovered(ball_distances(at_center(near), near)).ends) == 0
+    assert set(uncovered(ball_distances(at_center(farther), farther)).ends) == set(far)
 
 
 @pytest.mark.parametrize(("last", "n_limbs"), [(3.3, 0), (2.5, 1)])
@@ -146,10 +165,22 @@ def test_a_flat_end_with_a_tip_near_it_is_no_limb(last, n_limbs):
     assert len(uncovered(ball_distances(skeleton, bar)).ends) == n_limbs
 
 
+def test_where_noise_makes_a_ball_small_the_local_radius_counts():
+    """At the middle of a rod the skeleton nearly touches the surface: its ball there leaves the rod uncovered."""
+    rod = capsule(8.0, 0.5, 32)
+    skeleton = path_in(rod, np.linspace([0, 0, -4], [0, 0, 4], 33), radius=0.5)
+    radii = np.where(np.abs(skeleton.nodes[:, 2]) < 1, 0.05, 0.5)
+    balls = ball_distances(replace(skeleton, radii=radii), rod)
+    assert balls.ratios.max() < 1.2
+    assert len(uncovered(balls).ends) == 0
+
+
 def test_vertices_of_no_face_are_no_limb():
     ball = sphere(2)
     stray = Mesh(np.concatenate([ball.vertices, [[9.0, 0, 0]]]), ball.faces)
-    assert len(uncovered(ball_distances(at_center(stray), stray)).ends) == 0
+    balls = ball_distances(at_center(stray), stray)
+    assert balls.ratios[-1] == 0
+    assert len(uncovered(balls).ends) == 0
 
 
 def test_a_thin_branch_across_a_gap_does_not_uncover_what_the_own_ball_covers():
