@@ -25,8 +25,8 @@ from lbskel.skeleton.skeleton import Skeleton
 
 # The numbers are guesses where nothing else is said; benchmarks/results/constants.md
 # Lower bound on a step along a centerline, in radii at its start, so that a needle takes no more steps than a cone;
-# where the last inscribed ball is nearer, the end has reached it. By hand, on 164 real meshes: 0.02 is alike, and with
-# 0.125 more ends are crooked (16 in place of 14 %)
+# where the last inscribed ball is nearer, the end has reached it. Rows "shortest step of" in
+# benchmarks/results/refinement.md: alike from 0.02 to 0.125; by hand, with 0.125 more ends are crooked
 MIN_STEP = 0.05
 MAX_STEPS = 60  # per end, which bounds the time
 # Upper bound on the distance from the end of a limb within which a tip belongs to it, in radii of the limb or of the
@@ -37,8 +37,8 @@ TIP_REACH = 2.5
 BLUNT_REACH = 1.75
 MIN_LIMB_LENGTH = 3.4  # of a limb, in radii; a flat patch has 2, a hemisphere 2.5, the corner of a foot up to 3.3
 # Upper bound on the reach of a section from the point where it is cut, beyond the step there, in mean distances of the
-# section before from its centroid: the ends of a slit have 2. It bounds the time; by hand, sections without a bound on
-# their growth are alike
+# section before from its centroid: the ends of a slit have 2. It bounds the time. Rows "reach of sections of" in
+# benchmarks/results/refinement.md: alike from 2 to 5
 MAX_REACH = 3.0
 TINY = float(np.finfo(np.float64).tiny)
 
