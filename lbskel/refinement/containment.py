@@ -28,8 +28,9 @@ from lbskel.skeleton.skeleton import Skeleton
 
 N_SAMPLES = 12  # parts of a segment, of which each that is not in a ball is tested; a guess,
 # benchmarks/results/constants.md
-CENTERED_RATIO = 0.5  # of the inscribed to the mean radius, from which on a node is taken for one in the middle;
-# benchmarks/results/refinement.md
+# Lower bound on the inscribed radius of a node in the middle of the solid, in its mean radius. Rows "centered ratio of"
+# in benchmarks/results/refinement.md
+CENTERED_RATIO = 0.5
 ENTRY_OFFSET = 1e-6  # distance below the surface at which rays to the opposite side start, relative to the diameter
 # bound; a guess
 

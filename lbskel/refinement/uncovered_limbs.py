@@ -99,7 +99,7 @@ class BallDistances:
 
 @dataclass(frozen=True, eq=False)
 class _Patches:
-    """The connected parts of a surface above a level: their vertices, bulges, and the lengths of their rims."""
+    """The parts of a surface above a level that bulge as limbs: vertices, bulges, and the lengths of the rims."""
 
     vertices: list[NDArray[np.int64]]
     bulges: NDArray[np.float64]
