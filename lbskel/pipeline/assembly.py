@@ -37,6 +37,7 @@ MISSING = {
     "grow limbs": "limbs without a branch",
     "mirror": "sides of a symmetric mesh that may differ",
     "reroute inside": "branches that leave the surface",
+    "fit tubes": "branches that follow noise, junctions a share of a radius off",
     "tips at surface": "ends inside the surface",
     "map vertices": "regions in several parts",
     "score": "no measures",

@@ -2,7 +2,7 @@
 
 ::
 
-    prune spurs -> merge junctions -> recenter -> extend tips -> grow limbs -> mirror -> reroute inside
+    prune spurs -> merge junctions -> recenter -> extend tips -> grow limbs -> mirror -> reroute inside -> fit tubes
                 (-> tips at surface) -> attach open ends and anchors -> map vertices
 
 :func:`refine` runs these passes. Each makes a complete skeleton of a complete skeleton, so that any pass but the one of
@@ -37,11 +37,12 @@ from lbskel.refinement.junctions import merge_junctions_by_axes
 from lbskel.refinement.limb_growth import grow_limbs
 from lbskel.refinement.mirror_symmetry import make_mirror_symmetric
 from lbskel.refinement.open_ends import extend_to_open_ends
-from lbskel.refinement.radii import inscribed_radii, mean_axis_distances, mean_radii
+from lbskel.refinement.radii import inscribed_radii, mean_axis_distances, mean_radii, resolved_radii
 from lbskel.refinement.region_map import make_regions_connected, reassign_to_nearest_node
 from lbskel.refinement.region_paths import reroute_through_regions
 from lbskel.refinement.surface_tips import tips_at_surface
 from lbskel.refinement.tips import extend_tips
+from lbskel.refinement.tube_fit import fit_tubes
 from lbskel.refinement.tunnel_sides import n_tunnels_missed, paths_that_pass
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, merge_junctions, prune
 from lbskel.skeleton.resampling import space_evenly
@@ -118,6 +119,7 @@ def refine(
         ("mirror", make_mirror_symmetric),
         ("reroute inside", _rerouted_inside),
         ("reroute inside", _evenly_spaced),
+        ("fit tubes", _with_fitted_tubes),
     ]
     if tip_position == "surface":
         passes.append(("tips at surface", tips_at_surface))
@@ -164,11 +166,9 @@ def _with_own_regions(skeleton: Skeleton, surface: Surface) -> Skeleton:
 def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Merge junctions whose branches point to one place, and move nodes to the axes of their branches."""
     centers = find_section_centers(skeleton, surface)
-    merged = merge_junctions_by_axes(inscribed_radii(skeleton, surface), centers, surface)
-    if len(merged.nodes) < len(skeleton.nodes):
-        skeleton = _evenly_spaced(merged, surface)
-        centers = find_section_centers(skeleton, surface)
-    return fit_to_centerlines(skeleton, centers, surface)
+    merged, centers = merge_junctions_by_axes(inscribed_radii(skeleton, surface), centers, surface)
+    fitted = fit_to_centerlines(merged, centers, surface)
+    return fitted if len(merged.nodes) == len(skeleton.nodes) else _evenly_spaced(fitted, surface)
 
 
 def _rerouted_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -178,7 +178,12 @@ def _rerouted_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
 
 def _evenly_spaced(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Space the nodes evenly, in mean radii; in inscribed radii, flat limbs would get a node per thickness."""
-    return space_evenly(mean_radii(skeleton, surface.mesh), SPACING, partial(_must_stay, surface=surface))
+    return space_evenly(resolved_radii(skeleton, surface.mesh), SPACING, partial(_must_stay, surface=surface))
+
+
+def _with_fitted_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Fit round tubes to the surface; the regions that contraction left are not those of the nodes near it."""
+    return fit_tubes(reassign_to_nearest_node(skeleton, surface.mesh), surface)
 
 
 def _must_stay(olds: list[NDArray[np.float64]], news: list[NDArray[np.float64]], surface: Surface) -> NDArray[np.bool_]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["inscribed_radii", "mean_axis_distances", "mean_radii", "own_radii"]
+__all__ = ["inscribed_radii", "mean_axis_distances", "mean_radii", "own_radii", "resolved_radii"]
 
 from dataclasses import replace
 
@@ -71,6 +71,24 @@ def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     """
     distances = np.linalg.norm(mesh.vertices - skeleton.nodes[skeleton.node_of_vertex], axis=1)
     return replace(skeleton, radii=_means(skeleton, distances), radius_kind="mean")
+
+
+def resolved_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
+    """Set radii: mean radii, or the mean length of the edges of the mesh at each node where these are longer.
+
+    Nodes that are spaced by them are not closer together than the surface can tell.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With ``node_of_vertex``.
+    mesh : Mesh
+        The mesh that ``node_of_vertex`` belongs to.
+    """
+    ends, n = mesh.edges.ravel(), len(mesh.vertices)
+    lengths = np.bincount(ends, np.repeat(mesh.edge_lengths, 2), n) / np.maximum(np.bincount(ends, minlength=n), 1)
+    skeleton = mean_radii(skeleton, mesh)
+    return replace(skeleton, radii=np.maximum(skeleton.radii, _means(skeleton, lengths)))
 
 
 def mean_axis_distances(skeleton: Skeleton, points: NDArray[np.float64]) -> NDArray[np.float64]:

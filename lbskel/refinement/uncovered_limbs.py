@@ -23,6 +23,7 @@ from __future__ import annotations
 
 __all__ = ["BallDistances", "Limbs", "ball_distances", "find_limbs"]
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,9 +43,9 @@ from lbskel.skeleton.skeleton import Skeleton
 # in benchmarks/results/neurons.md and "Noise on real meshes" in refinement.md: with less, noise makes limbs, and with
 # more, short limbs are missed
 MIN_BULGE = 0.62
-# Levels of d / R at which patches are measured, each a tenth below the one before; they bound the time. By hand, twice
-# as many are alike
-LEVELS = np.geomspace(6.0, 1.05, 18)
+# Levels of d / R at which patches are measured, each a sixth below the one before; they bound the time. By hand, two
+# and four times as many are alike
+LEVELS = np.geomspace(6.0, 1.05, 10)
 TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -140,8 +141,7 @@ def find_limbs(balls: BallDistances, missed: GeodesicExtrema) -> Limbs:
     limb_of_vertex = np.array(missed.limb_of_vertex)
     ends, radii = missed.vertices.tolist(), missed.radii.tolist()
     bulges = [np.inf] * len(ends)
-    for level in LEVELS.tolist():
-        patches = _bulging_patches(balls.mesh, balls.ratios, level)
+    for patches in _bulging_patches(balls.mesh, balls.ratios, LEVELS):
         for vertices, bulge, rim in zip(patches.vertices, patches.bulges, patches.rims, strict=True):
             limbs = {*limb_of_vertex[vertices].tolist()} - {-1}
             end = int(vertices[balls.distances[vertices].argmax()])
@@ -160,14 +160,27 @@ def find_limbs(balls: BallDistances, missed: GeodesicExtrema) -> Limbs:
     return Limbs(found, balls.nearest[found], balls.radii[found], np.array(radii, dtype=np.float64), limb_of_vertex)
 
 
-def _bulging_patches(mesh: Mesh, heights: NDArray[np.float64], level: float) -> _Patches:
-    """Find the disks above a level that bulge as much as limbs; heights are linear in each face."""
+def _bulging_patches(mesh: Mesh, heights: NDArray[np.float64], levels: NDArray[np.float64]) -> Iterator[_Patches]:
+    """Find the disks above each of the levels that bulge as much as limbs; heights are linear in each face."""
+    by_top = []
+    for cells in (mesh.faces, mesh.edges):
+        tops = heights[cells].max(axis=1)
+        order = np.argsort(-tops, kind="stable")
+        by_top.append((order, -tops[order]))
+    for level in levels.tolist():
+        face, edge = (order[: np.searchsorted(depths, -level)] for order, depths in by_top)
+        yield _patches_above(mesh, heights, level, face, edge)
+
+
+def _patches_above(
+    mesh: Mesh, heights: NDArray[np.float64], level: float, face: NDArray[np.int64], edge: NDArray[np.int64]
+) -> _Patches:
+    """Find the disks above a level that bulge as much as limbs, from the faces and edges with a vertex above it."""
     n, is_above = len(heights), heights > level
-    inner = np.flatnonzero(is_above[mesh.edges].all(axis=1))
-    roots = component_roots(mesh.edges[inner], np.zeros(n, dtype=np.int64))
-    n_above = is_above[mesh.faces].sum(axis=1)
-    face = np.flatnonzero(n_above)
-    n_above, faces = n_above[face], mesh.faces[face]
+    edges, faces = mesh.edges[edge], mesh.faces[face]
+    inner = edges[is_above[edges].all(axis=1)]
+    roots = component_roots(inner, np.zeros(n, dtype=np.int64))
+    n_above = is_above[faces].sum(axis=1)
     is_cut, is_single = n_above < 3, n_above == 1
     odd = (is_above[faces] == is_single[:, None]).argmax(axis=1)  # the corner that is alone on its side of the level
     a, b, c = (faces[np.arange(len(faces)), (odd + k) % 3] for k in range(3))
@@ -175,7 +188,7 @@ def _bulging_patches(mesh: Mesh, heights: NDArray[np.float64], level: float) -> 
     to_b, to_c = ((heights[cut[0]] - level) / (heights[cut[0]] - heights[other]) for other in cut[1:])
     areas = np.array(mesh.face_areas[face])
     areas[is_cut] *= np.where(is_single[is_cut], to_b * to_c, 1 - to_b * to_c)
-    V, (i, j) = mesh.vertices, mesh.edges[(mesh.faces_per_edge == 1) & is_above[mesh.edges].any(axis=1)].T
+    V, (i, j) = mesh.vertices, edges[mesh.faces_per_edge[edge] == 1].T
     i, j = np.where(is_above[i], [i, j], [j, i])  # boundary edges, from a vertex above the level
     to_j = np.where(is_above[j], 1.0, (heights[i] - level) / np.where(is_above[j], 1.0, heights[i] - heights[j]))
     starts, stops = (
@@ -188,7 +201,7 @@ def _bulging_patches(mesh: Mesh, heights: NDArray[np.float64], level: float) -> 
     rims, widths = _rims(starts, stops, np.concatenate([patch[is_cut], roots[i]]), n)
     area_of_patch, vertices = np.bincount(patch, areas, n), np.flatnonzero(is_above)
     n_vertices, n_edges, n_faces = (
-        np.bincount(each, minlength=n) for each in (roots[vertices], roots[mesh.edges[inner, 0]], patch[~is_cut])
+        np.bincount(each, minlength=n) for each in (roots[vertices], roots[inner[:, 0]], patch[~is_cut])
     )
     is_limb = (n_vertices - n_edges + n_faces == 1) & (rims > 0) & (area_of_patch > MIN_BULGE * rims * widths)
     vertices, chosen = vertices[is_limb[roots[vertices]]], np.flatnonzero(is_limb)

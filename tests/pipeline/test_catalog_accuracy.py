@@ -7,21 +7,21 @@ from lbskel import Skeleton, ground_truth_distances, skeletonize
 from lbskel.shapes import make
 from lbskel.skeleton.edge_distances import nearest_on_edges
 
-# Vertices, and mean distance to the axis, in local radii, that the skeleton has to keep below: 0.03 where it is good.
-# The hand is not here: its fused fingers leave 0.2.
+# Vertices, and mean distance to the axis, in local radii, that the skeleton has to keep below: 0.015 where it is good.
+# The hand is not here: its fused fingers leave more.
 BOUNDS = {
-    "limbs": (800, 0.03),
-    "tree": (800, 0.03),
-    "octopus": (800, 0.09),
-    "helix": (800, 0.03),
-    "knot": (1500, 0.03),
-    "spiked_ring": (800, 0.03),
-    "ladder": (800, 0.03),
-    "cube_frame": (800, 0.03),
-    "dumbbell": (800, 0.03),
-    "figure_eight": (800, 0.055),
-    "tripod": (800, 0.03),
-    "dinosaur": (800, 0.078),
+    "limbs": (800, 0.015),
+    "tree": (800, 0.015),
+    "octopus": (800, 0.03),
+    "helix": (800, 0.015),
+    "knot": (1500, 0.015),
+    "spiked_ring": (800, 0.015),
+    "ladder": (800, 0.015),
+    "cube_frame": (800, 0.015),
+    "dumbbell": (800, 0.015),
+    "figure_eight": (800, 0.04),
+    "tripod": (800, 0.015),
+    "dinosaur": (800, 0.06),
 }
 
 

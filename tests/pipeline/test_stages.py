@@ -703,7 +703,7 @@ def test_a_time_limit_gives_the_best_so_far_and_says_so(ring):
     assert part["status"] == "the time limit was reached, the last good step was kept"
     assert part["steps"] == []
     skipped = ["canonical order", "contract", "merge junctions", "recenter", "extend tips", "grow limbs"]
-    skipped += ["mirror", "reroute inside"]
+    skipped += ["mirror", "reroute inside", "fit tubes"]
     missing = "; ".join(f"{stage} ({MISSING[stage]})" for stage in skipped)
     assert skeleton.report["notes"][-1] == f"the time limit was reached, so these stages were left out: {missing}"
     assert everything(skeletonize(ring, time_limit=1e6)) == everything(skeletonize(ring))
@@ -774,8 +774,9 @@ def test_the_skeleton_of_a_coil_is_its_axis_however_long_it_is(n_turns):
     skeleton = skeletonize(shape.mesh)
     found = ground_truth_distances(skeleton, shape.truth)
     assert (found.is_topology_right, found.n_tips) == (True, 2)
-    # the centroids of 12-gons in a bend of 8 radii; the tips end at the last ball, a radius before the end of the cap
-    assert max(found.accuracy, found.coverage) < 0.01
+    # mesh and axis are straight between rings a radius apart: an arc of 8 radii through the rings is off by up to 1/64,
+    # by 2/3 of that on average; the tips end at the last ball, a radius before the end of the cap
+    assert max(found.accuracy, found.coverage) < 0.012
     assert max(found.accuracy_95, found.coverage_95) < 0.03
     assert skeleton.length == pytest.approx(shape.truth.length, rel=1 / 50)
     assert skeleton.report["score"]["measures"]["coverage"] == 1

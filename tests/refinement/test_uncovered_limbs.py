@@ -67,7 +67,8 @@ def test_the_rim_of_a_flat_part_is_no_limb():
 @pytest.mark.parametrize("length", [0.0, 1.0, 3.0])
 def test_the_bulge_of_a_round_limb_is_its_length_in_radii(length):
     rod = capsule(8.0, 0.5, 64)
-    [patch] = (patches := _bulging_patches(rod, rod.vertices[:, 2], 4.0 - 0.5 * length)).vertices
+    [patches] = _bulging_patches(rod, rod.vertices[:, 2], np.array([4.0 - 0.5 * length]))
+    [patch] = patches.vertices
     assert set(patch) == set(np.flatnonzero(rod.vertices[:, 2] > 4.0 - 0.5 * length))
     assert patches.bulges == pytest.approx(1 + length, rel=0.02)
     assert patches.rims == pytest.approx(np.pi, rel=0.01)
@@ -83,7 +84,7 @@ def test_the_boundary_of_the_surface_is_a_part_of_the_rim(level, width):
     corner = (5 * np.arange(4)[:, None] + np.arange(4)).ravel()[:, None]
     square = Mesh(grid, np.concatenate([corner + [0, 5, 6], corner + [0, 6, 1]]))
     with patch("lbskel.refinement.uncovered_limbs.MIN_BULGE", 0.0):
-        patches = _bulging_patches(square, grid[:, 0] - 0.5, level)
+        [patches] = _bulging_patches(square, grid[:, 0] - 0.5, np.array([level]))
     rim = 2 * (4 + width)
     assert patches.rims == pytest.approx(rim)
     assert patches.bulges == pytest.approx(4 * width / (rim * np.hypot(2, width / 2)))
@@ -93,13 +94,14 @@ def test_the_end_of_a_flat_limb_bulges_by_its_length_in_half_widths():
     """A plate of width 2 and thickness 0.02, of which the last 3 are above the level."""
     rod = capsule(16.0, 0.01, 64)
     plate = rod.with_vertices(rod.vertices * [1, 100, 1])
-    bulges = _bulging_patches(plate, plate.vertices[:, 2], plate.vertices[:, 2].max() - 3.0).bulges
-    assert bulges == pytest.approx(3.0, rel=0.03)
+    [patches] = _bulging_patches(plate, plate.vertices[:, 2], plate.vertices[:, 2].max() - np.array([3.0]))
+    assert patches.bulges == pytest.approx(3.0, rel=0.03)
 
 
 def test_a_band_around_a_rod_is_no_limb():
     rod = capsule(8.0, 0.5, 64)
-    assert _bulging_patches(rod, -np.abs(rod.vertices[:, 2]), -2.0).vertices == []
+    [patches] = _bulging_patches(rod, -np.abs(rod.vertices[:, 2]), np.array([-2.0]))
+    assert patches.vertices == []
 
 
 @pytest.mark.parametrize(("top", "n_limbs"), [(1.1, 0), (1.4, 0), (1.7, 1), (3.0, 1)])

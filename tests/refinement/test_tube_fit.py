@@ -1,0 +1,122 @@
+"""Round tubes fitted to the surface."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers import box_mesh, joined, loop_in, path_in
+
+from lbskel import Skeleton, ground_truth_distances, skeletonize
+from lbskel.geometry.deadline import Deadline, OutOfTime
+from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.region_map import nearest_balls
+from lbskel.refinement.tube_fit import _feet, _nearby_edges, _Tubes, fit_tubes
+from lbskel.shapes import capsule, make, torus
+
+
+def bent_path(z, offsets):
+    """Points along the z axis, off it by offsets along x."""
+    return np.stack([offsets, 0 * z, z], axis=1)
+
+
+def test_a_path_beside_the_axis_of_a_capsule_goes_to_it():
+    mesh, z = capsule(4.0, 0.5, 32), np.linspace(-2, 2, 17)
+    fitted = fit_tubes(path_in(mesh, bent_path(z, 0.1 + 0 * z)), Surface(mesh))
+    # half a fifth of a radius remains only where the end caps leave the last nodes free
+    assert np.abs(fitted.nodes[2:-2, 0]).max() < 0.01 * 0.5
+    assert fitted.nodes[:, 2] == pytest.approx(z, abs=0.05)
+
+
+def test_a_curved_tube_is_followed_and_not_cut_short():
+    """The polyline of a circle has to be outside it at its nodes, and inside it between them."""
+    mesh, angle = torus(1.0, 0.2, 96, 32), np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    loop = loop_in(mesh, 0.99 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1), radius=0.2)
+    fitted = fit_tubes(loop, Surface(mesh))
+    # that the loop bends as little as it may leaves a hundredth of the radius of the tube
+    assert np.hypot(*fitted.nodes[:, :2].T) == pytest.approx(1, abs=0.01 * 0.2)
+
+
+def test_a_junction_is_found_from_the_visible_sides_of_its_limbs():
+    """The contracted skeleton of an octopus is a third of a radius off where its arms are still joined."""
+    shape = make("octopus", n_vertices=3000)
+    fitted = skeletonize(shape.mesh)
+    distances = ground_truth_distances(fitted, shape.truth)
+    assert distances.accuracy < 0.03
+    assert distances.accuracy_95 < 0.2  # 0.28 without the fit
+
+
+def test_noise_is_averaged_over_all_vertices():
+    mesh, z = capsule(6.0, 0.5, 48), np.linspace(-3, 3, 25)
+    rng = np.random.default_rng(0)
+    noisy = mesh.with_vertices(mesh.vertices * (1 + [0.1, 0.1, 0] * rng.standard_normal((len(mesh.vertices), 1))))
+    fitted = fit_tubes(path_in(noisy, bent_path(z, 0.05 * rng.standard_normal(25))), Surface(noisy))
+    # a ring of 48 vertices with a deviation of a tenth has its center off by 0.1 sqrt(2 / 48) = 0.02 radii
+    assert np.hypot(*fitted.nodes[2:-2, :2].T).mean() < 0.02 * 0.5
+
+
+def test_a_flat_part_keeps_its_places():
+    """The other tests start as far from the axis, and end on it."""
+    rod, z = capsule(4.0, 0.05, 64), np.linspace(-2, 2, 9)
+    mesh = rod.with_vertices(rod.vertices * [20, 1, 1])
+    path = path_in(mesh, bent_path(z, 0.1 + 0 * z))
+    # its sections are no circles, and a round tube would pull a tenth
+    assert np.abs(fit_tubes(path, Surface(mesh)).nodes - path.nodes).max() < 0.01
+
+
+def test_the_fit_turns_and_scales_with_the_mesh():
+    mesh, z = capsule(4.0, 0.5, 32), np.linspace(-2, 2, 17)
+    path = path_in(mesh, bent_path(z, 0.1 * np.cos(3 * z)))
+    turn = np.linalg.qr(np.random.default_rng(0).standard_normal((3, 3)))[0]
+    turned = mesh.with_vertices(1e3 * mesh.vertices @ turn)
+    one = fit_tubes(path, Surface(mesh))
+    other = fit_tubes(path_in(turned, 1e3 * path.nodes @ turn), Surface(turned))
+    assert other.nodes / 1e3 == pytest.approx(one.nodes @ turn, abs=1e-9)
+
+
+def test_no_edge_leaves_a_closed_surface():
+    """A path that turns back within a box as thin as its steps."""
+    mesh = box_mesh((4.0, 0.2, 0.2))
+    x = np.linspace(-1.9, 1.9, 12)
+    path = path_in(mesh, np.stack([x, 0.09 * (-1.0) ** np.arange(12), 0 * x], axis=1))
+    fitted = fit_tubes(path, Surface(mesh))
+    assert Surface(mesh).contains(fitted.nodes).all()
+
+
+def test_nodes_without_edges_and_points_without_radius_are_left():
+    mesh = capsule(4.0, 0.5, 16)
+    alone = Skeleton(np.zeros((1, 3)), np.empty((0, 2)), np.ones(1), np.zeros(len(mesh.vertices), dtype=np.int64))
+    assert fit_tubes(alone, Surface(mesh)) is alone
+    on_surface = path_in(mesh, mesh.vertices[mesh.edges[0]])
+    assert np.isfinite(fit_tubes(on_surface, Surface(mesh)).nodes).all()
+
+
+def test_the_nearest_cone_is_that_of_all_cones():
+    shape = make("tree", n_vertices=2000)
+    truth, points = shape.truth, shape.mesh.vertices
+    tubes = _Tubes(truth.edges, truth.nodes, truth.radii)
+    feet = _feet(tubes, points, _nearby_edges(tubes, points))
+    rows = np.repeat(np.arange(len(points)), len(truth.edges))
+    everywhere = _feet(tubes, points, (rows, np.tile(np.arange(len(truth.edges)), len(points))))
+    # on the surface of the union of the cones, the nearest cone is at a distance of nearly nothing
+    assert np.abs(everywhere.distances).max() < 0.05
+    assert np.mean(np.abs(feet.distances - everywhere.distances) > 1e-12) < 0.001
+    middle = feet.normals * (feet.radii + feet.distances)[:, None]
+    i, j = truth.edges[feet.edges].T
+    foot = (1 - feet.shares)[:, None] * truth.nodes[i] + feet.shares[:, None] * truth.nodes[j]
+    assert foot + middle == pytest.approx(points, abs=1e-12)
+
+
+def test_the_deadline_is_checked():
+    mesh, z = capsule(4.0, 0.5, 32), np.linspace(-2, 2, 17)
+    with pytest.raises(OutOfTime):
+        fit_tubes(path_in(mesh, bent_path(z, 0 * z)), replace(Surface(mesh), deadline=Deadline(0.0)))
+
+
+def test_a_vertex_far_from_all_tubes_hardly_counts():
+    """A plate that stands out from a rod, whose vertices are nearest to the rod."""
+    rod, fin = capsule(4.0, 0.3, 32), box_mesh((2.0, 0.02, 0.4), (1.2, 0, 0))
+    both = joined(rod, fin)
+    z = np.linspace(-2, 2, 17)
+    path = path_in(both, bent_path(z, 0 * z))
+    path = replace(path, node_of_vertex=nearest_balls(path, both.vertices))
+    assert np.abs(fit_tubes(path, Surface(both)).nodes[:, 0]).max() < 0.1 * 0.3
