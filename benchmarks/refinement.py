@@ -31,6 +31,7 @@ from lbskel.refinement.branch_lines import BranchLines, branch_lines
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.refinement.extrema import GeodesicExtrema
 from lbskel.refinement.mirror_symmetry import symmetry_planes
+from lbskel.refinement.radii import mean_radii
 from lbskel.shapes import SHAPES, Shape, make, with_local_noise
 from lbskel.shapes.hard import HARD_SHAPES
 from lbskel.skeleton.edge_distances import nearest_on_edges
@@ -107,12 +108,14 @@ PASSES: dict[str, dict[str, Any]] = {
     "limbs out of the balls": {"lbskel.refinement.uncovered_limbs.MIN_BULGE": 1e9},
     "make mirror symmetric": {f"{PIPELINE_PASSES}.make_mirror_symmetric": _unchanged},
     "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},
+    "fit tubes": {f"{PIPELINE_PASSES}.fit_tubes": _unchanged},
+    "nodes no closer than edges": {f"{PIPELINE_PASSES}.resolved_radii": mean_radii},
 }
 # Bounds in place of those of the code: on gaps of lines of sight in flat ends, on places of junctions, on symmetry, and
 # in the relaxation of paths that left the solid
 BOUNDS: dict[str, dict[str, Any]] = {
-    f"{name} {value}": {f"lbskel.refinement.{target}": value}
-    for name, target, values in (
+    f"{name} {value}": {f"lbskel.refinement.{target}": value for target in targets.split()}
+    for name, targets, values in (
         ("gap of", "flat_ends.MAX_GAP", (0.005, 0.01, 0.04, 0.08)),
         ("slope of", "inscribed_balls.MIN_SLOPE", (0.25, 0.7, 1.1)),
         ("sections next to a junction", "branch_lines.N_SECTIONS", (3, 4, 6, 8)),
@@ -132,11 +135,17 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("smallest ball of", "relaxation.MIN_RATIO", (0.03, 0.3)),
         ("steps between spacings", "relaxation.STEPS_BETWEEN", (2, 8)),
         ("points of paths at", "relaxation.SPACINGS", ((0.9, 0.9, 0.9), (0.6, 0.6, 0.6, 0.6))),
-        ("bending weight of", "centering.BENDING_WEIGHT", (0.25, 1.0, 2.0)),
-        ("weight of gaps", "centering.POSITION_WEIGHT", (1e-3, 1e-2, 3e-2)),
+        ("bending weight of", "centering.BENDING_WEIGHT tube_fit.BENDING_WEIGHT", (0.25, 1.0, 2.0)),
+        ("weight of gaps", "centering.POSITION_WEIGHT tube_fit.POSITION_WEIGHT", (1e-3, 1e-2, 3e-2)),
         ("centered ratio of", "containment.CENTERED_RATIO", (0.25, 0.75)),
+        ("deviation of", "tube_fit.MAX_DEVIATION", (0.1, 0.3, 0.5)),
+        ("tube steps of", "tube_fit.N_STEPS", (1, 2, 6)),
+        ("nearest balls of", "tube_fit.N_NEAREST", (2, 8)),
     )
     for value in values
+} | {
+    f"levels of limbs {n}": {"lbskel.refinement.uncovered_limbs.LEVELS": np.geomspace(6.0, 1.05, n)}
+    for n in (5, 20, 40)
 }
 
 NOISES = (0.1, 0.2, 0.3)  # standard deviation of noise along the normals, in local edge lengths
