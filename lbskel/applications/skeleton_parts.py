@@ -158,7 +158,11 @@ def _jumps(s: NDArray[np.float64], radii: NDArray[np.float64]) -> list[int]:
         return []
     middle = (s[1:] + s[:-1]) / 2
     reach = (radii[1:] + radii[:-1]) / 2
-    ahead, behind = (np.interp(middle + sign * reach, s, radii) for sign in (1, -1))
+    # medians of three places: between two nodes of which noise makes one thin there is no jump
+    ahead, behind = (
+        np.median([np.interp(middle + sign * share * reach, s, radii) for share in (0.5, 1.0, 1.5)], axis=0)
+        for sign in (1, -1)
+    )
     smaller = np.minimum(ahead, behind)
     ratio = np.divide(np.maximum(ahead, behind), smaller, out=np.ones(len(s) - 1), where=smaller > 0)
     jumps: list[int] = []

@@ -45,8 +45,8 @@ def _value(target):
 
 def test_the_passes_call_what_is_left_out():
     assert callable(passes.refine)
-    shape = make("tripod", n_vertices=600)
-    with replaced("recenter"):
+    shape = make("octopus", n_vertices=800)
+    with replaced("fit tubes"):
         raw = lbskel.skeletonize(shape.mesh)
     assert (
         measured(raw, shape.truth)["accuracy"] > 2 * measured(lbskel.skeletonize(shape.mesh), shape.truth)["accuracy"]

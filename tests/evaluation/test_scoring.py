@@ -91,7 +91,7 @@ def bristles(skeleton, n=6):
     """Short spurs at a junction."""
     junction, first = skeleton.junctions[0], len(skeleton.nodes)
     aside = np.random.default_rng(0).normal(size=(n, 3))
-    aside *= 0.4 * skeleton.radii[junction] / np.linalg.norm(aside, axis=1, keepdims=True)
+    aside *= 0.2 * skeleton.radii[junction] / np.linalg.norm(aside, axis=1, keepdims=True)
     return Skeleton(
         np.concatenate([skeleton.nodes, skeleton.nodes[junction] + aside]),
         [*skeleton.edges.tolist(), *([junction, first + i] for i in range(n))],
