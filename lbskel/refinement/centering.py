@@ -8,13 +8,13 @@ plane cuts several branches, the branch is continued smoothly, and as straight a
 
 from __future__ import annotations
 
-__all__ = ["fit_to_centerlines", "recenter"]
+__all__ = ["fit_to_centerlines", "recenter", "second_differences"]
 
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, diags_array
+from scipy.sparse import coo_array, csr_array, diags_array
 
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.bends import contract_corner_spurs
@@ -105,10 +105,20 @@ def _smoothing_spline(
     skeleton: Skeleton, target: NDArray[np.float64], weight: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Fit a discrete smoothing spline to every branch, by weighted targets and squared second differences."""
+    second = second_differences(skeleton)
+    A = BENDING_WEIGHT * (second.T @ second) + diags_array(weight)
+    return factorize(A.tocsc()).solve(weight[:, None] * target)
+
+
+def second_differences(skeleton: Skeleton) -> csr_array:
+    """(r, k) matrix of the second differences along the branches, a row for each of :attr:`Skeleton.triples`.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    """
     previous, middle, following = skeleton.triples
     rows = np.tile(np.arange(len(middle)), 3)
     values = np.repeat([1.0, -2.0, 1.0], len(middle))
     shape = (len(middle), len(skeleton.nodes))
-    second = coo_array((values, (rows, np.concatenate([previous, middle, following]))), shape=shape).tocsc()
-    A = BENDING_WEIGHT * (second.T @ second) + diags_array(weight)
-    return factorize(A.tocsc()).solve(weight[:, None] * target)
+    return coo_array((values, (rows, np.concatenate([previous, middle, following]))), shape=shape).tocsr()

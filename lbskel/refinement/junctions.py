@@ -140,6 +140,13 @@ def merge_junctions_by_axes(
         With evenly spaced branches and inscribed radii.
     centers : SectionCenters
     surface : Surface
+
+    Returns
+    -------
+    skeleton : Skeleton
+        The same if no pair is merged.
+    centers : SectionCenters
+        Of its nodes; of a merged pair the common place.
     """
     merged = _merged(skeleton, centers, surface, keep_sides=False)
     if n_tunnels_missed(merged[0], surface) > n_tunnels_missed(skeleton, surface):

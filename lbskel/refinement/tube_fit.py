@@ -22,7 +22,7 @@ from scipy.sparse import coo_array, csr_array, diags_array, kron
 from scipy.spatial import cKDTree
 
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.centering import BENDING_WEIGHT, POSITION_WEIGHT
+from lbskel.refinement.centering import BENDING_WEIGHT, POSITION_WEIGHT, second_differences
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import segments_outside
 from lbskel.refinement.radii import mean_axis_distances
@@ -210,12 +210,8 @@ def _roundness(
 
 def _prior(skeleton: Skeleton, start: _Tubes, shares: NDArray[np.float64]) -> _Prior:
     """Bending along the branches, and the places and radii of the nodes at the start, relative to the radii there."""
-    previous, middle, following = skeleton.triples
-    rows = np.tile(np.arange(len(middle)), 3)
-    values = np.repeat([1.0, -2.0, 1.0], len(middle)) / np.tile(start.radii[middle], 3)
-    shape = (len(middle), len(start.radii))
-    second = coo_array((values, (rows, np.concatenate([previous, middle, following]))), shape=shape).tocsr()
-    bending = BENDING_WEIGHT * (second.T @ second)
+    relative = diags_array(1 / start.radii[skeleton.triples[1]]) @ second_differences(skeleton)
+    bending = BENDING_WEIGHT * (relative.T @ relative)
     held = np.tile(((1 - shares) ** 2 + POSITION_WEIGHT)[:, None], 4)
     held[:, 3] = POSITION_WEIGHT
     held /= start.radii[:, None] ** 2
