@@ -109,7 +109,7 @@ PASSES: dict[str, dict[str, Any]] = {
     "make mirror symmetric": {f"{PIPELINE_PASSES}.make_mirror_symmetric": _unchanged},
     "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},
     "fit tubes": {f"{PIPELINE_PASSES}.fit_tubes": _unchanged},
-    "nodes no closer than edges": {f"{PIPELINE_PASSES}.resolved_radii": mean_radii},
+    "spacing by edges": {f"{PIPELINE_PASSES}.resolved_radii": mean_radii},
 }
 # Bounds in place of those of the code: on gaps of lines of sight in flat ends, on places of junctions, on symmetry, and
 # in the relaxation of paths that left the solid
@@ -145,7 +145,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
     for value in values
 } | {
     f"levels of limbs {n}": {"lbskel.refinement.uncovered_limbs.LEVELS": np.geomspace(6.0, 1.05, n)}
-    for n in (5, 20, 40)
+    for n in (5, 10, 36)
 }
 
 NOISES = (0.1, 0.2, 0.3)  # standard deviation of noise along the normals, in local edge lengths

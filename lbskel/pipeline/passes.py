@@ -50,7 +50,7 @@ from lbskel.skeleton.skeleton import Skeleton
 
 Pass: TypeAlias = Callable[[Skeleton, Surface], Skeleton]
 
-SPACING = 0.5  # of nodes along a branch, in local radii
+SPACING = 0.5  # of nodes along a branch, in local radii, or in edges where these are longer
 
 
 def refine(
@@ -166,9 +166,11 @@ def _with_own_regions(skeleton: Skeleton, surface: Surface) -> Skeleton:
 def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Merge junctions whose branches point to one place, and move nodes to the axes of their branches."""
     centers = find_section_centers(skeleton, surface)
-    merged, centers = merge_junctions_by_axes(inscribed_radii(skeleton, surface), centers, surface)
-    fitted = fit_to_centerlines(merged, centers, surface)
-    return fitted if len(merged.nodes) == len(skeleton.nodes) else _evenly_spaced(fitted, surface)
+    merged = merge_junctions_by_axes(inscribed_radii(skeleton, surface), centers, surface)
+    if len(merged.nodes) < len(skeleton.nodes):
+        skeleton = _evenly_spaced(merged, surface)
+        centers = find_section_centers(skeleton, surface)
+    return fit_to_centerlines(skeleton, centers, surface)
 
 
 def _rerouted_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:

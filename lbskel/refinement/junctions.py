@@ -125,9 +125,7 @@ def _is_passed(
     return is_passed
 
 
-def merge_junctions_by_axes(
-    skeleton: Skeleton, centers: SectionCenters, surface: Surface
-) -> tuple[Skeleton, SectionCenters]:
+def merge_junctions_by_axes(skeleton: Skeleton, centers: SectionCenters, surface: Surface) -> Skeleton:
     """Merge two junctions where the branches that leave the pair all point to one place.
 
     In a thick part, such as a palm, several branches run together before they end. Contraction then joins them in
@@ -140,23 +138,14 @@ def merge_junctions_by_axes(
         With evenly spaced branches and inscribed radii.
     centers : SectionCenters
     surface : Surface
-
-    Returns
-    -------
-    skeleton : Skeleton
-        The same if no pair is merged.
-    centers : SectionCenters
-        Of its nodes; of a merged pair the common place.
     """
     merged = _merged(skeleton, centers, surface, keep_sides=False)
-    if n_tunnels_missed(merged[0], surface) > n_tunnels_missed(skeleton, surface):
+    if n_tunnels_missed(merged, surface) > n_tunnels_missed(skeleton, surface):
         merged = _merged(skeleton, centers, surface, keep_sides=True)
     return merged
 
 
-def _merged(
-    skeleton: Skeleton, centers: SectionCenters, surface: Surface, *, keep_sides: bool
-) -> tuple[Skeleton, SectionCenters]:
+def _merged(skeleton: Skeleton, centers: SectionCenters, surface: Surface, *, keep_sides: bool) -> Skeleton:
     """Merge pairs of junctions; with ``keep_sides``, none whose edges would then pass a tunnel on another side."""
     while len(inner := _short_branches(skeleton)):
         lines = branch_lines(skeleton, centers)
@@ -176,11 +165,11 @@ def _merged(
             target[branch] = branch[0]
             nodes[branch[0]] = positions[branch[0]] = places[row]
         if not touched.any():
-            return skeleton, centers
+            return skeleton
         skeleton = contract_nodes(replace(skeleton, nodes=nodes), target)
         kept = np.unique(target)
         centers = SectionCenters(centers.is_known[kept], positions[kept])
-    return skeleton, centers
+    return skeleton
 
 
 def _passes_a_tunnel(

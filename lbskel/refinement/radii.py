@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["inscribed_radii", "mean_axis_distances", "mean_radii", "own_radii", "resolved_radii"]
+__all__ = ["axis_directions", "inscribed_radii", "mean_axis_distances", "mean_radii", "own_radii", "resolved_radii"]
 
 from dataclasses import replace
 
@@ -74,9 +74,10 @@ def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
 
 
 def resolved_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
-    """Set radii: mean radii, or the mean length of the edges of the mesh at each node where these are longer.
+    """Set radii: mean radii, or the mean of the shortest edges at the vertices of each node where these are longer.
 
-    Nodes that are spaced by them are not closer together than the surface can tell.
+    Nodes that are spaced by them are not closer together than the surface can tell. Long edges along a pipe tell as
+    much as short ones around it, since the surface is straight along them.
 
     Parameters
     ----------
@@ -85,10 +86,11 @@ def resolved_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     mesh : Mesh
         The mesh that ``node_of_vertex`` belongs to.
     """
-    ends, n = mesh.edges.ravel(), len(mesh.vertices)
-    lengths = np.bincount(ends, np.repeat(mesh.edge_lengths, 2), n) / np.maximum(np.bincount(ends, minlength=n), 1)
+    shortest = np.full(len(mesh.vertices), np.inf)
+    np.minimum.at(shortest, mesh.edges.ravel(), np.repeat(mesh.edge_lengths, 2))
+    at_nodes = _means(skeleton, np.where(np.isfinite(shortest), shortest, 0.0))
     skeleton = mean_radii(skeleton, mesh)
-    return replace(skeleton, radii=np.maximum(skeleton.radii, _means(skeleton, lengths)))
+    return replace(skeleton, radii=np.maximum(skeleton.radii, at_nodes))
 
 
 def mean_axis_distances(skeleton: Skeleton, points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -107,6 +109,22 @@ def mean_axis_distances(skeleton: Skeleton, points: NDArray[np.float64]) -> NDAr
         The vertices of the mesh, or the points of the cloud, that ``node_of_vertex`` belongs to.
     """
     nodes, node = skeleton.nodes, skeleton.node_of_vertex
+    directions = axis_directions(skeleton)
+    offsets = points - nodes[node]
+    along = np.einsum("ni,ni->n", offsets, directions[node])
+    along = np.where(skeleton.degrees[node] == 1, np.minimum(along, 0.0), along)
+    squared = np.einsum("ni,ni->n", offsets, offsets) - along**2
+    return _means(skeleton, np.sqrt(np.maximum(squared, 0.0)))
+
+
+def axis_directions(skeleton: Skeleton) -> NDArray[np.float64]:
+    """(k, 3) unit vectors along the chord between the neighbors of each node, at a tip outwards; zero at junctions.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    """
+    nodes = skeleton.nodes
     directions = np.zeros_like(nodes)
     previous, middle, following = skeleton.triples
     directions[middle] = nodes[following] - nodes[previous]
@@ -114,12 +132,8 @@ def mean_axis_distances(skeleton: Skeleton, points: NDArray[np.float64]) -> NDAr
     tips, inner = ends[skeleton.degrees[ends[:, 0]] == 1].T
     directions[tips] = nodes[tips] - nodes[inner]
     lengths = np.linalg.norm(directions, axis=1, keepdims=True)
-    directions = np.divide(directions, lengths, out=directions, where=lengths > 0)
-    offsets = points - nodes[node]
-    along = np.einsum("ni,ni->n", offsets, directions[node])
-    along = np.where(skeleton.degrees[node] == 1, np.minimum(along, 0.0), along)
-    squared = np.einsum("ni,ni->n", offsets, offsets) - along**2
-    return _means(skeleton, np.sqrt(np.maximum(squared, 0.0)))
+    np.divide(directions, lengths, out=directions, where=lengths > 0)
+    return directions
 
 
 def _means(skeleton: Skeleton, distances: NDArray[np.float64]) -> NDArray[np.float64]:

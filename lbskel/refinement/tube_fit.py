@@ -25,13 +25,13 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.centering import BENDING_WEIGHT, POSITION_WEIGHT, second_differences
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import segments_outside
-from lbskel.refinement.radii import mean_axis_distances
+from lbskel.refinement.radii import axis_directions, mean_axis_distances
 from lbskel.refinement.tunnel_sides import keep_sides
 from lbskel.skeleton.skeleton import Skeleton
 from lbskel.solvers import Factorization, factorize
 
-# Mean distance of the vertices from a round tube, in its radii, at which they count half, and beyond which a vertex
-# counts less than in proportion to its squared distance. Rows "deviation of" in benchmarks/results/refinement.md
+# Distance from a round tube, in its radii, at which a vertex counts half, and at which all vertices of a branch do if
+# that is their mean distance. Rows "deviation of" in benchmarks/results/refinement.md
 MAX_DEVIATION = 0.2
 # Gauss-Newton steps, which bound the time. Rows "tube steps of" there: more are alike
 N_STEPS = 3
@@ -40,8 +40,10 @@ N_STEPS = 3
 N_NEAREST = 4
 
 MAX_SLOPE = 0.9  # of the radius along an edge: the normals of a steeper cone meet its axis far beyond the edge
-MAX_STEP = 0.5  # in radii, half of the spacing of nodes at both sides
-MIN_RADIUS = 1e-9  # in diameters of the mesh, of nodes on the surface
+MAX_STEP = 0.5  # in radii, of a node and of its radius
+MIN_RADIUS = (
+    0.01  # of the median over the branch; less, as where the only vertex is on the axis, makes singular systems
+)
 TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -105,7 +107,8 @@ class _Prior:
 def fit_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Move the nodes to the axes of round tubes that are fitted to the surface.
 
-    No node leaves the surface, no edge leaves a closed one, and none passes a tunnel on another side.
+    Nodes move across their branches, junctions any way. No node inside leaves the surface, no edge inside leaves a
+    closed one, and none passes a tunnel on another side.
 
     Parameters
     ----------
@@ -117,22 +120,29 @@ def fit_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
     Returns
     -------
     Skeleton
-        The same if no branch has a section of its own, so that nothing tells whether it is round.
+        The same if there are fewer vertices than unknowns, so that bending would decide, or if no branch has a section
+        of its own, so that nothing tells whether it is round.
     """
+    points, areas = surface.proxy.mesh.vertices, surface.proxy.mesh.vertex_areas
+    if len(points) < 4 * len(skeleton.nodes):
+        return skeleton
     is_known = find_section_centers(skeleton, surface).is_known
     if not is_known.any():
         return skeleton
     radii = _along_gaps(skeleton, mean_axis_distances(skeleton, surface.mesh.vertices), is_known)
-    start = _Tubes(skeleton.edges, skeleton.nodes, np.maximum(radii, MIN_RADIUS * surface.mesh.diameter_bound))
-    points, areas = surface.proxy.mesh.vertices, surface.proxy.mesh.vertex_areas
+    least = np.maximum(MIN_RADIUS * skeleton.branch_medians(radii), MIN_RADIUS**2 * surface.mesh.diameter_bound)
+    start = _Tubes(skeleton.edges, skeleton.nodes, np.maximum(radii, least))
     nearby = _nearby_edges(start, points)
     shares = _roundness(skeleton, _feet(start, points, nearby), areas, is_known)
     prior, tubes, factor = _prior(skeleton, start, shares), start, None
     for _ in range(N_STEPS):
         surface.deadline.check()
         tubes, factor = _step(tubes, _feet(tubes, points, nearby), areas, shares, prior, factor)
-    nodes = _kept_inside(skeleton, tubes.positions, surface)
-    return replace(skeleton, nodes=keep_sides(skeleton, nodes, surface))
+    moves = tubes.positions - skeleton.nodes
+    along = axis_directions(skeleton)
+    moves -= np.einsum("ki,ki->k", moves, along)[:, None] * along
+    nodes = keep_sides(skeleton, skeleton.nodes + moves, surface)
+    return replace(skeleton, nodes=_kept_inside(skeleton, nodes, surface))
 
 
 def _along_gaps(skeleton: Skeleton, values: NDArray[np.float64], is_known: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -177,14 +187,15 @@ def _feet(tubes: _Tubes, points: NDArray[np.float64], nearby: tuple[NDArray[np.i
 
 def _nearby_edges(tubes: _Tubes, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Rows of points and edges that may be nearest to them, by row: those at the N_NEAREST balls by their power."""
-    P, r = tubes.positions, tubes.radii
+    used = np.unique(tubes.edges)
+    P, r = tubes.positions[used], tubes.radii[used]
     lifted = np.column_stack([P, np.sqrt(np.maximum(r.max() ** 2 - r**2, 0.0))])  # distances there are powers
     n_nearest = min(N_NEAREST, len(P))
-    near = cKDTree(lifted).query(np.column_stack([points, np.zeros(len(points))]), k=n_nearest)[1]
+    near = used[cKDTree(lifted).query(np.column_stack([points, np.zeros(len(points))]), k=n_nearest)[1]]
     near = near.reshape(len(points), n_nearest)
     ends = tubes.edges.ravel()
     order = np.argsort(ends, kind="stable")
-    sizes = np.bincount(ends, minlength=len(P))
+    sizes = np.bincount(ends)
     first = np.cumsum(sizes) - sizes
     counts = sizes[near.ravel()]
     rows = np.repeat(np.repeat(np.arange(len(points)), n_nearest), counts)
@@ -197,13 +208,14 @@ def _roundness(
 ) -> NDArray[np.float64]:
     """(k,) shares by which vertices count at each node: 1 where the surface is round, 0 where it is flat.
 
-    Measured at the nodes that have sections of their own: elsewhere, distances also tell that nodes are misplaced.
+    Measured at the nodes that have sections of their own: elsewhere, distances also tell that nodes are misplaced. The
+    vertices of a node that has no vertex, as on a long face, tell nothing.
     """
     node = skeleton.edges[feet.edges, (feet.shares >= 0.5).astype(np.int64)]
     count = np.bincount(node, areas, len(skeleton.nodes))
     total = np.bincount(node, areas * np.abs(feet.distances) / feet.radii, len(skeleton.nodes))
     deviations = np.divide(total, count, out=np.ones(len(count)), where=count > 0)
-    deviations = _along_gaps(skeleton, deviations, is_known & (count > 0))
+    deviations = _along_gaps(skeleton, deviations, is_known)
     shares: NDArray[np.float64] = 1 / (1 + (deviations / MAX_DEVIATION) ** 4)
     return shares
 
@@ -232,13 +244,13 @@ def _step(
     """Make one Gauss-Newton step; no node moves, and no radius changes, by more than half the radius.
 
     A vertex counts by its area relative to a ring of the tube half a radius long, and at most as that, so that each
-    node counts about as much as one section.
+    node counts about as much as one section; less where it is far from all tubes.
     """
     r, edges = tubes.radii, tubes.edges
     near, far = edges[feet.edges].T
     weights = np.minimum(areas / (np.pi * feet.radii**2), 1.0) / feet.radii**2
     weights *= (1 - feet.shares) * shares[near] + feet.shares * shares[far]
-    weights /= np.maximum(1.0, np.abs(feet.distances) / (MAX_DEVIATION * feet.radii))
+    weights /= 1 + (feet.distances / (MAX_DEVIATION * feet.radii)) ** 2
     change = np.column_stack([feet.normals, np.ones(len(near))])
     gradients = np.concatenate([(1 - feet.shares)[:, None] * change, feet.shares[:, None] * change], axis=1)
     of_edge = csr_array((weights, (feet.edges, np.arange(len(near)))), shape=(len(edges), len(near)))

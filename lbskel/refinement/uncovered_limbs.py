@@ -43,9 +43,9 @@ from lbskel.skeleton.skeleton import Skeleton
 # in benchmarks/results/neurons.md and "Noise on real meshes" in refinement.md: with less, noise makes limbs, and with
 # more, short limbs are missed
 MIN_BULGE = 0.62
-# Levels of d / R at which patches are measured, each a sixth below the one before; they bound the time. Rows "levels of
+# Levels of d / R at which patches are measured, each a tenth below the one before; they bound the time. Rows "levels of
 # limbs" in benchmarks/results/refinement.md
-LEVELS = np.geomspace(6.0, 1.05, 10)
+LEVELS = np.geomspace(6.0, 1.05, 18)
 TINY = float(np.finfo(np.float64).tiny)
 
 

@@ -87,7 +87,7 @@ def test_a_junction_keeps_its_position_only_where_its_branches_determine_none(de
 def test_two_junctions_whose_branches_all_point_to_one_place_are_merged(star):
     skeleton = graph_of_star(star, np.array([0.07, 0.07, 0.02]), np.array([-0.07, -0.07, 0.02]))
     assert len(skeleton.junctions) == 2
-    merged, _ = merge_junctions_by_axes(skeleton, find_section_centers(skeleton, Surface(star)), Surface(star))
+    merged = merge_junctions_by_axes(skeleton, find_section_centers(skeleton, Surface(star)), Surface(star))
     assert (len(merged.junctions), len(merged.tips), merged.cycle_rank) == (1, 5, 0)
     assert np.linalg.norm(merged.nodes[merged.junctions]) < 0.5 * STAR_RADIUS
     assert len(merged.node_of_vertex) == len(star.vertices)
@@ -103,9 +103,7 @@ def test_two_junctions_with_branches_of_their_own_are_not_merged():
     )
     paths = [("a", "b"), ("a", "p"), ("a", "q"), ("b", "r"), ("b", "s")]
     skeleton = straight_graph(mesh, {"a": a, "b": b, **ends}, paths)
-    assert (
-        merge_junctions_by_axes(skeleton, find_section_centers(skeleton, Surface(mesh)), Surface(mesh))[0] is skeleton
-    )
+    assert merge_junctions_by_axes(skeleton, find_section_centers(skeleton, Surface(mesh)), Surface(mesh)) is skeleton
 
 
 def test_merging_closes_no_loop():
@@ -118,7 +116,7 @@ def test_merging_closes_no_loop():
     edges = [[0, 1], [0, 2], [0, 38], [1, 39], [1, 75], *chains]
     nearest = nearest_rows(mesh.vertices, nodes)
     skeleton = inscribed_radii(Skeleton(nodes, np.array(edges), np.zeros(len(nodes)), nearest), Surface(mesh))
-    merged, _ = merge_junctions_by_axes(skeleton, find_section_centers(skeleton, Surface(mesh)), Surface(mesh))
+    merged = merge_junctions_by_axes(skeleton, find_section_centers(skeleton, Surface(mesh)), Surface(mesh))
     assert (merged.cycle_rank, merged.n_components) == (2, 1)
 
 
@@ -213,8 +211,8 @@ def test_junctions_farther_apart_than_four_radii_are_not_merged(star):
     thin = replace(near, radii=np.full(len(near.nodes), 0.24 * length))
     thick = replace(near, radii=np.full(len(near.nodes), 0.26 * length))
     centers = find_section_centers(near, Surface(star))
-    assert len(merge_junctions_by_axes(thin, centers, Surface(star))[0].junctions) == 2
-    assert len(merge_junctions_by_axes(thick, centers, Surface(star))[0].junctions) == 1
+    assert len(merge_junctions_by_axes(thin, centers, Surface(star)).junctions) == 2
+    assert len(merge_junctions_by_axes(thick, centers, Surface(star)).junctions) == 1
 
 
 @pytest.mark.parametrize("n_new", [1, 3])
@@ -234,12 +232,12 @@ def test_two_junctions_on_a_cycle_are_not_merged(star, n_new):
         radii=np.append(tree.radii, np.full(n_new, tree.radii.max())),
     )
     centers = find_section_centers(tree, Surface(star))
-    assert len(merge_junctions_by_axes(tree, centers, Surface(star))[0].junctions) == 1
+    assert len(merge_junctions_by_axes(tree, centers, Surface(star)).junctions) == 1
     longer = SectionCenters(
         np.append(centers.is_known, np.zeros(n_new, dtype=bool)),
         np.append(centers.positions, cycle.nodes[new], axis=0),
     )
-    merged, _ = merge_junctions_by_axes(cycle, longer, Surface(star))
+    merged = merge_junctions_by_axes(cycle, longer, Surface(star))
     assert (len(merged.junctions), merged.cycle_rank) == (2, 1)
 
 

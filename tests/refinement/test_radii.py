@@ -83,12 +83,12 @@ def test_own_radii_do_not_count_the_surfaces_of_other_components():
     assert found[4] == 7  # no vertex is mapped to its graph
 
 
-def test_radii_to_space_nodes_by_are_at_least_the_edges_of_the_surface():
-    """A tube of radius 0.5: its rings are 2 apart where it is coarse, and 0.1 where it is fine."""
+def test_radii_to_space_nodes_by_follow_the_shortest_edges_of_the_surface():
+    """Around a coarse tube of radius 0.5 the edges are 0.7 long, around a fine one 0.05; along both they are longer."""
     coarse, fine = (capsule(4.0, 0.5, n) for n in (4, 64))
     for mesh, is_coarse in ((coarse, True), (fine, False)):
         path = path_in(mesh, [[0, 0, -1], [0, 0, 0], [0, 0, 1]])
         means, found = mean_radii(path, mesh).radii, resolved_radii(path, mesh).radii
-        assert (found > 1.2 * means).any() == is_coarse
+        assert (found > means).any() == is_coarse
         assert (found >= means).all()
-        assert found.max() <= max(means.max(), mesh.edge_lengths.max())
+        assert found.max() <= max(means.max(), np.median(mesh.edge_lengths))
