@@ -208,8 +208,8 @@ def _roundness(
 ) -> NDArray[np.float64]:
     """(k,) shares by which vertices count at each node: 1 where the surface is round, 0 where it is flat.
 
-    Measured at the nodes that have sections of their own: elsewhere, distances also tell that nodes are misplaced. The
-    vertices of a node that has no vertex, as on a long face, tell nothing.
+    Measured at the nodes that have sections of their own: elsewhere, distances also tell that nodes are misplaced. A
+    node with a section but without a vertex, as on a long face, keeps its place.
     """
     node = skeleton.edges[feet.edges, (feet.shares >= 0.5).astype(np.int64)]
     count = np.bincount(node, areas, len(skeleton.nodes))

@@ -2,13 +2,15 @@
 
 from dataclasses import replace
 
+import igl
 import numpy as np
 import pytest
 from helpers import box_mesh, joined, loop_in, path_in
 
-from lbskel import Skeleton, ground_truth_distances, skeletonize
+from lbskel import Mesh, Skeleton, ground_truth_distances, skeletonize
 from lbskel.geometry.deadline import Deadline, OutOfTime
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.containment import segments_outside
 from lbskel.refinement.region_map import nearest_balls
 from lbskel.refinement.tube_fit import _feet, _nearby_edges, _Tubes, fit_tubes
 from lbskel.shapes import capsule, make, torus
@@ -73,21 +75,67 @@ def test_the_fit_turns_and_scales_with_the_mesh():
     assert other.nodes / 1e3 == pytest.approx(one.nodes @ turn, abs=1e-9)
 
 
-def test_no_edge_leaves_a_closed_surface():
-    """A path that turns back within a box as thin as its steps."""
-    mesh = box_mesh((4.0, 0.2, 0.2))
-    x = np.linspace(-1.9, 1.9, 12)
-    path = path_in(mesh, np.stack([x, 0.09 * (-1.0) ** np.arange(12), 0 * x], axis=1))
-    fitted = fit_tubes(path, Surface(mesh))
-    assert Surface(mesh).contains(fitted.nodes).all()
+def bent_plate(is_closed):
+    """A plate of 3 by 2 by 0.06, bent to an arc of radius 1, and a path in its middle; or the plate with a hole."""
+    box = box_mesh((3.0, 2.0, 0.06))
+    V, F = igl.upsample(box.vertices, box.faces, 4)
+    V = np.stack([(1 + V[:, 2]) * np.sin(V[:, 0]), V[:, 1], (1 + V[:, 2]) * np.cos(V[:, 0])], axis=1)
+    mesh, angle = Mesh(V, F if is_closed else F[1:]), np.linspace(-1.2, 1.2, 7)
+    return mesh, path_in(mesh, np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=1))
 
 
-def test_nodes_without_edges_and_points_without_radius_are_left():
+@pytest.mark.parametrize("is_closed", [True, False])
+def test_nothing_leaves_a_thin_part_that_is_bent(is_closed):
+    """A path that bends less leaves it: the plate is a thirtieth as thick as the tubes."""
+    mesh, path = bent_plate(is_closed)
+    fitted, surface = fit_tubes(path, Surface(mesh)), Surface(mesh)
+    assert surface.contains(fitted.nodes[surface.contains(path.nodes)]).all()
+    if is_closed:
+        was_outside, is_outside = (segments_outside(s.nodes, path.edges, surface) for s in (path, fitted))
+        assert not (is_outside & ~was_outside).any()
+
+
+def test_a_node_that_is_outside_already_may_stay_so():
+    mesh, path = bent_plate(is_closed=True)
+    nodes = np.array(path.nodes)
+    nodes[3] *= 1.2
+    assert np.isfinite(fit_tubes(replace(path, nodes=nodes), Surface(mesh)).nodes).all()
+
+
+def test_without_edges_or_with_few_vertices_or_without_sections_nothing_is_fitted():
     mesh = capsule(4.0, 0.5, 16)
     alone = Skeleton(np.zeros((1, 3)), np.empty((0, 2)), np.ones(1), np.zeros(len(mesh.vertices), dtype=np.int64))
-    assert fit_tubes(alone, Surface(mesh)) is alone
-    on_surface = path_in(mesh, mesh.vertices[mesh.edges[0]])
-    assert np.isfinite(fit_tubes(on_surface, Surface(mesh)).nodes).all()
+    short = path_in(mesh, [[0, 0, 2.2], [0, 0, 2.3]])
+    z = np.linspace(-2, 2, 1 + len(mesh.vertices) // 4)
+    for skeleton in (alone, short, path_in(mesh, bent_path(z, 0.1 + 0 * z))):
+        assert fit_tubes(skeleton, Surface(mesh)) is skeleton
+
+
+def test_a_node_whose_only_vertex_is_on_the_axis_has_a_radius():
+    mesh, z = capsule(4.0, 0.5, 48), np.linspace(-2, 2, 17)
+    path = path_in(mesh, bent_path(z, 0 * z))
+    node_of_vertex = np.where(path.node_of_vertex == 8, 7, path.node_of_vertex)
+    node_of_vertex[mesh.vertices[:, 2].argmax()] = 8
+    fitted = fit_tubes(replace(path, node_of_vertex=node_of_vertex), Surface(mesh))
+    assert np.abs(fitted.nodes[:, 0]).max() < 0.01 * 0.5
+
+
+def test_the_foot_on_a_cone_is_where_the_sphere_touches_it():
+    """Its radius falls from 1 to 0.5 over a length of 1: normals lead back by 30 degrees."""
+    tubes = _Tubes(np.array([[0, 1]]), np.array([[0.0, 0, 0], [0, 0, 1]]), np.array([1.0, 0.5]))
+    place, radius = 0.3, 0.85
+    point = np.array([[radius * np.cos(np.pi / 6), 0, place + radius * np.sin(np.pi / 6)]])
+    feet = _feet(tubes, point, (np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64)))
+    assert (feet.shares[0], feet.radii[0]) == pytest.approx((place, radius), abs=1e-12)
+    assert feet.distances[0] == pytest.approx(0, abs=1e-12)
+
+
+def test_nodes_move_across_their_branches():
+    mesh, z = capsule(4.0, 0.5, 32), np.linspace(-2, 2, 17) + 0.1 * np.sin(np.arange(17.0))
+    path = path_in(mesh, bent_path(z, 0.1 + 0 * z))
+    fitted = fit_tubes(path, Surface(mesh))
+    assert fitted.nodes[:, 2] == pytest.approx(path.nodes[:, 2], abs=1e-9)
+    assert np.abs(fitted.nodes[2:-2, 0]).max() < 0.01 * 0.5
 
 
 def test_the_nearest_cone_is_that_of_all_cones():
