@@ -35,7 +35,7 @@ from lbskel.refinement.containment import paths_outside, reroute_inside
 from lbskel.refinement.flat_ends import prune_flat_ends
 from lbskel.refinement.junctions import merge_junctions_by_axes
 from lbskel.refinement.limb_growth import grow_limbs
-from lbskel.refinement.mirror_symmetry import make_mirror_symmetric
+from lbskel.refinement.mirror_symmetry import keep_mirror_symmetry, make_mirror_symmetric
 from lbskel.refinement.open_ends import extend_to_open_ends
 from lbskel.refinement.radii import inscribed_radii, mean_axis_distances, mean_radii, resolved_radii
 from lbskel.refinement.region_map import make_regions_connected, reassign_to_nearest_node
@@ -184,8 +184,13 @@ def _evenly_spaced(skeleton: Skeleton, surface: Surface) -> Skeleton:
 
 
 def _with_fitted_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Fit round tubes to the surface; the regions that contraction left are not those of the nodes near it."""
-    return fit_tubes(reassign_to_nearest_node(skeleton, surface.mesh), surface)
+    """Fit round tubes to the surface, alike on both sides of a symmetric one.
+
+    The regions that contraction left are not those of the nodes near it.
+    """
+    near = reassign_to_nearest_node(skeleton, surface.mesh)
+    fitted = fit_tubes(near, surface)
+    return fitted if fitted is near else keep_mirror_symmetry(near, fitted, surface)
 
 
 def _must_stay(olds: list[NDArray[np.float64]], news: list[NDArray[np.float64]], surface: Surface) -> NDArray[np.bool_]:

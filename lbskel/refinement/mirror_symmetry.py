@@ -9,7 +9,7 @@ and leave no more uncovered than before.
 
 from __future__ import annotations
 
-__all__ = ["make_mirror_symmetric", "symmetry_planes"]
+__all__ = ["keep_mirror_symmetry", "make_mirror_symmetric", "symmetry_planes"]
 
 from dataclasses import replace
 from operator import itemgetter
@@ -39,6 +39,7 @@ ON_PLANE = 0.5
 # Vertices of a small and a large sample, which bound the time: the small one rules out nearly every plane that is none
 # of symmetry; guesses
 N_SAMPLES = (100, 2_000)
+ROUNDING = 1e-6  # of the diameter bound, within which a node and the mirror image of another are at the same place
 
 
 def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -77,6 +78,23 @@ def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
         if covering:
             skeleton = min(covering, key=itemgetter(0, 1))[2]
     return skeleton
+
+
+def keep_mirror_symmetry(before: Skeleton, after: Skeleton, surface: Surface) -> Skeleton:
+    """Make moved nodes symmetric again about the planes about which they were: each goes halfway to its mirror image.
+
+    Parameters
+    ----------
+    before, after : Skeleton
+        The same graph, before and after its nodes were moved.
+    surface : Surface
+    """
+    nodes, tree = after.nodes, cKDTree(before.nodes)
+    for plane, _ in symmetry_planes(before, surface):
+        distances, twins = tree.query(plane.mirrored(before.nodes))
+        if distances.max() <= ROUNDING * surface.mesh.diameter_bound:
+            nodes = (nodes + plane.mirrored(nodes[twins])) / 2
+    return replace(after, nodes=nodes)
 
 
 def symmetry_planes(skeleton: Skeleton, surface: Surface) -> list[tuple[Mirror, NDArray[np.int64]]]:

@@ -41,9 +41,8 @@ N_NEAREST = 4
 
 MAX_SLOPE = 0.9  # of the radius along an edge: the normals of a steeper cone meet its axis far beyond the edge
 MAX_STEP = 0.5  # in radii, of a node and of its radius
-MIN_RADIUS = (
-    0.01  # of the median over the branch; less, as where the only vertex is on the axis, makes singular systems
-)
+# In medians over the branch: less, as where the only vertex of a node is on the axis, makes the systems singular
+MIN_RADIUS = 0.01
 TINY = float(np.finfo(np.float64).tiny)
 
 

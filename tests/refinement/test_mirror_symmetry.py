@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 import lbskel
 from lbskel import Mesh, Skeleton
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.mirror_symmetry import make_mirror_symmetric, symmetry_planes
+from lbskel.refinement.mirror_symmetry import keep_mirror_symmetry, make_mirror_symmetric, symmetry_planes
 from lbskel.shapes import capsule, mesh_solid, solid_of, torus
 from lbskel.shapes.hard import HARD_SHAPES
 
@@ -223,3 +223,21 @@ def test_the_skeleton_of_a_torso_is_symmetric():
     skeleton = lbskel.skeletonize(shape.mesh)
     tips = skeleton.nodes[skeleton.tips]
     assert cKDTree(tips).query(plane.mirrored(tips))[0].max() < 0.01 * skeleton.mean_radii.min()
+
+
+def test_nodes_that_moved_apart_are_made_symmetric_again():
+    """A path along a capsule, symmetric about z = 0: one end moved aside, and both sides share it."""
+    mesh, z = capsule(4.0, 0.5, 32), np.linspace(-2, 2, 5)
+    before = path_in(mesh, np.stack([0 * z, 0 * z, z], axis=1))
+    nodes = np.array(before.nodes)
+    nodes[-1] = [0.1, 0, 2.2]
+    again = keep_mirror_symmetry(before, replace(before, nodes=nodes), Surface(mesh)).nodes
+    assert np.abs(again - again[::-1] * [1, 1, -1]).max() < 1e-12
+    assert again[-1, 2] == pytest.approx(2.1, abs=1e-12)
+
+
+def test_nodes_that_were_not_symmetric_are_left():
+    mesh, z = capsule(4.0, 0.5, 32), np.array([-2.0, -1, 0, 1, 1.9])
+    before = path_in(mesh, np.stack([0 * z + 0.01, 0.02 + 0 * z, z], axis=1))
+    after = replace(before, nodes=before.nodes * [1, 1, 0.9])
+    assert keep_mirror_symmetry(before, after, Surface(mesh)).nodes == pytest.approx(after.nodes)
