@@ -50,7 +50,9 @@ from lbskel.skeleton.skeleton import Skeleton
 
 Pass: TypeAlias = Callable[[Skeleton, Surface], Skeleton]
 
-SPACING = 0.5  # of nodes along a branch, in local radii, or in edges where these are longer
+# Distance of the nodes along a branch, in local radii, or in the shortest edges of the surface where these are longer.
+# It bounds the error between nodes, and the time: benchmarks/results/constants.md; "spacing by edges" in refinement.md
+SPACING = 0.5
 
 
 def refine(

@@ -39,7 +39,6 @@ ON_PLANE = 0.5
 # Vertices of a small and a large sample, which bound the time: the small one rules out nearly every plane that is none
 # of symmetry; guesses
 N_SAMPLES = (100, 2_000)
-ROUNDING = 1e-6  # of the diameter bound, within which a node and the mirror image of another are at the same place
 
 
 def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -90,9 +89,10 @@ def keep_mirror_symmetry(before: Skeleton, after: Skeleton, surface: Surface) ->
     surface : Surface
     """
     nodes, tree = after.nodes, cKDTree(before.nodes)
+    limits = TYPICAL_DEVIATION * mean_radii(before, surface.mesh).radii
     for plane, _ in symmetry_planes(before, surface):
         distances, twins = tree.query(plane.mirrored(before.nodes))
-        if distances.max() <= ROUNDING * surface.mesh.diameter_bound:
+        if (distances <= limits).all():
             nodes = (nodes + plane.mirrored(nodes[twins])) / 2
     return replace(after, nodes=nodes)
 

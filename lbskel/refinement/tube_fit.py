@@ -28,7 +28,7 @@ from lbskel.refinement.containment import segments_outside
 from lbskel.refinement.radii import axis_directions, mean_axis_distances
 from lbskel.refinement.tunnel_sides import keep_sides
 from lbskel.skeleton.skeleton import Skeleton
-from lbskel.solvers import Factorization, factorize
+from lbskel.solvers import factorize
 
 # Distance from a round tube, in its radii, at which a vertex counts half, and at which all vertices of a branch do if
 # that is their mean distance. Rows "deviation of" in benchmarks/results/refinement.md
@@ -39,11 +39,10 @@ N_STEPS = 3
 # Rows "nearest balls of" there
 N_NEAREST = 4
 
-MAX_SLOPE = 0.9  # of the radius along an edge: the normals of a steeper cone meet its axis far beyond the edge
-MAX_STEP = 0.5  # in radii, of a node and of its radius
-# In medians over the branch: less, as where the only vertex of a node is on the axis, makes the systems singular
+# Lower bound on radii, in medians over the branch: zero, where the only vertex of a node is on the axis, makes the
+# systems singular (tests/refinement/test_tube_fit.py)
 MIN_RADIUS = 0.01
-TINY = float(np.finfo(np.float64).tiny)
+EPSILON, TINY = float(np.finfo(np.float64).eps), float(np.finfo(np.float64).tiny)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,10 +132,10 @@ def fit_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
     start = _Tubes(skeleton.edges, skeleton.nodes, np.maximum(radii, least))
     nearby = _nearby_edges(start, points)
     shares = _roundness(skeleton, _feet(start, points, nearby), areas, is_known)
-    prior, tubes, factor = _prior(skeleton, start, shares), start, None
+    prior, tubes = _prior(skeleton, start, shares), start
     for _ in range(N_STEPS):
         surface.deadline.check()
-        tubes, factor = _step(tubes, _feet(tubes, points, nearby), areas, shares, prior, factor)
+        tubes = _step(tubes, _feet(tubes, points, nearby), areas, shares, prior)
     moves = tubes.positions - skeleton.nodes
     along = axis_directions(skeleton)
     moves -= np.einsum("ki,ki->k", moves, along)[:, None] * along
@@ -171,8 +170,8 @@ def _feet(tubes: _Tubes, points: NDArray[np.float64], nearby: tuple[NDArray[np.i
     squared = np.maximum(np.einsum("ni,ni->n", axis, axis), TINY)
     share = np.einsum("ni,ni->n", offset, axis) / squared
     height = np.sqrt(np.maximum(np.einsum("ni,ni->n", offset, offset) - share**2 * squared, 0.0))
-    slope = np.clip((r[i] - r[j]) / np.sqrt(squared), -MAX_SLOPE, MAX_SLOPE)  # the sine of half the cone's angle
-    share = np.clip(share - height * slope / np.sqrt((1 - slope**2) * squared), 0.0, 1.0)
+    slope = (r[i] - r[j]) / np.sqrt(squared)  # the sine of half the cone's angle; from 1 on, one ball is in the other
+    share = np.clip(share - height * slope / np.sqrt(np.maximum(1 - slope**2, EPSILON) * squared), 0.0, 1.0)
     normal = offset - share[:, None] * axis
     length = np.linalg.norm(normal, axis=1)
     radius = (1 - share) * r[i] + share * r[j]
@@ -238,9 +237,8 @@ def _step(
     areas: NDArray[np.float64],
     shares: NDArray[np.float64],
     prior: _Prior,
-    like: Factorization | None,
-) -> tuple[_Tubes, Factorization]:
-    """Make one Gauss-Newton step; no node moves, and no radius changes, by more than half the radius.
+) -> _Tubes:
+    """Make one Gauss-Newton step; radii stay positive, since none falls by more than half.
 
     A vertex counts by its area relative to a ring of the tube half a radius long, and at most as that, so that each
     node counts about as much as one section; less where it is far from all tubes.
@@ -261,12 +259,8 @@ def _step(
     at = np.concatenate([rows, fixed.coords[0]]), np.concatenate([columns, fixed.coords[1]])
     b = -(fixed @ (tubes.unknowns - prior.unknowns) + prior.gradient)
     np.add.at(b, places, of_edge @ (feet.distances[:, None] * gradients))
-    factor = factorize(coo_array((entries, at), shape=fixed.shape).tocsc(), like=like)
-    step = factor.solve(b, refined=False).reshape(-1, 4)
-    lengths = np.linalg.norm(step[:, :3], axis=1)
-    moves = np.minimum(1.0, MAX_STEP * r / np.maximum(lengths, TINY))[:, None] * step[:, :3]
-    changes = np.clip(step[:, 3], -MAX_STEP * r, MAX_STEP * r)
-    return replace(tubes, positions=tubes.positions + moves, radii=r + changes), factor
+    step = factorize(coo_array((entries, at), shape=fixed.shape).tocsc()).solve(b, refined=False).reshape(-1, 4)
+    return replace(tubes, positions=tubes.positions + step[:, :3], radii=np.maximum(r + step[:, 3], r / 2))
 
 
 def _kept_inside(skeleton: Skeleton, nodes: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:

@@ -237,7 +237,7 @@ def test_nodes_that_moved_apart_are_made_symmetric_again():
 
 
 def test_nodes_that_were_not_symmetric_are_left():
-    mesh, z = capsule(4.0, 0.5, 32), np.array([-2.0, -1, 0, 1, 1.9])
-    before = path_in(mesh, np.stack([0 * z + 0.01, 0.02 + 0 * z, z], axis=1))
+    mesh, z = capsule(4.0, 0.5, 32), np.array([-2.0, -1, 0, 1, 1.5])
+    before = path_in(mesh, np.stack([0 * z + 0.1, 0.1 + 0 * z, z], axis=1))
     after = replace(before, nodes=before.nodes * [1, 1, 0.9])
     assert keep_mirror_symmetry(before, after, Surface(mesh)).nodes == pytest.approx(after.nodes)
