@@ -27,7 +27,7 @@ from benchmarks.thin_tools import OURS, TOOLS, Answer, ask
 from benchmarks.vessels import tips_found
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.preprocess import simplify, subdivision
-from lbskel.refinement import extrema, limb_growth, tips, uncovered_limbs
+from lbskel.refinement import extrema, uncovered_limbs
 from lbskel.shapes import Shape, tube_mesh, with_local_noise
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.edge_sampling import sample_edges
@@ -40,13 +40,9 @@ MEANS = ("F", "recall", "precision", "to axis", "to axis, median", "tips found",
 PART_TIPS, QUICK_TIPS = 60, 4  # at most so many tips in a part of a tracing
 # Swept: lower bounds on the bulge of a limb without a branch; a hemisphere has 1
 BULGES = (0.55, 0.6, 0.62, 0.65, 0.7, 0.85)
-# Swept: faces that refinement of coarse meshes aims at, area of the cells in which ends are found, spacing of points on
-# the straight axis of a limb
+# Swept: faces that refinement of coarse meshes aims at, area of the cells in which ends are found
 FACES = (20_000, 24_000, 26_000, 28_000, 32_000, 40_000, 50_000, 80_000)
 CELL_AREAS = (4.0, 8.0, 12.0, 16.0, 24.0, 32.0, 64.0)
-SPACINGS = (0.25, 0.5, 1.0, 1.5, 2.0)
-# Distances from the end of a limb up to which a tip is at it, and up to which it belongs to it, swept on the tubes
-BLUNT, REACHED = (1.0, 1.25, 1.5, 1.75, 2.0, 2.5), (2.0, 3.0, 3.5)
 EDGE_LENGTH, NOISE, KEPT = 0.6, 0.1, 0.5  # of tubes: edges in radii, noise in edges, share of faces after remeshing
 
 
@@ -67,12 +63,9 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
         for tool in tools
     ]
     last = 1 if quick else None
-    between = [(each, tips.TIP_REACH) for each in BLUNT] + [(tips.BLUNT_REACH, each) for each in REACHED]
-    traced = [traced_row(shapes, *each) for each in between[:last]]
     limbs = [limb_row(neurons, shapes, bulge) for bulge in BULGES[:last]]
     sizes = [setting_row(neurons, subdivision, "MAX_FACES", n_faces) for n_faces in FACES[:last]]
     cells = [setting_row(neurons, extrema, "CELL_AREA", area) for area in CELL_AREAS[:last]]
-    spacings = [setting_row(neurons, limb_growth, "LEVEL_SPACING", spacing) for spacing in SPACINGS[:last]]
     summary = [_summary(rows, tool) for tool in tools]
     save_json(
         results / "neurons.json",
@@ -83,8 +76,6 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
             "limbs": limbs,
             "refined to": sizes,
             "cells": cells,
-            "spacings": spacings,
-            "traced on": traced,
         },
         packages=("navis", "skeletor", "PyGEL3D", "CGAL"),
         meshes=[*(path for name, _, _ in neurons for path in _files(name)), *meshes],
@@ -99,8 +90,6 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
             "Bulge of limbs that are grown, means of the neurons and of the tubes": markdown_table(limbs),
             "Faces that the refinement of coarse meshes aims at, means": markdown_table(sizes),
             "Cells of a surface, area in squared local radii, means": markdown_table(cells),
-            "Points on the straight axis of a limb, spacing in its radii, means": markdown_table(spacings),
-            "Tips traced on towards the end of a limb, distances in radii, means of the tubes": markdown_table(traced),
         },
     )
 
@@ -257,14 +246,6 @@ def _mean_radius_error(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> flo
 
 def _known(value: float) -> float | None:
     return value if np.isfinite(value) else None
-
-
-def traced_row(shapes: list[Shape], blunt: float, reach: float) -> dict[str, Any]:
-    """Measure skeletons of tubes with other distances up to which a tip is at the end of a limb, or belongs to it."""
-    with mock.patch.multiple(tips, BLUNT_REACH=blunt, TIP_REACH=reach):
-        rows = [tube_row("", "lbskel", shape, Answer(lbskel.skeletonize(shape.mesh), 0.0)) for shape in shapes]
-    means = {key: float(np.mean([row[key] for row in rows])) for key in ("tips found", "accuracy", "coverage")}
-    return {"at the end up to": blunt, "of the limb up to": reach, **means}
 
 
 def _sections(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> int:

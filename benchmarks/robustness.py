@@ -45,8 +45,6 @@ POSES = [(degrees, n) for degrees in (30.0, 45.0, 60.0, 75.0) for n in (2500, 39
 SWEPT = {
     "junctions.MAX_MERGE_LENGTH": (2.0, 3.0, 4.0, 6.0),
     "junctions.MAX_SINE": (0.2, 0.4, 0.7, 1.0),
-    "level_sets.MAX_OFFSET": (0.5, 1.0, 2.0),
-    "level_sets.MAX_WIDENING": (1.25, 2.0, 4.0, 100.0),
 }
 
 MIN_VISIBLE = 0.01  # distance in radii that a picture shows; a guess

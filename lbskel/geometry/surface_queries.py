@@ -20,6 +20,7 @@ from weakref import WeakSet
 import igl
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.deadline import NEVER, Deadline
@@ -174,6 +175,11 @@ class Surface:
             distance = self.ray_distance(entry[unknown], inward[unknown])
             thickness[unknown] = np.where(np.isfinite(distance), distance, 0.0)
         return entry[vertices], inward[vertices], thickness[vertices]
+
+    @property
+    def vertex_tree(self) -> cKDTree:
+        """Search tree of the vertices."""
+        return self.memoize("vertex tree", lambda: cKDTree(self.mesh.vertices))
 
     @property
     def inward_rays(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:

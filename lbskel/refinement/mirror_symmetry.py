@@ -147,7 +147,7 @@ def _sample(surface: Surface, n_samples: int) -> NDArray[np.int64]:
 def _twins(plane: Mirror, surface: Surface, scales: NDArray[np.float64]) -> NDArray[np.int64] | None:
     """(n,) vertex nearest to the mirror image of each vertex; None if an image is too far from the surface."""
     images = plane.mirrored(surface.mesh.vertices)
-    distances, twins = cKDTree(surface.mesh.vertices).query(images)
+    distances, twins = surface.vertex_tree.query(images)
     far = np.flatnonzero(distances > MAX_DEVIATION * scales)
     is_too_far = surface.distance(images[far]) > MAX_DEVIATION * scales[far]
     return None if is_too_far.any() else twins

@@ -11,7 +11,6 @@ __all__ = ["moved_inwards", "paths_below_surface"]
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from lbskel._kernels.dijkstra import OffsetPaths
 from lbskel.geometry.graphs import weighted_graph
@@ -48,7 +47,7 @@ def _some_paths(
     """Compute a few paths at once."""
     half_gaps = np.linalg.norm(ends - starts, axis=1) / 2
     radii = SEARCH_FACTOR * np.maximum(half_gaps + depths, MIN_RADIUS * surface.mesh.diameter_bound)
-    around = _vertex_tree(surface).query_ball_point((starts + ends) / 2, radii)
+    around = surface.vertex_tree.query_ball_point((starts + ends) / 2, radii)
     near = [_possible_nearest(points, depths, surface) for points in (starts, ends)]
     region = np.unique(np.concatenate([*around, *near[0], *near[1]]).astype(np.int64))
     surface.inner_offset(region)
@@ -72,7 +71,7 @@ def _possible_nearest(
     points: NDArray[np.float64], depths: NDArray[np.float64], surface: Surface
 ) -> list[NDArray[np.int64]]:
     """For each point, candidates for the vertex that is nearest to it once the vertices are moved inwards."""
-    tree = _vertex_tree(surface)
+    tree = surface.vertex_tree
     moved = depths + VERTEX_OFFSET * surface.mesh.diameter_bound
     return [np.array(found) for found in tree.query_ball_point(points, tree.query(points)[0] + 2 * moved)]
 
@@ -97,11 +96,6 @@ def moved_inwards(
     entry, inward, thickness = surface.inner_offset(vertices)
     moved: NDArray[np.float64] = entry + np.minimum(thickness / 2, depths)[:, None] * inward
     return moved
-
-
-def _vertex_tree(surface: Surface) -> cKDTree:
-    """Search tree of the vertices."""
-    return surface.memoize("vertex tree", lambda: cKDTree(surface.mesh.vertices))
 
 
 def _search(surface: Surface) -> OffsetPaths:

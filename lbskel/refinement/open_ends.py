@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.extrema import TIP_REACH
 from lbskel.refinement.radii import mean_radii
-from lbskel.refinement.tips import TIP_REACH, extend_ends
+from lbskel.refinement.tips import extend_ends
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 

@@ -57,10 +57,6 @@ class Limbs:
     ----------
     ends : (u,) array of int
         The vertex at the end of each limb.
-    bases : (u, 3) array of float
-        A point of the skeleton near the limb, from which a straight axis leads to the end.
-    base_radii : (u,) array of float
-        The radius of the skeleton there.
     radii : (u,) array of float
         Radius of a round limb of the same length and area, or with the same rim.
     limb_of_vertex : (n,) array of int
@@ -68,8 +64,6 @@ class Limbs:
     """
 
     ends: NDArray[np.int64]
-    bases: NDArray[np.float64]
-    base_radii: NDArray[np.float64]
     radii: NDArray[np.float64]
     limb_of_vertex: NDArray[np.int64]
 
@@ -83,18 +77,12 @@ class BallDistances:
     mesh : Mesh
     distances : (n,) array of float
         From the nearest point of the skeleton.
-    nearest : (n, 3) array of float
-        That point.
-    radii : (n,) array of float
-        The radius of the skeleton there.
     ratios : (n,) array of float
         Distance over radius, the smaller of that there and that at the vertex's own node; 0 without a face.
     """
 
     mesh: Mesh
     distances: NDArray[np.float64]
-    nearest: NDArray[np.float64]
-    radii: NDArray[np.float64]
     ratios: NDArray[np.float64]
 
 
@@ -126,7 +114,7 @@ def ball_distances(skeleton: Skeleton, mesh: Mesh) -> BallDistances:
     ratios = np.zeros(len(mesh.vertices))
     smaller = [each[used] / np.maximum(of[used], TINY) for each, of in ((distances, radii), (own_distances, own_radii))]
     ratios[used] = np.minimum(*smaller)
-    return BallDistances(mesh, distances, nearest, radii, ratios)
+    return BallDistances(mesh, distances, ratios)
 
 
 def find_limbs(balls: BallDistances, missed: GeodesicExtrema) -> Limbs:
@@ -156,8 +144,7 @@ def find_limbs(balls: BallDistances, missed: GeodesicExtrema) -> Limbs:
             if bulge > bulges[limb]:
                 limb_of_vertex[vertices] = limb
                 ends[limb], radii[limb], bulges[limb] = end, rim / (2 * np.pi), bulge
-    found = np.array(ends, dtype=np.int64)
-    return Limbs(found, balls.nearest[found], balls.radii[found], np.array(radii, dtype=np.float64), limb_of_vertex)
+    return Limbs(np.array(ends, dtype=np.int64), np.array(radii, dtype=np.float64), limb_of_vertex)
 
 
 def _bulging_patches(mesh: Mesh, heights: NDArray[np.float64], levels: NDArray[np.float64]) -> Iterator[_Patches]:

@@ -7,7 +7,7 @@ from helpers import nearest_rows, path_in, reversed_proxy
 from lbskel import Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement import limb_growth, uncovered_limbs
-from lbskel.refinement.limb_growth import _with_branches, grow_limbs
+from lbskel.refinement.limb_growth import grow_limbs
 from lbskel.refinement.uncovered_limbs import Limbs
 from lbskel.shapes import capsule, make, mesh_solid, solid_of, sphere
 from lbskel.skeleton.editing import contract_nodes
@@ -47,7 +47,7 @@ def test_a_removed_branch_grows_again(whole, tripod, number, surface_of):
     [again] = [b for b in grown.end_branches if b[-1] == tip]
     axis = np.linalg.norm(grown.nodes[again[1:], None] - whole.nodes[branch], axis=2).min(axis=1)
     assert axis.max() < 0.5 * np.median(whole.radii[branch])  # nodes are half a radius distances
-    outer = np.isin(whole.node_of_vertex, branch[len(branch) // 2 :])
+    outer = np.isin(whole.node_of_vertex, branch[4 * len(branch) // 5 :])  # nearer to the tip than to the junction
     assert np.isin(grown.node_of_vertex[outer], again[1:]).all()
     for other in whole.end_branches:  # the vertices at the other ends keep their nodes
         if other[-1] != branch[-1]:
@@ -83,31 +83,19 @@ def test_branches_grow_on_a_bare_loop_too():
     assert (len(grown.tips), grown.cycle_rank, grown.n_components) == (len(shape.truth.tips), 1, 1)
 
 
-def test_a_branch_goes_on_along_its_axis_where_the_end_of_its_limb_is_beside_it():
-    """The vertex given as the end of the upper limb of a rod is at its side, below the last point of its axis."""
+@pytest.mark.parametrize(("radius", "height"), [(0.5, 4.0), (4.0, 2.25)])
+def test_a_branch_leads_straight_to_the_center_of_the_cap_or_half_the_way(monkeypatch, radius, height):
+    """In a rod whose upper end is at 4.5; a radius of 4 is that of a flat limb."""
     rod = capsule(8.0, 0.5, 32)
     lower = path_in(rod, np.linspace([0, 0, -4], [0, 0, 0], 9), radius=0.5)
     z = rod.vertices[:, 2]
-    beside = int(np.abs(rod.vertices - [0.5, 0, 2.5]).sum(axis=1).argmin())
-    base = np.array([[0.0, 0, 0]])
-    limb_of_vertex = np.where(z > 0.5, 0, -1)
-    limbs = Limbs(np.array([beside]), base, np.array([0.5]), np.array([0.5]), limb_of_vertex)
-    grown = _with_branches(lower, Surface(rod), limbs)
-    [way] = (branch if grown.nodes[branch[0], 2] < 0 else branch[::-1] for branch in grown.branches)
-    assert (np.diff(grown.nodes[way, 2]) > 0).all()
-    assert grown.nodes[way[-1]] == pytest.approx([0, 0, 4.0], abs=0.1)  # level sets are of distances along edges
-
-
-def test_a_branch_goes_on_from_an_axis_of_one_point_to_the_end_of_its_limb(monkeypatch):
-    rod = capsule(8.0, 0.5, 32)
-    lower = path_in(rod, np.linspace([0, 0, -4], [0, 0, 0], 9), radius=0.5)
-    limb_of_vertex = np.where(rod.vertices[:, 2] > 0.5, 0, -1)
-    end = np.array([rod.vertices[:, 2].argmax()])
-    limbs = Limbs(end, np.zeros((1, 3)), np.array([0.5]), np.array([0.5]), limb_of_vertex)
-    one_point = [np.array([[0.0, 0, 2.0]])]
-    monkeypatch.setattr(limb_growth, "centered_axes", lambda *_: one_point)
-    grown = _with_branches(lower, Surface(rod), limbs)
-    assert grown.nodes[grown.tips][:, 2].max() == pytest.approx(4.0, abs=0.03)
+    limbs = Limbs(np.array([z.argmax()]), np.array([radius]), np.where(z > 0.5, 0, -1))
+    monkeypatch.setattr(limb_growth, "find_limbs", lambda *_: limbs)
+    grown = grow_limbs(lower, Surface(rod))
+    assert np.array_equal(grown.nodes[:9], lower.nodes)
+    assert grown.edges[8:].tolist() == [[8, 9]]
+    assert grown.nodes[9] == pytest.approx([0, 0, height])
+    assert (grown.node_of_vertex[z > 4] == 9).all()
 
 
 @pytest.mark.usefixtures("found")
