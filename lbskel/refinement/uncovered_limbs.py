@@ -12,9 +12,10 @@ pruned. A flat disk has a bulge of 1/2, a hemisphere 1, a cone with an angle a b
 1 / (2 sin a), a round limb with length l and radius r, which ends in a hemisphere, 1 + l / r, and the corner of a plate
 1/2. So a limb does not count by its size, nor by the width of the body that it is on.
 
-Patches grow as the level descends. Of the patches around one end, the limb is the one that bulges most; a patch around
-two limbs is their body. Across a gap, a thin branch may be nearer than the own, thick one: d / R is the smaller one of
-that at the nearest point and that at the vertex's own node.
+Patches grow as the level descends. Of the patches around one end, the limb is the one that bulges most, and the first
+is the limb's cap, whose rim tells the limb's radius; a patch around two limbs is their body. Across a gap, a thin
+branch may be nearer than the own, thick one: d / R is the smaller one of that at the nearest point and that at the
+vertex's own node.
 
 Limbs whose end has no tip near it (:mod:`lbskel.refinement.extrema`) come first, and are not found twice.
 """
@@ -58,7 +59,7 @@ class Limbs:
     ends : (u,) array of int
         The vertex at the end of each limb.
     radii : (u,) array of float
-        Radius of a round limb of the same length and area, or with the same rim.
+        Radius of a round limb of the same length and area, or whose cap has the same rim.
     limb_of_vertex : (n,) array of int
         The limb of each vertex of the mesh, -1 for none.
     """
@@ -138,12 +139,12 @@ def find_limbs(balls: BallDistances, missed: GeodesicExtrema) -> Limbs:
             if not limbs:
                 limbs = {len(ends)}
                 ends.append(-1)
-                radii.append(0.0)
+                radii.append(rim / (2 * np.pi))
                 bulges.append(0.0)
             limb = limbs.pop()
             if bulge > bulges[limb]:
                 limb_of_vertex[vertices] = limb
-                ends[limb], radii[limb], bulges[limb] = end, rim / (2 * np.pi), bulge
+                ends[limb], bulges[limb] = end, bulge
     return Limbs(np.array(ends, dtype=np.int64), np.array(radii, dtype=np.float64), limb_of_vertex)
 
 

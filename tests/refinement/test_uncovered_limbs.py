@@ -112,7 +112,9 @@ def test_a_sharp_cone_is_a_limb_and_a_blunt_one_is_not(top, n_limbs):
     inside = np.linalg.norm(ball.vertices[:, :2], axis=1)
     height = np.where(z > 0, np.maximum(z, top - (top - np.sqrt(1 - radius**2)) * inside / radius), z)
     cone = ball.with_vertices(np.stack([*ball.vertices[:, :2].T, height], axis=1))
-    assert len(uncovered(ball_distances(at_center(cone), cone)).ends) == n_limbs
+    limbs = uncovered(ball_distances(at_center(cone), cone))
+    assert len(limbs.ends) == n_limbs
+    assert (limbs.radii < radius / 2).all()  # of the cap, not of the base
 
 
 def test_of_two_limbs_on_a_longer_limb_each_is_found():
