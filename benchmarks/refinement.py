@@ -125,9 +125,11 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("ball ratio of", "junctions.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("deviations of", "mirror_symmetry.TYPICAL_DEVIATION", (0.05, 0.2)),
         ("bulge of", "uncovered_limbs.MIN_BULGE", (0.55, 0.7, 0.85)),
+        ("long from", "uncovered_limbs.LONG_BULGE", (1.5, 3.5, 1e9)),
         ("shortest step of", "tips.MIN_STEP", (0.02, 0.125)),
         ("reach of sections of", "tips.MAX_REACH", (2.0, 5.0)),
         ("reach of a tip", "extrema.TIP_REACH", (2.0, 2.5, 4.0)),
+        ("largest deviation of", "mirror_symmetry.MAX_DEVIATION", (0.25, 1.0, 1.5)),
         ("on the plane below", "mirror_symmetry.ON_PLANE", (0.25, 1.0)),
         ("power of", "relaxation.POWER", (1.0, 3.0)),
         ("smallest ball of", "relaxation.MIN_RATIO", (0.03, 0.3)),
@@ -138,7 +140,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("centered ratio of", "containment.CENTERED_RATIO", (0.25, 0.75)),
         ("deviation of", "tube_fit.MAX_DEVIATION", (0.1, 0.3, 0.5)),
         ("tube steps of", "tube_fit.N_STEPS", (1, 2, 6)),
-        ("nearest balls of", "tube_fit.N_NEAREST", (2, 8)),
+        ("nearest balls of", "tubes.N_NEAREST", (2, 8)),
     )
     for value in values
 } | {

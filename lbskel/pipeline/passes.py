@@ -37,12 +37,12 @@ from lbskel.refinement.junctions import merge_junctions_by_axes
 from lbskel.refinement.limb_growth import grow_limbs
 from lbskel.refinement.mirror_symmetry import keep_mirror_symmetry, make_mirror_symmetric
 from lbskel.refinement.open_ends import extend_to_open_ends
-from lbskel.refinement.radii import inscribed_radii, mean_axis_distances, mean_radii, resolved_radii
+from lbskel.refinement.radii import inscribed_radii, mean_radii, resolved_radii
 from lbskel.refinement.region_map import make_regions_connected, reassign_to_nearest_node
 from lbskel.refinement.region_paths import reroute_through_regions
 from lbskel.refinement.surface_tips import tips_at_surface
 from lbskel.refinement.tips import extend_tips
-from lbskel.refinement.tube_fit import fit_tubes
+from lbskel.refinement.tube_fit import fit_tubes, tube_radii
 from lbskel.refinement.tunnel_sides import n_tunnels_missed, paths_that_pass
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, merge_junctions, prune
 from lbskel.skeleton.resampling import space_evenly
@@ -132,7 +132,7 @@ def refine(
         if anchors is not None:
             skeleton = attach_anchors(skeleton, surface, anchors.vertices, anchors.points)
     skeleton = changed("map vertices", _with_own_regions, surface, is_needed=True)
-    return replace(skeleton, mean_radii=mean_axis_distances(skeleton, body.mesh.vertices))
+    return replace(skeleton, mean_radii=tube_radii(skeleton, surface))
 
 
 def _without_spurs(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> Skeleton:

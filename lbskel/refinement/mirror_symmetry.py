@@ -28,11 +28,11 @@ from lbskel.refinement.region_map import nearest_balls
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
-# Distance of the mirror images of vertices from the surface, in mean radii of their branches: that of 95 in 100, rows
-# "deviations of" in benchmarks/results/refinement.md, and that of all. A limb on one side only must not count as
-# symmetric: none deviates by more than a branch must at least reach
+# Distance of the mirror images of vertices from the surface, in mean radii of their branches: that of 95 in 100, and
+# that of all. A limb on one side only must not count as symmetric: the end of the shortest branch stands out of the
+# ball at its base by so much. Rows "deviations of" and "largest deviation of" in benchmarks/results/refinement.md
 TYPICAL_DEVIATION = 0.1
-MAX_DEVIATION = MIN_BRANCH_RATIO
+MAX_DEVIATION = MIN_BRANCH_RATIO - 1
 # Height of a node above the plane, in inscribed radii, up to which it counts as on the plane. Rows "on the plane below"
 # in benchmarks/results/refinement.md
 ON_PLANE = 0.5
@@ -164,13 +164,13 @@ def _cut_at(plane: Mirror, skeleton: Skeleton, widths: NDArray[np.float64]) -> t
     """Put a node wherever a branch crosses the plane; also the (k,) side of each node: 1, 0 or -1.
 
     Ends of branches that are near the plane are moved onto it, and so are branches without a node aside, or with most
-    nodes near it and within TYPICAL_DEVIATION widths, and all within MAX_DEVIATION, but for junctions. Other nodes near
-    the plane belong to the side of the nearest node along the branch that is not; they are reflected to it.
+    nodes near it and within TYPICAL_DEVIATION widths, and all within MIN_BRANCH_RATIO, but for junctions. Other nodes
+    near the plane belong to the side of the nearest node along the branch that is not; they are reflected to it.
     """
     heights = plane.heights(skeleton.nodes)
     near = ON_PLANE * skeleton.radii
     is_aside, is_far = (
-        np.abs(heights) > bound for bound in (np.minimum(near, TYPICAL_DEVIATION * widths), MAX_DEVIATION * widths)
+        np.abs(heights) > bound for bound in (np.minimum(near, TYPICAL_DEVIATION * widths), MIN_BRANCH_RATIO * widths)
     )
     side = np.where(np.abs(heights) <= near, 0, np.sign(heights).astype(np.int64))
     for branch in skeleton.branches:

@@ -5,13 +5,15 @@ to all vertices of the mesh at once, by Gauss-Newton steps on the distance of ea
 to it. So the vertices of a limb also count where it has no cross-section of its own: next to a junction, where only a
 part of its surface is visible. Branches bend as little as the vertices allow, in their course and in their radii.
 
+With the axes held, the same fit gives the mean radii of a finished skeleton (:func:`tube_radii`).
+
 A tube is the wrong model of a flat part. The less round a branch is where it has sections of its own, the less its
 vertices count, and the more its nodes keep their places.
 """
 
 from __future__ import annotations
 
-__all__ = ["fit_tubes"]
+__all__ = ["fit_tubes", "tube_radii"]
 
 import itertools
 from dataclasses import dataclass, replace
@@ -19,13 +21,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array, diags_array, kron
-from scipy.spatial import cKDTree
 
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.centering import BENDING_WEIGHT, POSITION_WEIGHT, second_differences
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import segments_outside
 from lbskel.refinement.radii import axis_directions, mean_axis_distances
+from lbskel.refinement.tubes import Feet, Tubes, feet_on_tubes, nearby_edges, tubes_around
 from lbskel.refinement.tunnel_sides import keep_sides
 from lbskel.skeleton.skeleton import Skeleton
 from lbskel.solvers import factorize
@@ -35,53 +37,6 @@ from lbskel.solvers import factorize
 MAX_DEVIATION = 0.2
 # Gauss-Newton steps, which bound the time. Rows "tube steps of" there: more are alike
 N_STEPS = 3
-# Balls, those with the least power of a vertex, among whose edges its nearest cone is searched; they bound the time.
-# Rows "nearest balls of" there
-N_NEAREST = 4
-
-# Lower bound on radii, in medians over the branch: zero, where the only vertex of a node is on the axis, makes the
-# systems singular (tests/refinement/test_tube_fit.py)
-MIN_RADIUS = 0.01
-EPSILON, TINY = float(np.finfo(np.float64).eps), float(np.finfo(np.float64).tiny)
-
-
-@dataclass(frozen=True, eq=False)
-class _Tubes:
-    """Round cones along m edges, (m, 2), between k nodes: positions, (k, 3), and radii, (k,)."""
-
-    edges: NDArray[np.int64]
-    positions: NDArray[np.float64]
-    radii: NDArray[np.float64]
-
-    @property
-    def unknowns(self) -> NDArray[np.float64]:
-        """(4 k,) position and radius of one node after the other."""
-        return np.column_stack([self.positions, self.radii]).ravel()
-
-
-@dataclass(frozen=True, eq=False)
-class _Feet:
-    """Where the axes are nearest to n vertices, as seen from the cones.
-
-    Parameters
-    ----------
-    edges : (n,) array of int
-        The edge of the cone that is nearest.
-    shares : (n,) array of float
-        The place along it, from 0 to 1.
-    radii : (n,) array of float
-        Of the cone at that place.
-    distances : (n,) array of float
-        From the surface of the cone, negative inside it.
-    normals : (n, 3) array of float
-        Unit vectors from the axis to the vertices.
-    """
-
-    edges: NDArray[np.int64]
-    shares: NDArray[np.float64]
-    radii: NDArray[np.float64]
-    distances: NDArray[np.float64]
-    normals: NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,19 +83,52 @@ def fit_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
     if not is_known.any():
         return skeleton
     radii = _along_gaps(skeleton, mean_axis_distances(skeleton, surface.mesh.vertices), is_known)
-    least = np.maximum(MIN_RADIUS * skeleton.branch_medians(radii), MIN_RADIUS**2 * surface.mesh.diameter_bound)
-    start = _Tubes(skeleton.edges, skeleton.nodes, np.maximum(radii, least))
-    nearby = _nearby_edges(start, points)
-    shares = _roundness(skeleton, _feet(start, points, nearby), areas, is_known)
+    start = tubes_around(skeleton, radii, surface.mesh.diameter_bound)
+    nearby = nearby_edges(start, points)
+    shares = _roundness(skeleton, feet_on_tubes(start, points, nearby), areas, is_known)
     prior, tubes = _prior(skeleton, start, shares), start
     for _ in range(N_STEPS):
         surface.deadline.check()
-        tubes = _step(tubes, _feet(tubes, points, nearby), areas, shares, prior)
+        tubes = _step(tubes, feet_on_tubes(tubes, points, nearby), areas, shares, prior)
     moves = tubes.positions - skeleton.nodes
     along = axis_directions(skeleton)
     moves -= np.einsum("ki,ki->k", moves, along)[:, None] * along
     nodes = keep_sides(skeleton, skeleton.nodes + moves, surface)
     return replace(skeleton, nodes=_kept_inside(skeleton, nodes, surface))
+
+
+def tube_radii(skeleton: Skeleton, surface: Surface) -> NDArray[np.float64]:
+    """Compute the radii of the round tubes around a skeleton that fit the surface best.
+
+    The mean distance of a node's vertices from the axis is the start, and what a node without vertices keeps. It is too
+    large where the radius changes from node to node, and where vertices of other branches are among those of the node.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With a node for each vertex of the mesh.
+    surface : Surface
+        The vertices of its proxy count.
+    """
+    start = mean_axis_distances(skeleton, surface.mesh.vertices)
+    if len(skeleton.edges) == 0:
+        return start
+    points, areas = surface.proxy.mesh.vertices, surface.proxy.mesh.vertex_areas
+    first = tubes_around(skeleton, start, surface.mesh.diameter_bound)
+    nearby, rows = nearby_edges(first, points), np.arange(len(points))
+    bending = _bending(skeleton, first.radii)
+    fixed = bending + diags_array(POSITION_WEIGHT / first.radii**2)
+    radii = first.radii
+    for _ in range(N_STEPS):
+        feet = feet_on_tubes(replace(first, radii=radii), points, nearby)
+        weights = _weights(feet, areas)
+        near, far = first.edges[feet.edges].T
+        at = np.concatenate([rows, rows]), np.concatenate([near, far])
+        shares = csr_array((np.concatenate([1 - feet.shares, feet.shares]), at), shape=(len(rows), len(radii)))
+        b = shares.T @ (weights * feet.distances) - fixed @ (radii - first.radii) - bending @ first.radii
+        step = factorize((shares.T @ diags_array(weights) @ shares + fixed).tocsc()).solve(b, refined=False)
+        radii = np.maximum(radii + step, radii / 2)
+    return radii
 
 
 def _along_gaps(skeleton: Skeleton, values: NDArray[np.float64], is_known: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -161,48 +149,8 @@ def _along_gaps(skeleton: Skeleton, values: NDArray[np.float64], is_known: NDArr
     return interpolated
 
 
-def _feet(tubes: _Tubes, points: NDArray[np.float64], nearby: tuple[NDArray[np.int64], NDArray[np.int64]]) -> _Feet:
-    """Find the nearest cone of each point, among the edges nearby: rows of points and edges, by row."""
-    P, r = tubes.positions, tubes.radii
-    rows, edges = nearby
-    i, j = tubes.edges[edges].T
-    axis, offset = P[j] - P[i], points[rows] - P[i]
-    squared = np.maximum(np.einsum("ni,ni->n", axis, axis), TINY)
-    share = np.einsum("ni,ni->n", offset, axis) / squared
-    height = np.sqrt(np.maximum(np.einsum("ni,ni->n", offset, offset) - share**2 * squared, 0.0))
-    slope = (r[i] - r[j]) / np.sqrt(squared)  # the sine of half the cone's angle; from 1 on, one ball is in the other
-    share = np.clip(share - height * slope / np.sqrt(np.maximum(1 - slope**2, EPSILON) * squared), 0.0, 1.0)
-    normal = offset - share[:, None] * axis
-    length = np.linalg.norm(normal, axis=1)
-    radius = (1 - share) * r[i] + share * r[j]
-    distance = length - radius
-    begins = np.searchsorted(rows, np.arange(len(points)))
-    is_least = distance == np.minimum.reduceat(distance, begins)[rows]
-    best = np.flatnonzero(is_least)[np.searchsorted(rows[is_least], np.arange(len(points)))]
-    normals = normal[best] / np.maximum(length[best], TINY)[:, None]
-    return _Feet(edges[best], share[best], radius[best], distance[best], normals)
-
-
-def _nearby_edges(tubes: _Tubes, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows of points and edges that may be nearest to them, by row: those at the N_NEAREST balls by their power."""
-    used = np.unique(tubes.edges)
-    P, r = tubes.positions[used], tubes.radii[used]
-    lifted = np.column_stack([P, np.sqrt(np.maximum(r.max() ** 2 - r**2, 0.0))])  # distances there are powers
-    n_nearest = min(N_NEAREST, len(P))
-    near = used[cKDTree(lifted).query(np.column_stack([points, np.zeros(len(points))]), k=n_nearest)[1]]
-    near = near.reshape(len(points), n_nearest)
-    ends = tubes.edges.ravel()
-    order = np.argsort(ends, kind="stable")
-    sizes = np.bincount(ends)
-    first = np.cumsum(sizes) - sizes
-    counts = sizes[near.ravel()]
-    rows = np.repeat(np.repeat(np.arange(len(points)), n_nearest), counts)
-    place = np.arange(counts.sum()) + np.repeat(first[near.ravel()] - np.cumsum(counts) + counts, counts)
-    return rows, order[place] // 2
-
-
 def _roundness(
-    skeleton: Skeleton, feet: _Feet, areas: NDArray[np.float64], is_known: NDArray[np.bool_]
+    skeleton: Skeleton, feet: Feet, areas: NDArray[np.float64], is_known: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
     """(k,) shares by which vertices count at each node: 1 where the surface is round, 0 where it is flat.
 
@@ -218,10 +166,9 @@ def _roundness(
     return shares
 
 
-def _prior(skeleton: Skeleton, start: _Tubes, shares: NDArray[np.float64]) -> _Prior:
+def _prior(skeleton: Skeleton, start: Tubes, shares: NDArray[np.float64]) -> _Prior:
     """Bending along the branches, and the places and radii of the nodes at the start, relative to the radii there."""
-    relative = diags_array(1 / start.radii[skeleton.triples[1]]) @ second_differences(skeleton)
-    bending = BENDING_WEIGHT * (relative.T @ relative)
+    bending = _bending(skeleton, start.radii)
     held = np.tile(((1 - shares) ** 2 + POSITION_WEIGHT)[:, None], 4)
     held[:, 3] = POSITION_WEIGHT
     held /= start.radii[:, None] ** 2
@@ -231,21 +178,36 @@ def _prior(skeleton: Skeleton, start: _Tubes, shares: NDArray[np.float64]) -> _P
     return _Prior(hessian, unknowns, (bending @ unknowns.reshape(-1, 4)).ravel())
 
 
+def _bending(skeleton: Skeleton, radii: NDArray[np.float64]) -> csr_array:
+    """(k, k) the square of the second differences of values along the branches, relative to the radii there."""
+    relative = diags_array(1 / radii[skeleton.triples[1]]) @ second_differences(skeleton)
+    return BENDING_WEIGHT * (relative.T @ relative)
+
+
+def _weights(feet: Feet, areas: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n,) weights of vertices, for squared distances relative to the radii there.
+
+    A vertex counts by its area relative to a ring of the tube half a radius long, and at most as that, so that each
+    node counts about as much as one section.
+    """
+    weights: NDArray[np.float64] = np.minimum(areas / (np.pi * feet.radii**2), 1.0) / feet.radii**2
+    return weights
+
+
 def _step(
-    tubes: _Tubes,
-    feet: _Feet,
+    tubes: Tubes,
+    feet: Feet,
     areas: NDArray[np.float64],
     shares: NDArray[np.float64],
     prior: _Prior,
-) -> _Tubes:
+) -> Tubes:
     """Make one Gauss-Newton step; radii stay positive, since none falls by more than half.
 
-    A vertex counts by its area relative to a ring of the tube half a radius long, and at most as that, so that each
-    node counts about as much as one section; less where it is far from all tubes.
+    A vertex counts less where it is far from all tubes.
     """
     r, edges = tubes.radii, tubes.edges
     near, far = edges[feet.edges].T
-    weights = np.minimum(areas / (np.pi * feet.radii**2), 1.0) / feet.radii**2
+    weights = _weights(feet, areas)
     weights *= (1 - feet.shares) * shares[near] + feet.shares * shares[far]
     weights /= 1 + (feet.distances / (MAX_DEVIATION * feet.radii)) ** 2
     change = np.column_stack([feet.normals, np.ones(len(near))])

@@ -7,10 +7,10 @@ topological disk, with area A and a rim of length P whose points are at most w f
 
     A / (P w) > MIN_BULGE
 
-and if d / R is at least MIN_BRANCH_RATIO at its end, the vertex farthest from the skeleton: a shorter branch would be
-pruned. A flat disk has a bulge of 1/2, a hemisphere 1, a cone with an angle a between its axis and its side
-1 / (2 sin a), a round limb with length l and radius r, which ends in a hemisphere, 1 + l / r, and the corner of a plate
-1/2. So a limb does not count by its size, nor by the width of the body that it is on.
+and if d / R is at least MIN_BRANCH_RATIO at its end, the vertex farthest from the skeleton, as else the branch would be
+pruned, or if it is long in its own radii: if its bulge is at least LONG_BULGE. A flat disk has a bulge of 1/2, a
+hemisphere 1, a cone with an angle a between its axis and its side 1 / (2 sin a), a round limb with length l and radius
+r, which ends in a hemisphere, 1 + l / r, and the corner of a plate 1/2. So a limb does not count by its size.
 
 Patches grow as the level descends. Of the patches around one end, the limb is the one that bulges most, and the first
 is the limb's cap, whose rim tells the limb's radius; a patch around two limbs is their body. Across a gap, a thin
@@ -44,6 +44,9 @@ from lbskel.skeleton.skeleton import Skeleton
 # in benchmarks/results/neurons.md and "Noise on real meshes" in refinement.md: with less, noise makes limbs, and with
 # more, short limbs are missed
 MIN_BULGE = 0.62
+# Lower bound on the bulge of a limb that is shorter than what is pruned, in radii of its body: that of a round limb 2.5
+# of its own radii long. Rows "long from" in benchmarks/results/refinement.md; thin tails of thick bodies need it
+LONG_BULGE = 2.5
 # Levels of d / R at which patches are measured, each a tenth below the one before; they bound the time. Rows "levels of
 # limbs" in benchmarks/results/refinement.md
 LEVELS = np.geomspace(6.0, 1.05, 18)
@@ -134,7 +137,8 @@ def find_limbs(balls: BallDistances, missed: GeodesicExtrema) -> Limbs:
         for vertices, bulge, rim in zip(patches.vertices, patches.bulges, patches.rims, strict=True):
             limbs = {*limb_of_vertex[vertices].tolist()} - {-1}
             end = int(vertices[balls.distances[vertices].argmax()])
-            if len(limbs) > 1 or balls.ratios[end] < MIN_BRANCH_RATIO:
+            is_short = balls.ratios[end] < MIN_BRANCH_RATIO and bulge < LONG_BULGE
+            if len(limbs) > 1 or is_short:
                 continue
             if not limbs:
                 limbs = {len(ends)}

@@ -11,9 +11,11 @@ from lbskel import Mesh, Skeleton, ground_truth_distances, skeletonize
 from lbskel.geometry.deadline import Deadline, OutOfTime
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import segments_outside
+from lbskel.refinement.radii import mean_axis_distances
 from lbskel.refinement.region_map import nearest_balls
-from lbskel.refinement.tube_fit import _feet, _nearby_edges, _Tubes, fit_tubes
-from lbskel.shapes import capsule, make, torus
+from lbskel.refinement.tube_fit import fit_tubes, tube_radii
+from lbskel.refinement.tubes import Tubes, feet_on_tubes, nearby_edges
+from lbskel.shapes import capsule, make, mesh_solid, solid_of, torus, with_local_noise
 
 
 def bent_path(z, offsets):
@@ -122,10 +124,10 @@ def test_a_node_whose_only_vertex_is_on_the_axis_has_a_radius():
 
 def test_the_foot_on_a_cone_is_where_the_sphere_touches_it():
     """Its radius falls from 1 to 0.5 over a length of 1: normals lead back by 30 degrees."""
-    tubes = _Tubes(np.array([[0, 1]]), np.array([[0.0, 0, 0], [0, 0, 1]]), np.array([1.0, 0.5]))
+    tubes = Tubes(np.array([[0, 1]]), np.array([[0.0, 0, 0], [0, 0, 1]]), np.array([1.0, 0.5]))
     place, radius = 0.3, 0.85
     point = np.array([[radius * np.cos(np.pi / 6), 0, place + radius * np.sin(np.pi / 6)]])
-    feet = _feet(tubes, point, (np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64)))
+    feet = feet_on_tubes(tubes, point, (np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64)))
     assert (feet.shares[0], feet.radii[0]) == pytest.approx((place, radius), abs=1e-12)
     assert feet.distances[0] == pytest.approx(0, abs=1e-12)
 
@@ -141,10 +143,10 @@ def test_nodes_move_across_their_branches():
 def test_the_nearest_cone_is_that_of_all_cones():
     shape = make("tree", n_vertices=2000)
     truth, points = shape.truth, shape.mesh.vertices
-    tubes = _Tubes(truth.edges, truth.nodes, truth.radii)
-    feet = _feet(tubes, points, _nearby_edges(tubes, points))
+    tubes = Tubes(truth.edges, truth.nodes, truth.radii)
+    feet = feet_on_tubes(tubes, points, nearby_edges(tubes, points))
     rows = np.repeat(np.arange(len(points)), len(truth.edges))
-    everywhere = _feet(tubes, points, (rows, np.tile(np.arange(len(truth.edges)), len(points))))
+    everywhere = feet_on_tubes(tubes, points, (rows, np.tile(np.arange(len(truth.edges)), len(points))))
     # on the surface of the union of the cones, the nearest cone is at a distance of nearly nothing
     assert np.abs(everywhere.distances).max() < 0.05
     assert np.mean(np.abs(feet.distances - everywhere.distances) > 1e-12) < 0.001
@@ -152,6 +154,31 @@ def test_the_nearest_cone_is_that_of_all_cones():
     i, j = truth.edges[feet.edges].T
     foot = (1 - feet.shares)[:, None] * truth.nodes[i] + feet.shares[:, None] * truth.nodes[j]
     assert foot + middle == pytest.approx(points, abs=1e-12)
+
+
+def test_radii_of_a_bulge_are_those_of_its_tubes():
+    """A tube whose radius rises from 0.5 to 0.9 and falls again; nodes are half a radius apart."""
+    knots, at_knots = np.array([-3.0, -1, 0, 1, 3]), [0.5, 0.5, 0.9, 0.5, 0.5]
+    mesh = mesh_solid(solid_of([(np.stack([0 * knots, 0 * knots, knots], axis=1), at_knots)]), n_vertices=6000)
+    z = np.linspace(-3, 3, 25)
+    path, radii = path_in(mesh, np.stack([0 * z, 0 * z, z], axis=1)), np.interp(z, knots, at_knots)
+    found, means = tube_radii(path, Surface(mesh)), mean_axis_distances(path, mesh.vertices)
+    assert np.abs(found / radii - 1).max() < 0.1  # bending rounds the corners of the profile
+    assert np.abs(found - radii).mean() < 0.5 * np.abs(means - radii).mean()
+
+
+def test_noise_changes_radii_less_than_it_does_the_mean_distances():
+    mesh, z = capsule(6.0, 0.5, 16), np.linspace(-3, 3, 49)
+    rough = with_local_noise(mesh, 0.3)
+    path = path_in(rough, np.stack([0 * z, 0 * z, z], axis=1))
+    found, means = tube_radii(path, Surface(rough)), mean_axis_distances(path, rough.vertices)
+    assert np.abs(found - 0.5).mean() < 0.9 * np.abs(means - 0.5).mean()
+
+
+def test_a_node_without_edges_has_the_mean_distance_of_the_vertices():
+    mesh = capsule(1.0, 0.5, 32)
+    alone = Skeleton(np.zeros((1, 3)), np.empty((0, 2)), np.ones(1), np.zeros(len(mesh.vertices), dtype=np.int64))
+    assert tube_radii(alone, Surface(mesh))[0] == pytest.approx(np.linalg.norm(mesh.vertices, axis=1).mean())
 
 
 def test_the_deadline_is_checked():
