@@ -161,7 +161,7 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
         "--radius-kind",
         choices=RADIUS_KINDS,
         metavar="KIND",
-        help="radii are distances to the surface (inscribed, the default) or mean distances of it from the axis (mean)",
+        help="radii are distances to the surface (inscribed, the default) or those of tubes that fit it best (mean)",
     )
     group.add_argument("--nodes", type=int, metavar="N", help="number of nodes of the skeleton")
     group.add_argument(

@@ -98,8 +98,8 @@ def skeletonize(
     min_loop : float, optional
         Loops shorter than this many local radii are opened as by :func:`lbskel.open_short_loops`; 0 by default.
     radius_kind : str, optional
-        ``inscribed``, the default, gives distances to the surface, ``mean`` mean distances of the surface from the
-        axis, which noise hardly changes. The latter are in ``mean_radii`` in any case.
+        ``inscribed``, the default, gives distances to the surface, ``mean`` the radii of the round tubes that fit it
+        best, which noise hardly changes. The latter are in ``mean_radii`` in any case.
     anchors : sequence of int or (3,) array_like
         Vertices, or points inside, at each of which there will be a node; they are in ``anchors`` of the result.
     root : int or (3,) array_like, optional
