@@ -24,6 +24,7 @@ from scipy.spatial import cKDTree
 import lbskel
 from benchmarks.harness import markdown_table, run_in_subprocess, save_json, save_markdown
 from benchmarks.peers import PEERS
+from benchmarks.refinement_trials import TRIALS
 from benchmarks.summaries import MEASURES, means
 from lbskel.geometry.mirrors import Mirror
 from lbskel.geometry.surface_queries import Surface
@@ -206,6 +207,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
             f"Passes left out or bounds replaced: {len(tubes)} tubes, {len(shapes)} hard shapes, {len(real)} meshes, "
             f"{sum(map(bool, planes))} with a plane of symmetry": markdown_table(ablation),
             f"Noise on real meshes, by the bulge of a limb: {len(real)} meshes": markdown_table(noise),
+            "Tried and not kept, by hand": markdown_table(TRIALS),
         },
     )
 
