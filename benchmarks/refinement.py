@@ -142,6 +142,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("deviation of", "tube_fit.MAX_DEVIATION", (0.1, 0.3, 0.5)),
         ("tube steps of", "tube_fit.N_STEPS", (1, 2, 6)),
         ("nearest balls of", "tubes.N_NEAREST", (2, 8)),
+        ("smallest radius of", "tubes.MIN_RADIUS", (1e-4, 0.1)),
     )
     for value in values
 } | {

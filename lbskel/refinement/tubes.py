@@ -20,7 +20,7 @@ from lbskel.skeleton.skeleton import Skeleton
 # Rows "nearest balls of" in benchmarks/results/refinement.md
 N_NEAREST = 4
 # Lower bound on radii, in medians over the branch: zero, where the only vertex of a node is on the axis, makes the
-# systems of a fit singular (tests/refinement/test_tube_fit.py)
+# systems of a fit singular. Rows "smallest radius of" there
 MIN_RADIUS = 0.01
 EPSILON, TINY = float(np.finfo(np.float64).eps), float(np.finfo(np.float64).tiny)
 
