@@ -271,7 +271,6 @@ class OffsetPaths(ShortestPaths):
         Adjacency, as of ShortestPaths.
     entry, inward : (n, 3) array of float
     thickness : (n,) array of float
-        NaN where it is not known.
     min_length : float
         Added to the length of every edge.
     """
@@ -283,7 +282,6 @@ class OffsetPaths(ShortestPaths):
     depth: cython.double
     goal: cython.longlong
     kinds: cython.schar[::1]
-    met_unknown: cython.bint
 
     def __init__(
         self,
@@ -297,29 +295,22 @@ class OffsetPaths(ShortestPaths):
         ShortestPaths.__init__(self, first, neighbors, np.empty(0))
         self.entry, self.inward, self.thickness, self.min_length = entry, inward, thickness, min_length
         self.kinds = np.ones(len(first) - 1, dtype=np.int8)
-        self.depth, self.goal, self.met_unknown = 0.0, 0, False
+        self.depth, self.goal = 0.0, 0
 
-    def path(self, start: int, goal: int, depth: float) -> tuple[bool, NDArray[np.int64]]:
-        """Whether the thickness of all vertices that matter is known, and the shortest path from one to another.
-
-        The path is empty if there is none. Where a thickness that matters is not known, it need not be the shortest.
-        """
+    def path(self, start: int, goal: int, depth: float) -> NDArray[np.int64]:
+        """Find the shortest path from one vertex to another; it is empty if there is none."""
         with self.lock:
-            self.goal, self.depth, self.met_unknown = goal, depth, False
+            self.goal, self.depth = goal, depth
             self.kinds[goal] = 2
             _, path = self.nearest_goal(np.array([start]), self.kinds)
             self.kinds[goal] = 1
-            return not self.met_unknown, path[::-1]
+            return path[::-1]
 
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
     def _length(self, node: cython.longlong, slot: cython.Py_ssize_t) -> cython.double:
-        other: cython.longlong = self.neighbors[slot]
-        if self.thickness[other] != self.thickness[other]:
-            self.met_unknown = True
-            return self.thickness[other]
-        return self._distance(node, other) + self.min_length
+        return self._distance(node, self.neighbors[slot]) + self.min_length
 
     @cython.cfunc
     @cython.nogil
