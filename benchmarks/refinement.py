@@ -130,7 +130,6 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("shortest step of", "tips.MIN_STEP", (0.02, 0.125)),
         ("reach of sections of", "tips.MAX_REACH", (2.0, 5.0)),
         ("reach of a tip", "extrema.TIP_REACH", (2.0, 2.5, 4.0)),
-        ("largest deviation of", "mirror_symmetry.MAX_DEVIATION", (0.25, 1.0, 1.5)),
         ("on the plane below", "mirror_symmetry.ON_PLANE", (0.25, 1.0)),
         ("power of", "relaxation.POWER", (1.0, 3.0)),
         ("smallest ball of", "relaxation.MIN_RATIO", (0.03, 0.3)),

@@ -28,11 +28,9 @@ from lbskel.refinement.region_map import nearest_balls
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
-# Distance of the mirror images of vertices from the surface, in mean radii of their branches: that of 95 in 100, and
-# that of all. A limb on one side only must not count as symmetric: the end of the shortest branch stands out of the
-# ball at its base by so much. Rows "deviations of" and "largest deviation of" in benchmarks/results/refinement.md
+# Distance of the mirror images of 95 in 100 vertices from the surface, and of those of nodes inside it from its inside,
+# in mean radii of their branches. Rows "deviations of" in benchmarks/results/refinement.md
 TYPICAL_DEVIATION = 0.1
-MAX_DEVIATION = MIN_BRANCH_RATIO - 1
 # Height of a node above the plane, in inscribed radii, up to which it counts as on the plane. Rows "on the plane below"
 # in benchmarks/results/refinement.md
 ON_PLANE = 0.5
@@ -100,8 +98,9 @@ def keep_mirror_symmetry(before: Skeleton, after: Skeleton, surface: Surface) ->
 def symmetry_planes(skeleton: Skeleton, surface: Surface) -> list[tuple[Mirror, NDArray[np.int64]]]:
     """Find planes at right angles to each other about which a surface is symmetric.
 
-    The axes of the coordinates are tried if no principal axis is normal to one: these are not unique if two moments of
-    the surface are equal.
+    The mirror images of most vertices are on the surface, and those of all nodes inside it are inside: so a limb that
+    has a branch is on both sides. The axes of the coordinates are tried if no principal axis is normal to one: these
+    are not unique if two moments of the surface are equal.
 
     Parameters
     ----------
@@ -120,10 +119,8 @@ def symmetry_planes(skeleton: Skeleton, surface: Surface) -> list[tuple[Mirror, 
     scales = _scales(skeleton, mesh)
     for normals in (principal_axes(mesh), np.eye(3)):
         planes = [plane for plane in mirrors_at_centroid(mesh, normals) if _deviates_little(plane, surface, scales)]
-        with_twins = [(plane, _twins(plane, surface, scales)) for plane in planes]
-        found = [(plane, twins) for plane, twins in with_twins if twins is not None]
-        if found:
-            return found
+        if planes := [plane for plane in planes if _has_both_sides(plane, skeleton, surface)]:
+            return [(plane, surface.vertex_tree.query(plane.mirrored(mesh.vertices))[1]) for plane in planes]
     return []
 
 
@@ -144,20 +141,24 @@ def _sample(surface: Surface, n_samples: int) -> NDArray[np.int64]:
     return sample
 
 
-def _twins(plane: Mirror, surface: Surface, scales: NDArray[np.float64]) -> NDArray[np.int64] | None:
-    """(n,) vertex nearest to the mirror image of each vertex; None if an image is too far from the surface."""
-    images = plane.mirrored(surface.mesh.vertices)
-    distances, twins = surface.vertex_tree.query(images)
-    far = np.flatnonzero(distances > MAX_DEVIATION * scales)
-    is_too_far = surface.distance(images[far]) > MAX_DEVIATION * scales[far]
-    return None if is_too_far.any() else twins
+def _has_both_sides(plane: Mirror, skeleton: Skeleton, surface: Surface) -> bool:
+    """Whether the mirror images of all nodes inside the surface are inside, or nearly so."""
+    is_inside = surface.contains(skeleton.nodes)
+    images, scales = plane.mirrored(skeleton.nodes[is_inside]), _branch_radii(skeleton, surface.mesh)[is_inside]
+    is_outside = ~surface.contains(images)
+    return bool((surface.distance(images[is_outside]) <= TYPICAL_DEVIATION * scales[is_outside]).all())
 
 
 def _scales(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
-    """(n,) mean radius of the node of each vertex, the median over its branch if it has one."""
+    """(n,) mean radius of the branch of each vertex."""
+    return _branch_radii(skeleton, mesh)[skeleton.node_of_vertex]
+
+
+def _branch_radii(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
+    """(k,) median over its branch of the mean radius of each node, or its own if it has none."""
     radii = mean_radii(skeleton, mesh).radii
-    scales: NDArray[np.float64] = np.where(skeleton.degrees > 0, skeleton.branch_medians(radii), radii)
-    return scales[skeleton.node_of_vertex]
+    medians: NDArray[np.float64] = np.where(skeleton.degrees > 0, skeleton.branch_medians(radii), radii)
+    return medians
 
 
 def _cut_at(plane: Mirror, skeleton: Skeleton, widths: NDArray[np.float64]) -> tuple[Skeleton, NDArray[np.int64]]:
