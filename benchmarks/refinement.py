@@ -31,7 +31,7 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.branch_lines import BranchLines, branch_lines
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.refinement.extrema import GeodesicExtrema
-from lbskel.refinement.mirror_symmetry import symmetry_planes
+from lbskel.refinement.mirror_symmetry import find_symmetries
 from lbskel.refinement.radii import mean_radii
 from lbskel.shapes import SHAPES, Shape, make, with_local_noise
 from lbskel.shapes.hard import HARD_SHAPES
@@ -186,7 +186,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
     real = [lbskel.read_mesh(path) for path in paths[: 1 if quick else None]]
     baseline = [lbskel.skeletonize(mesh) for mesh in real]
     planes = [
-        [plane for plane, _ in symmetry_planes(skeleton, Surface(mesh))]
+        [symmetry.plane for symmetry in find_symmetries(skeleton, Surface(mesh))]
         for skeleton, mesh in zip(baseline, real, strict=True)
     ]
     on = tubes, list(shapes.values()), real, baseline, planes

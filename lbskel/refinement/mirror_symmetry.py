@@ -4,14 +4,15 @@ Decisions at thresholds, such as whether the branch of a foot ends at the heel o
 the two sides of a body. Nodes on the plane of symmetry are shared by both sides; branches that cross it get a node
 there. A half and its mirror image take the place of both: the half that misses fewer ends of limbs, or else leaves less
 of the surface uncovered by its balls inside, of those that change neither the number of components nor that of cycles,
-and leave no more uncovered than before.
+and leave no more uncovered than before. An end branch whose mirror image would leave the surface stays as it is: a tail
+may be bent aside.
 """
 
 from __future__ import annotations
 
-__all__ = ["keep_mirror_symmetry", "make_mirror_symmetric", "symmetry_planes"]
+__all__ = ["Symmetry", "find_symmetries", "keep_mirror_symmetry", "make_mirror_symmetric"]
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from operator import itemgetter
 
 import numpy as np
@@ -28,8 +29,8 @@ from lbskel.refinement.region_map import nearest_balls
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
-# Distance of the mirror images of 95 in 100 vertices from the surface, and of those of nodes inside it from its inside,
-# in mean radii of their branches. Rows "deviations of" in benchmarks/results/refinement.md
+# Distance of the mirror image of 95 % of the area from the surface, and of those of nodes inside it from its inside, in
+# mean radii of their branches. Rows "deviations of" in benchmarks/results/refinement.md
 TYPICAL_DEVIATION = 0.1
 # Height of a node above the plane, in inscribed radii, up to which it counts as on the plane. Rows "on the plane below"
 # in benchmarks/results/refinement.md
@@ -37,6 +38,24 @@ ON_PLANE = 0.5
 # Vertices of a small and a large sample, which bound the time: the small one rules out nearly every plane that is none
 # of symmetry; guesses
 N_SAMPLES = (100, 2_000)
+
+
+@dataclass(frozen=True, eq=False)
+class Symmetry:
+    """A plane of symmetry of a surface.
+
+    Parameters
+    ----------
+    plane : Mirror
+    twins : (n,) array of int
+        The vertex that is nearest to the mirror image of each vertex.
+    is_one_sided : (k,) array of bool
+        The nodes of end branches whose mirror images would leave the surface, but for their junctions.
+    """
+
+    plane: Mirror
+    twins: NDArray[np.int64]
+    is_one_sided: NDArray[np.bool_]
 
 
 def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -54,27 +73,33 @@ def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
         The same if the surface has no plane of symmetry, or if either half and its image have another number of
         components or cycles, or leave more of the surface uncovered.
     """
-    for plane, twins in symmetry_planes(skeleton, surface):
+    for symmetry in find_symmetries(skeleton, surface):
         surface.deadline.check()
-        before, scales = inscribed_radii(skeleton, surface), _scales(skeleton, surface.mesh)
-        cut, side = _cut_at(plane, before, mean_radii(skeleton, surface.mesh).radii)
-        if side.any():
-            halves = [sign for sign in (1, -1) if (side * sign >= 0).any()]
-            changed = [_doubled(cut, side, sign, plane, surface.mesh.vertices, twins) for sign in halves]
-        else:  # all nodes are on the plane: both halves are the whole, and no tie is left to rounding
-            changed = [cut]
-        alike = [
-            inscribed_radii(one, surface)
-            for one in changed
-            if (one.n_components, one.cycle_rank) == (skeleton.n_components, skeleton.cycle_rank)
-        ]
-        # of a symmetric surface, the better half leaves no more uncovered than both, but for the deviations
-        limit = _uncovered(before, surface, scales) + TYPICAL_DEVIATION
-        measured = [(_n_missed(one, surface), _uncovered(one, surface, scales), one) for one in alike]
-        covering = [half for half in measured if half[1] <= limit]
-        if covering:
-            skeleton = min(covering, key=itemgetter(0, 1))[2]
+        one_sided = _one_sided_nodes(symmetry.plane, skeleton, surface)  # the plane before may have changed the nodes
+        if one_sided is not None:
+            skeleton = _better_half(skeleton, replace(symmetry, is_one_sided=one_sided), surface)
     return skeleton
+
+
+def _better_half(skeleton: Skeleton, symmetry: Symmetry, surface: Surface) -> Skeleton:
+    """Choose the better half with its mirror image, or the skeleton as it is if neither covers as much."""
+    before, scales = inscribed_radii(skeleton, surface), _scales(skeleton, surface.mesh)
+    cut, side = _cut_at(symmetry, before, mean_radii(skeleton, surface.mesh).radii)
+    if side.any():
+        halves = [sign for sign in (1, -1) if (side * sign >= 0).any()]
+        changed = [_doubled(cut, side, sign, symmetry, surface.mesh.vertices) for sign in halves]
+    else:  # all nodes are on the plane: both halves are the whole, and no tie is left to rounding
+        changed = [cut]
+    alike = [
+        inscribed_radii(one, surface)
+        for one in changed
+        if (one.n_components, one.cycle_rank) == (skeleton.n_components, skeleton.cycle_rank)
+    ]
+    # of a symmetric surface, the better half leaves no more uncovered than both, but for the deviations
+    limit = _uncovered(before, surface, scales) + TYPICAL_DEVIATION
+    measured = [(_n_missed(one, surface), _uncovered(one, surface, scales), one) for one in alike]
+    covering = [half for half in measured if half[1] <= limit]
+    return min(covering, key=itemgetter(0, 1))[2] if covering else skeleton
 
 
 def keep_mirror_symmetry(before: Skeleton, after: Skeleton, surface: Surface) -> Skeleton:
@@ -88,30 +113,27 @@ def keep_mirror_symmetry(before: Skeleton, after: Skeleton, surface: Surface) ->
     """
     nodes, tree = after.nodes, cKDTree(before.nodes)
     limits = TYPICAL_DEVIATION * mean_radii(before, surface.mesh).radii
-    for plane, _ in symmetry_planes(before, surface):
-        distances, twins = tree.query(plane.mirrored(before.nodes))
-        if (distances <= limits).all():
-            nodes = (nodes + plane.mirrored(nodes[twins])) / 2
+    for symmetry in find_symmetries(before, surface):
+        distances, twins = tree.query(symmetry.plane.mirrored(before.nodes))
+        has_twin = distances <= limits
+        if (has_twin | symmetry.is_one_sided).all():
+            halfway = (nodes + symmetry.plane.mirrored(nodes[twins])) / 2
+            nodes = np.where((has_twin & ~symmetry.is_one_sided)[:, None], halfway, nodes)
     return replace(after, nodes=nodes)
 
 
-def symmetry_planes(skeleton: Skeleton, surface: Surface) -> list[tuple[Mirror, NDArray[np.int64]]]:
+def find_symmetries(skeleton: Skeleton, surface: Surface) -> list[Symmetry]:
     """Find planes at right angles to each other about which a surface is symmetric.
 
-    The mirror images of most vertices are on the surface, and those of all nodes inside it are inside: so a limb that
-    has a branch is on both sides. The axes of the coordinates are tried if no principal axis is normal to one: these
-    are not unique if two moments of the surface are equal.
+    The mirror image of most of the surface is on it, and those of all nodes inside are inside, but for the nodes of
+    end branches. The axes of the coordinates are tried if no principal axis is normal to a plane: these are not unique
+    if two moments of the surface are equal.
 
     Parameters
     ----------
     skeleton : Skeleton
         With a node for each vertex of the mesh; distances are relative to the mean radii of its branches.
     surface : Surface
-
-    Returns
-    -------
-    list of (Mirror, (n,) array of int)
-        Each plane, with the vertex that is nearest to the mirror image of each vertex.
     """
     mesh = surface.mesh
     if not mesh.area > 0:
@@ -119,17 +141,24 @@ def symmetry_planes(skeleton: Skeleton, surface: Surface) -> list[tuple[Mirror, 
     scales = _scales(skeleton, mesh)
     for normals in (principal_axes(mesh), np.eye(3)):
         planes = [plane for plane in mirrors_at_centroid(mesh, normals) if _deviates_little(plane, surface, scales)]
-        if planes := [plane for plane in planes if _has_both_sides(plane, skeleton, surface)]:
-            return [(plane, surface.vertex_tree.query(plane.mirrored(mesh.vertices))[1]) for plane in planes]
+        one_sided = [_one_sided_nodes(plane, skeleton, surface) for plane in planes]
+        found = [
+            Symmetry(plane, surface.vertex_tree.query(plane.mirrored(mesh.vertices))[1], nodes)
+            for plane, nodes in zip(planes, one_sided, strict=True)
+            if nodes is not None
+        ]
+        if found:
+            return found
     return []
 
 
 def _deviates_little(plane: Mirror, surface: Surface, scales: NDArray[np.float64]) -> bool:
-    """Whether the mirror images of 95 in 100 vertices of a sample are on the surface; of a small sample first."""
+    """Whether the mirror images of vertices with 95 % of the area are on the surface; in a small sample first."""
     for n_samples in N_SAMPLES:
         sample = _sample(surface, n_samples)
         deviations = surface.distance(plane.mirrored(surface.mesh.vertices[sample]))
-        if (deviations <= TYPICAL_DEVIATION * scales[sample]).mean() < 0.95:
+        areas = surface.mesh.vertex_areas[sample]
+        if areas[deviations <= TYPICAL_DEVIATION * scales[sample]].sum() < 0.95 * areas.sum():
             return False
     return True
 
@@ -141,12 +170,16 @@ def _sample(surface: Surface, n_samples: int) -> NDArray[np.int64]:
     return sample
 
 
-def _has_both_sides(plane: Mirror, skeleton: Skeleton, surface: Surface) -> bool:
-    """Whether the mirror images of all nodes inside the surface are inside, or nearly so."""
-    is_inside = surface.contains(skeleton.nodes)
-    images, scales = plane.mirrored(skeleton.nodes[is_inside]), _branch_radii(skeleton, surface.mesh)[is_inside]
-    is_outside = ~surface.contains(images)
-    return bool((surface.distance(images[is_outside]) <= TYPICAL_DEVIATION * scales[is_outside]).all())
+def _one_sided_nodes(plane: Mirror, skeleton: Skeleton, surface: Surface) -> NDArray[np.bool_] | None:
+    """(k,) nodes of end branches with one inside whose mirror image is not; None if other nodes are such ones."""
+    is_inside, images = surface.contains(skeleton.nodes), plane.mirrored(skeleton.nodes)
+    leaves = is_inside & ~surface.contains(images)
+    limits = TYPICAL_DEVIATION * _branch_radii(skeleton, surface.mesh)[leaves]
+    leaves[leaves] = surface.distance(images[leaves]) > limits
+    is_one_sided = np.zeros(len(leaves), dtype=bool)
+    for end in skeleton.end_branches:
+        is_one_sided[end[1:]] = leaves[end[1:]].any()
+    return is_one_sided if is_one_sided[leaves].all() else None
 
 
 def _scales(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
@@ -161,13 +194,16 @@ def _branch_radii(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
     return medians
 
 
-def _cut_at(plane: Mirror, skeleton: Skeleton, widths: NDArray[np.float64]) -> tuple[Skeleton, NDArray[np.int64]]:
+def _cut_at(symmetry: Symmetry, skeleton: Skeleton, widths: NDArray[np.float64]) -> tuple[Skeleton, NDArray[np.int64]]:
     """Put a node wherever a branch crosses the plane; also the (k,) side of each node: 1, 0 or -1.
+
+    One-sided nodes are shared by both sides where they are.
 
     Ends of branches that are near the plane are moved onto it, and so are branches without a node aside, or with most
     nodes near it and within TYPICAL_DEVIATION widths, and all within MIN_BRANCH_RATIO, but for junctions. Other nodes
     near the plane belong to the side of the nearest node along the branch that is not; they are reflected to it.
     """
+    plane, shared = symmetry.plane, symmetry.is_one_sided
     heights = plane.heights(skeleton.nodes)
     near = ON_PLANE * skeleton.radii
     is_aside, is_far = (
@@ -183,8 +219,9 @@ def _cut_at(plane: Mirror, skeleton: Skeleton, widths: NDArray[np.float64]) -> t
             inner = np.arange(1, len(branch) - 1)
             nearest = off[np.rint(np.interp(inner, off, np.arange(len(off)))).astype(np.int64)]
             side[branch[1:-1]] = side[branch[nearest]]
+    side[shared] = 0
     on_side = np.abs(heights) * side
-    nodes = skeleton.nodes + (on_side - heights)[:, None] * plane.normal
+    nodes = skeleton.nodes + np.where(shared, 0.0, on_side - heights)[:, None] * plane.normal
     crosses = side[skeleton.edges].prod(axis=1) < 0
     i, j = skeleton.edges[crosses].T
     share = (on_side[i] / (on_side[i] - on_side[j]))[:, None]
@@ -203,11 +240,11 @@ def _doubled(
     skeleton: Skeleton,
     side: NDArray[np.int64],
     sign: int,
-    plane: Mirror,
+    symmetry: Symmetry,
     vertices: NDArray[np.float64],
-    twins: NDArray[np.int64],
 ) -> Skeleton:
     """Keep the nodes on the plane and on one side, with mirror images of the latter in place of those on the other."""
+    plane = symmetry.plane
     kept, copied = np.flatnonzero(side * sign >= 0), np.flatnonzero(side * sign > 0)
     own = np.full(len(side), -1)
     own[kept] = np.arange(len(kept))
@@ -216,7 +253,8 @@ def _doubled(
     nodes = np.concatenate([skeleton.nodes[kept], plane.mirrored(skeleton.nodes[copied])])
     edges = skeleton.edges[(own[skeleton.edges] >= 0).all(axis=1)]
     is_on_side = plane.heights(vertices) * sign >= 0
-    nodes_of_vertices = own[skeleton.node_of_vertex], image[skeleton.node_of_vertex[twins]]
+    is_on_side |= symmetry.is_one_sided[skeleton.node_of_vertex]
+    nodes_of_vertices = own[skeleton.node_of_vertex], image[skeleton.node_of_vertex[symmetry.twins]]
     node_of_vertex = VertexMap(np.where(is_on_side, *nodes_of_vertices)).complete(vertices, nodes).indices
     return replace(
         skeleton,

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers import loop_in, path_in
+from helpers import loop_in, nearest_rows, path_in
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import lbskel
 from lbskel import Mesh, Skeleton
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.mirror_symmetry import keep_mirror_symmetry, make_mirror_symmetric, symmetry_planes
+from lbskel.refinement.mirror_symmetry import find_symmetries, keep_mirror_symmetry, make_mirror_symmetric
 from lbskel.shapes import capsule, mesh_solid, solid_of, torus
 from lbskel.shapes.hard import HARD_SHAPES
 
@@ -41,7 +41,7 @@ def with_nearest_nodes(skeleton, mesh):
 
 def planes_of(mesh):
     """The planes of symmetry of a mesh, relative to the radii of its skeleton."""
-    return [plane for plane, _ in symmetry_planes(lbskel.skeletonize(mesh), Surface(mesh))]
+    return [symmetry.plane for symmetry in find_symmetries(lbskel.skeletonize(mesh), Surface(mesh))]
 
 
 def asymmetry(skeleton, axis=1):
@@ -74,7 +74,7 @@ def test_a_skeleton_on_the_plane_keeps_the_nodes_of_both_sides():
     mesh = pear()
     chain = with_nearest_nodes(Skeleton([[0, 0, -0.6], [0, 0, 0], [0, 0, 0.6]], [[0, 1], [1, 2]], np.zeros(3)), mesh)
     given = replace(chain, node_of_vertex=np.where(mesh.vertices[:, 1] > 0, 1, chain.node_of_vertex))
-    assert len(symmetry_planes(given, Surface(mesh))) == 1
+    assert len(find_symmetries(given, Surface(mesh))) == 1
     assert np.array_equal(make_mirror_symmetric(given, Surface(mesh)).node_of_vertex, given.node_of_vertex)
 
 
@@ -135,7 +135,7 @@ def test_a_branch_whose_end_would_leave_its_limb_is_not_moved_onto_the_plane():
         [np.linspace(*stem, 13), np.linspace(*prongs[1][:2], 4)[1:], np.linspace(*prongs[1][1:], 7)[1:]]
     )
     given = path_in(mesh, path)
-    assert len(symmetry_planes(given, Surface(mesh))) == 2  # the path is in the other plane
+    assert len(find_symmetries(given, Surface(mesh))) == 2  # the path is in the other plane
     assert make_mirror_symmetric(given, Surface(mesh)).nodes[:, 1] == pytest.approx(given.nodes[:, 1], abs=1e-3)
 
 
@@ -202,26 +202,43 @@ def test_the_planes_of_a_turned_torus():
     assert normals @ normals.T == pytest.approx(np.eye(len(normals)), abs=2e-3)
 
 
-def test_a_branch_on_one_side_makes_a_mesh_asymmetric():
-    """A body with a tail towards y, too thin to move the centroid: it is symmetric for a skeleton without the tail."""
+def body_with_tail(*aside):
+    """A body along z with a tail along y, too thin to move the centroid; some nodes of the body are moved aside."""
     body, tail = np.array([[0.0, 0, -3], [0, 0, 3]]), np.array([[0.0, 0, 0.5], [0, 2.5, 0.5]])
     mesh = mesh_solid(solid_of([(body, 1.0), (tail, 0.1)]), n_vertices=4000)
     nodes = np.concatenate([np.linspace(*body, 13), np.linspace(*tail, 11)[1:]])
     chains = np.arange(13), np.array([7, *range(13, 23)])
-    edges = [np.stack([chain[:-1], chain[1:]], axis=1) for chain in chains]
-    given = with_nearest_nodes(Skeleton(nodes, np.concatenate(edges), np.zeros(23)), mesh)
-    trunk = with_nearest_nodes(Skeleton(nodes[:13], edges[0], np.zeros(13)), mesh)
-    normals, more = ([plane.normal for plane, _ in symmetry_planes(one, Surface(mesh))] for one in (given, trunk))
+    edges = np.concatenate([np.stack([chain[:-1], chain[1:]], axis=1) for chain in chains])
+    is_on_tail = np.linalg.norm(mesh.vertices[:, :2], axis=1) > 1.05
+    on_body, on_tail = (nearest_rows(mesh.vertices, part) for part in (nodes[:13], nodes[13:]))
+    nodes[list(aside), 1] = 0.6
+    return mesh, Skeleton(nodes, edges, np.zeros(len(nodes)), np.where(is_on_tail, 13 + on_tail, on_body))
+
+
+def test_an_end_branch_on_one_side_stays_as_it_is():
+    """All of the body but one node off the plane is symmetric; the tail leads towards y."""
+    mesh, moved = body_with_tail(2)
+    [across] = [found for found in find_symmetries(moved, Surface(mesh)) if abs(found.plane.normal[1]) > 0.9]
+    assert across.is_one_sided.tolist() == [False] * 13 + [True] * 10
+    result = make_mirror_symmetric(moved, Surface(mesh))
+    tail = result.nodes[np.abs(result.nodes[:, 1]) > 0.2]
+    assert sorted(tail[:, 1]) == pytest.approx(np.linspace(0.25, 2.5, 10), abs=1e-3)  # normals are within 1e-3
+    assert (len(result.tips), result.n_components) == (3, 1)
+    assert result.nodes[result.node_of_vertex[mesh.vertices[:, 1] > 1.2], 1].min() > 0.9
+
+
+def test_branches_on_one_side_that_fork_make_a_mesh_asymmetric():
+    mesh, given = body_with_tail()
+    nodes = np.concatenate([given.nodes, given.nodes[-1:] + [[0.05, 0, 0.0], [-0.05, 0, 0]]])
+    edges = [*given.edges.tolist(), [22, 23], [22, 24]]
+    forked_tail = Skeleton(nodes, edges, np.zeros(25), given.node_of_vertex)
+    normals = [found.plane.normal for found in find_symmetries(forked_tail, Surface(mesh))]
     assert np.abs(normals)[:, 1].max() < 0.1
-    assert np.abs(more)[:, 1].max() > 0.9
-    result = make_mirror_symmetric(given, Surface(mesh))
-    assert result.nodes[result.tips, 1].max() == pytest.approx(2.5)
-    assert result.nodes[result.tips, 1].min() > -0.1
 
 
 def test_a_mesh_without_area_has_no_plane_of_symmetry():
     flat = Mesh(np.zeros((3, 3)), [[0, 1, 2]])
-    assert symmetry_planes(with_nearest_nodes(Skeleton([[0, 0, 0]], [], [0.0]), flat), Surface(flat)) == []
+    assert find_symmetries(with_nearest_nodes(Skeleton([[0, 0, 0]], [], [0.0]), flat), Surface(flat)) == []
 
 
 def test_the_skeleton_of_a_torso_is_symmetric():
@@ -246,5 +263,14 @@ def test_nodes_that_moved_apart_are_made_symmetric_again():
 def test_nodes_that_were_not_symmetric_are_left():
     mesh, z = capsule(4.0, 0.5, 32), np.array([-2.0, -1, 0, 1, 1.5])
     before = path_in(mesh, np.stack([0 * z + 0.1, 0.1 + 0 * z, z], axis=1))
-    after = replace(before, nodes=before.nodes * [1, 1, 0.9])
+    after = replace(before, nodes=before.nodes + [0, 0, 0.1])
     assert keep_mirror_symmetry(before, after, Surface(mesh)).nodes == pytest.approx(after.nodes)
+
+
+def test_an_end_branch_on_one_side_is_not_drawn_to_its_mirror_image():
+    """The plane is at the centroid, which the tail draws towards y by 0.02."""
+    mesh, before = body_with_tail()
+    moved = replace(before, nodes=before.nodes + [0, 0.2, 0])
+    again = keep_mirror_symmetry(before, moved, Surface(mesh)).nodes
+    assert np.abs(again[:13, 1]).max() < 0.05
+    assert again[13:, 1] == pytest.approx(moved.nodes[13:, 1], abs=0.01)
