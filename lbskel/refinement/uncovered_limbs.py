@@ -8,9 +8,10 @@ topological disk, with area A and a rim of length P whose points are at most w f
     A / (P w) > MIN_BULGE
 
 and if d / R is at least MIN_BRANCH_RATIO at its end, the vertex farthest from the skeleton, as else the branch would be
-pruned, or if it is long in its own radii: if its bulge is at least LONG_BULGE. A flat disk has a bulge of 1/2, a
-hemisphere 1, a cone with an angle a between its axis and its side 1 / (2 sin a), a round limb with length l and radius
-r, which ends in a hemisphere, 1 + l / r, and the corner of a plate 1/2. So a limb does not count by its size.
+pruned, or if it is long in its own radii: if its bulge is at least LONG_BULGE, and its end is as many of its radii away
+from the skeleton, since along a limb with few faces all of d / R may be above a level. A flat disk has a bulge of
+1/2, a hemisphere 1, a cone with an angle a between its axis and its side 1 / (2 sin a), a round limb with length l and
+radius r, which ends in a hemisphere, 1 + l / r, and the corner of a plate 1/2. So a limb does not count by its size.
 
 Patches grow as the level descends. Of the patches around one end, the limb is the one that bulges most, and the first
 is the limb's cap, whose rim tells the limb's radius; a patch around two limbs is their body. Across a gap, a thin
@@ -44,9 +45,11 @@ from lbskel.skeleton.skeleton import Skeleton
 # in benchmarks/results/neurons.md and "Noise on real meshes" in refinement.md: with less, noise makes limbs, and with
 # more, short limbs are missed
 MIN_BULGE = 0.62
-# Lower bound on the bulge of a limb that is shorter than what is pruned, in radii of its body: that of a round limb 2.5
-# of its own radii long. Rows "long from" in benchmarks/results/refinement.md; thin tails of thick bodies need it
-LONG_BULGE = 2.5
+# Lower bound on the bulge of a limb that is shorter than what is pruned, in radii of its body. A limb 2.5 of its own
+# radii long has 2.5 where a level goes straight across it, and less where levels are oblique: of four limbs of 3.5
+# radii on one body, the least has 1.8. "Bulge of short limbs" in benchmarks/results/neurons.md and rows "long from" in
+# refinement.md: little else changes
+LONG_BULGE = 1.75
 # Levels of d / R at which patches are measured, each a tenth below the one before; they bound the time. Rows "levels of
 # limbs" in benchmarks/results/refinement.md
 LEVELS = np.geomspace(6.0, 1.05, 18)
@@ -137,7 +140,8 @@ def find_limbs(balls: BallDistances, missed: GeodesicExtrema) -> Limbs:
         for vertices, bulge, rim in zip(patches.vertices, patches.bulges, patches.rims, strict=True):
             limbs = {*limb_of_vertex[vertices].tolist()} - {-1}
             end = int(vertices[balls.distances[vertices].argmax()])
-            is_short = balls.ratios[end] < MIN_BRANCH_RATIO and bulge < LONG_BULGE
+            in_own_radii = min(bulge, 2 * np.pi * balls.distances[end] / rim)
+            is_short = balls.ratios[end] < MIN_BRANCH_RATIO and in_own_radii < LONG_BULGE
             if len(limbs) > 1 or is_short:
                 continue
             if not limbs:

@@ -115,6 +115,19 @@ def test_a_short_limb_of_a_thick_body_gets_a_branch():
     assert np.linalg.norm(grown.nodes[grown.tips] - tail[1], axis=1).min() < 0.2
 
 
+def test_each_of_four_short_limbs_in_a_row_gets_a_branch():
+    """They stand out of a capsule by 3.5 of their radii, which is less than its own; one of them is beyond its end."""
+    feet = np.array([[x, 0, 0] for x in (-0.8, -0.2, 0.4, 1.0)])
+    body, limbs = (
+        (np.array([[-1.0, 0, 0], [1, 0, 0]]), 0.5),
+        [(np.array([foot, foot + [0, 0, 0.85]]), 0.14) for foot in feet],
+    )
+    skeleton = skeletonize(mesh_solid(solid_of([body, *limbs]), n_vertices=3000))
+    tips = skeleton.nodes[skeleton.tips]
+    ends = feet + [0, 0, 0.85]
+    assert np.linalg.norm(tips[nearest_rows(ends, tips)] - ends, axis=1).max() < 0.3
+
+
 def test_a_flat_limb_gets_a_branch():
     """An ear six times as wide as thick: no point of its axis is deeper than a fifth of the radius of its area."""
     body, ear = np.array([[-3.0, 0, 0], [3, 0, 0]]), np.array([[0.0, 0, 0], [0, 0, 3.5]])

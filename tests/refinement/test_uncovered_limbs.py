@@ -3,6 +3,7 @@
 from dataclasses import replace
 from unittest.mock import patch
 
+import igl
 import numpy as np
 import pytest
 from helpers import path_in
@@ -53,6 +54,16 @@ def test_a_limb_without_a_branch_is_found_with_its_end_its_radius_and_its_vertic
 def test_a_whole_skeleton_leaves_nothing_uncovered(name):
     shape = make(name, n_vertices=2500)
     assert len(uncovered(ball_distances(skeletonize(shape.mesh), shape.mesh)).ends) == 0
+
+
+def test_a_limb_with_few_faces_is_covered_by_its_branch():
+    """Around the spikes of a ring are so few faces that vertices are up to 1.2 of the inscribed radii from the axis."""
+    fine = make("spiked_ring", n_vertices=4000).mesh
+    V, F, *_ = igl.decimate(fine.vertices, fine.faces, len(fine.faces) // 4, True)
+    coarse = Mesh(V, F)
+    skeleton = skeletonize(coarse)
+    assert len(skeleton.tips) == 5
+    assert len(uncovered(ball_distances(skeleton, coarse)).ends) == 0
 
 
 def test_the_rim_of_a_flat_part_is_no_limb():
