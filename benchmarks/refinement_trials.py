@@ -29,5 +29,11 @@ _ROWS = (
     ("grown tips moved to the centroids of their sections", "ed6b5b3", "ends missed on CGAL's meshes 10 -> 13"),
     ("local radii as the scale of symmetry", "ed6b5b3", "tips without a twin 13 -> 19, on 62 meshes"),
     ("robust weights in the fit of radii", "ed6b5b3", "mean radii of tracings 6.6 % -> 7.1 % off"),
+    ("tangents of sections between adjacent nodes only", "6b6e360", "coverage of hard shapes 0.0104 -> 0.0128"),
+    ("junctions that disagree in the middle only", "6b6e360", "twigs 0.012 -> 0.022"),
+    ("no steps to larger balls at junctions", "6b6e360", "bent hands 0.048 -> 0.063"),
+    ("reroutes that begin where a branch leaves the surface", "6b6e360", "three CAD parts warn -> fail"),
+    ("tips extended again after limbs are grown", "6b6e360", "ends missed on CGAL's meshes 12 -> 16"),
+    ("the largest d / R of a limb in place of that at its end", "6b6e360", "false tips of a tracing 6 -> 10"),
 )
 TRIALS = [dict(zip(_COLUMNS, row, strict=True)) for row in _ROWS]
