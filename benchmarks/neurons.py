@@ -1,7 +1,8 @@
 """Skeletons of neurons: hemibrain meshes against their tracings, and tubes made of the tracings, with noise, remeshed.
 
 The five meshes and tracings are those that navis ships, in units of 8 nm; the tracings were made of voxels, by others.
-``--meshes FOLDER`` takes more tracings (SWC), such as tests/data/swc/Neuron.swc of NeuroM's repository.
+``--meshes FOLDER`` takes more tracings (SWC), such as Neuron.swc of NeuroM's repository: functional_tests of the source
+distribution of morph-tool 2.9.1 has it, too.
 Cable counts as found within 400 nm, a tip within 800 nm. The tubes are of parts of the same tracings, so their truth is
 exact: a tip is found within two local radii.
 """

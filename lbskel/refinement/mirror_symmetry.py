@@ -47,14 +47,11 @@ class Symmetry:
     Parameters
     ----------
     plane : Mirror
-    twins : (n,) array of int
-        The vertex that is nearest to the mirror image of each vertex.
     is_one_sided : (k,) array of bool
         The nodes of end branches whose mirror images would leave the surface, but for their junctions.
     """
 
     plane: Mirror
-    twins: NDArray[np.int64]
     is_one_sided: NDArray[np.bool_]
 
 
@@ -73,11 +70,11 @@ def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
         The same if the surface has no plane of symmetry, or if either half and its image have another number of
         components or cycles, or leave more of the surface uncovered.
     """
-    for symmetry in find_symmetries(skeleton, surface):
+    for plane in [symmetry.plane for symmetry in find_symmetries(skeleton, surface)]:
         surface.deadline.check()
-        one_sided = _one_sided_nodes(symmetry.plane, skeleton, surface)  # the plane before may have changed the nodes
+        one_sided = _one_sided_nodes(plane, skeleton, surface)  # the plane before may have changed the nodes
         if one_sided is not None:
-            skeleton = _better_half(skeleton, replace(symmetry, is_one_sided=one_sided), surface)
+            skeleton = _better_half(skeleton, Symmetry(plane, one_sided), surface)
     return skeleton
 
 
@@ -87,7 +84,9 @@ def _better_half(skeleton: Skeleton, symmetry: Symmetry, surface: Surface) -> Sk
     cut, side = _cut_at(symmetry, before, mean_radii(skeleton, surface.mesh).radii)
     if side.any():
         halves = [sign for sign in (1, -1) if (side * sign >= 0).any()]
-        changed = [_doubled(cut, side, sign, symmetry, surface.mesh.vertices) for sign in halves]
+        vertices = surface.mesh.vertices
+        twins = surface.vertex_tree.query(symmetry.plane.mirrored(vertices))[1]
+        changed = [_doubled(cut, side, sign, symmetry, vertices, twins) for sign in halves]
     else:  # all nodes are on the plane: both halves are the whole, and no tie is left to rounding
         changed = [cut]
     alike = [
@@ -141,13 +140,8 @@ def find_symmetries(skeleton: Skeleton, surface: Surface) -> list[Symmetry]:
     scales = _scales(skeleton, mesh)
     for normals in (principal_axes(mesh), np.eye(3)):
         planes = [plane for plane in mirrors_at_centroid(mesh, normals) if _deviates_little(plane, surface, scales)]
-        one_sided = [_one_sided_nodes(plane, skeleton, surface) for plane in planes]
-        found = [
-            Symmetry(plane, surface.vertex_tree.query(plane.mirrored(mesh.vertices))[1], nodes)
-            for plane, nodes in zip(planes, one_sided, strict=True)
-            if nodes is not None
-        ]
-        if found:
+        one_sided = [(plane, _one_sided_nodes(plane, skeleton, surface)) for plane in planes]
+        if found := [Symmetry(plane, nodes) for plane, nodes in one_sided if nodes is not None]:
             return found
     return []
 
@@ -242,8 +236,12 @@ def _doubled(
     sign: int,
     symmetry: Symmetry,
     vertices: NDArray[np.float64],
+    twins: NDArray[np.int64],
 ) -> Skeleton:
-    """Keep the nodes on the plane and on one side, with mirror images of the latter in place of those on the other."""
+    """Keep the nodes on the plane and on one side, with mirror images of the latter in place of those on the other.
+
+    ``twins`` are the vertices that are nearest to the mirror images of the vertices.
+    """
     plane = symmetry.plane
     kept, copied = np.flatnonzero(side * sign >= 0), np.flatnonzero(side * sign > 0)
     own = np.full(len(side), -1)
@@ -254,7 +252,7 @@ def _doubled(
     edges = skeleton.edges[(own[skeleton.edges] >= 0).all(axis=1)]
     is_on_side = plane.heights(vertices) * sign >= 0
     is_on_side |= symmetry.is_one_sided[skeleton.node_of_vertex]
-    nodes_of_vertices = own[skeleton.node_of_vertex], image[skeleton.node_of_vertex[symmetry.twins]]
+    nodes_of_vertices = own[skeleton.node_of_vertex], image[skeleton.node_of_vertex[twins]]
     node_of_vertex = VertexMap(np.where(is_on_side, *nodes_of_vertices)).complete(vertices, nodes).indices
     return replace(
         skeleton,

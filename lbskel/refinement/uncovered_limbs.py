@@ -45,10 +45,10 @@ from lbskel.skeleton.skeleton import Skeleton
 # in benchmarks/results/neurons.md and "Noise on real meshes" in refinement.md: with less, noise makes limbs, and with
 # more, short limbs are missed
 MIN_BULGE = 0.62
-# Lower bound on the bulge of a limb that is shorter than what is pruned, in radii of its body. A limb 2.5 of its own
-# radii long has 2.5 where a level goes straight across it, and less where levels are oblique: of four limbs of 3.5
-# radii on one body, the least has 1.8. "Bulge of short limbs" in benchmarks/results/neurons.md and rows "long from" in
-# refinement.md: little else changes
+# Lower bound on the length of a limb that is shorter than what is pruned, in its own radii: by its bulge, and by the
+# distance of its end from the skeleton. The bulge of a limb of 2.5 radii is 2.5 where a level goes straight across it,
+# and less where levels are oblique: four limbs of 3.5 radii in a row, in tests/refinement/test_limb_growth.py, need at
+# most 1.8. "Bulge of short limbs" in benchmarks/results/neurons.md: from 1.25 to 3.5 nothing else changes there
 LONG_BULGE = 1.75
 # Levels of d / R at which patches are measured, each a tenth below the one before; they bound the time. Rows "levels of
 # limbs" in benchmarks/results/refinement.md
