@@ -60,8 +60,8 @@ class _Prior:
 def fit_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Move the nodes to the axes of round tubes that are fitted to the surface.
 
-    Nodes move across their branches, junctions any way. No node inside leaves the surface, no edge inside leaves a
-    closed one, and none passes a tunnel on another side.
+    Tips move across their branches only, since a cone around the last edge fits the surface as well if it is shorter.
+    No node inside leaves the surface, no edge inside leaves a closed one, and none passes a tunnel on another side.
 
     Parameters
     ----------
@@ -90,9 +90,9 @@ def fit_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
     for _ in range(N_STEPS):
         surface.deadline.check()
         tubes = _step(tubes, feet_on_tubes(tubes, points, nearby), areas, shares, prior)
-    moves = tubes.positions - skeleton.nodes
-    along = axis_directions(skeleton)
-    moves -= np.einsum("ki,ki->k", moves, along)[:, None] * along
+    moves, tips = tubes.positions - skeleton.nodes, skeleton.tips
+    along = axis_directions(skeleton)[tips]
+    moves[tips] -= np.einsum("ki,ki->k", moves[tips], along)[:, None] * along
     nodes = keep_sides(skeleton, skeleton.nodes + moves, surface)
     return replace(skeleton, nodes=_kept_inside(skeleton, nodes, surface))
 

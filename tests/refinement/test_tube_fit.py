@@ -15,6 +15,7 @@ from lbskel.refinement.radii import mean_axis_distances
 from lbskel.refinement.region_map import nearest_balls
 from lbskel.refinement.tube_fit import fit_tubes, tube_radii
 from lbskel.shapes import capsule, make, mesh_solid, solid_of, torus, with_local_noise
+from lbskel.shapes.hard import HARD_SHAPES
 
 
 def bent_path(z, offsets):
@@ -121,12 +122,21 @@ def test_a_node_whose_only_vertex_is_on_the_axis_has_a_radius():
     assert np.abs(fitted.nodes[:, 0]).max() < 0.01 * 0.5
 
 
-def test_nodes_move_across_their_branches():
+def test_tips_move_across_their_branches():
     mesh, z = capsule(4.0, 0.5, 32), np.linspace(-2, 2, 17) + 0.1 * np.sin(np.arange(17.0))
     path = path_in(mesh, bent_path(z, 0.1 + 0 * z))
     fitted = fit_tubes(path, Surface(mesh))
-    assert fitted.nodes[:, 2] == pytest.approx(path.nodes[:, 2], abs=1e-9)
+    assert fitted.nodes[[0, -1], 2] == pytest.approx(z[[0, -1]], abs=1e-9)
     assert np.abs(fitted.nodes[2:-2, 0]).max() < 0.01 * 0.5
+
+
+@pytest.mark.parametrize(("name", "given"), [("acute fork", {}), ("torso", {}), ("torso", {"degrees": 12.0})])
+def test_no_branch_turns_back_next_to_a_junction(name, given):
+    """Junctions move along the branches that lead through them; nodes next to them have to make way."""
+    skeleton = skeletonize(HARD_SHAPES[name](**given).mesh)
+    for branch in skeleton.branches:
+        steps = np.diff(skeleton.nodes[branch], axis=0)
+        assert (np.einsum("ki,ki->k", steps[1:], steps[:-1]) > 0).all()
 
 
 def test_radii_of_a_bulge_are_those_of_its_tubes():
