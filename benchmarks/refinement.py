@@ -73,11 +73,10 @@ def _unchanged(skeleton: lbskel.Skeleton, *_: Any, **__: Any) -> lbskel.Skeleton
 
 
 def _without_single_sections(
-    skeleton: lbskel.Skeleton, centers: SectionCenters, *, to_place: bool = False
+    skeleton: lbskel.Skeleton, centers: SectionCenters, *, with_single: bool = False
 ) -> BranchLines:
     """Find lines of branches, but for those through one section."""
-    lines = branch_lines(skeleton, centers, to_place=to_place)
-    return lines.take((lines.means != lines.starts).any(axis=1))
+    return branch_lines(skeleton, centers)
 
 
 def _none_missed(extrema: GeodesicExtrema, *_: Any) -> NDArray[np.bool_]:

@@ -77,18 +77,17 @@ class BranchLines:
         )
 
 
-def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, to_place: bool = False) -> BranchLines:
-    """Find the line of every branch at each of its junctions, from its nearest sections there.
+def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, with_single: bool = False) -> BranchLines:
+    """Find the line of every branch at each of its junctions: the tangent at the section nearest to it.
 
     Parameters
     ----------
     skeleton : Skeleton
     centers : SectionCenters
         Of the same nodes. A branch with fewer than two sections of its own has no line.
-    to_place : bool
-        Whether the lines are to give junctions their places. They then are the tangents at the nearest section, which
-        follow the bends of branches, and a branch between two different junctions needs one section only, where its
-        line has the direction of the skeleton. Otherwise they are straight fits.
+    with_single : bool
+        Whether a branch between two different junctions needs one section only. Its line then has the direction of the
+        skeleton there.
     """
     nodes, begins = skeleton.flat_branches
     number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
@@ -100,7 +99,7 @@ def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, to_place: bool 
     used = np.minimum(count, N_SECTIONS)
     P, branch, ends = centers.positions[nodes], np.arange(len(count)), (nodes[begins[:-1]], nodes[begins[1:] - 1])
     is_inner = (skeleton.degrees[np.stack(ends)] >= 3).all(axis=0) & (ends[0] != ends[1])
-    is_line = used >= np.where(is_inner & to_place, 1, 2)
+    is_line = used >= np.where(is_inner & with_single, 1, 2)
     parts = []
     for is_forward, junction in zip((True, False), ends, strict=True):
         has_line = (skeleton.degrees[junction] >= 3) & is_line
@@ -113,7 +112,7 @@ def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, to_place: bool 
         for size in range(2, N_SECTIONS + 1):
             rows = np.flatnonzero(sizes == size)
             points = P[place[nearest[rows, None] + step * np.arange(size)]]
-            means[rows], directions[rows] = _tangents(points, has_bends=to_place)
+            means[rows], directions[rows] = _tangents(points)
         length = np.linalg.norm(directions, axis=1)
         kept = length > 0
         directions = directions[kept] / length[kept, None]
@@ -125,12 +124,11 @@ def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, to_place: bool 
     return BranchLines(junctions[order], branches, is_last == 0, starts[order], means[order], directions[order])
 
 
-def _tangents(points: NDArray[np.float64], *, has_bends: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _tangents(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Find the tangents at the first of each of (l, k, 3) rows of points.
 
-    A line and, if rows may have bends, a parabola are fitted by the distance along the points. The bend of the parabola
-    counts by a share, so that the tangents of bent rows follow the bend, and those of straight ones are as steady as
-    lines.
+    A line and a parabola are fitted by the distance along the points. The bend of the parabola counts by a share, so
+    that the tangents of bent rows follow the bend, and those of straight ones are as steady as lines.
 
     Returns
     -------
@@ -145,7 +143,7 @@ def _tangents(points: NDArray[np.float64], *, has_bends: bool) -> tuple[NDArray[
     t -= t.mean(axis=1, keepdims=True)
     moments = np.maximum((t**2).sum(axis=1, keepdims=True), TINY)
     means, velocities = points.mean(axis=1), np.einsum("lk,lki->li", t, points) / moments
-    if not has_bends or points.shape[1] <= 3:  # a parabola leaves three points no variance to compare its bend with
+    if points.shape[1] <= 3:  # a parabola leaves three points no variance to compare its bend with
         return means, -velocities
     skews = (t**3).sum(axis=1, keepdims=True) / moments
     q = t**2 - moments / t.shape[1] - skews * t  # orthogonal to t and to constants

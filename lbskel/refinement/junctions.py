@@ -57,7 +57,7 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
     if len(junctions) == 0:
         return centers
     radii = surface.distance(placed)
-    lines = branch_lines(skeleton, centers, to_place=True)
+    lines = branch_lines(skeleton, centers, with_single=True)
     rows, groups = lines.at(junctions[:, None])
     has_lines = np.bincount(groups, minlength=len(junctions)) >= 2
     rows, groups = rows[has_lines[groups]], groups[has_lines[groups]]
@@ -185,12 +185,13 @@ def _passes_a_tunnel(
 def _short_branches(skeleton: Skeleton) -> NDArray[np.int64]:
     """Find the branches between two junctions that are short enough for them to be merged.
 
-    Two branches between the same junctions have a tunnel between them, so neither of them counts.
+    Two short branches between the same junctions have a tunnel between them, so neither of them counts.
     """
     lengths, ends = inner_branch_lengths(skeleton)
-    _, pairs, counts = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
-    is_short = lengths <= MAX_MERGE_LENGTH * skeleton.radii[ends].max(axis=1)
-    return np.flatnonzero(is_short & (counts[pairs.ravel()] == 1))
+    short = np.flatnonzero(lengths <= MAX_MERGE_LENGTH * skeleton.radii[ends].max(axis=1))
+    pairs = np.sort(ends[short], axis=1)
+    _, pair, counts = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
+    return short[counts[pair.ravel()] == 1]
 
 
 def _common_places(

@@ -19,7 +19,7 @@ BOUNDS = {
     "ladder": (800, 0.015),
     "cube_frame": (800, 0.015),
     "dumbbell": (800, 0.015),
-    "figure_eight": (800, 0.04),
+    "figure_eight": (800, 0.015),
     "tripod": (800, 0.015),
     "dinosaur": (800, 0.06),
 }

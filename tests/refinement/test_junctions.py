@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from helpers import STAR_RADIUS, graph_of_star, mesh_of_branches, nearest_rows, straight_graph
 
-from lbskel import Mesh, Skeleton, skeletonize
+from lbskel import Mesh, Skeleton, ground_truth_distances, skeletonize
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.branch_lines import ORDER, REGULARIZATION, BranchLines
 from lbskel.refinement.centering import recenter
@@ -55,6 +55,17 @@ def test_the_junctions_of_a_bar_with_single_sections_are_on_its_axis():
     skeleton = skeletonize(prongs().mesh)
     assert len(skeleton.junctions) == 3
     assert np.abs(skeleton.nodes[skeleton.junctions, 2]).max() < 0.5 * 0.12
+
+
+@pytest.mark.parametrize("n_vertices", [800, 3000])
+def test_the_rings_of_a_figure_eight_meet_in_one_junction(n_vertices):
+    """They overlap over three radii, along a branch between the ends of both, which bend there."""
+    shape = make("figure_eight", n_vertices=n_vertices)
+    skeleton = skeletonize(shape.mesh)
+    assert len(skeleton.junctions) == 1
+    assert skeleton.cycle_rank == 2
+    distances = ground_truth_distances(skeleton, shape.truth)
+    assert distances.accuracy < 0.015  # 0.035 with two junctions
 
 
 @pytest.mark.parametrize(("degrees", "n_vertices"), [(30, 6000), (45, 3900), (60, 6000)])
