@@ -28,7 +28,11 @@ from lbskel.skeleton.editing import contract_nodes
 
 GOOD, BAD = 0.15, 0.3  # true errors below which a skeleton is good, and above which it is bad
 CLASSES = {f"below {GOOD}": (0.0, GOOD), "between": (GOOD, BAD), f"over {BAD}": (BAD, np.inf)}
-MEDIAL = ("medial_accuracy_95", "medial_coverage_98", "uncovered_parts")
+# measures by medial points, which refinement does not use, and by extrema, with which it grows limbs
+FAMILIES = {
+    "medial": {"medial_accuracy_95", "medial_coverage_98", "uncovered_parts"},
+    "extrema": {"extremities_missed", "missed_limb_fraction"},
+}
 ACCURACIES, COVERAGES = (0.15, 0.2, 0.25, 0.3), (0.25, 0.3, 0.35, 0.4, 0.5)  # bounds up to which they pass
 UNCOVERED, FLUXES = (0.75, 1.0, 1.5), (0.4, 0.5, 1.0)  # bounds on uncovered parts
 LENGTHS = (2.0, 4.0, 6.0, 10.0)  # by which limbs stand out, in radii of the limb
@@ -93,7 +97,7 @@ def row(part: str, name: str, tool: str, shape: Shape, answer: Answer | str) -> 
         "uncovered parts": score.uncovered_parts,
         "verdict": score.verdict,
         "flagged": " ".join(flagged),
-        "passes without medial": not set(flagged) - set(MEDIAL),
+        **{f"passes without {family}": not set(flagged) - names for family, names in FAMILIES.items()},
     }
 
 
@@ -110,7 +114,8 @@ def _verdicts(rows: list[dict[str, Any]], tool: str) -> dict[str, Any]:
         counts[name] = len(within)
         for verdict in ("pass", "fail"):
             counts[f"{name}, {verdict}"] = sum(each["verdict"] == verdict for each in within)
-        counts[f"{name}, pass without medial"] = sum(each["passes without medial"] for each in within)
+        for family in FAMILIES:
+            counts[f"{name}, pass without {family}"] = sum(each[f"passes without {family}"] for each in within)
     return counts
 
 

@@ -27,8 +27,11 @@ from benchmarks.harness import markdown_table, save_json, save_markdown
 from benchmarks.thin_tools import OURS, TOOLS, Answer, ask
 from benchmarks.vessels import tips_found
 from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.surface_queries import Surface
 from lbskel.preprocess import simplify, subdivision
 from lbskel.refinement import extrema, uncovered_limbs
+from lbskel.refinement.region_map import nearest_balls
+from lbskel.refinement.tube_fit import tube_radii
 from lbskel.shapes import Shape, tube_mesh, with_local_noise
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.edge_sampling import sample_edges
@@ -232,6 +235,7 @@ def tube_row(name: str, tool: str, shape: Shape, answer: Answer | str) -> dict[s
         "sections": f"{_sections(answer.skeleton, shape.truth)}/{_sections(shape.truth, shape.truth)}",
         "radius error": _known(compared.radius_error),
         "mean radius error": _mean_radius_error(answer.skeleton, shape.truth),
+        "mean radius error to the mesh": _mean_radius_error(answer.skeleton, _with_radii_of_mesh(shape)),
         "tips": f"{compared.n_tips}/{compared.n_true_tips}",
         "tips found": tips_found(answer.skeleton, shape.truth),
         "accuracy": compared.accuracy,
@@ -247,6 +251,15 @@ def _mean_radius_error(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> flo
     if len(skeleton.mean_radii) == 0:
         return None
     return _known(lbskel.ground_truth_distances(replace(skeleton, radii=skeleton.mean_radii), truth).radius_error)
+
+
+def _with_radii_of_mesh(shape: Shape) -> lbskel.Skeleton:
+    """Replace the radii of the truth by those of the round tubes around its own axis that fit the mesh.
+
+    A tracing's radii differ from node to node by more than the union of its tubes can show.
+    """
+    axis = replace(shape.truth, node_of_vertex=nearest_balls(shape.truth, shape.mesh.vertices))
+    return replace(shape.truth, radii=tube_radii(axis, Surface(shape.mesh)))
 
 
 def _known(value: float) -> float | None:

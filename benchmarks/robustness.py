@@ -44,7 +44,7 @@ FUSED = 1895  # vertices of a hand with which the gaps between its fingers are n
 POSES = [(degrees, n) for degrees in (30.0, 45.0, 60.0, 75.0) for n in (2500, 3900, 6000)]  # of hands, and vertices
 SWEPT = {
     "junctions.MAX_MERGE_LENGTH": (2.0, 3.0, 4.0, 6.0),
-    "junctions.MAX_SINE": (0.2, 0.4, 0.7, 1.0),
+    "junctions.MAX_SINE": (0.2, 0.3, 0.36, 0.44, 0.7),
 }
 
 MIN_VISIBLE = 0.01  # distance in radii that a picture shows; a guess

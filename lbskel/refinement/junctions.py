@@ -30,8 +30,9 @@ from lbskel.skeleton.skeleton import Skeleton
 # of a human is 4.6 from its chest
 MAX_MERGE_LENGTH = 4.0
 # Upper bound on the sine of the angle between a line and the direction to the common place: else a line may pass beside
-# it. Rows there: with 0.2 palms of bent hands have two junctions, from 0.7 on two of 28 hard shapes have other graphs
-MAX_SINE = 0.4
+# it. "Merged up to a sine of" in refinement.md, and rows in robustness.md: with 0.3 the palm of a hand has two
+# junctions, and from 0.44 on a coarse star of limbs one for two
+MAX_SINE = 0.36
 MIN_BALL_RATIO = 0.9  # lower bound on the ball at the place of a junction whose branches do not agree, relative to that
 # of the middle nearby; benchmarks/results/refinement.md
 
@@ -191,7 +192,8 @@ def _short_branches(skeleton: Skeleton) -> NDArray[np.int64]:
     short = np.flatnonzero(lengths <= MAX_MERGE_LENGTH * skeleton.radii[ends].max(axis=1))
     pairs = np.sort(ends[short], axis=1)
     _, pair, counts = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
-    return short[counts[pair.ravel()] == 1]
+    single: NDArray[np.int64] = short[counts[pair.ravel()] == 1]
+    return single
 
 
 def _common_places(

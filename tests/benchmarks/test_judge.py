@@ -38,6 +38,7 @@ def test_errors_and_verdicts_are_told_by_class(tmp_path, monkeypatch, tripod):
     every = found["verdicts"][-1]
     assert (every["tool"], every["below 0.15"], every["over 0.3"]) == ("all", 1, 1)
     assert (every["below 0.15, pass"], every["over 0.3, pass"]) == (1, 0)
+    assert every["over 0.3, pass without extrema"] == 0
     loosest = found["thresholds"][-1]
     assert loosest["below 0.15, pass"] == 1
     assert loosest["over 0.3, pass"] == 0

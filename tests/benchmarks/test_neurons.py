@@ -1,6 +1,7 @@
 """The benchmark of neurons: shares of cable and tips, parts of a tracing, tubes of it, and rows of failures."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from benchmarks import neurons, thin_tools
 from benchmarks.neurons import hemibrain_row, part_of, remeshed, tube_row
 from benchmarks.thin_tools import Answer
 from lbskel import Mesh, Skeleton, write_skeleton
-from lbskel.shapes import tube_mesh
+from lbskel.shapes import Shape, tube_mesh
 
 
 def path(points, radius=20.0):
@@ -65,6 +66,19 @@ def test_tubes_are_rough_and_coarse_and_give_the_tracing_back():
     row = tube_row("a", "lbskel", coarse, Answer(Skeleton(shape.truth.nodes, shape.truth.edges, shape.truth.radii), 1))
     assert (row["sections"], row["tips"], row["tips found"]) == ("6/6", "5/5", 1)
     assert abs(row["length error"]) < 1e-12
+
+
+def test_radii_are_compared_with_those_of_the_mesh_too():
+    """The mesh has the radii of the tube, and the tracing a tenth less."""
+    tube = tube_mesh(straight(400))
+    thin = Shape(tube.mesh, replace(tube.truth, radii=0.9 * tube.truth.radii), "thin")
+    right = replace(tube.truth, mean_radii=tube.truth.radii)
+    row = tube_row("a", "lbskel", thin, Answer(right, 1))
+    assert row["mean radius error"] == pytest.approx(1 / 9)
+    assert (
+        row["mean radius error to the mesh"] < 0.02
+    )  # vertices are 1.5 % outside the tube, so that its volume is kept
+    assert tube_row("a", "tool", thin, Answer(tube.truth, 1))["mean radius error to the mesh"] is None
 
 
 def test_sections_are_counted_without_those_shorter_than_a_radius():
