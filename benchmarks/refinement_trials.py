@@ -35,5 +35,9 @@ _ROWS = (
     ("reroutes that begin where a branch leaves the surface", "6b6e360", "three CAD parts warn -> fail"),
     ("tips extended again after limbs are grown", "6b6e360", "ends missed on CGAL's meshes 12 -> 16"),
     ("the largest d / R of a limb in place of that at its end", "6b6e360", "false tips of a tracing 6 -> 10"),
+    ("tips move along their branches in the fit of tubes", "adaaf88", "tips of tracings 0.940 -> 0.923"),
+    ("tubes fitted twice", "adaaf88", "bent hands 0.047 -> 0.044; on CGAL's meshes verdicts fail 34 -> 36"),
+    ("spurs kept in pruning where a limb would be grown", "adaaf88", "prongs 8 tips for 6; tips of tracings 0.92"),
+    ("no lines of single sections, junctions that disagree in the middle", "f930877", "hard shapes 0.0094 -> 0.0112"),
 )
 TRIALS = [dict(zip(_COLUMNS, row, strict=True)) for row in _ROWS]
