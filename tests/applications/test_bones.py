@@ -72,3 +72,13 @@ def test_cycles_small_components_and_single_nodes():
     assert (bones_of(two, max_bones=30).parents < 0).sum() == 2
     with pytest.raises(MeshError, match="max_bones must be at least 2, one for each component, not 1"):
         bones_of(two, max_bones=1)
+
+
+@pytest.mark.parametrize(("radius", "root"), [(0.95, 1.0), (0.8, 4.0)])
+def test_of_junctions_about_as_thick_the_root_is_the_one_nearest_the_middle(radius, root):
+    """Two junctions on a bar from x = -2 to 5, at 1 and 4; the latter has radius 1."""
+    x = np.arange(-2.0, 6.0)
+    nodes = np.concatenate([np.stack([x, 0 * x, 0 * x], axis=1), [[1, 1, 0], [4, 1, 0]]])
+    edges = [*((k, k + 1) for k in range(7)), (3, 8), (6, 9)]
+    radii = np.where(np.arange(10) == 6, 1.0, np.where(np.arange(10) == 3, radius, 0.3))
+    assert bones_of(Skeleton(nodes, edges, radii, np.arange(10)), max_bones=30).heads[0][0] == root
