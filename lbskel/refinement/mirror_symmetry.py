@@ -4,8 +4,8 @@ Decisions at thresholds, such as whether the branch of a foot ends at the heel o
 the two sides of a body. Nodes on the plane of symmetry are shared by both sides; branches that cross it get a node
 there. A half and its mirror image take the place of both: the half that misses fewer ends of limbs, or else leaves less
 of the surface uncovered by its balls inside, of those that change neither the number of components nor that of cycles,
-miss no more tunnels, and leave no more uncovered than before. If neither does, as where cycles are not symmetric, what
-is a tip on one side still is one on the other. An end branch whose mirror image would leave the surface stays as it is.
+and leave no more uncovered than before. An end branch whose mirror image would leave the surface stays as it is: a tail
+may be bent aside.
 """
 
 from __future__ import annotations
@@ -26,8 +26,6 @@ from lbskel.geometry.vertex_map import VertexMap
 from lbskel.refinement.extrema import find_extrema, is_missed
 from lbskel.refinement.radii import inscribed_radii, mean_radii
 from lbskel.refinement.region_map import nearest_balls
-from lbskel.refinement.tips import extend_ends
-from lbskel.refinement.tunnel_sides import n_tunnels_missed
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -69,33 +67,19 @@ def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
     Returns
     -------
     Skeleton
-        The same if the surface has no plane of symmetry. With straight branches to the mirror images of tips, if either
-        half and its image have another number of components or cycles, miss tunnels, or leave more uncovered.
+        The same if the surface has no plane of symmetry, or if either half and its image have another number of
+        components or cycles, or leave more of the surface uncovered.
     """
     for plane in [symmetry.plane for symmetry in find_symmetries(skeleton, surface)]:
         surface.deadline.check()
         one_sided = _one_sided_nodes(plane, skeleton, surface)  # the plane before may have changed the nodes
         if one_sided is not None:
-            symmetry = Symmetry(plane, one_sided)
-            half = _better_half(skeleton, symmetry, surface)
-            skeleton = _with_mirrored_tips(skeleton, symmetry, surface) if half is None else half
+            skeleton = _better_half(skeleton, Symmetry(plane, one_sided), surface)
     return skeleton
 
 
-def _with_mirrored_tips(skeleton: Skeleton, symmetry: Symmetry, surface: Surface) -> Skeleton:
-    """Add a straight branch to each mirror image of a tip that has no tip within a mean radius, from the node there."""
-    tips = np.array([end[-1] for end in skeleton.end_branches if not symmetry.is_one_sided[end[-1]]], dtype=np.int64)
-    images, every = symmetry.plane.mirrored(skeleton.nodes[tips]), skeleton.nodes[skeleton.tips]
-    has_twin = cKDTree(every).query(images)[0] <= _branch_radii(skeleton, surface.mesh)[tips]
-    if has_twin.all():
-        return skeleton
-    images = images[~has_twin]
-    bases = skeleton.node_of_vertex[surface.vertex_tree.query(images)[1]]
-    return extend_ends(skeleton, surface, bases, [[image] for image in images])
-
-
-def _better_half(skeleton: Skeleton, symmetry: Symmetry, surface: Surface) -> Skeleton | None:
-    """Choose the better half with its mirror image; None if neither can take the place of both."""
+def _better_half(skeleton: Skeleton, symmetry: Symmetry, surface: Surface) -> Skeleton:
+    """Choose the better half with its mirror image, or the skeleton as it is if neither covers as much."""
     before, scales = inscribed_radii(skeleton, surface), _scales(skeleton, surface.mesh)
     cut, side = _cut_at(symmetry, before, mean_radii(skeleton, surface.mesh).radii)
     if side.any():
@@ -105,18 +89,16 @@ def _better_half(skeleton: Skeleton, symmetry: Symmetry, surface: Surface) -> Sk
         changed = [_doubled(cut, side, sign, symmetry, vertices, twins) for sign in halves]
     else:  # all nodes are on the plane: both halves are the whole, and no tie is left to rounding
         changed = [cut]
-    n_missed = n_tunnels_missed(skeleton, surface)
     alike = [
         inscribed_radii(one, surface)
         for one in changed
         if (one.n_components, one.cycle_rank) == (skeleton.n_components, skeleton.cycle_rank)
-        and n_tunnels_missed(one, surface) <= n_missed
     ]
     # of a symmetric surface, the better half leaves no more uncovered than both, but for the deviations
     limit = _uncovered(before, surface, scales) + TYPICAL_DEVIATION
     measured = [(_n_missed(one, surface), _uncovered(one, surface, scales), one) for one in alike]
     covering = [half for half in measured if half[1] <= limit]
-    return min(covering, key=itemgetter(0, 1))[2] if covering else None
+    return min(covering, key=itemgetter(0, 1))[2] if covering else skeleton
 
 
 def keep_mirror_symmetry(before: Skeleton, after: Skeleton, surface: Surface) -> Skeleton:
