@@ -38,6 +38,11 @@ _ROWS = (
     ("tips move along their branches in the fit of tubes", "adaaf88", "tips of tracings 0.940 -> 0.923"),
     ("tubes fitted twice", "adaaf88", "bent hands 0.047 -> 0.044; on CGAL's meshes verdicts fail 34 -> 36"),
     ("spurs kept in pruning where a limb would be grown", "adaaf88", "prongs 8 tips for 6; tips of tracings 0.92"),
+    (
+        "tips mirrored where cycles are not symmetric",
+        "358277c",
+        "tips without a twin 9 -> 1; a dinosaur gets a false toe",
+    ),
     ("no lines of single sections, junctions that disagree in the middle", "f930877", "hard shapes 0.0094 -> 0.0112"),
 )
 TRIALS = [dict(zip(_COLUMNS, row, strict=True)) for row in _ROWS]
