@@ -35,6 +35,7 @@ MAX_MERGE_LENGTH = 4.0
 MAX_SINE = 0.36
 MIN_BALL_RATIO = 0.9  # lower bound on the ball at the place of a junction whose branches do not agree, relative to that
 # of the middle nearby; benchmarks/results/refinement.md
+TINY = float(np.finfo(np.float64).tiny)
 
 
 def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surface) -> SectionCenters:
@@ -201,7 +202,8 @@ def _common_places(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(i,) largest sine by which a line of the other branches at an inner branch misses their place, and (i, 3) places.
 
-    The place is the point nearest to these lines.
+    The place is the point nearest to these lines. The sine is infinite where it is farther from the way between the two
+    junctions than the ball of the larger one: legs that point to a chest have a pelvis of their own.
     """
     nodes, begins = skeleton.flat_branches
     ends = np.stack([nodes[begins[inner]], nodes[begins[inner + 1] - 1]], axis=1)
@@ -214,7 +216,11 @@ def _common_places(
     places = nearest_points(outer, groups, skeleton.nodes[ends].mean(axis=1), np.zeros(len(inner)))
     sines = np.full(len(inner), np.inf)
     sines[has_both] = _largest_sines(outer, groups, places, surface, np.flatnonzero(has_both))
-    return sines, places
+    starts, ways = skeleton.nodes[ends[:, 0]], skeleton.nodes[ends[:, 1]] - skeleton.nodes[ends[:, 0]]
+    lengths = np.maximum(np.einsum("ij,ij->i", ways, ways), TINY)
+    shares = np.clip(np.einsum("ij,ij->i", places - starts, ways) / lengths, 0, 1)
+    asides = np.linalg.norm(places - starts - shares[:, None] * ways, axis=1)
+    return np.where(asides <= skeleton.radii[ends].max(axis=1), sines, np.inf), places
 
 
 def _largest_sines(

@@ -117,6 +117,21 @@ def test_two_junctions_with_branches_of_their_own_are_not_merged():
     assert merge_junctions_by_axes(skeleton, find_section_centers(skeleton, Surface(mesh)), Surface(mesh)) is skeleton
 
 
+@pytest.mark.parametrize(("height", "n_junctions"), [(0.9, 1), (1.1, 2)])
+def test_a_pelvis_whose_legs_point_beyond_the_chest_stays(height, n_junctions):
+    """Chest and pelvis have radius 1 and are 3 apart; arms and legs point to one place so high above the chest."""
+    place = np.array([0, 0, height])
+    arms, legs = ([[x, 0, z] for x in (-8, 8)] for z in (0, -9))
+    limbs = [place + np.linspace(0.5, 1, 6)[:, None] * (np.array(tip) - place) for tip in (*arms, *legs)]
+    nodes = np.concatenate([[[0, 0, 0], [0, 0, -3]], *limbs])
+    edges = [(0, 1)] + [(k // 2, 2 + 6 * k) for k in range(4)] + [(j, j + 1) for j in range(2, 26) if j % 6 != 1]
+    ball = sphere(2)
+    mesh = ball.with_vertices(20 * ball.vertices)
+    skeleton = Skeleton(nodes, edges, np.ones(26), np.zeros(len(mesh.vertices), dtype=np.int64))
+    centers = SectionCenters(np.arange(26) > 1, nodes)
+    assert len(merge_junctions_by_axes(skeleton, centers, Surface(mesh)).junctions) == n_junctions
+
+
 def test_merging_closes_no_loop():
     mesh = chain_of_tori(2, step=0.12)
     t = np.pi * np.arange(2, 39) / 20
