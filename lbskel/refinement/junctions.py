@@ -31,7 +31,7 @@ from lbskel.skeleton.skeleton import Skeleton
 MAX_MERGE_LENGTH = 4.0
 # Upper bound on the sine of the angle between a line and the direction to the common place: else a line may pass beside
 # it. "Merged up to a sine of" in refinement.md, and rows in robustness.md: with 0.3 the palm of a hand has two
-# junctions, and from 0.44 on a coarse star of limbs one for two
+# junctions; by hand, from 0.44 on a coarse star of limbs has one for two
 MAX_SINE = 0.36
 MIN_BALL_RATIO = 0.9  # lower bound on the ball at the place of a junction whose branches do not agree, relative to that
 # of the middle nearby; benchmarks/results/refinement.md
