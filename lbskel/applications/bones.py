@@ -33,9 +33,6 @@ EQUAL_WEIGHT = 0.002
 GROWTH = (
     1.1  # factor by which the least length rises, no unit: the step of a search, which bounds how far it overshoots
 )
-# Share of the radius of the thickest junction from which on another may be the root, too: those of a body's two
-# triangulations differ by 3 %, and a body that is bent or meshed again shall have the same root; a guess
-THICK_RATIO = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,18 +170,17 @@ def _segmented(skeleton: Skeleton, least: float) -> Bones:
 
 
 def _roots(skeleton: Skeleton) -> NDArray[np.int64]:
-    """(c,) the root of each component: of the thickest junctions, or tips if there are none, the one in the middle."""
-    component, length = skeleton.component_of_node, np.zeros(len(skeleton.nodes))
+    """(c,) the root of each component: the junction, or tip if there is none, fewest of its radii from the middle.
+
+    The thickest one may be another after a change of the pose or of the mesh: hips and chest may be as thick.
+    """
+    component, length, tiny = skeleton.component_of_node, np.zeros(len(skeleton.nodes)), np.finfo(np.float64).tiny
     np.add.at(length, skeleton.edges.ravel(), np.repeat(skeleton.edge_lengths, 2))
     sums = np.stack([np.bincount(component, length * x) for x in skeleton.nodes.T], axis=1)
-    middle = sums / np.maximum(np.bincount(component, length), np.finfo(np.float64).tiny)[:, None]
+    middle = sums / np.maximum(np.bincount(component, length), tiny)[:, None]
+    in_radii = np.linalg.norm(skeleton.nodes - middle[component], axis=1) / np.maximum(skeleton.radii, tiny)
     rank = np.minimum(np.where(skeleton.degrees == 2, -1, skeleton.degrees), 3)
-    highest, thickest = np.full(len(middle), -1), np.zeros(len(middle))
-    np.maximum.at(highest, component, rank)
-    may_be = rank == highest[component]
-    np.maximum.at(thickest, component[may_be], skeleton.radii[may_be])
-    may_be &= skeleton.radii >= THICK_RATIO * thickest[component]
-    order = np.lexsort((np.linalg.norm(skeleton.nodes - middle[component], axis=1), ~may_be, component))
+    order = np.lexsort((in_radii, -rank, component))
     return order[np.unique(component[order], return_index=True)[1]]
 
 

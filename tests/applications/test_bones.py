@@ -74,8 +74,8 @@ def test_cycles_small_components_and_single_nodes():
         bones_of(two, max_bones=1)
 
 
-@pytest.mark.parametrize(("radius", "root"), [(0.95, 1.0), (0.8, 4.0)])
-def test_of_junctions_about_as_thick_the_root_is_the_one_nearest_the_middle(radius, root):
+@pytest.mark.parametrize(("radius", "root"), [(0.95, 1.0), (0.1, 4.0)])
+def test_the_root_is_the_junction_fewest_of_its_radii_from_the_middle(radius, root):
     """Two junctions on a bar from x = -2 to 5, at 1 and 4; the latter has radius 1."""
     x = np.arange(-2.0, 6.0)
     nodes = np.concatenate([np.stack([x, 0 * x, 0 * x], axis=1), [[1, 1, 0], [4, 1, 0]]])
