@@ -123,7 +123,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("growth of", "centerlines.MAX_GROWTH", (1.1, 1.5)),
         ("merge length of", "junctions.MAX_MERGE_LENGTH", (2.0, 3.0, 6.0)),
         ("merged up to a sine of", "junctions.MAX_SINE", (0.3, 0.33, 0.4, 0.44)),
-        ("ball ratio of", "junctions.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
+        ("ball ratio of", "junctions.MIN_BALL_RATIO tube_fit.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("deviations of", "mirror_symmetry.TYPICAL_DEVIATION", (0.05, 0.2)),
         ("bulge of", "uncovered_limbs.MIN_BULGE", (0.55, 0.7, 0.85)),
         ("long from", "uncovered_limbs.LONG_BULGE", (1.5, 2.5, 3.5, 1e9)),

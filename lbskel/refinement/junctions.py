@@ -2,8 +2,8 @@
 
 A junction has no cross-section of its own. It is placed at the point nearest to the tangents of its branches at their
 sections next to it, and moved from there towards the middle of the solid by at most the standard error of that fit.
-Where the lines do not agree, it is placed in the middle. Two junctions are merged where all branches that leave the
-pair point to one place.
+Where the lines do not agree, or agree on a place with a smaller ball, it is placed in the middle. Two junctions are
+merged where all branches that leave the pair point to one place.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ MAX_MERGE_LENGTH = 4.0
 # it. "Merged up to a sine of" in refinement.md, and rows in robustness.md: with 0.3 the palm of a hand has two
 # junctions; by hand, from 0.44 on a coarse star of limbs has one for two
 MAX_SINE = 0.36
-MIN_BALL_RATIO = 0.9  # lower bound on the ball at the place of a junction whose branches do not agree, relative to that
-# of the middle nearby; benchmarks/results/refinement.md
+MIN_BALL_RATIO = 0.9  # lower bound on the ball at a new place of a junction, relative to that at its old one or in the
+# middle nearby; benchmarks/results/refinement.md
 TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -47,7 +47,8 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
         Its nodes are the contracted positions.
     centers : SectionCenters
     surface : Surface
-        A junction goes to the middle of its part of the solid where its branches do not agree on a place inside.
+        A junction goes to the middle of its part of the solid where its branches do not agree on a place inside with
+        at least MIN_BALL_RATIO of its ball.
 
     Returns
     -------
@@ -66,7 +67,7 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
     own = lines.take(rows)
     placed = nearest_points(own, groups, placed, radii)
     agrees = np.isfinite(_largest_sines(own, groups, placed, surface, np.arange(len(junctions))))
-    is_settled = agrees & surface.contains(placed)
+    is_settled = agrees & surface.contains(placed) & (surface.distance(placed) >= MIN_BALL_RATIO * radii)
     settled, astray = np.flatnonzero(is_settled), np.flatnonzero(~is_settled)
     errors = _standard_errors(own, groups, placed)[settled]
     placed[settled] = _towards(

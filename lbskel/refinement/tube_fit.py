@@ -26,6 +26,7 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.centering import BENDING_WEIGHT, POSITION_WEIGHT, second_differences
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import segments_outside
+from lbskel.refinement.junctions import MIN_BALL_RATIO
 from lbskel.refinement.radii import axis_directions, mean_axis_distances
 from lbskel.refinement.tubes import Feet, Tubes, feet_on_tubes, nearby_edges, tubes_around
 from lbskel.refinement.tunnel_sides import keep_sides
@@ -61,7 +62,8 @@ def fit_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Move the nodes to the axes of round tubes that are fitted to the surface.
 
     Tips move across their branches only, since a cone around the last edge fits the surface as well if it is shorter.
-    No node inside leaves the surface, no edge inside leaves a closed one, and none passes a tunnel on another side.
+    No node inside leaves the surface, no edge inside leaves a closed one, none passes a tunnel on another side, and no
+    junction goes to a ball of less than MIN_BALL_RATIO of its own.
 
     Parameters
     ----------
@@ -226,9 +228,14 @@ def _step(
 
 
 def _kept_inside(skeleton: Skeleton, nodes: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
-    """(k, 3) new positions; those of nodes, and of edges of a closed surface, that would leave it are the old ones."""
-    leaves = ~surface.contains(nodes) & surface.contains(skeleton.nodes)
-    kept = np.where(leaves[:, None], skeleton.nodes, nodes)
+    """(k, 3) new positions, or the old ones of nodes, and of edges of a closed surface, that would leave it.
+
+    Junctions whose balls would shrink keep their places, too.
+    """
+    is_kept, junctions = ~surface.contains(nodes) & surface.contains(skeleton.nodes), skeleton.junctions
+    before, after = (surface.distance(places[junctions]) for places in (skeleton.nodes, nodes))
+    is_kept[junctions] |= after < MIN_BALL_RATIO * before
+    kept = np.where(is_kept[:, None], skeleton.nodes, nodes)
     if surface.mesh.is_closed:
         may_leave = segments_outside(skeleton.nodes, skeleton.edges, surface)
         while (is_outside := segments_outside(kept, skeleton.edges, surface) & ~may_leave).any():

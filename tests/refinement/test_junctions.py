@@ -202,6 +202,15 @@ def test_a_junction_moves_farther_where_three_branches_agree(rod_along_z):
     assert placed == pytest.approx([0, 0, 1], abs=0.01)
 
 
+@pytest.mark.parametrize(("x", "is_followed"), [(0.04, True), (0.3, False)])
+def test_a_junction_does_not_leave_its_ball_for_a_smaller_one(rod_along_z, x, is_followed):
+    """Three branches agree on a place beside the axis of a rod of radius 0.5, on which the junction is."""
+    arms = [ray([x, 0, sign], [0, 0, sign]) for sign in (1, -1)] + [ray([x, 0.1, 0], [0, 1, 0], n=3)]
+    skeleton, centers = synthetic(arms, rod_along_z)
+    placed = place_junctions(skeleton, centers, rod_along_z).positions[0]
+    assert placed == pytest.approx([x if is_followed else 0, 0, 0], abs=1e-6)
+
+
 @pytest.mark.parametrize("miss", [0.0, 0.05, 0.5])
 def test_a_junction_goes_to_the_middle_as_far_as_its_branches_leave_its_place_open(rod_along_z, miss):
     """Two lines along z pass on both sides of a third in the plane x = 0.2, halfway to the side of the rod."""

@@ -10,7 +10,9 @@ from helpers import box_mesh, joined, loop_in, path_in
 from lbskel import Mesh, Skeleton, ground_truth_distances, skeletonize
 from lbskel.geometry.deadline import Deadline, OutOfTime
 from lbskel.geometry.surface_queries import Surface
+from lbskel.pipeline import passes
 from lbskel.refinement.containment import segments_outside
+from lbskel.refinement.junctions import MIN_BALL_RATIO
 from lbskel.refinement.radii import mean_axis_distances
 from lbskel.refinement.region_map import nearest_balls
 from lbskel.refinement.tube_fit import fit_tubes, tube_radii
@@ -47,6 +49,21 @@ def test_a_junction_is_found_from_the_visible_sides_of_its_limbs():
     distances = ground_truth_distances(fitted, shape.truth)
     assert distances.accuracy < 0.03
     assert distances.accuracy_95 < 0.2  # 0.28 without the fit
+
+
+def test_a_junction_keeps_its_ball(monkeypatch):
+    """The arms of an octopus would draw it out of the head, to a ball of less than nine tenths."""
+    balls = []
+
+    def fit(skeleton, surface):
+        fitted = fit_tubes(skeleton, surface)
+        balls.append([surface.distance(each.nodes[each.junctions]) for each in (skeleton, fitted)])
+        return fitted
+
+    monkeypatch.setattr(passes, "fit_tubes", fit)
+    skeletonize(make("octopus").mesh)
+    ((before, after),) = balls
+    assert (after >= MIN_BALL_RATIO * before).all()
 
 
 def test_noise_is_averaged_over_all_vertices():
