@@ -246,7 +246,7 @@ def test_the_mouse_on_the_skeleton_shows_the_node_and_a_click_its_branch(shown, 
     places = places_of_skeleton(shown)
     assert len(places) > 200
     branches = scene.skeleton.branches
-    for number, place in enumerate(places[:: len(places) // 4].tolist()):
+    for number, place in enumerate(places[:: len(places) // 2].tolist()):
         shown.execute_script("document.getElementById('branch').value = '-1'")
         for where in ((5, 5), (place[0] + 3, place[1] + 3), place):
             pointed_at(shown, where)
