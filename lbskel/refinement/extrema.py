@@ -35,6 +35,8 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.sorting import unique_inverse
 from lbskel.geometry.surface_queries import Surface
+from lbskel.skeleton.edge_distances import nearest_on_edges
+from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
 N_CELLS = 2000  # cells of a surface at least, if it has as many vertices; a guess, benchmarks/results/constants.md
@@ -46,8 +48,6 @@ MIN_ELONGATION = 2.8  # of a limb; a hemisphere has 2.5, a ball on a stalk half 
 # without ends have up to 2.7
 TIP_REACH = 3.0  # distance from the end of a limb within which a tip reaches it, in radii of the limb; up to 2.5 was
 # measured where the tip is right
-MIN_DISTANCE = 1.75  # of a missed end from the nearest node, in radii of the node and of the limb; a guess,
-# benchmarks/results/constants.md
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +145,9 @@ def _find_extrema(mesh: Mesh, deadline: Deadline) -> GeodesicExtrema:
 
 
 def is_missed(extrema: GeodesicExtrema, mesh: Mesh, skeleton: Skeleton) -> NDArray[np.bool_]:
-    """(e,) whether an end of a mesh has no tip near it and lies well outside the nearest ball of the skeleton.
+    """(e,) whether an end of a mesh has no tip near it, and is as far from the skeleton as a branch that is not pruned.
+
+    That is MIN_BRANCH_RATIO radii, inscribed or local ones of the surface: a tip next to a flat cap has a small ball.
 
     Parameters
     ----------
@@ -159,10 +161,11 @@ def is_missed(extrema: GeodesicExtrema, mesh: Mesh, skeleton: Skeleton) -> NDArr
         return np.empty(0, dtype=bool)
     ends, tips = mesh.vertices[extrema.vertices], skeleton.nodes[skeleton.degrees <= 1]
     to_tip = cKDTree(tips).query(ends)[0] if len(tips) else np.inf
-    distances, nearest = cKDTree(skeleton.nodes).query(ends)
-    limit = MIN_DISTANCE * np.maximum(skeleton.radii[nearest], extrema.radii)
-    missed: NDArray[np.bool_] = (to_tip > TIP_REACH * extrema.radii) & (distances > limit)
-    return missed
+    distances, nearest, inscribed = nearest_on_edges(skeleton, ends)
+    used = mesh.used_vertices
+    thickness = local_radii(mesh)[used[cKDTree(mesh.vertices[used]).query(nearest)[1]]]
+    is_far = distances > MIN_BRANCH_RATIO * np.maximum(inscribed, thickness)
+    return np.asarray(is_far & (to_tip > TIP_REACH * extrema.radii))
 
 
 def _shortest_edges(edges: NDArray[np.int64], lengths: NDArray[np.float64], n_nodes: int) -> csr_array:

@@ -86,9 +86,9 @@ def one_end(mesh, vertex, radius):
     [
         (1.0, 0.1, 0.1, True),  # 1.5 from the end
         (1.0, 0.6, 0.1, False),  # a tip within three radii of the limb
-        (2.3, 0.1, 0.1, False),  # 0.2 from the end, which is no farther than three radii of the limb
-        (2.1, 0.1, 0.3, False),  # 0.4 from the end, within 1.75 radii of the node
-        (2.1, 0.1, 0.2, True),
+        (1.85, 0.1, 0.1, False),  # 0.65 from the end, within 1.5 radii of the rod, which is 0.5 thick
+        (1.6, 0.1, 0.1, True),
+        (1.6, 0.1, 0.7, False),  # 0.9 from the end, within 1.5 radii of the node
     ],
 )
 def test_an_end_is_missed_without_a_tip_or_a_ball_near_it(last, limb_radius, node_radius, expected):
@@ -101,9 +101,9 @@ def test_an_end_is_missed_without_a_tip_or_a_ball_near_it(last, limb_radius, nod
 def test_an_inner_node_near_an_end_is_no_tip():
     rod = capsule(4.0, 0.5, 12)
     top = int(rod.vertices[:, 2].argmax())
-    bent = path_in(rod, [[0, 0, -2], [0, 0, 2.2], [0, 0, -1.9]], radius=0.1)
-    assert is_missed(one_end(rod, top, 0.15), rod, bent).tolist() == [True]
-    assert is_missed(one_end(rod, top, 0.15), rod, path_in(rod, bent.nodes[:2], radius=0.1)).tolist() == [False]
+    bent = path_in(rod, [[0, 0, -2], [0, 0, 1.5], [0, 0, -1.9]], radius=0.1)
+    assert is_missed(one_end(rod, top, 0.4), rod, bent).tolist() == [True]
+    assert is_missed(one_end(rod, top, 0.4), rod, path_in(rod, bent.nodes[:2], radius=0.1)).tolist() == [False]
 
 
 @pytest.mark.parametrize(

@@ -168,3 +168,18 @@ def test_a_limb_grows_from_a_node_of_its_own_vertices():
     [branch] = [b for b in grown.end_branches if np.linalg.norm(grown.nodes[b[-1]] - end) < 0.3]
     assert np.abs(grown.nodes[branch[0], 1:]).max() < 0.1
     assert grown.nodes[branch[0], 0] > 1
+
+
+@pytest.mark.parametrize(("n_sides", "length"), [(100, 12.0), (200, 8.0)])
+def test_the_flat_ends_of_a_cylinder_of_long_faces_get_no_fork(n_sides, length):
+    """Each side is two triangles; a strip of them is long in its own radii, and its end is on the edge of a cap."""
+    around = np.linspace(0, 2 * np.pi, n_sides, endpoint=False)
+    ring = np.stack([np.cos(around), np.sin(around), np.zeros(n_sides)], axis=1)
+    V = np.concatenate([ring, ring + [0, 0, length], [[0, 0, 0], [0, 0, length]]])
+    i, j = np.arange(n_sides), (np.arange(n_sides) + 1) % n_sides
+    bottom, top = np.full(n_sides, 2 * n_sides), np.full(n_sides, 2 * n_sides + 1)
+    corners = [(i, j, n_sides + j), (i, n_sides + j, n_sides + i), (bottom, j, i), (top, n_sides + i, n_sides + j)]
+    skeleton = skeletonize((V, np.concatenate([np.stack(each, axis=1) for each in corners])))
+    assert (len(skeleton.tips), len(skeleton.junctions)) == (2, 0)
+    # as small as the rounding of the contraction of a mesh that is symmetric but for the diagonals of its sides
+    assert np.abs(skeleton.nodes[:, :2]).max() < 0.01
