@@ -157,8 +157,6 @@ def is_missed(extrema: GeodesicExtrema, mesh: Mesh, skeleton: Skeleton) -> NDArr
     skeleton : Skeleton
         With inscribed radii, in the coordinates of the mesh.
     """
-    if len(extrema.vertices) == 0:
-        return np.empty(0, dtype=bool)
     ends, tips = mesh.vertices[extrema.vertices], skeleton.nodes[skeleton.degrees <= 1]
     to_tip = cKDTree(tips).query(ends)[0] if len(tips) else np.inf
     distances, nearest, inscribed = nearest_on_edges(skeleton, ends)
