@@ -5,7 +5,8 @@ near as its sides. Two measures tell the branch of a corner from a limb: its sur
 width of the part, and the line of sight from it to the other branches of the fork stays inside, since no gap separates
 them.
 
-Contraction may leave nodes outside a thin part; they are moved inside before both are measured.
+Contraction may leave nodes outside a thin part, and the point one local radius below its corner may be there; they are
+moved inside before both are measured.
 
 The half width a >= b is that of the rectangle with the area A and the perimeter L of a cross-section: 4 (a + b) = L and
 4 a b = A.
@@ -13,7 +14,7 @@ The half width a >= b is that of the rectangle with the area A and the perimeter
 
 from __future__ import annotations
 
-__all__ = ["prune_flat_ends"]
+__all__ = ["corner_branches", "prune_flat_ends", "without_branches"]
 
 from dataclasses import replace
 
@@ -45,14 +46,28 @@ def prune_flat_ends(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: f
     min_branch_ratio : float
         An end branch is kept where its surface reaches farther than this many half widths from its junction.
     """
-    while ends := skeleton.end_branches:
-        target = np.arange(len(skeleton.nodes))
-        for row in np.flatnonzero(_is_corner(skeleton, surface, ends, min_branch_ratio)).tolist():
-            target[ends[row]] = ends[row][0]
-        if (target == np.arange(len(target))).all():
-            break
-        skeleton = contract_nodes(skeleton, target)
+    while corners := corner_branches(skeleton, surface, min_branch_ratio=min_branch_ratio):
+        skeleton = without_branches(skeleton, corners)
     return skeleton
+
+
+def corner_branches(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> list[NDArray[np.int64]]:
+    """Find the end branches in the corners of flat parts, each from its junction to its tip.
+
+    The parameters are those of :func:`prune_flat_ends`.
+    """
+    ends = skeleton.end_branches
+    if not ends:
+        return []
+    return [ends[row] for row in np.flatnonzero(_is_corner(skeleton, surface, ends, min_branch_ratio)).tolist()]
+
+
+def without_branches(skeleton: Skeleton, branches: list[NDArray[np.int64]]) -> Skeleton:
+    """Contract branches to their first nodes."""
+    target = np.arange(len(skeleton.nodes))
+    for branch in branches:
+        target[branch] = branch[0]
+    return contract_nodes(skeleton, target)
 
 
 def _is_corner(
@@ -63,7 +78,8 @@ def _is_corner(
     nodes, junctions = skeleton.nodes, np.array([end[0] for end in ends])
     farthest, reaches = farthest_vertices(skeleton, surface.mesh, ends)
     entry, inward, _ = surface.inner_offset(farthest)
-    peaks = entry + local_radii(surface.mesh, deadline=surface.deadline)[farthest][:, None] * inward
+    depths = local_radii(surface.mesh, deadline=surface.deadline)[farthest]
+    peaks = moved_inside(entry + depths[:, None] * inward, surface)
     row_of_tip = {int(end[-1]): row for row, end in enumerate(ends)}
     ways_from: dict[int, list[NDArray[np.int64]]] = {}
     for branch in skeleton.branches:

@@ -5,7 +5,9 @@ Its end is an extremum of the geodesic distance to which no tip is near (:mod:`l
 ends of thick bodies are found. Or the limb stands out of the skeleton's balls
 (:mod:`lbskel.refinement.uncovered_limbs`): so limbs too short for the extrema are found. The branch leads straight to
 the center of the limb's cap, from the node nearest to the limb's end, among those of the limb's vertices and of the
-vertices beside it. Later passes reroute it where it is outside a closed surface, and fit it to the limb.
+vertices beside it. A limb whose end is an extremum in the corner of a flat part is none
+(:mod:`lbskel.refinement.flat_ends`). Later passes reroute a branch where it is outside a closed surface, and fit it to
+the limb.
 """
 
 from __future__ import annotations
@@ -20,9 +22,11 @@ from numpy.typing import NDArray
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema, is_missed
+from lbskel.refinement.flat_ends import corner_branches, without_branches
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.refinement.tips import extend_ends
 from lbskel.refinement.uncovered_limbs import Limbs, ball_distances, find_limbs
+from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
 
@@ -48,7 +52,13 @@ def grow_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
     tips = skeleton.nodes[bases] + shares[:, None] * ways
     base_of_vertex = np.append(bases, -1)[surface.from_proxy(limbs.limb_of_vertex)]  # the last is for those of no limb
     node_of_vertex = np.where(base_of_vertex < 0, skeleton.node_of_vertex, base_of_vertex)
-    return extend_ends(replace(skeleton, node_of_vertex=node_of_vertex), surface, bases, [[tip] for tip in tips])
+    grown = extend_ends(replace(skeleton, node_of_vertex=node_of_vertex), surface, bases, [[tip] for tip in tips])
+    at_extrema = range(len(skeleton.nodes), len(skeleton.nodes) + len(missed.vertices))  # their limbs come first
+    if not at_extrema:
+        return grown
+    on_proxy = replace(grown, node_of_vertex=surface.on_proxy(grown.node_of_vertex))
+    corners = corner_branches(on_proxy, surface.proxy, min_branch_ratio=MIN_BRANCH_RATIO)
+    return without_branches(grown, [corner for corner in corners if corner[-1] in at_extrema])
 
 
 def _nearest_nodes_beside(skeleton: Skeleton, limbs: Limbs, mesh: Mesh) -> NDArray[np.int64]:

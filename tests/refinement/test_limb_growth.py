@@ -1,10 +1,11 @@
 """Growth of limbs: a limb without a branch gets one, whether it is found by its end or by what is uncovered."""
 
+import igl
 import numpy as np
 import pytest
-from helpers import nearest_rows, path_in, reversed_proxy
+from helpers import box_mesh, nearest_rows, path_in, reversed_proxy
 
-from lbskel import Skeleton, skeletonize
+from lbskel import Mesh, Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement import limb_growth, uncovered_limbs
 from lbskel.refinement.limb_growth import grow_limbs
@@ -183,3 +184,16 @@ def test_the_flat_ends_of_a_cylinder_of_long_faces_get_no_fork(n_sides, length):
     assert (len(skeleton.tips), len(skeleton.junctions)) == (2, 0)
     # as small as the rounding of the contraction of a mesh that is symmetric but for the diagonals of its sides
     assert np.abs(skeleton.nodes[:, :2]).max() < 0.01
+
+
+@pytest.mark.parametrize(
+    ("sides", "n_faces"),
+    [((0.2, 3, 9), 12), ((0.2, 3, 9), 48), ((0.2, 5, 10), 192), ((0.2, 3, 15), 768), ((0.05, 2, 12), 768)],
+)
+def test_the_corners_of_a_thin_plate_of_few_faces_are_no_limbs(sides, n_faces):
+    """They are far from the balls of the plate's axis; up to 26 tips without looking from one corner to the other."""
+    plate = box_mesh(sides)
+    while len(plate.faces) < n_faces:
+        plate = Mesh(*igl.upsample(plate.vertices, plate.faces))
+    skeleton = skeletonize(plate)
+    assert (len(skeleton.tips), len(skeleton.junctions)) == (2, 0)
