@@ -24,7 +24,7 @@ from lbskel.evaluation import medial_points
 from lbskel.shapes import SHAPES, VARIANTS, Shape, make
 from lbskel.shapes.hard import HARD_SHAPES
 from lbskel.skeleton.edge_distances import nearest_on_edges
-from lbskel.skeleton.editing import contract_nodes
+from lbskel.skeleton.editing import contract_branches
 
 GOOD, BAD = 0.15, 0.3  # true errors below which a skeleton is good, and above which it is bad
 CLASSES = {f"below {GOOD}": (0.0, GOOD), "between": (GOOD, BAD), f"over {BAD}": (BAD, np.inf)}
@@ -149,7 +149,7 @@ def _ends(shapes: list[Shape], uncovered: float, flux: float) -> dict[str, Any]:
             n_whole = _n_uncovered(truth, prepared)
             n_false += n_whole
             for branch in truth.end_branches:
-                rest = _without(truth, branch)
+                rest = contract_branches(truth, [branch])
                 if len(rest.edges) and (standing := _standing_out(rest, truth, branch)) >= LENGTHS[0]:
                     length = max(each for each in LENGTHS if each <= standing)
                     found[length].append(_n_uncovered(rest, prepared) > n_whole)
@@ -169,13 +169,6 @@ def _ends(shapes: list[Shape], uncovered: float, flux: float) -> dict[str, Any]:
 
 def _n_uncovered(skeleton: lbskel.Skeleton, prepared: lbskel.PreparedMesh) -> int:
     return lbskel.score(skeleton, prepared).uncovered_parts or 0
-
-
-def _without(skeleton: lbskel.Skeleton, branch: NDArray[np.int64]) -> lbskel.Skeleton:
-    """Contract an end branch into its first node."""
-    target = np.arange(len(skeleton.nodes))
-    target[branch[1:]] = branch[0]
-    return contract_nodes(skeleton, target)
 
 
 def _standing_out(rest: lbskel.Skeleton, skeleton: lbskel.Skeleton, branch: NDArray[np.int64]) -> float:

@@ -160,8 +160,7 @@ def is_missed(extrema: GeodesicExtrema, mesh: Mesh, skeleton: Skeleton) -> NDArr
     ends, tips = mesh.vertices[extrema.vertices], skeleton.nodes[skeleton.degrees <= 1]
     to_tip = cKDTree(tips).query(ends)[0] if len(tips) else np.inf
     distances, nearest, inscribed = nearest_on_edges(skeleton, ends)
-    used = mesh.used_vertices
-    thickness = local_radii(mesh)[used[cKDTree(mesh.vertices[used]).query(nearest)[1]]]
+    thickness = local_radii(mesh)[Surface(mesh).vertex_tree.query(nearest)[1]]
     is_far = distances > MIN_BRANCH_RATIO * np.maximum(inscribed, thickness)
     return np.asarray(is_far & (to_tip > TIP_REACH * extrema.radii))
 

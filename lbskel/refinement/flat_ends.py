@@ -14,7 +14,7 @@ The half width a >= b is that of the rectangle with the area A and the perimeter
 
 from __future__ import annotations
 
-__all__ = ["corner_branches", "prune_flat_ends", "without_branches"]
+__all__ = ["corner_branches", "prune_flat_ends"]
 
 from dataclasses import replace
 
@@ -25,7 +25,7 @@ from lbskel.geometry.cross_sections import cross_sections
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import N_SAMPLES, moved_inside
-from lbskel.skeleton.editing import contract_nodes
+from lbskel.skeleton.editing import contract_branches
 from lbskel.skeleton.pruning import farthest_vertices
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -47,7 +47,7 @@ def prune_flat_ends(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: f
         An end branch is kept where its surface reaches farther than this many half widths from its junction.
     """
     while corners := corner_branches(skeleton, surface, min_branch_ratio=min_branch_ratio):
-        skeleton = without_branches(skeleton, corners)
+        skeleton = contract_branches(skeleton, corners)
     return skeleton
 
 
@@ -60,14 +60,6 @@ def corner_branches(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: f
     if not ends:
         return []
     return [ends[row] for row in np.flatnonzero(_is_corner(skeleton, surface, ends, min_branch_ratio)).tolist()]
-
-
-def without_branches(skeleton: Skeleton, branches: list[NDArray[np.int64]]) -> Skeleton:
-    """Contract branches to their first nodes."""
-    target = np.arange(len(skeleton.nodes))
-    for branch in branches:
-        target[branch] = branch[0]
-    return contract_nodes(skeleton, target)
 
 
 def _is_corner(

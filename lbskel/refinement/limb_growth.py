@@ -22,10 +22,11 @@ from numpy.typing import NDArray
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema, is_missed
-from lbskel.refinement.flat_ends import corner_branches, without_branches
+from lbskel.refinement.flat_ends import corner_branches
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.refinement.tips import extend_ends
 from lbskel.refinement.uncovered_limbs import Limbs, ball_distances, find_limbs
+from lbskel.skeleton.editing import contract_branches
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -58,7 +59,7 @@ def grow_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
         return grown
     on_proxy = replace(grown, node_of_vertex=surface.on_proxy(grown.node_of_vertex))
     corners = corner_branches(on_proxy, surface.proxy, min_branch_ratio=MIN_BRANCH_RATIO)
-    return without_branches(grown, [corner for corner in corners if corner[-1] in at_extrema])
+    return contract_branches(grown, [corner for corner in corners if corner[-1] in at_extrema])
 
 
 def _nearest_nodes_beside(skeleton: Skeleton, limbs: Limbs, mesh: Mesh) -> NDArray[np.int64]:

@@ -1,4 +1,4 @@
-"""Edits of a skeleton's graph: contract nodes, append and replace paths, split an edge, reroot, concatenate.
+"""Edits of a skeleton's graph: contract nodes or branches, append or replace paths, split an edge, reroot, concatenate.
 
 Every function returns a new skeleton whose ``anchors`` and ``node_of_vertex`` refer to its nodes. Added nodes come
 after the present ones, and their radii are given by the caller; only :func:`replace_paths` maps vertices to them.
@@ -10,6 +10,7 @@ from __future__ import annotations
 __all__ = [
     "append_paths",
     "concatenate",
+    "contract_branches",
     "contract_nodes",
     "replace_paths",
     "reroot",
@@ -39,6 +40,21 @@ def contract_nodes(skeleton: Skeleton, target: NDArray[np.int64]) -> Skeleton:
     is_kept = np.zeros(len(target), dtype=bool)
     is_kept[target] = True
     return _renumbered(skeleton, np.flatnonzero(is_kept), (np.cumsum(is_kept) - 1)[target])
+
+
+def contract_branches(skeleton: Skeleton, branches: Sequence[NDArray[np.int64]]) -> Skeleton:
+    """Contract branches into their first nodes, which get their vertices.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    branches : sequence of (k,) arrays of int
+        The nodes of each; no two branches share a node other than their first.
+    """
+    target = np.arange(len(skeleton.nodes))
+    for branch in branches:
+        target[branch] = branch[0]
+    return contract_nodes(skeleton, target)
 
 
 def reroot(skeleton: Skeleton, node: int) -> Skeleton:

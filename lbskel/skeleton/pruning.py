@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.mesh import Mesh, as_mesh
-from lbskel.skeleton.editing import contract_nodes
+from lbskel.skeleton.editing import contract_branches, contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
 MIN_BRANCH_RATIO = 1.5  # default distance from its junction that an end branch reaches, in local radii; a guess
@@ -112,12 +112,10 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
         rank = np.arange(len(order)) - np.searchsorted(junctions[order], junctions[order])
         # two branches are left at each junction
         shortest = order[rank < skeleton.degrees[junctions[order]] - 2]
-        target = np.arange(len(skeleton.nodes))
-        for end in shortest[ratios[shortest] <= min_branch_ratio].tolist():
-            target[ends[end]] = ends[end][0]
-        if (target == np.arange(len(target))).all():
+        short = shortest[ratios[shortest] <= min_branch_ratio]
+        if len(short) == 0:
             return skeleton
-        skeleton = contract_nodes(skeleton, target)
+        skeleton = contract_branches(skeleton, [ends[end] for end in short.tolist()])
 
 
 def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:

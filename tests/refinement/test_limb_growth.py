@@ -11,19 +11,12 @@ from lbskel.refinement import limb_growth, uncovered_limbs
 from lbskel.refinement.limb_growth import grow_limbs
 from lbskel.refinement.uncovered_limbs import Limbs
 from lbskel.shapes import capsule, make, mesh_solid, solid_of, sphere
-from lbskel.skeleton.editing import contract_nodes
+from lbskel.skeleton.editing import contract_branches
 
 
 @pytest.fixture(scope="module")
 def whole(tripod):
     return skeletonize(tripod)
-
-
-def without(skeleton, branch):
-    """The skeleton without one end branch, whose vertices are the junction's."""
-    target = np.arange(len(skeleton.nodes))
-    target[branch[1:]] = branch[0]
-    return contract_nodes(skeleton, target)
 
 
 @pytest.fixture(params=["by its end", "by what is uncovered"])
@@ -40,7 +33,7 @@ def found(request, monkeypatch):
 @pytest.mark.parametrize("number", range(3))
 def test_a_removed_branch_grows_again(whole, tripod, number, surface_of):
     branch = whole.end_branches[number]
-    grown = grow_limbs(without(whole, branch), surface_of(tripod))
+    grown = grow_limbs(contract_branches(whole, [branch]), surface_of(tripod))
     assert (len(grown.tips), len(grown.junctions), grown.cycle_rank, grown.n_components) == (3, 1, 0, 1)
     distances = np.linalg.norm(grown.nodes[grown.tips] - whole.nodes[branch[-1]], axis=1)
     tip = grown.tips[distances.argmin()]
@@ -58,9 +51,7 @@ def test_a_removed_branch_grows_again(whole, tripod, number, surface_of):
 
 def test_a_branch_that_ends_halfway_goes_on_from_its_tip(whole, tripod):
     branch = whole.end_branches[0]
-    target = np.arange(len(whole.nodes))
-    target[branch[len(branch) // 2 :]] = branch[len(branch) // 2]
-    half = contract_nodes(whole, target)
+    half = contract_branches(whole, [branch[len(branch) // 2 :]])
     grown = grow_limbs(half, Surface(tripod))
     assert (len(grown.tips), len(grown.junctions)) == (3, 1)
     for node in half.nodes:
@@ -75,10 +66,7 @@ def test_branches_grow_on_a_bare_loop_too():
     """All branches of a ring with spikes are removed, so there is no tip near any end."""
     shape = make("spiked_ring", n_vertices=2500)
     skeleton = skeletonize(shape.mesh)
-    target = np.arange(len(skeleton.nodes))
-    for branch in skeleton.end_branches:
-        target[branch[1:]] = branch[0]
-    loop = contract_nodes(skeleton, target)
+    loop = contract_branches(skeleton, skeleton.end_branches)
     assert (len(loop.tips), loop.cycle_rank) == (0, 1)
     grown = grow_limbs(loop, Surface(shape.mesh))
     assert (len(grown.tips), grown.cycle_rank, grown.n_components) == (len(shape.truth.tips), 1, 1)

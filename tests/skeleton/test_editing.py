@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from lbskel import MeshError, Skeleton
-from lbskel.skeleton.editing import append_paths, concatenate, contract_nodes, replace_paths, reroot, split_edge
+from lbskel.skeleton.editing import (
+    append_paths,
+    concatenate,
+    contract_branches,
+    contract_nodes,
+    replace_paths,
+    reroot,
+    split_edge,
+)
 
 
 def line(n_nodes, **more):
@@ -22,6 +30,14 @@ def test_contracted_nodes_take_position_radius_and_vertices_of_their_target():
     assert contracted.mean_radii.tolist() == [5, 6, 8]
     assert contracted.node_of_vertex.tolist() == [0, 1, 1, 2, 1]
     assert contracted.anchors.tolist() == [1]
+
+
+def test_branches_are_contracted_into_their_first_nodes():
+    path = line(5, node_of_vertex=[0, 1, 2, 3, 4])
+    contracted = contract_branches(path, [np.array([1, 0]), np.array([2, 3, 4])])
+    assert contracted.nodes[:, 0].tolist() == [1, 2]
+    assert contracted.node_of_vertex.tolist() == [0, 0, 1, 1, 1]
+    assert contract_branches(path, []).nodes.tolist() == path.nodes.tolist()
 
 
 def test_the_root_comes_first_and_the_others_keep_their_order():
