@@ -27,12 +27,12 @@ from scipy.sparse.csgraph import connected_components
 from lbskel.applications.symmetric import require_symmetric
 from lbskel.applications.unfolded_distances import UnfoldedSurface
 from lbskel.errors import MeshError, SolveError, first_few
+from lbskel.geometry.intrinsic_triangulation import IntrinsicTriangulation, delaunay, half_edge_twins
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Laplacian, Operator, apply_operator
 from lbskel.operators.gradients import gradient_matrix, unit_gradients
 from lbskel.operators.intrinsic_delaunay import mollification_offset
-from lbskel.operators.intrinsic_triangulation import IntrinsicTriangulation, delaunay, half_edge_twins
 from lbskel.operators.robust import MOLLIFY_FACTOR, tufted_delaunay
 from lbskel.solvers import Factorization, factorize
 

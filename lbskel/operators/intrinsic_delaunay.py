@@ -16,18 +16,18 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from lbskel.errors import MeshError
+from lbskel.geometry.intrinsic_triangulation import (
+    IntrinsicTriangulation,
+    cotangents_of_lengths,
+    delaunay,
+    half_edge_twins,
+)
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.geometry.sorting import distinct
 from lbskel.operators.assembly import stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
 from lbskel.operators.corner_angles import incident_vertices, zero_degenerate
-from lbskel.operators.intrinsic_triangulation import (
-    IntrinsicTriangulation,
-    cotangents_of_lengths,
-    delaunay,
-    half_edge_twins,
-)
 from lbskel.operators.masses import voronoi_mass
 
 # Smallest slack of the triangle inequalities, relative to the mean edge length. A guess; Sharp, Crane 2020 use 1e-5.

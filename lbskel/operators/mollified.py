@@ -13,13 +13,13 @@ import igl
 import numpy as np
 from scipy.sparse import csc_array
 
+from lbskel.geometry.intrinsic_triangulation import cotangents_of_lengths
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
 from lbskel.operators.corner_angles import incident_vertices
 from lbskel.operators.intrinsic_delaunay import MOLLIFY_FACTOR, mollification_offset
-from lbskel.operators.intrinsic_triangulation import cotangents_of_lengths
 from lbskel.operators.masses import voronoi_mass
 
 

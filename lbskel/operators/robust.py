@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
+from lbskel.geometry.intrinsic_triangulation import IntrinsicTriangulation, cotangents_of_lengths, delaunay
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.geometry.sorting import distinct
@@ -21,7 +22,6 @@ from lbskel.operators.assembly import diagonal_matrix, stiffness_of_corner_weigh
 from lbskel.operators.base import Laplacian
 from lbskel.operators.corner_angles import zero_degenerate
 from lbskel.operators.intrinsic_delaunay import mollification_offset
-from lbskel.operators.intrinsic_triangulation import IntrinsicTriangulation, cotangents_of_lengths, delaunay
 from lbskel.operators.tufted_cover import tufted_cover
 
 MOLLIFY_FACTOR = 1e-5  # slack of the triangle inequalities, relative to the mean edge length: Sharp, Crane 2020

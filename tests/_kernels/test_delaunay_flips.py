@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
+from lbskel.geometry.intrinsic_triangulation import IntrinsicTriangulation, delaunay, half_edge_twins
 from lbskel.geometry.mesh import Mesh
 from lbskel.operators.intrinsic_delaunay import intrinsic_delaunay
-from lbskel.operators.intrinsic_triangulation import IntrinsicTriangulation, delaunay, half_edge_twins
 
 
 def lengths_of(V, F):

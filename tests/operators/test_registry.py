@@ -22,6 +22,9 @@ from operator_shapes import (
 from scipy.sparse import csc_array
 
 from lbskel import Mesh, MeshError, OperatorError, PointCloud, UnknownChoice, write_mesh
+from lbskel.geometry.intrinsic_triangulation import (
+    half_edge_twins,
+)
 from lbskel.operators import (
     MASSES,
     OPERATORS,
@@ -32,9 +35,6 @@ from lbskel.operators import (
     laplacian,
     operator_named,
     to_igl,
-)
-from lbskel.operators.intrinsic_triangulation import (
-    half_edge_twins,
 )
 from lbskel.shapes import sphere
 

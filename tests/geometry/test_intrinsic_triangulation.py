@@ -4,7 +4,7 @@ import igl
 import numpy as np
 import pytest
 
-from lbskel.operators.intrinsic_triangulation import (
+from lbskel.geometry.intrinsic_triangulation import (
     IntrinsicTriangulation,
     cotangents_of_lengths,
     delaunay,
