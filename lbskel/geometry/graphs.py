@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["edge_length_graph", "positive_edge_lengths", "weighted_graph"]
+__all__ = ["edge_length_graph", "positive_edge_lengths", "shortest_edges", "weighted_graph"]
 
 from typing import Any
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.sorting import unique_inverse
 
 MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound: sums of sparse arrays drop length 0
 
@@ -51,3 +52,23 @@ def edge_length_graph(mesh: Mesh, is_used: NDArray[np.bool_] | None = None) -> c
     """
     used = slice(None) if is_used is None else is_used
     return weighted_graph(mesh.edges[used], positive_edge_lengths(mesh)[used], len(mesh.vertices))
+
+
+def shortest_edges(edges: NDArray[np.int64], lengths: NDArray[np.float64], n_nodes: int) -> csr_array:
+    """(n, n) symmetric adjacency matrix with the least length of parallel edges; loops are left out.
+
+    Parameters
+    ----------
+    edges : (e, 2) array of int
+        In either direction.
+    lengths : (e,) array of float
+        Positive.
+    n_nodes : int
+    """
+    pairs, pair_of_edge = unique_inverse(edges.min(axis=1) * n_nodes + edges.max(axis=1))
+    least = np.full(len(pairs), np.inf)
+    np.minimum.at(least, pair_of_edge, lengths)
+    ends = np.stack([pairs // n_nodes, pairs % n_nodes], axis=1)
+    is_pair = ends[:, 0] < ends[:, 1]
+    graph = weighted_graph(ends[is_pair], least[is_pair], n_nodes)
+    return graph + graph.T

@@ -10,8 +10,9 @@ border and area A is accepted if it is long enough,
 (a round limb of radius r has A = 2 pi r l, so this is l / r), and if it is a topological disk: a part of a ring has a
 maximum too, but no end.
 
-Distances are measured along edges between the cells, so that the result depends neither on noise nor on the resolution
-of the mesh. There is one cell for each ``CELL_AREA`` squared local radii of area, and at least ``N_CELLS``.
+Distances are measured between the cells, along a graph of the surface (:mod:`lbskel.geometry.surface_graph`), so that
+the result depends neither on noise nor on the triangulation. There is one cell for each ``CELL_AREA`` squared local
+radii of area, and at least ``N_CELLS``.
 """
 
 from __future__ import annotations
@@ -30,10 +31,10 @@ from scipy.spatial import cKDTree
 from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.deadline import NEVER, Deadline
-from lbskel.geometry.graphs import edge_length_graph, positive_edge_lengths, weighted_graph
+from lbskel.geometry.graphs import shortest_edges
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_radii
-from lbskel.geometry.sorting import unique_inverse
+from lbskel.geometry.surface_graph import SurfaceGraph, surface_graph
 from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
@@ -81,26 +82,29 @@ class GeodesicExtrema:
 
 @dataclass(frozen=True, eq=False)
 class _Cells:
-    """Geodesic Voronoi cells of the vertices around seeds, their areas, and the distances between adjacent seeds.
+    """Geodesic Voronoi cells around seeds: their areas, their adjacency, and distances between seeds of near ones.
 
     ``cell_of_vertex`` is -1 for vertices of components without a seed.
     """
 
+    surface: SurfaceGraph
     seeds: NDArray[np.int64]
     cell_of_vertex: NDArray[np.int64]
     areas: NDArray[np.float64]
-    graph: csr_array
+    adjacency: csr_array
+    distances: csr_array
 
     @cached_property
     def pairs(self) -> NDArray[np.int64]:
         """(p, 2) adjacent cells, each pair in both orders."""
-        pairs: NDArray[np.int64] = np.stack(self.graph.nonzero(), axis=1).astype(np.int64)
+        pairs: NDArray[np.int64] = np.stack(self.adjacency.nonzero(), axis=1).astype(np.int64)
         return pairs
 
     @cached_property
     def shortest_paths(self) -> ShortestPaths:
-        """Shortest paths between cells."""
-        return ShortestPaths(self.graph.indptr.astype(np.int64), self.graph.indices.astype(np.int64), self.graph.data)
+        """Shortest paths between seeds."""
+        graph = self.distances
+        return ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
 
 
 _Limb = tuple[NDArray[np.int64], float, float]  # the cells of a limb, its end first, its length and its area
@@ -131,9 +135,9 @@ def _find_extrema(mesh: Mesh, deadline: Deadline) -> GeodesicExtrema:
     component = component_roots(cells.pairs, np.zeros(k, dtype=np.int64))
     limbs = _grow_limbs(cells, height)
     limb_of_cell = _limb_of_cell(limbs, k)
-    is_disk = _counts_of_disks(mesh, cells, limb_of_cell, len(limbs))
+    is_disk = _counts_of_disks(cells, limb_of_cell, len(limbs))
     cuts = np.flatnonzero(~_leaves_rest_connected(cells, limb_of_cell[:-1], len(limbs)))
-    is_disk[cuts] = [_is_disk(mesh, cells, component, limbs[number][0]) for number in cuts.tolist()]
+    is_disk[cuts] = [_is_disk(cells, component, limbs[number][0]) for number in cuts.tolist()]
     limbs = [limb for limb, is_kept in zip(limbs, is_disk.tolist(), strict=True) if is_kept]
     limb_of_cell = _limb_of_cell(limbs, k)
     return GeodesicExtrema(
@@ -165,29 +169,26 @@ def is_missed(extrema: GeodesicExtrema, mesh: Mesh, skeleton: Skeleton) -> NDArr
     return np.asarray(is_far & (to_tip > TIP_REACH * extrema.radii))
 
 
-def _shortest_edges(edges: NDArray[np.int64], lengths: NDArray[np.float64], n_nodes: int) -> csr_array:
-    """Symmetric graph of edge lengths, with the shortest of parallel edges."""
-    i, j = edges.T
-    pairs, pair_of_edge = unique_inverse(np.minimum(i, j) * n_nodes + np.maximum(i, j))
-    shortest = np.full(len(pairs), np.inf)
-    np.minimum.at(shortest, pair_of_edge, lengths)
-    graph = weighted_graph(np.stack([pairs // n_nodes, pairs % n_nodes], axis=1), shortest, n_nodes)
-    return graph + graph.T
-
-
 def _cells(mesh: Mesh, deadline: Deadline) -> _Cells:
     """Assign every vertex to the nearest seed along edges; seeds are evenly spaced in the list of vertices."""
-    graph, used = edge_length_graph(mesh), mesh.used_vertices
+    surface, used, n = surface_graph(mesh), mesh.used_vertices, len(mesh.vertices)
     seeds = used[np.unique(np.linspace(0, len(used) - 1, _n_cells(mesh, deadline)).astype(np.int64))]
-    distances, _, source = dijkstra(graph, directed=False, indices=seeds, min_only=True, return_predecessors=True)
-    cell = np.where(source >= 0, np.searchsorted(seeds, source), -1)
-    ends = cell[mesh.edges]
-    is_crossing = (ends[:, 0] != ends[:, 1]) & (ends[:, 0] >= 0) & (ends[:, 1] >= 0)
-    seed_distances = (positive_edge_lengths(mesh) + distances[mesh.edges].sum(axis=1))[is_crossing]
+    graph = shortest_edges(surface.edges, surface.lengths, n)
+    to_seed, _, source = dijkstra(graph, indices=seeds, min_only=True, return_predecessors=True)
+    cell, k = np.where(source >= 0, np.searchsorted(seeds, source), -1), len(seeds)
+
+    def between_cells(pairs: NDArray[np.int64], lengths: NDArray[np.float64]) -> csr_array:
+        ends = cell[pairs]
+        is_crossing = (ends[:, 0] != ends[:, 1]) & (ends[:, 0] >= 0)
+        return shortest_edges(ends[is_crossing], (lengths + to_seed[pairs].sum(axis=1))[is_crossing], k)
+
+    adjacency = between_cells(surface.edges, surface.lengths)
+    pairs = np.concatenate([surface.edges, surface.diagonals])
+    distances = between_cells(pairs, np.concatenate([surface.lengths, surface.diagonal_lengths]))
     corners, thirds = cell[mesh.faces.ravel()], np.repeat(mesh.face_areas / 3, 3)
     has_cell = corners >= 0
-    areas = np.bincount(corners[has_cell], thirds[has_cell], minlength=len(seeds)).astype(np.float64)
-    return _Cells(seeds, cell, areas, _shortest_edges(ends[is_crossing], seed_distances, len(seeds)))
+    areas = np.bincount(corners[has_cell], thirds[has_cell], minlength=k).astype(np.float64)
+    return _Cells(surface, seeds, cell, areas, adjacency, distances)
 
 
 def _n_cells(mesh: Mesh, deadline: Deadline) -> int:
@@ -199,7 +200,7 @@ def _n_cells(mesh: Mesh, deadline: Deadline) -> int:
 
 def _grow_limbs(cells: _Cells, height: NDArray[np.float64]) -> list[_Limb]:
     """Find the limbs of a surface by union-find over the cells in order of descending height."""
-    pointers, neighbors = cells.graph.indptr.tolist(), cells.graph.indices.tolist()
+    pointers, neighbors = cells.adjacency.indptr.tolist(), cells.adjacency.indices.tolist()
     group = [-1] * len(height)
     members: dict[int, list[int]] = {}
     is_body: dict[int, bool] = {}  # whether a group holds more than one limb
@@ -254,11 +255,11 @@ def _limb_of_cell(limbs: list[_Limb], n_cells: int) -> NDArray[np.int64]:
     return limb_of_cell
 
 
-def _counts_of_disks(mesh: Mesh, cells: _Cells, limb_of_cell: NDArray[np.int64], n_limbs: int) -> NDArray[np.bool_]:
+def _counts_of_disks(cells: _Cells, limb_of_cell: NDArray[np.int64], n_limbs: int) -> NDArray[np.bool_]:
     """Whether the vertices of each limb's cells have the Euler characteristic of a disk."""
     limb = limb_of_cell[cells.cell_of_vertex]
     total: NDArray[np.int64] = np.zeros(n_limbs, dtype=np.int64)
-    for sign, simplices in ((1, np.arange(len(limb))[:, None]), (-1, mesh.edges), (1, mesh.faces)):
+    for sign, simplices in ((1, np.arange(len(limb))[:, None]), (-1, cells.surface.edges), (1, cells.surface.faces)):
         limbs = limb[simplices]
         is_within = (limbs[:, 0] >= 0) & (limbs == limbs[:, :1]).all(axis=1)
         total += sign * np.bincount(limbs[is_within, 0], minlength=n_limbs)
@@ -268,7 +269,7 @@ def _counts_of_disks(mesh: Mesh, cells: _Cells, limb_of_cell: NDArray[np.int64],
 
 def _leaves_rest_connected(cells: _Cells, limb_of_cell: NDArray[np.int64], n_limbs: int) -> NDArray[np.bool_]:
     """Whether the cells around each limb are connected to each other, so that it cuts nothing off from the rest."""
-    first, neighbors = cells.graph.indptr.astype(np.int64), cells.graph.indices.astype(np.int64)
+    first, neighbors = cells.adjacency.indptr.astype(np.int64), cells.adjacency.indices.astype(np.int64)
     i, j = cells.pairs.T
     is_border, k = (limb_of_cell[i] >= 0) & (limb_of_cell[j] != limb_of_cell[i]), len(limb_of_cell)
     around = np.unique(limb_of_cell[i[is_border]] * k + j[is_border])
@@ -284,7 +285,7 @@ def _leaves_rest_connected(cells: _Cells, limb_of_cell: NDArray[np.int64], n_lim
     return is_connected
 
 
-def _is_disk(mesh: Mesh, cells: _Cells, component: NDArray[np.int64], limb: NDArray[np.int64]) -> bool:
+def _is_disk(cells: _Cells, component: NDArray[np.int64], limb: NDArray[np.int64]) -> bool:
     """Whether the vertices of a limb's cells, with the cells that they cut off from the rest, form a disk."""
     is_in_component = component == component[limb[0]]
     is_outside = np.array(is_in_component)
@@ -292,7 +293,7 @@ def _is_disk(mesh: Mesh, cells: _Cells, component: NDArray[np.int64], limb: NDAr
     piece = component_roots(cells.pairs, is_outside.astype(np.int64))
     is_in_limb = is_in_component & (piece != np.bincount(piece[is_outside]).argmax())
     is_within = np.append(is_in_limb, False)[cells.cell_of_vertex]  # the last entry is for vertices without a cell
-    (i, j), (a, b, c) = mesh.edges.T, mesh.faces.T
+    (i, j), (a, b, c) = cells.surface.edges.T, cells.surface.faces.T
     n_edges = np.count_nonzero(is_within[i] & is_within[j])
     n_faces = np.count_nonzero(is_within[a] & is_within[b] & is_within[c])
     return bool(np.count_nonzero(is_within) - n_edges + n_faces == 1)

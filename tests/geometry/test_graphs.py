@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lbskel import Mesh
-from lbskel.geometry.graphs import edge_length_graph, weighted_graph
+from lbskel.geometry.graphs import edge_length_graph, shortest_edges, weighted_graph
 
 
 def test_indices_are_those_that_every_scipy_takes():
@@ -20,3 +20,9 @@ def test_an_edge_without_length_is_an_edge():
     assert (graph + graph.T).nnz == 6  # a sum drops entries of 0
     assert sorted(graph.data) == pytest.approx([0, 5, 5], abs=1e-9)
     assert edge_length_graph(mesh, np.arange(3) > 0).nnz == 2
+
+
+def test_the_shortest_of_parallel_edges_counts_and_loops_do_not():
+    edges = np.array([[0, 1], [1, 0], [2, 2], [1, 2]])
+    graph = shortest_edges(edges, np.array([3.0, 2.0, 1.0, 5.0]), 4)
+    assert graph.toarray().tolist() == [[0, 2, 0, 0], [2, 0, 5, 0], [0, 5, 0, 0], [0, 0, 0, 0]]

@@ -1,9 +1,11 @@
 """Geodesic extrema: the ends of limbs, and the ends that no tip reaches."""
 
+import igl
 import numpy as np
 import pytest
 from helpers import joined, moved, path_in
 
+from lbskel import Mesh, skeletonize
 from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.refinement import extrema
 from lbskel.refinement.extrema import GeodesicExtrema, find_extrema, is_missed
@@ -33,6 +35,22 @@ def test_the_vertices_of_a_limb_lie_about_its_end(tripod):
 )
 def test_the_ends_of_simple_shapes(mesh, n_ends):
     assert len(find_extrema(mesh).vertices) == n_ends
+
+
+@pytest.mark.parametrize("first", [0, 7, 15])
+@pytest.mark.parametrize("n_splits", [0, 1])
+def test_the_ends_of_an_elliptic_plate_do_not_depend_on_where_its_fans_begin(first, n_splits):
+    """Along the edges of a fan the way to most of the rim leads around its first vertex, and strips of it are limbs."""
+    angles, n = 2 * np.pi * (np.arange(60) + first) / 60, 60
+    rim, i, inner = np.stack([4 * np.cos(angles), np.sin(angles), 0 * angles], axis=1), np.arange(60), np.arange(1, 59)
+    j, zero = (i + 1) % n, 0 * inner
+    triples = [(i, j, n + j), (i, n + j, n + i), (zero, inner + 1, inner), (zero + n, n + inner, n + inner + 1)]
+    plate = Mesh(np.concatenate([rim, rim + [0, 0, 0.2]]), np.concatenate([np.stack(each, axis=1) for each in triples]))
+    for _ in range(n_splits):
+        plate = Mesh(*igl.upsample(plate.vertices, plate.faces))
+    ends = plate.vertices[find_extrema(plate).vertices]
+    assert sorted(ends[:, 0]) == pytest.approx([-4, 4], abs=0.1)  # or the vertices next to them
+    assert len(skeletonize(plate).tips) == 2
 
 
 def test_the_ends_lie_where_the_true_tips_are():
