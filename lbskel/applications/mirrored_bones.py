@@ -48,8 +48,8 @@ def paired_bones(
 ) -> tuple[Bones, NDArray[np.int64]]:
     """Give every bone a twin, and return the bones and the twins.
 
-    The bones are unchanged if there would be too many, a root lies beside the plane, or the parent of a bone in the
-    plane lies beside it.
+    The bones are unchanged if there would be too many, if a root beside the plane has bones that are not on its side,
+    or if the parent of a bone in the plane lies beside it.
 
     Parameters
     ----------
@@ -71,13 +71,16 @@ def paired_bones(
         (twins < 0) & (np.maximum(np.abs(heights), np.abs(plane.heights(bones.heads))) <= limit)
     )
     sides = np.where(is_central, 0, np.sign(heights)).astype(np.int64)
+    root = np.arange(len(sides))
+    for bone, parent in enumerate(bones.parents.tolist()):
+        root[bone] = root[parent] if parent >= 0 else bone
+    is_whole = bool((is_central[root] | (sides == sides[root])).all())
+    is_whole &= bool(is_central[bones.parents[is_central & (bones.parents >= 0)]].all())
     counts = {side: int((sides == side).sum()) for side in (1, -1)}
     for side in sorted(counts, key=lambda each: -counts[each]):
         kept = np.flatnonzero(is_central | (sides == side))
-        is_whole = bool(is_central[bones.parents < 0].all())
-        is_whole &= bool(is_central[bones.parents[is_central & (bones.parents >= 0)]].all())
-        is_whole &= bool(np.isin(bones.parents[kept], [*kept, -1]).all())
-        if is_whole and len(kept) + counts[side] <= max_bones and (counts[side] or not counts[-side]):
+        has_parents = bool(np.isin(bones.parents[kept], [*kept, -1]).all())
+        if is_whole and has_parents and len(kept) + counts[side] <= max_bones and (counts[side] or not counts[-side]):
             return _mirrored(bones, plane, vertices, kept, sides, side)
     return bones, twins
 

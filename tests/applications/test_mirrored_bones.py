@@ -1,6 +1,7 @@
 """Twins of bones: found, made where a side has fewer, and left out where the plane hangs on a side."""
 
 import numpy as np
+import pytest
 
 from lbskel.applications.bones import Bones
 from lbskel.applications.mirror import MirrorPlane
@@ -59,3 +60,13 @@ def test_bones_whose_root_is_beside_the_plane_stay():
     found, twins = paired_bones(given, PLANE, VERTICES, 0.2, 30)
     assert found is given
     assert (twins < 0).any()
+
+
+def test_the_bones_of_a_body_beside_the_plane_are_mirrored_with_their_root():
+    """The body on the other side has its root at another place."""
+    here = ([2, 0, 0], [2, 1, 0], -1, -1), ([2, 0, 0], [3, 2, 0], 0, 0), ([2, 0, 0], [3, -2, 0], 0, 1)
+    there = ([-3, 2, 0], [-3, 3, 0], -1, -1), ([-3, 2, 0], [-3, -2, 0], 3, 2)
+    found, twins = paired_bones(bones(*here, *there), PLANE, VERTICES, 0.2, 30)
+    assert twins.tolist() == [3, 4, 5, 0, 1, 2]
+    assert found.heads[3:] == pytest.approx(found.heads[:3] * [-1, 1, 1])
+    assert found.parents.tolist() == [-1, 0, 0, -1, 3, 3]
