@@ -44,5 +44,7 @@ _ROWS = (
         "tips without a twin 9 -> 1; a dinosaur gets a false toe",
     ),
     ("no lines of single sections, junctions that disagree in the middle", "f930877", "hard shapes 0.0094 -> 0.0112"),
+    ("ends traced towards the farthest vertex of their region", "725b335", "hard shapes 0.0094 -> 0.0103"),
+    ("distances of ends along Delaunay edges without diagonals", "725b335", "a man gets a false branch at his neck"),
 )
 TRIALS = [dict(zip(_COLUMNS, row, strict=True)) for row in _ROWS]

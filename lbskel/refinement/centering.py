@@ -26,7 +26,7 @@ from lbskel.skeleton.skeleton import Skeleton
 from lbskel.solvers import factorize
 
 # Weight of a branch's squared second differences, against a weight of 1 on each section's centroid: less follows noise,
-# more cuts bends. Rows "bending weight of" in benchmarks/results/refinement.md
+# more cuts bends. Rows "bending weight of centers" in benchmarks/results/refinement.md
 BENDING_WEIGHT = 0.5
 POSITION_WEIGHT = 3e-3  # of the place of a node without a section, and inverse weight of a junction's place, against a
 # weight of 1 on each section's centroid; benchmarks/results/refinement.md

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.offset_paths import paths_below_surface
-from lbskel.refinement.radii import mean_radii
 from lbskel.refinement.relaxation import relax_inside
 from lbskel.refinement.tunnel_paths import paths_on_side_of
 from lbskel.refinement.tunnel_sides import keep_sides, n_tunnels_missed, on_their_side, paths_that_pass
@@ -28,9 +27,6 @@ from lbskel.skeleton.skeleton import Skeleton
 
 N_SAMPLES = 12  # parts of a segment, of which each that is not in a ball is tested; a guess,
 # benchmarks/results/constants.md
-# Lower bound on the inscribed radius of a node in the middle of the solid, in its mean radius. Rows "centered ratio of"
-# in benchmarks/results/refinement.md
-CENTERED_RATIO = 0.5
 ENTRY_OFFSET = 1e-6  # distance below the surface at which rays to the opposite side start, relative to the diameter
 # bound; a guess
 
@@ -206,16 +202,15 @@ def _parts_to_reroute(skeleton: Skeleton, leaving: set[tuple[int, ...]], surface
 
     Where the straight line between the two leaves it too, the part goes on to nodes in the middle of the solid.
     """
-    inscribed, mean = surface.distance(skeleton.nodes), mean_radii(skeleton, surface.mesh).radii
-    is_beside = inscribed < CENTERED_RATIO * mean
+    radii = surface.distance(skeleton.nodes)
     runs = [(branch, *run) for branch in skeleton.branches for run in _leaving_runs(branch, leaving)]
     ends = np.array([(branch[first], branch[last]) for branch, first, last in runs])
     is_blocked = segments_outside(skeleton.nodes, ends, surface)
     parts: list[tuple[NDArray[np.int64], int, int]] = []
     for (branch, first, last), is_long in zip(runs, is_blocked, strict=True):
         if is_long:
-            first -= _n_to_middle(branch[first::-1], inscribed, is_beside)
-            last += _n_to_middle(branch[last:], inscribed, is_beside)
+            first -= _n_to_middle(radii[branch[first::-1]])
+            last += _n_to_middle(radii[branch[last:]])
         if parts and parts[-1][0] is branch and first < parts[-1][2]:
             _, first, end = parts.pop()
             last = max(last, end)
@@ -229,10 +224,10 @@ def _pieces(part: NDArray[np.int64]) -> list[NDArray[np.int64]]:
     return [part[: third + 1], part[third : 2 * third + 1], part[2 * third :]] if third < len(part) else [part]
 
 
-def _n_to_middle(path: NDArray[np.int64], radii: NDArray[np.float64], is_beside: NDArray[np.bool_]) -> int:
-    """Count the steps along a path to its first node in the middle, as long as the inscribed radius grows."""
-    goes_on = is_beside[path[:-1]] & (np.diff(radii[path]) > 0)
-    return len(goes_on) if goes_on.all() else int(goes_on.argmin())
+def _n_to_middle(radii: NDArray[np.float64]) -> int:
+    """Count the steps along a path as long as its inscribed radii grow."""
+    grows = np.diff(radii) > 0
+    return len(grows) if grows.all() else int(grows.argmin())
 
 
 def _leaving_runs(branch: NDArray[np.int64], leaving: set[tuple[int, ...]]) -> list[tuple[int, int]]:
