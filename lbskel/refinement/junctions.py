@@ -3,7 +3,7 @@
 A junction has no cross-section of its own. It is placed at the point nearest to the tangents of its branches at their
 sections next to it, and moved from there towards the middle of the solid by at most the standard error of that fit.
 Where the lines do not agree, or agree on a place with a smaller ball, it is placed in the middle. Two junctions are
-merged where all branches that leave the pair point to one place.
+merged where all branches that leave the pair point to one place, or as near to it as the ball is about as large.
 """
 
 from __future__ import annotations
@@ -168,13 +168,28 @@ def _merged(skeleton: Skeleton, centers: SectionCenters, surface: Surface, *, ke
                 continue
             touched[branch[[0, -1]]] = touched[beside] = True
             target[branch] = branch[0]
-            nodes[branch[0]] = positions[branch[0]] = places[row]
+            nodes[branch[0]] = positions[branch[0]] = _with_ball(skeleton, branch, places[row], surface)
         if not touched.any():
             return skeleton
         skeleton = contract_nodes(replace(skeleton, nodes=nodes), target)
         kept = np.unique(target)
         centers = SectionCenters(centers.is_known[kept], positions[kept])
     return skeleton
+
+
+def _with_ball(
+    skeleton: Skeleton, branch: NDArray[np.int64], place: NDArray[np.float64], surface: Surface
+) -> NDArray[np.float64]:
+    """Go from a place towards the end of a branch with the larger ball, until that there has MIN_BALL_RATIO of it.
+
+    The radius of a ball changes by no more than its center moves, so that no step passes the end.
+    """
+    ends = skeleton.nodes[branch[[0, -1]]]
+    balls = surface.distance(ends)
+    while (ball := surface.distance(place[None])[0]) < MIN_BALL_RATIO * balls.max():
+        way = ends[balls.argmax()] - place
+        place = place + (balls.max() - ball) / np.linalg.norm(way) * way
+    return place
 
 
 def _passes_a_tunnel(

@@ -12,9 +12,15 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.branch_lines import ORDER, REGULARIZATION, BranchLines
 from lbskel.refinement.centering import recenter
 from lbskel.refinement.centerlines import SectionCenters, find_section_centers
-from lbskel.refinement.junctions import _largest_sines, merge_junctions_by_axes, place_junctions
+from lbskel.refinement.junctions import (
+    MIN_BALL_RATIO,
+    _largest_sines,
+    _with_ball,
+    merge_junctions_by_axes,
+    place_junctions,
+)
 from lbskel.refinement.radii import inscribed_radii
-from lbskel.shapes import SHAPES, chain_of_tori, make, mesh_solid, sphere, torus
+from lbskel.shapes import SHAPES, capsule, chain_of_tori, make, mesh_solid, sphere, torus
 from lbskel.shapes.hard import acute_fork, oblique_cross, prongs
 from lbskel.skeleton.editing import contract_nodes
 
@@ -104,6 +110,19 @@ def test_two_junctions_whose_branches_all_point_to_one_place_are_merged(star):
     assert len(merged.node_of_vertex) == len(star.vertices)
     refined = recenter(merged, Surface(star))
     assert np.linalg.norm(refined.nodes[refined.junctions]) < 0.3 * STAR_RADIUS
+
+
+@pytest.mark.parametrize("x", [0.05, 0.3, 0.9, 1.3])
+def test_two_junctions_are_merged_where_the_ball_is_about_as_large_as_the_larger_of_theirs(x):
+    """In a rod of radius 1, one on its axis and one halfway to its side; the place is in it, or beside it."""
+    rod, place = Surface(capsule(6.0, 1.0, 64)), np.array([x, 0, 2])
+    skeleton = Skeleton(np.array([[0.0, 0, -1], [0.5, 0, 0]]), np.array([[0, 1]]), np.zeros(2))
+    found, way = _with_ball(skeleton, np.array([0, 1]), place, rod), skeleton.nodes[0] - place
+    share = (found - place) @ way / (way @ way)
+    assert found == pytest.approx(place + share * way)
+    # the ball has radius 1 - x, but for the chords between 64 sides
+    assert rod.distance(found[None])[0] >= MIN_BALL_RATIO * rod.distance(skeleton.nodes[:1])[0]
+    assert max(1 - 0.1 / x, 0) - 0.01 <= share < 1
 
 
 def test_two_junctions_with_branches_of_their_own_are_not_merged():
