@@ -62,7 +62,7 @@ MEASURES = {
         "share of the surface area within two local radii, or two widths of its region, of its node", 0.9, 0.3
     ),
     "extremities_missed": Measure("extremities of the shape that no tip reaches", 0, np.inf),
-    "missed_limb_fraction": Measure("share of the limbs longer than six radii whose extremity no tip reaches", 0, 0.1),
+    "missed_limb_fraction": Measure("share of the limbs longer than 5.3 radii whose extremity no tip reaches", 0, 0.1),
     "rms_curvature": Measure("root mean square curvature, in radians per local radius", 1.0, 5.0),
     "extra_components": Measure("components of the skeleton minus components of the surface", 0, 1),
     "extra_cycles": Measure("cycles of the skeleton minus handles of the surface", 0, 1),
