@@ -214,7 +214,7 @@ def _bytes_of(mesh: Mesh, name: str) -> bytes:
     if name == "glb":
         import trimesh
 
-        return bytes(trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(file_type="glb"))  # type: ignore[arg-type]
+        return bytes(trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(file_type="glb"))
     content = MESH_WRITERS[name](mesh)
     return content if isinstance(content, bytes) else content.encode()
 
