@@ -1,9 +1,9 @@
 """Flat ends: the branches that contraction leaves in the corners of a flat part are no limbs.
 
 A flat part contracts towards its medial surface, and this surface to a curve that forks where the end of the part is as
-near as its sides. Two measures tell the branch of a corner from a limb: its surface does not reach far beyond the half
-width of the part, and the line of sight from it to the other branches of the fork stays inside, since no gap separates
-them.
+near as its sides. Two measures tell the branch of a corner from a limb: from the fork its surface does not reach far
+beyond the half width of the part, neither along the part nor across it; and the line of sight from it to the other
+branches of the fork stays inside, since no gap separates them.
 
 Contraction may leave nodes outside a thin part, and the point one local radius below its corner may be there; they are
 moved inside before both are measured.
@@ -44,7 +44,8 @@ def prune_flat_ends(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: f
     surface : Surface
         Of the mesh that ``node_of_vertex`` belongs to.
     min_branch_ratio : float
-        An end branch is kept where its surface reaches farther than this many half widths from its junction.
+        An end branch is kept where its surface reaches farther than this many half widths from its junction, along
+        the part or across it.
     """
     while corners := corner_branches(skeleton, surface, min_branch_ratio=min_branch_ratio):
         skeleton = contract_branches(skeleton, corners)
@@ -91,9 +92,22 @@ def _is_corner(
     sees = np.bincount(owner, is_hidden, len(ends)) == 0
     if not sees.any():
         return np.zeros(len(ends), dtype=bool)
-    half_widths = np.zeros(len(nodes))
-    np.maximum.at(half_widths, junctions[sees], _half_widths([opposite[row] for row in np.flatnonzero(sees)], surface))
-    return np.asarray(sees & (reaches <= min_branch_ratio * half_widths[junctions]))
+    half_widths = np.zeros(len(ends))
+    half_widths[sees] = _half_widths([opposite[row] for row in np.flatnonzero(sees)], surface)
+    ascending, widest = np.argsort(half_widths, kind="stable"), np.zeros(len(nodes), dtype=np.int64)
+    widest[junctions[ascending]] = ascending  # the last assignment counts
+    parts = widest[junctions]
+    axes = np.array([opposite[row][0] - opposite[row][-1] for row in parts.tolist()])
+    extents = _extents(surface.mesh.vertices[farthest] - nodes[junctions], axes)
+    return np.asarray(sees & (extents <= min_branch_ratio * half_widths[parts]))
+
+
+def _extents(offsets: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(e,) extent of each offset along its axis or across it, whichever is larger."""
+    axes = axes / np.maximum(np.linalg.norm(axes, axis=1, keepdims=True), 1e-300)
+    along = np.einsum("ij,ij->i", offsets, axes)
+    across = np.linalg.norm(offsets - along[:, None] * axes, axis=1)
+    return np.asarray(np.maximum(np.abs(along), across))
 
 
 def _within(nodes: NDArray[np.float64], way: NDArray[np.int64], reach: float) -> NDArray[np.int64]:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 from helpers import nearest_rows, slab
 
 from lbskel import Skeleton, ground_truth_distances, skeletonize
@@ -25,10 +26,10 @@ def forked(mesh, start, fork, corners):
     return Skeleton(nodes, edges, np.ones(len(nodes)), nearest_rows(mesh.vertices, nodes))
 
 
-@pytest.mark.parametrize(("ratio", "n_tips"), [(1.40, 3), (1.43, 2)])
-def test_a_corner_reaches_the_square_root_of_two_half_widths(ratio, n_tips):
+@pytest.mark.parametrize(("fork", "ratio", "n_tips"), [(2.0, 0.98, 3), (2.5, 0.98, 3), (2.0, 1.02, 2), (1.5, 1.02, 3)])
+def test_a_corner_reaches_one_half_width_along_the_part_and_across_it(fork, ratio, n_tips):
     mesh = slab(8.0, 4.0, 0.4)
-    skeleton = forked(mesh, -3.0, 2.0, [(3.6, 1.6), (3.6, -1.6)])
+    skeleton = forked(mesh, -3.0, fork, [(3.6, 1.6), (3.6, -1.6)])
     pruned = prune_flat_ends(skeleton, Surface(mesh), min_branch_ratio=ratio)
     assert (len(skeleton.tips), len(pruned.tips)) == (3, n_tips)
     if n_tips == 2:
@@ -80,3 +81,12 @@ def test_a_bent_ribbon_has_two_ends():
 def test_a_thin_leaf_has_no_branch_aside():
     shape = HARD_SHAPES["leaf"]()
     assert ground_truth_distances(skeletonize(shape.mesh), shape.truth).accuracy < 0.01
+
+
+@pytest.mark.parametrize(("extents", "max_edge"), [((0.2, 3, 6), 10), ((0.2, 3, 9), 0.45), ((0.2, 2, 12), 0.6)])
+def test_a_thin_plate_has_two_ends_on_its_axis(extents, max_edge):
+    """Contraction leaves forks that are deeper than one half width before the ends."""
+    plate = trimesh.creation.box(extents)
+    skeleton = skeletonize(trimesh.remesh.subdivide_to_size(plate.vertices, plate.faces, max_edge))
+    assert len(skeleton.tips) == 2
+    assert np.abs(skeleton.nodes[skeleton.tips][:, 1]).max() < 0.25 * extents[1] / 2  # corners are at the half width
