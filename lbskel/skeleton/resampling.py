@@ -25,10 +25,9 @@ from lbskel.skeleton.skeleton import Skeleton
 Polylines: TypeAlias = list[NDArray[np.float64]]
 Mask: TypeAlias = NDArray[np.bool_]
 
-MAX_SPACING = (
-    10.0  # local radii per piece above which a resampling that removes every inner node is taken for one whose
-)
-# spacing was meant as a length; a guess
+# Local radii per piece above which a resampling that removes every inner node is taken for one whose spacing was meant
+# as a length; a guess
+MAX_SPACING = 10.0
 MAX_REFINEMENT = 3  # upper bound on the new pieces per present edge, for flat parts whose radii are near zero; a guess
 
 
@@ -138,6 +137,8 @@ def _counts_for_spacing(skeleton: Skeleton, paths: _Paths, spacing: float) -> ND
     """(p,) number of pieces of each path for a spacing in median radii of the path."""
     if not spacing > 0:
         raise UnknownChoice(f"spacing must be positive, in local radii, not {spacing}")
+    if np.isnan(skeleton.radii[paths.nodes]).any():
+        raise UnknownChoice("spacing is in local radii, which the skeleton does not have at all nodes; give n_nodes")
     sizes, begin = paths.sizes, paths.begins[:-1]
     ascending = skeleton.radii[paths.nodes]
     ascending = ascending[np.lexsort((ascending, paths.path_of_node))]
@@ -192,7 +193,7 @@ def _divided(
     """Divide every path evenly, on its chords if it may not leave them; vertices stay at their share of its length."""
     has_mean_radii = len(skeleton.mean_radii) > 0
     values = np.column_stack([skeleton.nodes, skeleton.radii, *([skeleton.mean_radii] if has_mean_radii else [])])
-    inner, new_begins = _inner_nodes(values, paths, counts)
+    inner, new_begins = _interpolated(values, paths, counts), np.concatenate([[0], np.cumsum(counts - 1)])
     if stays is not None and len(paths):
         present, parts = np.split(values[paths.nodes], paths.begins[1:-1]), np.split(inner, new_begins[1:-1])
         must_stay = stays([path[:, :3] for path in present], [part[:, :3] for part in parts])
@@ -213,13 +214,6 @@ def _on_chords(values: NDArray[np.float64], length: float) -> NDArray[np.float64
     share = ((np.arange(len(at)) - np.repeat(np.cumsum(n_pieces) - n_pieces, n_pieces)) / n_pieces[at])[:, None]
     divided: NDArray[np.float64] = (1 - share) * values[at] + share * values[at + 1]
     return divided[1:]
-
-
-def _inner_nodes(
-    values: NDArray[np.float64], paths: _Paths, counts: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Values at the inner points that divide each path, and where those of each begin."""
-    return _interpolated(values, paths, counts), np.concatenate([[0], np.cumsum(counts - 1)])
 
 
 def _interpolated(values: NDArray[np.float64], paths: _Paths, counts: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -172,3 +172,11 @@ def test_paths_that_may_change_are_spaced_as_by_resampling():
     star = theta_skeleton((1, 2, 3))
     spaced = space_evenly(star, 0.5, lambda olds, news: np.zeros(len(olds), dtype=bool))
     assert np.array_equal(spaced.nodes, resample(star, spacing=0.5).nodes)
+
+
+def test_a_spacing_in_unknown_radii_is_refused():
+    nodes = np.stack([np.arange(20.0), np.zeros(20), np.zeros(20)], axis=1)
+    path = Skeleton(nodes, [[k, k + 1] for k in range(19)], np.full(20, np.nan))
+    with pytest.raises(UnknownChoice, match="give n_nodes"):
+        resample(path, spacing=0.5)
+    assert len(resample(path, n_nodes=10).nodes) == 10
