@@ -218,7 +218,8 @@ def _cut_at(symmetry: Symmetry, skeleton: Skeleton, widths: NDArray[np.float64])
     nodes = skeleton.nodes + np.where(shared, 0.0, on_side - heights)[:, None] * plane.normal
     crosses = side[skeleton.edges].prod(axis=1) < 0
     i, j = skeleton.edges[crosses].T
-    share = (on_side[i] / (on_side[i] - on_side[j]))[:, None]
+    steps = on_side[i] - on_side[j]  # 0 where both nodes are on the plane
+    share = np.divide(on_side[i], steps, out=np.full(len(i), 0.5), where=steps != 0)[:, None]
     new = len(nodes) + np.arange(len(i))
     cut = replace(
         skeleton,

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 from helpers import loop_in, nearest_rows, path_in
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
@@ -165,6 +166,16 @@ def test_nodes_near_the_plane_are_moved_onto_it_or_to_the_side_of_their_branch()
     assert np.abs(result.nodes[:, 1]).round(9).tolist().count(0) == 3  # the trunk and the junction
     assert sorted(np.abs(result.nodes[:, 1]).round(9))[3:] == [0.02, 0.02, 0.3, 0.3, 0.6, 0.6]
     assert asymmetry(result) == pytest.approx(0, abs=1e-9)
+
+
+def test_a_branch_that_crosses_the_plane_along_nodes_on_it_gets_one_between_them():
+    box = trimesh.creation.box((2, 3, 0.75)).subdivide()
+    mesh = Mesh(box.vertices, box.faces)
+    assert mesh.centroid[0] == 0
+    x, y = [-0.7, -0.4, 0, 0, 0, 0, 0.4, 0.7], np.linspace(1, -1, 8)
+    skeleton = path_in(mesh, np.stack([x, y, np.zeros(8)], axis=1))
+    symmetric = make_mirror_symmetric(skeleton, Surface(mesh))
+    assert np.isfinite(symmetric.nodes).all()
 
 
 def test_a_branch_that_crosses_the_plane_gets_a_node_on_it():
