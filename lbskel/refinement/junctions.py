@@ -157,7 +157,7 @@ def _merged(skeleton: Skeleton, centers: SectionCenters, surface: Surface, *, ke
         sines, places = _common_places(skeleton, lines, inner, surface)
         fitting = [row for row in np.argsort(sines, kind="stable").tolist() if np.isfinite(sines[row])]
         touched, target = np.zeros(len(skeleton.nodes), dtype=bool), np.arange(len(skeleton.nodes))
-        nodes, positions = np.array(skeleton.nodes), np.array(centers.positions)
+        nodes, radii, positions = np.array(skeleton.nodes), np.array(skeleton.radii), np.array(centers.positions)
         first, adjacent = adjacent_junctions(skeleton)
         for row in fitting:
             branch = skeleton.branches[inner[row]]
@@ -168,10 +168,11 @@ def _merged(skeleton: Skeleton, centers: SectionCenters, surface: Surface, *, ke
                 continue
             touched[branch[[0, -1]]] = touched[beside] = True
             target[branch] = branch[0]
-            nodes[branch[0]] = positions[branch[0]] = _with_ball(skeleton, branch, places[row], surface)
+            nodes[branch[0]] = positions[branch[0]] = place = _with_ball(skeleton, branch, places[row], surface)
+            radii[branch[0]] = surface.distance(place[None])[0]
         if not touched.any():
             return skeleton
-        skeleton = contract_nodes(replace(skeleton, nodes=nodes), target)
+        skeleton = contract_nodes(replace(skeleton, nodes=nodes, radii=radii), target)
         kept = np.unique(target)
         centers = SectionCenters(centers.is_known[kept], positions[kept])
     return skeleton

@@ -107,6 +107,7 @@ def test_two_junctions_whose_branches_all_point_to_one_place_are_merged(star):
     merged = merge_junctions_by_axes(skeleton, find_section_centers(skeleton, Surface(star)), Surface(star))
     assert (len(merged.junctions), len(merged.tips), merged.cycle_rank) == (1, 5, 0)
     assert np.linalg.norm(merged.nodes[merged.junctions]) < 0.5 * STAR_RADIUS
+    assert merged.radii[merged.junctions] == pytest.approx(Surface(star).distance(merged.nodes[merged.junctions]))
     assert len(merged.node_of_vertex) == len(star.vertices)
     refined = recenter(merged, Surface(star))
     assert np.linalg.norm(refined.nodes[refined.junctions]) < 0.3 * STAR_RADIUS
