@@ -27,15 +27,19 @@ class Anchors:
         The vertex at or nearest to each point.
     points : (a, 3) array of float
         In the unit coordinates of the prepared mesh.
+    numbers : (a,) array of int
+        Place of each in the caller's list.
     """
 
     vertices: NDArray[np.int64]
     points: NDArray[np.float64]
+    numbers: NDArray[np.int64]
 
     def within(self, body: Body) -> Anchors:
         """Select the anchors of one body of the prepared mesh, by the body's own vertices."""
         is_within = np.isin(self.vertices, body.vertices)
-        return Anchors(np.searchsorted(body.vertices, self.vertices[is_within]), self.points[is_within])
+        vertices = np.searchsorted(body.vertices, self.vertices[is_within])
+        return Anchors(vertices, self.points[is_within], self.numbers[is_within])
 
 
 def resolve_anchors(anchors: Iterable[Any], prepared: PreparedMesh) -> Anchors:
@@ -47,6 +51,11 @@ def resolve_anchors(anchors: Iterable[Any], prepared: PreparedMesh) -> Anchors:
         Vertices of the source, or points in the caller's coordinates.
     prepared : PreparedMesh
 
+    Returns
+    -------
+    Anchors
+        One of those that are at the same point.
+
     Raises
     ------
     MeshError
@@ -55,6 +64,8 @@ def resolve_anchors(anchors: Iterable[Any], prepared: PreparedMesh) -> Anchors:
     if isinstance(anchors, str) or not isinstance(anchors, Iterable):
         raise MeshError(f"anchors must be a list of vertices or points, such as [0] or [(x, y, z)], not {anchors!r}")
     resolved = [resolve_anchor(anchor, prepared.source) for anchor in anchors]
-    points = prepared.to_unit(np.array([point for _, point in resolved]).reshape(-1, 3))
-    targets = prepared.vertex_map.indices[np.array([vertex for vertex, _ in resolved], dtype=np.int64)]
-    return Anchors(VertexMap(targets).complete(points, prepared.mesh.vertices).indices, points)
+    points = np.array([point for _, point in resolved]).reshape(-1, 3)
+    first = np.sort(np.unique(points, axis=0, return_index=True)[1])
+    points = prepared.to_unit(points[first])
+    targets = prepared.vertex_map.indices[np.array([vertex for vertex, _ in resolved], dtype=np.int64)[first]]
+    return Anchors(VertexMap(targets).complete(points, prepared.mesh.vertices).indices, points, first)

@@ -130,7 +130,7 @@ def refine(
     with timer("attach open ends and anchors"):
         skeleton = extend_to_open_ends(inscribed_radii(skeleton, surface), surface, body.open_ends)
         if anchors is not None:
-            skeleton = attach_anchors(skeleton, surface, anchors.vertices, anchors.points)
+            skeleton = attach_anchors(skeleton, surface, anchors.vertices, anchors.points, anchors.numbers)
     skeleton = changed("map vertices", _with_own_regions, surface, is_needed=True)
     return replace(skeleton, mean_radii=tube_radii(skeleton, surface))
 
@@ -153,8 +153,7 @@ def _regions_before(skeleton: Skeleton, pruned: Skeleton) -> NDArray[np.int64]:
     """
     row = cKDTree(pruned.nodes).query(skeleton.nodes)[1]
     is_left = (pruned.nodes[row] == skeleton.nodes).all(axis=1)
-    new_index = np.append(np.where(is_left, row, -1), -1)  # the last is for vertices without a node
-    regions: NDArray[np.int64] = new_index[skeleton.node_of_vertex]
+    regions: NDArray[np.int64] = np.where(is_left, row, -1)[skeleton.node_of_vertex]
     return regions
 
 

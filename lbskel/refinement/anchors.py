@@ -54,7 +54,11 @@ def resolve_anchor(anchor: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
 
 
 def attach_anchors(
-    skeleton: Skeleton, surface: Surface, vertices: NDArray[np.int64], points: NDArray[np.float64]
+    skeleton: Skeleton,
+    surface: Surface,
+    vertices: NDArray[np.int64],
+    points: NDArray[np.float64],
+    numbers: NDArray[np.int64],
 ) -> Skeleton:
     """Add a node at every anchor.
 
@@ -70,6 +74,8 @@ def attach_anchors(
     vertices : (a,) array of int
         The vertex at or nearest to each anchor.
     points : (a, 3) array of float
+    numbers : (a,) array of int
+        By which errors name the anchors.
 
     Raises
     ------
@@ -83,7 +89,7 @@ def attach_anchors(
         is_outside, where = ~surface.contains(points) & (surface.distance(points) > tolerance), "the surface"
     else:
         is_outside, where = _is_outside_bounding_sphere(points, surface.mesh), "the bounding sphere of the mesh"
-    for number in np.flatnonzero(is_outside)[:1]:
+    for number in numbers[is_outside][:1]:
         raise MeshError(f"anchor {number} lies outside of {where}; give a vertex or a point inside")
     for vertex, point in zip(vertices.tolist(), points, strict=True):
         skeleton = _with_anchor(skeleton, surface, int(skeleton.node_of_vertex[vertex]), point)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers import joined, moved
 
-from lbskel import MeshError
+from lbskel import MeshError, skeletonize
 from lbskel.pipeline.anchoring import resolve_anchors
 from lbskel.pipeline.preparation import prepare
 
@@ -35,3 +35,16 @@ def test_what_is_no_list_is_refused(anchors, rod):
 def test_no_anchors_are_none(rod):
     anchors = resolve_anchors((), prepare(rod))
     assert (anchors.vertices.shape, anchors.points.shape) == ((0,), (0, 3))
+
+
+def test_an_anchor_given_twice_is_one_and_has_the_number_of_the_first(rod):
+    point = rod.vertices[3].tolist()
+    anchors = resolve_anchors([5, 3, point, 5, 3], prepare(rod))
+    assert (len(anchors.vertices), len(anchors.points), anchors.numbers.tolist()) == (2, 2, [0, 1])
+
+
+def test_an_error_names_the_anchor_by_its_place_in_the_list(rod, ring):
+    both = joined(rod, ring)
+    outside = ring.vertices.max(axis=0) + 0.01
+    with pytest.raises(MeshError, match="anchor 1 lies outside"):
+        skeletonize(both, anchors=[0, outside])

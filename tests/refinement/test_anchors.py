@@ -25,7 +25,7 @@ def skeleton(mesh):
 
 def with_anchor(skeleton, mesh, point):
     vertex, point = resolve_anchor(point, mesh)
-    return attach_anchors(skeleton, Surface(mesh), np.array([vertex]), point[None])
+    return attach_anchors(skeleton, Surface(mesh), np.array([vertex]), point[None], np.array([7]))
 
 
 def test_a_vertex_is_itself_and_a_point_has_the_nearest_vertex_in_use():
@@ -85,7 +85,7 @@ def test_a_second_anchor_does_not_move_the_first(skeleton, mesh):
 
 def test_an_anchor_on_the_surface_is_taken_and_one_outside_is_refused(skeleton, mesh):
     assert len(with_anchor(skeleton, mesh, 0).anchors) == 1
-    with pytest.raises(MeshError, match="anchor 0 lies outside of the surface"):
+    with pytest.raises(MeshError, match="anchor 7 lies outside of the surface"):
         with_anchor(skeleton, mesh, [0.51, 0, 0])
 
 
@@ -93,13 +93,13 @@ def test_an_anchor_of_an_open_mesh_must_lie_in_its_bounding_sphere(skeleton, mes
     is_kept = (mesh.vertices[mesh.faces][:, :, 2] < 2.2).all(axis=1)
     cup = Mesh(mesh.vertices, mesh.faces[is_kept])
     assert len(with_anchor(skeleton, cup, [0, 0, 2.2]).anchors) == 1
-    with pytest.raises(MeshError, match="anchor 0 lies outside of the bounding sphere of the mesh"):
+    with pytest.raises(MeshError, match="anchor 7 lies outside of the bounding sphere of the mesh"):
         with_anchor(skeleton, cup, [0, 0, 4.0])
 
 
 def test_no_anchors_leave_the_skeleton_alone(skeleton, mesh):
-    none = np.empty(0, dtype=np.int64), np.empty((0, 3))
-    assert attach_anchors(skeleton, Surface(mesh), *none) is skeleton
+    none = np.empty(0, dtype=np.int64)
+    assert attach_anchors(skeleton, Surface(mesh), none, np.empty((0, 3)), none) is skeleton
 
 
 def test_a_lone_node_moves_to_an_anchor_near_it(mesh):
