@@ -87,8 +87,7 @@ def find_section_centers(
 
 def _distances_to_farthest(skeleton: Skeleton, nodes: NDArray[np.int64], surface: Surface) -> NDArray[np.float64]:
     """(k,) distance from each node to the farthest corner of the box around the vertices of its branch and its ends."""
-    mapped = skeleton.node_of_vertex >= 0
-    V, number = surface.mesh.vertices[mapped], skeleton.node_of_vertex[mapped]
+    V, number = surface.mesh.vertices, skeleton.node_of_vertex
     lows, highs = (np.full((3, len(skeleton.nodes)), sign * np.inf) for sign in (1, -1))
     for low, high, x in zip(lows, highs, V.T, strict=True):  # ufunc.at takes a fifth of the time for single columns
         np.minimum.at(low, number, x)

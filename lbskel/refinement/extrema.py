@@ -216,7 +216,7 @@ def _grow_limbs(cells: _Cells, height: NDArray[np.float64]) -> list[_Limb]:
         else:
             adjacent = sorted(around)
             into = max(adjacent, key=lambda g: height[members[g][0]])
-            found = {g: limb for g in adjacent if not is_body[g] and (limb := _as_limb(cells, members[g], cell))}
+            found = {g: limb for g in adjacent if not is_body[g] and (limb := _as_limb(cells, members[g]))}
             largest = max(adjacent, key=lambda g: len(members[g]))
             is_body[into] = (
                 any(is_body[g] for g in adjacent) or len(found) > 1 or (len(found) == 1 and largest not in found)
@@ -236,8 +236,8 @@ def _grow_limbs(cells: _Cells, height: NDArray[np.float64]) -> list[_Limb]:
     return limbs
 
 
-def _as_limb(cells: _Cells, members: list[int], border: int) -> _Limb | None:
-    """Measure a group of cells as a limb that meets another one at the border; None if it is not elongated."""
+def _as_limb(cells: _Cells, members: list[int]) -> _Limb | None:
+    """Measure a group of cells as a limb; None if it is not elongated."""
     if len(members) < MIN_CELLS:
         return None
     inner = np.array(members)

@@ -28,7 +28,7 @@ from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
 
 
-def reroute_through_regions(skeleton: Skeleton, surface: Surface, regions: NDArray[np.int64] | None = None) -> Skeleton:
+def reroute_through_regions(skeleton: Skeleton, surface: Surface, regions: NDArray[np.int64]) -> Skeleton:
     """Lead edges that leave the solid, or pass a tunnel on another side than their regions, through these regions.
 
     A skeleton without cycles, or in an open surface, is returned unchanged.
@@ -39,12 +39,11 @@ def reroute_through_regions(skeleton: Skeleton, surface: Surface, regions: NDArr
         With mean radii, and with regions that are connected and adjacent along its edges.
     surface : Surface
         Its mesh is the one that ``node_of_vertex`` belongs to.
-    regions : (n,) array of int, optional
-        The node of each vertex, in place of ``node_of_vertex``; -1 for vertices in no region.
+    regions : (n,) array of int
+        The node whose region each vertex is in; -1 for vertices in no region.
     """
     if skeleton.cycle_rank == 0 or not surface.mesh.is_closed:
         return skeleton
-    regions = skeleton.node_of_vertex if regions is None else regions
     nearest = _nearest_of_region(skeleton, regions, surface)
     entries = moved_inwards(nearest, skeleton.radii, surface)
     nodes = np.array(skeleton.nodes)
@@ -96,7 +95,7 @@ def _region_paths(
     both = np.concatenate([mesh.edges, mesh.edges[:, ::-1]])
     graph = weighted_graph(both, np.tile(mesh.edge_lengths, 2), n_vertices)
     search = ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
-    order = stable_order(regions + 1)  # -1 is for vertices without faces
+    order = stable_order(regions + 1)  # -1 is for vertices in no region
     begins = np.searchsorted(regions[order], np.arange(len(skeleton.nodes) + 1))
     kinds = np.zeros(n_vertices, dtype=np.int8)
     found = []

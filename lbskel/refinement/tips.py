@@ -75,7 +75,7 @@ def _within_own_regions(
     """Cut each path before its first point whose nearest vertex is mapped to the outer half of another end branch."""
     if not any(paths):
         return paths
-    end_of_node = np.full(len(skeleton.nodes) + 1, -1)  # the last is for vertices without a node
+    end_of_node = np.full(len(skeleton.nodes), -1)
     for number, end in enumerate(ends):
         end_of_node[end[len(end) // 2 :]] = number
     nearest = surface.vertex_tree.query(np.concatenate([path for path in paths if path]))[1]

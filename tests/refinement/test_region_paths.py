@@ -25,7 +25,7 @@ def test_a_ring_beside_the_solid_goes_around_the_tunnel_again(radius):
     mesh = torus(1.0, 0.2)
     ring = ring_of(mesh, radius)
     assert tunnels_missed(ring.nodes, ring.edges, mesh) == 1
-    led = reroute_through_regions(ring, Surface(mesh))
+    led = reroute_through_regions(ring, Surface(mesh), ring.node_of_vertex)
     assert led.cycle_rank == 1
     assert tunnels_missed(led.nodes, led.edges, mesh) == 0
     assert Surface(mesh).contains(led.nodes).all()
@@ -35,20 +35,20 @@ def test_a_ring_beside_the_solid_goes_around_the_tunnel_again(radius):
 def test_a_ring_inside_stays():
     mesh = torus(1.0, 0.4)
     ring = ring_of(mesh, 1.0, n=12)
-    assert np.array_equal(reroute_through_regions(ring, Surface(mesh)).nodes, ring.nodes)
+    assert np.array_equal(reroute_through_regions(ring, Surface(mesh), ring.node_of_vertex).nodes, ring.nodes)
 
 
 def test_a_tree_stays():
     mesh = sphere(2)
     stick = Skeleton([[0, 0, 0], [0, 0, 3]], [[0, 1]], np.ones(2), (mesh.vertices[:, 2] > 0.5).astype(int))
-    assert reroute_through_regions(stick, Surface(mesh)) is stick
+    assert reroute_through_regions(stick, Surface(mesh), stick.node_of_vertex) is stick
 
 
 def test_a_node_without_vertices_keeps_its_edges():
     mesh = torus(1.0, 0.2)
     ring = ring_of(mesh, 0.5)
     without = np.where(ring.node_of_vertex == 2, 1, ring.node_of_vertex)
-    led = reroute_through_regions(Skeleton(ring.nodes, ring.edges, ring.radii, without), Surface(mesh))
+    led = reroute_through_regions(ring, Surface(mesh), without)
     assert (led.nodes == ring.nodes[2]).all(axis=1).any()
     assert led.cycle_rank == 1
 
@@ -60,7 +60,7 @@ def test_a_path_stays_in_the_two_regions_where_a_shorter_one_leads_through_a_thi
     nodes = 1.9 * np.stack([np.cos(angles), np.sin(angles), np.zeros(3)], axis=1)
     turn = np.degrees(np.arctan2(mesh.vertices[:, 1], mesh.vertices[:, 0])) % 360
     three = Skeleton(nodes, [[0, 1], [1, 2], [0, 2]], np.full(3, 0.1), np.searchsorted([160.0, 320.0], turn, "right"))
-    led = reroute_through_regions(three, Surface(mesh))
+    led = reroute_through_regions(three, Surface(mesh), three.node_of_vertex)
     assert tunnels_missed(led.nodes, led.edges, mesh) == 0
 
 
@@ -81,6 +81,6 @@ def test_an_edge_inside_on_the_other_side_of_the_hole_is_led_around_it():
     ring = Skeleton(drawn, edges, ring.radii, region)
     assert not segments_outside(drawn, edges, Surface(mesh)).any()
     assert tunnels_missed(ring.nodes, ring.edges, mesh) == 1
-    led = reroute_through_regions(ring, Surface(mesh))
+    led = reroute_through_regions(ring, Surface(mesh), ring.node_of_vertex)
     assert tunnels_missed(led.nodes, led.edges, mesh) == 0
     assert not segments_outside(led.nodes, led.edges, Surface(mesh)).any()
