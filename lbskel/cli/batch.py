@@ -16,7 +16,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from lbskel.cli.options import add_command, add_skeleton_options, skeleton_options
+from lbskel.cli.options import add_command, add_skeleton_options, add_swc_options, skeleton_options
 from lbskel.io import FORMATS
 from lbskel.pipeline.batch import BatchStatus, Record, skeletonize_many
 from lbskel.pipeline.batch.records import MANIFEST, SUMMARY
@@ -50,6 +50,7 @@ def add_parser(subparsers: Any) -> None:
         "--memory-limit", type=float, metavar="MB", help="memory of the process of each mesh; it is ended beyond"
     )
     parser.add_argument("--force", action="store_true", help="replace files that no batch has made")
+    add_swc_options(parser)
     add_skeleton_options(parser)
     parser.set_defaults(run=run)
 

@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
     names = [folder / name for name in ("index.html", "comparison.json")]
     if not folder.parent.is_dir() or (folder.exists() and not folder.is_dir()):
         raise FormatError(f"{folder}: is no folder, and cannot be made in a folder that exists")
-    refuse_existing(names, arguments.force)
+    refuse_existing([name for name in names if name.parent.is_dir()], arguments.force)  # else it is made
     shape = as_shape(arguments.mesh)
     given = reconstruct_surface(shape).mesh if isinstance(shape, PointCloud) else shape
     mesh = representative(given, most_faces=MOST_FACES)

@@ -24,7 +24,8 @@ def add_parser(subparsers: Any) -> None:
         subparsers,
         "geodesic",
         "compute distances along the surface of a mesh",
-        details="In the order of the heat method, across unfolded triangles; the error is below 1 % of the largest.",
+        details="In the order of the heat method, across unfolded triangles; the mean error is below 1 % of the "
+        "largest distance.",
         example="lbskel geodesic meshes/hand.ply --source 0 -o distances.csv --picture distances.png",
     )
     parser.add_argument("mesh", metavar="MESH")

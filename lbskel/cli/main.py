@@ -12,6 +12,7 @@ __all__ = ["command_line_parser", "main"]
 import argparse
 import io
 import os
+import re
 import sys
 import traceback
 from collections.abc import Sequence
@@ -26,7 +27,11 @@ from lbskel.pipeline.environment import SLOW, are_kernels_compiled
 
 
 class _Parser(argparse.ArgumentParser):
-    """Reports wrong usage in one line, as every other error."""
+    """Reports wrong usage in one line, as every other error, and takes points such as -1,0,0 for values."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self._negative_number_matcher = re.compile(r"-\.?\d[\d.,eE+-]*$")
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:

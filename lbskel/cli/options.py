@@ -9,6 +9,7 @@ __all__ = [
     "add_operator_option",
     "add_preprocess_option",
     "add_skeleton_options",
+    "add_swc_options",
     "read_mesh_to_write",
     "refuse_existing",
     "skeleton_options",
@@ -95,9 +96,14 @@ def add_force_option(parser: argparse.ArgumentParser) -> None:
 
 
 def refuse_existing(paths: Iterable[str | Path | None], force: bool) -> None:
-    """Raise FormatError if a file that is to be written exists, before anything is computed; None is no file."""
-    for path in paths:
-        if path and Path(path).exists() and not force:
+    """Raise FormatError if a file to be written exists, or its folder does not, before anything is computed.
+
+    None is no file.
+    """
+    for path in [Path(path) for path in paths if path]:
+        if not path.parent.is_dir():
+            raise FormatError(f"{path}: the folder {path.parent} does not exist; create it first")
+        if path.exists() and not force:
             raise FormatError(f"{path} exists already; give --force to replace it")
 
 
@@ -190,18 +196,22 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--min-loop", type=float, metavar="RADII", help="open loops shorter than this many local radii (0)"
     )
-    group.add_argument("--tree", action="store_true", help="cut each cycle where it is thinnest")
     group.add_argument(
+        "--time-limit", type=float, metavar="SECONDS", help="return the best result found within SECONDS"
+    )
+
+
+def add_swc_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of what is written: a tree, and the scale and units of swc."""
+    parser.add_argument("--tree", action="store_true", help="cut each cycle where it is thinnest")
+    parser.add_argument(
         "--scale",
         type=float,
         default=1.0,
         metavar="FACTOR",
         help="multiply the positions and radii in swc, such as 0.001 from nanometers to micrometers (%(default)s)",
     )
-    group.add_argument("--units", metavar="NAME", help="name of the units in swc, such as um")
-    group.add_argument(
-        "--time-limit", type=float, metavar="SECONDS", help="return the best result found within SECONDS"
-    )
+    parser.add_argument("--units", metavar="NAME", help="name of the units in swc, such as um")
 
 
 def skeleton_options(arguments: argparse.Namespace) -> dict[str, Any]:

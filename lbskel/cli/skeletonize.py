@@ -14,7 +14,14 @@ from pathlib import Path
 from typing import Any
 
 from lbskel.cli.html_option import add_html_option, refuse_page, write_page
-from lbskel.cli.options import add_command, add_force_option, add_skeleton_options, refuse_existing, skeleton_options
+from lbskel.cli.options import (
+    add_command,
+    add_force_option,
+    add_skeleton_options,
+    add_swc_options,
+    refuse_existing,
+    skeleton_options,
+)
 from lbskel.cli.terminal import tell
 from lbskel.errors import FormatError, LbskelError
 from lbskel.io import FORMATS, MESH_READERS, POINT_READERS, as_shape, write_safely, write_skeleton
@@ -56,6 +63,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--memory-limit", type=float, metavar="MB", help="refuse what takes more memory (what the machine has free)"
     )
+    add_swc_options(parser)
     add_skeleton_options(parser)
     parser.set_defaults(run=run)
 
@@ -109,8 +117,6 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
     for path, kinds in outputs:
         if _format(path) not in kinds:
             raise FormatError(f"{path}: the name must end in one of: {', '.join(kinds)}")
-        if not path.parent.is_dir():
-            raise FormatError(f"{path}: the folder {path.parent} does not exist")
         refuse_existing([path], arguments.force)
     for name in sorted({_format(job.skeleton) for job in jobs}):
         require_writable(name, scale=arguments.scale, units=arguments.units)

@@ -151,6 +151,15 @@ BAD = {
         ["skeletonize", "rod.off", "-o", "a.swc", "--picture", "no/a.png"],
         r"no/a\.png: the folder no does not exist",
     ),
+    "missing folder of distances": (
+        ["geodesic", "rod.off", "--source", "0", "-o", "no/a.csv"],
+        r"no/a\.csv: the folder no does not exist; create it first",
+    ),
+    "a tree of branches": (["branches", "rod.off", "-o", "a.csv", "--tree"], r"unrecognized arguments: --tree"),
+    "units of segments": (
+        ["segment", "rod.off", "-o", "a.ply", "--units", "um"],
+        r"unrecognized arguments: --units um",
+    ),
     "several into a file": (["skeletonize", "rod.off", "ring.obj", "-o", "a.swc"], r"a\.swc is not a folder; several"),
     "several into nowhere": (["skeletonize", "rod.off", "ring.obj", "-o", "no"], r"no is not a folder; several"),
     "several pictures into a file": (
@@ -159,7 +168,7 @@ BAD = {
     ),
     "a name that is too long": (["skeletonize", "rod.off", "-o", 300 * "a" + ".swc"], r"aaa"),
     "one face": (["skeletonize", "face.obj", "-o", "a.swc"], r"face\.obj: no component of the mesh has 4 faces"),
-    "not a number": (["skeletonize", "nan.obj", "-o", "a.swc"], r"nan\.obj: vertices 1 have NaN"),
+    "not a number": (["skeletonize", "nan.obj", "-o", "a.swc"], r"nan\.obj: vertices 1, counted from 0, have NaN"),
     "text that is no mesh": (["info", "text.obj"], r"text\.obj: "),
     "bytes that are no mesh": (["info", "bytes.ply"], r"bytes\.ply: "),
     "no mesh of info": (["info"], r"one of the arguments MESH --system is required"),

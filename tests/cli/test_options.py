@@ -32,6 +32,11 @@ def test_values_are_converted():
     assert (options["root"], options["n_nodes"], options["min_branch_ratio"]) == ([0.0, 0.0, 1.0], 9, 3.0)
 
 
+@pytest.mark.parametrize("place", ["-0.1,0,0", "-.1,-1e-2,0", "0,0,-1"])
+def test_the_first_coordinate_of_a_point_may_be_negative(place, here):
+    assert here("skeletonize", "rod.off", "-o", "a.swc", "--root", place, "--quiet") == (0, [], [])
+
+
 @pytest.mark.parametrize("text", ["x", "1,2", "1,2,3,4", "1,b,3", "1.5"])
 def test_what_is_no_vertex_and_no_point_is_refused_in_words(text, here):
     code, out, err = here("skeletonize", "rod.off", "-o", "a.swc", "--root", text)
