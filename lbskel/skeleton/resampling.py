@@ -165,7 +165,8 @@ def _counts_for_number(skeleton: Skeleton, paths: _Paths, n_nodes: Any) -> NDArr
     n_min = len(_kept_nodes(skeleton, paths)) + sum(counts) - len(counts)
     if n_asked < n_min:
         raise UnknownChoice(
-            f"n_nodes must be at least {n_min} to keep every junction, tip, anchor and loop; prune the skeleton first"
+            f"n_nodes must be at least {n_min} to keep every junction, tip, anchor and loop; "
+            "a larger min_branch_ratio leaves fewer branches"
         )
     queue = [(-length / count, index) for index, (length, count) in enumerate(zip(lengths, counts, strict=True))]
     heapq.heapify(queue)
