@@ -26,8 +26,8 @@ LIMITS = """
 - Of solids with many tunnels between thin walls, such as porous blocks, short parts of the skeleton can lie outside.
   The score says so.
 - A curve skeleton has no sheets: a flat part gets a branch along its middle, and a plate without an inside gets none.
-- On tubes around tracings of neurons, skeletor's waves find more tips, with {extra:.0f} % more tips than there are; on
-  neurons PyGEL3D is {pygel:.1f} times as fast, skeletor's waves {waves:.0f} times
+- On tubes around tracings of neurons, skeletor's waves find {waves_tips:.3f} of the tips and lbskel {own_tips:.3f}, but
+  the waves have {extra:.0f} % more tips than there are; on neurons PyGEL3D is {pygel:.1f} times as fast, skeletor's waves {waves:.0f} times
   ([neurons](benchmarks/results/neurons.md)).
 - Later geodesic queries are up to {later:.1f} times as fast in potpourri3d and libigl, and those from several sources
   up to {several:.1f} times, with {error} and more times the error
@@ -109,6 +109,8 @@ def _limits(results: Path) -> Figures:
     claim(max(later) > 1 and max(times) > 1, "geodesic queries are faster in potpourri3d and libigl")
     claim(min(errors + [1 / each for each in single]) > 1, "potpourri3d and libigl have larger errors of geodesics")
     return {
+        "own_tips": found[0],
+        "waves_tips": found[1],
         "extra": extra,
         "pygel": seconds[OURS] / seconds[PYGEL],
         "waves": seconds[OURS] / seconds[WAVES],
