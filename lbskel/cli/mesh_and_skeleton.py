@@ -5,6 +5,7 @@ from __future__ import annotations
 __all__ = ["add_input", "mesh_and_skeleton", "skeleton_of"]
 
 import argparse
+import sys
 from pathlib import Path
 
 from lbskel.cli.options import add_skeleton_options, skeleton_options
@@ -47,13 +48,19 @@ def mesh_and_skeleton(arguments: argparse.Namespace) -> tuple[Mesh, Skeleton]:
 
 
 def skeleton_of(shape: Mesh | PointCloud, arguments: argparse.Namespace) -> Skeleton:
-    """Read the skeleton, or make it with the options given, and tell its stages."""
+    """Read the skeleton, or make it with the options given, tell its stages, and warn of one that fails its score."""
     if arguments.skeleton:
         return read_skeleton(arguments.skeleton)
     name = Path(arguments.mesh).name
-    return skeletonize(
+    skeleton = skeletonize(
         shape,
         **skeleton_options(arguments),
         on_stage=lambda stage: arguments.on_stage(f"{name}: {stage}"),
         time_limit=arguments.time_limit,
     )
+    if not skeleton.report["passed"]:
+        print(
+            f"lbskel: warning: the skeleton of {name} fails its score; lbskel skeletonize tells which measures",
+            file=sys.stderr,
+        )
+    return skeleton

@@ -194,8 +194,10 @@ def _summary(job: _Job, skeleton: Skeleton, report: dict[str, Any]) -> str:
     ]
     lines.append(f"  score     {scored['verdict']}{': ' if faults else ''}{', '.join(faults)}")
     if scored["verdict"] == "fail":
-        page = job.skeleton.with_suffix(".html")
-        lines.append(f"  next      lbskel view {job.mesh} -o {page} shows where; lbskel check {job.mesh} tells why")
+        has_map = "node_of_vertex" not in FORMATS[_format(job.skeleton)].loses
+        given, again = (f" --skeleton {job.skeleton}", "") if has_map else ("", " with the same options")
+        view = f"lbskel view {job.mesh}{given} -o {job.skeleton.with_suffix('.html')}{again}"
+        lines.append(f"  next      {view} shows where; lbskel check {job.mesh} tells whether the mesh is why")
     for stage, seconds in report["seconds"].items() if "megabytes" in report else ():
         peak = report["megabytes"].get(stage)
         lines.append(f"  {stage:<24}{seconds:8.2f} s" + (f"{peak:8.0f} MB at most" if peak else ""))

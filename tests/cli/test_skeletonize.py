@@ -57,7 +57,8 @@ def test_a_result_that_fails_its_score_exits_with_one(folder, python):
     result = python("-m", "lbskel", *options, cwd=folder)
     assert (result.returncode, result.stderr) == (1, "")
     assert "  score     fail: " in result.stdout
-    assert "  next      lbskel view rod.off -o rod.html shows where; lbskel check rod.off tells why\n" in result.stdout
+    view = "  next      lbskel view rod.off --skeleton rod.json -o rod.html shows where; lbskel check rod.off tells"
+    assert f"{view} whether the mesh is why\n" in result.stdout
     assert read_skeleton(folder / "rod.json").report["passed"] is False
 
 
