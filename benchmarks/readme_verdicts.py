@@ -27,8 +27,8 @@ LIMITS = """
   The score says so.
 - A curve skeleton has no sheets: a flat part gets a branch along its middle, and a plate without an inside gets none.
 - On tubes around tracings of neurons, skeletor's waves find {waves_tips:.3f} of the tips and lbskel {own_tips:.3f}, but
-  the waves have {extra:.0f} % more tips than there are; on neurons PyGEL3D is {pygel:.1f} times as fast, skeletor's waves {waves:.0f} times
-  ([neurons](benchmarks/results/neurons.md)).
+  the waves have {extra:.0f} % more tips than there are; on neurons PyGEL3D is {pygel:.1f} times as fast, skeletor's
+  waves {waves:.0f} times ([neurons](benchmarks/results/neurons.md)).
 - Later geodesic queries are up to {later:.1f} times as fast in potpourri3d and libigl, and those from several sources
   up to {several:.1f} times, with {error} and more times the error
   ([geodesics](benchmarks/results/applications_geodesics.md)).
