@@ -28,8 +28,9 @@ from lbskel.solvers import factorize
 # Weight of a branch's squared second differences, against a weight of 1 on each section's centroid: less follows noise,
 # more cuts bends. Rows "bending weight of centers" in benchmarks/results/refinement.md
 BENDING_WEIGHT = 0.5
-POSITION_WEIGHT = 3e-3  # of the place of a node without a section, and inverse weight of a junction's place, against a
-# weight of 1 on each section's centroid; benchmarks/results/refinement.md
+# Weight of the place of a node without a section, and inverse weight of a junction's place, against a weight of 1 on each
+# section's centroid. Rows "weight of gaps" in the same table
+POSITION_WEIGHT = 3e-3
 
 
 def recenter(skeleton: Skeleton, surface: Surface) -> Skeleton:

@@ -46,9 +46,9 @@ CELL_AREA = 16.0  # area of a cell at most, in squared local radii: a limb has a
 N_SOURCES = 40  # cells to which the mean distance is taken; a guess, benchmarks/results/constants.md
 MIN_CELLS = 6  # of a limb whose length and area can be measured; a guess, benchmarks/results/constants.md
 MIN_ELONGATION = 2.8  # of a limb; a hemisphere has 2.5, a ball on a stalk half its radius long 2.9, and our shapes
-# without ends have up to 2.7
-TIP_REACH = 3.0  # distance from the end of a limb within which a tip reaches it, in radii of the limb; up to 2.5 was
-# measured where the tip is right
+# without ends have up to 2.7; a guess between
+TIP_REACH = 3.0  # distance from the end of a limb within which a tip reaches it, in radii of the limb; rows "reach of a
+# tip" in benchmarks/results/refinement.md
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.surface_queries import Surface
 
-MIN_SLOPE = 0.5  # growth of the ball's radius by length of the way: 1 from one side to the middle, 0.5 where the sides
-# are 120 degrees apart, 0 along a tube; benchmarks/results/refinement.md
+# Growth of the ball's radius by length of the way, below which a point stays: it is 1 from one side to the middle, 0.5
+# where the sides are 120 degrees apart, 0 along a tube. Rows "slope of" in benchmarks/results/refinement.md
+MIN_SLOPE = 0.5
 FIRST_STEP = 0.25  # in radii of the first ball
 N_STEPS = 12  # each moves or halves the step, so that the last is at most a thousandth of a radius where none moves
 DIRECTIONS = np.array([d for d in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(d)])

@@ -19,7 +19,7 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.editing import append_paths
 from lbskel.skeleton.skeleton import Skeleton
 
-# The numbers are guesses where nothing else is said; benchmarks/results/constants.md
+# The numbers are guesses where nothing else is said
 # Lower bound on a step along a centerline, in radii at its start, so that a needle takes no more steps than a cone;
 # where the last inscribed ball is nearer, the end has reached it. Rows "shortest step of" in
 # benchmarks/results/refinement.md: alike from 0.02 to 0.125; by hand, with 0.125 more ends are crooked
