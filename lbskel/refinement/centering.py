@@ -28,8 +28,8 @@ from lbskel.solvers import factorize
 # Weight of a branch's squared second differences, against a weight of 1 on each section's centroid: less follows noise,
 # more cuts bends. Rows "bending weight of centers" in benchmarks/results/refinement.md
 BENDING_WEIGHT = 0.5
-# Weight of the place of a node without a section, and inverse weight of a junction's place, against a weight of 1 on each
-# section's centroid. Rows "weight of gaps" in the same table
+# Weight of the place of a node without a section, and inverse weight of a junction's place, against a weight of 1 on
+# each section's centroid. Rows "weight of gaps" in the same table
 POSITION_WEIGHT = 3e-3
 
 

@@ -26,8 +26,8 @@ from lbskel.skeleton.pruning import adjacent_junctions, closes_a_cycle, inner_br
 from lbskel.skeleton.skeleton import Skeleton
 
 # Upper bound on the branch between two junctions that are merged, in radii of the larger. Rows in
-# benchmarks/results/robustness.md: with 2 palms of bent hands have two junctions, 3 to 6 are alike; "merge length of" in
-# refinement.md: with 3 a tube has a wrong graph; by hand, the pelvis of a human is 4.6 from its chest
+# benchmarks/results/robustness.md: with 2 palms of bent hands have two junctions, 3 to 6 are alike; "merge length"
+# in refinement.md: with 3 a tube has a wrong graph; by hand, the pelvis of a human is 4.6 from its chest
 MAX_MERGE_LENGTH = 4.0
 # Upper bound on the sine of the angle between a line and the direction to the common place: else a line may pass beside
 # it. "Merged up to a sine of" in refinement.md, and rows in robustness.md: with 0.3 the palm of a hand has two
