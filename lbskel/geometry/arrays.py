@@ -52,9 +52,7 @@ def checked_points(values: ArrayLike, what: str) -> NDArray[np.float64]:
     if not np.isfinite(points).all():
         bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
         faces = " with their faces" if what == "vertices" else ""
-        raise MeshError(
-            f"{what} {first_few(bad)}, counted from 0, have NaN or infinite coordinates; remove them{faces}"
-        )
+        raise MeshError(f"{what} {first_few(bad)} have NaN or infinite coordinates, counted from 0; remove them{faces}")
     return read_only(points)
 
 

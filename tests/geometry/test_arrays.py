@@ -18,7 +18,7 @@ def test_points_are_copied_to_read_only_doubles():
 
 
 def test_points_that_are_not_finite_are_named():
-    with pytest.raises(MeshError, match=r"anchors 1, counted from 0, have NaN or infinite coordinates"):
+    with pytest.raises(MeshError, match=r"anchors 1 have NaN or infinite coordinates"):
         checked_points([[0, 0, 0], [0, np.inf, 0]], "anchors")
 
 

@@ -21,7 +21,7 @@ def test_points_are_kept_and_cannot_be_changed():
     [
         ([], "the cloud is empty: there are no points"),
         ([[0, 0]], "must have shape"),
-        ([[0, 0, np.nan]], "points 0, counted from 0, have NaN or infinite coordinates; remove them$"),
+        ([[0, 0, np.nan]], "points 0 have NaN or infinite coordinates, counted from 0; remove them$"),
         ([[0, 0, np.inf]], "remove them$"),
     ],
 )
