@@ -11,7 +11,7 @@ from typing import Any
 
 from lbskel.applications import branch_table
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
-from lbskel.cli.options import add_command, add_force_option, refuse_existing
+from lbskel.cli.options import add_command, add_force_option, refuse_unwritable
 from lbskel.cli.terminal import tell
 from lbskel.errors import FormatError
 from lbskel.io import write_safely
@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
     if output is not None:
         if output.suffix.lower() not in EXTENSIONS:
             raise FormatError(f"{output}: the name must end in one of: {', '.join(EXTENSIONS)}")
-        refuse_existing([output], arguments.force)
+        refuse_unwritable([output], arguments.force)
     mesh, skeleton = mesh_and_skeleton(arguments)
     table = branch_table(skeleton, mesh)
     if output is None:

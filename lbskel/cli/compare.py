@@ -9,7 +9,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from lbskel.cli.options import add_command, add_force_option, refuse_existing
+from lbskel.cli.options import add_command, add_force_option, refuse_unwritable
 from lbskel.cli.terminal import tell
 from lbskel.contraction.result import Status
 from lbskel.errors import FormatError
@@ -66,7 +66,8 @@ def run(arguments: argparse.Namespace) -> int:
     names = [folder / name for name in ("index.html", "comparison.json")]
     if not folder.parent.is_dir() or (folder.exists() and not folder.is_dir()):
         raise FormatError(f"{folder}: is no folder, and cannot be made in a folder that exists")
-    refuse_existing([name for name in names if name.parent.is_dir()], arguments.force)  # else it is made
+    if folder.exists():
+        refuse_unwritable(names, arguments.force)
     shape = as_shape(arguments.mesh)
     given = reconstruct_surface(shape).mesh if isinstance(shape, PointCloud) else shape
     mesh = representative(given, most_faces=MOST_FACES)

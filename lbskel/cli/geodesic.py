@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from lbskel.applications import HeatMethod
-from lbskel.cli.options import add_command, add_force_option, add_operator_option, refuse_existing
+from lbskel.cli.options import add_command, add_force_option, add_operator_option, refuse_unwritable
 from lbskel.cli.terminal import tell
 from lbskel.io import read_mesh, write_safely
 
@@ -46,7 +46,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Compute, print and write."""
-    refuse_existing([arguments.output, arguments.picture], arguments.force)
+    refuse_unwritable([arguments.output, arguments.picture], arguments.force)
     mesh = read_mesh(arguments.mesh)
     method = HeatMethod(mesh, arguments.operator)
     distance = method.distance(arguments.source)

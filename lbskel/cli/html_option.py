@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from lbskel.cli.options import refuse_existing
+from lbskel.cli.options import refuse_unwritable
 from lbskel.errors import FormatError
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.skeleton.skeleton import Skeleton
@@ -36,7 +36,7 @@ def refuse_page(path: str | Path | None, force: bool) -> None:
 
     if Path(path).suffix.lower() != ".html":
         raise FormatError(f"{path}: the name must end in .html")
-    refuse_existing([path], force)
+    refuse_unwritable([path], force)
     require_plotly()
 
 

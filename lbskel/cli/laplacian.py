@@ -14,7 +14,7 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.cli.options import add_command, add_force_option, refuse_existing
+from lbskel.cli.options import add_command, add_force_option, refuse_unwritable
 from lbskel.errors import MeshError
 from lbskel.evaluation.operator_health import laplacian_diagnostics
 from lbskel.evaluation.operator_report import LaplacianDiagnostics, diagnostics_table
@@ -47,7 +47,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure, print and write; return 0 also if properties do not hold, since no operator has all of them."""
-    refuse_existing((arguments.output, arguments.picture), arguments.force)
+    refuse_unwritable((arguments.output, arguments.picture), arguments.force)
     mesh = read_mesh(arguments.mesh)
     names = OPERATORS if arguments.operator == "all" else [arguments.operator]
     operators: dict[str, Laplacian] = {}

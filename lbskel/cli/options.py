@@ -11,7 +11,7 @@ __all__ = [
     "add_skeleton_options",
     "add_swc_options",
     "read_mesh_to_write",
-    "refuse_existing",
+    "refuse_unwritable",
     "skeleton_options",
 ]
 
@@ -95,7 +95,7 @@ def add_force_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--force", action="store_true", help="replace files that exist")
 
 
-def refuse_existing(paths: Iterable[str | Path | None], force: bool) -> None:
+def refuse_unwritable(paths: Iterable[str | Path | None], force: bool) -> None:
     """Raise FormatError if a file to be written exists, or its folder does not, before anything is computed.
 
     None is no file.
@@ -110,7 +110,7 @@ def refuse_existing(paths: Iterable[str | Path | None], force: bool) -> None:
 def read_mesh_to_write(arguments: argparse.Namespace) -> Mesh:
     """Read the mesh, after the name of the one to be written has been checked."""
     known_extension(arguments.output, MESH_WRITERS, "meshes")
-    refuse_existing([arguments.output], arguments.force)
+    refuse_unwritable([arguments.output], arguments.force)
     mesh: Mesh = read_mesh(arguments.mesh)
     return mesh
 

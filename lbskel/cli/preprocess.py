@@ -14,7 +14,7 @@ from lbskel.cli.options import (
     add_force_option,
     add_mesh_and_output,
     add_preprocess_option,
-    refuse_existing,
+    refuse_unwritable,
 )
 from lbskel.cli.terminal import tell
 from lbskel.geometry.mesh import Mesh, PointCloud
@@ -65,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     is_thinned = arguments.preprocess.partition(":")[0] in DOWNSAMPLINGS
     writers: dict[str, Any] = POINT_WRITERS if is_thinned else MESH_WRITERS
     suffix = known_extension(arguments.output, writers, "point clouds" if is_thinned else "meshes")
-    refuse_existing(paths, arguments.force)
+    refuse_unwritable(paths, arguments.force)
     shape = as_shape(arguments.mesh)
     result: PreprocessResult | CleanedPoints
     if is_thinned:

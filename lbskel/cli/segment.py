@@ -12,7 +12,7 @@ from lbskel.applications import segment
 from lbskel.applications.segmentation import THICKNESS, Segmentation
 from lbskel.cli.html_option import add_html_option, refuse_page, write_page
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
-from lbskel.cli.options import add_command, add_force_option, refuse_existing
+from lbskel.cli.options import add_command, add_force_option, refuse_unwritable
 from lbskel.cli.terminal import tell
 from lbskel.errors import FormatError
 from lbskel.io.atomic_write import Content, write_all_safely
@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
     for suffix, path in outputs.items():
         if path.suffix.lower() != suffix:
             raise FormatError(f"{path}: the name must end in {suffix}")
-        refuse_existing([path], arguments.force)
+        refuse_unwritable([path], arguments.force)
     refuse_page(arguments.html, arguments.force)
     mesh, skeleton = mesh_and_skeleton(arguments)
     parts = segment(mesh, skeleton, thickness=arguments.thickness)

@@ -19,7 +19,7 @@ from lbskel.cli.options import (
     add_force_option,
     add_skeleton_options,
     add_swc_options,
-    refuse_existing,
+    refuse_unwritable,
     skeleton_options,
 )
 from lbskel.cli.terminal import tell
@@ -117,7 +117,7 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
     for path, kinds in outputs:
         if _format(path) not in kinds:
             raise FormatError(f"{path}: the name must end in one of: {', '.join(kinds)}")
-        refuse_existing([path], arguments.force)
+        refuse_unwritable([path], arguments.force)
     for name in sorted({_format(job.skeleton) for job in jobs}):
         require_writable(name, scale=arguments.scale, units=arguments.units)
     if arguments.picture:

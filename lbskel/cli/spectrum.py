@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from lbskel.applications import SpectralBasis, heat_kernel_signature, shape_dna_distance, spectral_basis
-from lbskel.cli.options import add_command, add_force_option, add_operator_option, refuse_existing
+from lbskel.cli.options import add_command, add_force_option, add_operator_option, refuse_unwritable
 from lbskel.io import read_mesh, write_safely
 
 N_PRINTED = 10  # eigenvalues that the text has
@@ -38,7 +38,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Compute, print and write."""
-    refuse_existing((arguments.output, arguments.picture), arguments.force)
+    refuse_unwritable((arguments.output, arguments.picture), arguments.force)
     meshes = [read_mesh(path) for path in arguments.mesh]
     bases = [spectral_basis(mesh, arguments.k, operator=arguments.operator) for mesh in meshes]
     distances = [shape_dna_distance(bases[0], basis) for basis in bases[1:]]

@@ -28,7 +28,8 @@ SPACINGS = (0.9, 0.9, 0.9, 0.6)
 MIN_RATIO = 0.1  # of a ball to the largest of its path, below which the spacing no longer follows the ball; it bounds
 # the number of points of a path that touches the surface. Rows "smallest ball of" in the same table
 MAX_PIECES = 1000  # of a path, which bounds the time where all of it lies on the surface; a guess
-# Of the radius in the weight. Rows "power of" in the same table are alike; by hand, with 1 two more meshes of CGAL fail
+# Exponent of the radius in the weight. Rows "power of" in the same table are alike; by hand, with 1 two more of CGAL's
+# meshes fail
 POWER = 2.0
 # Steps after which the points are spaced anew, which bounds how far a path relaxes, and the time. Rows "steps between
 # spacings" in the same table

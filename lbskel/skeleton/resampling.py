@@ -26,7 +26,7 @@ Polylines: TypeAlias = list[NDArray[np.float64]]
 Mask: TypeAlias = NDArray[np.bool_]
 
 # Local radii per piece above which a resampling that removes every inner node is taken for one whose spacing was meant
-# as a length; a guess
+# as a length; a guess, with no effect from 7 to 14 in benchmarks/results/constants.md
 MAX_SPACING = 10.0
 MAX_REFINEMENT = 3  # upper bound on the new pieces per present edge, for flat parts whose radii are near zero; a guess
 

@@ -7,7 +7,7 @@ import pytest
 
 from lbskel import FormatError, read_skeleton, skeletonize
 from lbskel.cli.main import command_line_parser
-from lbskel.cli.options import add_skeleton_options, refuse_existing, skeleton_options
+from lbskel.cli.options import add_skeleton_options, refuse_unwritable, skeleton_options
 
 NOT_OPTIONS = {"mesh", "on_stage", "time_limit", "memory_limit", "profile"}  # given by the commands themselves
 
@@ -92,7 +92,7 @@ def test_a_domain_on_the_command_line_is_that_of_the_function(here, folder, ring
 def test_files_that_exist_are_refused_before_anything_is_computed(tmp_path):
     there, missing = tmp_path / "there.ply", tmp_path / "missing.ply"
     there.touch()
-    refuse_existing([None, missing], force=False)
-    refuse_existing([str(there)], force=True)
+    refuse_unwritable([None, missing], force=False)
+    refuse_unwritable([str(there)], force=True)
     with pytest.raises(FormatError, match=r"there\.ply exists already; give --force to replace it"):
-        refuse_existing([missing, str(there)], force=False)
+        refuse_unwritable([missing, str(there)], force=False)
