@@ -52,6 +52,7 @@ def test_a_branch_that_ends_beside_or_beyond_the_cut_does_not_turn_back(path, be
         pytest.param([0, 0, 4.0, 0.05], id="a hole in the wall"),
         pytest.param([40.0, 0, 4.0, 0.5], id="a cut far away"),
         pytest.param([0.6, 0, 2.6, 0.4], id="a window behind the tip"),
+        pytest.param([0.5, 0, 3.2, 0.4], id="a window beside the tip"),
     ],
 )
 def test_cuts_of_other_limbs_change_nothing(path, end):
