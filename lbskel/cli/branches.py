@@ -13,10 +13,7 @@ from lbskel.applications import branch_table
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
 from lbskel.cli.options import add_command, add_force_option, refuse_unwritable
 from lbskel.cli.terminal import tell
-from lbskel.errors import FormatError
 from lbskel.io import write_safely
-
-EXTENSIONS = (".csv", ".json")
 
 
 def add_parser(subparsers: Any) -> None:
@@ -37,10 +34,7 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Measure and write or print the table."""
     output = Path(arguments.output) if arguments.output else None
-    if output is not None:
-        if output.suffix.lower() not in EXTENSIONS:
-            raise FormatError(f"{output}: the name must end in one of: {', '.join(EXTENSIONS)}")
-        refuse_unwritable([output], arguments.force)
+    refuse_unwritable([(output, ("csv", "json"))], arguments.force)
     mesh, skeleton = mesh_and_skeleton(arguments)
     table = branch_table(skeleton, mesh)
     if output is None:

@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not folder.parent.is_dir() or (folder.exists() and not folder.is_dir()):
         raise FormatError(f"{folder}: is no folder, and cannot be made in a folder that exists")
     if folder.exists():
-        refuse_unwritable(names, arguments.force)
+        refuse_unwritable(zip(names, (("html",), ("json",)), strict=True), arguments.force)
     shape = as_shape(arguments.mesh)
     given = reconstruct_surface(shape).mesh if isinstance(shape, PointCloud) else shape
     mesh = representative(given, most_faces=MOST_FACES)

@@ -12,6 +12,8 @@ from lbskel.cli.options import add_command, add_force_option, add_mesh_and_outpu
 from lbskel.cli.terminal import tell
 from lbskel.io import write_mesh
 
+N_FUNCTIONS = 200  # unless another number is asked for
+
 
 def add_parser(subparsers: Any) -> None:
     """Add ``lbskel compress``."""
@@ -23,7 +25,12 @@ def add_parser(subparsers: Any) -> None:
         example="lbskel compress meshes/hand.ply -o few.ply -k 200 --bits 10",
     )
     add_mesh_and_output(parser)
-    parser.add_argument("-k", type=int, default=200, metavar="N", help="number of functions (%(default)s)")
+    parser.add_argument(
+        "-k",
+        type=int,
+        metavar="N",
+        help=f"number of functions ({N_FUNCTIONS}, or one a vertex of a smaller mesh)",
+    )
     parser.add_argument("--bits", type=int, default=12, metavar="N", help="of a coefficient (%(default)s)")
     parser.add_argument(
         "--basis", default="spectral", choices=BASES, metavar="NAME", help=f"{', '.join(BASES)} (%(default)s)"
@@ -35,7 +42,8 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Compress, write what is decoded, and print rate and error."""
     mesh = read_mesh_to_write(arguments)
-    packed = compress(mesh, arguments.k, basis=arguments.basis, bits=arguments.bits)
+    k = min(N_FUNCTIONS, len(mesh.vertices)) if arguments.k is None else arguments.k
+    packed = compress(mesh, k, basis=arguments.basis, bits=arguments.bits)
     write_mesh(arguments.output, packed.mesh, force=arguments.force)
     error = packed.rms_error(mesh)
     share = f" ({100 * error / mesh.diameter_bound:.2g} % of the diameter bound)" if mesh.diameter_bound > 0 else ""

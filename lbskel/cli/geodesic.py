@@ -46,7 +46,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Compute, print and write."""
-    refuse_unwritable([arguments.output, arguments.picture], arguments.force)
+    refuse_unwritable([(arguments.output, ("csv",)), (arguments.picture, ("png",))], arguments.force)
     mesh = read_mesh(arguments.mesh)
     method = HeatMethod(mesh, arguments.operator)
     distance = method.distance(arguments.source)

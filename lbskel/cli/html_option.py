@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from lbskel.cli.options import refuse_unwritable
-from lbskel.errors import FormatError
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -34,9 +33,7 @@ def refuse_page(path: str | Path | None, force: bool) -> None:
         return
     from lbskel.visualization.interactive import require_plotly
 
-    if Path(path).suffix.lower() != ".html":
-        raise FormatError(f"{path}: the name must end in .html")
-    refuse_unwritable([path], force)
+    refuse_unwritable([(path, ("html",))], force)
     require_plotly()
 
 

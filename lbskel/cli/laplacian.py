@@ -47,7 +47,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure, print and write; return 0 also if properties do not hold, since no operator has all of them."""
-    refuse_unwritable((arguments.output, arguments.picture), arguments.force)
+    refuse_unwritable([(arguments.output, ("json",)), (arguments.picture, ("png",))], arguments.force)
     mesh = read_mesh(arguments.mesh)
     names = OPERATORS if arguments.operator == "all" else [arguments.operator]
     operators: dict[str, Laplacian] = {}

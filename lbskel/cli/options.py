@@ -17,7 +17,7 @@ __all__ = [
 
 import argparse
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -95,12 +95,15 @@ def add_force_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--force", action="store_true", help="replace files that exist")
 
 
-def refuse_unwritable(paths: Iterable[str | Path | None], force: bool) -> None:
-    """Raise FormatError if a file to be written exists, or its folder does not, before anything is computed.
+def refuse_unwritable(files: Iterable[tuple[str | Path | None, Collection[str]]], force: bool) -> None:
+    """Raise FormatError if a file cannot be written, before anything is computed.
 
-    None is no file.
+    That is, if its name has none of the extensions beside it, if it exists, or if its folder does not. None is no file.
     """
-    for path in [Path(path) for path in paths if path]:
+    for path, extensions in [(Path(name), extensions) for name, extensions in files if name]:
+        if path.suffix.lower().removeprefix(".") not in extensions:
+            known = [f".{extension}" for extension in extensions]
+            raise FormatError(f"{path}: the name must end in {'one of: ' if len(known) > 1 else ''}{', '.join(known)}")
         if not path.parent.is_dir():
             raise FormatError(f"{path}: the folder {path.parent} does not exist; create it first")
         if path.exists() and not force:
@@ -110,7 +113,7 @@ def refuse_unwritable(paths: Iterable[str | Path | None], force: bool) -> None:
 def read_mesh_to_write(arguments: argparse.Namespace) -> Mesh:
     """Read the mesh, after the name of the one to be written has been checked."""
     known_extension(arguments.output, MESH_WRITERS, "meshes")
-    refuse_unwritable([arguments.output], arguments.force)
+    refuse_unwritable([(arguments.output, MESH_WRITERS)], arguments.force)
     mesh: Mesh = read_mesh(arguments.mesh)
     return mesh
 

@@ -61,11 +61,11 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the pipeline and write the mesh, and the map and the report where they are asked for."""
-    paths = [Path(path) for path in (arguments.output, arguments.map, arguments.report) if path]
     is_thinned = arguments.preprocess.partition(":")[0] in DOWNSAMPLINGS
     writers: dict[str, Any] = POINT_WRITERS if is_thinned else MESH_WRITERS
     suffix = known_extension(arguments.output, writers, "point clouds" if is_thinned else "meshes")
-    refuse_unwritable(paths, arguments.force)
+    files = (arguments.output, writers), (arguments.map, ("npy",)), (arguments.report, ("json",))
+    refuse_unwritable(files, arguments.force)
     shape = as_shape(arguments.mesh)
     result: PreprocessResult | CleanedPoints
     if is_thinned:

@@ -16,7 +16,6 @@ from lbskel.cli.html_option import add_html_option, refuse_page, write_page
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
 from lbskel.cli.options import add_command, add_force_option, refuse_unwritable
 from lbskel.cli.terminal import tell
-from lbskel.errors import FormatError
 from lbskel.io.gltf_skin import UP_AXES, write_rig
 from lbskel.skeleton.armature import Rig
 from lbskel.visualization import Table
@@ -53,9 +52,7 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Rig and write."""
     output = Path(arguments.output)
-    if output.suffix.lower() != ".glb":
-        raise FormatError(f"{output}: the name must end in .glb")
-    refuse_unwritable([output], arguments.force)
+    refuse_unwritable([(output, ("glb",))], arguments.force)
     refuse_page(arguments.html, arguments.force)
     mesh, skeleton = mesh_and_skeleton(arguments)
     rigged = rig(mesh, skeleton, max_bones=arguments.max_bones, max_influences=arguments.max_influences)

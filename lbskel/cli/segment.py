@@ -14,7 +14,6 @@ from lbskel.cli.html_option import add_html_option, refuse_page, write_page
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
 from lbskel.cli.options import add_command, add_force_option, refuse_unwritable
 from lbskel.cli.terminal import tell
-from lbskel.errors import FormatError
 from lbskel.io.atomic_write import Content, write_all_safely
 from lbskel.io.ply_parts import encode_ply_parts
 from lbskel.visualization import Table
@@ -47,19 +46,13 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Divide and write."""
-    outputs = {".ply": Path(arguments.output)}
-    if arguments.table:
-        outputs[".csv"] = Path(arguments.table)
-    for suffix, path in outputs.items():
-        if path.suffix.lower() != suffix:
-            raise FormatError(f"{path}: the name must end in {suffix}")
-        refuse_unwritable([path], arguments.force)
+    refuse_unwritable([(arguments.output, ("ply",)), (arguments.table, ("csv",))], arguments.force)
     refuse_page(arguments.html, arguments.force)
     mesh, skeleton = mesh_and_skeleton(arguments)
     parts = segment(mesh, skeleton, thickness=arguments.thickness)
-    contents: dict[Path, Content] = {outputs[".ply"]: encode_ply_parts(mesh, parts.part_of_face)}
+    contents: dict[Path, Content] = {Path(arguments.output): encode_ply_parts(mesh, parts.part_of_face)}
     if arguments.table:
-        contents[outputs[".csv"]] = parts.to_csv()
+        contents[Path(arguments.table)] = parts.to_csv()
     write_all_safely(contents, arguments.force)
     if arguments.html:
         shown = {"part_of_face": parts.part_of_face, "parts_name": "limbs and trunk", "parts_first": True}

@@ -114,10 +114,7 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
     outputs = [(path, kinds) for job in jobs for path, kinds in job.outputs() if path is not None]
     if len({path for path, _ in outputs}) < len(outputs):
         raise FormatError("two outputs have the same name; give inputs of different names, or run them one by one")
-    for path, kinds in outputs:
-        if _format(path) not in kinds:
-            raise FormatError(f"{path}: the name must end in one of: {', '.join(kinds)}")
-        refuse_unwritable([path], arguments.force)
+    refuse_unwritable(outputs, arguments.force)
     for name in sorted({_format(job.skeleton) for job in jobs}):
         require_writable(name, scale=arguments.scale, units=arguments.units)
     if arguments.picture:

@@ -38,7 +38,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Compute, print and write."""
-    refuse_unwritable((arguments.output, arguments.picture), arguments.force)
+    refuse_unwritable([(arguments.output, ("json",)), (arguments.picture, ("png",))], arguments.force)
     meshes = [read_mesh(path) for path in arguments.mesh]
     bases = [spectral_basis(mesh, arguments.k, operator=arguments.operator) for mesh in meshes]
     distances = [shape_dna_distance(bases[0], basis) for basis in bases[1:]]

@@ -20,7 +20,7 @@ from lbskel.contraction.flow import contract
 from lbskel.contraction.result import Step
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.evaluation.measures import MEASURES
-from lbskel.evaluation.scoring import centeredness_errors
+from lbskel.evaluation.scoring import centeredness_errors, require_scorable
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.surface_queries import Surface
 from lbskel.io import as_shape
@@ -76,7 +76,7 @@ def view(
     FormatError
         If the file exists and ``force`` is not set, or it cannot be written.
     MeshError
-        If the input is no mesh or cloud, or encloses nothing.
+        If the input is no mesh or cloud, or encloses nothing, or the skeleton is that of another one.
     MissingDependency
         If plotly is not installed.
     UnknownChoice
@@ -122,6 +122,7 @@ def view_scene(
     preprocess, simplify
         As for :func:`lbskel.skeletonize`.
     """
+    require_scorable(skeleton, len(shape.points if isinstance(shape, PointCloud) else shape.vertices))
     if isinstance(shape, PointCloud):
         cleaning = "none" if preprocess is None else preprocess
         source = reconstruct_surface(shape, preprocess=cleaning).mesh  # type: ignore[arg-type]

@@ -31,3 +31,10 @@ def test_the_decoded_mesh_is_written_and_its_rate_and_error_printed(tmp_path, ca
     assert f"rms error {packed.rms_error(path):.3g}" in printed
     with pytest.raises(FormatError, match="exists"):
         run_command(path, "-o", out)
+
+
+def test_a_small_mesh_has_a_function_for_each_vertex_at_most(tmp_path, capsys):
+    path = tmp_path / "ball.off"
+    write_mesh(path, sphere(1))
+    assert run_command(path, "-o", tmp_path / "few.ply") == 0
+    assert "42 coefficients of 42 vertices" in capsys.readouterr().out

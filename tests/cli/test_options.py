@@ -92,7 +92,25 @@ def test_a_domain_on_the_command_line_is_that_of_the_function(here, folder, ring
 def test_files_that_exist_are_refused_before_anything_is_computed(tmp_path):
     there, missing = tmp_path / "there.ply", tmp_path / "missing.ply"
     there.touch()
-    refuse_unwritable([None, missing], force=False)
-    refuse_unwritable([str(there)], force=True)
+    refuse_unwritable([(None, ("csv",)), (missing, ("ply",))], force=False)
+    refuse_unwritable([(str(there), ("ply",))], force=True)
     with pytest.raises(FormatError, match=r"there\.ply exists already; give --force to replace it"):
-        refuse_unwritable([missing, str(there)], force=False)
+        refuse_unwritable([(missing, ("ply",)), (str(there), ("ply",))], force=False)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "extension"),
+    [
+        (("geodesic", "--source", "0", "-o", "a.txt"), ".csv"),
+        (("geodesic", "--source", "0", "--picture", "a.jpg"), ".png"),
+        (("spectrum", "-o", "a.csv"), ".json"),
+        (("laplacian", "--picture", "a"), ".png"),
+        (("preprocess", "-o", "b.ply", "--map", "a.csv"), ".npy"),
+        (("skeletonize", "-o", "b.swc", "--picture", "a.jpg"), ".png"),
+        (("segment", "-o", "b.ply", "--table", "a.json"), ".csv"),
+    ],
+)
+def test_a_name_with_another_extension_is_refused_before_anything_is_read(here, folder, arguments, extension):
+    code, out, [line] = here(arguments[0], "none.off", *arguments[1:])
+    assert (code, out) == (2, [])
+    assert line == f"lbskel: {next(a for a in arguments if a.startswith('a'))}: the name must end in {extension}"

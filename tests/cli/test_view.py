@@ -22,6 +22,14 @@ def test_a_skeleton_from_a_file_is_shown(here, folder, extension):
     assert ('id="step"' in (folder / "rod.html").read_text()) == (extension == "npz")  # swc holds no report
 
 
+def test_the_skeleton_of_another_mesh_is_refused(here, folder):
+    here("skeletonize", "rod.off", "-o", "rod.npz", "--quiet")
+    code, out, err = here("view", "ring.obj", "-o", "ring.html", "--skeleton", "rod.npz")
+    assert (code, out) == (2, [])
+    assert "map is for 152 vertices, but the mesh has 128" in err[0]
+    assert not (folder / "ring.html").exists()
+
+
 def test_a_point_cloud_is_shown(here, folder, rod):
     with open("rod.xyz", "w") as file:
         file.writelines(f"{x} {y} {z}\n" for x, y, z in rod.vertices)
