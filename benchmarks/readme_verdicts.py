@@ -29,6 +29,9 @@ LIMITS = """
 - On tubes around tracings of neurons, skeletor's waves find {waves_tips:.3f} of the tips and lbskel {own_tips:.3f}, but
   the waves have {extra:.0f} % more tips than there are; on neurons PyGEL3D is {pygel:.1f} times as fast, skeletor's
   waves {waves:.0f} times ([neurons](benchmarks/results/neurons.md)).
+- On tubes made of regular rings of vertices, such as the coils, PyGEL3D's nodes are the centers of the rings: it is at
+  most {pygel_coil:.4f} radii off the axis on average, lbskel {own_coil:.4f}
+  ([vessels](benchmarks/results/vessels.md)).
 - Later geodesic queries are up to {later:.1f} times as fast in potpourri3d and libigl, and those from several sources
   up to {several:.1f} times, with {error} and more times the error
   ([geodesics](benchmarks/results/applications_geodesics.md)).
@@ -102,6 +105,11 @@ def _limits(results: Path) -> Figures:
     claim(extra > 0, "skeletor's waves have more tips than there are")
     seconds = {row["tool"]: row["cpu seconds"] for row in read(results, "neurons", "summary")}
     claim(max(seconds[PYGEL], seconds[WAVES]) < seconds[OURS], "PyGEL3D and skeletor's waves are faster on neurons")
+    coils = [
+        max(row["accuracy"] for row in of(read(results, "vessels"), tool=tool) if row["shape"].startswith("coil"))
+        for tool in (PYGEL, OURS)
+    ]
+    claim(coils[0] < coils[1], "PyGEL3D is nearer to the axes of coils")
     later, single = (_geodesics(results, *each) for each in (("speed", "later, s"), ("accuracy", "mean error")))
     several = read(results, "applications_geodesics", "several")
     times = [row["lbskel, s"] / row["potpourri3d, s"] for row in several]
@@ -114,6 +122,8 @@ def _limits(results: Path) -> Figures:
         "extra": extra,
         "pygel": seconds[OURS] / seconds[PYGEL],
         "waves": seconds[OURS] / seconds[WAVES],
+        "pygel_coil": coils[0],
+        "own_coil": coils[1],
         "later": max(later),
         "several": max(times),
         "error": lower_bound(errors + [1 / each for each in single], 1),
