@@ -29,7 +29,7 @@ from benchmarks.vessels import tips_found
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.surface_queries import Surface
 from lbskel.preprocess import simplify, subdivision
-from lbskel.refinement import extrema, uncovered_limbs
+from lbskel.refinement import surface_cells, uncovered_limbs
 from lbskel.refinement.region_map import nearest_balls
 from lbskel.refinement.tube_fit import tube_radii
 from lbskel.shapes import Shape, tube_mesh, with_local_noise
@@ -70,7 +70,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
     last = 1 if quick else None
     limbs = {name: [limb_row(neurons, shapes, name, bulge) for bulge in swept[:last]] for name, swept in BULGES.items()}
     sizes = [setting_row(neurons, subdivision, "MAX_FACES", n_faces) for n_faces in FACES[:last]]
-    cells = [setting_row(neurons, extrema, "CELL_AREA", area) for area in CELL_AREAS[:last]]
+    cells = [setting_row(neurons, surface_cells, "CELL_AREA", area) for area in CELL_AREAS[:last]]
     summary = [_summary(rows, tool) for tool in tools]
     save_json(
         results / "neurons.json",

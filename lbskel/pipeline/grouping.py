@@ -27,7 +27,7 @@ MIN_BODIES = 100
 # body of 500 faces takes hardly longer; a guess
 MAX_FACES = 500
 # Largest number of vertices of a group: as many as a surface has cells at least in the search for the ends of its limbs
-# (refinement.extrema.N_CELLS), so that ends are found as on each body alone
+# (refinement.surface_cells.N_CELLS), so that ends are found as on each body alone
 MAX_VERTICES = 2000
 
 Result: TypeAlias = tuple[Skeleton, dict[str, Any]]

@@ -10,9 +10,10 @@ border and area A is accepted if it is long enough,
 (a round limb of radius r has A = 2 pi r l, so this is l / r), and if it is a topological disk: a part of a ring has a
 maximum too, but no end.
 
-Distances are measured between the cells, along a graph of the surface (:mod:`lbskel.geometry.surface_graph`), so that
-the result depends neither on noise nor on the triangulation. There is one cell for each ``CELL_AREA`` squared local
-radii of area, and at least ``N_CELLS``.
+A limb encloses a part of the solid; what encloses a part of the outside, as a drill hole does, is a pit and has no end.
+
+Distances are measured between cells of the surface (:mod:`lbskel.refinement.surface_cells`), so that the result depends
+neither on noise nor on the triangulation.
 """
 
 from __future__ import annotations
@@ -20,29 +21,21 @@ from __future__ import annotations
 __all__ = ["GeodesicExtrema", "find_extrema", "is_missed"]
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from lbskel._kernels.connectivity import component_roots
-from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.deadline import NEVER, Deadline
-from lbskel.geometry.graphs import shortest_edges
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_radii
-from lbskel.geometry.surface_graph import SurfaceGraph, surface_graph
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.surface_cells import SurfaceCells, surface_cells
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
-N_CELLS = 2000  # cells of a surface at least, if it has as many vertices; a guess, benchmarks/results/constants.md
-CELL_AREA = 16.0  # area of a cell at most, in squared local radii: a limb has a cell for each 2.5 radii of its length;
-# "Cells of a surface" in benchmarks/results/neurons.md
 N_SOURCES = 40  # cells to which the mean distance is taken; a guess, benchmarks/results/constants.md
 MIN_CELLS = 6  # of a limb whose length and area can be measured; a guess, benchmarks/results/constants.md
 MIN_ELONGATION = 2.8  # of a limb; a hemisphere has 2.5, a ball on a stalk half its radius long 2.9, and our shapes
@@ -80,33 +73,6 @@ class GeodesicExtrema:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class _Cells:
-    """Geodesic Voronoi cells around seeds: their areas, their adjacency, and distances between seeds of near ones.
-
-    ``cell_of_vertex`` is -1 for vertices of components without a seed.
-    """
-
-    surface: SurfaceGraph
-    seeds: NDArray[np.int64]
-    cell_of_vertex: NDArray[np.int64]
-    areas: NDArray[np.float64]
-    adjacency: csr_array
-    distances: csr_array
-
-    @cached_property
-    def pairs(self) -> NDArray[np.int64]:
-        """(p, 2) adjacent cells, each pair in both orders."""
-        pairs: NDArray[np.int64] = np.stack(self.adjacency.nonzero(), axis=1).astype(np.int64)
-        return pairs
-
-    @cached_property
-    def shortest_paths(self) -> ShortestPaths:
-        """Shortest paths between seeds."""
-        graph = self.distances
-        return ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
-
-
 _Limb = tuple[NDArray[np.int64], float, float]  # the cells of a limb, its end first, its length and its area
 
 
@@ -125,7 +91,7 @@ def find_extrema(mesh: Mesh, *, deadline: Deadline = NEVER) -> GeodesicExtrema:
 
 
 def _find_extrema(mesh: Mesh, deadline: Deadline) -> GeodesicExtrema:
-    cells = _cells(mesh, deadline)
+    cells = surface_cells(mesh, deadline)
     deadline.check()
     k = len(cells.seeds)
     sources = np.unique(np.linspace(0, k - 1, N_SOURCES).astype(np.int64))
@@ -138,7 +104,8 @@ def _find_extrema(mesh: Mesh, deadline: Deadline) -> GeodesicExtrema:
     is_disk = _counts_of_disks(cells, limb_of_cell, len(limbs))
     cuts = np.flatnonzero(~_leaves_rest_connected(cells, limb_of_cell[:-1], len(limbs)))
     is_disk[cuts] = [_is_disk(cells, component, limbs[number][0]) for number in cuts.tolist()]
-    limbs = [limb for limb, is_kept in zip(limbs, is_disk.tolist(), strict=True) if is_kept]
+    is_kept = is_disk & _is_solid(mesh, limb_of_cell[cells.cell_of_vertex], len(limbs))
+    limbs = [limb for limb, is_end in zip(limbs, is_kept.tolist(), strict=True) if is_end]
     limb_of_cell = _limb_of_cell(limbs, k)
     return GeodesicExtrema(
         vertices=cells.seeds[[limb[0][0] for limb in limbs]] if limbs else np.empty(0, dtype=np.int64),
@@ -169,36 +136,7 @@ def is_missed(extrema: GeodesicExtrema, mesh: Mesh, skeleton: Skeleton) -> NDArr
     return np.asarray(is_far & (to_tip > TIP_REACH * extrema.radii))
 
 
-def _cells(mesh: Mesh, deadline: Deadline) -> _Cells:
-    """Assign every vertex to the nearest seed along edges; seeds are evenly spaced in the list of vertices."""
-    surface, used, n = surface_graph(mesh), mesh.used_vertices, len(mesh.vertices)
-    seeds = used[np.unique(np.linspace(0, len(used) - 1, _n_cells(mesh, deadline)).astype(np.int64))]
-    graph = shortest_edges(surface.edges, surface.lengths, n)
-    to_seed, _, source = dijkstra(graph, indices=seeds, min_only=True, return_predecessors=True)
-    cell, k = np.where(source >= 0, np.searchsorted(seeds, source), -1), len(seeds)
-
-    def between_cells(pairs: NDArray[np.int64], lengths: NDArray[np.float64]) -> csr_array:
-        ends = cell[pairs]
-        is_crossing = (ends[:, 0] != ends[:, 1]) & (ends[:, 0] >= 0)
-        return shortest_edges(ends[is_crossing], (lengths + to_seed[pairs].sum(axis=1))[is_crossing], k)
-
-    adjacency = between_cells(surface.edges, surface.lengths)
-    pairs = np.concatenate([surface.edges, surface.diagonals])
-    distances = between_cells(pairs, np.concatenate([surface.lengths, surface.diagonal_lengths]))
-    corners, thirds = cell[mesh.faces.ravel()], np.repeat(mesh.face_areas / 3, 3)
-    has_cell = corners >= 0
-    areas = np.bincount(corners[has_cell], thirds[has_cell], minlength=k).astype(np.float64)
-    return _Cells(surface, seeds, cell, areas, adjacency, distances)
-
-
-def _n_cells(mesh: Mesh, deadline: Deadline) -> int:
-    """Compute the number of cells from the area in squared local radii."""
-    squared = local_radii(mesh, deadline=deadline)[mesh.faces].mean(axis=1) ** 2
-    in_radii = np.divide(mesh.face_areas, squared, out=np.zeros_like(squared), where=squared > 0).sum()
-    return int(max(in_radii / CELL_AREA, N_CELLS))
-
-
-def _grow_limbs(cells: _Cells, height: NDArray[np.float64]) -> list[_Limb]:
+def _grow_limbs(cells: SurfaceCells, height: NDArray[np.float64]) -> list[_Limb]:
     """Find the limbs of a surface by union-find over the cells in order of descending height."""
     pointers, neighbors = cells.adjacency.indptr.tolist(), cells.adjacency.indices.tolist()
     group = [-1] * len(height)
@@ -236,7 +174,7 @@ def _grow_limbs(cells: _Cells, height: NDArray[np.float64]) -> list[_Limb]:
     return limbs
 
 
-def _as_limb(cells: _Cells, members: list[int]) -> _Limb | None:
+def _as_limb(cells: SurfaceCells, members: list[int]) -> _Limb | None:
     """Measure a group of cells as a limb; None if it is not elongated."""
     if len(members) < MIN_CELLS:
         return None
@@ -255,7 +193,7 @@ def _limb_of_cell(limbs: list[_Limb], n_cells: int) -> NDArray[np.int64]:
     return limb_of_cell
 
 
-def _counts_of_disks(cells: _Cells, limb_of_cell: NDArray[np.int64], n_limbs: int) -> NDArray[np.bool_]:
+def _counts_of_disks(cells: SurfaceCells, limb_of_cell: NDArray[np.int64], n_limbs: int) -> NDArray[np.bool_]:
     """Whether the vertices of each limb's cells have the Euler characteristic of a disk."""
     limb = limb_of_cell[cells.cell_of_vertex]
     total: NDArray[np.int64] = np.zeros(n_limbs, dtype=np.int64)
@@ -267,7 +205,7 @@ def _counts_of_disks(cells: _Cells, limb_of_cell: NDArray[np.int64], n_limbs: in
     return is_disk
 
 
-def _leaves_rest_connected(cells: _Cells, limb_of_cell: NDArray[np.int64], n_limbs: int) -> NDArray[np.bool_]:
+def _leaves_rest_connected(cells: SurfaceCells, limb_of_cell: NDArray[np.int64], n_limbs: int) -> NDArray[np.bool_]:
     """Whether the cells around each limb are connected to each other, so that it cuts nothing off from the rest."""
     first, neighbors = cells.adjacency.indptr.astype(np.int64), cells.adjacency.indices.astype(np.int64)
     i, j = cells.pairs.T
@@ -285,7 +223,7 @@ def _leaves_rest_connected(cells: _Cells, limb_of_cell: NDArray[np.int64], n_lim
     return is_connected
 
 
-def _is_disk(cells: _Cells, component: NDArray[np.int64], limb: NDArray[np.int64]) -> bool:
+def _is_disk(cells: SurfaceCells, component: NDArray[np.int64], limb: NDArray[np.int64]) -> bool:
     """Whether the vertices of a limb's cells, with the cells that they cut off from the rest, form a disk."""
     is_in_component = component == component[limb[0]]
     is_outside = np.array(is_in_component)
@@ -297,3 +235,18 @@ def _is_disk(cells: _Cells, component: NDArray[np.int64], limb: NDArray[np.int64
     n_edges = np.count_nonzero(is_within[i] & is_within[j])
     n_faces = np.count_nonzero(is_within[a] & is_within[b] & is_within[c])
     return bool(np.count_nonzero(is_within) - n_edges + n_faces == 1)
+
+
+def _is_solid(mesh: Mesh, limb_of_vertex: NDArray[np.int64], n_limbs: int) -> NDArray[np.bool_]:
+    """Whether each limb encloses a part of the solid, between its faces and the middle of its rim."""
+    if not mesh.is_closed:  # it encloses nothing
+        return np.ones(n_limbs, dtype=bool)
+    (i, j), limbs = np.concatenate([mesh.edges, mesh.edges[:, ::-1]]).T, limb_of_vertex[mesh.faces]
+    rim = i[(limb_of_vertex[i] >= 0) & (limb_of_vertex[j] != limb_of_vertex[i])]
+    counts = np.maximum(np.bincount(limb_of_vertex[rim], minlength=n_limbs), 1)
+    middles = [np.bincount(limb_of_vertex[rim], x, n_limbs) / counts for x in mesh.vertices[rim].T]
+    is_within = (limbs[:, 0] >= 0) & (limbs == limbs[:, :1]).all(axis=1)
+    limb, corners = limbs[is_within, 0], mesh.vertices[mesh.faces[is_within]]
+    a, b, c = (corners - np.stack(middles, axis=1)[limb][:, None]).transpose(1, 0, 2)
+    volumes = np.bincount(limb, np.einsum("fi,fi->f", a, np.cross(b, c)) / 6, n_limbs)
+    return np.asarray(volumes >= 0)

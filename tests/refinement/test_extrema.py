@@ -6,7 +6,7 @@ import pytest
 from helpers import joined, moved, path_in
 
 from lbskel import Mesh, skeletonize
-from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
+from lbskel.geometry.deadline import Deadline, OutOfTime
 from lbskel.refinement import extrema
 from lbskel.refinement.extrema import GeodesicExtrema, find_extrema, is_missed
 from lbskel.shapes import capsule, chain_of_tori, make, porous_block, sphere, torus, tube, voxel_tree
@@ -75,15 +75,18 @@ def test_lengths_and_radii_are_those_of_round_limbs():
     assert found.radii == pytest.approx(rod.area / 2 / (2 * np.pi * found.lengths), rel=0.1)
 
 
-def test_long_thin_shapes_have_as_many_cells_as_their_length_in_radii(monkeypatch):
-    """A tube has 2 pi l / r squared radii of area; there is a cell for each CELL_AREA of them, but at least N_CELLS."""
-    mesh = tube(np.stack([np.arange(0, 401), 0 * np.arange(0, 401), 0 * np.arange(0, 401)], axis=1), 1.0, sides=32)
-    monkeypatch.setattr(extrema, "N_CELLS", 10)
-    # polygons of 32 corners are half a per cent thinner, and the ends have 0.5 % of the area
-    assert extrema._n_cells(mesh, NEVER) == pytest.approx(2 * np.pi * 400 / extrema.CELL_AREA, rel=0.02)
-    assert len(extrema._cells(mesh, NEVER).seeds) == extrema._n_cells(mesh, NEVER)
-    monkeypatch.setattr(extrema, "N_CELLS", 50)
-    assert extrema._n_cells(sphere(3), NEVER) == 50
+@pytest.mark.parametrize(("height", "n_ends"), [(0.8, 1), (-0.8, 0)])
+def test_a_pit_has_no_end_where_a_limb_has_one(height, n_ends):
+    """A ball with a rod on top, or a hole drilled into it, of the same size."""
+    ball = sphere(5)
+    x, y, z = ball.vertices.T
+    angle = np.arccos(np.clip(z, -1, 1))
+    is_top = angle < 0.3
+    along = np.clip((0.3 - angle) / 0.2, 0, 1)[is_top]  # up the side, and then across the end
+    across = np.minimum(angle / 0.1, 1)[is_top] * np.sin(0.3) / np.hypot(x, y)[is_top].clip(1e-9)
+    moved = np.array(ball.vertices)
+    moved[is_top] = np.stack([x[is_top] * across, y[is_top] * across, np.cos(0.3) + height * along], axis=1)
+    assert len(find_extrema(ball.with_vertices(moved)).vertices) == n_ends
 
 
 def test_limbs_of_every_component_are_found():
