@@ -133,4 +133,6 @@ def nearby_edges(tubes: Tubes, points: NDArray[np.float64]) -> tuple[NDArray[np.
     counts = sizes[near.ravel()]
     rows = np.repeat(np.repeat(np.arange(len(points)), n_nearest), counts)
     place = np.arange(counts.sum()) + np.repeat(first[near.ravel()] - np.cumsum(counts) + counts, counts)
-    return rows, order[place] // 2
+    edges = order[place] // 2
+    first = np.sort(np.unique(rows * len(tubes.edges) + edges, return_index=True)[1])  # edges between two of the balls
+    return rows[first], edges[first]
