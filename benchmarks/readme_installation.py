@@ -23,8 +23,8 @@ INSTALLATION = """
 From a clone to the picture at the top takes {whole:.0f} s of processor time, {install:.0f} of them to install and
 compile, and {run:.0f} for the skeleton and the picture. lbskel and all that it needs take {megabytes:.0f} MB
 installed ({largest}); `[view]` adds {view:.0f} and `[preprocess]` {preprocess:.0f}. Without a compiler a wheel is
-built in {zig:.0f} s in place of {compiler:.0f}, and the first command takes {command_zig:.1f} s in place of
-{command:.1f}; uncompiled, it takes {uncompiled:.0f} s. The wheel takes {wheel} of the time of a build by each of
+built in {zig:.0f} s in place of {compiler:.0f}, and the first command takes {by_zig:.2f} times as long; uncompiled, it
+takes {uncompiled:.0f} s in place of {command:.1f}. The wheel takes {wheel} of the time of a build by each of
 Python {pythons} on three sizes; of the {passed:,} tests of the source distribution with each of them, {failed} fail
 ([tests](benchmarks/results/installed_tests.md)). The wheel built on Debian 12 passes for manylinux2014.
 """
@@ -74,7 +74,7 @@ def _installation(results: Path) -> Figures:
         "preprocess": added["preprocess"],
         "zig": builds[-1],
         "compiler": builds[-2],
-        "command_zig": command["by zig"],
+        "by_zig": command["by zig"] / command["by the machine's compiler"],
         "command": command["by the machine's compiler"],
         "uncompiled": command["as Python"],
         "wheel": span(row[key] for row in pythons for key in row if key.endswith("wheel / source")),

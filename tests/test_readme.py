@@ -50,6 +50,10 @@ def test_every_block_is_of_a_kind_that_is_known():
     assert {language for language, _ in BLOCKS} >= {"bash", "python"}
 
 
+def test_items_of_lists_begin_a_line():
+    assert not re.search(r"\S (\d\.|-) \*\*", README)
+
+
 def test_the_first_screen_has_the_two_commands():
     lines = [line for language, body in BLOCKS if language == "bash" for line in body.splitlines()]
     install, check = [line for line in lines if line.startswith("pip install ")]
