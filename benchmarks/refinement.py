@@ -107,6 +107,7 @@ PASSES: dict[str, dict[str, Any]] = {
     "limbs out of the balls": {"lbskel.refinement.uncovered_limbs.MIN_BULGE": 1e9},
     "make mirror symmetric": {f"{PIPELINE_PASSES}.make_mirror_symmetric": _unchanged},
     "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},
+    "relax paths": {"lbskel.refinement.containment.relax_inside": lambda paths, surface: paths},
     "fit tubes": {f"{PIPELINE_PASSES}.fit_tubes": _unchanged},
     "spacing by edges": {f"{PIPELINE_PASSES}.resolved_radii": mean_radii},
 }

@@ -249,4 +249,4 @@ def _is_solid(mesh: Mesh, limb_of_vertex: NDArray[np.int64], n_limbs: int) -> ND
     limb, corners = limbs[is_within, 0], mesh.vertices[mesh.faces[is_within]]
     a, b, c = (corners - np.stack(middles, axis=1)[limb][:, None]).transpose(1, 0, 2)
     volumes = np.bincount(limb, np.einsum("fi,fi->f", a, np.cross(b, c)) / 6, n_limbs)
-    return np.asarray(volumes >= 0)
+    return np.asarray(volumes * mesh.volume >= 0)

@@ -87,6 +87,7 @@ def test_a_pit_has_no_end_where_a_limb_has_one(height, n_ends):
     moved = np.array(ball.vertices)
     moved[is_top] = np.stack([x[is_top] * across, y[is_top] * across, np.cos(0.3) + height * along], axis=1)
     assert len(find_extrema(ball.with_vertices(moved)).vertices) == n_ends
+    assert len(find_extrema(Mesh(moved, ball.faces[:, ::-1])).vertices) == n_ends  # inside out
 
 
 def test_limbs_of_every_component_are_found():
