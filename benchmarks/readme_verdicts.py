@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.judge import BAD, GOOD
-from benchmarks.readme_figures import Figures, claim, lower_bound, mean, of, read
+from benchmarks.readme_figures import Figures, claim, lower_bound, mean, of, read, span
 from benchmarks.readme_skeletons import OURS, PYGEL, WAVES
 from lbskel.evaluation.medial_points import MAX_FLUX, MAX_UNCOVERED
 
@@ -29,6 +29,7 @@ LIMITS = """
 - On tubes around tracings of neurons, skeletor's waves find {waves_tips:.3f} of the tips and lbskel {own_tips:.3f}, but
   the waves have {extra:.0f} % more tips than there are; on neurons PyGEL3D is {pygel:.1f} times as fast, skeletor's
   waves {waves:.0f} times ([neurons](benchmarks/results/neurons.md)).
+- On meshes of up to {small:,} faces CGAL takes {cgal} of lbskel's time ([speed](benchmarks/results/speed.md)).
 - On tubes made of regular rings of vertices, such as the coils, PyGEL3D's nodes are the centers of the rings: it is at
   most {pygel_coil:.4f} radii off the axis on average, lbskel {own_coil:.4f}
   ([vessels](benchmarks/results/vessels.md)).
@@ -43,6 +44,7 @@ Medial points lie one local radius under each vertex; refinement does not use th
 fail. {found} of {cut} limbs cut off the true axes are told, and {untrue} parts of whole ones
 ([judge](benchmarks/results/judge.md)).
 """
+SMALL = 10_000  # faces below which README.md compares the times of small meshes
 SECOND_ORDER = 1.9  # fitted order of convergence from which README.md tells of second order
 SHOWN = {  # columns of the table of operators
     ("sphere spectrum", "eigenvalues"),
@@ -110,6 +112,8 @@ def _limits(results: Path) -> Figures:
         for tool in (PYGEL, OURS)
     ]
     claim(coils[0] < coils[1], "PyGEL3D is nearer to the axes of coils")
+    small = [row for row in of(read(results, "speed", "ratios"), reference=OURS) if row["faces"] < SMALL]
+    claim(max(row["CGAL medial"] for row in small) < 1, "CGAL is faster on small meshes")
     later, single = (_geodesics(results, *each) for each in (("speed", "later, s"), ("accuracy", "mean error")))
     several = read(results, "applications_geodesics", "several")
     times = [row["lbskel, s"] / row["potpourri3d, s"] for row in several]
@@ -122,6 +126,8 @@ def _limits(results: Path) -> Figures:
         "extra": extra,
         "pygel": seconds[OURS] / seconds[PYGEL],
         "waves": seconds[OURS] / seconds[WAVES],
+        "small": max(row["faces"] for row in small),
+        "cgal": span(row["CGAL medial"] for row in small),
         "pygel_coil": coils[0],
         "own_coil": coils[1],
         "later": max(later),

@@ -99,6 +99,7 @@ CLAIMS = [  # what README.md says, and a result that says otherwise
     ("limits", "neurons", "tubes", {"tool": "lbskel"}, {"tips found": 1.0}, "find more tips on tubes"),
     ("limits", "neurons", "tubes", {"tool": "skeletor wavefront"}, {"tips": "9/10"}, "have more tips than there are"),
     ("limits", "neurons", "summary", {"tool": "lbskel"}, {"cpu seconds": 0.0}, "are faster on neurons"),
+    ("limits", "speed", "ratios", {"reference": "lbskel"}, {"CGAL medial": 2.0}, "CGAL is faster on small meshes"),
     ("limits", "vessels", "rows", {"tool": "lbskel"}, {"accuracy": 0.0}, "is nearer to the axes of coils"),
     ("limits", "applications_geodesics", "several", {}, {"lbskel, s": 0.0}, "are faster in potpourri3d and libigl"),
     ("limits", "applications_geodesics", "several", {}, {"lbskel, mean error": 1.0}, "have larger errors of geodesics"),
