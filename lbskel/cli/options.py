@@ -26,7 +26,6 @@ from lbskel.contraction.settings import PRESETS
 from lbskel.errors import FormatError
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import MESH_WRITERS, read_mesh
-from lbskel.io.text import known_extension
 from lbskel.operators import OPERATORS
 from lbskel.pipeline.options import DOMAINS, JOIN, RADIUS_KINDS, TIP_POSITIONS
 from lbskel.pipeline.preparation import SIMPLIFY
@@ -98,9 +97,12 @@ def add_force_option(parser: argparse.ArgumentParser) -> None:
 def refuse_unwritable(files: Iterable[tuple[str | Path | None, Collection[str]]], force: bool) -> None:
     """Raise FormatError if a file cannot be written, before anything is computed.
 
-    That is, if its name has none of the extensions beside it, if it exists, or if its folder does not. None is no file.
+    That is, if it is a folder, if its name has none of the extensions beside it, if it exists, or if its folder does
+    not. None is no file.
     """
     for path, extensions in [(Path(name), extensions) for name, extensions in files if name]:
+        if path.is_dir():
+            raise FormatError(f"{path}: is a folder; give the name of a file in it")
         if path.suffix.lower().removeprefix(".") not in extensions:
             known = [f".{extension}" for extension in extensions]
             raise FormatError(f"{path}: the name must end in {'one of: ' if len(known) > 1 else ''}{', '.join(known)}")
@@ -111,8 +113,7 @@ def refuse_unwritable(files: Iterable[tuple[str | Path | None, Collection[str]]]
 
 
 def read_mesh_to_write(arguments: argparse.Namespace) -> Mesh:
-    """Read the mesh, after the name of the one to be written has been checked."""
-    known_extension(arguments.output, MESH_WRITERS, "meshes")
+    """Read the mesh, if the one to be written can be."""
     refuse_unwritable([(arguments.output, MESH_WRITERS)], arguments.force)
     mesh: Mesh = read_mesh(arguments.mesh)
     return mesh

@@ -76,7 +76,8 @@ def view(
     FormatError
         If the file exists and ``force`` is not set, or it cannot be written.
     MeshError
-        If the input is no mesh or cloud, or encloses nothing, or the skeleton is that of another one.
+        If the input is no mesh or cloud, or encloses nothing, or the skeleton has no nodes or maps another number of
+        vertices.
     MissingDependency
         If plotly is not installed.
     UnknownChoice

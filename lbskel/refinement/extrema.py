@@ -10,7 +10,8 @@ border and area A is accepted if it is long enough,
 (a round limb of radius r has A = 2 pi r l, so this is l / r), and if it is a topological disk: a part of a ring has a
 maximum too, but no end.
 
-A limb encloses a part of the solid; what encloses a part of the outside, as a drill hole does, is a pit and has no end.
+A limb encloses a part of the solid; what encloses a part of the outside, as a hole drilled into a side does, is a pit
+and has no end.
 
 Distances are measured between cells of the surface (:mod:`lbskel.refinement.surface_cells`), so that the result depends
 neither on noise nor on the triangulation.
@@ -238,15 +239,28 @@ def _is_disk(cells: SurfaceCells, component: NDArray[np.int64], limb: NDArray[np
 
 
 def _is_solid(mesh: Mesh, limb_of_vertex: NDArray[np.int64], n_limbs: int) -> NDArray[np.bool_]:
-    """Whether each limb encloses a part of the solid, between its faces and the middle of its rim."""
-    if not mesh.is_closed:  # it encloses nothing
-        return np.ones(n_limbs, dtype=bool)
+    """Whether each limb encloses a part of the solid, between its faces and the middle of its rim.
+
+    The volume between these has the sign of that of the limb's component; an open one encloses nothing, so that all of
+    its limbs count.
+    """
+    component, n_components = mesh.component_of_vertex, mesh.n_components
     (i, j), limbs = np.concatenate([mesh.edges, mesh.edges[:, ::-1]]).T, limb_of_vertex[mesh.faces]
     rim = i[(limb_of_vertex[i] >= 0) & (limb_of_vertex[j] != limb_of_vertex[i])]
     counts = np.maximum(np.bincount(limb_of_vertex[rim], minlength=n_limbs), 1)
     middles = [np.bincount(limb_of_vertex[rim], x, n_limbs) / counts for x in mesh.vertices[rim].T]
     is_within = (limbs[:, 0] >= 0) & (limbs == limbs[:, :1]).all(axis=1)
     limb, corners = limbs[is_within, 0], mesh.vertices[mesh.faces[is_within]]
-    a, b, c = (corners - np.stack(middles, axis=1)[limb][:, None]).transpose(1, 0, 2)
-    volumes = np.bincount(limb, np.einsum("fi,fi->f", a, np.cross(b, c)) / 6, n_limbs)
-    return np.asarray(volumes * mesh.volume >= 0)
+    volumes = _volumes(corners - np.stack(middles, axis=1)[limb][:, None], limb, n_limbs)
+    wholes = _volumes(mesh.vertices[mesh.faces], component[mesh.faces[:, 0]], n_components)
+    is_open = np.bincount(component[mesh.edges[mesh.faces_per_edge == 1, 0]], minlength=n_components) > 0
+    own = np.zeros(n_limbs, dtype=np.int64)
+    own[limb] = component[mesh.faces[is_within, 0]]
+    return np.asarray(is_open[own] | (volumes * wholes[own] >= 0))
+
+
+def _volumes(corners: NDArray[np.float64], part: NDArray[np.int64], n_parts: int) -> NDArray[np.float64]:
+    """Signed volume between the faces of each part, with corners (m, 3, 3), and the origin."""
+    a, b, c = corners.transpose(1, 0, 2)
+    volumes: NDArray[np.float64] = np.bincount(part, np.einsum("fi,fi->f", a, np.cross(b, c)) / 6, n_parts)
+    return volumes

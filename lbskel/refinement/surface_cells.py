@@ -1,8 +1,8 @@
 """Cells of a surface, and distances between them along the surface.
 
-The cells are geodesic Voronoi cells around seeds that are evenly spaced in the list of vertices. There is one for each
-``CELL_AREA`` squared local radii of area, and at least ``N_CELLS``. Distances follow a graph of the surface
-(:mod:`lbskel.geometry.surface_graph`), from seed to seed.
+The cells are geodesic Voronoi cells around seeds that are evenly spaced in the list of vertices with a face. There is
+one for each ``CELL_AREA`` squared local radii of area, and at least ``N_CELLS``. Distances follow a graph of the
+surface (:mod:`lbskel.geometry.surface_graph`), from seed to seed.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class SurfaceCells:
     seeds : (k,) array of int
         Vertices.
     cell_of_vertex : (n,) array of int
-        -1 for vertices of components without a seed.
+        -1 for vertices of components without a seed, and of no face.
     areas : (k,) array of float
     adjacency, distances : (k, k) sparse arrays
         Distances between the seeds of adjacent cells: along edges, and along edges and diagonals.

@@ -94,6 +94,9 @@ def test_files_that_exist_are_refused_before_anything_is_computed(tmp_path):
     there.touch()
     refuse_unwritable([(None, ("csv",)), (missing, ("ply",))], force=False)
     refuse_unwritable([(str(there), ("ply",))], force=True)
+    (tmp_path / "folder.ply").mkdir()
+    with pytest.raises(FormatError, match=r"folder\.ply: is a folder; give the name of a file in it"):
+        refuse_unwritable([(tmp_path / "folder.ply", ("ply",))], force=True)
     with pytest.raises(FormatError, match=r"there\.ply exists already; give --force to replace it"):
         refuse_unwritable([(missing, ("ply",)), (str(there), ("ply",))], force=False)
 

@@ -86,8 +86,16 @@ def test_a_pit_has_no_end_where_a_limb_has_one(height, n_ends):
     across = np.minimum(angle / 0.1, 1)[is_top] * np.sin(0.3) / np.hypot(x, y)[is_top].clip(1e-9)
     moved = np.array(ball.vertices)
     moved[is_top] = np.stack([x[is_top] * across, y[is_top] * across, np.cos(0.3) + height * along], axis=1)
-    assert len(find_extrema(ball.with_vertices(moved)).vertices) == n_ends
-    assert len(find_extrema(Mesh(moved, ball.faces[:, ::-1])).vertices) == n_ends  # inside out
+    inside_out, rod = Mesh(moved, ball.faces[:, ::-1]), capsule(6.0, 0.5)
+    sheet = Mesh([[9.0, 0, 0], [10, 0, 0], [9, 1, 0]], [[0, 1, 2]])
+    for mesh in (
+        ball.with_vertices(moved),
+        inside_out,
+        joined(inside_out, rod.with_vertices(rod.vertices + 9.0)),  # each component by its own orientation
+        joined(ball.with_vertices(moved), sheet),  # and by whether it is closed
+    ):
+        ends = find_extrema(mesh).vertices
+        assert np.isin(ends, np.flatnonzero(is_top)).sum() == n_ends
 
 
 def test_limbs_of_every_component_are_found():
