@@ -262,5 +262,4 @@ def _is_solid(mesh: Mesh, limb_of_vertex: NDArray[np.int64], n_limbs: int) -> ND
 def _volumes(corners: NDArray[np.float64], part: NDArray[np.int64], n_parts: int) -> NDArray[np.float64]:
     """Signed volume between the faces of each part, with corners (m, 3, 3), and the origin."""
     a, b, c = corners.transpose(1, 0, 2)
-    volumes: NDArray[np.float64] = np.bincount(part, np.einsum("fi,fi->f", a, np.cross(b, c)) / 6, n_parts)
-    return volumes
+    return np.bincount(part, np.einsum("fi,fi->f", a, np.cross(b, c)) / 6, n_parts).astype(np.float64)
