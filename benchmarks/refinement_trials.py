@@ -48,6 +48,7 @@ _ROWS = (
     ("distances of ends along Delaunay edges without diagonals", "725b335", "a man gets a false branch at his neck"),
     ("ends cut back and extended again", "499b1aa", "bent ends of 45 plates 8 -> 5; a cactus and a blob score worse"),
     ("junctions split where branches meet the trunk apart", "499b1aa", "bent hands 0.041 -> 0.051, 10 of 13 graphs"),
+    ("a turn of 90 or 45 degrees to a cut, not 60", "467c1cf", "crooked ends of 12 open meshes 12 -> 16, 13"),
     ("a gap of 0.03 in flat ends", "467c1cf", "a blade's forks are gone, three of CGAL's meshes score worse"),
 )
 TRIALS = [dict(zip(_COLUMNS, row, strict=True)) for row in _ROWS]

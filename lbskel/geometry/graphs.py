@@ -1,8 +1,8 @@
-"""Weighted graphs for scipy.sparse.csgraph, which before scipy 1.17 accepts only 32-bit indices."""
+"""Weighted graphs for scipy.sparse.csgraph, which before scipy 1.17 accepts only 32-bit indices, and for kernels."""
 
 from __future__ import annotations
 
-__all__ = ["edge_length_graph", "positive_edge_lengths", "shortest_edges", "weighted_graph"]
+__all__ = ["edge_length_graph", "positive_edge_lengths", "shortest_edges", "shortest_paths", "weighted_graph"]
 
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 
+from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import unique_inverse
 
@@ -72,3 +73,14 @@ def shortest_edges(edges: NDArray[np.int64], lengths: NDArray[np.float64], n_nod
     is_pair = ends[:, 0] < ends[:, 1]
     graph = weighted_graph(ends[is_pair], least[is_pair], n_nodes)
     return graph + graph.T
+
+
+def shortest_paths(graph: csr_array) -> ShortestPaths:
+    """Prepare searches for shortest paths in a graph.
+
+    Parameters
+    ----------
+    graph : (n, n) sparse array
+        Lengths of the edges from the node of a row to that of a column; none is negative.
+    """
+    return ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)

@@ -20,10 +20,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.deadline import NEVER, Deadline
-from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.graphs import shortest_paths, weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import normalized, triangle_normals
 from lbskel.geometry.sorting import stable_order
@@ -129,7 +128,7 @@ def _local_radii(mesh: Mesh, deadline: Deadline) -> NDArray[np.float64]:
     radii = np.clip(radii, MIN_RADIUS * np.sqrt(rings / np.pi), mesh.diameter_bound)
     graph = weighted_graph(np.concatenate([mesh.edges, mesh.edges[:, ::-1]]), np.tile(mesh.edge_lengths, 2), n)
     deadline.check()
-    graded = ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data).least_sums(radii)
+    graded = shortest_paths(graph).least_sums(radii)
     return np.where(np.bincount(mesh.faces.ravel(), minlength=n) > 0, graded, 0.0)
 
 

@@ -19,8 +19,8 @@ from lbskel.skeleton.skeleton import Skeleton
 
 MAX_CUT_RATIO = 2.5  # upper bound on the ratio of the radii of a cut and of the limb that ends there; a guess
 # Upper bound on the angle between a branch and the way to the center of the cut at its end, in radians: however oblique
-# a cut across a tube is, its center is on the axis. By hand, crooked ends of 12 open meshes: 16 with pi / 2, 12 with
-# this, 13 with pi / 4
+# a cut across a tube is, its center is on the axis. "Tried and not kept" in benchmarks/results/refinement.md has pi / 2
+# and pi / 4
 MAX_TURN = np.pi / 3
 
 

@@ -29,8 +29,7 @@ from scipy.sparse import csr_array
 from scipy.spatial.distance import cdist
 
 from lbskel._kernels.connectivity import component_roots, descend_to_nearest_node
-from lbskel._kernels.dijkstra import ShortestPaths
-from lbskel.geometry.graphs import edge_length_graph, weighted_graph
+from lbskel.geometry.graphs import edge_length_graph, shortest_paths, weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import is_among, stable_order
 from lbskel.geometry.vertex_map import VertexMap
@@ -211,7 +210,7 @@ def _grown(
 def _with_connecting_paths(skeleton: Skeleton, graph: csr_array, disjoint: NDArray[np.int64]) -> Skeleton:
     """Divide the shortest path between the two regions of each disjoint edge between its nodes, half to each."""
     node_of_vertex = np.array(skeleton.node_of_vertex)
-    shortest_paths = ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
+    search = shortest_paths(graph)
     nodes, vertices = _around(skeleton, disjoint)
     kinds, is_near = np.zeros(len(node_of_vertex), dtype=np.int8), np.zeros(len(skeleton.nodes), dtype=bool)
     for (first, last), near, local in zip(disjoint.tolist(), nodes, vertices, strict=True):
@@ -221,7 +220,7 @@ def _with_connecting_paths(skeleton: Skeleton, graph: csr_array, disjoint: NDArr
         node = node_of_vertex[local]
         kinds[local] = np.where(node == last, 2, 1)
         # the path is empty where an earlier one has taken over a whole region
-        inner = shortest_paths.nearest_goal(local[node == first], kinds)[1][1:-1]
+        inner = search.nearest_goal(local[node == first], kinds)[1][1:-1]
         kinds[local] = 0
         node_of_vertex[inner[: len(inner) // 2]] = last
         node_of_vertex[inner[len(inner) // 2 :]] = first

@@ -15,9 +15,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.contraction.cycle_classes import are_around_tunnels
-from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.graphs import shortest_paths, weighted_graph
 from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import segments_outside
@@ -94,7 +93,7 @@ def _region_paths(
     mesh, n_vertices = surface.mesh, len(surface.mesh.vertices)
     both = np.concatenate([mesh.edges, mesh.edges[:, ::-1]])
     graph = weighted_graph(both, np.tile(mesh.edge_lengths, 2), n_vertices)
-    search = ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
+    search = shortest_paths(graph)
     order = stable_order(regions + 1)  # -1 is for vertices in no region
     begins = np.searchsorted(regions[order], np.arange(len(skeleton.nodes) + 1))
     kinds = np.zeros(n_vertices, dtype=np.int8)

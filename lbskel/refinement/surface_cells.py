@@ -19,14 +19,17 @@ from scipy.sparse.csgraph import dijkstra
 
 from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.deadline import Deadline
-from lbskel.geometry.graphs import shortest_edges
+from lbskel.geometry.graphs import shortest_edges, shortest_paths
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_graph import SurfaceGraph, surface_graph
 
-N_CELLS = 2000  # cells of a surface at least, if it has as many vertices; a guess, benchmarks/results/constants.md
-CELL_AREA = 16.0  # area of a cell at most, in squared local radii: a limb has a cell for each 2.5 radii of its length;
+# Lower bound on the number of cells of a surface, if it has as many vertices: a limb needs several to be found. A guess;
+# benchmarks/results/constants.md, where it is one of refinement.extrema
+N_CELLS = 2000
+# Upper bound on the area of a cell, in squared local radii: a limb has a cell for each 2.5 radii of its length.
 # "Cells of a surface" in benchmarks/results/neurons.md
+CELL_AREA = 16.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +64,7 @@ class SurfaceCells:
     @cached_property
     def shortest_paths(self) -> ShortestPaths:
         """Shortest paths between seeds."""
-        graph = self.distances
-        return ShortestPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), graph.data)
+        return shortest_paths(self.distances)
 
 
 def surface_cells(mesh: Mesh, deadline: Deadline) -> SurfaceCells:

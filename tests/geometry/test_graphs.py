@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lbskel import Mesh
-from lbskel.geometry.graphs import edge_length_graph, shortest_edges, weighted_graph
+from lbskel.geometry.graphs import edge_length_graph, shortest_edges, shortest_paths, weighted_graph
 
 
 def test_indices_are_those_that_every_scipy_takes():
@@ -26,3 +26,8 @@ def test_the_shortest_of_parallel_edges_counts_and_loops_do_not():
     edges = np.array([[0, 1], [1, 0], [2, 2], [1, 2]])
     graph = shortest_edges(edges, np.array([3.0, 2.0, 1.0, 5.0]), 4)
     assert graph.toarray().tolist() == [[0, 2, 0, 0], [2, 0, 5, 0], [0, 5, 0, 0], [0, 0, 0, 0]]
+
+
+def test_paths_follow_edges_in_their_direction():
+    graph = weighted_graph(np.array([[0, 1], [1, 2], [0, 2]]), np.array([1.0, 2.0, 5.0]), 3)
+    assert shortest_paths(graph).distances(np.array([0, 2])).tolist() == [[0, 1, 3], [np.inf, np.inf, 0]]
