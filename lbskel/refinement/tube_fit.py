@@ -28,7 +28,7 @@ from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import segments_outside
 from lbskel.refinement.junctions import MIN_BALL_RATIO
 from lbskel.refinement.radii import axis_directions, mean_axis_distances
-from lbskel.refinement.tubes import Feet, Tubes, feet_on_tubes, nearby_edges, tubes_around
+from lbskel.refinement.tubes import Feet, Tubes, feet_on_tubes, nearest_balls_by_power, tubes_around
 from lbskel.refinement.tunnel_sides import keep_sides
 from lbskel.skeleton.skeleton import Skeleton
 from lbskel.solvers import factorize
@@ -91,12 +91,12 @@ def fit_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
         return skeleton
     radii = _along_gaps(skeleton, mean_axis_distances(skeleton, surface.mesh.vertices), is_known)
     start = tubes_around(skeleton, radii, surface.mesh.diameter_bound)
-    nearby = nearby_edges(start, points)
-    shares = _roundness(skeleton, feet_on_tubes(start, points, nearby), areas, is_known)
+    balls = nearest_balls_by_power(start, points)
+    shares = _roundness(skeleton, feet_on_tubes(start, points, balls), areas, is_known)
     prior, tubes = _prior(skeleton, start, shares), start
     for _ in range(N_STEPS):
         surface.deadline.check()
-        tubes = _step(tubes, feet_on_tubes(tubes, points, nearby), areas, shares, prior)
+        tubes = _step(tubes, feet_on_tubes(tubes, points, balls), areas, shares, prior)
     moves, tips = tubes.positions - skeleton.nodes, skeleton.tips
     along = axis_directions(skeleton)[tips]
     moves[tips] -= np.einsum("ki,ki->k", moves[tips], along)[:, None] * along
@@ -122,12 +122,12 @@ def tube_radii(skeleton: Skeleton, surface: Surface) -> NDArray[np.float64]:
         return start
     points, areas = surface.proxy.mesh.vertices, surface.proxy.mesh.vertex_areas
     first = tubes_around(skeleton, start, surface.mesh.diameter_bound)
-    nearby, rows = nearby_edges(first, points), np.arange(len(points))
+    balls, rows = nearest_balls_by_power(first, points), np.arange(len(points))
     bending = BENDING_WEIGHT * _bending(skeleton, first.radii)
     fixed = bending + diags_array(POSITION_WEIGHT / first.radii**2)
     radii = first.radii
     for _ in range(N_STEPS):
-        feet = feet_on_tubes(replace(first, radii=radii), points, nearby)
+        feet = feet_on_tubes(replace(first, radii=radii), points, balls)
         weights = _weights(feet, areas)
         near, far = first.edges[feet.edges].T
         at = np.concatenate([rows, rows]), np.concatenate([near, far])

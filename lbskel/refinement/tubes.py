@@ -6,14 +6,16 @@ and radii change evenly. Its surface is nearest to a point along a normal, which
 
 from __future__ import annotations
 
-__all__ = ["Feet", "Tubes", "feet_on_tubes", "nearby_edges", "tubes_around"]
+__all__ = ["Feet", "Tubes", "feet_on_tubes", "nearest_balls_by_power", "tubes_around"]
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from lbskel._kernels.round_cones import nearest_cones
 from lbskel.skeleton.skeleton import Skeleton
 
 # Balls, those with the least power of a vertex, among whose edges its nearest cone is searched; they bound the time.
@@ -22,7 +24,6 @@ N_NEAREST = 4
 # Lower bound on radii, in medians over the branch: zero, where the only vertex of a node is on the axis, makes the
 # systems of a fit singular. Rows "smallest radius of" there
 MIN_RADIUS = 0.01
-EPSILON, TINY = float(np.finfo(np.float64).eps), float(np.finfo(np.float64).tiny)
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +38,13 @@ class Tubes:
     def unknowns(self) -> NDArray[np.float64]:
         """(4 k,) position and radius of one node after the other."""
         return np.column_stack([self.positions, self.radii]).ravel()
+
+    @cached_property
+    def edges_of_nodes(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """(k + 1,) and (2 m,): the edges of node k are those from ``first[k]`` to ``first[k + 1]`` of the second."""
+        ends = self.edges.ravel()
+        first = np.append(0, np.cumsum(np.bincount(ends, minlength=len(self.radii))))
+        return first, np.argsort(ends, kind="stable") // 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,41 +86,8 @@ def tubes_around(skeleton: Skeleton, radii: NDArray[np.float64], diameter_bound:
     return Tubes(skeleton.edges, skeleton.nodes, np.maximum(radii, least))
 
 
-def feet_on_tubes(
-    tubes: Tubes, points: NDArray[np.float64], nearby: tuple[NDArray[np.int64], NDArray[np.int64]]
-) -> Feet:
-    """Find the nearest cone of each point.
-
-    Parameters
-    ----------
-    tubes : Tubes
-    points : (n, 3) array of float
-    nearby : tuple of arrays of int
-        Rows of points and edges that may be nearest to them, by row: at least one edge for each point.
-    """
-    P, r = tubes.positions, tubes.radii
-    rows, edges = nearby
-    i, j = tubes.edges[edges].T
-    axis, offset = P[j] - P[i], points[rows] - P[i]
-    squared = np.maximum(np.einsum("ni,ni->n", axis, axis), TINY)
-    share = np.einsum("ni,ni->n", offset, axis) / squared
-    height = np.sqrt(np.maximum(np.einsum("ni,ni->n", offset, offset) - share**2 * squared, 0.0))
-    # the sine of half the cone's angle; from 1 on, one ball is in the other
-    slope = np.clip((r[i] - r[j]) / np.sqrt(squared), -1.0, 1.0)
-    share = np.clip(share - height * slope / np.sqrt(np.maximum(1 - slope**2, EPSILON) * squared), 0.0, 1.0)
-    normal = offset - share[:, None] * axis
-    length = np.linalg.norm(normal, axis=1)
-    radius = (1 - share) * r[i] + share * r[j]
-    distance = length - radius
-    begins = np.searchsorted(rows, np.arange(len(points)))
-    is_least = distance == np.minimum.reduceat(distance, begins)[rows]
-    best = np.flatnonzero(is_least)[np.searchsorted(rows[is_least], np.arange(len(points)))]
-    normals = normal[best] / np.maximum(length[best], TINY)[:, None]
-    return Feet(edges[best], share[best], radius[best], distance[best], normals)
-
-
-def nearby_edges(tubes: Tubes, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows of points and edges that may be nearest to them, by row: those at the N_NEAREST balls by their power.
+def nearest_balls_by_power(tubes: Tubes, points: NDArray[np.float64]) -> NDArray[np.int64]:
+    """(n, N_NEAREST) the nodes whose balls have the least power of each point, or all nodes if there are fewer.
 
     Parameters
     ----------
@@ -124,15 +99,23 @@ def nearby_edges(tubes: Tubes, points: NDArray[np.float64]) -> tuple[NDArray[np.
     P, r = tubes.positions[used], tubes.radii[used]
     lifted = np.column_stack([P, np.sqrt(np.maximum(r.max() ** 2 - r**2, 0.0))])  # distances there are powers
     n_nearest = min(N_NEAREST, len(P))
-    near = used[cKDTree(lifted).query(np.column_stack([points, np.zeros(len(points))]), k=n_nearest)[1]]
-    near = near.reshape(len(points), n_nearest)
-    ends = tubes.edges.ravel()
-    order = np.argsort(ends, kind="stable")
-    sizes = np.bincount(ends)
-    first = np.cumsum(sizes) - sizes
-    counts = sizes[near.ravel()]
-    rows = np.repeat(np.repeat(np.arange(len(points)), n_nearest), counts)
-    place = np.arange(counts.sum()) + np.repeat(first[near.ravel()] - np.cumsum(counts) + counts, counts)
-    edges = order[place] // 2
-    first = np.sort(np.unique(rows * len(tubes.edges) + edges, return_index=True)[1])  # edges between two of the balls
-    return rows[first], edges[first]
+    nearest = cKDTree(lifted).query(np.column_stack([points, np.zeros(len(points))]), k=n_nearest)[1]
+    balls: NDArray[np.int64] = used[nearest.reshape(len(points), n_nearest)]
+    return balls
+
+
+def feet_on_tubes(tubes: Tubes, points: NDArray[np.float64], balls: NDArray[np.int64]) -> Feet:
+    """Find the nearest cone of each point.
+
+    Parameters
+    ----------
+    tubes : Tubes
+    points : (n, 3) array of float
+    balls : (n, b) array of int
+        For each point, nodes at whose edges the nearest cone may be.
+    """
+    first, neighbors = tubes.edges_of_nodes
+    edges, feet = nearest_cones(
+        np.ascontiguousarray(points), balls, tubes.positions, tubes.radii, tubes.edges, first, neighbors
+    )
+    return Feet(edges, shares=feet[:, 0], radii=feet[:, 1], distances=feet[:, 2], normals=feet[:, 3:])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lbskel.refinement.tubes import Tubes, feet_on_tubes, nearby_edges
+from lbskel.refinement.tubes import Tubes, feet_on_tubes, nearest_balls_by_power
 from lbskel.shapes import make
 
 
@@ -12,7 +12,7 @@ def test_the_foot_on_a_cone_is_where_the_sphere_touches_it():
     tubes = Tubes(np.array([[0, 1]]), np.array([[0.0, 0, 0], [0, 0, 1]]), np.array([1.0, 0.5]))
     place, radius = 0.3, 0.85
     point = np.array([[radius * np.cos(np.pi / 6), 0, place + radius * np.sin(np.pi / 6)]])
-    feet = feet_on_tubes(tubes, point, (np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64)))
+    feet = feet_on_tubes(tubes, point, np.array([[0]]))
     assert (feet.shares[0], feet.radii[0]) == pytest.approx((place, radius), abs=1e-12)
     assert feet.distances[0] == pytest.approx(0, abs=1e-12)
 
@@ -21,9 +21,8 @@ def test_the_nearest_cone_is_that_of_all_cones():
     shape = make("tree", n_vertices=2000)
     truth, points = shape.truth, shape.mesh.vertices
     tubes = Tubes(truth.edges, truth.nodes, truth.radii)
-    feet = feet_on_tubes(tubes, points, nearby_edges(tubes, points))
-    rows = np.repeat(np.arange(len(points)), len(truth.edges))
-    everywhere = feet_on_tubes(tubes, points, (rows, np.tile(np.arange(len(truth.edges)), len(points))))
+    feet = feet_on_tubes(tubes, points, nearest_balls_by_power(tubes, points))
+    everywhere = feet_on_tubes(tubes, points, np.tile(np.arange(len(truth.nodes)), (len(points), 1)))
     # on the surface of the union of the cones, the nearest cone is at a distance of nearly nothing
     assert np.abs(everywhere.distances).max() < 0.05
     assert np.mean(np.abs(feet.distances - everywhere.distances) > 1e-12) < 0.001
@@ -35,6 +34,5 @@ def test_the_nearest_cone_is_that_of_all_cones():
 
 def test_a_ball_inside_the_next_has_feet_on_the_other_and_overflows_nowhere():
     tubes = Tubes(np.array([[0, 1]]), np.array([[0.0, 0, 0], [0, 0, 1e-200]]), np.array([1.0, 0.5]))
-    one = np.zeros(1, dtype=np.int64)
-    feet = feet_on_tubes(tubes, np.array([[2.0, 0, 0]]), (one, one))
+    feet = feet_on_tubes(tubes, np.array([[2.0, 0, 0]]), np.array([[0]]))
     assert (feet.shares[0], feet.radii[0], feet.distances[0]) == (0, 1, 1)
