@@ -8,7 +8,7 @@ turn, or one of its bounds is replaced.
 
 from __future__ import annotations
 
-__all__ = ["PASSES", "run"]
+__all__ = ["PASSES", "measured", "n_tips_lost", "run"]
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -279,14 +279,14 @@ def _ablation(
         **{f"hard, {key}": on_hard[key] for key in ("accuracy", "coverage", "graphs right")},
         "extremities missed": sum(s.report["score"]["measures"]["extremities_missed"] for s in skeletons),
         "tunnels missed": sum(s.report["score"]["measures"]["tunnels_missed"] or 0 for s in skeletons),
-        "tips lost": sum(map(_n_lost, skeletons, baseline)),
-        "tips added": sum(map(_n_lost, baseline, skeletons)),
+        "tips lost": sum(map(n_tips_lost, skeletons, baseline)),
+        "tips added": sum(map(n_tips_lost, baseline, skeletons)),
         "tips without a twin": sum(map(_n_without_twin, skeletons, planes)),
         **{verdict: sum(s.report["score"]["verdict"] == verdict for s in skeletons) for verdict in ("warn", "fail")},
     }
 
 
-def _n_lost(skeleton: lbskel.Skeleton, reference: lbskel.Skeleton) -> int:
+def n_tips_lost(skeleton: lbskel.Skeleton, reference: lbskel.Skeleton) -> int:
     """Count the tips of a reference that have no tip within TIP_DISTANCE of the larger of both mean radii."""
     tips, others = reference.tips, skeleton.tips
     if len(others) == 0:
@@ -299,7 +299,7 @@ def _n_lost(skeleton: lbskel.Skeleton, reference: lbskel.Skeleton) -> int:
 def _n_without_twin(skeleton: lbskel.Skeleton, planes: Sequence[Mirror]) -> int:
     """Count the tips whose mirror image in a plane has no tip within TIP_DISTANCE of their mean radii."""
     images = [replace(skeleton, nodes=plane.mirrored(skeleton.nodes)) for plane in planes]
-    return sum(_n_lost(skeleton, image) for image in images)
+    return sum(n_tips_lost(skeleton, image) for image in images)
 
 
 def _noise_row(deviation: float, bulge: float, meshes: Sequence[lbskel.Mesh]) -> dict[str, Any]:
@@ -312,7 +312,7 @@ def _noise_row(deviation: float, bulge: float, meshes: Sequence[lbskel.Mesh]) ->
         "bulge of limbs": bulge,
         "tips without noise": sum(len(skeleton.tips) for skeleton in clean),
         "tips with noise": sum(len(skeleton.tips) for skeleton in noisy),
-        "tips lost": sum(map(_n_lost, noisy, clean)),
-        "tips added": sum(map(_n_lost, clean, noisy)),
-        "most tips added to one mesh": max(map(_n_lost, clean, noisy), default=0),
+        "tips lost": sum(map(n_tips_lost, noisy, clean)),
+        "tips added": sum(map(n_tips_lost, clean, noisy)),
+        "most tips added to one mesh": max(map(n_tips_lost, clean, noisy), default=0),
     }

@@ -66,7 +66,7 @@ def shortest_edges(edges: NDArray[np.int64], lengths: NDArray[np.float64], n_nod
         Positive.
     n_nodes : int
     """
-    pairs, pair_of_edge = unique_inverse(edges.min(axis=1) * n_nodes + edges.max(axis=1))
+    pairs, pair_of_edge = unique_inverse(np.minimum(*edges.T) * n_nodes + np.maximum(*edges.T))
     least = np.full(len(pairs), np.inf)
     np.minimum.at(least, pair_of_edge, lengths)
     ends = np.stack([pairs // n_nodes, pairs % n_nodes], axis=1)

@@ -26,9 +26,10 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.geometry.surface_queries import Surface
 
-# Roughness, in edge lengths, above which a surface is smoothed: noise with a standard deviation of a third of an edge.
-# Measured: 0.22 to 0.25 for noise of a quarter of an edge, up to 0.1 for scans and models; not in a committed table.
-ROUGHNESS_LIMIT = 0.3
+# Roughness, in edge lengths, above which a surface is smoothed: noise with a standard deviation of a sixth of an edge,
+# where skeletons are as accurate with smoothing as without. "Noise, smoothed or not" in
+# benchmarks/results/preprocessing.md
+ROUGHNESS_LIMIT = 0.15
 
 MIN_VERTICES = 500  # vertices below which noise and detail are not told apart, and roughness is 0; a guess
 

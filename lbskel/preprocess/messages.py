@@ -67,7 +67,7 @@ def describe_findings(facts: Mapping[str, Any]) -> tuple[str, ...]:
             "thickness: split, if the mesh is small."
         )
     if facts["roughness"] > ROUGHNESS_LIMIT:
-        found.append("The surface is rough, with noise higher than a third of its edge length: smoothed.")
+        found.append("The surface is rough, with noise higher than a sixth of its edge length: smoothed.")
     if facts["longest_edge"] > MAX_EDGE_RATIO * facts["shortest_edge"]:
         found.append("The longest edge is over 10,000 times the shortest: remeshing would help.")
     return tuple(found)

@@ -62,8 +62,8 @@ def test_roughness_measures_noise_in_edge_lengths():
         with_spikes(sphere(2), 0.5),
         with_spikes(sphere(3), 0.2),
         with_noise(sphere(2), 0.1),  # 162 vertices: too few to tell noise from shape
-        make("hand", n_vertices=1500, noise=0.25).mesh,
-        make("spiked_ring", n_vertices=1500, noise=0.25).mesh,
+        make("hand", n_vertices=1500, noise=0.1).mesh,
+        make("spiked_ring", n_vertices=1500, noise=0.1).mesh,
     ],
     ids=["box", "ball", "torus", "lantern", "spikes", "short spikes", "few vertices", "noisy hand", "noisy ring"],
 )
