@@ -20,7 +20,7 @@ from typing import Any, NoReturn
 
 import lbskel
 from lbskel.cli import COMMANDS
-from lbskel.cli.terminal import progress
+from lbskel.cli.terminal import progress, with_options
 from lbskel.errors import LbskelError, MissingDependency, nearest
 from lbskel.geometry.signals import ended_after_tidying_up, ended_at_once
 from lbskel.pipeline.environment import SLOW, are_kernels_compiled
@@ -117,7 +117,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         return _without_a_reader()
     except (LbskelError, OSError) as error:  # OSError: a name that the system refuses
-        return _failed(str(error))
+        return _failed(with_options(str(error), parsed))
     except KeyboardInterrupt:
         print("lbskel: interrupted; no partial file is left", file=sys.stderr)
         return 130
@@ -133,9 +133,10 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     """Parse; an option that a command does not have is an error that names the nearest one."""
     parser = command_line_parser()
     parsed, unknown = parser.parse_known_args(arguments)
+    (commands,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+    command: argparse.ArgumentParser = commands.choices[parsed.command]
+    parsed.options = {action.dest: action.option_strings[-1] for action in command._actions if action.option_strings}
     if unknown:
-        (commands,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
-        command: argparse.ArgumentParser = commands.choices[parsed.command]
         known = [option for action in command._actions for option in action.option_strings]
         hints = "".join(nearest(option.split("=")[0], known) for option in unknown if option.startswith("-"))
         command.error(f"unrecognized arguments: {' '.join(unknown)}{hints}")

@@ -173,7 +173,7 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
         metavar="KIND",
         help="radii are distances to the surface (inscribed, the default) or those of tubes that fit it best (mean)",
     )
-    group.add_argument("--nodes", type=int, metavar="N", help="number of nodes of the skeleton")
+    group.add_argument("--nodes", dest="n_nodes", type=int, metavar="N", help="number of nodes of the skeleton")
     group.add_argument(
         "--root",
         type=_vertex_or_point,
@@ -231,7 +231,7 @@ def skeleton_options(arguments: argparse.Namespace) -> dict[str, Any]:
         "join": arguments.join,
         "min_loop": arguments.min_loop,
         "radius_kind": arguments.radius_kind,
-        "n_nodes": arguments.nodes,
+        "n_nodes": arguments.n_nodes,
         "root": arguments.root,
         "anchors": arguments.anchor,
         "preprocess": arguments.preprocess,

@@ -24,9 +24,7 @@ from lbskel.io.npy import encode_npy
 from lbskel.io.text import known_extension
 from lbskel.preprocess import (
     CLOUD_PREPARATIONS,
-    PREPARATIONS,
     STEPS,
-    Pipeline,
     PreprocessResult,
     preprocess_mesh,
     reconstruct_surface,
@@ -75,8 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
     elif isinstance(shape, PointCloud):
         result = reconstruct_surface(shape, preprocess=arguments.preprocess)
     else:
-        how = arguments.preprocess if arguments.preprocess in PREPARATIONS else Pipeline.parse(arguments.preprocess)
-        result = preprocess_mesh(shape, how)
+        result = preprocess_mesh(shape, arguments.preprocess)
     report = {"mesh": arguments.mesh, **result.report}
     written = PointCloud(result.points) if isinstance(result, CleanedPoints) else result.mesh
     contents: dict[Path, str | bytes] = {Path(arguments.output): writers[suffix](written)}

@@ -22,7 +22,7 @@ from lbskel.cli.options import (
     refuse_unwritable,
     skeleton_options,
 )
-from lbskel.cli.terminal import tell
+from lbskel.cli.terminal import tell, with_options
 from lbskel.errors import FormatError, LbskelError
 from lbskel.io import FORMATS, MESH_READERS, POINT_READERS, as_shape, write_safely, write_skeleton
 from lbskel.io.skeleton_io import require_writable
@@ -92,7 +92,7 @@ def run(arguments: argparse.Namespace) -> int:
             codes.append(_run(job, arguments))
         except LbskelError as error:
             where = "" if str(job.mesh) in str(error) else f"{job.mesh}: "
-            print(f"lbskel: {where}{' '.join(str(error).splitlines())}", file=sys.stderr)
+            print(f"lbskel: {where}{' '.join(with_options(str(error), arguments).splitlines())}", file=sys.stderr)
             codes.append(2)
     return max(codes)
 

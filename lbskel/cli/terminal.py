@@ -1,11 +1,12 @@
-"""Output of a command: its result on stdout, as text or JSON, and a bar on stderr if it takes long."""
+"""Output of a command: its result on stdout, as text or JSON, a bar on stderr if it takes long, and errors."""
 
 from __future__ import annotations
 
-__all__ = ["progress", "tell"]
+__all__ = ["progress", "tell", "with_options"]
 
 import argparse
 import json
+import re
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
@@ -22,6 +23,14 @@ def tell(arguments: argparse.Namespace, text: str, facts: Mapping[str, Any]) -> 
         print(json.dumps(facts), flush=True)
     elif not arguments.quiet:
         print(text, flush=True)
+
+
+def with_options(message: str, arguments: argparse.Namespace) -> str:
+    """Replace the arguments of Python that a message names, with an underscore or as ``name='value'``, by options."""
+    for name, option in arguments.options.items():
+        message = re.sub(rf"\b{name}='([^']*)'", rf"{option} \1", message)
+        message = re.sub(rf"\b{name}\b", option, message) if "_" in name else message
+    return message
 
 
 @contextmanager

@@ -74,5 +74,5 @@ def simplify_within(mesh: Mesh, simplify: str, memory_limit: float | None) -> tu
         ]
     raise MemoryLimitError(
         f"a mesh of {len(mesh.faces):,} faces takes about {least:,.0f} MB of memory, and the limit is {limit:,.0f}: "
-        "simplify it first, with lbskel preprocess or another tool, or give a memory_limit"
+        "simplify it first, with lbskel preprocess or another tool, or raise memory_limit"
     )

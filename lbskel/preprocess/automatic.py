@@ -14,7 +14,7 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import MeshError, UnknownChoice
+from lbskel.errors import MeshError, UnknownChoice, choose
 from lbskel.geometry.canonical_order import in_canonical_order
 from lbskel.geometry.components import MIN_FACES, components, find_crumbs
 from lbskel.geometry.deadline import NEVER, Deadline
@@ -25,7 +25,7 @@ from lbskel.preprocess.cleaning import clean, extract_faces, merge_close, remove
 from lbskel.preprocess.degenerate_faces import remove_degenerate
 from lbskel.preprocess.holes import close_holes, find_open_ends
 from lbskel.preprocess.orientation import fix_orientation, split_nonmanifold
-from lbskel.preprocess.pipelines import PIPELINES, Pipeline
+from lbskel.preprocess.pipelines import PIPELINES, STEPS, Pipeline
 from lbskel.preprocess.remeshing import smooth_noise
 from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
 from lbskel.preprocess.subdivision import coarse_fraction, refine
@@ -103,6 +103,8 @@ def preprocess_mesh(
         return _preprocess_as_needed(mesh, deadline)
     if not isinstance(how, Pipeline | str):
         raise UnknownChoice(f"preprocess must be a Pipeline, a name or None, not {type(how).__name__}")
+    if isinstance(how, str) and how.isidentifier():
+        choose(dict.fromkeys((*PREPARATIONS, *STEPS)), how, "pipeline or step")
     return (how if isinstance(how, Pipeline) else Pipeline.parse(how))(mesh)
 
 

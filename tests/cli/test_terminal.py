@@ -9,7 +9,7 @@ import pytest
 
 from lbskel.cli import terminal
 from lbskel.cli.main import command_line_parser, main
-from lbskel.cli.terminal import progress, tell
+from lbskel.cli.terminal import progress, tell, with_options
 
 
 class Terminal(io.StringIO):
@@ -23,6 +23,32 @@ class Terminal(io.StringIO):
 def test_a_result_is_text_or_json_or_nothing(capsys, quiet, json, shown):
     tell(Namespace(quiet=quiet, json=json), "a text", {"n": 1})
     assert capsys.readouterr().out == shown
+
+
+@pytest.mark.parametrize(
+    ("message", "shown"),
+    [
+        ("n_nodes must be a whole number", "--nodes must be a whole number"),
+        ("a larger min_branch_ratio leaves fewer", "a larger --min-branch-ratio leaves fewer"),
+        ("preprocess='merge_close:tolerance=1' merges", "--preprocess merge_close:tolerance=1 merges"),
+        ("the root is no node; preprocess first", "the root is no node; preprocess first"),
+    ],
+)
+def test_messages_name_options_in_place_of_arguments_of_python(message, shown):
+    options = {
+        name: f"--{name.removeprefix('n_').replace('_', '-')}"
+        for name in ("n_nodes", "min_branch_ratio", "preprocess", "root")
+    }
+    assert with_options(message, Namespace(options=options)) == shown
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [(["--nodes", "1"], "--nodes must be at least"), (["--memory-limit", "1"], "or raise --memory-limit")],
+)
+def test_errors_of_the_library_name_options(folder, capsys, arguments, message):
+    assert main(["skeletonize", "rod.off", "-o", "a.swc", *arguments]) == 2
+    assert message in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
