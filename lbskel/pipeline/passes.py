@@ -136,9 +136,12 @@ def refine(
 
 
 def _without_spurs(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> Skeleton:
-    """Prune spurs and corners of flat parts, merge near junctions, space the nodes evenly."""
-    pruned = prune(skeleton, surface.mesh, min_branch_ratio=min_branch_ratio)
-    pruned = prune_flat_ends(pruned, surface, min_branch_ratio=min_branch_ratio)
+    """Prune corners of flat parts and spurs, merge near junctions, space the nodes evenly.
+
+    Corners come first: of two at the end of a flat part, the longer one is no spur and would bend the end.
+    """
+    pruned = prune_flat_ends(skeleton, surface, min_branch_ratio=min_branch_ratio)
+    pruned = prune(pruned, surface.mesh, min_branch_ratio=min_branch_ratio)
     regions = _regions_before(skeleton, pruned)
     skeleton = reroute_through_regions(mean_radii(pruned, surface.mesh), surface, regions)
     merged = merge_junctions(inscribed_radii(skeleton, surface))

@@ -81,7 +81,7 @@ def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
 def _better_half(skeleton: Skeleton, symmetry: Symmetry, surface: Surface) -> Skeleton:
     """Choose the better half with its mirror image, or the skeleton as it is if neither covers as much."""
     before, scales = inscribed_radii(skeleton, surface), _scales(skeleton, surface.mesh)
-    cut, side = _cut_at(symmetry, before, mean_radii(skeleton, surface.mesh).radii)
+    cut, side = _cut_at(symmetry, before, _branch_radii(skeleton, surface.mesh))
     if side.any():
         halves = [sign for sign in (1, -1) if (side * sign >= 0).any()]
         vertices = surface.mesh.vertices
@@ -194,8 +194,9 @@ def _cut_at(symmetry: Symmetry, skeleton: Skeleton, widths: NDArray[np.float64])
     One-sided nodes are shared by both sides where they are.
 
     Ends of branches that are near the plane are moved onto it, and so are branches without a node aside, or with most
-    nodes near it and within TYPICAL_DEVIATION widths, and all within MIN_BRANCH_RATIO, but for junctions. Other nodes
-    near the plane belong to the side of the nearest node along the branch that is not; they are reflected to it.
+    nodes near it and within TYPICAL_DEVIATION widths, and all within MIN_BRANCH_RATIO, but for junctions. The widths
+    are those of whole branches. Other nodes near the plane belong to the side of the nearest node along the branch that
+    is not; they are reflected to it.
     """
     plane, shared = symmetry.plane, symmetry.is_one_sided
     heights = plane.heights(skeleton.nodes)
