@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -22,15 +21,12 @@ from scipy.spatial import cKDTree
 import lbskel
 from benchmarks.damage import DAMAGE, damaged
 from benchmarks.harness import interleaved, markdown_table, save_json, save_markdown
-from benchmarks.refinement import measured, n_tips_lost
-from benchmarks.summaries import means
 from lbskel.errors import LbskelError, MeshError
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.roughness import roughness
 from lbskel.io import MESH_READERS
 from lbskel.preprocess import PIPELINES, Pipeline, preprocess_mesh, simplify
 from lbskel.preprocess.subprocess_filter import run_in_subprocess
-from lbskel.shapes import SHAPES, make, torus, with_local_noise
+from lbskel.shapes import SHAPES, make, torus
 from lbskel.skeleton.edge_sampling import sample_edges
 
 MESHES = Path(__file__).parent.parent / "meshes"
@@ -39,8 +35,6 @@ MESHES = Path(__file__).parent.parent / "meshes"
 LIMITS = {"mean, in radii": 0.1, "worst twentieth, in radii": 0.25, "worst, of the diagonal": 0.04}
 SAMPLED = Pipeline.parse("remesh_isotropic:edge_length=0.01")  # sampling of a simulated scanner
 RUNS, QUICK_RUNS = 1000, 20
-DEVIATIONS = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)  # of noise, in edge lengths
-ITERATIONS = (0, 20, 60, 120)  # of smoothing
 LIMIT = 10.0  # seconds for one run of a filter, half a second of which starts the process
 ENDS = {
     "signal": "child crashes",
@@ -63,25 +57,16 @@ def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
     scans += [_scan_row(name, mesh) for name, mesh in sampled.items()]
     coarse = [] if quick else [_coarse_row(name, faces) for name in SHAPES for faces in (300, 600)]
     cost = [_cost_row(name, mesh) for name, mesh in read.items() if mesh.is_closed_manifold]
-    whole = [mesh for mesh in read.values() if mesh.is_closed_manifold]
-    noise = [
-        _noise_row(deviation, iterations, whole)
-        for deviation in (DEVIATIONS[:1] if quick else DEVIATIONS)
-        for iterations in (ITERATIONS[:1] if quick else ITERATIONS)
-    ]
     hostile = _hostile(QUICK_RUNS if quick else RUNS)
-    results_by_part = {
+    measured = {
         "presets": presets,
         "skeletons": skeletons,
         "scans": scans,
         "coarse": coarse,
         "cost": cost,
-        "noise": noise,
         "hostile": hostile,
     }
-    save_json(
-        results / "preprocessing.json", results_by_part, packages=("pymeshlab", "fast-simplification"), meshes=paths
-    )
+    save_json(results / "preprocessing.json", measured, packages=("pymeshlab", "fast-simplification"), meshes=paths)
     save_markdown(
         results / "preprocessing.md",
         "Preprocessing",
@@ -91,37 +76,10 @@ def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
             "Simulated scans: noise, holes, debris; distance to the skeleton of the clean mesh": _limits()
             + markdown_table(scans),
             "Low-poly shapes, means": markdown_table(_coarse_summary(coarse)),
-            f"Noise, smoothed or not: thirteen tubes, and {len(whole)} closed meshes": markdown_table(noise),
             "Time of the checks of automatic preprocessing, on closed meshes": markdown_table(cost),
             "pymeshlab on damaged meshes, in child processes": markdown_table([hostile]),
         },
     )
-
-
-def _noise_row(deviation: float, iterations: int, meshes: Sequence[Mesh]) -> dict[str, Any]:
-    """Measure skeletons with noise on the surface that is smoothed by some iterations, or not by 0."""
-    clean = [lbskel.skeletonize(mesh) for mesh in meshes]
-    with (
-        mock.patch("lbskel.preprocess.automatic.ROUGHNESS_LIMIT", -1.0 if iterations else np.inf),
-        mock.patch("lbskel.preprocess.automatic.N_SMOOTHING_ITERATIONS", iterations),
-    ):
-        noisy = [lbskel.skeletonize(with_local_noise(mesh, deviation)) for mesh in meshes]
-        tubes = [
-            measured(lbskel.skeletonize(with_local_noise(shape.mesh, deviation)), shape.truth)
-            for shape in map(make, SHAPES)
-        ]
-    return {
-        "noise, edges": deviation,
-        "roughness, median": float(np.median([roughness(with_local_noise(mesh, deviation)) for mesh in meshes])),
-        "iterations": iterations,
-        **{f"tubes, {key}": value for key, value in means(tubes).items()},
-        "tubes, graphs right": f"{sum(row['graph right'] for row in tubes)}/{len(tubes)}",
-        "tips lost": sum(map(n_tips_lost, noisy, clean)),
-        "tips added": sum(map(n_tips_lost, clean, noisy)),
-        "most tips added to one mesh": max(map(n_tips_lost, clean, noisy)),
-        "extremities missed": sum(skeleton.report["score"]["measures"]["extremities_missed"] for skeleton in noisy),
-        "fail": sum(skeleton.report["score"]["verdict"] == "fail" for skeleton in noisy),
-    }
 
 
 def _preset_row(name: str, preset: str, mesh: Mesh) -> dict[str, Any]:

@@ -8,7 +8,7 @@ turn, or one of its bounds is replaced.
 
 from __future__ import annotations
 
-__all__ = ["PASSES", "measured", "n_tips_lost", "run"]
+__all__ = ["EXTENSIONS", "PASSES", "measured", "n_tips_lost", "run"]
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager

@@ -27,8 +27,7 @@ from lbskel.geometry.scaling import unit_scale
 from lbskel.geometry.surface_queries import Surface
 
 # Roughness, in edge lengths, above which a surface is smoothed: noise with a standard deviation of a sixth of an edge,
-# where skeletons are as accurate with smoothing as without. "Noise, smoothed or not" in
-# benchmarks/results/preprocessing.md
+# where skeletons are as accurate with smoothing as without. benchmarks/results/noise.md
 ROUGHNESS_LIMIT = 0.15
 
 MIN_VERTICES = 500  # vertices below which noise and detail are not told apart, and roughness is 0; a guess
