@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from lbskel.cli.options import add_command, add_skeleton_options, add_swc_options, skeleton_options
+from lbskel.cli.terminal import with_options
 from lbskel.io import FORMATS
 from lbskel.pipeline.batch import BatchStatus, Record, skeletonize_many
 from lbskel.pipeline.batch.records import MANIFEST, SUMMARY
@@ -80,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
     for record in records:
         if record.outcome not in (BatchStatus.PASSED, BatchStatus.FAILED_CHECKS):
             where = "" if record.input in record.message else f"{record.input}: "
-            print(f"lbskel: {where}{record.message}", file=sys.stderr)
+            print(f"lbskel: {where}{with_options(record.message, arguments)}", file=sys.stderr)
     counts = Counter(record.outcome for record in records)
     if arguments.json:
         for record in records:

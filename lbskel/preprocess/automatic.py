@@ -58,8 +58,7 @@ COLLINEAR_ANGLE = 0.01
 # Number of faces above which a mesh is not tested for coarse faces: it is fine enough. A guess.
 MAX_FACES_TO_REFINE = 20_000
 
-# Iterations of smoothing of a rough surface; they bound the time. Fewer leave noise, more smooth limbs away: 20 and 60
-# are alike in benchmarks/results/noise.md
+# Iterations of smoothing of a rough surface; they bound the time. 20 and 60 are alike in benchmarks/results/noise.md
 N_SMOOTHING_ITERATIONS = 60
 
 

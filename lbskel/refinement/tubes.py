@@ -9,7 +9,6 @@ from __future__ import annotations
 __all__ = ["Feet", "Tubes", "feet_on_tubes", "nearest_balls_by_power", "tubes_around"]
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,13 +37,6 @@ class Tubes:
     def unknowns(self) -> NDArray[np.float64]:
         """(4 k,) position and radius of one node after the other."""
         return np.column_stack([self.positions, self.radii]).ravel()
-
-    @cached_property
-    def edges_of_nodes(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """(k + 1,) and (2 m,): the edges of node k are those from ``first[k]`` to ``first[k + 1]`` of the second."""
-        ends = self.edges.ravel()
-        first = np.append(0, np.cumsum(np.bincount(ends, minlength=len(self.radii))))
-        return first, np.argsort(ends, kind="stable") // 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,8 +106,10 @@ def feet_on_tubes(tubes: Tubes, points: NDArray[np.float64], balls: NDArray[np.i
     balls : (n, b) array of int
         For each point, nodes at whose edges the nearest cone may be.
     """
-    first, neighbors = tubes.edges_of_nodes
-    edges, feet = nearest_cones(
-        np.ascontiguousarray(points), balls, tubes.positions, tubes.radii, tubes.edges, first, neighbors
+    ends = tubes.edges.ravel()
+    first = np.append(0, np.cumsum(np.bincount(ends, minlength=len(tubes.radii))))
+    edges_of_ball = np.argsort(ends, kind="stable") // 2
+    nearest, feet = nearest_cones(
+        np.ascontiguousarray(points), balls, tubes.positions, tubes.radii, tubes.edges, first, edges_of_ball
     )
-    return Feet(edges, shares=feet[:, 0], radii=feet[:, 1], distances=feet[:, 2], normals=feet[:, 3:])
+    return Feet(nearest, shares=feet[:, 0], radii=feet[:, 1], distances=feet[:, 2], normals=feet[:, 3:])

@@ -43,11 +43,15 @@ def test_messages_name_options_in_place_of_arguments_of_python(message, shown):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
-    [(["--nodes", "1"], "--nodes must be at least"), (["--memory-limit", "1"], "or raise --memory-limit")],
+    ("command", "option", "message"),
+    [
+        ("skeletonize", "--nodes", "--nodes must be at least"),
+        ("skeletonize", "--memory-limit", "or raise --memory-limit"),
+        ("batch", "--nodes", "--nodes must be at least"),
+    ],
 )
-def test_errors_of_the_library_name_options(folder, capsys, arguments, message):
-    assert main(["skeletonize", "rod.off", "-o", "a.swc", *arguments]) == 2
+def test_errors_of_the_library_name_options(folder, capsys, command, option, message):
+    assert main([command, "rod.off", "-o", "a.swc", option, "1"]) == 2
     assert message in capsys.readouterr().err
 
 
