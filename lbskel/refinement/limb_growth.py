@@ -22,12 +22,9 @@ from numpy.typing import NDArray
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema, is_missed
-from lbskel.refinement.flat_ends import corner_branches
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.refinement.tips import extend_ends
 from lbskel.refinement.uncovered_limbs import Limbs, ball_distances, find_limbs
-from lbskel.skeleton.editing import contract_branches
-from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
 
@@ -53,13 +50,7 @@ def grow_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
     tips = skeleton.nodes[bases] + shares[:, None] * ways
     base_of_vertex = np.append(bases, -1)[surface.from_proxy(limbs.limb_of_vertex)]  # the last is for those of no limb
     node_of_vertex = np.where(base_of_vertex < 0, skeleton.node_of_vertex, base_of_vertex)
-    grown = extend_ends(replace(skeleton, node_of_vertex=node_of_vertex), surface, bases, [[tip] for tip in tips])
-    at_extrema = range(len(skeleton.nodes), len(skeleton.nodes) + len(missed.vertices))  # their limbs come first
-    if not at_extrema:
-        return grown
-    on_proxy = replace(grown, node_of_vertex=surface.on_proxy(grown.node_of_vertex))
-    corners = corner_branches(on_proxy, surface.proxy, min_branch_ratio=MIN_BRANCH_RATIO)
-    return contract_branches(grown, [corner for corner in corners if corner[-1] in at_extrema])
+    return extend_ends(replace(skeleton, node_of_vertex=node_of_vertex), surface, bases, [[tip] for tip in tips])
 
 
 def _nearest_nodes_beside(skeleton: Skeleton, limbs: Limbs, mesh: Mesh) -> NDArray[np.int64]:
