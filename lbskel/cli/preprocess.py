@@ -21,7 +21,6 @@ from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io import MESH_WRITERS, POINT_WRITERS, as_shape
 from lbskel.io.atomic_write import write_all_safely
 from lbskel.io.npy import encode_npy
-from lbskel.io.text import known_extension
 from lbskel.preprocess import (
     CLOUD_PREPARATIONS,
     STEPS,
@@ -61,7 +60,6 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the pipeline and write the mesh, and the map and the report where they are asked for."""
     is_thinned = arguments.preprocess.partition(":")[0] in DOWNSAMPLINGS
     writers: dict[str, Any] = POINT_WRITERS if is_thinned else MESH_WRITERS
-    suffix = known_extension(arguments.output, writers, "point clouds" if is_thinned else "meshes")
     files = (arguments.output, writers), (arguments.map, ("npy",)), (arguments.report, ("json",))
     refuse_unwritable(files, arguments.force)
     shape = as_shape(arguments.mesh)
@@ -76,7 +74,8 @@ def run(arguments: argparse.Namespace) -> int:
         result = preprocess_mesh(shape, arguments.preprocess)
     report = {"mesh": arguments.mesh, **result.report}
     written = PointCloud(result.points) if isinstance(result, CleanedPoints) else result.mesh
-    contents: dict[Path, str | bytes] = {Path(arguments.output): writers[suffix](written)}
+    output = Path(arguments.output)
+    contents: dict[Path, str | bytes] = {output: writers[output.suffix.lower().removeprefix(".")](written)}
     if arguments.map:
         contents[Path(arguments.map)] = encode_npy(result.vertex_map.indices)
     if arguments.report:

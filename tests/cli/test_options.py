@@ -108,6 +108,7 @@ def test_files_that_exist_are_refused_before_anything_is_computed(tmp_path):
         (("geodesic", "--source", "0", "--picture", "a.jpg"), ".png"),
         (("spectrum", "-o", "a.csv"), ".json"),
         (("laplacian", "--picture", "a"), ".png"),
+        (("preprocess", "-o", "a.abc"), "one of: .obj, .off, .ply, .stl"),
         (("preprocess", "-o", "b.ply", "--map", "a.csv"), ".npy"),
         (("skeletonize", "-o", "b.swc", "--picture", "a.jpg"), ".png"),
         (("segment", "-o", "b.ply", "--table", "a.json"), ".csv"),
