@@ -32,7 +32,6 @@ from lbskel.refinement.branch_lines import BranchLines, branch_lines
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.refinement.extrema import GeodesicExtrema
 from lbskel.refinement.mirror_symmetry import find_symmetries
-from lbskel.refinement.radii import mean_radii
 from lbskel.shapes import SHAPES, Shape, make, with_local_noise
 from lbskel.shapes.hard import HARD_SHAPES
 from lbskel.skeleton.edge_distances import nearest_on_edges
@@ -109,7 +108,6 @@ PASSES: dict[str, dict[str, Any]] = {
     "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},
     "relax paths": {"lbskel.refinement.containment.relax_inside": lambda paths, surface: paths},
     "fit tubes": {f"{PIPELINE_PASSES}.fit_tubes": _unchanged},
-    "spacing by edges": {f"{PIPELINE_PASSES}.resolved_radii": mean_radii},
 }
 # Bounds in place of those of the code: on gaps of lines of sight in flat ends, on places of junctions, on symmetry, and
 # in the relaxation of paths that left the solid

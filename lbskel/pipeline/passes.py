@@ -37,7 +37,7 @@ from lbskel.refinement.junctions import merge_junctions_by_axes
 from lbskel.refinement.limb_growth import grow_limbs
 from lbskel.refinement.mirror_symmetry import keep_mirror_symmetry, make_mirror_symmetric
 from lbskel.refinement.open_ends import extend_to_open_ends
-from lbskel.refinement.radii import inscribed_radii, mean_radii, resolved_radii
+from lbskel.refinement.radii import inscribed_radii, mean_radii
 from lbskel.refinement.region_map import make_regions_connected, reassign_to_nearest_node
 from lbskel.refinement.region_paths import reroute_through_regions
 from lbskel.refinement.surface_tips import tips_at_surface
@@ -50,8 +50,8 @@ from lbskel.skeleton.skeleton import Skeleton
 
 Pass: TypeAlias = Callable[[Skeleton, Surface], Skeleton]
 
-# Distance of the nodes along a branch, in local radii, or in the shortest edges of the surface where these are longer.
-# It bounds the error between nodes, and the time: benchmarks/results/constants.md; "spacing by edges" in refinement.md
+# Distance of the nodes along a branch, in mean radii. It bounds the error between nodes, and the time:
+# benchmarks/results/constants.md
 SPACING = 0.5
 
 
@@ -184,7 +184,7 @@ def _rerouted_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:
 
 def _evenly_spaced(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Space the nodes evenly, in mean radii; in inscribed radii, flat limbs would get a node per thickness."""
-    return space_evenly(resolved_radii(skeleton, surface.mesh), SPACING, partial(_must_stay, surface=surface))
+    return space_evenly(mean_radii(skeleton, surface.mesh), SPACING, partial(_must_stay, surface=surface))
 
 
 def _with_fitted_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["axis_directions", "inscribed_radii", "mean_axis_distances", "mean_radii", "own_radii", "resolved_radii"]
+__all__ = ["axis_directions", "inscribed_radii", "mean_axis_distances", "mean_radii", "own_radii"]
 
 from dataclasses import replace
 
@@ -71,26 +71,6 @@ def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     """
     distances = np.linalg.norm(mesh.vertices - skeleton.nodes[skeleton.node_of_vertex], axis=1)
     return replace(skeleton, radii=_means(skeleton, distances), radius_kind="mean")
-
-
-def resolved_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
-    """Set radii: mean radii, or the mean of the shortest edges at the vertices of each node where these are longer.
-
-    Nodes that are spaced by them are not closer together than the surface can tell. Long edges along a pipe tell as
-    much as short ones around it, since the surface is straight along them.
-
-    Parameters
-    ----------
-    skeleton : Skeleton
-        With ``node_of_vertex``.
-    mesh : Mesh
-        The mesh that ``node_of_vertex`` belongs to.
-    """
-    shortest = np.full(len(mesh.vertices), np.inf)
-    np.minimum.at(shortest, mesh.edges.ravel(), np.repeat(mesh.edge_lengths, 2))
-    at_nodes = _means(skeleton, np.where(np.isfinite(shortest), shortest, 0.0))
-    skeleton = mean_radii(skeleton, mesh)
-    return replace(skeleton, radii=np.maximum(skeleton.radii, at_nodes))
 
 
 def mean_axis_distances(skeleton: Skeleton, points: NDArray[np.float64]) -> NDArray[np.float64]:
