@@ -1,8 +1,7 @@
 """Tips: every end branch extended to one radius below the surface, from where contraction had pulled it back.
 
 From its last node an end follows the centerline in steps of a local radius, each corrected to the centroid of the
-cross-section there, until the surface ahead is as near as the surface around it: there is the last inscribed ball. It
-stops where the surface around it belongs to another end, into which sections at a web between limbs may lead it.
+cross-section there, until the surface ahead is as near as the surface around it: there is the last inscribed ball.
 """
 
 from __future__ import annotations
@@ -52,8 +51,7 @@ def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     last = np.array([b[-1] for b in ends])
     skeleton = _with_centered_ends(skeleton, surface, ends, directions)
-    paths = trace_centerline(surface, skeleton.nodes[last], directions)
-    return extend_ends(skeleton, surface, last, _within_own_regions(paths, skeleton, surface, ends))
+    return extend_ends(skeleton, surface, last, trace_centerline(surface, skeleton.nodes[last], directions))
 
 
 def _with_centered_ends(
@@ -67,23 +65,6 @@ def _with_centered_ends(
     is_own &= (offset <= length) & surface.contains(section.centroids)
     nodes[np.array(last)[is_own]] = section.centroids[is_own]
     return replace(skeleton, nodes=nodes)
-
-
-def _within_own_regions(
-    paths: list[list[NDArray[np.float64]]], skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]]
-) -> list[list[NDArray[np.float64]]]:
-    """Cut each path before its first point whose nearest vertex is mapped to the outer half of another end branch."""
-    if not any(paths):
-        return paths
-    end_of_node = np.full(len(skeleton.nodes), -1)
-    for number, end in enumerate(ends):
-        end_of_node[end[len(end) // 2 :]] = number
-    nearest = surface.vertex_tree.query(np.concatenate([path for path in paths if path]))[1]
-    owners = end_of_node[skeleton.node_of_vertex[nearest]]
-    lengths = [len(path) for path in paths]
-    is_foreign = (owners >= 0) & (owners != np.repeat(np.arange(len(paths)), lengths))
-    parts = np.split(is_foreign, np.cumsum(lengths)[:-1])
-    return [path[: int(np.append(part, True).argmax())] for path, part in zip(paths, parts, strict=True)]
 
 
 def trace_centerline(

@@ -51,19 +51,6 @@ def test_tips_follow_a_bend():
     assert np.linalg.norm(last - axis[-1], axis=1).min() == pytest.approx(0.2, rel=0.2)
 
 
-def test_an_end_stops_before_the_vertices_of_another_end():
-    """Two ends lie one behind the other in a rod: the lower one stops where the vertices of the upper one begin."""
-    mesh = capsule(4.0, 0.5, 32)
-    nodes = [[0, 0, -1.75], [0, 0, -1.4], [0, 0, -1], [0.3, 0, 0], [0, 0, 1.5], [0, 0, -1.9]]
-    height = mesh.vertices[:, 2]
-    node_of_vertex = np.select([height > 0.75, height > -1.2, height > -1.6], [4, 2, 1], 5)
-    skeleton = Skeleton(nodes, [[0, 1], [1, 2], [0, 3], [3, 4], [0, 5]], np.full(6, 0.5), node_of_vertex)
-    long = extend_tips(skeleton, Surface(mesh))
-    _, lower, upper = np.sort(long.nodes[long.tips][:, 2])
-    assert 0.2 < lower < 0.8
-    assert upper == pytest.approx(2.0, abs=0.03)
-
-
 def test_the_vertices_of_an_end_go_to_its_new_nodes():
     mesh = capsule(4.0, 0.5, 32)
     short = path_in(mesh, np.stack([np.zeros(9), np.zeros(9), np.linspace(-1, 1, 9)], axis=1))
