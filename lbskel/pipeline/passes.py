@@ -172,7 +172,7 @@ def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
     centers = find_section_centers(skeleton, surface)
     merged = merge_junctions_by_axes(inscribed_radii(skeleton, surface), centers, surface)
     if len(merged.nodes) < len(skeleton.nodes):
-        skeleton = _evenly_spaced(merged, surface)
+        skeleton = mean_radii(merged, surface.mesh)
         centers = find_section_centers(skeleton, surface)
     return fit_to_centerlines(skeleton, centers, surface)
 
