@@ -19,7 +19,6 @@ from scipy.sparse import coo_array, csr_array, diags_array
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.bends import contract_corner_spurs
 from lbskel.refinement.centerlines import SectionCenters, find_section_centers
-from lbskel.refinement.containment import segments_outside
 from lbskel.refinement.junctions import place_junctions
 from lbskel.refinement.tunnel_sides import keep_sides, paths_that_pass
 from lbskel.skeleton.skeleton import Skeleton
@@ -82,7 +81,7 @@ def _across_gaps(
 ) -> NDArray[np.float64]:
     """(n, 3) positions of the nodes, those of gaps evenly on the straight line between the nodes around them.
 
-    A gap whose line leaves the surface, or passes a tunnel on another side than its nodes, keeps its positions.
+    A gap whose line passes a tunnel on another side than its nodes keeps its positions.
     """
     nodes, begins = skeleton.flat_branches
     number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
@@ -91,9 +90,8 @@ def _across_gaps(
     firsts, lasts = around[:-1][has_gap], around[1:][has_gap]
     ends = np.stack([nodes[firsts], nodes[lasts]], axis=1)
     olds = [skeleton.nodes[nodes[first : last + 1]] for first, last in zip(firsts, lasts, strict=True)]
-    may_not = segments_outside(positions, ends, surface)
-    may_not |= paths_that_pass(olds, list(positions[ends]), surface)
-    firsts, sizes = firsts[~may_not], (lasts - firsts)[~may_not]
+    may = ~paths_that_pass(olds, list(positions[ends]), surface)
+    firsts, sizes = firsts[may], (lasts - firsts)[may]
     gap = np.repeat(np.arange(len(firsts)), sizes - 1)
     step = np.arange(len(gap)) + (1 - np.cumsum(sizes - 1) + sizes - 1)[gap]
     begin, end = positions[nodes[firsts]][gap], positions[nodes[firsts + sizes]][gap]

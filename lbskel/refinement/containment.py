@@ -136,17 +136,11 @@ def _on_their_side(
     return [path[1:-1] for path in news]
 
 
-def segments_outside(
-    nodes: NDArray[np.float64],
-    edges: NDArray[np.int64],
-    surface: Surface,
-    tolerances: NDArray[np.float64] | float = 0.0,
-) -> NDArray[np.bool_]:
+def segments_outside(nodes: NDArray[np.float64], edges: NDArray[np.int64], surface: Surface) -> NDArray[np.bool_]:
     """(m,) whether an edge, of (m, 2) pairs of (n, 3) nodes, is outside the surface somewhere.
 
     An edge is inside if balls inside the surface cover it from one end to the ball at the other end. Where a ball is
     smaller than one of ``N_SAMPLES`` parts of the edge, the next ball is one part further, and its center is tested.
-    Between its ends, an edge may be as far outside as its tolerance.
     """
     used, rows_of_used = np.unique(edges, return_inverse=True)
     nodes, edges = nodes[used], rows_of_used.reshape(-1, 2)
@@ -162,7 +156,6 @@ def segments_outside(
     if len(open_edges) == 0:
         return is_outside
     directions = (Q - P)[open_edges] / lengths[open_edges, None]
-    limits = np.broadcast_to(tolerances, lengths.shape)[open_edges]
     parts, (radii, last_radii) = lengths[open_edges] / N_SAMPLES, reach[edges[open_edges]].T
     at, ends = np.zeros(len(open_edges)), lengths[open_edges] - last_radii
     rows = np.arange(len(open_edges))
@@ -173,10 +166,8 @@ def segments_outside(
         points = P[open_edges[rows]] + at[rows, None] * directions[rows]
         is_in = np.ones(len(rows), dtype=bool)
         is_in[is_small] = surface.contains(points[is_small])
-        radii = surface.distance(points)
-        leaves = ~is_in & (radii > limits[rows])
-        is_outside[open_edges[rows[leaves]]] = True
-        rows, radii = rows[~leaves], np.where(is_in, radii, 0.0)[~leaves]
+        is_outside[open_edges[rows[~is_in]]] = True
+        rows, radii = rows[is_in], surface.distance(points[is_in])
     return is_outside
 
 

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.branch_lines import BranchLines, branch_lines, nearest_points
 from lbskel.refinement.centerlines import SectionCenters
-from lbskel.refinement.containment import segments_outside
 from lbskel.refinement.inscribed_balls import climb_to_middle
 from lbskel.refinement.tunnel_sides import edges_that_pass, n_tunnels_missed
 from lbskel.skeleton.editing import contract_nodes
@@ -68,7 +67,7 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
     rows, groups = rows[has_lines[groups]], groups[has_lines[groups]]
     own = lines.take(rows)
     placed = nearest_points(own, groups, placed, radii)
-    agrees = np.isfinite(_largest_sines(own, groups, placed, surface, np.arange(len(junctions))))
+    agrees = np.isfinite(_largest_sines(own, groups, placed))
     is_settled = agrees & surface.contains(placed) & (surface.distance(placed) >= MIN_BALL_RATIO * radii)
     settled, astray = np.flatnonzero(is_settled), np.flatnonzero(~is_settled)
     errors = _standard_errors(own, groups, placed)[settled]
@@ -154,7 +153,7 @@ def _merged(skeleton: Skeleton, centers: SectionCenters, surface: Surface, *, ke
     """Merge pairs of junctions; with ``keep_sides``, none whose edges would then pass a tunnel on another side."""
     while len(inner := _short_branches(skeleton)):
         lines = branch_lines(skeleton, centers)
-        sines, places = _common_places(skeleton, lines, inner, surface)
+        sines, places = _common_places(skeleton, lines, inner)
         fitting = [row for row in np.argsort(sines, kind="stable").tolist() if np.isfinite(sines[row])]
         touched, target = np.zeros(len(skeleton.nodes), dtype=bool), np.arange(len(skeleton.nodes))
         nodes, radii, positions = np.array(skeleton.nodes), np.array(skeleton.radii), np.array(centers.positions)
@@ -217,7 +216,7 @@ def _short_branches(skeleton: Skeleton) -> NDArray[np.int64]:
 
 
 def _common_places(
-    skeleton: Skeleton, lines: BranchLines, inner: NDArray[np.int64], surface: Surface
+    skeleton: Skeleton, lines: BranchLines, inner: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """(i,) largest sine by which a line of the other branches at an inner branch misses their place, and (i, 3) places.
 
@@ -233,8 +232,7 @@ def _common_places(
     has_both = np.all([np.bincount(groups[of_end], minlength=len(inner)) > 0 for of_end in at_end.T], axis=0)
     outer = lines.take(rows)
     places = nearest_points(outer, groups, skeleton.nodes[ends].mean(axis=1), np.zeros(len(inner)))
-    sines = np.full(len(inner), np.inf)
-    sines[has_both] = _largest_sines(outer, groups, places, surface, np.flatnonzero(has_both))
+    sines = np.where(has_both, _largest_sines(outer, groups, places), np.inf)
     starts, ways = skeleton.nodes[ends[:, 0]], skeleton.nodes[ends[:, 1]] - skeleton.nodes[ends[:, 0]]
     lengths = np.maximum(np.einsum("ij,ij->i", ways, ways), TINY)
     shares = np.clip(np.einsum("ij,ij->i", places - starts, ways) / lengths, 0, 1)
@@ -242,33 +240,15 @@ def _common_places(
     return np.where(asides <= skeleton.radii[ends].max(axis=1), sines, np.inf), places
 
 
-def _largest_sines(
-    lines: BranchLines,
-    groups: NDArray[np.int64],
-    places: NDArray[np.float64],
-    surface: Surface,
-    tested: NDArray[np.int64],
-) -> NDArray[np.float64]:
-    """(t,) the largest sine of an angle between the lines of tested groups and the direction to their place.
+def _largest_sines(lines: BranchLines, groups: NDArray[np.int64], places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(g,) the largest sine of an angle between the lines of each group and the direction to its place.
 
-    The sine is infinite where not all lines point to the place: where one passes beside it, or on the way is farther
-    outside the surface than it passes beside the place. A line may start beyond it, as that of the trunk of a narrow
-    fork. The sine is infinite for fewer than three lines, since two nearly meet in any case.
+    The sine is infinite where a line passes beside the place. A line may start beyond it, as that of the trunk of a
+    narrow fork. The sine is infinite for fewer than three lines, since two nearly meet in any case.
     """
-    n_lines = np.bincount(groups, minlength=len(places))
-    is_possible = np.zeros(len(places), dtype=bool)
-    is_possible[tested] = n_lines[tested] >= 3
-    lines, groups = lines.take(is_possible[groups]), groups[is_possible[groups]]
     to_place = places[groups] - lines.means
-    miss = np.linalg.norm(np.cross(to_place, lines.directions), axis=1)
-    sine = miss / np.linalg.norm(to_place, axis=1)
-    is_possible[groups[sine > MAX_SINE]] = False
-    kept = is_possible[groups]
-    lines, miss, sine, groups = lines.take(kept), miss[kept], sine[kept], groups[kept]
-    if len(groups):
-        segments = np.stack([np.arange(len(groups)), len(groups) + groups], axis=1)
-        is_outside = segments_outside(np.concatenate([lines.starts, places]), segments, surface, miss)
-        is_possible[groups[is_outside]] = False
-    largest = np.where(is_possible, 0.0, np.inf)
-    np.maximum.at(largest, groups, sine)
-    return largest[tested]
+    misses, distances = (np.linalg.norm(each, axis=1) for each in (np.cross(to_place, lines.directions), to_place))
+    sines = np.divide(misses, distances, out=np.zeros_like(misses), where=distances > 0)
+    largest = np.where(np.bincount(groups, minlength=len(places)) >= 3, 0.0, np.inf)
+    np.maximum.at(largest, groups, np.where(sines > MAX_SINE, np.inf, sines))
+    return largest
