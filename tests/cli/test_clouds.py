@@ -49,4 +49,4 @@ def test_a_cloud_is_thinned_with_its_map(cloud, tmp_path, extension):
 
 def test_a_surface_is_no_thinner_cloud(cloud, tmp_path, capsys):
     assert main(["preprocess", str(cloud), "-o", str(tmp_path / "a.stl"), "--preprocess", "voxel:cell=0.3"]) == 2
-    assert "ply, xyz, npy" in capsys.readouterr().err
+    assert ".ply, .xyz, .npy" in capsys.readouterr().err
