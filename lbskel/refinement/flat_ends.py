@@ -14,7 +14,7 @@ The half width a >= b is that of the rectangle with the area A and the perimeter
 
 from __future__ import annotations
 
-__all__ = ["corner_branches", "prune_flat_ends"]
+__all__ = ["prune_flat_ends"]
 
 from dataclasses import replace
 
@@ -47,20 +47,12 @@ def prune_flat_ends(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: f
         An end branch is kept where its surface reaches farther than this many half widths from its junction, along
         the part or across it.
     """
-    while corners := corner_branches(skeleton, surface, min_branch_ratio=min_branch_ratio):
-        skeleton = contract_branches(skeleton, corners)
+    while ends := skeleton.end_branches:
+        corners = np.flatnonzero(_is_corner(skeleton, surface, ends, min_branch_ratio)).tolist()
+        if not corners:
+            break
+        skeleton = contract_branches(skeleton, [ends[row] for row in corners])
     return skeleton
-
-
-def corner_branches(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float) -> list[NDArray[np.int64]]:
-    """Find the end branches in the corners of flat parts, each from its junction to its tip.
-
-    The parameters are those of :func:`prune_flat_ends`.
-    """
-    ends = skeleton.end_branches
-    if not ends:
-        return []
-    return [ends[row] for row in np.flatnonzero(_is_corner(skeleton, surface, ends, min_branch_ratio)).tolist()]
 
 
 def _is_corner(

@@ -5,9 +5,7 @@ Its end is an extremum of the geodesic distance to which no tip is near (:mod:`l
 ends of thick bodies are found. Or the limb stands out of the skeleton's balls
 (:mod:`lbskel.refinement.uncovered_limbs`): so limbs too short for the extrema are found. The branch leads straight to
 the center of the limb's cap, from the node nearest to the limb's end, among those of the limb's vertices and of the
-vertices beside it. A limb whose end is an extremum in the corner of a flat part is none
-(:mod:`lbskel.refinement.flat_ends`). Later passes reroute a branch where it is outside a closed surface, and fit it to
-the limb.
+vertices beside it. Later passes reroute a branch where it is outside a closed surface, and fit it to the limb.
 """
 
 from __future__ import annotations
