@@ -1,13 +1,15 @@
 """The verdict against the truth: scores of skeletons by several tools, of shapes whose axes are known.
 
 The true error of a skeleton is the larger one of the 95th percentiles of its accuracy and its coverage, in true local
-radii. Limbs are cut off the true axes, one at a time, to see which of them the medial points tell.
+radii. Limbs are cut off the true axes, one at a time, to see which of them the medial points tell. Branches are moved
+aside, one at a time, to see which of them their cross-sections tell.
 """
 
 from __future__ import annotations
 
 __all__ = ["run"]
 
+from dataclasses import replace
 from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,8 @@ from benchmarks.harness import markdown_table, save_json, save_markdown
 from benchmarks.refinement import HELD_OUT, TUNED
 from benchmarks.thin_tools import OURS, TOOLS, Answer, ask
 from lbskel.evaluation import medial_points
+from lbskel.evaluation.measures import MEASURES
+from lbskel.evaluation.scoring import centeredness_errors
 from lbskel.shapes import SHAPES, VARIANTS, Shape, make
 from lbskel.shapes.hard import HARD_SHAPES
 from lbskel.skeleton.edge_distances import nearest_on_edges
@@ -36,6 +40,8 @@ FAMILIES = {
 ACCURACIES, COVERAGES = (0.15, 0.2, 0.25, 0.3), (0.25, 0.3, 0.35, 0.4, 0.5)  # bounds up to which they pass
 UNCOVERED, FLUXES = (0.75, 1.0, 1.5), (0.4, 0.5, 1.0)  # bounds on uncovered parts
 LENGTHS = (2.0, 4.0, 6.0, 10.0)  # by which limbs stand out, in radii of the limb
+KNOWN = (1, 3, 5, 6, 8, 10)  # lower bounds on the cross-sections of a branch
+ASIDE = (0.0, 0.3, 0.6)  # by which branches are moved aside, in inscribed radii
 QUICK = (("catalog clean", "tripod"), ("hard tuned", "tee"))
 
 
@@ -43,16 +49,17 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
     """Measure, and write judge.json and judge.md."""
     shapes = dict(_shapes(quick))
     tools = list(TOOLS) if peers else list(OURS)
-    rows = [
-        row(part, name, tool, shape, ask(tool, shape.mesh)) for (part, name), shape in shapes.items() for tool in tools
-    ]
+    answers = {(key, tool): ask(tool, shape.mesh) for key, shape in shapes.items() for tool in tools}
+    rows = [row(*key, tool, shapes[key], answer) for (key, tool), answer in answers.items()]
     scored = [each for each in rows if "error" not in each]
     verdicts = [_verdicts(scored, tool) for tool in (*tools, "all")]
     thresholds = [_thresholds(scored, *bounds) for bounds in product(ACCURACIES, COVERAGES)]
     ends = [_ends(list(shapes.values()), *bounds) for bounds in product(UNCOVERED, FLUXES)]
+    own = [(shapes[key].mesh, answer) for (key, tool), answer in answers.items() if tool in OURS]
+    aside = _aside([(mesh, answer.skeleton) for mesh, answer in own if isinstance(answer, Answer)])
     save_json(
         results / "judge.json",
-        {"rows": rows, "verdicts": verdicts, "thresholds": thresholds, "ends": ends},
+        {"rows": rows, "verdicts": verdicts, "thresholds": thresholds, "ends": ends, "aside": aside},
         packages=("skeletor", "PyGEL3D", "CGAL"),
     )
     save_markdown(
@@ -62,6 +69,7 @@ def run(quick: bool, results: Path, peers: bool = False) -> None:
             "Verdicts by the true error": markdown_table(verdicts),
             "Bounds up to which medial distances pass, and what passes in all measures": markdown_table(thresholds),
             "Ends that are cut off": markdown_table(ends),
+            "Shares of branches that warn or fail, moved aside one at a time": markdown_table(aside),
             "Each skeleton": markdown_table(rows),
         },
     )
@@ -176,3 +184,32 @@ def _standing_out(rest: lbskel.Skeleton, skeleton: lbskel.Skeleton, branch: NDAr
     distances, _, radii = nearest_on_edges(rest, skeleton.nodes[branch[-1:]])
     end = distances[0] - radii[0] + skeleton.radii[branch[-1]]
     return float(end / np.median(skeleton.radii[branch[1:]]))
+
+
+def _aside(skeletons: list[tuple[lbskel.Mesh, lbskel.Skeleton]]) -> list[dict[str, Any]]:
+    """Move branches aside: which are told by the median of their cross-sections, of at least so many that are known."""
+    errors = {distance: [each for pair in skeletons for each in _errors_aside(*pair, distance)] for distance in ASIDE}
+    measure, rows = MEASURES["centeredness_error_worst_branch"], []
+    for n_known in KNOWN:
+        found: dict[str, Any] = {"sections known": n_known}
+        for distance, branches in errors.items():
+            verdicts = [measure.verdict(float(np.median(each)) if len(each) >= n_known else None) for each in branches]
+            for verdict in ("warn", "fail"):
+                found[f"by {distance:g} radii, {verdict}"] = verdicts.count(verdict) / len(branches)
+        rows.append(found)
+    return rows
+
+
+def _errors_aside(mesh: lbskel.Mesh, skeleton: lbskel.Skeleton, distance: float) -> list[NDArray[np.float64]]:
+    """List the known errors of each branch after its inner nodes are moved, across the line between its ends."""
+    prepared, rng, found = lbskel.prepare(mesh), np.random.default_rng(0), []
+    skeleton = prepared.skeleton_to_unit(skeleton)
+    for branch in skeleton.branches:
+        inner, course = branch[skeleton.degrees[branch] == 2], skeleton.nodes[branch[-1]] - skeleton.nodes[branch[0]]
+        if len(inner):
+            across = np.cross(course, rng.normal(size=3)) if course.any() else rng.normal(size=3)
+            nodes = np.array(skeleton.nodes)
+            nodes[inner] += distance * skeleton.radii[inner, None] * across / np.linalg.norm(across)
+            errors = centeredness_errors(replace(skeleton, nodes=nodes), prepared.surface)[inner]
+            found.append(errors[~np.isnan(errors)])
+    return found

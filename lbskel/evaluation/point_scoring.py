@@ -22,7 +22,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from lbskel._kernels.point_tree import PointTree
 from lbskel.evaluation.measures import Score
 from lbskel.evaluation.point_loops import count_cut_loops
-from lbskel.evaluation.skeleton_shape import length_fraction, n_spurs, rms_curvature
+from lbskel.evaluation.skeleton_shape import length_fraction, mean_and_worst_branch, n_spurs, rms_curvature
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import PointCloud
 from lbskel.geometry.normals import normalized
@@ -75,8 +75,7 @@ def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.in
     gaps, errors = _sections(skeleton, points, point_tree, radii)
     skeleton = replace(skeleton, radii=radii)
     is_among = np.isnan(gaps) | (gaps <= MAX_GAP)
-    known = ~np.isnan(errors)
-    by_branch = [errors[branch][known[branch]] for branch in skeleton.branches]
+    mean_error, worst_branch_error = mean_and_worst_branch(skeleton, errors)
     ends, lengths, scales = _ends(points, graph, skeleton, tree)
     tips = skeleton.nodes[skeleton.degrees <= 1]
     to_tip = PointTree(tips).nearest(ends)[0][:, 0] if len(tips) else np.full(len(ends), np.inf)
@@ -86,8 +85,8 @@ def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.in
     return Score(
         nodes_inside_fraction=float(is_among.mean()),
         inside_fraction=length_fraction(skeleton, is_among),
-        centeredness_error=float(errors[known].mean()) if known.any() else None,
-        centeredness_error_worst_branch=max((float(np.median(e)) for e in by_branch if len(e) >= 5), default=None),
+        centeredness_error=mean_error,
+        centeredness_error_worst_branch=worst_branch_error,
         medial_accuracy_95=None,
         medial_coverage_98=None,
         uncovered_parts=None,

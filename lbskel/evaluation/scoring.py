@@ -20,7 +20,7 @@ from lbskel.contraction.cycle_classes import tunnels_missed
 from lbskel.errors import MeshError, first_few
 from lbskel.evaluation.measures import Score
 from lbskel.evaluation.medial_points import medial_distances
-from lbskel.evaluation.skeleton_shape import length_fraction, n_spurs, rms_curvature
+from lbskel.evaluation.skeleton_shape import length_fraction, mean_and_worst_branch, n_spurs, rms_curvature
 from lbskel.geometry.components import find_crumbs
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
@@ -44,8 +44,6 @@ OPEN_TOLERANCE = 0.5  # in mean radii: as far outside a surface that is not clos
 NEAR_SURFACE_RATIO = 0.2  # distance to the surface over the local radius, or over the mean distance to own vertices if
 # that is less, below which a node is near the surface; a guess below 0.3, which nodes on the axis of a flat limb have
 SURFACE_TOLERANCE = 1e-6  # in diameter bounds: a node this near is on the surface; rays put tips within 1e-8 of it
-MAX_SECTIONS = 60  # nodes whose cross-sections are cut, evenly sampled; a guess that bounds the time
-MIN_SECTIONS = 5  # cross-sections that a branch needs for a median of its own; a guess
 
 
 def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -> Score:
@@ -74,7 +72,7 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
     extrema = find_extrema(surface.proxy.mesh, deadline=surface.deadline)
     missed = is_missed(extrema, surface.proxy.mesh, skeleton)
     widths = mean_radii(skeleton, unit).radii
-    mean_error, worst_branch_error = _centeredness_errors(skeleton, widths, surface)
+    mean_error, worst_branch_error = mean_and_worst_branch(skeleton, _section_errors(skeleton, widths, surface))
     disjoint = edges_with_disjoint_regions(skeleton, unit)
     thickness = surface.from_proxy(local_radii(surface.proxy.mesh, deadline=surface.deadline))
     count = np.bincount(node, minlength=len(skeleton.nodes))
@@ -121,9 +119,7 @@ def centeredness_errors(skeleton: Skeleton, surface: Surface) -> NDArray[np.floa
         As for :func:`score_on`.
     """
     skeleton = _on_surface(skeleton, surface)
-    return _section_errors(
-        skeleton, mean_radii(skeleton, surface.mesh).radii, surface, np.flatnonzero(skeleton.degrees == 2)
-    )
+    return _section_errors(skeleton, mean_radii(skeleton, surface.mesh).radii, surface)
 
 
 def _on_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -163,34 +159,13 @@ def require_scorable(skeleton: Skeleton, n_vertices: int) -> None:
         )
 
 
-def _centeredness_errors(
-    skeleton: Skeleton, widths: NDArray[np.float64], surface: Surface
-) -> tuple[float | None, float | None]:
-    """Measure the distances from nodes to the centroids of their sections: the mean, and the worst branch's median.
+def _section_errors(skeleton: Skeleton, widths: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
+    """(k,) distance from each node inside a branch to the centroid of its section, NaN elsewhere.
 
-    Nodes whose cross-section is not that of their branch alone are left out.
+    It is not known where the section is not that of the node's branch alone. The unit is the mean distance of the
+    node's vertices, or the distance from the centroid to the surface if that is larger.
     """
-    inner = np.flatnonzero(skeleton.degrees == 2)
-    if len(inner) > MAX_SECTIONS:
-        inner = inner[np.linspace(0, len(inner) - 1, MAX_SECTIONS).astype(np.int64)]
-    errors = _section_errors(skeleton, widths, surface, inner)
-    known = ~np.isnan(errors)
-    if not known.any():
-        return None, None
-    numbers = np.unique(skeleton.branch_of_node[known])
-    by_branch = [errors[branch][known[branch]] for branch in (skeleton.branches[number] for number in numbers)]
-    medians = [float(np.median(values)) for values in by_branch if len(values) >= MIN_SECTIONS]
-    return float(errors[known].mean()), max(medians, default=None)
-
-
-def _section_errors(
-    skeleton: Skeleton, widths: NDArray[np.float64], surface: Surface, nodes: NDArray[np.int64]
-) -> NDArray[np.float64]:
-    """(k,) distance from each of the nodes to the centroid of its section, NaN elsewhere.
-
-    The unit is the mean distance of the node's vertices, or the distance from the centroid to the surface if that is
-    larger.
-    """
+    nodes = np.flatnonzero(skeleton.degrees == 2)
     sections = find_section_centers(skeleton, surface, nodes)
     known = nodes[sections.is_known[nodes]]
     errors = np.full(len(skeleton.nodes), np.nan)

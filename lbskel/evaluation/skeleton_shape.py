@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-__all__ = ["length_fraction", "n_spurs", "rms_curvature"]
+__all__ = ["length_fraction", "mean_and_worst_branch", "n_spurs", "rms_curvature"]
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.skeleton.skeleton import Skeleton
 
+# Known values that a branch needs for a median of its own; the table of branches moved aside in
+# benchmarks/results/judge.md
+MIN_KNOWN = 6
 MAX_SPUR_REACH = 1.2  # in radii of the junction: a spur is an end branch whose balls all stay within; a guess
 
 
@@ -43,6 +46,21 @@ def rms_curvature(skeleton: Skeleton) -> float:
     is_long = spacing > 0
     curvatures = angles[is_long] * skeleton.radii[middle[is_long]] / spacing[is_long]
     return float(np.sqrt(np.average(curvatures**2, weights=spacing[is_long]))) if is_long.any() else 0.0
+
+
+def mean_and_worst_branch(skeleton: Skeleton, values: NDArray[np.float64]) -> tuple[float | None, float | None]:
+    """Compute the mean over all nodes, and the largest median over a branch; None where too little is known.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    values : (k,) array of float
+        For each node; NaN where it is not known.
+    """
+    known = [values[branch][~np.isnan(values[branch])] for branch in skeleton.branches]
+    medians = [float(np.median(each)) for each in known if len(each) >= MIN_KNOWN]
+    is_known = ~np.isnan(values)
+    return float(values[is_known].mean()) if is_known.any() else None, max(medians, default=None)
 
 
 def n_spurs(skeleton: Skeleton) -> int:

@@ -8,6 +8,7 @@ import pytest
 from benchmarks import judge
 from benchmarks.thin_tools import Answer
 from lbskel import Skeleton
+from lbskel.evaluation.skeleton_shape import MIN_KNOWN
 from lbskel.shapes import make
 
 
@@ -25,6 +26,7 @@ def axis(shape, aside=0.0):
 def test_errors_and_verdicts_are_told_by_class(tmp_path, monkeypatch, tripod):
     answers = {"true": Answer(axis(tripod), 0.0), "aside": Answer(axis(tripod, 0.6), 0.0), "late": "over 200 s"}
     monkeypatch.setattr(judge, "TOOLS", dict.fromkeys(answers))
+    monkeypatch.setattr(judge, "OURS", ("true",))
     monkeypatch.setattr(judge, "ask", lambda tool, mesh: answers[tool])
     monkeypatch.setattr(judge, "_shapes", lambda quick: [(("set", "tripod"), tripod)])
     judge.run(True, tmp_path, peers=True)
@@ -44,3 +46,6 @@ def test_errors_and_verdicts_are_told_by_class(tmp_path, monkeypatch, tripod):
     assert loosest["over 0.3, pass"] == 0
     told = next(each for each in found["ends"] if (each["farther than"], each["flux"]) == (1.0, 0.5))
     assert (told["recall"], told["precision"], told["told of whole axes"]) == (1, 1, 0)
+    told = next(each for each in found["aside"] if each["sections known"] == MIN_KNOWN)
+    assert told["by 0 radii, warn"] == told["by 0 radii, fail"] == told["by 0.3 radii, fail"] == 0
+    assert told["by 0.3 radii, warn"] == told["by 0.6 radii, fail"] == 1

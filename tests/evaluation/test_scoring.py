@@ -390,6 +390,14 @@ def test_the_worst_branch_is_told_from_the_mean(limbs):
     assert found.centeredness_error < 0.25
 
 
+def test_the_worst_branch_of_many_is_measured():
+    shape = make("tree")  # 22 branches
+    skeleton = skeletonize(shape.mesh)
+    assert skeleton.report["score"]["measures"]["centeredness_error_worst_branch"] < 0.1
+    found = score(beside_the_middle(skeleton, 0.8), shape.mesh)
+    assert found.verdicts["centeredness_error_worst_branch"] == found.verdict == "fail"
+
+
 def test_a_cycle_that_is_not_around_its_tunnel_fails():
     """A ring inside the tube of a torus, joined to nothing, in place of the one around its hole."""
     mesh = torus(1.0, 0.3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lbskel import Skeleton
-from lbskel.evaluation.skeleton_shape import length_fraction, n_spurs, rms_curvature
+from lbskel.evaluation.skeleton_shape import MIN_KNOWN, length_fraction, mean_and_worst_branch, n_spurs, rms_curvature
 
 PATH = Skeleton(np.array([[0.0, 0, 0], [1, 0, 0], [3, 0, 0]]), np.array([[0, 1], [1, 2]]), np.ones(3))
 
@@ -12,6 +12,18 @@ PATH = Skeleton(np.array([[0.0, 0, 0], [1, 0, 0], [3, 0, 0]]), np.array([[0, 1],
 def test_the_fraction_of_the_length_counts_half_of_each_edge_for_either_end():
     assert length_fraction(PATH, np.array([False, True, False])) == pytest.approx(0.5)
     assert length_fraction(PATH, np.array([False, False, True])) == pytest.approx(1 / 3)
+
+
+def test_a_branch_needs_known_values_for_a_median_of_its_own():
+    n = MIN_KNOWN
+    path = np.stack([np.arange(2 * n), np.zeros(2 * n), np.zeros(2 * n)], axis=1)
+    parts = [np.stack([np.arange(a, b - 1), np.arange(a + 1, b)], axis=1) for a, b in ((0, n), (n, 2 * n))]
+    skeleton = Skeleton(path, np.concatenate(parts), np.ones(2 * n))
+    values = np.concatenate([np.zeros(n), np.arange(n)])
+    assert mean_and_worst_branch(skeleton, values) == (values.mean(), np.median(np.arange(n)))
+    values[-1] = np.nan  # one too few
+    assert mean_and_worst_branch(skeleton, values) == (np.nanmean(values), 0.0)
+    assert mean_and_worst_branch(skeleton, np.full(2 * n, np.nan)) == (None, None)
 
 
 def test_a_straight_path_does_not_bend():
