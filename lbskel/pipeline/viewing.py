@@ -19,6 +19,7 @@ from lbskel.applications import branch_table
 from lbskel.contraction.flow import contract
 from lbskel.contraction.result import Step
 from lbskel.contraction.settings import ContractionSettings
+from lbskel.errors import MeshError
 from lbskel.evaluation.measures import MEASURES
 from lbskel.evaluation.scoring import centeredness_errors, require_scorable
 from lbskel.geometry.mesh import Mesh, PointCloud
@@ -76,8 +77,8 @@ def view(
     FormatError
         If the file exists and ``force`` is not set, or it cannot be written.
     MeshError
-        If the input is no mesh or cloud, or encloses nothing, or the skeleton has no nodes or maps another number of
-        vertices.
+        If the input is no mesh or cloud, or encloses nothing, or the skeleton has no nodes, maps another number of
+        vertices, or lies elsewhere.
     MissingDependency
         If plotly is not installed.
     UnknownChoice
@@ -122,8 +123,15 @@ def view_scene(
         Heading of the page.
     preprocess, simplify
         As for :func:`lbskel.skeletonize`.
+
+    Raises
+    ------
+    MeshError
+        If the skeleton has no nodes, maps another number of vertices, or lies elsewhere.
     """
-    require_scorable(skeleton, len(shape.points if isinstance(shape, PointCloud) else shape.vertices))
+    points = shape.points if isinstance(shape, PointCloud) else shape.vertices
+    require_scorable(skeleton, len(points))
+    _require_near(skeleton, points)
     if isinstance(shape, PointCloud):
         cleaning = "none" if preprocess is None else preprocess
         source = reconstruct_surface(shape, preprocess=cleaning).mesh  # type: ignore[arg-type]
@@ -150,6 +158,16 @@ def view_scene(
         mended=_mended(prepared) if mesh is not None else np.empty((0, 3)),
         tables=_tables(skeleton),
     )
+
+
+def _require_near(skeleton: Skeleton, points: NDArray[np.float64]) -> None:
+    """Raise MeshError if all nodes are farther from the bounding box of a shape than half of its diagonal."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    outside = np.maximum(0, np.maximum(low - skeleton.nodes, skeleton.nodes - high))
+    if np.linalg.norm(outside, axis=1).min() > np.linalg.norm(high - low) / 2:
+        raise MeshError(
+            "no node of the skeleton is near the shape: give the mesh or cloud that it was made from, in the same units"
+        )
 
 
 def _without_map(skeleton: Skeleton) -> Skeleton:

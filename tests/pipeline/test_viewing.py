@@ -94,6 +94,15 @@ def test_a_skeleton_without_report_or_map_has_a_scene(hand):
     assert len(scene.columns["length"]) == len(skeleton.branches)
 
 
+@pytest.mark.parametrize("as_cloud", [False, True])
+def test_a_skeleton_in_other_units_is_refused(hand, as_cloud):
+    mesh, skeleton = hand
+    shape = PointCloud(mesh.vertices + 1.0) if as_cloud else Mesh(mesh.vertices + 1.0, mesh.faces)
+    in_other_units = Skeleton(1000 * (skeleton.nodes + 1.0), skeleton.edges, skeleton.radii)
+    with pytest.raises(lbskel.MeshError, match="in the same units"):
+        view_scene(shape, in_other_units)
+
+
 def test_an_operator_of_the_callers_is_not_replayed(rod):
     def own(mesh):
         return lbskel.laplacian(mesh, operator="robust")
