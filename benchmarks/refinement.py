@@ -10,7 +10,7 @@ from __future__ import annotations
 
 __all__ = ["EXTENSIONS", "PASSES", "measured", "n_tips_lost", "run"]
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -117,8 +117,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("gap of", "flat_ends.MAX_GAP", (0.005, 0.01, 0.04, 0.08)),
         ("slope of", "inscribed_balls.MIN_SLOPE", (0.25, 0.7, 1.1)),
         ("sections next to a junction", "branch_lines.N_SECTIONS", (3, 4, 6, 8)),
-        ("undetermined below", "branch_lines.REGULARIZATION", (0.0025, 0.01, 0.02)),
-        ("order", "branch_lines.ORDER", (2, 8)),
+        ("undetermined below", "branch_lines.MIN_SHARE", (0.001, 0.005, 0.01)),
         ("growth of", "centerlines.MAX_GROWTH", (1.1, 1.5)),
         ("merge length of", "junctions.MAX_MERGE_LENGTH", (2.0, 3.0, 6.0)),
         ("merged up to a sine of", "junctions.MAX_SINE", (0.3, 0.33, 0.4, 0.44)),
@@ -149,6 +148,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
 }
 
 NOISES = (0.1, 0.2, 0.3)  # standard deviation of noise along the normals, in local edge lengths
+GROWTHS = (1.5, 1.7, 2.0, 2.3, 3.0)  # factors on the contraction weight after each step
 BULGES = (0.55, 0.62, 0.7, 0.85)  # lower bounds on the bulge of a limb; a hemisphere has 1
 
 
@@ -191,9 +191,10 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
     on = tubes, list(shapes.values()), real, baseline, planes
     ablation = [_ablation(name, *on) for name in ("none", *PASSES, *BOUNDS)]
     noise = [_noise_row(deviation, bulge, real) for deviation in NOISES for bulge in BULGES]
+    growths = [{"growth": growth} | _means(_contracted_in_steps(growth, shapes.values())) for growth in GROWTHS]
     save_json(
         results / "refinement.json",
-        {"summary": summary, "rows": rows, "ablation": ablation, "noise": noise},
+        {"summary": summary, "rows": rows, "ablation": ablation, "noise": noise, "growths": growths},
         packages=("PyGEL3D", "CGAL"),
         meshes=paths,
     )
@@ -206,6 +207,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
             f"Passes left out or bounds replaced: {len(tubes)} tubes, {len(shapes)} hard shapes, {len(real)} meshes, "
             f"{sum(map(bool, planes))} with a plane of symmetry": markdown_table(ablation),
             f"Noise on real meshes, by the bulge of a limb: {len(real)} meshes": markdown_table(noise),
+            "Hard shapes contracted in smaller and larger steps": markdown_table(growths),
             "Tried and not kept, by hand": markdown_table(TRIALS),
         },
     )
@@ -220,6 +222,12 @@ def _row(tool: str, shape: Shape) -> dict[str, Any]:
         return {"error": answer["error"]}
     nodes, edges = answer["value"]
     return measured(lbskel.Skeleton(nodes, edges, np.zeros(len(nodes))), shape.truth)
+
+
+def _contracted_in_steps(growth: float, shapes: Iterable[Shape]) -> list[dict[str, Any]]:
+    """Measure skeletons whose contraction weight grows by a factor after each step: they should not depend on it."""
+    settings = lbskel.ContractionSettings(contraction_growth=growth)
+    return [measured(lbskel.skeletonize(shape.mesh, preset=settings), shape.truth) for shape in shapes]
 
 
 def measured(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> dict[str, Any]:
