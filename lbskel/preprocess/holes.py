@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.normals import triangle_normals
+from lbskel.geometry.normals import normalized, triangle_normals
 from lbskel.geometry.polygon_triangulation import MAX_POLYGON_EDGES, min_area_triangulation
 from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
@@ -104,8 +104,9 @@ def find_open_ends(mesh: Mesh) -> NDArray[np.float64]:
 def boundary_loops(mesh: Mesh) -> list[NDArray[np.int64]]:
     """Find the boundary loops of all holes, each as its vertices in the direction of the faces' half-edges.
 
-    A loop that passes a vertex twice is split there. Edges whose faces have opposite orientation, and edges of more
-    than two faces, bound no hole. The loops are cached in the mesh.
+    At a vertex where holes meet, a loop goes on across the hole, not along the faces. A loop that passes a vertex twice
+    is split there. Edges whose faces have opposite orientation, and edges of more than two faces, bound no hole. The
+    loops are cached in the mesh.
 
     Parameters
     ----------
@@ -120,39 +121,80 @@ def _trace_boundary_loops(mesh: Mesh) -> list[NDArray[np.int64]]:
     if not (mesh.faces_per_edge == 1).any():
         return []
     umbrellas = find_umbrellas(mesh)
-    m = len(mesh.faces)
-    is_boundary = (umbrellas.twin < 0) & (mesh.half_edges[:, 0] != mesh.half_edges[:, 1])
-    half_edge = np.flatnonzero(is_boundary)
+    m, vertices = len(mesh.faces), mesh.half_edges[:, 0]
+    half_edge = np.flatnonzero((umbrellas.twin < 0) & (vertices != mesh.half_edges[:, 1]))
     corner, face = half_edge // m, half_edge % m
     start = umbrellas.of_corner[face, (corner + 1) % 3]
     end = umbrellas.of_corner[face, (corner + 2) % 3]
-    next_of = dict(zip(start.tolist(), zip(end.tolist(), half_edge.tolist(), strict=True), strict=True))
     is_hole = mesh.faces_per_edge[mesh.edge_of_half_edge] == 1
+    bounds_hole = is_hole[half_edge] & np.isin(start, end[is_hole[half_edge]])
+    following = _across_holes(mesh, start[bounds_hole], half_edge[bounds_hole], int(umbrellas.of_corner.max()) + 1)
+    next_of = dict(zip(start.tolist(), zip(following[end].tolist(), half_edge.tolist(), strict=True), strict=True))
     loops = []
     while next_of:
-        first, (vertex, along) = next_of.popitem()
+        first, (umbrella, along) = next_of.popitem()
         chain = [along]
-        while vertex != first and vertex in next_of:
-            vertex, along = next_of.pop(vertex)
+        while umbrella != first and umbrella in next_of:
+            umbrella, along = next_of.pop(umbrella)
             chain.append(along)
-        if vertex == first and is_hole[chain].all():
-            loops += _split_at_repeated_vertices(mesh.half_edges[chain, 0].tolist())
+        if umbrella == first:
+            loops += [vertices[part] for part in _split_at_repeated_vertices(chain, vertices) if is_hole[part].all()]
     return loops
 
 
-def _split_at_repeated_vertices(loop: list[int]) -> list[NDArray[np.int64]]:
-    """Split a loop where it returns to a vertex, so that each part passes each vertex once."""
-    parts: list[NDArray[np.int64]] = []
+def _across_holes(
+    mesh: Mesh, umbrellas: NDArray[np.int64], half_edges: NDArray[np.int64], n_umbrellas: int
+) -> NDArray[np.int64]:
+    """(n_umbrellas,) the umbrella that each is followed by around its vertex, itself where it is the only one.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    umbrellas : (k,) array of int
+        Those between two holes, or with a hole all around.
+    half_edges : (k,) array of int
+        The first of each umbrella, which leaves its vertex; around a normal that points to the reader, the faces are to
+        the left of it.
+    n_umbrellas : int
+    """
+    following, vertex = np.arange(n_umbrellas), mesh.half_edges[half_edges, 0]
+    is_shared = np.bincount(vertex, minlength=len(mesh.vertices)) > 1
+    chosen = is_shared[vertex]
+    if not chosen.any():
+        return following
+    umbrellas, half_edges, vertex = umbrellas[chosen], half_edges[chosen], vertex[chosen]
+    faces = mesh.faces[is_shared[mesh.faces].any(axis=1)]
+    normals = np.zeros((len(mesh.vertices), 3))
+    for corner in faces.T:
+        np.add.at(normals, corner, triangle_normals(*mesh.vertices[faces.T]))
+    normal = normalized(normals[vertex])
+    direction = mesh.vertices[mesh.half_edges[half_edges, 1]] - mesh.vertices[vertex]
+    first, group = np.unique(vertex, return_index=True, return_inverse=True)[1:]
+    reference = direction[first][group]
+    sine = np.einsum("ki,ki->k", normal, np.cross(reference, direction))
+    direction -= np.einsum("ki,ki->k", normal, direction)[:, None] * normal
+    cosine = np.einsum("ki,ki->k", reference, direction)
+    order = np.lexsort((np.arctan2(sine, cosine), group))
+    begins = np.searchsorted(group[order], np.arange(len(first) + 1))
+    successor = np.arange(1, len(order) + 1)
+    successor[begins[1:] - 1] = begins[:-1]
+    following[umbrellas[order]] = umbrellas[order[successor]]
+    return following
+
+
+def _split_at_repeated_vertices(chain: list[int], vertices: NDArray[np.int64]) -> list[list[int]]:
+    """Split a closed chain of half-edges where it returns to a vertex, so that each part passes each vertex once."""
+    parts: list[list[int]] = []
     path: list[int] = []
     position: dict[int, int] = {}
-    for vertex in [*loop, loop[0]]:
+    for along, vertex in zip([*chain, chain[0]], vertices[[*chain, chain[0]]].tolist(), strict=True):
         if vertex in position:
             part, path = path[position[vertex] :], path[: position[vertex]]
-            for removed in part:
+            for removed in vertices[part].tolist():
                 del position[removed]
-            parts.append(np.array(part))
+            parts.append(part)
         position[vertex] = len(path)
-        path.append(vertex)
+        path.append(along)
     return [part for part in parts if len(part) > 2]
 
 

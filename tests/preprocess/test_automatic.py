@@ -56,6 +56,21 @@ def test_t_junctions_are_closed():
     assert result.mesh.face_areas.min() > 0.1 * TORUS.face_areas.min()
 
 
+@pytest.mark.parametrize("share", [1, 100, 500])
+def test_faces_that_are_refined_without_their_neighbors_leave_no_hole(share):
+    rng = np.random.default_rng(0)
+    chosen = rng.permutation(len(TORUS.faces))[: len(TORUS.faces) * share // 1000]
+    a, b, c = TORUS.faces[chosen].T
+    ends = np.concatenate([[a, b], [b, c], [c, a]], axis=1).T
+    edges, of_side = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True)
+    ab, bc, ca = len(TORUS.vertices) + of_side.reshape(3, -1)
+    smaller = np.concatenate([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]], axis=1).T
+    vertices = np.concatenate([TORUS.vertices, TORUS.vertices[edges].mean(axis=1)])
+    closed = preprocess_mesh(Mesh(vertices, np.concatenate([np.delete(TORUS.faces, chosen, axis=0), smaller])))
+    assert (closed.mesh.is_closed_manifold, closed.mesh.n_components, closed.mesh.genus) == (True, 1, 1)
+    assert closed.mesh.volume == pytest.approx(TORUS.volume, rel=0.001)
+
+
 def test_a_sheet_stays_open_and_open_debris_is_removed(rod):
     assert preprocess_mesh(flat_grid()).mesh.is_closed is False
     given = joined(without_faces(TORUS, range(7)), Mesh([[5, 0, 0], [5.1, 0, 0], [5, 0.1, 0]], [[0, 1, 2]]))

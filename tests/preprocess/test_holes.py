@@ -34,6 +34,45 @@ def test_a_surface_with_many_missing_faces_is_closed(seed):
     )  # holes are two or three edges of 0.15 wide, of a diagonal of 3.5
 
 
+def neighbors_of_face(mesh, face):
+    """The three faces beside a face."""
+    shared = np.isin(mesh.faces, mesh.faces[face]).sum(axis=1)
+    return np.flatnonzero(shared == 2)
+
+
+@pytest.mark.parametrize("face", [0, 7, 500])
+def test_holes_that_meet_at_vertices_are_closed_each_for_itself(face):
+    ball = sphere(3)
+    given = without_faces(ball, neighbors_of_face(ball, face))
+    assert sorted(map(len, boundary_loops(given))) == [3, 3, 3]
+    filled = close_holes(given).mesh
+    assert (filled.genus, filled.n_components, filled.is_closed_manifold) == (0, 1, True)
+    assert {tuple(sorted(f)) for f in filled.faces.tolist()} == {tuple(sorted(f)) for f in ball.faces.tolist()}
+
+
+def test_every_second_face_around_a_vertex_is_a_hole_of_its_own():
+    ball = sphere(3)
+    around = np.flatnonzero((ball.faces == 200).any(axis=1))
+    assert len(around) == 6
+    centers = ball.vertices[ball.faces[around]].mean(axis=1) - ball.vertices[200]
+    frame = np.linalg.svd(centers)[2][:2]
+    turn = np.argsort(np.arctan2(*(frame @ centers.T)))
+    given = without_faces(ball, around[turn[::2]])
+    assert sorted(map(len, boundary_loops(given))) == [3, 3, 3]
+    assert close_holes(given).mesh.is_closed_manifold
+
+
+def test_two_bodies_that_touch_at_a_vertex_of_their_holes_are_closed_each_for_itself():
+    ball = without_faces(sphere(2), [0])
+    at = boundary_loops(ball)[0][0]
+    mirrored = Mesh(2 * ball.vertices[at] - ball.vertices, ball.faces[:, ::-1])
+    n = len(ball.vertices)
+    faces = np.where(mirrored.faces == at, at, mirrored.faces + n)
+    both = Mesh(np.concatenate([ball.vertices, mirrored.vertices]), np.concatenate([ball.faces, faces]))
+    assert sorted(map(len, boundary_loops(both))) == [3, 3]
+    assert len(close_holes(both).mesh.faces) == 2 * 320
+
+
 def test_a_boundary_loop_too_long_to_triangulate_is_filled_with_a_fan():
     pipe = cylinder(0.3, 2.0, 320, 3)
     result = close_holes(pipe, max_perimeter=1.0)
