@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["Mirror", "mirrors_at_centroid", "principal_axes"]
+__all__ = ["Mirror", "mirror_between", "mirrors_at_centroid", "principal_axes"]
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -47,6 +47,24 @@ def mirrors_at_centroid(mesh: Mesh, normals: ArrayLike) -> Iterator[Mirror]:
     """
     for normal in np.asarray(normals):
         yield Mirror(mesh.centroid, normal * np.sign(normal[np.argmax(np.abs(normal))]))
+
+
+def mirror_between(points: NDArray[np.float64], images: NDArray[np.float64], weights: NDArray[np.float64]) -> Mirror:
+    """Find the plane with the least weighted sum of squared distances of mirrored points from their images.
+
+    It goes through the middle between the two centroids, and its normal n is that with the least n' (C + C') n, where C
+    is the covariance of the points and the images: a reflection takes p to p - 2 (n' p) n.
+
+    Parameters
+    ----------
+    points, images : (k, 3) array of float
+    weights : (k,) array of float
+        Not all zero.
+    """
+    centers = [np.average(each, axis=0, weights=weights) for each in (points, images)]
+    covariance = ((points - centers[0]) * weights[:, None]).T @ (images - centers[1])
+    normal = np.linalg.eigh(covariance + covariance.T)[1][:, 0]
+    return Mirror((centers[0] + centers[1]) / 2, normal * np.sign(normal[np.argmax(np.abs(normal))]))
 
 
 def principal_axes(mesh: Mesh) -> NDArray[np.float64]:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.mirrors import Mirror, mirrors_at_centroid, principal_axes
+from lbskel.geometry.mirrors import Mirror, mirror_between, mirrors_at_centroid, principal_axes
 from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.refinement.extrema import find_extrema, is_missed
@@ -122,11 +122,11 @@ def keep_mirror_symmetry(before: Skeleton, after: Skeleton, surface: Surface) ->
 
 
 def find_symmetries(skeleton: Skeleton, surface: Surface) -> list[Symmetry]:
-    """Find planes at right angles to each other about which a surface is symmetric.
+    """Find planes, nearly at right angles to each other, about which a surface is symmetric.
 
     The mirror image of most of the surface is on it, and those of all nodes inside are inside, but for the nodes of
-    end branches. The axes of the coordinates are tried if no principal axis is normal to a plane: these are not unique
-    if two moments of the surface are equal.
+    end branches. A plane is fitted from each one that is normal to a principal axis: on a body that is not quite
+    symmetric, that is a degree off. None is found where two moments of the surface are equal, but by chance.
 
     Parameters
     ----------
@@ -138,12 +138,29 @@ def find_symmetries(skeleton: Skeleton, surface: Surface) -> list[Symmetry]:
     if not mesh.area > 0:
         return []
     scales = _scales(skeleton, mesh)
-    for normals in (principal_axes(mesh), np.eye(3)):
-        planes = [plane for plane in mirrors_at_centroid(mesh, normals) if _deviates_little(plane, surface, scales)]
-        one_sided = [(plane, _one_sided_nodes(plane, skeleton, surface)) for plane in planes]
-        if found := [Symmetry(plane, nodes) for plane, nodes in one_sided if nodes is not None]:
-            return found
-    return []
+    planes = [_fitted(plane, surface, scales) for plane in mirrors_at_centroid(mesh, principal_axes(mesh))]
+    planes = [plane for plane in planes if _deviates_little(plane, surface, scales)]
+    one_sided = [(plane, _one_sided_nodes(plane, skeleton, surface)) for plane in planes]
+    return [Symmetry(plane, nodes) for plane, nodes in one_sided if nodes is not None]
+
+
+def _fitted(plane: Mirror, surface: Surface, scales: NDArray[np.float64]) -> Mirror:
+    """Fit a plane to the small sample and the points of the surface that are nearest to its mirror image.
+
+    Only points that are near count. The fit is repeated as long as the sum of squared distances, of no more than the
+    limit each, falls by a tenth, as the iterative closest points of Besl, McKay 1992, https://doi.org/10.1109/34.121791.
+    """
+    sample, least = _sample(surface, N_SAMPLES[0]), np.inf
+    vertices, areas, limits = surface.mesh.vertices[sample], surface.mesh.vertex_areas[sample], scales[sample]
+    limits = TYPICAL_DEVIATION * limits
+    fitted = plane
+    while True:
+        distances, images = surface.closest(fitted.mirrored(vertices))
+        squares, weights = areas @ np.minimum(distances, limits) ** 2, areas * (distances <= limits)
+        if not squares < 0.9 * least or not weights.any():
+            return plane
+        plane, least = fitted, squares
+        fitted = mirror_between(vertices, images, weights)
 
 
 def _deviates_little(plane: Mirror, surface: Surface, scales: NDArray[np.float64]) -> bool:

@@ -5,7 +5,7 @@ import pytest
 from helpers import box_mesh
 from scipy.spatial.transform import Rotation
 
-from lbskel.geometry.mirrors import Mirror, mirrors_at_centroid, principal_axes
+from lbskel.geometry.mirrors import Mirror, mirror_between, mirrors_at_centroid, principal_axes
 
 
 def test_a_mirror_image_is_as_high_on_the_other_side():
@@ -30,3 +30,14 @@ def test_mirrors_pass_through_the_centroid_and_look_to_the_positive_side():
     assert first.normal.tolist() == [1, 0, 0]
     assert second.normal.tolist() == [-0.6, 0.8, 0]
     assert first.point == pytest.approx(box.centroid)
+
+
+def test_the_mirror_between_points_and_their_images_is_found_whatever_has_no_weight():
+    rng = np.random.default_rng(0)
+    mirror = Mirror(np.array([1.0, 2, 3]), np.array([0.6, 0.0, 0.8]))
+    points = rng.normal(size=(20, 3))
+    images = mirror.mirrored(points)
+    images[:5] += 1
+    found = mirror_between(points, images, np.repeat([0.0, 1.0, 2.0], [5, 10, 5]))
+    assert found.normal == pytest.approx(mirror.normal)
+    assert found.heights(mirror.point[None]) == pytest.approx(0, abs=1e-12)

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import lbskel
 from lbskel import Mesh, Skeleton
+from lbskel.geometry.mirrors import principal_axes
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.mirror_symmetry import find_symmetries, keep_mirror_symmetry, make_mirror_symmetric
 from lbskel.shapes import capsule, mesh_solid, solid_of, torus, with_local_noise
@@ -211,6 +212,18 @@ def test_the_planes_of_a_turned_torus():
     normals = np.array([plane.normal for plane in planes])
     assert np.abs(normals @ turn[:, 2]).max() == pytest.approx(1)
     assert normals @ normals.T == pytest.approx(np.eye(len(normals)), abs=2e-3)
+
+
+def test_the_plane_of_a_body_with_one_arm_moved_is_fitted():
+    turn = Rotation.from_euler("xyz", [20, 30, 40], degrees=True).as_matrix()
+    mesh = HARD_SHAPES["torso"]().mesh
+    vertices = np.array(mesh.vertices)
+    vertices[(vertices[:, 0] > 0.7) & (vertices[:, 2] < 0.4), 1] -= 0.1
+    mesh = mesh.with_vertices(vertices @ turn.T)
+    axis = np.abs(principal_axes(mesh) @ turn[:, 0]).max()
+    assert np.degrees(np.arccos(axis)) > 0.5
+    (plane,) = planes_of(mesh)
+    assert np.degrees(np.arccos(abs(plane.normal @ turn[:, 0]))) < 0.2
 
 
 def body_with_tail(*aside):
