@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from lbskel.skeleton.skeleton import Skeleton
 
-# Known values that a branch needs for a median of its own; the table of branches moved aside in
-# benchmarks/results/judge.md
+# Known values that a branch needs for a median of its own. Of branches moved aside by 0.6 radii 0.75 fail; with 5
+# values 0.89 would (benchmarks/results/judge.md) and, by hand, a man for one fist
 MIN_KNOWN = 6
 MAX_SPUR_REACH = 1.2  # in radii of the junction: a spur is an end branch whose balls all stay within; a guess
 
