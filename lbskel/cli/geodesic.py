@@ -69,7 +69,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.picture:
         from lbskel.visualization import Panel, render
 
-        bands = np.floor(N_BANDS * distance / max(distance[reached].max(), np.finfo(np.float64).tiny)) % 2
+        bands = np.full(len(distance), np.nan)
+        bands[reached] = np.floor(N_BANDS * distance[reached] / (distance[reached].max() or 1.0)) % 2
         panels = [
             Panel(mesh, title="distance", field=distance, field_name="distance"),
             Panel(mesh, title=f"bands of 1 / {N_BANDS}", field=bands, field_name="band"),

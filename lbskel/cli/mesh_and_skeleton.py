@@ -6,14 +6,17 @@ __all__ = ["add_input", "mesh_and_skeleton", "skeleton_of"]
 
 import argparse
 import sys
+from collections.abc import Collection
 from pathlib import Path
 
 from lbskel.cli.options import add_skeleton_options, skeleton_options
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io import FORMATS, MESH_READERS, read_mesh, read_skeleton
 from lbskel.pipeline.stages import skeletonize
 from lbskel.skeleton.skeleton import Skeleton
+
+PAGE_OPTIONS = ("preprocess", "simplify")  # with which a page repeats the contraction
 
 
 def add_input(parser: argparse.ArgumentParser) -> None:
@@ -36,9 +39,11 @@ def mesh_and_skeleton(arguments: argparse.Namespace) -> tuple[Mesh, Skeleton]:
     ------
     MeshError
         If the skeleton has no map of the vertices of this mesh.
+    UnknownChoice
+        If a skeleton is given and an option with which one is made.
     """
     mesh = read_mesh(arguments.mesh)
-    skeleton = skeleton_of(mesh, arguments)
+    skeleton = skeleton_of(mesh, arguments, is_shown=bool(getattr(arguments, "html", None)))
     if len(skeleton.node_of_vertex) != len(mesh.vertices):
         raise MeshError(
             f"{arguments.skeleton}: maps {len(skeleton.node_of_vertex)} vertices to its nodes, and {arguments.mesh} "
@@ -47,9 +52,16 @@ def mesh_and_skeleton(arguments: argparse.Namespace) -> tuple[Mesh, Skeleton]:
     return mesh, skeleton
 
 
-def skeleton_of(shape: Mesh | PointCloud, arguments: argparse.Namespace) -> Skeleton:
-    """Read the skeleton, or make it with the options given, tell its stages, and warn of one that fails its score."""
+def skeleton_of(shape: Mesh | PointCloud, arguments: argparse.Namespace, *, is_shown: bool) -> Skeleton:
+    """Read the skeleton, or make it with the options given, tell its stages, and warn of one that fails its score.
+
+    Raises
+    ------
+    UnknownChoice
+        If a skeleton is given and an option with which one is made, but for those that a page needs where it is shown.
+    """
     if arguments.skeleton:
+        _refuse_options_without_effect(arguments, PAGE_OPTIONS if is_shown else ())
         return read_skeleton(arguments.skeleton)
     name = Path(arguments.mesh).name
     skeleton = skeletonize(
@@ -64,3 +76,16 @@ def skeleton_of(shape: Mesh | PointCloud, arguments: argparse.Namespace) -> Skel
             file=sys.stderr,
         )
     return skeleton
+
+
+def _refuse_options_without_effect(arguments: argparse.Namespace, used: Collection[str]) -> None:
+    """Raise UnknownChoice for an option of a skeleton to be made that is given and not used."""
+    parser = argparse.ArgumentParser()
+    add_skeleton_options(parser)
+    for name, default in vars(parser.parse_args([])).items():
+        if getattr(arguments, name) != default and name not in used:
+            option = "nodes" if name == "n_nodes" else name.replace("_", "-")
+            raise UnknownChoice(
+                f"--{option} has no effect on a skeleton that is made already; leave out --{option}, or --skeleton "
+                f"{arguments.skeleton}"
+            )

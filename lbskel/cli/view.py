@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Read or make the skeleton, and write the page."""
     refuse_page(arguments.output, arguments.force)
     shape = as_shape(arguments.mesh)
-    skeleton = skeleton_of(shape, arguments)
+    skeleton = skeleton_of(shape, arguments, is_shown=True)
     arguments.on_stage("page")
     write_page(arguments.output, shape, skeleton, arguments, title=Path(arguments.mesh).name)
     counts = f"{len(skeleton.nodes)} nodes, {len(skeleton.tips)} tips, {skeleton.cycle_rank} cycles"

@@ -165,7 +165,7 @@ def check(mesh: Any) -> MeshReport:
     >>> check(ring).findings
     ()
     >>> print(*check(Mesh(ring.vertices, ring.faces[:-1])).findings)
-    1 hole: it is closed, unless it is the boundary of a sheet.
+    1 hole: it is closed, except around a sheet or where longer than the diagonal.
     """
     mesh = as_mesh(mesh)
     prepared = preprocess_mesh(mesh).mesh

@@ -34,7 +34,8 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.3) -> PreprocessResult:
     mesh : Mesh, (vertices, faces), path or mesh object
         Consistently oriented, as :func:`fix_orientation` leaves it; loops at seams of the orientation stay open.
     max_perimeter : float
-        Length of the longest boundary loop to close, as a fraction of the diagonal.
+        Length of the longest boundary loop to close, as a fraction of the diagonal. One of three edges, where a face is
+        missing, may be longer.
 
     Raises
     ------
@@ -55,7 +56,8 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.3) -> PreprocessResult:
         if len(loop) - 2 >= n_faces_of[component]:
             n_open += 1
             continue
-        if np.linalg.norm(np.roll(boundary, -1, axis=0) - boundary, axis=1).sum() > max_perimeter * mesh.diagonal:
+        perimeter = np.linalg.norm(np.roll(boundary, -1, axis=0) - boundary, axis=1).sum()
+        if len(loop) > 3 and perimeter > max_perimeter * mesh.diagonal:
             n_open += 1
             continue
         points, double_area = boundary, np.inf

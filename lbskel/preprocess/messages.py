@@ -31,7 +31,11 @@ _DEFECTS: dict[str, tuple[str, str, str]] = {
     "duplicate_faces": ("face duplicates", "faces duplicate", "another: removed"),
     "repeated_corners": ("face names", "faces name", "a vertex twice: removed"),
     "unreferenced_vertices": ("vertex belongs", "vertices belong", "to no face: mapped to the nearest node"),
-    "boundary_loops": ("hole: it is", "holes: they are", "closed, unless it is the boundary of a sheet"),
+    "boundary_loops": (
+        "hole: it is",
+        "holes: they are",
+        "closed, except around a sheet or where longer than the diagonal",
+    ),
     "nonmanifold_edges": ("edge has", "edges have", "more than two faces: kept, and handled by the robust operator"),
     "nonmanifold_vertices": ("vertex joins", "vertices join", "surfaces that share no edge there: kept"),
     "misoriented_edges": ("edge lies", "edges lie", "between faces of opposite orientation: reoriented"),

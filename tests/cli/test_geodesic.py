@@ -4,6 +4,7 @@ import argparse
 
 import numpy as np
 import pytest
+from helpers import joined, moved
 
 from lbskel import FormatError, MeshError, geodesic_distance
 from lbskel.cli import geodesic as command
@@ -16,6 +17,14 @@ def run_command(*arguments):
     command.add_parser(parser.add_subparsers())
     parsed = parser.parse_args(["geodesic", *map(str, arguments)])
     return parsed.run(parsed)
+
+
+def test_vertices_that_are_not_reached_are_in_no_band(tmp_path, capsys):
+    path = tmp_path / "rings.off"
+    ring = torus(1.0, 0.3, 24, 12)
+    write_mesh(path, joined(ring, moved(ring, 4.0)))
+    assert run_command(path, "--source", 3, "--picture", tmp_path / "distances.png") == 0
+    assert "288 of 576 vertices reached" in capsys.readouterr().out
 
 
 def test_distances_are_printed_written_and_drawn(tmp_path, capsys):

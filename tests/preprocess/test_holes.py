@@ -91,6 +91,12 @@ def test_a_seam_of_opposite_orientation_is_not_a_hole(ring):
     assert boundary_loops(given) == []
 
 
+def test_a_missing_face_is_filled_however_long_it_is():
+    rod = close_holes(cylinder(0.1, 9.0, 8, 2), max_perimeter=1.0).mesh
+    holed = without_faces(rod, [int(np.argmax(rod.face_areas))])
+    assert close_holes(holed, max_perimeter=0.3).mesh.is_closed_manifold
+
+
 def test_a_filled_hole_has_the_orientation_of_its_surface():
     ball = sphere(3)
     given = without_faces(ball, [0, 100, 101])
