@@ -8,9 +8,9 @@ turn, or one of its bounds is replaced.
 
 from __future__ import annotations
 
-__all__ = ["EXTENSIONS", "PASSES", "measured", "n_tips_lost", "run"]
+__all__ = ["EXTENSIONS", "PASSES", "means_and_graphs", "measured", "n_tips_lost", "run"]
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -148,7 +148,6 @@ BOUNDS: dict[str, dict[str, Any]] = {
 }
 
 NOISES = (0.1, 0.2, 0.3)  # standard deviation of noise along the normals, in local edge lengths
-GROWTHS = (1.5, 1.7, 2.0, 2.3, 3.0)  # factors on the contraction weight after each step
 BULGES = (0.55, 0.62, 0.7, 0.85)  # lower bounds on the bulge of a limb; a hemisphere has 1
 
 
@@ -191,10 +190,9 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
     on = tubes, list(shapes.values()), real, baseline, planes
     ablation = [_ablation(name, *on) for name in ("none", *PASSES, *BOUNDS)]
     noise = [_noise_row(deviation, bulge, real) for deviation in NOISES for bulge in BULGES]
-    growths = [{"growth": growth} | _means(_contracted_in_steps(growth, shapes.values())) for growth in GROWTHS]
     save_json(
         results / "refinement.json",
-        {"summary": summary, "rows": rows, "ablation": ablation, "noise": noise, "growths": growths},
+        {"summary": summary, "rows": rows, "ablation": ablation, "noise": noise},
         packages=("PyGEL3D", "CGAL"),
         meshes=paths,
     )
@@ -207,7 +205,6 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
             f"Passes left out or bounds replaced: {len(tubes)} tubes, {len(shapes)} hard shapes, {len(real)} meshes, "
             f"{sum(map(bool, planes))} with a plane of symmetry": markdown_table(ablation),
             f"Noise on real meshes, by the bulge of a limb: {len(real)} meshes": markdown_table(noise),
-            "Hard shapes contracted in smaller and larger steps": markdown_table(growths),
             "Tried and not kept, by hand": markdown_table(TRIALS),
         },
     )
@@ -222,12 +219,6 @@ def _row(tool: str, shape: Shape) -> dict[str, Any]:
         return {"error": answer["error"]}
     nodes, edges = answer["value"]
     return measured(lbskel.Skeleton(nodes, edges, np.zeros(len(nodes))), shape.truth)
-
-
-def _contracted_in_steps(growth: float, shapes: Iterable[Shape]) -> list[dict[str, Any]]:
-    """Measure skeletons whose contraction weight grows by a factor after each step: they should not depend on it."""
-    settings = lbskel.ContractionSettings(contraction_growth=growth)
-    return [measured(lbskel.skeletonize(shape.mesh, preset=settings), shape.truth) for shape in shapes]
 
 
 def measured(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> dict[str, Any]:
@@ -249,7 +240,7 @@ def _n_junctions(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> int:
     return len(merge_junctions(lbskel.Skeleton(skeleton.nodes, skeleton.edges, radii)).junctions)
 
 
-def _means(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def means_and_graphs(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Compute means over the shapes that gave a skeleton, and count right graphs over all."""
     return {
         **means(rows),
@@ -258,7 +249,9 @@ def _means(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _summary(rows: Sequence[dict[str, Any]], part: str, tool: str) -> dict[str, Any]:
-    return {"set": part, "tool": tool} | _means([row for row in rows if (row["set"], row["tool"]) == (part, tool)])
+    return {"set": part, "tool": tool} | means_and_graphs(
+        [row for row in rows if (row["set"], row["tool"]) == (part, tool)]
+    )
 
 
 def _ablation(
@@ -275,7 +268,7 @@ def _ablation(
     """
     with replaced(name):
         on_tubes, on_hard = (
-            _means([measured(lbskel.skeletonize(shape.mesh), shape.truth) for shape in shapes])
+            means_and_graphs([measured(lbskel.skeletonize(shape.mesh), shape.truth) for shape in shapes])
             for shapes in (tubes, hard)
         )
         skeletons = [lbskel.skeletonize(mesh) for mesh in real]
