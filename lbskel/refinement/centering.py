@@ -53,7 +53,8 @@ def fit_to_centerlines(skeleton: Skeleton, centers: SectionCenters, surface: Sur
     """Fit a smooth curve to the section centers of every branch and to its junctions; tips move with their branch.
 
     Between its last section and its junction, and between sections, a branch is weakly drawn to the straight line.
-    Where the result would leave the surface, the branch stays parallel to its present course.
+    Where the result would leave the surface, the branch stays parallel to its present course. A loop without a known
+    section stays as it is: nothing else would hold it open.
 
     Parameters
     ----------
@@ -63,9 +64,10 @@ def fit_to_centerlines(skeleton: Skeleton, centers: SectionCenters, surface: Sur
     surface : Surface
     """
     is_junction = skeleton.degrees >= 3
-    weight = np.where(centers.is_known, 1.0, POSITION_WEIGHT)
+    is_held = centers.is_known | _on_loops_without_sections(skeleton, centers)
+    weight = np.where(is_held, 1.0, POSITION_WEIGHT)
     weight[is_junction] = 1 / POSITION_WEIGHT
-    is_gap = ~(centers.is_known | is_junction)
+    is_gap = ~(is_held | is_junction)
     nodes = _smoothing_spline(skeleton, _across_gaps(skeleton, centers.positions, is_gap, surface), weight)
     is_outside = is_gap & ~surface.contains(nodes)
     if is_outside.any():
@@ -74,6 +76,18 @@ def fit_to_centerlines(skeleton: Skeleton, centers: SectionCenters, surface: Sur
         moved = skeleton.nodes + _smoothing_spline(skeleton, centers.positions - skeleton.nodes, weight)
         nodes[is_parallel] = moved[is_parallel]
     return replace(skeleton, nodes=keep_sides(skeleton, nodes, surface))
+
+
+def _on_loops_without_sections(skeleton: Skeleton, centers: SectionCenters) -> NDArray[np.bool_]:
+    """(n,) whether a node is on a branch that ends where it begins, and of which no section is known."""
+    nodes, begins = skeleton.flat_branches
+    is_loop = nodes[begins[:-1]] == nodes[begins[1:] - 1]
+    number = np.repeat(np.arange(len(is_loop)), np.diff(begins))
+    is_own = skeleton.degrees[nodes] == 2
+    is_loop[number[is_own & centers.is_known[nodes]]] = False
+    is_on_loop = np.zeros(len(skeleton.nodes), dtype=bool)
+    is_on_loop[nodes[is_own & is_loop[number]]] = True
+    return is_on_loop
 
 
 def _across_gaps(

@@ -72,6 +72,17 @@ def test_a_gap_that_would_leave_the_surface_stays_parallel_to_its_course():
     assert np.hypot(*fitted.nodes[:, :2].T) == pytest.approx(1, abs=0.02)
 
 
+def test_a_loop_without_sections_keeps_its_positions():
+    """A handle that is too small for sections, at a rod whose surface has no tunnel to tell it from."""
+    mesh = capsule(4.0, 0.5, 32)
+    rod = path_in(mesh, np.stack([np.zeros(9), np.zeros(9), np.linspace(-2, 2, 9)], axis=1))
+    nodes = np.concatenate([rod.nodes, [[0.1, 0.1, 0], [0.2, 0, 0], [0.1, -0.1, 0]]])
+    edges = np.concatenate([rod.edges, [[4, 9], [9, 10], [10, 11], [11, 4]]])
+    looped = Skeleton(nodes, edges, np.full(12, 0.5), rod.node_of_vertex)
+    fitted = fit_to_centerlines(looped, SectionCenters(np.arange(12) < 9, nodes), Surface(mesh))
+    assert fitted.edge_lengths.min() > 0.05
+
+
 def test_a_gap_does_not_take_a_short_cut_past_its_tunnel():
     """The ends of a path once around a thick torus see each other, but not around its tunnel."""
     mesh = torus(1.0, 0.4, 96, 32)
