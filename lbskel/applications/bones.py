@@ -10,7 +10,7 @@ from __future__ import annotations
 
 __all__ = ["Bones", "bones_of"]
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -99,7 +99,8 @@ def _main_components(skeleton: Skeleton) -> Skeleton:
     target = np.arange(len(skeleton.nodes))
     if len(lost):
         target[lost] = kept[cKDTree(skeleton.nodes[kept]).query(skeleton.nodes[lost])[1]]
-    return contract_nodes(skeleton, target)
+    kept_edges = skeleton.edges[is_main[label[skeleton.edges[:, 0]]]]
+    return contract_nodes(replace(skeleton, edges=kept_edges), target)
 
 
 def _length(skeleton: Skeleton, path: NDArray[np.int64]) -> float:

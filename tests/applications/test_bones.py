@@ -82,3 +82,25 @@ def test_the_root_is_the_junction_fewest_of_its_radii_from_the_middle(radius, ro
     edges = [*((k, k + 1) for k in range(7)), (3, 8), (6, 9)]
     radii = np.where(np.arange(10) == 6, 1.0, np.where(np.arange(10) == 3, radius, 0.3))
     assert bones_of(Skeleton(nodes, edges, radii, np.arange(10)), max_bones=30).heads[0][0] == root
+
+
+def test_a_component_that_is_lost_leaves_no_edge_between_the_nodes_that_it_goes_to():
+    arch = path([[-1, 3, 0], [-1, 0, 0], [1, 0, 0], [1, 3, 0]], 0.2)
+    bead = path([[-0.3, 2, 0], [0.3, 2, 0]], 0.2)  # its left half goes to the left leg, its right half to the right one
+    n = len(arch.nodes)
+    both = Skeleton(
+        np.concatenate([arch.nodes, bead.nodes]),
+        np.concatenate([arch.edges, bead.edges + n]),
+        np.full(n + len(bead.nodes), 0.2),
+        np.arange(n + len(bead.nodes)),
+    )
+    alone, found = bones_of(arch, max_bones=30), bones_of(both, max_bones=30)
+    assert np.array_equal(found.heads, alone.heads)
+    assert np.array_equal(found.tails, alone.tails)
+    assert np.array_equal(found.bone_of_vertex[:n], alone.bone_of_vertex)
+
+
+def test_small_components_on_a_path_leave_no_cycle():
+    nodes = [[0, -0.8, -1.3], [0, -0.8, 1.8], [0, 2, -0.7], [0.5, 0.7, -0.2], [0, 0, 0.2]]
+    skeleton = Skeleton(nodes, [[0, 1], [1, 2], [3, 4]], [478.0, 426, 696, 152, 522], node_of_vertex=[0])
+    assert len(bones_of(skeleton, max_bones=3).heads) <= 3
