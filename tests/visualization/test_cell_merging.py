@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from helpers import joined, moved
 
 from lbskel import Mesh
-from lbskel.shapes import torus
+from lbskel.shapes import sphere, torus
 from lbskel.visualization.cell_merging import merged_by_cells
 
 
@@ -29,3 +30,15 @@ def test_a_surface_below_the_bound_is_kept():
     assert np.array_equal(faces, mesh.faces)
     assert np.array_equal(kept, np.arange(len(mesh.vertices)))
     assert np.array_equal(rows, np.arange(len(mesh.faces)))
+
+
+def test_parts_that_are_small_beside_the_whole_and_faces_without_area_leave_some_faces():
+    ball = sphere(4)
+    far = joined(ball, moved(ball, 500.0))
+    n = np.arange(5000)
+    flat = np.stack([np.append(n, 5000), np.sin(np.append(n, 5000)), np.zeros(5001)], axis=1)
+    for vertices, given in ((far.vertices, far.faces), (flat, np.stack([n, n + 1, n + 1], axis=1))):
+        kept, faces, rows = merged_by_cells(vertices, given, 1000)
+        assert len(faces) == 1000
+        assert np.array_equal(kept[faces], given[rows])
+        assert (rows[0], rows[-1]) == (0, len(given) - 1)
