@@ -95,7 +95,7 @@ def greedy_anchors(
             errors[anchors] = 0
             new = int(errors.argmax())
             if errors[new] == 0:
-                return chosen, X
+                return np.array(anchors, dtype=np.int64), X
             unit[new] = 1
             column = laplacian.solve_normal(unit)[:, 0]
             unit[new] = 0

@@ -54,3 +54,11 @@ def test_rows_that_are_all_zero_need_no_anchor():
     V = np.random.default_rng(0).random((5, 3))
     anchors, X = greedy_anchors(csc_array((5, 5)), np.zeros_like(V), V, 3)
     assert (len(anchors), X.tolist()) == (0, V.tolist())
+
+
+def test_more_anchors_than_vertices_are_all_of_them_and_give_the_surface():
+    icosahedron = sphere(0)
+    surface, anchors = least_squares_mesh(icosahedron, 100)
+    again, chosen = least_squares_mesh(icosahedron, 12)
+    assert sorted(anchors) == sorted(chosen) == list(range(12))
+    np.testing.assert_allclose(surface.vertices, again.vertices, atol=1e-14)
