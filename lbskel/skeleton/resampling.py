@@ -238,7 +238,8 @@ def _interpolated(values: NDArray[np.float64], paths: _Paths, counts: NDArray[np
     t = np.divide(at - arc[left], width, out=np.zeros_like(at), where=width > 0)[:, None]
     start, end = values[rows[left]], values[rows[left + 1]]
     result: NDArray[np.float64] = (1 - t) * start + t * end
-    tangents, is_smooth = _tangents(values[rows, :3], arc, begin, sizes)
+    is_ring = (rows[begin] == rows[begin + sizes - 1]) & (np.bincount(rows, minlength=len(values))[rows[begin]] == 2)
+    tangents, is_smooth = _tangents(values[rows, :3], arc, begin, sizes, is_ring)
     cubic = is_smooth[of_point]
     t, h = t[cubic], width[cubic, None]
     offset = (t - 1) * tangents[left[cubic]] * h + t * tangents[left[cubic] + 1] * h
@@ -248,7 +249,11 @@ def _interpolated(values: NDArray[np.float64], paths: _Paths, counts: NDArray[np
 
 
 def _tangents(
-    P: NDArray[np.float64], arc: NDArray[np.float64], begin: NDArray[np.int64], sizes: NDArray[np.int64]
+    P: NDArray[np.float64],
+    arc: NDArray[np.float64],
+    begin: NDArray[np.int64],
+    sizes: NDArray[np.int64],
+    is_ring: NDArray[np.bool_],
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """(n, 3) derivatives by arc length on paths laid end to end, and for each path whether it has any to use."""
     h = np.diff(arc)
@@ -261,4 +266,7 @@ def _tangents(
     total = np.where(h[:-1] + h[1:] > 0, h[:-1] + h[1:], 1.0)[:, None]
     tangents[1:-1] = (P[2:] - P[:-2]) / total
     tangents[begin], tangents[last] = slope[begin], slope[last - 1]
+    first, end = begin[is_ring], last[is_ring]
+    total = np.where(h[first] + h[end - 1] > 0, h[first] + h[end - 1], 1.0)[:, None]
+    tangents[first] = tangents[end] = (P[first + 1] - P[end - 1]) / total
     return tangents, is_smooth

@@ -180,3 +180,22 @@ def test_a_spacing_in_unknown_radii_is_refused():
     with pytest.raises(UnknownChoice, match="give n_nodes"):
         resample(path, spacing=0.5)
     assert len(resample(path, n_nodes=10).nodes) == 10
+
+
+def test_a_ring_is_as_round_at_its_first_node_as_elsewhere():
+    angles = np.linspace(0, 2 * np.pi, 9)[:-1]
+    nodes = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+    octagon = Skeleton(nodes, [[k, (k + 1) % 8] for k in range(8)], np.ones(8))
+    around = resample(octagon, n_nodes=64).nodes
+    assert np.abs(np.linalg.norm(around, axis=1) - 1).max() < 0.009  # 0.0085 between all nodes of the octagon
+
+
+def test_the_node_at_the_junction_of_a_loop_has_no_tangent_across_it():
+    tail = Skeleton(
+        [[0, 0, 0], [1, 1, 0], [2, 0, 0], [1, -1, 0], [-1, 0, 0]],
+        [[0, 1], [1, 2], [2, 3], [0, 3], [0, 4]],
+        np.ones(5),
+    )
+    even = resample(tail, n_nodes=60)
+    assert even.nodes[:, 0].min() == -1
+    assert (np.abs(even.nodes[even.nodes[:, 0] < 0, 1]) < 1e-12).all()  # the curve does not swing past the junction
