@@ -130,7 +130,8 @@ def _without_branches(skeleton: Skeleton, branches: list[NDArray[np.int64]]) -> 
     for branch in branches:
         path = branch[-2:] if branch[0] == branch[-1] else branch
         removed.append(np.sort(np.stack([path[:-1], path[1:]], axis=1), axis=1))
-        half = len(path) // 2
+        s = np.cumsum(np.linalg.norm(np.diff(skeleton.nodes[path], axis=0), axis=1))
+        half = 1 + int(np.searchsorted(s[:-1], s[-1] / 2))
         target[path[1:half]], target[path[half:-1]] = path[0], path[-1]
     is_kept = ~np.isin(skeleton.edges @ [k, 1], np.concatenate(removed) @ [k, 1])
     return contract_nodes(replace(skeleton, edges=skeleton.edges[is_kept]), target)

@@ -101,3 +101,10 @@ def test_only_small_handles_of_a_mesh_are_opened_and_the_score_does_not_fail_for
     assert opened.report["score"]["verdicts"]["extra_cycles"] == "pass"
     # the same graph that nobody asked for fails
     assert kept.report["score"]["measures"]["extra_cycles"] == 0
+
+
+def test_vertices_of_a_removed_branch_go_to_the_nearer_end_by_arc_length():
+    nodes = [[0, 0, 0], [1.1, 0, 0], [5, 0, 0], [6, 0, 0], [2, 3, 0], [4, 3, 0], [-1, 0, 0]]
+    edges = [[0, 1], [1, 2], [2, 3], [0, 4], [4, 5], [2, 5], [0, 6]]
+    opened = open_short_loops(Skeleton(nodes, edges, [1, 0.5, 1, 1, 1, 1, 1], np.arange(7)), 100)
+    assert opened.nodes[opened.node_of_vertex[1]].tolist() == [0, 0, 0]
