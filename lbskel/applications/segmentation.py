@@ -61,7 +61,7 @@ class Segmentation:
     length : (p,) array of float
         Length of the skeleton in the part.
     mean_radius : (p,) array of float
-        Mean radius of the nodes.
+        Mean of the known radii of the nodes; NaN if none is known.
 
     Examples
     --------
@@ -90,10 +90,11 @@ class Segmentation:
         return {"part": np.arange(len(self)), **{name: getattr(self, name) for name in names}}
 
     def to_csv(self) -> str:
-        """Return the table as CSV, one line for each part."""
+        """Return the table as CSV, one line for each part; NaN is an empty field."""
         columns = self.columns()
         rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-        return "\n".join([",".join(columns), *(",".join(map(repr, row)) for row in rows), ""])
+        lines = [",".join("" if value != value else repr(value) for value in row) for row in rows]
+        return "\n".join([",".join(columns), *lines, ""])
 
 
 def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> Segmentation:
@@ -225,8 +226,9 @@ def _measured(
         part_of_node[lost] = votes[lost].argmax(axis=1)
     p = len(kept)
     share = np.repeat(skeleton.edge_lengths / 2, 2)
-    count = np.bincount(part_of_node, minlength=p)
-    radii = np.nan_to_num(skeleton.radii)
+    is_known = np.isfinite(skeleton.radii)
+    n_known = np.bincount(part_of_node, is_known, minlength=p)
+    radii = np.bincount(part_of_node, np.where(is_known, skeleton.radii, 0.0), minlength=p)
     values: dict[str, NDArray[Any]] = {
         "part_of_face": part_of_face.astype(np.int64),
         "part_of_node": part_of_node,
@@ -234,6 +236,6 @@ def _measured(
         "area": np.bincount(part_of_face, mesh.face_areas, minlength=p),
         "volume": np.bincount(part_of_face, volumes, minlength=p),
         "length": np.bincount(part_of_node[skeleton.edges.ravel()], share, minlength=p),
-        "mean_radius": np.bincount(part_of_node, radii, minlength=p) / np.maximum(count, 1),
+        "mean_radius": np.divide(radii, n_known, out=np.full(p, np.nan), where=n_known > 0),
     }
     return Segmentation(**{name: read_only(value) for name, value in values.items()})

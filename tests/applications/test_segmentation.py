@@ -109,7 +109,13 @@ def test_unknown_radii_degenerate_faces_and_wrong_input(rod):
     unknown = lbskel.Skeleton(
         skeleton.nodes, skeleton.edges, np.full(len(skeleton.nodes), np.nan), skeleton.node_of_vertex
     )
-    assert segment(flat, unknown).n_faces.tolist() == [len(flat.faces)]
+    parts = segment(flat, unknown)
+    assert parts.n_faces.tolist() == [len(flat.faces)]
+    assert np.isnan(parts.mean_radius).all()
+    assert parts.to_csv().splitlines()[1].endswith(",")
+    known = np.arange(len(skeleton.nodes)) % 2 == 0
+    some = lbskel.Skeleton(skeleton.nodes, skeleton.edges, np.where(known, 0.4, np.nan), skeleton.node_of_vertex)
+    assert segment(flat, some).mean_radius == pytest.approx(0.4)
     with pytest.raises(MeshError, match="give the mesh that the skeleton was made from"):
         segment(capsule(3.0, 0.4, 12), skeleton)
     with pytest.raises(UnknownChoice, match="inscribed, shape_diameter"):
