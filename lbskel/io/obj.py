@@ -44,12 +44,18 @@ def read_obj_skeleton(path: Path) -> Skeleton:
 def _statements(text: str) -> dict[str, Lines]:
     """Group the arguments of all statements by their keyword, the first word of the line."""
     found: defaultdict[str, tuple[list[str], list[int]]] = defaultdict(lambda: ([], []))
-    for number, line in enumerate(re.sub(r"\\\r?\n", " ", text).splitlines(), 1):
-        words = line.split("#", 1)[0].split(None, 1)
+    statement, first = "", 0
+    for number, line in enumerate([*text.splitlines(), ""], 1):
+        first = first if statement else number
+        statement += line.split("#", 1)[0]
+        if statement.endswith("\\"):  # continued on the next line
+            statement = statement[:-1] + " "
+            continue
+        words, statement = statement.split(None, 1), ""
         if words:
             texts, numbers = found[words[0]]
             texts.append(words[1].strip() if len(words) > 1 else "")
-            numbers.append(number)
+            numbers.append(first)
     return {word: Lines(texts, np.array(numbers)) for word, (texts, numbers) in found.items()}
 
 

@@ -61,6 +61,7 @@ def test_written_indices_begin_at_1(tmp_path, tetrahedron):
         ("v 0 0 0\nv 1 zero 0\n", FormatError, "line 2: three coordinates expected, found '1 zero 0'"),
         ("v 0 0 0\n\nv\nv 1 2 3\n", FormatError, "line 3: three coordinates expected"),
         ("v 0 0 0\nv 1 0\n", FormatError, "line 2: three coordinates"),
+        ("v 0 \\\n0 \\\r\n0\nv 1 \\\nx 0\n", FormatError, "line 4: three coordinates expected, found '1  x 0'"),
         (TRIANGLE + "f 1 2 x\n", FormatError, "line 4: 3 vertex indices expected, found '1 2 x'"),
         (TRIANGLE + "f 1 2 2.5\n", FormatError, "line 4: vertex indices must be whole numbers"),
         (TRIANGLE + "f 1 2 nan\n", FormatError, "line 4: vertex indices must be whole numbers"),
@@ -109,3 +110,8 @@ def test_consecutive_polylines_are_not_joined(read):
 )
 def test_errors_of_a_skeleton_name_the_place(rejects, content, message):
     rejects("a.obj", content, FormatError, message, read_skeleton)
+
+
+def test_a_comment_that_ends_in_a_backslash_does_not_continue(read):
+    text = "# C:\\models\\\n" + TRIANGLE + "f 1 \\\n2 \\\n3\\"
+    np.testing.assert_array_equal(read("a.obj", text).faces, [[0, 1, 2]])
