@@ -60,6 +60,19 @@ class _Scanner:
         match = re.compile(rb"\n[ \t\r]*\n").search(self._data, self._position - 1)
         self._position = match.end() if match else len(self._data)
 
+    def skip_texts(self, count: int) -> None:
+        """Move the position behind texts: a line each, or a length, its size in its first two bits, and a text."""
+        for _ in range(count):
+            begin = self._position
+            if self._is_binary:
+                width = 8 >> (self._data[begin : begin + 1] or b"\0")[0] // 64
+                length = int.from_bytes(self._data[begin : begin + width], "big") % (1 << 8 * width - 2)
+                self._position = begin + width + length
+            else:
+                self._position = self._data.find(b"\n", begin) + 1 or len(self._data) + 1
+            if self._position > len(self._data):
+                raise FormatError(f"{count} texts are declared, and fewer follow; is the file truncated?")
+
     def numbers(self, count: int, kind: str) -> NDArray[np.float64]:
         """Read ``count`` numbers of a type, as (count,) float64."""
         dtype = np.dtype(choose(DTYPES, kind.lower(), "type of numbers"))
@@ -126,7 +139,11 @@ def _skip_field(scanner: _Scanner, n_arrays: int) -> None:
             continue
         if len(words) != 4:
             raise FormatError(f"an array of a field begins with {' '.join(words)!r}, not with a name, sizes and a type")
-        scanner.numbers(_count(words, 1) * _count(words, 2), words[3])
+        count = _count(words, 1) * _count(words, 2)
+        if words[3].lower() == "string":
+            scanner.skip_texts(count)
+        else:
+            scanner.numbers(count, words[3])
         n_arrays -= 1
 
 

@@ -68,6 +68,12 @@ def test_lines_between_sections_case_and_data_do_not_matter(read):
         (HEAD + POINTS + "POLYGONS 1 4\n9 0 1 2\n", FormatError, "1 cells of 4 numbers are declared"),
         (HEAD + POINTS + "POLYGONS 2 4\n-3 0 1 2\n", FormatError, "2 cells of 4 numbers are declared"),
         (HEAD + POINTS + "POLYGONS 1 4\n3 0 1 7\n", MeshError, "faces 0 .* use vertices that do not exist"),
+        (HEAD + "FIELD f 1\na 1 3 string\none\n", FormatError, "3 texts are declared, and fewer follow"),
+        (
+            HEAD.replace("ASCII", "BINARY") + "FIELD f 1\na 1 9 string\none\n",
+            FormatError,
+            "9 texts are declared, and fewer follow",
+        ),
         (HEAD + "FIELD f 1\nname 1 1\n0\n", FormatError, "an array of a field begins with 'name 1 1'"),
         (NEW + "POLYGONS 2 3\n3 0 1 2\n", FormatError, "OFFSETS and a type expected, found '3 0 1 2'"),
         (
@@ -85,3 +91,18 @@ def test_lines_between_sections_case_and_data_do_not_matter(read):
 )
 def test_errors(rejects, content, error, message):
     rejects("a.vtk", content, error, message)
+
+
+@pytest.mark.parametrize("is_binary", [False, True])
+def test_texts_of_a_field_are_skipped(tmp_path, is_binary):
+    given, texts = vtk_polydata("polygons"), vtk.vtkStringArray()
+    texts.SetName("origin")
+    for text in ("scanner A", "", "a" * 70, "b" * 20_000, "two\nlines"):
+        texts.InsertNextValue(text)
+    given.GetFieldData().AddArray(texts)
+    writer = vtk.vtkPolyDataWriter()
+    writer.SetInputData(given)
+    writer.SetFileName(str(tmp_path / "a.vtk"))
+    writer.SetFileTypeToBinary() if is_binary else writer.SetFileTypeToASCII()
+    assert writer.Write() == 1
+    assert soup_faces(read_vtk(tmp_path / "a.vtk")) == vtk_faces(given)[1]
