@@ -28,9 +28,10 @@ def read_stl(path: Path) -> PolygonSoup:
     data = read_bytes(path)
     start = HEADER_BYTES + COUNT_BYTES
     declared = int.from_bytes(data[HEADER_BYTES:start], "little")
-    if len(data) == start + declared * TRIANGLE.itemsize and declared:  # a text has this exact length only by accident
+    is_text = data[:HEADER_BYTES].lstrip().lower().startswith(b"solid")
+    if len(data) == start + declared * TRIANGLE.itemsize and (declared or not is_text):  # a text is so long by accident
         corners = np.frombuffer(data, TRIANGLE, declared, start)["corners"].reshape(-1, 3)
-    elif data[:HEADER_BYTES].lstrip().lower().startswith(b"solid"):
+    elif is_text:
         corners = _parse_text(data.decode(errors="replace"))
     else:
         raise FormatError(

@@ -74,7 +74,6 @@ def test_degenerate_faces_are_written_with_a_zero_normal(tmp_path):
     ("content", "error", "message"),
     [
         ("Dear reader,\n", FormatError, "neither STL text, which begins with solid, nor binary"),
-        (b"\0" * 84, FormatError, "declares 0 triangles"),
         ("solid\nendsolid\n", MeshError, "empty"),
         (FACET.removesuffix("endsolid"), FormatError, "ends at line 8 without endsolid"),
         (
@@ -97,3 +96,7 @@ def test_errors_name_the_place(rejects, content, error, message):
 
 def test_declared_gigabytes_are_not_allocated(rejects_without_allocating):
     rejects_without_allocating("a.stl", bytes(80) + struct.pack("<I", 60_000_000) + bytes(1000))
+
+
+def test_a_binary_file_of_no_triangles_is_an_empty_mesh(rejects):
+    rejects("a.stl", bytes(84), MeshError, "the mesh is empty")
