@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 import os
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -155,14 +155,14 @@ def parse_numbers(text: str | bytes | memoryview) -> NDArray[np.float64]:
     return numbers
 
 
-def parse_columns(lines: Lines, columns: range, what: str) -> NDArray[np.float64]:
+def parse_columns(lines: Lines, columns: Sequence[int], what: str) -> NDArray[np.float64]:
     """Parse the numbers in some columns of each line, as an (n, len(columns)) array.
 
     Parameters
     ----------
     lines : Lines
         Lines of numbers separated by white space.
-    columns : range
+    columns : sequence of int
         0-based columns; others are ignored.
     what : str
         What the columns are, for the message.
@@ -183,7 +183,7 @@ def parse_columns(lines: Lines, columns: range, what: str) -> NDArray[np.float64
     raise FormatError(f"line {lines.numbers[low]}: {what} expected, found {lines.texts[low][:60]!r}")
 
 
-def _parse_block(texts: list[str], columns: range) -> NDArray[np.float64] | None:
+def _parse_block(texts: list[str], columns: Sequence[int]) -> NDArray[np.float64] | None:
     """Parse the numbers in some columns of each line; None if a line is faulty."""
     if not all(texts):  # loadtxt skips empty lines
         return None

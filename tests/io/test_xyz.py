@@ -45,3 +45,11 @@ def test_a_first_line_of_names_is_ignored(read, names):
 
 def test_a_first_point_that_is_not_finite_is_no_line_of_names(rejects):
     rejects("a.xyz", "nan 0 0\n1 2 3\n", MeshError, "points 0", read_points)
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["id,x,y,z\n7,1,2,3\n", '"Point ID";"Z";"Y";"X"\n7;3;2;1\n', "# c\n//r Y X Z\n9 2 1 3\n", "a b c\n1 2 3\n"],
+)
+def test_names_tell_the_columns_of_the_coordinates(read, content):
+    np.testing.assert_array_equal(read("a.csv", content, read_points).points, [[1, 2, 3]])
