@@ -103,7 +103,7 @@
     if (skeleton.high > skeleton.low) {
       Object.assign(line, { colorbar: { ...bar, tickvals: skeleton.ticks, ticktext: skeleton.tick_labels } });
     }
-    data.lineTrace = add("skeleton", { type: "scatter3d", mode: "lines", hoverinfo: "text", ...coordinates(skeleton.nodes, rows),
+    add("skeleton", { type: "scatter3d", mode: "lines", hoverinfo: "text", ...coordinates(skeleton.nodes, rows),
       text: rows.map((node) => labels[node] || ""), line });
     const shown = { size: skeleton.marker, color: Array.from(radii), ...scale, line: { width: 0 } };
     data.nodeTrace = addLater("skeleton", { ...points(nodes, shown), text: labels, hoverinfo: "text" });
@@ -124,7 +124,7 @@
       const bar = { title: { text: data.mesh.field.name.replace(/</g, "&lt;") }, len: 0.5, thickness: 10, x: 1, xanchor: "right", ypad: 0 };
       const [low, high] = [data.mesh.field.low, data.mesh.field.high];
       add("field", surface(positions, faces, { intensity: decode(data.mesh.field), cmin: low, cmax: high,
-        colorscale: low < 0 ? "RdBu" : "Viridis", colorbar: bar }));
+        colorscale: data.mesh.field.colors, colorbar: bar }));
     }
     if (data.mesh.parts) {
       const colors = data.palette;

@@ -156,6 +156,7 @@ def _encode_mesh(scene: Scene, mesh: Mesh, frame: _Frame, notes: list[str]) -> d
         scale = field_scales([("", scene.field)])[""]
         values = np.clip(np.nan_to_num(scene.field[kept], nan=scale.low), scale.low, scale.high)
         encoded["field"] = {"name": scene.field_name, "low": scale.low, "high": scale.high}
+        encoded["field"]["colors"] = "RdBu" if scale.colormap == "RdBu_r" else "Viridis"  # plotly.js: blue is low
         encoded["field"] |= _encoded(values.astype(np.float32))
     return encoded
 

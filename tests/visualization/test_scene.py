@@ -88,3 +88,12 @@ def test_a_cloud_has_points():
 def test_nothing_to_show_is_refused():
     with pytest.raises(MeshError, match="needs a mesh"):
         encode_scene(Scene())
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "colors"), [(-5, -1, "Viridis"), (0, 0, "Viridis"), (1, 5, "Viridis"), (-1, 5, "RdBu")]
+)
+def test_the_colors_of_a_field_diverge_only_where_it_has_both_signs(low, high, colors):
+    mesh = flat_tube()
+    field = np.linspace(low, high, len(mesh.vertices))
+    assert encode_scene(Scene(mesh, field=field))[0]["mesh"]["field"]["colors"] == colors
