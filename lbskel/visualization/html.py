@@ -133,7 +133,7 @@ def script(name: str) -> str:
     return _resource(name)
 
 
-@lru_cache(maxsize=2)  # the programs, which are the same in each page
+@lru_cache(maxsize=3)  # the two programs, which are the same in each page, and its data
 def _packed(text: str) -> str:
     """Compress text, and write it in letters; plotly.js takes two fifths of its size."""
     return base64.b64encode(zlib.compress(text.encode())).decode()

@@ -9,6 +9,7 @@ from html.parser import HTMLParser
 import pytest
 from helpers import inflated
 
+from lbskel.visualization import html
 from lbskel.visualization.html import Table, cell, document, image, paragraphs, table
 
 HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
@@ -93,3 +94,11 @@ def test_columns_with_words_are_left_aligned():
     assert '<th scope="col">value</th><th scope="col" class="prose">meaning</th>' in written
     assert '<td>1</td><td class="prose">c</td>' in written
     assert '<td>-</td><td class="prose">-</td>' in written
+
+
+def test_the_programs_of_a_page_are_compressed_once():
+    html._packed.cache_clear()
+    for number in range(4):
+        for text in (f"data {number}", "plotly.js", "page.js"):
+            html._packed(text)
+    assert html._packed.cache_info().misses == 4 + 2
