@@ -101,8 +101,16 @@ class CompressedMesh:
         ----------
         mesh : Mesh, or what :func:`lbskel.as_mesh` takes
             The original.
+
+        Raises
+        ------
+        MeshError
+            If it has another number of vertices.
         """
-        offsets = self.mesh.vertices - as_mesh(mesh).vertices
+        original: Mesh = as_mesh(mesh)
+        if len(original.vertices) != self.n_vertices:
+            raise MeshError(f"a mesh of {self.n_vertices} vertices was compressed, not one of {len(original.vertices)}")
+        offsets = self.mesh.vertices - original.vertices
         scale = float(np.abs(offsets).max())
         return scale * float(np.sqrt(((offsets / scale) ** 2).sum(axis=1).mean())) if scale > 0 else 0.0
 

@@ -186,7 +186,7 @@ class Editor:
         ]
         start = None
         if initial is not None:
-            start = self._scaled(self.mesh.with_vertices(getattr(initial, "vertices", initial)).vertices)
+            start = self._scaled(self._moved(getattr(initial, "vertices", initial)))
         X = self._deform(self._scaled(np.concatenate(moved)), int(iterations), start)
         return self.mesh.with_vertices(np.ldexp(X + self._center, self._exponent))
 
@@ -197,10 +197,24 @@ class Editor:
         ----------
         edited : Mesh or anything that :func:`lbskel.as_mesh` takes
             With the vertices of the mesh, moved.
+
+        Raises
+        ------
+        MeshError
+            If it has another number of vertices.
         """
         energy = RigidityEnergy(self._laplacian.stiffness, self._scaled(self.mesh.vertices))
         with np.errstate(over="ignore"):  # squares of large units are infinite
-            return float(np.ldexp(energy.value(self._scaled(as_mesh(edited).vertices)), 2 * self._exponent))
+            return float(
+                np.ldexp(energy.value(self._scaled(self._moved(as_mesh(edited).vertices))), 2 * self._exponent)
+            )
+
+    def _moved(self, positions: ArrayLike) -> NDArray[np.float64]:
+        """Return the positions of the mesh's vertices in a deformation of it."""
+        if np.shape(positions) != self.mesh.vertices.shape:
+            n = len(self.mesh.vertices)
+            raise MeshError(f"give one position for each of the {n} vertices, not shape {np.shape(positions)}")
+        return self.mesh.with_vertices(positions).vertices
 
 
 def _vertices_of(handle: ArrayLike, n: int) -> NDArray[np.int64]:

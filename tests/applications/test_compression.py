@@ -85,3 +85,5 @@ def test_what_cannot_be_is_refused(blob):
         compress(blob, 10, basis="wavelet")
     with pytest.raises(MeshError, match="2 connected components"):
         compress(joined(blob, moved(blob, 5.0)), 1, basis="geometry_aware")
+    with pytest.raises(MeshError, match=f"a mesh of {len(blob.vertices)} vertices was compressed, not one of 12"):
+        compress(blob, 10).rms_error(sphere(0))

@@ -130,6 +130,16 @@ def test_a_motion_turns_about_its_center():
         rigid_motion(translation=[np.inf, 0, 0])
 
 
+@pytest.mark.parametrize("method", EDITING_METHODS)
+def test_other_numbers_of_vertices_are_named(rod, method):
+    editor, n = Editor(rod, ends(rod), method=method), len(rod.vertices)
+    for k in (n - 1, n + 1):
+        with pytest.raises(MeshError, match=f"one position for each of the {n} vertices"):
+            editor.edit([np.eye(4)] * 2, initial=np.zeros((k, 3)))
+    with pytest.raises(MeshError, match=f"one position for each of the {n} vertices"):
+        editor.rigidity_energy(joined(rod, rod))
+
+
 @pytest.mark.parametrize(
     ("error", "handles", "motions", "options"),
     [
