@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from lbskel.errors import MeshError
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.edge_sampling import sample_edges
 from lbskel.skeleton.skeleton import Skeleton
@@ -75,6 +76,11 @@ def ground_truth_distances(skeleton: Skeleton, truth: Skeleton) -> GroundTruthDi
     truth : Skeleton
         The true skeleton with its radii, which are the unit of the distances.
 
+    Raises
+    ------
+    MeshError
+        If the true skeleton has no length.
+
     Examples
     --------
     >>> import lbskel
@@ -84,6 +90,8 @@ def ground_truth_distances(skeleton: Skeleton, truth: Skeleton) -> GroundTruthDi
     >>> distances.is_topology_right, distances.n_tips
     (True, 3)
     """
+    if not truth.length > 0:
+        raise MeshError("the true skeleton has no length: give one with edges between nodes at different positions")
     spacing = truth.length / N_SAMPLES
     axis, radii = sample_edges(truth, spacing)
     points, measured_radii = sample_edges(skeleton, spacing)

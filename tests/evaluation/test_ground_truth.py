@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lbskel import Skeleton, ground_truth_distances
+from lbskel import MeshError, Skeleton, ground_truth_distances
 from lbskel.skeleton.edge_sampling import sample_edges
 
 
@@ -102,3 +102,9 @@ def test_samples_lie_on_the_edges_no_further_apart_than_asked():
     assert np.allclose(radii, 0.3)
     alone = Skeleton(np.zeros((1, 3)), np.empty((0, 2)), np.ones(1))
     assert len(sample_edges(alone, 0.1)[0]) == 1
+
+
+@pytest.mark.parametrize("edges", [[], [[0, 1]]])
+def test_a_truth_without_length_is_refused(edges):
+    with pytest.raises(MeshError, match="the true skeleton has no length"):
+        ground_truth_distances(line(0, 1), Skeleton(np.zeros((2, 3)), edges, [1.0, 1.0]))
