@@ -129,6 +129,8 @@ def arrange(extent: NDArray[np.float64], lines: Sequence[tuple[float, float]], s
         If a drawing would have a side below MIN_SIDE.
     """
     n = len(lines)
+    if size is not None and min(size) < MIN_SIDE:
+        raise _too_small(n, size)
     shorter = extent.max() / MAX_ASPECT_RATIO if extent.any() else 1.0
     drawing = np.maximum(extent, shorter) / max(extent.max(), shorter) * LONGER_SIDE[n == 1]
     wanted = size[0] / size[1] if size else ASPECT_RATIO
@@ -141,5 +143,9 @@ def arrange(extent: NDArray[np.float64], lines: Sequence[tuple[float, float]], s
     width, height = size or (width * columns, height * len(rows) + sum(above) + sum(below))
     layout = Layout(width, height, columns, font_size, above, below)
     if min(layout.drawing) < MIN_SIDE:
-        raise FormatError(f"{n} panels do not fit into {width} x {height} pixels; make the picture larger")
+        raise _too_small(n, (width, height))
     return layout
+
+
+def _too_small(n: int, size: tuple[int, int]) -> FormatError:
+    return FormatError(f"{n} panels do not fit into {size[0]} x {size[1]} pixels; make the picture larger")

@@ -76,3 +76,5 @@ def test_a_picture_too_small_for_its_panels_is_refused():
         arrange(np.ones(2), [(0, 0)] * 4, (30, 30))
     with pytest.raises(FormatError, match="1 panels do not fit into 200 x 40 pixels"):
         arrange(np.ones(2), [(2, 3)], (200, 40))  # the text leaves no height for the drawing
+    with pytest.raises(FormatError, match="1 panels do not fit into 100 x 0 pixels"):
+        arrange(np.ones(2), [(0, 0)], (100, 0))
