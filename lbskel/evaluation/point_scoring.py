@@ -139,7 +139,8 @@ def _without_outliers(
     count = np.bincount(part)
     is_part = count >= min(MIN_PART * len(points), count.max())
     for number in np.flatnonzero(is_part & (count < count.max())):
-        is_part[number] = np.median(graph[part == number].data) <= MAX_SPACING * np.median(graph.data)
+        lengths = graph[part == number].data  # none around a point alone
+        is_part[number] = len(lengths) and np.median(lengths) <= MAX_SPACING * np.median(graph.data)
     if is_part.all():
         return points, tree, graph, len(is_part)
     kept = np.flatnonzero(is_part[part])

@@ -155,7 +155,7 @@ def segments_outside(nodes: NDArray[np.float64], edges: NDArray[np.int64], surfa
         measured = np.unique(edges[open_edges])
     if len(open_edges) == 0:
         return is_outside
-    directions = (Q - P)[open_edges] / lengths[open_edges, None]
+    directions = (Q - P)[open_edges] / np.where(lengths > 0, lengths, 1.0)[open_edges, None]
     parts, (radii, last_radii) = lengths[open_edges] / N_SAMPLES, reach[edges[open_edges]].T
     at, ends = np.zeros(len(open_edges)), lengths[open_edges] - last_radii
     rows = np.arange(len(open_edges))

@@ -29,7 +29,8 @@ def _numbers(values: ArrayLike, name: str, dtype: type) -> NDArray[Any]:
         return values
     try:
         given = np.asarray(values)
-        numbers: NDArray[Any] = np.array(given, dtype=dtype, order="C")
+        with np.errstate(invalid="ignore"):  # of NaN as an index, which is no whole number
+            numbers: NDArray[Any] = np.array(given, dtype=dtype, order="C")
     except (TypeError, ValueError) as error:
         raise MeshError(f"{name} of a skeleton must be an array of numbers: {error}") from None
     if dtype is np.int64 and (numbers != given).any():

@@ -103,3 +103,11 @@ def test_the_score_of_a_cloud_is_that_of_its_report():
 def test_known_neighbors_change_nothing():
     known = PointTree(CLOUD.points).neighbors(SCORED_NEIGHBORS)[1]
     assert score_points(CROSS, CLOUD, known) == score_points(CROSS, CLOUD)
+
+
+def test_a_point_alone_beside_few_points_is_no_part():
+    angles = np.linspace(0, 2 * np.pi, 13)[:-1]
+    rings = [np.stack([np.cos(angles), np.sin(angles), 0 * angles + z], axis=1) for z in np.arange(0, 4, 0.6)]
+    cloud = PointCloud(np.concatenate([*rings, [[30, 0, 0]]]))
+    axis = Skeleton([[0, 0, 0], [0, 0, 2], [0, 0, 3.6]], [[0, 1], [1, 2]], np.ones(3))
+    assert lbskel.score(axis, cloud).extra_components == 0

@@ -178,3 +178,12 @@ def test_paths_outside_are_told_from_those_inside():
     inside, outside = np.array([[-0.5, 0, 0], [0.5, 0, 0]]), np.array([[0.0, 0, 0], [0, 0, 2], [0, 0, 0]])
     assert paths_outside([inside, outside, inside[:1]], surface).tolist() == [False, True, False]
     assert paths_outside([], surface).tolist() == []
+
+
+def test_an_edge_without_length_on_the_surface_is_measured_without_a_warning():
+    ball = sphere(2)
+    surface = Surface(ball)
+    edges = np.repeat(np.arange(len(ball.vertices)), 2).reshape(
+        -1, 2
+    )  # from each vertex to itself; some count as inside
+    assert np.array_equal(segments_outside(ball.vertices, edges, surface), ~surface.contains(ball.vertices))

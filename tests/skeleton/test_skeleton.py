@@ -141,6 +141,7 @@ def test_counts_agree_with_networkx(skeleton):
         (([0, 0, 0], [], [1]), r"nodes of a skeleton must have shape \(k, 3\), not \(3,\)"),
         (([[0, 0, 0]] * 3, [[0, 1, 2]], [1, 1, 1]), r"edges of a skeleton must have shape \(k, 2\), not \(1, 3\)"),
         (([[0, 0, 0]] * 3, [[0, 0.5]], [1, 1, 1]), "edges of a skeleton must be whole numbers"),
+        (([[0, 0, 0]] * 3, [[0, np.nan]], [1, 1, 1]), "edges of a skeleton must be whole numbers"),
         (([[0, 0, 0], [1, 1]], [], [1, 1]), "nodes of a skeleton must be an array of numbers"),
         ((["abc"], [], [1]), "nodes of a skeleton must be an array of numbers"),
         (([[0, 0, 0]], [], ["thick"]), "radii of a skeleton must be an array of numbers"),
