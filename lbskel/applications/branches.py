@@ -9,6 +9,7 @@ from __future__ import annotations
 __all__ = ["BranchTable", "branch_table"]
 
 import json
+import math
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -106,10 +107,10 @@ class BranchTable:
         return "\n".join([",".join(columns), *lines, ""])
 
     def to_json(self) -> str:
-        """Return the table as JSON, one object for each branch; NaN is null, a profile a list."""
+        """Return the table as JSON, one object for each branch; what is not finite is null, a profile a list."""
         columns = {field.name: getattr(self, field.name).tolist() for field in fields(self)}
         rows = [
-            {"branch": row, **{name: _without_nan(values[row]) for name, values in columns.items()}}
+            {"branch": row, **{name: _finite(values[row]) for name, values in columns.items()}}
             for row in range(len(self))
         ]
         return json.dumps({"branches": rows}, indent=1) + "\n"
@@ -129,11 +130,11 @@ class BranchTable:
         return pandas.DataFrame(self.columns()).set_index("branch")
 
 
-def _without_nan(value: Any) -> Any:
-    """Replace NaN by None, also in a list."""
+def _finite(value: Any) -> Any:
+    """Replace numbers that are not finite by None, also in a list."""
     if isinstance(value, list):
-        return [_without_nan(each) for each in value]
-    return None if value != value else value
+        return [_finite(each) for each in value]
+    return value if math.isfinite(value) else None
 
 
 def branch_table(skeleton: Skeleton, mesh: Any = None) -> BranchTable:
@@ -205,6 +206,6 @@ def branch_table(skeleton: Skeleton, mesh: Any = None) -> BranchTable:
 
 
 def _share(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(b,) shares of the sum; NaN if that is not positive."""
+    """(b,) shares of the sum; NaN if that is not positive and finite."""
     total = values.sum()
-    return values / total if total > 0 else np.full(len(values), np.nan)
+    return values / total if 0 < total < np.inf else np.full(len(values), np.nan)

@@ -97,3 +97,7 @@ def test_what_has_no_branch_or_no_radius_gives_a_table():
     assert flat.length == 0
     assert np.isnan(flat.volume_share).all()
     assert json.loads(flat.to_json())["branches"][0]["mean_radius"] is None
+    thick = branch_table(Skeleton([[0, 0, 0], [1, 0, 0]], [[0, 1]], [np.inf, 1.0]))
+    assert np.isnan(thick.volume_share).all()
+    row = json.loads(thick.to_json(), parse_constant=pytest.fail)["branches"][0]
+    assert (row["length"], row["max_radius"]) == (1.0, None)
