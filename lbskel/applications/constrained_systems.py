@@ -21,7 +21,7 @@ from lbskel.solvers import Factorization, factorize
 from lbskel.solvers.superlu import GeneralLU
 
 
-def factorize_square(A: csc_array, *, solver: str = "cholmod", like: Factorization | None = None) -> Factorization:
+def factorize_square(A: csc_array, *, solver: str = "cholmod") -> Factorization:
     """Factorize by a solver of symmetric positive definite systems, or by LU if the matrix is not of that kind.
 
     Parameters
@@ -29,8 +29,6 @@ def factorize_square(A: csc_array, *, solver: str = "cholmod", like: Factorizati
     A : (n, n) csc_array
     solver : str
         A name in SOLVERS.
-    like : Factorization, optional
-        One whose ordering may be used again.
 
     Raises
     ------
@@ -39,7 +37,7 @@ def factorize_square(A: csc_array, *, solver: str = "cholmod", like: Factorizati
     """
     if is_symmetric(A):
         try:
-            return factorize(A, solver, like=like)
+            return factorize(A, solver)
         except SolveError:  # indefinite, as with clamped negative weights, or singular: LU tells which
             pass
     return GeneralLU(A)
