@@ -5,7 +5,8 @@ In the order of the heat that arrives from the sources, two sweeps do most of th
 
 A triangle with distances from two sources would be unfolded towards a point between them. So with several sources the
 surface is divided into the regions of the sources, by the distances found first. Each region, a little enlarged, is
-then computed again as a surface of its own. The shortest path to the nearest source stays in its region.
+then computed again as a surface of its own. The shortest path to the nearest source stays in its region. Each vertex
+then belongs to the source that is nearest by the new distances, and the regions are computed again until they stay.
 """
 
 from __future__ import annotations
@@ -21,9 +22,10 @@ from scipy.sparse import csr_array
 from lbskel._kernels.unfolding import lower_distances
 
 MAX_SWEEPS = 1_000  # a guess, against cycles caused by rounding; seven were the most on nine meshes
-# Rings of triangles that are added to the region of a source, since regions are known to about a triangle; a third
+# Rings of triangles that are added to the region of a source, so that a border can move by as many in a round; a third
 # makes hardly a difference (benchmarks/results/applications_geodesics.md, "Several sources")
 RINGS = 2
+MAX_ROUNDS = 50  # a guess, against borders that move to and fro; 15 were the most on 946 sets of sources
 
 
 class UnfoldedSurface:
@@ -66,9 +68,24 @@ class UnfoldedSurface:
 
     def _by_regions(self, sources: NDArray[np.int64], merged: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n,) distance to the nearest source, from the distances in a copy of the region of each source."""
+        nearest = self._nearest(sources, merged)
+        for _ in range(MAX_ROUNDS):
+            vertex, source, found = self._in_regions(sources, nearest, merged)
+            distances = np.full(len(merged), np.inf)
+            np.minimum.at(distances, vertex, found)
+            is_least = np.isfinite(found) & (found == distances[vertex])
+            before, nearest = nearest, np.full(len(merged), -1)
+            nearest[vertex[is_least]] = source[is_least]
+            if np.array_equal(nearest, before):
+                break
+        return np.where(np.isfinite(distances), distances, merged)
+
+    def _in_regions(
+        self, sources: NDArray[np.int64], nearest: NDArray[np.int64], merged: NDArray[np.float64]
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+        """(c,) vertices in the enlarged regions of the sources, numbers of the sources, and distances in there."""
         n, s = len(merged), len(sources)
         faces = self._vertex.reshape(-1, 3)
-        nearest = self._nearest(sources, merged)
         known = np.flatnonzero(nearest >= 0)
         member = csr_array((np.ones(len(known), dtype=bool), (known, nearest[known])), shape=(n, s))
         for _ in range(RINGS):
@@ -83,9 +100,7 @@ class UnfoldedSurface:
         own = np.searchsorted(keys, sources * s + np.arange(s))
         by_distance = np.argsort(merged[vertex], kind="stable")
         found = regions._lowered(own, by_distance[: np.count_nonzero(np.isfinite(merged[vertex]))])
-        distances = np.full(n, np.inf)
-        np.minimum.at(distances, vertex, found)
-        return np.where(np.isfinite(distances), distances, merged)
+        return vertex, member.indices.astype(np.int64), found
 
     @cached_property
     def _adjacent(self) -> csr_array:
