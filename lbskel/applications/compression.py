@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from lbskel.applications.anchor_selection import greedy_anchors
 from lbskel.applications.differential_coordinates import AnchoredLaplacian, uncoupled_rows
+from lbskel.applications.quantization import entropy
 from lbskel.errors import MeshError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
@@ -79,10 +80,7 @@ class CompressedMesh:
         """Rate: entropy of the coefficients of each coordinate, anchors, origin and step, over the vertices."""
         k = len(self.coefficients)
         total = 4 * BITS_OF_A_FLOAT + len(self.anchors) * np.log2(max(self.n_vertices, 2))
-        for column in self.coefficients.T:
-            share = np.unique(column, return_counts=True)[1] / k
-            total -= k * float(share @ np.log2(share))
-        return float(total / self.n_vertices)
+        return float((total + k * entropy(self.coefficients)) / self.n_vertices)
 
     @cached_property
     def mesh(self) -> Mesh:
