@@ -38,15 +38,11 @@ class SkeletonExchange(Displayed):
     def branch_of_edge(self) -> NDArray[np.int64]:
         """Return the (e,) branch of each edge, as numbered in ``branches``."""
         skeleton = cast("Skeleton", self)
-        k = len(skeleton.nodes)
-        starts = [branch[:-1] for branch in skeleton.branches]
-        ends = [branch[1:] for branch in skeleton.branches]
-        numbers = np.repeat(np.arange(len(starts)), [len(start) for start in starts])
-        pairs = np.stack([np.concatenate([[], *starts]), np.concatenate([[], *ends])], axis=1).astype(np.int64)
-        keys = np.sort(pairs, axis=1) @ [k, 1]
-        order = np.argsort(keys)
-        found = np.searchsorted(keys[order], np.sort(skeleton.edges, axis=1) @ [k, 1])
-        branch: NDArray[np.int64] = numbers[order[found]]
+        nodes, begins = skeleton.flat_branches
+        numbers = np.repeat(np.arange(len(begins) - 1), np.diff(begins) - 1)
+        start = np.delete(np.arange(len(nodes)), begins[1:] - 1)
+        pairs = np.sort(np.stack([nodes[start], nodes[start + 1]], axis=1), axis=1)
+        branch: NDArray[np.int64] = numbers[np.lexsort(pairs.T[::-1])]  # the order of the edges, each of one branch
         return branch
 
     def to_networkx(self) -> Any:
