@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from lbskel.errors import FormatError
 from lbskel.io.polygon_soup import PolygonSoup
-from lbskel.io.text import as_floats
+from lbskel.io.text import as_floats, read_bytes
 
 
 def read_npy(path: Path) -> PolygonSoup:
@@ -53,13 +53,10 @@ def read_npz(path: Path) -> PolygonSoup:
 
 def _load(path: Path) -> Any:
     """Load the file without its pickles, which could run any code."""
+    data = read_bytes(path)
     try:
-        return np.load(path, allow_pickle=False)
-    except (ValueError, EOFError) as error:
-        raise FormatError(f"not a file of numpy arrays: {error}") from None
-    except OSError as error:
-        if error.errno is not None:
-            raise
+        return np.load(io.BytesIO(data), allow_pickle=False)
+    except (ValueError, EOFError, OSError) as error:
         raise FormatError(f"not a file of numpy arrays: {error}") from None
 
 

@@ -47,3 +47,11 @@ def test_points_are_read_exactly(read, name, content):
 )
 def test_errors_say_what_to_do(rejects, name, content, message):
     rejects(name, content, FormatError, message, read_points)
+
+
+def test_a_file_that_is_not_there_is_named_as_in_other_formats(tmp_path):
+    with pytest.raises(FormatError, match=r"nowhere\.npy: no such file"):
+        read_points(tmp_path / "nowhere.npy")
+    (tmp_path / "folder.npz").mkdir()
+    with pytest.raises(FormatError, match="is a folder, not a file"):
+        read_points(tmp_path / "folder.npz")
