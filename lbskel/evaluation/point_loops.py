@@ -72,8 +72,8 @@ def count_cut_loops(
 
 def _distances(skeleton: Skeleton, pairs: NDArray[np.int64]) -> NDArray[np.float64]:
     """(p,) distances along the skeleton between pairs of nodes."""
-    lengths = np.linalg.norm(np.diff(skeleton.nodes[skeleton.edges], axis=1)[:, 0], axis=1)
-    graph = weighted_graph(skeleton.edges, np.maximum(lengths, np.finfo(float).tiny), len(skeleton.nodes))
+    lengths = np.maximum(skeleton.edge_lengths, np.finfo(float).tiny)
+    graph = weighted_graph(skeleton.edges, lengths, len(skeleton.nodes))
     sources, row = np.unique(pairs[:, 0], return_inverse=True)
     found = np.empty(len(pairs))
     for first in range(0, len(sources), 500):  # of the rows of a table that could be large
