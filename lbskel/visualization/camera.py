@@ -15,6 +15,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -36,7 +37,8 @@ class View:
     Parameters
     ----------
     center : (3,) array of float
-        The point shown in the middle of the image, in the caller's units.
+        The point at the origin of the projection, in the caller's units: of a principal view the middle of the box of
+        the midpoints of the faces' edges, of the nodes or of the points.
     axes : (3, 3) array of float
         Orthonormal rows: to the right, up, towards the viewer.
     """
@@ -67,15 +69,23 @@ def principal_view(shape: Drawable) -> View:
     Parameters
     ----------
     shape : Mesh, PointCloud or Skeleton
+
+    Raises
+    ------
+    MeshError
+        If coordinates are not finite, or so large that areas are infinite.
     """
-    points, weights = _quadrature(shape)
-    if not len(points):
-        return View(np.zeros(3), np.eye(3))
-    low, high = points.min(axis=0), points.max(axis=0)
-    size = np.linalg.norm(high - low) or 1.0
-    X = (points - low) / size  # before squaring, since coordinates may be far from the origin, or tiny
-    X -= np.average(X, axis=0, weights=weights)
-    moment = (X * (weights / weights.sum())[:, None]).T @ X
+    with np.errstate(over="ignore", invalid="ignore"):
+        points, weights = _quadrature(shape)
+        if not len(points):
+            return View(np.zeros(3), np.eye(3))
+        low, high = points.min(axis=0), points.max(axis=0)
+        size = np.linalg.norm(high - low) or 1.0
+        X = (points - low) / size  # before squaring, since coordinates may be far from the origin, or tiny
+        X -= np.average(X, axis=0, weights=weights)
+        moment = (X * (weights / weights.sum())[:, None]).T @ X
+    if not np.isfinite(moment).all():
+        raise MeshError("a shape cannot be shown whose coordinates are not finite, or so large that areas are infinite")
     principal = np.linalg.eigh(moment + (np.trace(moment) or 1.0) * AXIS_BIAS)[1].T
     to_viewer = _oriented_along(principal[0], np.eye(3))
     up = _up_direction(to_viewer, X, moment, principal[1])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from helpers import box_mesh
 
-from lbskel import Mesh, PointCloud, Skeleton
+from lbskel import Mesh, MeshError, PointCloud, Skeleton
 from lbskel.shapes import flat_grid
 from lbskel.visualization import camera
 
@@ -113,3 +113,17 @@ def test_the_moment_of_an_edge_is_that_of_its_line():
     nodes = [[-1, 0, 0], [1, 0, 0], [0, -2, d], [0, 2, d], [0, -2, -d], [0, 2, -d]]
     view = camera.principal_view(Skeleton(nodes, [[0, 1], [2, 3], [4, 5]], np.ones(6)))
     np.testing.assert_allclose(view.axes[2], [1, 0, 0], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        Mesh(np.eye(3) * 1e300, [[0, 1, 2]]),
+        Skeleton([[0, 0, np.nan], [1, 0, 0]], [[0, 1]], [1.0, 1.0]),
+        Skeleton([[0, 0, np.inf], [1, 0, 0]], [], [1.0, 1.0]),
+    ],
+    ids=["large", "NaN", "infinite"],
+)
+def test_coordinates_that_cannot_be_shown_are_refused(shape):
+    with pytest.raises(MeshError, match="cannot be shown"):
+        camera.principal_view(shape)
