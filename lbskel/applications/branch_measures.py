@@ -8,7 +8,8 @@ their nodes,
 
 with the mean displacement d of the corners, the cross product N of two sides of the face, the cross product P of the
 same sides of the triangle of nodes, and the sum C of the two mixed products. Two faces sweep the same surface at their
-common edge, so the volumes sum to that of the mesh, less what the triangles of nodes enclose, which is about nothing.
+common edge, so the volumes sum to that of the mesh, less what the triangles of nodes enclose: 0 to 3 % of the volume on
+five real meshes, 7 % on a cow.
 """
 
 from __future__ import annotations

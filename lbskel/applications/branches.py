@@ -45,7 +45,8 @@ class BranchTable:
     section_area : (b,) array of float
         Mean area of the cross-sections more than two junction radii from junctions; NaN without a mesh or sections.
     area, volume : (b,) array of float
-        Of the part of the mesh that belongs to the branch. Without a mesh, side area and volume of truncated cones.
+        Of the part of the mesh that belongs to the branch; the volumes of all sum to that of the mesh but for a few
+        percent. Without a mesh, side area and volume of truncated cones.
     area_share, volume_share : (b,) array of float
         Fractions of the sums over the branches.
     local_angle, remote_angle : (b,) array of float

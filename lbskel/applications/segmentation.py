@@ -57,7 +57,8 @@ class Segmentation:
         The part of each node of the skeleton.
     n_faces : (p,) array of int
     area, volume : (p,) array of float
-        Of the part of the surface, and of what it encloses with the skeleton.
+        Of the part of the surface, and of what it encloses with the skeleton; the volumes of all parts sum to that of
+        the mesh but for a few percent.
     length : (p,) array of float
         Length of the skeleton in the part.
     mean_radius : (p,) array of float

@@ -128,7 +128,7 @@ def smooth(
 ) -> Mesh:
     """Smooth a surface by diffusion of its positions.
 
-    Vertices without a face or an area stay where they are.
+    Vertices without a mass stay where they are: those without a face, and those without an area if masses are areas.
 
     Parameters
     ----------

@@ -35,8 +35,8 @@ obj        lost     kept     lost            lost         lost     lost     one 
 ``order`` is the order of the nodes; ``extras`` are the mean radii and the anchors.
 JSON has no NaN and no infinity: in the report they become null.
 
-Every reader and every encoder of a format raises FormatError for a file that is not in the format, or for data that the
-format cannot hold.
+``read_mesh``, ``read_points`` and ``read_skeleton`` raise FormatError for a file that is not in the format, and every
+encoder for data that the format cannot hold.
 """
 
 __all__ = [

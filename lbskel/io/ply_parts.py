@@ -17,7 +17,7 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.io.ply import encode_ply_header
 
 GOLDEN_RATIO = (5**0.5 - 1) / 2
-SATURATION, BRIGHTNESS = (0.75, 0.45), (0.95, 0.7)  # of even and odd parts; a choice of style
+SATURATION, BRIGHTNESS = (0.75, 0.45), (0.95, 0.7)  # of even and odd parts, of even and odd pairs; a choice of style
 
 
 def part_colors(n_parts: int) -> NDArray[np.uint8]:
