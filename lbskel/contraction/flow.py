@@ -33,11 +33,12 @@ from lbskel.geometry.sorting import distinct
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.operators import STAR_OPERATORS, Laplacian, Operator, apply_operator
 from lbskel.operators.corner_angles import corner_cotangents
+from lbskel.operators.intrinsic_delaunay import oriented_faces
 from lbskel.operators.star_rings import stars_in_order
 from lbskel.solvers import factorize, relative_residual, solve_once
 
 MIN_EDGE_LENGTH = 0.1  # edges shorter than this, in initial local radii, are collapsed after the first step whatever
-# collapse_length says; a guess
+# positive collapse_length is chosen; a guess
 MAX_ASYMMETRY = 1e-12  # entries of |A - A^T| relative to the largest entry that count as rounding; a guess
 
 
@@ -77,7 +78,7 @@ def contract(
     MeshError
         If the input is no mesh or has no area, or the operator is not defined on it.
     UnknownChoice
-        If the operator is not symmetric and the energy needs it to be.
+        If the operator is not symmetric and the energy needs it to be; without roll-back that is not checked.
     OperatorError
         If a function given as the operator returns no Laplacian of the mesh, or one with the wrong sign.
 
@@ -123,7 +124,7 @@ def _choose_operator(mesh: Mesh, settings: ContractionSettings) -> str | Operato
     """Return the operator of the settings, or the one that is stable under contraction and defined on the mesh."""
     if settings.operator is not None:
         return settings.operator
-    return "intrinsic_delaunay" if mesh.is_closed and mesh.is_edge_manifold else "robust"
+    return "intrinsic_delaunay" if mesh.is_closed and oriented_faces(mesh.faces) is not None else "robust"
 
 
 def _run_steps(
@@ -134,6 +135,7 @@ def _run_steps(
     Returns the steps, the vertices treated in each, the mesh after the last, and the reason.
     """
     operator = settings.operator or "robust"
+    has_volume = _is_consistently_oriented(start) and start.volume != 0
     rings = ring_areas(start)
     now, factorization = Coarsened.unmerged(start, rings), None
     max_lengths = None
@@ -187,7 +189,7 @@ def _run_steps(
         touched = distinct(np.append(laplacian.treated_vertices, system.replaced_rows))
         step = Step(
             area_ratio=following.area / start.area,
-            volume_ratio=abs(following.volume / start.volume) if start.is_closed and start.volume else float("nan"),
+            volume_ratio=abs(following.volume / start.volume) if has_volume else float("nan"),
             box_ratio=following.diagonal / start.diagonal,
             weight=float(np.mean(weight)),
             attraction=(float(system.attraction.min()), float(system.attraction.max())),
@@ -214,6 +216,12 @@ def _run_steps(
         growth = settings.contraction_growth
         weights = weights * (growth if settings.energy == "curvature_flow" else growth**2)
     return result(Status.STEPS)
+
+
+def _is_consistently_oriented(mesh: Mesh) -> bool:
+    """Whether every edge has as many faces on one side as on the other, without which no volume is enclosed."""
+    signs = np.sign(mesh.half_edges[:, 1] - mesh.half_edges[:, 0])
+    return not np.bincount(mesh.edge_of_half_edge, signs).any()
 
 
 def _max_face_cotangents(mesh: Mesh) -> NDArray[np.float64]:

@@ -55,7 +55,8 @@ class Step:
     Parameters
     ----------
     area_ratio, volume_ratio, box_ratio : float
-        Area, volume and bounding box diagonal after the step; the volume ratio of an open mesh is NaN.
+        Area, volume and bounding box diagonal after the step; the volume ratio of a mesh that is not closed and
+        consistently oriented is NaN.
     weight : float
         Contraction weight, the mean over the vertices: tau for ``curvature_flow``, W_L^2 for ``least_squares``.
     attraction : pair of float

@@ -26,10 +26,10 @@ class ContractionSettings:
     ----------
     operator : str, callable or None
         A name in OPERATORS or STAR_OPERATORS, or a function from a Mesh to a Laplacian. None chooses
-        ``intrinsic_delaunay`` for a closed edge-manifold mesh and ``robust`` for any other. :func:`lbskel.laplacian`
-        has the textbook operator ``cotangent`` as its default instead: contraction makes triangles ever thinner, which
-        the two operators here withstand, while plain cotangents of thin triangles make the least-squares energy
-        diverge.
+        ``intrinsic_delaunay`` for a closed, orientable, edge-manifold mesh and ``robust`` for any other.
+        :func:`lbskel.laplacian` has the textbook operator ``cotangent`` as its default instead: contraction makes
+        triangles ever thinner, which the two operators here withstand, while plain cotangents of thin triangles make
+        the least-squares energy diverge.
     energy : str
         A name in ENERGIES: what each step minimizes.
     initial_weight_rule : str
@@ -64,8 +64,8 @@ class ContractionSettings:
         vertices. Applies to meshes whose vertices all belong to faces, with ``curvature_flow``, ``ring_areas`` and
         roll-back.
     volume_ratio, area_ratio : float
-        The contraction is complete when the volume of a closed mesh, or the area of an open one, has fallen to this
-        fraction of its initial value, and the area of a closed mesh to a tenth.
+        The contraction is complete when the volume of a closed, consistently oriented mesh, or the area of another,
+        has fallen to this fraction of its initial value, and the area of the former to a tenth.
     max_steps : int
         Upper bound on the number of steps.
     stop_rule : str

@@ -8,7 +8,7 @@ amount, which makes the worst triangle valid: Sharp, Crane 2020, https://doi.org
 
 from __future__ import annotations
 
-__all__ = ["MOLLIFY_FACTOR", "intrinsic_delaunay", "mollification_offset"]
+__all__ = ["MOLLIFY_FACTOR", "intrinsic_delaunay", "mollification_offset", "oriented_faces"]
 
 import igl
 import numpy as np
@@ -56,6 +56,20 @@ def mollification_offset(lengths: NDArray[np.float64], factor: float) -> NDArray
     return offset
 
 
+def oriented_faces(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
+    """Return the (m, 3) faces, oriented consistently, and their half-edge twins; None if that is not possible.
+
+    Parameters
+    ----------
+    faces : (m, 3) array of int
+    """
+    twins = half_edge_twins(faces)
+    if twins is None:
+        faces = igl.bfs_orient(faces)[0]
+        twins = half_edge_twins(faces)
+    return None if twins is None else (faces, twins)
+
+
 def intrinsic_delaunay(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
     """Build the intrinsic Delaunay Laplacian with the Voronoi mass of the given triangles.
 
@@ -71,16 +85,13 @@ def intrinsic_delaunay(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) ->
     MeshError
         If an edge has more than two faces, a face uses a vertex twice, or the mesh cannot be oriented.
     """
-    faces = mesh.faces
-    twins = half_edge_twins(faces)
-    if twins is None:
-        faces = igl.bfs_orient(faces)[0]
-        twins = half_edge_twins(faces)
-    if twins is None:
+    oriented = oriented_faces(mesh.faces)
+    if oriented is None:
         raise MeshError(
             "intrinsic_delaunay needs an orientable mesh with no more than two faces at an edge; "
             "use the operator 'robust', which takes any mesh"
         )
+    faces, twins = oriented
     n, lengths = len(mesh.vertices), igl.edge_lengths(unit_scale(mesh.vertices)[0], faces)
     if not lengths.any():
         return Laplacian(csc_array((n, n)), voronoi_mass(mesh), treated_vertices=np.unique(faces))

@@ -74,6 +74,26 @@ def test_open_meshes_end_by_their_area():
     assert contraction.steps[-1].area_ratio <= PRESETS["curvature_flow"].area_ratio
 
 
+def test_closed_meshes_without_a_consistent_orientation_end_by_their_area():
+    mesh = torus(1.0, 0.3, 40, 16)
+    mixed = Mesh(mesh.vertices, np.where(np.arange(len(mesh.faces))[:, None] % 2, mesh.faces, mesh.faces[:, ::-1]))
+    contraction = contract(mixed)
+    assert contraction.status is Status.AREA
+    assert np.isnan([step.volume_ratio for step in contraction.steps]).all()
+
+
+def test_consistently_oriented_tubes_that_share_an_edge_end_by_their_volume():
+    mesh = torus(1.0, 0.3, 40, 16)
+    n, (a, b) = len(mesh.vertices), mesh.edges[0]
+    other = np.arange(n) + n
+    other[[a, b]] = a, b
+    shift = 3 * np.array([1.0, 0, 0])
+    two = Mesh(np.concatenate([mesh.vertices, mesh.vertices + shift]), np.concatenate([mesh.faces, other[mesh.faces]]))
+    assert two.is_closed
+    assert not two.is_edge_manifold
+    assert np.isfinite(contract(two, settings(max_steps=1)).steps[0].volume_ratio)
+
+
 def test_ratios_are_relative_to_the_start():
     mesh = torus(1.0, 0.3, 40, 16)
     contraction = contract(mesh, settings(max_steps=3))
@@ -165,6 +185,29 @@ def test_the_default_operator_is_the_one_that_is_stable_and_defined_on_the_mesh(
         )
         assert np.array_equal(default, expected)
         assert not np.array_equal(default, different)
+
+
+def klein_bottle(n=24, m=16):
+    """The figure-8 immersion, a closed edge-manifold surface with no orientation."""
+    u, v = np.meshgrid(2 * np.pi * np.arange(n) / n, 2 * np.pi * np.arange(m) / m, indexing="ij")
+    r = 2 + np.cos(u / 2) * np.sin(v) - np.sin(u / 2) * np.sin(2 * v)
+    z = np.sin(u / 2) * np.sin(v) + np.cos(u / 2) * np.sin(2 * v)
+    i, j = np.divmod(np.arange(n * m), m)
+    right = np.where(i + 1 < n, j, -j % m)
+    above_right = np.where(i + 1 < n, (j + 1) % m, -(j + 1) % m)
+    a, b = i * m + j, (i + 1) % n * m + right
+    c, d = (i + 1) % n * m + above_right, i * m + (j + 1) % m
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return Mesh(np.stack([r * np.cos(u), r * np.sin(u), z], axis=-1).reshape(-1, 3), faces)
+
+
+def test_a_closed_mesh_that_cannot_be_oriented_is_contracted_by_the_robust_operator():
+    mesh = klein_bottle()
+    assert mesh.is_closed
+    assert mesh.is_edge_manifold
+    default, robust = (contract(mesh, settings(operator=operator, max_steps=3)) for operator in (None, "robust"))
+    assert np.array_equal(default.mesh.vertices, robust.mesh.vertices)
+    assert len(default.steps) == 3
 
 
 def test_clamped_angles_are_counted():
