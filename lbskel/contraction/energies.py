@@ -9,8 +9,8 @@ attracted to its position. T is zero except for rows that :mod:`lbskel.contracti
 second energy is that of Au, Tai, Chu, Cohen-Or, Lee 2008, "Skeleton extraction by mesh contraction",
 https://doi.org/10.1145/1399504.1360643, equations 4 to 6. The first adds the same attraction to the backward Euler step
 of the flow of Desbrun, Meyer, Schroeder, Barr 1999, https://doi.org/10.1145/311535.311576, and needs a symmetric S.
-Both are solved for the displacement, since an error relative to a small displacement is smaller than one relative to a
-position.
+With roll-back, both are solved for the displacement, since an error relative to a small displacement is smaller than
+one relative to a position.
 """
 
 from __future__ import annotations

@@ -167,6 +167,8 @@ def _run_steps(
             return result(Status.NOT_FINITE)
         weight = np.minimum(weights[now.kept] if isinstance(weights, np.ndarray) else weights, max_weight)
         system = _step_system(start, now, laplacian, weight, degenerate, settings)
+        if not steps and settings.rollback and settings.energy == "curvature_flow":
+            _require_symmetric(system, settings)
         if deadline.seconds_left < 0:
             return result(Status.TIME_LIMIT)
         try:
@@ -179,8 +181,6 @@ def _run_steps(
             else:
                 D = solve_once(system.A, system.positions) - mesh.vertices
         except SolveError:
-            if not steps:
-                _require_symmetric(system, settings)
             return result(Status.NOT_SOLVED)
         moved = mesh.vertices + D
         if not np.isfinite(moved).all():
@@ -272,7 +272,7 @@ def _step_system(
 
 
 def _require_symmetric(system: LinearSystem, settings: ContractionSettings) -> None:
-    """Raise UnknownChoice if the system could not be solved because the operator is not symmetric."""
+    """Raise UnknownChoice if the system is not symmetric, since its operator is not."""
     if abs(system.A - system.A.T).max() > MAX_ASYMMETRY * abs(system.A).max():
         raise UnknownChoice(
             f"the operator {settings.operator!r} is not symmetric, which the energy {settings.energy!r} needs; "

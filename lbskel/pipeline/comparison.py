@@ -83,7 +83,7 @@ class ComparisonResult:
     skeleton : Skeleton or None
         None if there is none, for the reason in ``error``.
     free : Contraction or None
-        The contraction without roll-back; None if the operator is not defined on the mesh or not for the energy.
+        The contraction without roll-back; None if the operator is not defined on the mesh.
     meshes : tuple of Mesh
         After each step of ``free``, at a diameter bound of 1.
     error : str
