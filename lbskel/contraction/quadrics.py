@@ -27,12 +27,12 @@ def line_quadrics(P: NDArray[np.float64], edges: NDArray[np.int64]) -> NDArray[n
     length = np.linalg.norm(vector, axis=1, keepdims=True)
     direction = np.divide(vector, length, out=np.zeros_like(vector), where=length > 0)
     A = np.eye(3) - direction[:, :, None] * direction[:, None, :]
-    A[length[:, 0] == 0] = 0  # an edge of no length has no line
+    A[length[:, 0] == 0] = 0
     shifted = np.einsum("kij,kj->ki", A, start)
     line = np.empty((len(edges), 4, 4))
     line[:, :3, :3], line[:, :3, 3], line[:, 3, :3] = A, -shifted, -shifted
     line[:, 3, 3] = np.einsum("ki,ki->k", start, shifted)
-    ends = coo_array((np.ones(2 * len(edges)), (edges.T.ravel(), np.tile(np.arange(len(edges)), 2))))
-    ends.resize(len(P), len(edges))
+    places = edges.T.ravel(), np.tile(np.arange(len(edges)), 2)
+    ends = coo_array((np.ones(2 * len(edges)), places), shape=(len(P), len(edges)))
     quadrics: NDArray[np.float64] = (ends.tocsr() @ line.reshape(-1, 16)).reshape(-1, 4, 4)
     return quadrics

@@ -101,7 +101,7 @@ def collapse_mesh(
     >>> import lbskel
     >>> from lbskel.shapes import torus
     >>> mesh = torus(1.0, 0.2)
-    >>> graph = lbskel.collapse_mesh(mesh, lbskel.contract(mesh).mesh)
+    >>> graph = lbskel.collapse_mesh(lbskel.contract(mesh).mesh, mesh)
     >>> len(graph.edges) - len(graph.nodes) + 1
     1
     """
@@ -125,7 +125,7 @@ def collapse_mesh(
         candidates = np.flatnonzero(has_face(remaining, n) & ~is_among(keys_of(remaining.edges, n), blocked))
         if len(candidates):
             remaining, removed, target, refused = _collapse_round(remaining, candidates, P, Q, n)
-            np.add.at(Q, target, Q[removed])
+            Q[target] += Q[removed]  # an edge is the cheapest at both ends, so targets are distinct
             step = np.arange(n)
             step[removed] = target
             merged_into = step[merged_into]
