@@ -121,7 +121,7 @@ def full_report(
     timer: StageTimer,
 ) -> dict[str, Any]:
     """Report what was done, the score, and the seconds of each stage, ready for JSON."""
-    chosen = asdict(settings)
+    chosen = dict(vars(settings))  # asdict would copy the operator
     if callable(chosen["operator"]):
         chosen["operator"] = getattr(chosen["operator"], "__name__", repr(chosen["operator"]))
     source, notes = prepared.source, list(prepared.notes)

@@ -9,7 +9,7 @@ from __future__ import annotations
 __all__ = ["is_of_points", "skeletonize_points"]
 
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -117,7 +117,7 @@ def skeletonize_points(
     }
     report = {
         "input": {"vertices": len(cloud.points), "faces": 0, "components": 1},
-        "settings": asdict(settings),
+        "settings": dict(vars(settings)),
         "notes": [*([OF_VERTICES] if isinstance(shape, Mesh) else []), *cleaned.notes, UNCHECKED],
         "components": [body],
         "passed": scored is not None and scored.passed,

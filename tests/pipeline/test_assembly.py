@@ -1,6 +1,8 @@
 """Assembly: bodies in one skeleton, in the caller's coordinates and units, with a node for every vertex."""
 
 import json
+from dataclasses import dataclass, field
+from threading import Lock
 
 import numpy as np
 import pytest
@@ -55,3 +57,15 @@ def test_the_report_is_plain_json(ring):
     assert report["passed"] is (report["score"]["verdict"] != "fail")
     operator = lbskel.operators.operator_named("cotangent")
     assert lbskel.skeletonize(ring, operator=operator).report["settings"]["operator"] == "cotangent"
+
+
+def test_an_operator_that_cannot_be_copied_is_reported_by_its_name(ring):
+    @dataclass(frozen=True)
+    class Locked:
+        lock: object = field(default_factory=Lock, repr=False)
+
+        def __call__(self, mesh):
+            return lbskel.laplacian(mesh, operator="robust")
+
+    report = lbskel.skeletonize(ring, operator=Locked()).report
+    assert report["settings"]["operator"].endswith("Locked()")
