@@ -11,11 +11,10 @@ import queue
 import shutil
 import tempfile
 import threading
-from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib.metadata import version
 from inspect import signature
@@ -26,6 +25,7 @@ from lbskel.errors import FormatError, MissingDependency, UnknownChoice, choose
 from lbskel.geometry.threads import n_processors
 from lbskel.io import FORMATS, write_safely
 from lbskel.io.skeleton_io import require_writable
+from lbskel.pipeline.batch.names import files_of, skeleton_names
 from lbskel.pipeline.batch.records import SUMMARY, BatchStatus, Record, append, is_final, known, summary
 from lbskel.pipeline.batch.worker import WorkerProcess
 from lbskel.pipeline.stages import skeletonize
@@ -95,7 +95,7 @@ def skeletonize_many(
     time_limit, memory_limit : float, optional
         Seconds for each input, and megabytes of data for its process, of which lbskel itself needs about 300.
     force : bool
-        Whether skeletons that are in no manifest may be replaced.
+        Whether files of skeletons that are in no manifest may be replaced.
     on_record : callable, optional
         Called with each record, and whether it is from an earlier batch.
     **options
@@ -137,16 +137,22 @@ def skeletonize_many(
         if number is not None and not number > 0:
             raise UnknownChoice(f"{name} must be positive, not {number}")
     signature(skeletonize).bind(None, **options)
-    if not all(_is_plain(option) for option in options.values()):
-        raise UnknownChoice("a batch takes presets and operators by name, since its work is done in other processes")
+    special = [name for name, option in options.items() if not _is_plain(option)]
+    if special:
+        raise UnknownChoice(
+            f"{', '.join(special)}: a batch takes plain numbers, and presets and operators by name, "
+            "since its work is done in other processes"
+        )
     paths = [Path(path) for path in inputs]
     if not paths:
         raise FormatError("no mesh is named, so there is nothing to do")
     folder = Path(output)
     folder.mkdir(parents=True, exist_ok=True)
     earlier = known(folder)
-    names = _names(paths, extension)
-    taken = [name for name in names if name not in earlier and (folder / name).exists()]
+    suffixes = [".png"] * pictures + [".report.json"] * reports
+    names = skeleton_names(paths, extension, suffixes)
+    new = [file for name in names if name not in earlier for file in files_of(name, suffixes)]
+    taken = [file for file in new if (folder / file).exists()]
     if taken and not force:
         raise FormatError(
             f"{len(taken)} files exist already in {folder} that no batch has made, such as {taken[0]}; "
@@ -175,19 +181,6 @@ def _is_plain(option: Any) -> bool:
     if isinstance(option, list | tuple):
         return all(_is_plain(each) for each in option)
     return isinstance(option, str | int | float | None)
-
-
-def _names(paths: Sequence[Path], extension: str) -> list[str]:
-    """Name each skeleton relative to the common folder of the inputs; equal names keep the extension of the mesh."""
-    absolute = [path.absolute() for path in paths]
-    if len(set(absolute)) < len(absolute):
-        twice = next(path for path, count in Counter(absolute).items() if count > 1)
-        raise FormatError(f"{twice} is named twice; name each mesh once")
-    below = Path(os.path.commonpath([path.parent for path in absolute]))
-    short = [path.relative_to(below).with_suffix(f".{extension}").as_posix() for path in absolute]
-    count = Counter(short)
-    full = [f"{path.relative_to(below).as_posix()}.{extension}" for path in absolute]
-    return [name if count[name] == 1 else longer for name, longer in zip(short, full, strict=True)]
 
 
 def _do(task: _Task, worker: WorkerProcess, job: Job) -> Answer:
@@ -273,14 +266,16 @@ def _on_cluster(task: _Task, jobs: Sequence[Job], address: str) -> Generator[Ans
     except (OSError, ValueError) as error:
         raise UnknownChoice(f"no Dask scheduler answers at {address}: {error}") from None
     with client:
-        futures = client.map(partial(_do_on_worker, task), jobs, pure=False)
+        located = [(str(Path(mesh).absolute()), name, before) for mesh, name, before in jobs]
+        futures = client.map(partial(_do_on_worker, task), located, pure=False)
         job_of = {future.key: job for future, job in zip(futures, jobs, strict=True)}
         try:
             for future in cluster.as_completed(futures):
+                mesh, name, _ = job_of[future.key]
                 if future.status == "finished":
-                    yield future.result()
+                    record, is_earlier = future.result()
+                    yield replace(record, input=mesh), is_earlier
                 else:
-                    mesh, name, _ = job_of[future.key]
                     yield Record(mesh, name, BatchStatus.ENDED, f"the worker was lost: {future.exception()}"), False
         finally:
             client.cancel(futures)

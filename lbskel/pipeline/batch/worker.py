@@ -19,7 +19,7 @@ import time
 from pathlib import Path
 from typing import Any, TextIO
 
-from lbskel.errors import LbskelError
+from lbskel.errors import LbskelError, MemoryLimitError
 from lbskel.pipeline.batch.records import BatchStatus
 
 READY = "ready\n"
@@ -159,6 +159,8 @@ def _reply(job: dict[str, Any]) -> dict[str, Any]:
             from lbskel.visualization import picture
 
             picture(mesh, skeleton, output.with_suffix(".png"))
+    except MemoryLimitError as error:
+        return {"outcome": BatchStatus.OVER_MEMORY, "message": str(error)}
     except LbskelError as error:
         if isinstance(error.__context__, MemoryError):
             return {"outcome": BatchStatus.OVER_MEMORY, "message": "out of memory"}

@@ -8,9 +8,11 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 
 from lbskel import FormatError, UnknownChoice, read_skeleton, skeletonize, skeletonize_many, write_mesh
+from lbskel.pipeline import memory
 from lbskel.pipeline.batch import BatchStatus
 from lbskel.pipeline.batch import run as running
 from lbskel.pipeline.batch.records import MANIFEST, SUMMARY, known
@@ -219,6 +221,37 @@ def test_inputs_of_one_name_keep_apart(no_processes, tmp_path, rod):
         skeletonize_many([paths[0], paths[0]], tmp_path / "out")
 
 
+@pytest.mark.parametrize(("option", "file"), [("pictures", "rod.png"), ("reports", "rod.report.json")])
+def test_pictures_and_reports_of_the_user_stay_unless_forced(option, file, meshes, tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / file).write_text("mine")
+    with pytest.raises(FormatError, match=f"1 files exist already .* such as {file}"):
+        skeletonize_many(meshes, out, **{option: True})
+    assert files(out).keys() == {file}
+
+
+def test_a_mesh_for_which_no_memory_is_free_is_tried_again(no_processes, meshes, tmp_path, monkeypatch):
+    monkeypatch.setattr(memory, "free_megabytes", lambda: 50.0)
+    [record] = skeletonize_many(meshes[2:3], tmp_path / "out", workers=1)
+    assert record.outcome is BatchStatus.OVER_MEMORY
+    assert "the limit is 50" in record.message
+    monkeypatch.undo()
+    monkeypatch.setattr(running, "WorkerProcess", WorkerHere)
+    assert outcomes(skeletonize_many(meshes[2:3], tmp_path / "out", workers=1)) == [BatchStatus.PASSED]
+
+
+@needs_dask
+def test_workers_of_a_cluster_in_another_folder_find_the_meshes(tmp_path, rod, monkeypatch):
+    from dask.distributed import LocalCluster
+
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+        write_mesh(tmp_path / "rod.off", rod)
+        monkeypatch.chdir(tmp_path)
+        [record] = skeletonize_many(["rod.off"], "out", dask=cluster.scheduler_address)
+    assert (record.input, record.outcome) == ("rod.off", BatchStatus.PASSED)
+
+
 def test_files_of_the_user_stay_unless_forced(no_processes, meshes, tmp_path):
     out = tmp_path / "out"
     out.mkdir()
@@ -236,7 +269,8 @@ def test_files_of_the_user_stay_unless_forced(no_processes, meshes, tmp_path):
         ({"extension": "doc"}, "unknown format of skeletons 'doc'"),
         ({"workers": 0}, "workers must be positive"),
         ({"time_limit": -1}, "time_limit must be positive"),
-        ({"operator": len}, "by name"),
+        ({"operator": len}, "operator: .* by name"),
+        ({"n_nodes": np.int64(20), "join": "none"}, "^n_nodes: a batch takes plain numbers"),
     ],
 )
 def test_what_makes_no_sense_is_refused_before_any_work(options, message, meshes, tmp_path):
