@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["assemble", "body_report", "contraction_report", "full_report"]
+__all__ = ["assemble", "body_report", "contraction_report", "full_report", "skipped_notes"]
 
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -124,14 +124,11 @@ def full_report(
     chosen = dict(vars(settings))  # asdict would copy the operator
     if callable(chosen["operator"]):
         chosen["operator"] = getattr(chosen["operator"], "__name__", repr(chosen["operator"]))
-    source, notes = prepared.source, list(prepared.notes)
-    if timer.skipped:
-        missing = "; ".join(f"{stage} ({MISSING[stage]})" for stage in timer.skipped)
-        notes.append(f"the time limit was reached, so these stages were left out: {missing}")
+    source = prepared.source
     return {
         "input": {"vertices": len(source.vertices), "faces": len(source.faces), "components": source.n_components},
         "settings": chosen,
-        "notes": notes,
+        "notes": [*prepared.notes, *skipped_notes(timer.skipped)],
         "components": bodies,
         "passed": scored is not None and scored.passed,
         "score": NOT_SCORED if scored is None else scored.report(),
@@ -140,6 +137,12 @@ def full_report(
         "kernels_compiled": are_kernels_compiled(),
         "preprocess": prepared.preprocessing,
     } | ({"megabytes": dict(timer.megabytes)} if timer.measures_memory else {})
+
+
+def skipped_notes(stages: Sequence[str]) -> list[str]:
+    """Say which stages were left out, and what the result lacks without them."""
+    missing = "; ".join(f"{stage} ({MISSING[stage]})" for stage in stages)
+    return [f"the time limit was reached, so these stages were left out: {missing}"] if stages else []
 
 
 def _without_nan(step: Step) -> dict[str, Any]:

@@ -22,7 +22,8 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.sorting import is_among
 from lbskel.geometry.vertex_map import VertexMap
-from lbskel.pipeline.profiling import Progress, StageTimer
+from lbskel.pipeline.assembly import skipped_notes
+from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess import Pipeline, PreprocessResult
 from lbskel.preprocess.point_cleaning import CleanedPoints
 from lbskel.preprocess.reconstruction import surface_and_points
@@ -57,9 +58,7 @@ def skeletonize_cloud(
     root: Any = None,
     preprocess: str | Pipeline | None = "auto",
     join: str = "pieces",
-    on_stage: Progress | None = None,
-    time_limit: float | None = None,
-    profile: bool = False,
+    timer: StageTimer,
 ) -> Skeleton:
     """Make the skeleton of the surface through a cloud, with a node for every point.
 
@@ -68,8 +67,9 @@ def skeletonize_cloud(
     cloud : PointCloud
     skeletonize : callable
         Makes the skeleton of a mesh.
-    anchors, root, preprocess, join, on_stage, time_limit, profile
+    anchors, root, preprocess, join
         As for :func:`lbskel.skeletonize`, where ``preprocess`` is a preparation of clouds, not a pipeline of meshes.
+    timer : StageTimer
 
     Raises
     ------
@@ -78,7 +78,6 @@ def skeletonize_cloud(
     UnknownChoice
         If the preparation is none of those of clouds.
     """
-    timer = StageTimer(on_stage, time_limit, profile)
     with timer("reconstruct"):
         surface, points = surface_and_points(cloud, "none" if preprocess is None else preprocess)  # type: ignore[arg-type]
     skeleton = skeletonize(
@@ -86,8 +85,9 @@ def skeletonize_cloud(
         anchors=[_on_surface(anchor, surface) for anchor in anchors],
         root=_on_surface(root, surface),
         preprocess="none" if surface.mesh.is_closed_manifold else "auto",
-        timer=StageTimer(on_stage, None if time_limit is None else max(timer.seconds_left, 1e-3), profile),
+        timer=timer,
     )
+    n_skipped = len(timer.skipped)
     to_node = surface.vertex_map.compose(VertexMap(skeleton.node_of_vertex)).complete(cloud.points, skeleton.nodes)
     mapped = replace(skeleton, node_of_vertex=to_node.indices)
     if join == "pieces":
@@ -96,7 +96,7 @@ def skeletonize_cloud(
     mapped = replace(mapped, mean_radii=np.where(means > 0, means, mapped.mean_radii))
     neighbors = points.source_neighbors(SCORED_NEIGHBORS)
     scored = timer.optional("score points", lambda _: score_points(mapped, cloud, neighbors), None, is_needed=True)
-    return replace(mapped, report=_report(mapped, cloud, surface, scored, timer))
+    return replace(mapped, report=_report(mapped, cloud, surface, scored, timer, timer.skipped[n_skipped:]))
 
 
 def _with_joined_pieces(skeleton: Skeleton, points: CleanedPoints, *, keeps_root: bool) -> Skeleton:
@@ -134,7 +134,12 @@ def _on_surface(place: Any, surface: PreprocessResult) -> Any:
 
 
 def _report(
-    skeleton: Skeleton, cloud: PointCloud, surface: PreprocessResult, scored: Score | None, timer: StageTimer
+    skeleton: Skeleton,
+    cloud: PointCloud,
+    surface: PreprocessResult,
+    scored: Score | None,
+    timer: StageTimer,
+    skipped: Sequence[str],
 ) -> dict[str, Any]:
     """Return the report of the surface's skeleton with input, notes, score and seconds of the cloud."""
     report = skeleton.report
@@ -142,9 +147,9 @@ def _report(
     return {
         **report,
         "input": given,
-        "notes": [*surface.notes, *report["notes"], UNCHECKED],
+        "notes": [*surface.notes, *report["notes"], UNCHECKED, *skipped_notes(skipped)],
         "passed": scored is not None and scored.passed,
         "score": NOT_SCORED if scored is None else scored.report(),
         "reconstruction": {"faces": len(surface.mesh.faces), **surface.report["steps"][0]},
-        "seconds": {**timer.seconds, **report["seconds"]},
-    } | ({"megabytes": {**timer.megabytes, **report["megabytes"]}} if timer.measures_memory else {})
+        "seconds": dict(timer.seconds),
+    } | ({"megabytes": dict(timer.megabytes)} if timer.measures_memory else {})

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lbskel.contraction.flow import contract
+from lbskel.contraction.result import Status
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.contraction.surgery import collapse
 from lbskel.errors import MeshError, UnknownChoice
@@ -25,7 +26,7 @@ from lbskel.evaluation.point_scoring import score_points
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.operators import STAR_OPERATORS
-from lbskel.pipeline.assembly import contraction_report
+from lbskel.pipeline.assembly import contraction_report, skipped_notes
 from lbskel.pipeline.environment import are_kernels_compiled, versions
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess.point_cleaning import CleanedPoints, clean_points
@@ -105,6 +106,8 @@ def skeletonize_points(
     skeleton = reroot_by_thickness(skeleton if n_nodes is None else resample(skeleton, n_nodes=n_nodes))
     if root is not None:
         skeleton = reroot(skeleton, _node_at(root, skeleton))
+    if contraction.status is Status.TIME_LIMIT:
+        timer.skip("contract")
     with timer("score"):
         scored = score_points(skeleton, cloud) if timer.has_time_for("score") else None
     body = {
@@ -115,10 +118,11 @@ def skeletonize_points(
         "genus": None,
         **contraction_report(contraction, graph, skeleton),
     }
+    of_vertices = [OF_VERTICES] if isinstance(shape, Mesh) else []
     report = {
         "input": {"vertices": len(cloud.points), "faces": 0, "components": 1},
         "settings": dict(vars(settings)),
-        "notes": [*([OF_VERTICES] if isinstance(shape, Mesh) else []), *cleaned.notes, UNCHECKED],
+        "notes": [*of_vertices, *cleaned.notes, UNCHECKED, *skipped_notes(timer.skipped)],
         "components": [body],
         "passed": scored is not None and scored.passed,
         "score": NOT_SCORED if scored is None else scored.report(),

@@ -170,8 +170,7 @@ def skeletonize(
     elif isinstance(shape, PointCloud):
         of_mesh = partial(_skeletonize_mesh, settings=settings, options=options, is_scored=False)
         of_mesh = partial(of_mesh, simplify=simplify, n_nodes=n_nodes, memory_limit=memory_limit)
-        limits = {"on_stage": on_stage, "time_limit": time_limit, "profile": profile}
-        skeleton = skeletonize_cloud(shape, of_mesh, **places, join=options["join"], **limits)
+        skeleton = skeletonize_cloud(shape, of_mesh, **places, join=options["join"], timer=timer)
     else:
         limits = {"simplify": simplify, "n_nodes": n_nodes, "memory_limit": memory_limit}
         skeleton = _skeletonize_mesh(shape, settings=settings, options=options, **limits, **places, timer=timer)

@@ -1,10 +1,13 @@
 """Skeletons of point clouds by the call that makes those of meshes."""
 
+import time
+
 import numpy as np
 import pytest
 
 import lbskel
 from lbskel import MeshError, PointCloud, Skeleton, UnknownChoice
+from lbskel.pipeline import profiling, stages
 from lbskel.pipeline.clouds import _with_joined_pieces
 from lbskel.preprocess.point_cleaning import clean_points
 from lbskel.shapes import make, torus
@@ -124,3 +127,16 @@ def test_pieces_are_joined_only_where_it_is_asked_for(cloud, monkeypatch):
     assert not asked
     lbskel.skeletonize(cloud)
     assert asked
+
+
+def test_reading_counts_and_what_was_left_out_is_said(cloud, monkeypatch):
+    def read_slowly(shape):
+        time.sleep(0.2)
+        return shape
+
+    monkeypatch.setattr(stages, "as_shape", read_slowly)
+    monkeypatch.setattr(profiling, "GRACE_SECONDS", 0.0)
+    report = lbskel.skeletonize(cloud, time_limit=1e-3).report
+    assert report["seconds"]["read"] >= 0.2
+    assert report["score"]["verdict"] == "not measured"
+    assert any("these stages were left out: score points (no measures)" in note for note in report["notes"])

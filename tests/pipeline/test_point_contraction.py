@@ -106,3 +106,10 @@ def test_a_component_without_points_has_its_inscribed_radii_as_mean_ones():
     found = _with_radii(apart, PointCloud([[0, 0, 0.5], [1, 0, 0.5]]))
     assert found.mean_radii[:2].tolist() == [0.5, 0.5]
     assert found.mean_radii[2:].tolist() == found.radii[2:].tolist()
+
+
+def test_what_was_left_out_under_a_time_limit_is_said(cloud):
+    report = lbskel.skeletonize(cloud, preset="cao2010", time_limit=1e-3).report
+    [note] = [note for note in report["notes"] if "these stages were left out" in note]
+    assert "contract (" in note
+    assert "score (no measures)" in note
