@@ -39,8 +39,8 @@ class Cholmod(Factorization):
             try:
                 self._factor = cholmod.symbolic(X, self._ordering)
                 cholmod.numeric(X, self._factor)
-            except ArithmeticError as error:
-                raise SolveError(f"the matrix is not positive definite at column {error}") from None
+            except ArithmeticError:
+                raise SolveError("the matrix is not positive definite") from None
 
     def _solve_unrefined(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
         X = matrix(np.asfortranarray(B, dtype=np.float64))
@@ -69,8 +69,8 @@ def count_negative_pivots(A: csc_array, ordering: NDArray[np.int64] | None = Non
         try:
             factor = cholmod.symbolic(X, amd.order(X) if ordering is None else matrix(ordering))
             cholmod.numeric(X, factor)
-        except ArithmeticError as error:
-            raise SolveError(f"the matrix has a pivot of zero at column {error}") from None
+        except ArithmeticError:
+            raise SolveError("the matrix has a pivot of zero") from None
         cholmod.solve(factor, pivots, sys=6)  # D x = 1
     return int((np.array(pivots) < 0).sum())
 

@@ -28,6 +28,7 @@ from lbskel.solvers.stationary import GaussSeidel
 
 # Largest size of K as a dense matrix, in bytes. A guess; the factors take as much again, once or twice.
 MAX_DENSE_BYTES = 1e9
+ROUNDING = 1e-10  # entries of K^T B relative to |K|^T |B| that may be rounding alone, a hundred times over; a guess
 
 Method = Callable[[csr_array, NDArray[np.float64], int, Observer], NDArray[np.float64]]
 
@@ -96,7 +97,7 @@ def _scipy_krylov(method: Callable[..., Any], limit_name: str) -> Method:
             rmatvec=lambda y: (T @ y.reshape(-1, k)).ravel(),
             dtype=np.float64,
         )
-        number = 1 if observe is not _no_observer else iterations
+        number = iterations if observe is _no_observer else min(1, iterations)
         while True:
             result = method(operator, B.ravel(), atol=TOLERANCE, btol=TOLERANCE, conlim=0, **{limit_name: number})
             X: NDArray[np.float64] = result[0].reshape(-1, k)
@@ -209,7 +210,8 @@ def lstsq(
 
 def _require_zero_gradient(K: csr_array, X: NDArray[np.float64], B: NDArray[np.float64]) -> None:
     """Raise a SolveError unless the gradient K^T (B - K X) is small relative to K^T B."""
-    scale = np.abs(K.T @ B).max(initial=0.0)
+    rounding = ROUNDING * (abs(K).T @ np.abs(B)).max(initial=0.0)
+    scale = max(np.abs(K.T @ B).max(initial=0.0), rounding)
     gradient = np.abs(K.T @ (B - K @ X)).max(initial=0.0)
     residual = float(gradient / scale) if scale > 0 else float(gradient)
     if not residual <= MAX_RESIDUAL:

@@ -148,3 +148,17 @@ def test_the_gradient_that_is_checked_is_that_of_the_normal_equations():
     assert lstsq(K, [1.0, 2.0, 1e6]) == pytest.approx([1, 2])
     with pytest.raises(SolveError, match=r"is 1\.0e\+00 of K\^T B"):
         _require_zero_gradient(K, np.zeros((2, 1)), np.ones((3, 1)))
+
+
+@pytest.mark.parametrize("method", [*DIRECT_SOLVERS, "qr", "svd", "augmented", "lsqr", "lsmr"])
+def test_a_right_hand_side_orthogonal_to_the_columns_has_the_zero_solution(method):
+    """Its K^T B is rounding alone, and no gradient is small relative to that."""
+    assert lstsq(csr_array(np.ones((3, 1))), [0.1, 0.2, -0.3], method) == pytest.approx([0], abs=1e-15)
+
+
+@pytest.mark.parametrize("method", ["lsqr", "lsmr", "cgls"])
+def test_no_iteration_is_made_where_none_is_asked_for(method):
+    K, seen = rectangular(), []
+    X = lstsq(K, right_hand_side(K), method, iterations=0, on_iterate=lambda number, X: seen.append(number))
+    assert not X.any()
+    assert not any(seen)
