@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csc_array
 
 from lbskel.errors import MeshError, first_few
+from lbskel.geometry.arrays import read_only
 from lbskel.geometry.mesh import PointCloud
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import diagonal_matrix
@@ -56,9 +57,14 @@ class PolygonMesh:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", PointCloud(self.vertices).points)
-        polygons = tuple(np.array(polygon, dtype=np.int64) for polygon in self.polygons)
+        try:
+            polygons = tuple(_whole_numbers(polygon, i) for i, polygon in enumerate(self.polygons))
+        except TypeError:
+            raise MeshError("polygons must be a sequence of sequences of vertex indices") from None
+        if not polygons:
+            raise MeshError("there is no polygon; give at least one")
         small = [i for i, polygon in enumerate(polygons) if polygon.ndim != 1 or len(polygon) < 3]
-        if small or not polygons:
+        if small:
             raise MeshError(f"polygons {first_few(small)} need at least three vertex indices; leave them out")
         object.__setattr__(self, "polygons", polygons)
         bad = (self.corners < 0) | (self.corners >= len(self.vertices))
@@ -75,18 +81,31 @@ class PolygonMesh:
     @cached_property
     def corners(self) -> NDArray[np.int64]:
         """(c,) vertex indices of all polygons, concatenated."""
-        return np.concatenate(self.polygons)
+        return read_only(np.concatenate(self.polygons))
 
     @cached_property
     def starts(self) -> NDArray[np.int64]:
         """(m + 1,) index into :attr:`corners` where each polygon starts, and the end of the last one."""
-        return np.concatenate([[0], np.cumsum([len(np.asarray(polygon)) for polygon in self.polygons])])
+        return read_only(np.concatenate([[0], np.cumsum([len(np.asarray(polygon)) for polygon in self.polygons])]))
+
+
+def _whole_numbers(polygon: ArrayLike, number: int) -> NDArray[np.int64]:
+    """Return a read-only copy of the vertex indices of a polygon; a MeshError names it by its number."""
+    try:
+        given = np.array(polygon, dtype=np.float64)
+        if not (given == np.floor(given)).all():
+            raise ValueError
+    except (TypeError, ValueError):
+        raise MeshError(f"polygon {number} must be a list of whole numbers, not {polygon!r}") from None
+    return read_only(given.astype(np.int64))
 
 
 def _degenerate_polygons(
     vertices: NDArray[np.float64], mesh: PolygonMesh
 ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-    """Find the (m,) polygons whose own matrix has entries beyond MAX_COTANGENT or NaN, and the area of each corner.
+    """Find the (m,) degenerate polygons, and the area of each corner.
+
+    Degenerate is a polygon that uses a vertex twice, or whose own matrix has entries beyond MAX_COTANGENT or NaN.
 
     If virtual refinement gives a strongly bent or dented polygon a negative corner area, its area is divided evenly.
     """
@@ -98,7 +117,9 @@ def _degenerate_polygons(
     areas = mass.diagonal()
     even_areas = np.repeat(np.add.reduceat(areas, mesh.starts[:-1]) / sizes, sizes)
     has_negative = np.repeat(np.minimum.reduceat(areas, mesh.starts[:-1]) < 0, sizes)
-    return np.bincount(polygon, weights=is_beyond, minlength=len(sizes)) > 0, np.where(has_negative, even_areas, areas)
+    is_repeated = np.array([len(set(polygon.tolist())) < len(polygon) for polygon in map(np.asarray, mesh.polygons)])
+    is_degenerate = is_repeated | (np.bincount(polygon, weights=is_beyond, minlength=len(sizes)) > 0)
+    return is_degenerate, np.where(has_negative, even_areas, areas)
 
 
 def polygon_cotangent(mesh: PolygonMesh) -> Laplacian:

@@ -18,6 +18,26 @@ def test_polygon_meshes_are_checked():
         PolygonMesh(np.eye(3), [[0, 1, 3]])
     with pytest.raises(MeshError, match="NaN or infinite"):
         PolygonMesh([[0, 0, 0], [1, 0, np.nan], [1, 1, 0]], [[0, 1, 2]])
+    for polygon in ([0, 0.9, 2], ["a", "b", "c"], [0, [1, 2]], None, [0, np.nan, 1]):
+        with pytest.raises(MeshError, match="polygon 1 must be a list of whole numbers"):
+            PolygonMesh(np.eye(3), [[0, 1, 2], polygon])
+    with pytest.raises(MeshError, match="sequence of sequences"):
+        PolygonMesh(np.eye(3), None)
+    with pytest.raises(MeshError, match="no polygon"):
+        PolygonMesh(np.eye(3), [])
+
+
+def test_polygon_meshes_are_read_only():
+    mesh = PolygonMesh(np.eye(3), [[0, 1, 2]])
+    for array in (mesh.vertices, mesh.polygons[0], mesh.corners, mesh.starts):
+        assert not array.flags.writeable
+
+
+def test_a_polygon_that_uses_a_vertex_twice_is_left_out():
+    square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    whole, alone = (laplacian(PolygonMesh(square, faces)) for faces in ([[0, 1, 2], [0, 1, 3, 1]], [[0, 1, 2]]))
+    assert abs(whole.stiffness - alone.stiffness).max() == 0
+    assert whole.treated_vertices.tolist() == [0, 1, 3]
 
 
 def test_polygons_of_three_corners_are_triangles(mesh):
