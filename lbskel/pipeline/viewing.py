@@ -1,7 +1,7 @@
 """A mesh, its skeleton, and how one became the other, as an interactive page.
 
-The contraction is run again, step by step, with the settings in the skeleton's report. It gives the same steps, so no
-intermediate mesh has to be kept.
+The contraction is run again, step by step, with the settings in the skeleton's report. It gives the same steps, but
+for bodies that were contracted in a group, so no intermediate mesh has to be kept.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from lbskel.applications import branch_table
 from lbskel.contraction.flow import contract
 from lbskel.contraction.result import Step
 from lbskel.contraction.settings import ContractionSettings
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, UnknownChoice
 from lbskel.evaluation.measures import MEASURES
 from lbskel.evaluation.scoring import centeredness_errors, require_scorable
 from lbskel.geometry.mesh import Mesh, PointCloud
@@ -65,7 +65,7 @@ def view(
     force : bool
         Whether an existing file may be replaced.
     **options
-        Of :func:`lbskel.skeletonize`.
+        Of :func:`lbskel.skeletonize`; with a skeleton only ``preprocess`` and ``simplify``.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def view(
     MissingDependency
         If plotly is not installed.
     UnknownChoice
-        If an option has a value that is in no table.
+        If an option has a value that is in no table, or no effect since a skeleton is given.
 
     Examples
     --------
@@ -96,10 +96,13 @@ def view(
     True
     """
     require_plotly()
+    preparing = {name: options[name] for name in ("preprocess", "simplify") if name in options}
+    unused = sorted(options.keys() - preparing.keys())
+    if skeleton is not None and unused:
+        raise UnknownChoice(f"{', '.join(unused)}: the skeleton is given, so leave out how it is to be made")
     shape = as_shape(mesh)
     if skeleton is None:
         skeleton = skeletonize(shape, **options)
-    preparing = {name: options[name] for name in ("preprocess", "simplify") if name in options}
     page(view_scene(shape, skeleton, title=title, **preparing), path, force=force)
     return skeleton
 

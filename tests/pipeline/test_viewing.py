@@ -125,3 +125,5 @@ def test_view_takes_the_options_and_the_skeleton(rod, tmp_path):
     assert len(made.nodes) == 7
     assert lbskel.view(rod, tmp_path / "b.html", skeleton=made, preprocess=None) is made
     assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()
+    with pytest.raises(lbskel.UnknownChoice, match=r"^min_lop, n_nodes: the skeleton is given"):
+        lbskel.view(rod, tmp_path / "c.html", skeleton=made, n_nodes=7, min_lop=3, simplify="none")
