@@ -80,7 +80,7 @@ def skeletonize_points(
     UnknownChoice
         If anchors or an option of refinement are given, which needs a surface.
     MeshError
-        If the points are too few or on a line, or ``root`` is the index of no point.
+        If the points are too few or on a line, or ``root`` is neither a point nor the index of one.
     """
     unused = [name for name in NEEDS_SURFACE if given.get(name) is not None] + ["anchors"] * bool(len(anchors))
     if unused:
@@ -161,4 +161,6 @@ def _node_at(place: Any, skeleton: Skeleton) -> int:
         if not 0 <= given < len(skeleton.node_of_vertex):
             raise MeshError(f"there is no point {given}: the cloud has points 0..{len(skeleton.node_of_vertex) - 1}")
         return int(skeleton.node_of_vertex[int(given)])
+    if given.shape != (3,) or not np.issubdtype(given.dtype, np.number) or not np.isfinite(given).all():
+        raise MeshError(f"a root must be the index of a point, or a point of three numbers, not {place!r}")
     return int(cKDTree(skeleton.nodes).query(given.astype(float))[1])

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import lbskel
-from lbskel import PRESETS, PointCloud, Skeleton, Status, UnknownChoice
+from lbskel import PRESETS, MeshError, PointCloud, Skeleton, Status, UnknownChoice
 from lbskel.geometry.point_stars import PointStars
-from lbskel.pipeline.point_contraction import _with_radii
+from lbskel.pipeline.point_contraction import _node_at, _with_radii
 from lbskel.shapes import make, torus
 
 
@@ -113,3 +113,11 @@ def test_what_was_left_out_under_a_time_limit_is_said(cloud):
     [note] = [note for note in report["notes"] if "these stages were left out" in note]
     assert "contract (" in note
     assert "score (no measures)" in note
+
+
+@pytest.mark.parametrize("root", ["x", [1, 2], [0, 0, np.nan], True, 2.5])
+def test_a_root_that_is_no_point_is_refused(root):
+    skeleton = Skeleton(np.eye(3), [[0, 1], [1, 2]], np.ones(3), [0, 1, 2])
+    assert _node_at([0, 0, 1], skeleton) == 2
+    with pytest.raises(MeshError, match="a root must be the index of a point"):
+        _node_at(root, skeleton)
