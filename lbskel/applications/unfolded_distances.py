@@ -6,7 +6,7 @@ In the order of the heat that arrives from the sources, two sweeps do most of th
 A triangle with distances from two sources would be unfolded towards a point between them. So with several sources the
 surface is divided into the regions of the sources, by the distances found first. Each region, a little enlarged, is
 then computed again as a surface of its own. The shortest path to the nearest source stays in its region. Each vertex
-then belongs to the source that is nearest by the new distances, and the regions are computed again until they stay.
+then belongs to the source that is nearest by the new distances, and regions that have grown are computed again.
 """
 
 from __future__ import annotations
@@ -68,39 +68,56 @@ class UnfoldedSurface:
 
     def _by_regions(self, sources: NDArray[np.int64], merged: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n,) distance to the nearest source, from the distances in a copy of the region of each source."""
-        nearest = self._nearest(sources, merged)
+        nearest, stale = self._nearest(sources, merged), np.arange(len(sources))
+        keys, found = np.empty(0, dtype=np.int64), np.empty(0)
         for _ in range(MAX_ROUNDS):
-            vertex, source, found = self._in_regions(sources, nearest, merged)
+            kept = ~np.isin(keys % len(sources), stale)
+            computed = self._enlarged(np.where(np.isin(nearest, stale), nearest, -1), len(sources))
+            keys = np.append(keys[kept], computed)
+            found = np.append(found[kept], self._in_regions(computed, sources, stale, merged))
+            vertex, source = np.divmod(keys, len(sources))
             distances = np.full(len(merged), np.inf)
             np.minimum.at(distances, vertex, found)
             is_least = np.isfinite(found) & (found == distances[vertex])
-            before, nearest = nearest, np.full(len(merged), -1)
+            nearest = np.full(len(merged), -1)
             nearest[vertex[is_least]] = source[is_least]
-            if np.array_equal(nearest, before):
+            needed = self._enlarged(nearest, len(sources))
+            stale = np.unique(needed[~np.isin(needed, keys)] % len(sources))
+            if len(stale) == 0:
                 break
         return np.where(np.isfinite(distances), distances, merged)
 
-    def _in_regions(
-        self, sources: NDArray[np.int64], nearest: NDArray[np.int64], merged: NDArray[np.float64]
-    ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-        """(c,) vertices in the enlarged regions of the sources, numbers of the sources, and distances in there."""
-        n, s = len(merged), len(sources)
-        faces = self._vertex.reshape(-1, 3)
+    def _enlarged(self, nearest: NDArray[np.int64], n_sources: int) -> NDArray[np.int64]:
+        """(c,) vertices of the regions with rings around them, ascending, as vertex * n_sources + source."""
         known = np.flatnonzero(nearest >= 0)
-        member = csr_array((np.ones(len(known), dtype=bool), (known, nearest[known])), shape=(n, s))
+        shape = (len(nearest), n_sources)
+        member = csr_array((np.ones(len(known), dtype=bool), (known, nearest[known])), shape=shape)
         for _ in range(RINGS):
             member = (member + self._adjacent @ member).tocsr()
         member.sort_indices()
-        vertex = np.repeat(np.arange(n), np.diff(member.indptr))
-        keys = vertex * s + member.indices  # of the copies, ascending
+        vertex = np.repeat(np.arange(len(nearest)), np.diff(member.indptr))
+        keys: NDArray[np.int64] = vertex * n_sources + member.indices
+        return keys
+
+    def _in_regions(
+        self,
+        keys: NDArray[np.int64],
+        sources: NDArray[np.int64],
+        chosen: NDArray[np.int64],
+        merged: NDArray[np.float64],
+    ) -> NDArray[np.float64]:
+        """(c,) distances in the regions of some sources, each a surface of its own with copies of its vertices."""
+        vertex, source = np.divmod(keys, len(sources))
+        shape = (len(merged), len(sources))
+        member = csr_array((np.ones(len(keys), dtype=bool), (vertex, source)), shape=shape)
+        faces = self._vertex.reshape(-1, 3)
         a, b, c = (member[faces[:, k]] for k in range(3))
         common = (a * b * c).tocoo()
-        copies = np.searchsorted(keys, faces[common.row] * s + common.col[:, None])
+        copies = np.searchsorted(keys, faces[common.row] * len(sources) + common.col[:, None])
         regions = UnfoldedSurface(copies, self._length.reshape(-1, 3)[common.row], len(keys))
-        own = np.searchsorted(keys, sources * s + np.arange(s))
+        own = np.searchsorted(keys, sources[chosen] * len(sources) + chosen)
         by_distance = np.argsort(merged[vertex], kind="stable")
-        found = regions._lowered(own, by_distance[: np.count_nonzero(np.isfinite(merged[vertex]))])
-        return vertex, member.indices.astype(np.int64), found
+        return regions._lowered(own, by_distance[: np.count_nonzero(np.isfinite(merged[vertex]))])
 
     @cached_property
     def _adjacent(self) -> csr_array:
