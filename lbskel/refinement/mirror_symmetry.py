@@ -147,8 +147,9 @@ def find_symmetries(skeleton: Skeleton, surface: Surface) -> list[Symmetry]:
 def _fitted(plane: Mirror, surface: Surface, scales: NDArray[np.float64]) -> Mirror:
     """Fit a plane to the small sample and the points of the surface that are nearest to its mirror image.
 
-    Only points that are near count. The fit is repeated as long as the sum of squared distances, of no more than the
-    limit each, falls by a tenth, as the iterative closest points of Besl, McKay 1992, https://doi.org/10.1109/34.121791.
+    Only points that are near count, which must be most of the area. The fit is repeated as long as the sum of squared
+    distances, of no more than the limit each, falls by three hundredths, as the iterative closest points of Besl, McKay
+    1992, https://doi.org/10.1109/34.121791: a pig, whose axis is four degrees off, takes 26 rounds, others up to 19.
     """
     sample, least = _sample(surface, N_SAMPLES[0]), np.inf
     vertices, areas, limits = surface.mesh.vertices[sample], surface.mesh.vertex_areas[sample], scales[sample]
@@ -157,7 +158,7 @@ def _fitted(plane: Mirror, surface: Surface, scales: NDArray[np.float64]) -> Mir
     while True:
         distances, images = surface.closest(fitted.mirrored(vertices))
         squares, weights = areas @ np.minimum(distances, limits) ** 2, areas * (distances <= limits)
-        if not squares < 0.9 * least or not weights.any():
+        if not squares < 0.97 * least or weights.sum() < 0.5 * areas.sum():
             return plane
         plane, least = fitted, squares
         fitted = mirror_between(vertices, images, weights)
