@@ -49,14 +49,15 @@ same vertices takes {meshes}. In a process that goes on, clouds of {shapes} shap
 times as long as their meshes, with a median of {ratio:.2f}.
 """
 CHANGES = """
-A rotation moves no skeleton but for rounding. Noise up to 3 % of the diagonal, about the radius of a limb, moves none
-by more than {noise} local radii on average, a quarter to four times the vertices by {sampling}, and bending by 45 and
-75 degrees by {pose} ([robustness](benchmarks/results/robustness.md)). Of {meshes} broken meshes, {kinds} kinds of
-damage on three shapes, lbskel makes {good} skeletons that pass and refuses {refused} in a sentence; skeletor makes
-{good_skeletor} that pass and refuses {refused_skeletor}, PyGEL3D makes {good_pygel} and refuses {refused_pygel}. Of
-{files} damaged files lbskel refuses {refused_files} ([broken meshes](benchmarks/results/corruption.md)). Simulated
-scans of the thirteen shapes, with noise, holes and crumbs, have the skeleton of the clean shape within {scans:.3f}
-radii on average, {worst_scan} on the worst shape ([preprocessing](benchmarks/results/preprocessing.md)).
+A rotation moves none of these skeletons but for rounding. Noise up to 3 % of the diagonal, about the radius of a
+limb, moves none by more than {noise} local radii on average, a quarter to four times the vertices by {sampling}, and
+bending by 45 and 75 degrees by {pose} ([robustness](benchmarks/results/robustness.md)). Of {meshes} broken meshes,
+{kinds} kinds of damage on three shapes, lbskel makes {good} skeletons that pass and refuses {refused} in a sentence;
+skeletor makes {good_skeletor} that pass and refuses {refused_skeletor}, PyGEL3D makes {good_pygel} and refuses
+{refused_pygel}. Of {files} damaged files lbskel refuses {refused_files} ([broken
+meshes](benchmarks/results/corruption.md)). Simulated scans of the thirteen shapes, with noise, holes and crumbs,
+have the skeleton of the clean shape within {scans:.3f} radii on average, {worst_scan} on the worst shape
+([preprocessing](benchmarks/results/preprocessing.md)).
 """
 
 

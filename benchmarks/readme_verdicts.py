@@ -34,6 +34,9 @@ LIMITS = """
 - On tubes made of regular rings of vertices, such as the coils, PyGEL3D's nodes are the centers of the rings: it is at
   most {pygel_coil} radii off the axis on average, lbskel {own_coil}
   ([vessels](benchmarks/results/vessels.md)).
+- The mirror image of a mesh has other tips on {mirrored} of {n_meshes} meshes, and contraction in other steps
+  changes those of up to {steps} ([stability](benchmarks/results/stability.md)). A rotation changes none of these,
+  but may change the graph of a shape with several corners that are equally far from its centroid, such as a box.
 - Later geodesic queries are up to {later:.1f} times as fast in potpourri3d and libigl, and those from several sources
   up to {several:.1f} times, with {error} and more times the error
   ([geodesics](benchmarks/results/applications_geodesics.md)).
@@ -124,6 +127,9 @@ def _limits(results: Path) -> Figures:
     errors = [row["potpourri3d, mean error"] / row["lbskel, mean error"] for row in several]
     claim(max(later) > 1 and max(times) > 1, "geodesic queries are faster in potpourri3d and libigl")
     claim(min(errors + [1 / each for each in single]) > 1, "potpourri3d and libigl have larger errors of geodesics")
+    stability = read(results, "stability")
+    others = {row["variant"]: row["meshes with other tips"] for row in stability}
+    claim(others["turned"] == 0, "a rotation changes no tips")
     return {
         "own_tips": found[0],
         "waves_tips": found[1],
@@ -134,6 +140,9 @@ def _limits(results: Path) -> Figures:
         "cgal": span(row["CGAL medial"] for row in small),
         "pygel_coil": bound(coils[:1], 4),
         "own_coil": bound(coils[1:], 4),
+        "mirrored": others["mirrored"],
+        "n_meshes": stability[0]["meshes"],
+        "steps": max(count for name, count in others.items() if name.startswith("growth")),
         "later": max(later),
         "several": max(times),
         "error": lower_bound(errors + [1 / each for each in single], 1),

@@ -50,6 +50,7 @@ def _row(
     return {
         "variant": name,
         **means_and_graphs([measured(_skeleton(shape.mesh, *VARIANTS[name]), shape.truth) for shape in shapes]),
+        "meshes": len(meshes),
         "tips": sum(len(skeleton.tips) for skeleton in others),
         "tips lost": sum(map(n_tips_lost, others, first)),
         "tips added": sum(map(n_tips_lost, first, others)),
