@@ -10,7 +10,12 @@ from __future__ import annotations
 __all__ = ["TRIALS"]
 
 _COLUMNS = ("tried", "at", "result")
+# twelve hard shapes, contracted in six growths of the steps and with two noises, as "stability" does
+_STEPS = "12 hard shapes in six growths and two noises 0.0135 ->"
 _ROWS = (
+    ("junctions placed from 5.6 degrees on, or from 6.3, in place of 5", "6713270", f"{_STEPS} 0.0166, 0.0173"),
+    ("junctions placed by a filter of order 4 at 7 or 5 degrees", "6713270", f"{_STEPS} 0.0175, 0.0160"),
+    ("junctions placed by a filter from the errors of their lines", "6713270", f"{_STEPS} 0.0155 to 0.0178"),
     ("one fit of tubes in place of the placing of junctions", "c582cf3", "tubes 0.0107 -> 0.013 to 0.017"),
     ("a radius for each branch of a junction", "c582cf3", "tubes 0.0107 -> 0.0114"),
     ("section centers as data of the fit, next to vertices", "c582cf3", "a zigzag 0.007 -> 0.13"),

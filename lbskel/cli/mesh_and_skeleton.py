@@ -13,10 +13,9 @@ from lbskel.cli.options import add_skeleton_options, skeleton_options
 from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io import FORMATS, MESH_READERS, read_mesh, read_skeleton
+from lbskel.pipeline.options import PAGE_OPTIONS
 from lbskel.pipeline.stages import skeletonize
 from lbskel.skeleton.skeleton import Skeleton
-
-PAGE_OPTIONS = ("preprocess", "simplify")  # with which a page repeats the contraction
 
 
 def add_input(parser: argparse.ArgumentParser) -> None:

@@ -46,7 +46,7 @@ def mirrors_at_centroid(mesh: Mesh, normals: ArrayLike) -> Iterator[Mirror]:
         Of length 1.
     """
     for normal in np.asarray(normals):
-        yield Mirror(mesh.centroid, normal * np.sign(normal[np.argmax(np.abs(normal))]))
+        yield Mirror(mesh.centroid, _to_positive_side(normal))
 
 
 def mirror_between(points: NDArray[np.float64], images: NDArray[np.float64], weights: NDArray[np.float64]) -> Mirror:
@@ -64,7 +64,13 @@ def mirror_between(points: NDArray[np.float64], images: NDArray[np.float64], wei
     centers = [np.average(each, axis=0, weights=weights) for each in (points, images)]
     covariance = ((points - centers[0]) * weights[:, None]).T @ (images - centers[1])
     normal = np.linalg.eigh(covariance + covariance.T)[1][:, 0]
-    return Mirror((centers[0] + centers[1]) / 2, normal * np.sign(normal[np.argmax(np.abs(normal))]))
+    return Mirror((centers[0] + centers[1]) / 2, _to_positive_side(normal))
+
+
+def _to_positive_side(normal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3,) the normal or its opposite, so that its largest component is positive."""
+    positive: NDArray[np.float64] = normal * np.sign(normal[np.argmax(np.abs(normal))])
+    return positive
 
 
 def principal_axes(mesh: Mesh) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 __all__ = [
     "DOMAINS",
     "JOIN",
+    "PAGE_OPTIONS",
     "RADIUS_KINDS",
     "TIP_POSITIONS",
     "require_refinement_options",
@@ -27,6 +28,7 @@ from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 TIP_POSITIONS = ("inside", "surface")
 JOIN = ("pieces", "all", "none")
 RADIUS_KINDS = ("inscribed", "mean")
+PAGE_OPTIONS = ("preprocess", "simplify")  # with which a page repeats the contraction of a skeleton that is given
 
 DOMAINS: dict[str, Mapping[str, Any]] = {
     "neuron": {"min_loop": 60.0, "join": "all", "radius_kind": "mean"},

@@ -26,6 +26,7 @@ from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.surface_queries import Surface
 from lbskel.io import as_shape
 from lbskel.operators import OPERATORS
+from lbskel.pipeline.options import PAGE_OPTIONS
 from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
 from lbskel.pipeline.stages import skeletonize
 from lbskel.preprocess import Pipeline, reconstruct_surface
@@ -96,7 +97,7 @@ def view(
     True
     """
     require_plotly()
-    preparing = {name: options[name] for name in ("preprocess", "simplify") if name in options}
+    preparing = {name: options[name] for name in PAGE_OPTIONS if name in options}
     unused = sorted(options.keys() - preparing.keys())
     if skeleton is not None and unused:
         raise UnknownChoice(f"{', '.join(unused)}: the skeleton is given, so leave out how it is to be made")

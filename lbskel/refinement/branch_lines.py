@@ -18,9 +18,8 @@ from lbskel.skeleton.skeleton import Skeleton
 # benchmarks/results/refinement.md
 N_SECTIONS = 5
 # Share of the trace of a system of lines below which an eigenvalue leaves its direction undetermined. That of a trunk
-# and two limbs, each at an angle to it, is a third of the squared sine: 5 degrees. Rows "undetermined below" in
-# benchmarks/results/refinement.md; by hand, twelve shapes contracted in six growths of the steps and with two noises:
-# 0.0135, with 0.0032 and 0.004 (an acute fork is not extended) 0.0166 and 0.0173
+# and two limbs, each at an angle to it, is a third of the squared sine: 5 degrees. "Junctions placed" in
+# benchmarks/refinement_trials.py: with 5.6 degrees an acute fork is not extended
 MIN_SHARE = 0.0025
 
 EPSILON, TINY = float(np.finfo(np.float64).eps), float(np.finfo(np.float64).tiny)

@@ -125,8 +125,8 @@ def find_symmetries(skeleton: Skeleton, surface: Surface) -> list[Symmetry]:
     """Find planes, nearly at right angles to each other, about which a surface is symmetric.
 
     The mirror image of most of the surface is on it, and those of all nodes inside are inside, but for the nodes of
-    end branches. A plane is fitted from each one that is normal to a principal axis: on a body that is not quite
-    symmetric, that is a degree off. None is found where two moments of the surface are equal, but by chance.
+    end branches. Planes are fitted from those normal to the principal axes, which are a few degrees off on a body that
+    is not quite symmetric. Where two moments are equal, as those of a cube, planes may be missed.
 
     Parameters
     ----------
@@ -148,8 +148,7 @@ def _fitted(plane: Mirror, surface: Surface, scales: NDArray[np.float64]) -> Mir
     """Fit a plane to the small sample and the points of the surface that are nearest to its mirror image.
 
     Only points that are near count, which must be most of the area. The fit is repeated as long as the sum of squared
-    distances, of no more than the limit each, falls by three hundredths, as the iterative closest points of Besl, McKay
-    1992, https://doi.org/10.1109/34.121791: a pig, whose axis is four degrees off, takes 26 rounds, others up to 19.
+    distances, of no more than the limit each, falls: Besl, McKay 1992, https://doi.org/10.1109/34.121791.
     """
     sample, least = _sample(surface, N_SAMPLES[0]), np.inf
     vertices, areas, limits = surface.mesh.vertices[sample], surface.mesh.vertex_areas[sample], scales[sample]
@@ -158,7 +157,8 @@ def _fitted(plane: Mirror, surface: Surface, scales: NDArray[np.float64]) -> Mir
     while True:
         distances, images = surface.closest(fitted.mirrored(vertices))
         squares, weights = areas @ np.minimum(distances, limits) ** 2, areas * (distances <= limits)
-        if not squares < 0.97 * least or weights.sum() < 0.5 * areas.sum():
+        # by hand, on eight meshes: 0.97 to 0.999 are alike; with 0.9 the fit to a pig, 4 degrees off, ends at once
+        if not squares < 0.97 * least or weights.sum() < areas.sum() / 2:
             return plane
         plane, least = fitted, squares
         fitted = mirror_between(vertices, images, weights)
