@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lbskel.errors import MeshError
@@ -16,6 +17,7 @@ from lbskel.evaluation.point_scoring import score_points
 from lbskel.evaluation.scoring import require_scorable, score_on
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import PointCloud
+from lbskel.geometry.sorting import is_among
 from lbskel.io import as_shape
 from lbskel.pipeline.preparation import PreparedMesh, prepare
 from lbskel.preprocess import Pipeline
@@ -80,26 +82,40 @@ def score_prepared(skeleton: Skeleton, prepared: PreparedMesh, *, deadline: Dead
     """
     require_scorable(skeleton, len(prepared.source.vertices))
     n_opened = int(skeleton.report.get("loops_opened", 0))
-    unit = _without_joints(prepared.skeleton_to_unit(skeleton), prepared)
+    unit = prepared.skeleton_to_unit(skeleton)
+    is_joint = _is_recorded_joint(skeleton)
+    if is_joint is None:
+        is_joint = _is_between_bodies(unit, prepared)
+    unit = replace(unit, edges=unit.edges[~is_joint])
     deadline.check()
     return score_on(unit, replace(prepared.surface, deadline=deadline), n_loops_opened=n_opened)
 
 
-def _without_joints(skeleton: Skeleton, prepared: PreparedMesh) -> Skeleton:
-    """Remove the edges between bodies that were joined on purpose: between pieces, or all if the report says so.
+def _is_recorded_joint(skeleton: Skeleton) -> NDArray[np.bool_] | None:
+    """(e,) whether each edge was added to join bodies according to the report; None if it does not tell, or not all."""
+    joints = np.reshape(skeleton.report.get("joints", []), (-1, 2, 3))
+    distances, ends = cKDTree(skeleton.nodes).query(joints)
+    numbers = np.array([len(skeleton.nodes), 1])
+    if len(joints) != skeleton.report.get("pieces_joined") or (distances > 0).any():
+        return None
+    return is_among(np.sort(skeleton.edges, axis=1) @ numbers, np.sort(ends, axis=1) @ numbers)
 
-    The body of a node is that of the last vertex that it represents, or else of the vertex nearest to it.
+
+def _is_between_bodies(skeleton: Skeleton, prepared: PreparedMesh) -> NDArray[np.bool_]:
+    """(e,) whether each edge joins two pieces, or two bodies if the report says that they were joined on purpose.
+
+    The body of a node is that of the last vertex that it represents, or else of the vertex nearest to it, which may be
+    another's where bodies overlap.
     """
     mesh = prepared.mesh
     is_joinable = np.zeros(mesh.n_components, dtype=bool)
     for body in prepared.bodies:
         was_joined = body.is_piece or skeleton.report.get("pieces_joined", 0) > 0
         is_joinable[mesh.component_of_vertex[body.vertices[0]]] = was_joined
-    if is_joinable.sum() < 2:
-        return skeleton
     used = mesh.used_vertices
     body_of_node = mesh.component_of_vertex[used[cKDTree(mesh.vertices[used]).query(skeleton.nodes)[1]]]
     if len(skeleton.node_of_vertex):
         body_of_node[skeleton.node_of_vertex[used]] = mesh.component_of_vertex[used]
     i, j = body_of_node[skeleton.edges].T
-    return replace(skeleton, edges=skeleton.edges[~((i != j) & is_joinable[i] & is_joinable[j])])
+    is_between: NDArray[np.bool_] = (i != j) & is_joinable[i] & is_joinable[j]
+    return is_between

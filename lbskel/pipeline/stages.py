@@ -211,12 +211,12 @@ def _skeletonize_mesh(
     by_body = [of_body(body) for body in prepared.bodies] if len(located.vertices) else None
     results = by_body or skeletonize_bodies(prepared.bodies, of_body)
     skeletons, reports = [skeleton for skeleton, _ in results], [report for _, report in results]
-    skeleton = _joined(assemble(skeletons, prepared), skeletons, prepared, options["join"])
-    n_cycles, n_joined = skeleton.cycle_rank, sum(part.n_components for part in skeletons) - skeleton.n_components
+    skeleton, joints = _joined(assemble(skeletons, prepared), skeletons, prepared, options["join"])
+    n_cycles = skeleton.cycle_rank
     if options["min_loop"] > 0:
         with timer("open loops"):
             skeleton = open_short_loops(skeleton, options["min_loop"])
-    counts = {"pieces_joined": n_joined, "loops_opened": n_cycles - skeleton.cycle_rank}
+    counts = {"pieces_joined": len(joints), "joints": joints, "loops_opened": n_cycles - skeleton.cycle_rank}
     if ratio > MIN_BRANCH_RATIO:
         with timer("prune"):
             skeleton = prune(skeleton, prepared.source, min_branch_ratio=ratio)
@@ -233,15 +233,28 @@ def _skeletonize_mesh(
     return replace(skeleton, report=full_report(prepared, settings, reports, scored, timer) | counts)
 
 
-def _joined(skeleton: Skeleton, parts: Sequence[Skeleton], prepared: PreparedMesh, join: str) -> Skeleton:
-    """Join the graphs of the bodies: all, or those of surfaces that were not closed, which may be pieces of one."""
+def _joined(
+    skeleton: Skeleton, parts: Sequence[Skeleton], prepared: PreparedMesh, join: str
+) -> tuple[Skeleton, list[list[list[float]]]]:
+    """Join the graphs of the bodies: all, or those of surfaces that were not closed, which may be pieces of one.
+
+    Returns
+    -------
+    skeleton : Skeleton
+    joints : list of [[x, y, z], [x, y, z]]
+        The ends of each added edge.
+    """
     is_piece = np.array([body.is_piece for body in prepared.bodies])
     if join == "none" or len(parts) == 1 or (join == "pieces" and np.count_nonzero(is_piece) < 2):
-        return skeleton
+        return skeleton, []
     if join == "all":
-        return reroot_by_thickness(join_components(skeleton))
-    first = np.array([part.nodes[0] for part in parts]) * prepared.scale + prepared.center
-    is_joinable = np.zeros(skeleton.n_components, dtype=bool)
-    is_joinable[skeleton.component_of_node[cKDTree(skeleton.nodes).query(first)[1]]] = is_piece
-    joined = join_components(skeleton, reach=JOIN_REACH, max_angle=JOIN_ANGLE, is_joinable=is_joinable)
-    return reroot_by_thickness(joined)
+        joined = join_components(skeleton)
+    else:
+        first = np.array([part.nodes[0] for part in parts]) * prepared.scale + prepared.center
+        is_joinable = np.zeros(skeleton.n_components, dtype=bool)
+        is_joinable[skeleton.component_of_node[cKDTree(skeleton.nodes).query(first)[1]]] = is_piece
+        joined = join_components(skeleton, reach=JOIN_REACH, max_angle=JOIN_ANGLE, is_joinable=is_joinable)
+    i, j = joined.edges.T
+    is_joint = skeleton.component_of_node[i] != skeleton.component_of_node[j]
+    joints = joined.nodes[joined.edges[is_joint]]
+    return reroot_by_thickness(joined), joints.tolist()

@@ -746,6 +746,14 @@ def test_the_pieces_of_a_broken_tube_have_one_graph():
     assert lbskel.score(replace(whole, report={}), broken).extra_components == 0
 
 
+def test_pieces_that_overlap_are_scored_without_their_joint_alone():
+    """A node inside both of them is nearer to vertices of the thinner one, whichever it belongs to."""
+    inner = cylinder(0.2, 4.0, 16, 34)
+    whole = skeletonize(joined(open_tube(0, 6), inner.with_vertices(inner.vertices + [0.05, 0, 7])))
+    assert (whole.n_components, whole.report["pieces_joined"]) == (1, 1)
+    assert whole.report["score"]["measures"]["extra_components"] == 0
+
+
 def test_each_piece_ends_at_its_own_cuts():
     """The gap is two radii wide, so that the other cut is within reach of a tip too."""
     for parts in ((open_tube(0, 3), open_tube(3.6, 6)), (open_tube(3.6, 6), open_tube(0, 3))):
