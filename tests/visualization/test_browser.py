@@ -1,5 +1,6 @@
 """The interactive page in a real browser: headless Chromium without a network, driven through ChromeDriver."""
 
+import contextlib
 import io
 import json
 import os
@@ -21,8 +22,9 @@ CHROMIUM, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
 pytestmark = pytest.mark.skipif(
     not (CHROMIUM and DRIVER), reason="there is no Chromium (apt-get install chromium chromium-driver)"
 )
+# in a small window, which is drawn sooner, and is wide enough for the controls to be beside the view
 FLAGS = """--headless=new --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --disable-quic --no-first-run
---disable-background-networking --disable-component-update --disable-sync --window-size=1400,1000"""
+--disable-background-networking --disable-component-update --disable-sync --window-size=900,900"""
 HOSTILE = '<img src=x onerror="window.hacked=1"></script><script>window.hacked=1</script>{{}}\'&.off'
 PATIENCE = 120  # seconds after which a page that is not ready never will be
 
@@ -62,12 +64,47 @@ def opened(browser, path):
         time.sleep(0.05)
 
 
+@contextlib.contextmanager
+def resized(browser, width):
+    """A screen of another width."""
+    size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    yield
+    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+LOOK = """
+const mark = performance.mark;
+performance.mark = function (name) {
+  if (name === "drawn") {
+    window.first = document.getElementById("view").data.filter((t) => t.visible).map((t) => t.mode || t.type);
+    document.getElementById("show-tips").click();
+  }
+  return mark.apply(performance, arguments);
+};"""
+
+
 @pytest.fixture(scope="module")
-def shown(browser, scene, tmp_path_factory):
-    """The browser with the page."""
+def at_first(browser, scene, tmp_path_factory):
+    """Opens the page: what its first frame shows, and which markers come after it if tips are switched off then."""
     path = tmp_path_factory.mktemp("pages") / "page.html"
     page(scene, path)
-    opened(browser, path)
+    added = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": LOOK})
+    try:
+        opened(browser, path)
+    finally:
+        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
+    markers = browser.execute_script(
+        "return document.getElementById('view').data.filter((t) => t.mode === 'markers').map((t) => t.visible)"
+    )
+    browser.execute_script("document.getElementById('show-tips').click()")
+    settled(browser)
+    return browser.execute_script("return window.first"), markers
+
+
+@pytest.fixture(scope="module")
+def shown(browser, at_first):
+    """The browser with the page, all of whose markers are shown."""
     return browser
 
 
@@ -107,27 +144,10 @@ def test_a_picture_comes_before_the_programs_and_goes_when_the_view_is_drawn(sho
     assert shown.find_elements("id", "poster") == []
 
 
-def test_markers_come_after_the_first_frame_as_their_toggles_are_then(browser, scene, tmp_path):
+def test_markers_come_after_the_first_frame_as_their_toggles_are_then(at_first):
     """The first frame has surface and lines, which is what costs little; a toggle in between is heeded."""
-    look = """
-    const mark = performance.mark;
-    performance.mark = function (name) {
-      if (name === "drawn") {
-        window.first = document.getElementById("view").data.filter((t) => t.visible).map((t) => t.mode || t.type);
-        document.getElementById("show-tips").click();
-      }
-      return mark.apply(performance, arguments);
-    };"""
-    page(scene, tmp_path / "page.html")
-    added = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": look})
-    try:
-        opened(browser, tmp_path / "page.html")
-    finally:
-        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
-    assert browser.execute_script("return window.first") == ["mesh3d", "lines", "lines"]  # of the chosen branch too
-    markers = browser.execute_script(
-        "return document.getElementById('view').data.filter((t) => t.mode === 'markers').map((t) => t.visible)"
-    )
+    first, markers = at_first
+    assert first == ["mesh3d", "lines", "lines"]  # of the chosen branch too
     assert markers == [False, True, False, True, False]  # mended, nodes, tips, junctions, off-center
 
 
@@ -320,15 +340,14 @@ def test_the_view_is_turned_and_zoomed_by_keys(shown):
 @pytest.mark.parametrize("width", [400, 1400])
 def test_nothing_is_cut_off_on_a_narrow_or_dark_screen(shown, width):
     """The page is no wider than the window; the colors follow the system."""
-    size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
-    shown.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     backs = []
-    for scheme in ("dark", "light"):
-        features = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
-        shown.execute_cdp_cmd("Emulation.setEmulatedMedia", features)
-        settled(shown)
-        backs.append(picture(shown)[4, 4].sum())
-        assert shown.execute_script("return document.documentElement.scrollWidth") <= width
+    with resized(shown, width):
+        for scheme in ("dark", "light"):
+            features = {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+            shown.execute_cdp_cmd("Emulation.setEmulatedMedia", features)
+            settled(shown)
+            backs.append(picture(shown)[4, 4].sum())
+            assert shown.execute_script("return document.documentElement.scrollWidth") <= width
     assert backs[0] < 120
     assert backs[1] > 740
 
@@ -338,7 +357,8 @@ def test_markers_of_many_branches_do_not_hide_them(browser, tmp_path):
     ends = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles])
     star = lbskel.Skeleton(np.vstack([[0, 0, 0], ends]), [[0, k] for k in range(1, 801)], np.full(801, 0.01))
     page(Scene(skeleton=star), tmp_path / "star.html")
-    opened(browser, tmp_path / "star.html")
+    with resized(browser, 1400):  # markers are smaller on a small screen too
+        opened(browser, tmp_path / "star.html")
     sizes = browser.execute_script(
         "return document.getElementById('view').data.filter((t) => t.mode === 'markers' && t.x.length)"
         ".map((t) => t.marker.size)"
@@ -346,25 +366,29 @@ def test_markers_of_many_branches_do_not_hide_them(browser, tmp_path):
     assert max(sizes) < 3
 
 
-def test_a_field_is_shown_as_color(browser, tmp_path):
-    mesh = flat_tube()
-    page(Scene(mesh, field=mesh.vertices[:, 0], field_name=HOSTILE), tmp_path / "field.html")
-    opened(browser, tmp_path / "field.html")
-    assert browser.execute_script("return window.hacked") is None
-    shown = [trace for trace in traces(browser) if trace["visible"]]
+@pytest.fixture(scope="module")
+def attacked(browser, tmp_path_factory):
+    """The browser with the page of a field of hostile name, into which a program and a picture were put."""
+    mesh, path = flat_tube(), tmp_path_factory.mktemp("pages") / "field.html"
+    page(Scene(mesh, field=mesh.vertices[:, 0], field_name=HOSTILE), path)
+    text = path.read_text()
+    assert text.count("</h1>") == 1
+    path.write_text(text.replace("</h1>", "</h1><script>window.hacked=1</script><img src='http://0.0.0.0/x.png'>"))
+    browser.get_log("browser")
+    opened(browser, path)
+    return browser
+
+
+def test_a_field_is_shown_as_color(attacked):
+    shown = [trace for trace in traces(attacked) if trace["visible"]]
     assert [trace["type"] for trace in shown] == ["mesh3d"]
-    colors = picture(browser)[::8, ::8].reshape(-1, 3)
+    colors = picture(attacked)[::8, ::8].reshape(-1, 3)
     assert len({tuple(color) for color in (colors // 32).tolist()}) > 5
 
 
-def test_a_hostile_program_in_the_page_would_not_run(browser, tmp_path):
+def test_a_hostile_program_in_the_page_would_not_run(attacked):
     """The policy of the page is there, and the browser follows it."""
-    page_of = tmp_path / "page.html"
-    page(Scene(flat_tube()), page_of)
-    text = page_of.read_text().replace("</h1>", "</h1><script>window.hacked=1</script><img src='http://0.0.0.0/x.png'>")
-    page_of.write_text(text)
-    opened(browser, page_of)
-    assert browser.execute_script("return window.hacked") is None
-    refused = [entry["message"] for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
+    assert attacked.execute_script("return window.hacked") is None
+    refused = [entry["message"] for entry in attacked.get_log("browser") if entry["level"] == "SEVERE"]
     assert len(refused) == 2
     assert all("Content Security Policy" in message for message in refused)
