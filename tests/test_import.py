@@ -41,7 +41,7 @@ def test_a_mesh_needs_little(loaded_by):
 def test_the_whole_pipeline_brings_nothing_heavy(loaded_by):
     loaded = loaded_by("import lbskel; lbskel.skeletonize")
     assert {"lbskel.pipeline.stages", "lbskel.io.swc", "numpy", "scipy.sparse"} <= loaded
-    assert not loaded & set(HEAVY)
+    assert not loaded & {*HEAVY, "scipy.optimize"}  # the latter takes a seventh of the time of this import
 
 
 def test_every_public_name_is_found_where_type_checkers_find_it(python):

@@ -20,7 +20,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import trapezoid
 from scipy.sparse import csr_array
 
 from lbskel.errors import MeshError
@@ -61,7 +60,8 @@ class Polyline:
         """Mean of the radius along it."""
         if not self.length > 0:
             return float(self.radii.mean())
-        return float(trapezoid(self.radii, self.arc_length) / self.length)
+        radii = self.radii[1:] + self.radii[:-1]
+        return float((np.diff(self.arc_length) * radii / 2).sum() / self.length)
 
     def radii_at(self, s: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n,) radii at distances from the start."""
