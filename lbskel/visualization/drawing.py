@@ -187,21 +187,22 @@ def _draw_skeleton(axes: Any, skeleton: Skeleton, view: View, frame: Frame, radi
     points = frame.pixels(view.project(skeleton.nodes))
     ends = points[skeleton.edges]
     depth = ends[:, :, 2].mean(axis=1)
-    # The halo of an edge covers edges far behind it, but none that share a node with it.
-    farthest = np.full(len(points), np.inf)
-    np.minimum.at(farthest, skeleton.edges, depth[:, None])
-    halo_depth = farthest[skeleton.edges].min(axis=1) - HALO_DEPTH * longer
-    order = np.argsort(np.concatenate([halo_depth, depth]), kind="stable")
     colors = radii.colors(skeleton.radii[skeleton.edges].mean(axis=1)) if radii else np.tile(LINE_COLOR, (len(ends), 1))
-    axes.add_collection(
-        LineCollection(
-            list(np.concatenate([ends, ends])[order, :, :2]),
-            colors=np.concatenate([np.ones_like(colors), colors])[order],
-            linewidths=np.repeat([width + halo, width], len(ends))[order],
-            capstyle="round",
-            zorder=2,
-        )
+    widths: Any = width
+    if halo:
+        # The halo of an edge covers edges far behind it, but none that share a node with it.
+        farthest = np.full(len(points), np.inf)
+        np.minimum.at(farthest, skeleton.edges, depth[:, None])
+        halo_depth = farthest[skeleton.edges].min(axis=1) - HALO_DEPTH * longer
+        order = np.argsort(np.concatenate([halo_depth, depth]), kind="stable")
+        ends, colors = np.concatenate([ends, ends]), np.concatenate([np.ones_like(colors), colors])
+        widths = np.repeat([width + halo, width], len(depth))[order]
+    else:
+        order = np.argsort(depth, kind="stable")
+    lines = LineCollection(
+        list(ends[order, :, :2]), colors=colors[order], linewidths=widths, capstyle="round", zorder=2
     )
+    axes.add_collection(lines, autolim=False)
     isolated = np.flatnonzero(skeleton.degrees == 0)
     for nodes, color, marker, size in (
         (isolated, radii.colors(skeleton.radii[isolated]) if radii else LINE_COLOR, "o", 2.2),

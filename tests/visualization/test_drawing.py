@@ -133,8 +133,10 @@ def test_text_lines_are_reserved_for_what_a_panel_shows():
     assert drawing.text_lines(Panel(mesh, planar_fork(), "a")) == (title, counts + bar)
 
 
-def test_a_nearer_edge_is_drawn_over_a_farther_one_with_a_halo():
+@pytest.mark.parametrize("least_width", [drawing.MIN_EDGE_WIDTH, 9.0], ids=["with a halo", "without one"])
+def test_a_nearer_edge_is_drawn_over_a_farther_one(least_width, monkeypatch):
     """Two crossing bars, one in front: the front one is not interrupted at the crossing, the other one is."""
+    monkeypatch.setattr(drawing, "MIN_EDGE_WIDTH", least_width)
     flat = [[-2, -1, 0], [2, 1, 0], [-2, 1, 0], [2, -1, 0]]
     for front in (0, 2):
         nodes = np.array(flat, dtype=float)

@@ -74,9 +74,9 @@ def test_a_page_needs_no_other_file_and_is_below_8_mb():
 def test_a_page_of_a_hundred_thousand_nodes_is_below_8_mb():
     """With the columns of a branch table, beside a mesh that is as large as it can be in a page."""
     random = np.random.default_rng(0)
-    nodes = random.random((100_000, 3))
+    nodes, thin = random.random((100_000, 3)), 1e-3 * random.random(100_000)
     parents = np.maximum(np.arange(100_000) - random.integers(1, 3, 100_000), 0)
-    skeleton = Skeleton(nodes, np.column_stack([np.arange(1, 100_000), parents[1:]]), random.random(100_000))
+    skeleton = Skeleton(nodes, np.column_stack([np.arange(1, 100_000), parents[1:]]), thin)
     columns = {f"measure {k}": random.random(len(skeleton.branches)) for k in range(18)}
     assert len(page_content(Scene(torus(1.0, 0.3, 300, 150), skeleton, columns=columns))) < 8e6
 
