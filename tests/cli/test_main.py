@@ -31,13 +31,13 @@ def test_wrong_usage_is_told_in_one_line(apart):
     assert err[0].endswith("; see lbskel skeletonize --help")
 
 
-def test_a_slip_in_an_option_is_told_when_something_is_missing_too(apart):
+def test_a_slip_in_an_option_is_told_when_something_is_missing_too(here):
     """Before what is missing is given, as the first thing that a newcomer sees."""
     for arguments in (["skeletonize", "--presett", "neuron", "x.off"], ["skeletonize", "x.off", "--presett=neuron"]):
-        code, _, [line] = apart(*arguments)
+        code, _, [line] = here(*arguments)
         assert code == 2
         assert "required: -o/--output; unrecognized argument: --presett, did you mean '--preset'?; see" in line
-    assert "unrecognized" not in apart("skeletonize", "--pres", "neuron", "x.off")[2][0]
+    assert "unrecognized" not in here("skeletonize", "--pres", "neuron", "x.off")[2][0]
 
 
 @pytest.mark.parametrize("arguments", [["info", "rod.off"], ["--print-completion", "zsh"]])

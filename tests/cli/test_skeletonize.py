@@ -35,8 +35,8 @@ def test_a_skeleton_with_picture_and_report(apart, folder):
     assert file_names(folder) == sorted([*GIVEN, "rod.swc", "rod.png", "rod.json"])
 
 
-def test_json_is_one_line_per_input_on_a_closed_and_an_open_mesh(apart, folder):
-    code, out, err = apart("skeletonize", "ring.obj", "pipe.ply", "-o", ".", "--json")
+def test_json_is_one_line_per_input_on_a_closed_and_an_open_mesh(here, folder):
+    code, out, err = here("skeletonize", "ring.obj", "pipe.ply", "-o", ".", "--json")
     assert (code, err) == (0, [])
     reports = [json.loads(line, parse_constant=pytest.fail) for line in out]
     assert [report["mesh"] for report in reports] == ["ring.obj", "pipe.ply"]
@@ -44,9 +44,9 @@ def test_json_is_one_line_per_input_on_a_closed_and_an_open_mesh(apart, folder):
     assert file_names(folder) == sorted([*GIVEN, "ring.swc", "pipe.swc"])
 
 
-def test_one_bad_input_does_not_stop_the_others(apart, folder):
+def test_one_bad_input_does_not_stop_the_others(here, folder):
     (folder / "bad.off").write_text("OFF\n3 1 0\n0 0 0\n")
-    code, out, err = apart("skeletonize", "bad.off", "nosuch.ply", "rod.off", "-o", ".", "--quiet")
+    code, out, err = here("skeletonize", "bad.off", "nosuch.ply", "rod.off", "-o", ".", "--quiet")
     assert (code, out) == (2, [])
     assert [line.split(":")[:2] for line in err] == [["lbskel", " bad.off"], ["lbskel", " nosuch.ply"]]
     assert file_names(folder) == sorted([*GIVEN, "bad.off", "rod.swc"])

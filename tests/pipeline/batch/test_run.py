@@ -190,10 +190,12 @@ def test_a_scheduler_that_does_not_answer_is_named(meshes, tmp_path, monkeypatch
 
 
 @needs_dask
-def test_a_dask_cluster_gives_the_same_and_survives_a_lost_worker(meshes, tmp_path):
+def test_a_dask_cluster_gives_the_same_and_survives_a_lost_worker(meshes, tmp_path, monkeypatch):
     from dask.distributed import LocalCluster
 
-    here = skeletonize_many(meshes, tmp_path / "here", workers=1)
+    with monkeypatch.context() as patch:
+        patch.setattr(running, "WorkerProcess", WorkerHere)
+        here = skeletonize_many(meshes, tmp_path / "here", workers=1)
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
         victims = [next(iter(cluster.workers.values())).pid]
 
