@@ -83,11 +83,13 @@ def test_threads_that_share_a_search_get_the_results_of_one(big_ring):
     assert np.array_equal(np.concatenate(found), expected)
 
 
-def test_queries_in_threads_have_the_results_of_one(big_ring, monkeypatch):
-    points, normals = 0.9 * big_ring.vertices, np.tile([0.0, 0, 1], (len(big_ring.vertices), 1))
-    tree = big_ring.aabb_tree
+def test_queries_in_threads_have_the_results_of_one(monkeypatch):
+    monkeypatch.setattr("lbskel.geometry.deadline.SLICE", 200)  # of the points, of which each thread has several
+    mesh = torus(1.0, 0.3, 80, 40)
+    points, normals = 0.9 * mesh.vertices, np.tile([0.0, 0, 1], (len(mesh.vertices), 1))
+    tree = mesh.aabb_tree
     queries = [
-        lambda: vars(cross_sections(big_ring, points, normals)).values(),
+        lambda: vars(cross_sections(mesh, points, normals)).values(),
         lambda: tree.nearest(points),
         lambda: tree.first_hits(points, -normals),
         lambda: (tree.winding_numbers(points),),

@@ -6,12 +6,12 @@ from unittest.mock import patch
 import igl
 import numpy as np
 import pytest
-from helpers import path_in
+from helpers import mesh_of_branches, path_in
 
 from lbskel import Mesh, skeletonize
 from lbskel.refinement.extrema import GeodesicExtrema
 from lbskel.refinement.uncovered_limbs import _bulging_patches, ball_distances, find_limbs
-from lbskel.shapes import capsule, make, mesh_solid, solid_of, sphere
+from lbskel.shapes import capsule, make, sphere
 from lbskel.skeleton.editing import contract_nodes
 
 
@@ -132,7 +132,7 @@ def test_a_sharp_cone_is_a_limb_and_a_blunt_one_is_not(top, n_limbs):
 def test_a_short_limb_counts_if_it_is_long_in_its_own_radii(radius, n_limbs):
     """It stands out of a ball of radius 1 by 0.45, so a branch to its end would be pruned."""
     limb = (np.array([[0, 0, 0], [0, 0, 1.45 - radius]]), radius)
-    mesh = mesh_solid(solid_of([(np.array([[-0.01, 0, 0], [0.01, 0, 0]]), 1.0), limb]), n_vertices=6000)
+    mesh = mesh_of_branches([(np.array([[-0.01, 0, 0], [0.01, 0, 0]]), 1.0), limb], step=0.05)
     limbs = uncovered(ball_distances(at_center(mesh), mesh))
     assert len(limbs.ends) == n_limbs
     assert (mesh.vertices[limbs.ends, 2] > 1.3).all()
