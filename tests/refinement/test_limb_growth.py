@@ -3,7 +3,7 @@
 import igl
 import numpy as np
 import pytest
-from helpers import box_mesh, nearest_rows, path_in, reversed_proxy
+from helpers import box_mesh, mesh_of_branches, nearest_rows, path_in, reversed_proxy
 
 from lbskel import Mesh, Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
@@ -98,7 +98,7 @@ def test_a_complete_skeleton_is_returned_unchanged(whole, tripod):
 def test_a_short_limb_of_a_thick_body_gets_a_branch():
     """A tail of radius 0.2 is five of its radii long, but only one of these is beyond 1.75 radii of the body."""
     body, tail = np.array([[-3.0, 0, 0], [3, 0, 0]]), np.array([[1.9, 0, 0], [1.9, 0, -1.8]])
-    mesh = mesh_solid(solid_of([(body, 1.0), (tail, 0.2)]), n_vertices=6000)
+    mesh = mesh_of_branches([(body, 1.0), (tail, 0.2)], step=0.09)
     grown = grow_limbs(path_in(mesh, np.linspace(*body, 25), radius=1.0), Surface(mesh))
     assert len(grown.tips) == 3
     assert np.linalg.norm(grown.nodes[grown.tips] - tail[1], axis=1).min() < 0.2
@@ -120,7 +120,7 @@ def test_each_of_four_short_limbs_in_a_row_gets_a_branch():
 def test_a_flat_limb_gets_a_branch():
     """An ear six times as wide as thick: no point of its axis is deeper than a fifth of the radius of its area."""
     body, ear = np.array([[-3.0, 0, 0], [3, 0, 0]]), np.array([[0.0, 0, 0], [0, 0, 3.5]])
-    mesh = mesh_solid(solid_of([(body, 1.0), (ear, 0.6)]), n_vertices=6000)
+    mesh = mesh_of_branches([(body, 1.0), (ear, 0.6)], step=0.09)
     flat = np.interp(mesh.vertices[:, 2], [1.0, 1.5], [1.0, 1 / 6])
     mesh = mesh.with_vertices(mesh.vertices * np.stack([0 * flat + 1, flat, 0 * flat + 1], axis=1))
     grown = grow_limbs(path_in(mesh, np.linspace(*body, 25), radius=1.0), Surface(mesh))
@@ -134,7 +134,7 @@ def test_of_three_fins_side_by_side_each_gets_a_branch():
     """Each end is nearer to the axis of the next fin than the mean radius of that fin, which is four times as wide."""
     body = np.array([[-3.0, 0, 0], [3, 0, 0]])
     fins = [(np.array([[x, 0, 0], [x, 0, height]]), 0.2) for x, height in ((-0.65, 3.2), (0, 2.7), (0.65, 3.2))]
-    mesh = mesh_solid(solid_of([(body, 1.0), *fins]), n_vertices=6000)
+    mesh = mesh_of_branches([(body, 1.0), *fins], step=0.09)
     wide = np.interp(mesh.vertices[:, 2], [1.0, 1.3], [1.0, 4.0])
     mesh = mesh.with_vertices(mesh.vertices * np.stack([0 * wide + 1, wide, 0 * wide + 1], axis=1))
     grown = grow_limbs(path_in(mesh, np.linspace(*body, 25), radius=1.0), Surface(mesh))
@@ -145,7 +145,7 @@ def test_a_limb_grows_from_a_node_of_its_own_vertices():
     """The axis of the leg is nearer to that of the tail than the axis of the body is."""
     body, leg = np.array([[-3.0, 0, 0], [3, 0, 0]]), np.array([[0.75, 0, 0], [0.75, 0, -3.5]])
     root, end = np.array([1.5, 0, -1.0]), np.array([1.95, 0, -2.2])
-    mesh = mesh_solid(solid_of([(body, 1.0), (leg, 0.3), ([[1.5, 0, 0], root, end], 0.2)]), n_vertices=6000)
+    mesh = mesh_of_branches([(body, 1.0), (leg, 0.3), ([[1.5, 0, 0], root, end], 0.2)], step=0.09)
     nodes = np.concatenate([np.linspace(*body, 25), np.linspace(*leg, 15)[1:]])
     edges = [*([i, i + 1] for i in range(24)), [15, 25], *([i, i + 1] for i in range(25, 38))]
     is_on_leg = (mesh.vertices[:, 2] < -1) & (mesh.vertices[:, 0] < 1.15)

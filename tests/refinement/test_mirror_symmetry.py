@@ -226,10 +226,16 @@ def test_the_plane_of_a_body_with_one_arm_moved_is_fitted():
     assert np.degrees(np.arccos(abs(plane.normal @ turn[:, 0]))) < 0.2
 
 
-def body_with_tail(*aside):
-    """A body along z with a tail along y, too thin to move the centroid; some nodes of the body are moved aside."""
+@pytest.fixture(scope="module")
+def tailed():
+    """A body along z with a tail along y, too thin to move the centroid: the mesh, and the axes of both."""
     body, tail = np.array([[0.0, 0, -3], [0, 0, 3]]), np.array([[0.0, 0, 0.5], [0, 2.5, 0.5]])
-    mesh = mesh_solid(solid_of([(body, 1.0), (tail, 0.1)]), n_vertices=4000)
+    return mesh_solid(solid_of([(body, 1.0), (tail, 0.1)]), n_vertices=4000), body, tail
+
+
+def body_with_tail(tailed, *aside):
+    """The mesh and a skeleton on the axes; some nodes of the body are moved aside."""
+    mesh, body, tail = tailed
     nodes = np.concatenate([np.linspace(*body, 13), np.linspace(*tail, 11)[1:]])
     chains = np.arange(13), np.array([7, *range(13, 23)])
     edges = np.concatenate([np.stack([chain[:-1], chain[1:]], axis=1) for chain in chains])
@@ -239,9 +245,9 @@ def body_with_tail(*aside):
     return mesh, Skeleton(nodes, edges, np.zeros(len(nodes)), np.where(is_on_tail, 13 + on_tail, on_body))
 
 
-def test_an_end_branch_on_one_side_stays_as_it_is():
+def test_an_end_branch_on_one_side_stays_as_it_is(tailed):
     """All of the body but one node off the plane is symmetric; the tail leads towards y."""
-    mesh, moved = body_with_tail(2)
+    mesh, moved = body_with_tail(tailed, 2)
     [across] = [found for found in find_symmetries(moved, Surface(mesh)) if abs(found.plane.normal[1]) > 0.9]
     assert across.is_one_sided.tolist() == [False] * 13 + [True] * 10
     result = make_mirror_symmetric(moved, Surface(mesh))
@@ -251,8 +257,8 @@ def test_an_end_branch_on_one_side_stays_as_it_is():
     assert result.nodes[result.node_of_vertex[mesh.vertices[:, 1] > 1.2], 1].min() > 0.9
 
 
-def test_branches_on_one_side_that_fork_make_a_mesh_asymmetric():
-    mesh, given = body_with_tail()
+def test_branches_on_one_side_that_fork_make_a_mesh_asymmetric(tailed):
+    mesh, given = body_with_tail(tailed)
     nodes = np.concatenate([given.nodes, given.nodes[-1:] + [[0.05, 0, 0.0], [-0.05, 0, 0]]])
     edges = [*given.edges.tolist(), [22, 23], [22, 24]]
     forked_tail = Skeleton(nodes, edges, np.zeros(25), given.node_of_vertex)
@@ -300,9 +306,9 @@ def test_nodes_that_were_not_symmetric_are_left():
     assert keep_mirror_symmetry(before, after, Surface(mesh)).nodes == pytest.approx(after.nodes)
 
 
-def test_an_end_branch_on_one_side_is_not_drawn_to_its_mirror_image():
+def test_an_end_branch_on_one_side_is_not_drawn_to_its_mirror_image(tailed):
     """The plane is at the centroid, which the tail draws towards y by 0.02."""
-    mesh, before = body_with_tail()
+    mesh, before = body_with_tail(tailed)
     moved = replace(before, nodes=before.nodes + [0, 0.2, 0])
     again = keep_mirror_symmetry(before, moved, Surface(mesh)).nodes
     assert np.abs(again[:13, 1]).max() < 0.05
