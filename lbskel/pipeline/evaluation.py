@@ -83,25 +83,25 @@ def score_prepared(skeleton: Skeleton, prepared: PreparedMesh, *, deadline: Dead
     require_scorable(skeleton, len(prepared.source.vertices))
     n_opened = int(skeleton.report.get("loops_opened", 0))
     unit = prepared.skeleton_to_unit(skeleton)
-    is_joint = _is_recorded_joint(skeleton)
-    if is_joint is None:
-        is_joint = _is_between_bodies(unit, prepared)
-    unit = replace(unit, edges=unit.edges[~is_joint])
+    is_joining = _joins_bodies_by_report(skeleton)
+    if is_joining is None:
+        is_joining = _joins_bodies(unit, prepared)
+    unit = replace(unit, edges=unit.edges[~is_joining])
     deadline.check()
     return score_on(unit, replace(prepared.surface, deadline=deadline), n_loops_opened=n_opened)
 
 
-def _is_recorded_joint(skeleton: Skeleton) -> NDArray[np.bool_] | None:
+def _joins_bodies_by_report(skeleton: Skeleton) -> NDArray[np.bool_] | None:
     """(e,) whether each edge was added to join bodies according to the report; None if it does not tell, or not all."""
-    joints = np.reshape(skeleton.report.get("joints", []), (-1, 2, 3))
-    distances, ends = cKDTree(skeleton.nodes).query(joints)
+    added = np.reshape(skeleton.report.get("joining_edges", []), (-1, 2, 3))
+    distances, ends = cKDTree(skeleton.nodes).query(added)
     numbers = np.array([len(skeleton.nodes), 1])
-    if len(joints) != skeleton.report.get("pieces_joined") or (distances > 0).any():
+    if len(added) != skeleton.report.get("pieces_joined") or (distances > 0).any():
         return None
     return is_among(np.sort(skeleton.edges, axis=1) @ numbers, np.sort(ends, axis=1) @ numbers)
 
 
-def _is_between_bodies(skeleton: Skeleton, prepared: PreparedMesh) -> NDArray[np.bool_]:
+def _joins_bodies(skeleton: Skeleton, prepared: PreparedMesh) -> NDArray[np.bool_]:
     """(e,) whether each edge joins two pieces, or two bodies if the report says that they were joined on purpose.
 
     The body of a node is that of the last vertex that it represents, or else of the vertex nearest to it, which may be

@@ -211,12 +211,16 @@ def _skeletonize_mesh(
     by_body = [of_body(body) for body in prepared.bodies] if len(located.vertices) else None
     results = by_body or skeletonize_bodies(prepared.bodies, of_body)
     skeletons, reports = [skeleton for skeleton, _ in results], [report for _, report in results]
-    skeleton, joints = _joined(assemble(skeletons, prepared), skeletons, prepared, options["join"])
+    skeleton, joining_edges = _joined(assemble(skeletons, prepared), skeletons, prepared, options["join"])
     n_cycles = skeleton.cycle_rank
     if options["min_loop"] > 0:
         with timer("open loops"):
             skeleton = open_short_loops(skeleton, options["min_loop"])
-    counts = {"pieces_joined": len(joints), "joints": joints, "loops_opened": n_cycles - skeleton.cycle_rank}
+    counts = {
+        "pieces_joined": len(joining_edges),
+        "joining_edges": joining_edges,
+        "loops_opened": n_cycles - skeleton.cycle_rank,
+    }
     if ratio > MIN_BRANCH_RATIO:
         with timer("prune"):
             skeleton = prune(skeleton, prepared.source, min_branch_ratio=ratio)
@@ -241,8 +245,8 @@ def _joined(
     Returns
     -------
     skeleton : Skeleton
-    joints : list of [[x, y, z], [x, y, z]]
-        The ends of each added edge.
+    joining_edges : list of [[x, y, z], [x, y, z]]
+        The ends of each edge that was added.
     """
     is_piece = np.array([body.is_piece for body in prepared.bodies])
     if join == "none" or len(parts) == 1 or (join == "pieces" and np.count_nonzero(is_piece) < 2):
@@ -255,6 +259,5 @@ def _joined(
         is_joinable[skeleton.component_of_node[cKDTree(skeleton.nodes).query(first)[1]]] = is_piece
         joined = join_components(skeleton, reach=JOIN_REACH, max_angle=JOIN_ANGLE, is_joinable=is_joinable)
     i, j = joined.edges.T
-    is_joint = skeleton.component_of_node[i] != skeleton.component_of_node[j]
-    joints = joined.nodes[joined.edges[is_joint]]
-    return reroot_by_thickness(joined), joints.tolist()
+    is_added = skeleton.component_of_node[i] != skeleton.component_of_node[j]
+    return reroot_by_thickness(joined), joined.nodes[joined.edges[is_added]].tolist()
