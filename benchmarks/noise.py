@@ -16,7 +16,7 @@ from benchmarks.harness import markdown_table, save_json, save_markdown
 from benchmarks.refinement import EXTENSIONS, measured, n_tips_lost
 from benchmarks.summaries import means
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.roughness import roughness
+from lbskel.geometry.roughness import evenness, roughness
 from lbskel.shapes import SHAPES, Shape, make, with_local_noise
 
 MESHES = Path(__file__).parent.parent / "meshes"
@@ -52,11 +52,13 @@ def _row(
         mock.patch("lbskel.preprocess.automatic.ROUGHNESS_LIMIT", 0.0 if iterations else np.inf),
         mock.patch("lbskel.preprocess.automatic.N_SMOOTHING_ITERATIONS", iterations),
     ):
-        noisy = [lbskel.skeletonize(with_local_noise(mesh, deviation)) for mesh in meshes]
+        noisy_meshes = [with_local_noise(mesh, deviation) for mesh in meshes]
+        noisy = [lbskel.skeletonize(mesh) for mesh in noisy_meshes]
         tubes = [measured(lbskel.skeletonize(with_local_noise(shape.mesh, deviation)), shape.truth) for shape in shapes]
     return {
         "noise, edges": deviation,
-        "roughness, median": float(np.median([roughness(with_local_noise(mesh, deviation)) for mesh in meshes])),
+        "roughness, median": float(np.median([roughness(mesh) for mesh in noisy_meshes])),
+        "evenness, least": min(map(_median_evenness, noisy_meshes)),
         "iterations": iterations,
         **{f"tubes, {key}": value for key, value in means(tubes).items()},
         "tubes, graphs right": f"{sum(row['graph right'] for row in tubes)}/{len(tubes)}",
@@ -66,3 +68,8 @@ def _row(
         "extremities missed": sum(skeleton.report["score"]["measures"]["extremities_missed"] for skeleton in noisy),
         "fail": sum(skeleton.report["score"]["verdict"] == "fail" for skeleton in noisy),
     }
+
+
+def _median_evenness(mesh: Mesh) -> float:
+    """Compute the median over the vertices of a mesh."""
+    return float(np.median(evenness(mesh.edges, mesh.edge_lengths, len(mesh.vertices))[mesh.used_vertices]))

@@ -41,6 +41,16 @@ def fine_box(n=12):
     return Mesh(V.astype(float), first.ravel()[np.concatenate(faces)])
 
 
+def spool(n=96):
+    """A spool with a bore, turned from a polygon of eight corners: its edges are long along the axis and across."""
+    r, z = np.array([(1, 0), (3, 0), (3, 0.3), (1.5, 0.3), (1.5, 2.7), (3, 2.7), (3, 3), (1, 3)]).T
+    angles, k = 2 * np.pi * np.arange(n)[:, None] / n, len(r)
+    V = np.stack([r * np.cos(angles), r * np.sin(angles), np.broadcast_to(z, (n, k))], axis=-1).reshape(-1, 3)
+    i, j = np.divmod(np.arange(n * k), k)
+    a, b, c, d = (row % n * k + column % k for row, column in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)))
+    return Mesh(V, np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]))
+
+
 def test_roughness_measures_noise_in_edge_lengths():
     ball = sphere(4)
     start, end = ball.vertices[ball.edges].transpose(1, 0, 2)
@@ -64,8 +74,20 @@ def test_roughness_measures_noise_in_edge_lengths():
         with_noise(sphere(2), 0.1),  # 162 vertices: too few to tell noise from shape
         make("hand", n_vertices=1500, noise=0.1).mesh,
         make("spiked_ring", n_vertices=1500, noise=0.1).mesh,
+        spool(),
     ],
-    ids=["box", "ball", "torus", "lantern", "spikes", "short spikes", "few vertices", "noisy hand", "noisy ring"],
+    ids=[
+        "box",
+        "ball",
+        "torus",
+        "lantern",
+        "spikes",
+        "short spikes",
+        "few vertices",
+        "noisy hand",
+        "noisy ring",
+        "spool",
+    ],
 )
 def test_moderate_noise_and_detail_are_kept(mesh):
     assert roughness(mesh) <= ROUGHNESS_LIMIT
@@ -74,8 +96,10 @@ def test_moderate_noise_and_detail_are_kept(mesh):
     assert not [note for note in prepared.notes if "noise" in note]
 
 
-def test_the_box_of_these_tests_is_closed():
+def test_the_box_and_the_spool_of_these_tests_are_closed():
     assert fine_box().is_closed_manifold
+    assert spool().is_closed_manifold
+    assert spool().volume > 0
     assert fine_box().volume == 12**3
 
 
