@@ -13,10 +13,9 @@ from the skeleton, since along a limb with few faces all of d / R may be above a
 1/2, a hemisphere 1, a cone with an angle a between its axis and its side 1 / (2 sin a), a round limb with length l and
 radius r, which ends in a hemisphere, 1 + l / r, and the corner of a plate 1/2. So a limb does not count by its size.
 
-Patches grow as the level descends. Of the patches around one end, the limb is the one that bulges most, and the first
-is the limb's cap, whose rim tells the limb's radius; a patch around two limbs is their body. Across a gap, a thin
-branch may be nearer than the own, thick one: d / R is the smaller one of that at the nearest point and that at the
-vertex's own node.
+Patches grow as the level descends. Of the patches around one end, the limb is the last, and the first is the limb's
+cap, whose rim tells the limb's radius; a patch around two limbs is their body. Across a gap, a thin branch may be
+nearer than the own, thick one: d / R is the smaller one of that at the nearest point and that at the vertex's own node.
 
 Limbs whose end has no tip near it (:mod:`lbskel.refinement.extrema`) come first, and are not found twice.
 """
@@ -46,9 +45,8 @@ from lbskel.skeleton.skeleton import Skeleton
 # more, short limbs are missed
 MIN_BULGE = 0.62
 # Lower bound on the length of a limb that is shorter than what is pruned, in its own radii: by its bulge, and by the
-# distance of its end from the skeleton. The bulge of a limb of 2.5 radii is 2.5 where a level goes straight across it,
-# and less where levels are oblique: four limbs of 3.5 radii in a row, in tests/refinement/test_limb_growth.py, need at
-# most 1.8. "Bulge of short limbs" in benchmarks/results/neurons.md: from 1.25 to 3.5 nothing else changes there
+# distance of its end from the skeleton. "Bulge of short limbs" in benchmarks/results/neurons.md: from 1.25 to 3.5
+# nothing else changes there
 LONG_BULGE = 1.75
 # Levels of d / R at which patches are measured, each a tenth below the one before; they bound the time. Rows "levels of
 # limbs" in benchmarks/results/refinement.md: alike from 10 on; by hand, 12 find 0.940 of the tips of tracings, 18 find
@@ -136,7 +134,6 @@ def find_limbs(balls: BallDistances, missed: GeodesicExtrema) -> Limbs:
     """
     limb_of_vertex = np.array(missed.limb_of_vertex)
     ends, radii = missed.vertices.tolist(), missed.radii.tolist()
-    bulges = [np.inf] * len(ends)
     for patches in _bulging_patches(balls.mesh, balls.ratios, LEVELS):
         for vertices, bulge, rim in zip(patches.vertices, patches.bulges, patches.rims, strict=True):
             limbs = {*limb_of_vertex[vertices].tolist()} - {-1}
@@ -149,11 +146,10 @@ def find_limbs(balls: BallDistances, missed: GeodesicExtrema) -> Limbs:
                 limbs = {len(ends)}
                 ends.append(-1)
                 radii.append(rim / (2 * np.pi))
-                bulges.append(0.0)
             limb = limbs.pop()
-            if bulge > bulges[limb]:
+            if limb >= len(missed.vertices):
                 limb_of_vertex[vertices] = limb
-                ends[limb], bulges[limb] = end, bulge
+                ends[limb] = end
     return Limbs(np.array(ends, dtype=np.int64), np.array(radii, dtype=np.float64), limb_of_vertex)
 
 
