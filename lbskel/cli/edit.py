@@ -95,7 +95,7 @@ def _region(text: str) -> tuple[int, float, float]:
     """Parse a region: the axis, and two fractions of the bounding box."""
     try:
         axis, low, high = text.split(":")
-        return "xyz".index(axis), float(low), float(high)
+        return ("x", "y", "z").index(axis), float(low), float(high)
     except ValueError:
         raise argparse.ArgumentTypeError(f"must be AXIS:LOW:HIGH, such as z:0.9:1, not {text!r}") from None
 

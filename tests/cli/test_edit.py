@@ -31,6 +31,8 @@ def test_a_translation_of_everything_changes_no_length(here):
     ("arguments", "message"),
     [
         (("--move", "w:0:1"), "must be AXIS:LOW:HIGH"),
+        (("--move", "z:0.9:1", "--fix", "xy:0:0.1"), "must be AXIS:LOW:HIGH"),
+        (("--move", "z:0.9:1", "--fix", ":0:0.1"), "must be AXIS:LOW:HIGH"),
         (("--move", "z:0:1", "--axis", "1,2"), "must be X,Y,Z"),
         (("--move", "z:2:3"), "no vertex in the region z:2:3"),
         (("--move", "z:0.9:1", "--axis", "0,0,0"), "axis that is not zero"),
