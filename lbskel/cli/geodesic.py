@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from lbskel.applications import HeatMethod
-from lbskel.cli.options import add_command, add_force_option, add_operator_option, refuse_unwritable
+from lbskel.cli.options import add_command, add_force_option, refuse_unwritable
 from lbskel.cli.terminal import tell
 from lbskel.io import read_mesh, write_safely
 
@@ -38,7 +38,6 @@ def add_parser(subparsers: Any) -> None:
         help="index of a vertex that distances start from; may be repeated, the nearest counts",
     )
     parser.add_argument("-o", "--output", metavar="CSV", help="write the distance of each vertex, in their order")
-    add_operator_option(parser, "robust")
     parser.add_argument("--picture", metavar="PNG", help="draw the distances and their level sets")
     add_force_option(parser)
     parser.set_defaults(run=run)
@@ -48,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Compute, print and write."""
     refuse_unwritable([(arguments.output, ("csv",)), (arguments.picture, ("png",))], arguments.force)
     mesh = read_mesh(arguments.mesh)
-    method = HeatMethod(mesh, arguments.operator)
+    method = HeatMethod(mesh)
     distance = method.distance(arguments.source)
     reached = np.isfinite(distance)
     facts = {

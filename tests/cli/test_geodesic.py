@@ -44,3 +44,10 @@ def test_distances_are_printed_written_and_drawn(tmp_path, capsys):
         run_command(path, "--source", 3, "-o", table)
     with pytest.raises(MeshError, match="not vertices"):
         run_command(path, "--source", 10**6)
+
+
+def test_there_is_no_operator_since_distances_across_unfolded_triangles_hardly_depend_on_it(here):
+    """They differ by 1e-12 between the operators; ``unfolded=False`` is of Python alone."""
+    code, _, err = here("geodesic", "rod.off", "--source", "0", "--operator", "graph")
+    assert code == 2
+    assert "--operator" in err[0]
