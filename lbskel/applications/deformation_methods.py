@@ -19,7 +19,7 @@ Kobbelt 2004 (biharmonic), https://doi.org/10.1145/1015706.1015772.
 
 from __future__ import annotations
 
-__all__ = ["EDITING_METHODS", "Constraints", "Deformation"]
+__all__ = ["EDITING_METHODS", "ITERATIVE", "Constraints", "Deformation"]
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -155,3 +155,6 @@ EDITING_METHODS: dict[str, Callable[[Laplacian, Positions, Constraints], Deforma
     "biharmonic": _biharmonic,
     "harmonic": _harmonic,
 }
+
+ITERATIVE = ("arap", "rotated")
+"""The methods that iterate; the others solve once, whatever the number of iterations."""

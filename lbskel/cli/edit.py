@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.applications import EDITING_METHODS, Editor, rigid_motion
+from lbskel.applications.deformation_methods import ITERATIVE
+from lbskel.applications.editing import ITERATIONS
 from lbskel.cli.options import (
     add_command,
     add_force_option,
@@ -19,7 +21,7 @@ from lbskel.cli.options import (
     read_mesh_to_write,
 )
 from lbskel.cli.terminal import tell
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import write_mesh
 
@@ -55,7 +57,7 @@ def add_parser(subparsers: Any) -> None:
         metavar="NAME",
         help=f"{', '.join(EDITING_METHODS)} (%(default)s)",
     )
-    parser.add_argument("--iterations", type=int, default=10, metavar="N", help="of arap and rotated (%(default)s)")
+    parser.add_argument("--iterations", type=int, metavar="N", help=f"of {' and '.join(ITERATIVE)} ({ITERATIONS})")
     add_operator_option(parser, "robust")
     add_force_option(parser)
     parser.set_defaults(run=run)
@@ -63,15 +65,22 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Edit, write and print the sizes of the regions and the change of lengths."""
+    if arguments.iterations is not None and arguments.method not in ITERATIVE:
+        raise UnknownChoice(
+            f"--iterations has no effect on the method {arguments.method}, which solves once; leave it out"
+        )
     mesh = read_mesh_to_write(arguments)
     moved = _vertices(mesh, arguments.move)
-    fixed = np.setdiff1d(np.concatenate([np.empty(0, np.int64), *(_vertices(mesh, r) for r in arguments.fix)]), moved)
+    fixed = np.unique(np.concatenate([np.empty(0, np.int64), *(_vertices(mesh, r) for r in arguments.fix)]))
+    if len(both := np.intersect1d(fixed, moved)):
+        raise MeshError(f"{len(both):,} vertices are in a region of --fix and in that of --move, such as {both[0]}")
     center = mesh.vertices[moved].mean(axis=0) if arguments.center is None else arguments.center
     motion = rigid_motion(
         axis=arguments.axis, angle_deg=arguments.angle, center=center, translation=arguments.translate
     )
     editor = Editor(mesh, [fixed, moved], method=arguments.method, operator=arguments.operator)
-    result = editor.edit([np.eye(4), motion], iterations=arguments.iterations)
+    iterations = ITERATIONS if arguments.iterations is None else arguments.iterations
+    result = editor.edit([np.eye(4), motion], iterations=iterations)
     write_mesh(arguments.output, result, force=arguments.force)
     before, after = (each.edge_lengths for each in (mesh, result))
     change = np.abs(after / np.where(before > 0, before, 1.0) - 1)[before > 0]

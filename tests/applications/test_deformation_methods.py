@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from lbskel import MeshError, edit, laplacian, rigid_motion
-from lbskel.applications.deformation_methods import EDITING_METHODS, Constraints
+from lbskel.applications.deformation_methods import EDITING_METHODS, ITERATIVE, Constraints
 from lbskel.applications.editing import Editor
 
 MOTIONS = [np.eye(4), rigid_motion(axis=[0, 1, 0], angle_deg=50, translation=[0.3, 0, 0])]
@@ -105,3 +105,10 @@ def test_rotating_the_deltas_lowers_the_rigidity_energy(tripod):
     editor = Editor(tripod, handles_of(tripod), method="rotated")
     before, after = (editor.rigidity_energy(editor.edit(MOTIONS, iterations=n)) for n in (0, 10))
     assert after < 0.9 * before
+
+
+@pytest.mark.parametrize("method", EDITING_METHODS)
+def test_the_number_of_iterations_counts_for_the_methods_that_iterate(ring, method):
+    editor = Editor(ring, handles_of(ring), method=method)
+    none, three = (editor.edit(MOTIONS, iterations=count).vertices for count in (0, 3))
+    assert np.array_equal(none, three) == (method not in ITERATIVE)

@@ -34,6 +34,8 @@ def test_a_translation_of_everything_changes_no_length(here):
         (("--move", "z:0.9:1", "--fix", "xy:0:0.1"), "must be AXIS:LOW:HIGH"),
         (("--move", "z:0.9:1", "--fix", ":0:0.1"), "must be AXIS:LOW:HIGH"),
         (("--move", "z:0:1", "--axis", "1,2"), "must be X,Y,Z"),
+        (("--move", "z:0.4:1", "--fix", "x:0:1", "--fix", "z:0:0.1"), "in a region of --fix and in that of --move"),
+        (("--move", "z:0.9:1", "--method", "harmonic", "--iterations", "3"), "no effect on the method harmonic"),
         (("--move", "z:2:3"), "no vertex in the region z:2:3"),
         (("--move", "z:0.9:1", "--axis", "0,0,0"), "axis that is not zero"),
     ],
@@ -42,3 +44,14 @@ def test_wrong_options_are_named(here, arguments, message):
     code, _, err = here("edit", "rod.off", "-o", "out.ply", *arguments)
     assert code == 2
     assert message in err[0]
+
+
+def test_the_iterations_are_those_of_the_editor(here, folder):
+    region = ("--fix", "z:0:0.2", "--move", "z:0.8:1", "--axis", "0,1,0", "--angle", "90")
+    written = {}
+    for count in ((), ("--iterations", "10"), ("--iterations", "1")):
+        assert here("edit", "rod.off", "-o", "out.ply", "--force", *region, *count)[0] == 0
+        written[count] = lbskel.read_mesh(folder / "out.ply").vertices
+    default, ten, one = written.values()
+    assert np.array_equal(default, ten)
+    assert not np.array_equal(default, one)
