@@ -43,6 +43,40 @@ def test_the_wall_of_a_cavity_faces_inwards_and_a_separate_body_outwards():
     assert fix_orientation(beside).mesh.volume == pytest.approx(2 * ball.volume)
 
 
+def reversed_in(mesh, how):
+    """The mesh with all faces reversed, every second one or one in ten."""
+    m = len(mesh.faces)
+    return with_reversed_faces(mesh, {"all": np.arange(m), "half": np.arange(0, m, 2), "few": np.arange(0, m, 10)}[how])
+
+
+@pytest.mark.parametrize("how", ["all", "half", "few"])
+@pytest.mark.parametrize("hole", [[], [0]])
+def test_a_hollow_body_stays_hollow(how, hole):
+    ball = sphere(2)
+    wall = Mesh(0.4 * ball.vertices, ball.faces[:, ::-1])
+    core = Mesh(0.2 * ball.vertices, ball.faces)
+    hollow = joined(without_faces(ball, hole), wall, core)
+    result = fix_orientation(reversed_in(hollow, how)).mesh
+    assert result.volume == pytest.approx(hollow.volume)
+    assert result.is_edge_manifold
+
+
+def test_a_body_inside_another_stays_a_body_when_both_are_turned():
+    ball = sphere(2)
+    nested = joined(ball, Mesh(0.4 * ball.vertices, ball.faces))
+    assert fix_orientation(nested).mesh is nested
+    assert fix_orientation(reversed_in(nested, "all")).mesh.volume == pytest.approx(nested.volume)
+    assert fix_orientation(reversed_in(nested, "few")).mesh.volume == pytest.approx(nested.volume)
+
+
+def test_of_bodies_that_cross_none_is_a_cavity():
+    ball = sphere(2)
+    crossing = joined(
+        ball, Mesh(0.4 * ball.vertices + [0.9, 0, 0], ball.faces), Mesh(0.4 * ball.vertices + [0, 0.5, 0.5], ball.faces)
+    )
+    assert fix_orientation(reversed_in(crossing, "half")).mesh.volume == pytest.approx(crossing.volume)
+
+
 def test_a_sheet_keeps_the_orientation_of_most_of_its_area():
     grid = flat_grid()
     result = fix_orientation(with_reversed_faces(grid, [0, 5]))
