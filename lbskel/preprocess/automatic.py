@@ -125,7 +125,7 @@ def _preprocess_as_needed(mesh: Mesh, deadline: Deadline) -> PreprocessResult:
             areas = _component_areas(split.mesh)
             if areas.min() >= MIN_OPEN_AREA * areas.max():
                 result = split  # bodies that touch; neither an inner wall, nor a fin, nor debris
-    elif result.mesh.volume < 0:
+    elif (_component_volumes(result.mesh) < 0).any():
         result = result.compose(fix_orientation)
     for step in (_remove_cavities, _remove_crumbs, _smooth_if_rough, _refine_if_coarse):
         if deadline.seconds_left > 0:
@@ -161,16 +161,23 @@ def _component_areas(mesh: Mesh) -> NDArray[np.float64]:
     return np.asarray(np.bincount(mesh.component_of_vertex[mesh.faces[:, 0]], mesh.face_areas), dtype=np.float64)
 
 
+def _component_volumes(mesh: Mesh) -> NDArray[np.float64]:
+    """(c,) volume of each component, negative where it is inside out."""
+    if mesh.n_components == 1:
+        return np.array([mesh.volume])
+    label = mesh.component_of_vertex[mesh.faces[:, 0]]
+    origin = np.zeros(int(label.max()) + 1, dtype=np.int64)
+    origin[label] = mesh.faces[:, 0]
+    A, B, C = mesh.vertices[mesh.faces.T] - mesh.vertices[origin[label]]
+    return np.asarray(np.bincount(label, np.einsum("ij,ij->i", A, np.cross(B, C))) / 6, dtype=np.float64)
+
+
 @preprocess_step
 def _remove_cavities(mesh: Mesh) -> PreprocessResult:
     """Remove closed inward surfaces inside others: a cavity belongs to the solid around it, which has one skeleton."""
     if mesh.n_components == 1:
         return identity_result(mesh)
-    label = mesh.component_of_vertex[mesh.faces[:, 0]]
-    origin = np.zeros(int(label.max()) + 1, dtype=np.int64)
-    origin[label] = mesh.faces[:, 0]
-    A, B, C = mesh.vertices[mesh.faces.T] - mesh.vertices[origin[label]]
-    volumes = np.bincount(label, np.einsum("ij,ij->i", A, np.cross(B, C)))
+    label, volumes = mesh.component_of_vertex[mesh.faces[:, 0]], _component_volumes(mesh)
     if not (volumes < 0).any():
         return identity_result(mesh)
     parts = components(mesh)

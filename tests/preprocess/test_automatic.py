@@ -135,6 +135,16 @@ def test_a_surface_inside_out_is_reoriented():
 BALL = sphere(2)
 
 
+def test_one_of_several_surfaces_that_is_inside_out_is_reoriented(rod):
+    """The volume of both together is positive."""
+    small = Mesh(0.4 * rod.vertices + [3.0, 0, 0], rod.faces[:, ::-1])
+    given = joined(rod, small)
+    result = preprocess_mesh(given)
+    assert given.volume > 0
+    assert result.mesh.volume == pytest.approx(rod.volume * (1 + 0.4**3))
+    assert result.notes == (f"{len(rod.faces)} faces were reversed",)
+
+
 @pytest.mark.parametrize("name", ["rod", "limbs"])
 def test_a_cavity_belongs_to_the_solid_around_it(name):
     """A round void on the axis: one body, a note, and its vertices have nodes."""
