@@ -29,7 +29,8 @@ MAX_PAIRS_PER_POSITION = 50
 def merge_close(mesh: Mesh, *, tolerance: float = 1e-6) -> PreprocessResult:
     """Merge vertices that lie within a tolerance of each other, as in a triangle soup or along a seam.
 
-    A closed manifold is returned unchanged: it has no seams, and sheets of it that touch must stay separate.
+    Of a closed manifold only components that are copies of another, at the same place, are merged with it, so that
+    :func:`remove_duplicates` removes their faces: it has no seams, and sheets of it that touch must stay separate.
 
     Parameters
     ----------
@@ -46,12 +47,44 @@ def merge_close(mesh: Mesh, *, tolerance: float = 1e-6) -> PreprocessResult:
     if not tolerance >= 0:
         raise UnknownChoice(f"tolerance must not be negative, as {tolerance} is")
     if mesh.is_closed_manifold:
-        return identity_result(mesh)
+        return _merge_groups(mesh, _originals(mesh))
     _, first, position = np.unique(mesh.vertices, axis=0, return_index=True, return_inverse=True)
     position, group = position.reshape(-1), np.arange(len(first))
     if tolerance > 0 and mesh.diagonal > 0:
         group = _group_within(mesh.vertices[first], tolerance * mesh.diagonal)
     return _merge_groups(mesh, group[position])
+
+
+def _originals(mesh: Mesh) -> NDArray[np.int64]:
+    """(n,) for each vertex of a component that is a copy of one before it, the vertex there; for others themselves."""
+    original = np.arange(len(mesh.vertices))
+    if mesh.n_components == 1:
+        return original
+    label = mesh.component_of_vertex[mesh.faces[:, 0]]
+    n_faces = np.bincount(label)
+    is_alike = (np.bincount(n_faces) > 1)[n_faces][label]  # where another component has as many faces
+    F, label = mesh.faces[is_alike], label[is_alike]
+    if not len(F):
+        return original
+    used = distinct(F.ravel())
+    place = np.zeros(len(mesh.vertices), dtype=np.int64)
+    place[used] = np.unique(mesh.vertices[used], axis=0, return_inverse=True)[1].reshape(-1)
+    face = np.unique(np.sort(place[F], axis=1), axis=0, return_inverse=True)[1].reshape(-1)
+    lowest = np.full(int(face.max()) + 1, len(n_faces))
+    np.minimum.at(lowest, face, label)
+    first, last = np.full(len(n_faces), len(n_faces)), np.full(len(n_faces), -1)  # components that have its faces
+    np.minimum.at(first, label, lowest[face])
+    np.maximum.at(last, label, lowest[face])
+    is_copy = (first == last) & (first < np.arange(len(n_faces)))
+    component = mesh.component_of_vertex[used]
+    for number in np.unique(first[is_copy]).tolist():
+        own = used[component == number]
+        if len(distinct(place[own])) == len(own):  # else it touches itself, and which vertex is meant is not known
+            copies = used[is_copy[component] & (first[component] == number)]
+            vertex_at = np.zeros(len(mesh.vertices), dtype=np.int64)
+            vertex_at[place[own]] = own
+            original[copies] = vertex_at[place[copies]]
+    return original
 
 
 def _group_within(points: NDArray[np.float64], distance: float) -> NDArray[np.int64]:
@@ -164,15 +197,16 @@ def keep_components(mesh: Mesh, *, min_area: float = 0.01) -> PreprocessResult:
 def clean(mesh: Any) -> PreprocessResult:
     """Merge vertices of identical position, and remove duplicate faces, collapsed faces and unused vertices.
 
-    Vertices are merged only where the mesh is not a closed manifold already, so that one surface is not joined to
-    itself where it touches itself.
+    Vertices of a closed manifold are merged only where a whole component is a copy of another, so that one surface is
+    not joined to itself where it touches itself.
 
     Parameters
     ----------
     mesh : Mesh, (vertices, faces), path or mesh object
     """
     mesh = as_mesh(mesh)
-    if mesh.is_closed_manifold and len(mesh.used_vertices) == len(mesh.vertices) and len(mesh.faces) > 2:
+    is_whole = mesh.is_closed_manifold and len(mesh.used_vertices) == len(mesh.vertices) and len(mesh.faces) > 2
+    if is_whole and mesh.n_components == 1:
         return identity_result(mesh)
     result = merge_close(mesh, tolerance=0.0).compose(remove_duplicates)
     return result if result.notes else identity_result(mesh)

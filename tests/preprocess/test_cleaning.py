@@ -62,6 +62,34 @@ def test_closed_surfaces_that_touch_in_a_vertex_stay_separate(tetrahedron):
     assert clean(mesh).mesh is mesh
 
 
+@pytest.mark.parametrize("order", [[0, 1, 2], [2, 1, 0]])
+def test_copies_of_a_closed_surface_at_its_place_are_removed(order):
+    ball, ring = sphere(1), torus(1.0, 0.3, 12, 8)
+    turned = Mesh(ball.vertices[::-1], len(ball.vertices) - 1 - ball.faces[::-1][:, order])
+    given = joined(ring, ball, moved(ball, 5.0), turned, ball)
+    result = clean(given)
+    assert len(result.mesh.faces) == len(ring.faces) + 2 * len(ball.faces)
+    assert result.mesh.volume == pytest.approx(ring.volume + 2 * ball.volume)
+    assert (result.mesh.n_components, result.mesh.is_closed_manifold) == (3, True)
+    assert (result.vertex_map.indices >= 0).all()
+    assert positions_are_kept(given, result)
+    assert result.notes[0] == f"{2 * len(ball.vertices)} vertices at the position of another were merged with it"
+    assert result.notes[1].startswith(f"{2 * len(ball.faces)} duplicate faces were removed")
+
+
+def test_closed_surfaces_that_share_some_faces_are_kept(tetrahedron):
+    """Two tetrahedra on the two sides of a face, and an octahedron with four of its faces moved."""
+    apex = tetrahedron.vertices[3]
+    normal = np.array([1.0, 1, 1]) / np.sqrt(3)
+    others = Mesh([*tetrahedron.vertices[:3], apex - 2 * (apex @ normal + 1) * normal], tetrahedron.faces[:, ::-1])
+    ball = sphere(1)
+    raised = ball.with_vertices(ball.vertices * [1, 1, 2])
+    half = Mesh(np.where(ball.vertices[:, 2:] > 1e-9, raised.vertices, ball.vertices), ball.faces)
+    for mesh in (joined(tetrahedron, others), joined(ball, half)):
+        assert mesh.is_closed_manifold
+        assert clean(mesh).mesh is mesh
+
+
 def test_duplicate_faces_are_removed(tetrahedron):
     F = tetrahedron.faces
     given = Mesh(tetrahedron.vertices, np.concatenate([F, F[[2]], F[[0]][:, [1, 2, 0]], F[[1]][:, ::-1]]))
