@@ -35,7 +35,8 @@ KNOWS = {
     "io": BASE | {"geometry", "skeleton"},
     "visualization": BASE | {"geometry", "io", "skeleton"},
     "shapes": BASE | {"geometry", "io", "preprocess", "skeleton"},  # preprocess: its isotropic remesher
-    "applications": BASE | {"geometry", "operators", "skeleton", "solvers"},
+    # preprocess: which way is out, and which vertices are one
+    "applications": BASE | {"geometry", "operators", "preprocess", "skeleton", "solvers"},
 }
 ALGORITHMS = set(KNOWS)
 KNOWS["pipeline"] = ALGORITHMS

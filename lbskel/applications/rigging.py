@@ -20,6 +20,7 @@ from lbskel.applications.mirror import MirrorPlane, find_mirror_plane
 from lbskel.applications.mirrored_bones import paired_bones
 from lbskel.errors import MeshError
 from lbskel.geometry.mesh import as_mesh
+from lbskel.preprocess import oriented_surface
 from lbskel.skeleton.armature import Rig
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -36,7 +37,8 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
     Parameters
     ----------
     mesh : Mesh or anything that :func:`lbskel.as_mesh` takes
-        The mesh that the skeleton was made from.
+        The mesh that the skeleton was made from. It may be inside out or of mixed orientation, and vertices at one
+        place have the same weights.
     skeleton : Skeleton
         With ``node_of_vertex``.
     max_bones : int
@@ -85,7 +87,8 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
         heads, tails = (_symmetric(points, twins, plane) for points in (heads, tails))
         upward = np.eye(3)[1 if abs(plane.normal[1]) < 0.5 else 2]
         tails = np.where(bones.branches[:, None] < 0, heads + lengths * upward, tails)
-    weights = bone_weights(surface, heads, tails, bones.parents, bones.bone_of_vertex)
+    oriented, representative = oriented_surface(surface)
+    weights = bone_weights(oriented, heads, tails, bones.parents, bones.bone_of_vertex)[representative]
     if plane is not None:
         weights = _symmetric_weights(weights, twins, plane)
     names = _names(bones, twins, plane)

@@ -11,6 +11,7 @@ __all__ = [
     "PreprocessResult",
     "check",
     "face_budget",
+    "oriented_surface",
     "preprocess_mesh",
     "reconstruct_surface",
     "simplify",
@@ -22,6 +23,7 @@ __all__ = [
 from lbskel.preprocess.automatic import PREPARATIONS, preprocess_mesh
 from lbskel.preprocess.diagnostics import MeshReport, check
 from lbskel.preprocess.orientability import why_no_inside
+from lbskel.preprocess.outward_faces import oriented_surface
 from lbskel.preprocess.pipelines import PIPELINES, STEPS, Pipeline
 from lbskel.preprocess.point_cleaning import CLOUD_PREPARATIONS
 from lbskel.preprocess.proxy import MAX_FACES, face_budget, simplify_to_proxy, surface_with_proxy

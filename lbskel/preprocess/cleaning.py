@@ -5,7 +5,7 @@ The vertices that remain do not move, so the vertex map is exact.
 
 from __future__ import annotations
 
-__all__ = ["clean", "extract_faces", "keep_components", "merge_close", "remove_duplicates"]
+__all__ = ["clean", "extract_faces", "first_of_each", "keep_components", "merge_close", "remove_duplicates"]
 
 from typing import Any
 
@@ -128,7 +128,7 @@ def remove_duplicates(mesh: Mesh) -> PreprocessResult:
         removed = np.flatnonzero(~is_distinct)
         notes.append(f"{len(removed)} faces that name a vertex twice were removed: {first_few(removed)}")
     F, face = F[is_distinct], np.flatnonzero(is_distinct)
-    first = _first_of_each(np.sort(F, axis=1))
+    first = first_of_each(np.sort(F, axis=1))
     if len(first) < len(F):
         removed = np.setdiff1d(face, face[first])
         notes.append(f"{len(removed)} duplicate faces were removed: {first_few(removed)}")
@@ -140,8 +140,13 @@ def remove_duplicates(mesh: Mesh) -> PreprocessResult:
     return extract_faces(mesh, F[first], *notes)
 
 
-def _first_of_each(rows: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(k,) index of the first of equal rows, in ascending order; numpy.unique takes ten times as long for rows."""
+def first_of_each(rows: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(k,) index of the first of equal rows, in ascending order; numpy.unique takes ten times as long for rows.
+
+    Parameters
+    ----------
+    rows : (m, d) array of int
+    """
     order = np.arange(len(rows))
     for column in rows.T[::-1]:
         order = order[stable_order(column[order])]

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers import triangle_soup, with_reversed_faces
 from scipy.spatial.transform import Rotation
 
 from lbskel import Mesh, MeshError, rig, skeletonize
@@ -72,6 +73,21 @@ def test_scale_and_place_do_not_matter(dinosaur):
     assert there.names == dinosaur.names
     assert (there.heads - 7) / 1e3 == pytest.approx(dinosaur.heads, abs=1e-5)
     assert there.weights == pytest.approx(dinosaur.weights, abs=1e-3)
+
+
+@pytest.mark.parametrize("every", [1, 2])
+def test_the_orientation_of_the_faces_does_not_matter(dinosaur, every):
+    mesh = with_reversed_faces(dinosaur.mesh, np.arange(0, len(dinosaur.mesh.faces), every))
+    found = rig(mesh, skeletonize(mesh))
+    assert found.mesh is mesh
+    assert found.weights == pytest.approx(dinosaur.weights, abs=1e-9)
+
+
+def test_vertices_at_one_place_have_the_same_weights(rod):
+    soup = triangle_soup(rod)
+    found, expected = (rig(mesh, skeletonize(mesh)) for mesh in (soup, rod))
+    assert found.heads == pytest.approx(expected.heads)
+    assert found.weights == pytest.approx(expected.weights[rod.faces.ravel()], abs=1e-9)
 
 
 def test_wrong_input_is_an_error(rod):
