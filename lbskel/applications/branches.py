@@ -21,6 +21,7 @@ from lbskel.applications.branch_tree import branch_order
 from lbskel.errors import MissingDependency
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.mesh import as_mesh
+from lbskel.preprocess import oriented_surface
 from lbskel.skeleton.skeleton import Skeleton
 
 
@@ -146,7 +147,7 @@ def branch_table(skeleton: Skeleton, mesh: Any = None) -> BranchTable:
     skeleton : Skeleton
         With ``node_of_vertex``, if the mesh is given. Its first node is the root.
     mesh : Mesh or anything that :func:`lbskel.as_mesh` takes, optional
-        The mesh that the skeleton was made from.
+        The mesh that the skeleton was made from; it may be inside out or of mixed orientation.
 
     Returns
     -------
@@ -178,7 +179,7 @@ def branch_table(skeleton: Skeleton, mesh: Any = None) -> BranchTable:
         area, volume = cones.T.copy()
         section, section_profile = np.full(len(lines), np.nan), np.full((len(lines), N_PROFILE), np.nan)
     else:
-        surface = as_mesh(mesh)
+        surface = oriented_surface(as_mesh(mesh))[0]
         area, volume = shared_among_branches(skeleton, order.paths, surface)
         section, section_profile = section_areas(skeleton, order.paths, lines, surface)
     ends = np.array([(path[0], path[-1]) for path in order.paths], dtype=np.int64).reshape(-1, 2)

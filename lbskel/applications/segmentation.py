@@ -33,6 +33,7 @@ from lbskel.geometry.arrays import read_only
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.shape_diameter import local_thickness
+from lbskel.preprocess import oriented_surface
 from lbskel.skeleton.skeleton import Skeleton
 
 # Local radii by which a boundary may move; 2.8 to 5.6 do as well (benchmarks/results/parts.md, "Constants")
@@ -104,7 +105,7 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     Parameters
     ----------
     mesh : Mesh or anything that :func:`lbskel.as_mesh` takes
-        The mesh that the skeleton was made from.
+        The mesh that the skeleton was made from; it may be inside out or of mixed orientation.
     skeleton : Skeleton
         With ``node_of_vertex``.
     thickness : str
@@ -128,7 +129,7 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     9
     """
     choose(dict.fromkeys(THICKNESS), thickness, "thickness")
-    surface = as_mesh(mesh)
+    surface = oriented_surface(as_mesh(mesh))[0]
     volumes = face_volumes(skeleton, surface)
     radii = _node_radii(skeleton, surface, thickness)
     of_node = parts_of_nodes(skeleton, radii)

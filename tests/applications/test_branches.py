@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from helpers import triangle_soup, with_reversed_faces, without_faces
 
 import lbskel
 from lbskel import Skeleton, branch_table, skeletonize, write_skeleton
@@ -28,6 +29,17 @@ def test_a_rod_and_a_ring_are_measured_within_two_percent():
         assert (table.volume_share, table.area_share) == (1, 1)
     assert of_rod.tortuosity == pytest.approx([1.0], abs=1e-3)
     assert np.isnan(of_ring.tortuosity[0])
+
+
+def test_orientation_holes_and_seams_do_not_change_the_sections_and_the_volume(rod):
+    opened = without_faces(rod, [len(rod.faces) // 2])
+    for mesh in (opened, triangle_soup(rod), rod):
+        expected = branch_table(skeletonize(rod), rod)
+        for every in (1, 2, len(mesh.faces)):
+            turned = with_reversed_faces(mesh, np.arange(0, len(mesh.faces), every))
+            table = branch_table(skeletonize(turned), turned)
+            assert table.section_area == pytest.approx(expected.section_area, rel=0.01)
+            assert table.volume == pytest.approx(expected.volume, rel=0.01)
 
 
 def test_the_limbs_of_a_tripod_are_measured_within_two_percent():

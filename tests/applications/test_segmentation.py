@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from helpers import triangle_soup
+from helpers import triangle_soup, with_reversed_faces, without_faces
 
 import lbskel
 from lbskel import Mesh, MeshError, UnknownChoice, segment, skeletonize
@@ -95,6 +95,20 @@ def test_scale_and_place_do_not_matter(limbs):
     moved = replace(skeleton, nodes=1e-3 * skeleton.nodes + 5, radii=1e-3 * skeleton.radii)
     there = segment(mesh.with_vertices(1e-3 * mesh.vertices + 5), moved)
     assert (there.part_of_face != segment(mesh, skeleton).part_of_face).mean() < 0.01  # ties of rounded costs
+
+
+@pytest.mark.parametrize("every", [1, 2])
+@pytest.mark.parametrize("thickness", ["inscribed", "shape_diameter"])
+def test_the_orientation_of_the_faces_does_not_matter_for_an_open_mesh(limbs, thickness, every):
+    mesh = limbs[0]
+    opened = without_faces(mesh, [0])
+    skeleton = skeletonize(opened)
+    turned = with_reversed_faces(opened, np.arange(0, len(opened.faces), every))
+    expected, found = (segment(each, skeleton, thickness=thickness) for each in (opened, turned))
+    assert len(found) == len(expected)
+    # the cone of rays begins at the first edge of a face
+    assert (found.part_of_face != expected.part_of_face).mean() <= (0.01 if thickness == "shape_diameter" else 0)
+    assert found.volume == pytest.approx(expected.volume, rel=0.05)
 
 
 def test_a_rod_is_one_part_also_as_a_soup():
