@@ -5,6 +5,7 @@ from __future__ import annotations
 __all__ = ["add_parser", "run"]
 
 import argparse
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from lbskel.cli.html_option import add_html_option, refuse_page, write_page
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
 from lbskel.cli.options import add_command, add_force_option, refuse_unwritable
 from lbskel.cli.terminal import tell
+from lbskel.errors import first_few
 from lbskel.io.gltf_skin import UP_AXES, write_rig
 from lbskel.skeleton.armature import Rig
 from lbskel.visualization import Table
@@ -56,6 +58,12 @@ def run(arguments: argparse.Namespace) -> int:
     refuse_page(arguments.html, arguments.force)
     mesh, skeleton = mesh_and_skeleton(arguments)
     rigged = rig(mesh, skeleton, max_bones=arguments.max_bones, max_influences=arguments.max_influences)
+    if len(roots := [rigged.names[bone] for bone in np.flatnonzero(rigged.parents < 0).tolist()]) > 1:
+        print(
+            f"lbskel: warning: the skeleton has {len(roots)} components, and {first_few(roots[1:])} hangs on no bone: "
+            f"what follows it stays where it is when {roots[0]} moves; --join all makes one skeleton",
+            file=sys.stderr,
+        )
     write_rig(output, rigged, up=arguments.up, force=arguments.force)
     if arguments.html:
         bone_of_face = rigged.weights[mesh.faces].sum(axis=1).argmax(axis=1)

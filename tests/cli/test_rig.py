@@ -1,6 +1,9 @@
 """``lbskel rig``: a glb with bones."""
 
 import trimesh
+from helpers import joined, moved
+
+from lbskel import write_mesh
 
 
 def test_rig(here, folder):
@@ -12,3 +15,14 @@ def test_rig(here, folder):
     assert here("rig", "rod.off", "-o", "rod.glb")[2] == ["lbskel: rod.glb exists already; give --force to replace it"]
     assert here("rig", "rod.off", "-o", "rod.fbx")[2] == ["lbskel: rod.fbx: the name must end in .glb"]
     assert here("rig", "rod.off", "-o", "rod.glb", "--force", "--max-bones", "0")[0] == 2
+
+
+def test_a_component_that_hangs_on_no_bone_is_told_and_join_hangs_it_on_one(here, folder, rod):
+    """A long body, and beside it a garment of its own that is too long to belong to a bone of the body."""
+    long = rod.with_vertices(rod.vertices * [0.5, 0.5, 1])
+    write_mesh(folder / "dressed.off", joined(long, moved(long, 0.45)))
+    code, out, err = here("rig", "dressed.off", "-o", "out.glb")
+    assert (code, "root_2" in out[0]) == (0, True)
+    assert "root_2 hangs on no bone" in err[0]
+    code, out, err = here("rig", "dressed.off", "-o", "out.glb", "--join", "all", "--force")
+    assert (code, "root_2" in out[0], err) == (0, False, [])
