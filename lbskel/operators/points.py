@@ -1,10 +1,10 @@
 """Laplacians of point clouds: tufted, local Delaunay and heat kernel.
 
-``robust``: Sharp, Crane 2020, https://doi.org/10.1111/cgf.14069, by robust_laplacian. ``local_delaunay``: cotangents in
-the Delaunay star of each point among its neighbors, projected to their plane of least squares. Each star gives one row,
-so the matrix is not symmetric; Cao, Tagliasacchi, Olson, Zhang, Su 2010, https://doi.org/10.1109/SMI.2010.25.
-``heat_kernel``: Belkin, Sun, Wang 2009, https://doi.org/10.1137/1.9781611973068.112, with the Voronoi areas of these
-stars.
+The star of a point is its Delaunay star among its neighbors, projected to their plane of least squares. ``robust``: the
+tufted Laplacian of all stars; Sharp, Crane 2020, https://doi.org/10.1111/cgf.14069. ``local_delaunay``: cotangents in
+the stars. Each gives one row, so the matrix is not symmetric; Cao, Tagliasacchi, Olson, Zhang, Su 2010,
+https://doi.org/10.1109/SMI.2010.25. ``heat_kernel``: Belkin, Sun, Wang 2009,
+https://doi.org/10.1137/1.9781611973068.112, with the Voronoi areas of the stars.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from __future__ import annotations
 __all__ = ["cloud_stars", "heat_kernel", "local_delaunay", "local_delaunay_of_stars", "robust"]
 
 import numpy as np
-import robust_laplacian
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
@@ -51,20 +50,13 @@ def robust(cloud: PointCloud, *, n_neighbors: int = N_NEIGHBORS, mollify_factor:
     mollify_factor : float
         Slack of every triangle inequality, relative to the mean edge length.
     """
-    P, k = unit_scale(cloud.points)
-    if len(P) > n_neighbors:
-        try:
-            stiffness, mass = robust_laplacian.point_cloud_laplacian(
-                P, mollify_factor=mollify_factor, n_neighbors=n_neighbors
-            )
-            return Laplacian(csc_array(stiffness), np.ldexp(1.0, 2 * k) * csc_array(mass))
-        except (RuntimeError, MeshError):
-            pass  # it fails if a point is in no triangle: coincident points, points on a line
-    stars = delaunay_stars(P, n_neighbors + 1)
+    n = len(cloud.points)
+    # not by robust_laplacian: its stars change when the cloud is moved, and lose area when it is dense
+    stars = delaunay_stars(unit_scale(cloud.points)[0], n_neighbors + 1)
     if len(stars) == 0:
-        return _zero_laplacian(len(P))
+        return _zero_laplacian(n)
     soup = robust_of_mesh(Mesh(cloud.points, stars), mollify_factor=mollify_factor)
-    isolated = np.setdiff1d(np.arange(len(P)), stars)
+    isolated = np.setdiff1d(np.arange(n), stars)
     return Laplacian(
         soup.stiffness / 3, soup.mass / 3, treated_vertices=distinct(np.append(soup.treated_vertices, isolated))
     )
