@@ -23,7 +23,6 @@ from scipy.spatial import cKDTree
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.components import MIN_FACES
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.scaling import unit_scale
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, hausdorff_distance, identity_result, preprocess_step
 from lbskel.preprocess.transfer import transfer_map
@@ -119,13 +118,17 @@ def fewest_faces(genus: int) -> int:
 
 def _candidates(mesh: Mesh, target: int) -> Iterator[PreprocessResult]:
     """Generate simplified meshes, each made only when it is asked for."""
-    unit, exponent = unit_scale(mesh.vertices)  # fast-simplification uses single precision, which ends at 1e38
+    # fast-simplification has single precision and thresholds without a unit
+    used = mesh.vertices[mesh.used_vertices]
+    center, length = used.min(axis=0) / 2 + used.max(axis=0) / 2, mesh.diagonal or 1.0
+    unit = (mesh.vertices - center) / length
+    near = np.clip(unit, -1.0, 1.0)  # a vertex without a face may lie anywhere
 
     def in_caller_units(V: NDArray[np.float64], F: NDArray[np.int64]) -> Mesh:
-        return Mesh(np.ldexp(V, exponent), F, mesh.notes)
+        return Mesh(length * V + center, F, mesh.notes)
 
     for aggressiveness in AGGRESSIVENESS:
-        V, F = np.array(unit), np.array(mesh.faces)  # fast-simplification rejects read-only arrays
+        V, F = np.array(near), np.array(mesh.faces)  # fast-simplification rejects read-only arrays
         V, F, collapses = fast_simplification.simplify(
             V, F, target_count=target, agg=aggressiveness, return_collapses=True
         )
@@ -138,7 +141,7 @@ def _candidates(mesh: Mesh, target: int) -> Iterator[PreprocessResult]:
                 vertex_map[is_lost] = cKDTree(V).query(unit[is_lost])[1]
             yield PreprocessResult(in_caller_units(V, F), VertexMap(vertex_map))
     if mesh.is_closed_manifold:
-        V, F, *_ = igl.decimate(np.asfortranarray(unit), np.asfortranarray(mesh.faces, dtype=np.int32), target)
+        V, F, *_ = igl.decimate(np.asfortranarray(near), np.asfortranarray(mesh.faces, dtype=np.int32), target)
         if len(F) and np.isfinite(V).all():
             note = "by libigl, since fast-simplification missed the target or changed the topology"
             yield transfer_map(mesh, in_caller_units(V, F), note)

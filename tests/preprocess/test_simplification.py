@@ -55,6 +55,26 @@ def test_the_simplified_surface_stays_close():
     assert Surface(mesh).distance(simple.mesh.vertices).max() < 2 * 0.2**2 / 8
 
 
+@pytest.mark.parametrize(("scale", "offset"), [(1.0, 1e5), (1e-9, 0.0), (1e30, 0.0), (1e-120, 0.0)])
+def test_the_same_edges_collapse_anywhere_and_in_any_unit(scale, offset):
+    """Far from the origin single precision tells no vertices apart, and thresholds of the library have no unit."""
+    mesh = SHAPES["torus"]
+    here = simplify(mesh, target_faces=1000)
+    there = simplify(mesh.with_vertices(scale * mesh.vertices + offset), target_faces=1000)
+    assert np.array_equal(there.mesh.faces, here.mesh.faces)
+    assert np.array_equal(there.vertex_map.indices, here.vertex_map.indices)
+    # two roundings in single precision, those of offsets in double
+    assert np.abs((there.mesh.vertices - offset) / scale - here.mesh.vertices).max() < 1e-6
+
+
+def test_a_far_vertex_without_a_face_changes_nothing():
+    mesh = SHAPES["torus"]
+    here = simplify(mesh, target_faces=1000)
+    there = simplify(Mesh([*mesh.vertices, [1e12, 0.0, 0.0]], mesh.faces), target_faces=1000)
+    assert np.array_equal(there.mesh.faces, here.mesh.faces)
+    assert np.array_equal(there.vertex_map.indices[:-1], here.vertex_map.indices)
+
+
 def test_a_mesh_below_the_target_is_returned_unchanged():
     mesh = sphere(2)
     same = simplify(mesh, target_faces=10_000)
