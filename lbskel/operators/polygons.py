@@ -129,7 +129,9 @@ def polygon_cotangent(mesh: PolygonMesh) -> Laplacian:
     ----------
     mesh : PolygonMesh
     """
-    V, k = unit_scale(mesh.vertices)
+    # the virtual points of libigl are exact to the size of the coordinates
+    low, high = (bound(mesh.vertices[mesh.corners], axis=0) for bound in (np.min, np.max))
+    V, k = unit_scale(mesh.vertices - (low / 2 + high / 2))
     degenerate, areas = _degenerate_polygons(V, mesh)
     n = len(V)
     valid = [polygon for polygon, bad in zip(mesh.polygons, degenerate, strict=True) if not bad]
