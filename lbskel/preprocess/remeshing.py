@@ -11,7 +11,13 @@ from lbskel.errors import MeshError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_thickness
 from lbskel.geometry.vertex_map import VertexMap
-from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
+from lbskel.preprocess.result import (
+    MAX_DISTANCE,
+    PreprocessResult,
+    hausdorff_distance,
+    identity_result,
+    preprocess_step,
+)
 from lbskel.preprocess.subprocess_filter import run_in_subprocess
 from lbskel.preprocess.transfer import transfer_map
 
@@ -54,30 +60,42 @@ def remesh_isotropic(
     Returns
     -------
     PreprocessResult
-        The unchanged mesh and a note if pymeshlab fails on it.
+        The unchanged mesh and a note if pymeshlab fails on it, or if the surface would move by more than a fiftieth
+        of the diagonal.
 
     Raises
     ------
     UnknownChoice
-        If the length is not positive, is so small that it would make millions of faces, or ``relative_to`` is unknown.
+        If the length is not positive and finite or is so small that it would make millions of faces, the angle is not
+        between 0 and 180, or ``relative_to`` is unknown.
     MissingDependency
         If pymeshlab is not installed.
     """
     choose(dict.fromkeys(REFERENCE_LENGTHS), relative_to, "reference length")
-    if not edge_length > 0:
-        raise UnknownChoice(f"edge_length must be positive, not {edge_length}")
+    if not 0 < edge_length < np.inf:
+        raise UnknownChoice(f"edge_length must be positive and finite, not {edge_length}")
+    if not 0 <= feature_angle <= 180:
+        raise UnknownChoice(f"feature_angle must lie between 0 and 180 degrees, not {feature_angle}")
     if relative_to == "diagonal":
         length = edge_length * mesh.diagonal
     else:
         length = min(edge_length * _thickness_of_thin_parts(mesh), MAX_EDGE_LENGTH * mesh.diagonal)
     n_faces = mesh.area / max(length, 1e-300) / max(length, 1e-300) * 4 / np.sqrt(3)
     if not n_faces < MAX_FACES:
-        raise UnknownChoice(f"edge_length={edge_length:g} would make more than {MAX_FACES:,} faces; make it larger")
+        raise UnknownChoice(
+            f"remesh_isotropic with edge_length={edge_length:g} of the {relative_to} would make more than "
+            f"{MAX_FACES:,} faces; write the step as remesh_isotropic:edge_length=NUMBER:relative_to={relative_to} "
+            "with a larger number"
+        )
     try:
         remeshed = run_in_subprocess("remesh_isotropic", mesh, target_length=length, feature_angle=feature_angle)
     except MeshError as error:
         return identity_result(mesh, f"the mesh was not remeshed: {error}")
     note = f"{len(mesh.faces):,} faces were remeshed to {len(remeshed.faces):,}"
+    # its collapses keep the topology, but not a limb that is thinner than an edge
+    if (distance := hausdorff_distance(mesh, remeshed)) > MAX_DISTANCE:
+        reason = f"the surface would move by {distance:.1%} of the diagonal; make edge_length smaller"
+        return identity_result(mesh, f"the mesh was not remeshed: {reason}")
     return transfer_map(mesh, remeshed, note)
 
 

@@ -6,7 +6,14 @@ of the new surface, given by barycentric weights, and the vertex map holds the v
 
 from __future__ import annotations
 
-__all__ = ["PreprocessResult", "hausdorff_distance", "identity_result", "mesh_statistics", "preprocess_step"]
+__all__ = [
+    "MAX_DISTANCE",
+    "PreprocessResult",
+    "hausdorff_distance",
+    "identity_result",
+    "mesh_statistics",
+    "preprocess_step",
+]
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -27,6 +34,10 @@ Options = ParamSpec("Options")
 # Points of each surface, at most about this many, from which its distance to the other is measured. A guess that bounds
 # the time.
 MAX_SAMPLES = 4_000
+
+# Hausdorff distance, relative to the diagonal, above which a simplified or remeshed surface is another one and is
+# rejected. A guess.
+MAX_DISTANCE = 0.02
 
 
 @dataclass(frozen=True, eq=False)

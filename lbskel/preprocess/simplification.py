@@ -24,7 +24,13 @@ from lbskel.errors import UnknownChoice
 from lbskel.geometry.components import MIN_FACES
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.vertex_map import VertexMap
-from lbskel.preprocess.result import PreprocessResult, hausdorff_distance, identity_result, preprocess_step
+from lbskel.preprocess.result import (
+    MAX_DISTANCE,
+    PreprocessResult,
+    hausdorff_distance,
+    identity_result,
+    preprocess_step,
+)
 from lbskel.preprocess.transfer import transfer_map
 
 # How fast fast-simplification raises its error threshold, tried in this order. Measured: 4 leaves half the distance of
@@ -35,9 +41,6 @@ TARGET_TOLERANCE = 1.1  # faces that still meet the target, relative to it; a gu
 
 # Number of faces of the next attempt, relative to the last, while the error bound is met. A guess.
 REDUCTION = 0.7
-
-# Hausdorff distance, relative to the diagonal, above which the result is another surface and is rejected. A guess.
-MAX_DISTANCE = 0.02
 
 
 @preprocess_step

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from helpers import patches_are_connected
 
+from lbskel import UnknownChoice
 from lbskel.preprocess.remeshing import remesh_isotropic, smooth_noise
-from lbskel.shapes import capsule, cylinder, torus
+from lbskel.shapes import capsule, cylinder, sphere, torus
 
 
 def test_noise_is_smoothed_and_the_shape_kept():
@@ -24,6 +25,10 @@ def test_noise_is_smoothed_and_the_shape_kept():
 
 
 TORUS = torus(1.0, 0.4, 40, 24)
+_BALL = sphere(4)
+_X = _BALL.vertices[:, :1]
+# a ball, of which a cap with a radius of 0.14 is drawn out by its diameter
+SPIKE = _BALL.with_vertices(_BALL.vertices + [1.0, 0, 0] * np.clip((_X - 0.99) / 0.01, 0, 1) * 2.0)
 
 
 def test_remeshing_makes_edges_of_the_target_length():
@@ -36,3 +41,25 @@ def test_remeshing_makes_edges_of_the_target_length():
     # chords of 0.15 on a tube of radius 0.4 lie 0.15^2 / 3.2 below it
     assert np.linalg.norm(back - TORUS.vertices, axis=1).max() < 3 * 0.15**2 / 3.2
     assert patches_are_connected(TORUS, result.vertex_map.indices)
+
+
+def test_a_limb_that_remeshing_would_lose_is_kept():
+    """A ball with a spike thinner than an edge, which collapses."""
+    pytest.importorskip("pymeshlab")
+    result = remesh_isotropic(SPIKE, edge_length=0.12, feature_angle=180.0)
+    assert result.mesh is SPIKE
+    [note] = result.notes
+    assert note.startswith("the mesh was not remeshed: the surface would move by")
+
+
+@pytest.mark.parametrize(
+    "options", [{"edge_length": np.inf}, {"edge_length": np.nan}, {"feature_angle": np.nan}, {"feature_angle": 181.0}]
+)
+def test_lengths_and_angles_are_checked(options):
+    with pytest.raises(UnknownChoice, match=next(iter(options))):
+        remesh_isotropic(TORUS, **options)
+
+
+def test_an_edge_that_would_make_too_many_faces_is_refused_with_the_syntax_of_another():
+    with pytest.raises(UnknownChoice, match=r"remesh_isotropic:edge_length=NUMBER:relative_to=diagonal"):
+        remesh_isotropic(TORUS, edge_length=1e-5)
