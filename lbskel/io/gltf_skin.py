@@ -2,6 +2,7 @@
 
 A node stands at the head of its bone, without a rotation; the inverse bind matrix moves the head to the origin. All
 root bones are children of one node, ``armature``. Positions and weights are in single precision; weights come in fours.
+A rig far from the origin has its positions relative to its middle, where ``armature`` and the mesh then stand.
 Format: https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html, sections 3.7.3 and 4.4 (the numbers below).
 """
 
@@ -31,6 +32,7 @@ FLOAT, UINT16, UINT32 = 5126, 5123, 5125  # componentType
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963  # bufferView.target
 GLTF_MAGIC, JSON_CHUNK, BIN_CHUNK = 0x46546C67, 0x4E4F534A, 0x004E4942
 SET_SIZE = 4  # joints and weights in an attribute
+FAR = 100  # largest coordinate, in diagonals, up to which single precision keeps 1e-5 of the diagonal
 LARGEST = 1e30  # of a coordinate: its square is finite in single precision only below 1.8e19, but files hold the value
 
 
@@ -78,6 +80,11 @@ def encode_rig(rig: Rig, *, up: str = "y") -> bytes:
     vertices, heads = rig.mesh.vertices @ turn.T, rig.heads @ turn.T
     if np.abs(vertices).max() > LARGEST:
         raise FormatError("coordinates are too large for glTF's single precision: scale the mesh first")
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    is_far = max(np.abs(low).max(), np.abs(high).max()) > FAR * np.linalg.norm(high - low)
+    place = {"translation": ((low + high) / 2).tolist()} if is_far else {}
+    if is_far:
+        vertices, heads = (points - place["translation"] for points in (vertices, heads))
     file = _File()
     attributes = {"POSITION": file.add(vertices.astype(np.float32), "VEC3", ARRAY_BUFFER, bounds=True)}
     attributes["NORMAL"] = file.add(_normals(rig, turn), "VEC3", ARRAY_BUFFER)
@@ -101,7 +108,8 @@ def encode_rig(rig: Rig, *, up: str = "y") -> bytes:
         }
         for name, offset, own in zip(rig.names, offsets.astype(np.float32).tolist(), children, strict=False)
     ]
-    nodes += [{"name": "armature", "children": children[b]}, {"name": "mesh", "mesh": 0, "skin": 0}]
+    # the translation of the mesh is for readers that know no skins: to others it has none of its own
+    nodes += [{"name": "armature", "children": children[b], **place}, {"name": "mesh", "mesh": 0, "skin": 0, **place}]
     document = {
         "asset": {"version": "2.0", "generator": "lbskel"},
         "scene": 0,

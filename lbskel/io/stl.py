@@ -1,7 +1,7 @@
 """STL, the triangle soup of stereolithography, as text or binary: three corners per triangle, no shared vertices.
 
 Corners at exactly equal positions are merged into one vertex, in the order of first appearance. Binary STL has single
-precision: about seven digits survive writing.
+precision: about seven digits survive writing. A mesh so far from the origin that vertices would merge is not written.
 """
 
 from __future__ import annotations
@@ -74,5 +74,12 @@ def encode_stl(mesh: Mesh) -> bytes:
         rows["corners"] = mesh.vertices[mesh.faces]
     if not np.isfinite(rows["corners"]).all():
         raise FormatError("coordinates overflow the single precision of STL; write obj, off or ply")
+    used = mesh.vertices[mesh.used_vertices]
+    n_here, n_there = (len(_merge(V.astype("<f4").astype(np.float64))[0]) for V in (used - used.mean(axis=0), used))
+    if (n_lost := n_here - n_there) > 0:
+        raise FormatError(
+            f"{n_lost:,} vertices would merge with others in the single precision of STL; move the mesh to the origin, "
+            "or write obj, off or ply"
+        )
     rows["normal"] = mesh.face_normals
     return b"lbskel".ljust(HEADER_BYTES) + len(rows).to_bytes(COUNT_BYTES, "little") + rows.tobytes()

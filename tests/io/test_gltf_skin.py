@@ -57,11 +57,12 @@ def skinned(data, turns):
     skin = document["skins"][0]
     bind = arrays[skin["inverseBindMatrices"]].reshape(-1, 4, 4).transpose(0, 2, 1)
     moves = np.array([world[joint] @ own for joint, own in zip(skin["joints"], bind, strict=True)])
-    total = np.zeros((len(positions), 3))
+    total, sums = np.zeros((len(positions), 3)), np.zeros((len(positions), 1))
     for number in range(sum(name.startswith("JOINTS") for name in primitive)):
         joints, weights = arrays[primitive[f"JOINTS_{number}"]], arrays[primitive[f"WEIGHTS_{number}"]]
         total += np.einsum("nk,nkxy,ny->nx", weights, moves[joints], positions)[:, :3]
-    return total
+        sums += weights.sum(axis=1, dtype=np.float64, keepdims=True)
+    return total / sums  # single precision leaves 1e-7, as much as 0.1 far from the origin
 
 
 def test_the_file_moves_as_the_rig(arm):
@@ -72,6 +73,25 @@ def test_the_file_moves_as_the_rig(arm):
     data = encode_rig(arm)
     assert skinned(data, {}) == pytest.approx(arm.mesh.vertices, abs=1e-5)  # single precision of lengths of 6
     assert skinned(data, turns) == pytest.approx(arm.posed(turns).vertices, abs=1e-5)
+
+
+@pytest.mark.parametrize("up", ["y", "z"])
+def test_a_rig_far_from_the_origin_keeps_its_shape(arm, tmp_path, up):
+    """At 1e6 single precision has steps of 1/16; the file's own numbers are exact where they are added in double."""
+    away = np.array([1e6, -2e6, 5e5])
+    far = Rig(
+        arm.mesh.with_vertices(arm.mesh.vertices + away), arm.names, arm.heads + away, arm.tails + away, arm.parents,
+        arm.weights,
+    )  # fmt: skip
+    turns = {"bone_2": Rotation.from_euler("x", 50, degrees=True).as_matrix()}
+    turned = away if up == "y" else away[[0, 2, 1]] * [1, 1, -1]
+    for pose in (turns, {}):
+        assert skinned(encode_rig(far, up=up), pose) - turned == pytest.approx(
+            skinned(encode_rig(arm, up=up), pose), abs=1e-5
+        )
+    write_rig(tmp_path / "far.glb", far, up=up)
+    read = read_mesh(tmp_path / "far.glb").vertices - turned  # by trimesh, which knows no skins
+    assert read == pytest.approx(skinned(encode_rig(arm, up=up), {}), abs=1e-5)
 
 
 def test_z_up_is_turned_to_y_up(arm):

@@ -63,6 +63,16 @@ def test_coordinates_beyond_single_precision_are_rejected(tmp_path):
     assert not (tmp_path / "a.stl").exists()
 
 
+def test_a_mesh_so_far_away_that_vertices_would_merge_is_rejected(tmp_path, tetrahedron):
+    far = tetrahedron.with_vertices(tetrahedron.vertices + 1e8)  # where the step of single precision is 8
+    with pytest.raises(FormatError, match=r"3 vertices would merge .* move the mesh to the origin, or write obj"):
+        write_mesh(tmp_path / "a.stl", far)
+    write_mesh(tmp_path / "b.stl", tetrahedron.with_vertices(tetrahedron.vertices + 1e4))
+    # vertices as near to each other as this merge at the origin, too
+    near = Mesh([*tetrahedron.vertices + 1e4, [1e4 + 1, 1e4 + 1e-9, 1e4]], [*tetrahedron.faces, [0, 1, 4]])
+    write_mesh(tmp_path / "c.stl", near)
+
+
 def test_degenerate_faces_are_written_with_a_zero_normal(tmp_path):
     write_mesh(tmp_path / "a.stl", Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 1]]))
     rows = np.frombuffer((tmp_path / "a.stl").read_bytes(), TRIANGLE, offset=84)
