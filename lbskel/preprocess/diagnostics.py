@@ -76,7 +76,7 @@ class MeshReport:
     volume : float or None
         In the units of the mesh; None unless the mesh is a closed manifold.
     findings : tuple of str
-        A sentence for each defect, with what lbskel does about it.
+        A sentence for each defect, and for each step that preprocessing takes by default.
     is_advised : bool
         Whether a skeleton can be expected to represent the shape.
 
@@ -165,10 +165,10 @@ def check(mesh: Any) -> MeshReport:
     >>> check(ring).findings
     ()
     >>> print(*check(Mesh(ring.vertices, ring.faces[:-1])).findings)
-    1 hole: it is closed, except around a sheet or where longer than the diagonal.
+    1 hole in the surface. 1 hole is closed with 1 face.
     """
     mesh = as_mesh(mesh)
-    prepared = preprocess_mesh(mesh).mesh
+    prepared = preprocess_mesh(mesh)
     cleaned = clean(mesh).mesh
     F = mesh.faces
     is_distinct = (F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])
@@ -214,6 +214,6 @@ def check(mesh: Any) -> MeshReport:
         area=mesh.area,
         volume=mesh.volume if mesh.is_closed_manifold else None,
     )
-    reasons = reasons_against_contraction(prepared)
-    findings = (*describe_findings(report.as_dict()), *reasons)
+    reasons = reasons_against_contraction(prepared.mesh)
+    findings = (*describe_findings(report.as_dict(), prepared.notes), *reasons)
     return replace(report, findings=findings, is_advised=not reasons)

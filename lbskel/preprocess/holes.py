@@ -80,7 +80,9 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.3) -> PreprocessResult:
     if len(faces) == 1:
         return identity_result(mesh)
     kept = f"; {n_open} larger boundary loops stay open" if n_open else ""
-    note = f"{len(faces) - 1} holes were closed with {sum(map(len, faces[1:]))} faces{kept}"
+    n_holes, n_faces = len(faces) - 1, sum(map(len, faces[1:]))
+    holes = f"{n_holes} hole was closed" if n_holes == 1 else f"{n_holes} holes were closed"
+    note = f"{holes} with {n_faces} face{'s' * (n_faces != 1)}{kept}"
     closed = Mesh(np.concatenate([V, *([centers] if centers else [])]), np.concatenate(faces), mesh.notes)
     return PreprocessResult(closed, VertexMap.identity(len(V)), (note,))
 

@@ -1,10 +1,10 @@
-"""The measures of a mesh as sentences: what was found and what lbskel does about it."""
+"""The measures of a mesh as sentences: what was found, and what preprocessing does about it."""
 
 from __future__ import annotations
 
-__all__ = ["describe_findings", "reasons_against_contraction"]
+__all__ = ["as_sentence", "describe_findings", "reasons_against_contraction"]
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -25,34 +25,45 @@ MAX_EDGE_RATIO = 1e4  # longest over shortest edge above which remeshing is sugg
 
 MAX_COMPONENTS_NAMED = 2  # components without an inside that are named in a sentence
 
-# For each measure that should be 0: the sentence for one, for several, and what is done
+# For each measure that should be 0: the sentence for one, for several, and its end. What is done about it say the notes
+# of the preprocessing, which alone name vertices without faces, duplicate faces and repeated corners.
 _DEFECTS: dict[str, tuple[str, str, str]] = {
-    "duplicate_vertices": ("vertex lies", "vertices lie", "at the position of another: merged with it"),
-    "duplicate_faces": ("face duplicates", "faces duplicate", "another: removed"),
-    "repeated_corners": ("face names", "faces name", "a vertex twice: removed"),
-    "unreferenced_vertices": ("vertex belongs", "vertices belong", "to no face: mapped to the nearest node"),
-    "boundary_loops": (
-        "hole: it is",
-        "holes: they are",
-        "closed, except around a sheet or where longer than the diagonal",
+    "duplicate_vertices": ("vertex lies", "vertices lie", "at the position of another"),
+    "boundary_loops": ("hole", "holes", "in the surface"),
+    "nonmanifold_edges": (
+        "edge has",
+        "edges have",
+        "more than two faces: if not split, handled by the robust operator",
     ),
-    "nonmanifold_edges": ("edge has", "edges have", "more than two faces: kept, and handled by the robust operator"),
-    "nonmanifold_vertices": ("vertex joins", "vertices join", "surfaces that share no edge there: kept"),
-    "misoriented_edges": ("edge lies", "edges lie", "between faces of opposite orientation: reoriented"),
+    "nonmanifold_vertices": ("vertex joins", "vertices join", "surfaces that share no edge there"),
+    "misoriented_edges": ("edge lies", "edges lie", "between faces of opposite orientation"),
     "self_intersecting_faces": ("face intersects", "faces intersect", "others: kept, the skeleton may leave the shape"),
-    "needles": ("needle triangle", "needle triangles", "(angle near 0): handled by the operator"),
-    "caps": ("cap triangle", "cap triangles", "(angle near 180 degrees): handled by the operator"),
-    "zero_area_faces": ("face has", "faces have", "no area: handled by the operator"),
+    "needles": ("needle triangle", "needle triangles", "(angle near 0): if not removed, handled by the operator"),
+    "caps": ("cap triangle", "cap triangles", "(angle near 180 degrees): if not removed, handled by the operator"),
+    "zero_area_faces": ("face has", "faces have", "no area: if not removed, handled by the operator"),
 }
 
 
-def describe_findings(facts: Mapping[str, Any]) -> tuple[str, ...]:
-    """Write one sentence for each defect.
+def as_sentence(note: str) -> str:
+    """Write a note of what was done as a sentence of what is done when a skeleton is made.
+
+    Parameters
+    ----------
+    note : str
+        As preprocessing makes it: without a capital and a full stop.
+    """
+    return f"{note[0].upper()}{note[1:]}.".replace(" was ", " is ").replace(" were ", " are ")
+
+
+def describe_findings(facts: Mapping[str, Any], notes: Iterable[str]) -> tuple[str, ...]:
+    """Write one sentence for each defect, and for each thing that preprocessing does.
 
     Parameters
     ----------
     facts : mapping
         The fields of a :class:`~lbskel.preprocess.diagnostics.MeshReport`.
+    notes : iterable of str
+        Those of :func:`~lbskel.preprocess.automatic.preprocess_mesh`.
     """
     found = []
     for name, (one, many, action) in _DEFECTS.items():
@@ -61,20 +72,20 @@ def describe_findings(facts: Mapping[str, Any]) -> tuple[str, ...]:
     if 0 < facts["self_intersection_sample"] < 1 and facts["self_intersecting_faces"]:
         found.append(f"{facts['self_intersection_sample']:.0%} of the faces were tested for self-intersections.")
     if facts["is_inside_out"]:
-        found.append("The surface is inside out: reoriented.")
+        found.append("The surface is inside out.")
     if facts["components"] > 1:
-        found.append(f"{facts['components']:,} components: each gets a graph of its own.")
+        found.append(f"{facts['components']:,} components: each that is not removed gets a graph of its own.")
     # noise makes edges long, so a rough surface is not called coarse
     if facts["coarse_fraction"] > MAX_COARSE_FRACTION and facts["roughness"] <= ROUGHNESS_LIMIT:
         found.append(
             f"{facts['coarse_fraction']:.0%} of the faces have an edge longer than {COARSE_EDGE:g} of the local "
-            "thickness: split, if the mesh is small."
+            "thickness."
         )
     if facts["roughness"] > ROUGHNESS_LIMIT:
-        found.append("The surface is rough, with noise higher than a sixth of its edge length: smoothed.")
+        found.append("The surface is rough, with noise higher than a sixth of its edge length.")
     if facts["longest_edge"] > MAX_EDGE_RATIO * facts["shortest_edge"]:
         found.append("The longest edge is over 10,000 times the shortest: remeshing would help.")
-    return tuple(found)
+    return (*found, *map(as_sentence, notes))
 
 
 def reasons_against_contraction(prepared: Mesh) -> tuple[str, ...]:

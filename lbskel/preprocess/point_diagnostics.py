@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from lbskel.errors import MeshError
 from lbskel.geometry.mesh import PointCloud
+from lbskel.preprocess.messages import as_sentence
 from lbskel.preprocess.point_cleaning import clean_points
 
 MAX_SPREAD = 10.0  # ratio of distances between neighbors, 99 % over 1 %, from which the density is told to be uneven
@@ -73,10 +74,7 @@ def check_points(cloud: PointCloud) -> PointReport:
     try:
         cleaned = clean_points(cloud.points)
         report |= {name: cleaned.report[name] for name in report}
-        findings += [
-            f"{note[0].upper()}{note[1:]}.".replace(" was ", " is ").replace(" were ", " are ")
-            for note in cleaned.notes
-        ]
+        findings += map(as_sentence, cleaned.notes)
         is_advised = True
     except MeshError as error:
         findings.append(f"No skeleton: {error}.")

@@ -57,7 +57,7 @@ def test_the_text_is_that_of_the_command_line():
     assert lines[3:] == ["  found     Nothing that prevents a skeleton."]
     holed = str(check(Mesh(TORUS.vertices, TORUS.faces[1:])))
     assert "1 component(s): open" in holed
-    assert holed.endswith("  found     1 hole: it is closed, except around a sheet or where longer than the diagonal.")
+    assert holed.endswith("  found     1 hole in the surface.\n  found     1 hole is closed with 1 face.")
 
 
 def test_components_of_one_genus_are_counted(tetrahedron):

@@ -25,10 +25,31 @@ def test_many_components_without_an_inside_are_named_in_one_line(ring):
 
 def test_defects_are_counted_in_the_singular_or_plural():
     facts = {**check(torus(1.0, 0.4, 40, 24)).as_dict(), "needles": 1, "caps": 1200}
-    assert describe_findings(facts) == (
-        "1 needle triangle (angle near 0): handled by the operator.",
-        "1,200 cap triangles (angle near 180 degrees): handled by the operator.",
+    assert describe_findings(facts, ["8 faces were split into 320"]) == (
+        "1 needle triangle (angle near 0): if not removed, handled by the operator.",
+        "1,200 cap triangles (angle near 180 degrees): if not removed, handled by the operator.",
+        "8 faces are split into 320.",
     )
+
+
+def test_what_is_said_to_happen_is_what_preprocessing_does(ring):
+    """Coincident closed copies are kept, bodies that share an edge are split, crumbs removed, open ones reoriented."""
+    V = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0], [0, 0, -1]]
+    tetrahedron = Mesh(V[:4], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    twins = Mesh(V, [*tetrahedron.faces, [0, 1, 4], [0, 5, 1], [0, 4, 5], [1, 5, 4]])
+    crumbs = [moved(tetrahedron.with_vertices(0.001 * tetrahedron.vertices), 5 + k) for k in range(5)]
+    texts = {
+        "copies": " ".join(check(joined(ring, ring)).findings),
+        "twins": " ".join(check(twins).findings),
+        "crumbs": " ".join(check(joined(torus(1.0, 0.4, 60, 40), *crumbs)).findings),
+        "inside out with a hole": " ".join(check(Mesh(ring.vertices, ring.faces[1:, ::-1])).findings),
+    }
+    assert "merged" not in texts["copies"]
+    assert "kept" not in texts["twins"]
+    assert "were split" not in texts["twins"]
+    assert "2 vertices are added where surfaces that meet in an edge or a vertex are split." in texts["twins"]
+    assert "5 components too small for a skeleton of their own are removed." in texts["crumbs"]
+    assert f"{len(ring.faces) - 1} faces are reversed." in texts["inside out with a hole"]
 
 
 def test_a_valid_mesh_has_no_reasons_against_contraction(ring):

@@ -156,7 +156,7 @@ def test_check_and_preprocess_on_the_command_line(tmp_path, capsys, monkeypatch)
     write_mesh("ring.ply", without_faces(TORUS, range(7)))
     write_mesh("sheet.ply", flat_grid())
     assert main(["check", "ring.ply"]) == 0
-    assert "1 hole: it is closed" in capsys.readouterr().out
+    assert "1 hole in the surface" in capsys.readouterr().out
     assert main(["check", "sheet.ply"]) == 1
     assert "not advised" in capsys.readouterr().out
     assert main(["check", "ring.ply", "--json"]) == 0
