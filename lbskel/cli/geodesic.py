@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from lbskel.applications import HeatMethod
-from lbskel.cli.options import add_command, add_force_option, refuse_unwritable
+from lbskel.cli.options import add_command, add_force_option, read_surface, refuse_unwritable
 from lbskel.cli.terminal import tell
-from lbskel.io import read_mesh, write_safely
+from lbskel.io import write_safely
 
 N_BANDS = 20  # of the picture, which show the level sets
 
@@ -46,7 +46,7 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Compute, print and write."""
     refuse_unwritable([(arguments.output, ("csv",)), (arguments.picture, ("png",))], arguments.force)
-    mesh = read_mesh(arguments.mesh)
+    mesh = read_surface(arguments.mesh)
     method = HeatMethod(mesh)
     distance = method.distance(arguments.source)
     reached = np.isfinite(distance)

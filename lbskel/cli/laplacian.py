@@ -14,12 +14,12 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.cli.options import add_command, add_force_option, refuse_unwritable
+from lbskel.cli.options import add_command, add_force_option, read_surface, refuse_unwritable
 from lbskel.errors import MeshError
 from lbskel.evaluation.operator_health import laplacian_diagnostics
 from lbskel.evaluation.operator_report import LaplacianDiagnostics, diagnostics_table
 from lbskel.geometry.mesh import Mesh
-from lbskel.io import read_mesh, write_safely
+from lbskel.io import write_safely
 from lbskel.operators import OPERATORS, Laplacian, laplacian
 
 
@@ -48,7 +48,7 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Measure, print and write; return 0 also if properties do not hold, since no operator has all of them."""
     refuse_unwritable([(arguments.output, ("json",)), (arguments.picture, ("png",))], arguments.force)
-    mesh = read_mesh(arguments.mesh)
+    mesh = read_surface(arguments.mesh)
     names = OPERATORS if arguments.operator == "all" else [arguments.operator]
     operators: dict[str, Laplacian] = {}
     refusals: dict[str, str] = {}

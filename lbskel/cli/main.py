@@ -21,7 +21,7 @@ from typing import Any, NoReturn
 import lbskel
 from lbskel.cli import COMMANDS
 from lbskel.cli.terminal import progress, with_options
-from lbskel.errors import LbskelError, MissingDependency, nearest
+from lbskel.errors import LbskelError, MeshError, MissingDependency, nearest
 from lbskel.geometry.signals import ended_after_tidying_up, ended_at_once
 from lbskel.pipeline.environment import SLOW, are_kernels_compiled
 
@@ -117,7 +117,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         return _without_a_reader()
     except (LbskelError, OSError) as error:  # OSError: a name that the system refuses
-        return _failed(with_options(str(error), parsed))
+        mesh = getattr(parsed, "mesh", None)
+        is_unnamed = isinstance(error, MeshError) and isinstance(mesh, str) and mesh not in str(error)
+        return _failed(with_options(f"{mesh}: {error}" if is_unnamed else str(error), parsed))
     except KeyboardInterrupt:
         print("lbskel: interrupted; no partial file is left", file=sys.stderr)
         return 130

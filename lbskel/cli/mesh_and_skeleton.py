@@ -9,10 +9,10 @@ import sys
 from collections.abc import Collection
 from pathlib import Path
 
-from lbskel.cli.options import add_skeleton_options, skeleton_options
+from lbskel.cli.options import add_skeleton_options, read_surface, skeleton_options
 from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.mesh import Mesh, PointCloud
-from lbskel.io import FORMATS, MESH_READERS, read_mesh, read_skeleton
+from lbskel.io import FORMATS, MESH_READERS, read_skeleton
 from lbskel.pipeline.options import PAGE_OPTIONS
 from lbskel.pipeline.stages import skeletonize
 from lbskel.skeleton.skeleton import Skeleton
@@ -41,7 +41,7 @@ def mesh_and_skeleton(arguments: argparse.Namespace) -> tuple[Mesh, Skeleton]:
     UnknownChoice
         If a skeleton is given and an option with which one is made.
     """
-    mesh = read_mesh(arguments.mesh)
+    mesh = read_surface(arguments.mesh)
     skeleton = skeleton_of(mesh, arguments, is_shown=bool(getattr(arguments, "html", None)))
     if len(skeleton.node_of_vertex) != len(mesh.vertices):
         raise MeshError(

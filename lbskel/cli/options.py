@@ -11,6 +11,7 @@ __all__ = [
     "add_skeleton_options",
     "add_swc_options",
     "read_mesh_to_write",
+    "read_surface",
     "refuse_unwritable",
     "skeleton_options",
 ]
@@ -23,9 +24,9 @@ from typing import Any
 
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.settings import PRESETS
-from lbskel.errors import FormatError
-from lbskel.geometry.mesh import Mesh
-from lbskel.io import MESH_WRITERS, read_mesh
+from lbskel.errors import FormatError, MeshError
+from lbskel.geometry.mesh import Mesh, PointCloud
+from lbskel.io import MESH_WRITERS, POINT_READERS, as_shape, read_mesh
 from lbskel.operators import OPERATORS
 from lbskel.pipeline.options import DOMAINS, JOIN, RADIUS_KINDS, TIP_POSITIONS
 from lbskel.pipeline.preparation import SIMPLIFY
@@ -112,11 +113,21 @@ def refuse_unwritable(files: Iterable[tuple[str | Path | None, Collection[str]]]
             raise FormatError(f"{path} exists already; give --force to replace it")
 
 
+def read_surface(path: str) -> Mesh:
+    """Read a mesh; of a point cloud, raise MeshError with the command that makes a surface of it."""
+    if Path(path).suffix.lower().removeprefix(".") in POINT_READERS and isinstance(as_shape(path), PointCloud):
+        raise MeshError(
+            f"{path}: is a point cloud, and this command needs a mesh; lbskel preprocess {path} "
+            f"-o {Path(path).stem}_surface.ply writes the surface through its points"
+        )
+    mesh: Mesh = read_mesh(path)
+    return mesh
+
+
 def read_mesh_to_write(arguments: argparse.Namespace) -> Mesh:
     """Read the mesh, if the one to be written can be."""
     refuse_unwritable([(arguments.output, MESH_WRITERS)], arguments.force)
-    mesh: Mesh = read_mesh(arguments.mesh)
-    return mesh
+    return read_surface(arguments.mesh)
 
 
 def add_skeleton_options(parser: argparse.ArgumentParser) -> None:

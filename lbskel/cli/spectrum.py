@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from lbskel.applications import SpectralBasis, heat_kernel_signature, shape_dna_distance, spectral_basis
-from lbskel.cli.options import add_command, add_force_option, add_operator_option, refuse_unwritable
-from lbskel.io import read_mesh, write_safely
+from lbskel.cli.options import add_command, add_force_option, add_operator_option, read_surface, refuse_unwritable
+from lbskel.errors import MeshError
+from lbskel.io import write_safely
 
 N_PRINTED = 10  # eigenvalues that the text has
 
@@ -39,8 +40,13 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Compute, print and write."""
     refuse_unwritable([(arguments.output, ("json",)), (arguments.picture, ("png",))], arguments.force)
-    meshes = [read_mesh(path) for path in arguments.mesh]
-    bases = [spectral_basis(mesh, arguments.k, operator=arguments.operator) for mesh in meshes]
+    meshes = [read_surface(path) for path in arguments.mesh]
+    bases = []
+    for path, mesh in zip(arguments.mesh, meshes, strict=True):
+        try:
+            bases.append(spectral_basis(mesh, arguments.k, operator=arguments.operator))
+        except MeshError as error:
+            raise MeshError(f"{path}: {error}") from None
     distances = [shape_dna_distance(bases[0], basis) for basis in bases[1:]]
     if not (arguments.json or arguments.quiet):
         for path, basis in zip(arguments.mesh, bases, strict=True):

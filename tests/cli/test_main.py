@@ -216,3 +216,34 @@ def test_whatever_happens_is_told_in_one_line(error, code, message, here, folder
     assert (given_code, out, len(err)) == (code, [], 1)
     assert re.fullmatch(f"lbskel: {message}", err[0])
     assert file_names(folder) == GIVEN
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["geodesic", "cloud.xyz", "--source", "0"],
+        ["segment", "cloud.xyz", "-o", "parts.ply"],
+        ["rig", "cloud.xyz", "-o", "rig.glb"],
+        ["branches", "cloud.xyz"],
+        ["laplacian", "cloud.xyz"],
+        ["spectrum", "rod.off", "cloud.xyz"],
+        ["smooth", "cloud.xyz", "-o", "smooth.ply"],
+        ["compress", "cloud.xyz", "-o", "small.ply"],
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_a_command_for_meshes_says_how_to_make_one_of_a_cloud(here, folder, arguments):
+    (folder / "cloud.xyz").write_text("0 0 0\n1 0 0\n0 1 0\n0 0 1\n")
+    code, _, [line] = here(*arguments)
+    assert code == 2
+    assert line.startswith(
+        "lbskel: cloud.xyz: is a point cloud, and this command needs a mesh; lbskel preprocess cloud.xyz"
+    )
+
+
+def test_an_error_in_a_mesh_names_its_file(here, folder):
+    (folder / "point.off").write_text("OFF\n3 1 0\n0 0 0\n0 0 0\n0 0 0\n3 0 1 2\n")
+    for arguments in (["spectrum", "rod.off", "point.off", "-k", "5"], ["geodesic", "point.off", "--source", "0"]):
+        code, _, [line] = here(*arguments)
+        assert code == 2
+        assert line.startswith("lbskel: point.off: the mesh has no area")
