@@ -19,7 +19,7 @@ from scipy.sparse import csc_array
 
 from lbskel.applications.spectrum import eigenpairs
 from lbskel.errors import MeshError, UnknownChoice
-from lbskel.operators import Laplacian, laplacian
+from lbskel.operators import Laplacian, PolygonMesh, laplacian
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -126,7 +126,7 @@ def spectral_basis(
     shape: Any,
     k: int = 100,
     *,
-    operator: str | Callable[[Any], Laplacian] = "robust",
+    operator: str | Callable[[Any], Laplacian] | None = None,
     mass: str | None = None,
     solver: str = "cholmod",
 ) -> SpectralBasis:
@@ -138,8 +138,8 @@ def spectral_basis(
         Open, non-manifold and of several components too; each component has an eigenvalue of zero.
     k : int
         Number of functions; fewer are returned if fewer vertices have an area.
-    operator : str or callable
-        As in :func:`lbskel.laplacian`: a symmetric one.
+    operator : str or callable, optional
+        As in :func:`lbskel.laplacian`: a symmetric one. By default ``robust``; for a polygon mesh ``cotangent``.
     mass : {"voronoi", "barycentric", "full"}, optional
         For a mesh; by default the operator's own.
     solver : str
@@ -166,6 +166,7 @@ def spectral_basis(
     """
     if not (isinstance(k, int | np.integer) and k > 0):
         raise UnknownChoice(f"the number of functions must be a positive integer, not {k!r}")
-    found = laplacian(shape, operator=operator, mass=mass)
+    default = "cotangent" if isinstance(shape, PolygonMesh) else "robust"
+    found = laplacian(shape, operator=operator or default, mass=mass)
     values, functions = eigenpairs(found, int(k), solver=solver)
     return SpectralBasis(values, functions, found)

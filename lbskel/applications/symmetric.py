@@ -34,4 +34,6 @@ def require_symmetric(laplacian: Laplacian) -> None:
     if not laplacian.mass.sum() > 0:
         raise MeshError("the mesh has no area: every face is degenerate, so the operator has no mass")
     if not is_symmetric(laplacian.stiffness):
-        raise MeshError("the operator is not symmetric; choose one that is, for example 'mean_value_symmetric'")
+        raise MeshError(
+            "the operator is not symmetric; choose one that is, such as 'robust' or, of a mesh, 'mean_value_symmetric'"
+        )

@@ -6,6 +6,7 @@ from helpers import joined, moved
 
 import lbskel
 from lbskel import Mesh, MeshError, PointCloud, UnknownChoice, spectral_basis
+from lbskel.operators import PolygonMesh
 from lbskel.shapes import flat_grid, sphere, torus
 
 
@@ -80,6 +81,19 @@ def test_components_have_one_zero_each_and_points_a_spectrum(ring):
     ball = sphere(3)
     values = spectral_basis(PointCloud(ball.vertices), 4).values
     assert np.abs(values - [0, 2, 2, 2]).max() < 0.2  # h^2 = 0.02, and ten times for the estimated areas
+
+
+def test_a_polygon_mesh_has_a_basis_by_default():
+    ball = sphere(3)
+    polygons = spectral_basis(PolygonMesh(ball.vertices, ball.faces), 5)
+    assert polygons.values == pytest.approx(
+        spectral_basis(ball, 5, operator="cotangent").values, abs=1e-3
+    )  # another mass
+
+
+def test_the_operator_that_is_named_instead_is_one_of_clouds_too():
+    with pytest.raises(MeshError, match="not symmetric; choose one that is, such as 'robust'"):
+        spectral_basis(PointCloud(np.random.default_rng(0).normal(size=(300, 3))), 5, operator="local_delaunay")
 
 
 def test_what_cannot_be_is_refused(ring):
