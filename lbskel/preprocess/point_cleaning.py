@@ -98,7 +98,7 @@ def clean_points(points: NDArray[np.float64], preparation: str = "auto") -> Clea
         labels = step[labels]
         report["cell"] = cell
         notes.append(f"the cloud was thinned to {len(kept)} points, the means of cells of side {cell:.4g}")
-    _require_solid(
+    _require_many(
         kept, f"distinct points among {len(points)}", "coordinates in double precision if single precision merged them"
     )
     cloud = Neighborhoods(kept)
@@ -106,20 +106,26 @@ def clean_points(points: NDArray[np.float64], preparation: str = "auto") -> Clea
     report["outliers"] = int(is_outlier[labels].sum())
     if report["outliers"]:
         notes.append(f"{report['outliers']} outliers, far from all other points, were left out")
-        _require_solid(
+        _require_many(
             cloud.points, "distinct points that are no outliers", "preprocess='none' if the others are no outliers"
         )
+    _require_solid(cloud.points)  # without outliers: from one far away, all others lie on a line
     new = np.where(is_outlier, -1, np.cumsum(~is_outlier) - 1)
     report["kept"] = len(cloud.points)
     return CleanedPoints(cloud, VertexMap(new[labels]), tuple(notes), report)
 
 
-def _require_solid(points: NDArray[np.float64], what: str, remedy: str) -> None:
-    """Raise MeshError for points that enclose nothing."""
+def _require_many(points: NDArray[np.float64], what: str, remedy: str) -> None:
+    """Raise MeshError for points that are too few to enclose anything."""
     if len(points) < MIN_POINTS:
         raise MeshError(f"the cloud has {len(points)} {what}, and needs {MIN_POINTS}: give more points, or {remedy}")
+
+
+def _require_solid(points: NDArray[np.float64]) -> None:
+    """Raise MeshError for points that enclose nothing."""
     offsets = points - points.mean(axis=0)
-    widths = np.linalg.svd(offsets.T @ offsets / np.abs(offsets).max() ** 2, compute_uv=False)
+    offsets /= np.abs(offsets).max()  # squares of 1e-200 would be zero
+    widths = np.linalg.svd(offsets.T @ offsets, compute_uv=False)
     if widths[2] <= MIN_WIDTH**2 * widths[0]:
         what = "on a line" if widths[1] <= MIN_WIDTH**2 * widths[0] else "in a plane"
         raise MeshError(f"the points lie {what} and enclose nothing; give points on the surface of a body")

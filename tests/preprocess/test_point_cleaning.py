@@ -32,6 +32,18 @@ def test_outliers_are_left_out_unless_nothing_is_asked_for(preparation, n_outlie
     assert cleaned.vertex_map.is_mapped[:-3].all()
 
 
+@pytest.mark.parametrize("distance", [1e4, 1e9, 1e12])
+def test_one_stray_point_is_an_outlier_however_far_it_is(distance):
+    """From 1e9 away, all other points lie on a line with it."""
+    cleaned = clean_points(np.concatenate([SPHERE, [[distance, 0, 0]]]))
+    assert cleaned.report["outliers"] == 1
+    assert cleaned.vertex_map.is_mapped[:-1].all()
+
+
+def test_a_cloud_of_a_tiny_unit_is_measured():
+    assert clean_points(1e-200 * SPHERE).report["kept"] == len(SPHERE)
+
+
 def test_density_that_falls_gradually_makes_no_outliers():
     rng = np.random.default_rng(2)
     z = 2 * rng.random(9000) ** 2 - 1  # 1 to 20 in density from one pole to the other
