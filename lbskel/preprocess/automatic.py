@@ -102,7 +102,7 @@ def preprocess_mesh(
         return _preprocess_as_needed(mesh, deadline)
     if not isinstance(how, Pipeline | str):
         raise UnknownChoice(f"preprocess must be a Pipeline, a name or None, not {type(how).__name__}")
-    if isinstance(how, str) and how.isidentifier():
+    if isinstance(how, str) and (how.isidentifier() or not how):
         choose(dict.fromkeys((*PREPARATIONS, *STEPS)), how, "pipeline or step")
     return (how if isinstance(how, Pipeline) else Pipeline.parse(how))(mesh)
 

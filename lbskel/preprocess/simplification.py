@@ -72,7 +72,10 @@ def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None
             raise UnknownChoice(f"target_faces must be positive, not {target_faces}")
         return _to_target(mesh, target_faces, MAX_DISTANCE)
     if error is None or target_faces is not None:
-        raise UnknownChoice("give either target_faces or error")
+        raise UnknownChoice(
+            "simplify needs one of target_faces and error, as the steps simplify:target_faces=2000 "
+            "or simplify:error=0.01"
+        )
     if not error > 0:
         raise UnknownChoice(f"error must be positive, not {error}")
     best, target = identity_result(mesh), REDUCTION * len(mesh.faces)
@@ -81,6 +84,9 @@ def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None
         if attempt.mesh is mesh:
             break
         best, target = attempt, REDUCTION * target
+    if best.mesh is mesh:
+        note = f"{len(mesh.faces):,} faces were not simplified: none could be spared with error={error:g}"
+        return identity_result(mesh, note)
     return best
 
 

@@ -114,6 +114,8 @@ def test_a_skeleton_through_a_pipeline_is_mapped_from_the_given_mesh(tmp_path):
     assert np.array_equal(again.nodes, skeleton.nodes)
     with pytest.raises(UnknownChoice, match="a Pipeline, a name or None"):
         skeletonize(mesh, preprocess=3)
+    with pytest.raises(UnknownChoice, match="unknown pipeline or step ''; choose one of: auto, none"):
+        skeletonize(mesh, preprocess="")
 
 
 def test_vertices_and_faces_are_taken():

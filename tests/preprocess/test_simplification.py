@@ -94,6 +94,17 @@ def test_a_target_must_be_positive():
         simplify(sphere(2), target_faces=0)
 
 
+def test_the_choice_of_a_target_is_told_by_step_and_syntax():
+    for options in ({}, {"target_faces": 100, "error": 0.1}):
+        with pytest.raises(UnknownChoice, match=r"simplify:target_faces=2000 or simplify:error=0\.01"):
+            simplify(sphere(2), **options)
+
+
+def test_an_error_bound_that_spares_no_face_is_noted():
+    result = simplify(sphere(2), error=1e-9)
+    assert result.notes == ("320 faces were not simplified: none could be spared with error=1e-09",)
+
+
 def test_the_skeleton_of_a_proxy_is_that_of_the_full_mesh(monkeypatch):
     mesh = torus(1.0, 0.3, 96, 40)
     full = skeletonize(mesh, simplify="none")
