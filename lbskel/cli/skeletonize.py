@@ -25,6 +25,7 @@ from lbskel.cli.options import (
 from lbskel.cli.terminal import tell, with_options
 from lbskel.errors import FormatError, LbskelError
 from lbskel.io import FORMATS, MESH_READERS, POINT_READERS, as_shape, write_safely, write_skeleton
+from lbskel.io.csv import edges_path
 from lbskel.io.skeleton_io import require_writable
 from lbskel.pipeline.cycles import cut_cycles
 from lbskel.pipeline.stages import skeletonize
@@ -80,7 +81,14 @@ class _Job:
 
     def outputs(self) -> list[tuple[Path | None, Collection[str]]]:
         """List the files to write, with the extensions that each may have."""
-        return [(self.skeleton, FORMATS), (self.picture, ("png",)), (self.html, ("html",)), (self.report, ("json",))]
+        edges = edges_path(self.skeleton) if _format(self.skeleton) == "csv" else None
+        return [
+            (self.skeleton, FORMATS),
+            (edges, ("csv",)),
+            (self.picture, ("png",)),
+            (self.html, ("html",)),
+            (self.report, ("json",)),
+        ]
 
 
 def run(arguments: argparse.Namespace) -> int:

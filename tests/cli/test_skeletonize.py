@@ -70,6 +70,13 @@ def test_all_is_refused_before_any_work(here, folder):
     assert file_names(folder) == sorted([*GIVEN, "ring.json"])
 
 
+def test_a_file_of_edges_that_exists_is_refused_before_any_work(here, folder):
+    """csv has two files; the picture must not be missing after minutes because the second could not be written."""
+    (folder / "rod_edges.csv").touch()
+    code, out, err = here("skeletonize", "nosuch.off", "-o", "rod.csv")
+    assert (code, out, err) == (2, [], ["lbskel: rod_edges.csv exists already; give --force to replace it"])
+
+
 def test_nothing_is_overwritten_unasked(here, folder):
     (folder / "rod.swc").write_text("mine")
     code, out, err = here("skeletonize", "rod.off", "-o", "rod.swc")
