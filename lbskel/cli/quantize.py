@@ -19,6 +19,7 @@ from lbskel.cli.options import (
     read_mesh_to_write,
 )
 from lbskel.cli.terminal import tell
+from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import write_mesh
 
@@ -47,6 +48,8 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Round, reconstruct, write and print the rate and the errors."""
     mesh = read_mesh_to_write(arguments)
+    if not mesh.area > 0:
+        raise MeshError(f"{arguments.mesh}: the mesh has no area: every face is degenerate, so normals have no error")
     result = quantize_deltas(mesh, bits=arguments.bits, n_anchors=arguments.anchors, operator=arguments.operator)
     write_mesh(arguments.output, result.mesh, force=arguments.force)
     positions = mesh.with_vertices(round_to_bits(mesh.vertices, arguments.bits)[1])

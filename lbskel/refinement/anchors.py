@@ -50,7 +50,9 @@ def resolve_anchor(anchor: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
         raise MeshError(f"an anchor or root must be the index of a vertex or a point of three numbers, not {anchor!r}")
     point = given.astype(np.float64)
     used = mesh.used_vertices
-    return int(used[np.argmin(np.linalg.norm(V[used] - point, axis=1))]), point
+    with np.errstate(over="ignore"):  # a point so far away is refused where it is attached
+        distances = np.linalg.norm(V[used] - point, axis=1)
+    return int(used[np.argmin(distances)]), point
 
 
 def attach_anchors(

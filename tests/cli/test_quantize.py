@@ -17,3 +17,12 @@ def test_the_mesh_is_written_and_errors_are_printed(here, folder):
 def test_wrong_options_and_existing_files_are_refused(here):
     assert "bits must be" in here("quantize", "rod.off", "-o", "a.ply", "--bits", "0")[2][0]
     assert "exists already" in here("quantize", "rod.off", "-o", "ring.obj")[2][0]
+
+
+def test_a_mesh_without_area_is_refused(here, folder):
+    """Its errors would be NaN, which is no JSON."""
+    (folder / "line.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n")
+    code, out, [line] = here("quantize", "line.off", "-o", "out.ply", "--json")
+    assert (code, out) == (2, [])
+    assert line.startswith("lbskel: line.off: the mesh has no area")
+    assert not (folder / "out.ply").exists()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers import path_in
 
-from lbskel import Mesh, MeshError, Skeleton
+from lbskel import Mesh, MeshError, Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.anchors import attach_anchors, nearest_node, resolve_anchor
 from lbskel.refinement.radii import inscribed_radii
@@ -49,6 +49,12 @@ def test_a_vertex_is_itself_and_a_point_has_the_nearest_vertex_in_use():
 def test_what_is_neither_a_vertex_nor_a_point_is_refused(anchor, message):
     with pytest.raises(MeshError, match=message):
         resolve_anchor(anchor, Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
+
+
+@pytest.mark.filterwarnings("error")
+def test_an_anchor_beyond_all_squares_is_refused_without_a_warning(ring):
+    with pytest.raises(MeshError, match="anchor 0 lies outside"):
+        skeletonize(ring, anchors=[[1e300, 0, 0]])
 
 
 def test_a_node_near_an_anchor_moves_to_it(skeleton, mesh):
