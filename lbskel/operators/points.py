@@ -51,7 +51,7 @@ def robust(cloud: PointCloud, *, n_neighbors: int = N_NEIGHBORS, mollify_factor:
         Slack of every triangle inequality, relative to the mean edge length.
     """
     n = len(cloud.points)
-    # not by robust_laplacian: its stars change when the cloud is moved, and lose area when it is dense
+    # not the stars of robust_laplacian, which change when the cloud is moved, and lose area when it is dense
     stars = delaunay_stars(unit_scale(cloud.points)[0], n_neighbors + 1)
     if len(stars) == 0:
         return _zero_laplacian(n)

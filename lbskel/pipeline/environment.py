@@ -12,7 +12,7 @@ from typing import Any
 
 from lbskel import _kernels
 
-PACKAGES = ("lbskel", "numpy", "scipy", "libigl", "robust-laplacian", "cvxopt")
+PACKAGES = ("lbskel", "numpy", "scipy", "libigl", "cvxopt")
 OPTIONAL_PACKAGES = ("fast-simplification", "trimesh", "matplotlib", "plotly", "networkx", "pymeshlab", "dask", "pyamg")
 SLOW = (
     "the inner loops are not compiled, so this takes many times as long; install a wheel "
