@@ -33,7 +33,7 @@ def test_defects_are_counted_in_the_singular_or_plural():
 
 
 def test_what_is_said_to_happen_is_what_preprocessing_does(ring):
-    """Coincident closed copies are merged, bodies that share an edge are split, crumbs removed, open ones reoriented."""
+    """Coincident copies are merged, bodies that share an edge are split, crumbs removed, open surfaces reoriented."""
     V = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0], [0, 0, -1]]
     tetrahedron = Mesh(V[:4], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
     twins = Mesh(V, [*tetrahedron.faces, [0, 1, 4], [0, 5, 1], [0, 4, 5], [1, 5, 4]])
