@@ -35,6 +35,7 @@ MISSING = {
     "recenter": "nodes beside the middle of their section",
     "extend tips": "ends short of the last ball of their limb",
     "grow limbs": "limbs without a branch",
+    "prune blunt ends": "branches in the corners of ends",
     "mirror": "sides of a symmetric mesh that may differ",
     "reroute inside": "branches that leave the surface",
     "fit tubes": "branches that follow noise, junctions a share of a radius off",

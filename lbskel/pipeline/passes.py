@@ -2,8 +2,8 @@
 
 ::
 
-    prune spurs -> merge junctions -> recenter -> extend tips -> grow limbs -> mirror -> reroute inside -> fit tubes
-                (-> tips at surface) -> attach open ends and anchors -> map vertices
+    prune spurs -> merge junctions -> recenter -> extend tips -> grow limbs -> prune blunt ends -> mirror
+                -> reroute inside -> fit tubes (-> tips at surface) -> attach open ends and anchors -> map vertices
 
 :func:`refine` runs these passes. Each makes a complete skeleton of a complete skeleton, so that any pass but the one of
 open ends and anchors can be left out where no time is left for it, or where it moves a cycle off its tunnel.
@@ -29,6 +29,7 @@ from lbskel.pipeline.options import require_refinement_options
 from lbskel.pipeline.preparation import Body
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.refinement.anchors import attach_anchors
+from lbskel.refinement.blunt_ends import prune_blunt_ends
 from lbskel.refinement.centering import fit_to_centerlines, recenter
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import paths_outside, reroute_inside
@@ -114,10 +115,12 @@ def refine(
     skeleton = changed("prune spurs", prune_spurs, proxy, is_needed=True)
     skeleton = changed("merge junctions", _with_merged_junctions, proxy)
     skeleton = replace(skeleton, node_of_vertex=body.proxy.vertex_map.pull_back(skeleton.node_of_vertex))
+    prune_blunt = partial(prune_blunt_ends, min_branch_ratio=min_branch_ratio, open_ends=body.open_ends)
     passes: list[tuple[str, Pass]] = [
         ("recenter", recenter),
         ("extend tips", extend_tips),
         ("grow limbs", grow_limbs),
+        ("prune blunt ends", prune_blunt),
         ("mirror", make_mirror_symmetric),
         ("reroute inside", _rerouted_inside),
         ("reroute inside", _evenly_spaced),

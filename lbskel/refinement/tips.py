@@ -31,19 +31,19 @@ MAX_REACH = 3.0
 TINY = float(np.finfo(np.float64).tiny)
 
 
-def extend_tips(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Extend every end branch until its tip is the center of the last inscribed ball.
+def extend_tips(skeleton: Skeleton, surface: Surface, tips: NDArray[np.int64] | None = None) -> Skeleton:
+    """Extend end branches until their tips are the centers of the last inscribed balls.
 
     Parameters
     ----------
     skeleton : Skeleton
         Centered, so that its end branches follow the centerlines.
     surface : Surface
+    tips : (t,) array of int, optional
+        Those that are extended, all by default.
     """
-    ends = [b if skeleton.degrees[b[-1]] == 1 else b[::-1] for b in skeleton.branches]
-    ends = [b for b in ends if skeleton.degrees[b[-1]] == 1]
-    if len(skeleton.branches) == 1 and ends:  # one branch with two ends
-        ends = [ends[0], ends[0][::-1]]
+    is_extended = np.isin(np.arange(len(skeleton.nodes)), skeleton.tips if tips is None else tips)
+    ends = [way for branch in skeleton.branches for way in (branch, branch[::-1]) if is_extended[way[-1]]]
     ends = [b for b in ends if (skeleton.nodes[b[-1]] != skeleton.nodes[b[-4:][0]]).any()]
     if not ends:
         return skeleton

@@ -1,0 +1,89 @@
+"""Blunt ends: a branch that is shorter than its own radius is a corner of the end of a limb, not a limb.
+
+A limb that ends as wide as it is, such as a foot or a bar, has corners at its end. Contraction may leave a branch in a
+corner which reaches farther than is pruned, since the inscribed radius is small there; whether it does depends on the
+steps. Such a branch is wider than long, as no limb is: from the junction to the center of its last inscribed ball it is
+shorter than the mean distance of its surface from it.
+
+A short end may also be that of the body itself, such as a wrist from which a thumb leaves. It is kept where the other
+branches of its junction all leave at acute angles to each other: without it, one would turn back into another.
+"""
+
+from __future__ import annotations
+
+__all__ = ["prune_blunt_ends"]
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.radii import mean_axis_distances
+from lbskel.refinement.tips import extend_tips
+from lbskel.skeleton.editing import contract_nodes
+from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
+from lbskel.skeleton.skeleton import Skeleton
+
+# Length from which an end branch is kept, in mean distances of its surface from it. Rows "blunt below" in
+# benchmarks/results/refinement.md
+MIN_LENGTH = 1.0
+TINY = float(np.finfo(np.float64).tiny)
+
+
+def prune_blunt_ends(
+    skeleton: Skeleton, surface: Surface, *, min_branch_ratio: float, open_ends: NDArray[np.float64]
+) -> Skeleton:
+    """Remove the end branches that are shorter than their radius; where a fork loses all, its limb is extended.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With ``node_of_vertex``, and with tips in the centers of the last inscribed balls.
+    surface : Surface
+        Of the mesh that ``node_of_vertex`` belongs to.
+    min_branch_ratio : float
+        As for :func:`lbskel.skeletonize`. Below its default, as much shorter branches are kept.
+    open_ends : (e, 4) array of float
+        Center (3) and radius (1) of each cut. The branch with the nearest tip is kept: its limb goes on to the cut.
+    """
+    min_length = MIN_LENGTH * min(min_branch_ratio / MIN_BRANCH_RATIO, 1.0)
+    while ends := _blunt_ends(skeleton, surface, min_length, open_ends):
+        target = np.arange(len(skeleton.nodes))
+        for end in ends:
+            target[end] = end[0]
+        junctions = np.searchsorted(np.unique(target), np.unique([end[0] for end in ends]))
+        skeleton = contract_nodes(skeleton, target)
+        skeleton = extend_tips(skeleton, surface, junctions[skeleton.degrees[junctions] == 1])
+    return skeleton
+
+
+def _blunt_ends(
+    skeleton: Skeleton, surface: Surface, min_length: float, open_ends: NDArray[np.float64]
+) -> list[NDArray[np.int64]]:
+    """Find the end branches that are too short; where nothing else is left at their junction, all but two."""
+    ends, tips, degrees = skeleton.end_branches, skeleton.tips, skeleton.degrees
+    if not ends:
+        return []
+    widths, junctions = mean_axis_distances(skeleton, surface.mesh.vertices), np.array([end[0] for end in ends])
+    lengths = np.array([np.linalg.norm(np.diff(skeleton.nodes[end], axis=0), axis=1).sum() for end in ends])
+    ratios = lengths / np.maximum([np.median(widths[end[1:]]) for end in ends], TINY)
+    at_cuts = tips[cKDTree(skeleton.nodes[tips]).query(open_ends[:, :3])[1]]
+    short = np.flatnonzero((ratios < min_length) & ~np.isin([end[-1] for end in ends], at_cuts))
+    short = short[np.lexsort((ratios[short], junctions[short]))]
+    short = short[[not _others_turn_back(skeleton, ends[row], widths[junctions[row]]) for row in short.tolist()]]
+    at = junctions[short]
+    rank, n_short = np.arange(len(short)) - np.searchsorted(at, at), np.bincount(at, minlength=len(degrees))
+    n_removed = np.where(n_short < degrees, n_short, degrees - 2)
+    return [ends[row] for row in short[rank < n_removed[at]].tolist()]
+
+
+def _others_turn_back(skeleton: Skeleton, end: NDArray[np.int64], reach: float) -> bool:
+    """Whether the other branches at the junction of an end branch all leave at acute angles, measured over a reach."""
+    chords = []
+    for branch in skeleton.branches:
+        for way in (branch, branch[::-1]):
+            if way[0] == end[0] and way[-1] != end[-1]:
+                offsets = skeleton.nodes[way] - skeleton.nodes[way[0]]
+                is_beyond = np.linalg.norm(offsets, axis=1) >= reach
+                chords.append(offsets[is_beyond.argmax() if is_beyond.any() else -1])
+    return bool((np.array(chords) @ np.array(chords).T > 0).all())
