@@ -20,7 +20,8 @@ MIN_WIDTH = 1e-6  # of the cloud across its flattest direction, relative to its 
 # Number of points that a cloud is thinned to: this share of its points, between two bounds. Guesses that bound the
 # time: the surface takes 0.1 s per thousand points.
 SHARE, FEWEST, MOST = 0.125, 20_000, 80_000
-MAX_CELLS = 2**20  # upper bound on the cells along a side of the cloud: the number of a cell has 21 bits for each
+MAX_CELLS = 2**20  # upper bound on the cells to each side of the median: the number of a cell has 21 bits for each axis
+MAX_HALVINGS = 64  # of the side of cells: to 1e-19 of the cloud with its stray points
 # Largest inverse density of a point that is no outlier, relative to that of the denser points nearby, by preparation;
 # guesses: clean samples have up to 2.5
 CLOUD_PREPARATIONS: dict[str, float] = {"auto": 3.0, "scan": 2.5, "none": np.inf}
@@ -97,7 +98,7 @@ def clean_points(points: NDArray[np.float64], preparation: str = "auto") -> Clea
         kept, step = thinned(kept, cell)
         labels = step[labels]
         report["cell"] = cell
-        notes.append(f"the cloud was thinned to {len(kept)} points, the means of cells of side {cell:.4g}")
+        notes.append(f"the cloud was thinned to {len(kept)} points, the means of cubic cells")
     _require_many(
         kept, f"distinct points among {len(points)}", "coordinates in double precision if single precision merged them"
     )
@@ -135,7 +136,9 @@ def _cell_size(points: NDArray[np.float64], budget: int) -> float:
     """Find by bisection about the smallest side of cells of which at most ``budget`` hold a point."""
     low, high = 0.0, float(np.ptp(points, axis=0).max())
     size = high / np.sqrt(budget)
-    for _ in range(12):  # each halves the interval: to a thousandth of it
+    for _ in range(MAX_HALVINGS):
+        if high - low < high / 1000:
+            break
         if len(np.unique(_cells(points, size))) > budget:
             low = size
         else:
@@ -145,8 +148,9 @@ def _cell_size(points: NDArray[np.float64], budget: int) -> float:
 
 
 def _cells(points: NDArray[np.float64], size: float) -> NDArray[np.int64]:
-    """(n,) number of the cubic cell of each point."""
-    cells = np.minimum((points - points.min(axis=0)) / size, MAX_CELLS).astype(np.int64)
+    """(n,) number of the cubic cell of each point; points farther than MAX_CELLS from the median are moved there."""
+    from_median = np.floor((points - np.median(points, axis=0)) / size)
+    cells = np.clip(from_median, -MAX_CELLS, MAX_CELLS - 1).astype(np.int64) + MAX_CELLS
     numbers: NDArray[np.int64] = (cells[:, 0] << 42) | (cells[:, 1] << 21) | cells[:, 2]
     return numbers
 

@@ -64,6 +64,16 @@ def test_a_large_cloud_is_thinned_to_means_of_its_cells(monkeypatch):
     assert cleaned.points == pytest.approx(means / count)
 
 
+@pytest.mark.parametrize("stray", [[1e9, 0, 0], [-3e9, 1e8, 0]])
+def test_a_stray_point_does_not_make_the_cells_of_a_large_cloud_larger(monkeypatch, stray):
+    """It was left with two points: itself, and the mean of all others."""
+    monkeypatch.setattr(point_cleaning, "FEWEST", 500)
+    cleaned = clean_points(np.concatenate([SPHERE, [stray]]))
+    assert (cleaned.vertex_map.indices < 0).nonzero()[0].tolist() == [len(SPHERE)]
+    assert 400 < cleaned.report["kept"] <= 500
+    assert np.abs(np.linalg.norm(cleaned.points, axis=1) - 1).max() < 0.05
+
+
 @pytest.mark.parametrize(
     ("points", "message"),
     [
