@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lbskel.applications.constrained_systems import checked_indices
-from lbskel.applications.deformation_methods import EDITING_METHODS, Constraints
+from lbskel.applications.deformation_methods import EDITING_METHODS, ITERATIVE, Constraints
 from lbskel.applications.differential_coordinates import checked_weight, coupled_components, uncoupled_rows
 from lbskel.applications.rigidity import RigidityEnergy
 from lbskel.errors import MeshError, UnknownChoice, choose
@@ -122,7 +122,7 @@ class Editor:
         solver: str = "cholmod",
     ):
         self.mesh: Mesh = as_mesh(mesh)
-        make = choose(EDITING_METHODS, method, "method")
+        make, self.method = choose(EDITING_METHODS, method, "method"), method
         n = len(self.mesh.vertices)
         self.handles = tuple(_vertices_of(handle, n) for handle in handles)
         if not sum(map(len, self.handles)):
@@ -145,7 +145,7 @@ class Editor:
         scaled: NDArray[np.float64] = np.ldexp(points, -self._exponent) - self._center
         return scaled
 
-    def edit(self, motions: Sequence[ArrayLike], *, iterations: int = ITERATIONS, initial: Any = None) -> Mesh:
+    def edit(self, motions: Sequence[ArrayLike], *, iterations: int | None = None, initial: Any = None) -> Mesh:
         """Move the handles, and the surface with them.
 
         Parameters
@@ -153,8 +153,8 @@ class Editor:
         motions : sequence of (4, 4) array_like of float
             The motion of each handle from its place at rest, in homogeneous coordinates; see
             :func:`lbskel.rigid_motion`.
-        iterations : int
-            Iterations of ``arap`` and ``rotated``.
+        iterations : int, optional
+            Iterations of ``arap`` and ``rotated``, ten by default.
         initial : Mesh or (n, 3) array_like of float, optional
             Positions from which these two start; by default ``rotated`` starts from the solution of ``naive``, and
             ``arap`` from five iterations of ``rotated``.
@@ -171,8 +171,11 @@ class Editor:
         SolveError
             If the system is singular to working accuracy.
         UnknownChoice
-            If iterations is no whole number from 0 on.
+            If iterations is no whole number from 0 on, or it or initial is given for a method that solves once.
         """
+        if self.method not in ITERATIVE and not (iterations is None and initial is None):
+            raise UnknownChoice(f"the method {self.method} solves once, without iterations and initial positions")
+        iterations = ITERATIONS if iterations is None else iterations
         if not (isinstance(iterations, int | np.integer) and iterations >= 0):
             raise UnknownChoice(f"iterations must be a whole number from 0 on, not {iterations!r}")
         matrices = [np.asarray(motion, dtype=np.float64) for motion in motions]
@@ -231,7 +234,7 @@ def edit(
     motions: Sequence[ArrayLike],
     *,
     method: str = "arap",
-    iterations: int = ITERATIONS,
+    iterations: int | None = None,
     operator: str | Operator = "robust",
     handle_weight: float | None = None,
     solver: str = "cholmod",

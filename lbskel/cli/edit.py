@@ -79,8 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
         axis=arguments.axis, angle_deg=arguments.angle, center=center, translation=arguments.translate
     )
     editor = Editor(mesh, [fixed, moved], method=arguments.method, operator=arguments.operator)
-    iterations = ITERATIONS if arguments.iterations is None else arguments.iterations
-    result = editor.edit([np.eye(4), motion], iterations=iterations)
+    result = editor.edit([np.eye(4), motion], iterations=arguments.iterations)
     write_mesh(arguments.output, result, force=arguments.force)
     before, after = (each.edge_lengths for each in (mesh, result))
     change = np.abs(after / np.where(before > 0, before, 1.0) - 1)[before > 0]

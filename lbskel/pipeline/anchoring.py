@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["Anchors", "resolve_anchors"]
+__all__ = ["Anchors", "listed_anchors", "resolve_anchors"]
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -42,6 +42,18 @@ class Anchors:
         return Anchors(vertices, self.points[is_within], self.numbers[is_within])
 
 
+def listed_anchors(anchors: Any) -> list[Any]:
+    """List the anchors that a caller gave; raises MeshError where they are no list.
+
+    Parameters
+    ----------
+    anchors : iterable of int or (3,) array_like
+    """
+    if isinstance(anchors, str) or not isinstance(anchors, Iterable):
+        raise MeshError(f"anchors must be a list of vertices or points, such as [0] or [(x, y, z)], not {anchors!r}")
+    return list(anchors)
+
+
 def resolve_anchors(anchors: Iterable[Any], prepared: PreparedMesh) -> Anchors:
     """Convert anchors of the source mesh to vertices and points of the prepared mesh.
 
@@ -61,9 +73,7 @@ def resolve_anchors(anchors: Iterable[Any], prepared: PreparedMesh) -> Anchors:
     MeshError
         If the anchors are not a list, or one is neither a vertex of the source nor a point.
     """
-    if isinstance(anchors, str) or not isinstance(anchors, Iterable):
-        raise MeshError(f"anchors must be a list of vertices or points, such as [0] or [(x, y, z)], not {anchors!r}")
-    resolved = [resolve_anchor(anchor, prepared.source) for anchor in anchors]
+    resolved = [resolve_anchor(anchor, prepared.source) for anchor in listed_anchors(anchors)]
     points = np.array([point for _, point in resolved]).reshape(-1, 3)
     first = np.sort(np.unique(points, axis=0, return_index=True)[1])
     points = prepared.to_unit(points[first])

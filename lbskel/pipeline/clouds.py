@@ -22,6 +22,7 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.sorting import is_among
 from lbskel.geometry.vertex_map import VertexMap
+from lbskel.pipeline.anchoring import listed_anchors
 from lbskel.pipeline.assembly import skipped_notes
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess import Pipeline, PreprocessResult
@@ -82,7 +83,7 @@ def skeletonize_cloud(
         surface, points = surface_and_points(cloud, "none" if preprocess is None else preprocess)  # type: ignore[arg-type]
     skeleton = skeletonize(
         surface.mesh,
-        anchors=[_on_surface(anchor, surface) for anchor in anchors],
+        anchors=[_on_surface(anchor, surface) for anchor in listed_anchors(anchors)],
         root=_on_surface(root, surface),
         preprocess="none" if surface.mesh.is_closed_manifold else "auto",
         timer=timer,

@@ -54,6 +54,8 @@ def test_anchors_and_roots_are_points_of_the_cloud(cloud):
     assert skeleton.node_of_vertex[17] in (anchor, 0)
     with pytest.raises(MeshError, match="there is no point 9999"):
         lbskel.skeletonize(cloud, root=9999)
+    with pytest.raises(MeshError, match="anchors must be a list of vertices or points"):
+        lbskel.skeletonize(cloud, anchors=5)
 
 
 def test_the_report_says_what_was_given_and_what_could_not_be_checked(skeleton, cloud):
