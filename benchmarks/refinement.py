@@ -10,9 +10,13 @@ from __future__ import annotations
 
 __all__ = ["EXTENSIONS", "PASSES", "means_and_graphs", "measured", "n_tips_lost", "run"]
 
+import itertools
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -189,9 +193,10 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
         [symmetry.plane for symmetry in find_symmetries(skeleton, Surface(mesh))]
         for skeleton, mesh in zip(baseline, real, strict=True)
     ]
-    on = tubes, list(shapes.values()), real, baseline, planes
-    ablation = [_ablation(name, *on) for name in ("none", *PASSES, *BOUNDS)]
-    noise = [_noise_row(deviation, bulge, real) for deviation in NOISES for bulge in BULGES]
+    replacing = partial(_ablation, tubes=tubes, hard=list(shapes.values()), real=real, baseline=baseline, planes=planes)
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        ablation = list(pool.map(replacing, ("none", *PASSES, *BOUNDS)))
+        noise = list(pool.map(partial(_noise_row, meshes=real), *zip(*itertools.product(NOISES, BULGES), strict=True)))
     save_json(
         results / "refinement.json",
         {"summary": summary, "rows": rows, "ablation": ablation, "noise": noise},
