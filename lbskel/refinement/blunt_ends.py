@@ -5,8 +5,9 @@ corner which reaches farther than is pruned, since the inscribed radius is small
 steps. Such a branch is wider than long, as no limb is: from the junction to the center of its last inscribed ball it is
 shorter than the mean distance of its surface from it.
 
-A short end may also be that of the body itself, such as a wrist from which a thumb leaves. It is kept where the other
-branches of its junction all leave at acute angles to each other: without it, one would turn back into another.
+A short branch is kept to an end that the surface alone tells (:mod:`lbskel.refinement.extrema`), and to a cut. The end
+of the body itself may be short, too, such as a wrist from which a thumb leaves. It is kept where the other branches of
+its junction all leave at acute angles to each other: without it, one would turn back into another.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.extrema import find_extrema
 from lbskel.refinement.radii import mean_axis_distances
 from lbskel.refinement.tips import extend_tips
 from lbskel.skeleton.editing import contract_nodes
@@ -67,8 +69,11 @@ def _blunt_ends(
     widths, junctions = mean_axis_distances(skeleton, surface.mesh.vertices), np.array([end[0] for end in ends])
     lengths = np.array([np.linalg.norm(np.diff(skeleton.nodes[end], axis=0), axis=1).sum() for end in ends])
     ratios = lengths / np.maximum([np.median(widths[end[1:]]) for end in ends], TINY)
-    at_cuts = tips[cKDTree(skeleton.nodes[tips]).query(open_ends[:, :3])[1]]
-    short = np.flatnonzero((ratios < min_length) & ~np.isin([end[-1] for end in ends], at_cuts))
+    is_kept = np.zeros(len(degrees), dtype=bool)
+    is_kept[tips[cKDTree(skeleton.nodes[tips]).query(open_ends[:, :3])[1]]] = True
+    extrema = find_extrema(surface.proxy.mesh, deadline=surface.deadline)
+    is_kept[surface.on_proxy(skeleton.node_of_vertex)[extrema.vertices]] = True
+    short = np.flatnonzero((ratios < min_length) & [not is_kept[end[1:]].any() for end in ends])
     short = short[np.lexsort((ratios[short], junctions[short]))]
     short = short[[not _others_turn_back(skeleton, ends[row], widths[junctions[row]]) for row in short.tolist()]]
     at = junctions[short]

@@ -56,6 +56,18 @@ def test_the_end_of_a_body_is_kept_where_its_limbs_leave_at_an_acute_angle(secon
     assert len(pruned(skeleton, mesh).tips) == n_tips
 
 
+def test_a_short_branch_to_an_end_of_the_surface_is_kept(tripod):
+    """Of a limb whose branch was contracted to its first edge."""
+    truth = make("tripod").truth
+    end = truth.end_branches[0]
+    is_left = ~np.isin(np.arange(len(truth.nodes)), end[2:])
+    edges = truth.edges[is_left[truth.edges].all(axis=1)]
+    nodes, number = truth.nodes[is_left], np.cumsum(is_left) - 1
+    nodes[number[end[1]]] = 0.8 * nodes[number[end[0]]] + 0.2 * truth.nodes[end[1]]
+    skeleton = Skeleton(nodes, number[edges], truth.radii[is_left], nearest_rows(tripod.vertices, nodes))
+    assert pruned(skeleton, tripod) is skeleton
+
+
 def test_a_branch_to_a_cut_is_kept():
     skeleton, mesh = with_heel((4.0, 0.0), (-2.0, 4.0))
     cut = np.array([[-1.2, -0.6, 0.0, 0.8]])
