@@ -126,7 +126,6 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("growth of", "centerlines.MAX_GROWTH", (1.1, 1.5)),
         ("merge length of", "junctions.MAX_MERGE_LENGTH", (2.0, 3.0, 6.0)),
         ("merged up to a sine of", "junctions.MAX_SINE", (0.3, 0.33, 0.4, 0.44)),
-        ("blunt below", "blunt_ends.MIN_LENGTH", (0.75, 1.25, 1.5)),
         ("ball ratio of", "junctions.MIN_BALL_RATIO tube_fit.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("deviations of", "mirror_symmetry.TYPICAL_DEVIATION", (0.05, 0.2)),
         ("bulge of", "uncovered_limbs.MIN_BULGE", (0.55, 0.7, 0.85)),
@@ -188,11 +187,11 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
     tubes = [make(name) for name in (QUICK_TUBES if quick else SHAPES)]
     paths = [path for path in (*sorted(MESHES.iterdir()), *meshes) if path.suffix.lstrip(".") in EXTENSIONS]
     real = [lbskel.read_mesh(path) for path in paths[: 1 if quick else None]]
-    baseline = [lbskel.skeletonize(mesh) for mesh in real]
+    baseline = [lbskel.skeletonize(lbskel.Mesh(mesh.vertices, mesh.faces)) for mesh in real]
     planes = [
-        [symmetry.plane for symmetry in find_symmetries(skeleton, Surface(mesh))]
+        [symmetry.plane for symmetry in find_symmetries(skeleton, Surface(lbskel.Mesh(mesh.vertices, mesh.faces)))]
         for skeleton, mesh in zip(baseline, real, strict=True)
-    ]
+    ]  # of copies: a surface is kept with its mesh, and is not sent to other processes
     replacing = partial(_ablation, tubes=tubes, hard=list(shapes.values()), real=real, baseline=baseline, planes=planes)
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         ablation = list(pool.map(replacing, ("none", *PASSES, *BOUNDS)))

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from scipy.spatial.transform import Rotation
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
 from benchmarks.refinement import EXTENSIONS, HELD_OUT, TUNED, means_and_graphs, measured, n_tips_lost
+from lbskel.refinement import blunt_ends
 from lbskel.shapes import Shape
 from lbskel.shapes.hard import HARD_SHAPES
 
@@ -29,6 +31,9 @@ VARIANTS = {
     "mirrored": (2.0, MIRRORED),
 }
 
+LENGTHS = (0.0, 0.75, 1.0, 1.25, 1.5)  # swept: of an end branch, in mean distances of its surface from it
+SAME_TIP = 0.035  # distance within which tips of two variants are the same, in diagonals of the mesh; a guess
+
 
 def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
     """Measure, and write stability.json and stability.md."""
@@ -37,9 +42,12 @@ def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
     hard = [HARD_SHAPES[name](**given) for parameters in (TUNED, HELD_OUT) for name, given in parameters.items()]
     first = [_skeleton(mesh, *VARIANTS["as it is"]) for mesh in read]
     rows = [_row(name, hard[: 1 if quick else None], read, first) for name in VARIANTS]
-    save_json(results / "stability.json", {"rows": rows}, meshes=paths)
+    lengths = [_length_row(length, read) for length in LENGTHS]
+    save_json(results / "stability.json", {"rows": rows, "lengths": lengths}, meshes=paths)
     heading = f"{len(hard)} hard shapes against their axes, and {len(read)} meshes against their skeletons as they are"
-    save_markdown(results / "stability.md", "Stability", {heading: markdown_table(rows)})
+    by_length = "Tips that all variants of a mesh have, and that some have, by the least length of an end"
+    tables = {heading: markdown_table(rows), by_length: markdown_table(lengths)}
+    save_markdown(results / "stability.md", "Stability", tables)
 
 
 def _row(
@@ -60,6 +68,33 @@ def _row(
         "meshes with other cycles": sum(a.cycle_rank != b.cycle_rank for a, b in zip(others, first, strict=True)),
         "fail": sum(skeleton.report["score"]["verdict"] == "fail" for skeleton in others),
     }
+
+
+def _length_row(length: float, meshes: Sequence[lbskel.Mesh]) -> dict[str, Any]:
+    """Count the tips of meshes in all variants, with another least length of ends."""
+    n_variants, n_first = [], 0
+    with mock.patch.object(blunt_ends, "MIN_LENGTH", length):
+        for mesh in meshes:
+            skeletons = [_skeleton(mesh, *variant) for variant in VARIANTS.values()]
+            n_variants += _n_variants_of_tips([s.nodes[s.tips] for s in skeletons], SAME_TIP * mesh.diagonal)
+            n_first += len(skeletons[0].tips)
+    stable = n_variants.count(len(VARIANTS))
+    return {"length": length, "tips": n_first, "in all variants": stable, "in some": len(n_variants) - stable}
+
+
+def _n_variants_of_tips(tips: list[NDArray[np.float64]], reach: float) -> list[int]:
+    """Count, for each tip that any variant has, the variants that have it: those with a tip that near, each once."""
+    counts = []
+    while any(map(len, tips)):
+        tip = next(points[0] for points in tips if len(points))
+        count = 0
+        for variant, points in enumerate(tips):
+            distances = np.linalg.norm(points - tip, axis=1)
+            if (distances <= reach).any():
+                count += 1
+                tips[variant] = np.delete(points, distances.argmin(), axis=0)
+        counts.append(count)
+    return counts
 
 
 def _skeleton(mesh: lbskel.Mesh, growth: float, matrix: NDArray[np.float64]) -> lbskel.Skeleton:

@@ -26,8 +26,8 @@ from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
-# Length from which an end branch is kept, in mean distances of its surface from it. Rows "blunt below" in
-# benchmarks/results/refinement.md
+# Length from which an end branch is kept, in mean distances of its surface from it. "Tips that all variants have" in
+# benchmarks/results/stability.md
 MIN_LENGTH = 1.0
 TINY = float(np.finfo(np.float64).tiny)
 

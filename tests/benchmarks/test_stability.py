@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from benchmarks.stability import MIRRORED, TURNED, _row, _skeleton
+from benchmarks.stability import MIRRORED, TURNED, _n_variants_of_tips, _row, _skeleton
 from lbskel.shapes import make
 
 
@@ -22,3 +22,8 @@ def test_tips_lost_and_added_are_counted_against_the_skeletons_as_they_are():
     row = _row("turned", [tripod], [tripod.mesh, tripod.mesh], first)
     assert (row["tips"], row["meshes with other tips"], row["graphs right"]) == (6, 1, "1/1")
     assert row["tips added"] - row["tips lost"] == 3 - len(first[0].tips)
+
+
+def test_a_tip_is_of_the_variants_that_have_one_near_it():
+    tips = [np.array([[0.0, 0, 0], [5, 0, 0]]), np.array([[0.1, 0, 0]]), np.array([[0.05, 0, 0], [0, 0.05, 0]])]
+    assert _n_variants_of_tips(tips, 0.2) == [3, 1, 1]
