@@ -88,8 +88,9 @@ def skeletonize(
         thin all over, and refines the skeleton on the full surface; ``none`` contracts every vertex.
     min_branch_ratio : float, optional
         An end branch is kept where the surface it represents reaches this many local radii from its junction, 1.5 by
-        default, and where it is longer than its own radius, or than a lower share of it for a lower ratio. Values above
-        1.5 give what :func:`lbskel.prune` makes of the default skeleton.
+        default, and is no corner of a blunt end: it is longer than its own radius, or than a lower share of it for a
+        lower ratio, or leads to an end that the surface tells, or to a cut. Values above 1.5 give what
+        :func:`lbskel.prune` makes of the default skeleton.
     tip_position : str, optional
         ``inside``, the default, ends branches at the center of the last inscribed ball, ``surface`` on the surface.
     join : str, optional
