@@ -21,7 +21,8 @@ MIN_WIDTH = 1e-6  # of the cloud across its flattest direction, relative to its 
 # time: the surface takes 0.1 s per thousand points.
 SHARE, FEWEST, MOST = 0.125, 20_000, 80_000
 MAX_CELLS = 2**20  # upper bound on the cells to each side of the median: the number of a cell has 21 bits for each axis
-MAX_HALVINGS = 64  # of the side of cells: to 1e-19 of the cloud with its stray points
+MAX_HALVINGS = 64  # of the side of cells, from the extent of the cloud with its stray points: to 1e-19 of it; it ends
+# the search where hardly any point is near the median. A guess
 # Largest inverse density of a point that is no outlier, relative to that of the denser points nearby, by preparation;
 # guesses: clean samples have up to 2.5
 CLOUD_PREPARATIONS: dict[str, float] = {"auto": 3.0, "scan": 2.5, "none": np.inf}

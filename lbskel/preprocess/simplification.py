@@ -132,7 +132,7 @@ def _candidates(mesh: Mesh, target: int) -> Iterator[PreprocessResult]:
     # 0.0078, 0.0081, 0.0091. The bound does not change when the mesh is rotated, as the bounding box does
     center, length = mesh.centroid, mesh.diameter_bound / 2 or 1.0
     unit = (mesh.vertices - center) / length
-    near = np.clip(unit, -2.0, 2.0)  # a vertex without a face may lie anywhere
+    near = np.clip(unit, -1.0, 1.0)  # a vertex without a face may lie anywhere
 
     def in_caller_units(V: NDArray[np.float64], F: NDArray[np.int64]) -> Mesh:
         return Mesh(length * V + center, F, mesh.notes)
@@ -142,7 +142,7 @@ def _candidates(mesh: Mesh, target: int) -> Iterator[PreprocessResult]:
         V, F, collapses = fast_simplification.simplify(
             V, F, target_count=target, agg=aggressiveness, return_collapses=True
         )
-        if len(F) == 0 or not np.abs(V).max() <= 4:  # also true for NaN
+        if len(F) == 0 or not np.abs(V).max() <= 2:  # also true for NaN
             continue
         vertex_map = _vertex_map_of_collapses(collapses, mesh.faces, len(mesh.vertices))
         if vertex_map.max() == len(V) - 1:

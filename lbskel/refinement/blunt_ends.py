@@ -20,9 +20,10 @@ from scipy.spatial import cKDTree
 
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema
+from lbskel.refinement.flat_ends import first_part, ways_from_nodes
 from lbskel.refinement.radii import mean_axis_distances
 from lbskel.refinement.tips import extend_tips
-from lbskel.skeleton.editing import contract_nodes
+from lbskel.skeleton.editing import contract_branches
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -50,11 +51,9 @@ def prune_blunt_ends(
     """
     min_length = MIN_LENGTH * min(min_branch_ratio / MIN_BRANCH_RATIO, 1.0)
     while ends := _blunt_ends(skeleton, surface, min_length, open_ends):
-        target = np.arange(len(skeleton.nodes))
-        for end in ends:
-            target[end] = end[0]
-        junctions = np.searchsorted(np.unique(target), np.unique([end[0] for end in ends]))
-        skeleton = contract_nodes(skeleton, target)
+        junctions, removed = np.unique([end[0] for end in ends]), np.sort(np.concatenate([end[1:] for end in ends]))
+        skeleton = contract_branches(skeleton, ends)
+        junctions -= np.searchsorted(removed, junctions)  # their numbers without the nodes that were removed
         skeleton = extend_tips(skeleton, surface, junctions[skeleton.degrees[junctions] == 1])
     return skeleton
 
@@ -75,20 +74,17 @@ def _blunt_ends(
     is_kept[surface.on_proxy(skeleton.node_of_vertex)[extrema.vertices]] = True
     short = np.flatnonzero((ratios < min_length) & [not is_kept[end[1:]].any() for end in ends])
     short = short[np.lexsort((ratios[short], junctions[short]))]
-    short = short[[not _others_turn_back(skeleton, ends[row], widths[junctions[row]]) for row in short.tolist()]]
+    ways = ways_from_nodes(skeleton)
+    turns = [_others_turn_back(skeleton, ends[row], ways[int(ends[row][0])], widths[junctions[row]]) for row in short]
+    short = short[~np.array(turns, dtype=bool)]
     at = junctions[short]
     rank, n_short = np.arange(len(short)) - np.searchsorted(at, at), np.bincount(at, minlength=len(degrees))
     n_removed = np.where(n_short < degrees, n_short, degrees - 2)
     return [ends[row] for row in short[rank < n_removed[at]].tolist()]
 
 
-def _others_turn_back(skeleton: Skeleton, end: NDArray[np.int64], reach: float) -> bool:
-    """Whether the other branches at the junction of an end branch all leave at acute angles, measured over a reach."""
-    chords = []
-    for branch in skeleton.branches:
-        for way in (branch, branch[::-1]):
-            if way[0] == end[0] and way[-1] != end[-1]:
-                offsets = skeleton.nodes[way] - skeleton.nodes[way[0]]
-                is_beyond = np.linalg.norm(offsets, axis=1) >= reach
-                chords.append(offsets[is_beyond.argmax() if is_beyond.any() else -1])
-    return bool((np.array(chords) @ np.array(chords).T > 0).all())
+def _others_turn_back(skeleton: Skeleton, end: NDArray[np.int64], ways: list[NDArray[np.int64]], reach: float) -> bool:
+    """Whether the ways from the junction of an end branch, but for this, leave at acute angles, over a reach."""
+    parts = [first_part(skeleton.nodes, way, reach) for way in ways if way[-1] != end[-1]]
+    chords = np.array([skeleton.nodes[part[-1]] - skeleton.nodes[part[0]] for part in parts])
+    return bool((chords @ chords.T > 0).all())

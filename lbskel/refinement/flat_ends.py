@@ -14,7 +14,7 @@ The half width a >= b is that of the rectangle with the area A and the perimeter
 
 from __future__ import annotations
 
-__all__ = ["prune_flat_ends"]
+__all__ = ["first_part", "prune_flat_ends", "ways_from_nodes"]
 
 from dataclasses import replace
 
@@ -66,14 +66,11 @@ def _is_corner(
     depths = local_radii(surface.mesh, deadline=surface.deadline)[farthest]
     peaks = moved_inside(entry + depths[:, None] * inward, surface)
     row_of_tip = {int(end[-1]): row for row, end in enumerate(ends)}
-    ways_from: dict[int, list[NDArray[np.int64]]] = {}
-    for branch in skeleton.branches:
-        for way in (branch, branch[::-1]):
-            ways_from.setdefault(int(way[0]), []).append(way)
+    ways_from = ways_from_nodes(skeleton)
     sights: list[tuple[int, NDArray[np.float64]]] = []
     opposite = []
     for row, (end, reach) in enumerate(zip(ends, reaches.tolist(), strict=True)):
-        ways = [_within(nodes, way, reach) for way in ways_from[int(end[0])] if way[-1] != end[-1]]
+        ways = [first_part(nodes, way, reach) for way in ways_from[int(end[0])] if way[-1] != end[-1]]
         facing = [peaks[row_of_tip[tip]] if (tip := int(way[-1])) in row_of_tip else nodes[tip] for way in ways]
         sights += [(row, point) for point in facing]
         offsets = np.array([nodes[way[-1]] - nodes[end[0]] for way in ways])
@@ -102,8 +99,29 @@ def _extents(offsets: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray
     return np.asarray(np.maximum(np.abs(along), across))
 
 
-def _within(nodes: NDArray[np.float64], way: NDArray[np.int64], reach: float) -> NDArray[np.int64]:
-    """Cut a path off after its first node that is at least ``reach`` away from its start."""
+def ways_from_nodes(skeleton: Skeleton) -> dict[int, list[NDArray[np.int64]]]:
+    """List the branches that leave each junction and each tip, a loop in both directions.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    """
+    ways: dict[int, list[NDArray[np.int64]]] = {}
+    for branch in skeleton.branches:
+        for way in (branch, branch[::-1]):
+            ways.setdefault(int(way[0]), []).append(way)
+    return ways
+
+
+def first_part(nodes: NDArray[np.float64], way: NDArray[np.int64], reach: float) -> NDArray[np.int64]:
+    """Cut a path off after its first node that is at least a reach away from its start.
+
+    Parameters
+    ----------
+    nodes : (k, 3) array of float
+    way : (m,) array of int
+    reach : float
+    """
     beyond = np.flatnonzero(np.linalg.norm(nodes[way] - nodes[way[0]], axis=1) >= reach)
     return way[: max(beyond[0], 1) + 1] if len(beyond) else way
 
