@@ -1,6 +1,6 @@
 """The quality of a skeleton, measured on the points of a cloud alone.
 
-No surface is made: a section is the points beside a node, near the plane across its branch. The cloud's own graph of
+No surface is made: cross-sections are those of :mod:`lbskel.evaluation.point_sections`. The cloud's own graph of
 neighbors shows its parts, its ends, and the limbs at which the skeleton is cut
 (:mod:`lbskel.evaluation.point_loops`). What takes a surface is not measured: surplus cycles, the regions of the vertex
 map, and how near the surface the skeleton is. Sections as in the measures of Huang et al. 2013 and Cornea, Silver, Min
@@ -22,10 +22,10 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from lbskel._kernels.point_tree import PointTree
 from lbskel.evaluation.measures import Score
 from lbskel.evaluation.point_loops import count_cut_loops
-from lbskel.evaluation.skeleton_shape import length_fraction, mean_and_worst_branch, n_spurs, rms_curvature
+from lbskel.evaluation.point_sections import inside_fraction, section_errors, spread
+from lbskel.evaluation.skeleton_shape import mean_and_worst_branch, n_spurs, rms_curvature
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import PointCloud
-from lbskel.geometry.normals import normalized
 from lbskel.geometry.sorting import stable_order
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -36,13 +36,6 @@ SCORED_NEIGHBORS = 13
 # Share of the points below which a part of the cloud counts as outliers or a crumb, and ratio of the distance between
 # the points of a part to that of the whole cloud above which the part counts as outliers; guesses
 MIN_PART, MAX_SPACING = 0.01, 3.0
-MAX_SECTIONS = 200  # nodes whose sections are taken, evenly sampled; a guess that bounds the time
-SECTION_REACH = 3.0  # of a section, in distances from the node to its nearest points; a guess
-SECTION_WIDTH = 0.25  # half thickness of a section in the same unit, if that is more than two spacings; a guess
-N_SECTORS = 24  # of a section; its outline is the nearest points in each; a guess
-MAX_GAP = 0.75  # of a turn without points, beyond which a node is not among the points; a guess
-JUNCTION_REACH = 2.0  # of a junction in its radii, within which a section is not that of one branch; a guess
-MAX_OPEN = 0.25  # of a turn without points, beyond which a section has no center; a guess
 N_SCALES = 5  # nodes whose median radius is that of an end, so that one point inside does not matter; a guess
 N_SOURCES = 30  # points from which distances along the cloud are averaged; a guess
 MIN_END, MIN_LIMB = 3.0, 6.0  # length of an end, and of a limb that must have a tip, in local radii; guesses
@@ -68,15 +61,20 @@ def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.in
     has_map = len(skeleton.node_of_vertex) > 0
     tree = PointTree(skeleton.nodes)
     node = skeleton.node_of_vertex if has_map else tree.nearest(cloud.points)[1][:, 0]
-    some = _spread(cloud.points, MAX_POINTS)
+    # copies of a point would be all of its nearest neighbors
+    distinct = cloud.points[np.sort(np.unique(cloud.points, axis=0, return_index=True)[1])]
+    some = spread(distinct, MAX_POINTS)
     neighbors = neighbors if len(some) == len(cloud.points) else None
-    points, point_tree, graph, n_parts = _without_outliers(cloud.points[some], neighbors)
-    radii = point_tree.nearest(skeleton.nodes)[0][:, 0]
-    gaps, errors = _sections(skeleton, points, point_tree, radii)
+    points, point_tree, graph, n_parts = _without_outliers(distinct[some], neighbors)
+    skeleton = replace(skeleton, radii=point_tree.nearest(skeleton.nodes)[0][:, 0])
+    is_among, errors = section_errors(skeleton, points, point_tree)
+    inside = inside_fraction(skeleton, points, point_tree)
+    # the distance of a node outside to the points would be the larger, the farther the node is
+    radii = np.where(is_among, skeleton.radii, 0.0)
     skeleton = replace(skeleton, radii=radii)
-    is_among = np.isnan(gaps) | (gaps <= MAX_GAP)
     mean_error, worst_branch_error = mean_and_worst_branch(skeleton, errors)
-    ends, lengths, scales = _ends(points, graph, skeleton, tree)
+    # a point inside, or few points, make the ball of a single node small
+    ends, lengths, scales = _ends(points, graph, np.maximum(radii, skeleton.branch_medians(radii)), tree)
     tips = skeleton.nodes[skeleton.degrees <= 1]
     to_tip = PointTree(tips).nearest(ends)[0][:, 0] if len(tips) else np.full(len(ends), np.inf)
     to_node = tree.nearest(ends)[0][:, 0]
@@ -84,7 +82,7 @@ def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.in
     distances = np.linalg.norm(cloud.points - skeleton.nodes[node], axis=1)
     return Score(
         nodes_inside_fraction=float(is_among.mean()),
-        inside_fraction=length_fraction(skeleton, is_among),
+        inside_fraction=float(is_among.mean()) if inside is None else inside,
         centeredness_error=mean_error,
         centeredness_error_worst_branch=worst_branch_error,
         medial_accuracy_95=None,
@@ -96,7 +94,7 @@ def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.in
         extremities_missed=int(missed.sum()),
         missed_limb_fraction=float(missed[is_limb].mean()) if is_limb.any() else 0.0,
         rms_curvature=rms_curvature(skeleton),
-        extra_components=max(0, skeleton.n_components - n_parts),
+        extra_components=max(0, skeleton.n_components - n_parts),  # a sparse limb may be in several parts
         extra_cycles=None,
         tunnels_missed=max(
             0, count_cut_loops(skeleton, points, graph, tree, point_tree) - int(skeleton.report.get("loops_opened", 0))
@@ -106,16 +104,6 @@ def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.in
         shortcut_edges=None,
         spurs=n_spurs(skeleton),
     )
-
-
-def _spread(points: NDArray[np.float64], limit: int) -> NDArray[np.int64]:
-    """Choose at most ``limit`` points, evenly in their order along the longest side of the bounding box."""
-    n = len(points)
-    if n <= limit:
-        return np.arange(n)
-    sides = np.ptp(points, axis=0)
-    order = np.argsort(points[:, int(np.argmax(sides))], kind="stable")
-    return np.sort(order[np.linspace(0, n - 1, limit).astype(np.int64)])
 
 
 def _neighbor_graph(points: NDArray[np.float64], neighbors: NDArray[np.int64]) -> csr_array:
@@ -147,75 +135,6 @@ def _without_outliers(
     return points[kept], PointTree(points[kept]), graph[kept][:, kept], int(is_part.sum())
 
 
-def _sections(
-    skeleton: Skeleton, points: NDArray[np.float64], tree: PointTree, radii: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(k,) largest share of a turn around each node without points, and (k,) centeredness error; NaN elsewhere."""
-    some = points[_spread(points, MAX_GRAPH_POINTS)]
-    spacing = float(np.median(tree.nearest(some, 3)[0][:, -1]))
-    gaps, errors = np.full(len(skeleton.nodes), np.nan), np.full(len(skeleton.nodes), np.nan)
-    inner = [
-        (int(b), int(a), int(c))
-        for branch in skeleton.branches
-        for a, b, c in zip(branch, branch[1:], branch[2:], strict=False)
-    ]
-    numbers = np.array(inner, dtype=np.int64).reshape(-1, 3)
-    axes = normalized(skeleton.nodes[numbers[:, 2]] - skeleton.nodes[numbers[:, 1]])
-    chosen = np.unique(np.linspace(0, len(inner) - 1, MAX_SECTIONS).astype(np.int64)) if inner else numbers[:, 0]
-    chosen = chosen[axes[chosen].any(axis=1)]
-    if len(chosen):
-        node, axes = numbers[chosen, 0], axes[chosen]
-        reach = SECTION_REACH * np.maximum(radii[node], spacing)
-        width = np.maximum(SECTION_WIDTH * radii[node], 2 * spacing)
-        near, counts = tree.in_disks(skeleton.nodes[node], reach, axes, width)
-        section = np.repeat(np.arange(len(node)), counts)
-        gaps[node], errors[node] = _outlines(points[near] - skeleton.nodes[node][section], section, axes)
-    if len(skeleton.junctions):
-        found = PointTree(skeleton.nodes[skeleton.junctions]).nearest(skeleton.nodes)
-        to_junction, nearest = (column[:, 0] for column in found)
-        errors[to_junction <= JUNCTION_REACH * radii[skeleton.junctions][nearest]] = np.nan
-    return gaps, errors
-
-
-def _outlines(
-    offsets: NDArray[np.float64], section: NDArray[np.int64], axes: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(s,) largest share of a turn without points, and (s,) distance of the origin from the center of the outline.
-
-    The outline consists of the nearest points in each sector; the unit is its mean distance from its center. Offsets
-    are those of points from the middles of their sections, whose axes have unit length.
-    """
-    n = len(axes)
-    first = normalized(np.cross(axes, np.eye(3)[np.argmin(np.abs(axes), axis=1)]))
-    x, y = (np.einsum("nk,nk->n", offsets, across[section]) for across in (first, np.cross(axes, first)))
-    sector = ((np.arctan2(y, x) / (2 * np.pi) + 0.5) * N_SECTORS).astype(np.int64) % N_SECTORS
-    place, distance = section * N_SECTORS + sector, np.hypot(x, y)
-    nearest = np.full(n * N_SECTORS, np.inf)
-    np.minimum.at(nearest, place, distance)
-    # for each sector of two turns, the last sector with a point up to it
-    turns = np.arange(2 * N_SECTORS)
-    is_seen = np.isfinite(nearest).reshape(n, N_SECTORS)
-    last = np.maximum.accumulate(np.where(np.tile(is_seen, 2), turns, -1), axis=1)
-    gaps = np.minimum((turns - last).max(axis=1), N_SECTORS) / N_SECTORS
-    is_outline = distance <= 1.5 * nearest[place]
-    sums, count = (np.bincount(place[is_outline], some, n * N_SECTORS) for some in (distance[is_outline], None))
-    angles = (turns[:N_SECTORS] + 0.5) * 2 * np.pi / N_SECTORS
-    means = (sums / np.maximum(count, 1)).reshape(n, N_SECTORS)
-    corners = means[..., None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    # a sector without points has the corner of the last, which changes neither area nor center
-    corners = corners[np.arange(n)[:, None], last[:, N_SECTORS:] % N_SECTORS]
-    following = np.roll(corners, -1, axis=1)
-    areas = (corners[..., 0] * following[..., 1] - corners[..., 1] * following[..., 0]) / 2
-    area = areas.sum(axis=1)
-    is_known = (gaps <= MAX_OPEN) & (area > 0)
-    areas[is_known] /= area[is_known, None]
-    center = ((corners + following) / 3 * areas[..., None]).sum(axis=1)
-    radii = np.where(is_seen, np.linalg.norm(corners - center[:, None], axis=2), 0.0)[is_known]
-    errors = np.full(n, np.nan)
-    errors[is_known] = np.linalg.norm(center[is_known], axis=1) * is_seen[is_known].sum(axis=1) / radii.sum(axis=1)
-    return gaps, errors
-
-
 def _widths(skeleton: Skeleton, node: NDArray[np.int64], distances: NDArray[np.float64]) -> NDArray[np.float64]:
     """(k,) radius of each node, or the median over its branch of the nodes' mean distances of points if larger."""
     count = np.bincount(node, minlength=len(skeleton.nodes))
@@ -229,7 +148,7 @@ def _widths(skeleton: Skeleton, node: NDArray[np.int64], distances: NDArray[np.f
 
 
 def _ends(
-    points: NDArray[np.float64], graph: csr_array, skeleton: Skeleton, tree: PointTree
+    points: NDArray[np.float64], graph: csr_array, radii: NDArray[np.float64], tree: PointTree
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """(e, 3) ends of the cloud, (e,) length by which each stands out, and (e,) local radius there.
 
@@ -237,7 +156,7 @@ def _ends(
     pass to a higher peak.
     """
     if len(points) > MAX_GRAPH_POINTS:
-        points = points[_spread(points, MAX_GRAPH_POINTS)]
+        points = points[spread(points, MAX_GRAPH_POINTS)]
         graph = _neighbor_graph(points, PointTree(points).neighbors(SCORED_NEIGHBORS)[1])
     part = connected_components(graph, directed=False)[1]
     height = np.full(len(points), -np.inf)
@@ -247,7 +166,7 @@ def _ends(
         height[own] = dijkstra(graph, indices=sources)[:, own].mean(axis=0)
     peaks, lengths = _peaks(graph, height)
     near = tree.nearest(points[peaks], N_SCALES)[1]
-    scales = np.median(skeleton.radii[near], axis=1)
+    scales = np.median(radii[near], axis=1)
     is_end = lengths > MIN_END * scales
     is_end[is_end] = [
         _is_at_end(graph, *peak) for peak in zip(peaks[is_end].tolist(), scales[is_end].tolist(), strict=True)

@@ -20,7 +20,7 @@ from lbskel.contraction.cycle_classes import tunnels_missed
 from lbskel.errors import MeshError, first_few
 from lbskel.evaluation.measures import Score
 from lbskel.evaluation.medial_points import medial_distances
-from lbskel.evaluation.skeleton_shape import length_fraction, mean_and_worst_branch, n_spurs, rms_curvature
+from lbskel.evaluation.skeleton_shape import mean_and_worst_branch, n_spurs, negative_fraction, rms_curvature
 from lbskel.geometry.components import find_crumbs
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
@@ -70,7 +70,10 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
     distances = np.linalg.norm(unit.vertices - skeleton.nodes[node], axis=1)
     areas = unit.vertex_areas
     extrema = find_extrema(surface.proxy.mesh, deadline=surface.deadline)
-    missed = is_missed(extrema, surface.proxy.mesh, skeleton)
+    # the ball of a node outside a closed surface would be the larger, the farther the node is
+    is_ball = surface.contains(skeleton.nodes) if unit.is_closed else np.ones(len(skeleton.nodes), dtype=bool)
+    balls = np.where(is_ball, skeleton.radii, 0.0)
+    missed = is_missed(extrema, surface.proxy.mesh, replace(skeleton, radii=balls))
     widths = mean_radii(skeleton, unit).radii
     mean_error, worst_branch_error = mean_and_worst_branch(skeleton, _section_errors(skeleton, widths, surface))
     disjoint = edges_with_disjoint_regions(skeleton, unit)
@@ -79,7 +82,7 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
     own_thickness = np.bincount(node, thickness, len(skeleton.nodes)) / np.maximum(count, 1)
     expected = np.where(count > 0, np.minimum(widths, own_thickness), widths)
     region_widths = _region_widths(skeleton, unit)
-    reach = np.maximum(np.maximum(skeleton.radii, region_widths)[node], thickness)
+    reach = np.maximum(np.maximum(balls, region_widths)[node], thickness)
     own = surface.on_proxy(node)
     medial = medial_distances(
         skeleton, surface.proxy.mesh, region_widths[own], own_thickness[own], deadline=surface.deadline
@@ -94,7 +97,7 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
         medial_accuracy_95=medial.accuracy_95,
         medial_coverage_98=medial.coverage_98,
         uncovered_parts=medial.uncovered_parts,
-        near_surface_fraction=length_fraction(skeleton, skeleton.radii < NEAR_SURFACE_RATIO * expected),
+        near_surface_fraction=negative_fraction(skeleton, skeleton.radii - NEAR_SURFACE_RATIO * expected),
         coverage=float(areas[distances <= MAX_COVERED_DISTANCE * reach].sum() / areas.sum()),
         extremities=len(missed),
         extremities_missed=int(missed.sum()),
@@ -195,8 +198,10 @@ def _extra_cycles(skeleton: Skeleton, mesh: Mesh, n_loops_opened: int) -> int | 
     if len(boundary):
         rim, ends = np.unique(boundary, return_inverse=True)
         graph = weighted_graph(ends.reshape(-1, 2), np.ones(len(boundary), dtype=np.int8), len(rim))
-        first_of_hole = np.unique(connected_components(graph, directed=False)[1], return_index=True)[1]
-        euler += np.bincount(component[rim[first_of_hole]], minlength=mesh.n_components)
+        first_of_rim = np.unique(connected_components(graph, directed=False)[1], return_index=True)[1]
+        # holes that touch at a vertex have one rim, with as many cycles as there are holes
+        for vertices_of, sign in ((rim[first_of_rim], 1), (boundary[:, 0], 1), (rim, -1)):
+            euler += sign * np.bincount(component[vertices_of], minlength=mesh.n_components)
     handles = 1 - euler // 2
     part = skeleton.component_of_node
     votes = part[skeleton.node_of_vertex[vertices]], component[vertices]

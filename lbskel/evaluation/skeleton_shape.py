@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["length_fraction", "mean_and_worst_branch", "n_spurs", "rms_curvature"]
+__all__ = ["mean_and_worst_branch", "n_spurs", "negative_fraction", "rms_curvature"]
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,19 +15,23 @@ MIN_KNOWN = 6
 MAX_SPUR_REACH = 1.2  # in radii of the junction: a spur is an end branch whose balls all stay within; a guess
 
 
-def length_fraction(skeleton: Skeleton, is_chosen: NDArray[np.bool_]) -> float:
-    """Compute the fraction of the total length that belongs to the chosen nodes, half of each edge to either end.
+def negative_fraction(skeleton: Skeleton, values: NDArray[np.float64]) -> float:
+    """Compute the fraction of the length along which values are negative, linear between the two ends of each edge.
 
-    Without edges, it is the fraction of the nodes.
+    Without length, it is the fraction of the nodes.
 
     Parameters
     ----------
     skeleton : Skeleton
-    is_chosen : (k,) array of bool
+    values : (k,) array of float
         For each node.
     """
-    length = np.bincount(skeleton.edges.ravel(), weights=np.repeat(skeleton.edge_lengths, 2), minlength=len(is_chosen))
-    return float(np.average(is_chosen, weights=length if length.any() else None))
+    lengths = skeleton.edge_lengths
+    if not lengths.any():
+        return float((values < 0).mean())
+    low, high = np.sort(values[skeleton.edges], axis=1).T
+    rise = np.where(high > low, high - low, 1.0)
+    return float(np.average(np.where(high < 0, 1.0, np.clip(-low / rise, 0, 1)), weights=lengths))
 
 
 def rms_curvature(skeleton: Skeleton) -> float:

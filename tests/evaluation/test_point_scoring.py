@@ -13,21 +13,21 @@ from lbskel.shapes import make, torus
 
 
 def _cross():
-    """A cross of four tubes, 0.1 thick and 1 long, as 6,000 points without their hidden ones, and its skeleton."""
+    """A cross of four tubes, of radius 0.06 and length 1: 6,000 points without the hidden ones, and its skeleton."""
     rng = np.random.default_rng(4)
     along, angle = rng.uniform(0, 1, 6000), rng.uniform(0, 2 * np.pi, 6000)
     arm = rng.integers(4, size=6000)
     axes = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
     sides = np.array([[0.0, 1, 0], [0, 1, 0], [1, 0, 0], [1, 0, 0]])
-    around = 0.1 * (np.cos(angle)[:, None] * sides[arm] + np.sin(angle)[:, None] * [0, 0, 1])
+    around = 0.06 * (np.cos(angle)[:, None] * sides[arm] + np.sin(angle)[:, None] * [0, 0, 1])
     points = along[:, None] * axes[arm] + around
-    points = points[along > 0.1]
+    points = points[along > 0.06]
     ts = np.linspace(0.05, 0.95, 19)
     nodes = np.concatenate([[[0, 0, 0]], *(ts[:, None] * axis for axis in axes)])
     starts = 1 + 19 * np.arange(4)
     edges = [(0, s) for s in starts] + [(s + i, s + i + 1) for s in starts for i in range(18)]
     node = np.linalg.norm(points[:, None] - nodes, axis=2).argmin(axis=1)
-    return PointCloud(points), Skeleton(nodes, np.array(edges), np.full(len(nodes), 0.1), node)
+    return PointCloud(points), Skeleton(nodes, np.array(edges), np.full(len(nodes), 0.06), node)
 
 
 CLOUD, CROSS = _cross()
@@ -56,7 +56,7 @@ def test_a_good_skeleton_passes():
     [
         (_without(np.arange(1, 20)), "missed_limb_fraction"),
         (replace(CROSS, edges=np.delete(CROSS.edges, 30, axis=0)), "extra_components"),
-        (replace(CROSS, nodes=CROSS.nodes + [0, 0, 0.06]), "centeredness_error"),
+        (replace(CROSS, nodes=CROSS.nodes + [0, 0, 0.03]), "centeredness_error"),
     ],
 )
 def test_a_fault_is_found(skeleton, fault):
@@ -71,6 +71,40 @@ def test_a_branch_through_empty_space_is_found():
         np.concatenate([CROSS.nodes, bridge]), np.concatenate([CROSS.edges, edges]), np.full(n + 19, 0.1)
     )
     assert score_points(skeleton, CLOUD).verdicts["inside_fraction"] == "fail"
+
+
+def test_an_edge_through_empty_space_is_found():
+    skeleton = replace(CROSS, edges=np.concatenate([CROSS.edges, [[19, 57]]]))
+    score = score_points(skeleton, CLOUD)
+    assert score.nodes_inside_fraction == 1
+    assert score.verdicts["inside_fraction"] == "fail"
+
+
+def test_nodes_beyond_those_that_are_sampled_are_judged_too():
+    rng = np.random.default_rng(2)
+    fine = lbskel.resample(CROSS, n_nodes=3000)
+    is_aside = rng.random(len(fine.nodes)) < 0.3
+    aside = replace(fine, nodes=fine.nodes + 0.4 * is_aside[:, None] * [0, 0, 1], node_of_vertex=np.empty(0, np.int64))
+    assert score_points(aside, CLOUD).verdicts["nodes_inside_fraction"] == "fail"
+
+
+def test_a_node_far_away_is_outside():
+    score = score_points(Skeleton(np.array([[50.0, 0, 0]]), np.empty((0, 2)), np.ones(1)), CLOUD)
+    assert (score.nodes_inside_fraction, score.inside_fraction, score.coverage) == (0, 0, 0)
+
+
+def test_copies_of_points_change_nothing():
+    copied = PointCloud(np.repeat(CLOUD.points, 20, axis=0))
+    skeleton = replace(CROSS, node_of_vertex=np.empty(0, dtype=np.int64))
+    assert score_points(skeleton, copied) == score_points(skeleton, CLOUD)
+
+
+def test_a_skeleton_that_joins_two_parts_is_partly_outside():
+    n, shift = len(CROSS.nodes), np.array([10.0, 0, 0])
+    both = PointCloud(np.concatenate([CLOUD.points, CLOUD.points + shift]))
+    edges = np.concatenate([CROSS.edges, CROSS.edges + n, [[0, n]]])
+    score = score_points(Skeleton(np.concatenate([CROSS.nodes, CROSS.nodes + shift]), edges, np.ones(2 * n)), both)
+    assert score.verdicts["inside_fraction"] == "fail"
 
 
 def test_outliers_change_nothing():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from helpers import joined, moved, nearest_rows, slab
 
-from lbskel import Mesh, MeshError, Skeleton, score, skeletonize
+from lbskel import Mesh, MeshError, Skeleton, resample, score, skeletonize
 from lbskel.evaluation.measures import MEASURES
 from lbskel.refinement.region_map import is_in_largest_piece
 from lbskel.shapes import capsule, chain_of_tori, cylinder, make, mesh_solid, solid_of, sphere, torus, tube
@@ -272,6 +272,21 @@ def test_open_meshes_have_the_cycles_of_the_closed_surface():
         assert score(loop_cut(skeleton), holed, preprocess=preprocess).extra_cycles == -1
 
 
+def test_holes_that_touch_at_a_vertex_are_two():
+    mesh = capsule(4.0, 0.5, 32)
+    at_vertex = np.flatnonzero((mesh.faces == mesh.faces[0, 0]).any(axis=1))
+    opposite = next(face for face in at_vertex if len(np.intersect1d(mesh.faces[face], mesh.faces[0])) == 1)
+    holed = Mesh(mesh.vertices, np.delete(mesh.faces, [0, opposite], axis=0))
+    assert score(skeletonize(mesh), holed, preprocess=None).extra_cycles == 0
+
+
+def test_a_skeleton_far_outside_covers_nothing_and_reaches_no_end(limbs):
+    mesh, skeleton = limbs
+    found = score(replace(skeleton, nodes=skeleton.nodes + [100.0, 0, 0]), mesh)
+    assert found.coverage == 0
+    assert found.extremities_missed == found.extremities
+
+
 def test_the_mesh_is_prepared_as_it_is_for_the_skeleton(rings):
     mesh, _ = rings
     corners = mesh.faces.ravel()
@@ -342,13 +357,20 @@ def test_coverage_is_a_share_of_the_area():
 def test_what_is_near_the_surface_is_a_share_of_the_length():
     mesh = tube([[0, 0, 0], [0, 0, 4]], 0.5, sides=24)
     inner = [[0, 0, z] for z in (0.5, 1.5, 2.5)]
-    # a third of the length runs 0.02 under the surface, by five of eight nodes; each end of an edge gets half of it
+    # five of eight nodes run 0.02 under the surface, and a part of the edge that leads to them is as near
     near = [[0.48, 0, z] for z in (2.7, 2.8, 2.9, 3.0, 3.1)]
     skeleton = chain(inner + near)
     lengths = skeleton.edge_lengths
-    expected = (lengths[2] / 2 + lengths[3:].sum()) / lengths.sum()
-    assert expected < 0.4
-    assert score(skeleton, mesh).near_surface_fraction == pytest.approx(expected, rel=1e-9)
+    shares = lengths[3:].sum() / lengths.sum(), lengths[2:].sum() / lengths.sum()
+    assert shares[0] < score(skeleton, mesh).near_surface_fraction < sum(shares) / 2
+
+
+def test_what_is_near_the_surface_does_not_depend_on_the_number_of_nodes():
+    mesh = sphere(2)
+    skeleton = skeletonize(mesh, tip_position="surface")
+    few, many = (score(resample(skeleton, n_nodes=n), mesh).near_surface_fraction for n in (8, 80))
+    assert few == pytest.approx(many, abs=0.01)  # half of the distance between nodes
+    assert skeleton.report["passed"]
 
 
 def test_a_wrong_map_puts_no_node_near_the_surface(limbs):

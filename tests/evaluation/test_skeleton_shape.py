@@ -4,14 +4,20 @@ import numpy as np
 import pytest
 
 from lbskel import Skeleton
-from lbskel.evaluation.skeleton_shape import MIN_KNOWN, length_fraction, mean_and_worst_branch, n_spurs, rms_curvature
+from lbskel.evaluation.skeleton_shape import MIN_KNOWN, mean_and_worst_branch, n_spurs, negative_fraction, rms_curvature
 
 PATH = Skeleton(np.array([[0.0, 0, 0], [1, 0, 0], [3, 0, 0]]), np.array([[0, 1], [1, 2]]), np.ones(3))
 
 
-def test_the_fraction_of_the_length_counts_half_of_each_edge_for_either_end():
-    assert length_fraction(PATH, np.array([False, True, False])) == pytest.approx(0.5)
-    assert length_fraction(PATH, np.array([False, False, True])) == pytest.approx(1 / 3)
+def test_values_are_linear_along_edges():
+    assert negative_fraction(PATH, np.array([1.0, -1, 1])) == pytest.approx(0.5)
+    assert negative_fraction(PATH, np.array([1.0, 1, -3])) == pytest.approx(0.5)
+    assert negative_fraction(PATH, np.array([-1.0, -1, 0])) == 1
+    assert negative_fraction(PATH, np.zeros(3)) == 0
+
+
+def test_without_length_nodes_are_counted():
+    assert negative_fraction(Skeleton(PATH.nodes, [], np.ones(3)), np.array([1.0, -1, 1])) == pytest.approx(1 / 3)
 
 
 def test_a_branch_needs_known_values_for_a_median_of_its_own():
