@@ -73,6 +73,13 @@ def test_cycles_in_a_format_of_trees_are_told_and_only_a_tree_loses_them(worker,
     assert reply["message"] in (tmp_path / "ring.report.json").read_text()
 
 
+@pytest.mark.parametrize("limit", [1e13, float("inf")])
+def test_a_limit_beyond_those_of_the_system_is_none(job, limit):
+    process = WorkerProcess(limit, limit)
+    assert process.run(job)["outcome"] is BatchStatus.PASSED
+    process.close()
+
+
 def test_a_killed_process_is_reported_and_the_next_job_gets_another(worker, job, tmp_path):
     assert worker.run({**job, "output": str(tmp_path / "first.json")})["outcome"] is BatchStatus.PASSED
     worker._process.send_signal(signal.SIGKILL)
