@@ -8,12 +8,13 @@ import argparse
 import json
 import sys
 import time
+from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from lbskel.cli.html_option import add_html_option, refuse_page, write_page
+from lbskel.cli.html_option import add_html_option, write_page
 from lbskel.cli.options import (
     add_command,
     add_force_option,
@@ -120,8 +121,10 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
         for mesh in inputs
     ]
     outputs = [(path, kinds) for job in jobs for path, kinds in job.outputs() if path is not None]
-    if len({path for path, _ in outputs}) < len(outputs):
-        raise FormatError("two outputs have the same name; give inputs of different names, or run them one by one")
+    [(path, n_times)] = Counter(path for path, _ in outputs).most_common(1)
+    if n_times > 1:
+        way_out = "give inputs of different names, or run them one by one" if are_several else "give another name"
+        raise FormatError(f"{path}: two outputs have the same name; {way_out}")
     refuse_unwritable(outputs, arguments.force)
     for name in sorted({_format(job.skeleton) for job in jobs}):
         require_writable(name, scale=arguments.scale, units=arguments.units)
@@ -129,8 +132,10 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
         from lbskel.visualization.rendering import require_matplotlib
 
         require_matplotlib()
-    for job in jobs:
-        refuse_page(job.html, arguments.force)
+    if arguments.html:
+        from lbskel.visualization.interactive import require_plotly
+
+        require_plotly()
     return jobs
 
 
