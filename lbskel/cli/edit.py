@@ -21,7 +21,7 @@ from lbskel.cli.options import (
     read_mesh_to_write,
 )
 from lbskel.cli.terminal import tell
-from lbskel.errors import MeshError, UnknownChoice
+from lbskel.errors import MeshError, UnknownChoice, counted
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import write_mesh
 
@@ -69,7 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
     moved = _vertices(mesh, arguments.move)
     fixed = np.unique(np.concatenate([np.empty(0, np.int64), *(_vertices(mesh, r) for r in arguments.fix)]))
     if len(both := np.intersect1d(fixed, moved)):
-        raise MeshError(f"{len(both):,} vertices are in a region of --fix and in that of --move, such as {both[0]}")
+        raise MeshError(f"{counted(len(both), 'vertex')} in a region of --fix and in that of --move, such as {both[0]}")
     center = mesh.vertices[moved].mean(axis=0) if arguments.center is None else arguments.center
     try:
         motion = rigid_motion(
@@ -83,8 +83,8 @@ def run(arguments: argparse.Namespace) -> int:
     before, after = (each.edge_lengths for each in (mesh, result))
     change = np.abs(after / np.where(before > 0, before, 1.0) - 1)[before > 0]
     text = (
-        f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces\n"
-        f"{arguments.output}: {len(fixed):,} vertices fixed, {len(moved):,} moved; edge lengths changed by "
+        f"{arguments.mesh}: {counted(len(mesh.vertices), 'vertex')}, {counted(len(mesh.faces), 'face')}\n"
+        f"{arguments.output}: {counted(len(fixed), 'vertex')} fixed, {len(moved):,} moved; edge lengths changed by "
         f"{100 * change.mean():.3g} % on average, {100 * change.max():.3g} % at most"
     )
     facts = {

@@ -17,6 +17,7 @@ from lbskel.cli.options import (
     refuse_unwritable,
 )
 from lbskel.cli.terminal import tell
+from lbskel.errors import counted
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io import MESH_WRITERS, POINT_WRITERS, as_shape
 from lbskel.io.atomic_write import write_all_safely
@@ -92,5 +93,5 @@ def run(arguments: argparse.Namespace) -> int:
 def _size(shape: Mesh | PointCloud) -> str:
     """Count the vertices and faces, or the points."""
     if isinstance(shape, PointCloud):
-        return f"{len(shape.points):,} points"
-    return f"{len(shape.vertices):,} vertices, {len(shape.faces):,} faces"
+        return counted(len(shape.points), "point")
+    return f"{counted(len(shape.vertices), 'vertex')}, {counted(len(shape.faces), 'face')}"

@@ -19,7 +19,7 @@ from lbskel.cli.options import (
     read_mesh_to_write,
 )
 from lbskel.cli.terminal import tell
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, counted
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import write_mesh
 
@@ -55,10 +55,10 @@ def run(arguments: argparse.Namespace) -> int:
     errors = _errors(result.mesh, mesh)
     rounded = _errors(mesh.with_vertices(round_to_bits(mesh.vertices, arguments.bits)[1]), mesh)
     text = (
-        f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces\n"
-        f"{arguments.output}: {result.bits_per_vertex:.3g} bits per vertex, {len(result.anchors)} anchors, "
+        f"{arguments.mesh}: {counted(len(mesh.vertices), 'vertex')}, {counted(len(mesh.faces), 'face')}\n"
+        f"{arguments.output}: {result.bits_per_vertex:.3g} bits per vertex, {counted(len(result.anchors), 'anchor')}, "
         f"{TEXT.format(**errors)}\n"
-        f"positions of {arguments.bits} bits: {TEXT.format(**rounded)}"
+        f"positions of {counted(arguments.bits, 'bit')}: {TEXT.format(**rounded)}"
     )
     facts = {
         "output": arguments.output,

@@ -24,7 +24,7 @@ from lbskel.cli.options import (
     skeleton_options,
 )
 from lbskel.cli.terminal import tell, with_options
-from lbskel.errors import FormatError, LbskelError
+from lbskel.errors import FormatError, LbskelError, counted
 from lbskel.io import FORMATS, MESH_READERS, POINT_READERS, as_shape, write_safely, write_skeleton
 from lbskel.io.csv import edges_path
 from lbskel.io.skeleton_io import require_writable
@@ -192,10 +192,12 @@ def _summary(job: _Job, skeleton: Skeleton, report: dict[str, Any]) -> str:
     """Sum up the report in a few lines."""
     size = report["input"]
     lines = [
-        f"{job.mesh}: {size['vertices']:,} vertices, {size['faces']:,} faces, {size['components']} component(s)",
+        f"{job.mesh}: {counted(size['vertices'], 'vertex')}, {counted(size['faces'], 'face')}, "
+        f"{counted(size['components'], 'component')}",
         *(f"  note      {note}" for note in report["notes"]),
-        f"  skeleton  {len(skeleton.nodes)} nodes, {len(skeleton.tips)} tips, {len(skeleton.junctions)} junctions, "
-        f"{skeleton.cycle_rank} cycles, {skeleton.radius_kind} radii",
+        f"  skeleton  {counted(len(skeleton.nodes), 'node')}, {counted(len(skeleton.tips), 'tip')}, "
+        f"{counted(len(skeleton.junctions), 'junction')}, {counted(skeleton.cycle_rank, 'cycle')}, "
+        f"{skeleton.radius_kind} radii",
     ]
     lines.extend(_bodies(report["components"]))
     scored = report["score"]
@@ -224,11 +226,11 @@ def _bodies(bodies: list[dict[str, Any]]) -> list[str]:
     for body in by_size[:n_shown]:
         genus = "open, topology not checked" if body["genus"] is None else f"genus {body['genus']}"
         lines.append(
-            f"  component {body['faces']:,} faces, {genus}: {body['cycle_rank']} cycles; "
-            f"{len(body['steps'])} steps, {body['status']}"
+            f"  component {counted(body['faces'], 'face')}, {genus}: {counted(body['cycle_rank'], 'cycle')}; "
+            f"{counted(len(body['steps']), 'step')}, {body['status']}"
         )
         lines.extend(f"  note      {note}" for note in body["notes"])
     if others := by_size[n_shown:]:
         n_faces = sum(body["faces"] for body in others)
-        lines.append(f"  component {len(others)} more of {n_faces:,} faces together")
+        lines.append(f"  component {len(others)} more of {counted(n_faces, 'face')} together")
     return lines

@@ -66,7 +66,7 @@ def test_cycles_in_a_format_of_trees_are_told_and_only_a_tree_loses_them(worker,
         }
     )
     assert (reply["outcome"], reply["cycles"]) == (BatchStatus.PASSED, cycle_rank)
-    assert reply["message"].startswith("1 cycle(s) cut where the skeleton is thinnest")
+    assert reply["message"].startswith("1 cycle cut where the skeleton is thinnest")
     assert read_skeleton(tmp_path / "ring.swc").cycle_rank == cycle_rank
     assert "multiplied by 2.0" in (tmp_path / "ring.swc").read_text()
     assert (tmp_path / "ring.png").exists()
