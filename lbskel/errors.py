@@ -15,6 +15,7 @@ __all__ = [
     "SolveError",
     "UnknownChoice",
     "choose",
+    "counted",
     "first_few",
     "nearest",
 ]
@@ -27,6 +28,7 @@ Value = TypeVar("Value")
 
 # Least similarity, as difflib measures it, at which a name is taken for a misspelling of another; a choice of style
 MIN_SIMILARITY = 0.75
+PLURALS = {"branch": "branches", "vertex": "vertices"}  # of nouns that do not just add an s
 
 
 class LbskelError(Exception):
@@ -194,3 +196,8 @@ def first_few(indices: Iterable[object], at_most: int = 5) -> str:
     names = [str(index) for index in indices]
     shown = ", ".join(names[:at_most])
     return shown if len(names) <= at_most else f"{shown} and {len(names) - at_most} more"
+
+
+def counted(n: int, noun: str) -> str:
+    """Format a number of things for a message: ``1 cycle``, ``2,304 faces``."""
+    return f"{n:,} {noun if n == 1 else PLURALS.get(noun, f'{noun}s')}"

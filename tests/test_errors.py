@@ -23,7 +23,7 @@ from lbskel import (
 )
 from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ENERGIES
-from lbskel.errors import choose, first_few, nearest
+from lbskel.errors import choose, counted, first_few, nearest
 from lbskel.io import FORMATS, MESH_READERS, read_mesh, read_skeleton
 from lbskel.operators import MASSES
 from lbskel.pipeline.options import DOMAINS
@@ -80,6 +80,16 @@ def test_first_few_counts_the_rest():
     assert first_few(range(5)) == "0, 1, 2, 3, 4"
     assert first_few(range(6)) == "0, 1, 2, 3, 4 and 1 more"
     assert first_few([3, 17, 40], at_most=1) == "3 and 2 more"
+
+
+def test_one_thing_is_singular():
+    assert [counted(n, "face") for n in (0, 1, 2304)] == ["0 faces", "1 face", "2,304 faces"]
+    assert [counted(n, noun) for n in (1, 2) for noun in ("vertex", "branch")] == [
+        "1 vertex",
+        "1 branch",
+        "2 vertices",
+        "2 branches",
+    ]
 
 
 CHOICES = {

@@ -18,6 +18,7 @@ from typing import Any
 
 from lbskel.cli.options import add_command, add_skeleton_options, add_swc_options, skeleton_options
 from lbskel.cli.terminal import with_options
+from lbskel.errors import FormatError, counted
 from lbskel.io import FORMATS
 from lbskel.pipeline.batch import BatchStatus, Record, skeletonize_many
 from lbskel.pipeline.batch.records import MANIFEST, SUMMARY
@@ -88,8 +89,8 @@ def run(arguments: argparse.Namespace) -> int:
             print(json.dumps({**asdict(record), "outcome": record.outcome.value}))
     elif not arguments.quiet:
         by_status = ", ".join(f"{counts[each]} {each.value}" for each in BatchStatus if counts[each])
-        print(f"{len(records)} inputs: {by_status}")
-        print(f"  {n_earlier} of them are from earlier batches; {Path(arguments.output) / SUMMARY} has a row for each")
+        print(f"{counted(len(records), 'input')}: {by_status}")
+        print(f"  {n_earlier} from earlier batches; {Path(arguments.output) / SUMMARY} has a row for each")
     return (
         0
         if set(counts) == {BatchStatus.PASSED}
@@ -100,13 +101,21 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _paths(given: list[str]) -> list[str]:
-    """List the paths named, each once, with patterns replaced by the files that they match, in the order of names."""
+    """List the paths named, each once, with patterns replaced by the files that they match, in the order of names.
+
+    Raises
+    ------
+    FormatError
+        If a pattern matches no file.
+    """
     paths = []
     for name in given:
-        is_pattern = glob.has_magic(name) and not Path(name).exists()
-        paths.extend(sorted(path for path in glob.glob(name, recursive=True) if Path(path).is_file()))
-        if not is_pattern and name not in paths:
+        if not glob.has_magic(name) or Path(name).exists():
             paths.append(name)
+        elif matches := sorted(path for path in glob.glob(name, recursive=True) if Path(path).is_file()):
+            paths.extend(matches)
+        else:
+            raise FormatError(f"{name}: no file matches this pattern; correct it, or leave it out")
     return list(dict.fromkeys(paths))
 
 

@@ -13,6 +13,7 @@ from lbskel.applications import branch_table
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
 from lbskel.cli.options import add_command, add_force_option, refuse_unwritable
 from lbskel.cli.terminal import tell
+from lbskel.errors import counted
 from lbskel.io import write_safely
 
 
@@ -43,5 +44,5 @@ def run(arguments: argparse.Namespace) -> int:
         write_safely(
             output, table.to_json() if output.suffix.lower() == ".json" else table.to_csv(), force=arguments.force
         )
-        tell(arguments, f"{output}: {len(table)} branches", {"output": str(output), "n_branches": len(table)})
+        tell(arguments, f"{output}: {counted(len(table), 'branch')}", {"output": str(output), "n_branches": len(table)})
     return 0

@@ -12,7 +12,7 @@ from typing import Any
 from lbskel.cli.options import add_command, add_force_option, refuse_unwritable
 from lbskel.cli.terminal import tell
 from lbskel.contraction.result import Status
-from lbskel.errors import FormatError
+from lbskel.errors import FormatError, counted
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io import as_shape
 from lbskel.io.atomic_write import Content, write_all_safely
@@ -78,7 +78,8 @@ def run(arguments: argparse.Namespace) -> int:
     reference = results["curvature_flow"].skeleton
     records = {case: _with_reason(record(result, reference=reference)) for case, result in results.items()}
     title = f"Contractions of {Path(arguments.mesh).name}"
-    what = f"{len(given.vertices)} vertices and {len(given.faces)} faces; compared on {len(mesh.faces)} faces"
+    what = f"{counted(len(given.vertices), 'vertex')} and {counted(len(given.faces), 'face')}; "
+    what += f"compared on {counted(len(mesh.faces), 'face')}"
     what += " of its largest component." if given.n_components > 1 else "."
     pictures = {
         "Area and bounding box by step, without roll-back": _curves(records),

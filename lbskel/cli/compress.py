@@ -10,6 +10,7 @@ from typing import Any
 from lbskel.applications import BASES, compress
 from lbskel.cli.options import add_command, add_force_option, add_mesh_and_output, read_mesh_to_write
 from lbskel.cli.terminal import tell
+from lbskel.errors import counted
 from lbskel.io import write_mesh
 
 N_FUNCTIONS = 200  # of the basis, by default; it bounds the size of the file and the time. "Compression" in
@@ -49,7 +50,8 @@ def run(arguments: argparse.Namespace) -> int:
     error = packed.rms_error(mesh)
     share = f" ({100 * error / mesh.diameter_bound:.2g} % of the diameter bound)" if mesh.diameter_bound > 0 else ""
     text = (
-        f"{arguments.output}: {len(packed.coefficients)} coefficients of {packed.n_vertices:,} vertices, in each axis\n"
+        f"{arguments.output}: {counted(len(packed.coefficients), 'coefficient')} of "
+        f"{counted(packed.n_vertices, 'vertex')}, in each axis\n"
         f"{packed.bits_per_vertex:.3g} bits a vertex without the faces, rms error {error:.3g}{share}"
     )
     facts = {

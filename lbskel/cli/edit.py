@@ -21,7 +21,7 @@ from lbskel.cli.options import (
     read_mesh_to_write,
 )
 from lbskel.cli.terminal import tell
-from lbskel.errors import MeshError, UnknownChoice
+from lbskel.errors import MeshError, UnknownChoice, counted
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import write_mesh
 
@@ -65,27 +65,26 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Edit, write and print the sizes of the regions and the change of lengths."""
-    if arguments.iterations is not None and arguments.method not in ITERATIVE:
-        raise UnknownChoice(
-            f"--iterations has no effect on the method {arguments.method}, which solves once; leave it out"
-        )
     mesh = read_mesh_to_write(arguments)
     moved = _vertices(mesh, arguments.move)
     fixed = np.unique(np.concatenate([np.empty(0, np.int64), *(_vertices(mesh, r) for r in arguments.fix)]))
     if len(both := np.intersect1d(fixed, moved)):
-        raise MeshError(f"{len(both):,} vertices are in a region of --fix and in that of --move, such as {both[0]}")
+        raise MeshError(f"{counted(len(both), 'vertex')} in a region of --fix and in that of --move, such as {both[0]}")
     center = mesh.vertices[moved].mean(axis=0) if arguments.center is None else arguments.center
-    motion = rigid_motion(
-        axis=arguments.axis, angle_deg=arguments.angle, center=center, translation=arguments.translate
-    )
+    try:
+        motion = rigid_motion(
+            axis=arguments.axis, angle_deg=arguments.angle, center=center, translation=arguments.translate
+        )
+    except MeshError as error:  # of the options: the mesh has no part in it
+        raise UnknownChoice(str(error)) from None
     editor = Editor(mesh, [fixed, moved], method=arguments.method, operator=arguments.operator)
     result = editor.edit([np.eye(4), motion], iterations=arguments.iterations)
     write_mesh(arguments.output, result, force=arguments.force)
     before, after = (each.edge_lengths for each in (mesh, result))
     change = np.abs(after / np.where(before > 0, before, 1.0) - 1)[before > 0]
     text = (
-        f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces\n"
-        f"{arguments.output}: {len(fixed):,} vertices fixed, {len(moved):,} moved; edge lengths changed by "
+        f"{arguments.mesh}: {counted(len(mesh.vertices), 'vertex')}, {counted(len(mesh.faces), 'face')}\n"
+        f"{arguments.output}: {counted(len(fixed), 'vertex')} fixed, {len(moved):,} moved; edge lengths changed by "
         f"{100 * change.mean():.3g} % on average, {100 * change.max():.3g} % at most"
     )
     facts = {
@@ -109,12 +108,14 @@ def _region(text: str) -> tuple[int, float, float]:
 
 
 def _vector(text: str) -> tuple[float, ...]:
-    """Parse three numbers."""
+    """Parse three finite numbers."""
     try:
         x, y, z = map(float, text.split(","))
-        return x, y, z
     except ValueError:
-        raise argparse.ArgumentTypeError(f"must be X,Y,Z, not {text!r}") from None
+        x = y = z = np.nan
+    if not np.isfinite([x, y, z]).all():
+        raise argparse.ArgumentTypeError(f"must be X,Y,Z, three finite numbers, not {text!r}")
+    return x, y, z
 
 
 def _vertices(mesh: Mesh, region: tuple[int, float, float]) -> NDArray[np.int64]:

@@ -13,6 +13,7 @@ import numpy as np
 from lbskel.applications import HeatMethod
 from lbskel.cli.options import add_command, add_force_option, read_surface, refuse_unwritable
 from lbskel.cli.terminal import tell
+from lbskel.errors import counted
 from lbskel.io import write_safely
 
 N_BANDS = 20  # of the picture, which show the level sets
@@ -58,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
         "gradient_error": method.gradient_error(distance),
     }
     text = (
-        f"{arguments.mesh}: {facts['n_reached']:,} of {len(distance):,} vertices reached, "
+        f"{arguments.mesh}: {facts['n_reached']:,} of {counted(len(distance), 'vertex')} reached, "
         f"at most {facts['max_distance']:.6g} and on average {facts['mean_distance']:.6g} away\n"
         f"the length of the gradient is 1 up to {facts['gradient_error']:.1e} on average"
     )

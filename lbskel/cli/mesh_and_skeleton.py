@@ -10,7 +10,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from lbskel.cli.options import add_skeleton_options, read_surface, skeleton_options
-from lbskel.errors import MeshError, UnknownChoice
+from lbskel.errors import MeshError, UnknownChoice, counted
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io import FORMATS, MESH_READERS, read_skeleton
 from lbskel.pipeline.options import PAGE_OPTIONS
@@ -45,8 +45,9 @@ def mesh_and_skeleton(arguments: argparse.Namespace) -> tuple[Mesh, Skeleton]:
     skeleton = skeleton_of(mesh, arguments, is_shown=bool(getattr(arguments, "html", None)))
     if len(skeleton.node_of_vertex) != len(mesh.vertices):
         raise MeshError(
-            f"{arguments.skeleton}: maps {len(skeleton.node_of_vertex)} vertices to its nodes, and {arguments.mesh} "
-            f"has {len(mesh.vertices)}; write the skeleton of this mesh as json, npz, ply or vtp, which store the map"
+            f"{arguments.skeleton}: maps {counted(len(skeleton.node_of_vertex), 'vertex')} to its nodes, and "
+            f"{arguments.mesh} has {len(mesh.vertices):,}; write the skeleton of this mesh as json, npz, ply or vtp, "
+            "which store the map"
         )
     return mesh, skeleton
 

@@ -26,7 +26,8 @@ from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.settings import PRESETS
 from lbskel.errors import FormatError, MeshError
 from lbskel.geometry.mesh import Mesh, PointCloud
-from lbskel.io import MESH_WRITERS, POINT_READERS, as_shape, read_mesh
+from lbskel.io import MESH_WRITERS, as_shape
+from lbskel.io.atomic_write import writable_target
 from lbskel.operators import OPERATORS
 from lbskel.pipeline.options import DOMAINS, JOIN, RADIUS_KINDS, TIP_POSITIONS
 from lbskel.pipeline.preparation import SIMPLIFY
@@ -98,30 +99,26 @@ def add_force_option(parser: argparse.ArgumentParser) -> None:
 def refuse_unwritable(files: Iterable[tuple[str | Path | None, Collection[str]]], force: bool) -> None:
     """Raise FormatError if a file cannot be written, before anything is computed.
 
-    That is, if it is a folder, if its name has none of the extensions beside it, if it exists, or if its folder does
-    not. None is no file.
+    That is, if its name has none of the extensions beside it, if it exists, or as :func:`writable_target` does. None is
+    no file.
     """
     for path, extensions in [(Path(name), extensions) for name, extensions in files if name]:
-        if path.is_dir():
-            raise FormatError(f"{path}: is a folder; give the name of a file in it")
-        if path.suffix.lower().removeprefix(".") not in extensions:
+        if path.suffix.lower().removeprefix(".") not in extensions and not path.is_dir():
             known = [f".{extension}" for extension in extensions]
             raise FormatError(f"{path}: the name must end in {'one of: ' if len(known) > 1 else ''}{', '.join(known)}")
-        if not path.parent.is_dir():
-            raise FormatError(f"{path}: the folder {path.parent} does not exist; create it first")
-        if path.exists() and not force:
+        if writable_target(path, force=True).exists() and not force:
             raise FormatError(f"{path} exists already; give --force to replace it")
 
 
 def read_surface(path: str) -> Mesh:
     """Read a mesh; of a point cloud, raise MeshError with the command that makes a surface of it."""
-    if Path(path).suffix.lower().removeprefix(".") in POINT_READERS and isinstance(as_shape(path), PointCloud):
+    shape = as_shape(path)
+    if isinstance(shape, PointCloud):
         raise MeshError(
             f"{path}: is a point cloud, and this command needs a mesh; lbskel preprocess {path} "
             f"-o {Path(path).stem}_surface.ply writes the surface through its points"
         )
-    mesh: Mesh = read_mesh(path)
-    return mesh
+    return shape
 
 
 def read_mesh_to_write(arguments: argparse.Namespace) -> Mesh:

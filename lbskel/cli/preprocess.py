@@ -17,10 +17,12 @@ from lbskel.cli.options import (
     refuse_unwritable,
 )
 from lbskel.cli.terminal import tell
+from lbskel.errors import counted
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.io import MESH_WRITERS, POINT_WRITERS, as_shape
 from lbskel.io.atomic_write import write_all_safely
 from lbskel.io.npy import encode_npy
+from lbskel.io.text import prefix_errors
 from lbskel.preprocess import (
     CLOUD_PREPARATIONS,
     STEPS,
@@ -75,7 +77,8 @@ def run(arguments: argparse.Namespace) -> int:
     report = {"mesh": arguments.mesh, **result.report}
     written = PointCloud(result.points) if isinstance(result, CleanedPoints) else result.mesh
     output = Path(arguments.output)
-    contents: dict[Path, str | bytes] = {output: writers[output.suffix.lower().removeprefix(".")](written)}
+    with prefix_errors(output):
+        contents: dict[Path, str | bytes] = {output: writers[output.suffix.lower().removeprefix(".")](written)}
     if arguments.map:
         contents[Path(arguments.map)] = encode_npy(result.vertex_map.indices)
     if arguments.report:
@@ -90,5 +93,5 @@ def run(arguments: argparse.Namespace) -> int:
 def _size(shape: Mesh | PointCloud) -> str:
     """Count the vertices and faces, or the points."""
     if isinstance(shape, PointCloud):
-        return f"{len(shape.points):,} points"
-    return f"{len(shape.vertices):,} vertices, {len(shape.faces):,} faces"
+        return counted(len(shape.points), "point")
+    return f"{counted(len(shape.vertices), 'vertex')}, {counted(len(shape.faces), 'face')}"

@@ -19,7 +19,7 @@ from lbskel.cli.options import (
     read_mesh_to_write,
 )
 from lbskel.cli.terminal import tell
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, counted
 from lbskel.geometry.mesh import Mesh
 from lbskel.io import write_mesh
 
@@ -52,19 +52,20 @@ def run(arguments: argparse.Namespace) -> int:
         raise MeshError(f"{arguments.mesh}: the mesh has no area: every face is degenerate, so normals have no error")
     result = quantize_deltas(mesh, bits=arguments.bits, n_anchors=arguments.anchors, operator=arguments.operator)
     write_mesh(arguments.output, result.mesh, force=arguments.force)
-    positions = mesh.with_vertices(round_to_bits(mesh.vertices, arguments.bits)[1])
+    errors = _errors(result.mesh, mesh)
+    rounded = _errors(mesh.with_vertices(round_to_bits(mesh.vertices, arguments.bits)[1]), mesh)
     text = (
-        f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces\n"
-        f"{arguments.output}: {result.bits_per_vertex:.3g} bits per vertex, {len(result.anchors)} anchors, "
-        f"{TEXT.format(**_errors(result.mesh, mesh))}\n"
-        f"positions of {arguments.bits} bits: {TEXT.format(**_errors(positions, mesh))}"
+        f"{arguments.mesh}: {counted(len(mesh.vertices), 'vertex')}, {counted(len(mesh.faces), 'face')}\n"
+        f"{arguments.output}: {result.bits_per_vertex:.3g} bits per vertex, {counted(len(result.anchors), 'anchor')}, "
+        f"{TEXT.format(**errors)}\n"
+        f"positions of {counted(arguments.bits, 'bit')}: {TEXT.format(**rounded)}"
     )
     facts = {
         "output": arguments.output,
         "bits_per_vertex": result.bits_per_vertex,
         "n_anchors": len(result.anchors),
-        **_errors(result.mesh, mesh),
-        "rounded_positions": _errors(positions, mesh),
+        **errors,
+        "rounded_positions": rounded,
     }
     tell(arguments, text, facts)
     return 0

@@ -17,7 +17,7 @@ from lbskel.cli.html_option import add_html_option, refuse_page, write_page
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
 from lbskel.cli.options import add_command, add_force_option, refuse_unwritable
 from lbskel.cli.terminal import tell
-from lbskel.errors import first_few
+from lbskel.errors import counted, first_few
 from lbskel.io.gltf_skin import UP_AXES, write_rig
 from lbskel.skeleton.armature import Rig
 from lbskel.visualization import Table
@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
         title = Path(arguments.mesh).name
         write_page(arguments.html, mesh, skeleton, arguments, title=title, tables=[_table(rigged)], **shown)
     facts = {"output": str(output), "bones": list(rigged.names), "parents": rigged.parents.tolist()}
-    tell(arguments, f"{output}: {len(rigged.names)} bones: {', '.join(rigged.names)}", facts)
+    tell(arguments, f"{output}: {counted(len(rigged.names), 'bone')}: {', '.join(rigged.names)}", facts)
     return 0
 
 

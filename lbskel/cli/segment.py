@@ -14,6 +14,7 @@ from lbskel.cli.html_option import add_html_option, refuse_page, write_page
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
 from lbskel.cli.options import add_command, add_force_option, refuse_unwritable
 from lbskel.cli.terminal import tell
+from lbskel.errors import counted
 from lbskel.io.atomic_write import Content, write_all_safely
 from lbskel.io.ply_parts import encode_ply_parts
 from lbskel.visualization import Table
@@ -59,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
         title = Path(arguments.mesh).name
         write_page(arguments.html, mesh, skeleton, arguments, title=title, tables=[_table(parts)], **shown)
     facts = {name: values.tolist() for name, values in parts.columns().items()}
-    tell(arguments, f"{arguments.output}: {len(parts)} parts", {"output": arguments.output, **facts})
+    tell(arguments, f"{arguments.output}: {counted(len(parts), 'part')}", {"output": arguments.output, **facts})
     return 0
 
 

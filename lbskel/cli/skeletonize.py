@@ -8,12 +8,13 @@ import argparse
 import json
 import sys
 import time
+from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from lbskel.cli.html_option import add_html_option, refuse_page, write_page
+from lbskel.cli.html_option import add_html_option, write_page
 from lbskel.cli.options import (
     add_command,
     add_force_option,
@@ -23,7 +24,7 @@ from lbskel.cli.options import (
     skeleton_options,
 )
 from lbskel.cli.terminal import tell, with_options
-from lbskel.errors import FormatError, LbskelError
+from lbskel.errors import FormatError, LbskelError, counted
 from lbskel.io import FORMATS, MESH_READERS, POINT_READERS, as_shape, write_safely, write_skeleton
 from lbskel.io.csv import edges_path
 from lbskel.io.skeleton_io import require_writable
@@ -120,8 +121,10 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
         for mesh in inputs
     ]
     outputs = [(path, kinds) for job in jobs for path, kinds in job.outputs() if path is not None]
-    if len({path for path, _ in outputs}) < len(outputs):
-        raise FormatError("two outputs have the same name; give inputs of different names, or run them one by one")
+    [(path, n_times)] = Counter(path for path, _ in outputs).most_common(1)
+    if n_times > 1:
+        way_out = "give inputs of different names, or run them one by one" if are_several else "give another name"
+        raise FormatError(f"{path}: two outputs have the same name; {way_out}")
     refuse_unwritable(outputs, arguments.force)
     for name in sorted({_format(job.skeleton) for job in jobs}):
         require_writable(name, scale=arguments.scale, units=arguments.units)
@@ -129,8 +132,10 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
         from lbskel.visualization.rendering import require_matplotlib
 
         require_matplotlib()
-    for job in jobs:
-        refuse_page(job.html, arguments.force)
+    if arguments.html:
+        from lbskel.visualization.interactive import require_plotly
+
+        require_plotly()
     return jobs
 
 
@@ -187,10 +192,12 @@ def _summary(job: _Job, skeleton: Skeleton, report: dict[str, Any]) -> str:
     """Sum up the report in a few lines."""
     size = report["input"]
     lines = [
-        f"{job.mesh}: {size['vertices']:,} vertices, {size['faces']:,} faces, {size['components']} component(s)",
+        f"{job.mesh}: {counted(size['vertices'], 'vertex')}, {counted(size['faces'], 'face')}, "
+        f"{counted(size['components'], 'component')}",
         *(f"  note      {note}" for note in report["notes"]),
-        f"  skeleton  {len(skeleton.nodes)} nodes, {len(skeleton.tips)} tips, {len(skeleton.junctions)} junctions, "
-        f"{skeleton.cycle_rank} cycles, {skeleton.radius_kind} radii",
+        f"  skeleton  {counted(len(skeleton.nodes), 'node')}, {counted(len(skeleton.tips), 'tip')}, "
+        f"{counted(len(skeleton.junctions), 'junction')}, {counted(skeleton.cycle_rank, 'cycle')}, "
+        f"{skeleton.radius_kind} radii",
     ]
     lines.extend(_bodies(report["components"]))
     scored = report["score"]
@@ -219,11 +226,11 @@ def _bodies(bodies: list[dict[str, Any]]) -> list[str]:
     for body in by_size[:n_shown]:
         genus = "open, topology not checked" if body["genus"] is None else f"genus {body['genus']}"
         lines.append(
-            f"  component {body['faces']:,} faces, {genus}: {body['cycle_rank']} cycles; "
-            f"{len(body['steps'])} steps, {body['status']}"
+            f"  component {counted(body['faces'], 'face')}, {genus}: {counted(body['cycle_rank'], 'cycle')}; "
+            f"{counted(len(body['steps']), 'step')}, {body['status']}"
         )
         lines.extend(f"  note      {note}" for note in body["notes"])
     if others := by_size[n_shown:]:
         n_faces = sum(body["faces"] for body in others)
-        lines.append(f"  component {len(others)} more of {n_faces:,} faces together")
+        lines.append(f"  component {len(others)} more of {counted(n_faces, 'face')} together")
     return lines

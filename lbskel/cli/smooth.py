@@ -18,6 +18,7 @@ from lbskel.cli.options import (
     read_mesh_to_write,
 )
 from lbskel.cli.terminal import tell
+from lbskel.errors import counted
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.io import write_mesh
@@ -66,9 +67,9 @@ def run(arguments: argparse.Namespace) -> int:
     write_mesh(arguments.output, result, force=arguments.force)
     changes = _changes(mesh, result)
     text = (
-        f"{arguments.mesh}: {len(mesh.vertices):,} vertices, {len(mesh.faces):,} faces\n"
-        f"{arguments.output}: {changes['n_moved']:,} vertices moved by {changes['mean_displacement']:.3g} edge lengths "
-        f"on average, {changes['max_displacement']:.3g} at most"
+        f"{arguments.mesh}: {counted(len(mesh.vertices), 'vertex')}, {counted(len(mesh.faces), 'face')}\n"
+        f"{arguments.output}: {counted(int(changes['n_moved']), 'vertex')} moved by "
+        f"{changes['mean_displacement']:.3g} edge lengths on average, {changes['max_displacement']:.3g} at most"
     )
     text += f"; area {100 * changes['area_change']:+.3g} %" if "area_change" in changes else ""
     text += f", volume {100 * changes['volume_change']:+.3g} %" if "volume_change" in changes else ""

@@ -13,7 +13,7 @@ import numpy as np
 
 from lbskel.applications import SpectralBasis, heat_kernel_signature, shape_dna_distance, spectral_basis
 from lbskel.cli.options import add_command, add_force_option, add_operator_option, read_surface, refuse_unwritable
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, counted
 from lbskel.io import write_safely
 
 N_PRINTED = 10  # eigenvalues that the text has
@@ -88,7 +88,8 @@ def _print(path: str, basis: SpectralBasis) -> None:
     )
     error = float(np.abs(basis.gram() - np.eye(len(basis.values))).max())
     print(
-        f"{path}: {len(basis.values)} eigenvalues, {n_zero} of them zero, one for each component; area {basis.area:.6g}"
+        f"{path}: {counted(len(basis.values), 'eigenvalue')}, {n_zero} of them zero, one for each component; "
+        f"area {basis.area:.6g}"
     )
     print(f"  {shown}{' ...' if len(basis.values) > N_PRINTED else ''}")
     print(f"  residual {basis.residual():.1e}, orthonormal to {error:.1e}")

@@ -9,7 +9,7 @@ import json
 import re
 import sys
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager, nullcontext, redirect_stdout
 from typing import Any, TextIO
 
 from lbskel.pipeline.progress import StageBar
@@ -26,10 +26,13 @@ def tell(arguments: argparse.Namespace, text: str, facts: Mapping[str, Any]) -> 
 
 
 def with_options(message: str, arguments: argparse.Namespace) -> str:
-    """Replace the arguments of Python that a message names, with an underscore or as ``name='value'``, by options."""
+    """Replace the arguments of Python that a message names, with an underscore or as ``name='value'``, by options.
+
+    A name next to a dot, a slash or a hyphen is a part of the name of a file, and stays.
+    """
     for name, option in arguments.options.items():
         message = re.sub(rf"\b{name}='([^']*)'", rf"{option} \1", message)
-        message = re.sub(rf"\b{name}\b", option, message) if "_" in name else message
+        message = re.sub(rf"(?<![\w./-]){name}(?![\w/-]|\.\w)", option, message) if "_" in name else message
     return message
 
 
@@ -42,13 +45,8 @@ def progress(arguments: argparse.Namespace) -> Iterator[None]:
     is_shown = sys.stderr.isatty() and not arguments.quiet and arguments.command != "batch"
     with StageBar(f"lbskel {arguments.command}", is_shown=is_shown, delay=PATIENCE) as bar:
         arguments.on_stage = bar.show
-        with redirect_stdout(_Cleared(sys.stdout, bar)) if is_shown else _nothing():
+        with redirect_stdout(_Cleared(sys.stdout, bar)) if is_shown else nullcontext():
             yield
-
-
-@contextmanager
-def _nothing() -> Iterator[None]:
-    yield
 
 
 class _Cleared:

@@ -12,6 +12,7 @@ from lbskel.cli.html_option import refuse_page, write_page
 from lbskel.cli.mesh_and_skeleton import add_input, skeleton_of
 from lbskel.cli.options import add_command, add_force_option
 from lbskel.cli.terminal import tell
+from lbskel.errors import counted
 from lbskel.io import as_shape
 
 
@@ -38,6 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
     skeleton = skeleton_of(shape, arguments, is_shown=True)
     arguments.on_stage("page")
     write_page(arguments.output, shape, skeleton, arguments, title=Path(arguments.mesh).name)
-    counts = f"{len(skeleton.nodes)} nodes, {len(skeleton.tips)} tips, {skeleton.cycle_rank} cycles"
+    numbers = {"node": len(skeleton.nodes), "tip": len(skeleton.tips), "cycle": skeleton.cycle_rank}
+    counts = ", ".join(counted(n, noun) for noun, n in numbers.items())
     tell(arguments, f"{arguments.output}: {counts}", {"output": arguments.output, **skeleton.report})
     return 0

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 __all__ = ["laplacian_diagnostics"]
 
+import sys
 from typing import Any
 
 import igl
@@ -61,7 +62,7 @@ def laplacian_diagnostics(laplacian: Laplacian, mesh: Any) -> LaplacianDiagnosti
         raise MeshError(
             f"the operator has {S.shape[0]} vertices and the mesh {len(mesh.vertices)}; give the mesh it was built on"
         )
-    largest = max(float(np.abs(S.data).max(initial=0.0)), np.finfo(np.float64).tiny)
+    largest = max(float(np.abs(S.data).max(initial=0.0)), sys.float_info.min)
     symmetric = ((S + S.T) / 2).tocsc()
     used = np.bincount(mesh.faces.ravel(), minlength=len(mesh.vertices)) > 0
     n_negative, negative_fraction, most_negative = _negative_weights(S)

@@ -6,7 +6,7 @@ file is also removed if a signal ends the process.
 
 from __future__ import annotations
 
-__all__ = ["Content", "write_all_safely", "write_safely"]
+__all__ = ["Content", "writable_target", "write_all_safely", "write_safely"]
 
 import os
 import secrets
@@ -29,7 +29,8 @@ def write_safely(path: str | os.PathLike[str], data: Content, force: bool = Fals
     path : path-like
         The target, in a folder that exists.
     data : bytes, str or callable
-        Text is encoded as UTF-8. A callable is called with a temporary path of the same extension, and writes there.
+        Text is encoded as UTF-8; what has no code there, as a byte in the name of a file, is escaped. A callable is
+        called with a temporary path of the same extension, and writes there.
     force : bool
         Whether an existing file may be replaced.
 
@@ -56,7 +57,7 @@ def write_all_safely(contents: Mapping[Path, Content], force: bool = False) -> N
     FormatError
         If a file exists and ``force`` is not set, or the operating system refuses to write it.
     """
-    targets = {_resolve_target(path, force): data for path, data in contents.items()}
+    targets = {writable_target(path, force): data for path, data in contents.items()}
     temporaries = {target: target.with_name(f".{secrets.token_hex(8)}{target.suffix}") for target in targets}
     with ended_after_tidying_up():
         try:
@@ -74,8 +75,8 @@ def write_all_safely(contents: Mapping[Path, Content], force: bool = False) -> N
                 temporary.unlink(missing_ok=True)
 
 
-def _resolve_target(path: Path, force: bool) -> Path:
-    """Follow the links of a path to the file it names; raise FormatError if that file must not be written."""
+def writable_target(path: Path, force: bool) -> Path:
+    """Follow the links of a path to the file it names; raise FormatError if that file cannot or must not be written."""
     try:
         target = Path(os.path.realpath(path))
         if target.is_dir():
@@ -98,4 +99,4 @@ def _write(temporary: Path, data: Content) -> None:
     if callable(data):
         data(temporary)
     else:
-        temporary.write_bytes(data.encode() if isinstance(data, str) else data)
+        temporary.write_bytes(data.encode(errors="backslashreplace") if isinstance(data, str) else data)

@@ -8,7 +8,7 @@ Format: https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
 
 from __future__ import annotations
 
-__all__ = ["read_gltf"]
+__all__ = ["buffer_files", "read_gltf"]
 
 import io
 import json
@@ -19,7 +19,7 @@ from urllib.parse import unquote
 from lbskel.errors import FormatError
 from lbskel.io.polygon_soup import PolygonSoup
 from lbskel.io.scenes import polygons_from_scene
-from lbskel.io.text import read_bytes
+from lbskel.io.text import convert_errors, read_bytes
 
 GLB_MAGIC = b"glTF"
 GLB_HEADER = 20  # bytes before the JSON text: 12 of the file header, 8 of the header of the first chunk (glTF 2.0)
@@ -34,8 +34,7 @@ def read_gltf(path: Path) -> PolygonSoup:
 
     data = read_bytes(path)
     is_binary = data.startswith(GLB_MAGIC)
-    end_of_json = GLB_HEADER + int.from_bytes(data[JSON_LENGTH], "little")
-    tree = _parse_json(data[GLB_HEADER:end_of_json] if is_binary else data)
+    tree = _parse_json(data)
     _reject_unsupported(tree)
     scene = trimesh.load_scene(
         io.BytesIO(data),
@@ -48,9 +47,21 @@ def read_gltf(path: Path) -> PolygonSoup:
     return polygons_from_scene(scene)
 
 
-def _parse_json(text: bytes) -> dict[str, Any]:
+def buffer_files(path: Path) -> list[Path]:
+    """List the buffer files that a file with the extension gltf names; none if it is anything else, or broken."""
+    if path.suffix.lower() != ".gltf":
+        return []
+    try:
+        with convert_errors(path):
+            return list(_buffer_files(_parse_json(read_bytes(path)), path).values())
+    except FormatError:
+        return []
+
+
+def _parse_json(data: bytes) -> dict[str, Any]:
     """Parse the JSON part of the file."""
-    tree = json.loads(text)
+    end_of_json = GLB_HEADER + int.from_bytes(data[JSON_LENGTH], "little")
+    tree = json.loads(data[GLB_HEADER:end_of_json] if data.startswith(GLB_MAGIC) else data)
     if not isinstance(tree, dict) or "asset" not in tree:
         raise FormatError("not a glTF file: the JSON part has no asset")
     return tree
@@ -74,7 +85,18 @@ def _reject_unsupported(tree: dict[str, Any]) -> None:
 
 
 def _read_buffers(tree: dict[str, Any], path: Path) -> dict[str, bytes]:
-    """Read the buffer files, by URI; they must be in the folder of the glTF file or below it."""
+    """Read the buffer files, by URI."""
+    contents = {}
+    for uri, file in _buffer_files(tree, path).items():
+        try:
+            contents[uri] = read_bytes(file)
+        except FormatError as error:
+            raise FormatError(f"its buffer {uri!r}: {error}") from None
+    return contents
+
+
+def _buffer_files(tree: dict[str, Any], path: Path) -> dict[str, Path]:
+    """List the buffer files, by URI; they must be in the folder of the glTF file or below it."""
     files = {}
     for buffer in tree.get("buffers", []):
         uri = buffer["uri"]
@@ -82,8 +104,5 @@ def _read_buffers(tree: dict[str, Any], path: Path) -> dict[str, bytes]:
             file = (path.parent / unquote(uri)).resolve()
             if not file.is_relative_to(path.parent.resolve()):
                 raise FormatError(f"its buffer {uri!r} is outside of its folder")
-            try:
-                files[uri] = read_bytes(file)
-            except FormatError as error:
-                raise FormatError(f"its buffer {uri!r}: {error}") from None
+            files[uri] = file
     return files

@@ -15,6 +15,7 @@ from lbskel.contraction.flow import contract
 from lbskel.contraction.result import Contraction, Status
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.contraction.surgery import collapse
+from lbskel.errors import counted
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.assembly import body_report
 from lbskel.pipeline.preparation import Body
@@ -50,7 +51,7 @@ def skeletonize_body(
         return skeleton, report
     full = replace(body, proxy=identity_result(body.mesh))
     again, report_again = _skeletonize_proxy(full, settings, refine, timer)
-    note = f"contracted in full, since {skeleton.cycle_rank} cycles of {body.mesh.genus} were left of the proxy"
+    note = f"contracted in full, since the proxy kept {counted(skeleton.cycle_rank, 'cycle')} of {body.mesh.genus}"
     return again, {**report_again, "notes": [*report_again["notes"], note]}
 
 

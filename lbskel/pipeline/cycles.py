@@ -6,7 +6,7 @@ __all__ = ["cut_cycles"]
 
 from dataclasses import replace
 
-from lbskel.errors import first_few
+from lbskel.errors import counted, first_few
 from lbskel.io import FORMATS
 from lbskel.skeleton.skeleton import Skeleton
 from lbskel.skeleton.spanning_tree import cycle_edges, to_tree
@@ -28,7 +28,8 @@ def cut_cycles(skeleton: Skeleton, *, tree: bool, extension: str) -> tuple[Skele
     if not skeleton.cycle_rank or not (tree or FORMATS[extension].only_trees):
         return skeleton, ""
     radii = skeleton.radii[skeleton.edges[cycle_edges(skeleton)]].min(axis=1)
-    cut = f"{len(radii)} cycle(s) cut where the skeleton is thinnest (radius {first_few(f'{r:.3g}' for r in radii)})"
+    cut = f"{counted(len(radii), 'cycle')} cut where the skeleton is thinnest "
+    cut += f"(radius {first_few(f'{r:.3g}' for r in radii)})"
     why = (
         "since a tree is asked for; the score is that of the skeleton with its cycles"
         if tree

@@ -6,7 +6,7 @@ __all__ = ["free_megabytes", "megabytes_needed", "simplify_within"]
 
 from pathlib import Path
 
-from lbskel.errors import MemoryLimitError, UnknownChoice, choose
+from lbskel.errors import MemoryLimitError, UnknownChoice, choose, counted
 from lbskel.geometry.mesh import Mesh
 
 # Megabytes for each million faces, with a proxy and without, beside those of Python and its libraries. In
@@ -73,6 +73,6 @@ def simplify_within(mesh: Mesh, simplify: str, memory_limit: float | None) -> tu
             f"contracted by a proxy, since in full it would take {needed:,.0f} MB of memory of {limit:,.0f}"
         ]
     raise MemoryLimitError(
-        f"a mesh of {len(mesh.faces):,} faces takes about {least:,.0f} MB of memory, and the limit is {limit:,.0f}: "
-        "simplify it first, with lbskel preprocess or another tool, or raise memory_limit"
+        f"a mesh of {counted(len(mesh.faces), 'face')} takes about {least:,.0f} MB of memory, and the limit is "
+        f"{limit:,.0f}: simplify it first, with lbskel preprocess or another tool, or raise memory_limit"
     )

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from lbskel.errors import MeshError, choose, first_few
+from lbskel.errors import MeshError, choose, counted, first_few
 from lbskel.geometry.canonical_order import in_canonical_order
 from lbskel.geometry.components import MIN_FACES, components, find_crumbs
 from lbskel.geometry.deadline import OutOfTime
@@ -226,9 +226,9 @@ def prepare(
     if faults:
         notes.append(f"no skeleton could be made of {first_few(faults, 2)}")
     if is_crumb.any():
-        notes.append(f"{is_crumb.sum()} components are too small for a skeleton of their own")
+        notes.append(f"too small for a skeleton of its own: {counted(is_crumb.sum(), 'component')}")
     if n_left_out:
-        notes.append(f"no time was left for {n_left_out} components")
+        notes.append(f"no time was left for {counted(n_left_out, 'component')}")
     vertex_map, report = preprocessed.vertex_map, preprocessed.report
     return PreparedMesh(source, unit, vertex_map, center, scale, tuple(bodies), tuple(notes), report, simplify)
 
@@ -262,6 +262,6 @@ def _why_no_body(source: Mesh, faults: list[str]) -> str:
     if faults:
         return f"no component of the mesh has an inside: {first_few(faults, 2)}"
     return (
-        f"no component of the mesh has {MIN_FACES} faces and an area, out of {len(source.faces)} faces in all; "
+        f"no component of the mesh has {MIN_FACES} faces and an area, of {counted(len(source.faces), 'face')} in all; "
         "if the faces should be connected, preprocess='merge_close:tolerance=1e-3' merges their corners"
     )

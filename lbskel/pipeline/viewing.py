@@ -19,7 +19,7 @@ from lbskel.applications import branch_table
 from lbskel.contraction.flow import contract
 from lbskel.contraction.result import Step
 from lbskel.contraction.settings import ContractionSettings
-from lbskel.errors import MeshError, UnknownChoice
+from lbskel.errors import MeshError, UnknownChoice, counted
 from lbskel.evaluation.measures import MEASURES
 from lbskel.evaluation.scoring import centeredness_errors, require_scorable
 from lbskel.geometry.mesh import Mesh, PointCloud
@@ -286,11 +286,10 @@ def _report_rows(report: dict[str, Any]) -> list[tuple[str, Any]]:
     rows: list[tuple[str, Any]] = [(f"{name} given", value) for name, value in report["input"].items()]
     rows.extend(("note", note) for note in report["notes"])
     for number, body in enumerate(report["components"], 1):
-        genus = "open or not manifold" if body["genus"] is None else f"{body['genus']} handles"
-        rows.append(
-            (f"body {number}", f"{body['faces']:,} faces, {genus}; {body['cycle_rank']} cycles in the skeleton")
-        )
-        rows.append((f"body {number}, contraction", f"{len(body['steps'])} steps, until {body['status']}"))
+        genus = "open or not manifold" if body["genus"] is None else counted(body["genus"], "handle")
+        cycles = counted(body["cycle_rank"], "cycle")
+        rows.append((f"body {number}", f"{counted(body['faces'], 'face')}, {genus}; {cycles} in the skeleton"))
+        rows.append((f"body {number}, contraction", f"{counted(len(body['steps']), 'step')}, until {body['status']}"))
         rows.extend((f"body {number}, note", note) for note in body["notes"])
     rows.extend((f"seconds to {stage}", round(seconds, 3)) for stage, seconds in report["seconds"].items())
     return rows

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from lbskel.errors import counted
 from lbskel.geometry.components import components
 from lbskel.geometry.mesh import as_mesh
 from lbskel.geometry.roughness import roughness
@@ -132,7 +133,8 @@ class MeshReport:
         more = ", ..." if len(counts) > MAX_GENERA_SHOWN else ""
         edges = f"{self.shortest_edge:.2g}, {self.median_edge:.2g}, {self.longest_edge:.2g}"
         lines = [
-            f"{self.vertices:,} vertices, {self.faces:,} faces, {self.components:,} component(s): {genera}{more}",
+            f"{counted(self.vertices, 'vertex')}, {counted(self.faces, 'face')}, "
+            f"{counted(self.components, 'component')}: {genera}{more}",
             f"  edges     shortest, median and longest {edges} of the diagonal, {self.diagonal:.6g}",
             f"  angles    {self.min_angle_deg:.2g} to {self.max_angle_deg:.4g} degrees",
             *(f"  found     {finding}" for finding in self.findings or ["Nothing that prevents a skeleton."]),

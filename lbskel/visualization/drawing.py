@@ -288,7 +288,7 @@ def _write(figure: Any, text: str, x: float, y: float, size: float, alignment: s
     figure.text(
         x / figure_width,
         y / figure_height,
-        text,
+        text.encode(errors="backslashreplace").decode(),  # of the name of a file with bytes that are not UTF-8
         size=size,
         ha=alignment,
         va="center",

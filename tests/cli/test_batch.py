@@ -50,11 +50,21 @@ def test_every_option_reaches_the_skeletons(here, folder, rod):
 def test_other_options_are_another_batch(here, folder):
     assert here("batch", "rod.off", "-o", "out", "--workers", "1")[0] == 0
     _, again, _ = here("batch", "rod.off", "-o", "out", "--workers", "1")
-    assert "1 of them are from earlier batches" in again[-1]
+    assert "  1 from earlier batches" in again[-1]
     _, other, _ = here("batch", "rod.off", "-o", "out", "--workers", "1", "--preprocess", "none")
-    assert "0 of them are from earlier batches" in other[-1]
+    assert "  0 from earlier batches" in other[-1]
 
 
 def test_exit_codes(here, folder):
     (folder / "bad.off").write_text("OFF\n1 0 0\n0 0 0\n")
     assert here("batch", "rod.off", "bad.off", "-o", "out", "--workers", "1", "--quiet")[0] == 2
+
+
+def test_a_file_of_the_name_of_a_pattern_is_that_file_and_a_pattern_needs_a_match(here, folder):
+    (folder / "rod[1].off").write_bytes((folder / "rod.off").read_bytes())
+    (folder / "rod1.off").write_bytes((folder / "rod.off").read_bytes())
+    _, out, _ = here("batch", "rod[1].off", "-o", "out", "--workers", "1")
+    assert out[0] == "1 input: 1 passed"
+    assert (folder / "out" / "rod[1].json").exists()
+    code, _, err = here("batch", "rod.off", "none*.off", "-o", "out", "--workers", "1")
+    assert (code, err) == (2, ["lbskel: none*.off: no file matches this pattern; correct it, or leave it out"])

@@ -7,7 +7,7 @@ import pytest
 
 def test_branches(here, folder):
     code, out, err = here("branches", "ring.obj", "-o", "ring.csv")
-    assert (code, out, err) == (0, ["ring.csv: 1 branches"], [])
+    assert (code, out, err) == (0, ["ring.csv: 1 branch"], [])
     assert (folder / "ring.csv").read_text().splitlines() == here("branches", "ring.obj")[1]
     assert pytest.importorskip("pandas").read_csv(folder / "ring.csv")["tortuosity"].isna().tolist() == [True]
     assert here("branches", "ring.obj", "-o", "ring.json")[0] == 0

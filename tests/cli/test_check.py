@@ -11,7 +11,7 @@ from lbskel.shapes import flat_grid
 def test_a_sound_mesh_is_reported(here, rod):
     code, out, err = here("check", "rod.off")
     assert (code, err) == (0, [])
-    assert out[0] == "rod.off: 152 vertices, 300 faces, 1 component(s): genus 0"
+    assert out[0] == "rod.off: 152 vertices, 300 faces, 1 component: genus 0"
 
 
 def test_json_has_every_measure(here, rod):

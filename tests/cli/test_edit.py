@@ -34,10 +34,11 @@ def test_a_translation_of_everything_changes_no_length(here):
         (("--move", "z:0.9:1", "--fix", "xy:0:0.1"), "must be AXIS:LOW:HIGH"),
         (("--move", "z:0.9:1", "--fix", ":0:0.1"), "must be AXIS:LOW:HIGH"),
         (("--move", "z:0:1", "--axis", "1,2"), "must be X,Y,Z"),
+        (("--move", "z:0:1", "--translate", "inf,0,0"), "argument --translate: must be X,Y,Z, three finite numbers"),
         (("--move", "z:0.4:1", "--fix", "x:0:1", "--fix", "z:0:0.1"), "in a region of --fix and in that of --move"),
-        (("--move", "z:0.9:1", "--method", "harmonic", "--iterations", "3"), "no effect on the method harmonic"),
+        (("--move", "z:0.9:1", "--method", "harmonic", "--iterations", "3"), "the method harmonic solves once"),
         (("--move", "z:2:3"), "no vertex in the region z:2:3"),
-        (("--move", "z:0.9:1", "--axis", "0,0,0"), "axis that is not zero"),
+        (("--move", "z:0.9:1", "--axis", "0,0,0"), "lbskel: a rotation needs an axis that is not zero"),
     ],
 )
 def test_wrong_options_are_named(here, arguments, message):

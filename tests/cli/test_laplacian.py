@@ -59,3 +59,10 @@ def test_one_operator_prints_what_print_of_its_diagnostics_does(tmp_path, capsys
     expected = str(laplacian_diagnostics(laplacian(mesh, operator="graph"), mesh)).splitlines()
     assert printed[1].split()[1:] == expected[1].split()[1:]
     assert printed[2:] == expected[2:]
+
+
+def test_a_triangle_without_area_is_written_as_json(tmp_path, capsys):
+    path = tmp_path / "flat.off"
+    write_mesh(path, Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0.0]], [[0, 1, 2]]))
+    assert run_command(path, "--json") == 0
+    assert json.loads(capsys.readouterr().out)["operators"]

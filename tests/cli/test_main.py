@@ -144,16 +144,22 @@ BAD = {
     "a picture of another kind": (["skeletonize", "rod.off", "-o", "a.swc", "--picture", "a.jpg"], r"a\.jpg: .* \.png"),
     "a skeleton as picture": (["skeletonize", "rod.off", "-o", "a.swc", "--picture", "b.swc"], r"b\.swc: .* \.png"),
     "a report of another kind": (["skeletonize", "rod.off", "-o", "a.swc", "--report", "a.txt"], r"a\.txt: .* \.json"),
-    "two outputs of one name": (["skeletonize", "rod.off", "-o", "a.json", "--report", "a.json"], r"the same name"),
-    "one input twice": (["skeletonize", "rod.off", "rod.off", "-o", "."], r"the same name"),
-    "missing folder": (["skeletonize", "rod.off", "-o", "no/a.swc"], r"no/a\.swc: the folder no does not exist"),
+    "two outputs of one name": (
+        ["skeletonize", "rod.off", "-o", "a.json", "--report", "a.json"],
+        r"a\.json: two outputs have the same name; give another name$",
+    ),
+    "one input twice": (
+        ["skeletonize", "rod.off", "rod.off", "-o", "."],
+        r"rod\.swc: two outputs have the same name; give inputs of different names, or run them one by one$",
+    ),
+    "missing folder": (["skeletonize", "rod.off", "-o", "no/a.swc"], r"no/a\.swc: the folder /.*/no does not exist"),
     "missing folder of a picture": (
         ["skeletonize", "rod.off", "-o", "a.swc", "--picture", "no/a.png"],
-        r"no/a\.png: the folder no does not exist",
+        r"no/a\.png: the folder /.*/no does not exist",
     ),
     "missing folder of distances": (
         ["geodesic", "rod.off", "--source", "0", "-o", "no/a.csv"],
-        r"no/a\.csv: the folder no does not exist; create it first",
+        r"no/a\.csv: the folder /.*/no does not exist; create it first",
     ),
     "a tree of branches": (["branches", "rod.off", "-o", "a.csv", "--tree"], r"unrecognized arguments: --tree"),
     "units of segments": (

@@ -7,7 +7,9 @@ import pytest
 
 from lbskel import FormatError, read_skeleton, skeletonize
 from lbskel.cli.main import command_line_parser
-from lbskel.cli.options import add_skeleton_options, refuse_unwritable, skeleton_options
+from lbskel.cli.options import add_skeleton_options, read_surface, refuse_unwritable, skeleton_options
+from lbskel.io import MESH_READERS
+from lbskel.io.ply_mesh import read_ply
 
 NOT_OPTIONS = {"mesh", "on_stage", "time_limit", "memory_limit", "profile"}  # given by the commands themselves
 
@@ -97,6 +99,9 @@ def test_files_that_exist_are_refused_before_anything_is_computed(tmp_path):
     (tmp_path / "folder.ply").mkdir()
     with pytest.raises(FormatError, match=r"folder\.ply: is a folder; give the name of a file in it"):
         refuse_unwritable([(tmp_path / "folder.ply", ("ply",))], force=True)
+    (tmp_path / "link.ply").symlink_to(tmp_path / "no" / "a.ply")
+    with pytest.raises(FormatError, match=r"link\.ply: the folder .*no does not exist; create it first"):
+        refuse_unwritable([(tmp_path / "link.ply", ("ply",))], force=False)
     with pytest.raises(FormatError, match=r"there\.ply exists already; give --force to replace it"):
         refuse_unwritable([(missing, ("ply",)), (str(there), ("ply",))], force=False)
 
@@ -118,3 +123,10 @@ def test_a_name_with_another_extension_is_refused_before_anything_is_read(here, 
     code, out, [line] = here(arguments[0], "none.off", *arguments[1:])
     assert (code, out) == (2, [])
     assert line == f"lbskel: {next(a for a in arguments if a.startswith('a'))}: the name must end in {extension}"
+
+
+def test_a_surface_is_read_once(folder, monkeypatch):
+    times = []
+    monkeypatch.setitem(MESH_READERS, "ply", lambda path: times.append(path) or read_ply(path))
+    assert len(read_surface("pipe.ply").faces)
+    assert len(times) == 1

@@ -55,3 +55,12 @@ def test_the_surface_of_a_point_cloud(here, folder):
     code, out, err = here("preprocess", "cloud.xyz", "-o", "surface.off", "--pipeline", "cad")
     assert (code, out) == (2, [])
     assert "auto, scan, none" in err[0]
+
+
+def test_a_mesh_that_a_format_cannot_hold_names_its_file(here, folder, rod):
+    lbskel.write_mesh(folder / "huge.off", rod.with_vertices(rod.vertices * 1e50))
+    code, _, [line] = here("preprocess", "huge.off", "-o", "huge.stl", "--preprocess", "none")
+    assert (code, line) == (
+        2,
+        "lbskel: huge.stl: coordinates overflow the single precision of STL; write obj, off or ply",
+    )

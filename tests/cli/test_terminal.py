@@ -32,6 +32,8 @@ def test_a_result_is_text_or_json_or_nothing(capsys, quiet, json, shown):
         ("a larger min_branch_ratio leaves fewer", "a larger --min-branch-ratio leaves fewer"),
         ("preprocess='merge_close:tolerance=1' merges", "--preprocess merge_close:tolerance=1 merges"),
         ("the root is no node; preprocess first", "the root is no node; preprocess first"),
+        ("n_nodes.ply: n_nodes of no/n_nodes is n_nodes.", "n_nodes.ply: --nodes of no/n_nodes is --nodes."),
+        ("old-n_nodes.ply, n_nodes-2.ply: n_nodes", "old-n_nodes.ply, n_nodes-2.ply: --nodes"),
     ],
 )
 def test_messages_name_options_in_place_of_arguments_of_python(message, shown):

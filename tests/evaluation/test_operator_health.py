@@ -1,5 +1,6 @@
 """Diagnostics of operators: each measure on an operator and a mesh where its value is known."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -165,3 +166,11 @@ def test_linear_precision_is_that_of_rows_within_a_plane():
 
     assert with_weight(12, 25) < 1e-12
     assert with_weight(12, 0) > 0.1
+
+
+def test_truth_values_of_an_operator_that_is_zero_are_those_of_python():
+    mesh = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0.0]], [[0, 1, 2]])
+    nothing = Laplacian(csc_array((3, 3)), np.ones(3))
+    passed = laplacian_diagnostics(nothing, mesh).passed
+    assert {type(value) for value in passed.values()} <= {bool, type(None)}
+    assert json.dumps(passed)

@@ -104,3 +104,8 @@ def test_links_are_followed_and_permissions_kept(tmp_path):
     assert (tmp_path / "link.txt").is_symlink()
     assert (tmp_path / "target.txt").read_text() == "new"
     assert stat.S_IMODE((tmp_path / "target.txt").stat().st_mode) == 0o640
+
+
+def test_a_byte_of_a_name_that_is_not_utf8_is_escaped_in_text(tmp_path):
+    write_safely(tmp_path / "a.txt", "日 \udcff\n")
+    assert (tmp_path / "a.txt").read_text(encoding="utf-8") == "日 \\udcff\n"

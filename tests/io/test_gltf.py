@@ -9,6 +9,7 @@ import pytest
 
 from lbskel.errors import FormatError
 from lbskel.io import read_mesh
+from lbskel.io.gltf import buffer_files
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -147,3 +148,12 @@ def test_indices_of_one_mesh_do_not_reach_into_the_next(rejects):
 def test_declared_gigabytes_are_not_allocated(read, rejects_without_allocating, name, content):
     read("warm.gltf", gltf_with())  # what trimesh allocates on first use does not count
     rejects_without_allocating(name, content)
+
+
+def test_buffer_files_are_those_that_the_file_names(tmp_path):
+    path = tmp_path / "a b.gltf"
+    path.write_text('{"asset": {}, "buffers": [{"uri": "a%20b.bin"}, {"uri": "data:,x"}, {"uri": "c/d.bin"}]}')
+    folder = tmp_path.resolve()
+    assert buffer_files(path) == [folder / "a b.bin", folder / "c" / "d.bin"]
+    path.write_text('{"asset": {}, "buffers": [{}]}')
+    assert buffer_files(path) == buffer_files(tmp_path / "none.gltf") == buffer_files(tmp_path / "a.ply") == []

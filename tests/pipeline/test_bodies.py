@@ -55,7 +55,7 @@ def test_a_lost_handle_is_found_on_the_full_surface(body):
     skeleton, report = skeletonize_body(body, SETTINGS, losing_the_handle_of(n_faces), StageTimer())
     assert skeleton.cycle_rank == 1
     assert len(skeleton.node_of_vertex) == len(body.mesh.vertices)
-    assert report["notes"][-1] == "contracted in full, since 0 cycles of 1 were left of the proxy"
+    assert report["notes"][-1] == "contracted in full, since the proxy kept 0 cycles of 1"
     assert report["proxy_faces"] == report["faces"] if "proxy_faces" in report else True
 
 

@@ -21,7 +21,7 @@ def test_a_note_tells_each_cycle_that_is_cut(skeletons, name):
     tree, note = cut_cycles(skeletons[2], tree=True, extension=name)
     assert tree.cycle_rank == 0
     assert tree.report["notes"][-1] == note
-    assert note.startswith("2 cycle(s) cut where the skeleton is thinnest (radius ")
+    assert note.startswith("2 cycles cut where the skeleton is thinnest (radius ")
 
 
 @pytest.mark.parametrize("tree", [True, False])

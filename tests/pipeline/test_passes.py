@@ -57,7 +57,7 @@ def test_without_time_for_what_is_needed_the_first_body_is_a_node(ring, monkeypa
     assert report["passed"] is False
     assert report["score"]["verdict"] == "not measured"
     assert set(report["score"]["measures"]) == set(skeletonize(ring).report["score"]["measures"])
-    assert "no time was left for 1 components" in report["notes"]
+    assert "no time was left for 1 component" in report["notes"]
     for stage in ("prepare bodies", "collapse", "score"):
         assert f"{stage} ({MISSING[stage]})" in report["notes"][-1]
 

@@ -50,20 +50,20 @@ def test_each_defect_is_counted_and_reported(name):
 def test_the_text_is_that_of_the_command_line():
     report = check(TORUS)
     lines = str(report).splitlines()
-    assert lines[0] == "960 vertices, 1,920 faces, 1 component(s): genus 1"
+    assert lines[0] == "960 vertices, 1,920 faces, 1 component: genus 1"
     assert lines[1].startswith("  edges     shortest, median and longest ")
     assert lines[1].endswith(f"of the diagonal, {TORUS.diagonal:.6g}")
     assert lines[2] == f"  angles    {report.min_angle_deg:.2g} to {report.max_angle_deg:.4g} degrees"
     assert lines[3:] == ["  found     Nothing that prevents a skeleton."]
     holed = str(check(Mesh(TORUS.vertices, TORUS.faces[1:])))
-    assert "1 component(s): open" in holed
+    assert "1 component: open" in holed
     assert holed.endswith("  found     1 hole in the surface.\n  found     1 hole is closed with 1 face.")
 
 
 def test_components_of_one_genus_are_counted(tetrahedron):
     crumbs = [moved(tetrahedron, 3.0 + 2 * i) for i in range(12)]
     [line, *_] = str(check(joined(TORUS, *crumbs))).splitlines()
-    assert line.endswith("13 component(s): 12 genus 0, 1 genus 1")
+    assert line.endswith("13 components: 12 genus 0, 1 genus 1")
 
 
 def test_vertices_and_faces_and_paths_are_taken(tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -118,3 +119,10 @@ def test_a_turned_view_shows_the_narrow_side():
     """The panel of a tube that is broader than deep is as high from the side as from the front, and narrower."""
     front, side = (box_of_surface(png_pixels(draw([Panel(flat_tube())], turn=turn))) for turn in (0, 90))
     assert (front[1] - front[0]) / (front[3] - front[2]) > 1.2 * (side[1] - side[0]) / (side[3] - side[2])
+
+
+@pytest.mark.parametrize("title", ["日", "n\udcff.ply"])
+def test_a_title_may_have_characters_that_no_font_has(title, rod):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert draw([Panel(rod, title=title)], size=(120, 120)).startswith(b"\x89PNG")

@@ -1,4 +1,4 @@
-"""Names of the files of a batch: no two inputs write the same file."""
+"""Names of the files of a batch: no two inputs write the same file, nor one that the batch writes for all."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ import os
 from collections import Counter
 from collections.abc import Sequence
 from itertools import chain
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 from lbskel.errors import FormatError
+from lbskel.io.csv import edges_path
+from lbskel.pipeline.batch.records import MANIFEST, SUMMARY
 
 
 def files_of(name: str, suffixes: Sequence[str]) -> list[str]:
-    """Return the names of a skeleton and of what is written beside it.
+    """Return the names of a skeleton, of its second file in csv, and of what is written beside it.
 
     Parameters
     ----------
@@ -23,13 +25,16 @@ def files_of(name: str, suffixes: Sequence[str]) -> list[str]:
     suffixes : sequence of str
         That replace its own, such as ``.png``.
     """
-    return [name, *(PurePosixPath(name).with_suffix(suffix).as_posix() for suffix in suffixes)]
+    path = Path(name)
+    edges = [edges_path(path)] if path.suffix == ".csv" else []
+    return [file.as_posix() for file in (path, *edges, *(path.with_suffix(suffix) for suffix in suffixes))]
 
 
 def skeleton_names(paths: Sequence[Path], extension: str, suffixes: Sequence[str] = ()) -> list[str]:
     """Name each skeleton relative to the common folder of the inputs.
 
-    Those of which a file would have the name of another's keep the extension of the mesh.
+    Those of which a file would have the name of another's, or of the manifest or the summary, keep the extension of the
+    mesh.
 
     Parameters
     ----------
@@ -53,7 +58,7 @@ def skeleton_names(paths: Sequence[Path], extension: str, suffixes: Sequence[str
     full = [f"{path.relative_to(below).as_posix()}.{extension}" for path in absolute]
     while True:  # a longer name may be that of yet another
         files = [files_of(name, suffixes) for name in names]
-        count = Counter(chain.from_iterable(files))
+        count = Counter([MANIFEST, SUMMARY, *chain.from_iterable(files)])
         is_unique = [all(count[file] == 1 for file in group) for group in files]
         before, names = names, [a if unique else b for a, b, unique in zip(names, full, is_unique, strict=True)]
         if names == before:

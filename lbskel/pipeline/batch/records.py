@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
-__all__ = ["MANIFEST", "SUMMARY", "BatchStatus", "Record", "append", "known", "summary"]
+__all__ = [
+    "MANIFEST",
+    "SUMMARY",
+    "BatchStatus",
+    "Record",
+    "append",
+    "hash_of",
+    "is_final",
+    "known",
+    "summary",
+    "written",
+]
 
 import csv
+import hashlib
 import io
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, fields
 from enum import Enum
 from pathlib import Path
+from typing import Any
 
 MANIFEST, SUMMARY = "manifest.jsonl", "summary.csv"  # files in the output folder
+CHUNK_BYTES = 1 << 20  # read at a time for hashing
 
 
 class BatchStatus(str, Enum):
@@ -45,12 +59,15 @@ class Record:
     message : str
         Why there is no skeleton, or which measures of its score fail and which cycles were cut.
     key : str
-        Hash of the content of the input and of all options; empty if the input could not be read.
+        Hash of the content of the input and of all options; empty if another run on the same input could end otherwise,
+        as after the installation of a package.
     seconds : float
     vertices, faces, nodes, tips, junctions, cycles : int or None
         None if there is no skeleton.
     inside_fraction : float or None
         Share of the length inside the surface.
+    files : tuple of str
+        What was written, relative to the output folder.
     """
 
     input: str
@@ -66,22 +83,34 @@ class Record:
     junctions: int | None = None
     cycles: int | None = None
     inside_fraction: float | None = None
+    files: tuple[str, ...] = ()
 
 
 def known(folder: Path) -> dict[str, Record]:
-    """Read the last record of each output in a folder's manifest; lines that a crash cut short are skipped."""
+    """Read the last record of each output in a folder's manifest."""
+    return {record.output: record for record in _read(folder)}
+
+
+def written(folder: Path) -> set[str]:
+    """List the files that batches have written in a folder, by its manifest, with the manifest and the summary."""
+    records = _read(folder)
+    return {MANIFEST, SUMMARY, *(file for record in records for file in record.files)} if records else set()
+
+
+def _read(folder: Path) -> list[Record]:
+    """Read all records in a folder's manifest; lines that a crash cut short are skipped."""
     try:
-        lines = (folder / MANIFEST).read_text(encoding="utf-8").splitlines()
+        lines = (folder / MANIFEST).read_text(encoding="utf-8", errors="replace").splitlines()
     except FileNotFoundError:
-        return {}
-    records = {}
+        return []
+    records = []
     for line in lines:
         try:
             values = json.loads(line)
-            record = Record(**{**values, "outcome": BatchStatus(values["outcome"])})
-        except (ValueError, TypeError, KeyError):
+            files = tuple(values.get("files", [values["output"]]))  # manifests of 0.1.0 list no files
+            records.append(Record(**{**values, "outcome": BatchStatus(values["outcome"]), "files": files}))
+        except (ValueError, TypeError, KeyError, AttributeError):
             continue
-        records[record.output] = record
     return records
 
 
@@ -96,10 +125,20 @@ def append(folder: Path, record: Record) -> None:
 
 
 def is_final(record: Record | None, key: str, folder: Path) -> bool:
-    """Whether a record has the key of this content and these options, is final, and any skeleton still exists."""
+    """Whether a record has the key of this content and these options, is final, and its files still exist."""
     if record is None or record.key != key or record.outcome not in FINAL:
         return False
-    return record.outcome is BatchStatus.REFUSED or (folder / record.output).is_file()
+    return all((folder / file).is_file() for file in record.files)
+
+
+def hash_of(parameters: Mapping[str, Any], files: Iterable[Path]) -> str:
+    """Hash parameters and the contents of files."""
+    digest = hashlib.sha256(json.dumps(parameters, sort_keys=True).encode())
+    for path in files:
+        with open(path, "rb") as file:
+            while chunk := file.read(CHUNK_BYTES):
+                digest.update(chunk)
+    return digest.hexdigest()
 
 
 def summary(records: Iterable[Record]) -> str:
@@ -108,7 +147,7 @@ def summary(records: Iterable[Record]) -> str:
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(field.name for field in fields(Record))
     rows.writerows(
-        [value.value if isinstance(value, BatchStatus) else value for value in asdict(record).values()]
+        {**asdict(record), "outcome": record.outcome.value, "files": " ".join(record.files)}.values()
         for record in records
     )
     return text.getvalue()

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 __all__ = ["skeletonize_many"]
 
-import hashlib
-import json
 import os
 import queue
-import shutil
 import tempfile
 import threading
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
@@ -21,17 +18,28 @@ from inspect import signature
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from lbskel.errors import FormatError, MissingDependency, UnknownChoice, choose
+from lbskel.errors import FormatError, MissingDependency, UnknownChoice, choose, counted
 from lbskel.geometry.threads import n_processors
 from lbskel.io import FORMATS, write_safely
+from lbskel.io.gltf import buffer_files
 from lbskel.io.skeleton_io import require_writable
 from lbskel.pipeline.batch.names import files_of, skeleton_names
-from lbskel.pipeline.batch.records import SUMMARY, BatchStatus, Record, append, is_final, known, summary
+from lbskel.pipeline.batch.records import (
+    MANIFEST,
+    SUMMARY,
+    BatchStatus,
+    Record,
+    append,
+    hash_of,
+    is_final,
+    known,
+    summary,
+    written,
+)
 from lbskel.pipeline.batch.worker import WorkerProcess
 from lbskel.pipeline.stages import skeletonize
 
 CONNECT_SECONDS = 10  # wait for a Dask scheduler at most; a guess
-CHUNK_BYTES = 1 << 20  # read at a time for hashing
 
 Job: TypeAlias = tuple[str, str, "Record | None"]  # mesh, name of the skeleton, and its record in the manifest
 Answer: TypeAlias = tuple[Record, bool]  # a record, and whether it is from an earlier batch
@@ -95,7 +103,7 @@ def skeletonize_many(
     time_limit, memory_limit : float, optional
         Seconds for each input, and megabytes of data for its process, of which lbskel itself needs about 300.
     force : bool
-        Whether files of skeletons that are in no manifest may be replaced.
+        Whether files that no batch has written, by the folder's manifest, may be replaced.
     on_record : callable, optional
         Called with each record, and whether it is from an earlier batch.
     **options
@@ -109,7 +117,7 @@ def skeletonize_many(
     Raises
     ------
     FormatError
-        If there is no input or one is named twice, or outputs exist that no batch has made.
+        If there is no input or one is named twice, the folder cannot be made, or outputs exist that no batch has made.
     UnknownChoice
         If the format is unknown, a number is not positive, no scheduler answers, or an option is not text or numbers.
     MissingDependency
@@ -147,16 +155,19 @@ def skeletonize_many(
     if not paths:
         raise FormatError("no mesh is named, so there is nothing to do")
     folder = Path(output)
-    folder.mkdir(parents=True, exist_ok=True)
-    earlier = known(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FormatError(f"{folder}: the folder cannot be made: {error.strerror}; name another") from None
+    earlier, ours = known(folder), written(folder)
     suffixes = [".png"] * pictures + [".report.json"] * reports
     names = skeleton_names(paths, extension, suffixes)
-    new = [file for name in names if name not in earlier for file in files_of(name, suffixes)]
-    taken = [file for file in new if (folder / file).exists()]
+    files = [file for name in names for file in files_of(name, suffixes)]
+    taken = [file for file in [*files, MANIFEST, SUMMARY] if file not in ours and (folder / file).exists()]
     if taken and not force:
         raise FormatError(
-            f"{len(taken)} files exist already in {folder} that no batch has made, such as {taken[0]}; "
-            "give force=True (--force on the command line) to replace them"
+            f"{folder} has {counted(len(taken), 'file')} already that no batch has made, such as {taken[0]}; give "
+            "force=True (--force on the command line) to replace what is there, or name another folder"
         )
     writing = {"tree": tree, "scale": scale, "units": units, "picture": pictures, "report": reports}
     task = _Task(str(folder.absolute()), extension, writing, options, time_limit, memory_limit)
@@ -194,38 +205,29 @@ def _do(task: _Task, worker: WorkerProcess, job: Job) -> Answer:
     if before is not None and is_final(before, key, folder):
         return before, True
     target = (folder / name).parent
-    target.mkdir(parents=True, exist_ok=True)
-    unfinished = Path(tempfile.mkdtemp(prefix=".unfinished-", dir=folder))
+    files: list[str] = []
     try:
-        output = unfinished / Path(name).name
-        asked = {
-            "input": mesh,
-            "output": str(output),
-            "options": dict(task.options),
-            **task.writing,
-        }
-        reply = worker.run(asked)
-        if reply["outcome"] in (BatchStatus.PASSED, BatchStatus.FAILED_CHECKS):
-            for path in sorted(unfinished.iterdir()):
-                os.replace(path, target / path.name)
-    finally:
-        shutil.rmtree(unfinished, ignore_errors=True)
-    return Record(input=mesh, output=name, key=key, **reply), False
+        target.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=folder, ignore_cleanup_errors=True) as unfinished:
+            output = os.path.join(unfinished, Path(name).name)
+            reply = worker.run({"input": mesh, "output": output, "options": dict(task.options), **task.writing})
+            if reply["outcome"] in (BatchStatus.PASSED, BatchStatus.FAILED_CHECKS):
+                for path in sorted(Path(unfinished).iterdir()):
+                    os.replace(path, target / path.name)
+                    files.append((target / path.name).relative_to(folder).as_posix())
+    except OSError as error:
+        reason = f"{error.strerror or error}: {error.filename2 or error.filename}"
+        message = f"{name} cannot be written: {reason}; move away what is there, or name another folder"
+        return Record(mesh, name, BatchStatus.REFUSED, message, files=tuple(files)), False
+    return Record(**{"input": mesh, "output": name, "key": key, "files": tuple(files), **reply}), False
 
 
 def _key(mesh: Path, task: _Task) -> str:
-    """Hash of a file and of everything else that its skeleton depends on."""
-    parameters = {
-        "lbskel": version("lbskel"),
-        "format": task.extension,
-        **task.writing,
-        **task.options,
-    }
-    digest = hashlib.sha256(json.dumps(parameters, sort_keys=True).encode())
-    with open(mesh, "rb") as file:
-        while chunk := file.read(CHUNK_BYTES):
-            digest.update(chunk)
-    return digest.hexdigest()
+    """Hash of a file, of those that it or the options name, and of everything else that its skeleton depends on."""
+    parameters = {"lbskel": version("lbskel"), "format": task.extension, **task.writing, **task.options}
+    steps = str(task.options.get("preprocess"))
+    named = [*buffer_files(mesh), *([Path(steps)] if steps.lower().endswith(".toml") else [])]
+    return hash_of(parameters, [mesh, *filter(Path.is_file, named)])
 
 
 def _on_this_machine(task: _Task, jobs: Sequence[Job], workers: int) -> Generator[Answer, None, None]:

@@ -19,7 +19,7 @@ import time
 from pathlib import Path
 from typing import Any, TextIO
 
-from lbskel.errors import LbskelError, MemoryLimitError
+from lbskel.errors import LbskelError, MemoryLimitError, MissingDependency
 from lbskel.pipeline.batch.records import BatchStatus
 
 READY = "ready\n"
@@ -47,7 +47,7 @@ class WorkerProcess:
             is_over_time.set()
             process.kill()
 
-        timer = threading.Timer(self._time_limit, stop) if self._time_limit else None
+        timer = threading.Timer(min(self._time_limit, threading.TIMEOUT_MAX), stop) if self._time_limit else None
         began = time.perf_counter()
         try:
             if timer is not None:
@@ -128,7 +128,7 @@ def serve(jobs: TextIO, replies: TextIO, memory_limit: float) -> None:
     """Do jobs in the worker process until its input ends."""
     from lbskel.pipeline import stages  # noqa: F401  before the limit is set, and before the first job
 
-    if memory_limit:
+    if 0 < memory_limit * MEGABYTE < sys.maxsize:
         import resource
 
         n_bytes = int(memory_limit * MEGABYTE)
@@ -161,6 +161,8 @@ def _reply(job: dict[str, Any]) -> dict[str, Any]:
             picture(mesh, skeleton, output.with_suffix(".png"))
     except MemoryLimitError as error:
         return {"outcome": BatchStatus.OVER_MEMORY, "message": str(error)}
+    except MissingDependency as error:  # without a key, so that the input is tried again after an installation
+        return {"outcome": BatchStatus.REFUSED, "message": str(error), "key": ""}
     except LbskelError as error:
         if isinstance(error.__context__, MemoryError):
             return {"outcome": BatchStatus.OVER_MEMORY, "message": "out of memory"}

@@ -11,7 +11,15 @@ import time
 import numpy as np
 import pytest
 
-from lbskel import FormatError, UnknownChoice, read_skeleton, skeletonize, skeletonize_many, write_mesh
+from lbskel import (
+    FormatError,
+    MissingDependency,
+    UnknownChoice,
+    read_skeleton,
+    skeletonize,
+    skeletonize_many,
+    write_mesh,
+)
 from lbskel.pipeline import memory
 from lbskel.pipeline.batch import BatchStatus
 from lbskel.pipeline.batch import run as running
@@ -115,6 +123,63 @@ def test_what_was_done_is_not_done_again(no_processes, meshes, tmp_path, tripod)
     assert known(out)["rod.json"].outcome in (BatchStatus.PASSED, BatchStatus.FAILED_CHECKS)
 
 
+def test_other_content_of_a_file_that_is_named_is_done_again(no_processes, tmp_path, tetrahedron):
+    def redone(mesh, **options):
+        new = []
+        skeletonize_many(
+            [mesh], tmp_path / "out", on_record=lambda _, is_earlier: new.append(not is_earlier), workers=1, **options
+        )
+        return new[0]
+
+    steps, mesh = tmp_path / "steps.TOML", tmp_path / "a.ply"
+    write_mesh(mesh, tetrahedron)
+    assert redone(mesh, preprocess=str(steps))  # there is no such file: the mesh is refused
+    steps.write_text("[[step]]\nname = 'merge_close'\n")
+    assert redone(mesh, preprocess=str(steps))
+    assert not redone(mesh, preprocess=str(steps))
+    steps.write_text("[[step]]\nname = 'merge_close'\n\n")
+    assert redone(mesh, preprocess=str(steps))
+
+    scene, buffer = tmp_path / "b.gltf", tmp_path / "b.bin"
+    scene.write_text('{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 1, "uri": "b.bin"}]}')
+    assert redone(scene)
+    buffer.write_bytes(b"1")
+    assert redone(scene)
+    assert not redone(scene)
+    buffer.write_bytes(b"2")
+    assert redone(scene)
+
+
+def test_a_place_that_cannot_be_written_ends_one_input(no_processes, tmp_path, rod):
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        write_mesh(tmp_path / name / "rod.ply", rod)
+    paths, out = [tmp_path / "a" / "rod.ply", tmp_path / "b" / "rod.ply"], tmp_path / "out"
+    out.mkdir()
+    (out / "a").write_text("where a folder is needed")
+    first, second = skeletonize_many(paths, out, workers=1)
+    assert (first.outcome, second.outcome) == (BatchStatus.REFUSED, BatchStatus.PASSED)
+    assert first.message.startswith(f"a/rod.json cannot be written: File exists: {out / 'a'}; move away")
+    assert (out / SUMMARY).exists()
+    (out / "a").unlink()
+    assert outcomes(skeletonize_many(paths, out, workers=1)) == [BatchStatus.PASSED] * 2
+    with pytest.raises(FormatError, match=r"rod\.ply: the folder cannot be made: File exists; name another"):
+        skeletonize_many(paths, paths[0])
+
+
+def test_a_mesh_that_needs_a_package_is_tried_again(no_processes, tmp_path, rod, monkeypatch):
+    def read(path):
+        raise MissingDependency("laspy", "las", "a compressed cloud")
+
+    write_mesh(tmp_path / "rod.ply", rod)
+    with monkeypatch.context() as patch:
+        patch.setattr("lbskel.io.as_shape", read)
+        [record] = skeletonize_many([tmp_path / "rod.ply"], tmp_path / "out", workers=1)
+    assert record.outcome is BatchStatus.REFUSED
+    assert "pip install 'lbskel[las]'" in record.message
+    assert outcomes(skeletonize_many([tmp_path / "rod.ply"], tmp_path / "out", workers=1)) == [BatchStatus.PASSED]
+
+
 def test_a_time_limit_ends_one_input_and_it_is_tried_again_without(tmp_path, rod):
     write_mesh(tmp_path / "large.off", sphere(4))
     write_mesh(tmp_path / "small.off", rod)
@@ -175,7 +240,7 @@ def test_an_interrupted_batch_leaves_no_half_file_and_goes_on_from_there(tmp_pat
     before = files(out)
     finished = subprocess.run(command, capture_output=True, text=True)
     assert (finished.returncode, finished.stderr) == (0, "")
-    assert finished.stdout.startswith("2 inputs: 2 passed\n  1 of them are from earlier batches")
+    assert finished.stdout.startswith("2 inputs: 2 passed\n  1 from earlier batches")
     assert files(out)["0.json"] == before["0.json"]
 
 
@@ -223,14 +288,36 @@ def test_inputs_of_one_name_keep_apart(no_processes, tmp_path, rod):
         skeletonize_many([paths[0], paths[0]], tmp_path / "out")
 
 
-@pytest.mark.parametrize(("option", "file"), [("pictures", "rod.png"), ("reports", "rod.report.json")])
-def test_pictures_and_reports_of_the_user_stay_unless_forced(option, file, meshes, tmp_path):
+@pytest.mark.parametrize(
+    ("options", "file"),
+    [
+        ({"pictures": True}, "rod.png"),
+        ({"reports": True}, "rod.report.json"),
+        ({"extension": "csv"}, "rod_edges.csv"),
+        ({}, SUMMARY),
+        ({}, MANIFEST),
+    ],
+)
+def test_what_is_written_beside_skeletons_replaces_nothing_unless_forced(options, file, meshes, tmp_path):
     out = tmp_path / "out"
     out.mkdir()
     (out / file).write_text("mine")
-    with pytest.raises(FormatError, match=f"1 files exist already .* such as {file}"):
-        skeletonize_many(meshes, out, **{option: True})
-    assert files(out).keys() == {file}
+    with pytest.raises(FormatError, match=f"out has 1 file already that no batch has made, such as {file}; "):
+        skeletonize_many(meshes, out, **options)
+    assert [(path.name, path.read_text()) for path in out.iterdir()] == [(file, "mine")]
+
+
+def test_a_file_beside_a_record_that_no_batch_has_written_stays_unless_forced(no_processes, meshes, tmp_path, ring):
+    out = tmp_path / "out"
+    skeletonize_many(meshes, out, workers=1)
+    skeletonize_many(meshes, out, workers=1, preset="least_squares")  # replaces what the batch wrote
+    for file, options in (("rod.png", {"pictures": True}), ("broken.json", {})):
+        (out / file).write_text("mine")
+        with pytest.raises(FormatError, match=f"out has 1 file already that no batch has made, such as {file}"):
+            skeletonize_many(meshes, out, workers=1, **options)
+        (out / file).unlink()
+    write_mesh(meshes[0], ring, force=True)  # of broken.off, which is refused no longer
+    assert outcomes(skeletonize_many(meshes, out, workers=1))[0] is BatchStatus.PASSED
 
 
 def test_a_mesh_for_which_no_memory_is_free_is_tried_again(no_processes, meshes, tmp_path, monkeypatch):
@@ -258,7 +345,7 @@ def test_files_of_the_user_stay_unless_forced(no_processes, meshes, tmp_path):
     out = tmp_path / "out"
     out.mkdir()
     (out / "rod.json").write_text("mine")
-    with pytest.raises(FormatError, match=r"1 files exist already .* such as rod\.json"):
+    with pytest.raises(FormatError, match=r"out has 1 file already that no batch has made, such as rod\.json"):
         skeletonize_many(meshes, out)
     assert files(out).keys() == {"rod.json"}
     skeletonize_many(meshes[2:3], out, workers=1, force=True)

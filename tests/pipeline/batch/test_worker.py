@@ -66,11 +66,18 @@ def test_cycles_in_a_format_of_trees_are_told_and_only_a_tree_loses_them(worker,
         }
     )
     assert (reply["outcome"], reply["cycles"]) == (BatchStatus.PASSED, cycle_rank)
-    assert reply["message"].startswith("1 cycle(s) cut where the skeleton is thinnest")
+    assert reply["message"].startswith("1 cycle cut where the skeleton is thinnest")
     assert read_skeleton(tmp_path / "ring.swc").cycle_rank == cycle_rank
     assert "multiplied by 2.0" in (tmp_path / "ring.swc").read_text()
     assert (tmp_path / "ring.png").exists()
     assert reply["message"] in (tmp_path / "ring.report.json").read_text()
+
+
+@pytest.mark.parametrize("limit", [1e13, float("inf")])
+def test_a_limit_beyond_those_of_the_system_is_none(job, limit):
+    process = WorkerProcess(limit, limit)
+    assert process.run(job)["outcome"] is BatchStatus.PASSED
+    process.close()
 
 
 def test_a_killed_process_is_reported_and_the_next_job_gets_another(worker, job, tmp_path):
