@@ -26,6 +26,7 @@ from lbskel import (
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.flow import Step
 from lbskel.operators.cotangent import cotangent
+from lbskel.pipeline import stages
 from lbskel.pipeline.assembly import MISSING
 from lbskel.shapes import chain_of_tori, coil, cylinder, flat_grid, make, sphere, torus, tube
 from lbskel.solvers import ALL_SOLVERS
@@ -686,8 +687,24 @@ def test_a_wrong_anchor_is_refused(shape):
             skeletonize(mesh, anchors=[anchor])
     with pytest.raises(MeshError, match=r"anchors must be a list of vertices or points, such as \[0\]"):
         skeletonize(mesh, anchors=0)
-    with pytest.raises(MeshError, match="there is no vertex"):
-        skeletonize(mesh, root=len(mesh.vertices))
+
+
+@pytest.mark.parametrize("as_cloud", [False, True])
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"root": 10**9}, r"there is no (vertex|point) 1000000000"),
+        ({"root": [1, [2]]}, "the root must be the index of a vertex or a point of three numbers"),
+        ({"root": [1e9, 0, 0]}, "the root .* lies outside"),
+        ({"n_nodes": 2.5}, r"n_nodes must be a whole number, 1 or more, not 2\.5"),
+        ({"n_nodes": 0}, "n_nodes must be a whole number, 1 or more, not 0"),
+    ],
+)
+def test_a_wrong_root_or_number_is_refused_before_the_contraction(monkeypatch, shape, wrong, message, as_cloud):
+    monkeypatch.setattr(stages, "skeletonize_bodies", None)
+    given = shape("rod").vertices if as_cloud else shape("rod")
+    with pytest.raises((MeshError, UnknownChoice), match=message):
+        skeletonize(given, **wrong)
 
 
 def test_a_name_is_refused_before_the_file_is_read(tmp_path):
