@@ -33,10 +33,7 @@ def read_pcd(path: Path) -> PolygonSoup:
     if how == "ascii":
         first = np.cumsum(counts) - counts
         lines = content_lines(decode_text(data[start:]))
-        columns = [
-            parse_columns(lines, range(c, c + 1), "a coordinate") for c in (first[names.index(n)] for n in "xyz")
-        ]
-        points = np.concatenate(columns, axis=1)
+        points = parse_columns(lines, [first[names.index(name)] for name in "xyz"], "x, y and z")
     elif how == "binary":
         points = _binary(data[start:], header, counts, n_points)
     else:

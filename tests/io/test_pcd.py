@@ -38,7 +38,7 @@ def test_points_that_a_sensor_did_not_see_are_left_out(read):
         (header().replace("POINTS 2", "POINTS -2") + "DATA ascii\n", "positive whole number: '-2'"),
         (header().replace("SIZE 4 4 8 4", "SIZE 4 4 7 4") + "DATA binary\n" + "x" * 99, "SIZE and TYPE name no number"),
         (header().replace("TYPE U F F F", "TYPE U F F") + "DATA binary\n" + "x" * 99, "an entry for each field"),
-        (header() + "DATA ascii\n1 2 3 1\n", "line 1: a coordinate expected"),
+        (header() + "DATA ascii\n1 2 3 1\n", "line 1: x, y and z expected"),
     ],
 )
 def test_errors_name_the_place(rejects, content, message):
