@@ -5,6 +5,7 @@ from __future__ import annotations
 __all__ = ["view", "view_scene"]
 
 import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from lbskel.evaluation.scoring import centeredness_errors, require_scorable
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.surface_queries import Surface
 from lbskel.io import as_shape
+from lbskel.io.atomic_write import writable_target
 from lbskel.pipeline.options import PAGE_OPTIONS
 from lbskel.pipeline.preparation import PreparedMesh, prepare
 from lbskel.pipeline.replay import replay, what_is_told
@@ -93,6 +95,7 @@ def view(
     unused = sorted(options.keys() - preparing.keys())
     if skeleton is not None and unused:
         raise UnknownChoice(f"{', '.join(unused)}: the skeleton is given, so leave out how it is to be made")
+    writable_target(Path(path), force)  # before anything is computed
     shape = as_shape(mesh)
     if skeleton is None:
         skeleton = skeletonize(shape, **options)

@@ -7,6 +7,7 @@ import pytest
 
 import lbskel
 from lbskel import Mesh, PointCloud, Skeleton
+from lbskel.pipeline import viewing
 from lbskel.pipeline.viewing import view_scene
 from lbskel.shapes import make, torus
 
@@ -105,3 +106,11 @@ def test_what_an_incomplete_report_lacks_is_not_shown(rod, lost):
     assert (scene.contracted is None) == (lost in ("settings", "components"))
     shown = [table.caption.split(":")[0] for table in scene.tables]
     assert shown == {"settings": ["Score", "Report"], "score": ["Report"]}.get(lost, ["Score"])
+
+
+def test_a_page_that_cannot_be_written_is_refused_before_the_skeleton_is_made(monkeypatch, rod, tmp_path):
+    monkeypatch.setattr(viewing, "skeletonize", None)
+    (tmp_path / "a.html").touch()
+    for path, message in (("a.html", "exists already"), ("none/a.html", "does not exist"), ("", "is a folder")):
+        with pytest.raises(lbskel.FormatError, match=message):
+            lbskel.view(rod, tmp_path / path)
