@@ -82,8 +82,8 @@ def encode_stl(mesh: Mesh) -> bytes:
     n_here, n_there = (len(_merge(V.astype("<f4").astype(np.float64))[0]) for V in (used - used.mean(axis=0), used))
     if (n_lost := n_here - n_there) > 0:
         raise FormatError(
-            f"{n_lost:,} vertices would merge with others in the single precision of STL; move the mesh to the origin, "
-            "or write obj, off or ply"
+            f"{counted(n_lost, 'vertex')} would merge with others in the single precision of STL; move the mesh to the "
+            "origin, or write obj, off or ply"
         )
     rows["normal"] = mesh.face_normals
     return b"lbskel".ljust(HEADER_BYTES) + len(rows).to_bytes(COUNT_BYTES, "little") + rows.tobytes()

@@ -20,7 +20,7 @@ from lbskel.contraction.flow import contract
 from lbskel.contraction.result import Status
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.contraction.surgery import collapse
-from lbskel.errors import MeshError, UnknownChoice
+from lbskel.errors import MeshError, UnknownChoice, were
 from lbskel.evaluation.measures import NOT_SCORED
 from lbskel.evaluation.point_scoring import score_points
 from lbskel.geometry.mesh import Mesh, PointCloud
@@ -146,7 +146,7 @@ def _distinct(points: NDArray[np.float64]) -> CleanedPoints:
     first, label = np.unique(points, axis=0, return_index=True, return_inverse=True)[1:]
     order = np.argsort(first)
     n_more = len(points) - len(first)
-    notes = (f"{n_more} duplicate points were merged",) if n_more else ()
+    notes = (f"{were(n_more, 'duplicate point')} merged",) if n_more else ()
     report = {"points": len(points), "duplicates": n_more, "outliers": 0, "kept": len(first)}
     vertex_map = VertexMap(np.argsort(order)[label.reshape(-1)])
     return CleanedPoints(Neighborhoods(points[first[order]]), vertex_map, notes, report)
