@@ -31,7 +31,7 @@ def what_is_told(tell: Callable[[dict[str, Any]], Told], report: dict[str, Any])
     """Return what a function takes from a report; None from one that lacks it, as one that was edited may."""
     try:
         return tell(report)
-    except (AttributeError, IndexError, KeyError, TypeError, UnknownChoice):
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError):
         return None
 
 

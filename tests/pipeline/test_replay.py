@@ -68,6 +68,7 @@ def test_no_more_steps_are_made_than_were_told(monkeypatch, rod, n_told):
 def test_what_is_not_told_is_none():
     assert what_is_told(lambda report: report["a"]["b"], {"a": {"b": 3}}) == 3
     assert what_is_told(lambda report: report["a"]["b"], {"a": 3}) is None
+    assert what_is_told(lambda report: f"{report['a']:,}", {"a": "many"}) is None
 
 
 @pytest.mark.parametrize("wrong", [{}, {"operator": None, "nosuch": 1}, {"operator": None, "energy": "nosuch"}, [3]])
