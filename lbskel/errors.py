@@ -18,6 +18,7 @@ __all__ = [
     "counted",
     "first_few",
     "nearest",
+    "were",
 ]
 
 from collections.abc import Iterable, Mapping
@@ -28,7 +29,7 @@ Value = TypeVar("Value")
 
 # Least similarity, as difflib measures it, at which a name is taken for a misspelling of another; a choice of style
 MIN_SIMILARITY = 0.75
-PLURALS = {"branch": "branches", "vertex": "vertices"}  # of nouns that do not just add an s
+PLURALS = {"branch": "branches", "cavity": "cavities", "vertex": "vertices"}  # of nouns that do not just add an s
 
 
 class LbskelError(Exception):
@@ -201,3 +202,8 @@ def first_few(indices: Iterable[object], at_most: int = 5) -> str:
 def counted(n: int, noun: str) -> str:
     """Format a number of things for a message: ``1 cycle``, ``2,304 faces``."""
     return f"{n:,} {noun if n == 1 else PLURALS.get(noun, f'{noun}s')}"
+
+
+def were(n: int, noun: str) -> str:
+    """Format a number of things with their verb, for a message: ``1 cycle was``, ``2,304 faces were``."""
+    return f"{counted(n, noun)} {'was' if n == 1 else 'were'}"

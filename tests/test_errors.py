@@ -23,7 +23,7 @@ from lbskel import (
 )
 from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ENERGIES
-from lbskel.errors import choose, counted, first_few, nearest
+from lbskel.errors import choose, counted, first_few, nearest, were
 from lbskel.io import FORMATS, MESH_READERS, read_mesh, read_skeleton
 from lbskel.operators import MASSES
 from lbskel.pipeline.options import DOMAINS
@@ -128,3 +128,12 @@ def test_the_nearest_name_is_suggested():
         UnknownChoice, match=r"unknown operator 'cotangnet', did you mean 'cotangent'\?; choose one of: "
     ):
         laplacian([[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]], operator="cotangnet")
+
+
+def test_the_verb_agrees_with_the_number():
+    assert [were(n, noun) for n, noun in ((0, "cap"), (1, "cavity"), (2, "cavity"), (2304, "open component"))] == [
+        "0 caps were",
+        "1 cavity was",
+        "2 cavities were",
+        "2,304 open components were",
+    ]

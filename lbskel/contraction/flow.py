@@ -99,7 +99,6 @@ def contract(
     if not (scale > 0 and mesh.area > 0):
         raise MeshError("the mesh has no area: every face is degenerate, so there is nothing to contract")
     start = mesh.with_vertices((mesh.vertices - center) / scale)
-    settings = replace(settings, operator=_choose_operator(start, settings))
     deadline = NEVER if time_limit is None else Deadline(time.perf_counter() + time_limit)
     try:
         if _can_coarsen(start, settings):  # its steps take the local radii of the start, which need no new rays
@@ -134,7 +133,7 @@ def _run_steps(
 
     Returns the steps, the vertices treated in each, the mesh after the last, and the reason.
     """
-    operator = settings.operator or "robust"
+    operator = _choose_operator(start, settings)
     has_volume = _is_consistently_oriented(start) and start.volume != 0
     rings = ring_areas(start)
     now, factorization = Coarsened.unmerged(start, rings), None

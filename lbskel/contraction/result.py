@@ -180,14 +180,15 @@ class Contraction(Displayed):
         >>> lbskel.contract(capsule(3.0, 0.4, 10)).plot()
         InlinePage(show it in a notebook, or save(path))
         """
-        last = self.steps[-1:]
+        n = len(self.steps)
         return self._plot(
             mesh=self.source,
             title=repr(self),
             contracted=self.source,
-            positions=[self.mesh.vertices],
-            area_ratios=[step.area_ratio for step in last] or [1.0],
-            volume_ratios=[step.volume_ratio for step in last] or [1.0],
+            positions=[self.mesh.vertices] if n else [],
+            step_numbers=[n],
+            area_ratios=[step.area_ratio for step in self.steps],
+            volume_ratios=[step.volume_ratio for step in self.steps],
             notes=str(self).splitlines(),
         )
 

@@ -35,6 +35,7 @@ from lbskel.contraction.point_graph import collapse_stars
 from lbskel.contraction.quadrics import line_quadrics
 from lbskel.contraction.result import Contraction
 from lbskel.contraction.spurious_loops import PRIME, null_loop_edges, spurious_loop_edges
+from lbskel.errors import MeshError
 from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.point_stars import PointStars
@@ -96,6 +97,11 @@ def collapse_mesh(
     CollapsedGraph
         Deterministic: of equal costs the edge with the lower index is collapsed first.
 
+    Raises
+    ------
+    MeshError
+        If one is no mesh, or the two have different faces, or the vertex map is none between them.
+
     Examples
     --------
     >>> import lbskel
@@ -107,6 +113,7 @@ def collapse_mesh(
     """
     contracted, source = as_mesh(contracted), as_mesh(source)
     n = len(contracted.vertices)
+    _require_same_surface(contracted, source, vertex_map)
     tunnels = _tunnels_in_time(source, deadline) if source.is_closed_manifold else None
     cochain = np.zeros((len(contracted.edges), 1), dtype=np.int64)
     if tunnels is not None and tunnels.genus:
@@ -164,6 +171,24 @@ def collapse_mesh(
         is_certified,
         len(spurious),
     )
+
+
+def _require_same_surface(contracted: Mesh, source: Mesh, vertex_map: VertexMap | None) -> None:
+    """Raise MeshError if the contracted mesh is not that of the source."""
+    if vertex_map is None and not (
+        len(contracted.vertices) == len(source.vertices) and np.array_equal(contracted.faces, source.faces)
+    ):
+        raise MeshError(
+            f"the contracted mesh ({contracted!r}) must have the faces of its source ({source!r}); where vertices were "
+            "merged, give the vertex_map of the contraction"
+        )
+    if vertex_map is not None and not (
+        len(vertex_map) == len(source.vertices) and vertex_map.indices.max(initial=-1) < len(contracted.vertices)
+    ):
+        raise MeshError(
+            f"the vertex map of {len(vertex_map)} vertices does not lead from the source ({source!r}) to the "
+            f"contracted mesh ({contracted!r}); give that of the contraction"
+        )
 
 
 def _tunnels_in_time(source: Mesh, deadline: Deadline) -> Tunnels | None:

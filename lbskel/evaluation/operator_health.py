@@ -20,7 +20,7 @@ from scipy.sparse import coo_array, csc_array, diags_array, triu
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import ArpackError, eigsh, splu
 
-from lbskel.errors import MeshError, SolveError
+from lbskel.errors import MeshError, SolveError, counted
 from lbskel.evaluation.operator_report import ROUNDING, ZERO_EIGENVALUE, LaplacianDiagnostics
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
@@ -60,7 +60,8 @@ def laplacian_diagnostics(laplacian: Laplacian, mesh: Any) -> LaplacianDiagnosti
     S = laplacian.stiffness
     if S.shape[0] != len(mesh.vertices):
         raise MeshError(
-            f"the operator has {S.shape[0]} vertices and the mesh {len(mesh.vertices)}; give the mesh it was built on"
+            f"the operator has {counted(S.shape[0], 'vertex')} and the mesh {len(mesh.vertices):,}; "
+            "give the mesh it was built on"
         )
     largest = max(float(np.abs(S.data).max(initial=0.0)), sys.float_info.min)
     symmetric = ((S + S.T) / 2).tocsc()

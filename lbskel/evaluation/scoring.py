@@ -17,7 +17,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from lbskel.contraction.cycle_classes import tunnels_missed
-from lbskel.errors import MeshError, first_few
+from lbskel.errors import MeshError, counted, first_few
 from lbskel.evaluation.measures import Score
 from lbskel.evaluation.medial_points import medial_distances
 from lbskel.evaluation.skeleton_shape import mean_and_worst_branch, n_spurs, negative_fraction, rms_curvature
@@ -157,8 +157,8 @@ def require_scorable(skeleton: Skeleton, n_vertices: int) -> None:
     n_mapped = len(skeleton.node_of_vertex)
     if n_mapped not in (0, n_vertices):
         raise MeshError(
-            f"the skeleton's map is for {n_mapped} vertices, but the mesh has {n_vertices}: give the mesh that "
-            "it was made from, or a skeleton without a map"
+            f"the skeleton's map is for {counted(n_mapped, 'vertex')}, but the mesh has {n_vertices:,}: give the "
+            "mesh that it was made from, or a skeleton without a map"
         )
 
 

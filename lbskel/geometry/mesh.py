@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lbskel._kernels.connectivity import component_roots, count_umbrellas
 from lbskel._kernels.triangles import integrals
+from lbskel.errors import were
 from lbskel.geometry.arrays import checked_points, checked_triangles, read_only
 from lbskel.geometry.bvh import AABBTree, build_aabb_tree
 from lbskel.geometry.conversion import arrays_of, triangulate
@@ -289,7 +290,7 @@ def as_mesh(data: Any) -> Mesh:
     n_cut = int((np.bincount(polygon) > 1).sum())
     if not n_cut:
         return mesh
-    note = f"{n_cut} polygons were cut into triangles"
+    note = f"{were(n_cut, 'polygon')} cut into triangles"
     return Mesh(mesh.vertices, retriangulate_nonconvex(mesh.vertices, mesh.faces, polygon), (note,), polygon)
 
 

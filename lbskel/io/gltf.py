@@ -99,7 +99,8 @@ def _buffer_files(tree: dict[str, Any], path: Path) -> dict[str, Path]:
     """List the buffer files, by URI; they must be in the folder of the glTF file or below it."""
     files = {}
     for buffer in tree.get("buffers", []):
-        uri = buffer["uri"]
+        if (uri := buffer.get("uri")) is None:
+            raise FormatError(f"its buffer {tree['buffers'].index(buffer)} has no uri; save it as glb, or with the uri")
         if not uri.startswith("data:"):
             file = (path.parent / unquote(uri)).resolve()
             if not file.is_relative_to(path.parent.resolve()):

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lbskel.errors import FormatError, MissingDependency
+from lbskel.errors import FormatError, MissingDependency, counted
 from lbskel.io.polygon_soup import PolygonSoup
 from lbskel.io.text import read_bytes
 
@@ -41,8 +41,11 @@ def read_las(path: Path) -> PolygonSoup:
     start, size = int(header["start"]), int(header["size"])
     if header["format"] & COMPRESSED:
         return _read_compressed(path, count, len(data))
-    if count == 0 or size < 12 or start + count * size > len(data):
-        raise FormatError(f"declares {count} points of {size} bytes, which it does not hold; is the file truncated?")
+    if count == 0:
+        raise FormatError("the header declares no points")
+    if size < 12 or start + count * size > len(data):
+        fault = "too few for coordinates" if size < 12 else f"more than its {len(data):,}; is the file truncated?"
+        raise FormatError(f"declares {counted(count, 'point')} of {size} bytes, {fault}")
     row = np.dtype({"names": ["xyz"], "formats": [("<i4", 3)], "offsets": [0], "itemsize": size})
     with np.errstate(over="ignore", invalid="ignore"):  # PointCloud names the points that are not finite
         points = np.frombuffer(data, row, count, start)["xyz"] * header["scale"] + header["offset"]
@@ -55,7 +58,7 @@ def _read_compressed(path: Path, count: int, n_bytes: int) -> PolygonSoup:
     except ImportError:
         raise MissingDependency("laspy", "las", "reading LAZ") from None
     if count > MAX_RATIO * n_bytes:
-        raise FormatError(f"declares {count} points in {n_bytes} bytes; is the file truncated?")
+        raise FormatError(f"declares {counted(count, 'point')} in {n_bytes:,} bytes; is the file truncated?")
     try:
         return PolygonSoup(np.asarray(laspy.read(path).xyz, dtype=np.float64))
     except Exception as error:  # laspy raises errors of many kinds for broken files

@@ -75,7 +75,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     ...     _ = path.write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n")
     ...     mesh = read_mesh(path)
     >>> mesh, mesh.notes
-    (Mesh(4 vertices, 2 faces), ('1 polygons were cut into triangles',))
+    (Mesh(4 vertices, 2 faces), ('1 polygon was cut into triangles',))
     """
     read = MESH_READERS[known_extension(path, MESH_READERS, "meshes")]
     with convert_errors(path):

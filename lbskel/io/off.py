@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lbskel.errors import FormatError
+from lbskel.errors import FormatError, counted
 from lbskel.geometry.mesh import Mesh
 from lbskel.io.polygon_soup import PolygonSoup
 from lbskel.io.text import (
@@ -70,8 +70,8 @@ def _parse_lines(text: str) -> PolygonSoup:
     )[0]
     if n_vertices < 0 or n_faces < 0 or len(lines) < 1 + n_vertices + n_faces:
         raise FormatError(
-            f"line {lines.numbers[0]}: declares {n_vertices} vertices and {n_faces} faces, "
-            f"but {len(lines) - 1} lines follow; is the file truncated?"
+            f"line {lines.numbers[0]}: declares {counted(n_vertices, 'vertex')} and "
+            f"{counted(n_faces, 'face')}, but is followed by {counted(len(lines) - 1, 'line')}; is the file truncated?"
         )
     points = parse_columns(lines[1 : 1 + n_vertices], range(3), "three coordinates")
     faces = lines[1 + n_vertices : 1 + n_vertices + n_faces]

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 __all__ = ["read_pcd"]
 
+import math
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import FormatError
+from lbskel.errors import FormatError, counted
 from lbskel.io.polygon_soup import PolygonSoup
-from lbskel.io.text import content_lines, decode_text, parse_columns, read_bytes
+from lbskel.io.text import Lines, content_lines, decode_text, parse_columns, read_bytes
 
 KINDS = {"F": "f", "I": "i", "U": "u"}  # TYPE of a field, in numpy's names
 
@@ -26,17 +27,16 @@ def read_pcd(path: Path) -> PolygonSoup:
     header, how, start = _header(data)
     names = header.get("FIELDS", [])
     counts = [_whole(count) for count in header.get("COUNT", ["1"] * len(names))]
-    n_points = _whole(" ".join(header.get("POINTS", ["?"])))
+    sizes = [header.get(name, ["?"]) for name in (("POINTS",) if "POINTS" in header else ("WIDTH", "HEIGHT"))]
+    n_points = math.prod(_whole(" ".join(words)) for words in sizes)
     missing = [name for name in "xyz" if name not in names]
     if missing or len(counts) != len(names):
         raise FormatError(f"FIELDS and COUNT must name x, y and z, not {' '.join(names) or 'nothing'}")
     if how == "ascii":
         first = np.cumsum(counts) - counts
         lines = content_lines(decode_text(data[start:]))
-        columns = [
-            parse_columns(lines, range(c, c + 1), "a coordinate") for c in (first[names.index(n)] for n in "xyz")
-        ]
-        points = np.concatenate(columns, axis=1)
+        lines = Lines(lines.texts, lines.numbers + data.count(b"\n", 0, start))
+        points = parse_columns(lines, [first[names.index(name)] for name in "xyz"], "x, y and z")
     elif how == "binary":
         points = _binary(data[start:], header, counts, n_points)
     else:
@@ -44,7 +44,7 @@ def read_pcd(path: Path) -> PolygonSoup:
             f"DATA {how} is not supported; save it as ascii or binary, as pcl_convert_pcd_ascii_binary does"
         )
     if len(points) < n_points:
-        raise FormatError(f"declares {n_points} points and has {len(points)}; is the file truncated?")
+        raise FormatError(f"declares {counted(n_points, 'point')} and has {len(points):,}; is the file truncated?")
     points = points[:n_points]
     return PolygonSoup(points[~np.isnan(points).any(axis=1)])
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 __all__ = ["Element", "Lists", "PlyFile", "encode_ply_header", "parse_ply"]
 
 import re
+from codecs import BOM_UTF8
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
@@ -84,12 +85,13 @@ def parse_ply(data: bytes) -> PlyFile:
     FormatError
         If the header is invalid, or the data are invalid or shorter than it declares.
     """
+    data = data.removeprefix(BOM_UTF8)
     end = re.search(rb"[\r\n]end_header[ \t]*(\r\n|\n|\r)", data)
     if not data.startswith(b"ply"):
         raise FormatError("not a PLY file: it must begin with ply")
     if end is None:
         raise FormatError("the header has no end_header; is the file truncated?")
-    lines = data[: end.start()].decode(errors="replace").splitlines()[1:]
+    lines = re.split("\r\n|\n|\r", data[: end.start()].decode(errors="replace"))[1:]
     comments = [line.split(None, 1)[1] for line in lines if re.match(r"(comment|obj_info)\s+\S", line)]
     order, declared = _parse_header(lines)
     rest = data[end.end() :]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import MeshError, first_few
+from lbskel.errors import MeshError, counted, first_few
 from lbskel.geometry.mesh import Mesh, as_mesh
 
 
@@ -62,7 +62,7 @@ def mesh_from_polygons(polygons: PolygonSoup) -> Mesh:
         invalid = np.unique(np.repeat(np.arange(len(sizes)), sizes)[is_invalid])
         raise MeshError(
             f"faces {first_few(invalid)} (0-based) use vertices that do not exist; "
-            f"the file has {n} vertices, numbered {first} to {n - 1 + first}"
+            f"the file has {counted(n, 'vertex')}, numbered {first} to {n - 1 + first}"
         )
     too_small = np.flatnonzero(sizes < 3)
     if len(too_small):

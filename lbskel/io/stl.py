@@ -8,15 +8,16 @@ from __future__ import annotations
 
 __all__ = ["encode_stl", "read_stl"]
 
+from codecs import BOM_UTF8
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import FormatError
+from lbskel.errors import FormatError, counted
 from lbskel.geometry.mesh import Mesh
 from lbskel.io.polygon_soup import PolygonSoup
-from lbskel.io.text import content_lines, parse_columns, read_bytes
+from lbskel.io.text import content_lines, decode_text, parse_columns, read_bytes
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 HEADER_BYTES, COUNT_BYTES = 80, 4  # of binary STL: free text, then the number of triangles as a little-endian uint32
@@ -28,19 +29,22 @@ def read_stl(path: Path) -> PolygonSoup:
     data = read_bytes(path)
     start = HEADER_BYTES + COUNT_BYTES
     declared = int.from_bytes(data[HEADER_BYTES:start], "little")
-    is_text = data[:HEADER_BYTES].lstrip().lower().startswith(b"solid")
+    is_text = data.removeprefix(BOM_UTF8)[:HEADER_BYTES].lstrip().lower().startswith(b"solid")
+    is_text = is_text and b"\0" not in data.rstrip(b"\0")
     if len(data) == start + declared * TRIANGLE.itemsize and (declared or not is_text):  # a text is so long by accident
         corners = np.frombuffer(data, TRIANGLE, declared, start)["corners"].reshape(-1, 3)
     elif is_text:
-        corners = _parse_text(data.decode(errors="replace"))
+        corners = _parse_text(decode_text(data))
     else:
         raise FormatError(
-            f"neither STL text, which begins with solid, nor binary STL: its header declares {declared} triangles, "
-            f"which take {start + declared * TRIANGLE.itemsize} bytes, but the file has {len(data)}"
+            "neither STL text, which begins with solid and has no zero bytes, nor binary STL: its header declares "
+            f"{counted(declared, 'triangle')} in {start + declared * TRIANGLE.itemsize:,} bytes, but the file has "
+            f"{len(data):,}; was it cut off?"
         )
     points, index = _merge(corners.astype(np.float64))
-    note = f"{len(corners)} corners at {len(points)} exactly equal positions were merged into as many vertices"
-    return PolygonSoup(points, index, np.full(len(corners) // 3, 3), (note,))
+    note = f"{len(corners):,} corners were merged into {counted(len(points), 'vertex')} at exactly equal positions"
+    notes = (note,) if len(points) < len(corners) else ()
+    return PolygonSoup(points, index, np.full(len(corners) // 3, 3), notes)
 
 
 def _parse_text(text: str) -> NDArray[np.float64]:
@@ -78,8 +82,8 @@ def encode_stl(mesh: Mesh) -> bytes:
     n_here, n_there = (len(_merge(V.astype("<f4").astype(np.float64))[0]) for V in (used - used.mean(axis=0), used))
     if (n_lost := n_here - n_there) > 0:
         raise FormatError(
-            f"{n_lost:,} vertices would merge with others in the single precision of STL; move the mesh to the origin, "
-            "or write obj, off or ply"
+            f"{counted(n_lost, 'vertex')} would merge with others in the single precision of STL; move the mesh to the "
+            "origin, or write obj, off or ply"
         )
     rows["normal"] = mesh.face_normals
     return b"lbskel".ljust(HEADER_BYTES) + len(rows).to_bytes(COUNT_BYTES, "little") + rows.tobytes()

@@ -59,7 +59,7 @@ def encode_swc(
     Raises
     ------
     FormatError
-        If the root is not a node, the scale is not a positive number, or a scaled position is not finite.
+        If the root is not a node, the scale is not a positive number, or a scaled position or radius is not finite.
     """
     if not (scale > 0 and math.isfinite(scale)):
         raise FormatError(f"the scale must be a positive number, not {scale}")
@@ -74,8 +74,9 @@ def encode_swc(
     with np.errstate(over="ignore"):
         radii = np.where(np.isnan(skeleton.radii), 0.0, skeleton.radii) * scale
         positions = skeleton.nodes * scale
-    if not np.isfinite(positions).all():
-        raise FormatError(f"a scale of {scale} gives infinite coordinates")
+    for what, values in (("coordinates", positions), ("radii", radii)):
+        if not np.isfinite(values).all():
+            raise FormatError(f"a scale of {scale} gives infinite {what}; give a smaller one")
     lines = [f"# radius_kind {' '.join(skeleton.radius_kind.split())}"]
     if units is not None:
         lines.append(f"# Meta: {json.dumps({'units': units})}")

@@ -155,17 +155,19 @@ def parse_numbers(text: str | bytes | memoryview) -> NDArray[np.float64]:
     return numbers
 
 
-def parse_columns(lines: Lines, columns: Sequence[int], what: str) -> NDArray[np.float64]:
+def parse_columns(lines: Lines, columns: Sequence[int], what: str, delimiter: str | None = None) -> NDArray[np.float64]:
     """Parse the numbers in some columns of each line, as an (n, len(columns)) array.
 
     Parameters
     ----------
     lines : Lines
-        Lines of numbers separated by white space.
+        Lines of columns.
     columns : sequence of int
         0-based columns; others are ignored.
     what : str
         What the columns are, for the message.
+    delimiter : str, optional
+        What separates the columns, one character; white space by default.
 
     Raises
     ------
@@ -174,21 +176,22 @@ def parse_columns(lines: Lines, columns: Sequence[int], what: str) -> NDArray[np
     """
     if not len(lines) or not len(columns):
         return np.empty((len(lines), len(columns)))
-    if (numbers := _parse_block(lines.texts, columns)) is not None:
+    if (numbers := _parse_block(lines.texts, columns, delimiter)) is not None:
         return numbers
     low, high = 0, len(lines)  # the first faulty line is in low..high, found by bisection
     while high - low > 1:
         middle = (low + high) // 2
-        low, high = (low, middle) if _parse_block(lines.texts[low:middle], columns) is None else (middle, high)
+        is_faulty = _parse_block(lines.texts[low:middle], columns, delimiter) is None
+        low, high = (low, middle) if is_faulty else (middle, high)
     raise FormatError(f"line {lines.numbers[low]}: {what} expected, found {lines.texts[low][:60]!r}")
 
 
-def _parse_block(texts: list[str], columns: Sequence[int]) -> NDArray[np.float64] | None:
+def _parse_block(texts: list[str], columns: Sequence[int], delimiter: str | None) -> NDArray[np.float64] | None:
     """Parse the numbers in some columns of each line; None if a line is faulty."""
     if not all(texts):  # loadtxt skips empty lines
         return None
     try:
-        return np.loadtxt(texts, usecols=columns, comments=None, ndmin=2)
+        return np.loadtxt(texts, delimiter=delimiter, usecols=columns, comments=None, ndmin=2)
     except ValueError:
         return None
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import FormatError, choose
+from lbskel.errors import FormatError, choose, counted
 from lbskel.io.polygon_soup import PolygonSoup
 from lbskel.io.text import as_integers, read_bytes
 from lbskel.io.vtk_polydata import Cells, join_cells, wrong_data_set
@@ -71,21 +71,21 @@ class _Scanner:
             else:
                 self._position = self._data.find(b"\n", begin) + 1 or len(self._data) + 1
             if self._position > len(self._data):
-                raise FormatError(f"{count} texts are declared, and fewer follow; is the file truncated?")
+                raise FormatError(f"declares {counted(count, 'text')}, and fewer follow; is the file truncated?")
 
     def numbers(self, count: int, kind: str) -> NDArray[np.float64]:
         """Read ``count`` numbers of a type, as (count,) float64."""
         dtype = np.dtype(choose(DTYPES, kind.lower(), "type of numbers"))
         n_bytes = count * dtype.itemsize if self._is_binary else count
         if not 0 <= n_bytes <= len(self._data) - self._position:
-            raise FormatError(f"{count} numbers are declared, and fewer follow; is the file truncated?")
+            raise FormatError(f"declares {counted(count, 'number')}, and fewer follow; is the file truncated?")
         if self._is_binary:
             values = np.frombuffer(self._data, dtype, count, self._position).astype(np.float64)
             self._position += n_bytes
             return values
         *parts, rest = [*self._data[self._position :].split(None, count), b""][: count + 1]
         if len(parts) < count:
-            raise FormatError(f"{count} numbers are declared, and fewer follow; is the file truncated?")
+            raise FormatError(f"declares {counted(count, 'number')}, and fewer follow; is the file truncated?")
         self._position = len(self._data) - len(rest)
         try:
             return np.array(parts, dtype=np.bytes_).astype(np.float64)
@@ -175,5 +175,7 @@ def _cells_by_sizes(scanner: _Scanner, n_cells: int, n_numbers: int) -> Cells:
         starts.append(start)
         start += 1 + max(sizes_at[start], 0)
     if start != n_numbers or len(starts) != n_cells:
-        raise FormatError(f"{n_cells} cells of {n_numbers} numbers are declared, but the sizes of the cells differ")
+        raise FormatError(
+            f"declares {counted(n_cells, 'cell')} of {counted(n_numbers, 'number')}, but the sizes of the cells differ"
+        )
     return np.delete(numbers, starts), numbers[starts]

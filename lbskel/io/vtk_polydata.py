@@ -17,7 +17,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import FormatError
+from lbskel.errors import FormatError, were
 from lbskel.io.polygon_soup import PolygonSoup
 from lbskel.io.text import as_integers, read_bytes
 from lbskel.io.vtk_xml import VtkFile, find_array, parse_vtk
@@ -61,7 +61,7 @@ def join_cells(
     if not len(sizes):
         raise FormatError("there are no polygons and no triangle strips: lines and points are no surface")
     n_strips = sum(len(lengths) for _, lengths in strips)
-    notes = (f"{n_strips:,} triangle strips were cut into triangles",) if n_strips else ()
+    notes = (f"{were(n_strips, 'triangle strip')} cut into triangles",) if n_strips else ()
     return PolygonSoup(np.concatenate(points), corners, sizes, notes)
 
 

@@ -21,7 +21,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lbskel.errors import FormatError, choose
+from lbskel.errors import FormatError, choose, counted
 
 DTYPES = {f"{name}{8 * size}": f"{code}{size}" for name, code in (("Int", "i"), ("UInt", "u")) for size in (1, 2, 4, 8)}
 DTYPES |= {"Float32": "f4", "Float64": "f8", "String": "u1"}
@@ -92,7 +92,7 @@ def _decode_bytes(data: bytes, start: int, count: int, is_base64: bool) -> bytes
     part = data[start : start + _encoded_length(count, is_base64)] if start >= 0 else b""
     part = base64.b64decode(part, validate=True) if is_base64 else part
     if len(part) < count:
-        raise FormatError(f"an array declares {count} bytes, but {len(part)} follow; is the file truncated?")
+        raise FormatError(f"an array declares {counted(count, 'byte')} and has {len(part):,}; is the file truncated?")
     return part[:count]
 
 

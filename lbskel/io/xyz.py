@@ -1,7 +1,8 @@
-"""XYZ, one point per line: three coordinates separated by spaces, commas or semicolons; also as TXT and CSV.
+"""XYZ, one point per line: three coordinates separated by white space, commas or semicolons; also as TXT and CSV.
 
-Further columns, such as colors or normals, are ignored. A first line of names tells the columns if x, y and z are among
-them; else the coordinates come first.
+The first point tells which of these separates the columns of all lines. Further columns, such as colors or normals, are
+ignored. A first line of names, or a comment that names every column, tells the columns if x, y and z are among them;
+else the coordinates come first.
 """
 
 from __future__ import annotations
@@ -15,25 +16,34 @@ from lbskel.errors import FormatError
 from lbskel.io.polygon_soup import PolygonSoup
 from lbskel.io.text import content_lines, parse_columns, read_text
 
-NAMES = re.compile(r"(//)?\"?[^\W\d]\w*\"?")  # the first word of a line of names; CloudCompare writes //X
+NAMES = re.compile(r"[\s,;\"]*(//)?\"?([^\W\d]\w*)")  # the first word of a line of names; CloudCompare writes //X
 
 
 def read_xyz(path: Path) -> PolygonSoup:
     """Read the points of an XYZ file."""
-    text, columns = read_text(path), [0, 1, 2]
-    lines = content_lines(re.sub("[,;]", " ", text))
-    if len(lines) and (first := NAMES.match(lines.texts[0])) and first[0].lower() not in ("nan", "inf", "infinity"):
-        columns = _columns(text.splitlines()[lines.numbers[0] - 1])
-        lines = lines[1:]
+    text = read_text(path)
+    lines, columns = content_lines(text), None
+    if len(lines) and (first := NAMES.match(lines.texts[0])) and first[2].lower() not in ("nan", "inf", "infinity"):
+        columns, lines = _columns(lines.texts[0]) or [0, 1, 2], lines[1:]
     if len(lines) > 1 and lines.texts[0] == str(len(lines) - 1):  # the number of points
         lines = lines[1:]
     if not len(lines):
         raise FormatError("the file has no points")
-    return PolygonSoup(parse_columns(lines, columns, "three coordinates"))
+    delimiter = next((mark for mark in ";," if mark in lines.texts[0]), None)
+    for line in text.splitlines()[: lines.numbers[0] - 1]:
+        names = line.strip().removeprefix("#")
+        if columns is None and names != line.strip() and len(_fields(names)) == len(_fields(lines.texts[0])):
+            columns = _columns(names)
+    what = f", with decimal points and separated by {delimiter!r}," if delimiter else ""
+    return PolygonSoup(parse_columns(lines, columns or [0, 1, 2], f"three coordinates{what}", delimiter))
 
 
-def _columns(line: str) -> list[int]:
-    """Find the columns of x, y and z in a line of names."""
-    words = re.split("[,;]", line) if re.search("[,;]", line) else line.split()
-    names = [word.strip(' \t"/').lower() for word in words]
-    return [names.index(axis) for axis in "xyz"] if {*"xyz"} <= set(names) else [0, 1, 2]
+def _fields(line: str) -> list[str]:
+    """Split a line at its semicolons, or else its commas, or else its white space."""
+    return line.split(next((mark for mark in ";," if mark in line), None))
+
+
+def _columns(line: str) -> list[int] | None:
+    """Find the columns of x, y and z in a line of names; None if it lacks one."""
+    names = [word.strip(' \t"/').lower() for word in _fields(line)]
+    return [names.index(axis) for axis in "xyz"] if {*"xyz"} <= set(names) else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["Anchors", "listed_anchors", "resolve_anchors"]
+__all__ = ["Anchors", "index_of_point", "listed_anchors", "resolve_anchors"]
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from lbskel.errors import MeshError
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.preparation import Body, PreparedMesh
-from lbskel.refinement.anchors import resolve_anchor
+from lbskel.refinement.anchors import as_place, resolve_anchor
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +52,23 @@ def listed_anchors(anchors: Any) -> list[Any]:
     if isinstance(anchors, str) or not isinstance(anchors, Iterable):
         raise MeshError(f"anchors must be a list of vertices or points, such as [0] or [(x, y, z)], not {anchors!r}")
     return list(anchors)
+
+
+def index_of_point(place: Any, n_points: int) -> int | None:
+    """Return the index of a point of a cloud; None if a place is no index. Raises MeshError if there is no such point.
+
+    Parameters
+    ----------
+    place : int or (3,) array_like
+    n_points : int
+        Number of points of the cloud.
+    """
+    given = as_place(place)
+    if given.ndim or not np.issubdtype(given.dtype, np.integer):
+        return None
+    if not 0 <= given < n_points:
+        raise MeshError(f"there is no point {given}: the cloud has points 0..{n_points - 1}")
+    return int(given)
 
 
 def resolve_anchors(anchors: Iterable[Any], prepared: PreparedMesh) -> Anchors:

@@ -22,7 +22,7 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.sorting import is_among
 from lbskel.geometry.vertex_map import VertexMap
-from lbskel.pipeline.anchoring import listed_anchors
+from lbskel.pipeline.anchoring import index_of_point, listed_anchors
 from lbskel.pipeline.assembly import skipped_notes
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess import Pipeline, PreprocessResult
@@ -79,11 +79,14 @@ def skeletonize_cloud(
     UnknownChoice
         If the preparation is none of those of clouds.
     """
+    places = listed_anchors(anchors)
+    for place in (*places, root):
+        index_of_point(place, len(cloud.points))  # before anything is computed
     with timer("reconstruct"):
         surface, points = surface_and_points(cloud, "none" if preprocess is None else preprocess)  # type: ignore[arg-type]
     skeleton = skeletonize(
         surface.mesh,
-        anchors=[_on_surface(anchor, surface) for anchor in listed_anchors(anchors)],
+        anchors=[_on_surface(anchor, surface) for anchor in places],
         root=_on_surface(root, surface),
         preprocess="none" if surface.mesh.is_closed_manifold else "auto",
         timer=timer,
@@ -123,14 +126,12 @@ def _with_joined_pieces(skeleton: Skeleton, points: CleanedPoints, *, keeps_root
 
 def _on_surface(place: Any, surface: PreprocessResult) -> Any:
     """Return the vertex of the surface for the index of a point, and anything else unchanged."""
-    given = np.asarray(place)
-    if given.ndim or not np.issubdtype(given.dtype, np.integer):
+    index = index_of_point(place, len(surface.vertex_map))
+    if index is None:
         return place
-    if not 0 <= given < len(surface.vertex_map):
-        raise MeshError(f"there is no point {given}: the cloud has points 0..{len(surface.vertex_map) - 1}")
-    vertex = int(surface.vertex_map.indices[int(given)])
+    vertex = int(surface.vertex_map.indices[index])
     if vertex < 0:
-        raise MeshError(f"point {given} is an outlier, which is on no surface; give another, or preprocess='none'")
+        raise MeshError(f"point {index} is an outlier, which is on no surface; give another, or preprocess='none'")
     return vertex
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["free_megabytes", "megabytes_needed", "simplify_within"]
+__all__ = ["free_megabytes", "megabytes_needed", "require_memory_options", "simplify_within"]
 
 from pathlib import Path
 
@@ -43,6 +43,13 @@ def free_megabytes() -> float:
     return kibibytes[0] * 1024 / 1e6 if kibibytes else float("inf")
 
 
+def require_memory_options(simplify: str, memory_limit: float | None) -> None:
+    """Raise UnknownChoice for options without meaning, as :func:`simplify_within` has them, before any work is done."""
+    choose(PER_MILLION_FACES, simplify, "way to simplify")
+    if memory_limit is not None and not memory_limit > 0:
+        raise UnknownChoice(f"memory_limit must be a positive number of megabytes, not {memory_limit}")
+
+
 def simplify_within(mesh: Mesh, simplify: str, memory_limit: float | None) -> tuple[str, list[str]]:
     """Return how to simplify a mesh within a limit on the memory, and a note where that is not what was asked for.
 
@@ -59,10 +66,8 @@ def simplify_within(mesh: Mesh, simplify: str, memory_limit: float | None) -> tu
     MemoryLimitError
         If the mesh cannot be contracted by a proxy either.
     UnknownChoice
-        If the limit is not positive, or ``simplify`` is neither ``auto`` nor ``none``.
+        If ``simplify`` is neither ``auto`` nor ``none``.
     """
-    if memory_limit is not None and not memory_limit > 0:
-        raise UnknownChoice(f"memory_limit must be a positive number of megabytes, not {memory_limit}")
     limit = free_megabytes() if memory_limit is None else memory_limit
     needed = megabytes_needed(len(mesh.faces), simplify)
     if needed <= limit:

@@ -20,17 +20,19 @@ from lbskel.contraction.flow import contract
 from lbskel.contraction.result import Status
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.contraction.surgery import collapse
-from lbskel.errors import MeshError, UnknownChoice
+from lbskel.errors import MeshError, UnknownChoice, were
 from lbskel.evaluation.measures import NOT_SCORED
 from lbskel.evaluation.point_scoring import score_points
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.operators import STAR_OPERATORS
+from lbskel.pipeline.anchoring import index_of_point, listed_anchors
 from lbskel.pipeline.assembly import contraction_report, skipped_notes
 from lbskel.pipeline.environment import are_kernels_compiled, versions
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess.point_cleaning import CleanedPoints, clean_points
 from lbskel.preprocess.point_neighborhoods import Neighborhoods
+from lbskel.refinement.anchors import as_place
 from lbskel.refinement.radii import mean_axis_distances
 from lbskel.skeleton.editing import reroot
 from lbskel.skeleton.joining import join_components
@@ -82,12 +84,15 @@ def skeletonize_points(
     MeshError
         If the points are too few or on a line, or ``root`` is neither a point nor the index of one.
     """
-    unused = [name for name in NEEDS_SURFACE if given.get(name) is not None] + ["anchors"] * bool(len(anchors))
+    unused = [name for name in NEEDS_SURFACE if given.get(name) is not None]
+    if listed_anchors(anchors):
+        unused.append("anchors")
     if unused:
         raise UnknownChoice(
             f"{', '.join(unused)}: this preset contracts points and refines nothing; leave it out, or choose another"
         )
     cloud = shape if isinstance(shape, PointCloud) else PointCloud(shape.vertices)
+    place = None if root is None else _resolve_root(root, len(cloud.points))
     with timer("clean"):
         cleaned = _distinct(cloud.points) if preprocess in (None, "auto") else clean_points(cloud.points, preprocess)
     with timer("contract"):
@@ -104,8 +109,8 @@ def skeletonize_points(
     if given.get("min_loop"):
         skeleton = open_short_loops(skeleton, given["min_loop"])
     skeleton = reroot_by_thickness(skeleton if n_nodes is None else resample(skeleton, n_nodes=n_nodes))
-    if root is not None:
-        skeleton = reroot(skeleton, _node_at(root, skeleton))
+    if place is not None:
+        skeleton = reroot(skeleton, _node_at(place, skeleton))
     if contraction.status is Status.TIME_LIMIT:
         timer.skip("contract")
     with timer("score"):
@@ -141,7 +146,7 @@ def _distinct(points: NDArray[np.float64]) -> CleanedPoints:
     first, label = np.unique(points, axis=0, return_index=True, return_inverse=True)[1:]
     order = np.argsort(first)
     n_more = len(points) - len(first)
-    notes = (f"{n_more} duplicate points were merged",) if n_more else ()
+    notes = (f"{were(n_more, 'duplicate point')} merged",) if n_more else ()
     report = {"points": len(points), "duplicates": n_more, "outliers": 0, "kept": len(first)}
     vertex_map = VertexMap(np.argsort(order)[label.reshape(-1)])
     return CleanedPoints(Neighborhoods(points[first[order]]), vertex_map, notes, report)
@@ -154,13 +159,18 @@ def _with_radii(skeleton: Skeleton, cloud: PointCloud) -> Skeleton:
     return replace(skeleton, radii=inscribed, mean_radii=np.where(means > 0, means, inscribed))
 
 
-def _node_at(place: Any, skeleton: Skeleton) -> int:
-    """Return the node of a point, given by its index, or the node nearest to a position."""
-    given = np.asarray(place)
-    if given.ndim == 0 and np.issubdtype(given.dtype, np.integer):
-        if not 0 <= given < len(skeleton.node_of_vertex):
-            raise MeshError(f"there is no point {given}: the cloud has points 0..{len(skeleton.node_of_vertex) - 1}")
-        return int(skeleton.node_of_vertex[int(given)])
+def _resolve_root(root: Any, n_points: int) -> int | NDArray[np.float64]:
+    """Return the index of the point, or the position, that a root is; raise MeshError if it is neither."""
+    if (index := index_of_point(root, n_points)) is not None:
+        return index
+    given = as_place(root)
     if given.shape != (3,) or not np.issubdtype(given.dtype, np.number) or not np.isfinite(given).all():
-        raise MeshError(f"a root must be the index of a point, or a point of three numbers, not {place!r}")
-    return int(cKDTree(skeleton.nodes).query(given.astype(float))[1])
+        raise MeshError(f"a root must be the index of a point, or a point of three numbers, not {root!r}")
+    return given.astype(np.float64)
+
+
+def _node_at(place: int | NDArray[np.float64], skeleton: Skeleton) -> int:
+    """Return the node of a point, given by its index, or the node nearest to a position."""
+    if isinstance(place, int):
+        return int(skeleton.node_of_vertex[place])
+    return int(cKDTree(skeleton.nodes).query(place)[1])

@@ -31,18 +31,18 @@ from lbskel.pipeline.bodies import skeletonize_body
 from lbskel.pipeline.clouds import skeletonize_cloud
 from lbskel.pipeline.evaluation import score_prepared
 from lbskel.pipeline.grouping import skeletonize_bodies
-from lbskel.pipeline.memory import simplify_within
+from lbskel.pipeline.memory import require_memory_options, simplify_within
 from lbskel.pipeline.options import resolve_options, resolve_settings
 from lbskel.pipeline.passes import refine
 from lbskel.pipeline.point_contraction import is_of_points, skeletonize_points
 from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
 from lbskel.pipeline.profiling import Progress, StageTimer
 from lbskel.preprocess import Pipeline
-from lbskel.refinement.anchors import nearest_node
+from lbskel.refinement.anchors import nearest_node, resolve_root
 from lbskel.skeleton.editing import reroot
 from lbskel.skeleton.joining import JOIN_ANGLE, JOIN_REACH, join_components
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, prune
-from lbskel.skeleton.resampling import resample
+from lbskel.skeleton.resampling import require_number_of_nodes, resample
 from lbskel.skeleton.root import reroot_by_thickness
 from lbskel.skeleton.short_loops import open_short_loops
 from lbskel.skeleton.skeleton import Skeleton
@@ -162,6 +162,9 @@ def skeletonize(
     options, settings = resolve_options(preset, given), resolve_settings(preset, operator, energy, solver)
     if time_limit is not None and not time_limit > 0:
         raise UnknownChoice(f"time_limit must be positive, not {time_limit}")
+    require_memory_options(simplify, memory_limit)
+    if n_nodes is not None:
+        require_number_of_nodes(n_nodes)
     timer = StageTimer(on_stage, time_limit, profile)
     with timer("read"):
         shape = as_shape(mesh)
@@ -196,6 +199,8 @@ def _skeletonize_mesh(
     is_scored: bool = True,
 ) -> Skeleton:
     """Make the skeleton of a mesh, and score it unless the caller scores it on points."""
+    if root is not None:
+        resolve_root(root, shape)  # before anything is computed
     simplify, memory_notes = simplify_within(shape, simplify, memory_limit)
     prepared = prepare(shape, preprocess=preprocess, simplify=simplify, timer=timer)
     prepared = replace(prepared, notes=(*prepared.notes, *memory_notes))

@@ -1,33 +1,27 @@
-"""A mesh, its skeleton, and how one became the other, as an interactive page.
-
-The contraction is run again, step by step, with the settings in the skeleton's report. It gives the same steps, but
-for bodies that were contracted in a group, so no intermediate mesh has to be kept.
-"""
+"""A mesh, its skeleton, and how one became the other, as an interactive page."""
 
 from __future__ import annotations
 
 __all__ = ["view", "view_scene"]
 
 import os
-from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.applications import branch_table
-from lbskel.contraction.flow import contract
-from lbskel.contraction.result import Step
-from lbskel.contraction.settings import ContractionSettings
 from lbskel.errors import MeshError, UnknownChoice, counted
 from lbskel.evaluation.measures import MEASURES
 from lbskel.evaluation.scoring import centeredness_errors, require_scorable
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.surface_queries import Surface
 from lbskel.io import as_shape
-from lbskel.operators import OPERATORS
+from lbskel.io.atomic_write import writable_target
 from lbskel.pipeline.options import PAGE_OPTIONS
-from lbskel.pipeline.preparation import Body, PreparedMesh, prepare
+from lbskel.pipeline.preparation import PreparedMesh, prepare
+from lbskel.pipeline.replay import replay, what_is_told
 from lbskel.pipeline.stages import skeletonize
 from lbskel.preprocess import Pipeline, reconstruct_surface
 from lbskel.skeleton.skeleton import Skeleton
@@ -60,7 +54,7 @@ def view(
     path : path-like
         HTML file to write; below 8 MB, since large surfaces are simplified for display.
     skeleton : Skeleton, optional
-        Of the mesh, in place of one that is made. The contraction is shown if it has its report.
+        Of the mesh, in place of one that is made. The contraction and the score are shown if its report has them.
     title : str
         Heading of the page.
     force : bool
@@ -101,6 +95,7 @@ def view(
     unused = sorted(options.keys() - preparing.keys())
     if skeleton is not None and unused:
         raise UnknownChoice(f"{', '.join(unused)}: the skeleton is given, so leave out how it is to be made")
+    writable_target(Path(path), force)  # before anything is computed
     shape = as_shape(mesh)
     if skeleton is None:
         skeleton = skeletonize(shape, **options)
@@ -146,7 +141,7 @@ def view_scene(
         mesh, skeleton_of_source = shape, skeleton
     has_map = mesh is not None and len(skeleton.node_of_vertex) == len(mesh.vertices)
     errors = centeredness_errors(prepared.skeleton_to_unit(skeleton_of_source), prepared.surface)
-    contracted, positions, areas, volumes = _replay(prepared, skeleton.report)
+    contracted, positions, areas, volumes = replay(prepared, skeleton.report)
     columns = branch_table(skeleton, mesh if has_map else None).columns()
     return Scene(
         shape,
@@ -198,90 +193,26 @@ def _mended(prepared: PreparedMesh) -> NDArray[np.float64]:
     return mended
 
 
-def _replay(
-    prepared: PreparedMesh, report: dict[str, Any]
-) -> tuple[Mesh | None, list[NDArray[np.float64]], list[float], list[float]]:
-    """Contract all bodies again.
-
-    Returns the surface that is contracted, its vertices after each step, and the ratios of areas and volumes; None and
-    empty lists if the report does not say how.
-    """
-    bodies = report.get("components", [])
-    settings = report.get("settings")
-    if not settings or len(bodies) != len(prepared.bodies) or settings["operator"] not in (None, *OPERATORS):
-        return None, [], [], []
-    replayed = [
-        _replay_body(body, ContractionSettings(**settings), told)
-        for body, told in zip(prepared.bodies, bodies, strict=True)
-    ]
-    n_steps = max(len(states) for _, states, _ in replayed)
-
-    def joined(number: int) -> NDArray[np.float64]:
-        parts = [([mesh.vertices, *states])[min(number, len(states))] for mesh, states, _ in replayed]
-        return np.concatenate(parts) * prepared.scale + prepared.center
-
-    offsets = np.cumsum([0, *(len(mesh.vertices) for mesh, _, _ in replayed)])
-    faces = np.concatenate([mesh.faces + offset for (mesh, _, _), offset in zip(replayed, offsets[:-1], strict=True)])
-    areas = _total(
-        [mesh.area for mesh, _, _ in replayed], [[step.area_ratio for step in steps] for *_, steps in replayed], n_steps
-    )
-    volumes = _total(
-        [abs(mesh.volume) for mesh, _, _ in replayed],
-        [[step.volume_ratio for step in steps] for *_, steps in replayed],
-        n_steps,
-    )
-    return Mesh(joined(0), faces), [joined(number) for number in range(1, n_steps + 1)], areas, volumes
-
-
-def _replay_body(
-    body: Body, settings: ContractionSettings, told: dict[str, Any]
-) -> tuple[Mesh, list[NDArray[np.float64]], list[Step]]:
-    """Contract a body with as many steps as its report has: the proxy, or the full surface if that was contracted."""
-    n_first = told["steps"][0]["n_vertices"] if told["steps"] else len(body.proxy.mesh.vertices)
-    mesh = body.proxy.mesh if n_first == len(body.proxy.mesh.vertices) else body.mesh
-    states: list[NDArray[np.float64]] = []
-    steps: list[Step] = []
-
-    def keep(step: Step, now: Mesh) -> None:
-        states.append(now.vertices * mesh.diameter_bound + mesh.centroid)
-        steps.append(step)
-
-    contract(mesh, settings, on_step=keep)
-    n = len(told["steps"])
-    return mesh, states[:n], steps[:n]
-
-
-def _total(sizes: Sequence[float], ratios: Sequence[Sequence[float]], n_steps: int) -> list[float]:
-    """Combine ratios of several bodies to those of all; one that ended earlier keeps its last."""
-    whole = sum(sizes)
-    return [
-        sum(size * ([1.0, *own])[min(number, len(own))] for size, own in zip(sizes, ratios, strict=True)) / whole
-        if whole > 0
-        else float("nan")
-        for number in range(1, n_steps + 1)
-    ]
-
-
 def _tables(skeleton: Skeleton) -> list[Table]:
     """Tell the score and the report in words."""
-    report = skeleton.report
-    tables = []
-    if "score" in report:
-        scored = report["score"]
-        rows, kinds = [], []
-        for name, measure in MEASURES.items():
-            sign = "at least" if measure.passes > measure.fails else "at most"
-            value, verdict = scored["measures"][name], scored["verdicts"][name]
-            rows.append((_words(name), value, verdict, f"{sign} {measure.passes:g}", measure.text))
-            kinds.append(verdict if verdict in ("pass", "warn", "fail") else "")
-        head = ("measure", "value", "verdict", "passes with", "what it measures")
-        tables.append(Table(f"Score: {scored['verdict']}", head, rows, kinds))
-    if "input" in report:
-        tables.append(Table("Report", ("what", ""), _report_rows(report)))
-    return tables
+    tables = [what_is_told(tell, skeleton.report) for tell in (_score_table, _report_table)]
+    return [table for table in tables if table is not None]
 
 
-def _report_rows(report: dict[str, Any]) -> list[tuple[str, Any]]:
+def _score_table(report: dict[str, Any]) -> Table:
+    """Tell the measures and their verdicts, a row each."""
+    scored = report["score"]
+    rows, kinds = [], []
+    for name, measure in MEASURES.items():
+        sign = "at least" if measure.passes > measure.fails else "at most"
+        value, verdict = scored["measures"][name], scored["verdicts"][name]
+        rows.append((_words(name), value, verdict, f"{sign} {measure.passes:g}", measure.text))
+        kinds.append(verdict if verdict in ("pass", "warn", "fail") else "")
+    head = ("measure", "value", "verdict", "passes with", "what it measures")
+    return Table(f"Score: {scored['verdict']}", head, rows, kinds)
+
+
+def _report_table(report: dict[str, Any]) -> Table:
     """Tell what was done, a row each."""
     rows: list[tuple[str, Any]] = [(f"{name} given", value) for name, value in report["input"].items()]
     rows.extend(("note", note) for note in report["notes"])
@@ -292,7 +223,7 @@ def _report_rows(report: dict[str, Any]) -> list[tuple[str, Any]]:
         rows.append((f"body {number}, contraction", f"{counted(len(body['steps']), 'step')}, until {body['status']}"))
         rows.extend((f"body {number}, note", note) for note in body["notes"])
     rows.extend((f"seconds to {stage}", round(seconds, 3)) for stage, seconds in report["seconds"].items())
-    return rows
+    return Table("Report", ("what", ""), rows)
 
 
 def _words(name: str) -> str:

@@ -14,7 +14,7 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import MeshError, UnknownChoice, choose
+from lbskel.errors import MeshError, UnknownChoice, choose, were
 from lbskel.geometry.canonical_order import in_canonical_order
 from lbskel.geometry.components import MIN_FACES, components, find_crumbs
 from lbskel.geometry.deadline import NEVER, Deadline
@@ -191,7 +191,7 @@ def _remove_cavities(mesh: Mesh) -> PreprocessResult:
     cavities = np.array(walls)[is_inside]
     if len(cavities) == 0:
         return identity_result(mesh)
-    note = f"{len(cavities)} cavities were filled: they belong to the solid around them"
+    note = f"{were(len(cavities), 'cavity')} filled, as part of the solid around"
     return extract_faces(mesh, mesh.faces[~np.isin(label, cavities)], note)
 
 
@@ -215,7 +215,7 @@ def _without_crumbs(mesh: Mesh, is_crumb: NDArray[np.bool_]) -> PreprocessResult
     """Remove some of the components, unless they are all."""
     if not is_crumb.any() or is_crumb.all():
         return identity_result(mesh)
-    note = f"{is_crumb.sum()} components too small for a skeleton of their own were removed"
+    note = f"{were(is_crumb.sum(), 'component')} removed as too small for a skeleton"
     return extract_faces(mesh, mesh.faces[~is_crumb[mesh.component_of_vertex[mesh.faces[:, 0]]]], note)
 
 
@@ -229,5 +229,7 @@ def _remove_open_debris(mesh: Mesh) -> PreprocessResult:
     is_debris = is_open & (areas < MIN_OPEN_AREA * areas.max())
     if not is_debris.any():
         return identity_result(mesh)
-    note = f"{is_debris.sum()} open components smaller than {MIN_OPEN_AREA:g} of the largest one's area were removed"
+    note = (
+        f"{were(is_debris.sum(), 'open component')} removed as smaller than {MIN_OPEN_AREA:g} of the largest one's area"
+    )
     return extract_faces(mesh, mesh.faces[~is_debris[label]], note)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from lbskel.errors import UnknownChoice, first_few
+from lbskel.errors import UnknownChoice, first_few, were
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.sorting import distinct, stable_order
@@ -106,7 +106,7 @@ def _merge_groups(mesh: Mesh, group: NDArray[np.int64]) -> PreprocessResult:
     if not (n_merged := len(used) - len(distinct(representative[used]))):
         return identity_result(mesh)
     rank = np.cumsum(np.bincount(first, minlength=len(group)) > 0) - 1
-    note = f"{n_merged} vertices at the position of another were merged with it"
+    note = f"{were(n_merged, 'vertex')} merged with another at the same position"
     return PreprocessResult(
         Mesh(mesh.vertices[np.sort(first)], rank[representative[mesh.faces]], mesh.notes),
         VertexMap(rank[representative]),
@@ -126,15 +126,15 @@ def remove_duplicates(mesh: Mesh) -> PreprocessResult:
     is_distinct = (F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])
     if not is_distinct.all():
         removed = np.flatnonzero(~is_distinct)
-        notes.append(f"{len(removed)} faces that name a vertex twice were removed: {first_few(removed)}")
+        notes.append(f"{were(len(removed), 'face')} removed for naming a vertex twice: {first_few(removed)}")
     F, face = F[is_distinct], np.flatnonzero(is_distinct)
     first = first_of_each(np.sort(F, axis=1))
     if len(first) < len(F):
         removed = np.setdiff1d(face, face[first])
-        notes.append(f"{len(removed)} duplicate faces were removed: {first_few(removed)}")
+        notes.append(f"{were(len(removed), 'duplicate face')} removed: {first_few(removed)}")
     if len(mesh.used_vertices) < len(mesh.vertices):
         n_unused = len(mesh.vertices) - len(mesh.used_vertices)
-        notes.append(f"{n_unused} vertices belong to no face and are mapped to the nearest node")
+        notes.append(f"{were(n_unused, 'vertex')} in no face, and mapped to the nearest node")
     if not notes or len(first) == 0:
         return identity_result(mesh)
     return extract_faces(mesh, F[first], *notes)
@@ -195,7 +195,7 @@ def keep_components(mesh: Mesh, *, min_area: float = 0.01) -> PreprocessResult:
     is_kept = areas >= min_area * areas.max()
     if is_kept.all():
         return identity_result(mesh)
-    note = f"{np.sum(~is_kept)} components smaller than {min_area:g} of the largest one's area were removed"
+    note = f"{were(np.sum(~is_kept), 'component')} removed as smaller than {min_area:g} of the largest one's area"
     return extract_faces(mesh, mesh.faces[is_kept[label]], note)
 
 

@@ -12,7 +12,7 @@ __all__ = ["corner_angles", "remove_degenerate"]
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import UnknownChoice
+from lbskel.errors import UnknownChoice, were
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import triangle_normals
 from lbskel.geometry.vertex_map import VertexMap
@@ -54,10 +54,10 @@ def remove_degenerate(mesh: Mesh, *, angle: float = 0.5) -> PreprocessResult:
         if not sum([surface.remove(face) for face in bad.tolist()]):
             break
     if not (surface.n_collapsed + surface.n_flipped):
-        note = f"{len(bad)} degenerate faces are kept, since changing them would change the topology or the shape"
+        note = f"{were(len(bad), 'degenerate face')} kept, since a change there would alter the topology or the shape"
         return identity_result(mesh, note)
-    kept = f"; {len(bad)} are kept" if len(bad) else ""
-    note = f"{surface.n_collapsed} needles were collapsed and {surface.n_flipped} caps were flipped{kept}"
+    kept = f"; {len(bad):,} kept" if len(bad) else ""
+    note = f"{were(surface.n_collapsed, 'needle')} collapsed and {were(surface.n_flipped, 'cap')} flipped{kept}"
     result = extract_faces(mesh, surface.faces[surface.is_alive], note)
     vertex_map = VertexMap(surface.merged_vertices()).compose(result.vertex_map)
     return PreprocessResult(result.mesh, vertex_map, result.notes)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from lbskel.errors import UnknownChoice, choose
+from lbskel.errors import UnknownChoice, choose, counted
 from lbskel.geometry.mesh import PointCloud
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.point_cleaning import MAX_CELLS, CleanedPoints, thinned
@@ -67,7 +67,7 @@ def downsample(cloud: PointCloud, *, cell: float | None = None, n_points: int | 
         chosen = np.sort(_farthest(cloud.points, min(int(n_points), len(cloud.points))))
         points, label = cloud.points[chosen], cKDTree(cloud.points[chosen]).query(cloud.points)[1]
         how = "as far from each other as can be"
-    note = f"the cloud was thinned from {len(cloud.points)} to {len(points)} points, {how}"
+    note = f"the cloud was thinned from {len(cloud.points):,} to {counted(len(points), 'point')}, {how}"
     report: dict[str, Any] = {"points": len(cloud.points), "kept": len(points)}
     return CleanedPoints(Neighborhoods(points), VertexMap(label), (note,), report)
 

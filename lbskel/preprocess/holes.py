@@ -12,7 +12,7 @@ __all__ = ["boundary_loops", "close_holes", "find_open_ends"]
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import UnknownChoice
+from lbskel.errors import UnknownChoice, counted, were
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import normalized, triangle_normals
 from lbskel.geometry.polygon_triangulation import MAX_POLYGON_EDGES, min_area_triangulation
@@ -79,10 +79,8 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.3) -> PreprocessResult:
         edge_keys.update((i * len(V) + j).tolist())
     if len(faces) == 1:
         return identity_result(mesh)
-    kept = f"; {n_open} larger boundary loops stay open" if n_open else ""
-    n_holes, n_faces = len(faces) - 1, sum(map(len, faces[1:]))
-    holes = f"{n_holes} hole was closed" if n_holes == 1 else f"{n_holes} holes were closed"
-    note = f"{holes} with {n_faces} face{'s' * (n_faces != 1)}{kept}"
+    kept = f"; {counted(n_open, 'larger boundary loop')} left open" if n_open else ""
+    note = f"{were(len(faces) - 1, 'hole')} closed with {counted(sum(map(len, faces[1:])), 'face')}{kept}"
     closed = Mesh(np.concatenate([V, *([centers] if centers else [])]), np.concatenate(faces), mesh.notes)
     return PreprocessResult(closed, VertexMap.identity(len(V)), (note,))
 

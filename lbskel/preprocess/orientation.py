@@ -8,6 +8,7 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.errors import were
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import triangle_normals
 from lbskel.geometry.sorting import stable_order
@@ -63,7 +64,7 @@ def fix_orientation(mesh: Mesh) -> PreprocessResult:
     n_reversed = int((is_reversed != is_wrong[patch]).sum())
     if not n_reversed:
         return identity_result(mesh)
-    note = f"{n_reversed} faces were reversed"
+    note = f"{were(n_reversed, 'face')} reversed"
     return PreprocessResult(Mesh(mesh.vertices, F, mesh.notes), VertexMap.identity(len(mesh.vertices)), (note,))
 
 
@@ -150,7 +151,7 @@ def split_nonmanifold(mesh: Mesh) -> PreprocessResult:
         return identity_result(mesh)
     origin = np.arange(n_umbrellas)
     origin[umbrellas.of_corner] = mesh.faces
-    note = f"{n_umbrellas - n} vertices were added where surfaces that meet in an edge or a vertex were split"
+    note = f"{were(n_umbrellas - n, 'vertex')} added where surfaces that meet in an edge or a vertex were split"
     return PreprocessResult(
         Mesh(mesh.vertices[origin], umbrellas.of_corner, mesh.notes), VertexMap.identity(n), (note,)
     )

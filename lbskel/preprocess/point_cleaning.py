@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import MeshError, choose
+from lbskel.errors import MeshError, choose, counted, were
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.outliers import find_outliers
 from lbskel.preprocess.point_neighborhoods import Neighborhoods
@@ -92,35 +92,32 @@ def clean_points(points: NDArray[np.float64], preparation: str = "auto") -> Clea
     labels, notes = labels.reshape(-1), []
     report: dict[str, Any] = {"points": len(points), "duplicates": len(points) - len(kept)}
     if report["duplicates"]:
-        notes.append(f"{report['duplicates']} duplicate points were merged")
+        notes.append(f"{were(report['duplicates'], 'duplicate point')} merged")
     budget = int(np.clip(SHARE * len(kept), FEWEST, MOST))
     if len(kept) > budget:
         cell = _cell_size(kept, budget)
         kept, step = thinned(kept, cell)
         labels = step[labels]
         report["cell"] = cell
-        notes.append(f"the cloud was thinned to {len(kept)} points, the means of cubic cells")
-    _require_many(
-        kept, f"distinct points among {len(points)}", "coordinates in double precision if single precision merged them"
-    )
+        notes.append(f"the cloud was thinned to {len(kept):,} points, the means of cubic cells")
+    _require_many(kept, f"among {len(points):,}", "coordinates in double precision if single precision merged them")
     cloud = Neighborhoods(kept)
     is_outlier, cloud = find_outliers(cloud, limit) if np.isfinite(limit) else (np.zeros(len(kept), dtype=bool), cloud)
     report["outliers"] = int(is_outlier[labels].sum())
     if report["outliers"]:
-        notes.append(f"{report['outliers']} outliers, far from all other points, were left out")
-        _require_many(
-            cloud.points, "distinct points that are no outliers", "preprocess='none' if the others are no outliers"
-        )
+        notes.append(f"{were(report['outliers'], 'outlier')} left out, far from all other points")
+        _require_many(cloud.points, "without the outliers", "preprocess='none' if the others are no outliers")
     _require_solid(cloud.points)  # without outliers: from one far away, all others lie on a line
     new = np.where(is_outlier, -1, np.cumsum(~is_outlier) - 1)
     report["kept"] = len(cloud.points)
     return CleanedPoints(cloud, VertexMap(new[labels]), tuple(notes), report)
 
 
-def _require_many(points: NDArray[np.float64], what: str, remedy: str) -> None:
+def _require_many(points: NDArray[np.float64], where: str, remedy: str) -> None:
     """Raise MeshError for points that are too few to enclose anything."""
     if len(points) < MIN_POINTS:
-        raise MeshError(f"the cloud has {len(points)} {what}, and needs {MIN_POINTS}: give more points, or {remedy}")
+        found = counted(len(points), "distinct point")
+        raise MeshError(f"the cloud has {found} {where}, and needs {MIN_POINTS}: give more points, or {remedy}")
 
 
 def _require_solid(points: NDArray[np.float64]) -> None:

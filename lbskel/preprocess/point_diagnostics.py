@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, counted
 from lbskel.geometry.mesh import PointCloud
 from lbskel.preprocess.messages import as_sentence
 from lbskel.preprocess.point_cleaning import clean_points
@@ -52,7 +52,7 @@ class PointReport:
 
     def __str__(self) -> str:
         lines = [
-            f"{self.points:,} points, {self.kept:,} kept",
+            f"{counted(self.points, 'point')}, {self.kept:,} kept",
             f"  spacing   {self.spacing:.4g}; the diagonal is {self.diagonal:.6g}",
             *(f"  found     {finding}" for finding in self.findings or ["Nothing that prevents a skeleton."]),
         ]

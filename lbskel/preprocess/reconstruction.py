@@ -20,7 +20,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from lbskel._kernels.point_tree import PointTree
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, counted
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.vertex_map import VertexMap
@@ -107,7 +107,7 @@ def surface_and_points(cloud: PointCloud, preprocess: str) -> tuple[PreprocessRe
         raise MeshError("no surface passes through the points: they are too few or too scattered for a shape")
     notes = [*cleaned.notes]
     if n_missed:
-        notes.append(f"{n_missed} points of limbs thinner than the points are apart got a tube around them")
+        notes.append(f"a tube was put around {counted(n_missed, 'point')} of limbs thinner than the points are apart")
     vertex_map = cleaned.vertex_map.compose(VertexMap(nearest))
     report = {**cleaned.report, "points_in_tubes": n_missed}
     if "cell" in report:

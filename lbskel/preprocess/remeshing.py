@@ -7,7 +7,7 @@ __all__ = ["remesh_isotropic", "smooth_noise"]
 import numpy as np
 from scipy.sparse import coo_array, diags_array
 
-from lbskel.errors import MeshError, UnknownChoice, choose
+from lbskel.errors import MeshError, UnknownChoice, choose, were
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_thickness
 from lbskel.geometry.vertex_map import VertexMap
@@ -91,7 +91,7 @@ def remesh_isotropic(
         remeshed = run_in_subprocess("remesh_isotropic", mesh, target_length=length, feature_angle=feature_angle)
     except MeshError as error:
         return identity_result(mesh, f"the mesh was not remeshed: {error}")
-    note = f"{len(mesh.faces):,} faces were remeshed to {len(remeshed.faces):,}"
+    note = f"{were(len(mesh.faces), 'face')} remeshed to {len(remeshed.faces):,}"
     # its collapses keep the topology, but not a limb that is thinner than an edge
     if (distance := hausdorff_distance(mesh, remeshed)) > MAX_DISTANCE:
         reason = f"the surface would move by {distance:.1%} of the diagonal; make edge_length smaller"

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from lbskel.errors import UnknownChoice
+from lbskel.errors import UnknownChoice, were
 from lbskel.geometry.components import MIN_FACES
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.vertex_map import VertexMap
@@ -85,7 +85,7 @@ def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None
             break
         best, target = attempt, REDUCTION * target
     if best.mesh is mesh:
-        note = f"{len(mesh.faces):,} faces were not simplified: none could be spared with error={error:g}"
+        note = f"{were(len(mesh.faces), 'face')} not simplified: none could be spared with error={error:g}"
         return identity_result(mesh, note)
     return best
 

@@ -7,7 +7,7 @@ __all__ = ["coarse_fraction", "refine"]
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import UnknownChoice
+from lbskel.errors import UnknownChoice, were
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_queries import Surface
@@ -62,7 +62,7 @@ def refine(mesh: Mesh, *, max_edge_length: float = 0.5) -> PreprocessResult:
     if len(F) == len(mesh.faces):
         return identity_result(mesh)
     note = (
-        f"{len(mesh.faces):,} faces were split into {len(F):,}, since edges were long relative to the local thickness"
+        f"{were(len(mesh.faces), 'face')} split into {len(F):,}, since edges were long relative to the local thickness"
     )
     return PreprocessResult(Mesh(V, F, mesh.notes), VertexMap.identity(len(mesh.vertices)), (note,))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["attach_anchors", "nearest_node", "resolve_anchor"]
+__all__ = ["as_place", "attach_anchors", "nearest_node", "resolve_anchor", "resolve_root"]
 
 from dataclasses import replace
 from typing import Any
@@ -22,7 +22,15 @@ OUTSIDE_TOLERANCE = 1e-6  # by which a point may lie outside a closed surface or
 # diameter bound; a guess that allows for rounding
 
 
-def resolve_anchor(anchor: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
+def as_place(place: Any) -> NDArray[Any]:
+    """Convert what should be an index or a point to an array, which is one of objects where rows differ in length."""
+    try:
+        return np.asarray(place)
+    except ValueError:
+        return np.array(None)
+
+
+def resolve_anchor(anchor: Any, mesh: Mesh, what: str = "anchor") -> tuple[int, NDArray[np.float64]]:
     """Find the vertex that an anchor names, or the used vertex nearest to its point, and the anchor's position.
 
     Parameters
@@ -30,6 +38,8 @@ def resolve_anchor(anchor: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
     anchor : int or (3,) array_like
         A vertex, or a point in the coordinates of the mesh.
     mesh : Mesh
+    what : str
+        What the place is given for, for the message.
 
     Returns
     -------
@@ -41,13 +51,13 @@ def resolve_anchor(anchor: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
     MeshError
         If there is no such vertex, or the anchor is neither a vertex nor a point.
     """
-    V, given = mesh.vertices, np.asarray(anchor)
+    V, given = mesh.vertices, as_place(anchor)
     if given.ndim == 0 and np.issubdtype(given.dtype, np.integer):
         if not 0 <= given < len(V):
-            raise MeshError(f"there is no vertex {given} to anchor: the mesh has vertices 0..{len(V) - 1}")
+            raise MeshError(f"there is no vertex {given}, given as {what}: the mesh has vertices 0..{len(V) - 1}")
         return int(given), V[int(given)]
     if given.shape != (3,) or not np.issubdtype(given.dtype, np.number) or not np.isfinite(given).all():
-        raise MeshError(f"an anchor or root must be the index of a vertex or a point of three numbers, not {anchor!r}")
+        raise MeshError(f"the {what} must be the index of a vertex or a point of three numbers, not {anchor!r}")
     point = given.astype(np.float64)
     used = mesh.used_vertices
     with np.errstate(over="ignore"):  # a point so far away is refused where it is attached
@@ -140,16 +150,14 @@ def _nearest_edge(skeleton: Skeleton, point: NDArray[np.float64]) -> tuple[int, 
     return edge, float(share[edge]), float(distances[edge])
 
 
-def nearest_node(skeleton: Skeleton, root: Any, mesh: Mesh) -> int:
-    """Find the node to which a vertex of the skeleton's mesh is mapped, or the node nearest to a point.
+def resolve_root(root: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
+    """Find the vertex and the position of a root as :func:`resolve_anchor` does of an anchor.
 
     Parameters
     ----------
-    skeleton : Skeleton
     root : int or (3,) array_like
         A vertex, or a point in the coordinates of the mesh.
     mesh : Mesh
-        The mesh that ``node_of_vertex`` belongs to.
 
     Raises
     ------
@@ -157,11 +165,26 @@ def nearest_node(skeleton: Skeleton, root: Any, mesh: Mesh) -> int:
         If there is no such vertex, the root is neither a vertex nor a point, or its point lies outside the sphere
         around the mesh's centroid that contains all vertices.
     """
-    vertex, point = resolve_anchor(root, mesh)
-    if np.ndim(root) == 0:
-        return int(skeleton.node_of_vertex[vertex])
-    if _is_outside_bounding_sphere(point, mesh):
+    vertex, point = resolve_anchor(root, mesh, "root")
+    if np.ndim(root) and _is_outside_bounding_sphere(point, mesh):
         raise MeshError(
             f"the root {root!r} lies outside of the bounding sphere of the mesh; give a vertex or a point inside"
         )
+    return vertex, point
+
+
+def nearest_node(skeleton: Skeleton, root: Any, mesh: Mesh) -> int:
+    """Find the node to which a vertex of the skeleton's mesh is mapped, or the node nearest to a point.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    root : int or (3,) array_like
+        As for :func:`resolve_root`, with the same errors.
+    mesh : Mesh
+        The mesh that ``node_of_vertex`` belongs to.
+    """
+    vertex, point = resolve_root(root, mesh)
+    if np.ndim(root) == 0:
+        return int(skeleton.node_of_vertex[vertex])
     return int(np.argmin(np.linalg.norm(skeleton.nodes - point, axis=1)))

@@ -6,7 +6,7 @@ at a node is that of the chord between its neighbors.
 
 from __future__ import annotations
 
-__all__ = ["resample", "space_evenly"]
+__all__ = ["require_number_of_nodes", "resample", "space_evenly"]
 
 import heapq
 import operator
@@ -113,6 +113,17 @@ def space_evenly(skeleton: Skeleton, spacing: float, stays: Callable[[Polylines,
     return _divided(skeleton, paths, _counts_for_spacing(skeleton, paths, spacing), stays)
 
 
+def require_number_of_nodes(n_nodes: Any) -> int:
+    """Return a number of nodes; raise UnknownChoice if it is not a whole number above 0, as no skeleton has it."""
+    try:
+        n_asked = operator.index(n_nodes)
+    except TypeError:
+        n_asked = 0
+    if n_asked < 1:
+        raise UnknownChoice(f"n_nodes must be a whole number, 1 or more, not {n_nodes!r}")
+    return n_asked
+
+
 def _paths(skeleton: Skeleton) -> _Paths:
     """Split the branches at anchors; a loop needs three pieces, and of two paths with the same ends one needs two."""
     nodes, begins = skeleton.flat_branches
@@ -157,10 +168,7 @@ def _counts_for_spacing(skeleton: Skeleton, paths: _Paths, spacing: float) -> ND
 
 def _counts_for_number(skeleton: Skeleton, paths: _Paths, n_nodes: Any) -> NDArray[np.int64]:
     """(p,) number of pieces of each path for a total number of nodes; the longest piece is divided first."""
-    try:
-        n_asked = operator.index(n_nodes)
-    except TypeError:
-        raise UnknownChoice(f"n_nodes must be a whole number, not {n_nodes!r}") from None
+    n_asked = require_number_of_nodes(n_nodes)
     counts, lengths = paths.min_pieces.tolist(), paths.lengths.tolist()
     n_min = len(_kept_nodes(skeleton, paths)) + sum(counts) - len(counts)
     if n_asked < n_min:

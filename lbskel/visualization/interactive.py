@@ -16,7 +16,7 @@ from html import escape
 from importlib.util import find_spec
 from typing import Any
 
-from lbskel.errors import MissingDependency
+from lbskel.errors import MissingDependency, counted
 from lbskel.io.atomic_write import write_safely
 from lbskel.visualization.html import document, paragraphs, script, table
 from lbskel.visualization.panel import Panel
@@ -150,8 +150,8 @@ def _summary(scene: Scene) -> str:
     if scene.skeleton is not None:
         of = scene.skeleton
         parts.append(
-            f"Its skeleton has {len(of.nodes):,} nodes, {len(of.tips):,} tips, {len(of.junctions):,} junctions and "
-            f"{of.cycle_rank:,} cycles."
+            f"Its skeleton has {counted(len(of.nodes), 'node')}, {counted(len(of.tips), 'tip')}, "
+            f"{counted(len(of.junctions), 'junction')} and {counted(of.cycle_rank, 'cycle')}."
         )
     return " ".join(parts)
 

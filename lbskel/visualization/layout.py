@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import FormatError
+from lbskel.errors import FormatError, counted
 
 # All values of this module are choices of style, made by eye.
 LONGER_SIDE = {
@@ -148,4 +148,4 @@ def arrange(extent: NDArray[np.float64], lines: Sequence[tuple[float, float]], s
 
 
 def _too_small(n: int, size: tuple[int, int]) -> FormatError:
-    return FormatError(f"{n} panels do not fit into {size[0]} x {size[1]} pixels; make the picture larger")
+    return FormatError(f"{counted(n, 'panel')} cannot fit into {size[0]} x {size[1]} pixels; make the picture larger")

@@ -58,7 +58,9 @@ class Scene:
     contracted : Mesh, optional
         The surface that was contracted.
     positions : sequence of (k, 3) array of float
-        Positions of the vertices of ``contracted`` after each step.
+        Positions of the vertices of ``contracted`` after each step, or after some.
+    step_numbers : sequence of int
+        The steps of ``positions``, from 1; empty where they are of every step.
     area_ratios, volume_ratios : sequence of float
         Area and volume after each step, relative to the start; the volume may be NaN.
     columns : mapping of str to (b,) array
@@ -82,6 +84,7 @@ class Scene:
     field_name: str = "field"
     contracted: Mesh | None = None
     positions: Sequence[NDArray[np.float64]] = ()
+    step_numbers: Sequence[int] = ()
     area_ratios: Sequence[float] = ()
     volume_ratios: Sequence[float] = ()
     columns: Mapping[str, NDArray[Any]] = dataclasses.field(default_factory=dict)
@@ -167,8 +170,9 @@ def _encode_steps(scene: Scene, frame: _Frame, notes: list[str]) -> dict[str, An
     kept, faces, rows = merged_by_cells(mesh.vertices, mesh.faces, MAX_STEP_FACES)
     if len(rows) < len(mesh.faces):
         notes.append(f"The contracted surface is shown by {len(rows):,} of its {len(mesh.faces):,} faces.")
-    n = len(scene.positions)
-    numbers = np.unique(np.linspace(0, n, min(n + 1, MAX_STEPS + 1)).round().astype(int)).tolist()
+    n, n_states = len(scene.area_ratios), len(scene.positions)
+    shown = np.unique(np.linspace(0, n_states, min(n_states, MAX_STEPS) + 1).round().astype(int)).tolist()
+    numbers = [[0, *(scene.step_numbers or range(1, n + 1))][state] for state in shown]
     if len(numbers) <= n:
         notes.append(f"The slider shows {len(numbers) - 1} of the {n} steps of the contraction.")
     areas, volumes = [1.0, *scene.area_ratios], [1.0, *scene.volume_ratios]
@@ -179,7 +183,7 @@ def _encode_steps(scene: Scene, frame: _Frame, notes: list[str]) -> dict[str, An
     states = [mesh.vertices, *scene.positions]
     return {
         "faces": _encoded_indices(faces),
-        "positions": [frame.encode(states[step][kept]) for step in numbers],
+        "positions": [frame.encode(states[state][kept]) for state in shown],
         "numbers": numbers,
         "labels": labels,
         "curve_x": list(range(n + 1)),
@@ -205,9 +209,8 @@ def _encode_skeleton(skeleton: Skeleton, off_center: NDArray[np.int64], frame: _
         }
     thickness = np.nanmedian(skeleton.radii) / frame.size if scale is not None else 1.0
     width = float(np.clip(WIDTH_SHARE * thickness, *WIDTH_RANGE))
-    k = len(skeleton.nodes)
     is_known = np.isfinite(skeleton.radii)
-    balls = np.flatnonzero(is_known & (skeleton.radii > 0)) if k else np.empty(0, dtype=np.int64)
+    balls = np.flatnonzero(is_known & (skeleton.radii > 0))
     if len(balls) > MAX_BALLS:
         balls = balls[np.linspace(0, len(balls) - 1, MAX_BALLS).astype(np.int64)]
     return {

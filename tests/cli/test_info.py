@@ -35,7 +35,7 @@ def test_info_as_json_of_an_open_mesh_with_faults(here, folder):
     assert facts["unused_vertices"] == 1
     assert facts["area"] == pytest.approx(1.0)
     assert np.array(facts["bounding_box"]).tolist() == [[0, 0, 0], [9, 9, 9]]
-    assert facts["notes"] == ["1 polygons were cut into triangles"]
+    assert facts["notes"] == ["1 polygon was cut into triangles"]
 
 
 def test_system(here, monkeypatch):

@@ -9,6 +9,8 @@ from lbskel import Contraction, ContractionSettings, Status, Step, contract
 from lbskel.contraction.result import completion_status, step_fault
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.shapes import cylinder, torus
+from lbskel.visualization import Scene
+from lbskel.visualization.scene import encode_scene
 
 STEP = Step(
     area_ratio=0.5,
@@ -126,3 +128,15 @@ def test_print_leaves_out_the_volume_of_an_open_mesh_and_names_faults():
 def test_print_works_before_the_first_step():
     assert repr(result_of([], Status.TIME_LIMIT)) == f"Contraction(0 steps: {Status.TIME_LIMIT.value})"
     assert str(result_of([], Status.TIME_LIMIT)).splitlines()[-1] == f"0 steps: {Status.TIME_LIMIT.value}"
+
+
+def test_the_page_numbers_the_start_and_the_last_step(monkeypatch, ring):
+    monkeypatch.setattr(Contraction, "_plot", lambda self, **scene: encode_scene(Scene(**scene))[0])
+    contraction = contract(ring)
+    n = len(contraction.steps)
+    assert n > 1
+    shown = contraction.plot()["steps"]
+    assert [label.split(":")[0] for label in shown["labels"]] == [f"step 0 of {n}", f"step {n} of {n}"]
+    assert shown["areas"] == [1.0, *(step.area_ratio for step in contraction.steps)]
+    assert (shown["numbers"], len(shown["curve_x"])) == ([0, n], n + 1)
+    assert "steps" not in replace(contraction, steps=()).plot()

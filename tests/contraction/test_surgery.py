@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 
-from lbskel import Mesh, Skeleton, collapse, collapse_mesh, contract, skeletonize
+from lbskel import Mesh, MeshError, Skeleton, VertexMap, collapse, collapse_mesh, contract, skeletonize
 from lbskel.contraction import surgery
 from lbskel.contraction.complexes import Complex
 from lbskel.contraction.homology import find_tunnels
@@ -235,3 +235,13 @@ def test_the_vertex_that_stays_takes_the_lines_of_the_one_merged_into_it():
     graph = collapse_mesh(strip, strip)
     assert graph.kept.tolist() == [1, 2]
     assert graph.node_of_vertex.tolist() == [1, 0, 1, 1]
+
+
+def test_another_source_is_refused(ring, rod):
+    with pytest.raises(MeshError, match=r"the contracted mesh \(Mesh\(152 .* must have the faces of its source"):
+        collapse_mesh(rod, ring)
+    with pytest.raises(MeshError, match="must have the faces of its source"):
+        collapse_mesh(Mesh(ring.vertices, ring.faces[:-1]), ring)
+    for indices in (np.zeros(3), np.full(len(ring.vertices), len(rod.vertices))):
+        with pytest.raises(MeshError, match=r"the vertex map of \d+ vertices does not lead from the source"):
+            collapse_mesh(rod, ring, vertex_map=VertexMap(indices))

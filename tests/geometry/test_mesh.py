@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from lbskel import LbskelError, Mesh, MeshError, PointCloud
+from lbskel.errors import were
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.mesh import as_mesh
 from lbskel.shapes import capsule, chain_of_tori, cylinder, flat_grid, sphere, torus
@@ -213,7 +214,7 @@ def test_a_pyvista_mesh_is_converted():
     same(SimpleNamespace(points=np.array(SQUARE), faces=flat))
     same(
         SimpleNamespace(points=np.array(SQUARE), faces=np.array([4, 0, 1, 2, 3])),
-        notes=("1 polygons were cut into triangles",),
+        notes=("1 polygon was cut into triangles",),
     )
     same(SimpleNamespace(points=np.array(SQUARE), faces=np.array(HALVES)))
 
@@ -228,7 +229,7 @@ def test_a_meshio_mesh_is_converted():
     triangle, quad = np.array([[0, 1, 2]]), np.array([[0, 1, 2, 3]])
     points = np.array(SQUARE)
     same(SimpleNamespace(points=points, cells_dict={"line": triangle[:, :2], "triangle": np.array(HALVES)}))
-    note = ("1 polygons were cut into triangles",)
+    note = ("1 polygon was cut into triangles",)
     same(SimpleNamespace(points=points, cells_dict={"quad": quad}), notes=note)
     both = SimpleNamespace(points=points, cells_dict={"quad": quad, "triangle": triangle})
     same(both, faces=[[0, 1, 2], *HALVES], notes=note)
@@ -243,7 +244,7 @@ def test_other_objects_are_rejected(data):
 
 
 def test_quads_become_two_triangles_each():
-    mesh = same((SQUARE, [[0, 1, 2, 3]]), notes=("1 polygons were cut into triangles",))
+    mesh = same((SQUARE, [[0, 1, 2, 3]]), notes=("1 polygon was cut into triangles",))
     assert mesh.area == 1.0
 
 
@@ -253,7 +254,7 @@ def test_mixed_polygons_become_fans_in_their_order():
     mesh = as_mesh((V, [[0, 1, 2], [0, 2, 3, 4, 5]]))
     assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]]
     assert mesh.area == pytest.approx(1.5 * np.sqrt(3))
-    assert mesh.notes == ("1 polygons were cut into triangles",)
+    assert mesh.notes == ("1 polygon was cut into triangles",)
 
 
 def test_padding_is_not_a_corner():
@@ -305,7 +306,7 @@ def test_fans_keep_area_and_corners(sizes):
     assert np.unique(mesh.faces).tolist() == list(range(first))
     assert mesh.area == pytest.approx(area)
     cut = sum(n > 3 for n in sizes)
-    assert mesh.notes == ((f"{cut} polygons were cut into triangles",) if cut else ())
+    assert mesh.notes == ((f"{were(cut, 'polygon')} cut into triangles",) if cut else ())
 
 
 # --- Connectivity

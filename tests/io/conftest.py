@@ -64,7 +64,7 @@ def check_square():
     def check(mesh):
         np.testing.assert_array_equal(mesh.vertices, SQUARE)
         np.testing.assert_array_equal(mesh.faces, [[0, 1, 2], [0, 2, 3]])
-        assert mesh.notes == ("1 polygons were cut into triangles",)
+        assert mesh.notes == ("1 polygon was cut into triangles",)
         assert mesh.vertices.dtype == np.float64
         assert mesh.faces.dtype == np.int64
 

@@ -111,6 +111,7 @@ def test_positions_without_indices(read):
             gltf_with(buffers=[{"uri": "../../secret.bin", "byteLength": 36}]),
             "outside of its folder",
         ),
+        ("a.gltf", gltf_with(buffers=[{"byteLength": 36}]), "its buffer 0 has no uri; save it as glb"),
         ("a.gltf", gltf_with(buffers=[{"uri": "http://a.b/c.bin", "byteLength": 36}]), "no such file"),
     ],
 )

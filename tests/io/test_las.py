@@ -34,11 +34,11 @@ def header(count, size=20, format=0, start=227):
     [
         (b"x y z\n", "does not begin with a header that says LASF"),
         (b"LASF" + b"\0" * 99, "does not begin with a header"),
-        (header(3) + b"\0" * 40, "declares 3 points of 20 bytes"),
-        (header(0), "declares 0 points"),
+        (header(3) + b"\0" * 40, "declares 3 points of 20 bytes, more than its 267; is the file truncated"),
+        (header(0), "the header declares no points"),
         (header(2**32 - 1), "is the file truncated"),
-        (header(1, size=3) + b"\0" * 40, "declares 1 points of 3 bytes"),
-        (header(2**32 - 1, format=0x80), "declares 4294967295 points in 227 bytes"),
+        (header(1, size=3) + b"\0" * 40, "declares 1 point of 3 bytes, too few for coordinates"),
+        (header(2**32 - 1, format=0x80), "declares 4,294,967,295 points in 227 bytes"),
     ],
     ids=range(7),
 )

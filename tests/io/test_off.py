@@ -67,7 +67,7 @@ def test_written_rows_begin_with_the_number_of_corners(tetrahedron):
         ("OFF\nmany\n", FormatError, "line 2: counts of vertices and faces expected, found 'many'"),
         ("OFF\n3 1.5 0\n" + TRIANGLE, FormatError, "line 2: counts must be whole"),
         ("OFF\n-3 1 0\n" + TRIANGLE, FormatError, "line 2: declares -3 vertices"),
-        ("OFF\n3 1 0\n" + TRIANGLE, FormatError, "line 2: declares 3 vertices and 1 faces, but 3 lines follow"),
+        ("OFF\n3 1 0\n" + TRIANGLE, FormatError, "line 2: declares 3 vertices and 1 face, but is followed by 3 lines"),
         ("OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n", FormatError, "line 4: three coordinates expected"),
         ("OFF\n3 1 0\n" + TRIANGLE + "3 0 1\n", FormatError, "line 6: 3 vertex indices expected, found '3 0 1'"),
         ("OFF\n3 1 0\n" + TRIANGLE + "3000000000 0 1\n", FormatError, "line 6: cannot have 3000000000"),

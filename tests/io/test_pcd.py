@@ -22,6 +22,11 @@ def test_text_and_binary_are_the_same_points(read):
     np.testing.assert_array_equal(binary.points, text.points)
 
 
+def test_without_their_number_there_are_width_times_height(read):
+    cloud = read("a.pcd", header().replace("POINTS 2\n", "") + "DATA ascii\n1 2 3 1 2\n3 4 6 4 5\n", read_points)
+    np.testing.assert_array_equal(cloud.points, [[1, 2, 3], [4, 5, 6]])
+
+
 def test_points_that_a_sensor_did_not_see_are_left_out(read):
     cloud = read("a.pcd", header() + "DATA ascii\n1 2 nan nan nan\n3 4 6 4 5\n", read_points)
     np.testing.assert_array_equal(cloud.points, [[4, 5, 6]])
@@ -35,10 +40,12 @@ def test_points_that_a_sensor_did_not_see_are_left_out(read):
         (header() + "DATA binary_compressed\n", "save it as ascii or binary"),
         (header(3) + "DATA ascii\n1 2 3 1 2\n3 4 6 4 5\n", "declares 3 points and has 2"),
         (header() + "DATA binary\nxx", "declares 2 points and has 0"),
+        (header().replace("POINTS 2\n", "") + "DATA ascii\n1 2 3 1 2\n", "declares 2 points and has 1"),
+        (header().replace("WIDTH 2", "").replace("POINTS 2\n", "") + "DATA ascii\n", "positive whole number: '\\?'"),
         (header().replace("POINTS 2", "POINTS -2") + "DATA ascii\n", "positive whole number: '-2'"),
         (header().replace("SIZE 4 4 8 4", "SIZE 4 4 7 4") + "DATA binary\n" + "x" * 99, "SIZE and TYPE name no number"),
         (header().replace("TYPE U F F F", "TYPE U F F") + "DATA binary\n" + "x" * 99, "an entry for each field"),
-        (header() + "DATA ascii\n1 2 3 1\n", "line 1: a coordinate expected"),
+        (header() + "DATA ascii\n1 2 3 1\n", "line 11: x, y and z expected"),
     ],
 )
 def test_errors_name_the_place(rejects, content, message):

@@ -52,6 +52,14 @@ def test_elements_comments_and_counts_of_a_header():
     assert len(file.elements["c"]["vertex_indices"].sizes) == 0
 
 
+@pytest.mark.parametrize("newline", [b"\n", b"\r\n", b"\r"])
+def test_a_byte_order_mark_and_comments_with_other_line_separators(newline):
+    comment = "a\x0bb\u2028c\x85d"
+    text = encode_ply_header("ascii", [comment], {"a": (1, ["int b"])}).encode() + b"7\n"
+    file = parse_ply(b"\xef\xbb\xbf" + text.replace(b"\n", newline))
+    assert (file.comments, file.elements["a"]["b"]) == ([comment], [7])
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [

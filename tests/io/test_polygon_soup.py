@@ -33,7 +33,7 @@ def test_polygons_are_triangulated_and_notes_kept(polygons, faces, polygon_of_fa
     mesh = mesh_from_polygons(soup(*polygons, notes=("made by hand",)))
     np.testing.assert_array_equal(mesh.faces, faces)
     np.testing.assert_array_equal(mesh.polygon_of_face, polygon_of_face)
-    assert mesh.notes == ("made by hand", "1 polygons were cut into triangles")
+    assert mesh.notes == ("made by hand", "1 polygon was cut into triangles")
 
 
 @pytest.mark.parametrize("first_index", [0, 1])

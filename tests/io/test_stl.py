@@ -33,7 +33,7 @@ def test_corners_at_exactly_equal_positions_are_merged(read, tetrahedron):
     for mesh, times in ((binary, 1), (text, 2)):
         np.testing.assert_array_equal(mesh.vertices, tetrahedron.vertices[order])
         np.testing.assert_array_equal(mesh.faces, np.tile(np.argsort(order)[tetrahedron.faces], (times, 1)))
-        assert mesh.notes == (f"{12 * times} corners at 4 exactly equal positions were merged into as many vertices",)
+        assert mesh.notes == (f"{12 * times} corners were merged into 4 vertices at exactly equal positions",)
         assert mesh.is_closed_manifold == (times == 1)
 
 
@@ -83,7 +83,7 @@ def test_degenerate_faces_are_written_with_a_zero_normal(tmp_path):
 @pytest.mark.parametrize(
     ("content", "error", "message"),
     [
-        ("Dear reader,\n", FormatError, "neither STL text, which begins with solid, nor binary"),
+        ("Dear reader,\n", FormatError, "neither STL text, which begins with solid and has no zero bytes, nor binary"),
         ("solid\nendsolid\n", MeshError, "empty"),
         (FACET.removesuffix("endsolid"), FormatError, "ends at line 8 without endsolid"),
         (
@@ -102,6 +102,17 @@ def test_degenerate_faces_are_written_with_a_zero_normal(tmp_path):
 )
 def test_errors_name_the_place(rejects, content, error, message):
     rejects("a.stl", content, error, message)
+
+
+@pytest.mark.parametrize("change", [lambda data: data[:-20], lambda data: data + bytes(20) + b"x"])
+def test_a_binary_file_that_says_solid_and_has_another_length_is_no_text(rejects, tetrahedron, change):
+    data = b"solid".ljust(80) + encode_stl(tetrahedron)[80:]
+    rejects("a.stl", change(data), FormatError, r"4 triangles in 284 bytes, but the file has \d+; was it cut off")
+
+
+def test_a_text_with_a_byte_order_mark_is_read_and_one_triangle_has_no_note(read):
+    mesh = read("a.stl", b"\xef\xbb\xbf" + FACET.encode())
+    assert (mesh.faces.tolist(), mesh.notes) == ([[0, 1, 2]], ())
 
 
 def test_declared_gigabytes_are_not_allocated(rejects_without_allocating):

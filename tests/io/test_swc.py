@@ -82,6 +82,8 @@ def test_a_scale_that_is_no_factor_is_an_error(tmp_path, neuron, scale):
         write_skeleton(tmp_path / "a.swc", neuron, scale=scale)
     with pytest.raises(FormatError, match="gives infinite coordinates"):
         write_skeleton(tmp_path / "a.swc", Skeleton([[1e300, 0, 0]], np.empty((0, 2)), [1]), scale=1e300)
+    with pytest.raises(FormatError, match=r"a scale of 100\.0 gives infinite radii; give a smaller one"):
+        write_skeleton(tmp_path / "a.swc", Skeleton([[1, 0, 0]], np.empty((0, 2)), [1e307]), scale=100.0)
     with pytest.raises(FormatError, match=r"a\.json: a scale and units are stored by swc only"):
         write_skeleton(tmp_path / "a.json", neuron, units="um")
     assert list(tmp_path.iterdir()) == []

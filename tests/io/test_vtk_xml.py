@@ -72,7 +72,7 @@ def test_appended_data_in_every_encoding(order, header, kind, is_base64, compres
             FormatError,
             "array a: unknown format 'morse'",
         ),
-        ('<DataArray type="Int8" format="binary">////fwAAAAA=</DataArray>', FormatError, "declares 2147483651 bytes"),
+        ('<DataArray type="Int8" format="binary">////fwAAAAA=</DataArray>', FormatError, "declares 2,147,483,651"),
         ("<DataArray", FormatError, "not XML"),
     ],
 )

@@ -123,7 +123,7 @@ def test_consecutive_polylines_are_not_joined(read):
         ),
         (
             vtp(header_type="UInt64").replace('"ascii">0 0 0 1 1 1', '"binary">////fwAAAAA='),
-            "an array declares 2147483655 bytes",
+            "an array declares 2,147,483,655 bytes",
         ),
     ],
 )

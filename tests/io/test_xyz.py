@@ -29,6 +29,10 @@ def test_comments_commas_and_further_columns(read, content):
         ("1 2 3\n1 2\n", FormatError, "line 2: three coordinates expected, found '1 2'"),
         ("# nothing\n", FormatError, "has no points"),
         ("x,y,z\n", FormatError, "has no points"),
+        ("1,5;2,5;3,5\n", FormatError, "line 1: .* decimal points and separated by ';', expected, found '1,5;2,5;3,5'"),
+        ("1 2 3\n1,5 2,5 3,5\n", FormatError, "line 2: three coordinates expected"),
+        ("1,5 2,5 3,5\n", FormatError, "line 1: .* decimal points"),
+        ("1,2,3\n1,,2,3\n", FormatError, "line 2: three coordinates, with decimal points and separated by ','"),
         ("3\n1 2 3\n", FormatError, "line 1: three coordinates expected, found '3'"),
         ("1 2 3\n1 nan 3\n", MeshError, "points 1"),
     ],
@@ -49,7 +53,13 @@ def test_a_first_point_that_is_not_finite_is_no_line_of_names(rejects):
 
 @pytest.mark.parametrize(
     "content",
-    ["id,x,y,z\n7,1,2,3\n", '"Point ID";"Z";"Y";"X"\n7;3;2;1\n', "# c\n//r Y X Z\n9 2 1 3\n", "a b c\n1 2 3\n"],
+    ["id,x,y,z\n7,1,2,3\n", '"Point ID";"Z";"Y";"X"\n7;3;2;1\n', "# c\n//r Y X Z\n9 2 1 3\n", "a b c\n1 2 3\n"]
+    + ["name,x,y,z,r,g,b\n,1,2,3,255,0,0\n", ",x,y,z\n0,1,2,3\n", "# id x y z\n7 1 2 3\n", "#id;z;y;x\n;3;2;1\n"],
 )
 def test_names_tell_the_columns_of_the_coordinates(read, content):
     np.testing.assert_array_equal(read("a.csv", content, read_points).points, [[1, 2, 3]])
+
+
+@pytest.mark.parametrize("comment", ["# points: x y z", "# x, y and z", "# x,y,z"])
+def test_a_comment_that_does_not_name_every_column_is_none_of_names(read, comment):
+    np.testing.assert_array_equal(read("a.xyz", comment + "\n1 2 3 4 5\n", read_points).points, [[1, 2, 3]])

@@ -115,9 +115,26 @@ def test_what_was_left_out_under_a_time_limit_is_said(cloud):
     assert "score (no measures)" in note
 
 
-@pytest.mark.parametrize("root", ["x", [1, 2], [0, 0, np.nan], True, 2.5])
-def test_a_root_that_is_no_point_is_refused(root):
-    skeleton = Skeleton(np.eye(3), [[0, 1], [1, 2]], np.ones(3), [0, 1, 2])
-    assert _node_at([0, 0, 1], skeleton) == 2
+def test_the_root_is_at_a_point_or_nearest_to_a_position():
+    skeleton = Skeleton(np.eye(3), [[0, 1], [1, 2]], np.ones(3), [0, 2, 1])
+    assert [_node_at(np.array([0, 0, 1.0]), skeleton), _node_at(1, skeleton)] == [2, 2]
+
+
+@pytest.mark.parametrize("root", ["x", [1, 2], [0, 0, np.nan], True, 2.5, [1, [2]]])
+def test_a_root_that_is_no_point_is_refused(cloud, root):
     with pytest.raises(MeshError, match="a root must be the index of a point"):
-        _node_at(root, skeleton)
+        lbskel.skeletonize(cloud, preset="cao2010", root=root)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"simplify": "bogus"}, "unknown way to simplify 'bogus'"),
+        ({"memory_limit": -1}, "memory_limit must be a positive number of megabytes, not -1"),
+        ({"anchors": 3}, "anchors must be a list of vertices or points"),
+        ({"root": 10**9}, "there is no point 1000000000"),
+    ],
+)
+def test_options_without_meaning_are_refused(cloud, wrong, message):
+    with pytest.raises((MeshError, UnknownChoice), match=message):
+        lbskel.skeletonize(cloud, preset="cao2010", **wrong)

@@ -26,6 +26,7 @@ from lbskel import (
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.flow import Step
 from lbskel.operators.cotangent import cotangent
+from lbskel.pipeline import stages
 from lbskel.pipeline.assembly import MISSING
 from lbskel.shapes import chain_of_tori, coil, cylinder, flat_grid, make, sphere, torus, tube
 from lbskel.solvers import ALL_SOLVERS
@@ -396,7 +397,7 @@ def test_unreferenced_vertices_belong_to_the_nearest_node(rod, skeleton_of):
     ends = skeleton.node_of_vertex[[0, -2, -1]]
     apart = np.linalg.norm(skeleton.nodes[None] - lone[:, None], axis=2)
     assert ends.tolist() == apart.argmin(axis=1).tolist()
-    assert skeleton.report["notes"] == ["3 vertices belong to no face and are mapped to the nearest node"]
+    assert skeleton.report["notes"] == ["3 vertices were in no face, and mapped to the nearest node"]
     inner = skeleton.node_of_vertex[1:-2]
     assert (skeleton.edges.tolist(), inner.tolist()) == graph(skeleton_of("rod"))
 
@@ -407,7 +408,7 @@ def test_duplicate_and_flat_faces_change_nothing_but_the_notes(ring, skeleton_of
     assert graph(skeleton) == graph(skeleton_of("ring"))
     assert (skeleton.nodes == skeleton_of("ring").nodes).all()
     assert skeleton.report["notes"][:2] == [
-        "1 faces that name a vertex twice were removed: 260",
+        "1 face was removed for naming a vertex twice: 260",
         "4 duplicate faces were removed: 256, 257, 258, 259",
     ]
 
@@ -490,7 +491,7 @@ def test_components_that_enclose_nothing_are_said_and_mapped(rod):
     skeleton = skeletonize(given)
     assert is_whole(skeleton, given)
     assert skeleton.n_components == 1
-    assert skeleton.report["notes"] == ["1 components too small for a skeleton of their own were removed"]
+    assert skeleton.report["notes"] == ["1 component was removed as too small for a skeleton"]
     nearest = np.linalg.norm(skeleton.nodes[None] - face.vertices[:, None], axis=2).argmin(axis=1)
     assert skeleton.node_of_vertex[:3].tolist() == nearest.tolist()
 
@@ -525,7 +526,7 @@ def test_a_flipped_face_is_no_hindrance(rod):
     skeleton = skeletonize((rod.vertices, F))
     assert (len(skeleton.tips), skeleton.cycle_rank) == (2, 0)
     assert skeleton.report["score"]["measures"]["extra_cycles"] == 0
-    assert "1 faces were reversed" in skeleton.report["notes"]
+    assert "1 face was reversed" in skeleton.report["notes"]
 
 
 def test_turned_inside_out_it_is_the_same(ring):
@@ -686,8 +687,24 @@ def test_a_wrong_anchor_is_refused(shape):
             skeletonize(mesh, anchors=[anchor])
     with pytest.raises(MeshError, match=r"anchors must be a list of vertices or points, such as \[0\]"):
         skeletonize(mesh, anchors=0)
-    with pytest.raises(MeshError, match="there is no vertex"):
-        skeletonize(mesh, root=len(mesh.vertices))
+
+
+@pytest.mark.parametrize("as_cloud", [False, True])
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"root": 10**9}, r"there is no (vertex|point) 1000000000"),
+        ({"root": [1, [2]]}, "the root must be the index of a vertex or a point of three numbers"),
+        ({"root": [1e9, 0, 0]}, "the root .* lies outside"),
+        ({"n_nodes": 2.5}, r"n_nodes must be a whole number, 1 or more, not 2\.5"),
+        ({"n_nodes": 0}, "n_nodes must be a whole number, 1 or more, not 0"),
+    ],
+)
+def test_a_wrong_root_or_number_is_refused_before_the_contraction(monkeypatch, shape, wrong, message, as_cloud):
+    monkeypatch.setattr(stages, "skeletonize_bodies", None)
+    given = shape("rod").vertices if as_cloud else shape("rod")
+    with pytest.raises((MeshError, UnknownChoice), match=message):
+        skeletonize(given, **wrong)
 
 
 def test_a_name_is_refused_before_the_file_is_read(tmp_path):

@@ -1,11 +1,13 @@
 """What a page shows of a mesh and its skeleton."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from helpers import joined, moved
 
 import lbskel
 from lbskel import Mesh, PointCloud, Skeleton
+from lbskel.pipeline import viewing
 from lbskel.pipeline.viewing import view_scene
 from lbskel.shapes import make, torus
 
@@ -14,33 +16,6 @@ from lbskel.shapes import make, torus
 def hand():
     mesh = make("octopus", n_vertices=1500).mesh
     return mesh, lbskel.skeletonize(mesh)
-
-
-def test_the_contraction_is_replayed_with_the_steps_that_were_reported(hand):
-    mesh, skeleton = hand
-    scene = view_scene(mesh, skeleton)
-    (body,) = skeleton.report["components"]
-    np.testing.assert_allclose(scene.area_ratios, [step["area_ratio"] for step in body["steps"]], rtol=1e-12)
-    np.testing.assert_allclose(scene.volume_ratios, [step["volume_ratio"] for step in body["steps"]], rtol=1e-12)
-    assert len(scene.positions) == len(body["steps"])
-    areas = [scene.contracted.with_vertices(state).area / scene.contracted.area for state in scene.positions]
-    np.testing.assert_allclose(areas, scene.area_ratios, rtol=1e-6)
-    assert len(scene.contracted.vertices) == len(mesh.vertices)
-    assert scene.contracted.area == pytest.approx(mesh.area)  # in the caller's coordinates
-    np.testing.assert_allclose(scene.contracted.centroid, mesh.centroid, atol=1e-9)
-
-
-def test_several_bodies_are_replayed_as_one():
-    ring = torus(1.0, 0.3, 24, 12)
-    both = joined(ring, moved(ring, 4.0))
-    skeleton = lbskel.skeletonize(both)
-    scene = view_scene(both, skeleton)
-    steps = [[step["area_ratio"] for step in body["steps"]] for body in skeleton.report["components"]]
-    assert len(scene.positions) == max(map(len, steps))
-    last = np.mean([own[-1] for own in steps])  # equal areas at the start
-    assert scene.area_ratios[-1] == pytest.approx(last, rel=1e-9)
-    measured = scene.contracted.with_vertices(scene.positions[-1]).area / scene.contracted.area
-    assert measured == pytest.approx(last, rel=1e-6)
 
 
 def test_faces_belong_to_the_branch_of_their_nodes(hand):
@@ -103,14 +78,6 @@ def test_a_skeleton_in_other_units_is_refused(hand, as_cloud):
         view_scene(shape, in_other_units)
 
 
-def test_an_operator_of_the_callers_is_not_replayed(rod):
-    def own(mesh):
-        return lbskel.laplacian(mesh, operator="robust")
-
-    skeleton = lbskel.skeletonize(rod, operator=own)
-    assert view_scene(rod, skeleton).contracted is None
-
-
 def test_a_cloud_has_the_contraction_of_its_surface(rod, tmp_path):
     cloud = PointCloud(rod.vertices)
     skeleton = lbskel.view(cloud, tmp_path / "rod.html")
@@ -127,3 +94,23 @@ def test_view_takes_the_options_and_the_skeleton(rod, tmp_path):
     assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()
     with pytest.raises(lbskel.UnknownChoice, match=r"^min_lop, n_nodes: the skeleton is given"):
         lbskel.view(rod, tmp_path / "c.html", skeleton=made, n_nodes=7, min_lop=3, simplify="none")
+
+
+@pytest.mark.parametrize("lost", ["settings", "components", "seconds", "score"])
+def test_what_an_incomplete_report_lacks_is_not_shown(rod, lost):
+    skeleton = lbskel.skeletonize(rod)
+    report = {name: value for name, value in skeleton.report.items() if name != lost}
+    if lost in ("settings", "score"):
+        report[lost] = {}
+    scene = view_scene(rod, replace(skeleton, report=report))
+    assert (scene.contracted is None) == (lost in ("settings", "components"))
+    shown = [table.caption.split(":")[0] for table in scene.tables]
+    assert shown == {"settings": ["Score", "Report"], "score": ["Report"]}.get(lost, ["Score"])
+
+
+def test_a_page_that_cannot_be_written_is_refused_before_the_skeleton_is_made(monkeypatch, rod, tmp_path):
+    monkeypatch.setattr(viewing, "skeletonize", None)
+    (tmp_path / "a.html").touch()
+    for path, message in (("a.html", "exists already"), ("none/a.html", "does not exist"), ("", "is a folder")):
+        with pytest.raises(lbskel.FormatError, match=message):
+            lbskel.view(rod, tmp_path / path)

@@ -88,7 +88,7 @@ def test_debris_around_a_hole_is_removed_also_if_it_has_many_faces_and_small_clo
     result = preprocess_mesh(joined(given, patch))
     assert (result.mesh.n_components, result.mesh.genus) == (1, 1)
     assert (result.vertex_map.indices[-144:] == -1).all()
-    assert "1 open components smaller than 0.01 of the largest one's area were removed" in result.notes
+    assert "1 open component was removed as smaller than 0.01 of the largest one's area" in result.notes
     larger = patch.with_vertices(2.5 * patch.vertices)  # 0.0156 of the area: no debris
     assert preprocess_mesh(joined(given, larger)).mesh.n_components == 2
     ball = sphere(2).with_vertices(0.05 * sphere(2).vertices + [3, 0, 0])
@@ -130,7 +130,7 @@ def test_a_surface_inside_out_is_reoriented():
     reversed_torus = Mesh(TORUS.vertices, TORUS.faces[:, ::-1])
     result = preprocess_mesh(reversed_torus)
     assert result.mesh.volume == pytest.approx(TORUS.volume)
-    assert result.notes == ("1920 faces were reversed",)
+    assert result.notes == ("1,920 faces were reversed",)
     assert result.vertex_map.is_identity
 
 
@@ -165,7 +165,7 @@ def test_a_cavity_belongs_to_the_solid_around_it(name):
     alone = skeletonize(solid)
     assert np.array_equal(skeleton.nodes, alone.nodes)
     assert skeleton.report["score"]["verdict"] != "fail"
-    assert [note for note in skeleton.report["notes"] if "1 cavities were filled" in note]
+    assert [note for note in skeleton.report["notes"] if "1 cavity was filled" in note]
     assert np.array_equal(skeleton.node_of_vertex[: len(solid.vertices)], alone.node_of_vertex)
     to_void = np.linalg.norm(skeleton.nodes[skeleton.node_of_vertex[len(solid.vertices) :]] - center, axis=1)
     assert to_void.max() < 4 * radius
@@ -186,7 +186,7 @@ def test_crumbs_are_removed_and_their_vertices_have_nodes(tetrahedron):
     given = joined(fine, crumb, Mesh(crumb.vertices + [0, 0, 1.0], crumb.faces))
     result = preprocess_mesh(given)
     assert result.mesh.n_components == 1
-    assert "2 components too small for a skeleton of their own were removed" in result.notes
+    assert "2 components were removed as too small for a skeleton" in result.notes
     skeleton = skeletonize(given)
     assert (skeleton.n_components, skeleton.cycle_rank, skeleton.report["passed"]) == (1, 1, True)
     assert len(skeleton.node_of_vertex) == len(given.vertices)
@@ -215,7 +215,7 @@ def test_crumbs_are_removed_before_the_repair_unless_it_may_close_them(tetrahedr
     assert result.mesh.is_closed_manifold
     assert result.mesh.n_components == 1
     assert [note for note in result.notes if "components" in note or "cavities" in note] == [
-        "2 components too small for a skeleton of their own were removed"
+        "2 components were removed as too small for a skeleton"
     ]
     open_body = Mesh(tetrahedron.vertices + [3.0, 0, 0], tetrahedron.faces[1:])
     assert preprocess_mesh(joined(fine, open_body)).mesh.n_components == 2

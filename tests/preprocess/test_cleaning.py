@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lbskel import Mesh, UnknownChoice
+from lbskel.errors import were
 from lbskel.preprocess.cleaning import clean, extract_faces, keep_components, merge_close
 from lbskel.shapes import capsule, cylinder, flat_grid, sphere, torus
 
@@ -38,7 +39,7 @@ def test_a_triangle_soup_becomes_a_closed_surface(make):
     assert result.mesh.area == pytest.approx(mesh.area)
     assert positions_are_kept(given, result)
     n_merged = len(given.vertices) - len(mesh.vertices)
-    assert result.notes == (f"{n_merged} vertices at the position of another were merged with it",)
+    assert result.notes == (f"{were(n_merged, 'vertex')} merged with another at the same position",)
 
 
 def test_zero_and_minus_zero_are_the_same_position():
@@ -73,8 +74,8 @@ def test_copies_of_a_closed_surface_at_its_place_are_removed(order):
     assert (result.mesh.n_components, result.mesh.is_closed_manifold) == (3, True)
     assert (result.vertex_map.indices >= 0).all()
     assert positions_are_kept(given, result)
-    assert result.notes[0] == f"{2 * len(ball.vertices)} vertices at the position of another were merged with it"
-    assert result.notes[1].startswith(f"{2 * len(ball.faces)} duplicate faces were removed")
+    assert result.notes[0] == f"{2 * len(ball.vertices):,} vertices were merged with another at the same position"
+    assert result.notes[1].startswith(f"{2 * len(ball.faces):,} duplicate faces were removed")
 
 
 def test_closed_surfaces_that_share_some_faces_are_kept(tetrahedron):
@@ -103,7 +104,7 @@ def test_faces_that_name_a_vertex_twice_are_removed(tetrahedron):
     given = Mesh(tetrahedron.vertices, [[1, 1, 2], *tetrahedron.faces.tolist(), [3, 3, 3]])
     result = clean(given)
     assert result.mesh.faces.tolist() == tetrahedron.faces.tolist()
-    assert result.notes == ("2 faces that name a vertex twice were removed: 0, 5",)
+    assert result.notes == ("2 faces were removed for naming a vertex twice: 0, 5",)
 
 
 def test_a_face_that_merging_collapses_is_removed(tetrahedron):
@@ -120,7 +121,7 @@ def test_unused_vertices_are_not_mapped(tetrahedron):
     result = clean(Mesh(V, tetrahedron.faces + 1))
     assert result.vertex_map.indices.tolist() == [-1, 0, 1, 2, 3, -1, -1]
     assert result.mesh.genus == 0
-    assert result.notes == ("3 vertices belong to no face and are mapped to the nearest node",)
+    assert result.notes == ("3 vertices were in no face, and mapped to the nearest node",)
 
 
 def test_zero_area_faces_that_close_a_surface_are_kept():

@@ -19,7 +19,7 @@ def test_the_density_becomes_even_and_every_point_has_one_near_it(how):
     nearest = cKDTree(thin.points).query(thin.points, k=2)[0][:, 1]
     upper = thin.points[:, 2] > 0.5
     assert np.median(nearest[upper]) == pytest.approx(np.median(nearest[~upper]), rel=0.2)
-    assert f"from {len(UNEVEN.points)} to {len(thin.points)} points" in thin.notes[0]
+    assert f"from {len(UNEVEN.points):,} to {len(thin.points)} points" in thin.notes[0]
     assert thin.report == {"points": len(UNEVEN.points), "kept": len(thin.points)}
 
 

@@ -48,7 +48,7 @@ def test_what_is_said_to_happen_is_what_preprocessing_does(ring):
     assert "kept" not in texts["twins"]
     assert "were split" not in texts["twins"]
     assert "2 vertices are added where surfaces that meet in an edge or a vertex are split." in texts["twins"]
-    assert "5 components too small for a skeleton of their own are removed." in texts["crumbs"]
+    assert "5 components are removed as too small for a skeleton." in texts["crumbs"]
     assert f"{len(ring.faces) - 1} faces are reversed." in texts["inside out with a hole"]
 
 

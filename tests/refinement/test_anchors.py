@@ -39,10 +39,11 @@ def test_a_vertex_is_itself_and_a_point_has_the_nearest_vertex_in_use():
     ("anchor", "message"),
     [
         (-1, "there is no vertex -1"),
-        (3, r"there is no vertex 3 to anchor: the mesh has vertices 0\.\.2"),
+        (3, r"there is no vertex 3, given as anchor: the mesh has vertices 0\.\.2"),
         (0.5, "must be the index of a vertex or a point"),
         ([0, 0], "must be the index of a vertex or a point"),
         ([0, 0, np.inf], "must be the index of a vertex or a point"),
+        ([1, [2]], "must be the index of a vertex or a point"),
         ("a", "must be the index of a vertex or a point"),
     ],
 )
@@ -127,3 +128,5 @@ def test_a_root_outside_the_bounding_sphere_is_refused(skeleton, mesh):
     assert nearest_node(skeleton, [2.4, 0, 0], mesh) == 2  # outside the surface, but near
     with pytest.raises(MeshError, match=r"the root .* lies outside of the bounding sphere"):
         nearest_node(skeleton, [0, 0, 2.6], mesh)
+    with pytest.raises(MeshError, match="there is no vertex 9999, given as root"):
+        nearest_node(skeleton, 9999, mesh)

@@ -72,9 +72,9 @@ def test_the_font_size_is_bounded():
 
 
 def test_a_picture_too_small_for_its_panels_is_refused():
-    with pytest.raises(FormatError, match="4 panels do not fit into 30 x 30 pixels"):
+    with pytest.raises(FormatError, match="4 panels cannot fit into 30 x 30 pixels"):
         arrange(np.ones(2), [(0, 0)] * 4, (30, 30))
-    with pytest.raises(FormatError, match="1 panels do not fit into 200 x 40 pixels"):
+    with pytest.raises(FormatError, match="1 panel cannot fit into 200 x 40 pixels"):
         arrange(np.ones(2), [(2, 3)], (200, 40))  # the text leaves no height for the drawing
-    with pytest.raises(FormatError, match="1 panels do not fit into 100 x 0 pixels"):
+    with pytest.raises(FormatError, match="1 panel cannot fit into 100 x 0 pixels"):
         arrange(np.ones(2), [(0, 0)], (100, 0))

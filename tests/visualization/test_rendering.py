@@ -92,7 +92,7 @@ def test_scaled_and_shifted_shapes_look_the_same(factor, shift):
 def test_pictures_without_panels_or_of_too_many_are_refused():
     with pytest.raises(MeshError, match="at least one panel"):
         draw([])
-    with pytest.raises(FormatError, match="9 panels do not fit into 90 x 90 pixels"):
+    with pytest.raises(FormatError, match="9 panels cannot fit into 90 x 90 pixels"):
         draw([Panel(flat_tube(), planar_fork())] * 9, size=(90, 90))
 
 
