@@ -19,7 +19,7 @@ from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.traversal import walk_branches
 from lbskel.errors import MeshError
 from lbskel.geometry.arrays import read_only
-from lbskel.geometry.sorting import distinct, stable_order
+from lbskel.geometry.sorting import distinct, group_medians, stable_order
 from lbskel.skeleton.exchange import SkeletonExchange
 
 
@@ -239,12 +239,8 @@ class Skeleton(SkeletonExchange):
             At the nodes.
         """
         nodes, begins = self.flat_branches
-        sizes, begin = np.diff(begins), begins[:-1]
-        ascending = values[nodes]
-        ascending = ascending[np.lexsort((ascending, np.repeat(np.arange(len(sizes)), sizes)))]
-        of_branch = (ascending[begin + (sizes - 1) // 2] + ascending[begin + sizes // 2]) / 2
         medians = np.zeros(len(self.nodes))
-        np.maximum.at(medians, nodes, np.repeat(of_branch, sizes))
+        np.maximum.at(medians, nodes, np.repeat(group_medians(values[nodes], begins), np.diff(begins)))
         return medians
 
     @property
