@@ -39,12 +39,16 @@ def resolve_anchor(anchor: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
     Raises
     ------
     MeshError
-        If there is no such vertex, or the anchor is neither a vertex nor a point.
+        If there is no such vertex, it belongs to no face, or the anchor is neither a vertex nor a point.
     """
     V, given = mesh.vertices, np.asarray(anchor)
     if given.ndim == 0 and np.issubdtype(given.dtype, np.integer):
         if not 0 <= given < len(V):
             raise MeshError(f"there is no vertex {given} to anchor: the mesh has vertices 0..{len(V) - 1}")
+        if int(given) not in mesh.used_vertices:
+            raise MeshError(
+                f"vertex {given} belongs to no face, so no node can be there; give a vertex of a face, or a point"
+            )
         return int(given), V[int(given)]
     if given.shape != (3,) or not np.issubdtype(given.dtype, np.number) or not np.isfinite(given).all():
         raise MeshError(f"an anchor or root must be the index of a vertex or a point of three numbers, not {anchor!r}")
@@ -154,8 +158,8 @@ def nearest_node(skeleton: Skeleton, root: Any, mesh: Mesh) -> int:
     Raises
     ------
     MeshError
-        If there is no such vertex, the root is neither a vertex nor a point, or its point lies outside the sphere
-        around the mesh's centroid that contains all vertices.
+        If there is no such vertex, it belongs to no face, the root is neither a vertex nor a point, or its point lies
+        outside the sphere around the mesh's centroid that contains all vertices.
     """
     vertex, point = resolve_anchor(root, mesh)
     if np.ndim(root) == 0:
