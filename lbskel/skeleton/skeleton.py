@@ -8,7 +8,7 @@ from __future__ import annotations
 __all__ = ["Skeleton"]
 
 import itertools
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any
 
@@ -136,6 +136,10 @@ class Skeleton(SkeletonExchange):
             f"Skeleton({len(self.nodes)} nodes, {len(self.edges)} edges, {len(self.tips)} tips, "
             f"{len(self.junctions)} junctions, {self.cycle_rank} cycles)"
         )
+
+    def __reduce__(self) -> tuple[type[Skeleton], tuple[Any, ...]]:
+        """Copy and pickle the fields alone, so that the arrays of a copy are constant too."""
+        return type(self), tuple(getattr(self, each.name) for each in fields(self))
 
     @cached_property
     def degrees(self) -> NDArray[np.int64]:
