@@ -63,7 +63,7 @@ def laplacian_diagnostics(laplacian: Laplacian, mesh: Any) -> LaplacianDiagnosti
         )
     largest = max(float(np.abs(S.data).max(initial=0.0)), np.finfo(np.float64).tiny)
     symmetric = ((S + S.T) / 2).tocsc()
-    used = np.bincount(mesh.faces.ravel(), minlength=len(mesh.vertices)) > 0
+    used = mesh.used_vertices
     n_negative, negative_fraction, most_negative = _negative_weights(S)
     smallest, n_zero = _definiteness(symmetric[used][:, used])
     return LaplacianDiagnostics(
@@ -178,7 +178,10 @@ def _overshoot(S: csc_array, mesh: Mesh) -> float | None:
 
 
 def _condition_number(S: csc_array) -> float | None:
-    """Return largest over smallest non-zero eigenvalue of a symmetric S on its largest component, None on failure."""
+    """Return largest over smallest non-zero eigenvalue of a symmetric S on its largest component.
+
+    None if S is indefinite, or on failure.
+    """
     component = connected_components(S, directed=False)[1]
     rows = component == np.bincount(component).argmax()
     S = S[rows][:, rows].tocsc()
