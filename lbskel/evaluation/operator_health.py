@@ -191,7 +191,7 @@ def _condition_number(S: csc_array) -> float | None:
     start = np.random.default_rng(SEED).uniform(-1, 1, n)
     try:
         largest = eigsh(S, 1, which="LM", tol=1e-2, v0=start)[0][0]
-        smallest = smallest_eigenpairs(S, csc_array(diags_array(np.ones(n))), 2)[0][1]
+        lowest, smallest = smallest_eigenpairs(S, csc_array(diags_array(np.ones(n))), 2)[0]
     except (SolveError, ArpackError):
         return None
-    return float(largest / smallest) if smallest > 0 else None
+    return float(largest / smallest) if smallest > 0 and lowest >= -ZERO_EIGENVALUE * largest else None
