@@ -22,6 +22,7 @@ from lbskel.skeleton.edge_sampling import sample_edges
 from lbskel.skeleton.skeleton import Skeleton
 
 N_SAMPLES = 20_000  # along the true skeleton; a guess: so many distances, each exact, have a mean known to 1e-3 of it
+MAX_SAMPLES = 1_000_000  # along the measured one, which may be far longer, such as in other units; a guess
 END_DISTANCE = 3.0  # from tips and junctions, in their radii, where radii are compared: a radius there has no one value
 
 
@@ -42,9 +43,9 @@ class GroundTruthDistances:
     length_error : float
         Length of the measured skeleton relative to the true one, minus 1.
     radius_error : float
-        Mean absolute difference of the two radii, relative to the true one, along the measured skeleton where it is
-        farther than three radii from the tips and junctions of the true one. NaN if radii are not known or there is no
-        such part.
+        Mean absolute difference of the two radii, relative to the true one, along the measured skeleton where the
+        nearest point of the true one is farther than three radii from its tips and junctions. NaN if the radii of the
+        measured one are not known or there is no such part.
 
     Examples
     --------
@@ -69,6 +70,8 @@ class GroundTruthDistances:
 def ground_truth_distances(skeleton: Skeleton, truth: Skeleton) -> GroundTruthDistances:
     """Measure the distances between a skeleton and the true one.
 
+    A node without an edge beside others with edges has no length: it counts for coverage and for the topology.
+
     Parameters
     ----------
     skeleton : Skeleton
@@ -79,7 +82,8 @@ def ground_truth_distances(skeleton: Skeleton, truth: Skeleton) -> GroundTruthDi
     Raises
     ------
     MeshError
-        If the true skeleton has no length.
+        If the true skeleton has no length or a radius that is not positive, or if the other one has no node or one
+        whose position is not finite.
 
     Examples
     --------
@@ -92,9 +96,13 @@ def ground_truth_distances(skeleton: Skeleton, truth: Skeleton) -> GroundTruthDi
     """
     if not truth.length > 0:
         raise MeshError("the true skeleton has no length: give one with edges between nodes at different positions")
+    if not (truth.radii > 0).all():
+        raise MeshError("the true skeleton needs a positive radius at every node: distances are in its radii")
+    if not (len(skeleton.nodes) and np.isfinite(skeleton.nodes).all()):
+        raise MeshError("the skeleton to measure needs nodes, with finite coordinates")
     spacing = truth.length / N_SAMPLES
     axis, radii = sample_edges(truth, spacing)
-    points, measured_radii = sample_edges(skeleton, spacing)
+    points, measured_radii = sample_edges(skeleton, max(spacing, skeleton.length / MAX_SAMPLES))
     to_axis, nearest, true_radii = nearest_on_edges(truth, points)
     accuracy, coverage = to_axis / true_radii, nearest_on_edges(skeleton, axis)[0] / radii
     differences = np.abs(measured_radii / true_radii - 1)[_on_tubes(truth, nearest)]

@@ -28,13 +28,13 @@ class Measure(NamedTuple):
     fails: float
 
     def verdict(self, value: float | None) -> str:
-        """Judge a value: ``pass``, ``warn`` or ``fail``; ``not measured`` for None."""
+        """Judge a value: ``pass``, ``warn`` or ``fail``, as for NaN; ``not measured`` for None."""
         if value is None:
             return NOT_MEASURED
         sign = 1 if self.passes < self.fails else -1
         if sign * (abs(value) - self.passes) <= 0:
             return "pass"
-        return "fail" if sign * (abs(value) - self.fails) >= 0 else "warn"
+        return "warn" if sign * (abs(value) - self.fails) < 0 else "fail"
 
 
 MEASURES = {

@@ -65,7 +65,7 @@ def laplacian_diagnostics(laplacian: Laplacian, mesh: Any) -> LaplacianDiagnosti
         )
     largest = max(float(np.abs(S.data).max(initial=0.0)), sys.float_info.min)
     symmetric = ((S + S.T) / 2).tocsc()
-    used = np.bincount(mesh.faces.ravel(), minlength=len(mesh.vertices)) > 0
+    used = mesh.used_vertices
     n_negative, negative_fraction, most_negative = _negative_weights(S)
     smallest, n_zero = _definiteness(symmetric[used][:, used])
     return LaplacianDiagnostics(
@@ -180,7 +180,10 @@ def _overshoot(S: csc_array, mesh: Mesh) -> float | None:
 
 
 def _condition_number(S: csc_array) -> float | None:
-    """Return largest over smallest non-zero eigenvalue of a symmetric S on its largest component, None on failure."""
+    """Return largest over smallest non-zero eigenvalue of a symmetric S on its largest component.
+
+    None if S is indefinite, or on failure.
+    """
     component = connected_components(S, directed=False)[1]
     rows = component == np.bincount(component).argmax()
     S = S[rows][:, rows].tocsc()
@@ -190,7 +193,7 @@ def _condition_number(S: csc_array) -> float | None:
     start = np.random.default_rng(SEED).uniform(-1, 1, n)
     try:
         largest = eigsh(S, 1, which="LM", tol=1e-2, v0=start)[0][0]
-        smallest = smallest_eigenpairs(S, csc_array(diags_array(np.ones(n))), 2)[0][1]
+        lowest, smallest = smallest_eigenpairs(S, csc_array(diags_array(np.ones(n))), 2)[0]
     except (SolveError, ArpackError):
         return None
-    return float(largest / smallest) if smallest > 0 else None
+    return float(largest / smallest) if smallest > 0 and lowest >= -ZERO_EIGENVALUE * largest else None

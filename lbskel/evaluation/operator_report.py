@@ -15,7 +15,8 @@ from dataclasses import dataclass
 # Bounds up to which a property counts as kept; all relative, without a unit.
 ROUNDING = 1e-12  # relative to the largest entry or the mean weight: the rounding of sums of a few dozen numbers
 MAX_LINEAR_ERROR = 1e-8  # a guess: the tolerance for a plane, 1e-10, times the growth by the weights of needles
-# Largest size of an eigenvalue that counts as zero. Those of D^-1 S lie in 0..2, the first non-zero one is about 1 / n.
+# Largest size of an eigenvalue that counts as zero. Those of D^-1 S lie in 0..2 for positive weights, and the first
+# non-zero one is about 1 / n where triangles are even; where they are stretched, it is smaller.
 ZERO_EIGENVALUE = 1e-10
 MAX_OVERSHOOT = 1e-9  # for boundary values in 0..1: a guess at the error of the linear solve
 MAX_AREA_ERROR = 1e-6  # relative to the area: edge lengths mollified with a slack of 1e-6 change areas by this much
@@ -53,7 +54,7 @@ class LaplacianDiagnostics:
     overshoot : float or None
         How far solutions of Dirichlet problems leave the range of the boundary values, relative to that range.
     condition_number : float or None
-        Largest over smallest non-zero eigenvalue of (S + S^T) / 2 on the largest component.
+        Largest over smallest non-zero eigenvalue of (S + S^T) / 2 on the largest component; None if it is indefinite.
     n_fallback_rows : int
         Vertices whose row differs from the formula because a triangle there is degenerate.
     area_ratio : float or None

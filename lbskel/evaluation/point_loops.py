@@ -55,7 +55,8 @@ def count_cut_loops(
     links = np.stack([first[is_between], second[is_between]], axis=1)
     detours = _distances(skeleton, np.sort(node[links], axis=1))
     scale = np.linalg.norm(points[links] - skeleton.nodes[node[links]], axis=2).mean(axis=1)
-    is_far = np.isfinite(detours) & (detours > MIN_DETOUR / 2 * scale)  # in radii known so far; in all below
+    # half of the bound, since a link tells the radius but roughly; _is_cut applies it in the mean distance of all links
+    is_far = np.isfinite(detours) & (detours > MIN_DETOUR / 2 * scale)
     links, detours = links[is_far], detours[is_far]
     if len(links) < N_SECTORS:
         return 0

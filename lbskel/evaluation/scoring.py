@@ -169,7 +169,7 @@ def _section_errors(skeleton: Skeleton, widths: NDArray[np.float64], surface: Su
     node's vertices, or the distance from the centroid to the surface if that is larger.
     """
     nodes = np.flatnonzero(skeleton.degrees == 2)
-    sections = find_section_centers(skeleton, surface, nodes)
+    sections = find_section_centers(skeleton, surface)
     known = nodes[sections.is_known[nodes]]
     errors = np.full(len(skeleton.nodes), np.nan)
     if len(known):

@@ -1,11 +1,11 @@
-"""Sorting of integers that are not negative, by their digits.
+"""Sorting of integers that are not negative, by their digits, and medians of groups.
 
-For 78,000 half-edges that takes a quarter of the time of ``numpy.sort``, as measured on an AMD EPYC.
+For 78,000 half-edges, sorting takes a quarter of the time of ``numpy.sort``, as measured on an AMD EPYC.
 """
 
 from __future__ import annotations
 
-__all__ = ["distinct", "is_among", "stable_order", "unique_inverse"]
+__all__ = ["distinct", "group_medians", "is_among", "stable_order", "unique_inverse"]
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,3 +71,18 @@ def unique_inverse(numbers: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArr
     inverse = np.empty(len(order), dtype=np.int64)
     inverse[order] = np.cumsum(is_new) - 1
     return ascending[is_new], inverse
+
+
+def group_medians(values: NDArray[np.float64], begins: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(g,) median of each group of values that are laid end to end.
+
+    Parameters
+    ----------
+    values : (n,) array of float
+    begins : (g + 1,) array of int
+        Where each group begins and the last ends; no group is empty.
+    """
+    sizes, begin = np.diff(begins), begins[:-1]
+    ascending = values[np.lexsort((values, np.repeat(np.arange(len(sizes)), sizes)))]
+    medians: NDArray[np.float64] = (ascending[begin + (sizes - 1) // 2] + ascending[begin + sizes // 2]) / 2
+    return medians

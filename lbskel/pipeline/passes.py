@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from lbskel.errors import MeshError
 from lbskel.geometry.deadline import Deadline
 from lbskel.geometry.surface_queries import Surface
 from lbskel.pipeline.anchoring import Anchors
@@ -88,6 +89,8 @@ def refine(
     ------
     UnknownChoice
         If the ratio is negative or NaN, or the tip position is not a name in TIP_POSITIONS.
+    MeshError
+        If the skeleton's map is not that of the body's proxy.
 
     Examples
     --------
@@ -99,6 +102,12 @@ def refine(
     True
     """
     require_refinement_options(min_branch_ratio, tip_position)
+    n_mapped, n_vertices = len(skeleton.node_of_vertex), len(body.proxy.mesh.vertices)
+    if n_mapped != n_vertices:
+        raise MeshError(
+            f"the skeleton maps {n_mapped} vertices to its nodes, and the proxy of the body has {n_vertices}: give the "
+            "skeleton that to_skeleton made from body.proxy.mesh"
+        )
     timer = timer or StageTimer()
 
     def changed(stage: str, change: Pass, surface: Surface, *, is_needed: bool = False) -> Skeleton:

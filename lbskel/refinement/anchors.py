@@ -49,12 +49,14 @@ def resolve_anchor(anchor: Any, mesh: Mesh, what: str = "anchor") -> tuple[int, 
     Raises
     ------
     MeshError
-        If there is no such vertex, or the anchor is neither a vertex nor a point.
+        If there is no such vertex, it belongs to no face, or the anchor is neither a vertex nor a point.
     """
     V, given = mesh.vertices, as_place(anchor)
     if given.ndim == 0 and np.issubdtype(given.dtype, np.integer):
         if not 0 <= given < len(V):
             raise MeshError(f"there is no vertex {given}, given as {what}: the mesh has vertices 0..{len(V) - 1}")
+        if int(given) not in mesh.used_vertices:
+            raise MeshError(f"vertex {given}, given as {what}, belongs to no face; give a vertex of a face, or a point")
         return int(given), V[int(given)]
     if given.shape != (3,) or not np.issubdtype(given.dtype, np.number) or not np.isfinite(given).all():
         raise MeshError(f"the {what} must be the index of a vertex or a point of three numbers, not {anchor!r}")
@@ -162,8 +164,8 @@ def resolve_root(root: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
     Raises
     ------
     MeshError
-        If there is no such vertex, the root is neither a vertex nor a point, or its point lies outside the sphere
-        around the mesh's centroid that contains all vertices.
+        If there is no such vertex, it belongs to no face, the root is neither a vertex nor a point, or its point lies
+        outside the sphere around the mesh's centroid that contains all vertices.
     """
     vertex, point = resolve_anchor(root, mesh, "root")
     if np.ndim(root) and _is_outside_bounding_sphere(point, mesh):

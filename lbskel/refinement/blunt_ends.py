@@ -5,9 +5,9 @@ corner which reaches farther than is pruned, since the inscribed radius is small
 steps. Such a branch is wider than long, as no limb is: from the junction to the center of its last inscribed ball it is
 shorter than the mean distance of its surface from it.
 
-A short branch is kept to an end that the surface alone tells (:mod:`lbskel.refinement.extrema`), and to a cut. The end
-of the body itself may be short, too, such as a wrist from which a thumb leaves. It is kept where the other branches of
-its junction all leave at acute angles to each other: without it, one would turn back into another.
+A short branch is kept if it leads to an end that :func:`lbskel.refinement.extrema.find_extrema` finds, or to a cut. The
+end of the body itself may be short, too, such as a wrist from which a thumb leaves. It is kept where the other branches
+of its junction all leave at acute angles to each other: without it, one would turn back into another.
 """
 
 from __future__ import annotations
@@ -45,7 +45,8 @@ def prune_blunt_ends(
     surface : Surface
         Of the mesh that ``node_of_vertex`` belongs to.
     min_branch_ratio : float
-        As for :func:`lbskel.skeletonize`. Below its default, as much shorter branches are kept.
+        As for :func:`lbskel.skeletonize`. Below its default, the length from which a branch is kept shrinks in
+        proportion.
     open_ends : (e, 4) array of float
         Center (3) and radius (1) of each cut. The branch with the nearest tip is kept: its limb goes on to the cut.
     """

@@ -47,9 +47,7 @@ class SectionCenters:
     positions: NDArray[np.float64]
 
 
-def find_section_centers(
-    skeleton: Skeleton, surface: Surface, nodes: NDArray[np.int64] | None = None
-) -> SectionCenters:
+def find_section_centers(skeleton: Skeleton, surface: Surface) -> SectionCenters:
     """Cut the surface across the branches and keep the sections that belong to one branch only.
 
     Parameters
@@ -57,14 +55,10 @@ def find_section_centers(
     skeleton : Skeleton
         With evenly spaced branches. A section whose centroid is farther from its node than its radius is rejected.
     surface : Surface
-    nodes : array of int, optional
-        The nodes at which to cut; all by default.
     """
     branch_of = skeleton.branch_of_node
     tangents = _tangents(skeleton)
     at = np.flatnonzero((branch_of >= 0) & (np.linalg.norm(tangents, axis=1) > 0) & (skeleton.degrees == 2))
-    if nodes is not None:
-        at = np.intersect1d(at, nodes)
     face_labels = branch_of[skeleton.node_of_vertex][surface.mesh.faces[:, 0]]
     sections = cross_sections(
         surface.mesh,

@@ -13,8 +13,8 @@ maximum too, but no end.
 A limb encloses a part of the solid; what encloses a part of the outside, as a hole drilled into a side does, is a pit
 and has no end.
 
-Distances are measured between cells of the surface (:mod:`lbskel.refinement.surface_cells`), so that the result depends
-neither on noise nor on the triangulation.
+Distances are measured between cells of the surface (:mod:`lbskel.refinement.surface_cells`), so that noise and the
+triangulation hardly change which ends are found. Lengths vary a little with the order of the vertices, as the cells do.
 """
 
 from __future__ import annotations
@@ -164,7 +164,6 @@ def _grow_limbs(cells: SurfaceCells, height: NDArray[np.float64]) -> list[_Limb]
                 limbs.extend(found.values())
             elif found:  # a limb absorbs smaller groups that are no limbs
                 into = largest
-                is_body[into] = False
             for other in adjacent:
                 if other != into:
                     for member in members[other]:

@@ -67,8 +67,8 @@ def make_mirror_symmetric(skeleton: Skeleton, surface: Surface) -> Skeleton:
     Returns
     -------
     Skeleton
-        The same if the surface has no plane of symmetry, or if either half and its image have another number of
-        components or cycles, or leave more of the surface uncovered.
+        The same if the surface has no plane of symmetry, or if neither half and its image have as many components and
+        cycles, and cover as much of the surface.
     """
     for plane in [symmetry.plane for symmetry in find_symmetries(skeleton, surface)]:
         surface.deadline.check()

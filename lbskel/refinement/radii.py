@@ -76,7 +76,7 @@ def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
 def mean_axis_distances(skeleton: Skeleton, points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Compute the mean distance of the points mapped to each node from the axis of its branch there.
 
-    On a round tube that is its radius, whatever the spacing of the nodes, and noise hardly changes it: it makes
+    On a round tube that is its radius, whatever the spacing of the nodes, and noise hardly changes it: noise makes
     inscribed balls smaller, and cross-sections neither smaller nor larger. The axis is the line along the chord between
     the neighbors of the node; it ends at a tip, and is the node alone at a junction. A node without points takes the
     mean of its neighbors along the skeleton.

@@ -15,7 +15,8 @@ radius r, which ends in a hemisphere, 1 + l / r, and the corner of a plate 1/2. 
 
 Patches grow as the level descends. Of the patches around one end, the limb is the last, and the first is the limb's
 cap, whose rim tells the limb's radius; a patch around two limbs is their body. Across a gap, a thin branch may be
-nearer than the own, thick one: d / R is the smaller one of that at the nearest point and that at the vertex's own node.
+nearer than the thick branch that the vertex belongs to: d / R is the smaller one of that at the nearest point and that
+at the vertex's own node.
 
 Limbs whose end has no tip near it (:mod:`lbskel.refinement.extrema`) come first, and are not found twice.
 """

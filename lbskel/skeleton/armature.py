@@ -9,10 +9,10 @@ from __future__ import annotations
 
 __all__ = ["Rig"]
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from lbskel.errors import MeshError
 from lbskel.geometry.arrays import read_only
@@ -38,8 +38,8 @@ class Rig:
     Raises
     ------
     MeshError
-        If there is no bone, the numbers of bones or vertices do not agree, names are not distinct, or a parent does not
-        come before its child.
+        If there is no bone, the numbers of bones or vertices do not agree, names are not distinct, a parent does not
+        come before its child, a number is not finite, or a weight is negative.
 
     Examples
     --------
@@ -59,14 +59,16 @@ class Rig:
     weights: NDArray[np.float64]
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "names", tuple(self.names))
         b, n = len(self.names), len(self.mesh.vertices)
-        shapes = {"heads": (b, 3), "tails": (b, 3), "parents": (b,), "weights": (n, b)}
-        for field in fields(self)[2:]:
-            dtype = np.int64 if field.name == "parents" else np.float64
-            values = np.array(getattr(self, field.name), dtype=dtype)
-            if values.shape != shapes[field.name]:
-                raise MeshError(f"{field.name} of a rig must have shape {shapes[field.name]}, not {values.shape}")
-            object.__setattr__(self, field.name, read_only(values))
+        for name, shape in {"heads": (b, 3), "tails": (b, 3), "parents": (b,), "weights": (n, b)}.items():
+            numbers = _finite(getattr(self, name), f"{name} of a rig", shape)
+            object.__setattr__(self, name, read_only(numbers))
+        if (self.parents != np.trunc(self.parents)).any():
+            raise MeshError("parents of a rig must be whole numbers")
+        object.__setattr__(self, "parents", read_only(self.parents.astype(np.int64)))
+        if (self.weights < 0).any():
+            raise MeshError("weights of a rig must not be negative")
         if not b or len(set(self.names)) < b:
             raise MeshError("a rig needs bones, and all names must be different")
         if not ((self.parents >= -1) & (self.parents < np.arange(b))).all():
@@ -86,16 +88,30 @@ class Rig:
         Raises
         ------
         MeshError
-            If the rig has no bone of that name.
+            If the rig has no bone of that name, or a rotation is not a finite (3, 3) matrix.
         """
         if unknown := set(rotations) - set(self.names):
             raise MeshError(f"the rig has no bone {', '.join(sorted(unknown))}; it has {', '.join(self.names)}")
+        given = {name: _finite(turn, f"the rotation of {name}", (3, 3)) for name, turn in rotations.items()}
         turns, shifts = np.empty((len(self.names), 3, 3)), np.empty((len(self.names), 3))
         for bone, (name, head, parent) in enumerate(zip(self.names, self.heads, self.parents.tolist(), strict=True)):
-            turn = np.asarray(rotations.get(name, np.eye(3)), dtype=np.float64)
+            turn = given.get(name, np.eye(3))
             shift = head - turn @ head
             if parent >= 0:
                 turn, shift = turns[parent] @ turn, turns[parent] @ shift + shifts[parent]
             turns[bone], shifts[bone] = turn, shift
         moved = np.einsum("nb,bxy,ny->nx", self.weights, turns, self.mesh.vertices, optimize=True)
         return self.mesh.with_vertices(moved + self.weights @ shifts)
+
+
+def _finite(values: ArrayLike, what: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Copy finite numbers of a given shape; a MeshError names what is not so."""
+    try:
+        numbers = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise MeshError(f"{what} must be an array of numbers: {error}") from None
+    if numbers.shape != shape:
+        raise MeshError(f"{what} must have shape {shape}, not {numbers.shape}")
+    if not np.isfinite(numbers).all():
+        raise MeshError(f"{what} must be finite")
+    return numbers

@@ -13,7 +13,7 @@ __all__ = ["JOIN_ANGLE", "JOIN_REACH", "join_components"]
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial import Delaunay, cKDTree
 
@@ -26,7 +26,9 @@ from lbskel.skeleton.skeleton import Skeleton
 JOIN_REACH, JOIN_ANGLE = 10.0, 60.0
 N_NODES = 4  # nodes at the end of a branch that give its direction; a guess
 N_NEAREST = 16  # nodes of the largest component that each other node may be joined to; a guess
-MAX_NODES_ALL_PAIRS = 100  # number of nodes up to which all pairs are candidates; a guess, it affects speed only
+# Number of nodes up to which all pairs are candidates; a guess. Above, an edge past nodes that are nearer, but may not
+# be joined, is not found
+MAX_NODES_ALL_PAIRS = 100
 
 
 def join_components(
@@ -34,9 +36,13 @@ def join_components(
     *,
     reach: float | None = None,
     max_angle: float | None = None,
-    is_joinable: NDArray[np.bool_] | None = None,
+    is_joinable: ArrayLike | None = None,
 ) -> Skeleton:
     """Add edges between nodes of different components until the skeleton is connected; cycles are kept.
+
+    With a reach or an angle, components stay separate if the edge that is allowed between them is none of the shortest
+    ones: each node is tried with 16 nodes of the largest component, and with its neighbors in the Delaunay tetrahedra
+    of the others, or with all of these if they are at most 100.
 
     Parameters
     ----------
@@ -47,13 +53,13 @@ def join_components(
     max_angle : float, optional
         Upper bound, in degrees, on the angle between an added edge and the direction of the branch whose tip it leaves,
         at one of its ends at least. Edges between balls that touch may have any direction.
-    is_joinable : (c,) array of bool, optional
+    is_joinable : (c,) array_like of bool, optional
         Which components may be joined, in the order of ``component_of_node``; all by default.
 
     Raises
     ------
     UnknownChoice
-        If the reach or the angle is not positive.
+        If the reach or the angle is not positive, or ``is_joinable`` has another length.
 
     Examples
     --------
@@ -76,7 +82,10 @@ def join_components(
     lengths = np.linalg.norm(skeleton.nodes[i] - skeleton.nodes[j], axis=1)
     is_allowed = component[i] != component[j]
     if is_joinable is not None:
-        is_allowed &= is_joinable[component[i]] & is_joinable[component[j]]
+        may_join = np.asarray(is_joinable, dtype=bool)
+        if may_join.shape != (n,):
+            raise UnknownChoice(f"is_joinable needs a value for each of {n} components, not shape {may_join.shape}")
+        is_allowed &= may_join[component[i]] & may_join[component[j]]
     if reach is not None:
         is_allowed &= lengths <= reach * (skeleton.radii[i] + skeleton.radii[j])
     if max_angle is not None:

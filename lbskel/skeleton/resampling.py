@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.traversal import sums_along_paths
 from lbskel.errors import UnknownChoice
+from lbskel.geometry.sorting import group_medians
 from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -28,7 +29,9 @@ Mask: TypeAlias = NDArray[np.bool_]
 # Local radii per piece above which a resampling that removes every inner node is taken for one whose spacing was meant
 # as a length; a guess, with no effect from 7 to 14 in benchmarks/results/constants.md
 MAX_SPACING = 10.0
-MAX_REFINEMENT = 3  # upper bound on the new pieces per present edge, for flat parts whose radii are near zero; a guess
+# Upper bound on the new pieces per present edge in `space_evenly`, for flat parts whose radii are near zero; a guess
+MAX_REFINEMENT = 3
+MAX_NODES = 10_000_000  # above which a spacing is refused before it takes all memory; a guess
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,9 +77,10 @@ def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int |
     Raises
     ------
     UnknownChoice
-        If not exactly one of the two is given; if the spacing is not positive, or above 10 and so large that no inner
-        node of a branch would be left; if ``n_nodes`` is not a whole number, or so small that junctions, tips, anchors
-        and loops cannot be kept.
+        If not exactly one of the two is given; if the spacing is not positive, so small that there would be more than
+        ten million nodes, or above 10 and so large that no inner node of a branch would be left; if ``n_nodes`` is not
+        a whole number, so small that junctions, tips, anchors and loops cannot be kept, or another than that of a
+        skeleton without branches.
 
     Examples
     --------
@@ -91,7 +95,7 @@ def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int |
         raise UnknownChoice("give either spacing or n_nodes")
     paths = _paths(skeleton)
     if spacing is not None:
-        counts = _counts_for_spacing(skeleton, paths, spacing)
+        counts = _counts_for_spacing(skeleton, paths, spacing, shortest=0.0)
     else:
         counts = _counts_for_number(skeleton, paths, n_nodes)
     return _divided(skeleton, paths, counts)
@@ -99,6 +103,8 @@ def resample(skeleton: Skeleton, *, spacing: float | None = None, n_nodes: int |
 
 def space_evenly(skeleton: Skeleton, spacing: float, stays: Callable[[Polylines, Polylines], Mask]) -> Skeleton:
     """Resample branches; those that may not change only get nodes on their chords, where their own are far apart.
+
+    A branch gets at most three pieces per present edge, and so has as many where its radii are zero.
 
     Parameters
     ----------
@@ -110,7 +116,8 @@ def space_evenly(skeleton: Skeleton, spacing: float, stays: Callable[[Polylines,
         change.
     """
     paths = _paths(skeleton)
-    return _divided(skeleton, paths, _counts_for_spacing(skeleton, paths, spacing), stays)
+    shortest = paths.lengths / (MAX_REFINEMENT * (paths.sizes - 1))
+    return _divided(skeleton, paths, _counts_for_spacing(skeleton, paths, spacing, shortest), stays)
 
 
 def require_number_of_nodes(n_nodes: Any) -> int:
@@ -144,21 +151,24 @@ def _paths(skeleton: Skeleton) -> _Paths:
     return _Paths(nodes, begins, arc_lengths, arc_lengths[last], min_pieces)
 
 
-def _counts_for_spacing(skeleton: Skeleton, paths: _Paths, spacing: float) -> NDArray[np.int64]:
-    """(p,) number of pieces of each path for a spacing in median radii of the path."""
+def _counts_for_spacing(
+    skeleton: Skeleton, paths: _Paths, spacing: float, shortest: NDArray[np.float64] | float
+) -> NDArray[np.int64]:
+    """(p,) number of pieces of each path for a spacing in median radii of the path, none below a shortest length."""
     if not spacing > 0:
         raise UnknownChoice(f"spacing must be positive, in local radii, not {spacing}")
     if np.isnan(skeleton.radii[paths.nodes]).any():
         raise UnknownChoice("spacing is in local radii, which the skeleton does not have at all nodes; give n_nodes")
-    sizes, begin = paths.sizes, paths.begins[:-1]
-    ascending = skeleton.radii[paths.nodes]
-    ascending = ascending[np.lexsort((ascending, paths.path_of_node))]
-    radii = (ascending[begin + (sizes - 1) // 2] + ascending[begin + sizes // 2]) / 2  # the medians
-    pieces = np.maximum(spacing * radii, paths.lengths / (MAX_REFINEMENT * (sizes - 1)))
-    counts = np.rint(np.divide(paths.lengths, pieces, out=np.zeros(len(paths)), where=pieces > 0)).astype(np.int64)
-    counts = np.asarray(np.maximum(counts, paths.min_pieces))
+    pieces = np.maximum(spacing * group_medians(skeleton.radii[paths.nodes], paths.begins), shortest)
+    endless = np.where(paths.lengths > 0, np.inf, 0.0)  # of a path without thickness
+    numbers = np.rint(np.divide(paths.lengths, pieces, out=endless, where=pieces > 0))
+    if not numbers.sum() <= MAX_NODES:
+        raise UnknownChoice(
+            f"spacing is in local radii, and {spacing} of them give more than {MAX_NODES:,} nodes; give n_nodes"
+        )
+    counts = np.asarray(np.maximum(numbers.astype(np.int64), paths.min_pieces))
     removes_all = (counts == paths.min_pieces).all()
-    if spacing > MAX_SPACING and removes_all and (sizes - 1 > paths.min_pieces).any():
+    if spacing > MAX_SPACING and removes_all and (paths.sizes - 1 > paths.min_pieces).any():
         raise UnknownChoice(
             f"spacing is in local radii, and {spacing} of them are longer than every branch; for a distance d in the "
             f"skeleton's units give d / {float(np.median(skeleton.radii)):.3g}, which is its median radius"
@@ -176,9 +186,11 @@ def _counts_for_number(skeleton: Skeleton, paths: _Paths, n_nodes: Any) -> NDArr
             f"n_nodes must be at least {n_min} to keep every junction, tip, anchor and loop; "
             "a larger min_branch_ratio leaves fewer branches"
         )
+    if n_asked > n_min and not counts:
+        raise UnknownChoice(f"n_nodes must be {n_min} for a skeleton without branches, which has nothing to divide")
     queue = [(-length / count, index) for index, (length, count) in enumerate(zip(lengths, counts, strict=True))]
     heapq.heapify(queue)
-    for _ in range(n_asked - n_min if queue else 0):
+    for _ in range(n_asked - n_min):
         _, index = queue[0]
         counts[index] += 1
         heapq.heapreplace(queue, (-lengths[index] / counts[index], index))

@@ -26,12 +26,14 @@ MIN_SOMA_RATIO = 4.0
 def reroot_by_thickness(skeleton: Skeleton) -> Skeleton:
     """Reorder the nodes so that the soma comes first, or the thickest tip where there is no soma.
 
-    The first node stays where there is neither.
+    The first node stays where there is neither. An empty skeleton is returned as it is.
 
     Parameters
     ----------
     skeleton : Skeleton
     """
+    if len(skeleton.nodes) == 0:
+        return skeleton
     soma = find_soma(skeleton)
     if soma is None:
         roots = find_roots(skeleton)

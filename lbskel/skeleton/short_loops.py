@@ -24,7 +24,8 @@ MIN_RADIUS = 0.25  # lower bound on the radius that divides a length, in median 
 def open_short_loops(skeleton: Skeleton, min_loop: float) -> Skeleton:
     """Remove the thinnest branch of every loop shorter than ``min_loop`` local radii, the shortest loop first.
 
-    The vertices of a removed branch go to the nearer of its two ends. A branch with an anchor is not removed.
+    The thinnest branch is that with the smallest radius at a node between its ends, of the radii that are known. The
+    vertices of a removed branch go to the nearer of its two ends. A branch with an anchor is not removed.
 
     Parameters
     ----------
@@ -75,8 +76,14 @@ def _branches_to_remove(skeleton: Skeleton, min_loop: float) -> list[NDArray[np.
         free = [part for part in loop if not np.isin(branches[part][1:-1], skeleton.anchors).any()]
         if free and taken.isdisjoint(loop):
             taken.update(loop)
-            removed.append(branches[min(free, key=lambda part: float(skeleton.radii[branches[part]].min()))])
+            removed.append(branches[min(free, key=lambda part: _smallest_radius(skeleton.radii[branches[part]]))])
     return removed
+
+
+def _smallest_radius(radii: NDArray[np.float64]) -> float:
+    """Find the smallest known radius between the ends of a branch, or at the ends of an edge; infinite without any."""
+    between = radii[1:-1] if len(radii) > 2 else radii
+    return float(np.where(np.isnan(between), np.inf, between).min())
 
 
 def _lengths_in_radii(skeleton: Skeleton, branches: tuple[NDArray[np.int64], ...]) -> list[float]:

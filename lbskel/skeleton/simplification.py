@@ -1,9 +1,10 @@
 """Simplifying branches: each branch as the polyline with the fewest segments that stays within a tolerance.
 
 Among all polylines through some of a branch's nodes, whose segments pass every omitted node within ``tolerance`` times
-its radius, the one with the fewest segments is a shortest path over the allowed segments (Imai, Iri 1988, "Polygonal
-approximations of a curve", https://doi.org/10.1016/B978-0-444-70467-2.50011-4). Ties are broken by the sum of squared
-distances. Meshes are simplified by :func:`lbskel.preprocess.simplify`.
+its radius and stand for at most ``MAX_SPAN`` edges, the one with the fewest segments is a shortest path over the
+allowed segments (Imai, Iri 1988, "Polygonal approximations of a curve",
+https://doi.org/10.1016/B978-0-444-70467-2.50011-4). Ties are broken by the sum of squared distances. Meshes are
+simplified by :func:`lbskel.preprocess.simplify`.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from lbskel.errors import UnknownChoice
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
-MAX_SPAN = 128  # number of nodes that a segment may span, so that time is linear in the number of nodes; a guess
+MAX_SPAN = 128  # number of edges that a segment may stand for, so that time is linear in the number of nodes; a guess
 
 
 def simplify_branches(skeleton: Skeleton, *, tolerance: float = 0.5) -> Skeleton:
@@ -34,8 +35,8 @@ def simplify_branches(skeleton: Skeleton, *, tolerance: float = 0.5) -> Skeleton
     Returns
     -------
     Skeleton
-        Some of the nodes, none of them moved; a loop keeps at least three. The vertices of an omitted node go to the
-        nearest kept node along the branch.
+        Some of the nodes, none of them moved; a loop keeps at least three, and no segment stands for more than 128
+        edges. The vertices of an omitted node go to the nearest kept node along the branch.
 
     Raises
     ------
@@ -65,6 +66,7 @@ def simplify_branches(skeleton: Skeleton, *, tolerance: float = 0.5) -> Skeleton
         arc_length = np.append(0.0, np.cumsum(lengths))
         middles = (arc_length[kept[:-1]] + arc_length[kept[1:]]) / 2
         nearest = kept[np.searchsorted(middles, arc_length)]
+        nearest[kept] = kept  # also where two of them coincide
         target[branch[1:-1]] = branch[nearest[1:-1]]
     return contract_nodes(replace(skeleton, edges=np.concatenate(edges)), target)
 

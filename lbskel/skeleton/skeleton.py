@@ -8,7 +8,7 @@ from __future__ import annotations
 __all__ = ["Skeleton"]
 
 import itertools
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any
 
@@ -19,7 +19,7 @@ from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.traversal import walk_branches
 from lbskel.errors import MeshError
 from lbskel.geometry.arrays import read_only
-from lbskel.geometry.sorting import distinct, stable_order
+from lbskel.geometry.sorting import distinct, group_medians, stable_order
 from lbskel.skeleton.exchange import SkeletonExchange
 
 
@@ -137,6 +137,10 @@ class Skeleton(SkeletonExchange):
             f"{len(self.junctions)} junctions, {self.cycle_rank} cycles)"
         )
 
+    def __reduce__(self) -> tuple[type[Skeleton], tuple[Any, ...]]:
+        """Copy and pickle the fields alone, so that the arrays of a copy are constant too."""
+        return type(self), tuple(getattr(self, each.name) for each in fields(self))
+
     @cached_property
     def degrees(self) -> NDArray[np.int64]:
         """(k,) number of edges at each node."""
@@ -239,12 +243,8 @@ class Skeleton(SkeletonExchange):
             At the nodes.
         """
         nodes, begins = self.flat_branches
-        sizes, begin = np.diff(begins), begins[:-1]
-        ascending = values[nodes]
-        ascending = ascending[np.lexsort((ascending, np.repeat(np.arange(len(sizes)), sizes)))]
-        of_branch = (ascending[begin + (sizes - 1) // 2] + ascending[begin + sizes // 2]) / 2
         medians = np.zeros(len(self.nodes))
-        np.maximum.at(medians, nodes, np.repeat(of_branch, sizes))
+        np.maximum.at(medians, nodes, np.repeat(group_medians(values[nodes], begins), np.diff(begins)))
         return medians
 
     @property

@@ -104,6 +104,31 @@ def test_samples_lie_on_the_edges_no_further_apart_than_asked():
     assert len(sample_edges(alone, 0.1)[0]) == 1
 
 
+def test_a_skeleton_in_other_units_is_measured_with_a_bounded_number_of_samples():
+    distances = ground_truth_distances(line(0, 2e9), line(0, 2))
+    assert distances.length_error == pytest.approx(1e9)
+    assert distances.accuracy == pytest.approx(1e9 / 0.5)
+
+
+@pytest.mark.parametrize("radius", [0.0, np.nan, -1.0])
+def test_a_truth_without_radii_is_refused(radius):
+    with pytest.raises(MeshError, match="the true skeleton needs a positive radius at every node"):
+        ground_truth_distances(line(0, 1), Skeleton([[0, 0, 0], [0, 0, 1]], [[0, 1]], [1.0, radius]))
+
+
+@pytest.mark.parametrize("nodes", [np.empty((0, 3)), [[0, 0, np.inf]]])
+def test_a_skeleton_without_nodes_in_space_is_refused(nodes):
+    with pytest.raises(MeshError, match="the skeleton to measure needs nodes, with finite coordinates"):
+        ground_truth_distances(Skeleton(nodes, [], np.ones(len(nodes))), line(0, 1))
+
+
+def test_a_node_without_an_edge_counts_for_coverage_and_topology():
+    with_point = Skeleton([[0, 0, 0], [0, 0, 1], [0, 0, 2]], [[0, 1]], np.ones(3))
+    distances = ground_truth_distances(with_point, line(0, 2))
+    assert (distances.accuracy < 1e-12, distances.is_topology_right) == (True, False)
+    assert distances.coverage == pytest.approx(0.125 / 0.5, rel=0.01)  # half of the distance of a half to the point
+
+
 @pytest.mark.parametrize("edges", [[], [[0, 1]]])
 def test_a_truth_without_length_is_refused(edges):
     with pytest.raises(MeshError, match="the true skeleton has no length"):

@@ -44,6 +44,7 @@ def with_value(name, value):
         (0.2, "warn"),
         (0.25, "fail"),
         (-0.3, "fail"),
+        (np.nan, "fail"),
         (None, "not measured"),
     ],
 )

@@ -98,6 +98,16 @@ def test_an_indefinite_operator_is_detected():
     assert found.passed["semidefinite"] is False
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_an_indefinite_matrix_has_no_condition(seed):
+    """Random weights, one of them so negative that it decides; the constants are in the null space."""
+    rng = np.random.default_rng(seed)
+    W = np.triu(rng.uniform(size=(30, 30)) * (rng.random((30, 30)) < 0.2), 1)
+    W[0, 1] = -3
+    W += W.T
+    assert operator_health._condition_number(csc_array(np.diag(W.sum(axis=1)) - W)) is None
+
+
 def test_condition_is_that_of_the_dense_matrix():
     mesh = torus(1.0, 0.3, 20, 12)
     L = laplacian(mesh)

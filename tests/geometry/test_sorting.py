@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lbskel.geometry.sorting import distinct, is_among, stable_order, unique_inverse
+from lbskel.geometry.sorting import distinct, group_medians, is_among, stable_order, unique_inverse
 
 
 @pytest.mark.parametrize("largest", [0, 1, 9, 10**6, 2**62])
@@ -18,3 +18,10 @@ def test_orders_and_unique_numbers_are_those_of_numpy(n, largest):
     unique, which = np.unique(numbers, return_inverse=True)
     for ours, theirs in zip(unique_inverse(numbers), (unique, which), strict=True):
         assert np.array_equal(ours, theirs)
+
+
+def test_medians_of_groups_are_those_of_numpy():
+    values, begins = np.random.default_rng(0).normal(size=20), np.array([0, 1, 3, 6, 20])
+    medians = [np.median(group) for group in np.split(values, begins[1:-1])]
+    assert np.array_equal(group_medians(values, begins), medians)
+    assert group_medians(values[:0], begins[:1]).shape == (0,)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from helpers import is_whole, joined, moved
 
-from lbskel import Skeleton, collapse, contract, prepare, refine, resample, skeletonize, to_skeleton
+from lbskel import MeshError, Skeleton, collapse, contract, prepare, refine, resample, skeletonize, to_skeleton
 from lbskel.contraction.cycle_classes import tunnels_missed
 from lbskel.geometry.deadline import Deadline, OutOfTime
 from lbskel.geometry.surface_queries import Surface
@@ -60,6 +60,15 @@ def test_without_time_for_what_is_needed_the_first_body_is_a_node(ring, monkeypa
     assert "no time was left for 1 component" in report["notes"]
     for stage in ("prepare bodies", "collapse", "score"):
         assert f"{stage} ({MISSING[stage]})" in report["notes"][-1]
+
+
+def test_a_skeleton_without_the_map_of_the_proxy_is_refused(ring):
+    [body] = prepare(ring).bodies
+    loose = Skeleton([[0, 0, 0], [1, 0, 0]], [[0, 1]], [1, 1])
+    with pytest.raises(
+        MeshError, match=r"the skeleton maps 0 vertices to its nodes, .* give the skeleton that to_skel"
+    ):
+        refine(loose, body)
 
 
 def test_a_pass_that_moves_a_cycle_off_its_tunnel_is_taken_back(ring, monkeypatch):

@@ -8,7 +8,7 @@ from lbskel import Mesh, MeshError, Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.anchors import attach_anchors, nearest_node, resolve_anchor
 from lbskel.refinement.radii import inscribed_radii
-from lbskel.shapes import capsule
+from lbskel.shapes import capsule, flat_grid
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,9 @@ def with_anchor(skeleton, mesh, point):
 
 def test_a_vertex_is_itself_and_a_point_has_the_nearest_vertex_in_use():
     loose = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.4, 0.4, 0]], [[0, 1, 2]])
-    assert resolve_anchor(3, loose)[0] == 3
+    assert resolve_anchor(1, loose)[0] == 1
+    with pytest.raises(MeshError, match="vertex 3, given as anchor, belongs to no face"):
+        resolve_anchor(3, loose)
     vertex, point = resolve_anchor([0.4, 0.7, 0], loose)
     assert (vertex, point.tolist()) == (2, [0.4, 0.7, 0])  # the last vertex is nearer, but in no face
 
@@ -81,6 +83,14 @@ def test_an_anchor_far_from_the_skeleton_gets_a_branch_from_the_node_of_its_vert
     assert (len(anchored.tips), anchored.cycle_rank, anchored.n_components) == (3, 0, 1)
     assert anchored.degrees[2] == 3
     assert Surface(mesh).contains(anchored.nodes).all()
+
+
+def test_an_anchor_on_a_sheet_adds_no_more_nodes_than_its_path_has_vertices():
+    sheet = flat_grid(20, 20)
+    sheet = sheet.with_vertices(sheet.vertices + 0.1 * np.sin(6 * sheet.vertices[:, :1]) * [0, 0, 1])
+    plain, anchored = skeletonize(sheet), skeletonize(sheet, anchors=[0])
+    assert np.allclose(anchored.nodes[anchored.anchors], sheet.vertices[:1])
+    assert len(anchored.nodes) - len(plain.nodes) <= 2 * 20
 
 
 def test_a_second_anchor_does_not_move_the_first(skeleton, mesh):

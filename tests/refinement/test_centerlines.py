@@ -55,8 +55,6 @@ def test_the_centers_of_a_rod_are_on_its_axis_and_ends_have_none():
     assert centers.is_known.tolist() == [False, *[True] * 7, False]
     assert np.abs(centers.positions[1:-1, :2]).max() < 0.01
     assert np.array_equal(centers.positions[[0, -1]], path.nodes[[0, -1]])
-    some = find_section_centers(path, Surface(mesh), np.array([2, 5]))
-    assert np.flatnonzero(some.is_known).tolist() == [2, 5]
 
 
 def test_a_section_whose_centroid_is_far_from_its_node_is_rejected():

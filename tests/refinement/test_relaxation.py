@@ -1,6 +1,7 @@
 """Relaxed paths: ends that stay, the middle of narrow parts, no fold, and each path as if it were alone."""
 
 import numpy as np
+import pytest
 
 from lbskel import Mesh
 from lbskel.geometry.surface_queries import Surface
@@ -71,9 +72,24 @@ def test_a_path_of_no_length_is_its_ends():
     assert np.array_equal(path, point)
 
 
-def test_a_path_on_the_surface_does_not_become_long():
-    """Along an edge of a tetrahedron, where no ball fits: without a bound the number of points would have none."""
-    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-    tetrahedron = Mesh(corners, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-    [path] = relax_inside([corners[:2]], Surface(tetrahedron))
-    assert len(path) <= MAX_PIECES + 1
+CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+TETRAHEDRON = Mesh(CORNERS, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+
+
+@pytest.mark.parametrize("n_points", [2, 3, 20])
+def test_a_path_on_the_surface_keeps_the_number_of_its_points(n_points):
+    """Along an edge of a tetrahedron, where no ball fits, up to rounding, and beside one inside."""
+    along = np.linspace(*CORNERS[:2], n_points) + 1e-7
+    inside = np.array([[0.1, 0.1, 0.1], [0.3, 0.2, 0.2]])
+    path, other = relax_inside([along, inside], Surface(TETRAHEDRON))
+    assert len(path) == n_points
+    assert np.allclose(path, along, atol=1e-6)
+    assert len(other) > 2
+
+
+def test_a_path_nearly_on_the_surface_does_not_become_long():
+    """Along an edge of a tetrahedron, but for a small ball: without a bound there would be ten thousand points."""
+    path = np.linspace(*CORNERS[:2], 5)
+    path[2] += 3e-4
+    [relaxed] = relax_inside([path], Surface(TETRAHEDRON))
+    assert len(relaxed) <= MAX_PIECES + 1

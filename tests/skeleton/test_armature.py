@@ -30,6 +30,10 @@ def test_a_bone_takes_its_children_along_and_shared_vertices_halfway():
         ({"heads": [[0, 0, 0]]}, r"heads of a rig must have shape \(2, 3\)"),
         ({"weights": np.ones((3, 2))}, r"weights of a rig must have shape \(4, 2\)"),
         ({"parents": [1, -1]}, "must come before it"),
+        ({"parents": [-1, -0.5]}, "parents of a rig must be whole numbers"),
+        ({"heads": [[0, 0, np.nan], [2, 0, 0]]}, "heads of a rig must be finite"),
+        ({"tails": "abc"}, "tails of a rig must be an array of numbers"),
+        ({"weights": -np.ones((4, 2))}, "weights of a rig must not be negative"),
     ],
 )
 def test_what_does_not_fit_is_an_error(changed, message):
@@ -37,6 +41,20 @@ def test_what_does_not_fit_is_an_error(changed, message):
 
     with pytest.raises(MeshError, match=message):
         replace(arm(), **changed)
+
+
+def test_fields_become_constant_arrays_and_a_tuple():
+    from dataclasses import replace
+
+    rig = replace(arm(), names=["a", "b"])
+    assert (rig.names, rig.parents.dtype) == (("a", "b"), np.int64)
+    assert not any(values.flags.writeable for values in (rig.heads, rig.tails, rig.parents, rig.weights))
+
+
+@pytest.mark.parametrize("turn", [[0, 0, 0.5], np.eye(4)])
+def test_a_rotation_must_be_a_matrix(turn):
+    with pytest.raises(MeshError, match=r"the rotation of lower must have shape \(3, 3\)"):
+        arm().posed({"lower": turn})
 
 
 def test_an_unknown_bone_is_named():

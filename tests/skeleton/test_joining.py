@@ -106,11 +106,13 @@ def test_balls_that_touch_are_joined_in_any_direction():
 def test_only_components_that_may_be_joined_are():
     given = both(*(line([3 * k, 0, 0], [3 * k + 2, 0, 0]) for k in range(4)))
     is_joinable = np.array([True, False, True, True])
-    some = join_components(given, is_joinable=is_joinable)
+    some = join_components(given, is_joinable=is_joinable.tolist())
     assert some.n_components == 2
     added = some.edges[len(given.edges) :]
     assert not (given.component_of_node[added] == 1).any()
     assert join_components(given, is_joinable=np.zeros(4, dtype=bool)).n_components == 4
+    with pytest.raises(UnknownChoice, match="is_joinable needs a value for each of 4 components"):
+        join_components(given, is_joinable=[True])
 
 
 def test_the_nearest_pair_of_nodes_may_be_one_that_is_not_allowed():

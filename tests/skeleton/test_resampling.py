@@ -145,10 +145,33 @@ def test_the_spacing_is_in_median_radii_of_the_branch(radius, n_edges):
     assert len(resample(line, spacing=0.5).edges) == n_edges
 
 
-def test_no_edge_is_divided_into_more_than_three_pieces():
+def test_refinement_divides_no_edge_into_more_than_three_pieces():
     """Where a flat part has a radius near zero."""
     line = Skeleton([[0, 0, 0], [4, 0, 0], [8, 0, 0]], [[0, 1], [1, 2]], np.full(3, 1e-9))
-    assert len(resample(line, spacing=0.5).edges) == 6
+    spaced = space_evenly(line, 0.5, lambda olds, news: np.zeros(len(olds), dtype=bool))
+    assert len(spaced.edges) == 6
+
+
+@pytest.mark.parametrize(("spacing", "n_edges"), [(0.5, 200), (5.0, 20), (20.0, 5)])
+def test_a_single_edge_is_divided_as_often_as_the_spacing_asks_for(spacing, n_edges):
+    line = Skeleton([[0, 0, 0], [100, 0, 0]], [[0, 1]], [1.0, 1.0])
+    once = resample(line, spacing=spacing)
+    assert len(once.edges) == n_edges
+    assert np.allclose(resample(once, spacing=spacing).nodes, once.nodes)
+
+
+@pytest.mark.parametrize("radius", [0.0, 1e-300])
+def test_a_spacing_that_would_make_too_many_nodes_is_refused(radius):
+    line = Skeleton([[0, 0, 0], [4, 0, 0], [8, 0, 0]], [[0, 1], [1, 2]], np.full(3, radius))
+    with pytest.raises(UnknownChoice, match="more than 10,000,000 nodes; give n_nodes"):
+        resample(line, spacing=0.5)
+
+
+def test_a_skeleton_without_branches_has_no_other_number_of_nodes():
+    points = Skeleton([[0, 0, 0], [1, 0, 0]], [], [1.0, 1.0])
+    assert len(resample(points, n_nodes=2).nodes) == 2
+    with pytest.raises(UnknownChoice, match="n_nodes must be 2 for a skeleton without branches"):
+        resample(points, n_nodes=5)
 
 
 def test_a_path_that_must_stay_gets_nodes_on_its_chords_alone():
@@ -169,9 +192,9 @@ def test_a_path_that_must_stay_gets_nodes_on_its_chords_alone():
 
 
 def test_paths_that_may_change_are_spaced_as_by_resampling():
-    star = theta_skeleton((1, 2, 3))
-    spaced = space_evenly(star, 0.5, lambda olds, news: np.zeros(len(olds), dtype=bool))
-    assert np.array_equal(spaced.nodes, resample(star, spacing=0.5).nodes)
+    star = theta_skeleton()
+    spaced = space_evenly(star, 5.0, lambda olds, news: np.zeros(len(olds), dtype=bool))
+    assert np.array_equal(spaced.nodes, resample(star, spacing=5.0).nodes)
 
 
 def test_a_spacing_in_unknown_radii_is_refused():

@@ -58,6 +58,11 @@ def test_without_radii_there_is_no_soma_and_the_first_node_stays(radii):
     assert reroot_by_thickness(pair).nodes.tolist() == pair.nodes.tolist()
 
 
+def test_an_empty_skeleton_stays_empty():
+    empty = Skeleton([], [], [])
+    assert reroot_by_thickness(empty) is empty
+
+
 def test_the_thickest_tip_of_each_component():
     nodes = np.random.default_rng(0).normal(size=(9, 3))
     edges = [[0, 1], [1, 2], [3, 4], [4, 5], [3, 5], [6, 7]]

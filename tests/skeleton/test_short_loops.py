@@ -25,6 +25,20 @@ def test_the_thinnest_branch_is_removed_and_its_vertices_go_to_its_ends():
     assert kept[3].tolist() in (NODES[1], NODES[4])
 
 
+@pytest.mark.parametrize("first", [1.0, np.nan])
+def test_neither_thin_junctions_nor_unknown_radii_decide_which_branch_is_removed(first):
+    for sides, thin in (((first, 0.5), 3), ((0.5, first), 2)):
+        opened = open_short_loops(eye((1, 0.4, *sides, 0.4, 1)), 50)
+        assert opened.nodes.tolist() == [NODES[k] for k in range(6) if k != thin]
+
+
+def test_a_single_edge_is_as_thin_as_its_ends():
+    """The side of one edge is thicker than the other side, of a radius of 0.5 at its middle."""
+    chord = Skeleton(NODES, [*EDGES[:2], EDGES[3], [1, 4], EDGES[5], [0, 3]], [1, 1, 0.5, 1, 1, 1])
+    opened = open_short_loops(chord, 10)
+    assert (opened.cycle_rank, NODES[2] in opened.nodes.tolist()) == (0, False)
+
+
 def test_the_length_is_that_in_local_radii():
     """The thick side is 2 sqrt(2) radii long; that with a radius of 0.5 at its middle, 4 / 3 of it."""
     length = 2 * np.sqrt(2) * (1 + 4 / 3)

@@ -76,6 +76,16 @@ def test_a_loop_keeps_three_nodes_whatever_the_tolerance():
         assert (len(simplified.nodes), simplified.cycle_rank) == (3, 1)
 
 
+def test_nodes_at_one_place_stay_where_each_is_kept():
+    """A triangle with two nodes at one place, and an anchor at the place of a tip."""
+    triangle = Skeleton([[0, 0, 0], [0, 0, 0], [1, 0, 0]], [[0, 1], [1, 2], [0, 2]], [1, 1, 1], [0, 1, 2])
+    simplified = simplify_branches(triangle)
+    assert (simplified.cycle_rank, simplified.node_of_vertex.tolist()) == (1, [0, 1, 2])
+    line = Skeleton([[0, 0, 0], [0, 0, 0], [3, 0, 0]], [[0, 1], [1, 2]], [1, 1, 1], anchors=[1])
+    simplified = simplify_branches(line)
+    assert (len(simplified.nodes), simplified.n_components, simplified.anchors.tolist()) == (3, 1, [1])
+
+
 def test_loops_at_a_junction_and_parallel_paths_are_kept():
     # a ring of eight with a stalk at 0, and two paths from 10 to 12 besides the direct one
     loop = ring(8)

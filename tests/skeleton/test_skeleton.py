@@ -1,5 +1,8 @@
 """Skeletons as graphs: degrees, branches, cycles, and invalid input."""
 
+import copy
+import pickle
+from dataclasses import fields
 from itertools import pairwise
 
 import networkx
@@ -167,3 +170,15 @@ def test_arrays_are_read_only_copies_of_the_documented_types():
         assert not array.flags.writeable
     with pytest.raises(AttributeError):
         skeleton.nodes = nodes
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda skeleton: pickle.loads(pickle.dumps(skeleton))])
+def test_copies_are_constant_and_measure_anew(copied):
+    whole = Skeleton([[0, 0, 0], [1, 0, 0]], [[0, 1]], [1, 2], [0, 1, 1], "mean", [3, 4], [1], {"verdict": "pass"})
+    assert whole.length == 1  # computed once
+    again = copied(whole)
+    for each in fields(Skeleton):
+        before, after = getattr(whole, each.name), getattr(again, each.name)
+        assert np.array_equal(before, after) if isinstance(before, np.ndarray) else before == after
+        assert not isinstance(after, np.ndarray) or not after.flags.writeable
+    assert "edge_lengths" not in vars(again)
