@@ -226,7 +226,7 @@ def prepare(
     if faults:
         notes.append(f"no skeleton could be made of {first_few(faults, 2)}")
     if is_crumb.any():
-        notes.append(f"too small for a skeleton of its own: {counted(is_crumb.sum(), 'component')}")
+        notes.append(f"too small for a skeleton: {counted(is_crumb.sum(), 'component')}")
     if n_left_out:
         notes.append(f"no time was left for {counted(n_left_out, 'component')}")
     vertex_map, report = preprocessed.vertex_map, preprocessed.report

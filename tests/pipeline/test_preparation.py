@@ -28,7 +28,7 @@ def test_each_part_with_an_inside_is_a_body(rod, ring):
     crumb = lbskel.Mesh(np.eye(3) + 9, [[0, 1, 2]])
     prepared = prepare(joined(rod, moved(ring, 4.0), crumb), preprocess=None)
     assert [len(body.mesh.faces) for body in prepared.bodies] == [300, 256]
-    assert prepared.notes == ("too small for a skeleton of its own: 1 component",)
+    assert prepared.notes == ("too small for a skeleton: 1 component",)
     for body in prepared.bodies:
         assert np.array_equal(body.mesh.vertices, prepared.mesh.vertices[body.vertices])
 
