@@ -28,8 +28,8 @@ SPACINGS = (0.9, 0.9, 0.9, 0.6)
 MIN_RATIO = 0.1  # of a ball to the largest of its path, below which the spacing no longer follows the ball; it bounds
 # the number of points of a path that touches the surface. Rows "smallest ball of" in the same table
 MAX_PIECES = 1000  # of a path, which bounds the time where nearly all of it lies on the surface; a guess
-# Upper bound on the radii between the ends of a path that lies on the surface, in lengths of the path. A guess: paths
-# below the surface are at least 1e-6 diameter bounds inside, and no ball of a limb is so small
+# Upper bound on the radii between the ends of a path that lies on the surface, in lengths of the path. A guess: above
+# the 1e-6 diameter bounds by which paths along the surface are moved inside, and below the radii of limbs
 ON_SURFACE = 1e-4
 # Exponent of the radius in the weight. Rows "power of" in the same table are alike; by hand, with 1 two more of CGAL's
 # meshes fail
@@ -57,12 +57,12 @@ def relax_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDA
     """
     sizes = [len(path) for path in paths]
     P, path_of = np.concatenate(paths), np.repeat(np.arange(len(paths)), sizes)
-    is_flat = np.array([_lies_on_surface(path, surface) for path in paths])
+    on_surface = np.array([_lies_on_surface(path, surface) for path in paths])
     n_steps = STEPS_BETWEEN * len(SPACINGS)
     for step in range(n_steps):
         spacing = SPACINGS[step // STEPS_BETWEEN]
         if step % STEPS_BETWEEN == 0:
-            P, path_of = _spaced(P, path_of, spacing, surface, is_flat)
+            P, path_of = _spaced(P, path_of, spacing, surface, on_surface)
             inner = np.flatnonzero((path_of[1:-1] == path_of[:-2]) & (path_of[1:-1] == path_of[2:])) + 1
             side = np.where(surface.contains(P[inner]), 1.0, -1.0)[:, None]
         before, after = P[inner - 1], P[inner + 1]
@@ -83,23 +83,23 @@ def _lies_on_surface(path: NDArray[np.float64], surface: Surface) -> bool:
 
 
 def _spaced(
-    P: NDArray[np.float64], path_of: NDArray[np.int64], spacing: float, surface: Surface, is_flat: NDArray[np.bool_]
+    P: NDArray[np.float64], path_of: NDArray[np.int64], spacing: float, surface: Surface, on_surface: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Points on the same polylines at distances of about ``spacing`` radii, and the number of the path of each.
 
-    Flat paths, which lie on the surface, get as many points as they have.
+    Paths on the surface get as many points as they have.
     """
     begins = np.flatnonzero(np.diff(path_of, prepend=-1))
     lasts = np.append(begins[1:], len(P)) - 1
     radii = surface.distance(P)
     largest = np.maximum.reduceat(radii, begins)[path_of]
     radii = np.maximum(radii, np.where(largest > 0, MIN_RATIO * largest, np.finfo(float).tiny))
-    radii[is_flat[path_of]] = 1.0
+    radii[on_surface[path_of]] = 1.0
     steps = np.linalg.norm(np.diff(P, axis=0, prepend=P[:1]), axis=1)
     steps[1:] /= (radii[1:] + radii[:-1]) / 2
     lengths = sums_along_paths(steps, np.append(begins, len(P)))
     totals = lengths[lasts]
-    counts = np.where(is_flat, lasts - begins, np.clip(np.rint(totals / spacing), 1, MAX_PIECES)).astype(np.int64)
+    counts = np.where(on_surface, lasts - begins, np.clip(np.rint(totals / spacing), 1, MAX_PIECES)).astype(np.int64)
     new_path_of = np.repeat(np.arange(len(begins)), counts + 1)
     number = np.arange(len(new_path_of)) - np.repeat(np.cumsum(counts + 1) - counts - 1, counts + 1)
     # the share of its path's length before each point, plus twice the number of the path
