@@ -61,11 +61,11 @@ def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.in
     has_map = len(skeleton.node_of_vertex) > 0
     tree = PointTree(skeleton.nodes)
     node = skeleton.node_of_vertex if has_map else tree.nearest(cloud.points)[1][:, 0]
+    some = cloud.points[spread(cloud.points, MAX_POINTS)]
     # copies of a point would be all of its nearest neighbors
-    distinct = cloud.points[np.sort(np.unique(cloud.points, axis=0, return_index=True)[1])]
-    some = spread(distinct, MAX_POINTS)
-    neighbors = neighbors if len(some) == len(cloud.points) else None
-    points, point_tree, graph, n_parts = _without_outliers(distinct[some], neighbors)
+    distinct = some[np.sort(np.unique(some, axis=0, return_index=True)[1])]
+    neighbors = neighbors if len(distinct) == len(cloud.points) else None
+    points, point_tree, graph, n_parts = _without_outliers(distinct, neighbors)
     skeleton = replace(skeleton, radii=point_tree.nearest(skeleton.nodes)[0][:, 0])
     is_among, errors = section_errors(skeleton, points, point_tree)
     inside = inside_fraction(skeleton, points, point_tree)
