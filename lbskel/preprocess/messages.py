@@ -69,8 +69,10 @@ def describe_findings(facts: Mapping[str, Any], notes: Iterable[str]) -> tuple[s
     for name, (one, many, action) in _DEFECTS.items():
         if count := facts[name]:
             found.append(f"{count:,} {one if count == 1 else many} {action}.")
-    if 0 < facts["self_intersection_sample"] < 1 and facts["self_intersecting_faces"]:
-        found.append(f"{facts['self_intersection_sample']:.0%} of the faces were tested for self-intersections.")
+    sample = facts["self_intersection_sample"]
+    if sample < 1 and facts["self_intersecting_faces"]:
+        share = f"{sample:.0%}" if sample >= 0.01 else "Less than 1%"
+        found.append(f"{share} of the faces were tested for self-intersections, so there may be more.")
     if facts["is_inside_out"]:
         found.append("The surface is inside out.")
     if facts["components"] > 1:
