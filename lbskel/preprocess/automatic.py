@@ -21,7 +21,7 @@ from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.roughness import ROUGHNESS_LIMIT, roughness
 from lbskel.geometry.shape_diameter import local_radii, set_local_radii
-from lbskel.preprocess.cleaning import clean, extract_faces, merge_close, remove_duplicates
+from lbskel.preprocess.cleaning import clean, extract_faces, merge_seams, remove_duplicates
 from lbskel.preprocess.degenerate_faces import remove_degenerate
 from lbskel.preprocess.holes import close_holes, find_open_ends
 from lbskel.preprocess.orientation import fix_orientation, split_nonmanifold
@@ -114,7 +114,7 @@ def _preprocess_as_needed(mesh: Mesh, deadline: Deadline) -> PreprocessResult:
     """
     result, open_ends = clean(mesh), np.empty((0, 4))
     if not result.mesh.is_closed_manifold:
-        result = result.compose(merge_close).compose(remove_duplicates).compose(_remove_fragments)
+        result = result.compose(merge_seams).compose(remove_duplicates).compose(_remove_fragments)
         result = result.compose(fix_orientation).compose(_remove_open_debris)
         open_ends = find_open_ends(result.mesh)
         result = result.compose(lambda given: close_holes(given, max_perimeter=MAX_HOLE_PERIMETER))
