@@ -164,7 +164,7 @@ def remove_duplicates(mesh: Mesh) -> PreprocessResult:
         notes.append(f"{were(len(removed), 'duplicate face')} removed: {first_few(removed)}")
     if len(mesh.used_vertices) < len(mesh.vertices):
         n_unused = len(mesh.vertices) - len(mesh.used_vertices)
-        notes.append(f"{were(n_unused, 'vertex')} in no face, and mapped to the nearest node")
+        notes.append(f"{were(n_unused, 'vertex')} removed for being in no face")
     if not notes or len(first) == 0:
         return identity_result(mesh)
     return extract_faces(mesh, F[first], *notes)
