@@ -15,9 +15,9 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import triangle_normals
 from lbskel.geometry.scaling import unit_scale
 
-# Upper bounds on the time of the test. Guesses; the seconds are of 5 million pairs on one core.
+# Upper bounds on the time of the test. Guesses; the seconds are of one core that other jobs share.
 MAX_TESTED_FACES = 10_000  # faces tested against all others; of larger meshes so many are picked evenly
-MAX_PAIRS = 5_000_000  # pairs of a face and another whose bounding boxes overlap: they take 1 to 6 s
+MAX_PAIRS = 5_000_000  # pairs of a face and another whose bounding boxes overlap: they take 1 to 15 s
 
 
 def self_intersecting_faces(mesh: Mesh) -> tuple[NDArray[np.int64], float]:
