@@ -10,6 +10,7 @@ from __future__ import annotations
 
 __all__ = ["AABBTree", "build_aabb_tree"]
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,9 @@ from lbskel.geometry.deadline import NEVER, Deadline, in_slices
 # Margin by which each box is enlarged, relative to the largest coordinate, so that rounding errors miss no face. A
 # guess, well above the rounding error of 1e-16.
 BOX_MARGIN = 1e-12
+
+LEAF_SIZE = 4  # faces in a leaf: LEAF of lbskel._kernels.bvh
+BLOCK_SIZE = 10_000  # pairs of a box and a node that are compared at a time, which takes about 10 MB; a guess
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +125,45 @@ class AABBTree:
             lambda *some: first_hits(self.corners, self.order, self.bounds, *some), *rays, deadline=deadline
         )
         return faces, distances
+
+    def overlapping_faces(
+        self, low: NDArray[np.float64], high: NDArray[np.float64]
+    ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+        """Generate pairs of a given box and a face whose bounding box overlaps it, in blocks of bounded size.
+
+        The boxes come in their order: those before the last of a block are complete. Boxes that touch overlap.
+
+        Parameters
+        ----------
+        low, high : (k, 3) array of float
+            Lowest and highest corner of each box.
+
+        Yields
+        ------
+        box, face : (j,) array of int
+        """
+        first_leaf = len(self.bounds) // 2
+        stack = [(np.arange(len(low)), np.ones(len(low), dtype=np.int64))]  # each entry is of one level of the tree
+        while stack:
+            box, node = stack.pop()
+            if len(box) > BLOCK_SIZE:
+                stack.append((box[BLOCK_SIZE:], node[BLOCK_SIZE:]))
+                box, node = box[:BLOCK_SIZE], node[:BLOCK_SIZE]
+            x, y, z = ((low[box] <= self.bounds[node, 3:]) & (self.bounds[node, :3] <= high[box])).T
+            is_met = x & y & z
+            box, node = box[is_met], node[is_met]
+            if not len(box):
+                continue
+            if node[0] < first_leaf:
+                stack.append((np.repeat(box, 2), np.repeat(2 * node, 2) + np.tile([0, 1], len(node))))
+                continue
+            row = ((node - first_leaf)[:, None] * LEAF_SIZE + np.arange(LEAF_SIZE)).ravel()
+            box, row = np.repeat(box, LEAF_SIZE)[row < len(self.order)], row[row < len(self.order)]
+            A, B, C = self.corners[row].reshape(-1, 3, 3).transpose(1, 0, 2)
+            lowest, highest = np.minimum(np.minimum(A, B), C), np.maximum(np.maximum(A, B), C)
+            x, y, z = ((low[box] <= highest) & (lowest <= high[box])).T
+            is_met = x & y & z
+            yield box[is_met], self.order[row[is_met]]
 
 
 def build_aabb_tree(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> AABBTree:

@@ -5,7 +5,14 @@ A closed manifold that is fine and smooth enough is returned unchanged.
 
 from __future__ import annotations
 
-__all__ = ["COARSE_EDGE", "MAX_COARSE_FRACTION", "PREPARATIONS", "preprocess_mesh"]
+__all__ = [
+    "COARSE_EDGE",
+    "MAX_COARSE_FRACTION",
+    "MAX_FRAGMENT_AREA",
+    "PREPARATIONS",
+    "preprocess_mesh",
+    "removed_fraction",
+]
 
 from dataclasses import replace
 from typing import Any
@@ -21,7 +28,7 @@ from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.roughness import ROUGHNESS_LIMIT, roughness
 from lbskel.geometry.shape_diameter import local_radii, set_local_radii
-from lbskel.preprocess.cleaning import clean, extract_faces, merge_close, remove_duplicates
+from lbskel.preprocess.cleaning import clean, extract_faces, merge_seams, remove_duplicates
 from lbskel.preprocess.degenerate_faces import remove_degenerate
 from lbskel.preprocess.holes import close_holes, find_open_ends
 from lbskel.preprocess.orientation import fix_orientation, split_nonmanifold
@@ -51,6 +58,10 @@ MAX_HOLE_PERIMETER = 1.0
 # Area below which an open component is removed as debris around a hole, as a fraction of the largest component's area.
 # A guess.
 MIN_OPEN_AREA = 0.01
+
+# Fraction of the area in components that are too small for a skeleton above which the mesh counts as a triangle soup. A
+# guess.
+MAX_FRAGMENT_AREA = 0.5
 
 # Corner angle, in degrees, up to which a face counts as collinear, as those that close T-junctions do. A guess.
 COLLINEAR_ANGLE = 0.01
@@ -114,7 +125,7 @@ def _preprocess_as_needed(mesh: Mesh, deadline: Deadline) -> PreprocessResult:
     """
     result, open_ends = clean(mesh), np.empty((0, 4))
     if not result.mesh.is_closed_manifold:
-        result = result.compose(merge_close).compose(remove_duplicates).compose(_remove_fragments)
+        result = result.compose(merge_seams).compose(remove_duplicates).compose(_remove_fragments)
         result = result.compose(fix_orientation).compose(_remove_open_debris)
         open_ends = find_open_ends(result.mesh)
         result = result.compose(lambda given: close_holes(given, max_perimeter=MAX_HOLE_PERIMETER))
@@ -135,6 +146,21 @@ def _preprocess_as_needed(mesh: Mesh, deadline: Deadline) -> PreprocessResult:
     steps = [step for step in result.report.get("steps", []) if step["notes"]]
     report = {**result.report, "pipeline": AUTOMATIC, "steps": steps, "open_ends": open_ends.tolist()}
     return replace(result, report=report)
+
+
+def removed_fraction(result: PreprocessResult) -> float:
+    """Compute the fraction of the area in the components that preprocessing has removed as too small or as debris.
+
+    Parameters
+    ----------
+    result : PreprocessResult
+        Of :func:`preprocess_mesh`.
+    """
+    kept = 1.0
+    for step in result.report.get("steps", []):
+        if step["step"] in _REMOVALS and step["before"]["area"] > 0:
+            kept *= step["after"]["area"] / step["before"]["area"]
+    return 1.0 - kept
 
 
 def _smooth_if_rough(mesh: Mesh) -> PreprocessResult:
@@ -215,8 +241,12 @@ def _without_crumbs(mesh: Mesh, is_crumb: NDArray[np.bool_]) -> PreprocessResult
     """Remove some of the components, unless they are all."""
     if not is_crumb.any() or is_crumb.all():
         return identity_result(mesh)
+    is_removed = is_crumb[mesh.component_of_vertex[mesh.faces[:, 0]]]
     note = f"{were(is_crumb.sum(), 'component')} removed as too small for a skeleton"
-    return extract_faces(mesh, mesh.faces[~is_crumb[mesh.component_of_vertex[mesh.faces[:, 0]]]], note)
+    if (area := mesh.face_areas[is_removed].sum()) > MAX_FRAGMENT_AREA * mesh.area:
+        share = f"with {area / mesh.area:.0%} of the area"
+        note += f", {share}: if the faces should be connected, raise the tolerance of merge_close"
+    return extract_faces(mesh, mesh.faces[~is_removed], note)
 
 
 @preprocess_step
@@ -233,3 +263,6 @@ def _remove_open_debris(mesh: Mesh) -> PreprocessResult:
         f"{were(is_debris.sum(), 'open component')} removed as smaller than {MIN_OPEN_AREA:g} of the largest one's area"
     )
     return extract_faces(mesh, mesh.faces[~is_debris[label]], note)
+
+
+_REMOVALS = {step.__name__ for step in (_remove_fragments, _remove_open_debris, _remove_crumbs)}

@@ -5,7 +5,15 @@ The vertices that remain do not move, so the vertex map is exact.
 
 from __future__ import annotations
 
-__all__ = ["clean", "extract_faces", "first_of_each", "keep_components", "merge_close", "remove_duplicates"]
+__all__ = [
+    "clean",
+    "extract_faces",
+    "first_of_each",
+    "keep_components",
+    "merge_close",
+    "merge_seams",
+    "remove_duplicates",
+]
 
 from typing import Any
 
@@ -24,9 +32,14 @@ from lbskel.preprocess.result import PreprocessResult, identity_result, preproce
 # Upper bound on the pairs within the tolerance, per position: with more, merging would destroy the mesh. A guess.
 MAX_PAIRS_PER_POSITION = 50
 
+# Upper bounds on the distance of vertices that are merged by default: the tolerance of merge_close, and a fraction of
+# the median edge length, which a stray face far away does not change. The second is a guess.
+TOLERANCE = 1e-6
+MAX_EDGE_FRACTION = 0.01
+
 
 @preprocess_step
-def merge_close(mesh: Mesh, *, tolerance: float = 1e-6) -> PreprocessResult:
+def merge_close(mesh: Mesh, *, tolerance: float = TOLERANCE) -> PreprocessResult:
     """Merge vertices that lie within a tolerance of each other, as in a triangle soup or along a seam.
 
     Of a closed manifold only components that are copies of another, at the same place, are merged with it, so that
@@ -53,6 +66,23 @@ def merge_close(mesh: Mesh, *, tolerance: float = 1e-6) -> PreprocessResult:
     if tolerance > 0 and mesh.diagonal > 0:
         group = _group_within(mesh.vertices[first], tolerance * mesh.diagonal)
     return _merge_groups(mesh, group[position])
+
+
+def merge_seams(mesh: Mesh) -> PreprocessResult:
+    """Merge vertices as :func:`merge_close` does by default, but none farther apart than 0.01 of the median edge.
+
+    A mesh is left unchanged, with a note, if most of it would be merged even so.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    """
+    start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
+    edge = float(np.median(np.linalg.norm(end - start, axis=1)))
+    try:
+        return merge_close(mesh, tolerance=min(TOLERANCE, MAX_EDGE_FRACTION * edge / (mesh.diameter_bound or 1.0)))
+    except UnknownChoice:
+        return identity_result(mesh, "vertices that are close were not merged, since that would merge most of the mesh")
 
 
 def _originals(mesh: Mesh) -> NDArray[np.int64]:
@@ -134,7 +164,7 @@ def remove_duplicates(mesh: Mesh) -> PreprocessResult:
         notes.append(f"{were(len(removed), 'duplicate face')} removed: {first_few(removed)}")
     if len(mesh.used_vertices) < len(mesh.vertices):
         n_unused = len(mesh.vertices) - len(mesh.used_vertices)
-        notes.append(f"{were(n_unused, 'vertex')} in no face, and mapped to the nearest node")
+        notes.append(f"{were(n_unused, 'vertex')} removed for being in no face")
     if not notes or len(first) == 0:
         return identity_result(mesh)
     return extract_faces(mesh, F[first], *notes)

@@ -54,6 +54,8 @@ def remove_degenerate(mesh: Mesh, *, angle: float = 0.5) -> PreprocessResult:
         if not sum([surface.remove(face) for face in bad.tolist()]):
             break
     if not (surface.n_collapsed + surface.n_flipped):
+        if not len(bad):  # none but faces that name a vertex twice
+            return identity_result(mesh)
         note = f"{were(len(bad), 'degenerate face')} kept, since a change there would alter the topology or the shape"
         return identity_result(mesh, note)
     kept = f"; {len(bad):,} kept" if len(bad) else ""

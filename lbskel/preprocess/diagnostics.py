@@ -216,6 +216,6 @@ def check(mesh: Any) -> MeshReport:
         area=mesh.area,
         volume=mesh.volume if mesh.is_closed_manifold else None,
     )
-    reasons = reasons_against_contraction(prepared.mesh)
+    reasons = reasons_against_contraction(prepared)
     findings = (*describe_findings(report.as_dict(), prepared.notes), *reasons)
     return replace(report, findings=findings, is_advised=not reasons)

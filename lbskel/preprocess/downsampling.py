@@ -33,7 +33,8 @@ def downsample(cloud: PointCloud, *, cell: float | None = None, n_points: int | 
     cell : float, optional
         Side of the cells, in the cloud's units.
     n_points : int, optional
-        Number of points, among them the first of the cloud. The time is proportional to it and to the cloud's points.
+        Number of points, among them the first of the cloud; all distinct points if there are no more. The time is
+        proportional to it and to the cloud's points.
 
     Returns
     -------
@@ -43,7 +44,8 @@ def downsample(cloud: PointCloud, *, cell: float | None = None, n_points: int | 
     Raises
     ------
     UnknownChoice
-        If not exactly one of the two is given, it is not positive, or cells are smaller than a millionth of the cloud.
+        If not exactly one of the two is given, it is not positive, the number of points is not whole, or cells are
+        smaller than a millionth of the cloud.
 
     Examples
     --------
@@ -64,7 +66,11 @@ def downsample(cloud: PointCloud, *, cell: float | None = None, n_points: int | 
         points, label = thinned(cloud.points, float(cell))
         how = f"the means of cells of side {cell:.4g}"
     else:
-        chosen = np.sort(_farthest(cloud.points, min(int(n_points), len(cloud.points))))
+        if not float(n_points).is_integer():
+            raise UnknownChoice(f"the number of points must be whole, not {n_points}")
+        chosen = np.sort(np.unique(cloud.points, axis=0, return_index=True)[1])
+        if n_points < len(chosen):
+            chosen = np.sort(chosen[_farthest(cloud.points[chosen], int(n_points))])
         points, label = cloud.points[chosen], cKDTree(cloud.points[chosen]).query(cloud.points)[1]
         how = "as far from each other as can be"
     note = f"the cloud was thinned from {len(cloud.points):,} to {counted(len(points), 'point')}, {how}"
@@ -92,8 +98,9 @@ def downsample_as(cloud: PointCloud, text: str) -> CleanedPoints:
         number = float(value)
     except ValueError:
         number = np.nan
-    if key != option or not 0 < number < np.inf:
-        raise UnknownChoice(f"{text!r}: write {name}:{option}=NUMBER, a finite number more than 0")
+    kind = "finite" if option == "cell" else "whole"
+    if key != option or not 0 < number < np.inf or (kind == "whole" and not number.is_integer()):
+        raise UnknownChoice(f"{text!r}: write {name}:{option}=NUMBER, a {kind} number more than 0")
     return downsample(cloud, cell=number) if option == "cell" else downsample(cloud, n_points=int(number))
 
 

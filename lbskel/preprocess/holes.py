@@ -60,6 +60,10 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.3) -> PreprocessResult:
         if len(loop) > 3 and perimeter > max_perimeter * mesh.diagonal:
             n_open += 1
             continue
+        vector_area = triangle_normals(boundary[0], boundary, np.roll(boundary, -1, axis=0)).sum(axis=0)
+        if np.linalg.norm(vector_area) > area_of[component]:  # any triangulation has at least as much
+            n_open += 1
+            continue
         points, double_area = boundary, np.inf
         if len(loop) <= MAX_POLYGON_EDGES:
             forbidden = _existing_chords(loop, edge_keys, len(V))

@@ -9,17 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from lbskel.errors import first_few
+from lbskel.errors import counted, first_few
 from lbskel.geometry.components import MIN_FACES, components
-from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.roughness import ROUGHNESS_LIMIT
-from lbskel.preprocess.automatic import COARSE_EDGE, MAX_COARSE_FRACTION
+from lbskel.preprocess.automatic import COARSE_EDGE, MAX_COARSE_FRACTION, MAX_FRAGMENT_AREA, removed_fraction
 from lbskel.preprocess.orientability import why_no_inside
 from lbskel.preprocess.orientation import MIN_SHEET_VECTOR_AREA, relative_vector_area
-
-# Fraction of the area in components of fewer than MIN_FACES faces above which the mesh counts as a triangle soup. A
-# guess.
-MAX_FRAGMENT_AREA = 0.5
+from lbskel.preprocess.result import PreprocessResult
 
 MAX_EDGE_RATIO = 1e4  # longest over shortest edge above which remeshing is suggested; a guess
 
@@ -69,8 +65,10 @@ def describe_findings(facts: Mapping[str, Any], notes: Iterable[str]) -> tuple[s
     for name, (one, many, action) in _DEFECTS.items():
         if count := facts[name]:
             found.append(f"{count:,} {one if count == 1 else many} {action}.")
-    if 0 < facts["self_intersection_sample"] < 1 and facts["self_intersecting_faces"]:
-        found.append(f"{facts['self_intersection_sample']:.0%} of the faces were tested for self-intersections.")
+    sample = facts["self_intersection_sample"]
+    if sample < 1 and facts["self_intersecting_faces"]:
+        share = f"{sample:.0%}" if sample >= 0.01 else "Less than 1%"
+        found.append(f"{share} of the faces were tested for self-intersections, so there may be more.")
     if facts["is_inside_out"]:
         found.append("The surface is inside out.")
     if facts["components"] > 1:
@@ -88,20 +86,23 @@ def describe_findings(facts: Mapping[str, Any], notes: Iterable[str]) -> tuple[s
     return (*found, *map(as_sentence, notes))
 
 
-def reasons_against_contraction(prepared: Mesh) -> tuple[str, ...]:
+def reasons_against_contraction(result: PreprocessResult) -> tuple[str, ...]:
     """Explain why no skeleton can be expected to represent a preprocessed mesh; empty if one can.
 
     Parameters
     ----------
-    prepared : Mesh
-        After :func:`~lbskel.preprocess.automatic.preprocess_mesh`.
+    result : PreprocessResult
+        Of :func:`~lbskel.preprocess.automatic.preprocess_mesh`.
     """
+    prepared = result.mesh
     label = prepared.component_of_vertex[prepared.faces[:, 0]]
     is_small = np.bincount(label) < MIN_FACES
     areas = np.bincount(label, prepared.face_areas)
     if not areas.sum() > 0:
         return ("Contraction is not advised: the faces have no area.",)
-    if areas[is_small].sum() > MAX_FRAGMENT_AREA * areas.sum():
+    if len(prepared.faces) < MIN_FACES:
+        return (f"Contraction is not advised: a surface of {counted(len(prepared.faces), 'face')} has no inside.",)
+    if max(areas[is_small].sum() / areas.sum(), removed_fraction(result)) > MAX_FRAGMENT_AREA:
         return ("Contraction is not advised: most faces are not connected; raise the tolerance of merge_close.",)
     bodies = [
         (number, part)

@@ -32,7 +32,8 @@ def fix_orientation(mesh: Mesh) -> PreprocessResult:
 
     Of two closed surfaces, one inside the other, the inner one is turned with the outer one, so that a hollow body that
     is inside out stays hollow. An inner surface of mixed orientation is taken for the wall of a cavity of the outer
-    one. A non-orientable surface, as a Moebius strip, keeps a seam of edges whose faces have opposite orientation.
+    one. A non-orientable surface, as a Moebius strip, keeps a seam of edges whose faces have opposite orientation; if
+    reorienting makes the seam no shorter, it keeps its orientation.
 
     Parameters
     ----------
@@ -43,6 +44,8 @@ def fix_orientation(mesh: Mesh) -> PreprocessResult:
     F, patch = igl.bfs_orient(mesh.faces)
     # the first face of a patch keeps its orientation; a patch that was consistent has no reversed faces
     is_reversed = (mesh.faces != F).any(axis=1)
+    is_kept = _seam_edges(mesh, patch, np.zeros_like(is_reversed)) <= _seam_edges(mesh, patch, is_reversed)
+    F, is_reversed = np.where(is_kept[patch, None], mesh.faces, F), is_reversed & ~is_kept[patch]
     A, B, C = mesh.vertices[F].transpose(1, 0, 2)
     normals = triangle_normals(A, B, C) / 2
     areas = np.linalg.norm(normals, axis=1)
@@ -66,6 +69,17 @@ def fix_orientation(mesh: Mesh) -> PreprocessResult:
         return identity_result(mesh)
     note = f"{were(n_reversed, 'face')} reversed"
     return PreprocessResult(Mesh(mesh.vertices, F, mesh.notes), VertexMap.identity(len(mesh.vertices)), (note,))
+
+
+def _seam_edges(mesh: Mesh, patch: NDArray[np.int64], is_reversed: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """(p,) edges of each patch whose two faces have opposite orientation after some of the faces are reversed."""
+    start, end = mesh.half_edges.T
+    direction = np.where((start < end) ^ np.tile(is_reversed, 3), 1, -1)
+    balance = np.bincount(mesh.edge_of_half_edge, direction)
+    of_edge = np.zeros(len(balance), dtype=np.int64)
+    of_edge[mesh.edge_of_half_edge] = np.tile(patch, 3)
+    is_seam = (mesh.faces_per_edge == 2) & (balance != 0)
+    return np.bincount(of_edge[is_seam], minlength=int(patch.max()) + 1)
 
 
 def _sides(

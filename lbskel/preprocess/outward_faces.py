@@ -8,14 +8,14 @@ from __future__ import annotations
 
 __all__ = ["oriented_surface"]
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
-from lbskel.preprocess.cleaning import first_of_each, merge_close
+from lbskel.preprocess.cleaning import first_of_each, merge_close, merge_seams
 from lbskel.preprocess.orientation import fix_orientation
-
-TOLERANCES = (0.0, 1e-6)  # of merging, in diagonals: those of lbskel.preprocess.automatic
 
 
 def oriented_surface(mesh: Mesh) -> tuple[Mesh, NDArray[np.int64]]:
@@ -34,10 +34,10 @@ def oriented_surface(mesh: Mesh) -> tuple[Mesh, NDArray[np.int64]]:
         The vertex of the surface in place of each vertex.
     """
     surface, representative = mesh, np.arange(len(mesh.vertices))
-    for tolerance in TOLERANCES:
+    for merge in (partial(merge_close, tolerance=0.0), merge_seams):  # as lbskel.preprocess.automatic does
         if surface.is_closed_manifold:
             break
-        place = merge_close(surface, tolerance=tolerance).vertex_map.indices
+        place = merge(surface).vertex_map.indices
         merged = np.unique(place, return_index=True)[1][place][representative]
         if not np.array_equal(merged, representative):
             representative = merged

@@ -146,7 +146,8 @@ def _candidates(mesh: Mesh, target: int) -> Iterator[PreprocessResult]:
             continue
         vertex_map = _vertex_map_of_collapses(collapses, mesh.faces, len(mesh.vertices))
         if vertex_map.max() == len(V) - 1:
-            is_lost = vertex_map < 0
+            is_lost = np.zeros(len(vertex_map), dtype=bool)
+            is_lost[mesh.used_vertices] = vertex_map[mesh.used_vertices] < 0
             if is_lost.any():
                 vertex_map[is_lost] = cKDTree(V).query(unit[is_lost])[1]
             yield PreprocessResult(in_caller_units(V, F), VertexMap(vertex_map))

@@ -6,6 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from lbskel import Mesh
+from lbskel.geometry import bvh
 from lbskel.shapes import make, sphere, torus
 
 
@@ -199,3 +200,23 @@ def test_winding_numbers_in_the_plane_of_a_vertical_face():
 
 def test_the_boxes_of_a_surface_overlap_little():
     assert 1 < sphere(3).aabb_tree.overlap < 10
+
+
+@pytest.mark.parametrize("n_faces", [1, 4, 5, 150])
+@pytest.mark.parametrize("block_size", [3, 10_000])
+def test_overlapping_faces_are_those_whose_boxes_overlap(n_faces, block_size, monkeypatch):
+    """Large and small triangles on a coarse grid, so that boxes touch; boxes come in their order, in small blocks."""
+    monkeypatch.setattr(bvh, "BLOCK_SIZE", block_size)
+    rng = np.random.default_rng(n_faces)
+    corners = rng.integers(0, 9, (n_faces, 1, 3)) + np.round(rng.normal(size=(n_faces, 3, 3)))
+    mesh = Mesh(corners.reshape(-1, 3), np.arange(3 * n_faces).reshape(-1, 3))
+    lowest, highest = corners.min(axis=1), corners.max(axis=1)
+    low = rng.integers(-1, 9, (40, 3)).astype(float)
+    high = low + rng.integers(0, 3, (40, 3))
+    blocks = list(mesh.aabb_tree.overlapping_faces(low, high))
+    box = np.concatenate([block[0] for block in blocks])
+    face = np.concatenate([block[1] for block in blocks])
+    assert (np.diff(box) >= 0).all()
+    assert max(len(block[0]) for block in blocks) <= 4 * block_size
+    expected = ((low[:, None] <= highest) & (lowest <= high[:, None])).all(axis=2)
+    assert sorted(map(list, zip(box.tolist(), face.tolist(), strict=True))) == np.argwhere(expected).tolist()

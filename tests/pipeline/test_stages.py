@@ -397,7 +397,7 @@ def test_unreferenced_vertices_belong_to_the_nearest_node(rod, skeleton_of):
     ends = skeleton.node_of_vertex[[0, -2, -1]]
     apart = np.linalg.norm(skeleton.nodes[None] - lone[:, None], axis=2)
     assert ends.tolist() == apart.argmin(axis=1).tolist()
-    assert skeleton.report["notes"] == ["3 vertices were in no face, and mapped to the nearest node"]
+    assert skeleton.report["notes"] == ["3 vertices were removed for being in no face"]
     inner = skeleton.node_of_vertex[1:-2]
     assert (skeleton.edges.tolist(), inner.tolist()) == graph(skeleton_of("rod"))
 

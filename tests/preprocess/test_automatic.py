@@ -79,6 +79,23 @@ def test_a_sheet_stays_open_and_open_debris_is_removed(rod):
     assert (result.vertex_map.indices[-3:] == -1).all()
 
 
+@pytest.mark.parametrize("distance", [1e5, 1e9, 1e70])
+def test_a_stray_face_is_removed_however_far_away_it_is(distance):
+    stray = Mesh([[distance, 0, 0], [distance, 0.1, 0], [distance, 0, 0.1]], [[0, 1, 2]])
+    result = preprocess_mesh(joined(TORUS, stray))
+    assert np.array_equal(result.mesh.vertices, TORUS.vertices)
+    assert np.array_equal(result.mesh.faces, TORUS.faces)
+
+
+def test_a_mesh_that_merging_would_destroy_is_not_merged():
+    """Long needles between two clusters, each far smaller than the tolerance."""
+    rng = np.random.default_rng(0)
+    ends = 1e-9 * rng.normal(size=(2, 400, 3)) + [[[0, 0, 0]], [[1, 0, 0]]]
+    k = np.arange(400)
+    result = preprocess_mesh(Mesh(ends.reshape(-1, 3), np.stack([k, 400 + k, 400 + (k + 1) % 400], axis=1)))
+    assert "vertices that are close were not merged, since that would merge most of the mesh" in result.notes
+
+
 def test_debris_around_a_hole_is_removed_also_if_it_has_many_faces_and_small_closed_bodies_are_kept():
     """A patch of 0.0025 of the area, below 0.01, in 242 faces, which are no crumb: they are more than 0.2 % of all."""
     given = without_faces(TORUS, range(7))

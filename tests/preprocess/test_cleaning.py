@@ -121,7 +121,7 @@ def test_unused_vertices_are_not_mapped(tetrahedron):
     result = clean(Mesh(V, tetrahedron.faces + 1))
     assert result.vertex_map.indices.tolist() == [-1, 0, 1, 2, 3, -1, -1]
     assert result.mesh.genus == 0
-    assert result.notes == ("3 vertices were in no face, and mapped to the nearest node",)
+    assert result.notes == ("3 vertices were removed for being in no face",)
 
 
 def test_zero_area_faces_that_close_a_surface_are_kept():

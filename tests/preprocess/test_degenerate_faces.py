@@ -91,6 +91,12 @@ def test_faces_that_name_a_vertex_twice_do_no_harm(seed):
     assert len(result.vertex_map.indices) == len(V)
 
 
+def test_of_faces_that_name_a_vertex_twice_none_is_told_to_be_kept(tetrahedron):
+    given = Mesh(tetrahedron.vertices, [*tetrahedron.faces, [0, 1, 1]])
+    assert remove_degenerate(given).mesh is given
+    assert remove_degenerate(given).notes == ()
+
+
 def test_a_needle_at_a_boundary_is_collapsed_to_its_boundary_vertex():
     grid = flat_grid(6, 6)
     is_boundary = np.isin(np.arange(len(grid.vertices)), grid.edges[grid.faces_per_edge == 1])

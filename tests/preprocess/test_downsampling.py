@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from lbskel import PointCloud, UnknownChoice
+from lbskel.preprocess import downsampling
 from lbskel.preprocess.downsampling import DOWNSAMPLINGS, downsample, downsample_as
 from lbskel.shapes import sphere
 
@@ -29,9 +30,37 @@ def test_farthest_points_are_points_of_the_cloud():
     assert cKDTree(UNEVEN.points).query(thin.points)[0].max() == 0
 
 
+def test_farthest_points_are_distinct():
+    cloud = PointCloud(np.concatenate([np.zeros((10, 3)), np.eye(3), np.eye(3)]))
+    assert downsample(cloud, n_points=3).points.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    thin = downsample(cloud, n_points=8)
+    assert thin.points.tolist() == [[0, 0, 0], *np.eye(3).tolist()]
+    assert thin.vertex_map.indices.tolist() == [0] * 10 + [1, 2, 3, 1, 2, 3]
+
+
+def test_all_points_are_returned_without_a_search(monkeypatch):
+    monkeypatch.delattr(downsampling, "_farthest")
+    points = sphere(4).vertices
+    assert np.array_equal(downsample(PointCloud(points), n_points=10**6).points, points)
+
+
+@pytest.mark.parametrize("n_points", [0.5, 2.5, np.inf])
+def test_a_number_of_points_is_whole(n_points):
+    with pytest.raises(UnknownChoice, match=f"whole, not {n_points}"):
+        downsample(UNEVEN, n_points=n_points)
+
+
 @pytest.mark.parametrize(
     "text",
-    ["voxel", "voxel:points=3", "farthest:points=-1", "farthest:points=x", "farthest:points=inf", "poisson:cell=1"],
+    [
+        "voxel",
+        "voxel:points=3",
+        "farthest:points=-1",
+        "farthest:points=x",
+        "farthest:points=inf",
+        "farthest:points=9.5",
+        "poisson:cell=1",
+    ],
 )
 def test_what_is_no_way_to_thin_is_refused(text):
     with pytest.raises(UnknownChoice, match="voxel" if "voxel" in text or "poisson" in text else "farthest"):

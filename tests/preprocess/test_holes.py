@@ -5,6 +5,7 @@ import pytest
 from helpers import with_reversed_faces, without_faces
 
 from lbskel import Mesh
+from lbskel.preprocess import holes
 from lbskel.preprocess.holes import boundary_loops, close_holes
 from lbskel.preprocess.result import hausdorff_distance
 from lbskel.shapes import cylinder, flat_grid, sphere
@@ -84,6 +85,13 @@ def test_the_boundary_of_a_sheet_is_not_a_hole():
     assert close_holes(grid, max_perimeter=9.0).mesh is grid
     hollow = without_faces(grid, [len(grid.faces) // 2])
     assert len(close_holes(hollow, max_perimeter=9.0).mesh.faces) == len(grid.faces)
+
+
+def test_a_boundary_that_spans_too_much_area_is_not_triangulated(monkeypatch):
+    """The two ends of a short, wide pipe are each larger than half of its wall."""
+    monkeypatch.delattr(holes, "min_area_triangulation")
+    pipe = cylinder(1.0, 0.2, 24, 4)
+    assert close_holes(pipe, max_perimeter=9.0).mesh is pipe
 
 
 def test_a_seam_of_opposite_orientation_is_not_a_hole(ring):

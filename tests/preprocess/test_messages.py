@@ -1,10 +1,11 @@
 """Findings as sentences, and reasons against contraction."""
 
 import numpy as np
-from helpers import joined, moved
+from helpers import joined, moved, triangle_soup
 
 from lbskel import Mesh, check
 from lbskel.preprocess.messages import describe_findings, reasons_against_contraction
+from lbskel.preprocess.result import identity_result
 from lbskel.shapes import flat_grid, torus
 
 
@@ -14,9 +15,28 @@ def test_contraction_of_unconnected_or_collinear_faces_is_not_advised():
     assert check(Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])).is_advised is False
 
 
+def test_a_soup_of_which_most_faces_stay_unconnected_is_not_advised():
+    """The corners are shaken by three times the tolerance, so that few of them merge."""
+    ring = torus(1.0, 0.3)
+    soup = triangle_soup(ring)
+    shaken = soup.vertices + 1e-5 * np.random.default_rng(0).uniform(-1, 1, soup.vertices.shape)
+    report = check(soup.with_vertices(shaken))
+    assert not report.is_advised
+    assert report.findings[-1].endswith("most faces are not connected; raise the tolerance of merge_close.")
+    [note] = [finding for finding in report.findings if "too small for a skeleton" in finding]
+    assert "% of the area: if the faces should be connected, raise the tolerance of merge_close" in note
+    assert check(soup.with_vertices(soup.vertices + 1e-3 * (shaken - soup.vertices))).is_advised
+
+
+def test_a_few_faces_are_not_told_to_be_connected(tetrahedron):
+    for n in (1, 3):
+        reason = check(Mesh(tetrahedron.vertices, tetrahedron.faces[:n])).findings[-1]
+        assert reason == f"Contraction is not advised: a surface of {n} face{'s' if n > 1 else ''} has no inside."
+
+
 def test_many_components_without_an_inside_are_named_in_one_line(ring):
     flat = ring.with_vertices(ring.vertices * [1, 1, 0])
-    [reason] = reasons_against_contraction(joined(*(moved(flat, 5 * k) for k in range(6))))
+    [reason] = reasons_against_contraction(identity_result(joined(*(moved(flat, 5 * k) for k in range(6)))))
     assert reason.startswith("Contraction is not advised: component 0, at ")
     assert "component 1, at" in reason
     assert "component 2" not in reason
@@ -53,7 +73,7 @@ def test_what_is_said_to_happen_is_what_preprocessing_does(ring):
 
 
 def test_a_valid_mesh_has_no_reasons_against_contraction(ring):
-    assert reasons_against_contraction(ring) == ()
-    assert reasons_against_contraction(flat_grid()) == (
+    assert reasons_against_contraction(identity_result(ring)) == ()
+    assert reasons_against_contraction(identity_result(flat_grid())) == (
         "Contraction is not advised: the surface is a sheet that encloses no volume.",
     )

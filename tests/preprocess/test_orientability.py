@@ -9,7 +9,7 @@ from benchmarks.damage import damaged
 from lbskel import Mesh, MeshError, Skeleton, check, score, skeletonize
 from lbskel.preprocess.orientability import no_inside
 from lbskel.refinement.radii import own_radii
-from lbskel.shapes import capsule, flat_grid, torus
+from lbskel.shapes import capsule, flat_grid, sphere, torus
 
 RING = torus(1.0, 0.3, 30, 16)
 BROKEN = damaged("Moebius strip", RING)
@@ -55,6 +55,19 @@ def test_a_vertex_of_the_orientation_seam_is_named():
 @pytest.mark.parametrize("mesh", [RING, flattened(1e-3), flat_grid(), Mesh(RING.vertices, RING.faces[9:])])
 def test_bodies_and_sheets_are_accepted(mesh):
     assert no_inside(mesh) is None
+
+
+def test_a_body_with_a_twisted_handle_is_contracted():
+    """A handle between two ends of a ball, glued the wrong way round: most of the surface separates an inside."""
+    ball = sphere(3)
+    height = ball.vertices[ball.faces].mean(axis=1)[:, 2]
+    ends = height.argmax(), height.argmin()
+    A, B = ball.faces[list(ends)]
+    handle = [q for i in range(3) for q in ([A[i], A[i - 2], B[i]], [A[i - 2], B[i - 2], B[i]])]
+    given = Mesh(ball.vertices, np.concatenate([np.delete(ball.faces, ends, axis=0), handle]))
+    assert no_inside(given) is None
+    assert check(given).is_advised
+    assert len(skeletonize(given).nodes) > 0
 
 
 def test_randomly_reversed_faces_are_accepted():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from helpers import joined, with_reversed_faces, without_faces
+from helpers import joined, moved, with_reversed_faces, without_faces
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -41,6 +41,37 @@ def test_the_wall_of_a_cavity_faces_inwards_and_a_separate_body_outwards():
     assert fix_orientation(hollow).mesh is hollow
     beside = joined(ball, Mesh(ball.vertices + [3, 0, 0], ball.faces[:, ::-1]))
     assert fix_orientation(beside).mesh.volume == pytest.approx(2 * ball.volume)
+
+
+def with_twisted_handle(mesh, one, other):
+    """The mesh with two of its faces joined by a handle that is glued the wrong way round."""
+    A, B = mesh.faces[one], mesh.faces[other]
+    handle = [q for i in range(3) for q in ([A[i], A[i - 2], B[i]], [A[i - 2], B[i - 2], B[i]])]
+    return Mesh(mesh.vertices, np.concatenate([np.delete(mesh.faces, [one, other], axis=0), handle]))
+
+
+@pytest.mark.parametrize("is_inward", [False, True])
+def test_a_body_with_a_small_part_that_cannot_be_oriented_is_not_turned_in_part(is_inward):
+    ball = sphere(3)
+    height = ball.vertices[ball.faces].mean(axis=1)[:, 2]
+    twisted = with_twisted_handle(ball, height.argmax(), height.argmin())
+    if is_inward:
+        twisted = with_reversed_faces(twisted, np.arange(len(twisted.faces)))
+    result = fix_orientation(joined(twisted, moved(ball, 5.0))).mesh
+    of_ball = np.arange(len(ball.faces) - 2)
+    assert (np.einsum("ij,ij->i", result.face_normals, result.vertices[result.faces[:, 0]])[of_ball] > 0).all()
+
+
+def test_faces_of_mixed_orientation_are_turned_where_that_makes_the_seam_shorter():
+    ball = sphere(3)
+    given = with_twisted_handle(ball, 0, 700)
+    mixed = with_reversed_faces(given, np.flatnonzero(np.random.default_rng(0).random(len(given.faces)) < 0.5))
+
+    def seam(mesh):
+        directed = mesh.half_edges @ [len(mesh.vertices), 1]
+        return len(directed) - len(np.unique(directed))
+
+    assert 0 < seam(fix_orientation(mixed).mesh) < seam(mixed) / 5
 
 
 def reversed_in(mesh, how):

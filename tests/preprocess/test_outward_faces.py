@@ -32,6 +32,12 @@ def test_a_soup_becomes_connected_and_outward_with_its_own_numbers(ring, hole, r
     assert surface.volume == pytest.approx(expected.volume, rel=1e-3)  # where it is open, of the origin too
 
 
+def test_a_stray_face_far_away_does_not_merge_the_rest(ring):
+    stray = Mesh([[1e6, 0, 0], [1e6, 1, 0], [1e6, 0, 1]], [[0, 1, 2]])
+    given = joined(ring, stray)
+    assert oriented_surface(given)[1].tolist() == list(range(len(given.vertices)))
+
+
 def test_faces_that_would_duplicate_another_or_name_a_vertex_twice_keep_their_vertices(tetrahedron):
     twice = joined(without_faces(tetrahedron, [0]), without_faces(tetrahedron, [0]))
     surface, representative = oriented_surface(twice)

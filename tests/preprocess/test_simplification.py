@@ -134,6 +134,17 @@ def test_unused_vertices_are_mapped_to_nodes():
     mesh = sphere(4)
     more = Mesh(np.concatenate([mesh.vertices, [[9.0, 9, 9]]]), mesh.faces)
     assert len(skeletonize(more).node_of_vertex) == len(more.vertices)
+    skeleton = skeletonize(more, preprocess="simplify:target_faces=1000")
+    assert skeleton.node_of_vertex[-1] == np.linalg.norm(skeleton.nodes - 9.0, axis=1).argmin()
+
+
+def test_unused_vertices_are_not_mapped_to_other_vertices():
+    mesh = sphere(4)
+    more = Mesh(np.concatenate([[[9.0, 9, 9]], mesh.vertices]), mesh.faces + 1)
+    simple = simplify(more, target_faces=1000)
+    assert len(simple.mesh.faces) <= 1100
+    assert simple.vertex_map.indices[0] == -1
+    assert (simple.vertex_map.indices[1:] >= 0).all()
 
 
 def test_a_vertex_without_remaining_faces_is_not_mapped():
