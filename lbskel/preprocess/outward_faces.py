@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
-from lbskel.preprocess.cleaning import first_of_each, merge_close
+from lbskel.geometry.sorting import first_of_each
+from lbskel.preprocess.cleaning import merge_close
 from lbskel.preprocess.orientation import fix_orientation
 
 TOLERANCES = (0.0, 1e-6)  # of merging, in diagonals: those of lbskel.preprocess.automatic

@@ -12,6 +12,7 @@ from operator_shapes import (
 )
 
 from lbskel import PointCloud
+from lbskel.applications.spectrum import eigenpairs
 from lbskel.operators import POINT_OPERATORS, laplacian
 from lbskel.operators.points import cloud_stars
 
@@ -49,12 +50,37 @@ def test_robust_keeps_the_area_of_dense_random_points():
 
 
 def test_robust_has_as_many_neighbors_as_it_is_asked_for():
-    """Six neighbors of a point in a triangular lattice are its star; with five, an edge is missing."""
-    mesh, _ = hexagons(9, edge=1.0)
-    middle = 40
-    cloud, robust = PointCloud(mesh.vertices), POINT_OPERATORS["robust"]
-    assert robust(cloud, n_neighbors=6).stiffness.toarray()[middle, middle] == pytest.approx(6 / np.sqrt(3), rel=1e-3)
-    assert robust(cloud, n_neighbors=5).stiffness.toarray()[middle, middle] < 3.4
+    """Two triangles far from each other: the star of each corner needs both of the others."""
+    P = np.concatenate([np.eye(3), np.eye(3) + 50])
+    robust = POINT_OPERATORS["robust"]
+    assert robust(PointCloud(P), n_neighbors=2).mass.sum() == pytest.approx(np.sqrt(3), rel=1e-4)
+    assert robust(PointCloud(P), n_neighbors=1).mass.sum() == 0
+
+
+@pytest.mark.parametrize(("n", "error"), [(500, 0.05), (2000, 0.01)])
+def test_robust_has_the_eigenvalues_of_the_surface(n, error):
+    """Copies of a triangle, glued to each other, made all eigenvalues 5 % too small."""
+    values = eigenpairs(laplacian(PointCloud(sphere_of_random_points(n)), operator="robust"), 4)[0]
+    assert abs(values[1:].mean() / 2 - 1) < 0.01
+    assert np.abs(values[1:] / 2 - 1).max() < error  # of random points: 0.044 and 0.004 were found
+
+
+def test_a_point_without_a_triangle_of_two_stars_keeps_its_own_star():
+    noise = np.random.default_rng(1).normal(size=(200, 1))
+    P = sphere_of_random_points(200) * (1 + 0.05 * noise)  # one point has none
+    L = laplacian(PointCloud(P), operator="robust")
+    assert L.mass.diagonal().min() > 1e-3
+    assert len(L.treated_vertices) == 0
+
+
+def test_robust_keeps_the_area_and_the_energy_of_a_grid():
+    """Four points on a circle: their stars must agree on a diagonal, or each triangle is in one star alone."""
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(20.0), np.arange(20.0), indexing="ij"))
+    for jitter in (0.0, 1e-10, 1e-7):
+        P = np.column_stack([x, y, np.zeros(400)]) + jitter * np.random.default_rng(0).normal(size=(400, 3)) * [1, 1, 0]
+        L = laplacian(PointCloud(P), operator="robust")
+        assert L.mass.sum() == pytest.approx(361, rel=2e-3)  # thin triangles at the jittered boundary
+        assert x @ (L.stiffness @ x) == pytest.approx(361, rel=2e-3)
 
 
 def test_stars_of_a_grid_have_its_four_neighbors_and_weights_one():
