@@ -34,7 +34,8 @@ class Laplacian(Displayed):
         M, the area of each vertex on the diagonal, in squared units of the coordinates. It is a length with weights of
         one over a length, the degree for ``random_walk``, and not diagonal for the mass ``full``.
     treated_vertices : (t,) array of int
-        Vertices whose row differs from the formula because a triangle there is degenerate, or a point has no triangle.
+        Vertices whose row differs from the formula because a triangle there is degenerate, or which are coupled with no
+        other, as a point without a triangle.
     n_clamped_angles : int
         Number of angles that were clamped.
 

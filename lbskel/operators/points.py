@@ -30,7 +30,7 @@ from lbskel.geometry.sorting import distinct, is_among, unique_rows
 from lbskel.operators.assembly import diagonal_matrix
 from lbskel.operators.base import Laplacian
 from lbskel.operators.corner_angles import corner_cotangents, zero_degenerate
-from lbskel.operators.heat_kernel import CUT_OFF, TIME, heat_kernel_stiffness
+from lbskel.operators.heat_kernel import CUT_OFF, TIME, heat_kernel_stiffness, median_length
 from lbskel.operators.local_delaunay import delaunay_stars
 from lbskel.operators.masses import voronoi_corner_areas
 from lbskel.operators.robust import MOLLIFY_FACTOR
@@ -169,20 +169,27 @@ def local_delaunay_of_stars(stars: Mesh) -> Laplacian:
 def heat_kernel(cloud: PointCloud, *, time: float = TIME, cut_off: float = CUT_OFF) -> Laplacian:
     """Build the heat kernel Laplacian with the Voronoi area of each point in its star as mass.
 
+    Points that are coupled with no other are listed as treated.
+
     Parameters
     ----------
     cloud : PointCloud
     time : float
-        t, in units of the squared mean length of the edges from the centers of the stars.
+        t, in units of the squared median length of the edges from the centers of the stars.
     cut_off : float
         Radius of the kernel, in sqrt(2t).
+
+    Raises
+    ------
+    MeshError
+        If the kernel would couple so many pairs of points that memory might run out.
     """
     stars = _stars(cloud.points)
     if len(stars) == 0:
         return _zero_laplacian(len(cloud.points))
-    P, k = unit_scale(cloud.points)
+    points, k = unit_scale(cloud.points)
     areas = _star_areas(cloud, stars)
-    mean_edge = np.linalg.norm(P[stars[:, 1]] - P[stars[:, 0]], axis=1).mean()
-    stiffness = heat_kernel_stiffness(P, np.ldexp(areas, -2 * k), time * mean_edge**2, cut_off)
-    treated = np.setdiff1d(np.arange(len(P)), stars[:, 0])
+    length = median_length(np.linalg.norm(points[stars[:, 1]] - points[stars[:, 0]], axis=1))
+    stiffness = heat_kernel_stiffness(points, np.ldexp(areas, -2 * k), time * length**2, cut_off)
+    treated = np.flatnonzero(stiffness.diagonal() == 0)
     return Laplacian(stiffness, diagonal_matrix(areas), treated_vertices=treated)
