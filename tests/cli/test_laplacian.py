@@ -42,8 +42,9 @@ def test_the_command_goes_on_where_an_operator_is_not_defined(tmp_path, capsys):
     write_mesh(path, Mesh(np.eye(5, 3) + 1, [[0, 1, 2], [0, 1, 3], [0, 1, 4]]))
     assert run_command(path, "--json") == 0
     document = json.loads(capsys.readouterr().out)
-    assert set(document["refused"]) == {"intrinsic_delaunay"}
-    assert set(document["operators"]) == set(OPERATORS) - {"intrinsic_delaunay"}
+    refused = {"intrinsic_delaunay", "anisotropic"}
+    assert set(document["refused"]) == refused
+    assert set(document["operators"]) == set(OPERATORS) - refused
     with pytest.raises(MeshError, match="use the operator 'robust'"):
         run_command(path, "--operator", "intrinsic_delaunay")
     assert run_command(path, "--operator", "graph") == 0
