@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from lbskel import FormatError, Mesh, MeshError, laplacian, laplacian_diagnostics
+from lbskel import FormatError, Mesh, MeshError, UnknownChoice, laplacian, laplacian_diagnostics
 from lbskel.cli import laplacian as command
 from lbskel.io import write_mesh
 from lbskel.operators import OPERATORS
@@ -35,6 +35,16 @@ def test_the_command_prints_every_operator_and_writes_what_is_asked_for(tmp_path
     assert (tmp_path / "curvature.png").read_bytes()[:4] == b"\x89PNG"
     with pytest.raises(FormatError, match="exists"):
         run_command(path, "-o", tmp_path / "health.json")
+
+
+def test_the_picture_leaves_out_what_has_no_curvature(tmp_path, capsys, monkeypatch):
+    path, drawn = tmp_path / "lantern.off", []
+    write_mesh(path, schwarz_lantern(6, 8))
+    monkeypatch.setattr("lbskel.visualization.render", lambda panels, *_, **__: drawn.extend(panels))
+    assert run_command(path, "--picture", tmp_path / "curvature.png") == 0
+    assert [panel.title for panel in drawn] == [name for name in OPERATORS if name != "random_walk"]
+    with pytest.raises(UnknownChoice, match="masses are degrees"):
+        run_command(path, "--operator", "random_walk", "--picture", tmp_path / "curvature.png")
 
 
 def test_the_command_goes_on_where_an_operator_is_not_defined(tmp_path, capsys):

@@ -251,6 +251,19 @@ def test_the_default_is_cotangent_and_for_points_robust(ring):
     assert abs(laplacian(cloud).stiffness - POINT_OPERATORS["robust"](cloud).stiffness).max() == 0
 
 
+@pytest.mark.parametrize("name", ["inverse_distance", "mean_value", "mean_value_symmetric"])
+def test_weights_of_one_over_a_length_take_no_area_as_mass(name, ring):
+    with pytest.raises(UnknownChoice, match=f"weights of the operator {name!r} are one over a length.*leave mass out"):
+        laplacian(ring, operator=name, mass="voronoi")
+
+
+@pytest.mark.parametrize("name", OPERATORS)
+def test_the_unit_of_the_mass_is_what_the_mass_does_when_the_mesh_is_scaled(name, rough):
+    own, doubled = (laplacian(rough.with_vertices(by * rough.vertices), operator=name) for by in (1, 2))
+    factor = {"area": 4, "length": 2, "number": 1}[own.mass_unit]
+    assert doubled.mass.sum() == pytest.approx(factor * own.mass.sum(), rel=1e-9)
+
+
 @pytest.mark.parametrize("mass", MASSES)
 def test_masses_sum_to_the_area_and_replace_the_operators_own(mass, rough):
     L = laplacian(rough, operator="random_walk", mass=mass)
