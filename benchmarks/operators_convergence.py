@@ -201,20 +201,20 @@ def sphere_harmonic(operator: Operator, level: int, scaled: bool) -> Errors:
 def sphere_curvature(operator: Operator, level: int, scaled: bool) -> Errors:
     mesh = uneven_sphere(level)
     L, V = operator(mesh), mesh.vertices
-    return _pointwise(edge_length(mesh), L.mean_curvature_normals(V), V, L.mass.diagonal(), scaled)
+    return _pointwise(edge_length(mesh), L.delta(V) / 2, V, L.mass.diagonal(), scaled)
 
 
 def torus_curvature(operator: Operator, level: int, scaled: bool) -> Errors:
     mesh, exact = uneven_torus(level)
     L = operator(mesh)
-    return _pointwise(edge_length(mesh), L.mean_curvature_normals(mesh.vertices), exact, L.mass.diagonal(), scaled)
+    return _pointwise(edge_length(mesh), L.delta(mesh.vertices) / 2, exact, L.mass.diagonal(), scaled)
 
 
 def cylinder_curvature(operator: Operator, level: int, scaled: bool) -> Errors:
     mesh, exact = uneven_cylinder(level)
     L = operator(mesh)
     inner = np.abs(mesh.vertices[:, 2]) < 0.5
-    found, areas = L.mean_curvature_normals(mesh.vertices)[inner], L.mass.diagonal()[inner]
+    found, areas = L.delta(mesh.vertices)[inner] / 2, L.mass.diagonal()[inner]
     return _pointwise(edge_length(mesh), found, exact[inner], areas, scaled)
 
 

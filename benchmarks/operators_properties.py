@@ -170,11 +170,12 @@ def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
         line = {"operator": operator}
         for key in PROPERTIES:
             failing = _kept(own, key)
-            line[key] = "kept" if not failing else f"lost on {len(failing)}"
+            is_measured = any("passed" in row and row["passed"][key] is not None for row in own)
+            line[key] = f"lost on {len(failing)}" if failing else "kept" if is_measured else "-"
             if failing and key in expected:
                 why = EXPLAINED.get((operator, key), "not explained")
                 deviations.append(f"- `{operator}` loses *{key}* on {', '.join(failing)}: {why}.")
-            if not failing and key not in expected:
+            if is_measured and not failing and key not in expected:
                 line[key] = "kept here"
         summary.append(line)
     text = markdown_table(summary)

@@ -40,7 +40,7 @@ def add_parser(subparsers: Any) -> None:
         help=f"all, or one of {', '.join(OPERATORS)} (%(default)s)",
     )
     parser.add_argument("-o", "--output", metavar="JSON", help="write the measures")
-    parser.add_argument("--picture", metavar="PNG", help="draw the mean curvature by each operator side by side")
+    parser.add_argument("--picture", metavar="PNG", help="draw the mean curvature by each operator that has one")
     add_force_option(parser)
     parser.set_defaults(run=run)
 
@@ -70,7 +70,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.picture:
         from lbskel.visualization import Panel, render
 
-        fields = {name: _mean_curvature(operator, mesh) for name, operator in operators.items()}
+        shown = operators if len(operators) == 1 else {k: L for k, L in operators.items() if L.mass_unit != "number"}
+        fields = {name: _mean_curvature(operator, mesh) for name, operator in shown.items()}
         panels = [
             Panel(mesh, title=name, field=field, field_name=f"mean curvature, {name}") for name, field in fields.items()
         ]

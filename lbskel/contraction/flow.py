@@ -78,7 +78,8 @@ def contract(
     MeshError
         If the input is no mesh or has no area, or the operator is not defined on it.
     UnknownChoice
-        If the operator is not symmetric and the energy needs it to be; without roll-back that is not checked.
+        If the operator is not symmetric, at the start or at a later step, and the energy needs it to be; without
+        roll-back that is not checked.
     OperatorError
         If a function given as the operator returns no Laplacian of the mesh, or one with the wrong sign.
 
@@ -166,7 +167,8 @@ def _run_steps(
             return result(Status.NOT_FINITE)
         weight = np.minimum(weights[now.kept] if isinstance(weights, np.ndarray) else weights, max_weight)
         system = _step_system(start, now, laplacian, weight, degenerate, settings)
-        if not steps and settings.rollback and settings.energy == "curvature_flow":
+        may_be_asymmetric = not steps or len(laplacian.treated_vertices)  # the operator may have replaced rows
+        if may_be_asymmetric and settings.rollback and settings.energy == "curvature_flow":
             _require_symmetric(system, settings)
         if deadline.seconds_left < 0:
             return result(Status.TIME_LIMIT)

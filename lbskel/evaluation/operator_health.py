@@ -68,8 +68,9 @@ def laplacian_diagnostics(laplacian: Laplacian, mesh: Any) -> LaplacianDiagnosti
     used = mesh.used_vertices
     n_negative, negative_fraction, most_negative = _negative_weights(S)
     smallest, n_zero = _definiteness(symmetric[used][:, used])
+    asymmetry = float(abs(S - S.T).max()) / largest
     return LaplacianDiagnostics(
-        asymmetry=float(abs(S - S.T).max()) / largest,
+        asymmetry=asymmetry,
         nonlocal_fraction=_nonlocal_fraction(S, mesh),
         row_sum_error=float(np.abs(S.sum(axis=1)).max()) / largest,
         linear_precision_error=_linear_precision_error(S, mesh),
@@ -77,7 +78,7 @@ def laplacian_diagnostics(laplacian: Laplacian, mesh: Any) -> LaplacianDiagnosti
         negative_fraction=negative_fraction,
         most_negative_weight=most_negative,
         smallest_eigenvalue=smallest,
-        n_zero_eigenvalues=n_zero,
+        n_zero_eigenvalues=n_zero if asymmetry <= ROUNDING else None,
         n_components=mesh.n_components,
         overshoot=_overshoot(S, mesh),
         condition_number=_condition_number(symmetric),

@@ -48,7 +48,7 @@ class LaplacianDiagnostics:
     smallest_eigenvalue : float or None
         Of D^-1 (S + S^T) / 2 with D the magnitudes of the diagonal of S; 0 if none is negative beyond rounding.
     n_zero_eigenvalues : int or None
-        Dimension of the null space.
+        Dimension of the null space; None if S is not symmetric, since it would be that of (S + S^T) / 2.
     n_components : int
         Connected components of the mesh; the dimension that the null space should have.
     overshoot : float or None

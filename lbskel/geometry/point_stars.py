@@ -7,7 +7,7 @@ Olson, Zhang, Su 2010, https://doi.org/10.1109/SMI.2010.25.
 
 from __future__ import annotations
 
-__all__ = ["PointStars", "ring_edges"]
+__all__ = ["PointStars", "distinct_points", "ring_edges"]
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -61,3 +61,23 @@ def ring_edges(mesh: Mesh) -> NDArray[np.int64]:
     mesh : Mesh
     """
     return mesh.ring_edges if isinstance(mesh, PointStars) else np.concatenate([mesh.edges, mesh.edges[:, ::-1]])
+
+
+def distinct_points(points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Find the (m,) first of the points at each place, in ascending order, and (n,) which of these each point is.
+
+    Parameters
+    ----------
+    points : (n, 3) array of float
+    """
+    order = np.lexsort(points.T)
+    ascending = points[order]
+    is_new = np.append(True, (ascending[1:] != ascending[:-1]).any(axis=1))[: len(points)]
+    group = np.empty(len(points), dtype=np.int64)
+    group[order] = np.cumsum(is_new) - 1
+    is_first = np.zeros(len(points), dtype=bool)
+    is_first[order[is_new]] = True  # the sort is stable
+    first = np.flatnonzero(is_first)
+    place = np.empty(len(first), dtype=np.int64)
+    place[group[first]] = np.arange(len(first))
+    return first, place[group]

@@ -1,11 +1,11 @@
-"""Sorting of integers that are not negative, by their digits, and medians of groups.
+"""Sorting of integers that are not negative and of rows of them, by their digits, and medians of groups.
 
 For 78,000 half-edges, sorting takes a quarter of the time of ``numpy.sort``, as measured on an AMD EPYC.
 """
 
 from __future__ import annotations
 
-__all__ = ["distinct", "group_medians", "is_among", "stable_order", "unique_inverse"]
+__all__ = ["distinct", "first_of_each", "group_medians", "is_among", "stable_order", "unique_inverse", "unique_rows"]
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +71,38 @@ def unique_inverse(numbers: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArr
     inverse = np.empty(len(order), dtype=np.int64)
     inverse[order] = np.cumsum(is_new) - 1
     return ascending[is_new], inverse
+
+
+def unique_rows(rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Find the index of the first of equal rows, in the order of the sorted rows, and for each row its place there.
+
+    ``numpy.unique`` takes ten times as long for rows.
+
+    Parameters
+    ----------
+    rows : (m, d) array of int
+        None negative.
+    """
+    order = np.arange(len(rows))
+    for column in rows.T[::-1]:
+        order = order[stable_order(column[order])]
+    ascending = rows[order]
+    is_new = np.ones(len(rows), dtype=bool)
+    is_new[1:] = (ascending[1:] != ascending[:-1]).any(axis=1)
+    place = np.empty(len(rows), dtype=np.int64)
+    place[order] = np.cumsum(is_new) - 1
+    return order[is_new], place
+
+
+def first_of_each(rows: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(k,) index of the first of equal rows, in ascending order.
+
+    Parameters
+    ----------
+    rows : (m, d) array of int
+        None negative.
+    """
+    return np.sort(unique_rows(rows)[0])
 
 
 def group_medians(values: NDArray[np.float64], begins: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -24,6 +24,7 @@ from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
 from lbskel.operators.corner_angles import edge_vectors, incident_vertices, row_dot, zero_degenerate
+from lbskel.operators.intrinsic_delaunay import require_orientation
 from lbskel.operators.masses import voronoi_mass
 
 # Damping per unit of relative curvature, no unit. A guess, which halves diffusion at the curvature of the sphere.
@@ -52,7 +53,8 @@ def _frames(edges: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.fl
 def shape_operators(mesh: Mesh) -> NDArray[np.float64]:
     """Compute the (3, m) entries xx, xy, yy of each face's shape operator in its own frame; zero where degenerate.
 
-    Curvatures are those of the mesh scaled by :func:`~lbskel.geometry.scaling.unit_scale`.
+    Curvatures are those of the mesh scaled by :func:`~lbskel.geometry.scaling.unit_scale`. Its faces must be oriented
+    consistently.
 
     Parameters
     ----------
@@ -93,9 +95,16 @@ def anisotropic(mesh: Mesh, *, strength: float = STRENGTH) -> Laplacian:
     Parameters
     ----------
     mesh : Mesh
+        Its faces are oriented consistently first, since curvature follows from the normals of vertices.
     strength : float
         s, the damping per unit of curvature relative to a sphere of the mesh's area; 0 gives the cotangent Laplacian.
+
+    Raises
+    ------
+    MeshError
+        If a face uses a vertex twice, an edge has more than two faces, or the mesh cannot be oriented.
     """
+    mesh = Mesh(mesh.vertices, require_orientation(mesh, "anisotropic")[0])
     edges = edge_vectors(mesh)
     frames = _frames(edges)
     double_area = corner_products(unit_scale(mesh.vertices)[0], mesh.faces)[2]

@@ -31,12 +31,15 @@ class Laplacian(Displayed):
         S, whose rows sum to zero, positive semidefinite if the operator is. No unit; for ``inverse_distance`` and the
         mean value operators one over a length.
     mass : (n, n) csc_array
-        M, the area of each vertex on the diagonal, in squared units of the coordinates. It is a length with weights of
-        one over a length, the degree for ``random_walk``, and not diagonal for the mass ``full``.
+        M, the area of each vertex on the diagonal, in squared units of the coordinates, or what ``mass_unit`` says; not
+        diagonal for the mass ``full``.
     treated_vertices : (t,) array of int
-        Vertices whose row differs from the formula because a triangle there is degenerate, or a point has no triangle.
+        Vertices whose row differs from the formula because a triangle there is degenerate, or which are coupled with no
+        other, as a point without a triangle.
     n_clamped_angles : int
         Number of angles that were clamped.
+    mass_unit : {"area", "length", "number"}
+        What a mass is: a length if the weights are one over a length, a number if the masses are degrees.
 
     Raises
     ------
@@ -57,6 +60,7 @@ class Laplacian(Displayed):
     mass: csc_array
     treated_vertices: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     n_clamped_angles: int = 0
+    mass_unit: str = "area"
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.stiffness.data).all() and np.isfinite(self.mass.data).all()):
@@ -91,6 +95,8 @@ class Laplacian(Displayed):
         ------
         MeshError
             If the mesh has another number of vertices.
+        UnknownChoice
+            If the masses are degrees.
         MissingDependency
             If plotly is not installed.
 
@@ -137,7 +143,8 @@ class Laplacian(Displayed):
     def mean_curvature_normals(self, vertices: NDArray[np.float64]) -> NDArray[np.float64]:
         """Compute the (n, 3) mean curvature normals H n, where H = (k1 + k2) / 2 and n points outward.
 
-        On a sphere of radius R they have length 1/R and point outward.
+        On a sphere of radius R they have length 1/R and point outward. Those of ``graph`` are off by a factor, since
+        its weights are blind to lengths.
 
         Parameters
         ----------
@@ -146,8 +153,12 @@ class Laplacian(Displayed):
         Raises
         ------
         UnknownChoice
-            If the mass is not diagonal.
+            If the mass is not diagonal, or the masses are degrees.
         """
+        if self.mass_unit == "number":
+            raise UnknownChoice(
+                "this operator has no curvature, as its masses are degrees; build it with mass='voronoi'"
+            )
         return self.delta(vertices) / 2
 
 

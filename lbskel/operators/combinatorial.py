@@ -40,4 +40,4 @@ def graph(mesh: Mesh) -> Laplacian:
 def random_walk(mesh: Mesh) -> Laplacian:
     """Build D - A with the degrees as mass: the strong form is I - D^-1 A, a value minus the mean of its neighbors'."""
     stiffness, degrees = _degrees_minus_adjacency(mesh)
-    return Laplacian(stiffness, diagonal_matrix(degrees))
+    return Laplacian(stiffness, diagonal_matrix(degrees), mass_unit="number")

@@ -1,4 +1,7 @@
-"""The cotangent Laplacian of the intrinsic Delaunay triangulation of the same surface: weights >= 0.
+"""The cotangent Laplacian of the intrinsic Delaunay triangulation of the same surface: weights >= 0 but at boundaries.
+
+A boundary edge has one triangle and cannot be flipped, so its weight is negative opposite an obtuse angle; ``robust``
+has no boundary.
 
 Bobenko, Springborn 2007, "A discrete Laplace-Beltrami operator for simplicial surfaces",
 https://doi.org/10.1007/s00454-007-9006-1. If a triangle is degenerate, all edges are first lengthened by the same
@@ -8,14 +11,14 @@ amount, which makes the worst triangle valid: Sharp, Crane 2020, https://doi.org
 
 from __future__ import annotations
 
-__all__ = ["MOLLIFY_FACTOR", "intrinsic_delaunay", "mollification_offset", "oriented_faces"]
+__all__ = ["MOLLIFY_FACTOR", "intrinsic_delaunay", "mollification_offset", "oriented_faces", "require_orientation"]
 
 import igl
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, first_few
 from lbskel.geometry.intrinsic_triangulation import (
     IntrinsicTriangulation,
     cotangents_of_lengths,
@@ -70,6 +73,34 @@ def oriented_faces(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray
     return None if twins is None else (faces, twins)
 
 
+def require_orientation(mesh: Mesh, operator: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the (m, 3) faces, oriented consistently, and their half-edge twins.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    operator : str
+        The name of the operator that needs them, for the message.
+
+    Raises
+    ------
+    MeshError
+        If a face uses a vertex twice, an edge has more than two faces, or the mesh cannot be oriented.
+    """
+    if (oriented := oriented_faces(mesh.faces)) is not None:
+        return oriented
+    F = mesh.faces
+    repeated = np.flatnonzero((F[:, 0] == F[:, 1]) | (F[:, 1] == F[:, 2]) | (F[:, 2] == F[:, 0]))
+    crowded = mesh.edges[mesh.faces_per_edge > 2]
+    if len(repeated):
+        fault = f"faces that use a vertex twice: {first_few(repeated)}"
+    elif len(crowded):
+        fault = f"edges of more than two faces: {first_few(map(tuple, crowded.tolist()))}"
+    else:
+        fault = "faces that cannot be oriented alike, as those of a Moebius strip"
+    raise MeshError(f"{operator} is not defined with {fault}; use the operator 'robust', which takes any mesh")
+
+
 def intrinsic_delaunay(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
     """Build the intrinsic Delaunay Laplacian with the Voronoi mass of the given triangles.
 
@@ -85,13 +116,7 @@ def intrinsic_delaunay(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) ->
     MeshError
         If an edge has more than two faces, a face uses a vertex twice, or the mesh cannot be oriented.
     """
-    oriented = oriented_faces(mesh.faces)
-    if oriented is None:
-        raise MeshError(
-            "intrinsic_delaunay needs an orientable mesh with no more than two faces at an edge; "
-            "use the operator 'robust', which takes any mesh"
-        )
-    faces, twins = oriented
+    faces, twins = require_orientation(mesh, "intrinsic_delaunay")
     n, lengths = len(mesh.vertices), igl.edge_lengths(unit_scale(mesh.vertices)[0], faces)
     if not lengths.any():
         return Laplacian(csc_array((n, n)), voronoi_mass(mesh), treated_vertices=np.unique(faces))

@@ -26,4 +26,4 @@ def inverse_distance(mesh: Mesh) -> Laplacian:
     weights = np.divide(1.0, lengths, out=np.zeros_like(lengths), where=has_length)
     stiffness = stiffness_of_pairs(len(mesh.vertices), i, j, weights)
     treated = np.unique(mesh.edges[~has_length & (i != j)])
-    return Laplacian(stiffness, moment_mass(mesh, stiffness), treated_vertices=treated)
+    return Laplacian(stiffness, moment_mass(mesh, stiffness), treated_vertices=treated, mass_unit="length")

@@ -3,7 +3,8 @@
 With the point at the origin, its neighbors q in the star are those whose inversions q / |q|^2 are vertices of the
 convex hull of all inversions and the origin: this hull is polar to the Voronoi cell. A neighbor inside the triangle of
 the origin and the neighbors before and after it by angle is no vertex of the hull and is removed; after rounds of
-removal only the hull is left.
+removal only the hull is left. Of four points on a circle, as on a grid, the stars of all four have the diagonal whose
+ends include the lowest of their numbers.
 """
 
 from __future__ import annotations
@@ -78,6 +79,7 @@ def delaunay_stars(points: NDArray[np.float64], n_neighbors: int) -> NDArray[np.
     active = squared_norms > TOLERANCE**2 * squared_norms.max(axis=1, keepdims=True)
     Z = np.divide(Q, squared_norms[..., None], out=np.zeros_like(Q), where=active[..., None])
     norms = np.sqrt((Z**2).sum(axis=-1))
+    lower_end = np.minimum(neighbors, np.arange(len(points))[:, None])  # of the diagonal from the center
     while True:
         before, after = _cyclic_neighbors(active)
         B, A = _take_vectors(Z, before), _take_vectors(Z, after)
@@ -90,7 +92,9 @@ def delaunay_stars(points: NDArray[np.float64], n_neighbors: int) -> NDArray[np.
         is_parallel_after = (np.abs(sine_after) <= TOLERANCE) & is_acute_after & is_other_after
         is_hidden = (is_parallel_before & (norms_before >= norms)) | (is_parallel_after & (norms_after > norms))
         is_between = (sine_before > TOLERANCE) & (sine_after > TOLERANCE)
-        is_inside = is_between & (_cross(Z - B, A - Z) <= TOLERANCE * norms**2)
+        other_end = np.minimum(*(np.take_along_axis(neighbors, columns, axis=1) for columns in (before, after)))
+        slack = np.where(lower_end < other_end, -TOLERANCE, TOLERANCE)  # the four are on a circle within the tolerance
+        is_inside = is_between & (_cross(Z - B, A - Z) <= slack * norms**2)
         removed = active & (is_hidden | is_inside)
         if not removed.any():
             break

@@ -50,7 +50,7 @@ def mean_value(mesh: Mesh) -> Laplacian:
     rows, columns = np.concatenate([corner, corner]), np.concatenate([next_corner, previous_corner])
     W = coo_array((entries, (rows, columns)), shape=(n, n)).tocsc()
     stiffness: csc_array = (diagonal_matrix(W.sum(axis=1)) - W).tocsc()
-    return Laplacian(stiffness, moment_mass(mesh, stiffness), treated_vertices=treated)
+    return Laplacian(stiffness, moment_mass(mesh, stiffness), treated_vertices=treated, mass_unit="length")
 
 
 def mean_value_symmetric(mesh: Mesh) -> Laplacian:
@@ -58,4 +58,4 @@ def mean_value_symmetric(mesh: Mesh) -> Laplacian:
     tangents, inverse_lengths, treated = _half_tangents(mesh)
     weights = (tangents[:, [1, 2, 0]] + tangents[:, [2, 0, 1]]) * inverse_lengths / 2
     stiffness = stiffness_of_corner_weights(len(mesh.vertices), mesh.faces, weights)
-    return Laplacian(stiffness, moment_mass(mesh, stiffness), treated_vertices=treated)
+    return Laplacian(stiffness, moment_mass(mesh, stiffness), treated_vertices=treated, mass_unit="length")

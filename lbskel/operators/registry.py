@@ -20,7 +20,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.sparse import csc_array
 
-from lbskel.errors import MeshError, OperatorError, choose
+from lbskel.errors import MeshError, OperatorError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh, PointCloud, as_mesh
 from lbskel.operators import points
 from lbskel.operators.anisotropic import anisotropic
@@ -162,7 +162,7 @@ def laplacian(
     Raises
     ------
     UnknownChoice
-        If no operator or mass has that name.
+        If no operator or mass has that name, or a mass is given for weights of one over a length.
     FormatError
         If the shape is a path and no mesh can be read from it.
     MeshError
@@ -192,4 +192,12 @@ def laplacian(
         return result
     mesh = as_mesh(shape)
     result = apply_operator(operator or "cotangent", mesh)
-    return result if mass is None else replace(result, mass=choose(MASSES, mass, "mass")(mesh))
+    if mass is None:
+        return result
+    mass_of = choose(MASSES, mass, "mass")
+    if result.mass_unit == "length":
+        raise UnknownChoice(
+            f"the weights of the operator {operator!r} are one over a length, and M^-1 S with areas as mass is no "
+            "Laplacian; leave mass out, as its own masses are lengths"
+        )
+    return replace(result, mass=mass_of(mesh), mass_unit="area")

@@ -2,7 +2,8 @@
 
 It is the intrinsic Delaunay Laplacian of the tufted cover (:mod:`lbskel.operators.tufted_cover`), halved since the
 cover has twice the area. Sharp, Crane 2020, "A Laplacian for nonmanifold triangle meshes",
-https://doi.org/10.1111/cgf.14069; the same matrix as that of the package robust_laplacian.
+https://doi.org/10.1111/cgf.14069; the same matrix as that of the package robust_laplacian, but
+for faces on the same three vertices: these count once, where the package glues them to each other.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from scipy.sparse import csc_array
 from lbskel.geometry.intrinsic_triangulation import IntrinsicTriangulation, cotangents_of_lengths, delaunay
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
-from lbskel.geometry.sorting import distinct
+from lbskel.geometry.sorting import distinct, first_of_each
 from lbskel.operators.assembly import diagonal_matrix, stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
 from lbskel.operators.corner_angles import zero_degenerate
@@ -28,7 +29,7 @@ MOLLIFY_FACTOR = 1e-5  # slack of the triangle inequalities, relative to the mea
 
 
 def robust(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
-    """Build the tufted Laplacian with the lumped mass of its cover.
+    """Build the tufted Laplacian with the lumped mass of its cover; several faces on the same vertices count once.
 
     Parameters
     ----------
@@ -61,7 +62,7 @@ def tufted_delaunay(
     ----------
     V : (n, 3) array of float
     F : (m, 3) array of int
-        Faces that use a vertex twice are left out.
+        Faces that use a vertex twice are left out, and of those on the same three vertices all but the first.
     mollify_factor : float
         Slack of every triangle inequality, relative to the mean edge length.
 
@@ -73,6 +74,7 @@ def tufted_delaunay(
         Vertices of the faces whose inequalities did not hold.
     """
     F = F[(F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])]
+    F = F[first_of_each(np.sort(F, axis=1))]  # the cover would glue copies to each other, and not to their neighbors
     lengths = igl.edge_lengths(V, F)
     if not lengths.any():
         empty = np.empty((0, 3))

@@ -17,7 +17,7 @@ from scipy.spatial import Delaunay, QhullError, cKDTree
 
 from lbskel.errors import MeshError
 from lbskel.geometry.mesh import PointCloud
-from lbskel.geometry.point_stars import PointStars
+from lbskel.geometry.point_stars import PointStars, distinct_points
 from lbskel.geometry.scaling import unit_scale
 
 MIN_NEIGHBORS, MAX_NEIGHBORS, NEIGHBOR_SHARE = 8, 30, 0.012  # of the points, with the point itself; Cao et al. 2010
@@ -30,14 +30,15 @@ def stars_in_order(cloud: PointCloud) -> PointStars:
     Parameters
     ----------
     cloud : PointCloud
-        Its points should be distinct; the star of each of several coincident points leaves out the others.
+        Of several points at one place, each has the star of the first, in which there is one of each place.
 
     Raises
     ------
     MeshError
         If no point has a star: there are fewer than three, or they lie on a line.
     """
-    points = unit_scale(cloud.points)[0]
+    kept, place = distinct_points(cloud.points)
+    points = unit_scale(cloud.points[kept])[0]
     k = min(int(np.clip(round(NEIGHBOR_SHARE * len(points)), MIN_NEIGHBORS, MAX_NEIGHBORS)), len(points))
     neighbors = cKDTree(points).query(points, k=k)[1].reshape(len(points), -1)
     offsets = points[neighbors] - points[neighbors].mean(axis=1, keepdims=True)
@@ -45,11 +46,13 @@ def stars_in_order(cloud: PointCloud) -> PointStars:
     Q = np.einsum("nki,nij->nkj", offsets, axes)
     own = np.argmax(neighbors == np.arange(len(points))[:, None], axis=1)  # coincident points may come first
     rings = [_ring(plane, center) for plane, center in zip(Q, own.tolist(), strict=True)]
-    centers = np.repeat(np.arange(len(points)), [max(len(ring) - 1, 0) for ring in rings])
+    of_place = [kept[neighbors[i][ring]] for i, ring in enumerate(rings)]
+    centers = np.repeat(np.arange(len(place)), [max(len(of_place[i]) - 1, 0) for i in place.tolist()])
     if len(centers) == 0:
         raise MeshError("no point has a star: there are fewer than three points, or they lie on a line")
-    of_center = [neighbors[i][ring] for i, ring in enumerate(rings) if len(ring)]
-    first, second = (np.concatenate([ring[cut] for ring in of_center]) for cut in (slice(None, -1), slice(1, None)))
+    first, second = (
+        np.concatenate([of_place[i][cut] for i in place.tolist()]) for cut in (slice(None, -1), slice(1, None))
+    )
     return PointStars(cloud.points, np.stack([centers, first, second], axis=1))
 
 

@@ -24,6 +24,7 @@ from lbskel.errors import MeshError, UnknownChoice, were
 from lbskel.evaluation.measures import NOT_SCORED
 from lbskel.evaluation.point_scoring import score_points
 from lbskel.geometry.mesh import Mesh, PointCloud
+from lbskel.geometry.point_stars import distinct_points
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.operators import STAR_OPERATORS
 from lbskel.pipeline.anchoring import index_of_point, listed_anchors
@@ -143,13 +144,11 @@ def skeletonize_points(
 
 def _distinct(points: NDArray[np.float64]) -> CleanedPoints:
     """Leave out all but the first of equal points, in their order."""
-    first, label = np.unique(points, axis=0, return_index=True, return_inverse=True)[1:]
-    order = np.argsort(first)
+    first, place = distinct_points(points)
     n_more = len(points) - len(first)
     notes = (f"{were(n_more, 'duplicate point')} merged",) if n_more else ()
     report = {"points": len(points), "duplicates": n_more, "outliers": 0, "kept": len(first)}
-    vertex_map = VertexMap(np.argsort(order)[label.reshape(-1)])
-    return CleanedPoints(Neighborhoods(points[first[order]]), vertex_map, notes, report)
+    return CleanedPoints(Neighborhoods(points[first]), VertexMap(place), notes, report)
 
 
 def _with_radii(skeleton: Skeleton, cloud: PointCloud) -> Skeleton:

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
-from lbskel.preprocess.cleaning import first_of_each, merge_close, merge_seams
+from lbskel.geometry.sorting import first_of_each
+from lbskel.preprocess.cleaning import merge_close, merge_seams
 from lbskel.preprocess.orientation import fix_orientation
 
 

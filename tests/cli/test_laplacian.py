@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from lbskel import FormatError, Mesh, MeshError, laplacian, laplacian_diagnostics
+from lbskel import FormatError, Mesh, MeshError, UnknownChoice, laplacian, laplacian_diagnostics
 from lbskel.cli import laplacian as command
 from lbskel.io import write_mesh
 from lbskel.operators import OPERATORS
@@ -37,13 +37,24 @@ def test_the_command_prints_every_operator_and_writes_what_is_asked_for(tmp_path
         run_command(path, "-o", tmp_path / "health.json")
 
 
+def test_the_picture_leaves_out_what_has_no_curvature(tmp_path, capsys, monkeypatch):
+    path, drawn = tmp_path / "lantern.off", []
+    write_mesh(path, schwarz_lantern(6, 8))
+    monkeypatch.setattr("lbskel.visualization.render", lambda panels, *_, **__: drawn.extend(panels))
+    assert run_command(path, "--picture", tmp_path / "curvature.png") == 0
+    assert [panel.title for panel in drawn] == [name for name in OPERATORS if name != "random_walk"]
+    with pytest.raises(UnknownChoice, match="masses are degrees"):
+        run_command(path, "--operator", "random_walk", "--picture", tmp_path / "curvature.png")
+
+
 def test_the_command_goes_on_where_an_operator_is_not_defined(tmp_path, capsys):
     path = tmp_path / "fin.off"
     write_mesh(path, Mesh(np.eye(5, 3) + 1, [[0, 1, 2], [0, 1, 3], [0, 1, 4]]))
     assert run_command(path, "--json") == 0
     document = json.loads(capsys.readouterr().out)
-    assert set(document["refused"]) == {"intrinsic_delaunay"}
-    assert set(document["operators"]) == set(OPERATORS) - {"intrinsic_delaunay"}
+    refused = {"intrinsic_delaunay", "anisotropic"}
+    assert set(document["refused"]) == refused
+    assert set(document["operators"]) == set(OPERATORS) - refused
     with pytest.raises(MeshError, match="use the operator 'robust'"):
         run_command(path, "--operator", "intrinsic_delaunay")
     assert run_command(path, "--operator", "graph") == 0

@@ -324,6 +324,18 @@ def test_an_operator_that_is_not_symmetric_is_refused_where_it_must_be_symmetric
     assert len(contract(mesh, settings(operator="mean_value", energy="least_squares")).steps) > 0
 
 
+def test_an_operator_that_replaces_rows_is_refused_when_it_does():
+    """Triangles get thin after some steps; until then the matrix of cotangents is symmetric."""
+    kept = []
+    with pytest.raises(UnknownChoice, match="'cotangent_identity' is not symmetric"):
+        contract(
+            capsule(3.0, 0.4, 20),
+            settings(operator="cotangent_identity"),
+            on_step=lambda step, now: kept.append(step),
+        )
+    assert kept
+
+
 def test_treated_vertices_are_recorded_for_each_step_with_their_largest_displacement():
     mesh = torus(1.0, 0.3, 40, 16)
     V = np.array(mesh.vertices)

@@ -44,7 +44,7 @@ def test_no_free_lunch(name):
     mesh = uneven_square()
     passed = laplacian_diagnostics(laplacian(mesh, operator=name), mesh).passed
     assert {key for key, value in passed.items() if value} - {"untreated"} == KEPT[name]
-    assert None not in passed.values()
+    assert [key for key, value in passed.items() if value is None] == ([] if passed["symmetric"] else ["null space"])
 
 
 def test_intrinsic_delaunay_has_no_negative_weight_on_a_closed_surface():
@@ -132,7 +132,7 @@ def test_the_measures_of_any_mesh_are_finite_numbers_or_none(name):
         Mesh(np.eye(5, 3), [[0, 1, 2], [0, 1, 3], [0, 1, 4]]),
         Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [1, 1, 0]], [[0, 1, 2], [0, 2, 3], [2, 2, 3]]),
     ):
-        if name == "intrinsic_delaunay" and not mesh.is_edge_manifold:
+        if name in ("intrinsic_delaunay", "anisotropic") and not mesh.is_edge_manifold:
             continue
         found = laplacian_diagnostics(laplacian(mesh, operator=name), mesh)
         for value in vars(found).values():

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lbskel.geometry.point_stars import PointStars, ring_edges
+from lbskel.geometry.point_stars import PointStars, distinct_points, ring_edges
 from lbskel.shapes import torus
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
@@ -32,3 +32,10 @@ def test_the_rings_of_a_mesh_are_its_edges_in_both_directions():
     pairs = ring_edges(mesh)
     assert len(pairs) == 2 * len(mesh.edges)
     assert np.bincount(pairs[:, 0]).tolist() == np.bincount(mesh.edges.ravel()).tolist()
+
+
+def test_distinct_points_are_the_first_of_each_place_in_their_order():
+    points = np.array([[2.0, 0, 0], [0, 1, 0], [2, 0, 0], [0, 0, -0.0], [0, 1, 0], [0, 0, 0.0], [2, 0, 1e-16]])
+    first, place = distinct_points(points)
+    assert first.tolist() == [0, 1, 3, 6]
+    assert place.tolist() == [0, 1, 0, 2, 1, 2, 3]

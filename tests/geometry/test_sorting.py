@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from lbskel.geometry.sorting import distinct, group_medians, is_among, stable_order, unique_inverse
+from lbskel.geometry.sorting import (
+    distinct,
+    first_of_each,
+    group_medians,
+    is_among,
+    stable_order,
+    unique_inverse,
+    unique_rows,
+)
 
 
 @pytest.mark.parametrize("largest", [0, 1, 9, 10**6, 2**62])
@@ -18,6 +26,16 @@ def test_orders_and_unique_numbers_are_those_of_numpy(n, largest):
     unique, which = np.unique(numbers, return_inverse=True)
     for ours, theirs in zip(unique_inverse(numbers), (unique, which), strict=True):
         assert np.array_equal(ours, theirs)
+
+
+@pytest.mark.parametrize("n", [0, 1, 200])
+def test_unique_rows_are_those_of_numpy(n):
+    rows = np.random.default_rng(n).integers(0, 5, (n, 3))
+    _, first, place = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    ours = unique_rows(rows)
+    assert np.array_equal(ours[0], first)
+    assert np.array_equal(ours[1], place.ravel())
+    assert np.array_equal(first_of_each(rows), np.sort(first))
 
 
 def test_medians_of_groups_are_those_of_numpy():

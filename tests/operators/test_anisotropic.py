@@ -39,3 +39,12 @@ def test_concave_surfaces_are_damped_as_convex_ones():
     assert np.abs(shape_operators(side)).max() > 0.5
     convex, concave = (anisotropic(mesh, strength=3.0).stiffness for mesh in (side, inside_out))
     assert abs(convex - concave).max() < 1e-12 * abs(convex).max()
+
+
+def test_faces_need_not_be_oriented_alike():
+    ring = torus(1.0, 0.4, 24, 12)
+    is_reversed = np.random.default_rng(0).random(len(ring.faces)) < 0.5
+    mixed = Mesh(ring.vertices, np.where(is_reversed[:, None], ring.faces[:, ::-1], ring.faces))
+    expected, found = anisotropic(ring).stiffness, anisotropic(mixed).stiffness
+    assert abs(expected - found).max() < 1e-12 * abs(expected).max()
+    assert abs(anisotropic(ring, strength=0.0).stiffness - expected).max() > 0.1

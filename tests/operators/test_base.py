@@ -34,6 +34,13 @@ def test_mean_curvature_of_a_cylinder_and_a_torus(name):
     assert np.abs(np.linalg.norm(H, axis=1) - np.abs(expected)).max() < 0.02
 
 
+def test_degrees_as_mass_give_no_curvature(ring):
+    with pytest.raises(UnknownChoice, match=r"masses are degrees.*mass='voronoi'"):
+        laplacian(ring, operator="random_walk").mean_curvature_normals(ring.vertices)
+    H = laplacian(ring, operator="random_walk", mass="voronoi").mean_curvature_normals(ring.vertices)
+    assert np.array_equal(H, laplacian(ring, operator="graph").mean_curvature_normals(ring.vertices))
+
+
 def test_the_strong_form_refuses_a_mass_that_is_not_diagonal(ring):
     with pytest.raises(UnknownChoice, match="'voronoi' or 'barycentric'"):
         laplacian(ring, mass="full").strong()

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 from operator_shapes import hexagons
+from scipy.spatial.transform import Rotation
 
-from lbskel import Mesh
+from lbskel import Mesh, MeshError, PointCloud
+from lbskel.operators import laplacian
 from lbskel.operators.heat_kernel import heat_kernel, heat_kernel_stiffness
 
 
@@ -41,11 +43,45 @@ def test_the_weight_of_two_points_is_the_kernel_times_their_areas():
     assert heat_kernel_stiffness(np.array([[0, 0, 0], [1.93, 0, 0]]), np.ones(2), t, c).nnz == 4
 
 
-def test_the_time_is_in_squared_mean_edge_lengths_and_the_mass_barycentric():
-    mesh = Mesh([[0, 0, 0], [4, 0, 0], [0, 3, 0]], [[0, 1, 2]])
+def test_the_time_is_in_squared_median_edge_lengths_and_the_mass_barycentric():
+    mesh = Mesh([[0, 0, 0], [4, 0, 0], [0, 3, 0], [0, 0, 0]], [[0, 1, 2], [0, 3, 0]])  # and edges without length
     L = heat_kernel(mesh, time=2.0, cut_off=4.0)
+    assert L.treated_vertices.tolist() == [3]
+    L = heat_kernel(Mesh(mesh.vertices[:3], mesh.faces[:1]), time=2.0, cut_off=4.0)
     assert L.mass.diagonal() == pytest.approx([2, 2, 2], rel=1e-14)
-    t = 2.0 * 4.0**2  # the mean of 3, 4 and 5
+    t = 2.0 * 4.0**2  # the median of 3, 4 and 5
     captured = 1 - (1 + 4.0**2 / 2) * np.exp(-(4.0**2) / 2)
     weights = [-(2 * 2) * np.exp(-(d**2) / (4 * t)) / (4 * np.pi * t**2 * captured) for d in (4, 3, 5)]
     assert L.stiffness.toarray()[[0, 0, 1], [1, 2, 2]] == pytest.approx(weights, rel=1e-13)
+
+
+def test_one_point_far_away_changes_nothing_and_is_listed_as_treated():
+    mesh, _ = hexagons(21, 0.05)
+    far = Mesh(np.concatenate([mesh.vertices, [[1e5, 0, 0]]]), np.concatenate([mesh.faces, [[0, 1, 441]]]))
+    near, with_far = heat_kernel(mesh), heat_kernel(far)
+    changed = np.flatnonzero(abs(with_far.stiffness[:-1, :-1] - near.stiffness).sum(axis=1) > 1e-12)
+    around_the_face = (np.linalg.norm(mesh.vertices - mesh.vertices[:2].mean(axis=0), axis=1) < 0.3).nonzero()[0]
+    assert set(changed.tolist()) <= set(around_the_face.tolist())  # the areas of its corners are larger
+    assert with_far.treated_vertices.tolist() == [441]
+    assert heat_kernel(Mesh([*mesh.vertices, [9, 9, 9]], mesh.faces)).treated_vertices.tolist() == []  # in no face
+    cloud = laplacian(PointCloud(far.vertices), operator="heat_kernel")
+    assert cloud.treated_vertices.tolist() == [441]
+    assert cloud.stiffness.nnz < 1.1 * near.stiffness.nnz
+
+
+def test_no_point_of_a_lattice_is_at_the_cut_off():
+    """The rounding of a rotation must not decide about a pair."""
+    g = np.stack(np.meshgrid(np.arange(20.0), np.arange(20.0), [0.0]), -1).reshape(-1, 3)
+    for points in (g, hexagons(12, 1.0)[0].vertices):
+        turned = Rotation.random(random_state=0).apply(points.copy())
+        one, other = (laplacian(PointCloud(P), operator="heat_kernel").stiffness for P in (points, turned))
+        assert one.nnz == other.nnz
+        assert abs(one - other).max() < 1e-12 * abs(one).max()
+
+
+def test_a_kernel_that_would_couple_too_many_pairs_is_refused(monkeypatch):
+    points = np.random.default_rng(0).random((200, 3))
+    monkeypatch.setattr("lbskel.operators.heat_kernel.MAX_PAIRS", 19_899)
+    with pytest.raises(MeshError, match=r"19,900 pairs of 200 points.*smaller time.*'robust'"):
+        heat_kernel_stiffness(points, np.ones(200), 10.0, 3.0)
+    assert heat_kernel_stiffness(points, np.ones(200), 1e-4, 3.0).nnz < 2000

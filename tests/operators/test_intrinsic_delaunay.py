@@ -34,9 +34,17 @@ def test_intrinsic_delaunay_takes_a_boundary_and_any_orientation_but_no_third_fa
     turned = laplacian(Mesh(ball.vertices, F), operator="intrinsic_delaunay").stiffness
     assert abs(turned - laplacian(ball, operator="intrinsic_delaunay").stiffness).max() < 1e-14 * 10
     fin = Mesh(np.eye(5, 3) + 1, [[0, 1, 2], [0, 1, 3], [0, 1, 4]])
-    with pytest.raises(MeshError, match="use the operator 'robust'"):
-        laplacian(fin, operator="intrinsic_delaunay")
-    assert laplacian(fin, operator="robust").mass.sum() > 0
+    strip = Mesh(np.eye(5, 3) + 1, [[0, 1, 2], [1, 2, 3], [2, 3, 4], [3, 4, 0], [4, 0, 1]])
+    repeated = Mesh(ball.vertices, np.concatenate([ball.faces, [[0, 0, 1], [3, 3, 3]]]))
+    for mesh, fault in (
+        (fin, r"edges of more than two faces: \(0, 1\)"),
+        (repeated, "faces that use a vertex twice: 80, 81"),
+        (strip, "Moebius strip"),
+    ):
+        for name in ("intrinsic_delaunay", "anisotropic"):
+            with pytest.raises(MeshError, match=f"{name} is not defined with .*{fault}.*use the operator 'robust'"):
+                laplacian(mesh, operator=name)
+        assert laplacian(mesh, operator="robust").mass.sum() > 0
 
 
 def test_the_mollified_operators_reach_across_triangles_without_area():

@@ -12,8 +12,9 @@ from operator_shapes import (
 )
 
 from lbskel import PointCloud
-from lbskel.operators import POINT_OPERATORS, laplacian
-from lbskel.operators.points import cloud_stars
+from lbskel.applications.spectrum import eigenpairs
+from lbskel.operators import POINT_OPERATORS, apply_operator, laplacian
+from lbskel.operators.star_rings import stars_in_order
 
 
 def sphere_of_random_points(n):
@@ -49,12 +50,37 @@ def test_robust_keeps_the_area_of_dense_random_points():
 
 
 def test_robust_has_as_many_neighbors_as_it_is_asked_for():
-    """Six neighbors of a point in a triangular lattice are its star; with five, an edge is missing."""
-    mesh, _ = hexagons(9, edge=1.0)
-    middle = 40
-    cloud, robust = PointCloud(mesh.vertices), POINT_OPERATORS["robust"]
-    assert robust(cloud, n_neighbors=6).stiffness.toarray()[middle, middle] == pytest.approx(6 / np.sqrt(3), rel=1e-3)
-    assert robust(cloud, n_neighbors=5).stiffness.toarray()[middle, middle] < 3.4
+    """Two triangles far from each other: the star of each corner needs both of the others."""
+    P = np.concatenate([np.eye(3), np.eye(3) + 50])
+    robust = POINT_OPERATORS["robust"]
+    assert robust(PointCloud(P), n_neighbors=2).mass.sum() == pytest.approx(np.sqrt(3), rel=1e-4)
+    assert robust(PointCloud(P), n_neighbors=1).mass.sum() == 0
+
+
+@pytest.mark.parametrize(("n", "error"), [(500, 0.05), (2000, 0.01)])
+def test_robust_has_the_eigenvalues_of_the_surface(n, error):
+    """Copies of a triangle, glued to each other, made all eigenvalues 5 % too small."""
+    values = eigenpairs(laplacian(PointCloud(sphere_of_random_points(n)), operator="robust"), 4)[0]
+    assert abs(values[1:].mean() / 2 - 1) < 0.01
+    assert np.abs(values[1:] / 2 - 1).max() < error  # of random points: 0.044 and 0.004 were found
+
+
+def test_a_point_without_a_triangle_of_two_stars_keeps_its_own_star():
+    noise = np.random.default_rng(1).normal(size=(200, 1))
+    P = sphere_of_random_points(200) * (1 + 0.05 * noise)  # one point has none
+    L = laplacian(PointCloud(P), operator="robust")
+    assert L.mass.diagonal().min() > 1e-3
+    assert len(L.treated_vertices) == 0
+
+
+def test_robust_keeps_the_area_and_the_energy_of_a_grid():
+    """Four points on a circle: their stars must agree on a diagonal, or each triangle is in one star alone."""
+    x, y = (axis.ravel() for axis in np.meshgrid(np.arange(20.0), np.arange(20.0), indexing="ij"))
+    for jitter in (0.0, 1e-10, 1e-7):
+        P = np.column_stack([x, y, np.zeros(400)]) + jitter * np.random.default_rng(0).normal(size=(400, 3)) * [1, 1, 0]
+        L = laplacian(PointCloud(P), operator="robust")
+        assert L.mass.sum() == pytest.approx(361, rel=2e-3)  # thin triangles at the jittered boundary
+        assert x @ (L.stiffness @ x) == pytest.approx(361, rel=2e-3)
 
 
 def test_stars_of_a_grid_have_its_four_neighbors_and_weights_one():
@@ -67,13 +93,38 @@ def test_stars_of_a_grid_have_its_four_neighbors_and_weights_one():
     assert abs(L.mass.diagonal()[24] - 1) < 1e-12
 
 
-def test_stars_can_be_reused_for_moved_points():
-    P = fibonacci_sphere(200)
-    local = POINT_OPERATORS["local_delaunay"]
-    first = local(PointCloud(P))
-    again = local(PointCloud(P * [1, 1, 0.5]), stars=cloud_stars(PointCloud(P)))
+def test_stars_of_a_contracted_cloud_are_those_given():
+    stars = stars_in_order(PointCloud(fibonacci_sphere(200)))
+    flat = stars.with_vertices(stars.vertices * [1, 1, 0.5])
+    first, again = (apply_operator("local_delaunay", given) for given in (stars, flat))
     assert ((abs(first.stiffness).sign() - abs(again.stiffness).sign()).nnz) == 0
     assert abs(first.stiffness - again.stiffness).max() > 0.1
+
+
+@pytest.mark.parametrize("name", ["local_delaunay", "heat_kernel"])
+@pytest.mark.parametrize("n", [200, 500, 1000])
+def test_few_points_have_the_area_of_their_surface(name, n):
+    """With 1.2 % of the points as neighbors, at least seven, a third of the area was missing."""
+    L = laplacian(PointCloud(sphere_of_random_points(n)), operator=name)
+    assert L.mass.sum() == pytest.approx(4 * np.pi, rel=0.03)
+
+
+@pytest.mark.parametrize("name", POINT_OPERATORS)
+@pytest.mark.parametrize("times", [2, 40])
+def test_copies_of_points_change_neither_area_nor_eigenvalues(name, times):
+    P = sphere_of_random_points(400)
+    copied = np.concatenate([np.tile(P[:20], (times - 1, 1)), P])
+    once, several = (laplacian(PointCloud(points), operator=name) for points in (P, copied))
+    n_copies = np.where(np.arange(400) < 20, times, 1)
+    assert several.mass.diagonal()[-400:] == pytest.approx(once.mass.diagonal() / n_copies, rel=1e-9)
+    assert several.mass.sum() == pytest.approx(once.mass.sum(), rel=1e-12)
+    values = P[:, 2] * P[:, 0]
+    expected = once.delta(values)
+    found = several.delta(np.concatenate([np.tile(values[:20], times - 1), values]))
+    assert found == pytest.approx(np.concatenate([np.tile(expected[:20], times - 1), expected]), abs=1e-8)
+    assert np.abs(several.stiffness.sum(axis=1)).max() < 1e-10
+    if name == "robust":
+        assert eigenpairs(several, 4)[0] == pytest.approx(eigenpairs(once, 4)[0], abs=1e-6)
 
 
 @pytest.mark.parametrize("name", POINT_OPERATORS)

@@ -137,7 +137,7 @@ def test_the_first_harmonics_of_a_sphere(name):
 @example(mesh=TWICE)
 @example(mesh=NOTHING)
 def test_operators_of_meshes_stay_finite(name, mesh):
-    if name == "intrinsic_delaunay" and half_edge_twins(igl.bfs_orient(mesh.faces)[0]) is None:
+    if name in ("intrinsic_delaunay", "anisotropic") and half_edge_twins(igl.bfs_orient(mesh.faces)[0]) is None:
         with pytest.raises(MeshError, match="use the operator 'robust'"):
             laplacian(mesh, operator=name)
         return
@@ -160,7 +160,7 @@ def test_vertices_of_degenerate_triangles_are_listed_as_treated():
     mesh = Mesh(V, [[0, 1, 2], [1, 3, 2], [4, 5, 6]])
     for name in OPERATORS:
         L = laplacian(mesh, operator=name)
-        expected = [] if name in ("graph", "random_walk", "inverse_distance", "heat_kernel") else [4, 5, 6]
+        expected = [] if name in ("graph", "random_walk", "inverse_distance") else [4, 5, 6]
         assert L.treated_vertices.tolist() == expected, name
     assert laplacian(mesh, operator="clamped_cotangent").n_clamped_angles == 3
     identity = laplacian(mesh, operator="cotangent_identity").stiffness.toarray()
@@ -249,6 +249,19 @@ def test_the_default_is_cotangent_and_for_points_robust(ring):
     assert abs(laplacian(ring).stiffness - OPERATORS["cotangent"](ring).stiffness).max() == 0
     cloud = PointCloud(ring.vertices)
     assert abs(laplacian(cloud).stiffness - POINT_OPERATORS["robust"](cloud).stiffness).max() == 0
+
+
+@pytest.mark.parametrize("name", ["inverse_distance", "mean_value", "mean_value_symmetric"])
+def test_weights_of_one_over_a_length_take_no_area_as_mass(name, ring):
+    with pytest.raises(UnknownChoice, match=f"weights of the operator {name!r} are one over a length.*leave mass out"):
+        laplacian(ring, operator=name, mass="voronoi")
+
+
+@pytest.mark.parametrize("name", OPERATORS)
+def test_the_unit_of_the_mass_is_what_the_mass_does_when_the_mesh_is_scaled(name, rough):
+    own, doubled = (laplacian(rough.with_vertices(by * rough.vertices), operator=name) for by in (1, 2))
+    factor = {"area": 4, "length": 2, "number": 1}[own.mass_unit]
+    assert doubled.mass.sum() == pytest.approx(factor * own.mass.sum(), rel=1e-9)
 
 
 @pytest.mark.parametrize("mass", MASSES)

@@ -9,7 +9,7 @@ from lbskel.operators import (
     laplacian,
 )
 from lbskel.operators.robust import robust
-from lbskel.shapes import schwarz_lantern
+from lbskel.shapes import schwarz_lantern, sphere
 
 
 def test_positive_weights_where_cotangents_are_negative():
@@ -37,3 +37,13 @@ def test_vertices_without_a_face_and_faces_that_repeat_a_vertex_have_no_weight()
 def test_the_mass_is_in_the_units_of_the_caller():
     V = 40 * np.array([[0, 0, 0], [4, 0, 0], [0, 3, 0]])
     assert robust(Mesh(V, [[0, 1, 2]])).mass.sum() == pytest.approx(6 * 40**2, rel=1e-4)
+
+
+@pytest.mark.parametrize("times", [2, 3])
+def test_faces_on_the_same_vertices_count_once(times):
+    ball = sphere(2)
+    ball = ball.with_vertices(ball.vertices * [1, 1, 3])
+    copies = np.concatenate([ball.faces, *[ball.faces[:, [1, 0, 2]]] * (times - 1)])
+    once, several = robust(ball), robust(Mesh(ball.vertices, copies))
+    assert abs(once.stiffness - several.stiffness).max() < 1e-12 * abs(once.stiffness).max()
+    assert abs(once.mass - several.mass).max() < 1e-12 * abs(once.mass).max()

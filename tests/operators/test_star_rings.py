@@ -4,16 +4,20 @@ import numpy as np
 import pytest
 
 from lbskel import MeshError, PointCloud
-from lbskel.operators.points import cloud_stars
+from lbskel.geometry.scaling import unit_scale
+from lbskel.operators.local_delaunay import delaunay_stars
 from lbskel.operators.star_rings import stars_in_order
 from lbskel.shapes import make, sphere
 
 
-def test_the_triangles_are_those_of_the_local_delaunay_operator():
-    cloud = PointCloud(make("limbs", n_vertices=1500).mesh.vertices)
+def test_the_triangles_are_those_of_the_vectorized_stars():
+    points = make("limbs", n_vertices=1500).mesh.vertices
+    jitter = np.random.default_rng(0).normal(size=points.shape)  # of four points on a circle either diagonal is right
+    points = points + 1e-6 * jitter
+    cloud, n_neighbors = PointCloud(points), round(0.012 * len(points))
     found = {(row[0], *sorted(row[1:])) for row in stars_in_order(cloud).faces.tolist()}
-    expected = {(row[0], *sorted(row[1:])) for row in cloud_stars(cloud).tolist()}
-    assert len(found ^ expected) <= 0.001 * len(expected)  # of points on a circle either diagonal is right
+    expected = {(row[0], *sorted(row[1:])) for row in delaunay_stars(unit_scale(points)[0], n_neighbors).tolist()}
+    assert len(found ^ expected) <= 0.001 * len(expected)
 
 
 def test_triangles_follow_each_other_around_their_center():
@@ -28,6 +32,12 @@ def test_points_without_a_star_are_refused(points):
         stars_in_order(PointCloud(points))
 
 
-def test_coincident_points_do_no_harm():
+def test_copies_of_a_point_have_its_star():
     points = sphere(2).vertices
-    assert len(np.unique(stars_in_order(PointCloud(np.concatenate([points, points[:3]]))).faces[:, 0])) >= len(points)
+    copied = [7, 7, 3]
+    F = stars_in_order(PointCloud(np.concatenate([points, points[copied]]))).faces
+    of_distinct = stars_in_order(PointCloud(points)).faces
+    n = len(points)
+    assert (F[F[:, 0] < n] == of_distinct).all()
+    for i, original in enumerate(copied):
+        assert (F[F[:, 0] == n + i][:, 1:] == of_distinct[of_distinct[:, 0] == original][:, 1:]).all()
