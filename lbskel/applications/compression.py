@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from lbskel.applications.anchor_selection import greedy_anchors
 from lbskel.applications.differential_coordinates import AnchoredLaplacian, uncoupled_rows
-from lbskel.applications.quantization import entropy
+from lbskel.applications.quantization import coded_bits
 from lbskel.errors import MeshError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
@@ -88,10 +88,10 @@ class CompressedMesh:
 
     @property
     def bits_per_vertex(self) -> float:
-        """Rate: entropy of the coefficients of each coordinate, anchors, origin and step, over the vertices."""
+        """Rate: bits of the coefficients of each coordinate, anchors, origin and step, over the vertices."""
         k = len(self.coefficients)
         total = 4 * BITS_OF_A_FLOAT + len(self.anchors) * np.log2(max(self.n_vertices, 2))
-        return float((total + k * entropy(self.coefficients)) / self.n_vertices)
+        return float((total + k * coded_bits(self.coefficients)) / self.n_vertices)
 
     @cached_property
     def mesh(self) -> Mesh:

@@ -73,7 +73,7 @@ def test_all_functions_lose_only_the_rounding():
     assert packed.rms_error(mesh) < packed.step  # each of 3 n coefficients is rounded by at most half a step
 
 
-def test_the_rate_is_the_entropy_of_the_coefficients():
+def test_the_rate_is_that_of_the_coefficients():
     packed = CompressedMesh(
         "spectral",
         sphere(1).faces,
@@ -83,7 +83,7 @@ def test_the_rate_is_the_entropy_of_the_coefficients():
         np.zeros(3),
         np.empty(0),
     )
-    assert packed.bits_per_vertex == pytest.approx((4 * 64 + 4 * 1) / 42)  # one bit each for two values in one column
+    assert packed.bits_per_vertex == pytest.approx((4 * 64 + 4 * (1 + 2)) / 42)  # a sign for 1; for 2 and 3 a digit too
 
 
 def test_similar_meshes_have_similar_copies(blob):
