@@ -59,3 +59,12 @@ def test_normals_are_better_than_those_of_positions_at_the_same_bits(tripod):
 def test_wrong_options_are_named(tripod, options):
     with pytest.raises(UnknownChoice):
         quantize_deltas(tripod, **options)
+
+
+@pytest.mark.parametrize("operator", ["graph", "inverse_distance", "mean_value", "mean_value_symmetric"])
+def test_the_surface_does_not_depend_on_the_unit(tripod, operator):
+    found = []
+    for scale in (1.0, 1e-6):
+        mesh = tripod.with_vertices(scale * tripod.vertices)
+        found.append(quantize_deltas(mesh, bits=10, n_anchors=12, operator=operator).mesh.vertices / scale)
+    assert found[1] == pytest.approx(found[0], abs=1e-7)  # the system's condition number is about 1e9
