@@ -140,7 +140,10 @@ def smooth(
         Time step of each iteration: an area, and for ``random_walk``, whose masses are degrees, a number without unit.
         Features narrower than about its square root vanish. By default 0.5 mean vertex areas for ``bilaplacian``, 0.25
         for ``implicit`` and ``curvature_flow``, half of the largest stable step for ``explicit``; ``taubin`` and
-        ``polynomial`` have none. For ``random_walk`` the mean degree takes the place of the mean vertex area.
+        ``polynomial`` have none. For ``random_walk`` the mean degree takes the place of the mean vertex area. Means are
+        of the whole mesh: components as small as an edge of the others shrink to points, unless smoothed alone. With
+        cotangents one nearly flat triangle makes the stable step so short that ``explicit`` moves hardly any vertex;
+        with ``random_walk`` it does not.
     iterations : int, optional
         By default 4 for ``bilaplacian``, 2 for ``implicit`` and ``curvature_flow``, 3 for ``explicit``, 30 for
         ``taubin``, 1 for ``polynomial``.
