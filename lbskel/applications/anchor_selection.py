@@ -24,7 +24,7 @@ from lbskel.applications.differential_coordinates import (
 )
 from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.mesh import Mesh, as_mesh
-from lbskel.operators import Operator, apply_operator
+from lbskel.operators import Operator, apply_operator, unit_of_weights
 
 
 def _first_anchors(stiffness: csc_array, vertices: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -126,7 +126,8 @@ def least_squares_mesh(
         A name in OPERATORS, or a function from a Mesh to a Laplacian. With ``graph`` the result follows from the
         connectivity and the anchors alone.
     anchor_weight : float
-        The weight w of the anchors, in units of the operator's weights.
+        The weight w of the anchors, in units of the operator's weights: for those of one over a length about one over
+        the mean edge length.
     solver : str
         A name in SOLVERS.
 
@@ -160,10 +161,10 @@ def least_squares_mesh(
     (60, True)
     """
     given: Mesh = as_mesh(mesh)
-    stiffness = apply_operator(operator, given).stiffness
+    laplacian = apply_operator(operator, given)
     center = given.centroid
     anchors, X = greedy_anchors(
-        stiffness,
+        laplacian.stiffness / unit_of_weights(operator, laplacian),
         np.zeros_like(given.vertices),
         given.vertices - center,
         n_anchors,

@@ -5,6 +5,10 @@ geometry", https://doi.org/10.1145/344779.344924. ``geometry_aware``: u_i = argm
 for anchors a_j and L = I - D^-1 A; the coefficients are the positions of the anchors, which are added where the error
 is largest. Sorkine, Cohen-Or, Irony, Toledo 2005, "Geometry-aware bases for shape approximation",
 https://doi.org/10.1109/TVCG.2005.33. Coefficients are rounded to multiples of one step.
+
+The eigenvectors of a multiple eigenvalue are any basis of their space, and rounding, which differs between processors,
+chooses among these. So equal eigenvalues are taken all or none, with the basis that Gram-Schmidt makes of the
+projections of random vectors; the sum then depends on rounding by its errors alone.
 """
 
 from __future__ import annotations
@@ -13,6 +17,7 @@ __all__ = ["BASES", "CompressedMesh", "compress"]
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -20,23 +25,29 @@ from numpy.typing import NDArray
 
 from lbskel.applications.anchor_selection import greedy_anchors
 from lbskel.applications.differential_coordinates import AnchoredLaplacian, uncoupled_rows
-from lbskel.applications.quantization import entropy
+from lbskel.applications.quantization import coded_bits
 from lbskel.errors import MeshError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Laplacian
 from lbskel.operators.assembly import diagonal_matrix
 from lbskel.operators.combinatorial import random_walk
-from lbskel.solvers.eigenproblem import smallest_eigenpairs
+from lbskel.solvers.eigenproblem import RELATIVE_GAP, smallest_eigenpairs
 
 BASES = ("spectral", "geometry_aware")
 BITS_OF_A_FLOAT = 64
 MAX_BITS = 32  # of a coefficient; beyond, positions have fewer digits than that
+# Eigenvalues count as equal up to this gap, relative to their size and mean spacing. It bounds the errors of the spaces
+# by 1e-9, those of the residuals over it, and is above the gap up to which the solver may miss one of several values.
+EQUAL_GAP = 10 * RELATIVE_GAP
+SEED = 0  # of the random vectors, which are part of the format
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CompressedMesh:
     """Rounded coefficients of the positions of a mesh, which is decoded from these fields alone.
+
+    Another processor, or number of threads, decodes the same positions up to a millionth of the size of the mesh.
 
     Parameters
     ----------
@@ -77,10 +88,10 @@ class CompressedMesh:
 
     @property
     def bits_per_vertex(self) -> float:
-        """Rate: entropy of the coefficients of each coordinate, anchors, origin and step, over the vertices."""
+        """Rate: bits of the coefficients of each coordinate, anchors, origin and step, over the vertices."""
         k = len(self.coefficients)
         total = 4 * BITS_OF_A_FLOAT + len(self.anchors) * np.log2(max(self.n_vertices, 2))
-        return float((total + k * entropy(self.coefficients)) / self.n_vertices)
+        return float((total + k * coded_bits(self.coefficients)) / self.n_vertices)
 
     @cached_property
     def mesh(self) -> Mesh:
@@ -120,9 +131,9 @@ def compress(mesh: Any, k: int, *, basis: str = "spectral", bits: int = 12) -> C
     ----------
     mesh : Mesh, or what :func:`lbskel.as_mesh` takes
     k : int
-        Number of functions of the basis.
+        Number of functions of the basis, at least the number of connected components, isolated vertices included. The
+        basis ``spectral`` has fewer if the k-th eigenvalue equals the next: of equal ones it has all or none.
     basis : {"spectral", "geometry_aware"}
-        For the second, k is at least the number of connected components, isolated vertices included.
     bits : int
         The coefficients are rounded to 2^bits steps over their range.
 
@@ -131,7 +142,7 @@ def compress(mesh: Any, k: int, *, basis: str = "spectral", bits: int = 12) -> C
     UnknownChoice
         If there is no such basis, or a number is out of its range.
     MeshError
-        If for ``geometry_aware`` there are more components than anchors.
+        If there are more components than functions.
 
     References
     ----------
@@ -157,18 +168,18 @@ def compress(mesh: Any, k: int, *, basis: str = "spectral", bits: int = 12) -> C
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     origin = low / 2 + high / 2
     V, exponent = unit_scale(mesh.vertices - origin)
+    n_components = int(mesh.component_of_vertex.max()) + 1
+    if n_components > k:
+        raise MeshError(
+            f"{n_components} connected components, isolated vertices included, need as many functions, not {k}"
+        )
     if basis == "spectral":
         anchors = np.empty(0, dtype=np.int64)
         coefficients = _graph_eigenvectors(mesh.faces, n, int(k)).T @ V
     else:
-        n_components = int(mesh.component_of_vertex.max()) + 1
-        if n_components > k:
-            raise MeshError(
-                f"{n_components} connected components, isolated vertices included, need as many anchors, not {k}"
-            )
         anchors = _anchors(mesh.faces, V, int(k))
         coefficients = V[anchors]
-    step = float(np.abs(coefficients).max()) / 2 ** (bits - 1)
+    step = float(np.abs(coefficients).max(initial=0.0)) / 2 ** (bits - 1)
     rounded = np.rint(coefficients / step).astype(np.int64) if step > 0 else np.zeros(coefficients.shape, np.int64)
     return CompressedMesh(basis, mesh.faces, n, rounded, float(np.ldexp(step, exponent)), origin, anchors)
 
@@ -179,8 +190,19 @@ def _connectivity(faces: NDArray[np.int64], n: int) -> Laplacian:
 
 
 def _graph_eigenvectors(faces: NDArray[np.int64], n: int, k: int) -> NDArray[np.float64]:
-    """Compute the first eigenvectors of D - A."""
-    return smallest_eigenpairs(_connectivity(faces, n).stiffness, diagonal_matrix(np.ones(n)), k)[1]
+    """Compute the first eigenvectors of D - A, at most k, with one basis for each cluster of equal eigenvalues."""
+    S = _connectivity(faces, n).stiffness
+    values, X = smallest_eigenpairs(S, diagonal_matrix(np.ones(n)), min(k + 1, n))
+    spacing = float(S.diagonal().mean()) / n
+    ends = np.flatnonzero(np.diff(values) > EQUAL_GAP * (values[1:] + spacing)) + 1
+    if k == n:
+        ends = np.append(ends, n)
+    random = np.random.RandomState(SEED)  # the generator whose numbers no version of numpy changes
+    for start, end in pairwise([0, *ends]):
+        cluster = X[:, start:end]
+        Q, R = np.linalg.qr(cluster.T @ random.uniform(-1, 1, (n, end - start)))
+        X[:, start:end] = cluster @ (Q * np.sign(R.diagonal()))
+    return X[:, : ends.max(initial=0)]
 
 
 def _interpolate(

@@ -23,7 +23,7 @@ from lbskel.applications.constrained_systems import ConstrainedSystem, checked_i
 from lbskel.errors import MeshError, UnknownChoice, first_few
 from lbskel.geometry.arrays import checked_points
 from lbskel.geometry.mesh import Mesh, as_mesh
-from lbskel.operators import Operator, apply_operator
+from lbskel.operators import Operator, apply_operator, unit_of_weights
 
 
 def delta_coordinates(mesh: Any, *, operator: str | Operator = "cotangent") -> NDArray[np.float64]:
@@ -161,7 +161,8 @@ def reconstruct(
     operator : str or callable
         A name in OPERATORS, or a function from a Mesh to a Laplacian.
     anchor_weight : float, optional
-        The weight w of soft anchors, in units of the operator's weights; by default anchors are hard.
+        The weight w of soft anchors, in units of the operator's weights: for those of one over a length about one over
+        the mean edge length. By default anchors are hard.
     solver : str
         A name in SOLVERS.
 
@@ -198,10 +199,12 @@ def reconstruct(
             f"there must be a delta for each of the {len(given.vertices)} vertices and a position for each of the "
             f"{len(chosen)} anchors, not {len(values)} and {len(wanted)}"
         )
-    stiffness = apply_operator(operator, given).stiffness
-    weight = checked_weight(anchor_weight, "anchor_weight")
+    laplacian = apply_operator(operator, given)
+    unit = unit_of_weights(operator, laplacian)
+    stiffness, weight = laplacian.stiffness / unit, checked_weight(anchor_weight, "anchor_weight")
     center = wanted.mean(axis=0)
-    X = AnchoredLaplacian(stiffness, chosen, weight=weight, solver=solver).solve(values, wanted - center) + center
+    system = AnchoredLaplacian(stiffness, chosen, weight=weight, solver=solver)
+    X = system.solve(values / unit, wanted - center) + center
     is_kept = uncoupled_rows(stiffness)
     is_kept[chosen] = False
     X[is_kept] = given.vertices[is_kept]

@@ -20,7 +20,7 @@ from lbskel.applications.anchor_selection import greedy_anchors
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.mesh import Mesh, as_mesh
-from lbskel.operators import Operator, apply_operator
+from lbskel.operators import Operator, apply_operator, unit_of_weights
 
 MAX_BITS = 32  # of a coordinate; more than the 24 of a float in single precision
 ANCHOR_BITS = 3 * 32  # bits of the position of an anchor: three floats in single precision
@@ -48,10 +48,17 @@ def round_to_bits(values: NDArray[np.float64], bits: int) -> tuple[NDArray[np.in
     return codes, low + step * codes
 
 
-def entropy(codes: NDArray[np.int64]) -> float:
-    """Compute the bits that a row of (n, c) codes takes on average if each column is coded by its frequencies."""
-    total = 0.0
-    for column in codes.T:
+def coded_bits(codes: NDArray[np.int64]) -> float:
+    """Compute the bits that a row of (n, c) codes takes on average, each column coded as in JPEG.
+
+    The number of digits of each magnitude is coded by its frequencies, whose table is small; the digits after the first
+    and the sign are stored. The entropy of the codes themselves is too low where most differ: at most log2 n.
+
+    ITU-T T.81 1992, "Digital compression and coding of continuous-tone still images", annex F.1.2.
+    """
+    n_digits = np.frexp(np.abs(codes))[1]
+    total = float(n_digits.mean(axis=0).sum())
+    for column in n_digits.T:
         shares = np.unique(column, return_counts=True)[1] / len(column)
         total -= float(shares @ np.log2(shares))
     return total
@@ -85,9 +92,10 @@ class QuantizedDeltas:
 
     @cached_property
     def bits_per_vertex(self) -> float:
-        """Entropy of the codes, and the anchors' positions and indices; the connectivity is not counted."""
+        """Bits of the codes about their medians, and of positions and indices of anchors; the faces are not counted."""
         n = len(self.codes)
-        return entropy(self.codes) + len(self.anchors) * (ANCHOR_BITS + float(np.log2(n))) / n
+        centered = self.codes - np.rint(np.median(self.codes, axis=0)).astype(np.int64)
+        return coded_bits(centered) + len(self.anchors) * (ANCHOR_BITS + float(np.log2(n))) / n
 
 
 def quantize_deltas(
@@ -131,7 +139,8 @@ def quantize_deltas(
     given: Mesh = as_mesh(mesh)
     if not (isinstance(bits, int | np.integer) and 1 <= bits <= MAX_BITS):
         raise UnknownChoice(f"bits must be a whole number from 1 to {MAX_BITS}, not {bits!r}")
-    stiffness = apply_operator(operator, given).stiffness
+    laplacian = apply_operator(operator, given)
+    stiffness = laplacian.stiffness / unit_of_weights(operator, laplacian)
     center = given.centroid
     V = given.vertices - center
     codes, deltas = round_to_bits(stiffness @ V, int(bits))

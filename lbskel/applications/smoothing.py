@@ -35,7 +35,7 @@ from lbskel.applications.volume import has_volume, keep_volumes
 from lbskel.errors import MeshError, SolveError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
-from lbskel.operators import OPERATORS, Laplacian, Operator, apply_operator, operator_named
+from lbskel.operators import Laplacian, Operator, apply_operator, unit_of_weights
 
 # Default time step in mean vertex areas, and default iterations: near the smallest distance to the clean surface after
 # noise of a quarter of the mean edge length (benchmarks/results/applications_smoothing.md, "Settings"). None means half
@@ -48,10 +48,6 @@ DEFAULTS: dict[str, tuple[float | None, int]] = {
     "taubin": (None, 30),
     "polynomial": (None, 1),
 }
-# Weights of one over a length, whose masses are lengths; and S_ii A / M_ii of every operator where six equilateral
-# triangles meet, with A a third of their area: so M_ii / S_ii times it is an area.
-INVERSE_LENGTHS = {OPERATORS[name] for name in ("inverse_distance", "mean_value", "mean_value_symmetric")}
-REGULAR_RATIO = 2 * np.sqrt(3)
 
 
 def _largest_row(K: csr_array, held: NDArray[np.int64]) -> float:
@@ -144,7 +140,10 @@ def smooth(
         Time step of each iteration: an area, and for ``random_walk``, whose masses are degrees, a number without unit.
         Features narrower than about its square root vanish. By default 0.5 mean vertex areas for ``bilaplacian``, 0.25
         for ``implicit`` and ``curvature_flow``, half of the largest stable step for ``explicit``; ``taubin`` and
-        ``polynomial`` have none. For ``random_walk`` the mean degree takes the place of the mean vertex area.
+        ``polynomial`` have none. For ``random_walk`` the mean degree takes the place of the mean vertex area. Means are
+        of the whole mesh: components as small as an edge of the others shrink to points, unless smoothed alone. With
+        cotangents one nearly flat triangle makes the stable step so short that ``explicit`` moves hardly any vertex;
+        with ``random_walk`` it does not.
     iterations : int, optional
         By default 4 for ``bilaplacian``, 2 for ``implicit`` and ``curvature_flow``, 3 for ``explicit``, 30 for
         ``taubin``, 1 for ``polynomial``.
@@ -216,8 +215,7 @@ def smooth(
     t = time_step
     if t is None and default_step is not None:
         t = default_step * float(areas[has_area].mean())
-        if operator_named(operator) in INVERSE_LENGTHS:
-            t *= REGULAR_RATIO / float(laplacian.stiffness.diagonal()[has_area].mean())
+        t = t if is_short else t / unit_of_weights(operator, laplacian)
     scaled, exponent = unit_scale(given.vertices)
     weights = np.where(has_area, areas, 0) / areas.max()
     center = weights @ scaled / weights.sum()  # which diffusion does not move

@@ -49,8 +49,8 @@ def run(arguments: argparse.Namespace) -> int:
             raise MeshError(f"{path}: {error}") from None
     distances = [shape_dna_distance(bases[0], basis) for basis in bases[1:]]
     if not (arguments.json or arguments.quiet):
-        for path, basis in zip(arguments.mesh, bases, strict=True):
-            _print(path, basis)
+        for path, mesh, basis in zip(arguments.mesh, meshes, bases, strict=True):
+            _print(path, mesh.area, basis)
         for path, distance in zip(arguments.mesh[1:], distances, strict=True):
             print(f"shape-DNA distance of {path}: {distance:.4g}")
     values = {str(path): basis.values.tolist() for path, basis in zip(arguments.mesh, bases, strict=True)}
@@ -80,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _print(path: str, basis: SpectralBasis) -> None:
+def _print(path: str, area: float, basis: SpectralBasis) -> None:
     """Print the first eigenvalues, and how exact all are."""
     n_zero = len(basis.values) - len(basis.positive)
     shown = " ".join(
@@ -89,7 +89,7 @@ def _print(path: str, basis: SpectralBasis) -> None:
     error = float(np.abs(basis.gram() - np.eye(len(basis.values))).max())
     print(
         f"{path}: {counted(len(basis.values), 'eigenvalue')}, {n_zero} of them zero, one for each component; "
-        f"area {basis.area:.6g}"
+        f"area {area:.6g}"
     )
     print(f"  {shown}{' ...' if len(basis.values) > N_PRINTED else ''}")
     print(f"  residual {basis.residual():.1e}, orthonormal to {error:.1e}")

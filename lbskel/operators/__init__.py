@@ -12,6 +12,7 @@ from lbskel.operators.registry import (
     apply_operator,
     laplacian,
     operator_named,
+    unit_of_weights,
 )
 
 __all__ = [
@@ -28,4 +29,5 @@ __all__ = [
     "laplacian",
     "operator_named",
     "to_igl",
+    "unit_of_weights",
 ]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 __all__ = ["Cholmod", "count_negative_pivots"]
 
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -18,6 +19,8 @@ from scipy.sparse import csc_array
 
 from lbskel.errors import SolveError
 from lbskel.solvers.factorization import Factorization
+
+_options_lock = threading.Lock()  # CHOLMOD's options are one dictionary of the process
 
 
 class Cholmod(Factorization):
@@ -85,11 +88,12 @@ def _lower_triangle(A: csc_array) -> tuple[spmatrix, tuple[NDArray[np.int64], ND
 
 @contextmanager
 def _options(**changes: int) -> Iterator[None]:
-    """Use the given ordering and do not try others; CHOLMOD's options are restored afterwards."""
-    before = dict(cholmod.options)
-    cholmod.options.update(nmethods=1, **changes)
-    try:
-        yield
-    finally:
-        cholmod.options.clear()
-        cholmod.options.update(before)
+    """Use the given ordering and do not try others, one thread at a time; the options are restored afterwards."""
+    with _options_lock:
+        before = dict(cholmod.options)
+        cholmod.options.update(nmethods=1, **changes)
+        try:
+            yield
+        finally:
+            cholmod.options.clear()
+            cholmod.options.update(before)

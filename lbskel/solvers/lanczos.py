@@ -89,7 +89,12 @@ class ThickRestartLanczos:
         raise SolveError(f"Lanczos' method has not found {self._k} eigenpairs after {MAX_RESTARTS} restarts")
 
     def add_direction(self) -> None:
-        """Go on with a random vector: in exact arithmetic one start finds one vector of each multiple eigenvalue."""
+        """Go on with a random vector: in exact arithmetic one start finds one vector of each multiple eigenvalue.
+
+        Convergence is next tested after twice as many steps as before, so that a vector that is still missing can come
+        up among those found, which have converged at once.
+        """
+        self._interval *= 2
         self._H[: self._size, self._size] = self._H[self._size, : self._size] = 0.0
         self._start()
 

@@ -62,3 +62,12 @@ def test_more_anchors_than_vertices_are_all_of_them_and_give_the_surface():
     again, chosen = least_squares_mesh(icosahedron, 12)
     assert sorted(anchors) == sorted(chosen) == list(range(12))
     np.testing.assert_allclose(surface.vertices, again.vertices, atol=1e-14)
+
+
+@pytest.mark.parametrize("operator", ["graph", "inverse_distance", "mean_value", "mean_value_symmetric"])
+def test_the_surface_does_not_depend_on_the_unit(tripod, operator):
+    found = []
+    for scale in (1.0, 1e-6):
+        mesh = tripod.with_vertices(scale * tripod.vertices)
+        found.append(least_squares_mesh(mesh, 12, operator=operator)[0].vertices / scale)
+    assert found[1] == pytest.approx(found[0], abs=1e-7)  # the system's condition number is about 1e9

@@ -75,6 +75,21 @@ def test_a_scaling_by_s_divides_eigenvalues_by_its_square_and_functions_by_it(ri
     assert abs(ten.functions[i, basis_alone]) * 10 == pytest.approx(abs(one.functions[i, basis_alone]))
 
 
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
+@pytest.mark.parametrize("mass", [None, "voronoi"])
+@pytest.mark.parametrize("operator", ["robust", "random_walk", "inverse_distance", "mean_value_symmetric"])
+def test_the_zeros_are_those_of_the_components_in_every_unit(ring, operator, mass, scale):
+    two = joined(ring, moved(ring, 5.0))
+    basis = spectral_basis(two.with_vertices(scale * two.vertices), 6, operator=operator, mass=mass)
+    assert basis.positive.tolist() == [2, 3, 4, 5]
+
+
+@pytest.mark.parametrize("operator", ["inverse_distance", "mean_value_symmetric"])
+def test_the_area_is_that_of_the_surface_where_masses_are_lengths(operator):
+    ball = sphere(3)
+    assert spectral_basis(ball, 2, operator=operator).area == pytest.approx(ball.area, rel=0.01)  # triangles are uneven
+
+
 def test_components_have_one_zero_each_and_points_a_spectrum(ring):
     two = spectral_basis(joined(ring, moved(ring, 5.0)), 6)
     assert len(two.values) - len(two.positive) == 2

@@ -105,3 +105,15 @@ def test_each_component_needs_an_anchor_and_isolated_vertices_stay(shape):
 def test_wrong_input_is_named(shape, error, arguments, options):
     with pytest.raises(error):
         reconstruct(shape, *arguments, **options)
+
+
+@pytest.mark.parametrize("operator", OPERATORS)
+def test_soft_anchors_are_as_strong_in_every_unit(shape, operator):
+    anchors, found = [0, 77], []
+    for scale in (1.0, 1e-3):
+        mesh = shape.with_vertices(scale * shape.vertices)
+        deltas = delta_coordinates(mesh, operator=operator)
+        wanted = scale * np.array([[2.0, 0.0, 0.0], [-1.0, 1.0, 0.0]])
+        soft = reconstruct(mesh, deltas, anchors, wanted, operator=operator, anchor_weight=0.1)
+        found.append(soft.vertices / scale)
+    assert found[1] == pytest.approx(found[0], abs=1e-7)  # the system's condition number is about 1e6

@@ -1,10 +1,10 @@
-"""High-pass quantization: rounding, entropy, error bounds, and normals better than those of rounded positions."""
+"""High-pass quantization: rounding, rates, error bounds, and normals better than those of rounded positions."""
 
 import numpy as np
 import pytest
 
 from lbskel import UnknownChoice, laplacian, quantize_deltas
-from lbskel.applications.quantization import entropy, round_to_bits
+from lbskel.applications.quantization import coded_bits, round_to_bits
 
 
 def test_rounding_is_off_by_half_a_step_at_most():
@@ -17,9 +17,18 @@ def test_rounding_is_off_by_half_a_step_at_most():
     assert (round_to_bits(constant, 4)[1] == constant).all()
 
 
-def test_entropy_is_that_of_the_frequencies():
-    assert entropy(np.array([[0, 5], [1, 5], [0, 5], [1, 5]])) == 1.0
-    assert entropy(np.arange(8)[:, None]) == 3.0
+def test_the_rate_is_that_of_digits_and_signs_and_of_their_number():
+    assert coded_bits(np.array([[0, -1], [0, 1], [4, 1], [-7, 1]])) == (1 + (0 + 0 + 3 + 3) / 4) + (0 + 1)
+    assert coded_bits(np.zeros((5, 2), dtype=np.int64)) == 0.0
+
+
+@pytest.mark.parametrize("bits", [4, 10, 24, 31])
+def test_the_rate_is_near_the_entropy_of_the_distribution_though_all_codes_are_different(bits):
+    random = np.random.default_rng(0)
+    uniform = random.integers(-(2**bits), 2**bits, (400, 1))
+    normal = np.rint(2**bits * random.standard_normal((400, 1))).astype(np.int64)
+    assert coded_bits(uniform) == pytest.approx(bits + 1, abs=0.3)
+    assert coded_bits(normal) == pytest.approx(bits + np.log2(2 * np.pi * np.e) / 2, abs=0.3)
 
 
 def test_the_error_keeps_its_bound_and_falls_with_bits_and_anchors(ring):
@@ -50,3 +59,12 @@ def test_normals_are_better_than_those_of_positions_at_the_same_bits(tripod):
 def test_wrong_options_are_named(tripod, options):
     with pytest.raises(UnknownChoice):
         quantize_deltas(tripod, **options)
+
+
+@pytest.mark.parametrize("operator", ["graph", "inverse_distance", "mean_value", "mean_value_symmetric"])
+def test_the_surface_does_not_depend_on_the_unit(tripod, operator):
+    found = []
+    for scale in (1.0, 1e-6):
+        mesh = tripod.with_vertices(scale * tripod.vertices)
+        found.append(quantize_deltas(mesh, bits=10, n_anchors=12, operator=operator).mesh.vertices / scale)
+    assert found[1] == pytest.approx(found[0], abs=1e-7)  # the system's condition number is about 1e9

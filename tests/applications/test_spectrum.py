@@ -41,6 +41,17 @@ def test_every_eigenfunction_of_a_multiple_eigenvalue_is_found(k):
     assert np.abs(values - degrees * (degrees + 1)).max() < 0.15  # h = 0.07: h^2 l^4 / 12 for l = 4
 
 
+@pytest.mark.parametrize("k", [20, 28])
+def test_eigenfunctions_of_eigenvalues_that_are_nearly_multiple_are_found(k):
+    """One vertex in the middle of a face of the sphere splits some of its multiple eigenvalues by little."""
+    ball = sphere(3)
+    (a, b, c), new = ball.faces[0], len(ball.vertices)
+    V = np.concatenate([ball.vertices, [ball.vertices[[a, b, c]].mean(axis=0)]])
+    L = laplacian(Mesh(V, np.concatenate([ball.faces[1:], [[a, b, new], [b, c, new], [c, a, new]]])))
+    values, _ = eigenpairs(L, k)
+    assert np.abs(values - dense_eigenvalues(L, k)).max() < 1e-10 * abs(L.stiffness).max() / L.mass.diagonal().min()
+
+
 def test_each_component_has_a_zero_eigenvalue(ring):
     parts = joined(ring, moved(ring, 5.0), sphere(3), moved(sphere(2), 9.0))
     L = laplacian(Mesh(np.concatenate([parts.vertices, [[99.0, 0, 0]]]), parts.faces))

@@ -25,6 +25,25 @@ def test_each_component_gets_its_volume_and_fixed_vertices_stay():
     assert (result[:20] == shrunk[:20]).all()
 
 
+@pytest.mark.parametrize("radius", [1e-3, 1e-6])
+def test_a_small_component_far_from_the_origin_gets_its_volume(radius):
+    ball = sphere(2)
+    mesh = joined(ball, ball.with_vertices(radius * ball.vertices + [1.5, 0.3, 0.2]))
+    center = np.repeat([[0.0, 0, 0], [1.5, 0.3, 0.2]], 162, axis=0)
+    shrunk = center + 0.9 * (mesh.vertices - center)
+    result = keep_volumes(mesh.vertices, shrunk, mesh, np.zeros(324, dtype=bool))
+    ratios = volumes(mesh, result - center) / volumes(mesh, mesh.vertices - center)
+    assert ratios == pytest.approx(1.0, abs=1e-9)  # coordinates of 1.5 are rounded by 1e-16
+
+
+def test_components_that_have_shrunk_too_far_are_named():
+    mesh = joined(sphere(2), moved(sphere(1), 3.0), moved(sphere(1), 6.0))
+    shrunk = mesh.vertices.copy()
+    shrunk[162:204] = [3.0, 0, 0] + 1e-6 * (shrunk[162:204] - [3.0, 0, 0]) * [1, -1, 1]
+    with pytest.raises(SolveError, match="with the vertices 162, which have shrunk"):
+        keep_volumes(mesh.vertices, shrunk, mesh, np.zeros(len(shrunk), dtype=bool))
+
+
 def test_a_sphere_is_rescaled():
     ball = sphere(2)
     result = keep_volumes(ball.vertices, 0.9 * ball.vertices, ball, np.zeros(162, dtype=bool))

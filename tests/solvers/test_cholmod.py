@@ -1,5 +1,7 @@
 """CHOLMOD: its options and its ordering."""
 
+import threading
+
 import numpy as np
 import pytest
 from cvxopt import cholmod
@@ -19,6 +21,32 @@ def test_options_of_cholmod_are_left_as_they_were(A, monkeypatch):
         factorize(A, "cholmod")
     except SolveError:
         assert A.shape == (3, 3)
+    assert cholmod.options == before
+
+
+def test_a_thread_waits_while_another_has_changed_the_options(monkeypatch):
+    """While pivots are counted, by L D L^T, a second thread factorizes an indefinite matrix, which L L^T refuses."""
+    indefinite = csc_array(np.diag([1.0, -1.0, 2.0]))
+    before, numeric, outcomes, threads = dict(cholmod.options), cholmod.numeric, [], []
+
+    def factorize_another():
+        try:
+            factorize(indefinite, "cholmod")
+            outcomes.append("accepted")
+        except SolveError:
+            outcomes.append("refused")
+
+    def numeric_beside_another_thread(X, factor):
+        if not threads:
+            threads.append(threading.Thread(target=factorize_another))
+            threads[0].start()
+            threads[0].join(timeout=0.5)  # which ends only if the thread does not wait
+        numeric(X, factor)
+
+    monkeypatch.setattr(cholmod, "numeric", numeric_beside_another_thread)
+    assert count_negative_pivots(indefinite) == 1
+    threads[0].join()
+    assert outcomes == ["refused"]
     assert cholmod.options == before
 
 

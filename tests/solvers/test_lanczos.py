@@ -70,6 +70,20 @@ def test_a_further_direction_is_followed_though_the_pairs_found_before_have_conv
     assert np.abs(lanczos.run()[0] - values[:k]).max() < ROUNDING * values[0]
 
 
+def test_further_directions_are_followed_until_a_vector_that_comes_up_slowly_is_found():
+    """The missing value, 3, is 0.03 % above the next: ten steps from a new start stay below both."""
+    values = np.concatenate([np.arange(10.0, 3.0, -1.0), [3.0, 3.0], np.linspace(0.001, 2.999, 191)])
+    k = 9
+    starts = np.random.default_rng(0).uniform(-1, 1, (4, len(values)))
+    starts[0, k - 1] = 0.0
+    lanczos = ThickRestartLanczos(lambda b: values * b, csc_array(np.eye(len(values))), k, StartsOf(*starts))
+    assert lanczos.run()[0][-1] == pytest.approx(2.999)
+    for _ in range(3):  # with ten steps for each, 15 do not suffice
+        lanczos.add_direction()
+        found, _ = lanczos.run()
+    assert np.abs(found - values[:k]).max() < ROUNDING * values[0]
+
+
 def test_what_does_not_converge_is_an_error(monkeypatch):
     monkeypatch.setattr(lanczos, "MAX_RESTARTS", 1)
     M, _, apply = pencil(400)
