@@ -24,7 +24,7 @@ from lbskel.applications.differential_coordinates import (
 )
 from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.mesh import Mesh, as_mesh
-from lbskel.operators import Operator, apply_operator, unit_of_weights
+from lbskel.operators import Operator, apply_operator
 
 
 def _first_anchors(stiffness: csc_array, vertices: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -164,7 +164,7 @@ def least_squares_mesh(
     laplacian = apply_operator(operator, given)
     center = given.centroid
     anchors, X = greedy_anchors(
-        laplacian.stiffness / unit_of_weights(operator, laplacian),
+        laplacian.stiffness / laplacian.weight_unit,
         np.zeros_like(given.vertices),
         given.vertices - center,
         n_anchors,

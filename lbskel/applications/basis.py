@@ -19,7 +19,7 @@ from scipy.sparse import csc_array
 
 from lbskel.applications.spectrum import eigenpairs
 from lbskel.errors import MeshError, UnknownChoice
-from lbskel.operators import Laplacian, PolygonMesh, laplacian, unit_of_weights
+from lbskel.operators import Laplacian, PolygonMesh, laplacian
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,10 +34,6 @@ class SpectralBasis:
         Eigenfunctions, in 1 / length.
     laplacian : Laplacian
         The operator that they belong to, of n vertices.
-    area : float
-        What eigenvalues are multiplied with to have no unit: the total mass, which is the area of the surface, in
-        squared units of the coordinates, and for ``random_walk`` the sum of the degrees. For weights of one over a
-        length it is over :func:`lbskel.operators.unit_of_weights`, and with the operator's own mass near the area.
 
     Examples
     --------
@@ -51,7 +47,6 @@ class SpectralBasis:
     values: NDArray[np.float64]
     functions: NDArray[np.float64]
     laplacian: Laplacian
-    area: float
 
     def __repr__(self) -> str:
         n, k = self.functions.shape
@@ -63,6 +58,15 @@ class SpectralBasis:
     def mass(self) -> csc_array:
         """(n, n) mass matrix."""
         return self.laplacian.mass
+
+    @property
+    def area(self) -> float:
+        """What eigenvalues are multiplied with to have no unit, in squared units of the coordinates.
+
+        It is the total mass, which is the area of the surface; for ``random_walk`` the sum of the degrees, and for
+        weights of one over a length near the area.
+        """
+        return float(self.mass.sum()) / self.laplacian.weight_unit
 
     @property
     def positive(self) -> NDArray[np.int64]:
@@ -167,7 +171,6 @@ def spectral_basis(
     if not (isinstance(k, int | np.integer) and k > 0):
         raise UnknownChoice(f"the number of functions must be a positive integer, not {k!r}")
     default = "cotangent" if isinstance(shape, PolygonMesh) else "robust"
-    chosen = operator or default
-    found = laplacian(shape, operator=chosen, mass=mass)
+    found = laplacian(shape, operator=operator or default, mass=mass)
     values, functions = eigenpairs(found, int(k), solver=solver)
-    return SpectralBasis(values, functions, found, float(found.mass.sum()) / unit_of_weights(chosen, found))
+    return SpectralBasis(values, functions, found)

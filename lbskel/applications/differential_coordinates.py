@@ -23,7 +23,7 @@ from lbskel.applications.constrained_systems import ConstrainedSystem, checked_i
 from lbskel.errors import MeshError, UnknownChoice, first_few
 from lbskel.geometry.arrays import checked_points
 from lbskel.geometry.mesh import Mesh, as_mesh
-from lbskel.operators import Operator, apply_operator, unit_of_weights
+from lbskel.operators import Operator, apply_operator
 
 
 def delta_coordinates(mesh: Any, *, operator: str | Operator = "cotangent") -> NDArray[np.float64]:
@@ -200,7 +200,7 @@ def reconstruct(
             f"{len(chosen)} anchors, not {len(values)} and {len(wanted)}"
         )
     laplacian = apply_operator(operator, given)
-    unit = unit_of_weights(operator, laplacian)
+    unit = laplacian.weight_unit
     stiffness, weight = laplacian.stiffness / unit, checked_weight(anchor_weight, "anchor_weight")
     center = wanted.mean(axis=0)
     system = AnchoredLaplacian(stiffness, chosen, weight=weight, solver=solver)

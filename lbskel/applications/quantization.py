@@ -20,7 +20,7 @@ from lbskel.applications.anchor_selection import greedy_anchors
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.mesh import Mesh, as_mesh
-from lbskel.operators import Operator, apply_operator, unit_of_weights
+from lbskel.operators import Operator, apply_operator
 
 MAX_BITS = 32  # of a coordinate; more than the 24 of a float in single precision
 ANCHOR_BITS = 3 * 32  # bits of the position of an anchor: three floats in single precision
@@ -140,7 +140,7 @@ def quantize_deltas(
     if not (isinstance(bits, int | np.integer) and 1 <= bits <= MAX_BITS):
         raise UnknownChoice(f"bits must be a whole number from 1 to {MAX_BITS}, not {bits!r}")
     laplacian = apply_operator(operator, given)
-    stiffness = laplacian.stiffness / unit_of_weights(operator, laplacian)
+    stiffness = laplacian.stiffness / laplacian.weight_unit
     center = given.centroid
     V = given.vertices - center
     codes, deltas = round_to_bits(stiffness @ V, int(bits))

@@ -35,7 +35,7 @@ from lbskel.applications.volume import has_volume, keep_volumes
 from lbskel.errors import MeshError, SolveError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
-from lbskel.operators import Laplacian, Operator, apply_operator, unit_of_weights
+from lbskel.operators import Laplacian, Operator, apply_operator
 
 # Default time step in mean vertex areas, and default iterations: near the smallest distance to the clean surface after
 # noise of a quarter of the mean edge length (benchmarks/results/applications_smoothing.md, "Settings"). None means half
@@ -215,7 +215,7 @@ def smooth(
     t = time_step
     if t is None and default_step is not None:
         t = default_step * float(areas[has_area].mean())
-        t = t if is_short else t / unit_of_weights(operator, laplacian)
+        t = t if is_short else t / laplacian.weight_unit
     scaled, exponent = unit_scale(given.vertices)
     weights = np.where(has_area, areas, 0) / areas.max()
     center = weights @ scaled / weights.sum()  # which diffusion does not move

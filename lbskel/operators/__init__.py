@@ -12,7 +12,6 @@ from lbskel.operators.registry import (
     apply_operator,
     laplacian,
     operator_named,
-    unit_of_weights,
 )
 
 __all__ = [
@@ -29,5 +28,4 @@ __all__ = [
     "laplacian",
     "operator_named",
     "to_igl",
-    "unit_of_weights",
 ]

@@ -20,6 +20,9 @@ from lbskel.display import Displayed
 from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.mesh import Mesh
 
+# S_ii A / M_ii of every operator where six equilateral triangles meet, with A a third of their area
+REGULAR_RATIO = 2 * np.sqrt(3)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Laplacian(Displayed):
@@ -112,6 +115,17 @@ class Laplacian(Displayed):
             raise MeshError(f"the mesh has {len(mesh.vertices)} vertices, and the operator {self.stiffness.shape[0]}")
         curvature = np.linalg.norm(self.mean_curvature_normals(mesh.vertices), axis=1)
         return self._plot(mesh=mesh, title=repr(self), field=curvature, field_name="mean curvature")
+
+    @property
+    def weight_unit(self) -> float:
+        """Unit of the weights: 1 or, where masses are lengths, the mean of S_ii over 2 sqrt(3), about 1 / edge length.
+
+        Masses over it are about the areas of the vertices.
+        """
+        has_mass = self.mass.diagonal() > 0
+        if self.mass_unit != "length" or not has_mass.any():
+            return 1.0
+        return float(self.stiffness.diagonal()[has_mass].mean() / REGULAR_RATIO)
 
     def strong(self) -> csc_array:
         """Return M^-1 S, which maps values of a function to minus its Laplacian; rows without positive mass are zero.

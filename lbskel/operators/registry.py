@@ -11,7 +11,6 @@ __all__ = [
     "apply_operator",
     "laplacian",
     "operator_named",
-    "unit_of_weights",
 ]
 
 from collections.abc import Callable
@@ -57,11 +56,6 @@ OPERATORS: dict[str, Operator] = {
     "anisotropic": anisotropic,
 }
 
-# Weights of one over a length, whose masses are lengths; and S_ii A / M_ii of every operator where six equilateral
-# triangles meet, with A a third of their area: so M_ii / S_ii times it is an area.
-INVERSE_LENGTHS = {inverse_distance, mean_value, mean_value_symmetric}
-REGULAR_RATIO = 2 * np.sqrt(3)
-
 POINT_OPERATORS: dict[str, Callable[[PointCloud], Laplacian]] = {
     "robust": points.robust,
     "local_delaunay": points.local_delaunay,
@@ -84,24 +78,6 @@ def operator_named(operator: str | Operator) -> Operator:
     if isinstance(operator, str) and operator in STAR_OPERATORS:
         return STAR_OPERATORS[operator]
     return operator if callable(operator) else choose(OPERATORS, operator, "operator")
-
-
-def unit_of_weights(operator: str | Operator, laplacian: Laplacian) -> float:
-    """Return the unit of an operator's weights: one, or for those of one over a length one over a mean edge length.
-
-    It is the mean of S_ii over 2 sqrt(3), so that the masses over it are about the areas of the vertices.
-
-    Parameters
-    ----------
-    operator : str or callable
-        A function of the caller has weights without a unit.
-    laplacian : Laplacian
-        What the operator has returned.
-    """
-    if operator_named(operator) not in INVERSE_LENGTHS:
-        return 1.0
-    has_mass = laplacian.mass.diagonal() > 0
-    return float(laplacian.stiffness.diagonal()[has_mass].mean() / REGULAR_RATIO) if has_mass.any() else 1.0
 
 
 def apply_operator(operator: str | Operator, mesh: Mesh) -> Laplacian:

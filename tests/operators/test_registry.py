@@ -35,7 +35,6 @@ from lbskel.operators import (
     laplacian,
     operator_named,
     to_igl,
-    unit_of_weights,
 )
 from lbskel.shapes import sphere
 
@@ -276,7 +275,7 @@ def test_masses_sum_to_the_area_and_replace_the_operators_own(mass, rough):
 @pytest.mark.parametrize("name", OPERATORS)
 def test_over_the_unit_of_weights_masses_are_areas_and_weights_have_no_unit(name, rough):
     one, ten = (laplacian(rough.with_vertices(s * rough.vertices), operator=name) for s in (1.0, 10.0))
-    unit, unit_of_ten = unit_of_weights(name, one), unit_of_weights(name, ten)
+    unit, unit_of_ten = one.weight_unit, ten.weight_unit
     assert abs(ten.stiffness / unit_of_ten - one.stiffness / unit).max() < 1e-9 * abs(one.stiffness / unit).max()
     if name != "random_walk":
         assert (ten.mass / unit_of_ten).sum() == pytest.approx(100 * (one.mass / unit).sum())
