@@ -65,7 +65,7 @@ def factorize(A: csc_array, solver: str = "cholmod", *, like: Factorization | No
         If no solver has that name.
     SolveError
         If A has entries that are not finite, or is not numerically positive definite; iterative solvers check only
-        that its diagonal is positive.
+        that its diagonal is positive, and ``solve`` raises it where they do not converge.
     MissingDependency
         If the solver is ``cg_amg`` and pyamg is not installed.
 

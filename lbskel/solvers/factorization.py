@@ -22,15 +22,16 @@ MAX_RESIDUAL = 1e-3
 
 
 def relative_residual(A: csc_array, X: NDArray[np.float64], B: NDArray[np.float64]) -> float:
-    """Compute the largest |B - A X| relative to the largest |B|; zero if B is zero.
+    """Compute the largest |B - A X| of a column relative to its largest |B|; columns with B = 0 are left out.
 
     Parameters
     ----------
     A : (n, n) csc_array
     X, B : (n, k) array of float
     """
-    scale = np.abs(B).max(initial=0.0)
-    return float(np.abs(B - A @ X).max(initial=0.0) / scale) if scale > 0 else 0.0
+    scales = np.abs(B).max(axis=0, initial=0.0)
+    residuals = np.abs(B - A @ X).max(axis=0, initial=0.0)
+    return float(np.divide(residuals, scales, out=np.zeros_like(scales), where=scales > 0).max(initial=0.0))
 
 
 class Factorization(ABC):
@@ -105,5 +106,5 @@ class Factorization(ABC):
         return X.reshape(np.shape(B))
 
     def residual(self, X: NDArray[np.float64], B: NDArray[np.float64]) -> float:
-        """Compute the largest |B - A X| relative to the largest |B|, both (n, k) arrays; zero if B is zero."""
+        """Compute the largest |B - A X| of a column relative to its largest |B|, both (n, k) arrays."""
         return relative_residual(self._matrix, X, B)

@@ -141,6 +141,8 @@ def test_residual():
     factorization = factorize(A)
     assert factorization.residual(np.array([[1.0], [1.0]]), np.array([[3.0], [4.0]])) == 0.25
     assert factorization.residual(np.zeros((2, 1)), np.zeros((2, 1))) == 0.0
+    # of the worst column, relative to its own right-hand side
+    assert factorization.residual(np.array([[1e9, 1.0], [1e9, 1.0]]), np.array([[2e9, 3.0], [4e9, 4.0]])) == 0.25
 
 
 def not_positive_definite():
