@@ -39,3 +39,13 @@ def test_concave_surfaces_are_damped_as_convex_ones():
     assert np.abs(shape_operators(side)).max() > 0.5
     convex, concave = (anisotropic(mesh, strength=3.0).stiffness for mesh in (side, inside_out))
     assert abs(convex - concave).max() < 1e-12 * abs(convex).max()
+
+
+def test_the_matrix_of_a_collinear_face_is_not_indefinite():
+    """Decimals that are not exact: the face has an area of one rounding, so that single cotangents are finite."""
+    V = [[-2.6, -1.3, 0], [-2.7, -1.5, 0], [-3.1, -2.3, 0], [-2.4, -1.4, 0.5]]
+    L = anisotropic(Mesh(V, [[0, 1, 2], [0, 2, 3]]))
+    eigenvalues = np.linalg.eigvalsh(L.stiffness.toarray())
+    assert eigenvalues[0] > -1e-15 * 10
+    assert eigenvalues[-1] < 10
+    assert L.treated_vertices.tolist() == [0, 1, 2]
