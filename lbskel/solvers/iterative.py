@@ -22,7 +22,7 @@ from scipy.linalg import eigh_tridiagonal
 from scipy.sparse import csr_array
 
 from lbskel.errors import SolveError
-from lbskel.solvers.factorization import MAX_RESIDUAL, Factorization
+from lbskel.solvers.factorization import MAX_RESIDUAL, Factorization, real_rows
 
 # Row-wise backward error at which iterations stop, no unit: 45 roundings, near what direct solvers leave, and above the
 # rounding of the residual itself. Against 1e-10 of the norm of B, contraction, smoothing, reconstruction and spectra of
@@ -166,11 +166,12 @@ class Iterative(Factorization):
         Raises
         ------
         SolveError
-            If ``iterations`` is not given, and after 2000 iterations the solution is not finite or the residual is not
-            small.
+            If B has another number of rows or is complex, or ``iterations`` is not given, and after 2000 iterations the
+            solution is not finite or the residual is not small.
         """
-        columns = np.asarray(B, dtype=np.float64).reshape(len(B), -1)
-        X = np.zeros_like(columns) if start is None else np.array(start, dtype=np.float64).reshape(columns.shape)
+        n = self._matrix.shape[0]
+        columns = real_rows(B, n).reshape(n, -1)
+        X = np.zeros_like(columns) if start is None else real_rows(start, n, "start").reshape(columns.shape)
         limit, number = MAX_ITERATIONS if iterations is None else iterations, 0
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             R = columns - self._matrix @ X

@@ -22,7 +22,7 @@ from scipy.sparse.linalg import lsmr, lsqr, splu
 
 from lbskel.errors import SolveError, choose
 from lbskel.solvers import ALL_SOLVERS
-from lbskel.solvers.factorization import MAX_RESIDUAL
+from lbskel.solvers.factorization import MAX_RESIDUAL, real_matrix, real_rows
 from lbskel.solvers.iterative import (
     MAX_ITERATIONS,
     TOLERANCE,
@@ -191,10 +191,10 @@ def lstsq(
     UnknownChoice
         If no method has that name.
     SolveError
-        If an entry is not finite, a dense matrix would be too large, the matrix of a direct method cannot be factorized
-        since columns are dependent to working accuracy (``qr`` and ``svd`` return the solution of least norm), or, if
-        ``iterations`` is not given, K^T (B - K X) is above a thousandth of K^T B in a column, or iterations have not
-        converged after 2000 (:mod:`lbskel.solvers.iterative`).
+        If an entry is complex or not finite, B has another number of rows, a dense matrix would be too large, the
+        matrix of a direct method cannot be factorized since columns are dependent to working accuracy (``qr`` and
+        ``svd`` return the solution of least norm), or, if ``iterations`` is not given, K^T (B - K X) is above a
+        thousandth of K^T B in a column, or iterations have not converged after 2000 (:mod:`lbskel.solvers.iterative`).
     MissingDependency
         If the method is ``cg_amg`` and pyamg is not installed.
 
@@ -206,12 +206,13 @@ def lstsq(
     array([1., 2.])
     """
     solve = choose(LEAST_SQUARES, method, "least-squares method")
-    right = np.asarray(B, dtype=np.float64)
+    K = csr_array(real_matrix(K))
+    right = real_rows(B, K.shape[0])
     columns = right.reshape(len(right), -1)
     shape = (K.shape[1], *right.shape[1:])
     initial = np.zeros((K.shape[1], columns.shape[1]))
     if start is not None:
-        initial += np.asarray(start, dtype=np.float64).reshape(initial.shape)
+        initial += real_rows(start, K.shape[1], "start").reshape(initial.shape)
     if not (np.isfinite(K.data).all() and np.isfinite(columns).all()):
         raise SolveError("the matrix or the right-hand side has entries that are not finite")
     observe = _no_observer

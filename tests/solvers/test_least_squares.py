@@ -186,3 +186,16 @@ def test_no_iteration_is_made_where_none_is_asked_for(method):
     X = lstsq(K, right_hand_side(K), method, iterations=0, on_iterate=lambda number, X: seen.append(number))
     assert not X.any()
     assert not any(seen)
+
+
+def test_what_is_no_system_is_refused():
+    K = rectangular()
+    with pytest.raises(SolveError, match=r"must have shape \(252, k\)"):
+        lstsq(K, np.ones(251))
+    with pytest.raises(SolveError, match="right-hand side is complex"):
+        lstsq(K, 1j * np.ones(252))
+    with pytest.raises(SolveError, match="matrix is complex"):
+        lstsq(1j * K, np.ones(252))
+    with pytest.raises(SolveError, match="start must have shape"):
+        lstsq(K, np.ones(252), "cgls", start=np.ones(3))
+    assert lstsq(K.toarray(), np.ones(252)) == pytest.approx(lstsq(K, np.ones(252)), abs=1e-14)
