@@ -24,6 +24,15 @@ PYTHAGORAS = Mesh(
 )
 
 
+def with_a_flat_face(turned, moved, n=12):
+    """A grid of unit squares, and last a face on three vertices of one row, turned and moved; and the grid alone."""
+    grid = flat_grid(n, n)
+    V = grid.vertices / np.ptp(grid.vertices[:, 0]) * (n - 1)
+    row = np.flatnonzero(np.isclose(V[:, 1], V[3 * n, 1]))[[0, 1, -1]]
+    placed = V @ turned.T + moved
+    return Mesh(placed, [*grid.faces, row]), Mesh(placed, grid.faces)
+
+
 def stiffness_of_lengths(a, b, c):
     """The cotangent stiffness of one triangle by the law of cosines; a is the length of the edge opposite vertex 0."""
     s = (a + b + c) / 2

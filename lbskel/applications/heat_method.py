@@ -32,7 +32,7 @@ from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Laplacian, Operator, apply_operator
 from lbskel.operators.gradients import gradient_matrix, unit_gradients
-from lbskel.operators.intrinsic_delaunay import mollification_offset
+from lbskel.operators.intrinsic_delaunay import mollified_lengths
 from lbskel.operators.robust import MOLLIFY_FACTOR, tufted_delaunay
 from lbskel.solvers import Factorization, factorize
 
@@ -246,7 +246,7 @@ class HeatMethod:
         if twins is None or (twins < 0).any():
             return tufted_delaunay(self._unit, self.mesh.faces)[0], 2
         lengths = igl.edge_lengths(self._unit, self.mesh.faces)
-        lengths += mollification_offset(lengths, MOLLIFY_FACTOR).max()
+        lengths, _ = mollified_lengths(self.mesh.faces, lengths, MOLLIFY_FACTOR)
         return delaunay(IntrinsicTriangulation(self.mesh.faces, lengths, twins)), 1
 
     @cached_property

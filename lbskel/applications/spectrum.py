@@ -36,6 +36,8 @@ def eigenpairs(laplacian: Laplacian, k: int, *, solver: str = "cholmod") -> Eige
     ------
     MeshError
         If the operator is not symmetric, or the mesh has no area.
+    UnknownChoice
+        If no solver has that name, or k is not a positive integer.
     SolveError
         If the operator is not positive semidefinite.
 

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ENERGIES
 from lbskel.contraction.weights import ATTRACTIONS, INITIAL_WEIGHT_RULES, WEIGHTS
@@ -16,6 +18,10 @@ from lbskel.operators import Operator, operator_named
 from lbskel.solvers import ALL_SOLVERS
 
 STOP_RULES = ("areas", "rings")
+
+
+def _is_finite(value: Any) -> bool:
+    return isinstance(value, int | float | np.number) and bool(np.isfinite(value))
 
 
 @dataclass(frozen=True)
@@ -126,8 +132,14 @@ class ContractionSettings:
         )
         for name in positive:
             value = getattr(self, name)
-            if value is not None and not value > 0:
-                raise UnknownChoice(f"{name} must be positive, not {value}")
+            if value is not None and not (_is_finite(value) and value > 0):
+                raise UnknownChoice(f"{name} must be positive and finite, not {value!r}")
+        if not isinstance(self.max_steps, int | np.integer):
+            raise UnknownChoice(f"max_steps must be a whole number, not {self.max_steps!r}")
+        for name in ("collapse_length", "degenerate_angle"):
+            value = getattr(self, name)
+            if not (_is_finite(value) and value >= 0):
+                raise UnknownChoice(f"{name} must be zero or positive, and finite, not {value!r}")
 
 
 DEGENERACY_STRATEGIES: dict[str, Mapping[str, Any]] = {

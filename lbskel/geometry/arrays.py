@@ -38,12 +38,15 @@ def checked_points(values: ArrayLike, what: str) -> NDArray[np.float64]:
     Raises
     ------
     MeshError
-        If there are none, the shape is another, or a coordinate is not finite; the message names the rows.
+        If there are none, the shape is another, or a coordinate is complex or not finite; the message names the rows.
     """
     try:
-        points = np.array(values, dtype=np.float64, order="C")
+        given = np.asarray(values)
+        points = np.array(given, dtype=np.float64, order="C") if given.dtype.kind != "c" else given
     except (TypeError, ValueError) as error:
         raise MeshError(f"{what} must be an (n, 3) array of numbers: {error}") from None
+    if points.dtype.kind == "c":
+        raise MeshError(f"{what} must be real numbers, not complex ones")
     if points.size == 0:
         raise MeshError(f"{EMPTY.get(what, '')}there are no {what}")
     if points.ndim != 2 or points.shape[1] != 3:

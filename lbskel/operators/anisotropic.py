@@ -23,7 +23,7 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import edge_vectors, incident_vertices, row_dot, zero_degenerate
+from lbskel.operators.corner_angles import degenerate_faces, edge_vectors, incident_vertices, row_dot
 from lbskel.operators.intrinsic_delaunay import require_orientation
 from lbskel.operators.masses import voronoi_mass
 
@@ -117,6 +117,7 @@ def anisotropic(mesh: Mesh, *, strength: float = STRENGTH) -> Laplacian:
         weights = [
             -(u[i] * rotated_u[j] + v[i] * rotated_v[j]) / (2 * double_area) for i, j in ((1, 2), (2, 0), (0, 1))
         ]
-    corner_weights, degenerate = zero_degenerate(np.stack(weights, axis=1))
+    is_degenerate = degenerate_faces(mesh)[:, None]
+    corner_weights = np.where(is_degenerate, 0.0, np.stack(weights, axis=1))
     stiffness = stiffness_of_corner_weights(len(mesh.vertices), mesh.faces, corner_weights)
-    return Laplacian(stiffness, voronoi_mass(mesh), treated_vertices=incident_vertices(mesh, degenerate))
+    return Laplacian(stiffness, voronoi_mass(mesh), treated_vertices=incident_vertices(mesh, is_degenerate))

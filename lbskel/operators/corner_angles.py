@@ -1,10 +1,10 @@
 """Cotangents of the angles at triangle corners, and the test for degenerate ones.
 
 cot = (a . b) / |a x b| for the edges a, b at a corner. The cross product is taken of the two shortest edges of the
-triangle, which loses the fewest digits where it is thin. A cotangent beyond ``MAX_COTANGENT`` belongs to an angle that
-double-precision positions cannot distinguish from 0 or 180 degrees. Operators that use the angles of the given
-triangles give such a corner weight zero and list the vertices of its face as treated; ``clamped_cotangent`` clamps the
-angle instead, and operators with mollified lengths lengthen the edges.
+triangle, which loses the fewest digits where it is thin. A triangle is degenerate if its area is zero up to the
+rounding of the coordinates (:func:`degenerate_faces`), wherever it is. Operators that use the angles of the given
+triangles give all three corners of such a face weight zero and list its vertices as treated; ``clamped_cotangent``
+clamps the angle instead, and operators with mollified lengths lengthen the edges.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 __all__ = [
     "MAX_COTANGENT",
     "corner_cotangents",
+    "degenerate_faces",
     "edge_vectors",
     "incident_vertices",
     "row_dot",
@@ -28,7 +29,12 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.geometry.sorting import distinct
 
-MAX_COTANGENT = 1 / np.finfo(np.float64).eps  # 4.5e15, no unit: the angle is below one rounding of the positions
+EPSILON = float(np.finfo(np.float64).eps)
+MAX_COTANGENT = 1 / EPSILON  # 4.5e15, no unit, of triangles known by their lengths: the angle is below their rounding
+# Height of a degenerate triangle over its longest edge, in units of the rounding EPSILON M of the largest coordinate M.
+# Three coordinates rounded to EPSILON M / 2 move a vertex by sqrt(3) / 2 and its distance from the line of two others
+# by sqrt(3) such units; those of a mesh that was turned and moved are rounded twice, which is 2 sqrt(3) = 3.5.
+MAX_HEIGHT = 4.0
 
 
 def edge_vectors(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -52,10 +58,30 @@ def corner_cotangents(mesh: Mesh) -> NDArray[np.float64]:
     return cotangents
 
 
+def degenerate_faces(mesh: Mesh) -> NDArray[np.bool_]:
+    """Return the (m,) mask of the faces that have no area, up to the rounding of the coordinates."""
+    V = unit_scale(mesh.vertices)[0]
+    _, squared_lengths, double_areas = corner_products(V, mesh.faces)
+    rounding = EPSILON * np.abs(V).max()
+    is_degenerate: NDArray[np.bool_] = double_areas <= MAX_HEIGHT * rounding * np.sqrt(squared_lengths.max(axis=1))
+    return is_degenerate
+
+
 def zero_degenerate(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Set values beyond MAX_COTANGENT, infinite ones and NaN to zero; return them with the mask of those set."""
-    degenerate = np.logical_not(np.abs(values) <= MAX_COTANGENT)
-    return np.where(degenerate, 0.0, values), degenerate
+    """Set the rows of cotangents of lengths to zero in which one is beyond MAX_COTANGENT or NaN, and return the mask.
+
+    Parameters
+    ----------
+    values : (m, 3) array of float
+
+    Returns
+    -------
+    values : (m, 3) array of float
+    degenerate : (m, 3) array of bool
+        The same in all columns.
+    """
+    is_degenerate = ~(np.abs(values) <= MAX_COTANGENT).all(axis=1, keepdims=True)
+    return np.where(is_degenerate, 0.0, values), np.broadcast_to(is_degenerate, values.shape)
 
 
 def incident_vertices(mesh: Mesh, is_marked: Any) -> NDArray[np.int64]:

@@ -15,7 +15,7 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.operators.assembly import diagonal_matrix, stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
 from lbskel.operators.clamped_cotangent import ANGLE_TOLERANCE
-from lbskel.operators.corner_angles import corner_cotangents, incident_vertices, zero_degenerate
+from lbskel.operators.corner_angles import corner_cotangents, degenerate_faces, incident_vertices
 from lbskel.operators.masses import voronoi_mass
 
 
@@ -32,6 +32,7 @@ def cotangent_identity(mesh: Mesh, *, angle_tolerance: float = ANGLE_TOLERANCE) 
     rows = incident_vertices(mesh, ~(np.abs(cotangents) <= 1 / np.tan(angle_tolerance)))
     kept = np.ones(len(mesh.vertices))
     kept[rows] = 0
-    stiffness = stiffness_of_corner_weights(len(mesh.vertices), mesh.faces, zero_degenerate(cotangents)[0] / 2)
+    weights = np.where(degenerate_faces(mesh)[:, None], 0.0, cotangents / 2)
+    stiffness = stiffness_of_corner_weights(len(mesh.vertices), mesh.faces, weights)
     replaced = (diagonal_matrix(kept) @ stiffness + diagonal_matrix(1 - kept)).tocsc()
     return Laplacian(replaced, voronoi_mass(mesh), treated_vertices=rows)

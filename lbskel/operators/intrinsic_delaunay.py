@@ -4,19 +4,20 @@ A boundary edge has one triangle and cannot be flipped, so its weight is negativ
 has no boundary.
 
 Bobenko, Springborn 2007, "A discrete Laplace-Beltrami operator for simplicial surfaces",
-https://doi.org/10.1007/s00454-007-9006-1. If a triangle is degenerate, all edges are first lengthened by the same
-amount, which makes the worst triangle valid: Sharp, Crane 2020, https://doi.org/10.1111/cgf.14069, section 4
-(mollification).
+https://doi.org/10.1007/s00454-007-9006-1. If a triangle is degenerate, all edges of its component are first lengthened
+by the same amount, which makes the worst triangle there valid: Sharp, Crane 2020, https://doi.org/10.1111/cgf.14069,
+section 4 (mollification).
 """
 
 from __future__ import annotations
 
-__all__ = ["MOLLIFY_FACTOR", "intrinsic_delaunay", "mollification_offset", "oriented_faces", "require_orientation"]
+__all__ = ["MOLLIFY_FACTOR", "intrinsic_delaunay", "mollified_lengths", "oriented_faces", "require_orientation"]
 
 import igl
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array
+from scipy.sparse import coo_array, csc_array
+from scipy.sparse.csgraph import connected_components
 
 from lbskel.errors import MeshError, first_few
 from lbskel.geometry.intrinsic_triangulation import (
@@ -33,30 +34,40 @@ from lbskel.operators.base import Laplacian
 from lbskel.operators.corner_angles import incident_vertices, zero_degenerate
 from lbskel.operators.masses import voronoi_mass
 
-# Smallest slack of the triangle inequalities, relative to the mean edge length. A guess; Sharp, Crane 2020 use 1e-5.
+# Smallest slack of triangle inequalities, relative to the mean edge of a component. A guess; Sharp, Crane 2020: 1e-5.
 MOLLIFY_FACTOR = 1e-6
 
 
-def mollification_offset(lengths: NDArray[np.float64], factor: float) -> NDArray[np.float64]:
-    """Compute how much longer each face's edges must be for its triangle inequalities to hold with some slack.
+def mollified_lengths(
+    faces: NDArray[np.int64], lengths: NDArray[np.float64], factor: float
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Lengthen all edges of a connected component as much as its thinnest triangle needs for its inequalities to hold.
 
     Parameters
     ----------
+    faces : (m, 3) array of int
     lengths : (m, 3) array of float
-        Edge lengths of each face.
+        Length of the edge opposite each corner.
     factor : float
-        Required slack, relative to the mean edge length.
+        Smallest slack of the triangle inequalities, relative to the mean edge length of the component.
 
     Returns
     -------
-    (m,) array of float
-        In units of the lengths; zero where the inequalities hold already.
+    lengths : (m, 3) array of float
+    is_thin : (m,) array of bool
+        The faces whose inequalities did not hold.
     """
-    a, b, c = lengths.T
-    offset: NDArray[np.float64] = np.maximum(
-        2 * np.maximum(np.maximum(a, b), c) - (a + b + c) + factor * lengths.mean(), 0.0
-    )
-    return offset
+    excess = 2 * lengths.max(axis=1) - lengths.sum(axis=1)
+    if not (excess + factor * lengths.max() > 0).any():
+        return lengths, np.zeros(len(faces), dtype=bool)
+    n = int(faces.max()) + 1
+    edges = coo_array((np.ones(2 * len(faces)), (np.tile(faces[:, 0], 2), faces[:, 1:].T.ravel())), shape=(n, n))
+    component = connected_components(edges, directed=False)[1][faces[:, 0]]
+    means = np.bincount(component, lengths.mean(axis=1)) / np.maximum(np.bincount(component), 1)
+    offsets = np.maximum(excess + factor * means[component], 0.0)
+    largest = np.zeros(len(means))
+    np.maximum.at(largest, component, offsets)
+    return lengths + largest[component, None], offsets > 0
 
 
 def oriented_faces(faces: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
@@ -109,7 +120,7 @@ def intrinsic_delaunay(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) ->
     mesh : Mesh
         Orientable, with at most two faces at every edge. Boundary edges are not flipped.
     mollify_factor : float
-        Slack of every triangle inequality, relative to the mean edge length.
+        Slack of every triangle inequality, relative to the mean edge length of its component.
 
     Raises
     ------
@@ -120,11 +131,11 @@ def intrinsic_delaunay(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) ->
     n, lengths = len(mesh.vertices), igl.edge_lengths(unit_scale(mesh.vertices)[0], faces)
     if not lengths.any():
         return Laplacian(csc_array((n, n)), voronoi_mass(mesh), treated_vertices=np.unique(faces))
-    offsets = mollification_offset(lengths, mollify_factor)
-    flipped = delaunay(IntrinsicTriangulation(faces, lengths + offsets.max(), twins))
+    lengths, is_thin = mollified_lengths(faces, lengths, mollify_factor)
+    flipped = delaunay(IntrinsicTriangulation(faces, lengths, twins))
     # the rounding of flips may make mollified triangles degenerate again
     cotangents, degenerate = zero_degenerate(cotangents_of_lengths(flipped.lengths))
     stiffness = stiffness_of_corner_weights(n, flipped.faces, cotangents / 2)
-    mollified = incident_vertices(mesh, offsets[:, None] > 0)
+    mollified = incident_vertices(mesh, is_thin[:, None])
     treated = distinct(np.append(mollified, flipped.faces[degenerate.any(axis=1)]))
     return Laplacian(stiffness, voronoi_mass(mesh), treated_vertices=treated)

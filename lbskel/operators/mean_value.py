@@ -17,7 +17,7 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import diagonal_matrix, stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import incident_vertices, zero_degenerate
+from lbskel.operators.corner_angles import degenerate_faces, incident_vertices
 from lbskel.operators.masses import moment_mass
 
 
@@ -25,18 +25,17 @@ def _half_tangents(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]
     """Compute tan(angle / 2) at the corners, 1 / length of the edges opposite them, and the treated vertices.
 
     tan(angle / 2) = |a x b| / (|a| |b| + a . b) = (|a| |b| - a . b) / |a x b|, whichever does not cancel. Both (m, 3)
-    arrays are zero in triangles where one of their values is not finite.
+    arrays are zero in degenerate triangles.
     """
     V, k = unit_scale(mesh.vertices)
     dots, squared_lengths, double_areas = corner_products(V, mesh.faces)
     lengths, crosses = np.sqrt(squared_lengths), double_areas[:, None]
     sums = lengths[:, [1, 2, 0]] * lengths[:, [2, 0, 1]] + np.abs(dots)
+    is_degenerate = degenerate_faces(mesh)[:, None]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        tangents, is_flat = zero_degenerate(np.where(dots < 0, sums / crosses, crosses / sums))
-        inverse_lengths, is_short = zero_degenerate(1 / lengths)
-    degenerate = (is_short | is_flat).any(axis=1, keepdims=True)
-    tangents, inverse_lengths = np.where(degenerate, 0.0, tangents), np.where(degenerate, 0.0, inverse_lengths)
-    return tangents, np.ldexp(inverse_lengths, -k), incident_vertices(mesh, degenerate)
+        tangents = np.where(is_degenerate, 0.0, np.where(dots < 0, sums / crosses, crosses / sums))
+        inverse_lengths = np.where(is_degenerate, 0.0, 1 / lengths)
+    return tangents, np.ldexp(inverse_lengths, -k), incident_vertices(mesh, is_degenerate)
 
 
 def mean_value(mesh: Mesh) -> Laplacian:

@@ -25,7 +25,7 @@ from lbskel.geometry.mesh import PointCloud
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators.assembly import diagonal_matrix
 from lbskel.operators.base import Laplacian
-from lbskel.operators.corner_angles import MAX_COTANGENT
+from lbskel.operators.corner_angles import EPSILON, MAX_COTANGENT, MAX_HEIGHT
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,11 +101,12 @@ def _whole_numbers(polygon: ArrayLike, number: int) -> NDArray[np.int64]:
 
 
 def _degenerate_polygons(
-    vertices: NDArray[np.float64], mesh: PolygonMesh
+    vertices: NDArray[np.float64], mesh: PolygonMesh, rounding: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-    """Find the (m,) degenerate polygons, and the area of each corner.
+    """Find the (m,) degenerate polygons, and the area of each corner, given the rounding of the coordinates.
 
-    Degenerate is a polygon that uses a vertex twice, or whose own matrix has entries beyond MAX_COTANGENT or NaN.
+    Degenerate is a polygon that uses a vertex twice, is on a line up to the rounding of the coordinates, or whose own
+    matrix has entries beyond MAX_COTANGENT or NaN.
 
     If virtual refinement gives a strongly bent or dented polygon a negative corner area, its area is divided evenly.
     """
@@ -118,8 +119,21 @@ def _degenerate_polygons(
     even_areas = np.repeat(np.add.reduceat(areas, mesh.starts[:-1]) / sizes, sizes)
     has_negative = np.repeat(np.minimum.reduceat(areas, mesh.starts[:-1]) < 0, sizes)
     is_repeated = np.array([len(set(polygon.tolist())) < len(polygon) for polygon in map(np.asarray, mesh.polygons)])
-    is_degenerate = is_repeated | (np.bincount(polygon, weights=is_beyond, minlength=len(sizes)) > 0)
+    has_beyond = np.bincount(polygon, weights=is_beyond, minlength=len(sizes)) > 0
+    is_degenerate = is_repeated | has_beyond | _is_on_a_line(vertices, mesh, rounding)
     return is_degenerate, np.where(has_negative, even_areas, areas)
+
+
+def _is_on_a_line(vertices: NDArray[np.float64], mesh: PolygonMesh, rounding: float) -> NDArray[np.bool_]:
+    """Return the (m,) mask of polygons whose fan around the mean of their corners is as flat as a degenerate face."""
+    P, sizes = vertices[mesh.corners], np.diff(mesh.starts)
+    following = np.arange(1, len(P) + 1)
+    following[mesh.starts[1:] - 1] = mesh.starts[:-1]
+    sides, center = P[following] - P, np.add.reduceat(P, mesh.starts[:-1]) / sizes[:, None]
+    double_areas = np.linalg.norm(np.cross(P - np.repeat(center, sizes, axis=0), sides), axis=1)
+    heights = MAX_HEIGHT * rounding * np.linalg.norm(sides, axis=1)
+    is_flat: NDArray[np.bool_] = np.add.reduceat(double_areas - heights, mesh.starts[:-1]) <= 0
+    return is_flat
 
 
 def polygon_cotangent(mesh: PolygonMesh) -> Laplacian:
@@ -132,7 +146,8 @@ def polygon_cotangent(mesh: PolygonMesh) -> Laplacian:
     # the virtual points of libigl are exact to the size of the coordinates
     low, high = (bound(mesh.vertices[mesh.corners], axis=0) for bound in (np.min, np.max))
     V, k = unit_scale(mesh.vertices - (low / 2 + high / 2))
-    degenerate, areas = _degenerate_polygons(V, mesh)
+    rounding = EPSILON * float(np.ldexp(max(np.abs(low).max(), np.abs(high).max()), -k))
+    degenerate, areas = _degenerate_polygons(V, mesh, rounding)
     n = len(V)
     valid = [polygon for polygon, bad in zip(mesh.polygons, degenerate, strict=True) if not bad]
     is_degenerate_corner = np.repeat(degenerate, np.diff(mesh.starts))

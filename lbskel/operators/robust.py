@@ -22,7 +22,7 @@ from lbskel.geometry.sorting import distinct, first_of_each
 from lbskel.operators.assembly import diagonal_matrix, stiffness_of_corner_weights
 from lbskel.operators.base import Laplacian
 from lbskel.operators.corner_angles import zero_degenerate
-from lbskel.operators.intrinsic_delaunay import mollification_offset
+from lbskel.operators.intrinsic_delaunay import mollified_lengths
 from lbskel.operators.tufted_cover import tufted_cover
 
 MOLLIFY_FACTOR = 1e-5  # slack of the triangle inequalities, relative to the mean edge length: Sharp, Crane 2020
@@ -35,7 +35,7 @@ def robust(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
     ----------
     mesh : Mesh
     mollify_factor : float
-        Slack of every triangle inequality, relative to the mean edge length.
+        Slack of every triangle inequality, relative to the mean edge length of its component.
     """
     V, k = unit_scale(mesh.vertices)
     n = len(mesh.vertices)
@@ -64,7 +64,7 @@ def tufted_delaunay(
     F : (m, 3) array of int
         Faces that use a vertex twice are left out, and of those on the same three vertices all but the first.
     mollify_factor : float
-        Slack of every triangle inequality, relative to the mean edge length.
+        Slack of every triangle inequality, relative to the mean edge length of its component.
 
     Returns
     -------
@@ -79,8 +79,7 @@ def tufted_delaunay(
     if not lengths.any():
         empty = np.empty((0, 3))
         return IntrinsicTriangulation(empty.astype(np.int64), empty, np.empty(0, dtype=np.int64)), np.unique(F)
-    offsets = mollification_offset(lengths, mollify_factor)
-    lengths = lengths + offsets.max()
+    lengths, is_thin = mollified_lengths(F, lengths, mollify_factor)
     faces, twins = tufted_cover(V, F)
     cover = delaunay(IntrinsicTriangulation(faces, np.concatenate([lengths, lengths[:, [0, 2, 1]]]), twins))
-    return cover, distinct(F[offsets > 0].ravel())
+    return cover, distinct(F[is_thin].ravel())

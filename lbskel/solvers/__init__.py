@@ -20,10 +20,10 @@ __all__ = [
 
 from scipy.sparse import csc_array
 
-from lbskel.errors import choose
+from lbskel.errors import SolveError, choose
 from lbskel.solvers.cholmod import Cholmod
 from lbskel.solvers.conjugate_gradients import ConjugateGradientsJacobi, ConjugateGradientsMultigrid
-from lbskel.solvers.factorization import Factorization, relative_residual
+from lbskel.solvers.factorization import Factorization, real_matrix, relative_residual
 from lbskel.solvers.stationary import SOR, Chebyshev, GaussSeidel, Jacobi, Richardson
 from lbskel.solvers.superlu import SuperLU, solve_once
 
@@ -52,7 +52,7 @@ def factorize(A: csc_array, solver: str = "cholmod", *, like: Factorization | No
     Parameters
     ----------
     A : (n, n) csc_array
-        Both triangles given.
+        Both triangles given; other sparse formats, and dense arrays, are converted.
     solver : str
         A name in SOLVERS, or, for study, in CLASSICAL_ITERATIONS.
     like : Factorization, optional
@@ -64,8 +64,8 @@ def factorize(A: csc_array, solver: str = "cholmod", *, like: Factorization | No
     UnknownChoice
         If no solver has that name.
     SolveError
-        If A has entries that are not finite, or is not numerically positive definite; iterative solvers check only
-        that its diagonal is positive.
+        If A is complex or not square, has entries that are not finite, or is not numerically positive definite;
+        iterative solvers check only that its diagonal is positive, and ``solve`` raises it where they do not converge.
     MissingDependency
         If the solver is ``cg_amg`` and pyamg is not installed.
 
@@ -76,4 +76,8 @@ def factorize(A: csc_array, solver: str = "cholmod", *, like: Factorization | No
     >>> factorize(csc_array([[2.0, -1.0], [-1.0, 2.0]])).solve(np.array([[1.0], [1.0]])).ravel()
     array([1., 1.])
     """
-    return choose(ALL_SOLVERS, solver, "solver")(A, like)
+    kind = choose(ALL_SOLVERS, solver, "solver")
+    matrix = real_matrix(A)
+    if matrix.shape[0] != matrix.shape[1]:
+        raise SolveError(f"the matrix must be square, not {matrix.shape[0]} x {matrix.shape[1]}; lstsq takes others")
+    return kind(matrix, like)

@@ -1,4 +1,4 @@
-"""Conjugate gradients, by scipy, preconditioned by the diagonal or by algebraic multigrid.
+"""Conjugate gradients, preconditioned by the diagonal or by algebraic multigrid.
 
 Hestenes, Stiefel 1952, https://doi.org/10.6028/jres.049.044; smoothed aggregation by pyamg: Vanek, Mandel, Brezina
 1996, https://doi.org/10.1007/BF02238511.
@@ -9,45 +9,35 @@ from __future__ import annotations
 __all__ = ["ConjugateGradientsJacobi", "ConjugateGradientsMultigrid"]
 
 from abc import abstractmethod
-from collections.abc import Callable
 from importlib import import_module
-from itertools import count
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
-from scipy.sparse.linalg import LinearOperator, cg
 
 from lbskel.errors import MissingDependency
-from lbskel.solvers.iterative import TOLERANCE, Iterative, Observer
+from lbskel.solvers.iterative import Iterates, Iterative, column_dot, ratios
 
 
 class _ConjugateGradients(Iterative):
-    """Conjugate gradients on all right-hand sides as one vector, so that an iterate contains all of them."""
+    """Conjugate gradients with steps of its own for each column."""
 
     @abstractmethod
     def _precondition(self, R: NDArray[np.float64]) -> NDArray[np.float64]:
         """Approximate A^-1 R."""
 
-    def _iterate(self, B: NDArray[np.float64], iterations: int, observe: Observer) -> NDArray[np.float64]:
-        numbers = count(1)
-
-        def as_operator(function: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> LinearOperator:
-            return LinearOperator(
-                (B.size, B.size), matvec=lambda x: function(x.reshape(B.shape)).ravel(), dtype=np.float64
-            )
-
-        x, _ = cg(
-            as_operator(lambda X: self._matrix @ X),
-            B.ravel(),
-            rtol=TOLERANCE,
-            maxiter=iterations,
-            M=as_operator(self._precondition),
-            callback=lambda x: observe(next(numbers), x.reshape(B.shape)),
-        )
-        X: NDArray[np.float64] = x.reshape(B.shape)
-        return X
+    def _iterates(self, X: NDArray[np.float64], R: NDArray[np.float64]) -> Iterates:
+        P = Z = self._precondition(R)
+        products = column_dot(R, Z)
+        while True:
+            Q = self._matrix @ P
+            steps = ratios(products, column_dot(P, Q))
+            X, R = X + steps * P, R - steps * Q
+            yield X, R
+            Z = self._precondition(R)
+            previous, products = products, column_dot(R, Z)
+            P = Z + ratios(products, previous) * P
 
 
 class ConjugateGradientsJacobi(_ConjugateGradients):

@@ -14,11 +14,11 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cholesky, eigh, solve_triangular
+from scipy.linalg import LinAlgError, cholesky, eigh, solve_triangular
 from scipy.sparse import csc_array, diags_array
 from scipy.sparse.csgraph import connected_components
 
-from lbskel.errors import SolveError
+from lbskel.errors import SolveError, UnknownChoice
 from lbskel.solvers import DIRECT_SOLVERS, factorize
 from lbskel.solvers.cholmod import count_negative_pivots
 from lbskel.solvers.lanczos import ThickRestartLanczos
@@ -34,10 +34,9 @@ RELATIVE_GAP = 1e-6
 # Relative amount by which a bound is moved if a leading minor is exactly singular there; far below RELATIVE_GAP, so
 # that the count is the same.
 NEARBY = 1e-9
-# Mass given to rows without mass, relative to the mean mass, so that M is positive definite. A guess. The dense
-# solution loses digits by it: its error can reach machine precision / MASS_FLOOR, about 2 %, of the mean ratio of S to
-# M.
+# Mass given to rows without mass, relative to the mean mass: M must be definite in Lanczos' method. A guess.
 MASS_FLOOR = 1e-14
+EPSILON = float(np.finfo(np.float64).eps)
 SEED = 0  # of Lanczos' starting vectors, so that two runs give the same bytes
 
 Eigenpairs: TypeAlias = tuple[NDArray[np.float64], NDArray[np.float64]]
@@ -53,7 +52,8 @@ def smallest_eigenpairs(S: csc_array, M: csc_array, k: int, *, solver: str = "ch
     M : (n, n) csc_array
         Symmetric, positive semidefinite. Connected components without mass have no eigenpairs.
     k : int
-        Number of eigenpairs; fewer are returned if the components with mass have fewer rows.
+        Number of eigenpairs; fewer are returned if the components with mass have fewer rows, or those of at most
+        3 k rows fewer with a mass.
     solver : str
         A name in SOLVERS, for the matrix S + sigma M.
 
@@ -67,11 +67,12 @@ def smallest_eigenpairs(S: csc_array, M: csc_array, k: int, *, solver: str = "ch
     Raises
     ------
     UnknownChoice
-        If no solver has that name.
+        If no solver has that name, or k is not a positive integer.
     SolveError
-        If S + sigma M is not positive definite, or Lanczos' method does not find all eigenpairs. In components that are
-        solved as dense problems an indefinite S is not noticed.
+        If S + sigma M is not positive definite, or Lanczos' method does not find all eigenpairs.
     """
+    if not (isinstance(k, int | np.integer) and k > 0):
+        raise UnknownChoice(f"the number of eigenpairs must be a positive integer, not {k!r}")
     S, s = _near_unit_scale(S)
     M, m = _near_unit_scale(M)
     component = connected_components(abs(S) + abs(M), directed=False)[1]
@@ -125,16 +126,36 @@ def count_below(S: csc_array, M: csc_array, bound: float, *, ordering: NDArray[n
 
 def _component_eigenpairs(S: csc_array, M: csc_array, k: int, solver: str) -> Eigenpairs:
     """Find the smallest eigenpairs of one connected component, M-orthonormal."""
-    n = S.shape[0]
-    masses = M.diagonal()
-    M = (M + diags_array(np.where(masses > 0, 0.0, MASS_FLOOR * masses.mean()))).tocsc()
-    if n <= max(MAX_DENSE_SIZE, 3 * k):
-        values, X = eigh(S.toarray(), M.toarray(), subset_by_index=[0, min(k, n) - 1])
+    if S.shape[0] <= max(MAX_DENSE_SIZE, 3 * k):
+        values, X = _dense(S, M, k)
     else:
+        masses = M.diagonal()
+        M = (M + diags_array(np.where(masses > 0, 0.0, MASS_FLOOR * masses.mean()))).tocsc()
         values, X = _lanczos(S, M, k, solver)
     R = cholesky(X.T @ (M @ X))
     orthonormal: NDArray[np.float64] = solve_triangular(R, X.T, trans="T").T
     return values, orthonormal
+
+
+def _shift(S: csc_array, M: csc_array) -> float:
+    """Return sigma, about the mean distance between eigenvalues of a surface, 4 pi / area by Weyl's law."""
+    masses = M.diagonal()
+    has_mass = masses > 0
+    return float(np.median(S.diagonal()[has_mass] / masses[has_mass])) / len(masses)
+
+
+def _dense(S: csc_array, M: csc_array, k: int) -> Eigenpairs:
+    """Find the k largest eigenvalues 1 / (lambda + sigma) of M x = mu (S + sigma M) x, which needs no inverse of M.
+
+    Those that are zero up to rounding belong to rows without mass.
+    """
+    n, sigma = S.shape[0], _shift(S, M) or 1.0  # zero where S is
+    try:
+        inverses, X = eigh(M.toarray(), (S + sigma * M).toarray(), subset_by_index=[max(n - k, 0), n - 1])
+    except LinAlgError:
+        raise SolveError("the matrix is not positive definite") from None
+    found = np.flatnonzero(inverses > n * EPSILON * inverses[-1])[::-1]
+    return 1 / inverses[found] - sigma, X[:, found] / np.sqrt(inverses[found])
 
 
 def _lanczos(S: csc_array, M: csc_array, k: int, solver: str) -> Eigenpairs:
@@ -142,8 +163,7 @@ def _lanczos(S: csc_array, M: csc_array, k: int, solver: str) -> Eigenpairs:
 
     In exact arithmetic one start finds one eigenvector of each eigenvalue; rounding errors bring some of the others.
     """
-    # about the mean distance between eigenvalues of a surface, 4 pi / area by Weyl's law
-    sigma = float(np.median(S.diagonal() / M.diagonal())) / S.shape[0]
+    sigma = _shift(S, M)
     factor = factorize((S + sigma * M).tocsc(), solver)
     ordering = factor.ordering if solver in DIRECT_SOLVERS else None
     lanczos = ThickRestartLanczos(lambda b: factor.solve(b, refined=False), M, k, np.random.default_rng(SEED))

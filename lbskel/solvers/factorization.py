@@ -6,9 +6,10 @@ algorithms", chapter 12, https://doi.org/10.1137/1.9780898718027.
 
 from __future__ import annotations
 
-__all__ = ["Factorization", "relative_residual"]
+__all__ = ["Factorization", "real_matrix", "real_rows", "relative_residual"]
 
 from abc import ABC, abstractmethod
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,16 +22,56 @@ from lbskel.errors import SolveError
 MAX_RESIDUAL = 1e-3
 
 
+def real_matrix(A: Any) -> csc_array:
+    """Return a matrix of real numbers, sparse or dense, in compressed columns; a SolveError says what else it is.
+
+    Parameters
+    ----------
+    A : (m, n) sparse array or matrix, or array_like
+    """
+    try:
+        matrix = csc_array(A)
+        real = matrix.astype(np.float64, copy=False) if matrix.dtype.kind != "c" else None
+    except (TypeError, ValueError) as error:
+        raise SolveError(f"the matrix must be a sparse matrix of numbers: {error}") from None
+    if real is None:
+        raise SolveError("the matrix is complex; the solvers take real ones")
+    return real
+
+
+def real_rows(B: Any, n: int, what: str = "right-hand side") -> NDArray[np.float64]:
+    """Return real numbers in n rows, as floats of the same shape; a SolveError says what else there is.
+
+    Parameters
+    ----------
+    B : (n, k) or (n,) array_like of float
+    n : int
+    what : str
+        Its name in messages.
+    """
+    try:
+        given = np.asarray(B)
+        rows = given.astype(np.float64, copy=False) if given.dtype.kind != "c" else given
+    except (TypeError, ValueError) as error:
+        raise SolveError(f"the {what} must be an array of numbers: {error}") from None
+    if rows.dtype.kind == "c":
+        raise SolveError(f"the {what} is complex; solve for its real and imaginary parts, as columns of one array")
+    if rows.ndim not in (1, 2) or len(rows) != n:
+        raise SolveError(f"the {what} must have shape ({n}, k) or ({n},), not {rows.shape}")
+    return rows
+
+
 def relative_residual(A: csc_array, X: NDArray[np.float64], B: NDArray[np.float64]) -> float:
-    """Compute the largest |B - A X| relative to the largest |B|; zero if B is zero.
+    """Compute the largest |B - A X| of a column relative to its largest |B|; columns with B = 0 are left out.
 
     Parameters
     ----------
     A : (n, n) csc_array
     X, B : (n, k) array of float
     """
-    scale = np.abs(B).max(initial=0.0)
-    return float(np.abs(B - A @ X).max(initial=0.0) / scale) if scale > 0 else 0.0
+    scales = np.abs(B).max(axis=0, initial=0.0)
+    residuals = np.abs(B - A @ X).max(axis=0, initial=0.0)
+    return float(np.divide(residuals, scales, out=np.zeros_like(scales), where=scales > 0).max(initial=0.0))
 
 
 class Factorization(ABC):
@@ -87,9 +128,11 @@ class Factorization(ABC):
         Raises
         ------
         SolveError
-            If the result is not finite or its residual is large: A is singular to working accuracy, or not symmetric.
+            If B has another number of rows or is complex, or the result is not finite or its residual is large: A is
+            singular to working accuracy, or not symmetric.
         """
-        columns = np.asarray(B, dtype=np.float64).reshape(len(B), -1)
+        n = self._matrix.shape[0]
+        columns = real_rows(B, n).reshape(n, -1)
         X = self._solve_unrefined(columns)
         if refined:
             X = X + self._solve_unrefined(columns - self._matrix @ X)
@@ -105,5 +148,5 @@ class Factorization(ABC):
         return X.reshape(np.shape(B))
 
     def residual(self, X: NDArray[np.float64], B: NDArray[np.float64]) -> float:
-        """Compute the largest |B - A X| relative to the largest |B|, both (n, k) arrays; zero if B is zero."""
+        """Compute the largest |B - A X| of a column relative to its largest |B|, both (n, k) arrays."""
         return relative_residual(self._matrix, X, B)

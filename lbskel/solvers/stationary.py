@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, diags_array, tril
 from scipy.sparse.linalg import splu
 
-from lbskel.solvers.iterative import Iterative, Observer, eigenvalue_upper_bound, estimate_smallest_eigenvalue
+from lbskel.solvers.iterative import Iterates, Iterative, eigenvalue_upper_bound, estimate_smallest_eigenvalue
 
 
 class _Stationary(Iterative):
@@ -30,15 +30,11 @@ class _Stationary(Iterative):
     def _correction(self, R: NDArray[np.float64]) -> NDArray[np.float64]:
         """Compute the change of X for the residual R."""
 
-    def _iterate(self, B: NDArray[np.float64], iterations: int, observe: Observer) -> NDArray[np.float64]:
-        X, R = np.zeros_like(B), B
-        for number in range(1, iterations + 1):
-            if self._has_converged(R, B):
-                break
-            X = X + self._correction(R)
-            R = B - self._matrix @ X
-            observe(number, X)
-        return X
+    def _iterates(self, X: NDArray[np.float64], R: NDArray[np.float64]) -> Iterates:
+        while True:
+            D = self._correction(R)
+            X, R = X + D, R - self._matrix @ D
+            yield X, R
 
 
 class Richardson(_Stationary):
@@ -98,20 +94,15 @@ class Chebyshev(Iterative):
         low = max(estimate_smallest_eigenvalue(A, self._scale), 1e-12 * high)
         self._center, self._half_width = (high + low) / 2, (high - low) / 2
 
-    def _iterate(self, B: NDArray[np.float64], iterations: int, observe: Observer) -> NDArray[np.float64]:
+    def _iterates(self, X: NDArray[np.float64], R: NDArray[np.float64]) -> Iterates:
         squared_scale = (self._scale**2)[:, None]
-        X, R = np.zeros_like(B), B
         D, ratio = squared_scale * R / self._center, self._half_width / self._center
-        for number in range(1, iterations + 1):
-            if self._has_converged(R, B):
-                break
-            X = X + D
-            R = R - self._matrix @ D
-            observe(number, X)
+        while True:
+            X, R = X + D, R - self._matrix @ D
+            yield X, R
             if self._half_width > 0:
                 next_ratio = 1 / (2 * self._center / self._half_width - ratio)
                 D = next_ratio * (ratio * D + 2 / self._half_width * (squared_scale * R))
                 ratio = next_ratio
             else:
                 D = squared_scale * R / self._center
-        return X

@@ -10,6 +10,7 @@ from scipy.sparse import csc_matrix
 from lbskel import Mesh, MeshError, UnknownChoice, delta_coordinates, laplacian, reconstruct
 from lbskel.operators import OPERATORS
 from lbskel.shapes import flat_grid, sphere, torus
+from lbskel.solvers import SOLVERS
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +35,12 @@ def test_deltas_turn_with_the_surface_and_ignore_where_it_is(shape, operator):
     expected = delta_coordinates(shape, operator=operator) @ turn.T
     scale = np.abs(expected).max()
     assert delta_coordinates(placed, operator=operator) == pytest.approx(expected, abs=1e-7 * scale)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_heavy_anchors_at_their_places_give_the_shape_back_by_every_solver(shape, solver):
+    found = reconstruct(shape, delta_coordinates(shape), [0, 60, 130], anchor_weight=1e4, solver=solver)
+    assert found.vertices == pytest.approx(shape.vertices, abs=1e-8)  # the condition of S^2 is 1e5
 
 
 @pytest.mark.parametrize("operator", OPERATORS)

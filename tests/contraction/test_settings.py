@@ -79,3 +79,19 @@ def test_au2008_is_as_printed():
 def test_presets_take_the_weights_of_their_name():
     for name in set(PRESETS) & set(WEIGHTS):
         assert replace(PRESETS[name], **WEIGHTS[name]) == PRESETS[name]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"max_steps": "3"},
+        {"max_steps": 2.5},
+        {"collapse_length": float("nan")},
+        {"collapse_length": -1.0},
+        {"initial_weight": float("inf")},
+        {"degenerate_angle": None},
+    ],
+)
+def test_numbers_that_are_none_of_their_kind_are_refused(wrong):
+    with pytest.raises(UnknownChoice, match=f"{next(iter(wrong))} must be"):
+        ContractionSettings(**wrong)

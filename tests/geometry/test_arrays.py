@@ -42,3 +42,8 @@ def test_read_only_returns_the_same_array():
     assert read_only(array) is array
     with pytest.raises(ValueError, match="read-only"):
         array[0] = 1
+
+
+def test_complex_coordinates_are_refused():
+    with pytest.raises(MeshError, match="vertices must be real numbers, not complex ones"):
+        checked_points(1j * np.eye(3), "vertices")

@@ -48,3 +48,13 @@ def test_faces_need_not_be_oriented_alike():
     expected, found = anisotropic(ring).stiffness, anisotropic(mixed).stiffness
     assert abs(expected - found).max() < 1e-12 * abs(expected).max()
     assert abs(anisotropic(ring, strength=0.0).stiffness - expected).max() > 0.1
+
+
+def test_the_matrix_of_a_collinear_face_is_not_indefinite():
+    """Decimals that are not exact: the face has an area of one rounding, so that single cotangents are finite."""
+    V = [[-2.6, -1.3, 0], [-2.7, -1.5, 0], [-3.1, -2.3, 0], [-2.4, -1.4, 0.5]]
+    L = anisotropic(Mesh(V, [[0, 1, 2], [0, 2, 3]]))
+    eigenvalues = np.linalg.eigvalsh(L.stiffness.toarray())
+    assert eigenvalues[0] > -1e-15 * 10
+    assert eigenvalues[-1] < 10
+    assert L.treated_vertices.tolist() == [0, 1, 2]

@@ -8,7 +8,7 @@ from operator_shapes import PYTHAGORAS, stiffness_of_lengths
 
 from lbskel import Mesh, MeshError
 from lbskel.operators import laplacian
-from lbskel.operators.intrinsic_delaunay import intrinsic_delaunay, mollification_offset
+from lbskel.operators.intrinsic_delaunay import intrinsic_delaunay, mollified_lengths
 from lbskel.shapes import flat_grid, sphere
 
 
@@ -60,21 +60,35 @@ def test_the_mollified_operators_reach_across_triangles_without_area():
     assert np.linalg.eigvalsh(laplacian(ball).stiffness.toarray())[1] > 1e-3
 
 
-def test_all_edges_are_lengthened_by_what_the_thinnest_triangle_needs():
+def test_the_edges_of_a_component_are_lengthened_by_what_its_thinnest_triangle_needs():
     L = intrinsic_delaunay(PYTHAGORAS, mollify_factor=0.3)
-    offset = 0.3 * (3 + 4 + 5 + 1 + 1 + 2) / 6  # the collinear triangle needs the slack itself: 0.8
-    assert L.stiffness.toarray()[:3, :3] == pytest.approx(stiffness_of_lengths(5.8, 3.8, 4.8), rel=1e-12, abs=1e-12)
-    assert L.stiffness.toarray()[3:, 3:] == pytest.approx(stiffness_of_lengths(1.8, 2.8, 1.8), rel=1e-12, abs=1e-12)
-    assert offset == pytest.approx(0.8)
+    # the triangle with sides 3, 4, 5 has a slack of 2; the collinear one needs the slack itself, 0.3 (1 + 1 + 2) / 3
+    assert L.stiffness.toarray()[:3, :3] == pytest.approx(stiffness_of_lengths(5, 3, 4), rel=1e-12, abs=1e-12)
+    assert L.stiffness.toarray()[3:, 3:] == pytest.approx(stiffness_of_lengths(1.4, 2.4, 1.4), rel=1e-12, abs=1e-12)
     assert L.treated_vertices.tolist() == [3, 4, 5]
     assert L.mass.diagonal() == pytest.approx([3, 1.5, 1.5, 0, 0, 0])  # of the triangles as given
 
 
-def test_the_offset_is_zero_where_the_triangle_inequalities_hold():
-    lengths = np.array([[3.0, 4.0, 5.0], [1.0, 1.0, 2.0], [1.0, 1.0, 2.5]])
-    assert mollification_offset(lengths, 0.0) == pytest.approx([0, 0, 0.5])
-    mean = lengths.mean()
-    assert mollification_offset(lengths, 0.3) == pytest.approx([0, 0.3 * mean, 0.5 + 0.3 * mean])
+def test_lengths_stay_where_the_triangle_inequalities_hold():
+    faces = np.array([[0, 1, 2], [2, 1, 3], [4, 5, 6], [7, 8, 9]])
+    lengths = np.array([[3.0, 4.0, 5.0], [3.0, 3.0, 6.0], [1.0, 1.0, 2.5], [1.0, 1.0, 1.0]])
+    mean = 4.0  # of the first two faces, which are one component
+    for factor, offsets in ((0.0, [0, 0, 0.5, 0]), (0.3, [0.3 * mean, 0.3 * mean, 0.5 + 0.45, 0])):
+        found, is_thin = mollified_lengths(faces, lengths, factor)
+        assert found - lengths == pytest.approx(np.repeat(np.array(offsets)[:, None], 3, axis=1))
+        assert is_thin.tolist() == [False, factor > 0, True, False]
+
+
+@pytest.mark.parametrize("operator", ["intrinsic_delaunay", "robust", "mollified"])
+def test_a_small_part_is_not_rounded_by_the_size_of_another(operator):
+    ball = sphere(2)
+    small, large = ball.vertices * [1, 1, 6] * 1e-6, flat_grid(4, 4).vertices * 10 + 5
+    F = np.concatenate([flat_grid(4, 4).faces, ball.faces + 16])
+    both = laplacian(Mesh(np.concatenate([large, small]), F), operator=operator)
+    alone = laplacian(Mesh(small, ball.faces), operator=operator)
+    assert abs(both.stiffness[16:, 16:] - alone.stiffness).max() < 1e-9  # edges of 1e-6 beside coordinates of 10
+    assert both.mass.diagonal()[16:] == pytest.approx(alone.mass.diagonal(), rel=1e-9)
+    assert not (both.treated_vertices >= 16).any()
 
 
 def test_an_edge_that_is_not_delaunay_is_flipped():

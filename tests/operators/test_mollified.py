@@ -8,11 +8,11 @@ from lbskel import Mesh, laplacian
 from lbskel.operators.mollified import mollified
 
 
-def test_all_edges_are_lengthened_by_what_the_thinnest_triangle_needs():
+def test_the_edges_of_a_component_are_lengthened_by_what_its_thinnest_triangle_needs():
     L = mollified(PYTHAGORAS, mollify_factor=0.3)
-    # 0.3 of the mean length 8 / 3 is 0.8, which the collinear triangle needs and both triangles get
-    assert L.stiffness.toarray()[:3, :3] == pytest.approx(stiffness_of_lengths(5.8, 3.8, 4.8), rel=1e-12, abs=1e-12)
-    assert L.stiffness.toarray()[3:, 3:] == pytest.approx(stiffness_of_lengths(1.8, 2.8, 1.8), rel=1e-12, abs=1e-12)
+    # 0.3 of the mean length 4 / 3 is 0.4, which the collinear triangle needs; the other one has a slack of 2
+    assert L.stiffness.toarray()[:3, :3] == pytest.approx(stiffness_of_lengths(5, 3, 4), rel=1e-12, abs=1e-12)
+    assert L.stiffness.toarray()[3:, 3:] == pytest.approx(stiffness_of_lengths(1.4, 2.4, 1.4), rel=1e-12, abs=1e-12)
     assert (L.stiffness.toarray()[:3, 3:] == 0).all()
     assert L.treated_vertices.tolist() == [3, 4, 5]
     assert L.mass.diagonal() == pytest.approx([3, 1.5, 1.5, 0, 0, 0])  # of the triangles as given

@@ -133,3 +133,18 @@ def test_areas_are_in_the_units_of_the_caller_and_degenerate_polygons_have_none(
     assert L.mass.diagonal() == pytest.approx([400, 400, 400, 400, 0, 0])
     assert L.stiffness.toarray()[:4, :4] == pytest.approx(np.eye(4) - 1 / 4)
     assert L.treated_vertices.tolist() == [1, 4, 5]
+
+
+@pytest.mark.parametrize("moved", [0.0, 30.0, 1000.0])
+@pytest.mark.parametrize("sides", [3, 4])
+def test_a_polygon_on_a_line_is_left_out_wherever_it_is(sides, moved):
+    n = 12
+    first = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    squares = np.stack([first, first + 1, first + n + 1, first + n], axis=1).tolist()
+    line = [3 * n, 3 * n + 1, 4 * n - 1, 3 * n + 4][:sides]
+    for seed in range(10):
+        turned = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+        V = np.array([[x, y, 0.0] for y in range(n) for x in range(n)]) @ turned + moved
+        L, without = (laplacian(PolygonMesh(V, polygons)) for polygons in ([*squares, line], squares))
+        assert L.treated_vertices.tolist() == sorted(line)
+        assert abs(L.stiffness - without.stiffness).max() == 0

@@ -19,11 +19,11 @@ def test_positive_weights_where_cotangents_are_negative():
     assert (robust - np.diag(robust.diagonal())).max() < 1e-14 * np.abs(robust).max()
 
 
-def test_all_edges_are_lengthened_by_what_the_thinnest_triangle_needs():
-    L = robust(PYTHAGORAS, mollify_factor=0.3)
-    # acute triangles are Delaunay, so that the cover of a single one has its cotangents
-    assert L.stiffness.toarray()[:3, :3] == pytest.approx(stiffness_of_lengths(5.8, 3.8, 4.8), rel=1e-12, abs=1e-12)
-    assert L.treated_vertices.tolist() == [3, 4, 5]
+def test_the_edges_of_a_component_are_lengthened_by_what_its_thinnest_triangle_needs():
+    L = robust(PYTHAGORAS, mollify_factor=0.6)
+    # 3, 4, 5 has a slack of 2 and needs 0.6 * 4; acute triangles are Delaunay: the cover of one has its cotangents
+    assert L.stiffness.toarray()[:3, :3] == pytest.approx(stiffness_of_lengths(5.4, 3.4, 4.4), rel=1e-12, abs=1e-12)
+    assert L.treated_vertices.tolist() == [0, 1, 2, 3, 4, 5]
 
 
 def test_vertices_without_a_face_and_faces_that_repeat_a_vertex_have_no_weight():

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import eigh
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array, kron
 
-from lbskel.errors import SolveError
+from lbskel.errors import SolveError, UnknownChoice
 from lbskel.solvers import eigenproblem
 from lbskel.solvers.eigenproblem import MAX_DENSE_SIZE, count_below, smallest_eigenpairs
 
@@ -105,6 +105,40 @@ def test_rows_without_mass_have_the_mean_value_of_their_neighbors():
     assert np.abs(values - np.linalg.eigvalsh(reduced)[:k]).max() < ROUNDING
 
 
+@pytest.mark.parametrize("mass", [0.0, 1e-18, 1e-14])
+@pytest.mark.parametrize("n", [MAX_DENSE_SIZE // 2, 3 * MAX_DENSE_SIZE])
+def test_a_row_with_hardly_any_mass_changes_no_eigenvalue(n, mass):
+    """The middle of an edge of a cycle: two springs of weight 2 in a row are one of weight 1."""
+    S = cycle_laplacian(n).tolil()
+    S.resize(n + 1, n + 1)
+    S[0, 1] = S[1, 0] = 0
+    S[0, n] = S[n, 0] = S[1, n] = S[n, 1] = -2
+    S[0, 0], S[1, 1], S[n, n] = 3, 3, 4
+    values, X = smallest_eigenpairs(csc_array(S), masses([1.0] * n + [mass]), 6)
+    assert np.abs(values - cycle_eigenvalues(n)[:6]).max() < ROUNDING
+    assert np.abs(X[n] - (X[0] + X[1]) / 2).max() < ROUNDING
+
+
+def test_rows_without_mass_have_no_eigenpairs_of_their_own():
+    mass = np.ones(20)
+    mass[::4] = 0
+    values, X = smallest_eigenpairs(cycle_laplacian(20), masses(mass), 20)
+    assert len(values) == X.shape[1] == 15
+    assert np.abs(X.T @ (mass[:, None] * X) - np.eye(15)).max() < ROUNDING
+
+
+def test_a_component_of_one_row_has_the_eigenvalue_zero():
+    values, X = smallest_eigenpairs(csc_array(np.diag([0.0, 2.0])), masses([4.0, 1.0]), 2)
+    assert np.abs(values - [0, 2]).max() < ROUNDING
+    assert np.abs(X - [[0.5, 0], [0, 1]]).max() < ROUNDING
+
+
+@pytest.mark.parametrize("k", [0, -1, 2.5, "3"])
+def test_the_number_of_eigenpairs_must_be_a_positive_integer(k):
+    with pytest.raises(UnknownChoice, match="number of eigenpairs must be a positive integer"):
+        smallest_eigenpairs(cycle_laplacian(5), masses(np.ones(5)), k)
+
+
 def test_solvers_agree_and_runs_give_the_same_bytes():
     S, M = cycle_laplacian(200), masses(np.linspace(1, 2, 200))
     first, second = smallest_eigenpairs(S, M, 8), smallest_eigenpairs(S, M, 8)
@@ -112,10 +146,10 @@ def test_solvers_agree_and_runs_give_the_same_bytes():
     assert np.abs(first[0] - smallest_eigenpairs(S, M, 8, solver="superlu")[0]).max() < ROUNDING
 
 
-def test_an_indefinite_matrix_is_refused():
-    S = cycle_laplacian(2 * MAX_DENSE_SIZE)
-    with pytest.raises(SolveError):
-        smallest_eigenpairs((-S).tocsc(), masses(np.ones(2 * MAX_DENSE_SIZE)), 3)
+@pytest.mark.parametrize("n", [MAX_DENSE_SIZE // 2, 2 * MAX_DENSE_SIZE])
+def test_an_indefinite_matrix_is_refused(n):
+    with pytest.raises(SolveError, match="not positive definite"):
+        smallest_eigenpairs((-cycle_laplacian(n)).tocsc(), masses(np.ones(n)), 3)
 
 
 @pytest.mark.parametrize("mass", [0.5, 1.0, 2.0])

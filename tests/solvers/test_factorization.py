@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from linear_systems import EPSILON, ill_conditioned, right_hand_sides, shifted_laplacian
-from scipy.sparse import csc_array, eye_array
+from scipy.sparse import csc_array, csc_matrix, eye_array
 
 from lbskel import SolveError, UnknownChoice, factorize, laplacian
 from lbskel.shapes import flat_grid, torus
@@ -141,6 +141,8 @@ def test_residual():
     factorization = factorize(A)
     assert factorization.residual(np.array([[1.0], [1.0]]), np.array([[3.0], [4.0]])) == 0.25
     assert factorization.residual(np.zeros((2, 1)), np.zeros((2, 1))) == 0.0
+    # of the worst column, relative to its own right-hand side
+    assert factorization.residual(np.array([[1e9, 1.0], [1e9, 1.0]]), np.array([[2e9, 3.0], [4e9, 4.0]])) == 0.25
 
 
 def not_positive_definite():
@@ -228,3 +230,31 @@ def test_corrections_remove_the_error_that_refinement_would():
     assert (factor.solve(B) == X).all()
     with pytest.raises(SolveError, match="not finite"):
         factor.solve(np.full((120, 1), np.nan), refined=False)
+
+
+@pytest.mark.parametrize("solver", ALL_SOLVERS)
+def test_matrices_of_other_kinds_are_converted(solver):
+    A, b = shifted_laplacian(flat_grid(4, 4), 4.0), right_hand_sides(16, 1)
+    expected = factorize(A, solver).solve(b)
+    for other in (A.tocoo(), A.tocsr(), csc_matrix(A), A.toarray()):
+        assert factorize(other, solver).solve(b) == pytest.approx(expected, abs=1e-12)
+    assert factorize(A.astype(np.float32), solver).solve(b) == pytest.approx(expected, abs=1e-5)
+
+
+@pytest.mark.parametrize("solver", ALL_SOLVERS)
+@pytest.mark.parametrize(
+    ("A", "B", "message"),
+    [
+        (np.eye(4)[:, :3], np.ones(4), "must be square, not 4 x 3; lstsq"),
+        (1j * np.eye(4), np.ones(4), "the matrix is complex"),
+        ("four", np.ones(4), "must be a sparse matrix of numbers"),
+        (np.eye(4), np.ones(3), r"must have shape \(4, k\) or \(4,\), not \(3,\)"),
+        (np.eye(4), np.ones((1, 4)), r"not \(1, 4\)"),
+        (np.eye(4), 1.0, r"not \(\)"),
+        (np.eye(4), 1j * np.ones(4), "right-hand side is complex"),
+        (np.eye(4), ["a", "b", "c", "d"], "right-hand side must be an array of numbers"),
+    ],
+)
+def test_what_is_no_system_is_refused(solver, A, B, message):
+    with pytest.raises(SolveError, match=message):
+        factorize(A, solver).solve(B)

@@ -7,7 +7,7 @@ from scipy.sparse import csc_array, diags_array, eye_array
 
 from lbskel import SolveError, factorize, laplacian
 from lbskel.shapes import torus
-from lbskel.solvers import ALL_SOLVERS, DIRECT_SOLVERS
+from lbskel.solvers import ALL_SOLVERS, DIRECT_SOLVERS, iterative
 from lbskel.solvers.iterative import NormalMatrix, eigenvalue_upper_bound, estimate_smallest_eigenvalue
 
 
@@ -64,6 +64,53 @@ def test_too_few_iterations_are_an_error_only_where_none_were_asked_for():
     with pytest.raises(SolveError, match="2000 iterations leave a residual"):
         factorize(A, "gauss_seidel").solve(b)
     assert np.isfinite(factorize(A, "gauss_seidel").solve(b, iterations=3)).all()
+
+
+def solution_or_none(A, X, solver):
+    """The solution of A Y = A X, None if it is refused."""
+    try:
+        return factorize(A, solver).solve(A @ X)
+    except SolveError:
+        return None
+
+
+@pytest.mark.parametrize("solver", sorted(set(ALL_SOLVERS) - set(DIRECT_SOLVERS)))
+def test_rows_of_large_numbers_hide_no_error_of_others(solver):
+    """Penalties of three vertices: by the norm of B alone, any solution with these in place would do."""
+    mesh = torus(1.0, 0.3, 28, 18)
+    S = laplacian(mesh).stiffness
+    penalties = np.zeros(S.shape[0])
+    penalties[[0, 100, 300]] = 1e8
+    found = solution_or_none((S @ S + diags_array(penalties)).tocsc(), mesh.vertices, solver)
+    # the condition of S^2 with three fixed rows is about 1e5
+    assert found == pytest.approx(mesh.vertices, abs=1e-8) if solver.startswith("cg") else found is None
+
+
+@pytest.mark.parametrize("solver", sorted(set(ALL_SOLVERS) - set(DIRECT_SOLVERS)))
+def test_a_column_of_large_numbers_hides_no_error_of_others(solver):
+    A = shifted_laplacian(torus(1.0, 0.3, 14, 9), 1.0)
+    X = np.column_stack([np.full(126, 1e11), right_hand_sides(126, 1)])
+    found = solution_or_none(A, X, solver)
+    assert found is not None
+    assert found[:, 1] == pytest.approx(X[:, 1], abs=1e-12)  # the condition is 13
+
+
+@pytest.mark.parametrize("solver", sorted(set(ALL_SOLVERS) - set(DIRECT_SOLVERS)))
+def test_a_residual_that_is_small_but_still_falls_is_an_error(solver, monkeypatch):
+    monkeypatch.setattr(iterative, "MAX_ITERATIONS", 3 if solver == "cg_amg" else 12)
+    A, B = shifted_laplacian(torus(1.0, 0.3, 14, 9), 10.0), right_hand_sides(126)
+    with pytest.raises(SolveError, match=r"(3|12) iterations leave a residual") as caught:
+        factorize(A, solver).solve(B)
+    assert caught.value.residual < 1e-3
+
+
+def test_iterations_go_on_from_the_true_residual_where_the_one_carried_along_is_smaller():
+    class Hopeful(ALL_SOLVERS["cg_jacobi"]):
+        def _iterates(self, X, R):
+            yield from ((Y, 0 * residual) for Y, residual in super()._iterates(X, R))
+
+    A, B = shifted_laplacian(torus(1.0, 0.3, 14, 9), 10.0), right_hand_sides(126)
+    assert Hopeful(A).solve(B) == pytest.approx(np.linalg.solve(A.toarray(), B), abs=1e-12)
 
 
 @pytest.mark.parametrize("solver", sorted(set(ALL_SOLVERS) - set(DIRECT_SOLVERS)))

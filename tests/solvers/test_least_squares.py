@@ -6,7 +6,7 @@ from linear_systems import rectangular, right_hand_side
 from scipy.sparse import csr_array, diags_array, eye_array, vstack
 
 from lbskel import SolveError, UnknownChoice
-from lbskel.solvers import DIRECT_SOLVERS
+from lbskel.solvers import CLASSICAL_ITERATIONS, DIRECT_SOLVERS, least_squares
 from lbskel.solvers.least_squares import LEAST_SQUARES, _require_zero_gradient, lstsq
 
 WITHOUT_ITERATES = {"qr", "svd", "augmented", *DIRECT_SOLVERS}
@@ -52,6 +52,30 @@ def test_iterates_are_observed_in_order_and_converge(method):
     assert errors[0] > 1e-3
     assert errors[-1] == pytest.approx(np.linalg.norm(X - exact), abs=1e-12)
     assert errors[-1] < 1e-8
+
+
+@every_iterative
+def test_rows_and_columns_of_large_numbers_hide_no_error_of_others(method):
+    """A chain held at both ends by rows of weight 1e3; one column is 1e9 times as large as the other."""
+    n = 60
+    chain = diags_array([-np.ones(n - 1), np.full(n, 2.0), -np.ones(n - 1)], offsets=[-1, 0, 1]).tocsr()[1:-1]
+    K = csr_array(vstack([chain, csr_array(([1e3, 1e3], ([0, 1], [0, n - 1])), shape=(2, n))]))
+    X = np.linspace(0, 1, n)[:, None] ** 2 * [1e9, 1.0]
+    try:
+        found = lstsq(K, K @ X, method)
+    except SolveError:
+        assert method in {*CLASSICAL_ITERATIONS, "lsqr", "lsmr"}
+    else:
+        assert np.abs(found / [1e9, 1.0] - X / [1e9, 1.0]).max() < 1e-6  # the condition of K^T K is 1e8 after scaling
+
+
+@pytest.mark.parametrize("method", ["cgls", "lsqr", "lsmr"])
+def test_krylov_methods_that_have_not_converged_are_refused(method, monkeypatch):
+    monkeypatch.setattr(least_squares, "MAX_ITERATIONS", 20)
+    K = rectangular(0.3)
+    with pytest.raises(SolveError, match="try 'cholmod'") as caught:
+        lstsq(K, right_hand_side(K), method)
+    assert caught.value.residual < 1e-3
 
 
 @every_iterative
@@ -162,3 +186,16 @@ def test_no_iteration_is_made_where_none_is_asked_for(method):
     X = lstsq(K, right_hand_side(K), method, iterations=0, on_iterate=lambda number, X: seen.append(number))
     assert not X.any()
     assert not any(seen)
+
+
+def test_what_is_no_system_is_refused():
+    K = rectangular()
+    with pytest.raises(SolveError, match=r"must have shape \(252, k\)"):
+        lstsq(K, np.ones(251))
+    with pytest.raises(SolveError, match="right-hand side is complex"):
+        lstsq(K, 1j * np.ones(252))
+    with pytest.raises(SolveError, match="matrix is complex"):
+        lstsq(1j * K, np.ones(252))
+    with pytest.raises(SolveError, match="start must have shape"):
+        lstsq(K, np.ones(252), "cgls", start=np.ones(3))
+    assert lstsq(K.toarray(), np.ones(252)) == pytest.approx(lstsq(K, np.ones(252)), abs=1e-14)
