@@ -7,6 +7,7 @@ from helpers import joined, moved
 
 import lbskel
 from lbskel import HeatMethod, Mesh, MeshError
+from lbskel.operators import OPERATORS
 from lbskel.shapes import flat_grid, sphere, torus
 
 
@@ -101,6 +102,26 @@ def test_components_without_a_source_are_infinitely_far(ring):
     alone = method.distance(2 * n)
     assert alone[-1] == 0
     assert np.isinf(alone[:-1]).all()
+
+
+@pytest.mark.parametrize("operator", [name for name in OPERATORS if name != "mean_value"])  # which is not symmetric
+def test_distances_as_published_have_the_unit_of_lengths_with_every_operator(operator):
+    V = sphere(3).vertices
+    angles = np.arccos(np.clip(V @ V[7], -1, 1))
+    found = HeatMethod(sphere(3), operator).distance(7, unfolded=False)
+    assert np.abs(found - angles).mean() < 0.03 * np.pi  # 0.022 by random_walk, at most 0.007 by the others, measured
+
+
+def test_an_operator_that_connects_components_leaves_them_apart():
+    """Heat of ``heat_kernel`` passes between spheres at a distance of half an edge."""
+    mesh = joined(sphere(3), sphere(3).with_vertices(sphere(3).vertices + [2.05, 0, 0]))
+    method = HeatMethod(mesh, "heat_kernel")
+    n = len(mesh.vertices) // 2
+    for unfolded in (True, False):
+        found = method.distance(0, unfolded=unfolded)
+        assert np.isinf(found[n:]).all()
+        alone = HeatMethod(sphere(3), "heat_kernel").distance(0, unfolded=unfolded)
+        assert np.abs(found[:n] - alone).max() < 0.1
 
 
 def test_long_shapes_do_not_underflow():
