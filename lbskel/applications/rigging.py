@@ -2,7 +2,8 @@
 
 Bones: :mod:`lbskel.applications.bones`; weights: :mod:`lbskel.applications.bone_heat`. Where the mesh is symmetric
 (:mod:`lbskel.applications.mirror`), so are bones and weights, and the names tell left from right: left is where the
-coordinate is larger, as of a character that faces +z with y up, or -y with z up.
+coordinate is larger, as of a character that faces +z with y up, or -y with z up. A root attracts vertices as the point
+of its head; its tail only shows where up is.
 """
 
 from __future__ import annotations
@@ -88,11 +89,12 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
         upward = np.eye(3)[1 if abs(plane.normal[1]) < 0.5 else 2]
         tails = np.where(bones.branches[:, None] < 0, heads + lengths * upward, tails)
     oriented, representative = oriented_surface(surface)
-    weights = bone_weights(oriented, heads, tails, bones.parents, bones.bone_of_vertex)[representative]
+    ends = np.where(bones.branches[:, None] < 0, heads, tails)  # the tail of a root is arbitrary
+    weights = bone_weights(oriented, heads, ends, bones.parents, bones.bone_of_vertex)
     if plane is not None:
-        weights = _symmetric_weights(weights, twins, plane)
+        weights = _symmetric_weights(weights, twins, _merged_twins(plane.twins, representative))
     names = _names(bones, twins, plane)
-    return Rig(surface, names, heads, tails, bones.parents, keep_largest(weights, max_influences))
+    return Rig(surface, names, heads, tails, bones.parents, keep_largest(weights, max_influences)[representative])
 
 
 def _symmetric(points: NDArray[np.float64], twins: NDArray[np.int64], plane: MirrorPlane) -> NDArray[np.float64]:
@@ -103,15 +105,22 @@ def _symmetric(points: NDArray[np.float64], twins: NDArray[np.int64], plane: Mir
     return moved
 
 
+def _merged_twins(twins: NDArray[np.int64], representative: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(n,) for each representative the one of its twin, which one of the vertices at its place has; -1 elsewhere."""
+    found, has_twin = np.full(len(twins), -1), twins >= 0
+    found[representative[has_twin]] = representative[twins[has_twin]]
+    return found
+
+
 def _symmetric_weights(
-    weights: NDArray[np.float64], twins: NDArray[np.int64], plane: MirrorPlane
+    weights: NDArray[np.float64], twins: NDArray[np.int64], vertex_twins: NDArray[np.int64]
 ) -> NDArray[np.float64]:
     """Average the weights of each vertex with those of the twin bones at its twin, if all bones have twins."""
-    rows = np.flatnonzero(plane.twins >= 0)
+    rows = np.flatnonzero(vertex_twins >= 0)
     if not (twins >= 0).all() or len(rows) == 0:
         return weights
     averaged = weights.copy()
-    averaged[rows] = (weights[rows] + weights[plane.twins[rows]][:, twins]) / 2
+    averaged[rows] = (weights[rows] + weights[vertex_twins[rows]][:, twins]) / 2
     return averaged
 
 

@@ -43,12 +43,10 @@ def test_weights_are_smooth_shares_of_at_most_four_bones(dinosaur):
 
 
 def test_weights_of_a_symmetric_mesh_are_mirrored(dinosaur):
-    """A mesh and its mirror image."""
-    half = dinosaur.mesh
-    V = np.concatenate([half.vertices + [0, 1.2, 0], half.vertices * [1, -1, 1] - [0, 1.2, 0]])
-    twins = Mesh(V, np.concatenate([half.faces, half.faces[:, ::-1] + len(half.vertices)]))
+    twins = mirrored_dinosaurs(dinosaur.mesh)
     plane = find_mirror_plane(twins)
-    assert plane.twins.tolist() == np.roll(np.arange(len(V)), -len(half.vertices)).tolist()
+    n = len(twins.vertices)
+    assert plane.twins.tolist() == np.roll(np.arange(n), -n // 2).tolist()
     found = rig(twins, skeletonize(twins))
     names = list(found.names)
     pair = [names.index(n.replace("_left_", "_right_")) if "_left_" in n else -1 for n in names]
@@ -88,6 +86,33 @@ def test_vertices_at_one_place_have_the_same_weights(rod):
     found, expected = (rig(mesh, skeletonize(mesh)) for mesh in (soup, rod))
     assert found.heads == pytest.approx(expected.heads)
     assert found.weights == pytest.approx(expected.weights[rod.faces.ravel()], abs=1e-9)
+
+
+def mirrored_dinosaurs(half):
+    """A mesh and its mirror image."""
+    V = np.concatenate([half.vertices + [0, 1.2, 0], half.vertices * [1, -1, 1] - [0, 1.2, 0]])
+    return Mesh(V, np.concatenate([half.faces, half.faces[:, ::-1] + len(half.vertices)]))
+
+
+def test_vertices_at_one_place_of_a_symmetric_mesh_have_the_same_weights(dinosaur):
+    mesh = mirrored_dinosaurs(dinosaur.mesh)
+    skeleton = skeletonize(mesh)
+    expected = rig(mesh, skeleton)
+    corners = mesh.faces.ravel()
+    found = rig(triangle_soup(mesh), replace(skeleton, node_of_vertex=skeleton.node_of_vertex[corners]))
+    assert found.names == expected.names
+    assert found.weights == pytest.approx(expected.weights[corners], abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["dinosaur", "octopus"])
+def test_the_direction_of_the_axes_does_not_change_the_weights(name):
+    mesh = make(name, n_vertices=1000).mesh
+    skeleton = skeletonize(mesh)
+    upright = rig(mesh, skeleton)
+    turn = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])  # y up to z up
+    turned = rig(mesh.with_vertices(mesh.vertices @ turn.T), replace(skeleton, nodes=skeleton.nodes @ turn.T))
+    assert turned.heads == pytest.approx(upright.heads @ turn.T, abs=1e-9)
+    assert turned.weights == pytest.approx(upright.weights, abs=1e-9)
 
 
 def test_wrong_input_is_an_error(rod):
