@@ -28,6 +28,7 @@ from scipy.sparse.csgraph import connected_components
 from lbskel.applications.symmetric import require_symmetric
 from lbskel.applications.unfolded_distances import UnfoldedSurface
 from lbskel.errors import MeshError, SolveError, first_few
+from lbskel.geometry.arrays import finite_numbers
 from lbskel.geometry.intrinsic_triangulation import IntrinsicTriangulation, delaunay, half_edge_twins
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
@@ -83,13 +84,11 @@ class HeatMethod:
 
     def __post_init__(self) -> None:
         mesh = as_mesh(self.mesh)
-        object.__setattr__(self, "mesh", mesh)
         unit, k = unit_scale(mesh.vertices)
         laplacian = apply_operator(self.operator, mesh.with_vertices(unit))
         require_symmetric(laplacian)
-        object.__setattr__(self, "_unit", unit)
-        object.__setattr__(self, "_exponent", k)
-        object.__setattr__(self, "_laplacian", laplacian)
+        for name, value in {"mesh": mesh, "_unit": unit, "_exponent": k, "_laplacian": laplacian}.items():
+            object.__setattr__(self, name, value)
 
     def distance(self, sources: Sources, *, unfolded: bool = True) -> NDArray[np.float64]:
         """Compute the distance of every vertex to the nearest of the sources.
@@ -178,18 +177,16 @@ class HeatMethod:
         MeshError
             If a source is no vertex, or there is not one finite value for each.
         """
-        vertices, given = self._checked(sources), np.asarray(values, dtype=np.float64)
-        if given.ndim not in (1, 2) or len(given) != len(vertices) or not np.isfinite(given).all():
+        vertices, given = self._checked(sources), finite_numbers(values, "values")
+        if given.ndim not in (1, 2) or len(given) != len(vertices):
             raise MeshError(f"there must be a finite value for each of {len(vertices)} sources, not {given.shape}")
         columns = np.concatenate([np.ones((len(vertices), 1)), given.reshape(len(vertices), -1)], axis=1)
         right = np.zeros((len(self.mesh.vertices), columns.shape[1]))
         np.add.at(right, vertices, columns)
         heat = np.zeros_like(right)
         heat[self._active] = self._heat.solve(right[self._active])
-        is_isolated = np.zeros(len(right), dtype=bool)
-        is_isolated[vertices] = True
-        is_isolated[self._active] = False
-        heat[is_isolated] = right[is_isolated]
+        isolated = np.setdiff1d(vertices, self._active)
+        heat[isolated] = right[isolated]
         total = np.where(heat[:, :1] > 0, heat[:, :1], np.nan)
         extended: NDArray[np.float64] = heat[:, 1:] / total
         return extended[:, 0] if given.ndim == 1 else extended
@@ -211,7 +208,11 @@ class HeatMethod:
 
     def _checked(self, sources: Sources) -> NDArray[np.int64]:
         """Return the sources as a vector of vertices."""
-        given, n = np.atleast_1d(np.asarray(sources)), len(self.mesh.vertices)
+        n = len(self.mesh.vertices)
+        try:
+            given = np.atleast_1d(np.asarray(sources))
+        except ValueError:  # rows of different lengths
+            given = np.empty(0)
         if given.ndim != 1 or not len(given) or given.dtype.kind not in "iu":
             raise MeshError("the sources must be indices of vertices, at least one")
         wrong = given[(given < 0) | (given >= n)]

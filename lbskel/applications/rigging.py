@@ -19,7 +19,7 @@ from lbskel.applications.bone_heat import bone_weights, keep_largest
 from lbskel.applications.bones import Bones, bones_of
 from lbskel.applications.mirror import MirrorPlane, find_mirror_plane
 from lbskel.applications.mirrored_bones import paired_bones
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, checked_count
 from lbskel.geometry.mesh import as_mesh
 from lbskel.preprocess import oriented_surface
 from lbskel.skeleton.armature import Rig
@@ -51,7 +51,9 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
     ------
     MeshError
         If the skeleton has no map from the vertices of this mesh, the mesh has no size, a radius of the skeleton is
-        not known, or a number is too small.
+        not known, or there are more components than ``max_bones``.
+    UnknownChoice
+        If a number is no whole number from 1 on.
     SolveError
         If the weights cannot be solved for.
 
@@ -72,8 +74,8 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
         )
     if len(unknown := np.flatnonzero(~np.isfinite(skeleton.radii))):
         raise MeshError(f"the radius of node {unknown[0]} is not known, and the lengths of bones follow from the radii")
-    if max_influences < 1:
-        raise MeshError(f"max_influences must be at least 1, not {max_influences}")
+    checked_count(max_bones, "max_bones", 1)
+    checked_count(max_influences, "max_influences", 1)
     if not surface.diameter_bound > 0:
         raise MeshError("the mesh has no size: all its vertices are at one point")
     bones = bones_of(skeleton, max_bones=max_bones)

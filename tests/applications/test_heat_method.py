@@ -179,13 +179,14 @@ def test_what_cannot_be_is_refused(ring):
         method.distance(10**6)
     with pytest.raises(MeshError, match="not vertices"):
         method.distance([-1])
-    for wrong in ([], [0.5], [[1]], "a"):
+    for wrong in ([], [0.5], [[1]], [[1], [2, 3]], "a"):
         with pytest.raises(MeshError, match="indices of vertices"):
             method.distance(wrong)
     with pytest.raises(MeshError, match="finite value"):
         method.extend([0, 1], [1.0])
-    with pytest.raises(MeshError, match="finite value"):
-        method.extend([0], [np.nan])
+    for value in (np.nan, "a"):
+        with pytest.raises(MeshError, match=r"values must be (finite )?numbers"):
+            method.extend([0], [value])
     with pytest.raises(MeshError, match="not symmetric"):
         HeatMethod(ring, "mean_value")
     with pytest.raises(MeshError, match="no area"):

@@ -7,7 +7,7 @@ import pytest
 from helpers import triangle_soup, with_reversed_faces
 from scipy.spatial.transform import Rotation
 
-from lbskel import Mesh, MeshError, rig, skeletonize
+from lbskel import Mesh, MeshError, UnknownChoice, rig, skeletonize
 from lbskel.applications.mirror import find_mirror_plane
 from lbskel.shapes import capsule, make
 
@@ -122,8 +122,8 @@ def test_wrong_input_is_an_error(rod):
     unknown = replace(skeleton, radii=np.full(len(skeleton.nodes), np.nan))
     with pytest.raises(MeshError, match="the radius of node 0 is not known"):
         rig(rod, unknown)
-    with pytest.raises(MeshError, match="max_influences must be at least 1, not 0"):
-        rig(rod, skeleton, max_influences=0)
-    with pytest.raises(MeshError, match="max_bones must be at least 1"):
-        rig(rod, skeleton, max_bones=0)
+    for name in ("max_influences", "max_bones"):
+        for number in (0, 1.5):
+            with pytest.raises(UnknownChoice, match=f"{name} must be a whole number from 1 on, not {number}"):
+                rig(rod, skeleton, **{name: number})
     assert rig(rod, skeleton, max_bones=1).names == ("root",)
