@@ -76,8 +76,10 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
         raise MeshError(f"the radius of node {unknown[0]} is not known, and the lengths of bones follow from the radii")
     checked_count(max_bones, "max_bones", 1)
     checked_count(max_influences, "max_influences", 1)
-    if not surface.diameter_bound > 0:
+    if surface.diameter_bound == 0:
         raise MeshError("the mesh has no size: all its vertices are at one point")
+    if not np.isfinite([surface.diameter_bound, surface.area]).all():
+        raise MeshError("the mesh is too large for its area to be finite: scale it")
     bones = bones_of(skeleton, max_bones=max_bones)
     plane = find_mirror_plane(surface)
     heads, tails = bones.heads, bones.tails

@@ -122,6 +122,10 @@ def test_wrong_input_is_an_error(rod):
     unknown = replace(skeleton, radii=np.full(len(skeleton.nodes), np.nan))
     with pytest.raises(MeshError, match="the radius of node 0 is not known"):
         rig(rod, unknown)
+    with np.errstate(all="ignore"):
+        for size, message in ((0.0, "no size: all its vertices are at one point"), (1e160, "too large for its area")):
+            with pytest.raises(MeshError, match=message):
+                rig(rod.with_vertices(size * rod.vertices), skeleton)
     for name in ("max_influences", "max_bones"):
         for number in (0, 1.5):
             with pytest.raises(UnknownChoice, match=f"{name} must be a whole number from 1 on, not {number}"):
