@@ -14,6 +14,7 @@ __all__ = [
     "OperatorError",
     "SolveError",
     "UnknownChoice",
+    "checked_count",
     "choose",
     "counted",
     "first_few",
@@ -23,6 +24,7 @@ __all__ = [
 
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
+from numbers import Integral
 from typing import TypeVar
 
 Value = TypeVar("Value")
@@ -184,6 +186,21 @@ def choose(table: Mapping[str, Value], name: str, what: str) -> Value:
         raise UnknownChoice(
             f"unknown {what} {name!r}{nearest(name, table)}; choose one of: {', '.join(table)}"
         ) from None
+
+
+def checked_count(value: object, name: str, low: int) -> int:
+    """Return a number of things; raise UnknownChoice if it is no whole number from ``low`` on.
+
+    Parameters
+    ----------
+    value : int
+    name : str
+        The parameter, for the message.
+    low : int
+    """
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < low:
+        raise UnknownChoice(f"{name} must be a whole number from {low} on, not {value!r}")
+    return int(value)
 
 
 def nearest(name: object, names: Iterable[str]) -> str:

@@ -2,6 +2,7 @@
 
 import pickle
 
+import numpy as np
 import pytest
 
 from lbskel import (
@@ -23,7 +24,7 @@ from lbskel import (
 )
 from lbskel.contraction.degenerate_rows import ROW_TREATMENTS
 from lbskel.contraction.energies import ENERGIES
-from lbskel.errors import choose, counted, first_few, nearest, were
+from lbskel.errors import checked_count, choose, counted, first_few, nearest, were
 from lbskel.io import FORMATS, MESH_READERS, read_mesh, read_skeleton
 from lbskel.operators import MASSES
 from lbskel.pipeline.options import DOMAINS
@@ -73,6 +74,13 @@ def test_choose_returns_the_entry_or_lists_the_names():
     for name in ("b", "", None, ["a"], 3):
         with pytest.raises(UnknownChoice, match=r"unknown letter .*; choose one of: a$"):
             choose({"a": 1}, name, "letter")
+
+
+def test_a_count_is_a_whole_number():
+    assert checked_count(np.int32(3), "k", 1) == 3
+    for wrong in (0, 2.0, True, None, "3"):
+        with pytest.raises(UnknownChoice, match=f"k must be a whole number from 1 on, not {wrong!r}"):
+            checked_count(wrong, "k", 1)
 
 
 def test_first_few_counts_the_rest():

@@ -6,11 +6,12 @@ from lbskel.applications.branches import BranchTable, branch_table
 from lbskel.applications.compression import BASES, CompressedMesh, compress
 from lbskel.applications.deformation_methods import EDITING_METHODS
 from lbskel.applications.differential_coordinates import delta_coordinates, reconstruct
-from lbskel.applications.editing import Editor, edit, rigid_motion
+from lbskel.applications.editing import Editor, edit
 from lbskel.applications.geodesics import extend_values, geodesic_distance
 from lbskel.applications.heat_method import HeatMethod
 from lbskel.applications.quantization import QuantizedDeltas, quantize_deltas
 from lbskel.applications.rigging import rig
+from lbskel.applications.rigid_motions import rigid_motion
 from lbskel.applications.segmentation import Segmentation, segment
 from lbskel.applications.shape_dna import shape_dna_distance
 from lbskel.applications.signatures import heat_kernel_signature, wave_kernel_signature

@@ -22,7 +22,7 @@ from lbskel.applications.differential_coordinates import (
     coupled_components,
     uncoupled_rows,
 )
-from lbskel.errors import MeshError, UnknownChoice
+from lbskel.errors import MeshError, UnknownChoice, checked_count
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.operators import Operator, apply_operator
 
@@ -74,11 +74,12 @@ def greedy_anchors(
     MeshError, SolveError, UnknownChoice
         As for :func:`least_squares_mesh`.
     """
-    if checked_weight(weight, "anchor_weight") is None or n_anchors < 1:
-        raise UnknownChoice(f"there must be an anchor with a weight above zero, not {n_anchors!r} of {weight!r}")
+    checked_count(n_anchors, "n_anchors", 1)
+    if checked_weight(weight, "anchor_weight") is None:
+        raise UnknownChoice("anchor_weight must be above zero: anchors chosen one by one are soft")
     anchors = list(_first_anchors(stiffness, vertices))
     if len(anchors) > n_anchors:
-        raise MeshError(f"{len(anchors)} components need as many anchors, not {n_anchors}")
+        raise MeshError(f"{len(anchors)} components need as many anchors: n_anchors is {n_anchors}")
     is_uncoupled = uncoupled_rows(stiffness)
     unit = np.zeros((len(vertices), 1))
     while True:

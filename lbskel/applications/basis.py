@@ -19,6 +19,7 @@ from scipy.sparse import csc_array
 
 from lbskel.applications.spectrum import eigenpairs
 from lbskel.errors import MeshError, UnknownChoice
+from lbskel.geometry.arrays import finite_numbers
 from lbskel.operators import Laplacian, PolygonMesh, laplacian
 
 
@@ -86,10 +87,10 @@ class SpectralBasis:
         Raises
         ------
         MeshError
-            If there is not one row for each vertex.
+            If there is not one row of finite numbers for each vertex.
         """
-        rows = np.asarray(values, dtype=np.float64)
-        if rows.ndim == 0 or len(rows) != len(self.functions):
+        rows = finite_numbers(values, "values of a function")
+        if rows.ndim not in (1, 2) or len(rows) != len(self.functions):
             raise MeshError(
                 f"the function must have one row for each of {len(self.functions)} vertices, not {rows.shape}"
             )
@@ -106,10 +107,10 @@ class SpectralBasis:
         Raises
         ------
         MeshError
-            If there are more coefficients than functions.
+            If there are more coefficients than functions, or one is not finite.
         """
-        rows = np.asarray(coefficients, dtype=np.float64)
-        if rows.ndim == 0 or len(rows) > len(self.values):
+        rows = finite_numbers(coefficients, "coefficients")
+        if rows.ndim not in (1, 2) or len(rows) > len(self.values):
             raise MeshError(f"there are {len(self.values)} functions, for coefficients of shape {rows.shape}")
         values: NDArray[np.float64] = self.functions[:, : len(rows)] @ rows
         return values

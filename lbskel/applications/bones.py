@@ -10,7 +10,9 @@ from __future__ import annotations
 
 __all__ = ["Bones", "bones_of"]
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from heapq import heapify, heappop, heappush
 from itertools import pairwise
 
 import numpy as np
@@ -30,6 +32,9 @@ BONE_LENGTH = 7.0
 # to the branch, no unit. 0.002 to 0.0028 give the same joints, 0.0014 puts elbows and knees 0.1 radii farther off (same
 # table): bends count where they are clearer than 4 degrees.
 EQUAL_WEIGHT = 0.002
+# Nodes of a branch among which joints are chosen, or four for each bone if these are more. It bounds the cost, which is
+# cubic in them: 0.02 s for a branch. A choice: joints then are within 0.3 % of the branch's length of the best ones.
+MAX_JOINTS = 200
 GROWTH = (
     1.1  # factor by which the least length rises, no unit: the step of a search, which bounds how far it overshoots
 )
@@ -78,9 +83,13 @@ def bones_of(skeleton: Skeleton, *, max_bones: int) -> Bones:
         raise MeshError(f"max_bones must be at least {n_roots}, one for each component, not {max_bones}")
     least = float(np.median(tree.radii)) if len(tree.radii) else 0.0
     while True:
-        found = _segmented(_without_short_branches(tree, least), least)
-        if len(found.heads) <= max_bones:
-            return found
+        kept = _without_short_branches(tree, least)
+        roots = _roots(kept)
+        paths = branch_order(kept, roots=roots).paths
+        begins = [_first_outside(kept, path) for path in paths]
+        counts = [_count(kept, path[begin:], least) for path, begin in zip(paths, begins, strict=True)]
+        if n_roots + sum(counts) <= max_bones:
+            return _segmented(kept, roots, paths, begins, counts)
         least = max(GROWTH * least, 1e-3 * tree.length)
 
 
@@ -116,28 +125,50 @@ def _count(skeleton: Skeleton, path: NDArray[np.int64], least: float) -> int:
 
 
 def _without_short_branches(skeleton: Skeleton, least: float) -> Skeleton:
-    """Contract end branches, and then branches between two junctions or two tips, that are too short."""
+    """Contract end branches, and then branches between two junctions or two tips, that are too short.
+
+    Of the latter, those that have no end in common are contracted at once: none of them gets longer by the others.
+    """
     current = skeleton
     while True:
+        is_short = _branch_lengths(current) < least
+        short = [path for path, is_own in zip(current.branches, is_short.tolist(), strict=True) if is_own]
+        ends = current.degrees[np.array([path[[0, -1]] for path in short], dtype=np.int64).reshape(-1, 2)]
+        is_end = (ends.min(axis=1) == 1) & (ends.max(axis=1) > 2)
         target = np.arange(len(current.nodes))
-        for path in current.end_branches:
-            if _length(current, path) < least:
+        if is_end.any():
+            for row in np.flatnonzero(is_end).tolist():
+                path = short[row] if ends[row, 0] > 2 else short[row][::-1]
                 target[path[1:]] = path[0]
-        if np.array_equal(target, np.arange(len(target))):
-            for path in branch_order(current).paths:
-                ends = current.degrees[path[[0, -1]]]
-                if ((ends > 2).all() or (ends <= 2).all()) and path[0] != path[-1] and _length(current, path) < least:
+        elif short:
+            has_changed = np.zeros(len(target), dtype=bool)
+            for path, is_own in zip(branch_order(current).paths, is_short.tolist(), strict=True):
+                if is_own and not has_changed[path[[0, -1]]].any():
                     target[path[1:]] = path[0]
-                    break
-            else:
-                return current
+                    has_changed[path[[0, -1]]] = True
+        else:
+            return current
         current = contract_nodes(current, target)
 
 
-def _segmented(skeleton: Skeleton, least: float) -> Bones:
-    """Divide every branch into bones, from the root outwards."""
-    roots = _roots(skeleton)
-    order = branch_order(skeleton, roots=roots)
+def _branch_lengths(skeleton: Skeleton) -> NDArray[np.float64]:
+    """(b,) length of each branch."""
+    nodes, begins = skeleton.flat_branches
+    if len(begins) < 2:
+        return np.empty(0)
+    steps = np.linalg.norm(np.diff(skeleton.nodes[nodes], axis=0), axis=1)
+    steps[begins[1:-1] - 1] = 0.0  # from a branch to the next
+    return np.add.reduceat(steps, begins[:-1])
+
+
+def _segmented(
+    skeleton: Skeleton,
+    roots: NDArray[np.int64],
+    paths: Sequence[NDArray[np.int64]],
+    begins: Sequence[int],
+    counts: Sequence[int],
+) -> Bones:
+    """Divide every branch into its number of bones, from the root outwards."""
     bone_of_node = np.full(len(skeleton.nodes), -1)
     heads: list[NDArray[np.float64]] = []
     tails: list[NDArray[np.float64]] = []
@@ -149,15 +180,17 @@ def _segmented(skeleton: Skeleton, least: float) -> Bones:
         tails.append(skeleton.nodes[root] + [0, skeleton.radii[root], 0])
         parents.append(-1)
         branches.append(-1)
-    waiting = list(range(len(order.paths)))
+    rows_from: dict[int, list[int]] = {}
+    for row, path in enumerate(paths):
+        rows_from.setdefault(int(path[0]), []).append(row)
+    waiting = [row for root in roots.tolist() for row in rows_from.get(root, [])]
+    heapify(waiting)
     while waiting:
-        row = next(row for row in waiting if bone_of_node[order.paths[row][0]] >= 0)
-        waiting.remove(row)
-        path = order.paths[row]
+        row = heappop(waiting)
+        path, begin = paths[row], begins[row]
         parent = int(bone_of_node[path[0]])
-        begin = _first_outside(skeleton, path)
         bone_of_node[path[1:begin]] = parent
-        for first, last in pairwise(_joints(skeleton, path[begin:], least)):
+        for first, last in pairwise(_joints(skeleton.nodes[path[begin:]], counts[row])):
             own = path[begin + first : begin + last + 1]
             bone_of_node[own if first == 0 and begin else own[1:]] = len(heads)
             heads.append(skeleton.nodes[path[begin + first]])
@@ -165,6 +198,8 @@ def _segmented(skeleton: Skeleton, least: float) -> Bones:
             parents.append(parent)
             branches.append(row)
             parent = len(heads) - 1
+        for following in rows_from.get(int(path[-1]), []):
+            heappush(waiting, following)
     return Bones(
         np.array(heads), np.array(tails), np.array(parents), np.array(branches), bone_of_node[skeleton.node_of_vertex]
     )
@@ -195,22 +230,22 @@ def _first_outside(skeleton: Skeleton, path: NDArray[np.int64]) -> int:
     return int(outside[0]) if len(outside) > 1 else 0
 
 
-def _joints(skeleton: Skeleton, path: NDArray[np.int64], least: float) -> list[int]:
-    """Positions of the joints on a path, its ends included, that divide it into its bones at the least cost."""
-    P, n, k = skeleton.nodes[path], _count(skeleton, path, least), len(path)
-    steps = np.linalg.norm(np.diff(P, axis=0), axis=1)
-    s = np.append(0.0, np.cumsum(steps))
+def _joints(nodes: NDArray[np.float64], n: int) -> list[int]:
+    """Positions of the joints on a path, its ends included, that divide it into n bones at the least cost."""
+    kept = np.unique(np.linspace(0, len(nodes) - 1, min(len(nodes), max(MAX_JOINTS, 4 * n))).round().astype(np.int64))
+    P, k = nodes[kept], len(kept)
+    s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(P, axis=0), axis=1)))
     if n == 1 or not s[-1] > 0:
-        return [0, k - 1]
+        return [0, len(nodes) - 1]
     s, P = s / s[-1], (P - P[0]) / s[-1]
     share = np.gradient(s)
     cost = np.full((k, k), np.inf)
     for i in range(k - 1):
-        for j in range(i + 1, k):
-            chord, offset = P[j] - P[i], P[i : j + 1] - P[i]
-            along = np.clip(offset @ chord / max(chord @ chord, np.finfo(np.float64).tiny), 0, 1)
-            away = ((offset - along[:, None] * chord) ** 2).sum(axis=1)
-            cost[i, j] = away @ share[i : j + 1] + EQUAL_WEIGHT * (s[j] - s[i] - 1 / n) ** 2
+        offset = P[i:] - P[i]  # of the nodes in between, along the second axis, and of the ends, along the first
+        squared = (offset * offset).sum(axis=1)
+        along = np.clip(offset @ offset.T / np.maximum(squared, np.finfo(np.float64).tiny)[:, None], 0, 1)
+        away = sum((x - along * x[:, None]) ** 2 for x in offset.T)
+        cost[i, i + 1 :] = (np.tril(away) @ share[i:])[1:] + EQUAL_WEIGHT * (s[i + 1 :] - s[i] - 1 / n) ** 2
     best, previous = cost[0].copy(), []
     for _ in range(n - 1):
         through = best[:, None] + cost
@@ -219,4 +254,4 @@ def _joints(skeleton: Skeleton, path: NDArray[np.int64], least: float) -> list[i
     joints = [k - 1]
     for before in reversed(previous):
         joints.append(int(before[joints[-1]]))
-    return [0, *reversed(joints)]
+    return [int(kept[joint]) for joint in (0, *reversed(joints))]

@@ -15,13 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array, csr_array
 
-from lbskel.applications.face_graph import FaceGraph
+from lbskel.applications.face_graph import FaceGraph, connected_surfaces
 from lbskel.solvers import factorize
 
 # Local radii over which labels diffuse, and how often they do. Both, and those below, are swept in
 # benchmarks/results/parts.md, "Constants".
 DIFFUSION = 0.85
 TURNS = 3
+COLUMNS = 32  # labels solved for together, no unit: it bounds the memory, not the result
 MAX_CONDUCTANCE = 1e3  # bound on the length of an edge over the distance of its faces, which is tiny at slivers
 MIN_MASS = 1e-12  # lower bound on the mass of a face, relative to the conductance of its edges; keeps A definite
 EPSILON = 1e-9  # part of the longest edge by which a boundary must get shorter: less is rounding
@@ -75,11 +76,21 @@ def smooth_labels(
     values = np.concatenate([-conductance, -conductance, total + mass])
     rows, columns = np.concatenate([i, j, every]), np.concatenate([j, i, every])
     solver = factorize(csc_array(coo_array((values, (rows, columns)), shape=(m, m))))
-    current = labels
+    # labels are numbered on each connected surface by itself, as many columns as the surface of most labels has
+    surface = connected_surfaces(graph, m)
+    numbered, kept = np.unique(surface * n_labels + labels, return_inverse=True)
+    first = np.searchsorted(numbered, np.arange(surface.max() + 1) * n_labels)
+    current, n_columns = kept.ravel() - first[surface], int(np.diff(first, append=len(numbered)).max())
     for _ in range(TURNS):
-        shares = solver.solve(mass[:, None] * (current[:, None] == np.arange(n_labels)))
-        current = shares.argmax(axis=1)
-    return _without_teeth(current, graph)
+        previous, largest = current, np.full(m, -np.inf)
+        current = np.zeros(m, dtype=np.int64)
+        for begin in range(0, n_columns, COLUMNS):
+            columns = np.arange(begin, min(begin + COLUMNS, n_columns))
+            shares = solver.solve(mass[:, None] * (previous[:, None] == columns))
+            best, most = shares.argmax(axis=1), shares.max(axis=1)
+            current[most > largest] = begin + best[most > largest]
+            largest = np.maximum(largest, most)
+    return _without_teeth(numbered[first[surface] + current] % n_labels, graph)
 
 
 def _without_teeth(labels: NDArray[np.int64], graph: FaceGraph) -> NDArray[np.int64]:

@@ -39,7 +39,7 @@ class BranchOrder:
         Strahler order.
     local_angles, remote_angles : (b,) array of float
         Angles in degrees between the two children at the end of a branch: between their first edges, and between the
-        lines to their ends. NaN for a branch that does not have two children.
+        lines to their ends. NaN for a branch that does not have two children there.
     """
 
     paths: tuple[NDArray[np.int64], ...]
@@ -73,7 +73,11 @@ def branch_order(skeleton: Skeleton, *, roots: NDArray[np.int64] | None = None) 
     for row, parent in enumerate(parents.tolist()):
         if parent >= 0:
             children[parent].append(row)
-    angles = np.array([_angles(skeleton.nodes, [paths[child] for child in own]) for own in children]).reshape(-1, 2)
+    # a branch with the root inside has children at both ends
+    at_end = [
+        [paths[row] for row in own if paths[row][0] == path[-1]] for own, path in zip(children, paths, strict=True)
+    ]
+    angles = np.array([_angles(skeleton.nodes, own) for own in at_end]).reshape(-1, 2)
     return BranchOrder(
         paths, read_only(parents), _strahler(parents, children), *(read_only(each) for each in angles.T.copy())
     )

@@ -52,7 +52,7 @@ class BranchTable:
         Fractions of the sums over the branches.
     local_angle, remote_angle : (b,) array of float
         Degrees between the two children at the end: between their first edges, and between the lines to their ends;
-        NaN for a branch that does not have two children.
+        NaN for a branch that does not have two children there.
     radius_profile, section_area_profile : (b, 11) array of float
         Radius and area of the cross-section at 0, 10, ... 100 % of the length.
 

@@ -48,7 +48,8 @@ def checked_indices(indices: ArrayLike, n: int, what: str) -> NDArray[np.int64]:
 
     Parameters
     ----------
-    indices : (k,) array_like of int
+    indices : (k,) array_like of int, or (n,) array_like of bool
+        A mask stands for the vertices where it is true.
     n : int
         Number of vertices.
     what : str
@@ -59,9 +60,17 @@ def checked_indices(indices: ArrayLike, n: int, what: str) -> NDArray[np.int64]:
     MeshError
         If an index is out of range, no whole number, or there twice.
     """
-    given = np.asarray(indices)
+    try:
+        given = np.asarray(indices)
+    except ValueError as error:  # rows of different lengths
+        raise MeshError(f"{what} must be a list of vertex indices: {error}") from None
+    if given.dtype == bool and given.shape == (n,):
+        return np.flatnonzero(given)
     if given.ndim != 1 or (given.size and given.dtype.kind not in "iu"):
-        raise MeshError(f"{what} must be a list of vertex indices, not {given.dtype} of shape {given.shape}")
+        raise MeshError(
+            f"{what} must be a list of vertex indices or a mask of all {n} vertices, not {given.dtype} of shape "
+            f"{given.shape}"
+        )
     numbers = given.astype(np.int64)
     outside = numbers[(numbers < 0) | (numbers >= n)]
     if outside.size:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 __all__ = ["AnchoredLaplacian", "delta_coordinates", "reconstruct"]
 
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.csgraph import connected_components
 
 from lbskel.applications.constrained_systems import ConstrainedSystem, checked_indices
-from lbskel.errors import MeshError, UnknownChoice, first_few
+from lbskel.errors import MeshError, UnknownChoice, counted, first_few
 from lbskel.geometry.arrays import checked_points
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.operators import Operator, apply_operator
@@ -107,9 +108,10 @@ class AnchoredLaplacian:
         has_anchor[labels[anchors]] = True
         lost = np.flatnonzero(~has_anchor[labels] & ~is_uncoupled)
         if len(lost):
+            first = lost[np.unique(labels[lost], return_index=True)[1]]
             raise MeshError(
-                f"{len(np.unique(labels[lost]))} components have no anchor, those of vertices {first_few(lost)}: "
-                "give each component at least one"
+                f"{counted(len(first), 'component')} without an anchor, with vertices {first_few(first)}: give each "
+                "component at least one"
             )
         self._n_anchors = len(anchors)
         self._transposed = None if weight is None else stiffness.T.tocsr()
@@ -131,7 +133,7 @@ class AnchoredLaplacian:
 
 def checked_weight(weight: float | None, name: str) -> float | None:
     """Return a weight of soft constraints, or None for hard ones; raise UnknownChoice if it is not above zero."""
-    if weight is not None and not (np.isfinite(weight) and weight > 0):
+    if weight is not None and not (isinstance(weight, Real) and np.isfinite(weight) and weight > 0):
         raise UnknownChoice(f"{name} must be above zero, or None for hard constraints, not {weight!r}")
     return weight
 
@@ -154,7 +156,7 @@ def reconstruct(
         The connectivity, and the geometry of the operator's weights. Vertices without a face keep its positions.
     deltas : (n, 3) array_like of float
         As :func:`delta_coordinates` returns them, by the same operator.
-    anchors : (k,) array_like of int
+    anchors : (k,) array_like of int, or (n,) array_like of bool
         At least one vertex in each component.
     positions : (k, 3) array_like of float, optional
         Positions of the anchors; by default those of the mesh.

@@ -6,7 +6,7 @@ An :class:`Editor` factorizes once for a choice of regions and solves for any mo
 
 from __future__ import annotations
 
-__all__ = ["Editor", "edit", "rigid_motion"]
+__all__ = ["Editor", "edit"]
 
 from collections.abc import Sequence
 from typing import Any
@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 from lbskel.applications.constrained_systems import checked_indices
 from lbskel.applications.deformation_methods import EDITING_METHODS, ITERATIVE, Constraints
 from lbskel.applications.differential_coordinates import checked_weight, coupled_components, uncoupled_rows
+from lbskel.applications.rigid_motions import checked_motion
 from lbskel.applications.rigidity import RigidityEnergy
-from lbskel.errors import MeshError, UnknownChoice, choose
-from lbskel.geometry.arrays import checked_points
+from lbskel.errors import MeshError, SolveError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Operator, apply_operator
@@ -27,60 +27,16 @@ from lbskel.operators import Operator, apply_operator
 ITERATIONS = 10  # of the methods that iterate: libigl's number. With many more, fine surfaces buckle under arap
 
 
-def rigid_motion(
-    *,
-    axis: ArrayLike = (0.0, 0.0, 1.0),
-    angle_deg: float = 0.0,
-    center: ArrayLike = (0.0, 0.0, 0.0),
-    translation: ArrayLike = (0.0, 0.0, 0.0),
-) -> NDArray[np.float64]:
-    """Build the (4, 4) matrix of a rotation about an axis through a center, followed by a translation.
-
-    Parameters
-    ----------
-    axis : (3,) array_like of float
-        Any length but zero.
-    angle_deg : float
-        Counterclockwise as seen from the tip of the axis.
-    center, translation : (3,) array_like of float
-        In the caller's units.
-
-    Raises
-    ------
-    MeshError
-        If a vector is none of three finite numbers, or the axis is zero.
-
-    Examples
-    --------
-    >>> import lbskel
-    >>> quarter = lbskel.rigid_motion(axis=[0, 0, 1], angle_deg=90, center=[1, 0, 0])
-    >>> (quarter @ [2, 0, 0, 1]).round(12)[:3] + 0
-    array([1., 1., 0.])
-    """
-    direction, middle, shift = checked_points(
-        np.stack([np.asarray(each, dtype=np.float64) for each in (axis, center, translation)]), "vectors of a motion"
-    )
-    length = float(np.linalg.norm(direction))
-    if not (length > 0 and np.isfinite(length) and np.isfinite(angle_deg)):
-        raise MeshError("a rotation needs an axis that is not zero and a finite angle")
-    x, y, z = direction / length
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    angle = np.radians(angle_deg)
-    R = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * (cross @ cross)
-    motion = np.eye(4)
-    motion[:3, :3], motion[:3, 3] = R, middle - R @ middle + shift
-    return motion
-
-
 class Editor:
     """A surface with handles, factorized once for any motions of these.
 
-    Components without a handle, and vertices without a face, stay where they are.
+    Components without a handle, and vertices without a face, stay where they are. Triangles that share no vertices are
+    components: merge vertices at one place first, by the preprocessing step ``merge_close``.
 
     Parameters
     ----------
     mesh : Mesh or anything that :func:`lbskel.as_mesh` takes
-    handles : sequence of (k,) array_like of int
+    handles : sequence of (k,) array_like of int, or of (n,) array_like of bool
         The vertices of each handle; no vertex in two of them. A handle that shall stay is moved by the identity.
     method : {"arap", "similarity", "rotated", "naive", "biharmonic", "harmonic"}
     operator : str or callable
@@ -124,7 +80,7 @@ class Editor:
         self.mesh: Mesh = as_mesh(mesh)
         make, self.method = choose(EDITING_METHODS, method, "method"), method
         n = len(self.mesh.vertices)
-        self.handles = tuple(_vertices_of(handle, n) for handle in handles)
+        self.handles = tuple(checked_indices(handle, n, "vertices of a handle") for handle in handles)
         if not sum(map(len, self.handles)):
             raise MeshError("there is no handle: give at least one region of vertices")
         vertices = checked_indices(np.concatenate(self.handles), n, "vertices of handles")
@@ -138,7 +94,14 @@ class Editor:
         constraints = Constraints(vertices, np.flatnonzero(is_held), weight, solver)
         scaled, self._exponent = unit_scale(self.mesh.vertices)
         self._center, self._laplacian = scaled[self.mesh.used_vertices].mean(axis=0), laplacian
-        self._deform = make(laplacian, scaled - self._center, constraints)
+        try:
+            self._deform = make(laplacian, scaled - self._center, constraints)
+        except SolveError as error:
+            raise SolveError(
+                f"{error}; the handles do not determine the surface: give each component more of their vertices, take "
+                "another method, or merge vertices at one place by the preprocessing step merge_close",
+                error.residual,
+            ) from None
 
     def _scaled(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return points in the coordinates of the solution: about the origin and of about unit size."""
@@ -151,8 +114,9 @@ class Editor:
         Parameters
         ----------
         motions : sequence of (4, 4) array_like of float
-            The motion of each handle from its place at rest, in homogeneous coordinates; see
-            :func:`lbskel.rigid_motion`.
+            The motion of each handle from its place at rest, in homogeneous coordinates of column vectors: a rotation
+            in the first three rows and columns, the translation in the last column, and 0, 0, 0, 1 in the last row;
+            see :func:`lbskel.rigid_motion`.
         iterations : int, optional
             Iterations of ``arap`` and ``rotated``, ten by default.
         initial : Mesh or (n, 3) array_like of float, optional
@@ -167,7 +131,8 @@ class Editor:
         Raises
         ------
         MeshError
-            If there is not one finite (4, 4) matrix for each handle, or not one initial position for each vertex.
+            If there is not one (4, 4) matrix of a rigid motion for each handle, or not one initial position for each
+            vertex.
         SolveError
             If the system is singular to working accuracy.
         UnknownChoice
@@ -178,11 +143,9 @@ class Editor:
         iterations = ITERATIONS if iterations is None else iterations
         if not (isinstance(iterations, int | np.integer) and iterations >= 0):
             raise UnknownChoice(f"iterations must be a whole number from 0 on, not {iterations!r}")
-        matrices = [np.asarray(motion, dtype=np.float64) for motion in motions]
-        if len(matrices) != len(self.handles) or any(each.shape != (4, 4) for each in matrices):
-            raise MeshError(f"give one (4, 4) matrix for each of the {len(self.handles)} handles")
-        if not all(np.isfinite(each).all() for each in matrices):
-            raise MeshError("the matrix of a motion has entries that are not finite")
+        matrices = [checked_motion(motion, handle) for handle, motion in enumerate(motions)]
+        if len(matrices) != len(self.handles):
+            raise MeshError(f"give one (4, 4) matrix for each of the {len(self.handles)} handles, not {len(matrices)}")
         moved = [
             self.mesh.vertices[handle] @ matrix[:3, :3].T + matrix[:3, 3]
             for handle, matrix in zip(self.handles, matrices, strict=True)
@@ -218,14 +181,6 @@ class Editor:
             n = len(self.mesh.vertices)
             raise MeshError(f"give one position for each of the {n} vertices, not shape {np.shape(positions)}")
         return self.mesh.with_vertices(positions).vertices
-
-
-def _vertices_of(handle: ArrayLike, n: int) -> NDArray[np.int64]:
-    """Return the vertices of a handle given as indices or as a mask."""
-    given = np.asarray(handle)
-    if given.dtype == bool and given.shape == (n,):
-        return np.flatnonzero(given)
-    return checked_indices(given if given.size else np.empty(0, dtype=np.int64), n, "vertices of a handle")
 
 
 def edit(

@@ -3,11 +3,12 @@
 Heat that has flowed for a short time t from the sources, (M + t S) u = delta, decreases away from them. In the order of
 the heat, distances are propagated from triangle to triangle (:mod:`lbskel.applications.unfolded_distances`). The
 distances of the paper are smoother and less accurate: they are the function phi whose gradient is closest to
--grad u / |grad u|, from S phi = div of that field: Crane, Weischedel, Wardetzky 2013, "Geodesics in heat",
-https://doi.org/10.1145/2516971.2516977. The triangles are those of the intrinsic Delaunay triangulation, of the tufted
-cover if the mesh is open or not manifold: Sharp, Crane 2020, https://doi.org/10.1111/cgf.14069, section 6.1. The ratio
-of the heat of values to the heat of ones extends values to all vertices, nearly the value of the nearest source: Sharp,
-Soliman, Crane 2019, "The vector heat method", https://doi.org/10.1145/3243651, section 5.1.
+-grad u / |grad u|, from K phi = div of that field, with the stiffness K of the triangles of the gradient: Crane,
+Weischedel, Wardetzky 2013, "Geodesics in heat", https://doi.org/10.1145/2516971.2516977. The triangles are those of the
+intrinsic Delaunay triangulation, of the tufted cover if the mesh is open or not manifold: Sharp, Crane 2020,
+https://doi.org/10.1111/cgf.14069, section 6.1. The ratio of the heat of values to the heat of ones extends values to
+all vertices, nearly the value of the nearest source: Sharp, Soliman, Crane 2019, "The vector heat method",
+https://doi.org/10.1145/3243651, section 5.1.
 """
 
 from __future__ import annotations
@@ -21,15 +22,17 @@ from typing import TypeAlias
 import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import csc_array, csr_array, diags_array
+from scipy.sparse import csr_array, diags_array
 from scipy.sparse.csgraph import connected_components
 
 from lbskel.applications.symmetric import require_symmetric
 from lbskel.applications.unfolded_distances import UnfoldedSurface
 from lbskel.errors import MeshError, SolveError, first_few
+from lbskel.geometry.arrays import finite_numbers
 from lbskel.geometry.intrinsic_triangulation import IntrinsicTriangulation, delaunay, half_edge_twins
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
+from lbskel.geometry.sorting import unique_inverse
 from lbskel.operators import Laplacian, Operator, apply_operator
 from lbskel.operators.gradients import gradient_matrix, unit_gradients
 from lbskel.operators.intrinsic_delaunay import mollified_lengths
@@ -57,7 +60,7 @@ class HeatMethod:
     mesh : Mesh, or what :func:`lbskel.as_mesh` takes
         Open, non-manifold, of several components or with degenerate faces too.
     operator : str or callable
-        A name in OPERATORS or a function from a Mesh to a Laplacian: symmetric. It diffuses and integrates.
+        A name in OPERATORS or a function from a Mesh to a Laplacian: symmetric. It diffuses.
 
     Raises
     ------
@@ -81,13 +84,11 @@ class HeatMethod:
 
     def __post_init__(self) -> None:
         mesh = as_mesh(self.mesh)
-        object.__setattr__(self, "mesh", mesh)
         unit, k = unit_scale(mesh.vertices)
         laplacian = apply_operator(self.operator, mesh.with_vertices(unit))
         require_symmetric(laplacian)
-        object.__setattr__(self, "_unit", unit)
-        object.__setattr__(self, "_exponent", k)
-        object.__setattr__(self, "_laplacian", laplacian)
+        for name, value in {"mesh": mesh, "_unit": unit, "_exponent": k, "_laplacian": laplacian}.items():
+            object.__setattr__(self, name, value)
 
     def distance(self, sources: Sources, *, unfolded: bool = True) -> NDArray[np.float64]:
         """Compute the distance of every vertex to the nearest of the sources.
@@ -98,8 +99,8 @@ class HeatMethod:
             Vertices.
         unfolded : bool
             Whether distances are propagated across unfolded triangles in the order of the heat, where the operator
-            hardly matters. If not, they are those of the paper, for which the operator diffuses and integrates: less
-            accurate, and smooth where two paths are equally short.
+            hardly matters. If not, they are those of the paper: less accurate, smooth where two paths are equally
+            short, and best with the operators of cotangents.
 
         Returns
         -------
@@ -176,18 +177,16 @@ class HeatMethod:
         MeshError
             If a source is no vertex, or there is not one finite value for each.
         """
-        vertices, given = self._checked(sources), np.asarray(values, dtype=np.float64)
-        if given.ndim not in (1, 2) or len(given) != len(vertices) or not np.isfinite(given).all():
+        vertices, given = self._checked(sources), finite_numbers(values, "values")
+        if given.ndim not in (1, 2) or len(given) != len(vertices):
             raise MeshError(f"there must be a finite value for each of {len(vertices)} sources, not {given.shape}")
         columns = np.concatenate([np.ones((len(vertices), 1)), given.reshape(len(vertices), -1)], axis=1)
         right = np.zeros((len(self.mesh.vertices), columns.shape[1]))
         np.add.at(right, vertices, columns)
         heat = np.zeros_like(right)
         heat[self._active] = self._heat.solve(right[self._active])
-        is_isolated = np.zeros(len(right), dtype=bool)
-        is_isolated[vertices] = True
-        is_isolated[self._active] = False
-        heat[is_isolated] = right[is_isolated]
+        isolated = np.setdiff1d(vertices, self._active)
+        heat[isolated] = right[isolated]
         total = np.where(heat[:, :1] > 0, heat[:, :1], np.nan)
         extended: NDArray[np.float64] = heat[:, 1:] / total
         return extended[:, 0] if given.ndim == 1 else extended
@@ -209,7 +208,11 @@ class HeatMethod:
 
     def _checked(self, sources: Sources) -> NDArray[np.int64]:
         """Return the sources as a vector of vertices."""
-        given, n = np.atleast_1d(np.asarray(sources)), len(self.mesh.vertices)
+        n = len(self.mesh.vertices)
+        try:
+            given = np.atleast_1d(np.asarray(sources))
+        except ValueError:  # rows of different lengths
+            given = np.empty(0)
         if given.ndim != 1 or not len(given) or given.dtype.kind not in "iu":
             raise MeshError("the sources must be indices of vertices, at least one")
         wrong = given[(given < 0) | (given >= n)]
@@ -219,10 +222,11 @@ class HeatMethod:
 
     @cached_property
     def _component(self) -> NDArray[np.int64]:
-        """(n,) component of each vertex that the operator connects to others, numbered from 0; -1 for all others."""
+        """(n,) component of each vertex, where surface and operator connect it to others, numbered from 0; else -1."""
         S = self._laplacian.stiffness.copy()
         S.eliminate_zeros()
-        label = connected_components(S, directed=False)[1]
+        surface = self.mesh.component_of_vertex
+        label = unique_inverse(connected_components(S, directed=False)[1] * (surface.max() + 1) + surface)[1]
         has_mass = np.bincount(label, self._laplacian.mass.diagonal()) > 0
         is_active = (has_mass & (np.bincount(label) > 1))[label]
         component = np.full(len(label), -1)
@@ -270,7 +274,7 @@ class HeatMethod:
     @cached_property
     def _heat(self) -> Factorization:
         """(M + t S) of the active vertices, with a time for each component at which heat arrives everywhere."""
-        S, M = self._restricted(self._active)
+        S, M = (each[self._active][:, self._active] for each in (self._laplacian.stiffness, self._laplacian.mass))
         component, triangulation = self._component[self._active], self._triangulation[0]
         corners = self._component[triangulation.faces[:, 0]]
         inside = corners >= 0
@@ -292,9 +296,5 @@ class HeatMethod:
 
     @cached_property
     def _poisson(self) -> Factorization:
-        """S without the first vertex of each component, where the solution is set to zero."""
-        return factorize(self._restricted(np.delete(self._active, self._pinned))[0])
-
-    def _restricted(self, rows: NDArray[np.int64]) -> tuple[csc_array, csc_array]:
-        laplacian: Laplacian = self._laplacian
-        return laplacian.stiffness[rows][:, rows].tocsc(), laplacian.mass[rows][:, rows].tocsc()
+        """Stiffness of the triangulation without the first vertex of each component, where the solution is zero."""
+        return factorize((self._divergence @ self._gradient[0][:, np.delete(self._active, self._pinned)]).tocsc())

@@ -2,7 +2,8 @@
 
 Bones: :mod:`lbskel.applications.bones`; weights: :mod:`lbskel.applications.bone_heat`. Where the mesh is symmetric
 (:mod:`lbskel.applications.mirror`), so are bones and weights, and the names tell left from right: left is where the
-coordinate is larger, as of a character that faces +z with y up, or -y with z up.
+coordinate is larger, as of a character that faces +z with y up, or -y with z up. A root attracts vertices as the point
+of its head; its tail only shows where up is.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from lbskel.applications.bone_heat import bone_weights, keep_largest
 from lbskel.applications.bones import Bones, bones_of
 from lbskel.applications.mirror import MirrorPlane, find_mirror_plane
 from lbskel.applications.mirrored_bones import paired_bones
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, checked_count
 from lbskel.geometry.mesh import as_mesh
 from lbskel.preprocess import oriented_surface
 from lbskel.skeleton.armature import Rig
@@ -50,7 +51,9 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
     ------
     MeshError
         If the skeleton has no map from the vertices of this mesh, the mesh has no size, a radius of the skeleton is
-        not known, or a number is too small.
+        not known, or there are more components than ``max_bones``.
+    UnknownChoice
+        If a number is no whole number from 1 on.
     SolveError
         If the weights cannot be solved for.
 
@@ -71,10 +74,12 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
         )
     if len(unknown := np.flatnonzero(~np.isfinite(skeleton.radii))):
         raise MeshError(f"the radius of node {unknown[0]} is not known, and the lengths of bones follow from the radii")
-    if max_influences < 1:
-        raise MeshError(f"max_influences must be at least 1, not {max_influences}")
-    if not surface.diameter_bound > 0:
+    checked_count(max_bones, "max_bones", 1)
+    checked_count(max_influences, "max_influences", 1)
+    if surface.diameter_bound == 0:
         raise MeshError("the mesh has no size: all its vertices are at one point")
+    if not np.isfinite([surface.diameter_bound, surface.area]).all():
+        raise MeshError("the mesh is too large for its area to be finite: scale it")
     bones = bones_of(skeleton, max_bones=max_bones)
     plane = find_mirror_plane(surface)
     heads, tails = bones.heads, bones.tails
@@ -88,11 +93,12 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
         upward = np.eye(3)[1 if abs(plane.normal[1]) < 0.5 else 2]
         tails = np.where(bones.branches[:, None] < 0, heads + lengths * upward, tails)
     oriented, representative = oriented_surface(surface)
-    weights = bone_weights(oriented, heads, tails, bones.parents, bones.bone_of_vertex)[representative]
+    ends = np.where(bones.branches[:, None] < 0, heads, tails)  # the tail of a root is arbitrary
+    weights = bone_weights(oriented, heads, ends, bones.parents, bones.bone_of_vertex)
     if plane is not None:
-        weights = _symmetric_weights(weights, twins, plane)
+        weights = _symmetric_weights(weights, twins, _merged_twins(plane.twins, representative))
     names = _names(bones, twins, plane)
-    return Rig(surface, names, heads, tails, bones.parents, keep_largest(weights, max_influences))
+    return Rig(surface, names, heads, tails, bones.parents, keep_largest(weights, max_influences)[representative])
 
 
 def _symmetric(points: NDArray[np.float64], twins: NDArray[np.int64], plane: MirrorPlane) -> NDArray[np.float64]:
@@ -103,15 +109,22 @@ def _symmetric(points: NDArray[np.float64], twins: NDArray[np.int64], plane: Mir
     return moved
 
 
+def _merged_twins(twins: NDArray[np.int64], representative: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(n,) for each representative the one of its twin, which one of the vertices at its place has; -1 elsewhere."""
+    found, has_twin = np.full(len(twins), -1), twins >= 0
+    found[representative[has_twin]] = representative[twins[has_twin]]
+    return found
+
+
 def _symmetric_weights(
-    weights: NDArray[np.float64], twins: NDArray[np.int64], plane: MirrorPlane
+    weights: NDArray[np.float64], twins: NDArray[np.int64], vertex_twins: NDArray[np.int64]
 ) -> NDArray[np.float64]:
     """Average the weights of each vertex with those of the twin bones at its twin, if all bones have twins."""
-    rows = np.flatnonzero(plane.twins >= 0)
+    rows = np.flatnonzero(vertex_twins >= 0)
     if not (twins >= 0).all() or len(rows) == 0:
         return weights
     averaged = weights.copy()
-    averaged[rows] = (weights[rows] + weights[plane.twins[rows]][:, twins]) / 2
+    averaged[rows] = (weights[rows] + weights[vertex_twins[rows]][:, twins]) / 2
     return averaged
 
 

@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array, vstack
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
@@ -41,6 +42,7 @@ MAX_SHIFT = 4.0
 # Distance along the skeleton, in MAX_SHIFT local radii, within which a vertex may belong to a nearer node of another
 # part; 2.1 to 4.2 do as well (same table)
 REACH = 3.0
+PARTS_AT_ONCE = 64  # whose distances are computed together, no unit: it bounds the memory for them, not the result
 MAX_SIZE = 100.0  # size of a face or an edge in local radii up to which it counts, so that sums stay finite
 MIN_RADIUS = 1e-6  # lower bound on radii, relative to the diameter bound: less is the rounding error of a surface
 THICKNESS = ("inscribed", "shape_diameter")
@@ -137,12 +139,9 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     distances = _distances(skeleton, radii, of_node)
     nodes = _nodes_of_vertices(skeleton, radii, surface, of_node, distances)
     corners = nodes[surface.faces]
-    cost = distances[corners].mean(axis=1)
     scale = radii[corners].mean(axis=1)
-    labels = np.argmin(cost, axis=1)
     sizes = np.minimum(np.sqrt(surface.face_areas) / scale, MAX_SIZE) ** 2
-    is_near = cost <= np.maximum(cost.min(axis=1), MAX_SHIFT)[:, None]
-    cost = np.where(is_near, sizes[:, None] * cost, np.inf)
+    labels, cost = _costs(distances, corners, sizes)
     labels = expand_labels(labels, cost, graph.pairs, _edge_costs(graph, scale))
     # the region of a thin branch at its root, as of a tail, is wider than the branch
     widths = np.maximum(radii[nodes], np.linalg.norm(surface.vertices - skeleton.nodes[nodes], axis=1))
@@ -169,8 +168,11 @@ def _node_radii(skeleton: Skeleton, mesh: Mesh, thickness: str) -> NDArray[np.fl
     return bounded
 
 
-def _distances(skeleton: Skeleton, radii: NDArray[np.float64], of_node: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(k, p) distance of each node from each part along the skeleton, in local radii, at most REACH * MAX_SHIFT."""
+def _distances(skeleton: Skeleton, radii: NDArray[np.float64], of_node: NDArray[np.int64]) -> csr_array:
+    """(k, p) distance of each node from each part along the skeleton, in local radii, up to REACH * MAX_SHIFT.
+
+    Each node has that of its own part, which is not zero; larger ones are not stored.
+    """
     k, n_parts = len(skeleton.nodes), int(of_node.max()) + 1
     lengths = skeleton.edge_lengths / radii[skeleton.edges].mean(axis=1) + np.finfo(np.float64).tiny
     to_part = np.stack([k + of_node, np.arange(k)], axis=1)
@@ -179,9 +181,48 @@ def _distances(skeleton: Skeleton, radii: NDArray[np.float64], of_node: NDArray[
         np.concatenate([lengths, lengths, np.full(k, np.finfo(np.float64).tiny)]),
         k + n_parts,
     )
-    found = dijkstra(graph, indices=k + np.arange(n_parts), limit=REACH * MAX_SHIFT)[:, :k]
-    distances: NDArray[np.float64] = np.minimum(found, REACH * MAX_SHIFT).T
-    return distances
+    blocks = []
+    for first in range(0, n_parts, PARTS_AT_ONCE):
+        starts = k + np.arange(first, min(first + PARTS_AT_ONCE, n_parts))
+        found = dijkstra(graph, indices=starts, limit=REACH * MAX_SHIFT)[:, :k]
+        blocks.append(csr_array(np.where(np.isfinite(found), found, 0.0)))
+    return vstack(blocks).T.tocsr()
+
+
+def _distances_at(distances: csr_array, nodes: NDArray[np.int64], parts: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(n,) distances of n nodes from n parts, at most REACH * MAX_SHIFT."""
+    found = np.asarray(distances[nodes, parts]).ravel()
+    return np.where(found > 0, found, REACH * MAX_SHIFT)
+
+
+def _costs(
+    distances: csr_array, corners: NDArray[np.int64], sizes: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], csr_array]:
+    """(m,) nearest part of each face, and (m, p) costs of the parts within MAX_SHIFT or, if none is, of the nearest.
+
+    Parameters
+    ----------
+    distances : (k, p) csr_array
+        As of :func:`_distances`.
+    corners : (m, 3) array of int
+        Nodes of the corners of the faces.
+    sizes : (m,) array of float
+        Areas of the faces, in squared local radii.
+    """
+    near = sum((distances[each] for each in corners.T[1:]), distances[corners[:, 0]]).tocoo()  # parts near a corner
+    face, part = near.coords
+    order = np.lexsort((part, face))
+    face, part = face[order], part[order]
+    cost = np.stack([_distances_at(distances, each[face], part) for each in corners.T], axis=1).mean(axis=1)
+    first = np.flatnonzero(np.diff(face, prepend=-1))
+    least = np.minimum.reduceat(cost, first)
+    nearest = np.flatnonzero(cost == least[face])
+    labels = part[nearest[np.unique(face[nearest], return_index=True)[1]]]
+    kept = cost <= np.maximum(least, MAX_SHIFT)[face]
+    face, part = face[kept], part[kept]
+    begins = np.append(0, np.cumsum(np.bincount(face, minlength=len(sizes))))
+    shape = len(sizes), distances.shape[1]
+    return labels.astype(np.int64), csr_array((sizes[face] * cost[kept], part, begins), shape=shape)
 
 
 def _nodes_of_vertices(
@@ -189,14 +230,14 @@ def _nodes_of_vertices(
     radii: NDArray[np.float64],
     mesh: Mesh,
     of_node: NDArray[np.int64],
-    distances: NDArray[np.float64],
+    distances: csr_array,
 ) -> NDArray[np.int64]:
     """(n,) node of each vertex: the nearest one if it is nearer in radii and its part is within reach, else its own."""
     own = skeleton.node_of_vertex
     distance, nearest = cKDTree(skeleton.nodes).query(mesh.vertices)
     own_distance = np.linalg.norm(mesh.vertices - skeleton.nodes[own], axis=1)
     is_nearer = distance / radii[nearest] < own_distance / radii[own]
-    is_nearer &= distances[own, of_node[nearest]] < REACH * MAX_SHIFT
+    is_nearer &= _distances_at(distances, own, of_node[nearest]) < REACH * MAX_SHIFT
     nodes: NDArray[np.int64] = np.where(is_nearer, nearest, own)
     return nodes
 
@@ -223,9 +264,13 @@ def _measured(
     part_of_node = new[of_node]
     lost = np.flatnonzero(part_of_node < 0)
     if len(lost):
-        votes = np.zeros((len(skeleton.nodes), len(kept)), dtype=np.int64)
-        np.add.at(votes, (skeleton.node_of_vertex[mesh.faces].ravel(), np.repeat(part_of_face, 3)), 1)
-        part_of_node[lost] = votes[lost].argmax(axis=1)
+        pairs = skeleton.node_of_vertex[mesh.faces].ravel() * len(kept) + np.repeat(part_of_face, 3)
+        found, votes = np.unique(pairs, return_counts=True)
+        node, part = np.divmod(found[np.argsort(-votes, kind="stable")], len(kept))
+        first = np.unique(node, return_index=True)[1]
+        most = np.zeros(len(skeleton.nodes), dtype=np.int64)
+        most[node[first]] = part[first]
+        part_of_node[lost] = most[lost]
     p = len(kept)
     share = np.repeat(skeleton.edge_lengths / 2, 2)
     is_known = np.isfinite(skeleton.radii)

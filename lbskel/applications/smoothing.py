@@ -22,6 +22,7 @@ from __future__ import annotations
 __all__ = ["SMOOTHING_METHODS", "smooth"]
 
 from collections.abc import Callable
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -149,10 +150,11 @@ def smooth(
         ``taubin``, 1 for ``polynomial``.
     operator : str or callable
         A name in OPERATORS, or a function from a Mesh to a Laplacian.
-    fixed : (k,) array_like of int
+    fixed : (k,) array_like of int, or (n,) array_like of bool
         Vertices that stay where they are.
     fix_boundary : bool
-        Whether vertices of edges with one face stay too.
+        Whether vertices of edges with one face stay too: all, where no triangles share vertices. Merge those at one
+        place first, by the preprocessing step ``merge_close``.
     keep_volume : bool
         Whether each component keeps the volume that it encloses.
     solver : str
@@ -238,7 +240,7 @@ def _check_ranges(method: str, time_step: float | None, iterations: int) -> None
     """Raise if a number is out of its range."""
     if time_step is not None and method in FILTERS:
         raise UnknownChoice(f"the method {method!r} has no time_step: its filter is set by the iterations alone")
-    if time_step is not None and not (np.isfinite(time_step) and time_step > 0):
+    if time_step is not None and not (isinstance(time_step, Real) and np.isfinite(time_step) and time_step > 0):
         raise UnknownChoice(f"time_step must be an area above zero, not {time_step!r}")
     if not (isinstance(iterations, int | np.integer) and iterations >= 1):
         raise UnknownChoice(f"iterations must be a whole number from 1 on, not {iterations!r}")

@@ -1,4 +1,8 @@
-"""Distances along a surface by unfolding its triangles: nearly exact, and exact where it is flat.
+"""Distances along a surface by unfolding its triangles: nearly exact.
+
+Where the surface is flat, they are exact if every triangle on the straight path has corners whose own straight paths
+arrive across its edge; where one does not, the path bends at a vertex. On irregular triangles of a square the mean
+error is 2e-4 of the largest distance, and the largest 2e-2.
 
 :mod:`lbskel._kernels.unfolding` has the formula. Vertices are visited in a given order until no distance gets smaller.
 In the order of the heat that arrives from the sources, two sweeps do most of the work, without a priority queue.

@@ -38,7 +38,12 @@ def add_parser(subparsers: Any) -> None:
     add_mesh_and_output(parser)
     parser.add_argument("--bits", type=int, default=8, metavar="N", help="of each coordinate (%(default)s)")
     parser.add_argument(
-        "--anchors", type=int, default=20, metavar="N", help="vertices stored with their positions (%(default)s)"
+        "--anchors",
+        dest="n_anchors",
+        type=int,
+        default=20,
+        metavar="N",
+        help="vertices stored with their positions (%(default)s)",
     )
     add_operator_option(parser, "graph", note="only graph follows from the connectivity")
     add_force_option(parser)
@@ -50,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
     mesh = read_mesh_to_write(arguments)
     if not mesh.area > 0:
         raise MeshError(f"{arguments.mesh}: the mesh has no area: every face is degenerate, so normals have no error")
-    result = quantize_deltas(mesh, bits=arguments.bits, n_anchors=arguments.anchors, operator=arguments.operator)
+    result = quantize_deltas(mesh, bits=arguments.bits, n_anchors=arguments.n_anchors, operator=arguments.operator)
     write_mesh(arguments.output, result.mesh, force=arguments.force)
     errors = _errors(result.mesh, mesh)
     rounded = _errors(mesh.with_vertices(round_to_bits(mesh.vertices, arguments.bits)[1]), mesh)

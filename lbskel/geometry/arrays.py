@@ -59,6 +59,24 @@ def checked_points(values: ArrayLike, what: str) -> NDArray[np.float64]:
     return read_only(points)
 
 
+def finite_numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
+    """Return finite numbers as a float64 array of any shape; raise MeshError if they are something else.
+
+    Parameters
+    ----------
+    values : array_like of float
+    what : str
+        Their name in messages, in the plural.
+    """
+    try:
+        numbers = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise MeshError(f"{what} must be numbers: {error}") from None
+    if not np.isfinite(numbers).all():
+        raise MeshError(f"{what} must be finite numbers, not NaN or infinite")
+    return numbers
+
+
 def checked_triangles(values: ArrayLike, n_vertices: int) -> NDArray[np.int64]:
     """Copy vertex indices to a read-only (m, 3) int64 array.
 

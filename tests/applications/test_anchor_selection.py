@@ -44,9 +44,12 @@ def test_each_component_gets_an_anchor_and_isolated_vertices_stay():
         least_squares_mesh(mesh, 1)
 
 
-@pytest.mark.parametrize("options", [{"n_anchors": 0}, {"n_anchors": 3, "anchor_weight": None}])
+@pytest.mark.parametrize(
+    "options",
+    [*({"n_anchors": n} for n in (0, 2.5, None, True)), *({"n_anchors": 3, "anchor_weight": w} for w in (None, "a"))],
+)
 def test_wrong_options_are_named(tripod, options):
-    with pytest.raises(UnknownChoice):
+    with pytest.raises(UnknownChoice, match=f"{list(options)[-1]} must be"):
         least_squares_mesh(tripod, **options)
 
 

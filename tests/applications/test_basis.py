@@ -117,7 +117,13 @@ def test_what_cannot_be_is_refused(ring):
             spectral_basis(ring, k)
     with pytest.raises(MeshError, match="one row for each of"):
         basis.project(np.ones(3))
+    with pytest.raises(MeshError, match="one row for each of"):
+        basis.project(np.ones((len(ring.vertices), 2, 2)))
+    with pytest.raises(MeshError, match="values of a function must be finite"):
+        basis.project(np.full(len(ring.vertices), np.nan))
     with pytest.raises(MeshError, match="5 functions"):
         basis.reconstruct(np.ones(6))
+    with pytest.raises(MeshError, match="coefficients must be finite"):
+        basis.reconstruct([np.nan])
     with pytest.raises(MeshError, match="not symmetric"):
         spectral_basis(ring, 5, operator="mean_value")

@@ -1,9 +1,12 @@
 """Bones of skeletons made by hand: joints at bends, equal parts, limbs outside of balls, the largest number."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
 from lbskel import MeshError, Skeleton
+from lbskel.applications import bones
 from lbskel.applications.bones import bones_of
 
 
@@ -56,6 +59,27 @@ def test_there_are_at_most_so_many_bones_and_parents_come_first(most):
     assert 1 <= len(found.heads) <= most
     assert (found.parents < np.arange(len(found.heads))).all()
     assert set(np.unique(found.bone_of_vertex)) <= set(range(len(found.heads)))
+
+
+def test_short_branches_between_junctions_are_contracted_many_at_a_time(monkeypatch):
+    """Each of the 199 pieces of the spine is as short as the others: half of them go in each pass."""
+    contract, passes = bones.contract_nodes, []
+    monkeypatch.setattr(bones, "contract_nodes", lambda *args: passes.append(args) or contract(*args))
+    found = bones_of(comb(200, 1.0), max_bones=30)
+    assert 10 < len(found.heads) <= 30
+    assert len(passes) < 300  # 120 for 24 least lengths, measured; 2,679 if one branch is contracted at a time
+
+
+def test_a_path_of_many_nodes_has_the_joints_of_one_of_few():
+    corners = [[0, 0, 0], [3, 0, 0], [3, 1, 0]]
+    few = bones_of(path(corners, 0.25), max_bones=30)
+    tracemalloc.start()
+    many = bones_of(path(corners, 0.25, spacing=0.004), max_bones=30)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert many.tails[1:] == pytest.approx(few.tails[1:], abs=0.1)  # the spacing of the few
+    assert many.tails[-1].tolist() == few.tails[-1].tolist()  # the end of the path
+    assert peak < 5e6  # bytes; a matrix of all pairs of the 1,001 nodes has 8e6
 
 
 def test_cycles_small_components_and_single_nodes():

@@ -35,6 +35,16 @@ def test_a_waving_boundary_becomes_the_equator(halves):
     assert boundary_length(found, face_graph(mesh)) < 2 / np.sqrt(3) * 2 * np.pi
 
 
+def test_surfaces_are_smoothed_each_with_its_own_labels(halves):
+    mesh, _, waving = halves
+    n = len(mesh.vertices)
+    two = Mesh(np.concatenate([mesh.vertices, mesh.vertices + 5]), np.concatenate([mesh.faces, mesh.faces + n]))
+    expected = smoothed(mesh, waving, 1.0)
+    found = smoothed(two, np.concatenate([np.where(waving == 1, 7, 2), waving]), 1.0)
+    assert found[: len(waving)].tolist() == np.where(expected == 1, 7, 2).tolist()
+    assert found[len(waving) :].tolist() == expected.tolist()
+
+
 def test_scale_does_not_matter_but_waves_longer_than_the_radius_stay(halves):
     mesh, _, waving = halves
     tiny = mesh.with_vertices(1e-4 * mesh.vertices)

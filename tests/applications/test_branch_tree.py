@@ -33,6 +33,16 @@ def test_a_tree_from_a_root_in_the_middle_of_a_branch_and_from_a_junction():
     assert junction.parents.tolist() == [-1, -1, -1]
 
 
+def test_children_at_both_ends_of_a_branch_have_no_angle():
+    """The root is inside a branch, between two loops, each of which is one child."""
+    nodes = [[0, 0, 0], [1, 0, 0], [-1, 0, 0], [2, 1, 0], [2, -1, 0], [-2, 1, 0], [-2, -1, 0]]
+    edges = [[0, 1], [0, 2], [1, 3], [3, 4], [4, 1], [2, 5], [5, 6], [6, 2]]
+    order = branch_order(Skeleton(nodes, edges, np.ones(7)))
+    assert order.parents.tolist() == [-1, 0, 0]
+    assert np.isnan(order.local_angles).all()
+    assert np.isnan(order.remote_angles).all()
+
+
 def test_cycles_components_and_single_nodes():
     """A ring on a stick: the ring hangs on the stick; a ring alone has no parent; a node alone is no branch."""
     ring = [[0, 1], [1, 2], [2, 3], [1, 3], [4, 5], [5, 6], [4, 6]]

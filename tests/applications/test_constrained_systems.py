@@ -53,9 +53,21 @@ def test_any_regular_matrix_is_factorized_and_a_singular_one_is_named():
 
 
 @pytest.mark.parametrize(
-    ("indices", "message"), [([0, 9], "9 are no"), ([-1], "-1 are no"), ([2, 2], "twice"), ([0.5], "float64")]
+    ("indices", "message"),
+    [
+        ([0, 9], "9 are no"),
+        ([-1], "-1 are no"),
+        ([2, 2], "twice"),
+        ([0.5], "float64"),
+        ([True, False], "a mask of all 9 vertices, not bool"),
+        ([[1], [2, 3]], "anchors must be a list"),
+    ],
 )
 def test_wrong_indices_are_named(indices, message):
     with pytest.raises(MeshError, match=message):
         checked_indices(indices, 9, "anchors")
     assert checked_indices([], 9, "anchors").shape == (0,)
+
+
+def test_a_mask_stands_for_its_vertices():
+    assert checked_indices(np.arange(9) % 4 == 1, 9, "anchors").tolist() == [1, 5]

@@ -92,7 +92,7 @@ def test_each_component_needs_an_anchor_and_isolated_vertices_stay(shape):
     both = joined(shape, moved(shape, 4.0))
     mesh = Mesh([*both.vertices, [9.0, 9, 9]], both.faces)
     deltas = delta_coordinates(mesh)
-    with pytest.raises(MeshError, match="1 components have no anchor, those of vertices 200"):
+    with pytest.raises(MeshError, match="1 component without an anchor, with vertices 200: give each"):
         reconstruct(mesh, deltas, [0])
     assert reconstruct(mesh, deltas, [0, 300]).vertices == pytest.approx(mesh.vertices, abs=1e-10)
 
@@ -106,6 +106,7 @@ def test_each_component_needs_an_anchor_and_isolated_vertices_stay(shape):
         (MeshError, (np.zeros((200, 3)), [0], np.zeros((2, 3))), {}),
         (MeshError, (np.full((200, 3), np.nan), [0]), {}),
         (UnknownChoice, (np.zeros((200, 3)), [0]), {"anchor_weight": 0.0}),
+        (UnknownChoice, (np.zeros((200, 3)), [0]), {"anchor_weight": "a"}),
         (UnknownChoice, (np.zeros((200, 3)), [0]), {"operator": "tutte"}),
     ],
 )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers import joined, moved
 
-from lbskel import EDITING_METHODS, Editor, Mesh, MeshError, UnknownChoice, edit, rigid_motion
+from lbskel import EDITING_METHODS, Editor, Mesh, MeshError, SolveError, UnknownChoice, edit, rigid_motion
 from lbskel.applications.deformation_methods import ITERATIVE
 from lbskel.operators import OPERATORS
 from lbskel.shapes import flat_grid
@@ -122,15 +122,6 @@ def test_a_start_may_be_given(rod):
     assert (array == editor.edit(motions, iterations=4, initial=first).vertices).all()
 
 
-def test_a_motion_turns_about_its_center():
-    motion = rigid_motion(axis=[0, 0, 9], angle_deg=90, center=[1, 1, 0], translation=[0, 0, 2])
-    assert motion @ [2, 1, 0, 1] == pytest.approx([1, 2, 2, 1], abs=1e-15)
-    with pytest.raises(MeshError, match="axis"):
-        rigid_motion(axis=[0, 0, 0])
-    with pytest.raises(MeshError):
-        rigid_motion(translation=[np.inf, 0, 0])
-
-
 @pytest.mark.parametrize("method", ITERATIVE)
 def test_other_numbers_of_vertices_are_named(rod, method):
     editor, n = Editor(rod, ends(rod), method=method), len(rod.vertices)
@@ -151,6 +142,10 @@ def test_other_numbers_of_vertices_are_named(rod, method):
         (MeshError, [[0]], [np.eye(3)], {}),
         (MeshError, [[0]], [np.eye(4)] * 2, {}),
         (MeshError, [[0]], [np.full((4, 4), np.nan)], {}),
+        (MeshError, [[0]], [2 * np.eye(4)], {}),
+        (MeshError, [[0]], "a", {}),
+        (MeshError, ["a"], [np.eye(4)], {}),
+        (MeshError, [[[0], [1, 2]]], [np.eye(4)], {}),
         (UnknownChoice, [[0]], [np.eye(4)], {"method": "poisson"}),
         (UnknownChoice, [[0]], [np.eye(4)], {"handle_weight": 0.0}),
         (UnknownChoice, [[0]], [np.eye(4)], {"iterations": -1}),
@@ -160,3 +155,9 @@ def test_other_numbers_of_vertices_are_named(rod, method):
 def test_wrong_input_is_named(rod, error, handles, motions, options):
     with pytest.raises(error):
         edit(rod, handles, motions, **options)
+
+
+def test_handles_of_too_few_vertices_are_an_error_with_a_way_out():
+    triangle = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    with pytest.raises(SolveError, match="merge vertices at one place by the preprocessing step merge_close"):
+        edit(triangle, [[0]], [np.eye(4)], method="similarity", operator="graph")

@@ -7,6 +7,7 @@ from helpers import joined, moved
 
 import lbskel
 from lbskel import HeatMethod, Mesh, MeshError
+from lbskel.operators import OPERATORS
 from lbskel.shapes import flat_grid, sphere, torus
 
 
@@ -103,6 +104,26 @@ def test_components_without_a_source_are_infinitely_far(ring):
     assert np.isinf(alone[:-1]).all()
 
 
+@pytest.mark.parametrize("operator", [name for name in OPERATORS if name != "mean_value"])  # which is not symmetric
+def test_distances_as_published_have_the_unit_of_lengths_with_every_operator(operator):
+    V = sphere(3).vertices
+    angles = np.arccos(np.clip(V @ V[7], -1, 1))
+    found = HeatMethod(sphere(3), operator).distance(7, unfolded=False)
+    assert np.abs(found - angles).mean() < 0.03 * np.pi  # 0.022 by random_walk, at most 0.007 by the others, measured
+
+
+def test_an_operator_that_connects_components_leaves_them_apart():
+    """Heat of ``heat_kernel`` passes between spheres at a distance of half an edge."""
+    mesh = joined(sphere(3), sphere(3).with_vertices(sphere(3).vertices + [2.05, 0, 0]))
+    method = HeatMethod(mesh, "heat_kernel")
+    n = len(mesh.vertices) // 2
+    for unfolded in (True, False):
+        found = method.distance(0, unfolded=unfolded)
+        assert np.isinf(found[n:]).all()
+        alone = HeatMethod(sphere(3), "heat_kernel").distance(0, unfolded=unfolded)
+        assert np.abs(found[:n] - alone).max() < 0.1
+
+
 def test_long_shapes_do_not_underflow():
     """3,000 edges from end to end: exp(-3000) is zero, so the time has to grow."""
     n = 3000
@@ -158,13 +179,14 @@ def test_what_cannot_be_is_refused(ring):
         method.distance(10**6)
     with pytest.raises(MeshError, match="not vertices"):
         method.distance([-1])
-    for wrong in ([], [0.5], [[1]], "a"):
+    for wrong in ([], [0.5], [[1]], [[1], [2, 3]], "a"):
         with pytest.raises(MeshError, match="indices of vertices"):
             method.distance(wrong)
     with pytest.raises(MeshError, match="finite value"):
         method.extend([0, 1], [1.0])
-    with pytest.raises(MeshError, match="finite value"):
-        method.extend([0], [np.nan])
+    for value in (np.nan, "a"):
+        with pytest.raises(MeshError, match=r"values must be (finite )?numbers"):
+            method.extend([0], [value])
     with pytest.raises(MeshError, match="not symmetric"):
         HeatMethod(ring, "mean_value")
     with pytest.raises(MeshError, match="no area"):

@@ -7,7 +7,7 @@ import pytest
 from helpers import triangle_soup, with_reversed_faces
 from scipy.spatial.transform import Rotation
 
-from lbskel import Mesh, MeshError, rig, skeletonize
+from lbskel import Mesh, MeshError, UnknownChoice, rig, skeletonize
 from lbskel.applications.mirror import find_mirror_plane
 from lbskel.shapes import capsule, make
 
@@ -43,12 +43,10 @@ def test_weights_are_smooth_shares_of_at_most_four_bones(dinosaur):
 
 
 def test_weights_of_a_symmetric_mesh_are_mirrored(dinosaur):
-    """A mesh and its mirror image."""
-    half = dinosaur.mesh
-    V = np.concatenate([half.vertices + [0, 1.2, 0], half.vertices * [1, -1, 1] - [0, 1.2, 0]])
-    twins = Mesh(V, np.concatenate([half.faces, half.faces[:, ::-1] + len(half.vertices)]))
+    twins = mirrored_dinosaurs(dinosaur.mesh)
     plane = find_mirror_plane(twins)
-    assert plane.twins.tolist() == np.roll(np.arange(len(V)), -len(half.vertices)).tolist()
+    n = len(twins.vertices)
+    assert plane.twins.tolist() == np.roll(np.arange(n), -n // 2).tolist()
     found = rig(twins, skeletonize(twins))
     names = list(found.names)
     pair = [names.index(n.replace("_left_", "_right_")) if "_left_" in n else -1 for n in names]
@@ -90,6 +88,33 @@ def test_vertices_at_one_place_have_the_same_weights(rod):
     assert found.weights == pytest.approx(expected.weights[rod.faces.ravel()], abs=1e-9)
 
 
+def mirrored_dinosaurs(half):
+    """A mesh and its mirror image."""
+    V = np.concatenate([half.vertices + [0, 1.2, 0], half.vertices * [1, -1, 1] - [0, 1.2, 0]])
+    return Mesh(V, np.concatenate([half.faces, half.faces[:, ::-1] + len(half.vertices)]))
+
+
+def test_vertices_at_one_place_of_a_symmetric_mesh_have_the_same_weights(dinosaur):
+    mesh = mirrored_dinosaurs(dinosaur.mesh)
+    skeleton = skeletonize(mesh)
+    expected = rig(mesh, skeleton)
+    corners = mesh.faces.ravel()
+    found = rig(triangle_soup(mesh), replace(skeleton, node_of_vertex=skeleton.node_of_vertex[corners]))
+    assert found.names == expected.names
+    assert found.weights == pytest.approx(expected.weights[corners], abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["dinosaur", "octopus"])
+def test_the_direction_of_the_axes_does_not_change_the_weights(name):
+    mesh = make(name, n_vertices=1000).mesh
+    skeleton = skeletonize(mesh)
+    upright = rig(mesh, skeleton)
+    turn = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])  # y up to z up
+    turned = rig(mesh.with_vertices(mesh.vertices @ turn.T), replace(skeleton, nodes=skeleton.nodes @ turn.T))
+    assert turned.heads == pytest.approx(upright.heads @ turn.T, abs=1e-9)
+    assert turned.weights == pytest.approx(upright.weights, abs=1e-9)
+
+
 def test_wrong_input_is_an_error(rod):
     skeleton = skeletonize(rod)
     with pytest.raises(MeshError, match="give the mesh that the skeleton was made from"):
@@ -97,8 +122,12 @@ def test_wrong_input_is_an_error(rod):
     unknown = replace(skeleton, radii=np.full(len(skeleton.nodes), np.nan))
     with pytest.raises(MeshError, match="the radius of node 0 is not known"):
         rig(rod, unknown)
-    with pytest.raises(MeshError, match="max_influences must be at least 1, not 0"):
-        rig(rod, skeleton, max_influences=0)
-    with pytest.raises(MeshError, match="max_bones must be at least 1"):
-        rig(rod, skeleton, max_bones=0)
+    with np.errstate(all="ignore"):
+        for size, message in ((0.0, "no size: all its vertices are at one point"), (1e160, "too large for its area")):
+            with pytest.raises(MeshError, match=message):
+                rig(rod.with_vertices(size * rod.vertices), skeleton)
+    for name in ("max_influences", "max_bones"):
+        for number in (0, 1.5):
+            with pytest.raises(UnknownChoice, match=f"{name} must be a whole number from 1 on, not {number}"):
+                rig(rod, skeleton, **{name: number})
     assert rig(rod, skeleton, max_bones=1).names == ("root",)

@@ -1,14 +1,18 @@
 """Parts of shapes with known limbs, their table, invariances, and meshes with faults."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from helpers import triangle_soup, with_reversed_faces, without_faces
+from scipy.sparse import csr_array
+from scipy.spatial import cKDTree
 
 import lbskel
 from lbskel import Mesh, MeshError, UnknownChoice, segment, skeletonize
-from lbskel.applications import segmentation
+from lbskel.applications import boundary_smoothing, segmentation
 from lbskel.applications.face_graph import FaceGraph, face_graph
-from lbskel.applications.segmentation import MAX_SHIFT, REACH, _edge_costs, _nodes_of_vertices
+from lbskel.applications.segmentation import MAX_SHIFT, REACH, _costs, _edge_costs, _nodes_of_vertices
 from lbskel.shapes import SHAPES, capsule, mesh_solid
 
 
@@ -86,6 +90,52 @@ def test_labels_diffuse_over_the_width_of_a_region_that_is_wider_than_its_branch
     )
     segment(rod, thin)
     assert given[0].min() > 0.39  # of 0.4; the flat of a polygon's side is nearer to the axis by 0.2 %
+
+
+def rods(n):
+    """Rods side by side, each with a skeleton of ten nodes."""
+    rod, z = capsule(3.0, 0.4, 8), np.linspace(-1.4, 1.4, 10)
+    nodes = np.stack([np.repeat(2.0 * np.arange(n), 10), np.zeros(10 * n), np.tile(z, n)], axis=1)
+    path = np.arange(10 * n).reshape(n, 10)
+    V = np.concatenate([rod.vertices + [2.0 * k, 0, 0] for k in range(n)])
+    F = np.concatenate([rod.faces + k * len(rod.vertices) for k in range(n)])
+    edges = np.stack([path[:, :-1].ravel(), path[:, 1:].ravel()], axis=1)
+    return Mesh(V, F), lbskel.Skeleton(nodes, edges, np.full(10 * n, 0.4), cKDTree(nodes).query(V)[1])
+
+
+def test_memory_is_proportional_to_the_number_of_faces_however_many_parts_there_are():
+    peaks = []
+    for n in (1, 20, 40):  # the first imports what is needed
+        mesh, skeleton = rods(n)
+        tracemalloc.start()
+        parts = segment(mesh, skeleton)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        assert parts.n_faces.tolist() == [len(mesh.faces) // n] * n
+    assert peaks[2] < 2.2 * peaks[1]  # 3.0 with a cost of every part at every face
+
+
+def test_costs_are_those_of_all_parts_within_reach():
+    """Against a matrix of all distances: a part is far from most nodes, and no face is far from all parts."""
+    rng = np.random.default_rng(0)
+    near = np.where(rng.random((30, 8)) < 0.3, 14 * rng.random((30, 8)), np.inf)
+    near[np.arange(30), rng.integers(8, size=30)] = 0.1
+    near[near > REACH * MAX_SHIFT] = np.inf
+    corners, sizes = rng.integers(30, size=(200, 3)), rng.random(200)
+    cost = np.minimum(near, REACH * MAX_SHIFT)[corners].mean(axis=1)
+    labels, found = _costs(csr_array(np.where(np.isfinite(near), near, 0)), corners, sizes)
+    assert labels.tolist() == cost.argmin(axis=1).tolist()
+    expected = cost <= np.maximum(cost.min(axis=1), MAX_SHIFT)[:, None]
+    assert found.nnz == expected.sum()
+    assert found.toarray() == pytest.approx(np.where(expected, sizes[:, None] * cost, 0))
+
+
+def test_how_many_parts_are_treated_together_does_not_matter(limbs, monkeypatch):
+    mesh, skeleton, _ = limbs
+    expected = segment(mesh, skeleton)
+    monkeypatch.setattr(segmentation, "PARTS_AT_ONCE", 2)
+    monkeypatch.setattr(boundary_smoothing, "COLUMNS", 2)
+    assert np.array_equal(segment(mesh, skeleton).part_of_face, expected.part_of_face)
 
 
 def test_scale_and_place_do_not_matter(limbs):

@@ -207,8 +207,10 @@ def test_an_operator_of_the_caller_is_applied_to_the_mesh_as_given(bumpy):
         (UnknownChoice, {"method": "polynomial", "time_step": 1.0}),
         (UnknownChoice, {"time_step": 0.0}),
         (UnknownChoice, {"time_step": np.nan}),
+        (UnknownChoice, {"time_step": "a"}),
         (UnknownChoice, {"iterations": 0}),
         (MeshError, {"fixed": [10**6]}),
+        (MeshError, {"fixed": [[1], [2, 3]]}),
     ],
 )
 def test_wrong_options_are_named(bumpy, error, options):

@@ -16,6 +16,10 @@ def test_the_mesh_is_written_and_errors_are_printed(here, folder):
 
 def test_wrong_options_and_existing_files_are_refused(here):
     assert "bits must be" in here("quantize", "rod.off", "-o", "a.ply", "--bits", "0")[2][0]
+    assert (
+        "--anchors must be a whole number from 1 on, not 0"
+        in here("quantize", "rod.off", "-o", "a.ply", "--anchors", "0")[2][0]
+    )
     assert "exists already" in here("quantize", "rod.off", "-o", "ring.obj")[2][0]
 
 

@@ -25,6 +25,11 @@ def test_a_result_is_text_or_json_or_nothing(capsys, quiet, json, shown):
     assert capsys.readouterr().out == shown
 
 
+def test_what_is_not_finite_is_null_in_json(capsys):
+    tell(Namespace(quiet=False, json=True), "", {"a": [1.5, float("nan")], "b": {"c": (float("inf"), "NaN", 2)}})
+    assert capsys.readouterr().out == '{"a": [1.5, null], "b": {"c": [null, "NaN", 2]}}\n'
+
+
 @pytest.mark.parametrize(
     ("message", "shown"),
     [

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lbskel import MeshError
-from lbskel.geometry.arrays import checked_points, checked_triangles, read_only
+from lbskel.geometry.arrays import checked_points, checked_triangles, finite_numbers, read_only
 
 
 def test_points_are_copied_to_read_only_doubles():
@@ -20,6 +20,13 @@ def test_points_are_copied_to_read_only_doubles():
 def test_points_that_are_not_finite_are_named():
     with pytest.raises(MeshError, match=r"anchors 1 have NaN or infinite coordinates"):
         checked_points([[0, 0, 0], [0, np.inf, 0]], "anchors")
+
+
+def test_numbers_of_any_shape_are_finite():
+    assert finite_numbers([[1, 2]], "values").tolist() == [[1.0, 2.0]]
+    for wrong, message in ((["a"], "values must be numbers"), ([1, np.inf], "values must be finite numbers")):
+        with pytest.raises(MeshError, match=message):
+            finite_numbers(wrong, "values")
 
 
 def test_triangles_are_copied_to_read_only_integers():
