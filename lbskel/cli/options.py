@@ -86,7 +86,7 @@ def add_preprocess_option(parser: argparse.ArgumentParser | argparse._ArgumentGr
         "--preprocess",
         default="auto",
         metavar="HOW",
-        help=f"{', '.join(PREPARATIONS)}; or steps, such as merge_close,remesh_isotropic:edge_length=0.01; or a .toml "
+        help=f"{', '.join(PREPARATIONS)}; or steps, such as merge_close,remesh_isotropic:edge_length=0.011; or a .toml "
         "file with a table [[step]] for each step (%(default)s)",
     )
 

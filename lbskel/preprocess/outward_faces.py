@@ -15,7 +15,7 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.preprocess.cleaning import first_of_each, merge_close
 from lbskel.preprocess.orientation import fix_orientation
 
-TOLERANCES = (0.0, 1e-6)  # of merging, in diagonals: those of lbskel.preprocess.automatic
+TOLERANCES = (0.0, 1e-6)  # of merging, in diameter bounds: those of lbskel.preprocess.automatic
 
 
 def oriented_surface(mesh: Mesh) -> tuple[Mesh, NDArray[np.int64]]:

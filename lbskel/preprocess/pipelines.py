@@ -196,7 +196,7 @@ _SPLIT = ("split_nonmanifold", "remove_degenerate")
 PIPELINES: dict[str, Pipeline] = {
     # debris, holes, and noise of the sensor
     "scan": Pipeline(
-        [*_CONNECT, "keep_components", ("close_holes", {"max_perimeter": 1.0}), *_SPLIT, "refine", "smooth_noise"]
+        [*_CONNECT, "keep_components", ("close_holes", {"max_perimeter": 1.1}), *_SPLIT, "refine", "smooth_noise"]
     ),
     # long triangles on flat parts, seams between patches, sharp edges to keep
     "cad": Pipeline(
@@ -207,11 +207,11 @@ PIPELINES: dict[str, Pipeline] = {
         [
             ("merge_close", {"tolerance": 1e-5}),
             *_CONNECT[1:],
-            ("close_holes", {"max_perimeter": 1.0}),
+            ("close_holes", {"max_perimeter": 1.1}),
             *_SPLIT,
             "refine",
         ]
     ),
     # dense and smooth surfaces, which fewer triangles represent as well
-    "organic": Pipeline([*_CONNECT, "close_holes", *_SPLIT, ("simplify", {"error": 0.002})]),
+    "organic": Pipeline([*_CONNECT, "close_holes", *_SPLIT, ("simplify", {"error": 0.0022})]),
 }

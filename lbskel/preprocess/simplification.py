@@ -53,8 +53,8 @@ def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None
     target_faces : int, optional
         Number of faces to reach; the result has at most a tenth more.
     error : float, optional
-        Largest Hausdorff distance, measured at samples, as a fraction of the diagonal. Exactly one of ``target_faces``
-        and ``error`` must be given.
+        Largest Hausdorff distance, measured at samples, as a fraction of the diameter bound. Exactly one of
+        ``target_faces`` and ``error`` must be given.
 
     Returns
     -------
@@ -105,7 +105,7 @@ def _to_target(mesh: Mesh, target: int, error: float) -> PreprocessResult:
         if distance <= error:
             n_faces = f"{len(mesh.faces):,} faces were simplified to {len(simple.mesh.faces):,}"
             note = f"{n_faces}{', '.join(('', *simple.notes))}"
-            return replace(simple, notes=(note,), report={"deviation": distance * mesh.diagonal})
+            return replace(simple, notes=(note,), report={"deviation": distance * mesh.diameter_bound})
     note = f"{len(mesh.faces):,} faces could not be simplified to {target:,} without changing the topology or the shape"
     return identity_result(mesh, note)
 
