@@ -35,17 +35,13 @@ def clip_ears(polygon: NDArray[np.float64]) -> NDArray[np.int64] | None:
         Corners of each triangle, counter-clockwise.
     """
     k = len(polygon)
-    x: list[float]
-    y: list[float]
-    x: list[float]
-    y: list[float]
     x, y = (polygon - polygon.min(axis=0)).T.tolist()
     tolerance = COLLINEAR * max(*x, *y) ** 2
     before, after = [k - 1, *range(k - 1)], [*range(1, k), 0]
 
     def turn(b: int) -> float:
         a, c = before[b], after[b]
-        return (x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a])
+        return float((x[b] - x[a]) * (y[c] - y[a]) - (y[b] - y[a]) * (x[c] - x[a]))
 
     order = np.argsort(x, kind="stable")
     rank = np.argsort(order).tolist()
