@@ -1,9 +1,11 @@
-"""Simplification by edge collapses, with an exact vertex map and a check that the topology is kept.
+"""Simplification by edge collapses, with a vertex map and a check that the topology is kept.
 
 Quadric error collapses, Garland, Heckbert 1997, https://doi.org/10.1145/258734.258849, by fast-simplification, which
-returns its collapses, so that the vertex map is exact. It may change the topology or miss its target silently, so both
-are checked afterwards. If one fails, a slower schedule is tried, then, on closed manifolds, libigl's collapses of short
-edges, which keep the topology.
+returns its collapses, so that the vertex map is exact. But within an error bound, chains of collapses that cost nothing
+carry vertices along flat and ruled parts, so there :mod:`lbskel.preprocess.transfer` maps them.
+
+The library may change the topology or miss its target silently, so both are checked afterwards. If one fails, a slower
+schedule is tried, then, on closed manifolds, libigl's collapses of short edges, which keep the topology.
 """
 
 from __future__ import annotations
@@ -87,7 +89,7 @@ def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None
     if best.mesh is mesh:
         note = f"{were(len(mesh.faces), 'face')} not simplified: none could be spared with error={error:g}"
         return identity_result(mesh, note)
-    return best
+    return replace(transfer_map(mesh, best.mesh, *best.notes), report=best.report)
 
 
 def _to_target(mesh: Mesh, target: int, error: float) -> PreprocessResult:
