@@ -126,17 +126,17 @@ def smooth_noise(mesh: Mesh, *, iterations: int = 10) -> PreprocessResult:
     Raises
     ------
     UnknownChoice
-        If the number is negative or more than a thousand.
+        If the number is negative, more than a thousand or not whole.
     """
-    if not 0 <= iterations <= MAX_ITERATIONS:
-        raise UnknownChoice(f"iterations must lie between 0 and {MAX_ITERATIONS:,}, not {iterations}")
+    if not (0 <= iterations <= MAX_ITERATIONS and iterations % 1 == 0):
+        raise UnknownChoice(f"iterations must be a whole number from 0 to {MAX_ITERATIONS:,}, not {iterations}")
     n, (i, j) = len(mesh.vertices), mesh.edges.T
     adjacency = coo_array((np.ones(2 * len(i)), (np.concatenate([i, j]), np.concatenate([j, i]))), shape=(n, n)).tocsr()
     mean = diags_array(1 / np.maximum(adjacency.sum(axis=1), 1)) @ adjacency
     is_fixed = np.bincount(i, minlength=n) + np.bincount(j, minlength=n) == 0
     is_fixed[mesh.edges[mesh.faces_per_edge != 2]] = True
     V = np.array(mesh.vertices)
-    for _ in range(iterations):
+    for _ in range(int(iterations)):
         for factor in TAUBIN_FACTORS:
             V = np.where(is_fixed[:, None], V, V + factor * (mean @ V - V))
     return PreprocessResult(

@@ -67,12 +67,12 @@ def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None
     Raises
     ------
     UnknownChoice
-        If neither or both are given, or the given one is not positive.
+        If neither or both are given, or the given one is not positive, or no whole number of faces.
     """
     if target_faces is not None and error is None:
-        if not target_faces > 0:
-            raise UnknownChoice(f"target_faces must be positive, not {target_faces}")
-        return _to_target(mesh, target_faces, MAX_DISTANCE)
+        if not (target_faces > 0 and target_faces % 1 == 0):
+            raise UnknownChoice(f"target_faces must be a positive whole number, not {target_faces}")
+        return _to_target(mesh, int(target_faces), MAX_DISTANCE)
     if error is None or target_faces is not None:
         raise UnknownChoice(
             "simplify needs one of target_faces and error, as the steps simplify:target_faces=2000 "

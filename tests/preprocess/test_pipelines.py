@@ -1,6 +1,8 @@
 """Pipelines as text, as TOML and in Python; the presets; what every step has in common."""
 
+import copy
 import json
+import pickle
 
 import numpy as np
 import pytest
@@ -53,6 +55,25 @@ def test_a_step_does_the_same_to_a_cube_on_its_corner(step):
     assert n_turned == pytest.approx(n, rel=0.05 if "remesh" in step else 0)
     distance, distance_turned = (result.report["distance"] for result in results)
     assert distance_turned == pytest.approx(distance, abs=0.001 if "remesh" in step else 1e-9)
+
+
+@pytest.mark.parametrize("steps", [None, [("simplify",)], [("simplify", 5)], [3]])
+def test_steps_are_names_or_pairs(steps):
+    with pytest.raises(UnknownChoice, match="steps must be a list of names, or of pairs of a name and a mapping"):
+        Pipeline(steps)
+
+
+def test_numbers_of_numpy_and_whole_ones_are_numbers():
+    options = {"target_faces": np.int64(500), "error": np.float32(0.5)}
+    assert str(Pipeline([("simplify", options)])) == "simplify:target_faces=500:error=0.5"
+    assert str(Pipeline.parse("simplify:target_faces=1e3")) == "simplify:target_faces=1000"
+
+
+def test_a_pipeline_does_not_change():
+    parsed = Pipeline.parse("cad")
+    with pytest.raises(TypeError):
+        parsed.steps[-1][1]["edge_length"] = 9
+    assert str(pickle.loads(pickle.dumps(parsed))) == str(copy.deepcopy(parsed)) == str(PIPELINES["cad"])
 
 
 def test_a_pipeline_is_read_from_toml(tmp_path):

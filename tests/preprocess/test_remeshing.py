@@ -60,6 +60,12 @@ def test_lengths_and_angles_are_checked(options):
         remesh_isotropic(TORUS, **options)
 
 
+@pytest.mark.parametrize("iterations", [-1, 2.5, 1001, np.nan])
+def test_iterations_are_a_whole_number(iterations):
+    with pytest.raises(UnknownChoice, match="iterations must be a whole number from 0 to 1,000, not"):
+        smooth_noise(TORUS, iterations=iterations)
+
+
 def test_an_edge_that_would_make_too_many_faces_is_refused_with_the_syntax_of_another():
     with pytest.raises(UnknownChoice, match=r"remesh_isotropic:edge_length=NUMBER:relative_to=diameter_bound"):
         remesh_isotropic(TORUS, edge_length=1e-5)

@@ -100,6 +100,8 @@ def test_a_mesh_whose_topology_forbids_the_target_is_returned_unchanged():
 
 
 def test_a_target_must_be_positive():
+    with pytest.raises(UnknownChoice, match=r"positive whole number, not 100\.5"):
+        simplify(SHAPES["torus"], target_faces=100.5)
     with pytest.raises(UnknownChoice, match="positive"):
         simplify(sphere(2), target_faces=0)
 
