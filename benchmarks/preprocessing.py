@@ -1,6 +1,7 @@
 """Effects of preprocessing on meshes, skeletons of simulated scans, and robustness of the filters.
 
-Distances are of the Hausdorff kind, between samples of both surfaces, as fractions of the diagonal.
+Distances are of the Hausdorff kind, between samples of both surfaces, as fractions of the diameter
+bound.
 """
 
 from __future__ import annotations
