@@ -1,6 +1,7 @@
 """Effects of preprocessing on meshes, skeletons of simulated scans, and robustness of the filters.
 
-Distances are of the Hausdorff kind, between samples of both surfaces, as fractions of the diagonal.
+Distances are of the Hausdorff kind, between samples of both surfaces, as fractions of the diameter
+bound.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ MESHES = Path(__file__).parent.parent / "meshes"
 # Distances allowed between the skeletons of a scan and of the clean mesh: noise of a tenth of an edge length moves
 # cross-sections by hundredths of a radius, holes move tips and junctions by up to a quarter, along a thick body by more
 LIMITS = {"mean, in radii": 0.1, "worst twentieth, in radii": 0.25, "worst, of the diagonal": 0.04}
-SAMPLED = Pipeline.parse("remesh_isotropic:edge_length=0.01")  # sampling of a simulated scanner
+SAMPLED = Pipeline.parse("remesh_isotropic:edge_length=0.011")  # sampling of a simulated scanner
 RUNS, QUICK_RUNS = 1000, 20
 LIMIT = 10.0  # seconds for one run of a filter, half a second of which starts the process
 ENDS = {

@@ -62,7 +62,8 @@ def _cloud_facts(cloud: PointCloud) -> dict[str, Any]:
 
 
 def _mesh_facts(mesh: Mesh) -> dict[str, Any]:
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    used = mesh.vertices[mesh.used_vertices]
+    low, high = used.min(axis=0), used.max(axis=0)
     start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
     return {
         "vertices": len(mesh.vertices),

@@ -86,7 +86,7 @@ def add_preprocess_option(parser: argparse.ArgumentParser | argparse._ArgumentGr
         "--preprocess",
         default="auto",
         metavar="HOW",
-        help=f"{', '.join(PREPARATIONS)}; or steps, such as merge_close,remesh_isotropic:edge_length=0.01; or a .toml "
+        help=f"{', '.join(PREPARATIONS)}; or steps, such as merge_close,remesh_isotropic:edge_length=0.011; or a .toml "
         "file with a table [[step]] for each step (%(default)s)",
     )
 
@@ -99,15 +99,20 @@ def add_force_option(parser: argparse.ArgumentParser) -> None:
 def refuse_unwritable(files: Iterable[tuple[str | Path | None, Collection[str]]], force: bool) -> None:
     """Raise FormatError if a file cannot be written, before anything is computed.
 
-    That is, if its name has none of the extensions beside it, if it exists, or as :func:`writable_target` does. None is
-    no file.
+    That is, if its name has none of the extensions beside it, if it exists, if it is named twice, or as
+    :func:`writable_target` does. None is no file.
     """
+    seen: set[Path] = set()
     for path, extensions in [(Path(name), extensions) for name, extensions in files if name]:
         if path.suffix.lower().removeprefix(".") not in extensions and not path.is_dir():
             known = [f".{extension}" for extension in extensions]
             raise FormatError(f"{path}: the name must end in {'one of: ' if len(known) > 1 else ''}{', '.join(known)}")
-        if writable_target(path, force=True).exists() and not force:
+        target = writable_target(path, force=True)
+        if target.exists() and not force:
             raise FormatError(f"{path} exists already; give --force to replace it")
+        if target in seen:
+            raise FormatError(f"{path}: is named for two outputs; give each a name of its own")
+        seen.add(target)
 
 
 def read_surface(path: str) -> Mesh:

@@ -90,7 +90,12 @@ def checked_triangles(values: ArrayLike, n_vertices: int) -> NDArray[np.int64]:
     MeshError
         If there are none, the shape is another, or an index is not whole or out of range; the message names the faces.
     """
-    given = np.asarray(values)
+    try:
+        given = np.asarray(values)
+    except ValueError:  # rows of different lengths
+        raise MeshError(
+            "faces must have shape (m, 3), not rows of different lengths; as_mesh() cuts polygons"
+        ) from None
     if given.size == 0:
         raise MeshError("the mesh is empty: it has no faces; a set of points is a PointCloud")
     if given.ndim != 2 or given.shape[1] != 3:

@@ -291,7 +291,8 @@ def as_mesh(data: Any) -> Mesh:
     if not n_cut:
         return mesh
     note = f"{were(n_cut, 'polygon')} cut into triangles"
-    return Mesh(mesh.vertices, retriangulate_nonconvex(mesh.vertices, mesh.faces, polygon), (note,), polygon)
+    triangles, notes = retriangulate_nonconvex(mesh.vertices, mesh.faces, polygon)
+    return Mesh(mesh.vertices, triangles, (note, *notes), polygon)
 
 
 @as_mesh.register(Mesh)

@@ -2,7 +2,8 @@
 
 Dynamic programming over chains of edges, Barequet, Sharir 1995, "Filling gaps in the boundary of a polyhedron",
 https://doi.org/10.1016/0167-8396(94)00011-G. In a plane, every triangulation that stays inside the polygon has the
-polygon's area, and every other one has more.
+polygon's area, and every other one has more. Faces with more corners than that has time for are taken as planar, and
+triangulated by :mod:`lbskel.geometry.ear_clipping`.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ __all__ = ["MAX_POLYGON_EDGES", "min_area_triangulation", "retriangulate_nonconv
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.errors import were
+from lbskel.geometry.ear_clipping import clip_ears
 from lbskel.geometry.normals import triangle_normals
 
 MAX_POLYGON_EDGES = 300  # edges of a polygon that is triangulated so; a guess: the time grows with their third power
@@ -62,10 +65,11 @@ def min_area_triangulation(
 
 def retriangulate_nonconvex(
     vertices: NDArray[np.float64], triangles: NDArray[np.int64], polygon: NDArray[np.int64]
-) -> NDArray[np.int64]:
+) -> tuple[NDArray[np.int64], tuple[str, ...]]:
     """Replace the fans of nonconvex polygons, whose triangles overlap, by triangulations of minimum area.
 
-    Each polygon keeps its number of triangles and their rows; polygons of more than 300 corners stay fans.
+    Each polygon keeps its number of triangles and their rows. Polygons of more than 300 corners are triangulated in a
+    plane.
 
     Parameters
     ----------
@@ -74,6 +78,12 @@ def retriangulate_nonconvex(
         Fans, each from the first corner of its polygon.
     polygon : (m,) array of int
         The polygon of each triangle, in ascending order.
+
+    Returns
+    -------
+    triangles : (m, 3) array of int
+    notes : tuple of str
+        Which polygons stay fans, since their outline crosses itself in the plane; empty for none.
     """
     unit = vertices / max(np.abs(vertices).max(), np.finfo(float).tiny)
     A, B, C = unit[triangles].transpose(1, 0, 2)
@@ -91,4 +101,27 @@ def retriangulate_nonconvex(
             corners = np.concatenate([triangles[rows[:, 0], :2], triangles[rows, 2]], axis=1)
             best, _ = min_area_triangulation(unit[corners])
             result[rows] = np.take_along_axis(corners, best.reshape(len(corners), -1), 1).reshape(best.shape)
-    return result
+    crossing = []
+    for number in np.flatnonzero(is_folded & (counts + 2 > MAX_POLYGON_EDGES)).tolist():
+        rows = starts[number] + np.arange(counts[number])
+        corners = np.append(triangles[rows[0], :2], triangles[rows, 2])
+        normal = polygon_normals[number]
+        clipped = clip_ears(unit[corners] @ _plane(normal)) if normal.any() else None
+        if clipped is None:
+            crossing.append(number)
+        else:
+            result[rows] = corners[clipped]
+    if not crossing:
+        return result, ()
+    note = (
+        f"{were(len(crossing), 'polygon')} cut into triangles that overlap, the first of them polygon {crossing[0]}: "
+        f"its outline of {counts[crossing[0]] + 2:,} corners crosses itself"
+    )
+    return result, (note,)
+
+
+def _plane(normal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3, 2) two axes at right angles to a normal, around which they turn counter-clockwise."""
+    first = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    axes = np.stack([first, np.cross(normal, first)], axis=1)
+    return np.asarray(axes / np.linalg.norm(axes, axis=0))

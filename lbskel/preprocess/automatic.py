@@ -51,9 +51,9 @@ COARSE_EDGE = 0.8
 # is not in a committed table.
 MAX_COARSE_FRACTION = 0.1
 
-# Longest perimeter of a hole that is closed, as a fraction of the diagonal. The ends of pipes are closed too, since a
-# capped end becomes a tip and the closed surface has an inside. A guess.
-MAX_HOLE_PERIMETER = 1.0
+# Longest perimeter of a hole that is closed, as a fraction of the diameter bound. The ends of pipes are closed too,
+# since a capped end becomes a tip and the closed surface has an inside. A guess; see MAX_DISTANCE.
+MAX_HOLE_PERIMETER = 1.1
 
 # Area below which an open component is removed as debris around a hole, as a fraction of the largest component's area.
 # A guess.

@@ -41,8 +41,8 @@ def merge_close(mesh: Mesh, *, tolerance: float = TOLERANCE) -> PreprocessResult
     ----------
     mesh : Mesh, (vertices, faces), path or mesh object
     tolerance : float
-        Largest distance, as a fraction of the diagonal; 0 merges identical positions only. A chain of vertices, each
-        within this distance of the next, is merged into one.
+        Largest distance, as a fraction of the diameter bound; 0 merges identical positions only. A chain of vertices,
+        each within this distance of the next, is merged into one.
 
     Raises
     ------
@@ -55,8 +55,8 @@ def merge_close(mesh: Mesh, *, tolerance: float = TOLERANCE) -> PreprocessResult
         return _merge_groups(mesh, _originals(mesh))
     _, first, position = np.unique(mesh.vertices, axis=0, return_index=True, return_inverse=True)
     position, group = position.reshape(-1), np.arange(len(first))
-    if tolerance > 0 and mesh.diagonal > 0:
-        group = _group_within(mesh.vertices[first], tolerance * mesh.diagonal)
+    if tolerance > 0 and mesh.diameter_bound > 0:
+        group = _group_within(mesh.vertices[first], tolerance * mesh.diameter_bound)
     return _merge_groups(mesh, group[position])
 
 

@@ -28,7 +28,7 @@ from lbskel.preprocess.vertex_umbrellas import find_umbrellas
 # remove_degenerate.
 DEGENERATE_ANGLE = 0.5
 
-MIN_FACE_AREA = 1e-12  # area up to which a face is degenerate, relative to the squared diagonal; a guess
+MIN_FACE_AREA = 1e-12  # area up to which a face is degenerate, relative to the squared diameter bound; a guess
 
 # Number of components above which genus and sheets are measured on the whole mesh instead of one by one. A guess that
 # bounds the time.
@@ -39,7 +39,7 @@ MAX_GENERA_SHOWN = 5  # different genera that are printed
 
 @dataclass(frozen=True)
 class MeshReport:
-    """Measures and findings of :func:`check`; lengths are fractions of the diagonal.
+    """Measures and findings of :func:`check`; lengths are fractions of the diameter bound.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class MeshReport:
         Fraction of the faces with an edge that is long relative to the local thickness.
     roughness : float
         Height of noise, in edge lengths, as :func:`lbskel.geometry.roughness.roughness` measures it.
-    diagonal, area : float
+    diameter_bound, area : float
         In the units of the mesh.
     volume : float or None
         In the units of the mesh; None unless the mesh is a closed manifold.
@@ -117,7 +117,7 @@ class MeshReport:
     sheets: int
     coarse_fraction: float
     roughness: float
-    diagonal: float
+    diameter_bound: float
     area: float
     volume: float | None
     findings: tuple[str, ...] = ()
@@ -135,7 +135,7 @@ class MeshReport:
         lines = [
             f"{counted(self.vertices, 'vertex')}, {counted(self.faces, 'face')}, "
             f"{counted(self.components, 'component')}: {genera}{more}",
-            f"  edges     shortest, median and longest {edges} of the diagonal, {self.diagonal:.6g}",
+            f"  edges     shortest, median and longest {edges} of the diameter bound, {self.diameter_bound:.6g}",
             f"  angles    {self.min_angle_deg:.2g} to {self.max_angle_deg:.4g} degrees",
             *(f"  found     {finding}" for finding in self.findings or ["Nothing that prevents a skeleton."]),
         ]
@@ -176,8 +176,8 @@ def check(mesh: Any) -> MeshReport:
     is_distinct = (F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])
     angles = np.degrees(corner_angles(mesh.vertices[F[is_distinct]])) if is_distinct.any() else np.zeros((1, 3))
     start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
-    diagonal = mesh.diagonal
-    lengths = np.linalg.norm(end - start, axis=1) / (diagonal or 1.0)
+    bound = mesh.diameter_bound
+    lengths = np.linalg.norm(end - start, axis=1) / (bound or 1.0)
     is_cap = angles.max(axis=1) > 180 - DEGENERATE_ANGLE
     intersecting, tested = self_intersecting_faces(cleaned)
     directed = mesh.half_edges[:, 0] * len(mesh.vertices) + mesh.half_edges[:, 1]
@@ -200,7 +200,7 @@ def check(mesh: Any) -> MeshReport:
         duplicate_faces=int(is_distinct.sum()) - len(np.unique(np.sort(F[is_distinct], axis=1), axis=0)),
         repeated_corners=int((~is_distinct).sum()),
         unreferenced_vertices=len(mesh.vertices) - len(mesh.used_vertices),
-        zero_area_faces=int((mesh.face_areas <= MIN_FACE_AREA * diagonal**2).sum()),
+        zero_area_faces=int((mesh.face_areas <= MIN_FACE_AREA * bound**2).sum()),
         needles=int(((angles.min(axis=1) < DEGENERATE_ANGLE) & ~is_cap).sum()),
         caps=int(is_cap.sum()),
         min_angle_deg=float(angles.min()),
@@ -212,7 +212,7 @@ def check(mesh: Any) -> MeshReport:
         sheets=sum(relative_vector_area(part) > MIN_SHEET_VECTOR_AREA for part in parts),
         coarse_fraction=coarse_fraction(cleaned, COARSE_EDGE),
         roughness=roughness(cleaned),
-        diagonal=diagonal,
+        diameter_bound=bound,
         area=mesh.area,
         volume=mesh.volume if mesh.is_closed_manifold else None,
     )

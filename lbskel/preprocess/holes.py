@@ -23,7 +23,7 @@ from lbskel.preprocess.vertex_umbrellas import find_umbrellas
 
 
 @preprocess_step
-def close_holes(mesh: Mesh, *, max_perimeter: float = 0.3) -> PreprocessResult:
+def close_holes(mesh: Mesh, *, max_perimeter: float = 0.33) -> PreprocessResult:
     """Fill holes with triangles; no vertex moves.
 
     A boundary loop counts as the boundary of a sheet, not of a hole, and stays open if filling it would take at least
@@ -34,8 +34,8 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.3) -> PreprocessResult:
     mesh : Mesh, (vertices, faces), path or mesh object
         Consistently oriented, as :func:`fix_orientation` leaves it; loops at seams of the orientation stay open.
     max_perimeter : float
-        Length of the longest boundary loop to close, as a fraction of the diagonal. One of three edges, where a face is
-        missing, may be longer.
+        Length of the longest boundary loop to close, as a fraction of the diameter bound. One of three edges, where a
+        face is missing, may be longer.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.3) -> PreprocessResult:
             n_open += 1
             continue
         perimeter = np.linalg.norm(np.roll(boundary, -1, axis=0) - boundary, axis=1).sum()
-        if len(loop) > 3 and perimeter > max_perimeter * mesh.diagonal:
+        if len(loop) > 3 and perimeter > max_perimeter * mesh.diameter_bound:
             n_open += 1
             continue
         vector_area = triangle_normals(boundary[0], boundary, np.roll(boundary, -1, axis=0)).sum(axis=0)

@@ -62,16 +62,20 @@ def no_inside(mesh: Mesh) -> tuple[str, int] | None:
     """
     if not mesh.is_closed_manifold:
         seam = _orientation_seam(mesh)
-        if len(seam) == 0 or _separating_fraction(mesh) > MIN_SEPARATING_FRACTION:
+        if len(seam) == 0 or _separating_fraction(_in_unit_size(mesh)) > MIN_SEPARATING_FRACTION:
             return None
         return "is non-orientable, as a Moebius strip is: give it a thickness, or cut it open there", int(seam[0])
-    is_unit = 0.5 <= mesh.diameter_bound <= 2  # so that no product of lengths underflows
-    unit = mesh if is_unit else mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.diameter_bound)
+    unit = _in_unit_size(mesh)  # so that no product of lengths underflows
     thickness = 2 * abs(unit.volume) / (unit.area * unit.diameter_bound) if unit.area > 0 else 0.0
     if thickness > MIN_THICKNESS:
         return None
     reason = f"is flat, its two sides only {thickness:.1g} of its diameter apart: give it a thickness"
     return reason, int(mesh.faces[0, 0])
+
+
+def _in_unit_size(mesh: Mesh) -> Mesh:
+    """Center a mesh, and divide it by its diameter bound."""
+    return mesh.with_vertices((mesh.vertices - mesh.centroid) / mesh.diameter_bound)
 
 
 def _orientation_seam(mesh: Mesh) -> NDArray[np.int64]:
@@ -89,7 +93,13 @@ def _unbalanced_edges(mesh: Mesh) -> NDArray[np.int64]:
 
 
 def _separating_fraction(mesh: Mesh) -> float:
-    """Estimate the fraction of the area with the inside on one side and the outside on the other, from a sample."""
+    """Estimate the fraction of the area with the inside on one side and the outside on the other, from a sample.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Centered and of unit size: the winding numbers are those of positions in single precision.
+    """
     chosen = np.arange(0, len(mesh.faces), 1 + len(mesh.faces) // MAX_SAMPLES)
     A, B, C = mesh.vertices[mesh.faces[chosen]].transpose(1, 0, 2)
     normals = triangle_normals(A, B, C)

@@ -19,7 +19,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 from inspect import signature
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeAlias
+
+import numpy as np
 
 from lbskel.errors import FormatError, UnknownChoice, choose
 from lbskel.geometry.mesh import as_mesh
@@ -80,7 +83,13 @@ class Pipeline:
     steps: tuple[Step, ...]
 
     def __init__(self, steps: Iterable[str | Step]):
-        pairs = [(step, {}) if isinstance(step, str) else step for step in steps]
+        try:
+            pairs = [(name, dict(options)) for name, options in ((s, {}) if isinstance(s, str) else s for s in steps)]
+        except (TypeError, ValueError):
+            raise UnknownChoice(
+                "steps must be a list of names, or of pairs of a name and a mapping of options; "
+                "Pipeline.parse reads them from text"
+            ) from None
         object.__setattr__(self, "steps", tuple((name, _validated(name, options)) for name, options in pairs))
 
     def __str__(self) -> str:
@@ -88,6 +97,10 @@ class Pipeline:
             ":".join([name, *(f"{option}={value}" for option, value in options.items())])
             for name, options in self.steps
         )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy and pickle by names and options, since views of mappings cannot be pickled."""
+        return Pipeline, (tuple((name, dict(options)) for name, options in self.steps),)
 
     def __call__(self, mesh: Any) -> PreprocessResult:
         """Apply all steps; the report lists them and the distance of the result from the input.
@@ -165,16 +178,21 @@ class Pipeline:
         return cls((step["name"], {key: value for key, value in step.items() if key != "name"}) for step in steps)
 
 
-def _validated(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options of a step, or raise UnknownChoice where a name or type is wrong."""
+def _validated(name: str, options: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the options of a step, as numbers of Python, or raise UnknownChoice where a name or type is wrong."""
     known = dict(list(signature(choose(STEPS, name, "step")).parameters.items())[1:])
-    for option, value in options.items():
+    values = {}
+    for option, given in options.items():
         if option not in known:
             raise UnknownChoice(f"{name} has no option {option!r}; it has: {', '.join(known) or 'none'}")
         kind = str(known[option].annotation).removesuffix(" | None")
+        value = given.item() if isinstance(given, np.generic) else given
+        if kind == "int" and isinstance(value, float) and value.is_integer():  # as 1e3
+            value = int(value)
         if not isinstance(value, _ACCEPTED_TYPES[kind]) or isinstance(value, bool):
-            raise UnknownChoice(f"option {option} of {name} must have type {kind}, not {value!r}")
-    return dict(options)
+            raise UnknownChoice(f"option {option} of {name} must have type {kind}, not {given!r}")
+        values[option] = value
+    return MappingProxyType(values)
 
 
 def _parse_value(text: str) -> int | float | str:
@@ -196,7 +214,7 @@ _SPLIT = ("split_nonmanifold", "remove_degenerate")
 PIPELINES: dict[str, Pipeline] = {
     # debris, holes, and noise of the sensor
     "scan": Pipeline(
-        [*_CONNECT, "keep_components", ("close_holes", {"max_perimeter": 1.0}), *_SPLIT, "refine", "smooth_noise"]
+        [*_CONNECT, "keep_components", ("close_holes", {"max_perimeter": 1.1}), *_SPLIT, "refine", "smooth_noise"]
     ),
     # long triangles on flat parts, seams between patches, sharp edges to keep
     "cad": Pipeline(
@@ -207,11 +225,11 @@ PIPELINES: dict[str, Pipeline] = {
         [
             ("merge_close", {"tolerance": 1e-5}),
             *_CONNECT[1:],
-            ("close_holes", {"max_perimeter": 1.0}),
+            ("close_holes", {"max_perimeter": 1.1}),
             *_SPLIT,
             "refine",
         ]
     ),
     # dense and smooth surfaces, which fewer triangles represent as well
-    "organic": Pipeline([*_CONNECT, "close_holes", *_SPLIT, ("simplify", {"error": 0.002})]),
+    "organic": Pipeline([*_CONNECT, "close_holes", *_SPLIT, ("simplify", {"error": 0.0022})]),
 }

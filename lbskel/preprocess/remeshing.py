@@ -21,15 +21,15 @@ from lbskel.preprocess.result import (
 from lbskel.preprocess.subprocess_filter import run_in_subprocess
 from lbskel.preprocess.transfer import transfer_map
 
-REFERENCE_LENGTHS = ("diagonal", "thickness")
+REFERENCE_LENGTHS = ("diameter_bound", "thickness")
 
 THIN_FRACTION = 0.05  # fraction of the area that may be thinner than the thickness that edges are fitted to; a guess
 
 MAX_SAMPLES = 3000  # faces, at most about this many, at which the thickness is measured; a guess that bounds the time
 
-# Longest edge, relative to the diagonal, when edges are fitted to the thickness: longer ones would lose horns and ears
-# on a thick body. A guess.
-MAX_EDGE_LENGTH = 0.02
+# Longest edge, relative to the diameter bound, when edges are fitted to the thickness: longer ones would lose horns and
+# ears on a thick body. A guess, of the diagonal at first: see MAX_DISTANCE.
+MAX_EDGE_LENGTH = 0.022
 
 MAX_FACES = 2_000_000  # faces that remeshing may be asked for; a guess that bounds time and memory
 
@@ -42,7 +42,7 @@ TAUBIN_FACTORS = 0.5, -0.53
 
 @preprocess_step
 def remesh_isotropic(
-    mesh: Mesh, *, edge_length: float = 0.01, relative_to: str = "diagonal", feature_angle: float = 30.0
+    mesh: Mesh, *, edge_length: float = 0.011, relative_to: str = "diameter_bound", feature_angle: float = 30.0
 ) -> PreprocessResult:
     """Remesh a surface with nearly equilateral triangles of one size, by pymeshlab in a process of its own.
 
@@ -52,16 +52,16 @@ def remesh_isotropic(
     edge_length : float
         Target edge length, as a fraction of the length that ``relative_to`` names.
     relative_to : str
-        ``diagonal``, or ``thickness``: the local thickness that 95 % of the area exceeds; edges are then at most a
-        fiftieth of the diagonal long.
+        ``diameter_bound``, or ``thickness``: the local thickness that 95 % of the area exceeds; edges are then at most
+        2.2 % of the diameter bound long.
     feature_angle : float
         Edges whose faces have normals at a larger angle, in degrees, are kept.
 
     Returns
     -------
     PreprocessResult
-        The unchanged mesh and a note if pymeshlab fails on it, or if the surface would move by more than a fiftieth
-        of the diagonal.
+        The unchanged mesh and a note if pymeshlab fails on it, or if the surface would move by more than 2.2 % of
+        the diameter bound.
 
     Raises
     ------
@@ -76,16 +76,16 @@ def remesh_isotropic(
         raise UnknownChoice(f"edge_length must be positive and finite, not {edge_length}")
     if not 0 <= feature_angle <= 180:
         raise UnknownChoice(f"feature_angle must lie between 0 and 180 degrees, not {feature_angle}")
-    if relative_to == "diagonal":
-        length = edge_length * mesh.diagonal
+    if relative_to == "diameter_bound":
+        length = edge_length * mesh.diameter_bound
     else:
-        length = min(edge_length * _thickness_of_thin_parts(mesh), MAX_EDGE_LENGTH * mesh.diagonal)
+        length = min(edge_length * _thickness_of_thin_parts(mesh), MAX_EDGE_LENGTH * mesh.diameter_bound)
     n_faces = mesh.area / max(length, 1e-300) / max(length, 1e-300) * 4 / np.sqrt(3)
     if not n_faces < MAX_FACES:
         raise UnknownChoice(
-            f"remesh_isotropic with edge_length={edge_length:g} of the {relative_to} would make more than "
-            f"{MAX_FACES:,} faces; write the step as remesh_isotropic:edge_length=NUMBER:relative_to={relative_to} "
-            "with a larger number"
+            f"remesh_isotropic with edge_length={edge_length:g} of the {relative_to.replace('_', ' ')} would make more "
+            f"than {MAX_FACES:,} faces; write the step as "
+            f"remesh_isotropic:edge_length=NUMBER:relative_to={relative_to} with a larger number"
         )
     try:
         remeshed = run_in_subprocess("remesh_isotropic", mesh, target_length=length, feature_angle=feature_angle)
@@ -94,7 +94,7 @@ def remesh_isotropic(
     note = f"{were(len(mesh.faces), 'face')} remeshed to {len(remeshed.faces):,}"
     # its collapses keep the topology, but not a limb that is thinner than an edge
     if (distance := hausdorff_distance(mesh, remeshed)) > MAX_DISTANCE:
-        reason = f"the surface would move by {distance:.1%} of the diagonal; make edge_length smaller"
+        reason = f"the surface would move by {distance:.1%} of the diameter bound; make edge_length smaller"
         return identity_result(mesh, f"the mesh was not remeshed: {reason}")
     return transfer_map(mesh, remeshed, note)
 
@@ -102,7 +102,7 @@ def remesh_isotropic(
 def _thickness_of_thin_parts(mesh: Mesh) -> float:
     """Measure the local thickness that all but the thinnest 5 % of the area reach."""
     sample = np.arange(0, len(mesh.faces), 1 + len(mesh.faces) // MAX_SAMPLES)
-    thickness = np.minimum(local_thickness(mesh, sample), mesh.diagonal)
+    thickness = np.minimum(local_thickness(mesh, sample), mesh.diameter_bound)
     order = np.argsort(thickness)
     areas = mesh.face_areas[sample][order]
     is_reached = np.cumsum(areas) >= THIN_FRACTION * areas.sum()
@@ -126,17 +126,17 @@ def smooth_noise(mesh: Mesh, *, iterations: int = 10) -> PreprocessResult:
     Raises
     ------
     UnknownChoice
-        If the number is negative or more than a thousand.
+        If the number is negative, more than a thousand or not whole.
     """
-    if not 0 <= iterations <= MAX_ITERATIONS:
-        raise UnknownChoice(f"iterations must lie between 0 and {MAX_ITERATIONS:,}, not {iterations}")
+    if not (0 <= iterations <= MAX_ITERATIONS and iterations % 1 == 0):
+        raise UnknownChoice(f"iterations must be a whole number from 0 to {MAX_ITERATIONS:,}, not {iterations}")
     n, (i, j) = len(mesh.vertices), mesh.edges.T
     adjacency = coo_array((np.ones(2 * len(i)), (np.concatenate([i, j]), np.concatenate([j, i]))), shape=(n, n)).tocsr()
     mean = diags_array(1 / np.maximum(adjacency.sum(axis=1), 1)) @ adjacency
     is_fixed = np.bincount(i, minlength=n) + np.bincount(j, minlength=n) == 0
     is_fixed[mesh.edges[mesh.faces_per_edge != 2]] = True
     V = np.array(mesh.vertices)
-    for _ in range(iterations):
+    for _ in range(int(iterations)):
         for factor in TAUBIN_FACTORS:
             V = np.where(is_fixed[:, None], V, V + factor * (mean @ V - V))
     return PreprocessResult(

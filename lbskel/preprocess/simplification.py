@@ -1,9 +1,11 @@
-"""Simplification by edge collapses, with an exact vertex map and a check that the topology is kept.
+"""Simplification by edge collapses, with a vertex map and a check that the topology is kept.
 
 Quadric error collapses, Garland, Heckbert 1997, https://doi.org/10.1145/258734.258849, by fast-simplification, which
-returns its collapses, so that the vertex map is exact. It may change the topology or miss its target silently, so both
-are checked afterwards. If one fails, a slower schedule is tried, then, on closed manifolds, libigl's collapses of short
-edges, which keep the topology.
+returns its collapses, so that the vertex map is exact. But within an error bound, chains of collapses that cost nothing
+carry vertices along flat and ruled parts, so there :mod:`lbskel.preprocess.transfer` maps them.
+
+The library may change the topology or miss its target silently, so both are checked afterwards. If one fails, a slower
+schedule is tried, then, on closed manifolds, libigl's collapses of short edges, which keep the topology.
 """
 
 from __future__ import annotations
@@ -53,8 +55,8 @@ def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None
     target_faces : int, optional
         Number of faces to reach; the result has at most a tenth more.
     error : float, optional
-        Largest Hausdorff distance, measured at samples, as a fraction of the diagonal. Exactly one of ``target_faces``
-        and ``error`` must be given.
+        Largest Hausdorff distance, measured at samples, as a fraction of the diameter bound. Exactly one of
+        ``target_faces`` and ``error`` must be given.
 
     Returns
     -------
@@ -65,12 +67,12 @@ def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None
     Raises
     ------
     UnknownChoice
-        If neither or both are given, or the given one is not positive.
+        If neither or both are given, or the given one is not positive, or no whole number of faces.
     """
     if target_faces is not None and error is None:
-        if not target_faces > 0:
-            raise UnknownChoice(f"target_faces must be positive, not {target_faces}")
-        return _to_target(mesh, target_faces, MAX_DISTANCE)
+        if not (target_faces > 0 and target_faces % 1 == 0):
+            raise UnknownChoice(f"target_faces must be a positive whole number, not {target_faces}")
+        return _to_target(mesh, int(target_faces), MAX_DISTANCE)
     if error is None or target_faces is not None:
         raise UnknownChoice(
             "simplify needs one of target_faces and error, as the steps simplify:target_faces=2000 "
@@ -87,7 +89,7 @@ def simplify(mesh: Mesh, *, target_faces: int | None = None, error: float | None
     if best.mesh is mesh:
         note = f"{were(len(mesh.faces), 'face')} not simplified: none could be spared with error={error:g}"
         return identity_result(mesh, note)
-    return best
+    return replace(transfer_map(mesh, best.mesh, *best.notes), report=best.report)
 
 
 def _to_target(mesh: Mesh, target: int, error: float) -> PreprocessResult:
@@ -105,7 +107,7 @@ def _to_target(mesh: Mesh, target: int, error: float) -> PreprocessResult:
         if distance <= error:
             n_faces = f"{len(mesh.faces):,} faces were simplified to {len(simple.mesh.faces):,}"
             note = f"{n_faces}{', '.join(('', *simple.notes))}"
-            return replace(simple, notes=(note,), report={"deviation": distance * mesh.diagonal})
+            return replace(simple, notes=(note,), report={"deviation": distance * mesh.diameter_bound})
     note = f"{len(mesh.faces):,} faces could not be simplified to {target:,} without changing the topology or the shape"
     return identity_result(mesh, note)
 

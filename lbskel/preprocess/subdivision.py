@@ -55,7 +55,7 @@ def refine(mesh: Mesh, *, max_edge_length: float = 0.5) -> PreprocessResult:
     for _ in range(MAX_ROUNDS):
         fine = Mesh(V, F)
         is_long = _is_too_long(fine, limits)
-        if not is_long.any():
+        if not is_long.any() or len(F) >= max(MAX_FACES, len(mesh.faces)):
             break
         V, F, parent = _split_edges(fine, is_long, shorter=factor > 1)
         limits = limits[parent]
@@ -106,9 +106,13 @@ def _measure_ratios(mesh: Mesh, max_edge_length: float) -> NDArray[np.float64]:
 
 
 def _predicted_faces(ratios: NDArray[np.float64]) -> float:
-    """Predict the number of faces when every edge that is too long is halved until it is not."""
-    parts = 2.0 ** np.ceil(np.log2(np.maximum(ratios[:, 1:], 1.0)))
-    return float((parts[:, 0] * parts[:, 1]).sum())
+    """Predict the number of faces when every edge that is too long is halved until it is not.
+
+    A round divides a face into four where its three edges are too long, into three where two are, as in needles, whose
+    parts keep the length of the longer ones, and into two where one is.
+    """
+    low, middle, high = np.ceil(np.log2(np.maximum(ratios, 1.0))).T
+    return float((4.0**low * 3.0 ** (middle - low) * 2.0 ** (high - middle)).sum())
 
 
 def _is_too_long(mesh: Mesh, limits: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -10,7 +10,7 @@ from typing import Any
 import igl
 import numpy as np
 
-from lbskel.errors import choose
+from lbskel.errors import MeshError, UnknownChoice, choose
 from lbskel.geometry.mesh import Mesh
 from lbskel.preprocess.pymeshlab_adapter import remesh_isotropic
 from lbskel.shapes import solids
@@ -58,9 +58,13 @@ def mesh_solid(solid: Solid, *, n_vertices: int = 5000) -> Mesh:
 
     Raises
     ------
+    UnknownChoice
+        If the number of vertices is not positive.
     MissingDependency
         If pymeshlab is not installed.
     """
+    if not n_vertices > 0:
+        raise UnknownChoice(f"n_vertices must be positive, not {n_vertices}")
     max_length = MAX_EDGE_LENGTH * solid.radii.min()
     start, end = solid.centers[solid.segments].transpose(1, 0, 2)
     lateral_area = 2 * np.pi * np.linalg.norm(end - start, axis=1) @ solid.radii.mean(axis=1)
@@ -85,9 +89,16 @@ def chain_of_tori(genus: int = 2, *, step: float = 0.1) -> Mesh:
         Number of rings in a row, each of radius 1 with a tube of radius 0.25; for 0, a rod.
     step : float
         Side of a grid cell of marching cubes, in the same units.
+
+    Raises
+    ------
+    MeshError
+        If the step is so large that the surface has another genus.
     """
     solid = solids.rings(genus)
     raw = marching_cubes(solid, step)
+    if raw.genus != genus:
+        raise MeshError(f"with step={step:g} the surface has genus {raw.genus} in place of {genus}; make step smaller")
     return Mesh(project(solid, raw.vertices, step=step), raw.faces)
 
 
@@ -108,7 +119,7 @@ def make(name: str, *, n_vertices: int = 5000, noise: float = 0.0, seed: int = 0
     Raises
     ------
     UnknownChoice
-        If there is no shape of that name.
+        If there is no shape of that name, or the number of vertices is not positive.
     MissingDependency
         If pymeshlab is not installed.
 

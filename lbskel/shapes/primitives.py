@@ -23,6 +23,8 @@ import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lbskel.errors import MeshError
+from lbskel.geometry.arrays import checked_points
 from lbskel.geometry.mesh import Mesh
 
 
@@ -171,9 +173,19 @@ def tube(polyline: ArrayLike, radius: ArrayLike, *, sides: int = 16, rounded: bo
     sides : int
         Number of vertices in each section.
     rounded : bool
-        Whether half spheres around the first and the last point close the tube, in place of flat sections.
+        Whether half spheres around the first and the last point close the tube, in place of flat sections; with fewer
+        than 8 sides they are cones of the same height.
+
+    Raises
+    ------
+    MeshError
+        If the polyline has fewer than two points, or two neighbors that coincide.
     """
-    P = np.asarray(polyline, dtype=np.float64)
+    P = checked_points(polyline, "points of the polyline")
+    if len(P) < 2:
+        raise MeshError(f"the polyline must have two points or more, not {len(P)}")
+    if len(equal := np.flatnonzero((P[1:] == P[:-1]).all(axis=1))):
+        raise MeshError(f"points {equal[0]} and {equal[0] + 1} of the polyline, counted from 0, coincide; remove one")
     R = np.broadcast_to(np.asarray(radius, dtype=np.float64), len(P))
     poles = (P[-1], P[0])
     if rounded:

@@ -7,7 +7,7 @@ __all__ = ["coil", "tube_mesh", "vessel_tree", "with_local_noise"]
 import igl
 import numpy as np
 
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.mesh import Mesh
 from lbskel.shapes.primitives import tube
 from lbskel.shapes.restricted_delaunay import EDGE_LENGTH, mesh_tubes, volume_factor
@@ -25,14 +25,22 @@ def coil(n_turns: int, *, sides: int = 12) -> Shape:
     """Build a tube of radius 1 wound around the z axis, with rounded ends.
 
     The radius of the turns is 8, their pitch 6, so the radius over the diagonal of the box is 0.0245 for 5 turns and
-    0.00055 for 300. The polygon of a section has the area of a circle of radius 1, so the volume is that of the tube.
+    0.00055 for 300. The polygon of a section has the area of a circle of radius 1; the volume is 0.25 % below
+    that of the tube, since the sections are oblique to the chords of the axis.
 
     Parameters
     ----------
     n_turns : int
     sides : int
         Number of vertices in each section; there are 51 sections in a turn.
+
+    Raises
+    ------
+    UnknownChoice
+        If the number of turns is not positive.
     """
+    if not n_turns > 0:
+        raise UnknownChoice(f"n_turns must be positive, not {n_turns}")
     turn = 2 * np.pi * n_turns
     length = turn * np.hypot(TURN_RADIUS, PITCH / (2 * np.pi))
     t = np.linspace(0, turn, int(np.ceil(length / SECTION_SPACING)) + 1)

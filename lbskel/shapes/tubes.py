@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
+from lbskel.errors import MeshError
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
@@ -44,8 +45,15 @@ def tubular(skeleton: Skeleton) -> Skeleton:
     Parameters
     ----------
     skeleton : Skeleton
+
+    Raises
+    ------
+    MeshError
+        If no radius is known and positive.
     """
     known = skeleton.radii[np.isfinite(skeleton.radii) & (skeleton.radii > 0)]
+    if not len(known):
+        raise MeshError("no radius of the skeleton is known and positive: give it radii")
     floor = MIN_RADIUS * float(np.median(known))
     raised = np.maximum(np.nan_to_num(skeleton.radii, nan=0.0), floor)
     current = _even(Skeleton(skeleton.nodes, skeleton.edges, raised))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
+from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.mesh import Mesh
 
 
@@ -22,8 +23,16 @@ def voxel_surface(filled: ArrayLike) -> Mesh:
     Parameters
     ----------
     filled : (x, y, z) array_like of bool
+
+    Raises
+    ------
+    MeshError
+        If the array has another shape, or no voxel is filled.
     """
-    inside = np.pad(np.asarray(filled, dtype=np.float64), 1)
+    given = np.asarray(filled, dtype=np.float64)
+    if given.ndim != 3 or not given.any():
+        raise MeshError(f"filled must have shape (x, y, z) and a voxel that is filled; its shape is {given.shape}")
+    inside = np.pad(given, 1)
     x, y, z = inside.shape
     points = np.stack(np.meshgrid(*map(np.arange, (z, y, x)), indexing="ij"), axis=-1).reshape(-1, 3)[:, ::-1] - 1.0
     V, F, _ = igl.marching_cubes(inside.transpose(2, 1, 0).ravel(), points, x, y, z, 0.5)
@@ -38,8 +47,15 @@ def lattice(n: int, *, spacing: int = 3) -> Mesh:
     ----------
     n : int
     spacing : int
-        Distance of two nodes, in bar widths.
+        Distance of two nodes, in bar widths; at least 2.
+
+    Raises
+    ------
+    UnknownChoice
+        If the spacing is less than 2, which leaves no holes between the bars.
     """
+    if not spacing >= 2:
+        raise UnknownChoice(f"spacing must be at least 2, not {spacing}")
     on = np.arange(spacing * (n - 1) + 1) % spacing == 0
     return voxel_surface(sum(np.meshgrid(on, on, on, indexing="ij"), np.zeros((), dtype=np.int64)) >= 2)
 
@@ -56,7 +72,14 @@ def porous_block(size: int, *, grain: float = 1.0, filled: float = 0.5, seed: in
     filled : float
         Fraction of the voxels above the threshold.
     seed : int
+
+    Raises
+    ------
+    UnknownChoice
+        If the fraction does not lie between 0 and 1.
     """
+    if not 0 < filled <= 1:
+        raise UnknownChoice(f"filled must be above 0 and at most 1, not {filled}")
     noise = ndimage.gaussian_filter(np.random.default_rng(seed).normal(size=(size,) * 3), grain)
     return voxel_surface(_largest_part(noise > np.quantile(noise, 1 - filled)))
 

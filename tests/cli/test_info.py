@@ -34,7 +34,8 @@ def test_info_as_json_of_an_open_mesh_with_faults(here, folder):
     assert facts["zero_area_faces"] == 1
     assert facts["unused_vertices"] == 1
     assert facts["area"] == pytest.approx(1.0)
-    assert np.array(facts["bounding_box"]).tolist() == [[0, 0, 0], [9, 9, 9]]
+    assert facts["bounding_box"] == [[0, 0, 0], [2, 1, 0]]  # as the diagonal, without the unused vertex
+    assert facts["diagonal"] == pytest.approx(np.sqrt(5))
     assert facts["notes"] == ["1 polygon was cut into triangles"]
 
 

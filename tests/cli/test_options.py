@@ -102,6 +102,10 @@ def test_files_that_exist_are_refused_before_anything_is_computed(tmp_path):
     (tmp_path / "link.ply").symlink_to(tmp_path / "no" / "a.ply")
     with pytest.raises(FormatError, match=r"link\.ply: the folder .*no does not exist; create it first"):
         refuse_unwritable([(tmp_path / "link.ply", ("ply",))], force=False)
+    (tmp_path / "same.ply").symlink_to(missing)
+    for other in (str(missing), tmp_path / "folder.ply" / ".." / "missing.ply", tmp_path / "same.ply"):
+        with pytest.raises(FormatError, match=r"(missing|same)\.ply: is named for two outputs; give each"):
+            refuse_unwritable([(missing, ("ply",)), (other, ("ply",))], force=True)
     with pytest.raises(FormatError, match=r"there\.ply exists already; give --force to replace it"):
         refuse_unwritable([(missing, ("ply",)), (str(there), ("ply",))], force=False)
 

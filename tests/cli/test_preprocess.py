@@ -38,6 +38,14 @@ def test_an_existing_file_is_kept(here, folder):
     assert (folder / "out.ply").read_text() == "mine"
 
 
+def test_two_outputs_of_one_name_are_refused(here, folder):
+    np.savetxt(folder / "points.xyz", torus(1.0, 0.3).vertices)
+    arguments = ("points.xyz", "-o", "a.npy", "--map", "./a.npy", "--preprocess", "voxel:cell=0.1")
+    code, _, [line] = here("preprocess", *arguments)
+    assert (code, line) == (2, "lbskel: a.npy: is named for two outputs; give each a name of its own")
+    assert not (folder / "a.npy").exists()
+
+
 def test_an_unknown_step_is_named(here):
     code, _, err = here("preprocess", "rod.off", "-o", "out.ply", "--preprocess", "polish")
     assert code == 2

@@ -44,6 +44,11 @@ def test_indices_must_be_those_of_vertices(index):
         checked_triangles([[0, 1, 2], [0, 1, index]], 3)
 
 
+def test_rows_of_different_lengths_are_no_triangles():
+    with pytest.raises(MeshError, match=r"shape \(m, 3\), not rows of different lengths; as_mesh"):
+        checked_triangles([[0, 1, 2], [0, 1]], 3)
+
+
 def test_read_only_returns_the_same_array():
     array = np.zeros(3)
     assert read_only(array) is array

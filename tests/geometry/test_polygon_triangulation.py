@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from lbskel import as_mesh, read_mesh
 from lbskel.geometry.polygon_triangulation import min_area_triangulation
@@ -70,9 +71,30 @@ def test_convex_polygons_stay_fans():
     assert mesh.faces.tolist() == [[0, k, k + 1] for k in range(1, 8)]
 
 
-def test_a_polygon_of_too_many_corners_becomes_a_fan():
-    outline = star(100_000)  # the tables of areas would take 80 gigabytes
-    assert len(as_mesh((outline, [list(range(len(outline)))])).faces) == 99_998
+@pytest.mark.parametrize("normal", [[0, 0, 1], [0, 0, -1], [1, 0, 0], [-3, 1, 2]])
+def test_polygons_of_many_corners_are_triangulated_in_their_plane(normal):
+    """A star of 2,000 corners, for which the tables of areas have four million entries, between two polygons."""
+    turn, _ = Rotation.align_vectors([normal], [[0, 0, 1]])
+    outline = turn.apply(star(2000))
+    mesh = as_mesh((1e3 + np.concatenate([outline, outline[:3]]), [[0, 1, 2], list(range(2000)), [2000, 2001, 2002]]))
+    assert mesh.notes == ("1 polygon was cut into triangles",)
+    assert mesh.face_areas[1:-1].sum() == pytest.approx(outline_area(star(2000)))
+    assert (mesh.face_normals[1:-1] @ normal > 0).all()
+    assert np.array_equal(mesh.polygon_of_face, np.repeat([0, 1, 2], [1, 1998, 1]))
+    assert set(mesh.faces[1:-1].ravel()) == set(range(2000))
+
+
+def test_a_long_outline_that_crosses_itself_is_told():
+    x = np.linspace(0, 4 * np.pi, 200)
+    wave = np.stack([x, np.sin(x), 0 * x], axis=1)
+    outline = np.concatenate([wave, wave[::-1] * [1, -1, 1]])
+    mesh = as_mesh((outline, [list(range(400))]))
+    assert len(mesh.faces) == 398
+    [_, note] = mesh.notes
+    assert note == (
+        "1 polygon was cut into triangles that overlap, the first of them polygon 0: its outline of 400 corners "
+        "crosses itself"
+    )
 
 
 def test_a_polygon_whose_chords_are_all_forbidden_has_no_triangulation():

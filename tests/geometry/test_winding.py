@@ -6,7 +6,7 @@ import pytest
 
 from lbskel import Mesh
 from lbskel.geometry.winding import winding_numbers_of
-from lbskel.shapes import sphere, torus
+from lbskel.shapes import sphere, torus, voxel_surface
 
 BALL = sphere(3)
 POINTS = np.random.default_rng(5).uniform(-1.3, 1.3, (300, 3))
@@ -48,6 +48,26 @@ def test_a_surface_with_few_holes_is_closed_by_as_many_faces_as_rim_edges():
     open_ball = cut(BALL, below=0.8)
     trees = winding_numbers_of(open_ball)
     assert len(trees.closed.order) == len(open_ball.faces) + (open_ball.faces_per_edge == 1).sum()
+
+
+def test_points_on_the_fans_have_the_sums_of_solid_angles():
+    """The fans of a block without two adjacent sides go through its inside, and so do planes of symmetric shapes."""
+    block = voxel_surface(np.ones((4, 4, 4)))
+    x, _, z = block.vertices[block.faces].mean(axis=1).T
+    block = Mesh(block.vertices, block.faces[(x < 3.4) & (z < 3.4)])
+    trees = winding_numbers_of(block)
+    on_fans = np.concatenate([trees.fans.corners.reshape(-1, 3, 3).mean(axis=1), [[1.5, 0.5, 1.5]]])
+    found = trees.around(np.concatenate([on_fans, on_fans + 1e-8]))
+    expected = igl.winding_number(block.vertices, block.faces, on_fans)
+    assert found == pytest.approx(np.tile(expected, 2), abs=0.02)
+
+
+@pytest.mark.parametrize(("scale", "shift"), [(1.0, 1e7), (1e-30, 0.0), (1e25, 0.0)])
+def test_winding_numbers_depend_neither_on_the_origin_nor_on_the_unit(scale, shift):
+    """The trees of libigl have single precision: 8 digits, and magnitudes from 1e-38 to 1e38."""
+    half = SURFACES["half"]
+    moved = half.with_vertices(scale * half.vertices + shift)
+    assert winding_numbers_of(moved).around(scale * POINTS + shift) == pytest.approx(exact(half), abs=0.02)
 
 
 def test_unconnected_faces_get_the_tree_of_libigl():

@@ -209,8 +209,8 @@ def test_extracted_faces_keep_their_positions(ring):
     assert result.notes == ("two faces were kept",)
 
 
-def test_the_tolerance_is_relative_to_the_diagonal():
-    """A rectangle of diagonal 5, with a corner twice, 0.04 apart: less than a hundredth, more than a thousandth."""
+def test_the_tolerance_is_relative_to_the_diameter_bound():
+    """A rectangle of diameter bound 5, with a corner twice, 0.04 apart: between a thousandth and a hundredth."""
     V = np.array([[0.0, 0, 0], [3, 0, 0], [3, 4, 0], [0, 4, 0], [0.04, 0, 0]])
     mesh = Mesh(V, [[0, 1, 2], [4, 2, 3]])
     assert len(merge_close(mesh, tolerance=0.01).mesh.vertices) == 4

@@ -52,7 +52,7 @@ def test_the_text_is_that_of_the_command_line():
     lines = str(report).splitlines()
     assert lines[0] == "960 vertices, 1,920 faces, 1 component: genus 1"
     assert lines[1].startswith("  edges     shortest, median and longest ")
-    assert lines[1].endswith(f"of the diagonal, {TORUS.diagonal:.6g}")
+    assert lines[1].endswith(f"of the diameter bound, {TORUS.diameter_bound:.6g}")
     assert lines[2] == f"  angles    {report.min_angle_deg:.2g} to {report.max_angle_deg:.4g} degrees"
     assert lines[3:] == ["  found     Nothing that prevents a skeleton."]
     holed = str(check(Mesh(TORUS.vertices, TORUS.faces[1:])))
@@ -72,9 +72,10 @@ def test_vertices_and_faces_and_paths_are_taken(tmp_path):
     assert check(tmp_path / "ring.ply").genera == (1,)
 
 
-def test_angles_are_in_degrees_and_edges_relative_to_the_diagonal():
-    """A right triangle with sides 3, 4 and 5; the longest is the diagonal of its bounding box."""
+def test_angles_are_in_degrees_and_edges_relative_to_the_diameter_bound():
+    """A right triangle with sides 3, 4 and 5, whose centroid is (1, 4/3)."""
     report = check(Mesh([[0, 0, 0], [3, 0, 0], [0, 4, 0]], [[0, 1, 2]]))
     assert (report.min_angle_deg, report.max_angle_deg) == pytest.approx((np.degrees(np.arctan(0.75)), 90.0))
-    assert (report.shortest_edge, report.median_edge, report.longest_edge) == pytest.approx((0.6, 0.8, 1.0))
-    assert (report.diagonal, report.area, report.volume) == (5.0, 6.0, None)
+    bound = 2 * np.hypot(1, 8 / 3)
+    assert bound * np.array([report.shortest_edge, report.median_edge, report.longest_edge]) == pytest.approx([3, 4, 5])
+    assert (report.diameter_bound, report.area, report.volume) == (pytest.approx(bound), 6.0, None)

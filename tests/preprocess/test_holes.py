@@ -30,9 +30,7 @@ def test_a_surface_with_many_missing_faces_is_closed(seed):
     result = close_holes(given, max_perimeter=2.0)
     assert result.mesh.is_closed
     assert result.mesh.is_edge_manifold
-    assert (
-        hausdorff_distance(ball, result.mesh) < 0.1
-    )  # holes are two or three edges of 0.15 wide, of a diagonal of 3.5
+    assert hausdorff_distance(ball, result.mesh) < 0.1  # holes are two or three edges of 0.15 wide, of a bound of 2
 
 
 def neighbors_of_face(mesh, face):
@@ -115,12 +113,12 @@ def test_a_filled_hole_has_the_orientation_of_its_surface():
     assert (np.einsum("ij,ij->i", filled.face_normals[new], filled.vertices[filled.faces[new, 0]]) > 0).all()
 
 
-def test_the_limit_is_the_perimeter_relative_to_the_diagonal():
+def test_the_limit_is_the_perimeter_relative_to_the_diameter_bound():
     """The ends of a pipe are polygons of 24 chords."""
     pipe = cylinder(0.3, 2.0, 24, 8)
     perimeter = 24 * 2 * 0.3 * np.sin(np.pi / 24)
-    assert close_holes(pipe, max_perimeter=0.99 * perimeter / pipe.diagonal).mesh is pipe
-    assert close_holes(pipe, max_perimeter=1.01 * perimeter / pipe.diagonal).mesh.genus == 0
+    assert close_holes(pipe, max_perimeter=0.99 * perimeter / pipe.diameter_bound).mesh is pipe
+    assert close_holes(pipe, max_perimeter=1.01 * perimeter / pipe.diameter_bound).mesh.genus == 0
 
 
 def test_a_folded_sheet_of_two_triangles_stays_open():

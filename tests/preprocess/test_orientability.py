@@ -7,7 +7,7 @@ from helpers import joined, moved
 
 from benchmarks.damage import damaged
 from lbskel import Mesh, MeshError, Skeleton, check, score, skeletonize
-from lbskel.preprocess.orientability import no_inside
+from lbskel.preprocess.orientability import _orientation_seam, no_inside
 from lbskel.refinement.radii import own_radii
 from lbskel.shapes import capsule, flat_grid, sphere, torus
 
@@ -68,6 +68,17 @@ def test_a_body_with_a_twisted_handle_is_contracted():
     assert no_inside(given) is None
     assert check(given).is_advised
     assert len(skeletonize(given).nodes) > 0
+
+
+def test_a_body_with_a_one_sided_defect_is_accepted_far_from_the_origin():
+    """Two faces of a ball are joined by a handle that is glued the wrong way round."""
+    ball = sphere(3)
+    (a, b, c), (d, e, f) = ball.faces[[100, 700]]
+    handle = [[a, d, e], [a, e, b], [b, e, f], [b, f, c], [c, f, d], [c, d, a]]
+    mesh = Mesh(ball.vertices, np.concatenate([np.delete(ball.faces, [100, 700], axis=0), handle]))
+    assert len(_orientation_seam(mesh))
+    assert no_inside(mesh) is None
+    assert no_inside(mesh.with_vertices(mesh.vertices + 1e6)) is None
 
 
 def test_randomly_reversed_faces_are_accepted():

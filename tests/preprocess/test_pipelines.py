@@ -1,10 +1,13 @@
 """Pipelines as text, as TOML and in Python; the presets; what every step has in common."""
 
+import copy
 import json
+import pickle
 
 import numpy as np
 import pytest
 from helpers import joined, triangle_soup, without_faces
+from scipy.spatial.transform import Rotation
 
 from benchmarks.preprocessing import from_clean, scanned
 from lbskel import FormatError, Mesh, Pipeline, UnknownChoice, skeletonize
@@ -12,7 +15,7 @@ from lbskel.cli.main import main
 from lbskel.io import read_mesh, write_mesh
 from lbskel.preprocess import PIPELINES, STEPS, preprocess_mesh
 from lbskel.preprocess.result import hausdorff_distance
-from lbskel.shapes import cylinder, flat_grid, make, torus
+from lbskel.shapes import cylinder, flat_grid, make, torus, voxel_surface
 
 TORUS = torus(1.0, 0.4, 40, 24)
 
@@ -25,6 +28,52 @@ def test_a_pipeline_and_its_text_are_equivalent():
     assert str(pipeline) == text
     for preset in PIPELINES.values():
         assert str(Pipeline.parse(str(preset))) == str(preset)
+
+
+@pytest.mark.parametrize(
+    "step",
+    [
+        "close_holes:max_perimeter=0.5",
+        "merge_close:tolerance=0.018",
+        "remesh_isotropic:edge_length=0.1",
+    ],
+)
+def test_a_step_does_the_same_to_a_cube_on_its_corner(step):
+    """The diagonal of its box is 10.4, on its corner 15.4; the perimeter of its hole is 6.8, and a gap 0.23 wide."""
+    if "remesh" in step:
+        pytest.importorskip("pymeshlab")
+    cube = voxel_surface(np.ones((6, 6, 6)))
+    near = np.flatnonzero(np.linalg.norm(cube.vertices - cube.vertices.mean(axis=0), axis=1) < 3.2)[0]
+    cube = without_faces(cube, np.flatnonzero((cube.faces == near).any(axis=1)))
+    slit = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.23, 0, 0], [0, 0.23, 1]], [[0, 1, 2], [3, 4, 1]])
+    mesh = joined(cube, slit.with_vertices(slit.vertices + cube.vertices.mean(axis=0)))
+    turn, _ = Rotation.align_vectors([[0, 0, 1]], [[1, 1, 1]])
+    turned = mesh.with_vertices(mesh.vertices @ turn.as_matrix().T)
+    assert turned.diagonal > 1.4 * mesh.diagonal
+    results = [Pipeline.parse(step)(each) for each in (mesh, turned)]
+    n, n_turned = (len(result.mesh.faces) + len(result.mesh.vertices) for result in results)
+    assert n_turned == pytest.approx(n, rel=0.05 if "remesh" in step else 0)
+    distance, distance_turned = (result.report["distance"] for result in results)
+    assert distance_turned == pytest.approx(distance, abs=0.001 if "remesh" in step else 1e-9)
+
+
+@pytest.mark.parametrize("steps", [None, [("simplify",)], [("simplify", 5)], [3]])
+def test_steps_are_names_or_pairs(steps):
+    with pytest.raises(UnknownChoice, match="steps must be a list of names, or of pairs of a name and a mapping"):
+        Pipeline(steps)
+
+
+def test_numbers_of_numpy_and_whole_ones_are_numbers():
+    options = {"target_faces": np.int64(500), "error": np.float32(0.5)}
+    assert str(Pipeline([("simplify", options)])) == "simplify:target_faces=500:error=0.5"
+    assert str(Pipeline.parse("simplify:target_faces=1e3")) == "simplify:target_faces=1000"
+
+
+def test_a_pipeline_does_not_change():
+    parsed = Pipeline.parse("cad")
+    with pytest.raises(TypeError):
+        parsed.steps[-1][1]["edge_length"] = 9
+    assert str(pickle.loads(pickle.dumps(parsed))) == str(copy.deepcopy(parsed)) == str(PIPELINES["cad"])
 
 
 def test_a_pipeline_is_read_from_toml(tmp_path):
@@ -106,7 +155,7 @@ def test_the_scan_preset_keeps_the_shape_of_a_coarse_mesh():
     given = torus(1.0, 0.4, 9, 5)
     start, end = given.vertices[given.edges].transpose(1, 0, 2)
     assert np.linalg.norm(end - start, axis=1).max() > 0.2 * given.diagonal
-    assert hausdorff_distance(given, PIPELINES["scan"](given).mesh) < 0.02
+    assert hausdorff_distance(given, PIPELINES["scan"](given).mesh) < 0.03
 
 
 @pytest.mark.parametrize("name", ["tripod", "spiked_ring"])
@@ -153,7 +202,7 @@ def test_options_out_of_range_are_rejected(name, options, ring):
 
 def test_check_and_preprocess_on_the_command_line(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    write_mesh("ring.ply", without_faces(TORUS, range(7)))
+    write_mesh("ring.ply", without_faces(TORUS, range(4)))
     write_mesh("sheet.ply", flat_grid())
     assert main(["check", "ring.ply"]) == 0
     assert "1 hole in the surface" in capsys.readouterr().out

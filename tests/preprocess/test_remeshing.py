@@ -35,7 +35,7 @@ def test_remeshing_makes_edges_of_the_target_length():
     pytest.importorskip("pymeshlab")
     result = remesh_isotropic(TORUS, edge_length=0.05, feature_angle=180.0)
     start, end = result.mesh.vertices[result.mesh.edges].transpose(1, 0, 2)
-    assert np.linalg.norm(end - start, axis=1).mean() == pytest.approx(0.05 * TORUS.diagonal, rel=0.1)
+    assert np.linalg.norm(end - start, axis=1).mean() == pytest.approx(0.05 * TORUS.diameter_bound, rel=0.1)
     assert result.mesh.genus == 1
     back = result.pull_back(np.array(result.mesh.vertices))
     # chords of 0.15 on a tube of radius 0.4 lie 0.15^2 / 3.2 below it
@@ -60,6 +60,12 @@ def test_lengths_and_angles_are_checked(options):
         remesh_isotropic(TORUS, **options)
 
 
+@pytest.mark.parametrize("iterations", [-1, 2.5, 1001, np.nan])
+def test_iterations_are_a_whole_number(iterations):
+    with pytest.raises(UnknownChoice, match="iterations must be a whole number from 0 to 1,000, not"):
+        smooth_noise(TORUS, iterations=iterations)
+
+
 def test_an_edge_that_would_make_too_many_faces_is_refused_with_the_syntax_of_another():
-    with pytest.raises(UnknownChoice, match=r"remesh_isotropic:edge_length=NUMBER:relative_to=diagonal"):
+    with pytest.raises(UnknownChoice, match=r"remesh_isotropic:edge_length=NUMBER:relative_to=diameter_bound"):
         remesh_isotropic(TORUS, edge_length=1e-5)

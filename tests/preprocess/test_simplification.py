@@ -13,6 +13,7 @@ from lbskel.preprocess import simplification, simplify
 from lbskel.preprocess.result import hausdorff_distance
 from lbskel.preprocess.simplification import _vertex_map_of_collapses, fewest_faces
 from lbskel.shapes import capsule, chain_of_tori, cylinder, lattice, make, sphere, torus
+from lbskel.shapes.primitives import join_rings
 
 SHAPES = {
     "torus": torus(1.0, 0.3, 96, 40),
@@ -99,6 +100,8 @@ def test_a_mesh_whose_topology_forbids_the_target_is_returned_unchanged():
 
 
 def test_a_target_must_be_positive():
+    with pytest.raises(UnknownChoice, match=r"positive whole number, not 100\.5"):
+        simplify(SHAPES["torus"], target_faces=100.5)
     with pytest.raises(UnknownChoice, match="positive"):
         simplify(sphere(2), target_faces=0)
 
@@ -175,6 +178,23 @@ def test_simplifying_by_error_respects_the_bound():
     result = simplify(mesh, error=0.01)
     assert len(result.mesh.faces) < 0.3 * len(mesh.faces)
     assert hausdorff_distance(mesh, result.mesh) <= 0.01
+
+
+def test_within_an_error_bound_vertices_are_mapped_by_their_place():
+    """The sides of a square rod are flat: along them collapses cost nothing."""
+    t = np.arange(16) / 16
+    outline = np.concatenate([np.stack([0 * t, t], 1), np.stack([t, 1 + 0 * t], 1)])
+    outline = np.concatenate([outline, 1 - outline])
+    z = np.linspace(0, 8, 65)
+    rings = np.concatenate(
+        [np.broadcast_to(outline, (65, 64, 2)), np.broadcast_to(z[:, None, None], (65, 64, 1))], axis=2
+    )
+    rod = join_rings(rings)
+    simple = simplify(rod, error=0.02)
+    assert len(simple.mesh.faces) < len(rod.faces) / 20
+    back = simple.pull_back(np.array(simple.mesh.vertices))
+    assert np.linalg.norm(back - rod.vertices, axis=1).max() < 0.02 * rod.diameter_bound
+    assert patches_are_connected(rod, simple.vertex_map.indices)
 
 
 def test_libigl_simplifies_where_fast_simplification_fails(monkeypatch):

@@ -52,9 +52,9 @@ def test_within_a_number_of_faces_the_shorter_diagonals_make_fewer(monkeypatch):
 
 
 def test_a_flat_part_has_the_radius_of_its_triangles(rod):
-    """Its edges are divided at most as those of a part of a quarter of that radius: in 8, so a face in 64."""
+    """Its edges are nine times as long as they may be: they are divided in 16, and needles, as all here, in 3^4."""
     flat = rod.with_vertices(rod.vertices * [1, 1, 1e-3])
-    assert len(flat.faces) < len(refine(flat).mesh.faces) <= 64 * len(flat.faces)
+    assert len(flat.faces) < len(refine(flat).mesh.faces) <= 3**4 * len(flat.faces)
 
 
 def relative_lengths(mesh, radius_at):
@@ -76,6 +76,24 @@ def test_beyond_the_number_of_faces_all_parts_are_coarser_by_one_factor(monkeypa
     is_thick = limited.vertices[limited.faces][:, 0, 0] < 1.5
     # halving leaves edges between half the limit and the limit
     assert 0.5 < lengths[is_thick].max() / lengths[~is_thick].max() < 2
+
+
+def test_the_faces_of_needles_are_predicted():
+    """Of 100 sides; 50 long and 1 thick: in five rounds each of the 200 needles is divided into three."""
+    pipe = tube([[0, 0, 0], [0, 0, 50]], 1.0, sides=100)
+    assert subdivision._predicted_faces(subdivision._length_ratios(pipe, 0.8)) == 200 + 200 * 3**5
+    fine = refine(pipe, max_edge_length=0.8).mesh
+    assert len(fine.faces) == 200 + 200 * 3**4  # one round fewer, for no more than 26,000
+    assert fine.edge_lengths.max() == pytest.approx(50 / 2**4, rel=0.01)
+    thick = tube([[0, 0, 0], [0, 0, 50]], 1.0, sides=16)
+    assert refine(thick, max_edge_length=0.8).mesh.edge_lengths.max() < 1.6
+
+
+def test_no_round_follows_once_there_are_enough_faces(monkeypatch):
+    mesh = torus(1.0, 0.1, 20, 5)
+    monkeypatch.setattr(subdivision, "MAX_FACES", 1000)
+    monkeypatch.setattr(subdivision, "_predicted_faces", lambda ratios: 0.0)
+    assert 1000 <= len(refine(mesh, max_edge_length=0.01).mesh.faces) <= 4000
 
 
 def test_a_mesh_of_more_faces_is_left_as_it_is(monkeypatch):

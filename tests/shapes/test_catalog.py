@@ -7,7 +7,7 @@ import igl
 import numpy as np
 import pytest
 
-from lbskel.errors import MissingDependency, UnknownChoice
+from lbskel.errors import MeshError, MissingDependency, UnknownChoice
 from lbskel.shapes import SHAPES, VARIANTS, chain_of_tori, make, mesh_solid, solid_of
 from lbskel.shapes.catalog import MAX_EDGE_LENGTH
 
@@ -150,3 +150,10 @@ def test_noise_is_measured_in_mean_edge_lengths():
         deviations.append(np.linalg.norm(noisy.vertices - clean.vertices, axis=1).std() / _mean_edge(clean))
     # |normal deviate| has the standard deviation sqrt(1 - 2 / pi)
     assert deviations == pytest.approx([0.1 * np.sqrt(1 - 2 / np.pi)] * 2, rel=0.1)
+
+
+def test_a_step_that_changes_the_genus_and_no_vertices_are_refused():
+    with pytest.raises(MeshError, match=r"with step=0\.4 the surface has genus 0 in place of 2; make step smaller"):
+        chain_of_tori(2, step=0.4)
+    with pytest.raises(UnknownChoice, match="n_vertices must be positive, not 0"):
+        make("knot", n_vertices=0)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from lbskel import MeshError
 from lbskel.shapes import capsule, cylinder, flat_grid, schwarz_lantern, sphere, torus, tube
 
 ROUNDING = 1e-12  # coordinates near 1
@@ -138,3 +139,16 @@ def test_rounded_ends_are_half_spheres(sides):
     assert np.abs(np.linalg.norm(below, axis=1) - 0.3).max() < ROUNDING
     assert np.abs(np.linalg.norm(above, axis=1) - 0.2).max() < ROUNDING
     assert (along.min(), along.max()) == pytest.approx((-0.3, 3.2))
+
+
+@pytest.mark.parametrize(
+    ("polyline", "message"),
+    [
+        ([[0, 0, 0]], "must have two points or more, not 1"),
+        ([[0, 0, 1], [0, 0, 0], [0, 0, 0], [1, 0, 0]], "points 1 and 2 of the polyline, counted from 0, coincide"),
+        ([[0, 0, 0], [np.nan, 0, 0]], "points of the polyline 1 have NaN"),
+    ],
+)
+def test_the_fault_of_a_polyline_is_named(polyline, message):
+    with pytest.raises(MeshError, match=message):
+        tube(polyline, 1.0)

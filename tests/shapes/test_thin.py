@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lbskel import Skeleton
+from lbskel import MeshError, Skeleton, UnknownChoice
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import inside_fraction
 from lbskel.shapes import coil, tube_mesh, vessel_tree, with_local_noise
@@ -83,3 +83,15 @@ def test_noise_is_in_proportion_to_the_local_edge_length():
     assert (moved / local).mean() == pytest.approx(0.1 * np.sqrt(2 / np.pi), rel=0.05)
     thin, thick = (local < np.percentile(local, 20)), (local > np.percentile(local, 80))
     assert moved[thick].mean() / moved[thin].mean() == pytest.approx(local[thick].mean() / local[thin].mean(), rel=0.15)
+
+
+def test_a_coil_has_turns_and_tubes_have_radii():
+    with pytest.raises(UnknownChoice, match="n_turns must be positive, not 0"):
+        coil(0)
+    with pytest.raises(MeshError, match="no radius of the skeleton is known and positive"):
+        tube_mesh(Skeleton([[0, 0, 0], [0, 0, 9]], [[0, 1]], [np.nan, np.nan]))
+
+
+def test_the_volume_of_a_coil_is_a_quarter_of_a_per_cent_below_that_of_its_tube():
+    length = 2 * np.pi * 5 * np.hypot(8, 3 / np.pi)
+    assert coil(5, sides=40).mesh.volume == pytest.approx(0.9975 * (np.pi * length + 4 * np.pi / 3), rel=3e-4)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from lbskel import MeshError, UnknownChoice
 from lbskel.shapes import brush, lattice, perforated_plate, porous_block, voxel_surface, voxel_tree
 
 
@@ -51,3 +52,13 @@ def test_a_porous_block_is_one_closed_surface_of_high_genus(grain):
     assert mesh.genus >= 5
     again = porous_block(14, grain=grain)
     assert np.array_equal(mesh.vertices, again.vertices)
+
+
+def test_what_leaves_no_voxels_or_no_holes_is_refused():
+    for filled in (np.ones((3, 3)), np.zeros((2, 2, 2))):
+        with pytest.raises(MeshError, match=r"filled must have shape \(x, y, z\) and a voxel"):
+            voxel_surface(filled)
+    with pytest.raises(UnknownChoice, match="spacing must be at least 2, not 1"):
+        lattice(3, spacing=1)
+    with pytest.raises(UnknownChoice, match="filled must be above 0 and at most 1, not 0"):
+        porous_block(4, filled=0)
