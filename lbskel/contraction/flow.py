@@ -24,7 +24,7 @@ from lbskel.contraction.result import Contraction, Status, Step
 from lbskel.contraction.settings import PRESETS, ContractionSettings
 from lbskel.contraction.stop_rules import RULES
 from lbskel.contraction.weights import ATTRACTIONS, INITIAL_WEIGHT_RULES, mean_ring_area, ring_areas, ring_shrinkage
-from lbskel.errors import MeshError, SolveError, UnknownChoice
+from lbskel.errors import MeshError, SolveError, UnknownChoice, choose
 from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.geometry.mesh import Mesh, PointCloud, as_mesh
 from lbskel.geometry.point_stars import PointStars
@@ -44,7 +44,7 @@ MAX_ASYMMETRY = 1e-12  # entries of |A - A^T| relative to the largest entry that
 
 def contract(
     mesh: Any,
-    settings: ContractionSettings = PRESETS["curvature_flow"],
+    settings: ContractionSettings | str = "curvature_flow",
     *,
     on_step: Callable[[Step, Mesh], None] | None = None,
     time_limit: float | None = None,
@@ -60,7 +60,8 @@ def contract(
     mesh : Mesh, PointCloud, (vertices, faces), path or mesh object
         One connected surface, closed or open; whatever :func:`lbskel.as_mesh` takes. A cloud, or the vertices of a mesh
         where the operator is one of stars, become a :class:`~lbskel.geometry.point_stars.PointStars`.
-    settings : ContractionSettings
+    settings : ContractionSettings or str
+        Or a name in PRESETS.
     on_step : callable, optional
         Called after each step that was kept, with its record and the present mesh, scaled to diameter bound 1.
     time_limit : float, optional
@@ -78,8 +79,8 @@ def contract(
     MeshError
         If the input is no mesh or has no area, or the operator is not defined on it.
     UnknownChoice
-        If the operator is not symmetric, at the start or at a later step, and the energy needs it to be; without
-        roll-back that is not checked.
+        If the operator is not symmetric at the first step, and the energy needs it to be; without roll-back that is
+        not checked. If no preset has that name.
     OperatorError
         If a function given as the operator returns no Laplacian of the mesh, or one with the wrong sign.
 
@@ -95,6 +96,8 @@ def contract(
     >>> contraction.status.value, contraction.steps[-1].volume_ratio < 1e-4
     ('the volume fell below its target', True)
     """
+    if isinstance(settings, str):
+        settings = choose(PRESETS, settings, "preset")
     mesh = _contractible(mesh, settings)
     center, scale = mesh.centroid, mesh.diameter_bound
     if not (scale > 0 and mesh.area > 0):
@@ -168,8 +171,14 @@ def _run_steps(
         weight = np.minimum(weights[now.kept] if isinstance(weights, np.ndarray) else weights, max_weight)
         system = _step_system(start, now, laplacian, weight, degenerate, settings)
         may_be_asymmetric = not steps or len(laplacian.treated_vertices)  # the operator may have replaced rows
-        if may_be_asymmetric and settings.rollback and settings.energy == "curvature_flow":
-            _require_symmetric(system, settings)
+        needs_symmetry = settings.rollback and settings.energy == "curvature_flow"
+        if needs_symmetry and may_be_asymmetric and not _is_symmetric(system):
+            if steps:
+                return result(Status.NOT_SYMMETRIC)
+            raise UnknownChoice(
+                f"the operator {settings.operator!r} is not symmetric, which the energy {settings.energy!r} needs; "
+                "use the energy 'least_squares', whose equations are symmetric for any operator, or another operator"
+            )
         if deadline.seconds_left < 0:
             return result(Status.TIME_LIMIT)
         try:
@@ -272,10 +281,6 @@ def _step_system(
     return ENERGIES[settings.energy](step)
 
 
-def _require_symmetric(system: LinearSystem, settings: ContractionSettings) -> None:
-    """Raise UnknownChoice if the system is not symmetric, since its operator is not."""
-    if abs(system.A - system.A.T).max() > MAX_ASYMMETRY * abs(system.A).max():
-        raise UnknownChoice(
-            f"the operator {settings.operator!r} is not symmetric, which the energy {settings.energy!r} needs; "
-            "use the energy 'least_squares', whose equations are symmetric for any operator, or another operator"
-        )
+def _is_symmetric(system: LinearSystem) -> bool:
+    """Whether the system is symmetric up to rounding, as it is if its operator is."""
+    return bool(abs(system.A - system.A.T).max() <= MAX_ASYMMETRY * abs(system.A).max())

@@ -42,10 +42,11 @@ class Status(str, Enum):
     BOX_GREW = "the bounding box began to grow, the last good step was kept"
     NOT_FINITE = "a coordinate was no longer finite, the last good step was kept"
     NOT_SOLVED = "the system could no longer be solved, the last good step was kept"
+    NOT_SYMMETRIC = "the operator became asymmetric, which least_squares allows, the last good step was kept"
     TIME_LIMIT = "the time limit was reached, the last good step was kept"
 
 
-FAILURES = (Status.AREA_GREW, Status.BOX_GREW, Status.NOT_FINITE, Status.NOT_SOLVED)
+FAILURES = (Status.AREA_GREW, Status.BOX_GREW, Status.NOT_FINITE, Status.NOT_SOLVED, Status.NOT_SYMMETRIC)
 
 
 @dataclass(frozen=True)
