@@ -34,7 +34,7 @@ DOMAINS: dict[str, Mapping[str, Any]] = {
     "neuron": {"min_loop": 60.0, "join": "all", "radius_kind": "mean"},
     "vessel": {"min_loop": 12.0},
     "plant": {"min_loop": 12.0},
-    "character": {"min_branch_ratio": 2.0},
+    "character": {"min_loop": 12.0},
     "cad": {"tip_position": "surface"},
 }
 """Options by domain.
@@ -43,10 +43,8 @@ DOMAINS: dict[str, Mapping[str, Any]] = {
   touching neurites leave loops, and a cell has none. Of the 29 and 40 loops of two hemibrain neurons 17 and 25 are
   longer; opening the others lowers the F-score of the cable by 0.002. These numbers are not in a committed table.
   Radii are mean ones, as those of a tracing; benchmarks/results/neurons.md has the errors of both kinds.
-- ``vessel``, ``plant``: no loops shorter than 12 radii, such as those where vessels touch or noise has made a handle.
-  The ring around a tunnel as wide as its tube is thick has a length of 4 pi radii.
-- ``character``: no branches that reach less than two local radii from their junction, such as those of ears and folds,
-  which are not bones.
+- ``vessel``, ``plant``, ``character``: no loops shorter than 12 radii, such as those where limbs touch or noise has
+  made a handle. The ring around a tunnel as wide as its tube is thick has a length of 4 pi radii.
 - ``cad``: branches that end on the surface, since the length of the part is measured.
 """
 
