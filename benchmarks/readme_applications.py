@@ -47,7 +47,7 @@ Regions move rigidly, hard or soft; a rotation of all of them is exact with `ara
 the diagonal; as-rigid-as-possible energies agree with those of libigl's rotations in double precision to {double}, and
 with `igl.arap_solve`, which fits them in single precision, to {single}. At {faces:,} faces an iteration takes
 {own:.0f} ms of processor time, libigl's {libigl:.0f} ([editing](benchmarks/results/applications_editing.md)). The
-default weights are those of `robust`: cotangents throw a surface off where triangles are flat. A fine surface buckles
+default weights are those of `robust`: cotangents throw a surface off where triangles are thin. A fine surface buckles
 under many iterations of `arap`, and `similarity` lets limbs grow.
 """
 SPECTRA = """
@@ -141,8 +141,8 @@ def _editing(results: Path) -> Figures:
     exact = [row for row in tables["exactness"] if row["method"] in ("arap", "similarity", "rotated")]
     exact_to = values(exact, "rotation by 120 degrees")
     claim(max(exact_to) < 1e-12, "a rotation of all regions is exact with arap, similarity and rotated")
-    flat = {row["operator"]: row["caps"] for row in read(results, "applications_editing", "operators")}
-    claim(flat["`cotangent`"] > 10 * flat["`robust`"], "cotangents throw a surface off where triangles are flat")
+    thin = {row["operator"]: row["needles"] for row in read(results, "applications_editing", "operators")}
+    claim(thin["`cotangent`"] > 10 * thin["`robust`"], "cotangents throw a surface off where triangles are thin")
     seconds = {row["tool"]: row for row in tables["seconds"]}
     displacements = read(results, "applications_editing", "displacements")
     return {
