@@ -170,7 +170,8 @@ def local_delaunay_of_stars(stars: Mesh) -> Laplacian:
 def heat_kernel(cloud: PointCloud, *, time: float = TIME, cut_off: float = CUT_OFF) -> Laplacian:
     """Build the heat kernel Laplacian with the Voronoi area of each point in its star as mass.
 
-    Points that are coupled with no other are listed as treated.
+    The kernel has one radius on the whole cloud, 4.4 median edges by default. Points that are farther from all others,
+    as in the sparse parts of a cloud that is mostly dense, are coupled with none, and are listed as treated.
 
     Parameters
     ----------
