@@ -19,6 +19,7 @@ from dataclasses import replace
 from functools import wraps
 from typing import Concatenate, ParamSpec
 
+import igl
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
@@ -96,7 +97,8 @@ def robust(cloud: PointCloud, *, n_neighbors: int = N_NEIGHBORS, mollify_factor:
     n_neighbors : int
         Number of nearest neighbors in the local triangulation of each point.
     mollify_factor : float
-        Slack of every triangle inequality, relative to the mean edge length of its component.
+        Slack of every triangle inequality, relative to the median edge length: the mean grows with an outlier, whose
+        edges are long.
     """
     n = len(cloud.points)
     # not the stars of robust_laplacian, which change when the cloud is moved, and lose area when it is dense
@@ -107,7 +109,9 @@ def robust(cloud: PointCloud, *, n_neighbors: int = N_NEIGHBORS, mollify_factor:
     is_shared = (np.bincount(triangle) > 1)[triangle]
     is_alone = np.bincount(stars[is_shared].ravel(), minlength=n) == 0
     stars = stars[is_shared | is_alone[stars[:, 0]]]
-    soup = robust_of_mesh(Mesh(cloud.points, stars), mollify_factor=mollify_factor)
+    lengths = igl.edge_lengths(unit_scale(cloud.points)[0], stars)
+    factor = mollify_factor * median_length(lengths) / (float(lengths.mean()) or 1.0)  # of the mean, which meshes take
+    soup = robust_of_mesh(Mesh(cloud.points, stars), mollify_factor=factor)
     isolated = np.setdiff1d(np.arange(n), stars)
     return replace(soup, treated_vertices=distinct(np.append(soup.treated_vertices, isolated)))
 

@@ -73,6 +73,12 @@ def test_a_point_without_a_triangle_of_two_stars_keeps_its_own_star():
     assert len(L.treated_vertices) == 0
 
 
+def test_an_outlier_does_not_lengthen_the_edges_of_all_points():
+    """By the mean edge, one point a million radii away spoiled 114 rows of 301."""
+    L = laplacian(PointCloud(np.concatenate([sphere_of_random_points(300), [[1e6, 0, 0]]])), operator="robust")
+    assert len(L.treated_vertices) == 0
+
+
 def test_robust_keeps_the_area_and_the_energy_of_a_grid():
     """Four points on a circle: their stars must agree on a diagonal, or each triangle is in one star alone."""
     x, y = (axis.ravel() for axis in np.meshgrid(np.arange(20.0), np.arange(20.0), indexing="ij"))
