@@ -24,6 +24,7 @@ __all__ = [
 
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
+from math import inf
 from numbers import Integral
 from typing import TypeVar
 
@@ -188,8 +189,8 @@ def choose(table: Mapping[str, Value], name: str, what: str) -> Value:
         ) from None
 
 
-def checked_count(value: object, name: str, low: int) -> int:
-    """Return a number of things; raise UnknownChoice if it is no whole number from ``low`` on.
+def checked_count(value: object, name: str, low: int, high: float = inf) -> int:
+    """Return a number of things; raise UnknownChoice if it is no whole number from ``low`` to ``high``.
 
     Parameters
     ----------
@@ -197,9 +198,12 @@ def checked_count(value: object, name: str, low: int) -> int:
     name : str
         The parameter, for the message.
     low : int
+    high : int, optional
     """
-    if isinstance(value, bool) or not isinstance(value, Integral) or value < low:
-        raise UnknownChoice(f"{name} must be a whole number from {low} on, not {value!r}")
+    if isinstance(value, bool) or not isinstance(value, Integral) or not low <= int(value) <= high:
+        raise UnknownChoice(
+            f"{name} must be a whole number from {low} {'on' if high == inf else f'to {high}'}, not {value!r}"
+        )
     return int(value)
 
 

@@ -81,6 +81,9 @@ def test_a_count_is_a_whole_number():
     for wrong in (0, 2.0, True, None, "3"):
         with pytest.raises(UnknownChoice, match=f"k must be a whole number from 1 on, not {wrong!r}"):
             checked_count(wrong, "k", 1)
+    assert checked_count(5, "k", 1, 5) == 5
+    with pytest.raises(UnknownChoice, match="k must be a whole number from 1 to 5, not 6"):
+        checked_count(6, "k", 1, 5)
 
 
 def test_first_few_counts_the_rest():

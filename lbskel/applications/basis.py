@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from lbskel.applications.spectrum import eigenpairs
-from lbskel.errors import MeshError, UnknownChoice
+from lbskel.errors import MeshError, checked_count
 from lbskel.geometry.arrays import finite_numbers
 from lbskel.operators import Laplacian, PolygonMesh, laplacian
 
@@ -169,8 +169,7 @@ def spectral_basis(
     >>> basis.gram().shape, bool(abs(smooth - mesh.vertices).max() < 0.01)
     ((50, 50), True)
     """
-    if not (isinstance(k, int | np.integer) and k > 0):
-        raise UnknownChoice(f"the number of functions must be a positive integer, not {k!r}")
+    checked_count(k, "the number of functions", 1)
     default = "cotangent" if isinstance(shape, PolygonMesh) else "robust"
     found = laplacian(shape, operator=operator or default, mass=mass)
     values, functions = eigenpairs(found, int(k), solver=solver)

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from lbskel.applications.anchor_selection import greedy_anchors
 from lbskel.applications.differential_coordinates import AnchoredLaplacian, uncoupled_rows
 from lbskel.applications.quantization import coded_bits
-from lbskel.errors import MeshError, UnknownChoice, choose
+from lbskel.errors import MeshError, checked_count, choose
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Laplacian
@@ -161,10 +161,8 @@ def compress(mesh: Any, k: int, *, basis: str = "spectral", bits: int = 12) -> C
     mesh = as_mesh(mesh)
     choose(dict.fromkeys(BASES), basis, "basis")
     n = len(mesh.vertices)
-    if not (isinstance(k, int | np.integer) and 0 < k <= n):
-        raise UnknownChoice(f"the number of functions must be an integer from 1 to {n}, not {k!r}")
-    if not (isinstance(bits, int | np.integer) and 0 < bits <= MAX_BITS):
-        raise UnknownChoice(f"the bits of a coefficient must be an integer from 1 to {MAX_BITS}, not {bits!r}")
+    checked_count(k, "the number of functions", 1, n)
+    checked_count(bits, "the bits of a coefficient", 1, MAX_BITS)
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     origin = low / 2 + high / 2
     V, exponent = unit_scale(mesh.vertices - origin)

@@ -19,7 +19,7 @@ from lbskel.applications.deformation_methods import EDITING_METHODS, ITERATIVE, 
 from lbskel.applications.differential_coordinates import checked_weight, coupled_components, uncoupled_rows
 from lbskel.applications.rigid_motions import checked_motion
 from lbskel.applications.rigidity import RigidityEnergy
-from lbskel.errors import MeshError, SolveError, UnknownChoice, choose
+from lbskel.errors import MeshError, SolveError, UnknownChoice, checked_count, choose
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Operator, apply_operator
@@ -140,9 +140,7 @@ class Editor:
         """
         if self.method not in ITERATIVE and not (iterations is None and initial is None):
             raise UnknownChoice(f"the method {self.method} solves once, without iterations and initial positions")
-        iterations = ITERATIONS if iterations is None else iterations
-        if not (isinstance(iterations, int | np.integer) and iterations >= 0):
-            raise UnknownChoice(f"iterations must be a whole number from 0 on, not {iterations!r}")
+        iterations = checked_count(ITERATIONS if iterations is None else iterations, "iterations", 0)
         matrices = [checked_motion(motion, handle) for handle, motion in enumerate(motions)]
         if len(matrices) != len(self.handles):
             raise MeshError(f"give one (4, 4) matrix for each of the {len(self.handles)} handles, not {len(matrices)}")
@@ -153,7 +151,7 @@ class Editor:
         start = None
         if initial is not None:
             start = self._scaled(self._moved(getattr(initial, "vertices", initial)))
-        X = self._deform(self._scaled(np.concatenate(moved)), int(iterations), start)
+        X = self._deform(self._scaled(np.concatenate(moved)), iterations, start)
         return self.mesh.with_vertices(np.ldexp(X + self._center, self._exponent))
 
     def rigidity_energy(self, edited: Any) -> float:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.applications.anchor_selection import greedy_anchors
-from lbskel.errors import UnknownChoice
+from lbskel.errors import checked_count
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.operators import Operator, apply_operator
@@ -137,8 +137,7 @@ def quantize_deltas(
     (True, True)
     """
     given: Mesh = as_mesh(mesh)
-    if not (isinstance(bits, int | np.integer) and 1 <= bits <= MAX_BITS):
-        raise UnknownChoice(f"bits must be a whole number from 1 to {MAX_BITS}, not {bits!r}")
+    checked_count(bits, "bits", 1, MAX_BITS)
     laplacian = apply_operator(operator, given)
     stiffness = laplacian.stiffness / laplacian.weight_unit
     center = given.centroid

@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from lbskel.errors import MeshError, first_few
 from lbskel.geometry.arrays import finite_numbers
 
-# Largest difference of a matrix from that of a rigid motion, no unit: ten times the rounding of single precision
-MAX_SHEAR = 1e-6
+# Largest difference of a matrix from that of a rigid motion, no unit. Of ten thousand random rotations printed with
+# four digits after the point, R^T R - 1 has entries of up to 1.6e-4, with five or six 1.6e-5 and 1.6e-6.
+MAX_SHEAR = 1e-4
 
 
 def rigid_motion(

@@ -33,7 +33,7 @@ from lbskel.applications.constrained_systems import ConstrainedSystem, checked_i
 from lbskel.applications.neighbor_means import NeighborMeans, boundary_vertices, edge_keys
 from lbskel.applications.smoothing_filters import FILTERS, Positions, Step, average, average_of_neighbors
 from lbskel.applications.volume import has_volume, keep_volumes
-from lbskel.errors import MeshError, SolveError, UnknownChoice, choose
+from lbskel.errors import MeshError, SolveError, UnknownChoice, checked_count, choose
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Laplacian, Operator, apply_operator
@@ -242,5 +242,4 @@ def _check_ranges(method: str, time_step: float | None, iterations: int) -> None
         raise UnknownChoice(f"the method {method!r} has no time_step: its filter is set by the iterations alone")
     if time_step is not None and not (isinstance(time_step, Real) and np.isfinite(time_step) and time_step > 0):
         raise UnknownChoice(f"time_step must be an area above zero, not {time_step!r}")
-    if not (isinstance(iterations, int | np.integer) and iterations >= 1):
-        raise UnknownChoice(f"iterations must be a whole number from 1 on, not {iterations!r}")
+    checked_count(iterations, "iterations", 1)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.cli.options import add_command, add_force_option, read_surface, refuse_unwritable
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, UnknownChoice
 from lbskel.evaluation.operator_health import laplacian_diagnostics
 from lbskel.evaluation.operator_report import LaplacianDiagnostics, diagnostics_table
 from lbskel.geometry.mesh import Mesh
@@ -59,6 +59,11 @@ def run(arguments: argparse.Namespace) -> int:
             if arguments.operator != "all":
                 raise
             refusals[name] = str(error)
+    shown = {name: operator for name, operator in operators.items() if operator.mass_unit != "number"}
+    if arguments.picture and not shown:
+        raise UnknownChoice(
+            f"{arguments.operator} has no curvature to draw, as its masses are degrees; leave --picture out"
+        )
     diagnostics = {name: laplacian_diagnostics(operator, mesh) for name, operator in operators.items()}
     if not (arguments.json or arguments.quiet):
         print(diagnostics_table(diagnostics, refusals))
@@ -70,7 +75,6 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.picture:
         from lbskel.visualization import Panel, render
 
-        shown = operators if len(operators) == 1 else {k: L for k, L in operators.items() if L.mass_unit != "number"}
         fields = {name: _mean_curvature(operator, mesh) for name, operator in shown.items()}
         panels = [
             Panel(mesh, title=name, field=field, field_name=f"mean curvature, {name}") for name, field in fields.items()

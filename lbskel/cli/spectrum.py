@@ -88,8 +88,8 @@ def _print(path: str, area: float, basis: SpectralBasis) -> None:
     )
     error = float(np.abs(basis.gram() - np.eye(len(basis.values))).max())
     print(
-        f"{path}: {counted(len(basis.values), 'eigenvalue')}, {n_zero} of them zero, one for each component; "
-        f"area {area:.6g}"
+        f"{path}: {counted(len(basis.values), 'eigenvalue')}, {n_zero} of them zero, one for each component of the "
+        f"operator; area {area:.6g}"
     )
     print(f"  {shown}{' ...' if len(basis.values) > N_PRINTED else ''}")
     print(f"  residual {basis.residual():.1e}, orthonormal to {error:.1e}")

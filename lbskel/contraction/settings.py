@@ -133,7 +133,8 @@ class ContractionSettings:
         for name in positive:
             value = getattr(self, name)
             if value is not None and not (_is_finite(value) and value > 0):
-                raise UnknownChoice(f"{name} must be positive and finite, not {value!r}")
+                hint = "; None is no bound" if name in ("max_contraction_weight", "max_attraction") else ""
+                raise UnknownChoice(f"{name} must be positive and finite, not {value!r}{hint}")
         if not isinstance(self.max_steps, int | np.integer):
             raise UnknownChoice(f"max_steps must be a whole number, not {self.max_steps!r}")
         for name in ("collapse_length", "degenerate_angle"):

@@ -26,6 +26,7 @@ from lbskel.evaluation.point_sections import inside_fraction, section_errors, sp
 from lbskel.evaluation.skeleton_shape import mean_and_worst_branch, n_spurs, rms_curvature
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import PointCloud
+from lbskel.geometry.point_stars import distinct_points
 from lbskel.geometry.sorting import stable_order
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -63,7 +64,7 @@ def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.in
     node = skeleton.node_of_vertex if has_map else tree.nearest(cloud.points)[1][:, 0]
     some = cloud.points[spread(cloud.points, MAX_POINTS)]
     # copies of a point would be all of its nearest neighbors
-    distinct = some[np.sort(np.unique(some, axis=0, return_index=True)[1])]
+    distinct = some[distinct_points(some)[0]]
     neighbors = neighbors if len(distinct) == len(cloud.points) else None
     points, point_tree, graph, n_parts = _without_outliers(distinct, neighbors)
     skeleton = replace(skeleton, radii=point_tree.nearest(skeleton.nodes)[0][:, 0])

@@ -40,13 +40,7 @@ def checked_points(values: ArrayLike, what: str) -> NDArray[np.float64]:
     MeshError
         If there are none, the shape is another, or a coordinate is complex or not finite; the message names the rows.
     """
-    try:
-        given = np.asarray(values)
-        points = np.array(given, dtype=np.float64, order="C") if given.dtype.kind != "c" else given
-    except (TypeError, ValueError) as error:
-        raise MeshError(f"{what} must be an (n, 3) array of numbers: {error}") from None
-    if points.dtype.kind == "c":
-        raise MeshError(f"{what} must be real numbers, not complex ones")
+    points = np.array(_real_numbers(values, what), order="C")
     if points.size == 0:
         raise MeshError(f"{EMPTY.get(what, '')}there are no {what}")
     if points.ndim != 2 or points.shape[1] != 3:
@@ -59,6 +53,17 @@ def checked_points(values: ArrayLike, what: str) -> NDArray[np.float64]:
     return read_only(points)
 
 
+def _real_numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
+    """Return real numbers as a float64 array, without a copy if they are one; raise MeshError if they are not real."""
+    try:
+        given = np.asarray(values)
+        if given.dtype.kind != "c":  # whose imaginary parts would be dropped
+            return given.astype(np.float64, copy=False)
+    except (TypeError, ValueError) as error:
+        raise MeshError(f"{what} must be an array of numbers: {error}") from None
+    raise MeshError(f"{what} must be real numbers, not complex ones")
+
+
 def finite_numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
     """Return finite numbers as a float64 array of any shape; raise MeshError if they are something else.
 
@@ -68,10 +73,7 @@ def finite_numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
     what : str
         Their name in messages, in the plural.
     """
-    try:
-        numbers = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise MeshError(f"{what} must be numbers: {error}") from None
+    numbers = _real_numbers(values, what)
     if not np.isfinite(numbers).all():
         raise MeshError(f"{what} must be finite numbers, not NaN or infinite")
     return numbers

@@ -38,7 +38,7 @@ class Laplacian(Displayed):
         diagonal for the mass ``full``.
     treated_vertices : (t,) array of int
         Vertices whose row differs from the formula because a triangle there is degenerate, or which are coupled with no
-        other, as a point without a triangle.
+        other, as a point without a triangle, or only with the point that they are a copy of.
     n_clamped_angles : int
         Number of angles that were clamped.
     mass_unit : {"area", "length", "number"}

@@ -6,7 +6,8 @@ tufted Laplacian of the triangles on which stars agree; Sharp, Crane 2020, https
 Olson, Zhang, Su 2010, https://doi.org/10.1109/SMI.2010.25. ``heat_kernel``: Belkin, Sun, Wang 2009,
 https://doi.org/10.1137/1.9781611973068.112, with the Voronoi areas of the stars.
 
-Points at one place, as where scans were merged, share the area and the weights of that place evenly.
+Of the points at one place, as where scans were merged, the first has the area and the weights of that place. Each other
+is coupled with it alone and has no area, so that functions have one value there, and both matrices stay sparse.
 """
 
 from __future__ import annotations
@@ -18,16 +19,17 @@ from dataclasses import replace
 from functools import wraps
 from typing import Concatenate, ParamSpec
 
+import igl
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csc_array, csr_array
+from scipy.sparse import coo_array, csc_array
 
 from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.point_stars import PointStars, distinct_points
 from lbskel.geometry.scaling import unit_scale
-from lbskel.geometry.sorting import distinct, is_among, unique_rows
-from lbskel.operators.assembly import diagonal_matrix
+from lbskel.geometry.sorting import distinct, unique_rows
+from lbskel.operators.assembly import diagonal_matrix, stiffness_of_pairs
 from lbskel.operators.base import Laplacian
 from lbskel.operators.corner_angles import corner_cotangents, zero_degenerate
 from lbskel.operators.heat_kernel import CUT_OFF, TIME, heat_kernel_stiffness, median_length
@@ -56,9 +58,10 @@ def _stars(points: NDArray[np.float64], n_neighbors: int = N_NEIGHBORS) -> NDArr
 def _of_distinct_points(
     build: Callable[Concatenate[PointCloud, P], Laplacian],
 ) -> Callable[Concatenate[PointCloud, P], Laplacian]:
-    """Return the operator that builds the Laplacian of the distinct points, and divides each among its copies.
+    """Return the operator that builds the Laplacian of the distinct points, and ties each copy of one to it.
 
-    Copies are not coupled with each other. Eigenfunctions of the distinct points remain, with their eigenvalues.
+    A copy has no area, and a weight of one, that of an edge between squares, to the first point at its place. So the
+    eigenfunctions of the distinct points remain, with their eigenvalues. Copies are listed as treated.
     """
 
     @wraps(build)
@@ -68,14 +71,13 @@ def _of_distinct_points(
         if len(first) == n:
             return build(cloud, *args, **options)
         L = build(PointCloud(cloud.points[first]), *args, **options)
-        share = 1 / np.bincount(place)[place]
-        divide = csr_array((share, (np.arange(n), place)), shape=(n, len(first)))
-        degrees, areas = L.stiffness.diagonal(), L.mass.diagonal()
-        W = divide @ (diagonal_matrix(degrees) - L.stiffness) @ divide.T
+        copies = np.setdiff1d(np.arange(n), first)
+        ties = stiffness_of_pairs(n, first[place[copies]], copies, np.ones(len(copies)))
+        at = csc_array((np.ones(len(first)), (first, np.arange(len(first)))), shape=(n, len(first)))
         return Laplacian(
-            (diagonal_matrix(share * degrees[place]) - W).tocsc(),
-            diagonal_matrix(share * areas[place]),
-            treated_vertices=np.flatnonzero(is_among(place, L.treated_vertices)),
+            (at @ L.stiffness @ at.T + ties).tocsc(),
+            (at @ L.mass @ at.T).tocsc(),
+            treated_vertices=np.sort(np.append(first[L.treated_vertices], copies)),
         )
 
     return build_of_distinct
@@ -95,7 +97,8 @@ def robust(cloud: PointCloud, *, n_neighbors: int = N_NEIGHBORS, mollify_factor:
     n_neighbors : int
         Number of nearest neighbors in the local triangulation of each point.
     mollify_factor : float
-        Slack of every triangle inequality, relative to the mean edge length.
+        Slack of every triangle inequality, relative to the median edge length: the mean grows with an outlier, whose
+        edges are long.
     """
     n = len(cloud.points)
     # not the stars of robust_laplacian, which change when the cloud is moved, and lose area when it is dense
@@ -106,7 +109,9 @@ def robust(cloud: PointCloud, *, n_neighbors: int = N_NEIGHBORS, mollify_factor:
     is_shared = (np.bincount(triangle) > 1)[triangle]
     is_alone = np.bincount(stars[is_shared].ravel(), minlength=n) == 0
     stars = stars[is_shared | is_alone[stars[:, 0]]]
-    soup = robust_of_mesh(Mesh(cloud.points, stars), mollify_factor=mollify_factor)
+    lengths = igl.edge_lengths(unit_scale(cloud.points)[0], stars)
+    factor = mollify_factor * median_length(lengths) / (float(lengths.mean()) or 1.0)  # of the mean, which meshes take
+    soup = robust_of_mesh(Mesh(cloud.points, stars), mollify_factor=factor)
     isolated = np.setdiff1d(np.arange(n), stars)
     return replace(soup, treated_vertices=distinct(np.append(soup.treated_vertices, isolated)))
 
@@ -169,7 +174,8 @@ def local_delaunay_of_stars(stars: Mesh) -> Laplacian:
 def heat_kernel(cloud: PointCloud, *, time: float = TIME, cut_off: float = CUT_OFF) -> Laplacian:
     """Build the heat kernel Laplacian with the Voronoi area of each point in its star as mass.
 
-    Points that are coupled with no other are listed as treated.
+    The kernel has one radius on the whole cloud, 4.4 median edges by default. Points that are farther from all others,
+    as in the sparse parts of a cloud that is mostly dense, are coupled with none, and are listed as treated.
 
     Parameters
     ----------

@@ -196,8 +196,9 @@ def laplacian(
         return result
     mass_of = choose(MASSES, mass, "mass")
     if result.mass_unit == "length":
+        name = getattr(operator, "__name__", operator)
         raise UnknownChoice(
-            f"the weights of the operator {operator!r} are one over a length, and M^-1 S with areas as mass is no "
+            f"the weights of the operator {name!r} are one over a length, and M^-1 S with areas as mass is no "
             "Laplacian; leave mass out, as its own masses are lengths"
         )
     return replace(result, mass=mass_of(mesh), mass_unit="area")

@@ -25,7 +25,7 @@ from lbskel.operators.corner_angles import zero_degenerate
 from lbskel.operators.intrinsic_delaunay import mollified_lengths
 from lbskel.operators.tufted_cover import tufted_cover
 
-MOLLIFY_FACTOR = 1e-5  # slack of the triangle inequalities, relative to the mean edge length: Sharp, Crane 2020
+MOLLIFY_FACTOR = 1e-5  # slack of the triangle inequalities, relative to the mean edge of a component: Sharp, Crane 2020
 
 
 def robust(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:

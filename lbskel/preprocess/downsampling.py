@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 
 from lbskel.errors import UnknownChoice, choose, counted
 from lbskel.geometry.mesh import PointCloud
+from lbskel.geometry.point_stars import distinct_points
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.point_cleaning import MAX_CELLS, CleanedPoints, thinned
 from lbskel.preprocess.point_neighborhoods import Neighborhoods
@@ -68,7 +69,7 @@ def downsample(cloud: PointCloud, *, cell: float | None = None, n_points: int | 
     else:
         if not float(n_points).is_integer():
             raise UnknownChoice(f"the number of points must be whole, not {n_points}")
-        chosen = np.sort(np.unique(cloud.points, axis=0, return_index=True)[1])
+        chosen = distinct_points(cloud.points)[0]
         if n_points < len(chosen):
             chosen = np.sort(chosen[_farthest(cloud.points[chosen], int(n_points))])
         points, label = cloud.points[chosen], cKDTree(cloud.points[chosen]).query(cloud.points)[1]

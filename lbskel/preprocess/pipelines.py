@@ -19,8 +19,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from inspect import signature
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import Any, NoReturn, TypeAlias
 
 import numpy as np
 
@@ -30,7 +29,7 @@ from lbskel.preprocess.cleaning import keep_components, merge_close, remove_dupl
 from lbskel.preprocess.degenerate_faces import remove_degenerate
 from lbskel.preprocess.holes import close_holes
 from lbskel.preprocess.orientation import fix_orientation, split_nonmanifold
-from lbskel.preprocess.remeshing import remesh_isotropic, smooth_noise
+from lbskel.preprocess.remeshing import check_reference_length, remesh_isotropic, smooth_noise
 from lbskel.preprocess.result import PreprocessResult, hausdorff_distance, identity_result
 from lbskel.preprocess.simplification import simplify
 from lbskel.preprocess.subdivision import refine
@@ -53,6 +52,19 @@ STEPS: dict[str, Callable[..., PreprocessResult]] = {
 
 # Types of value that an option accepts, by its annotation
 _ACCEPTED_TYPES: dict[str, tuple[type, ...]] = {"float": (float, int), "int": (int,), "str": (str,)}
+
+
+class _Options(dict[str, Any]):
+    """Options of a step: a dictionary, which JSON and ``dataclasses.asdict`` take, that cannot be changed."""
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("the options of a step cannot be changed; make another Pipeline")
+
+    __setitem__ = __delitem__ = __ior__ = setdefault = update = pop = popitem = clear = _refuse
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy and pickle as a whole, not item by item."""
+        return _Options, (dict(self),)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,10 +109,6 @@ class Pipeline:
             ":".join([name, *(f"{option}={value}" for option, value in options.items())])
             for name, options in self.steps
         )
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Copy and pickle by names and options, since views of mappings cannot be pickled."""
-        return Pipeline, (tuple((name, dict(options)) for name, options in self.steps),)
 
     def __call__(self, mesh: Any) -> PreprocessResult:
         """Apply all steps; the report lists them and the distance of the result from the input.
@@ -191,8 +199,10 @@ def _validated(name: str, options: Mapping[str, Any]) -> Mapping[str, Any]:
             value = int(value)
         if not isinstance(value, _ACCEPTED_TYPES[kind]) or isinstance(value, bool):
             raise UnknownChoice(f"option {option} of {name} must have type {kind}, not {given!r}")
+        if option == "relative_to":
+            check_reference_length(str(value))
         values[option] = value
-    return MappingProxyType(values)
+    return _Options(values)
 
 
 def _parse_value(text: str) -> int | float | str:

@@ -26,8 +26,9 @@ class PointReport:
     ----------
     points, duplicates, outliers, kept : int
         Kept are the distinct points that are no outliers, or means of them where the cloud is thinned.
-    diagonal, spacing : float
-        Diagonal of the bounding box, and median distance of a point from its nearest, in the units of the cloud.
+    diameter_bound, spacing : float
+        Twice the largest distance of a point from their mean, and median distance of a point from its nearest, in the
+        units of the cloud.
     spacing_spread : float
         The 99th percentile of the distances from a point to its nearest, over the 1st percentile.
     findings : tuple of str
@@ -40,7 +41,7 @@ class PointReport:
     duplicates: int
     outliers: int
     kept: int
-    diagonal: float
+    diameter_bound: float
     spacing: float
     spacing_spread: float
     findings: tuple[str, ...]
@@ -53,7 +54,7 @@ class PointReport:
     def __str__(self) -> str:
         lines = [
             f"{counted(self.points, 'point')}, {self.kept:,} kept",
-            f"  spacing   {self.spacing:.4g}; the diagonal is {self.diagonal:.6g}",
+            f"  spacing   {self.spacing:.4g}; the diameter bound is {self.diameter_bound:.6g}",
             *(f"  found     {finding}" for finding in self.findings or ["Nothing that prevents a skeleton."]),
         ]
         return "\n".join(lines)
@@ -85,7 +86,7 @@ def check_points(cloud: PointCloud) -> PointReport:
     return PointReport(
         points=len(cloud.points),
         **report,
-        diagonal=float(np.linalg.norm(np.ptp(cloud.points, axis=0))),
+        diameter_bound=2 * float(np.linalg.norm(distinct - distinct.mean(axis=0), axis=1).max()),
         spacing=float(median),
         spacing_spread=spread,
         findings=tuple(findings),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["remesh_isotropic", "smooth_noise"]
+__all__ = ["check_reference_length", "remesh_isotropic", "smooth_noise"]
 
 import numpy as np
 from scipy.sparse import coo_array, diags_array
@@ -71,7 +71,7 @@ def remesh_isotropic(
     MissingDependency
         If pymeshlab is not installed.
     """
-    choose(dict.fromkeys(REFERENCE_LENGTHS), relative_to, "reference length")
+    check_reference_length(relative_to)
     if not 0 < edge_length < np.inf:
         raise UnknownChoice(f"edge_length must be positive and finite, not {edge_length}")
     if not 0 <= feature_angle <= 180:
@@ -97,6 +97,18 @@ def remesh_isotropic(
         reason = f"the surface would move by {distance:.1%} of the diameter bound; make edge_length smaller"
         return identity_result(mesh, f"the mesh was not remeshed: {reason}")
     return transfer_map(mesh, remeshed, note)
+
+
+def check_reference_length(name: str) -> None:
+    """Raise UnknownChoice if a length is none that edges can be relative to.
+
+    Parameters
+    ----------
+    name : str
+    """
+    if name == "diagonal":
+        raise UnknownChoice("relative_to=diagonal is gone; use diameter_bound with 1.1 times the number")
+    choose(dict.fromkeys(REFERENCE_LENGTHS), name, "reference length")
 
 
 def _thickness_of_thin_parts(mesh: Mesh) -> float:

@@ -18,7 +18,7 @@ from scipy.linalg import LinAlgError, cholesky, eigh, solve_triangular
 from scipy.sparse import csc_array, diags_array
 from scipy.sparse.csgraph import connected_components
 
-from lbskel.errors import SolveError, UnknownChoice
+from lbskel.errors import SolveError, checked_count
 from lbskel.solvers import DIRECT_SOLVERS, factorize
 from lbskel.solvers.cholmod import count_negative_pivots
 from lbskel.solvers.lanczos import ThickRestartLanczos
@@ -52,8 +52,8 @@ def smallest_eigenpairs(S: csc_array, M: csc_array, k: int, *, solver: str = "ch
     M : (n, n) csc_array
         Symmetric, positive semidefinite. Connected components without mass have no eigenpairs.
     k : int
-        Number of eigenpairs; fewer are returned if the components with mass have fewer rows, or those of at most
-        3 k rows fewer with a mass.
+        Number of eigenpairs; fewer are returned if the components with mass have fewer rows, or those of at most 100
+        rows, or of 3 k if these are more, have fewer with a mass.
     solver : str
         A name in SOLVERS, for the matrix S + sigma M.
 
@@ -71,8 +71,7 @@ def smallest_eigenpairs(S: csc_array, M: csc_array, k: int, *, solver: str = "ch
     SolveError
         If S + sigma M is not positive definite, or Lanczos' method does not find all eigenpairs.
     """
-    if not (isinstance(k, int | np.integer) and k > 0):
-        raise UnknownChoice(f"the number of eigenpairs must be a positive integer, not {k!r}")
+    k = checked_count(k, "the number of eigenpairs", 1)
     S, s = _near_unit_scale(S)
     M, m = _near_unit_scale(M)
     component = connected_components(abs(S) + abs(M), directed=False)[1]
@@ -126,12 +125,13 @@ def count_below(S: csc_array, M: csc_array, bound: float, *, ordering: NDArray[n
 
 def _component_eigenpairs(S: csc_array, M: csc_array, k: int, solver: str) -> Eigenpairs:
     """Find the smallest eigenpairs of one connected component, M-orthonormal."""
+    sigma = _shift(S, M)  # before rows without mass get one, which they may be most of
     if S.shape[0] <= max(MAX_DENSE_SIZE, 3 * k):
-        values, X = _dense(S, M, k)
+        values, X = _dense(S, M, k, sigma or 1.0)  # zero where S is
     else:
         masses = M.diagonal()
         M = (M + diags_array(np.where(masses > 0, 0.0, MASS_FLOOR * masses.mean()))).tocsc()
-        values, X = _lanczos(S, M, k, solver)
+        values, X = _lanczos(S, M, k, sigma, solver)
     R = cholesky(X.T @ (M @ X))
     orthonormal: NDArray[np.float64] = solve_triangular(R, X.T, trans="T").T
     return values, orthonormal
@@ -144,12 +144,12 @@ def _shift(S: csc_array, M: csc_array) -> float:
     return float(np.median(S.diagonal()[has_mass] / masses[has_mass])) / len(masses)
 
 
-def _dense(S: csc_array, M: csc_array, k: int) -> Eigenpairs:
+def _dense(S: csc_array, M: csc_array, k: int, sigma: float) -> Eigenpairs:
     """Find the k largest eigenvalues 1 / (lambda + sigma) of M x = mu (S + sigma M) x, which needs no inverse of M.
 
     Those that are zero up to rounding belong to rows without mass.
     """
-    n, sigma = S.shape[0], _shift(S, M) or 1.0  # zero where S is
+    n = S.shape[0]
     try:
         inverses, X = eigh(M.toarray(), (S + sigma * M).toarray(), subset_by_index=[max(n - k, 0), n - 1])
     except LinAlgError:
@@ -158,12 +158,11 @@ def _dense(S: csc_array, M: csc_array, k: int) -> Eigenpairs:
     return 1 / inverses[found] - sigma, X[:, found] / np.sqrt(inverses[found])
 
 
-def _lanczos(S: csc_array, M: csc_array, k: int, solver: str) -> Eigenpairs:
+def _lanczos(S: csc_array, M: csc_array, k: int, sigma: float, solver: str) -> Eigenpairs:
     """Find the k smallest eigenpairs by Lanczos' method, with further starting vectors while eigenvalues are missing.
 
     In exact arithmetic one start finds one eigenvector of each eigenvalue; rounding errors bring some of the others.
     """
-    sigma = _shift(S, M)
     factor = factorize((S + sigma * M).tocsc(), solver)
     ordering = factor.ordering if solver in DIRECT_SOLVERS else None
     lanczos = ThickRestartLanczos(lambda b: factor.solve(b, refined=False), M, k, np.random.default_rng(SEED))

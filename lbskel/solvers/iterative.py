@@ -126,12 +126,13 @@ class Iterative(Factorization):
     def _iterates(self, X: NDArray[np.float64], R: NDArray[np.float64]) -> Iterates:
         """Iterate without end from X, which has the residual R = B - A X; yield each iterate and its residual."""
 
-    def _is_solution(self, X: NDArray[np.float64], R: NDArray[np.float64], B: NDArray[np.float64]) -> bool:
-        """Whether the residual R is small in each row of each column, or NaN."""
-        return not any(
-            (np.abs(r) > TOLERANCE * (self._row_sums * np.abs(x).max(initial=0.0) + np.abs(b))).any()
+    def _backward_error(self, X: NDArray[np.float64], R: NDArray[np.float64], B: NDArray[np.float64]) -> float:
+        """Return the largest row-wise backward error of a column with the residual R; it may be NaN."""
+        errors = (
+            ratios(np.abs(r), self._row_sums * np.abs(x).max(initial=0.0) + np.abs(b)).max(initial=0.0)
             for x, r, b in zip(X.T, R.T, B.T, strict=True)
         )
+        return float(np.max(list(errors), initial=0.0))
 
     def _solve_unrefined(self, B: NDArray[np.float64]) -> NDArray[np.float64]:
         return self.solve(B)
@@ -175,22 +176,23 @@ class Iterative(Factorization):
         limit, number = MAX_ITERATIONS if iterations is None else iterations, 0
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             R = columns - self._matrix @ X
-            iterates, is_solution = self._iterates(X, R), self._is_solution(X, R, columns)
-            while number < limit and not is_solution:
+            iterates, error = self._iterates(X, R), self._backward_error(X, R, columns)
+            while number < limit and error > TOLERANCE:
                 X, R = next(iterates)
                 number += 1
                 if on_iterate is not None:
                     on_iterate(number, X.reshape(np.shape(B)))
-                is_solution = self._is_solution(X, R, columns)
-                if is_solution:  # by the residual that was carried along, which rounding has moved from the true one
+                error = self._backward_error(X, R, columns)
+                if not error > TOLERANCE:  # by the residual carried along, which rounding has moved from the true one
                     R = columns - self._matrix @ X
-                    iterates, is_solution = self._iterates(X, R), self._is_solution(X, R, columns)
+                    iterates, error = self._iterates(X, R), self._backward_error(X, R, columns)
         if iterations is None:
             if not np.isfinite(X).all():
                 raise SolveError("the solution is not finite")
             residual = self.residual(X, columns)
-            if not is_solution or residual > MAX_RESIDUAL:
-                raise SolveError(
-                    f"{number} iterations leave a residual of {residual:.1e}: use a direct solver, 'cholmod'", residual
-                )
+            if error > TOLERANCE or residual > MAX_RESIDUAL:
+                left = f"a residual of {residual:.1e}, above {MAX_RESIDUAL:g}"
+                if error > TOLERANCE:
+                    left = f"a row-wise backward error of {error:.1e}, above {TOLERANCE:g}"
+                raise SolveError(f"{number} iterations leave {left}: use a direct solver, 'cholmod'", residual)
         return X.reshape(np.shape(B))

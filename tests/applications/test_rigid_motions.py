@@ -22,7 +22,7 @@ def test_a_motion_turns_about_its_center():
         ({"translation": [np.inf, 0, 0]}, "translation must be finite"),
         ({"axis": [1, 0]}, "the axis must have three coordinates"),
         ({"center": [1, 2]}, "the center must have three coordinates"),
-        ({"axis": "z"}, "axis must be numbers"),
+        ({"axis": "z"}, "axis must be an array of numbers"),
     ],
 )
 def test_wrong_vectors_are_named(options, message):
@@ -36,6 +36,13 @@ def test_rigid_matrices_are_accepted_in_single_precision_too():
     assert (checked_motion(turned.tolist(), 0) == turned).all()
 
 
+def test_rigid_matrices_are_accepted_with_the_digits_that_files_have():
+    for angle in np.linspace(1, 359, 200):
+        turned = rigid_motion(axis=[1, 2, 3], angle_deg=angle, translation=[4, 5, 6])
+        for digits in (5, 6):
+            assert (checked_motion(turned.round(digits), 0) == turned.round(digits)).all()
+
+
 @pytest.mark.parametrize(
     ("motion", "message"),
     [
@@ -45,9 +52,10 @@ def test_rigid_matrices_are_accepted_in_single_precision_too():
         (np.diag([2, 2, 2, 1]), "motion of handle 3 must be rigid"),
         (np.diag([1, 1, -1, 1]), "scales, shears or mirrors"),
         (np.eye(4) + 0.1 * np.eye(4, k=1), "must be rigid"),
+        (np.diag([1.001, 1, 1, 1]), "must be rigid"),
         (np.full((4, 4), np.nan), "motion of handle 3 must be finite"),
         (np.eye(3), "of shape"),
-        ("a", "must be numbers"),
+        ("a", "must be an array of numbers"),
     ],
 )
 def test_other_matrices_are_refused(motion, message):

@@ -43,8 +43,11 @@ def test_the_picture_leaves_out_what_has_no_curvature(tmp_path, capsys, monkeypa
     monkeypatch.setattr("lbskel.visualization.render", lambda panels, *_, **__: drawn.extend(panels))
     assert run_command(path, "--picture", tmp_path / "curvature.png") == 0
     assert [panel.title for panel in drawn] == [name for name in OPERATORS if name != "random_walk"]
-    with pytest.raises(UnknownChoice, match="masses are degrees"):
-        run_command(path, "--operator", "random_walk", "--picture", tmp_path / "curvature.png")
+    capsys.readouterr()
+    with pytest.raises(UnknownChoice, match=r"random_walk has no curvature to draw.*leave --picture out"):
+        run_command(path, "--operator", "random_walk", "--picture", tmp_path / "no.png", "-o", tmp_path / "no.json")
+    assert capsys.readouterr().out == ""
+    assert not (tmp_path / "no.json").exists()
 
 
 def test_the_command_goes_on_where_an_operator_is_not_defined(tmp_path, capsys):

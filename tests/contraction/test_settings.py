@@ -95,3 +95,10 @@ def test_presets_take_the_weights_of_their_name():
 def test_numbers_that_are_none_of_their_kind_are_refused(wrong):
     with pytest.raises(UnknownChoice, match=f"{next(iter(wrong))} must be"):
         ContractionSettings(**wrong)
+
+
+@pytest.mark.parametrize("name", ["max_contraction_weight", "max_attraction"])
+def test_no_bound_is_none(name):
+    with pytest.raises(UnknownChoice, match=f"{name} must be positive and finite, not inf; None is no bound"):
+        ContractionSettings(**{name: np.inf})
+    assert getattr(ContractionSettings(**{name: None}), name) is None

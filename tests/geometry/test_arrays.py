@@ -24,7 +24,12 @@ def test_points_that_are_not_finite_are_named():
 
 def test_numbers_of_any_shape_are_finite():
     assert finite_numbers([[1, 2]], "values").tolist() == [[1.0, 2.0]]
-    for wrong, message in ((["a"], "values must be numbers"), ([1, np.inf], "values must be finite numbers")):
+    for wrong, message in (
+        (["a"], "values must be an array of numbers"),
+        ([[1], [2, 3]], "values must be an array of numbers"),
+        ([1, np.inf], "values must be finite numbers"),
+        ([1 + 2j], "values must be real numbers, not complex ones"),
+    ):
         with pytest.raises(MeshError, match=message):
             finite_numbers(wrong, "values")
 

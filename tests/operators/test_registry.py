@@ -255,6 +255,8 @@ def test_the_default_is_cotangent_and_for_points_robust(ring):
 def test_weights_of_one_over_a_length_take_no_area_as_mass(name, ring):
     with pytest.raises(UnknownChoice, match=f"weights of the operator {name!r} are one over a length.*leave mass out"):
         laplacian(ring, operator=name, mass="voronoi")
+    with pytest.raises(UnknownChoice, match=f"weights of the operator {OPERATORS[name].__name__!r} are one over"):
+        laplacian(ring, operator=OPERATORS[name], mass="voronoi")
 
 
 @pytest.mark.parametrize("name", OPERATORS)

@@ -1,6 +1,7 @@
 """Pipelines as text, as TOML and in Python; the presets; what every step has in common."""
 
 import copy
+import dataclasses
 import json
 import pickle
 
@@ -71,9 +72,19 @@ def test_numbers_of_numpy_and_whole_ones_are_numbers():
 
 def test_a_pipeline_does_not_change():
     parsed = Pipeline.parse("cad")
-    with pytest.raises(TypeError):
-        parsed.steps[-1][1]["edge_length"] = 9
+    options = parsed.steps[-1][1]
+    with pytest.raises(TypeError, match="make another Pipeline"):
+        options["edge_length"] = 9
+    for change in (lambda: options.update(edge_length=9), lambda: options.pop("edge_length"), options.clear):
+        with pytest.raises(TypeError, match="cannot be changed"):
+            change()
     assert str(pickle.loads(pickle.dumps(parsed))) == str(copy.deepcopy(parsed)) == str(PIPELINES["cad"])
+
+
+def test_the_steps_of_a_pipeline_can_be_written():
+    pipeline = Pipeline([("refine", {"max_edge_length": 0.5})])
+    assert dataclasses.asdict(pipeline) == {"steps": (("refine", {"max_edge_length": 0.5}),)}
+    assert json.loads(json.dumps(pipeline.steps)) == [["refine", {"max_edge_length": 0.5}]]
 
 
 def test_a_pipeline_is_read_from_toml(tmp_path):
@@ -92,6 +103,8 @@ def test_a_pipeline_is_read_from_toml(tmp_path):
         ("fix_orientation:radius=1", "it has: none"),
         ("refine:max_edge_length=long", "option max_edge_length of refine must have type float, not 'long'"),
         ("smooth_noise:iterations=2.5", "must have type int"),
+        ("remesh_isotropic:relative_to=height", "unknown reference length 'height'; choose one of: diameter_bound"),
+        ("remesh_isotropic:relative_to=diagonal", "use diameter_bound with 1.1 times the number"),
         ("", "unknown pipeline or step ''"),
     ],
 )

@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 
 from lbskel import PointCloud
 from lbskel.preprocess.point_diagnostics import check_points
@@ -18,6 +19,13 @@ def test_a_good_cloud_has_no_findings():
     assert report.kept == len(SPHERE)
     assert json.loads(json.dumps(report.as_dict()))["points"] == len(SPHERE)
     assert "Nothing that prevents a skeleton" in str(report)
+
+
+def test_the_size_of_a_cloud_is_that_of_its_mesh():
+    stretched = np.concatenate([SPHERE, SPHERE[:50]]) * [1, 1, 3] + 7
+    report = check_points(PointCloud(stretched))
+    assert report.diameter_bound == pytest.approx(6, rel=1e-3)  # 50 copies do not move the mean
+    assert "the diameter bound is 6" in str(report)
 
 
 def test_duplicates_and_outliers_are_counted():
