@@ -55,7 +55,7 @@ def test_the_table_sums_to_the_mesh_and_the_skeleton(limbs):
     parts = segment(mesh, skeleton)
     assert parts.n_faces.sum() == len(mesh.faces)
     assert parts.area.sum() == pytest.approx(mesh.area)
-    assert parts.volume.sum() == pytest.approx(mesh.volume, rel=0.01)  # triangles of nodes enclose a little
+    assert parts.volume.sum() == pytest.approx(mesh.volume)
     assert parts.length.sum() == pytest.approx(skeleton.length)
     assert parts.to_csv().splitlines()[0] == "part,n_faces,area,volume,length,mean_radius"
     assert len(parts.to_csv().splitlines()) == 8
