@@ -8,7 +8,8 @@ surface turns inwards by c radians per local radius, since people see the bounda
 Hoffman, Richards 1984, "Parts of recognition", https://doi.org/10.1016/0010-0277(84)90022-2. Lengths are in local
 radii, so the boundary around a limb moves by about its radius to find a crease. The least sum is sought by graph cuts
 (:mod:`lbskel.applications.boundary_cut`), and diffusion of the labels makes the boundaries smooth
-(:mod:`lbskel.applications.boundary_smoothing`). Last, every part is made connected.
+(:mod:`lbskel.applications.boundary_smoothing`). Last, every part is made connected, and patches
+without an end of the skeleton go to the parts beside them (:mod:`lbskel.applications.flat_parts`).
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from scipy.spatial import cKDTree
 from lbskel.applications.boundary_cut import expand_labels
 from lbskel.applications.boundary_smoothing import concavity, smooth_labels
 from lbskel.applications.face_graph import FaceGraph, connect_parts, face_graph
+from lbskel.applications.flat_parts import merge_flat_parts
 from lbskel.applications.part_volumes import part_volumes
 from lbskel.applications.skeleton_parts import parts_of_nodes
 from lbskel.errors import MeshError, choose
@@ -102,7 +104,7 @@ class Segmentation:
 
 
 def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> Segmentation:
-    """Divide a mesh into its limbs and trunk.
+    """Divide a mesh into its limbs and trunk, and where their thickness jumps, as from a leg to a thicker foot.
 
     Parameters
     ----------
@@ -151,6 +153,8 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     widths = np.maximum(radii[nodes], np.linalg.norm(surface.vertices - skeleton.nodes[nodes], axis=1))
     labels = smooth_labels(labels, graph, surface.face_areas, widths[surface.faces].mean(axis=1))
     labels = connect_parts(labels, graph, surface.face_areas)
+    has_end = np.bincount(of_node, skeleton.degrees < 2) > 0
+    labels = merge_flat_parts(labels, has_end, graph, surface)
     return _measured(skeleton, surface, labels, of_node)
 
 
