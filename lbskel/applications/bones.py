@@ -3,7 +3,8 @@
 Cycles are cut where they are thinnest; small components are merged into the nearest node of another. A branch becomes
 as many bones as fit its length, with joints such that the bones follow its bends, and in equal parts if it has none.
 The first joint of a limb is where it leaves the inscribed ball of its junction. While there are too many bones, a least
-length is raised, below which branches are dropped or have fewer bones.
+length is raised, below which branches have fewer bones and ends of limbs have none; where one bone for each main branch
+(:mod:`lbskel.applications.bone_branches`) is too many, the shortest of these are dropped. The roots stay.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 __all__ = ["Bones", "bones_of"]
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from heapq import heapify, heappop, heappush
 from itertools import pairwise
 
@@ -19,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from lbskel.applications.branch_tree import branch_order
+from lbskel.applications.bone_branches import BoneBranches, rooted_branches
 from lbskel.errors import MeshError
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
@@ -53,6 +54,8 @@ class Bones:
         Number of the branch that a bone is part of; -1 for a root.
     bone_of_vertex : (n,) array of int
         The bone that the region of each vertex belongs to.
+    limb_ends : (t, 3) array of float
+        Ends of all limbs, also of those that got no bone since there would have been too many.
     """
 
     heads: NDArray[np.float64]
@@ -60,6 +63,7 @@ class Bones:
     parents: NDArray[np.int64]
     branches: NDArray[np.int64]
     bone_of_vertex: NDArray[np.int64]
+    limb_ends: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
 
 
 def bones_of(skeleton: Skeleton, *, max_bones: int) -> Bones:
@@ -82,15 +86,18 @@ def bones_of(skeleton: Skeleton, *, max_bones: int) -> Bones:
     if max_bones < n_roots:
         raise MeshError(f"max_bones must be at least {n_roots}, one for each component, not {max_bones}")
     least = float(np.median(tree.radii)) if len(tree.radii) else 0.0
+    every = branches = rooted_branches(tree, least)
     while True:
-        kept = _without_short_branches(tree, least)
-        roots = _roots(kept)
-        paths = branch_order(kept, roots=roots).paths
-        begins = [_first_outside(kept, path) for path in paths]
-        counts = [_count(kept, path[begin:], least) for path, begin in zip(paths, begins, strict=True)]
+        begins = [_first_outside(branches.skeleton, path) for path in branches.paths]
+        counts = [
+            _count(branches.skeleton, path[begin:], least) for path, begin in zip(branches.paths, begins, strict=True)
+        ]
         if n_roots + sum(counts) <= max_bones:
-            return _segmented(kept, roots, paths, begins, counts)
+            return _segmented(branches, begins, counts, every.tips)
+        if max(counts) == 1 and not branches.minor.any():
+            branches = branches.with_at_most(max_bones - n_roots)
         least = max(GROWTH * least, 1e-3 * tree.length)
+        branches = branches.without_short(least)
 
 
 def _main_components(skeleton: Skeleton) -> Skeleton:
@@ -124,51 +131,11 @@ def _count(skeleton: Skeleton, path: NDArray[np.int64], least: float) -> int:
     return max(1, min(round(wanted), len(path) - 1))
 
 
-def _without_short_branches(skeleton: Skeleton, least: float) -> Skeleton:
-    """Contract end branches, and then branches between two junctions or two tips, that are too short.
-
-    Of the latter, those that have no end in common are contracted at once: none of them gets longer by the others.
-    """
-    current = skeleton
-    while True:
-        is_short = _branch_lengths(current) < least
-        short = [path for path, is_own in zip(current.branches, is_short.tolist(), strict=True) if is_own]
-        ends = current.degrees[np.array([path[[0, -1]] for path in short], dtype=np.int64).reshape(-1, 2)]
-        is_end = (ends.min(axis=1) == 1) & (ends.max(axis=1) > 2)
-        target = np.arange(len(current.nodes))
-        if is_end.any():
-            for row in np.flatnonzero(is_end).tolist():
-                path = short[row] if ends[row, 0] > 2 else short[row][::-1]
-                target[path[1:]] = path[0]
-        elif short:
-            has_changed = np.zeros(len(target), dtype=bool)
-            for path, is_own in zip(branch_order(current).paths, is_short.tolist(), strict=True):
-                if is_own and not has_changed[path[[0, -1]]].any():
-                    target[path[1:]] = path[0]
-                    has_changed[path[[0, -1]]] = True
-        else:
-            return current
-        current = contract_nodes(current, target)
-
-
-def _branch_lengths(skeleton: Skeleton) -> NDArray[np.float64]:
-    """(b,) length of each branch."""
-    nodes, begins = skeleton.flat_branches
-    if len(begins) < 2:
-        return np.empty(0)
-    steps = np.linalg.norm(np.diff(skeleton.nodes[nodes], axis=0), axis=1)
-    steps[begins[1:-1] - 1] = 0.0  # from a branch to the next
-    return np.add.reduceat(steps, begins[:-1])
-
-
 def _segmented(
-    skeleton: Skeleton,
-    roots: NDArray[np.int64],
-    paths: Sequence[NDArray[np.int64]],
-    begins: Sequence[int],
-    counts: Sequence[int],
+    branches_of: BoneBranches, begins: Sequence[int], counts: Sequence[int], limb_ends: NDArray[np.float64]
 ) -> Bones:
     """Divide every branch into its number of bones, from the root outwards."""
+    skeleton, roots, paths = branches_of.skeleton, branches_of.roots, branches_of.paths
     bone_of_node = np.full(len(skeleton.nodes), -1)
     heads: list[NDArray[np.float64]] = []
     tails: list[NDArray[np.float64]] = []
@@ -200,24 +167,8 @@ def _segmented(
             parent = len(heads) - 1
         for following in rows_from.get(int(path[-1]), []):
             heappush(waiting, following)
-    return Bones(
-        np.array(heads), np.array(tails), np.array(parents), np.array(branches), bone_of_node[skeleton.node_of_vertex]
-    )
-
-
-def _roots(skeleton: Skeleton) -> NDArray[np.int64]:
-    """(c,) the root of each component: the junction, or tip if there is none, fewest of its radii from the middle.
-
-    The thickest one may be another after a change of the pose or of the mesh: hips and chest may be as thick.
-    """
-    component, length, tiny = skeleton.component_of_node, np.zeros(len(skeleton.nodes)), np.finfo(np.float64).tiny
-    np.add.at(length, skeleton.edges.ravel(), np.repeat(skeleton.edge_lengths, 2))
-    sums = np.stack([np.bincount(component, length * x) for x in skeleton.nodes.T], axis=1)
-    middle = sums / np.maximum(np.bincount(component, length), tiny)[:, None]
-    in_radii = np.linalg.norm(skeleton.nodes - middle[component], axis=1) / np.maximum(skeleton.radii, tiny)
-    rank = np.minimum(np.where(skeleton.degrees == 2, -1, skeleton.degrees), 3)
-    order = np.lexsort((in_radii, -rank, component))
-    return order[np.unique(component[order], return_index=True)[1]]
+    bone_of_vertex = bone_of_node[skeleton.node_of_vertex]
+    return Bones(np.array(heads), np.array(tails), np.array(parents), np.array(branches), bone_of_vertex, limb_ends)
 
 
 def _first_outside(skeleton: Skeleton, path: NDArray[np.int64]) -> int:

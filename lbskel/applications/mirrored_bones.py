@@ -1,7 +1,8 @@
 """Bones of a symmetric mesh in pairs: each with a twin at its mirror image, or itself in the plane.
 
 A skeleton is nearly as symmetric as its mesh, so most bones find their twin. Where one has none, as a finger of one
-bone on one side and of two on the other, the bones of the side with more are mirrored to the other one.
+bone on one side and of two on the other, the bones of the side with more are mirrored to the other one. A branch from
+the middle whose part of the surface is mirrored onto itself, as a head's is, stays one, and its bones go to the plane.
 """
 
 from __future__ import annotations
@@ -18,13 +19,15 @@ from lbskel.applications.bones import Bones
 from lbskel.applications.mirror import MirrorPlane
 
 
-def twin_bones(bones: Bones, plane: MirrorPlane, limit: float) -> NDArray[np.int64]:
-    """(b,) for each bone the one at its mirror image, or itself if it lies in the plane; -1 where there is none.
+def twin_bones(bones: Bones, plane: MirrorPlane, vertices: NDArray[np.float64], limit: float) -> NDArray[np.int64]:
+    """(b,) for each bone the one at its mirror image, or itself if it is in the middle; -1 where there is none.
 
     Parameters
     ----------
     bones : Bones
     plane : MirrorPlane
+    vertices : (n, 3) array of float
+        Of the mesh.
     limit : float
         Largest root of the summed squared distances of a bone's two ends from the mirror images of its twin's ends.
     """
@@ -37,10 +40,26 @@ def twin_bones(bones: Bones, plane: MirrorPlane, limit: float) -> NDArray[np.int
     is_twin &= is_twin[nearest]
     # twins must hang on twins, from the roots outwards
     twins = np.where(is_twin, nearest, -1)
+    is_own = ~is_twin & _is_mirrored_branch(bones, plane, vertices)
+    lengths = np.linalg.norm(
+        (tails - bones.heads) - np.outer((tails - bones.heads) @ plane.normal, plane.normal), axis=1
+    )
     for bone, parent in enumerate(bones.parents.tolist()):
+        if is_own[bone] and lengths[bone] > limit and (parent < 0 or twins[parent] == parent):
+            twins[bone] = bone
         if twins[bone] >= 0 and parent >= 0 and twins[parent] != bones.parents[twins[bone]]:
             twins[[bone, twins[bone]]] = -1
     return twins
+
+
+def _is_mirrored_branch(bones: Bones, plane: MirrorPlane, vertices: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(b,) whether most vertices of a bone's branch have their mirror images in the branch, as those of a head have."""
+    image = cKDTree(vertices).query(plane.mirrored(vertices))[1]
+    branch = bones.branches[bones.bone_of_vertex] + 1  # 0: of a root
+    n = int(bones.branches.max()) + 2
+    share = np.bincount(branch, branch[image] == branch, minlength=n) / np.bincount(branch, minlength=n).clip(min=1)
+    is_mirrored: NDArray[np.bool_] = (share > 0.5)[bones.branches + 1] & (bones.branches >= 0)
+    return is_mirrored
 
 
 def paired_bones(
@@ -62,7 +81,7 @@ def paired_bones(
     max_bones : int
         Largest number of bones.
     """
-    twins = twin_bones(bones, plane, limit)
+    twins = twin_bones(bones, plane, vertices, limit)
     if (twins >= 0).all():
         return bones, twins
     tails = np.where((bones.branches < 0)[:, None], bones.heads, bones.tails)

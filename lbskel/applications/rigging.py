@@ -3,7 +3,7 @@
 Bones: :mod:`lbskel.applications.bones`; weights: :mod:`lbskel.applications.bone_heat`. Where the mesh is symmetric
 (:mod:`lbskel.applications.mirror`), so are bones and weights, and the names tell left from right: left is where the
 coordinate is larger, as of a character that faces +z with y up, or -y with z up. A root attracts vertices as the point
-of its head; its tail only shows where up is.
+of its head; its tail only shows where up is. Texture coordinates and materials are not read, so a rig has none.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from lbskel.applications.bone_heat import bone_weights, keep_largest
 from lbskel.applications.bones import Bones, bones_of
 from lbskel.applications.mirror import MirrorPlane, find_mirror_plane
 from lbskel.applications.mirrored_bones import paired_bones
-from lbskel.errors import MeshError, checked_count
+from lbskel.errors import MeshError, checked_count, counted, first_few
 from lbskel.geometry.mesh import as_mesh
 from lbskel.preprocess import oriented_surface
 from lbskel.skeleton.armature import Rig
@@ -43,7 +43,8 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
     skeleton : Skeleton
         With ``node_of_vertex``.
     max_bones : int
-        Largest number of bones.
+        Largest number of bones. The spine, the head and each limb have one before a limb has a second, but ends of
+        limbs such as fingers; where these are too many, the shortest have none. ``notes`` tells the limbs without one.
     max_influences : int
         Largest number of bones that a vertex follows.
 
@@ -83,10 +84,11 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
     bones = bones_of(skeleton, max_bones=max_bones)
     plane = find_mirror_plane(surface)
     heads, tails = bones.heads, bones.tails
-    twins = np.full(len(heads), -1)
+    twins, limb_ends, off = np.full(len(heads), -1), bones.limb_ends, 0.0
     if plane is not None:
         limit = PAIR_DISTANCE * surface.diameter_bound
-        bones, twins = paired_bones(bones, plane, surface.vertices, limit, max_bones)
+        given, (bones, twins) = bones, paired_bones(bones, plane, surface.vertices, limit, max_bones)
+        off = 0.0 if bones is given else limit  # mirrored bones end near the ends of their limbs
         heads, tails = bones.heads, bones.tails
         lengths = np.linalg.norm(tails - heads, axis=1, keepdims=True)
         heads, tails = (_symmetric(points, twins, plane) for points in (heads, tails))
@@ -98,7 +100,20 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
     if plane is not None:
         weights = _symmetric_weights(weights, twins, _merged_twins(plane.twins, representative))
     names = _names(bones, twins, plane)
-    return Rig(surface, names, heads, tails, bones.parents, keep_largest(weights, max_influences)[representative])
+    weights = keep_largest(weights, max_influences)[representative]
+    notes = _notes(bones, limb_ends, off, max_bones)
+    return Rig(surface, names, heads, tails, bones.parents, weights, notes)
+
+
+def _notes(bones: Bones, limb_ends: NDArray[np.float64], limit: float, max_bones: int) -> tuple[str, ...]:
+    """Tell the limbs at whose ends no bone ends, up to a distance."""
+    distance = np.linalg.norm(limb_ends[:, None] - bones.tails[bones.branches >= 0], axis=2).min(axis=1, initial=np.inf)
+    ends = [f"({', '.join(f'{x:.4g}' for x in end)})" for end in limb_ends[distance > limit].tolist()]
+    if not ends:
+        return ()
+    return (
+        f"{counted(len(ends), 'limb')} got no bone, with max_bones {max_bones}: with the ends {first_few(ends, 10)}",
+    )
 
 
 def _symmetric(points: NDArray[np.float64], twins: NDArray[np.int64], plane: MirrorPlane) -> NDArray[np.float64]:

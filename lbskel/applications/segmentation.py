@@ -8,7 +8,8 @@ surface turns inwards by c radians per local radius, since people see the bounda
 Hoffman, Richards 1984, "Parts of recognition", https://doi.org/10.1016/0010-0277(84)90022-2. Lengths are in local
 radii, so the boundary around a limb moves by about its radius to find a crease. The least sum is sought by graph cuts
 (:mod:`lbskel.applications.boundary_cut`), and diffusion of the labels makes the boundaries smooth
-(:mod:`lbskel.applications.boundary_smoothing`). Last, every part is made connected.
+(:mod:`lbskel.applications.boundary_smoothing`). Last, every part is made connected, and patches
+without an end of the skeleton go to the parts beside them (:mod:`lbskel.applications.flat_parts`).
 """
 
 from __future__ import annotations
@@ -26,10 +27,11 @@ from scipy.spatial import cKDTree
 
 from lbskel.applications.boundary_cut import expand_labels
 from lbskel.applications.boundary_smoothing import concavity, smooth_labels
-from lbskel.applications.branch_measures import face_volumes
 from lbskel.applications.face_graph import FaceGraph, connect_parts, face_graph
+from lbskel.applications.flat_parts import merge_flat_parts
+from lbskel.applications.part_volumes import part_volumes
 from lbskel.applications.skeleton_parts import parts_of_nodes
-from lbskel.errors import choose
+from lbskel.errors import MeshError, choose
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh, as_mesh
@@ -60,8 +62,8 @@ class Segmentation:
         The part of each node of the skeleton.
     n_faces : (p,) array of int
     area, volume : (p,) array of float
-        Of the part of the surface, and of what it encloses with the skeleton; the volumes of all parts sum to that of
-        the mesh but for a few percent.
+        Of the part of the surface, and of what it encloses with cones over its boundary; the volumes of all parts sum
+        to that of the mesh.
     length : (p,) array of float
         Length of the skeleton in the part.
     mean_radius : (p,) array of float
@@ -102,7 +104,7 @@ class Segmentation:
 
 
 def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> Segmentation:
-    """Divide a mesh into its limbs and trunk.
+    """Divide a mesh into its limbs and trunk, and where their thickness jumps, as from a leg to a thicker foot.
 
     Parameters
     ----------
@@ -132,7 +134,11 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     """
     choose(dict.fromkeys(THICKNESS), thickness, "thickness")
     surface = oriented_surface(as_mesh(mesh))[0]
-    volumes = face_volumes(skeleton, surface)
+    if len(skeleton.node_of_vertex) != len(surface.vertices):
+        raise MeshError(
+            f"the skeleton maps {len(skeleton.node_of_vertex)} vertices to its nodes, and the mesh has "
+            f"{len(surface.vertices)}: give the mesh that the skeleton was made from"
+        )
     radii = _node_radii(skeleton, surface, thickness)
     of_node = parts_of_nodes(skeleton, radii)
     graph = face_graph(surface)
@@ -147,7 +153,9 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     widths = np.maximum(radii[nodes], np.linalg.norm(surface.vertices - skeleton.nodes[nodes], axis=1))
     labels = smooth_labels(labels, graph, surface.face_areas, widths[surface.faces].mean(axis=1))
     labels = connect_parts(labels, graph, surface.face_areas)
-    return _measured(skeleton, surface, labels, of_node, volumes)
+    has_end = np.bincount(of_node, skeleton.degrees < 2) > 0
+    labels = merge_flat_parts(labels, has_end, graph, surface)
+    return _measured(skeleton, surface, labels, of_node)
 
 
 def _node_radii(skeleton: Skeleton, mesh: Mesh, thickness: str) -> NDArray[np.float64]:
@@ -250,13 +258,7 @@ def _edge_costs(graph: FaceGraph, scale: NDArray[np.float64]) -> NDArray[np.floa
     return costs
 
 
-def _measured(
-    skeleton: Skeleton,
-    mesh: Mesh,
-    labels: NDArray[np.int64],
-    of_node: NDArray[np.int64],
-    volumes: NDArray[np.float64],
-) -> Segmentation:
+def _measured(skeleton: Skeleton, mesh: Mesh, labels: NDArray[np.int64], of_node: NDArray[np.int64]) -> Segmentation:
     """Measure the parts that have faces; nodes of other parts take the part of most of their faces."""
     kept, part_of_face = np.unique(labels, return_inverse=True)
     new = np.full(int(of_node.max()) + 1, -1)
@@ -281,7 +283,7 @@ def _measured(
         "part_of_node": part_of_node,
         "n_faces": np.bincount(part_of_face, minlength=p),
         "area": np.bincount(part_of_face, mesh.face_areas, minlength=p),
-        "volume": np.bincount(part_of_face, volumes, minlength=p),
+        "volume": part_volumes(mesh, part_of_face.astype(np.int64), p),
         "length": np.bincount(part_of_node[skeleton.edges.ravel()], share, minlength=p),
         "mean_radius": np.divide(radii, n_known, out=np.full(p, np.nan), where=n_known > 0),
     }

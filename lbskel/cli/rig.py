@@ -29,6 +29,7 @@ def add_parser(subparsers: Any) -> None:
         subparsers,
         "rig",
         "make bones and weights for animation, as glTF",
+        details="Texture coordinates and materials of the mesh are not read, so the GLB has none.",
         example="lbskel rig meshes/dinosaur.ply -o dinosaur.glb --up z --preset character",
     )
     parser.add_argument("-o", "--output", required=True, metavar="GLB", help="binary glTF to write")
@@ -70,8 +71,10 @@ def run(arguments: argparse.Namespace) -> int:
         shown = {"part_of_face": bone_of_face, "parts_name": "parts by strongest bone", "parts_first": True}
         title = Path(arguments.mesh).name
         write_page(arguments.html, mesh, skeleton, arguments, title=title, tables=[_table(rigged)], **shown)
+    bones = f"{output}: {counted(len(rigged.names), 'bone')}: {', '.join(rigged.names)}"
     facts = {"output": str(output), "bones": list(rigged.names), "parents": rigged.parents.tolist()}
-    tell(arguments, f"{output}: {counted(len(rigged.names), 'bone')}: {', '.join(rigged.names)}", facts)
+    facts["notes"] = list(rigged.notes)
+    tell(arguments, "\n".join([bones, *(f"  note      {note}" for note in rigged.notes)]), facts)
     return 0
 
 

@@ -34,6 +34,8 @@ class Rig:
         Bone that each hangs on, which comes before it; -1 for a root.
     weights : (n, b) array of float
         Weight of each bone at each vertex, not negative; rows sum to 1.
+    notes : tuple of str
+        What is worth knowing about it, such as limbs without a bone.
 
     Raises
     ------
@@ -57,6 +59,7 @@ class Rig:
     tails: NDArray[np.float64]
     parents: NDArray[np.int64]
     weights: NDArray[np.float64]
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "names", tuple(self.names))

@@ -25,8 +25,8 @@ RIGHT = ([-1, 0, 0], [-3, 0.1, 0], 0, 1)
 
 def test_bones_find_their_twins_within_the_limit():
     both = bones(ROOT, LEFT, RIGHT)
-    assert twin_bones(both, PLANE, 0.2).tolist() == [0, 2, 1]
-    assert twin_bones(both, PLANE, 0.01).tolist() == [0, -1, -1]
+    assert twin_bones(both, PLANE, VERTICES, 0.2).tolist() == [0, 2, 1]
+    assert twin_bones(both, PLANE, VERTICES, 0.01).tolist() == [0, -1, -1]
     found, twins = paired_bones(both, PLANE, VERTICES, 0.2, 30)
     assert found is both
     assert twins.tolist() == [0, 2, 1]
@@ -70,3 +70,14 @@ def test_the_bones_of_a_body_beside_the_plane_are_mirrored_with_their_root():
     assert twins.tolist() == [3, 4, 5, 0, 1, 2]
     assert found.heads[3:] == pytest.approx(found.heads[:3] * [-1, 1, 1])
     assert found.parents.tolist() == [-1, 0, 0, -1, 3, 3]
+
+
+def test_a_branch_whose_surface_is_mirrored_onto_itself_is_not_made_two():
+    """The head's bone ends in an ear on the left; an eyebrow on it, on the right alone, is mirrored."""
+    head, brow = ([0, 0, 0], [1.5, 2, 0], 0, 0), ([1.5, 2, 0], [-3, 3, 0], 1, 1)
+    found, twins = paired_bones(bones(ROOT, head, of_vertex=(1, 1, 1, 1, 1)), PLANE, VERTICES, 0.2, 30)
+    assert (len(found.heads), twins.tolist()) == (2, [0, 1])
+    found, twins = paired_bones(bones(ROOT, head, brow, of_vertex=(1, 1, 1, 2, 1)), PLANE, VERTICES, 0.2, 30)
+    assert twins.tolist() == [0, 1, 3, 2]
+    found, twins = paired_bones(bones(ROOT, head, of_vertex=(1, 0, 1, 0, 0)), PLANE, VERTICES, 0.2, 30)
+    assert twins.tolist() == [0, 2, 1]  # a limb that has its surface on one side

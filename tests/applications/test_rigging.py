@@ -35,6 +35,15 @@ def test_a_dinosaur_has_a_spine_and_pairs_of_legs(dinosaur):
         assert plane.mirrored(dinosaur.tails[[here]]) == pytest.approx(dinosaur.tails[[there]])
 
 
+def test_the_limbs_without_a_bone_are_told(dinosaur):
+    mesh = dinosaur.mesh
+    assert dinosaur.notes == ()
+    few = rig(mesh, skeletonize(mesh), max_bones=4)
+    assert few.heads[0] == pytest.approx(dinosaur.heads[0])
+    assert "got no bone, with max_bones 4: with the ends (" in few.notes[0]
+    assert len(few.names) <= 4
+
+
 def test_weights_are_smooth_shares_of_at_most_four_bones(dinosaur):
     weights, edges = dinosaur.weights, dinosaur.mesh.edges
     assert weights.sum(axis=1) == pytest.approx(1)

@@ -17,6 +17,12 @@ def test_rig(here, folder):
     assert here("rig", "rod.off", "-o", "rod.glb", "--force", "--max-bones", "0")[0] == 2
 
 
+def test_help_and_output_tell_what_a_rig_has_not(here, folder):
+    assert "exture coordinates and materials" in " ".join(here("rig", "--help")[1])
+    out = here("rig", "rod.off", "-o", "rod.glb", "--max-bones", "1")[1]
+    assert (out[0], "1 limb got no bone" in out[1]) == ("rod.glb: 1 bone: root", True)
+
+
 def test_a_component_that_hangs_on_no_bone_is_told_and_join_hangs_it_on_one(here, folder, rod):
     """A long body, and beside it a garment of its own that is too long to belong to a bone of the body."""
     long = rod.with_vertices(rod.vertices * [0.5, 0.5, 1])
