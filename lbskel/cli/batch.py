@@ -106,10 +106,12 @@ def _paths(given: list[str]) -> list[str]:
     Raises
     ------
     FormatError
-        If a pattern matches no file.
+        If a pattern matches no file, or a folder is named.
     """
     paths = []
     for name in given:
+        if Path(name).is_dir():
+            raise FormatError(f"{name}: is a folder; name the meshes in it, such as by '{Path(name) / '*'}'")
         if not glob.has_magic(name) or Path(name).exists():
             paths.append(name)
         elif matches := sorted(path for path in glob.glob(name, recursive=True) if Path(path).is_file()):

@@ -191,7 +191,8 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
         "--root",
         type=_vertex_or_point,
         metavar="PLACE",
-        help="first node, the root in swc: the index of a vertex, or a point as X,Y,Z",
+        help="first node, the root in swc, is the nearest to this: the index of a vertex, or a point as X,Y,Z in the "
+        "units of the mesh; its type in swc is 1 only if it is the soma by its radius too",
     )
     group.add_argument(
         "--anchor",

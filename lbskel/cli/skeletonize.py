@@ -150,7 +150,7 @@ def _output(given: str, mesh: Path, suffix: str, are_several: bool) -> Path:
     if path.is_dir():
         return path / (mesh.stem + suffix)
     if are_several:
-        raise FormatError(f"{path} is not a folder; several inputs need one")
+        raise FormatError(f"{path} is not a folder; several inputs need one: make it first")
     return path
 
 

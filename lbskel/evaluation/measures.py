@@ -73,7 +73,9 @@ MEASURES = {
         "share of the vertices in the largest connected part of their node's region", 0.98, 0.6
     ),
     "adjacent_regions": Measure("share of the skeleton edges whose two regions are adjacent", 0.9, 0.6),
-    "shortcut_edges": Measure("skeleton edges between regions that are not adjacent, longer than these are wide", 0, 1),
+    "shortcut_edges": Measure(
+        "skeleton edges longer than their regions are wide that neither touch nor have a neighbor's between", 0, 1
+    ),
     "spurs": Measure("end branches that stay within 1.2 times the ball of their junction", 0, 6),
 }
 

@@ -245,9 +245,18 @@ def _n_shortcut_edges(skeleton: Skeleton, mesh: Mesh, widths: NDArray[np.float64
     """Count the edges that join regions which do not touch, and that are longer than the widths of both together.
 
     A region is as wide as its mean radius, or as the longest edge of the mesh at its vertices: regions of single
-    vertices of a coarse mesh need not touch.
+    vertices of a coarse mesh need not touch. Nor need those of a branch and its junction in the palm of a hand, where
+    the region of another finger lies between them: two regions that both touch that of a neighbor of their nodes are
+    no shortcut.
     """
-    reach = np.array(widths)
-    np.maximum.at(reach, skeleton.node_of_vertex[mesh.edges.ravel()], np.repeat(mesh.edge_lengths, 2))
+    node, reach = skeleton.node_of_vertex, np.array(widths)
+    np.maximum.at(reach, node[mesh.edges.ravel()], np.repeat(mesh.edge_lengths, 2))
     lengths = np.linalg.norm(skeleton.nodes[disjoint[:, 0]] - skeleton.nodes[disjoint[:, 1]], axis=1)
-    return int((lengths > reach[disjoint].sum(axis=1)).sum())
+    long = disjoint[lengths > reach[disjoint].sum(axis=1)]
+    pairs = np.unique(np.concatenate([node[mesh.edges], node[mesh.edges[:, ::-1]]]), axis=0) if len(long) else long
+    touching = {each: pairs[pairs[:, 0] == each, 1] for each in np.unique(long).tolist()}
+    beside = [np.concatenate([skeleton.neighbors[i], skeleton.neighbors[j]]) for i, j in long]
+    return sum(
+        len(np.intersect1d(near, np.intersect1d(touching[i], touching[j]))) == 0
+        for near, (i, j) in zip(beside, long.tolist(), strict=True)
+    )

@@ -187,7 +187,8 @@ def _tree_options(entry: Format, root: int | None, scale: float, units: str | No
     if scale != 1 or units is not None:
         trees = ", ".join(name for name, other in FORMATS.items() if other.only_trees)
         raise FormatError(
-            f"a scale and units are stored by {trees} only; other formats keep the coordinates of the mesh"
+            f"a scale and units are stored by {trees} only; other formats keep the coordinates of the mesh: write "
+            f"{trees}, in a batch by --format {trees}"
         )
     return {}
 

@@ -14,6 +14,7 @@ from lbskel.contraction.collapsed_graph import CollapsedGraph
 from lbskel.contraction.result import Contraction, Step
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.evaluation.measures import NOT_SCORED, Score
+from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.environment import are_kernels_compiled, versions
 from lbskel.pipeline.preparation import Body, PreparedMesh
@@ -50,7 +51,8 @@ def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
     """Join the skeletons of all bodies in the caller's coordinates, with a node for each of the caller's vertices.
 
     The first node is the root of trees: the soma of a neuron, else the thickest tip, as
-    :func:`~lbskel.skeleton.root.reroot_by_thickness` finds them.
+    :func:`~lbskel.skeleton.root.reroot_by_thickness` finds them. Radii of bodies with open ends are distances to the
+    caller's surface, where what closed the cuts is nearer.
 
     Parameters
     ----------
@@ -77,10 +79,14 @@ def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
         first += len(skeleton.nodes)
     to_node = VertexMap(node_of_vertex).complete(prepared.mesh.vertices, whole.nodes)
     from_source = prepared.vertex_map.compose(to_node)
+    nodes, radii = whole.nodes * prepared.scale + prepared.center, whole.radii * prepared.scale
+    is_open = np.repeat([len(body.open_ends) > 0 for body in prepared.bodies], [len(each.nodes) for each in skeletons])
+    if is_open.any():  # neither what closes a cut is surface, nor what preprocessing removed
+        radii[is_open] = np.maximum(radii[is_open], Surface(prepared.source).distance(nodes[is_open]))
     joined = replace(
         whole,
-        nodes=whole.nodes * prepared.scale + prepared.center,
-        radii=whole.radii * prepared.scale,
+        nodes=nodes,
+        radii=radii,
         mean_radii=whole.mean_radii * prepared.scale,
         node_of_vertex=from_source.complete(prepared.to_unit(prepared.source.vertices), whole.nodes).indices,
     )

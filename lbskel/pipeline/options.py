@@ -42,7 +42,7 @@ DOMAINS: dict[str, Mapping[str, Any]] = {
 - ``neuron``: one graph for each cell, whose pieces are joined whatever the gap, and no loops shorter than 60 radii:
   touching neurites leave loops, and a cell has none. Of the 29 and 40 loops of two hemibrain neurons 17 and 25 are
   longer; opening the others lowers the F-score of the cable by 0.002. These numbers are not in a committed table.
-  Radii are mean ones, as those of a tracing; benchmarks/results/neurons.md has the errors of both kinds.
+  Radii are mean ones, those of round tubes; benchmarks/results/neurons.md has the errors of both kinds.
 - ``vessel``, ``plant``, ``character``: no loops shorter than 12 radii, such as those where limbs touch or noise has
   made a handle. The ring around a tunnel as wide as its tube is thick has a length of 4 pi radii.
 - ``cad``: branches that end on the surface, since the length of the part is measured.

@@ -170,7 +170,8 @@ def resolve_root(root: Any, mesh: Mesh) -> tuple[int, NDArray[np.float64]]:
     vertex, point = resolve_anchor(root, mesh, "root")
     if np.ndim(root) and _is_outside_bounding_sphere(point, mesh):
         raise MeshError(
-            f"the root {root!r} lies outside of the bounding sphere of the mesh; give a vertex or a point inside"
+            f"the root {root!r} lies outside of the bounding sphere of the mesh; give a vertex, or a point inside in "
+            "the units of the mesh, which are not those of a scale"
         )
     return vertex, point
 

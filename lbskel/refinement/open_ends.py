@@ -25,9 +25,10 @@ MAX_TURN = np.pi / 3
 
 
 def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray[np.float64]) -> Skeleton:
-    """Extend the tips in the open ends of tubes to the centers of the cuts; radii there are those of the cuts.
+    """Extend the tips in the open ends of tubes to the centers of the cuts; radii there are those of the tubes.
 
-    A tip ends at a cut if it is the nearest tip, at most ``TIP_REACH`` radii of the cut away, and about as thick. The
+    That is, of the node before the cut, or of a narrower cut. A tip ends at a cut if it is the nearest tip, at most
+    ``TIP_REACH`` radii of the cut away, and about as thick, not counting what lies within a radius of the cut. The
     last nodes within a radius of the cut's center are left out, so that the branch does not turn back to it. A cut to
     which it would still turn by more than ``MAX_TURN`` is taken for a hole in its side, and changes nothing.
 
@@ -50,7 +51,8 @@ def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray
     for end in open_ends[np.argsort(to_tip, kind="stable")]:  # of the ends that one tip could have, the nearest
         distances = np.linalg.norm(skeleton.nodes[tips] - end[:3], axis=1)
         tip = int(tips[distances.argmin()])
-        is_as_thick = end[3] / MAX_CUT_RATIO <= widths[tip] <= end[3] * MAX_CUT_RATIO
+        width = widths[_before_cut(skeleton, ways[tip], end)[-1]]  # a tip in the sharp edge of an oblique cut is thin
+        is_as_thick = end[3] / MAX_CUT_RATIO <= width <= end[3] * MAX_CUT_RATIO
         if 0 < distances.min() <= TIP_REACH * end[3] and is_as_thick and _is_ahead(skeleton, ways[tip], end):
             starts.setdefault(tip, end)
     if not starts:
@@ -64,7 +66,7 @@ def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray
     n_nodes = len(skeleton.nodes)
     extended = extend_ends(skeleton, surface, last, [[end[:3]] for end in starts.values()])
     radii = np.array(extended.radii)
-    radii[n_nodes:] = [end[3] for end in starts.values()]
+    radii[n_nodes:] = np.minimum([end[3] for end in starts.values()], radii[last])
     return replace(extended, radii=radii)
 
 

@@ -68,3 +68,5 @@ def test_a_file_of_the_name_of_a_pattern_is_that_file_and_a_pattern_needs_a_matc
     assert (folder / "out" / "rod[1].json").exists()
     code, _, err = here("batch", "rod.off", "none*.off", "-o", "out", "--workers", "1")
     assert (code, err) == (2, ["lbskel: none*.off: no file matches this pattern; correct it, or leave it out"])
+    code, _, err = here("batch", "out", "-o", "out", "--workers", "1")
+    assert (code, err) == (2, ["lbskel: out: is a folder; name the meshes in it, such as by 'out/*'"])

@@ -111,7 +111,7 @@ def test_a_scale_and_units_are_those_of_the_file_and_not_of_the_skeleton(here, f
     np.testing.assert_allclose(rows[0], 1000 * rows[1], rtol=1e-15)  # one rounding
     assert '"units": "um"' in (folder / "a.swc").read_text()
     for options, message in (
-        (("-o", "c.json", "--units", "um"), "stored by swc only"),
+        (("-o", "c.json", "--units", "um"), "write swc, in a batch by --format swc"),
         (("-o", "c.swc", "--scale", "0"), "positive number"),
     ):
         for command in ("skeletonize", "batch"):

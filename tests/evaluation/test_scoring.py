@@ -320,8 +320,21 @@ def test_regions_are_as_wide_as_the_edges_of_the_mesh(n_skipped, n_shortcuts):
     skeleton = Skeleton(np.stack([0 * z, 0 * z, z], axis=1), [[k, k + 1] for k in range(rings - 1)], np.ones(rings))
     skeleton = replace(skeleton, node_of_vertex=np.repeat(np.arange(rings), n))
     assert score(skeleton, mesh, preprocess=None).shortcut_edges == 0
-    skipping = with_edges(skeleton, [*skeleton.edges.tolist(), [3, 4 + n_skipped]])
+    others = [edge for edge in skeleton.edges.tolist() if edge[1] <= 3 or edge[0] >= 4 + n_skipped]
+    skipping = with_edges(skeleton, [*others, [3, 4 + n_skipped]])
     assert score(skipping, mesh, preprocess=None).shortcut_edges == n_shortcuts
+
+
+def test_regions_with_that_of_a_neighbor_between_them_are_no_shortcut():
+    """Two rings of a tube lie between the regions of an edge; they are those of a node beside these, or farther on."""
+    n, rings = 8, 10
+    mesh, z = cylinder(1.0, 45.0, n=n, m=rings), np.linspace(22.5, -22.5, rings)
+    chains = [[0, 1], [1, 2], [2, 3], [6, 7], [7, 8], [8, 9], [4, 5]]
+    node = np.repeat(np.array([0, 1, 2, 3, 4, 4, 6, 7, 8, 9]), n)
+    for between, n_shortcuts in (([3, 4], 0), ([2, 4], 1)):
+        edges = [*chains, [3, 6], between]
+        skeleton = Skeleton(np.stack([0 * z, 0 * z, z], axis=1), edges, np.ones(rings), node)
+        assert score(skeleton, mesh, preprocess=None).shortcut_edges == n_shortcuts
 
 
 def test_a_flat_part_is_covered_to_its_edges():

@@ -136,7 +136,7 @@ def test_the_root_is_the_node_of_a_vertex_or_the_one_nearest_to_a_point(skeleton
 def test_a_root_outside_the_bounding_sphere_is_refused(skeleton, mesh):
     assert nearest_node(skeleton, mesh.vertices[mesh.vertices[:, 2].argmax()], mesh) == 4  # on the sphere itself
     assert nearest_node(skeleton, [2.4, 0, 0], mesh) == 2  # outside the surface, but near
-    with pytest.raises(MeshError, match=r"the root .* lies outside of the bounding sphere"):
+    with pytest.raises(MeshError, match=r"the root .* lies outside of the bounding sphere .* in the units of the mesh"):
         nearest_node(skeleton, [0, 0, 2.6], mesh)
     with pytest.raises(MeshError, match="there is no vertex 9999, given as root"):
         nearest_node(skeleton, 9999, mesh)

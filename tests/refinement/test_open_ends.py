@@ -95,8 +95,21 @@ def test_a_cut_tube_has_tips_at_the_centers_of_its_cuts(n):
     ends = ends[np.argsort(ends[:, 2])]
     # the rims are planar and regular: their centers are exact but for the rounding of coordinates of 1e2
     np.testing.assert_allclose(ends, [[7, -20, -147], [7, -20, 153]], atol=1e-10)
-    # the radius is that of the rim's vertices
-    np.testing.assert_allclose(skeleton.radii[skeleton.tips], 30.0, rtol=1e-12)
+    # the inscribed radius is that to the middles of the tube's flat faces
+    np.testing.assert_allclose(skeleton.radii[skeleton.tips], 30.0 * np.cos(np.pi / n), rtol=1e-9)
+
+
+@pytest.mark.parametrize("degrees", [30, 60])
+def test_a_tube_cut_obliquely_ends_at_the_center_of_the_cut_with_its_own_radii(degrees):
+    """The faces that close the cut are no surface, and the thin wedge at its far side is no thinner limb."""
+    mesh = cylinder(1.0, 12.0, 32, 81)
+    x, _, z = mesh.vertices.T
+    sheared = np.array(mesh.vertices)
+    sheared[:, 2] += z / 6 * np.tan(np.radians(degrees)) * x
+    skeleton = skeletonize(mesh.with_vertices(sheared))
+    ends = skeleton.nodes[skeleton.tips]
+    np.testing.assert_allclose(ends[np.argsort(ends[:, 2])], [[0, 0, -6], [0, 0, 6]], atol=0.02)
+    np.testing.assert_allclose(skeleton.radii, 1.0, rtol=0.03)
 
 
 def test_a_tube_cut_at_one_end_has_a_round_end_at_the_other():

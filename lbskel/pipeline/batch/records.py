@@ -58,6 +58,8 @@ class Record:
     outcome : BatchStatus
     message : str
         Why there is no skeleton, or which measures of its score fail and which cycles were cut.
+    verdict : str
+        Of its score: pass, warn or fail; empty if there is no skeleton.
     key : str
         Hash of the content of the input and of all options; empty if another run on the same input could end otherwise,
         as after the installation of a package.
@@ -74,6 +76,7 @@ class Record:
     output: str
     outcome: BatchStatus
     message: str = ""
+    verdict: str = ""
     key: str = ""
     seconds: float = 0.0
     vertices: int | None = None

@@ -176,6 +176,7 @@ def _reply(job: dict[str, Any]) -> dict[str, Any]:
     return {
         "outcome": BatchStatus.PASSED if report["passed"] else BatchStatus.FAILED_CHECKS,
         "message": "; ".join(filter(None, [", ".join(sorted(failed)), cut_note])),
+        "verdict": report["score"]["verdict"],
         "vertices": report["input"]["vertices"],
         "faces": report["input"]["faces"],
         "nodes": len(skeleton.nodes),

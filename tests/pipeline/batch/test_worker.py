@@ -36,6 +36,7 @@ def worker():
 def test_a_reply_describes_the_skeleton(worker, job):
     reply = worker.run(job)
     assert reply["outcome"] is BatchStatus.PASSED
+    assert reply["verdict"] == "pass"
     assert (reply["vertices"], reply["faces"], reply["tips"], reply["cycles"]) == (152, 300, 2, 0)
     assert reply["inside_fraction"] == 1.0
     assert len(read_skeleton(job["output"]).nodes) == reply["nodes"]
