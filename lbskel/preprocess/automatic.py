@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, UnknownChoice, choose, were
 from lbskel.geometry.canonical_order import in_canonical_order
-from lbskel.geometry.components import MIN_FACES, components, find_crumbs
+from lbskel.geometry.components import MIN_FACES, components, find_crumbs, find_twigs
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.roughness import ROUGHNESS_LIMIT, roughness
@@ -132,10 +132,8 @@ def _preprocess_as_needed(mesh: Mesh, deadline: Deadline) -> PreprocessResult:
         result = result.compose(lambda given: remove_degenerate(given, angle=COLLINEAR_ANGLE))
         # where an edge has an odd number of faces, splitting cannot give every edge two
         split = result if (result.mesh.faces_per_edge % 2).any() else result.compose(split_nonmanifold)
-        if split.mesh.is_closed_manifold:
-            areas = _component_areas(split.mesh)
-            if areas.min() >= MIN_OPEN_AREA * areas.max():
-                result = split  # bodies that touch; neither an inner wall, nor a fin, nor debris
+        if split.mesh.is_closed_manifold and _are_small(split.mesh).sum() <= _are_small(result.mesh).sum():
+            result = split  # bodies that touch; neither an inner wall, nor a fin, nor debris
     elif (_component_volumes(result.mesh) < 0).any():
         result = result.compose(fix_orientation)
     for step in (_remove_cavities, _remove_crumbs, _smooth_if_rough, _refine_if_coarse):
@@ -185,6 +183,13 @@ def _refine_if_coarse(mesh: Mesh) -> PreprocessResult:
 def _component_areas(mesh: Mesh) -> NDArray[np.float64]:
     """(c,) area of each component."""
     return np.asarray(np.bincount(mesh.component_of_vertex[mesh.faces[:, 0]], mesh.face_areas), dtype=np.float64)
+
+
+def _are_small(mesh: Mesh) -> NDArray[np.bool_]:
+    """(c,) which components have a negligible share of the area of the largest."""
+    areas = _component_areas(mesh)
+    is_small: NDArray[np.bool_] = areas < MIN_OPEN_AREA * areas.max()
+    return is_small
 
 
 def _component_volumes(mesh: Mesh) -> NDArray[np.float64]:
@@ -251,17 +256,16 @@ def _without_crumbs(mesh: Mesh, is_crumb: NDArray[np.bool_]) -> PreprocessResult
 
 @preprocess_step
 def _remove_open_debris(mesh: Mesh) -> PreprocessResult:
-    """Remove small open components; small closed components are kept as bodies."""
+    """Remove small open components but twigs that were cut off; small closed components are kept as bodies."""
     label = mesh.component_of_vertex[mesh.faces[:, 0]]
-    areas = _component_areas(mesh)
-    is_open = np.zeros(len(areas), dtype=bool)
+    is_small = _are_small(mesh)
+    is_open = np.zeros(len(is_small), dtype=bool)
     is_open[mesh.component_of_vertex[mesh.edges[mesh.faces_per_edge == 1]]] = True
-    is_debris = is_open & (areas < MIN_OPEN_AREA * areas.max())
+    is_debris = is_open & is_small & ~find_twigs(mesh, is_small)
     if not is_debris.any():
         return identity_result(mesh)
-    note = (
-        f"{were(is_debris.sum(), 'open component')} removed as smaller than {MIN_OPEN_AREA:g} of the largest one's area"
-    )
+    what = f"smaller than {MIN_OPEN_AREA:g} of the largest one's area and no piece of a limb"
+    note = f"{were(is_debris.sum(), 'open component')} removed as {what}"
     return extract_faces(mesh, mesh.faces[~is_debris[label]], note)
 
 
