@@ -125,8 +125,8 @@ def _preprocess_as_needed(mesh: Mesh, deadline: Deadline) -> PreprocessResult:
     """
     result, open_ends = clean(mesh), np.empty((0, 4))
     if not result.mesh.is_closed_manifold:
-        result = result.compose(merge_seams).compose(remove_duplicates).compose(_remove_fragments)
-        result = result.compose(fix_orientation).compose(_remove_open_debris)
+        result = result.compose(merge_seams).compose(remove_duplicates).compose(_remove_dangling)
+        result = result.compose(_remove_fragments).compose(fix_orientation).compose(_remove_open_debris)
         open_ends = find_open_ends(result.mesh)
         result = result.compose(lambda given: close_holes(given, max_perimeter=MAX_HOLE_PERIMETER))
         result = result.compose(lambda given: remove_degenerate(given, angle=COLLINEAR_ANGLE))
@@ -224,6 +224,17 @@ def _remove_cavities(mesh: Mesh) -> PreprocessResult:
         return identity_result(mesh)
     note = f"{were(len(cavities), 'cavity')} filled, as part of the solid around"
     return extract_faces(mesh, mesh.faces[~np.isin(label, cavities)], note)
+
+
+@preprocess_step
+def _remove_dangling(mesh: Mesh) -> PreprocessResult:
+    """Remove the faces with a free edge that hang on an edge of two other faces, where all others are closed."""
+    n_faces = mesh.faces_per_edge[mesh.edge_of_half_edge].reshape(3, -1)
+    is_dangling = (n_faces == 1).any(axis=0) & (n_faces > 2).any(axis=0)
+    if not is_dangling.any() or is_dangling.all() or not Mesh(mesh.vertices, mesh.faces[~is_dangling]).is_closed:
+        return identity_result(mesh)
+    note = f"{were(is_dangling.sum(), 'dangling face')} removed from a closed surface"
+    return extract_faces(mesh, mesh.faces[~is_dangling], note)
 
 
 @preprocess_step

@@ -115,6 +115,19 @@ def test_debris_around_a_hole_is_removed_also_if_it_has_many_faces_and_small_clo
     assert preprocess_mesh(joined(given, ball)).mesh.n_components == 2
 
 
+def test_dangling_faces_are_removed_from_a_closed_surface_only():
+    outside = np.array([[2.0, 0, 0.3], [0, 2.0, 0.3]])
+    fins = [[*TORUS.faces[k, :2], len(TORUS.vertices) + i] for i, k in enumerate((0, 700))]
+    finned = Mesh(np.concatenate([TORUS.vertices, outside]), np.concatenate([TORUS.faces, fins]))
+    result = preprocess_mesh(finned)
+    assert np.array_equal(result.mesh.faces, TORUS.faces)
+    assert "2 dangling faces were removed from a closed surface" in result.notes
+    skeleton = skeletonize(finned)
+    assert (skeleton.cycle_rank, len(skeleton.tips), skeleton.report["passed"]) == (1, 0, True)
+    open_surface = without_faces(finned, range(400, 410))
+    assert not [note for note in preprocess_mesh(open_surface).notes if "dangling" in note]
+
+
 def test_a_twig_that_is_cut_off_is_a_piece_however_small():
     """A twig on a trunk, with a slit across it: what is beyond has 0.008 of the area, and is joined to the rest."""
     nodes = [[-12, 0, 0], [0, 0, 0], [12, 0, 0], [0, 0, 1], [0, 0, 3]]
