@@ -87,7 +87,7 @@ def add_preprocess_option(parser: argparse.ArgumentParser | argparse._ArgumentGr
         default="auto",
         metavar="HOW",
         help=f"{', '.join(PREPARATIONS)}; or steps, such as merge_close,remesh_isotropic:edge_length=0.011; or a .toml "
-        "file with a table [[step]] for each step (%(default)s)",
+        "file with a table [[step]] for each step; none thins no point cloud (%(default)s)",
     )
 
 

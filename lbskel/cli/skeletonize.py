@@ -210,11 +210,18 @@ def _summary(job: _Job, skeleton: Skeleton, report: dict[str, Any]) -> str:
         given, again = (f" --skeleton {job.skeleton}", "") if has_map else ("", " with the same options")
         view = f"lbskel view {job.mesh}{given} -o {job.skeleton.with_suffix('.html')}{again}"
         lines.append(f"  next      {view} shows where; lbskel check {job.mesh} tells whether the mesh is why")
+    if scored["verdict"] in ("warn", "fail") and size["faces"] and _was_smoothed_by_auto(report["preprocess"]):
+        lines.append("  next      the surface is rough: --preprocess scan refines and smooths it in another way")
     for stage, seconds in report["seconds"].items() if "megabytes" in report else ():
         peak = report["megabytes"].get(stage)
         lines.append(f"  {stage:<24}{seconds:8.2f} s" + (f"{peak:8.0f} MB at most" if peak else ""))
     lines.append(f"  wrote     {job.skeleton} in {sum(report['seconds'].values()):.1f} s")
     return "\n".join(lines)
+
+
+def _was_smoothed_by_auto(preprocess: dict[str, Any]) -> bool:
+    """Whether the automatic preprocessing found noise."""
+    return preprocess.get("pipeline") == "auto" and any(step["step"] == "smooth_noise" for step in preprocess["steps"])
 
 
 def _bodies(bodies: list[dict[str, Any]]) -> list[str]:

@@ -111,7 +111,8 @@ def skeletonize(
         The number of nodes, evenly spaced, in place of two for each local radius.
     preprocess : str, Pipeline or None
         ``auto`` does what the mesh needs, None nothing; else a pipeline, its text, or its name in PIPELINES. Of a
-        point cloud ``auto`` leaves out what is far from all else, ``scan`` also what is less far.
+        point cloud ``auto`` leaves out what is far from all else, ``scan`` also what is less far, and both thin more
+        than 20,000 points, whatever ``simplify`` is; None keeps all points.
     on_stage : callable, optional
         Called with the name of each stage as it begins.
     time_limit : float, optional

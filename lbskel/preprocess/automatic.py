@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, UnknownChoice, choose, were
 from lbskel.geometry.canonical_order import in_canonical_order
-from lbskel.geometry.components import MIN_FACES, components, find_crumbs
+from lbskel.geometry.components import MIN_FACES, components, find_crumbs, find_twigs
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.roughness import ROUGHNESS_LIMIT, roughness
@@ -125,17 +125,15 @@ def _preprocess_as_needed(mesh: Mesh, deadline: Deadline) -> PreprocessResult:
     """
     result, open_ends = clean(mesh), np.empty((0, 4))
     if not result.mesh.is_closed_manifold:
-        result = result.compose(merge_seams).compose(remove_duplicates).compose(_remove_fragments)
-        result = result.compose(fix_orientation).compose(_remove_open_debris)
+        result = result.compose(merge_seams).compose(remove_duplicates).compose(_remove_dangling)
+        result = result.compose(_remove_fragments).compose(fix_orientation).compose(_remove_open_debris)
         open_ends = find_open_ends(result.mesh)
         result = result.compose(lambda given: close_holes(given, max_perimeter=MAX_HOLE_PERIMETER))
         result = result.compose(lambda given: remove_degenerate(given, angle=COLLINEAR_ANGLE))
         # where an edge has an odd number of faces, splitting cannot give every edge two
         split = result if (result.mesh.faces_per_edge % 2).any() else result.compose(split_nonmanifold)
-        if split.mesh.is_closed_manifold:
-            areas = _component_areas(split.mesh)
-            if areas.min() >= MIN_OPEN_AREA * areas.max():
-                result = split  # bodies that touch; neither an inner wall, nor a fin, nor debris
+        if split.mesh.is_closed_manifold and _are_small(split.mesh).sum() <= _are_small(result.mesh).sum():
+            result = split  # bodies that touch; neither an inner wall, nor a fin, nor debris
     elif (_component_volumes(result.mesh) < 0).any():
         result = result.compose(fix_orientation)
     for step in (_remove_cavities, _remove_crumbs, _smooth_if_rough, _refine_if_coarse):
@@ -187,6 +185,13 @@ def _component_areas(mesh: Mesh) -> NDArray[np.float64]:
     return np.asarray(np.bincount(mesh.component_of_vertex[mesh.faces[:, 0]], mesh.face_areas), dtype=np.float64)
 
 
+def _are_small(mesh: Mesh) -> NDArray[np.bool_]:
+    """(c,) which components have a negligible share of the area of the largest."""
+    areas = _component_areas(mesh)
+    is_small: NDArray[np.bool_] = areas < MIN_OPEN_AREA * areas.max()
+    return is_small
+
+
 def _component_volumes(mesh: Mesh) -> NDArray[np.float64]:
     """(c,) volume of each component, negative where it is inside out."""
     if mesh.n_components == 1:
@@ -222,6 +227,17 @@ def _remove_cavities(mesh: Mesh) -> PreprocessResult:
 
 
 @preprocess_step
+def _remove_dangling(mesh: Mesh) -> PreprocessResult:
+    """Remove the faces with a free edge that hang on an edge of two other faces, where all others are closed."""
+    n_faces = mesh.faces_per_edge[mesh.edge_of_half_edge].reshape(3, -1)
+    is_dangling = (n_faces == 1).any(axis=0) & (n_faces > 2).any(axis=0)
+    if not is_dangling.any() or is_dangling.all() or not Mesh(mesh.vertices, mesh.faces[~is_dangling]).is_closed:
+        return identity_result(mesh)
+    note = f"{were(is_dangling.sum(), 'dangling face')} removed from a closed surface"
+    return extract_faces(mesh, mesh.faces[~is_dangling], note)
+
+
+@preprocess_step
 def _remove_fragments(mesh: Mesh) -> PreprocessResult:
     """Remove the crumbs before the repair: whether the wall of each is inside others would take most of its time.
 
@@ -251,17 +267,16 @@ def _without_crumbs(mesh: Mesh, is_crumb: NDArray[np.bool_]) -> PreprocessResult
 
 @preprocess_step
 def _remove_open_debris(mesh: Mesh) -> PreprocessResult:
-    """Remove small open components; small closed components are kept as bodies."""
+    """Remove small open components but twigs that were cut off; small closed components are kept as bodies."""
     label = mesh.component_of_vertex[mesh.faces[:, 0]]
-    areas = _component_areas(mesh)
-    is_open = np.zeros(len(areas), dtype=bool)
+    is_small = _are_small(mesh)
+    is_open = np.zeros(len(is_small), dtype=bool)
     is_open[mesh.component_of_vertex[mesh.edges[mesh.faces_per_edge == 1]]] = True
-    is_debris = is_open & (areas < MIN_OPEN_AREA * areas.max())
+    is_debris = is_open & is_small & ~find_twigs(mesh, is_small)
     if not is_debris.any():
         return identity_result(mesh)
-    note = (
-        f"{were(is_debris.sum(), 'open component')} removed as smaller than {MIN_OPEN_AREA:g} of the largest one's area"
-    )
+    what = f"smaller than {MIN_OPEN_AREA:g} of the largest one's area and no piece of a limb"
+    note = f"{were(is_debris.sum(), 'open component')} removed as {what}"
     return extract_faces(mesh, mesh.faces[~is_debris[label]], note)
 
 

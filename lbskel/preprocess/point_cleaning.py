@@ -78,7 +78,7 @@ def clean_points(points: NDArray[np.float64], preparation: str = "auto") -> Clea
     points : (n, 3) array of float
     preparation : str
         ``auto`` removes points that are three times as far from their neighbors as these from theirs, ``scan`` those
-        2.5 times as far, ``none`` nothing.
+        2.5 times as far; ``none`` does not, and does not thin the cloud.
 
     Raises
     ------
@@ -94,12 +94,13 @@ def clean_points(points: NDArray[np.float64], preparation: str = "auto") -> Clea
     if report["duplicates"]:
         notes.append(f"{were(report['duplicates'], 'duplicate point')} merged")
     budget = int(np.clip(SHARE * len(kept), FEWEST, MOST))
-    if len(kept) > budget:
+    if len(kept) > budget and np.isfinite(limit):
         cell = _cell_size(kept, budget)
         kept, step = thinned(kept, cell)
         labels = step[labels]
         report["cell"] = cell
-        notes.append(f"the cloud was thinned to {len(kept):,} points, the means of cubic cells")
+        means = f"{len(kept):,} points, the means of cubic cells"
+        notes.append(f"the cloud was thinned to {means}, to save time; the preparation none keeps all points")
     _require_many(kept, f"among {len(points):,}", "coordinates in double precision if single precision merged them")
     cloud = Neighborhoods(kept)
     is_outlier, cloud = find_outliers(cloud, limit) if np.isfinite(limit) else (np.zeros(len(kept), dtype=bool), cloud)

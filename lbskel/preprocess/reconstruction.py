@@ -61,7 +61,7 @@ def reconstruct_surface(cloud: PointCloud, *, preprocess: str = "auto") -> Prepr
     cloud : PointCloud
     preprocess : str
         ``auto`` leaves out points that are three times as far from their neighbors as these from theirs, ``scan`` those
-        2.5 times as far, ``none`` no point. Large clouds are thinned in any case.
+        2.5 times as far, and both thin clouds of more than 20,000 points; ``none`` keeps all points.
 
     Returns
     -------

@@ -14,7 +14,7 @@ from helpers import file_names, joined, moved
 import lbskel
 from lbskel import read_skeleton, write_mesh
 from lbskel.io import FORMATS
-from lbskel.shapes import capsule, torus
+from lbskel.shapes import capsule, torus, with_local_noise
 
 GIVEN = ["pipe.ply", "ring.obj", "rod.off"]
 
@@ -60,6 +60,19 @@ def test_a_result_that_fails_its_score_exits_with_one(folder, python):
     view = "  next      lbskel view rod.off --skeleton rod.json -o rod.html shows where; lbskel check rod.off tells"
     assert f"{view} whether the mesh is why\n" in result.stdout
     assert read_skeleton(folder / "rod.json").report["passed"] is False
+
+
+def test_a_rough_surface_whose_skeleton_warns_names_the_pipeline_of_scans(here, folder):
+    line = "  next      the surface is rough: --preprocess scan refines and smooths it in another way"
+    rod = capsule(6.0, 0.5, 40)
+    for noise, verdict in ((1.0, "pass"), (2.0, "warn")):  # in edges; both are smoothed
+        write_mesh(folder / "rough.off", with_local_noise(rod, noise), force=True)
+        _, out, _ = here("skeletonize", "rough.off", "-o", "rough.json", "--force")
+        assert "  note      noise was smoothed by 60 iterations" in out
+        assert [text[12:16] for text in out if text.startswith("  score")] == [verdict]
+        assert (line in out) == (verdict == "warn")
+    _, out, _ = here("skeletonize", "rough.off", "-o", "rough.json", "--force", "--preprocess", "none")
+    assert line not in out
 
 
 def test_all_is_refused_before_any_work(here, folder):

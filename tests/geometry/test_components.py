@@ -5,8 +5,8 @@ import pytest
 from helpers import joined, moved
 
 from lbskel import Mesh
-from lbskel.geometry.components import components, find_crumbs
-from lbskel.shapes import sphere
+from lbskel.geometry.components import components, find_crumbs, find_twigs
+from lbskel.shapes import capsule, sphere
 
 
 def test_a_connected_mesh_is_its_only_component(ring):
@@ -67,3 +67,31 @@ def test_crumbs_have_few_faces_and_little_area_or_cannot_enclose_a_volume(ring, 
 
 def test_no_component_of_equal_ones_is_a_crumb(tetrahedron):
     assert find_crumbs(joined(*(moved(tetrahedron, 2 * k) for k in range(9)))).tolist() == [False] * 9
+
+
+def test_a_twig_is_long_against_its_width_and_as_thick_as_what_it_was_cut_off(tetrahedron):
+    """Beside a rod of radius 0.5; the prism of three sides has 18 faces, and the twig is a capsule without an end."""
+    rod, twig = capsule(12.0, 0.5, 16), capsule(3.0, 0.4, 10)
+    whole = twig.vertices[twig.faces].mean(axis=1)[:, 2] < twig.vertices[:, 2].max() - 0.3
+    ball, prism = sphere(1), tetrahedron.with_vertices(tetrahedron.vertices * [1, 1, 8])
+    parts = {
+        "cut off": (Mesh(twig.vertices, twig.faces[whole]), True),
+        "inside out": (Mesh(twig.vertices, twig.faces[:, ::-1]), True),
+        "too short": (ball.with_vertices(0.5 * ball.vertices), False),
+        "too thin": (twig.with_vertices(twig.vertices * [0.3, 0.3, 1]), False),
+        "too few faces": (prism, False),
+    }
+    for name, (part, is_twig) in parts.items():
+        beside = part.with_vertices(part.vertices + [0, 0, 13])
+        for given in (joined(rod, beside), joined(Mesh(rod.vertices, rod.faces[:, ::-1]), beside)):
+            assert find_twigs(given, np.array([False, True])).tolist() == [False, is_twig], name
+            assert find_twigs(given, np.array([True, True])).tolist() == [False, False]
+
+
+def test_a_twig_of_a_large_shape_is_no_crumb():
+    large, twig = capsule(300.0, 0.5, 40), capsule(3.0, 0.5, 4)
+    both = joined(large, twig.with_vertices(twig.vertices + [0, 0, 153]))
+    assert len(twig.faces) < 0.002 * len(large.faces)
+    thin = twig.with_vertices(twig.vertices * [0.2, 0.2, 0.2] + [0, 0, 153])
+    assert find_crumbs(both).tolist() == [False, twig.area > 0.02 * large.area]
+    assert find_crumbs(joined(large, thin)).tolist() == [False, True]

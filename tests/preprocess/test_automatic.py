@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from helpers import joined, without_faces
 
-from lbskel import Mesh, MeshError, Pipeline, UnknownChoice, skeletonize
+from lbskel import Mesh, MeshError, Pipeline, Skeleton, UnknownChoice, skeletonize
+from lbskel.geometry.components import components
 from lbskel.geometry.deadline import Deadline
 from lbskel.preprocess import preprocess_mesh
 from lbskel.preprocess.automatic import OUT_OF_TIME
-from lbskel.shapes import capsule, chain_of_tori, flat_grid, make, sphere, torus
+from lbskel.shapes import capsule, chain_of_tori, flat_grid, make, sphere, torus, tube_mesh
 
 TORUS = torus(1.0, 0.4, 40, 24)
 
@@ -105,12 +106,56 @@ def test_debris_around_a_hole_is_removed_also_if_it_has_many_faces_and_small_clo
     result = preprocess_mesh(joined(given, patch))
     assert (result.mesh.n_components, result.mesh.genus) == (1, 1)
     assert (result.vertex_map.indices[-144:] == -1).all()
-    assert "1 open component was removed as smaller than 0.01 of the largest one's area" in result.notes
+    note = "1 open component was removed as smaller than 0.01 of the largest one's area and no piece of a limb"
+    assert note in result.notes
     larger = patch.with_vertices(2.5 * patch.vertices)  # 0.0156 of the area: no debris
     assert preprocess_mesh(joined(given, larger)).mesh.n_components == 2
     ball = sphere(2).with_vertices(0.05 * sphere(2).vertices + [3, 0, 0])
     assert ball.area < 0.0025 * given.area
     assert preprocess_mesh(joined(given, ball)).mesh.n_components == 2
+
+
+def test_dangling_faces_are_removed_from_a_closed_surface_only():
+    outside = np.array([[2.0, 0, 0.3], [0, 2.0, 0.3]])
+    fins = [[*TORUS.faces[k, :2], len(TORUS.vertices) + i] for i, k in enumerate((0, 700))]
+    finned = Mesh(np.concatenate([TORUS.vertices, outside]), np.concatenate([TORUS.faces, fins]))
+    result = preprocess_mesh(finned)
+    assert np.array_equal(result.mesh.faces, TORUS.faces)
+    assert "2 dangling faces were removed from a closed surface" in result.notes
+    skeleton = skeletonize(finned)
+    assert (skeleton.cycle_rank, len(skeleton.tips), skeleton.report["passed"]) == (1, 0, True)
+    open_surface = without_faces(finned, range(400, 410))
+    assert not [note for note in preprocess_mesh(open_surface).notes if "dangling" in note]
+
+
+def test_a_twig_that_is_cut_off_is_a_piece_however_small():
+    """A twig on a trunk, with a slit across it: what is beyond has 0.008 of the area, and is joined to the rest."""
+    nodes = [[-12, 0, 0], [0, 0, 0], [12, 0, 0], [0, 0, 1], [0, 0, 3]]
+    whole = tube_mesh(Skeleton(nodes, [[0, 1], [1, 2], [1, 3], [3, 4]], [1, 1, 1, 0.2, 0.2]), edge_length=0.4).mesh
+    height = whole.vertices[whole.faces].mean(axis=1)[:, 2]
+    cut = without_faces(whole, np.flatnonzero(np.abs(height - 2.2) < 0.1))
+    assert sorted(part.mesh.area / whole.area < 0.01 for part in components(cut)) == [False, True]
+    skeleton = skeletonize(cut)
+    assert (skeleton.n_components, skeleton.report["pieces_joined"]) == (1, 1)
+    assert skeleton.nodes[:, 2].max() > 2.9
+    assert not [note for note in skeleton.report["notes"] if "too small" in note or "smaller" in note]
+
+
+def test_bodies_that_touch_are_split_beside_a_small_one():
+    ball = sphere(3)
+    top = ball.vertices[:, 2].argmax()
+    other = np.where(
+        np.arange(len(ball.vertices)) == ball.vertices[:, 2].argmin(),
+        top,
+        len(ball.vertices) + np.arange(len(ball.vertices)),
+    )
+    V = np.concatenate([ball.vertices, ball.vertices + [0, 0, 2 * ball.vertices[top, 2]]])
+    touching = Mesh(V, np.concatenate([ball.faces, other[ball.faces]]))
+    small = sphere(2).with_vertices(0.05 * sphere(2).vertices + [3, 0, 0])
+    for given, n in ((touching, 2), (joined(touching, small), 3)):
+        result = preprocess_mesh(given)
+        assert result.mesh.is_closed_manifold
+        assert result.mesh.n_components == n
 
 
 def test_coordinates_that_would_overflow_are_rejected():

@@ -64,6 +64,15 @@ def test_a_large_cloud_is_thinned_to_means_of_its_cells(monkeypatch):
     assert cleaned.points == pytest.approx(means / count)
 
 
+def test_without_preparation_a_large_cloud_keeps_all_points(monkeypatch):
+    monkeypatch.setattr(point_cleaning, "FEWEST", 500)
+    [note] = clean_points(SPHERE, "auto").notes
+    assert "was thinned to" in note
+    assert "none keeps all points" in note
+    kept = clean_points(SPHERE, "none")
+    assert (len(kept.points), kept.notes) == (len(SPHERE), ())
+
+
 @pytest.mark.parametrize("stray", [[1e9, 0, 0], [-3e9, 1e8, 0]])
 def test_a_stray_point_does_not_make_the_cells_of_a_large_cloud_larger(monkeypatch, stray):
     """It was left with two points: itself, and the mean of all others."""
