@@ -14,7 +14,7 @@ TYPED = {
     "2008 2010": "papers",
     "0 1 2": "exit codes",
     "1 2 3 4 5": "numbers of a list",
-    "12 60 16,000 0.2": "defaults of options and constants of the code",
+    "12 60 16,000 20,000 0.2": "defaults of options and constants of the code",
     "4": "pi: a loop of radius 2 in units of its tube's radius",
     "8 100,000": "megabytes that every page stays below, in tests/visualization/test_interactive.py",
     "95": "a percentile",
