@@ -2,9 +2,8 @@
 
 The distances of two vertices of a triangle place a source in its plane, on the far side of their edge; if the straight
 line from there to the third vertex crosses the edge, its length is the distance of that vertex, else the path leads
-along an edge. Exact where the surface is flat: Novotni, Klein 2002, "Computing geodesic distances on triangular
-meshes"; Melvaer, Reimers 2012, "Geodesic polar coordinates on polygonal meshes",
-https://doi.org/10.1111/j.1467-8659.2012.03187.x.
+along an edge. Novotni, Klein 2002, "Computing geodesic distances on triangular meshes"; Melvaer, Reimers 2012,
+"Geodesic polar coordinates on polygonal meshes", https://doi.org/10.1111/j.1467-8659.2012.03187.x.
 """
 
 from __future__ import annotations
