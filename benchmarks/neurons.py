@@ -46,7 +46,7 @@ PART_TIPS, QUICK_TIPS = 60, 4  # at most so many tips in a part of a tracing
 # than what is pruned
 BULGES = {"MIN_BULGE": (0.55, 0.6, 0.62, 0.65, 0.7, 0.85), "LONG_BULGE": (1.25, 1.5, 1.75, 2.0, 2.5, 3.5)}
 # Swept: faces that refinement of coarse meshes aims at, area of the cells in which ends are found
-FACES = (20_000, 24_000, 26_000, 28_000, 32_000, 40_000, 50_000, 80_000)
+FACES = (20_000, 22_000, 23_000, 24_000, 26_000, 28_000, 32_000, 40_000, 80_000)
 CELL_AREAS = (4.0, 8.0, 12.0, 16.0, 24.0, 32.0, 64.0)
 EDGE_LENGTH, NOISE, KEPT = 0.6, 0.1, 0.5  # of tubes: edges in radii, noise in edges, share of faces after remeshing
 
