@@ -34,7 +34,7 @@ BONE_LENGTH = 7.0
 # table): bends count where they are clearer than 4 degrees.
 EQUAL_WEIGHT = 0.002
 # Nodes of a branch among which joints are chosen, or four for each bone if these are more. It bounds the cost, which is
-# cubic in them: 0.02 s for a branch. A choice: joints then are within 0.3 % of the branch's length of the best ones.
+# cubic in them: 0.02 s for a branch. By hand, joints are within 0.3 % of the branch's length of the best ones.
 MAX_JOINTS = 200
 GROWTH = (
     1.1  # factor by which the least length rises, no unit: the step of a search, which bounds how far it overshoots

@@ -22,7 +22,7 @@ from lbskel.solvers import factorize
 # benchmarks/results/parts.md, "Constants".
 DIFFUSION = 0.85
 TURNS = 3
-COLUMNS = 32  # labels solved for together, no unit: it bounds the memory, not the result
+COLUMNS = 32  # labels solved for together, no unit: it bounds the memory (same table: alike)
 MAX_CONDUCTANCE = 1e3  # bound on the length of an edge over the distance of its faces, which is tiny at slivers
 MIN_MASS = 1e-12  # lower bound on the mass of a face, relative to the conductance of its edges; keeps A definite
 EPSILON = 1e-9  # part of the longest edge by which a boundary must get shorter: less is rounding

@@ -14,6 +14,7 @@ from scipy.sparse.csgraph import connected_components
 
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.point_stars import distinct_points
 from lbskel.geometry.sorting import unique_inverse
 
 
@@ -27,9 +28,8 @@ def part_volumes(mesh: Mesh, part_of_face: NDArray[np.int64], n_parts: int) -> N
     part_of_face : (m,) array of int
     n_parts : int
     """
-    points, place = np.unique(mesh.vertices, axis=0, return_inverse=True)
-    place, n = place.ravel(), len(points)
-    points = points - points.mean(axis=0)
+    first, place = distinct_points(mesh.vertices)
+    n, points = len(first), mesh.vertices[first] - mesh.vertices[first].mean(axis=0)
     corners = points[place[mesh.faces]]
     own: NDArray[np.float64] = np.linalg.det(corners) / 6
     start, end = place[mesh.half_edges].T

@@ -8,8 +8,8 @@ surface turns inwards by c radians per local radius, since people see the bounda
 Hoffman, Richards 1984, "Parts of recognition", https://doi.org/10.1016/0010-0277(84)90022-2. Lengths are in local
 radii, so the boundary around a limb moves by about its radius to find a crease. The least sum is sought by graph cuts
 (:mod:`lbskel.applications.boundary_cut`), and diffusion of the labels makes the boundaries smooth
-(:mod:`lbskel.applications.boundary_smoothing`). Last, every part is made connected, and patches
-without an end of the skeleton go to the parts beside them (:mod:`lbskel.applications.flat_parts`).
+(:mod:`lbskel.applications.boundary_smoothing`). Last, every part is made connected, and patches without an end
+of the skeleton go to the parts beside them (:mod:`lbskel.applications.flat_parts`).
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ MAX_SHIFT = 4.0
 # Distance along the skeleton, in MAX_SHIFT local radii, within which a vertex may belong to a nearer node of another
 # part; 2.1 to 4.2 do as well (same table)
 REACH = 3.0
-PARTS_AT_ONCE = 64  # whose distances are computed together, no unit: it bounds the memory for them, not the result
+PARTS_AT_ONCE = 64  # whose distances are computed together, no unit: it bounds the memory (same table: alike)
 MAX_SIZE = 100.0  # size of a face or an edge in local radii up to which it counts, so that sums stay finite
 MIN_RADIUS = 1e-6  # lower bound on radii, relative to the diameter bound: less is the rounding error of a surface
 THICKNESS = ("inscribed", "shape_diameter")

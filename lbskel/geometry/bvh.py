@@ -25,7 +25,7 @@ from lbskel.geometry.deadline import NEVER, Deadline, in_slices
 # guess, well above the rounding error of 1e-16.
 BOX_MARGIN = 1e-12
 
-LEAF_SIZE = 4  # faces in a leaf: LEAF of lbskel._kernels.bvh
+LEAF_SIZE = 4  # faces in a leaf: LEAF of lbskel._kernels.bvh, which has C type and cannot be imported
 BLOCK_SIZE = 10_000  # pairs of a box and a node that are compared at a time, which takes about 10 MB; a guess
 
 

@@ -2,8 +2,8 @@
 
 It is the intrinsic Delaunay Laplacian of the tufted cover (:mod:`lbskel.operators.tufted_cover`), halved since the
 cover has twice the area. Sharp, Crane 2020, "A Laplacian for nonmanifold triangle meshes",
-https://doi.org/10.1111/cgf.14069; the same matrix as that of the package robust_laplacian, but
-for faces on the same three vertices: these count once, where the package glues them to each other.
+https://doi.org/10.1111/cgf.14069; the same matrix as that of the package robust_laplacian, but for faces
+on the same three vertices: these count once, where the package glues them to each other.
 """
 
 from __future__ import annotations

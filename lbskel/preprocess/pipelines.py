@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from inspect import signature
 from pathlib import Path
-from typing import Any, NoReturn, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -52,19 +52,6 @@ STEPS: dict[str, Callable[..., PreprocessResult]] = {
 
 # Types of value that an option accepts, by its annotation
 _ACCEPTED_TYPES: dict[str, tuple[type, ...]] = {"float": (float, int), "int": (int,), "str": (str,)}
-
-
-class _Options(dict[str, Any]):
-    """Options of a step: a dictionary, which JSON and ``dataclasses.asdict`` take, that cannot be changed."""
-
-    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise TypeError("the options of a step cannot be changed; make another Pipeline")
-
-    __setitem__ = __delitem__ = __ior__ = setdefault = update = pop = popitem = clear = _refuse
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Copy and pickle as a whole, not item by item."""
-        return _Options, (dict(self),)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +127,7 @@ class Pipeline:
             If it names no step and no pipeline.
         """
         if text in PIPELINES:
-            return PIPELINES[text]
+            return cls(PIPELINES[text].steps)  # of which the caller may change the options
         if text.lower().endswith(".toml"):
             return cls.read(text)
         steps = []
@@ -186,7 +173,7 @@ class Pipeline:
         return cls((step["name"], {key: value for key, value in step.items() if key != "name"}) for step in steps)
 
 
-def _validated(name: str, options: Mapping[str, Any]) -> Mapping[str, Any]:
+def _validated(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options of a step, as numbers of Python, or raise UnknownChoice where a name or type is wrong."""
     known = dict(list(signature(choose(STEPS, name, "step")).parameters.items())[1:])
     values = {}
@@ -202,7 +189,7 @@ def _validated(name: str, options: Mapping[str, Any]) -> Mapping[str, Any]:
         if option == "relative_to":
             check_reference_length(str(value))
         values[option] = value
-    return _Options(values)
+    return values
 
 
 def _parse_value(text: str) -> int | float | str:

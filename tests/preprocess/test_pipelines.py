@@ -70,15 +70,11 @@ def test_numbers_of_numpy_and_whole_ones_are_numbers():
     assert str(Pipeline.parse("simplify:target_faces=1e3")) == "simplify:target_faces=1000"
 
 
-def test_a_pipeline_does_not_change():
+def test_who_changes_a_pipeline_changes_no_other():
     parsed = Pipeline.parse("cad")
-    options = parsed.steps[-1][1]
-    with pytest.raises(TypeError, match="make another Pipeline"):
-        options["edge_length"] = 9
-    for change in (lambda: options.update(edge_length=9), lambda: options.pop("edge_length"), options.clear):
-        with pytest.raises(TypeError, match="cannot be changed"):
-            change()
-    assert str(pickle.loads(pickle.dumps(parsed))) == str(copy.deepcopy(parsed)) == str(PIPELINES["cad"])
+    parsed.steps[-1][1]["edge_length"] = 9
+    assert PIPELINES["cad"].steps[-1][1]["edge_length"] != 9
+    assert str(pickle.loads(pickle.dumps(parsed))) == str(copy.deepcopy(parsed)) == str(parsed)
 
 
 def test_the_steps_of_a_pipeline_can_be_written():
