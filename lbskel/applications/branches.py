@@ -9,7 +9,6 @@ from __future__ import annotations
 __all__ = ["BranchTable", "branch_table"]
 
 import json
-import math
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 from lbskel.applications.branch_measures import N_PROFILE, Polyline, section_areas, shared_among_branches
 from lbskel.applications.branch_tree import branch_order
 from lbskel.errors import MissingDependency
-from lbskel.geometry.arrays import read_only
+from lbskel.geometry.arrays import read_only, to_builtin
 from lbskel.geometry.mesh import as_mesh
 from lbskel.preprocess import oriented_surface
 from lbskel.skeleton.skeleton import Skeleton
@@ -110,11 +109,8 @@ class BranchTable:
 
     def to_json(self) -> str:
         """Return the table as JSON, one object for each branch; what is not finite is null, a profile a list."""
-        columns = {field.name: getattr(self, field.name).tolist() for field in fields(self)}
-        rows = [
-            {"branch": row, **{name: _finite(values[row]) for name, values in columns.items()}}
-            for row in range(len(self))
-        ]
+        columns = {field.name: to_builtin(getattr(self, field.name)) for field in fields(self)}
+        rows = [{"branch": row, **{name: values[row] for name, values in columns.items()}} for row in range(len(self))]
         return json.dumps({"branches": rows}, indent=1) + "\n"
 
     def to_pandas(self) -> Any:
@@ -130,13 +126,6 @@ class BranchTable:
         except ImportError:
             raise MissingDependency("pandas", "tables", "to_pandas()") from None
         return pandas.DataFrame(self.columns()).set_index("branch")
-
-
-def _finite(value: Any) -> Any:
-    """Replace numbers that are not finite by None, also in a list."""
-    if isinstance(value, list):
-        return [_finite(each) for each in value]
-    return value if math.isfinite(value) else None
 
 
 def branch_table(skeleton: Skeleton, mesh: Any = None) -> BranchTable:

@@ -6,13 +6,13 @@ __all__ = ["progress", "tell", "with_options"]
 
 import argparse
 import json
-import math
 import re
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext, redirect_stdout
 from typing import Any, TextIO
 
+from lbskel.geometry.arrays import to_builtin
 from lbskel.pipeline.progress import StageBar
 
 PATIENCE = 2.0  # seconds after which a command shows that it works; asked for by users
@@ -21,18 +21,9 @@ PATIENCE = 2.0  # seconds after which a command shows that it works; asked for b
 def tell(arguments: argparse.Namespace, text: str, facts: Mapping[str, Any]) -> None:
     """Print a result: its facts with ``--json``, NaN as null, else the text, and nothing with ``--quiet``."""
     if arguments.json:
-        print(json.dumps(_finite(facts), allow_nan=False), flush=True)
+        print(json.dumps(to_builtin(facts), allow_nan=False), flush=True)
     elif not arguments.quiet:
         print(text, flush=True)
-
-
-def _finite(value: Any) -> Any:
-    """Replace numbers that are not finite by None: JSON has no NaN."""
-    if isinstance(value, Mapping):
-        return {name: _finite(each) for name, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def with_options(message: str, arguments: argparse.Namespace) -> str:

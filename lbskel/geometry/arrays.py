@@ -1,9 +1,11 @@
-"""Validation of coordinate and index arrays, and read-only arrays."""
+"""Validation of coordinate and index arrays, read-only arrays, and arrays as values for JSON."""
 
 from __future__ import annotations
 
-__all__ = ["checked_points", "checked_triangles", "read_only"]
+__all__ = ["checked_points", "checked_triangles", "finite_numbers", "read_only", "to_builtin"]
 
+import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -24,6 +26,23 @@ def read_only(array: NDArray[Any]) -> NDArray[Any]:
     """
     array.setflags(write=False)
     return array
+
+
+def to_builtin(value: Any) -> Any:
+    """Convert numpy scalars and arrays inside a value to Python's, and numbers that are not finite to None, for JSON.
+
+    Parameters
+    ----------
+    value : object
+        Mappings, lists and tuples are converted too.
+    """
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): to_builtin(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [to_builtin(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def checked_points(values: ArrayLike, what: str) -> NDArray[np.float64]:

@@ -10,7 +10,6 @@ __all__ = ["encode_json", "encode_npz", "read_json", "read_npz"]
 
 import io
 import json
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import FormatError
+from lbskel.geometry.arrays import to_builtin
 from lbskel.io.text import as_floats, as_integers, read_bytes, read_text
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -102,17 +102,6 @@ def _typed_entry(entries: Mapping[str, Any], name: str, kind: type) -> Any:
 def _dump(value: Any, name: str) -> str:
     """Convert a value to JSON text; a FormatError if it cannot be represented."""
     try:
-        return json.dumps(_to_builtin(value), allow_nan=False)
+        return json.dumps(to_builtin(value), allow_nan=False)
     except (TypeError, ValueError, RecursionError) as error:
         raise FormatError(f"the {name} of the skeleton cannot be written as JSON: {error}") from None
-
-
-def _to_builtin(value: Any) -> Any:
-    """Convert numpy scalars and arrays inside a value to Python's, and non-finite numbers to None."""
-    if isinstance(value, np.ndarray | np.generic):
-        value = value.tolist()
-    if isinstance(value, Mapping):
-        return {str(key): _to_builtin(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_to_builtin(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

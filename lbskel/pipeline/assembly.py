@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from lbskel.contraction.collapsed_graph import CollapsedGraph
-from lbskel.contraction.result import Contraction, Step
+from lbskel.contraction.result import Contraction
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.evaluation.measures import NOT_SCORED, Score
+from lbskel.geometry.arrays import to_builtin
 from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.environment import are_kernels_compiled, versions
@@ -111,7 +112,7 @@ def contraction_report(contraction: Contraction, graph: CollapsedGraph | None, s
     """Report a contraction and what came of it, ready for JSON."""
     return {
         "status": contraction.status.value,
-        "steps": [_without_nan(step) for step in contraction.steps],
+        "steps": [to_builtin(asdict(step)) for step in contraction.steps],
         "handles_certified": graph is not None and graph.handles_certified,
         "spurious_loops_removed": 0 if graph is None else graph.n_spurious_loops_removed,
         "cycle_rank": skeleton.cycle_rank,
@@ -150,8 +151,3 @@ def skipped_notes(stages: Sequence[str]) -> list[str]:
     """Say which stages were left out, and what the result lacks without them."""
     missing = "; ".join(f"{stage} ({MISSING[stage]})" for stage in stages)
     return [f"the time limit was reached, so these stages were left out: {missing}"] if stages else []
-
-
-def _without_nan(step: Step) -> dict[str, Any]:
-    """Replace NaN by None, since JSON has no NaN: an open mesh has no volume ratio."""
-    return {name: None if value != value else value for name, value in asdict(step).items()}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lbskel import MeshError
-from lbskel.geometry.arrays import checked_points, checked_triangles, finite_numbers, read_only
+from lbskel.geometry.arrays import checked_points, checked_triangles, finite_numbers, read_only, to_builtin
 
 
 def test_points_are_copied_to_read_only_doubles():
@@ -64,3 +64,8 @@ def test_read_only_returns_the_same_array():
 def test_complex_coordinates_are_refused():
     with pytest.raises(MeshError, match="vertices must be real numbers, not complex ones"):
         checked_points(1j * np.eye(3), "vertices")
+
+
+def test_values_for_json_are_of_python_and_finite():
+    given = {"a": np.array([[1, 2]]), 3: (np.float32(0.5), np.inf, [np.nan]), "b": np.bool_(True), "c": "text"}
+    assert to_builtin(given) == {"a": [[1, 2]], "3": [0.5, None, [None]], "b": True, "c": "text"}
