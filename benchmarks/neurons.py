@@ -44,7 +44,7 @@ MEANS = ("F", "recall", "precision", "to axis", "to axis, median", "tips found",
 PART_TIPS, QUICK_TIPS = 60, 4  # at most so many tips in a part of a tracing
 # Swept: lower bounds on the bulge of a limb without a branch, where a hemisphere has 1, and on that of a limb shorter
 # than what is pruned
-BULGES = {"MIN_BULGE": (0.55, 0.6, 0.62, 0.65, 0.7, 0.85), "LONG_BULGE": (1.25, 1.5, 1.75, 2.0, 2.5, 3.5)}
+BULGES = (0.55, 0.6, 0.62, 0.65, 0.7, 0.85)
 # Swept: faces that refinement of coarse meshes aims at, area of the cells in which ends are found
 FACES = (20_000, 22_000, 23_000, 24_000, 26_000, 28_000, 32_000, 40_000, 80_000)
 CELL_AREAS = (4.0, 8.0, 12.0, 16.0, 24.0, 32.0, 64.0)
@@ -68,7 +68,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
         for tool in tools
     ]
     last = 1 if quick else None
-    limbs = {name: [limb_row(neurons, shapes, name, bulge) for bulge in swept[:last]] for name, swept in BULGES.items()}
+    limbs = [limb_row(neurons, shapes, bulge) for bulge in BULGES[:last]]
     sizes = [setting_row(neurons, subdivision, "MAX_FACES", n_faces) for n_faces in FACES[:last]]
     cells = [setting_row(neurons, surface_cells, "CELL_AREA", area) for area in CELL_AREAS[:last]]
     summary = [_summary(rows, tool) for tool in tools]
@@ -92,8 +92,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
             "Hemibrain neurons, means": markdown_table(summary),
             "Each neuron": markdown_table(rows),
             "Tubes around parts of the tracings": markdown_table(tubes),
-            "Bulge of limbs that are grown, means of the neurons and of the tubes": markdown_table(limbs["MIN_BULGE"]),
-            "Bulge of short limbs that are grown, the same means": markdown_table(limbs["LONG_BULGE"]),
+            "Bulge of limbs that are grown, means of the neurons and of the tubes": markdown_table(limbs),
             "Faces that the refinement of coarse meshes aims at, means": markdown_table(sizes),
             "Cells of a surface, area in squared local radii, means": markdown_table(cells),
         },
@@ -152,11 +151,11 @@ def hemibrain_row(name: str, tool: str, truth: lbskel.Skeleton, answer: Answer |
 
 
 def limb_row(
-    neurons: list[tuple[str, lbskel.Mesh, lbskel.Skeleton]], shapes: list[Shape], name: str, bulge: float
+    neurons: list[tuple[str, lbskel.Mesh, lbskel.Skeleton]], shapes: list[Shape], bulge: float
 ) -> dict[str, Any]:
     """Measure skeletons of neurons and of tubes with another lower bound on the bulge of limbs."""
-    on_neurons = setting_row(neurons, uncovered_limbs, name, bulge)
-    with mock.patch.object(uncovered_limbs, name, bulge):
+    on_neurons = setting_row(neurons, uncovered_limbs, "MIN_BULGE", bulge)
+    with mock.patch.object(uncovered_limbs, "MIN_BULGE", bulge):
         rows = [tube_row("", "lbskel", shape, Answer(lbskel.skeletonize(shape.mesh), 0.0)) for shape in shapes]
     tubes = {f"{key} of tubes": float(np.mean([row[key] for row in rows])) for key in ("tips found", "accuracy")}
     length_error = float(np.mean([abs(row["length error"]) for row in rows]))

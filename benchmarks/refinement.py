@@ -129,7 +129,6 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("ball ratio of", "junctions.MIN_BALL_RATIO tube_fit.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("deviations of", "mirror_symmetry.TYPICAL_DEVIATION", (0.05, 0.2)),
         ("bulge of", "uncovered_limbs.MIN_BULGE", (0.55, 0.7, 0.85)),
-        ("long from", "uncovered_limbs.LONG_BULGE", (1.5, 2.5, 3.5, 1e9)),
         ("shortest step of", "tips.MIN_STEP", (0.02, 0.125)),
         ("reach of sections of", "tips.MAX_REACH", (2.0, 5.0)),
         ("reach of a tip", "extrema.TIP_REACH", (2.0, 2.5, 4.0)),

@@ -8,10 +8,9 @@ topological disk, with area A and a rim of length P whose points are at most w f
     A / (P w) > MIN_BULGE
 
 and if d / R is at least MIN_BRANCH_RATIO at its end, the vertex farthest from the skeleton, as else the branch would be
-pruned, or if it is long in its own radii: if its bulge is at least LONG_BULGE, and its end is as many of its radii away
-from the skeleton, since along a limb with few faces all of d / R may be above a level. A flat disk has a bulge of
-1/2, a hemisphere 1, a cone with an angle a between its axis and its side 1 / (2 sin a), a round limb with length l and
-radius r, which ends in a hemisphere, 1 + l / r, and the corner of a plate 1/2. So a limb does not count by its size.
+pruned. A flat disk has a bulge of 1/2, a hemisphere 1, a cone with an angle a between its axis and its side
+1 / (2 sin a), a round limb with length l and radius r, which ends in a hemisphere, 1 + l / r, and the corner of a plate
+1/2.
 
 Patches grow as the level descends. Of the patches around one end, the limb is the last, and the first is the limb's
 cap, whose rim tells the limb's radius; a patch around two limbs is their body. Across a gap, a thin branch may be
@@ -45,10 +44,6 @@ from lbskel.skeleton.skeleton import Skeleton
 # in benchmarks/results/neurons.md and "Noise on real meshes" in refinement.md: with less, noise makes limbs, and with
 # more, short limbs are missed
 MIN_BULGE = 0.62
-# Lower bound on the length of a limb that is shorter than what is pruned, in its own radii: by its bulge, and by the
-# distance of its end from the skeleton. "Bulge of short limbs" in benchmarks/results/neurons.md: from 1.25 to 3.5
-# nothing else changes there
-LONG_BULGE = 1.75
 # Levels of d / R at which patches are measured, each a tenth below the one before; they bound the time. Rows "levels of
 # limbs" in benchmarks/results/refinement.md: alike from 10 on; by hand, 12 find 0.940 of the tips of tracings, 18 find
 # 0.944
@@ -95,10 +90,9 @@ class BallDistances:
 
 @dataclass(frozen=True, eq=False)
 class _Patches:
-    """The parts of a surface above a level that bulge as limbs: vertices, bulges, and the lengths of the rims."""
+    """The parts of a surface above a level that bulge as limbs: vertices, and the lengths of the rims."""
 
     vertices: list[NDArray[np.int64]]
-    bulges: NDArray[np.float64]
     rims: NDArray[np.float64]
 
 
@@ -136,12 +130,10 @@ def find_limbs(balls: BallDistances, missed: GeodesicExtrema) -> Limbs:
     limb_of_vertex = np.array(missed.limb_of_vertex)
     ends, radii = missed.vertices.tolist(), missed.radii.tolist()
     for patches in _bulging_patches(balls.mesh, balls.ratios, LEVELS):
-        for vertices, bulge, rim in zip(patches.vertices, patches.bulges, patches.rims, strict=True):
+        for vertices, rim in zip(patches.vertices, patches.rims, strict=True):
             limbs = {*limb_of_vertex[vertices].tolist()} - {-1}
             end = int(vertices[balls.distances[vertices].argmax()])
-            in_own_radii = min(bulge, 2 * np.pi * balls.distances[end] / rim)
-            is_short = balls.ratios[end] < MIN_BRANCH_RATIO and in_own_radii < LONG_BULGE
-            if len(limbs) > 1 or is_short:
+            if len(limbs) > 1 or balls.ratios[end] < MIN_BRANCH_RATIO:
                 continue
             if not limbs:
                 limbs = {len(ends)}
@@ -200,9 +192,8 @@ def _patches_above(
     is_limb = (n_vertices - n_edges + n_faces == 1) & (rims > 0) & (area_of_patch > MIN_BULGE * rims * widths)
     vertices, chosen = vertices[is_limb[roots[vertices]]], np.flatnonzero(is_limb)
     order = stable_order(roots[vertices])
-    bulges: NDArray[np.float64] = area_of_patch[chosen] / (rims[chosen] * widths[chosen])
     parts = np.split(vertices[order], np.cumsum(n_vertices[chosen])[:-1]) if len(chosen) else []
-    return _Patches(parts, bulges, rims[chosen])
+    return _Patches(parts, rims[chosen])
 
 
 def _rims(
