@@ -1,7 +1,9 @@
 """Skeletons of real meshes from two sides, beside those of CGAL and PyGEL3D: pictures, and counts in a table.
 
 ``--meshes FOLDER`` gives the meshes; only pictures and numbers of them are kept. ``--peers`` adds the other tools.
-Radii are distances to the surface.
+Radii are distances to the surface. An end is crooked if it turns near its tip: if the chord of its last piece, of
+END_SHARE of the mesh's diagonal, is at over CROOKED degrees to that of the piece of the same length before it. Curled
+fingers are crooked, too; ends shorter than both pieces do not count.
 """
 
 from __future__ import annotations
@@ -13,10 +15,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import lbskel
 from benchmarks.harness import markdown_table, run_in_subprocess, save_json, save_markdown
 from benchmarks.peers import PEERS
+from lbskel.geometry.normals import normalized
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import inside_fraction
 from lbskel.visualization import Panel, draw
@@ -29,6 +33,7 @@ NAMES = (
 )
 SIDES = (0.0, 90.0)  # degrees about the vertical axis
 PATIENCE = 300  # seconds for one skeleton
+END_SHARE, CROOKED = 0.015, 30.0
 SIZE, N_COLORS = (1320, 500), 128  # of the row of each side; the pictures are to be small
 
 
@@ -59,7 +64,22 @@ def _row(tool: str, name: str, mesh: lbskel.Mesh) -> tuple[dict[str, Any], lbske
     surface = Surface(mesh)
     skeleton = lbskel.Skeleton(nodes, edges, surface.distance(nodes))
     counts = {"tips": len(skeleton.tips), "junctions": len(skeleton.junctions), "cycles": skeleton.cycle_rank}
+    turns = _turns_at_tips(skeleton, END_SHARE * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))))
+    counts |= {"ends": len(turns), "crooked": int((turns > CROOKED).sum())}
     return {**row, **counts, "length inside": inside_fraction(skeleton, surface)}, skeleton
+
+
+def _turns_at_tips(skeleton: lbskel.Skeleton, length: float) -> NDArray[np.float64]:
+    """(e,) angle, in degrees, between the last two pieces of each end branch that is long enough for both."""
+    turns = []
+    for branch in skeleton.end_branches:
+        path = skeleton.nodes[branch[::-1]]
+        along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
+        if along[-1] >= 2 * length:
+            points = np.stack([np.interp([0, length, 2 * length], along, x) for x in path.T], axis=1)
+            chords = normalized(np.diff(points, axis=0))
+            turns.append(np.degrees(np.arccos(np.clip(chords[0] @ chords[1], -1, 1))))
+    return np.array(turns)
 
 
 def _from_two_sides(mesh: lbskel.Mesh, measured: list[tuple[dict[str, Any], lbskel.Skeleton | None]]) -> bytes:

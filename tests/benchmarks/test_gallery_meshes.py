@@ -2,6 +2,8 @@
 
 import json
 
+import numpy as np
+import pytest
 from helpers import flat_tube, png_pixels
 
 import lbskel
@@ -24,6 +26,15 @@ def test_a_mesh_of_the_folder_has_a_picture_from_two_sides_and_others_are_left_o
     front, side = ((half < 250).mean() for half in (image[: len(image) // 2], image[len(image) // 2 :]))
     assert min(front, side) > 0.01  # not blank
     assert abs(front - side) > 0.01  # the tube is flat, and is seen across and along its width
+
+
+@pytest.mark.parametrize("angle", [0, 29, 31, 150])
+def test_an_end_turns_by_the_angle_between_its_last_two_pieces(angle):
+    """One end of two pieces of length 1 and one straight end; a third is shorter than two pieces, and turns by 90."""
+    turn = np.radians(angle)
+    nodes = [[0, 0, 0], [3, 0, 0], [3 + np.cos(turn), np.sin(turn), 0], [-5, 0, 0], [0, 1, 0], [0.5, 1, 0]]
+    skeleton = lbskel.Skeleton(nodes, [[0, 1], [1, 2], [0, 3], [0, 4], [4, 5]], np.ones(6))
+    assert gallery_meshes._turns_at_tips(skeleton, 1.0) == pytest.approx([angle, 0], abs=1e-5)
 
 
 def test_a_tool_that_fails_is_told(monkeypatch):
