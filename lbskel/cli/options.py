@@ -193,7 +193,7 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
         type=_vertex_or_point,
         metavar="PLACE",
         help="first node, the root in swc, is the nearest to this: the index of a vertex, or a point as X,Y,Z in the "
-        "units of the mesh; its type in swc is 1 only if it is the soma by its radius too",
+        "units of the mesh; its type in swc is 1 only if it is in the soma by the radii too",
     )
     group.add_argument(
         "--anchor",
