@@ -6,6 +6,7 @@ __all__ = ["add_parser", "run"]
 
 import argparse
 import json
+import math
 import sys
 import time
 from collections import Counter
@@ -24,7 +25,7 @@ from lbskel.cli.options import (
     skeleton_options,
 )
 from lbskel.cli.terminal import tell, with_options
-from lbskel.errors import FormatError, LbskelError, counted
+from lbskel.errors import FormatError, LbskelError, counted, were
 from lbskel.io import FORMATS, MESH_READERS, POINT_READERS, as_shape, write_safely, write_skeleton
 from lbskel.io.csv import edges_path
 from lbskel.io.skeleton_io import require_writable
@@ -194,7 +195,7 @@ def _summary(job: _Job, skeleton: Skeleton, report: dict[str, Any]) -> str:
     lines = [
         f"{job.mesh}: {counted(size['vertices'], 'vertex')}, {counted(size['faces'], 'face')}, "
         f"{counted(size['components'], 'component')}",
-        *(f"  note      {note}" for note in report["notes"]),
+        *(f"  note      {note}" for note in (*report["notes"], *_edits(report))),
         f"  skeleton  {counted(len(skeleton.nodes), 'node')}, {counted(len(skeleton.tips), 'tip')}, "
         f"{counted(len(skeleton.junctions), 'junction')}, {counted(skeleton.cycle_rank, 'cycle')}, "
         f"{skeleton.radius_kind} radii",
@@ -217,6 +218,18 @@ def _summary(job: _Job, skeleton: Skeleton, report: dict[str, Any]) -> str:
         lines.append(f"  {stage:<24}{seconds:8.2f} s" + (f"{peak:8.0f} MB at most" if peak else ""))
     lines.append(f"  wrote     {job.skeleton} in {sum(report['seconds'].values()):.1f} s")
     return "\n".join(lines)
+
+
+def _edits(report: dict[str, Any]) -> list[str]:
+    """Tell of the loops that were opened and the components that were joined, which no component has a line for."""
+    notes = []
+    if n_opened := report["loops_opened"]:
+        notes.append(f"{were(n_opened, 'short loop')} opened; --min-loop 0 keeps them")
+    if n_joined := report["pieces_joined"]:
+        gaps = [math.dist(*ends) for ends in report.get("joining_edges", ())]
+        longest = f", by edges of at most {max(gaps):.4g} in the units of the mesh" if gaps else ""
+        notes.append(f"{were(n_joined, 'gap')} closed between components{longest}; --join none keeps them")
+    return notes
 
 
 def _was_smoothed_by_auto(preprocess: dict[str, Any]) -> bool:
