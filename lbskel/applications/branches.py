@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from lbskel.applications.branch_measures import N_PROFILE, Polyline, section_areas, shared_among_branches
 from lbskel.applications.branch_tree import branch_order
-from lbskel.errors import MissingDependency
+from lbskel.errors import MeshError, MissingDependency
 from lbskel.geometry.arrays import read_only, to_builtin
 from lbskel.geometry.mesh import as_mesh
 from lbskel.geometry.scaling import require_scale
@@ -182,7 +182,8 @@ def branch_table(skeleton: Skeleton, mesh: Any = None, *, scale: float = 1.0, un
     Raises
     ------
     MeshError
-        If the skeleton does not map as many vertices as the mesh has.
+        If the first argument is no skeleton, or one that maps another number of vertices than the mesh has or lies
+        elsewhere, as in other units.
     UnknownChoice
         If the scale is not a positive number.
 
@@ -195,6 +196,10 @@ def branch_table(skeleton: Skeleton, mesh: Any = None, *, scale: float = 1.0, un
     >>> len(table), float(table.mean_radius[0].round(2)), float(table.section_area[0].round(2))
     (1, 0.5, 0.78)
     """
+    if not isinstance(skeleton, Skeleton):
+        raise MeshError(
+            f"a table of branches needs a Skeleton and its mesh, in this order, not {type(skeleton).__name__} first"
+        )
     require_scale(scale)
     order = branch_order(skeleton)
     lines = [Polyline.of(skeleton, path) for path in order.paths]

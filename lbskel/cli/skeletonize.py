@@ -192,9 +192,10 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
 def _summary(job: _Job, skeleton: Skeleton, report: dict[str, Any]) -> str:
     """Sum up the report in a few lines."""
     size = report["input"]
+    n_vertices, n_faces = size["vertices"], size["faces"]
+    given = f"{counted(n_vertices, 'vertex')}, {counted(n_faces, 'face')}" if n_faces else counted(n_vertices, "point")
     lines = [
-        f"{job.mesh}: {counted(size['vertices'], 'vertex')}, {counted(size['faces'], 'face')}, "
-        f"{counted(size['components'], 'component')}",
+        f"{job.mesh}: {given}, {counted(size['components'], 'component')}",
         *(f"  note      {note}" for note in (*report["notes"], *_edits(report))),
         f"  skeleton  {counted(len(skeleton.nodes), 'node')}, {counted(len(skeleton.tips), 'tip')}, "
         f"{counted(len(skeleton.junctions), 'junction')}, {counted(skeleton.cycle_rank, 'cycle')}, "
@@ -244,7 +245,7 @@ def _bodies(bodies: list[dict[str, Any]]) -> list[str]:
     n_crumb = MIN_BODY_SHARE * sum(body["faces"] for body in bodies)
     n_shown = max(1, sum(body["faces"] >= n_crumb for body in by_size[:MAX_BODIES]))
     for body in by_size[:n_shown]:
-        genus = "open, topology not checked" if body["genus"] is None else f"genus {body['genus']}"
+        genus = "open or non-manifold, topology not checked" if body["genus"] is None else f"genus {body['genus']}"
         lines.append(
             f"  component {counted(body['faces'], 'face')}, {genus}: {counted(body['cycle_rank'], 'cycle')}; "
             f"{counted(len(body['steps']), 'step')}, {body['status']}"

@@ -127,6 +127,11 @@ def test_a_scale_is_that_of_the_skeleton_and_the_mesh(scale):
     assert json.loads(table.to_json())["units"] == "um, of the slide"
 
 
+def test_what_is_no_skeleton_is_an_error():
+    with pytest.raises(lbskel.MeshError, match="needs a Skeleton and its mesh, in this order, not str first"):
+        branch_table("fork.swc")
+
+
 def test_a_scale_that_is_not_positive_is_an_error():
     with pytest.raises(lbskel.UnknownChoice, match="scale must be a positive number"):
         branch_table(FORK, scale=-1)

@@ -300,7 +300,7 @@ def test_a_point_cloud_with_report_and_picture(here, folder):
     np.savetxt(folder / "cloud.xyz", torus(1.0, 0.3).vertices)
     code, out, err = here("skeletonize", "cloud.xyz", "-o", "ring.json", "--picture", "ring.png", "--report", "r.json")
     assert (code, err) == (0, [])
-    assert out[0].startswith("cloud.xyz: 1,152 vertices, 0 faces")
+    assert out[0].startswith("cloud.xyz: 1,152 points, ")
     skeleton = read_skeleton(folder / "ring.json")
     assert (skeleton.cycle_rank, len(skeleton.node_of_vertex)) == (1, 1152)
     assert json.loads((folder / "r.json").read_text())["reconstruction"]["points"] == 1152
