@@ -22,11 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from lbskel.errors import MeshError
 from lbskel.geometry.cross_sections import cross_sections
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import normalized
 from lbskel.skeleton.skeleton import Skeleton
+from lbskel.skeleton.source import require_map
 
 N_PROFILE = 11  # places of a profile, every 10 % of the length of its branch; a choice
 # benchmarks/results/parts.md, "Constants of sections": on three cylinders that meet, mean areas are off by 0.9 % if the
@@ -96,13 +96,9 @@ def face_volumes(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.float64]:
     Raises
     ------
     MeshError
-        If the skeleton does not map as many vertices as the mesh has.
+        If the skeleton does not map as many vertices as the mesh has, or lies elsewhere.
     """
-    if len(skeleton.node_of_vertex) != len(mesh.vertices):
-        raise MeshError(
-            f"the skeleton maps {len(skeleton.node_of_vertex)} vertices to its nodes, and the mesh has "
-            f"{len(mesh.vertices)}: give the mesh that the skeleton was made from"
-        )
+    require_map(skeleton, mesh.vertices)
     own, image = mesh.vertices[mesh.faces], skeleton.nodes[skeleton.node_of_vertex[mesh.faces]]
     sides, moved = (np.stack([each[:, 1] - each[:, 0], each[:, 2] - each[:, 0]]) for each in (own, image))
     mixed = np.cross(sides[0], moved[1]) + np.cross(moved[0], sides[1])

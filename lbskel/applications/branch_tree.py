@@ -1,7 +1,10 @@
-"""The order of a skeleton's branches as a rooted tree: parent, Strahler order, and angles between children.
+"""The order of a skeleton's branches as a rooted tree: parent, centrifugal and Strahler order, angles of children.
 
 Strahler 1957, "Quantitative analysis of watershed geomorphology", https://doi.org/10.1029/TR038i006p00913: a branch
 without children has order 1; any other has the largest order of its children, plus one if two of them have it.
+
+The centrifugal order of a branch is the number of its ancestors: 0 for the branches that begin at the root or have it
+inside, 1 for their children, and so on, as in NeuroM and L-Measure; other programs begin at 1.
 
 The root is the first node, and in each further component its thickest tip. The parent of a branch is the branch by
 which the shortest path from the root along the graph reaches its nearer end. So a branch that closes a cycle has a
@@ -35,6 +38,8 @@ class BranchOrder:
         The nodes of each branch, the end nearer to the root first.
     parents : (b,) array of int
         Row of the parent of each branch; -1 where a branch begins at the root or has the root inside.
+    centrifugal : (b,) array of int
+        Centrifugal order.
     strahler : (b,) array of int
         Strahler order.
     local_angles, remote_angles : (b,) array of float
@@ -44,6 +49,7 @@ class BranchOrder:
 
     paths: tuple[NDArray[np.int64], ...]
     parents: NDArray[np.int64]
+    centrifugal: NDArray[np.int64]
     strahler: NDArray[np.int64]
     local_angles: NDArray[np.float64]
     remote_angles: NDArray[np.float64]
@@ -78,9 +84,8 @@ def branch_order(skeleton: Skeleton, *, roots: NDArray[np.int64] | None = None) 
         [paths[row] for row in own if paths[row][0] == path[-1]] for own, path in zip(children, paths, strict=True)
     ]
     angles = np.array([_angles(skeleton.nodes, own) for own in at_end]).reshape(-1, 2)
-    return BranchOrder(
-        paths, read_only(parents), _strahler(parents, children), *(read_only(each) for each in angles.T.copy())
-    )
+    orders = read_only(parents), _centrifugal(parents, children), _strahler(parents, children)
+    return BranchOrder(paths, *orders, *(read_only(each) for each in angles.T.copy()))
 
 
 def _default_roots(skeleton: Skeleton) -> NDArray[np.int64]:
@@ -102,6 +107,17 @@ def _from_roots(skeleton: Skeleton, roots: NDArray[np.int64]) -> tuple[NDArray[n
     graph = weighted_graph(skeleton.edges, skeleton.edge_lengths + shift, k)
     distance, previous, _ = dijkstra(graph, directed=False, indices=roots, min_only=True, return_predecessors=True)
     return distance, np.where(previous < 0, -1, previous)
+
+
+def _centrifugal(parents: NDArray[np.int64], children: list[list[int]]) -> NDArray[np.int64]:
+    """(b,) number of ancestors of each branch, from the root outwards."""
+    orders = np.zeros(len(parents), dtype=np.int64)
+    waiting = np.flatnonzero(parents < 0).tolist()
+    while waiting:
+        row = waiting.pop()
+        orders[children[row]] = orders[row] + 1
+        waiting.extend(children[row])
+    return read_only(orders)
 
 
 def _strahler(parents: NDArray[np.int64], children: list[list[int]]) -> NDArray[np.int64]:

@@ -1,4 +1,4 @@
-"""The branches of a skeleton as a table: lengths, radii, cross-sections, volume, surface, angles and order.
+"""The branches of a skeleton as a table: ends, order, lengths, radii, cross-sections, volume, surface and angles.
 
 Lengths and radii are those of the polyline. With the mesh, cross-sections, area and volume are those of the surface:
 :mod:`lbskel.applications.branch_measures`. Order and angles: :mod:`lbskel.applications.branch_tree`.
@@ -8,6 +8,8 @@ from __future__ import annotations
 
 __all__ = ["BranchTable", "branch_table"]
 
+import csv
+import io
 import json
 from dataclasses import dataclass, fields
 from typing import Any
@@ -17,16 +19,21 @@ from numpy.typing import NDArray
 
 from lbskel.applications.branch_measures import N_PROFILE, Polyline, section_areas, shared_among_branches
 from lbskel.applications.branch_tree import branch_order
-from lbskel.errors import MissingDependency
+from lbskel.errors import MeshError, MissingDependency
 from lbskel.geometry.arrays import read_only, to_builtin
 from lbskel.geometry.mesh import as_mesh
+from lbskel.geometry.scaling import require_scale
 from lbskel.preprocess import oriented_surface
 from lbskel.skeleton.skeleton import Skeleton
+
+# Columns with a unit, and the power of the factor between two units with which each grows
+_LENGTHS = ("start_point", "end_point", "length", "chord", "mean_radius", "min_radius", "max_radius", "radius_profile")
+_POWERS = dict.fromkeys(_LENGTHS, 1) | {"section_area": 2, "area": 2, "section_area_profile": 2, "volume": 3}
 
 
 @dataclass(frozen=True, eq=False)
 class BranchTable:
-    """One row for each branch of a skeleton; lengths in its units.
+    """One row for each branch of a skeleton, in its units or those asked for.
 
     Parameters
     ----------
@@ -34,8 +41,12 @@ class BranchTable:
         Nodes at the ends; the start is nearer to the root.
     parent : (b,) array of int
         Row of the branch's parent; -1 where the branch begins at the root or has the root inside.
+    centrifugal : (b,) array of int
+        Centrifugal order: number of ancestors, 0 where the parent is -1.
     strahler : (b,) array of int
         Strahler order.
+    start_point, end_point : (b, 3) array of float
+        Positions of the ends.
     length, chord : (b,) array of float
         Length of the polyline, and of the line between its ends.
     tortuosity : (b,) array of float
@@ -54,6 +65,8 @@ class BranchTable:
         NaN for a branch that does not have two children there.
     radius_profile, section_area_profile : (b, 11) array of float
         Radius and area of the cross-section at 0, 10, ... 100 % of the length.
+    units : str, optional
+        Name of the units of lengths.
 
     Examples
     --------
@@ -67,7 +80,10 @@ class BranchTable:
     start: NDArray[np.int64]
     end: NDArray[np.int64]
     parent: NDArray[np.int64]
+    centrifugal: NDArray[np.int64]
     strahler: NDArray[np.int64]
+    start_point: NDArray[np.float64]
+    end_point: NDArray[np.float64]
     length: NDArray[np.float64]
     chord: NDArray[np.float64]
     tortuosity: NDArray[np.float64]
@@ -83,35 +99,50 @@ class BranchTable:
     remote_angle: NDArray[np.float64]
     radius_profile: NDArray[np.float64]
     section_area_profile: NDArray[np.float64]
+    units: str | None = None
 
     def __len__(self) -> int:
         return len(self.length)
 
     def columns(self) -> dict[str, NDArray[Any]]:
-        """Return the columns by name; a profile has one for each place, such as ``radius_at_50`` percent."""
+        """Return the columns by name.
+
+        A point has three, such as ``start_x``, and a profile one for each place, such as ``radius_at_50`` percent; the
+        last one is ``units``, if they are named.
+        """
+        places = np.linspace(0, 100, N_PROFILE).round().astype(int).tolist()
         columns: dict[str, NDArray[Any]] = {"branch": np.arange(len(self))}
-        for field in fields(self):
-            values = getattr(self, field.name)
+        for name, values in self._arrays().items():
             if values.ndim == 1:
-                columns[field.name] = values
+                columns[name] = values
+            elif name.endswith("_point"):
+                columns |= {name.replace("point", axis): values[:, k] for k, axis in enumerate("xyz")}
             else:
-                name = field.name.removesuffix("_profile")
-                places = np.linspace(0, 100, N_PROFILE).round().astype(int).tolist()
-                columns.update({f"{name}_at_{place}": values[:, k] for k, place in enumerate(places)})
-        return columns
+                of = name.removesuffix("_profile")
+                columns |= {f"{of}_at_{place}": values[:, k] for k, place in enumerate(places)}
+        return columns if self.units is None else columns | {"units": np.full(len(self), self.units)}
+
+    def _arrays(self) -> dict[str, NDArray[Any]]:
+        """Return the fields with a row for each branch, by name."""
+        return {each.name: getattr(self, each.name) for each in fields(self) if each.name != "units"}
 
     def to_csv(self) -> str:
         """Return the table as CSV, one line for each branch; NaN is an empty field."""
-        columns = self.columns()
+        columns, text = self.columns(), io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(columns)
         rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-        lines = [",".join("" if value != value else repr(value) for value in row) for row in rows]
-        return "\n".join([",".join(columns), *lines, ""])
+        writer.writerows(["" if value != value else value for value in row] for row in rows)
+        return text.getvalue()
 
     def to_json(self) -> str:
-        """Return the table as JSON, one object for each branch; what is not finite is null, a profile a list."""
-        columns = {field.name: to_builtin(getattr(self, field.name)) for field in fields(self)}
+        """Return the table as JSON: units, and an object for each branch.
+
+        What is not finite or not known is null, a point or a profile a list.
+        """
+        columns = to_builtin(self._arrays())
         rows = [{"branch": row, **{name: values[row] for name, values in columns.items()}} for row in range(len(self))]
-        return json.dumps({"branches": rows}, indent=1) + "\n"
+        return json.dumps({"units": self.units, "branches": rows}, indent=1) + "\n"
 
     def to_pandas(self) -> Any:
         """Return the table as a ``pandas.DataFrame`` with the columns of :meth:`columns`.
@@ -128,7 +159,7 @@ class BranchTable:
         return pandas.DataFrame(self.columns()).set_index("branch")
 
 
-def branch_table(skeleton: Skeleton, mesh: Any = None) -> BranchTable:
+def branch_table(skeleton: Skeleton, mesh: Any = None, *, scale: float = 1.0, units: str | None = None) -> BranchTable:
     """Measure every branch of a skeleton.
 
     Parameters
@@ -137,6 +168,11 @@ def branch_table(skeleton: Skeleton, mesh: Any = None) -> BranchTable:
         With ``node_of_vertex``, if the mesh is given. Its first node is the root.
     mesh : Mesh or anything that :func:`lbskel.as_mesh` takes, optional
         The mesh that the skeleton was made from; it may be inside out or of mixed orientation.
+    scale : float
+        Factor of the lengths and positions in the table, such as 0.001 from nanometers to micrometers; areas and
+        volumes have its square and its cube.
+    units : str, optional
+        Name of the units of lengths in the table, such as ``um``.
 
     Returns
     -------
@@ -146,7 +182,10 @@ def branch_table(skeleton: Skeleton, mesh: Any = None) -> BranchTable:
     Raises
     ------
     MeshError
-        If the skeleton does not map as many vertices as the mesh has.
+        If the first argument is no skeleton, or one that maps another number of vertices than the mesh has or lies
+        elsewhere, as in other units.
+    UnknownChoice
+        If the scale is not a positive number.
 
     Examples
     --------
@@ -157,6 +196,11 @@ def branch_table(skeleton: Skeleton, mesh: Any = None) -> BranchTable:
     >>> len(table), float(table.mean_radius[0].round(2)), float(table.section_area[0].round(2))
     (1, 0.5, 0.78)
     """
+    if not isinstance(skeleton, Skeleton):
+        raise MeshError(
+            f"a table of branches needs a Skeleton and its mesh, in this order, not {type(skeleton).__name__} first"
+        )
+    require_scale(scale)
     order = branch_order(skeleton)
     lines = [Polyline.of(skeleton, path) for path in order.paths]
     length = np.array([line.length for line in lines])
@@ -176,7 +220,10 @@ def branch_table(skeleton: Skeleton, mesh: Any = None) -> BranchTable:
         "start": ends[:, 0].copy(),
         "end": ends[:, 1].copy(),
         "parent": order.parents,
+        "centrifugal": order.centrifugal,
         "strahler": order.strahler,
+        "start_point": skeleton.nodes[ends[:, 0]],
+        "end_point": skeleton.nodes[ends[:, 1]],
         "length": length,
         "chord": chord,
         "tortuosity": np.divide(length, chord, out=np.full(len(lines), np.nan), where=chord > 0),
@@ -193,7 +240,8 @@ def branch_table(skeleton: Skeleton, mesh: Any = None) -> BranchTable:
         "radius_profile": profile,
         "section_area_profile": section_profile,
     }
-    return BranchTable(**{name: read_only(column) for name, column in values.items()})
+    scaled = {name: column * scale ** _POWERS[name] if name in _POWERS else column for name, column in values.items()}
+    return BranchTable(**{name: read_only(column) for name, column in scaled.items()}, units=units)
 
 
 def _share(values: NDArray[np.float64]) -> NDArray[np.float64]:

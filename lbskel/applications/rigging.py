@@ -24,6 +24,7 @@ from lbskel.geometry.mesh import as_mesh
 from lbskel.preprocess import oriented_surface
 from lbskel.skeleton.armature import Rig
 from lbskel.skeleton.skeleton import Skeleton
+from lbskel.skeleton.source import require_map
 
 MAX_BONES = 30  # default; a choice: a human has a bone for each limb segment and finger
 MAX_INFLUENCES = 4  # default; what real-time engines read
@@ -68,11 +69,6 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
     ('root', 'spine_1', 'spine_2')
     """
     surface = as_mesh(mesh)
-    if len(skeleton.node_of_vertex) != len(surface.vertices):
-        raise MeshError(
-            f"the skeleton maps {len(skeleton.node_of_vertex)} vertices to its nodes, and the mesh has "
-            f"{len(surface.vertices)}: give the mesh that the skeleton was made from"
-        )
     if len(unknown := np.flatnonzero(~np.isfinite(skeleton.radii))):
         raise MeshError(f"the radius of node {unknown[0]} is not known, and the lengths of bones follow from the radii")
     checked_count(max_bones, "max_bones", 1)
@@ -81,6 +77,7 @@ def rig(mesh: Any, skeleton: Skeleton, *, max_bones: int = MAX_BONES, max_influe
         raise MeshError("the mesh has no size: all its vertices are at one point")
     if not np.isfinite([surface.diameter_bound, surface.area]).all():
         raise MeshError("the mesh is too large for its area to be finite: scale it")
+    require_map(skeleton, surface.vertices)
     bones = bones_of(skeleton, max_bones=max_bones)
     plane = find_mirror_plane(surface)
     heads, tails = bones.heads, bones.tails

@@ -31,13 +31,14 @@ from lbskel.applications.face_graph import FaceGraph, connect_parts, face_graph
 from lbskel.applications.flat_parts import merge_flat_parts
 from lbskel.applications.part_volumes import part_volumes
 from lbskel.applications.skeleton_parts import parts_of_nodes
-from lbskel.errors import MeshError, choose
+from lbskel.errors import choose
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.shape_diameter import local_thickness
 from lbskel.preprocess import oriented_surface
 from lbskel.skeleton.skeleton import Skeleton
+from lbskel.skeleton.source import require_map
 
 # Local radii by which a boundary may move; 2.8 to 5.6 do as well (benchmarks/results/parts.md, "Constants")
 MAX_SHIFT = 4.0
@@ -134,11 +135,7 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     """
     choose(dict.fromkeys(THICKNESS), thickness, "thickness")
     surface = oriented_surface(as_mesh(mesh))[0]
-    if len(skeleton.node_of_vertex) != len(surface.vertices):
-        raise MeshError(
-            f"the skeleton maps {len(skeleton.node_of_vertex)} vertices to its nodes, and the mesh has "
-            f"{len(surface.vertices)}: give the mesh that the skeleton was made from"
-        )
+    require_map(skeleton, surface.vertices)
     radii = _node_radii(skeleton, surface, thickness)
     of_node = parts_of_nodes(skeleton, radii)
     graph = face_graph(surface)

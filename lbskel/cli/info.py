@@ -23,6 +23,7 @@ def add_parser(subparsers: Any) -> None:
         subparsers,
         "info",
         "print sizes, topology and measures of a mesh or a point cloud",
+        details="Lengths, areas and volumes are in the units of the file.",
         example="lbskel info meshes/knot.off",
     )
     what = parser.add_mutually_exclusive_group(required=True)
@@ -39,7 +40,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Print the measures as text or JSON."""
     facts = system() if arguments.system else _facts(as_shape(arguments.mesh))
     width = max(len(name) for name in facts)
-    lines = [f"{name.replace('_', ' '):{width}}  {_text(value)}" for name, value in facts.items()]
+    shown = {name: _box(value) if name == "bounding_box" else _text(value) for name, value in facts.items()}
+    lines = [f"{name.replace('_', ' '):{width}}  {value}" for name, value in shown.items()]
     tell(arguments, "\n".join(lines), facts)
     return 0
 
@@ -82,6 +84,11 @@ def _mesh_facts(mesh: Mesh) -> dict[str, Any]:
         "volume": mesh.volume if mesh.is_closed_manifold else None,
         "notes": list(mesh.notes),
     }
+
+
+def _box(corners: list[list[float]]) -> str:
+    """Format the lowest and the highest corner."""
+    return " to ".join(", ".join(map(_text, corner)) for corner in corners)
 
 
 def _text(value: Any) -> str:

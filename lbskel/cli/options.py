@@ -10,6 +10,7 @@ __all__ = [
     "add_preprocess_option",
     "add_skeleton_options",
     "add_swc_options",
+    "add_tree_and_units",
     "read_mesh_to_write",
     "read_surface",
     "refuse_unwritable",
@@ -192,7 +193,7 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
         type=_vertex_or_point,
         metavar="PLACE",
         help="first node, the root in swc, is the nearest to this: the index of a vertex, or a point as X,Y,Z in the "
-        "units of the mesh; its type in swc is 1 only if it is the soma by its radius too",
+        "units of the mesh; its type in swc is 1 only if it is in the soma by the radii too",
     )
     group.add_argument(
         "--anchor",
@@ -221,15 +222,20 @@ def add_skeleton_options(parser: argparse.ArgumentParser) -> None:
 
 def add_swc_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of what is written: a tree, and the scale and units of swc."""
+    add_tree_and_units(parser, "the positions and radii in swc", "in swc")
+
+
+def add_tree_and_units(parser: argparse.ArgumentParser, lengths: str, where: str) -> None:
+    """Add ``--tree``, and ``--scale`` and ``--units`` of the lengths in an output, which are named for the help."""
     parser.add_argument("--tree", action="store_true", help="cut each cycle where it is thinnest")
     parser.add_argument(
         "--scale",
         type=float,
         default=1.0,
         metavar="FACTOR",
-        help="multiply the positions and radii in swc, such as 0.001 from nanometers to micrometers (%(default)s)",
+        help=f"multiply {lengths}, such as 0.001 from nanometers to micrometers (%(default)s)",
     )
-    parser.add_argument("--units", metavar="NAME", help="name of the units in swc, such as um")
+    parser.add_argument("--units", metavar="NAME", help=f"name of the units {where}, such as um")
 
 
 def skeleton_options(arguments: argparse.Namespace) -> dict[str, Any]:

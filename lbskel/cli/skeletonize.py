@@ -6,6 +6,7 @@ __all__ = ["add_parser", "run"]
 
 import argparse
 import json
+import math
 import sys
 import time
 from collections import Counter
@@ -24,7 +25,7 @@ from lbskel.cli.options import (
     skeleton_options,
 )
 from lbskel.cli.terminal import tell, with_options
-from lbskel.errors import FormatError, LbskelError, counted
+from lbskel.errors import FormatError, LbskelError, counted, were
 from lbskel.io import FORMATS, MESH_READERS, POINT_READERS, as_shape, write_safely, write_skeleton
 from lbskel.io.csv import edges_path
 from lbskel.io.skeleton_io import require_writable
@@ -191,10 +192,11 @@ def _run(job: _Job, arguments: argparse.Namespace) -> int:
 def _summary(job: _Job, skeleton: Skeleton, report: dict[str, Any]) -> str:
     """Sum up the report in a few lines."""
     size = report["input"]
+    n_vertices, n_faces = size["vertices"], size["faces"]
+    given = f"{counted(n_vertices, 'vertex')}, {counted(n_faces, 'face')}" if n_faces else counted(n_vertices, "point")
     lines = [
-        f"{job.mesh}: {counted(size['vertices'], 'vertex')}, {counted(size['faces'], 'face')}, "
-        f"{counted(size['components'], 'component')}",
-        *(f"  note      {note}" for note in report["notes"]),
+        f"{job.mesh}: {given}, {counted(size['components'], 'component')}",
+        *(f"  note      {note}" for note in (*report["notes"], *_edits(report))),
         f"  skeleton  {counted(len(skeleton.nodes), 'node')}, {counted(len(skeleton.tips), 'tip')}, "
         f"{counted(len(skeleton.junctions), 'junction')}, {counted(skeleton.cycle_rank, 'cycle')}, "
         f"{skeleton.radius_kind} radii",
@@ -219,6 +221,18 @@ def _summary(job: _Job, skeleton: Skeleton, report: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def _edits(report: dict[str, Any]) -> list[str]:
+    """Tell of the loops that were opened and the components that were joined, which no component has a line for."""
+    notes = []
+    if n_opened := report["loops_opened"]:
+        notes.append(f"{were(n_opened, 'short loop')} opened; --min-loop 0 keeps them")
+    if n_joined := report["pieces_joined"]:
+        gaps = [math.dist(*ends) for ends in report.get("joining_edges", ())]
+        longest = f", by edges of at most {max(gaps):.4g} in the units of the mesh" if gaps else ""
+        notes.append(f"{were(n_joined, 'gap')} closed between components{longest}; --join none keeps them")
+    return notes
+
+
 def _was_smoothed_by_auto(preprocess: dict[str, Any]) -> bool:
     """Whether the automatic preprocessing found noise."""
     return preprocess.get("pipeline") == "auto" and any(step["step"] == "smooth_noise" for step in preprocess["steps"])
@@ -231,7 +245,7 @@ def _bodies(bodies: list[dict[str, Any]]) -> list[str]:
     n_crumb = MIN_BODY_SHARE * sum(body["faces"] for body in bodies)
     n_shown = max(1, sum(body["faces"] >= n_crumb for body in by_size[:MAX_BODIES]))
     for body in by_size[:n_shown]:
-        genus = "open, topology not checked" if body["genus"] is None else f"genus {body['genus']}"
+        genus = "open or non-manifold, topology not checked" if body["genus"] is None else f"genus {body['genus']}"
         lines.append(
             f"  component {counted(body['faces'], 'face')}, {genus}: {counted(body['cycle_rank'], 'cycle')}; "
             f"{counted(len(body['steps']), 'step')}, {body['status']}"

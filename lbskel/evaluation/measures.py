@@ -81,6 +81,11 @@ MEASURES = {
 
 
 NOT_MEASURED = "not measured"  # the verdict on a measure that could not be taken
+# Why not, on a surface
+_CAUSES = dict.fromkeys(("connected_regions", "adjacent_regions"), ", since the skeleton has no vertex map") | {
+    "extra_cycles": ", since edges of the mesh have more than two faces",
+    "tunnels_missed": ", since the mesh, or the skeleton, is in pieces, open, non-manifold or intersects itself",
+}
 
 
 @dataclass(frozen=True)
@@ -180,13 +185,11 @@ class Score:
             shown = "-" if value is None else f"{value:d}" if isinstance(value, int) else f"{value:.3f}"
             rows.append((name.replace("_", " "), shown, verdict, f"{sign} {measure.passes:g}", fails, measure.text))
         lines = [f"{a:33} {b:>7}  {c:12}  {d:>9}  {e:>9}  {f}".rstrip() for a, b, c, d, e, f in rows]
-        if self.not_measured:
-            names = ", ".join(name.replace("_", " ") for name in self.not_measured)
-            has_surface, has_map = self.near_surface_fraction is not None, self.connected_regions is not None
-            cause = (
-                "" if has_map else ", since the skeleton has no vertex map" if has_surface else ", without a surface"
-            )
-            lines.append(f"not measured{cause}: {names}")
+        missing: dict[str, list[str]] = {}
+        for name in self.not_measured:
+            cause = _CAUSES.get(name, "") if self.near_surface_fraction is not None else ", without a surface"
+            missing.setdefault(cause, []).append(name.replace("_", " "))
+        lines += [f"not measured{cause}: {', '.join(names)}" for cause, names in missing.items()]
         return "\n".join([*lines, f"verdict: {self.verdict}; the shape has {self.extremities} extremities"])
 
     def report(self) -> dict[str, Any]:

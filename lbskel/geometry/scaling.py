@@ -1,11 +1,26 @@
-"""Exact scaling by powers of two."""
+"""Scaling: by powers of two, which is exact, and to other units."""
 
 from __future__ import annotations
 
-__all__ = ["unit_scale"]
+__all__ = ["require_scale", "unit_scale"]
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
+
+from lbskel.errors import UnknownChoice
+
+
+def require_scale(scale: float) -> None:
+    """Raise UnknownChoice unless a factor between units is a positive, finite number.
+
+    Parameters
+    ----------
+    scale : float
+    """
+    if not (scale > 0 and math.isfinite(scale)):
+        raise UnknownChoice(f"scale must be a positive number, not {scale!r}")
 
 
 def unit_scale(vertices: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:

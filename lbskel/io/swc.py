@@ -1,9 +1,9 @@
 """SWC, the format of neuron tracings: a line per node with id, type, position, radius and the id of its parent.
 
 Ids begin at 1, every parent precedes its children, each component has one root, with the parent -1, and no comment
-follows a node. The type is 1 for a soma that is the root of its tree: one node, whose ball stands for the soma. It is
-0, undefined, for all other nodes, since the shape does not tell dendrites from axons; so every section has one type, as
-MorphIO and NeuroM require. An unknown radius is written as 0, which all readers accept, unlike NaN.
+follows a node. The type is 1 for a root in the soma: one node, whose ball stands for the soma. It is 0, undefined, for
+all other nodes, since the shape does not tell dendrites from axons; so every section has one type, as MorphIO and
+NeuroM require. An unknown radius is written as 0, which all readers accept, unlike NaN.
 
 SWC stores trees: every cycle is cut at its thinnest edge, and the edges that were cut are comments ``# cut edge 7 12``,
 which other programs ignore and from which :func:`read_swc` restores them. A file may be in other units than the mesh;
@@ -27,7 +27,7 @@ from scipy.sparse.csgraph import depth_first_order
 from lbskel.errors import FormatError
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.io.text import as_integers, content_lines, parse_columns, read_text
-from lbskel.skeleton.root import find_roots, find_soma
+from lbskel.skeleton.root import find_roots, is_in_soma
 from lbskel.skeleton.skeleton import Skeleton
 from lbskel.skeleton.spanning_tree import cycle_edges
 
@@ -70,13 +70,13 @@ def encode_swc(
     order, parents = _depth_first(skeleton, skeleton.edges[~is_cut], root)
     ids = np.empty(k, dtype=np.int64)
     ids[order] = np.arange(1, k + 1)
-    soma = find_soma(skeleton)
     with np.errstate(over="ignore"):
         radii = np.where(np.isnan(skeleton.radii), 0.0, skeleton.radii) * scale
         positions = skeleton.nodes * scale
     for what, values in (("coordinates", positions), ("radii", radii)):
         if not np.isfinite(values).all():
             raise FormatError(f"a scale of {scale} gives infinite {what}; give a smaller one")
+    root_kind = SOMA if is_in_soma(skeleton, root) else UNDEFINED
     lines = [f"# radius_kind {' '.join(skeleton.radius_kind.split())}"]
     if units is not None:
         lines.append(f"# Meta: {json.dumps({'units': units})}")
@@ -88,7 +88,7 @@ def encode_swc(
     lines.append("# id type x y z radius parent")
     for node in order.tolist():
         x, y, z = positions[node].tolist()
-        kind = SOMA if node == soma == root else UNDEFINED
+        kind = root_kind if node == root else UNDEFINED
         parent = NO_PARENT if parents[node] < 0 else ids[parents[node]]
         lines.append(f"{ids[node]} {kind} {x!r} {y!r} {z!r} {radii[node].item()!r} {parent}")
     return {path: "\n".join(lines) + "\n"}

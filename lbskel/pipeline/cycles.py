@@ -29,7 +29,7 @@ def cut_cycles(skeleton: Skeleton, *, tree: bool, extension: str) -> tuple[Skele
         return skeleton, ""
     radii = skeleton.radii[skeleton.edges[cycle_edges(skeleton)]].min(axis=1)
     cut = f"{counted(len(radii), 'cycle')} cut where the skeleton is thinnest "
-    cut += f"(radius {first_few(f'{r:.3g}' for r in radii)})"
+    cut += f"(radius {first_few(f'{r:.3g}' for r in radii)}, in the units of the mesh)"
     why = (
         "since a tree is asked for; the score is that of the skeleton with its cycles"
         if tree

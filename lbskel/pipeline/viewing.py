@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.applications import branch_table
-from lbskel.errors import MeshError, UnknownChoice, counted
+from lbskel.errors import UnknownChoice, counted
 from lbskel.evaluation.measures import MEASURES
 from lbskel.evaluation.scoring import centeredness_errors, require_scorable
 from lbskel.geometry.mesh import Mesh, PointCloud
@@ -25,6 +25,7 @@ from lbskel.pipeline.replay import replay, what_is_told
 from lbskel.pipeline.stages import skeletonize
 from lbskel.preprocess import Pipeline, reconstruct_surface
 from lbskel.skeleton.skeleton import Skeleton
+from lbskel.skeleton.source import require_near
 from lbskel.visualization import Scene, Table, page
 from lbskel.visualization.interactive import require_plotly
 
@@ -130,7 +131,7 @@ def view_scene(
     """
     points = shape.points if isinstance(shape, PointCloud) else shape.vertices
     require_scorable(skeleton, len(points))
-    _require_near(skeleton, points)
+    require_near(skeleton, points)
     if isinstance(shape, PointCloud):
         cleaning = "none" if preprocess is None else preprocess
         source = reconstruct_surface(shape, preprocess=cleaning).mesh  # type: ignore[arg-type]
@@ -157,16 +158,6 @@ def view_scene(
         mended=_mended(prepared) if mesh is not None else np.empty((0, 3)),
         tables=_tables(skeleton),
     )
-
-
-def _require_near(skeleton: Skeleton, points: NDArray[np.float64]) -> None:
-    """Raise MeshError if all nodes are farther from the bounding box of a shape than half of its diagonal."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    outside = np.maximum(0, np.maximum(low - skeleton.nodes, skeleton.nodes - high))
-    if np.linalg.norm(outside, axis=1).min() > np.linalg.norm(high - low) / 2:
-        raise MeshError(
-            "no node of the skeleton is near the shape: give the mesh or cloud that it was made from, in the same units"
-        )
 
 
 def _without_map(skeleton: Skeleton) -> Skeleton:

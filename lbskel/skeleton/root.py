@@ -5,7 +5,7 @@ The thickest tip is the inlet of a vessel tree, the trunk of a plant, the cut en
 
 from __future__ import annotations
 
-__all__ = ["find_roots", "find_soma", "reroot_by_thickness"]
+__all__ = ["find_roots", "find_soma", "is_in_soma", "reroot_by_thickness"]
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +15,15 @@ from lbskel.geometry.graphs import weighted_graph
 from lbskel.skeleton.editing import reroot
 from lbskel.skeleton.skeleton import Skeleton
 
-# Distance from the center of the soma, in its radii, at which the radius of a branch is taken; nearer the branch widens
-EXIT_DISTANCE = 2.0
-# Smallest radius of a soma, in radii of the thickest branch that leaves it. Measured on the five hemibrain neurons that
-# navis 1.12 ships: in their SWC files, made by others, 7.5 to 8.6 at the four somata, 2.1 at the thickest node of the
-# neuron without one; in lbskel's skeletons of their meshes 4.3 to 89, and 3.9.
+# Distance from the center of the soma, in its radii, at which the radius of a branch is taken; nearer, branches widen.
+# At 2 the ratio below is 2.5 for the soma of a neuron, by inscribed radii; at 3 an elephant and a koala have a soma.
+EXIT_DISTANCE = 2.5
+# Smallest radius of a soma, in radii of the thickest branch that leaves it, by the kind of radius: tubes widen farther
+# from the soma. Measured on the five hemibrain neurons that navis 1.12 ships, at the four somata and at the thickest
+# node of the neuron without one: inscribed radii 6.7 to 15.7, and 2.2; mean radii 3.4 to 8.5, and 2.5; the radii of
+# their SWC files, made by others, 8.1 to 12.5, and 2.1.
 MIN_SOMA_RATIO = 4.0
+MIN_SOMA_RATIO_OF_TUBES = 3.0
 
 
 def reroot_by_thickness(skeleton: Skeleton) -> Skeleton:
@@ -57,7 +60,7 @@ def find_roots(skeleton: Skeleton) -> NDArray[np.int64]:
 def find_soma(skeleton: Skeleton) -> int | None:
     """Find the thickest node of all, if every branch that leaves it is far thinner; else None.
 
-    Its inscribed ball stands for the soma. The thickness of a branch is its radius where it is two radii of the soma
+    Its inscribed ball stands for the soma. The thickness of a branch is its radius where it is 2.5 radii of the soma
     away from the center; at least one branch must reach that far.
 
     Parameters
@@ -75,8 +78,23 @@ def find_soma(skeleton: Skeleton) -> int | None:
     is_core = label == label[center]
     leaving = skeleton.edges[is_core[skeleton.edges].sum(axis=1) == 1]
     thickness = radii[leaving[~is_core[leaving]]]
-    is_soma = len(thickness) > 0 and radii[center] / MIN_SOMA_RATIO >= thickness.max()
+    ratio = MIN_SOMA_RATIO_OF_TUBES if skeleton.radius_kind == "mean" else MIN_SOMA_RATIO
+    is_soma = len(thickness) > 0 and radii[center] / ratio >= thickness.max()
     return center if is_soma else None
+
+
+def is_in_soma(skeleton: Skeleton, node: int) -> bool:
+    """Whether a node is in the ball of the soma; which node is the thickest there depends on the kind of radius.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    node : int
+    """
+    soma = find_soma(skeleton)
+    if soma is None:
+        return False
+    return bool(np.linalg.norm(skeleton.nodes[node] - skeleton.nodes[soma]) <= skeleton.radii[soma])
 
 
 def _known_radii(skeleton: Skeleton) -> NDArray[np.float64]:

@@ -17,6 +17,7 @@ def test_a_tree_by_hand():
     order = branch_order(fork())
     assert [path.tolist() for path in order.paths] == [[0, 1], [1, 2], [1, 3], [2, 4], [2, 5]]
     assert order.parents.tolist() == [-1, 0, 0, 1, 1]
+    assert order.centrifugal.tolist() == [0, 1, 1, 2, 2]
     assert order.strahler.tolist() == [2, 2, 1, 1, 1]  # the trunk has children of orders 2 and 1
     assert order.local_angles[:2] == pytest.approx([90, 45])
     assert np.isnan(order.local_angles[2:]).all()
@@ -28,9 +29,11 @@ def test_a_tree_from_a_root_in_the_middle_of_a_branch_and_from_a_junction():
     middle = branch_order(Skeleton(nodes, edges, np.ones(7)))
     assert [tuple(sorted(path[[0, -1]].tolist())) for path in middle.paths] == [(1, 2), (1, 3), (1, 4), (2, 5), (2, 6)]
     assert middle.parents.tolist() == [-1, 0, 0, 0, 0]
+    assert middle.centrifugal.tolist() == [0, 1, 1, 1, 1]
     assert middle.strahler.tolist() == [2, 1, 1, 1, 1]
     junction = branch_order(Skeleton(nodes, [[0, 1], [0, 2], [0, 3], [1, 4]], np.ones(7)))
     assert junction.parents.tolist() == [-1, -1, -1]
+    assert junction.centrifugal.tolist() == [0, 0, 0]
 
 
 def test_children_at_both_ends_of_a_branch_have_no_angle():
@@ -50,6 +53,7 @@ def test_cycles_components_and_single_nodes():
     order = branch_order(Skeleton(points, ring, np.ones(8)))
     assert [len(path) for path in order.paths] == [2, 4, 4]
     assert order.parents.tolist() == [-1, 0, -1]
+    assert order.centrifugal.tolist() == [0, 1, 0]
     assert order.strahler.tolist() == [1, 1, 1]
     assert branch_order(Skeleton(points, [], np.ones(8))).paths == ()
     assert branch_order(Skeleton([], [], [])).paths == ()
@@ -63,7 +67,7 @@ def test_two_junctions_joined_by_three_paths_and_nodes_at_one_place():
     assert np.isnan(order.remote_angles).all()
 
 
-def test_strahler_orders_and_angles_are_those_of_neurom(tmp_path):
+def test_orders_and_angles_are_those_of_neurom(tmp_path):
     neurom = pytest.importorskip("neurom")
     rng = np.random.default_rng(1)
     nodes, edges, open_ends = [np.zeros(3)], [], [0]
@@ -86,6 +90,7 @@ def test_strahler_orders_and_angles_are_those_of_neurom(tmp_path):
     assert len(sections) == len(order.paths) == len(set(rows))
     from neurom.features import bifurcation, section
 
+    assert order.centrifugal[rows].tolist() == [section.branch_order(each) for each in sections]
     assert order.strahler[rows].tolist() == [section.strahler_order(each) for each in sections]
     for row, each in zip(rows, sections, strict=True):
         if len(each.children) == 2:  # NeuroM stores positions in single precision

@@ -84,6 +84,59 @@ def test_lengths_and_volumes_are_those_of_neurom(tmp_path):
         assert sorted(getattr(table, name)) == pytest.approx(sorted(getattr(s, name) for s in sections), rel=1e-5)
 
 
+# A trunk of 9, a limb of 6 with two twigs of 4, and a limb of 6: nodes 0 to 5
+TREE = Skeleton(
+    [[0, 0, 0], [0, 0, 9], [6, 0, 9], [-6, 0, 9], [6, 4, 9], [6, -4, 9]],
+    [[0, 1], [1, 2], [1, 3], [2, 4], [2, 5]],
+    [1.0, 1.0, 0.6, 0.5, 0.4, 0.4],
+)
+
+
+def test_ends_and_orders_of_a_tree_are_those_of_its_tubes():
+    mesh = tube_mesh(TREE).mesh
+    for root, start in (([0, 0, 0], 0), ([-6, 0, 9], 3), (None, 0)):  # without a root, the thickest tip
+        table = branch_table(skeletonize(mesh, root=root), mesh)
+        nearest = [np.linalg.norm(TREE.nodes[:, None] - ends, axis=2) for ends in (table.start_point, table.end_point)]
+        assert all(distance.min(axis=0).max() < 0.3 for distance in nearest)  # half the smallest radius of a junction
+        ends = np.stack([distance.argmin(axis=0) for distance in nearest], axis=1).tolist()
+        below = {0: [[1, 2], [1, 3]], 3: [[1, 0], [1, 2]]}[start]
+        assert sorted(ends) == sorted([[start, 1], *below, [2, 4], [2, 5]])
+        row = {tuple(each): k for k, each in enumerate(ends)}
+        assert table.centrifugal[[row[start, 1], row[1, 2], row[2, 4], row[2, 5]]].tolist() == [0, 1, 2, 2]
+        assert table.strahler[[row[start, 1], row[1, 2], row[2, 4]]].tolist() == [2, 2, 1]
+        assert table.parent[[row[start, 1], row[1, 2], row[2, 4], row[2, 5]]].tolist() == [
+            *(-1, row[start, 1]),
+            *(row[1, 2], row[1, 2]),
+        ]
+        assert table.length[row[1, 2]] == pytest.approx(6, rel=0.03)
+
+
+@pytest.mark.parametrize("scale", [0.001, 25.4])
+def test_a_scale_is_that_of_the_skeleton_and_the_mesh(scale):
+    shape = make("tripod", n_vertices=500)
+    truth = with_map(shape)
+    table = branch_table(truth, shape.mesh, scale=scale, units="um, of the slide")
+    scaled = Skeleton(scale * truth.nodes, truth.edges, scale * truth.radii, truth.node_of_vertex)
+    expected = branch_table(scaled, lbskel.Mesh(scale * shape.mesh.vertices, shape.mesh.faces)).columns()
+    columns = table.columns()
+    assert columns.pop("units").tolist() == ["um, of the slide"] * 3
+    assert list(columns) == list(expected)
+    for name, values in columns.items():  # a section through a vertex may be another one after rounding
+        np.testing.assert_allclose(values, expected[name], rtol=1e-6, atol=1e-12 * scale, err_msg=name)
+    assert table.to_csv().splitlines()[1].endswith(',"um, of the slide"')
+    assert json.loads(table.to_json())["units"] == "um, of the slide"
+
+
+def test_what_is_no_skeleton_is_an_error():
+    with pytest.raises(lbskel.MeshError, match="needs a Skeleton and its mesh, in this order, not str first"):
+        branch_table("fork.swc")
+
+
+def test_a_scale_that_is_not_positive_is_an_error():
+    with pytest.raises(lbskel.UnknownChoice, match="scale must be a positive number"):
+        branch_table(FORK, scale=-1)
+
+
 def test_every_format_has_the_same_numbers():
     pandas = pytest.importorskip("pandas")
     table = branch_table(FORK)
@@ -91,6 +144,7 @@ def test_every_format_has_the_same_numbers():
     read = pandas.read_csv(io.StringIO(table.to_csv()), float_precision="round_trip").set_index("branch")
     pandas.testing.assert_frame_equal(read, frame, check_exact=True)
     assert [row["length"] for row in rows] == table.length.tolist() == frame["length"].tolist()
+    assert rows[0]["end_point"] == frame.loc[0, ["end_x", "end_y", "end_z"]].tolist() == [0, 0, 9]
     assert rows[0]["radius_profile"] == frame.filter(regex="^radius_at").iloc[0].tolist()
     assert rows[0]["section_area"] is None
     assert frame.notna().all(axis=0)["local_angle"] == False  # noqa: E712

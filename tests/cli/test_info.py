@@ -19,6 +19,8 @@ def test_info(here, rod):
     assert facts["genus"] == "0"
     assert float(facts["volume"]) == pytest.approx(rod.volume, rel=1e-5)  # six digits are printed
     assert facts["notes"] == "none"
+    corners = [[float(x) for x in corner.split(", ")] for corner in facts["bounding box"].split(" to ")]
+    assert np.array(corners) == pytest.approx(np.array([rod.vertices.min(axis=0), rod.vertices.max(axis=0)]), rel=1e-5)
 
 
 def test_info_as_json_of_an_open_mesh_with_faults(here, folder):

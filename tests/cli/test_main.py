@@ -161,7 +161,7 @@ BAD = {
         ["geodesic", "rod.off", "--source", "0", "-o", "no/a.csv"],
         r"no/a\.csv: the folder /.*/no does not exist; create it first",
     ),
-    "a tree of branches": (["branches", "rod.off", "-o", "a.csv", "--tree"], r"unrecognized arguments: --tree"),
+    "a tree of segments": (["segment", "rod.off", "-o", "a.ply", "--tree"], r"unrecognized arguments: --tree"),
     "units of segments": (
         ["segment", "rod.off", "-o", "a.ply", "--units", "um"],
         r"unrecognized arguments: --units um",

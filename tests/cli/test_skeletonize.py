@@ -111,10 +111,29 @@ def test_nothing_is_lost_of_cycles_in_swc_and_the_cut_is_told(here, folder):
     code, out, err = here("skeletonize", "ring.obj", "-o", "ring.swc", *options)
     assert (code, err) == (0, [])
     [note] = [line for line in out if "1 cycle cut" in line]
-    assert re.match(r"  note      1 cycle cut where the skeleton is thinnest \(radius 0\.\d+\), since swc is", note)
+    assert re.match(
+        r"  note      1 cycle cut where the skeleton is thinnest \(radius 0\.\d+, in the units of the mesh\), since",
+        note,
+    )
     assert read_skeleton(folder / "ring.swc").cycle_rank == 1
     assert json.loads((folder / "ring-report.json").read_text())["notes"][-1] in note
     assert (folder / "ring.png").exists()
+
+
+def test_loops_that_are_opened_and_gaps_that_are_closed_are_told(here, rod):
+    """A ring whose loop is shorter than 60 radii, and two rods, one behind the other."""
+    write_mesh("rods.off", joined(rod, rod.with_vertices(rod.vertices + [0, 0, np.ptp(rod.vertices[:, 2]) + 0.6])))
+    gap = "by edges of at most {} in the units of the mesh; --join none keeps them"
+    for name, note in (
+        ("ring.obj", "1 short loop was opened; --min-loop 0 keeps them"),
+        ("rods.off", rf"1 gap was closed between components, {gap.format('[0-9.]+')}"),
+    ):
+        out = here("skeletonize", name, "-o", "a.json", "--preset", "neuron", "--force")[1]
+        [told] = [line for line in out if line.startswith("  note      1")]
+        assert re.fullmatch(f"  note      {note}", told)
+        more = ("--min-loop", "0", "--join", "none", "--force")
+        out = here("skeletonize", name, "-o", "a.json", "--preset", "neuron", *more)[1]
+        assert not any(line.startswith("  note      1") for line in out)
 
 
 def test_a_scale_and_units_are_those_of_the_file_and_not_of_the_skeleton(here, folder):
@@ -281,7 +300,7 @@ def test_a_point_cloud_with_report_and_picture(here, folder):
     np.savetxt(folder / "cloud.xyz", torus(1.0, 0.3).vertices)
     code, out, err = here("skeletonize", "cloud.xyz", "-o", "ring.json", "--picture", "ring.png", "--report", "r.json")
     assert (code, err) == (0, [])
-    assert out[0].startswith("cloud.xyz: 1,152 vertices, 0 faces")
+    assert out[0].startswith("cloud.xyz: 1,152 points, ")
     skeleton = read_skeleton(folder / "ring.json")
     assert (skeleton.cycle_rank, len(skeleton.node_of_vertex)) == (1, 1152)
     assert json.loads((folder / "r.json").read_text())["reconstruction"]["points"] == 1152

@@ -1,6 +1,6 @@
 """The measures: thresholds that point the right way, and verdicts at and between them."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -75,6 +75,17 @@ def test_a_missing_measure_is_named_and_decides_nothing():
     found = with_value("connected_regions", None)
     assert (found.verdict, found.not_measured) == ("pass", ("connected_regions",))
     assert "not measured, since the skeleton has no vertex map: connected regions" in str(found)
+
+
+def test_each_missing_measure_is_told_with_its_own_cause():
+    without = {"connected_regions": None, "adjacent_regions": None, "extra_cycles": None, "tunnels_missed": None}
+    told = [line for line in str(replace(GOOD, **without)).splitlines() if line.startswith("not measured")]
+    assert told == [
+        "not measured, since edges of the mesh have more than two faces: extra cycles",
+        "not measured, since the mesh, or the skeleton, is in pieces, open, non-manifold or intersects itself: "
+        "tunnels missed",
+        "not measured, since the skeleton has no vertex map: connected regions, adjacent regions",
+    ]
 
 
 def test_the_table_shows_value_verdict_and_thresholds():

@@ -1,9 +1,10 @@
-"""Scaling by powers of two."""
+"""Scaling by powers of two, and factors between units."""
 
 import numpy as np
 import pytest
 
-from lbskel.geometry.scaling import unit_scale
+from lbskel import UnknownChoice
+from lbskel.geometry.scaling import require_scale, unit_scale
 
 
 @pytest.mark.parametrize("size", [1e-300, 0.3, 1.0, 2.0, 7.0, 1e300])
@@ -18,3 +19,10 @@ def test_points_at_the_origin_stay():
     scaled, exponent = unit_scale(np.zeros((2, 3)))
     assert exponent == 0
     assert not scaled.any()
+
+
+@pytest.mark.parametrize("scale", [0, -1, np.inf, np.nan])
+def test_a_factor_between_units_is_positive_and_finite(scale):
+    require_scale(1e-9)
+    with pytest.raises(UnknownChoice, match="scale must be a positive number, not"):
+        require_scale(scale)

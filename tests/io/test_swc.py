@@ -55,8 +55,9 @@ def test_the_given_node_comes_first_and_other_components_begin_at_their_thickest
 
 
 def test_a_soma_has_type_1_where_it_is_the_root(tmp_path, neuron):
-    for root, types in ((0, {1: 1, 0: 15}), (4, {0: 16})):
+    for root, types in ((0, {1: 1, 0: 15}), (1, {1: 1, 0: 15}), (4, {0: 16})):  # 1 is in the ball of 0
         write_skeleton(tmp_path / "a.swc", neuron, root=root, force=True)
+        assert swc_rows(tmp_path / "a.swc")[0][1] == (root != 4)
         assert Counter(row[1] for row in swc_rows(tmp_path / "a.swc")) == types
 
 

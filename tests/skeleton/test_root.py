@@ -1,11 +1,13 @@
 """The root of a tree: a soma by its thickness, else the thickest tip."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from lbskel import Skeleton, skeletonize
 from lbskel.shapes import tube
-from lbskel.skeleton.root import find_roots, find_soma, reroot_by_thickness
+from lbskel.skeleton.root import find_roots, find_soma, is_in_soma, reroot_by_thickness
 
 
 def neuron(ratio, *, length=30, at=7):
@@ -28,6 +30,18 @@ def test_a_soma_is_four_times_as_thick_as_every_branch_that_leaves_it():
     assert find_soma(Skeleton(lopsided.nodes, lopsided.edges, radii)) is None
 
 
+def test_a_soma_is_three_times_as_thick_by_mean_radii():
+    """Tubes that are fitted widen farther from the soma than the surface does."""
+    assert find_soma(replace(neuron(3.1), radius_kind="mean")) == 7
+    assert find_soma(replace(neuron(2.9), radius_kind="mean")) is None
+
+
+def test_a_node_is_in_the_soma_within_its_radius():
+    cell = neuron(8.0)
+    assert [node for node in range(30) if is_in_soma(cell, node)] == [5, 6, 7, 8, 9]
+    assert not is_in_soma(neuron(2.0), 7)
+
+
 def test_branches_of_unknown_radius_do_not_hide_a_soma():
     given = neuron(8.0)
     radii = given.radii.copy()
@@ -35,13 +49,13 @@ def test_branches_of_unknown_radius_do_not_hide_a_soma():
     assert find_soma(Skeleton(given.nodes, given.edges, radii)) == 7
 
 
-def test_what_is_within_two_radii_belongs_to_the_soma():
+def test_what_is_within_two_and_a_half_radii_belongs_to_the_soma():
     given = neuron(8.0)
     radii = given.radii.copy()
-    radii[4:11] = 0.9
+    radii[2:13] = 0.9
     radii[7] = 1.0
     assert find_soma(Skeleton(given.nodes, given.edges, radii)) == 7
-    assert find_soma(Skeleton(given.nodes[4:11], given.edges[:6], radii[4:11])) is None  # no branch leaves it
+    assert find_soma(Skeleton(given.nodes[2:13], given.edges[:10], radii[2:13])) is None  # no branch leaves it
 
 
 def test_a_limb_that_only_passes_by_is_no_branch_of_the_soma():
@@ -86,6 +100,12 @@ def test_the_skeleton_of_a_cell_begins_at_its_soma_unless_a_root_is_given(cell):
     end = skeletonize(cell, root=[14, 0, 0])
     assert end.nodes[0, 0] > 13
     assert find_soma(end) == 1
+
+
+def test_the_root_of_a_cell_is_in_its_soma_by_mean_radii_too(cell):
+    skeleton = skeletonize(cell, preset="neuron")
+    assert skeleton.radius_kind == "mean"
+    assert is_in_soma(skeleton, 0)
 
 
 def test_a_skeleton_without_a_soma_begins_at_its_thickest_tip(tripod):

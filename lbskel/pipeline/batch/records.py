@@ -66,6 +66,8 @@ class Record:
     seconds : float
     vertices, faces, nodes, tips, junctions, cycles : int or None
         None if there is no skeleton.
+    length : float or None
+        Of all branches, in the units of the file.
     inside_fraction : float or None
         Share of the length inside the surface.
     files : tuple of str
@@ -85,6 +87,7 @@ class Record:
     tips: int | None = None
     junctions: int | None = None
     cycles: int | None = None
+    length: float | None = None
     inside_fraction: float | None = None
     files: tuple[str, ...] = ()
 

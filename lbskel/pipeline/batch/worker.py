@@ -183,5 +183,6 @@ def _reply(job: dict[str, Any]) -> dict[str, Any]:
         "tips": len(skeleton.tips),
         "junctions": len(skeleton.junctions),
         "cycles": skeleton.cycle_rank,
+        "length": skeleton.length * job["scale"],
         "inside_fraction": report["score"]["measures"]["inside_fraction"],
     }

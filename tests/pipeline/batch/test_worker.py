@@ -39,7 +39,8 @@ def test_a_reply_describes_the_skeleton(worker, job):
     assert reply["verdict"] == "pass"
     assert (reply["vertices"], reply["faces"], reply["tips"], reply["cycles"]) == (152, 300, 2, 0)
     assert reply["inside_fraction"] == 1.0
-    assert len(read_skeleton(job["output"]).nodes) == reply["nodes"]
+    written = read_skeleton(job["output"])
+    assert (len(written.nodes), written.length) == (reply["nodes"], reply["length"])
 
 
 def test_a_refused_mesh_and_a_failed_score_say_why(worker, job, tmp_path):
@@ -68,7 +69,9 @@ def test_cycles_in_a_format_of_trees_are_told_and_only_a_tree_loses_them(worker,
     )
     assert (reply["outcome"], reply["cycles"]) == (BatchStatus.PASSED, cycle_rank)
     assert reply["message"].startswith("1 cycle cut where the skeleton is thinnest")
-    assert read_skeleton(tmp_path / "ring.swc").cycle_rank == cycle_rank
+    written = read_skeleton(tmp_path / "ring.swc")  # in the units of the mesh
+    assert written.cycle_rank == cycle_rank
+    assert reply["length"] == pytest.approx(2 * written.length)
     assert "multiplied by 2.0" in (tmp_path / "ring.swc").read_text()
     assert (tmp_path / "ring.png").exists()
     assert reply["message"] in (tmp_path / "ring.report.json").read_text()
