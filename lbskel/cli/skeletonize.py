@@ -6,6 +6,7 @@ __all__ = ["add_parser", "run"]
 
 import argparse
 import json
+import os
 import sys
 import time
 from collections import Counter
@@ -32,6 +33,7 @@ from lbskel.pipeline.cycles import cut_cycles
 from lbskel.pipeline.stages import skeletonize
 from lbskel.skeleton.skeleton import Skeleton
 
+SLASHES = tuple({"/", os.sep})  # at the end of the name of a folder
 MAX_BODIES = 5  # bodies with a line of their own in the summary, the rest share one; a guess at what a person reads
 # Share of the faces of all bodies below which a body has no line of its own in the summary. A guess.
 MIN_BODY_SHARE = 0.01
@@ -55,7 +57,7 @@ def add_parser(subparsers: Any) -> None:
         "--output",
         required=True,
         metavar="OUT",
-        help=f"skeleton to write ({', '.join(FORMATS)}); a folder gets a .swc for each input",
+        help=f"skeleton to write ({', '.join(FORMATS)}); a folder gets a .swc for each input; NAME/ is made",
     )
     parser.add_argument("--picture", metavar="PNG", help="draw mesh and skeleton; a folder if there are several inputs")
     add_html_option(parser, "; a folder if there are several inputs")
@@ -125,7 +127,9 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
     if n_times > 1:
         way_out = "give inputs of different names, or run them one by one" if are_several else "give another name"
         raise FormatError(f"{path}: two outputs have the same name; {way_out}")
-    refuse_unwritable(outputs, arguments.force)
+    for given in filter(None, (arguments.output, arguments.picture, arguments.html, arguments.report)):
+        _make_folder(given)
+    refuse_unwritable(outputs, arguments.force, inputs)
     for name in sorted({_format(job.skeleton) for job in jobs}):
         require_writable(name, scale=arguments.scale, units=arguments.units)
     if arguments.picture:
@@ -139,6 +143,15 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
     return jobs
 
 
+def _make_folder(given: str) -> None:
+    """Make the folder that a name with a slash at its end names, in a folder that exists."""
+    if given.endswith(SLASHES):
+        try:
+            Path(given).mkdir(exist_ok=True)
+        except OSError as error:
+            raise FormatError(f"{given}: the folder cannot be made: {error.strerror}; name another") from None
+
+
 def _format(path: Path) -> str:
     """Return the extension in lower case, without its dot."""
     return path.suffix.lower().removeprefix(".")
@@ -147,10 +160,10 @@ def _format(path: Path) -> str:
 def _output(given: str, mesh: Path, suffix: str, are_several: bool) -> Path:
     """Return the path given, or the file in the folder given."""
     path = Path(given)
-    if path.is_dir():
+    if path.is_dir() or given.endswith(SLASHES):
         return path / (mesh.stem + suffix)
     if are_several:
-        raise FormatError(f"{path} is not a folder; several inputs need one: make it first")
+        raise FormatError(f"{path} is not a folder; several inputs need one: make it first, or write {path}/")
     return path
 
 

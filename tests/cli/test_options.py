@@ -110,6 +110,15 @@ def test_files_that_exist_are_refused_before_anything_is_computed(tmp_path):
         refuse_unwritable([(missing, ("ply",)), (str(there), ("ply",))], force=False)
 
 
+def test_an_input_is_not_replaced_even_if_forced(tmp_path):
+    (tmp_path / "a.ply").touch()
+    (tmp_path / "link.ply").symlink_to("a.ply")
+    for name in ("a.ply", "link.ply"):
+        with pytest.raises(FormatError, match=rf"{name}: is an input, and would be lost; give the output another name"):
+            refuse_unwritable([(tmp_path / name, ("ply",))], force=True, inputs=[None, str(tmp_path / "a.ply")])
+    refuse_unwritable([(tmp_path / "b.ply", ("ply",))], force=True, inputs=[tmp_path / "a.ply"])
+
+
 @pytest.mark.parametrize(
     ("arguments", "extension"),
     [

@@ -90,6 +90,28 @@ def test_a_file_of_edges_that_exists_is_refused_before_any_work(here, folder):
     assert (code, out, err) == (2, [], ["lbskel: rod_edges.csv exists already; give --force to replace it"])
 
 
+def test_no_output_takes_the_place_of_an_input(here, folder):
+    inputs = {"skeletonize": "pipe.ply", "segment": "pipe.ply", "rig": "pipe.glb", "branches": "pipe.json"}
+    for command, name in inputs.items():
+        (folder / name).touch()
+        before = (folder / name).read_bytes()
+        given = ["pipe.ply", "--skeleton", name] if command == "branches" else [name]
+        expected = f"lbskel: {name}: is an input, and would be lost; give the output another name"
+        assert here(command, *given, "-o", name, "--force") == (2, [], [expected])
+        assert (folder / name).read_bytes() == before
+
+
+def test_a_folder_named_with_a_slash_is_made(here, folder):
+    arguments = ["skeletonize", "rod.off", "ring.obj", "-o", "new/", "--report", "told/", "--quiet"]
+    assert here(*arguments) == (0, [], [])
+    assert file_names(folder / "new") == ["ring.swc", "rod.swc"]
+    assert file_names(folder / "told") == ["ring.json", "rod.json"]
+    assert here("skeletonize", "rod.off", "-o", "one/", "--quiet") == (0, [], [])
+    assert file_names(folder / "one") == ["rod.swc"]
+    code, _, err = here("skeletonize", "rod.off", "-o", "no/where/")
+    assert (code, err) == (2, ["lbskel: no/where/: the folder cannot be made: No such file or directory; name another"])
+
+
 def test_nothing_is_overwritten_unasked(here, folder):
     (folder / "rod.swc").write_text("mine")
     code, out, err = here("skeletonize", "rod.off", "-o", "rod.swc")
