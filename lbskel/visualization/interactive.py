@@ -146,7 +146,7 @@ def _summary(scene: Scene) -> str:
     parts = []
     if scene.mesh is not None:
         sizes = repr(scene.mesh).partition("(")[2].rstrip(")")
-        parts.append(f"{'A point cloud' if 'points' in sizes else 'A mesh'} of {sizes.replace(', ', ' and ')}.")
+        parts.append(f"{'A point cloud' if 'point' in sizes else 'A mesh'} of {sizes.replace(', ', ' and ')}.")
     if scene.skeleton is not None:
         of = scene.skeleton
         parts.append(

@@ -68,7 +68,7 @@ def test_a_page_needs_no_other_file_and_is_below_8_mb():
     assert len(content) < 8e6
     assert not re.search(rb'<(script|link|img|iframe)[^>]*(src|href)=(?!"data:)', content)
     assert b"The mesh is simplified for display: " in content
-    assert b"A mesh of 180000 vertices and 360000 faces. Its skeleton has 4 nodes" in content
+    assert b"A mesh of 180,000 vertices and 360,000 faces. Its skeleton has 4 nodes" in content
 
 
 def test_a_page_of_a_hundred_thousand_nodes_is_below_8_mb():
