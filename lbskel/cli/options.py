@@ -21,6 +21,7 @@ import os
 import textwrap
 from collections.abc import Collection, Iterable
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from lbskel.contraction.energies import ENERGIES
@@ -126,8 +127,8 @@ def read_surface(path: str) -> Mesh:
     shape = as_shape(path)
     if isinstance(shape, PointCloud):
         raise MeshError(
-            f"{path}: is a point cloud, and this command needs a mesh; lbskel preprocess {path} "
-            f"-o {Path(path).stem}_surface.ply writes the surface through its points"
+            f"{path}: is a point cloud, and this command needs a mesh; lbskel preprocess {quote(path)} "
+            f"-o {quote(f'{Path(path).stem}_surface.ply')} writes the surface through its points"
         )
     return shape
 

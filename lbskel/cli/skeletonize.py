@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from lbskel.cli.html_option import add_html_option, write_page
@@ -220,9 +221,10 @@ def _summary(job: _Job, skeleton: Skeleton, report: dict[str, Any]) -> str:
     lines.append(f"  score     {scored['verdict']}{': ' if faults else ''}{', '.join(faults)}")
     if scored["verdict"] == "fail":
         has_map = "node_of_vertex" not in FORMATS[_format(job.skeleton)].loses
-        given, again = (f" --skeleton {job.skeleton}", "") if has_map else ("", " with the same options")
-        view = f"lbskel view {job.mesh}{given} -o {job.skeleton.with_suffix('.html')}{again}"
-        lines.append(f"  next      {view} shows where; lbskel check {job.mesh} tells whether the mesh is why")
+        mesh, made, page = (quote(str(path)) for path in (job.mesh, job.skeleton, job.skeleton.with_suffix(".html")))
+        given, again = (f" --skeleton {made}", "") if has_map else ("", " with the same options")
+        view = f"lbskel view {mesh}{given} -o {page}{again}"
+        lines.append(f"  next      {view} shows where; lbskel check {mesh} tells whether the mesh is why")
     if scored["verdict"] in ("warn", "fail") and size["faces"] and _was_smoothed_by_auto(report["preprocess"]):
         lines.append("  next      the surface is rough: --preprocess scan refines and smooths it in another way")
     for stage, seconds in report["seconds"].items() if "megabytes" in report else ():

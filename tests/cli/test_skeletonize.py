@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import struct
 import subprocess
 import sys
@@ -60,6 +61,16 @@ def test_a_result_that_fails_its_score_exits_with_one(folder, python):
     view = "  next      lbskel view rod.off --skeleton rod.json -o rod.html shows where; lbskel check rod.off tells"
     assert f"{view} whether the mesh is why\n" in result.stdout
     assert read_skeleton(folder / "rod.json").report["passed"] is False
+
+
+def test_commands_that_are_named_can_be_copied_whatever_the_names_of_files(here, folder):
+    (folder / "rod.off").rename(folder / "a rod.off")
+    code, out, _ = here("skeletonize", "a rod.off", "-o", "it's.json", "--time-limit", "1e-9")
+    [line] = [line for line in out if line.startswith("  next      lbskel view")]
+    view = shlex.split(line.split(" shows where")[0])[2:]
+    assert (code, view) == (1, ["view", "a rod.off", "--skeleton", "it's.json", "-o", "it's.html"])
+    assert here(*view)[0] == 0
+    assert "; lbskel check 'a rod.off' tells" in line
 
 
 def test_a_rough_surface_whose_skeleton_warns_names_the_pipeline_of_scans(here, folder):
