@@ -32,7 +32,8 @@ Value = TypeVar("Value")
 
 # Least similarity, as difflib measures it, at which a name is taken for a misspelling of another; a choice of style
 MIN_SIMILARITY = 0.75
-PLURALS = {"branch": "branches", "cavity": "cavities", "vertex": "vertices"}  # of nouns that do not just add an s
+# Of nouns that do not just add an s
+PLURALS = {"branch": "branches", "cavity": "cavities", "entry": "entries", "vertex": "vertices"}
 
 
 class LbskelError(Exception):

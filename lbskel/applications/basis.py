@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from lbskel.applications.spectrum import eigenpairs
-from lbskel.errors import MeshError, checked_count
+from lbskel.errors import MeshError, checked_count, counted
 from lbskel.geometry.arrays import finite_numbers
 from lbskel.operators import Laplacian, PolygonMesh, laplacian
 
@@ -51,9 +51,8 @@ class SpectralBasis:
 
     def __repr__(self) -> str:
         n, k = self.functions.shape
-        return (
-            f"SpectralBasis({k} functions on {n} vertices, eigenvalues {self.values[0]:.3g} to {self.values[-1]:.3g})"
-        )
+        values = f"eigenvalues {self.values[0]:.3g} to {self.values[-1]:.3g}"
+        return f"SpectralBasis({counted(k, 'function')} on {counted(n, 'vertex')}, {values})"
 
     @property
     def mass(self) -> csc_array:

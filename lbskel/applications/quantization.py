@@ -20,6 +20,7 @@ from lbskel.applications.anchor_selection import greedy_anchors
 from lbskel.errors import checked_count
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.mesh import Mesh, as_mesh
+from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Operator, apply_operator
 
 MAX_BITS = 32  # of a coordinate; more than the 24 of a float in single precision
@@ -140,8 +141,9 @@ def quantize_deltas(
     checked_count(bits, "bits", 1, MAX_BITS)
     laplacian = apply_operator(operator, given)
     stiffness = laplacian.stiffness / laplacian.weight_unit
-    center = given.centroid
-    V = given.vertices - center
+    scaled, exponent = unit_scale(given.vertices)  # areas of tiny meshes vanish, products of huge ones overflow
+    center = given.with_vertices(scaled).centroid
+    V = scaled - center
     codes, deltas = round_to_bits(stiffness @ V, int(bits))
     anchors, X = greedy_anchors(stiffness, deltas, V, n_anchors, weight=anchor_weight, solver=solver)
-    return QuantizedDeltas(read_only(codes), read_only(anchors), given.with_vertices(X + center))
+    return QuantizedDeltas(read_only(codes), read_only(anchors), given.with_vertices(np.ldexp(X + center, exponent)))

@@ -21,7 +21,7 @@ from lbskel.cli.terminal import with_options
 from lbskel.errors import FormatError, counted
 from lbskel.io import FORMATS
 from lbskel.pipeline.batch import BatchStatus, Record, skeletonize_many
-from lbskel.pipeline.batch.records import MANIFEST, SUMMARY
+from lbskel.pipeline.batch.records import MANIFEST, SUMMARY, written
 
 
 def add_parser(subparsers: Any) -> None:
@@ -59,7 +59,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Make all skeletons; 0 if every score passes, 1 if one fails, 2 if an input has no skeleton."""
-    paths = _paths(arguments.input)
+    paths = _paths(arguments.input, Path(arguments.output))
     with _Bar(len(paths), arguments.quiet) as bar:
         records = skeletonize_many(
             paths,
@@ -100,8 +100,10 @@ def run(arguments: argparse.Namespace) -> int:
     )
 
 
-def _paths(given: list[str]) -> list[str]:
+def _paths(given: list[str], output: Path) -> list[str]:
     """List the paths named, each once, with patterns replaced by the files that they match, in the order of names.
+
+    What batches have written in the output folder matches no pattern.
 
     Raises
     ------
@@ -109,13 +111,14 @@ def _paths(given: list[str]) -> list[str]:
         If a pattern matches no file, or a folder is named.
     """
     paths = []
+    own = {(output / file).resolve() for file in written(output)}
     for name in given:
         if Path(name).is_dir():
             raise FormatError(f"{name}: is a folder; name the meshes in it, such as by '{Path(name) / '*'}'")
         if not glob.has_magic(name) or Path(name).exists():
             paths.append(name)
         elif matches := sorted(path for path in glob.glob(name, recursive=True) if Path(path).is_file()):
-            paths.extend(matches)
+            paths.extend(path for path in matches if Path(path).resolve() not in own)
         else:
             raise FormatError(f"{name}: no file matches this pattern; correct it, or leave it out")
     return list(dict.fromkeys(paths))

@@ -42,7 +42,7 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Measure and write or print the table."""
     output = Path(arguments.output) if arguments.output else None
-    refuse_unwritable([(output, ("csv", "json"))], arguments.force)
+    refuse_unwritable([(output, ("csv", "json"))], arguments.force, [arguments.skeleton])
     require_scale(arguments.scale)
     mesh, skeleton = mesh_and_skeleton(arguments)
     table = branch_table(

@@ -98,7 +98,10 @@ def command_line_parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return the exit code."""
-    for stream in (sys.stdout, sys.stderr):
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:  # the caller has closed it, as a daemon does
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115  to the end of the process
         if isinstance(stream, io.TextIOWrapper):  # the name of a file may hold characters that the terminal cannot show
             stream.reconfigure(errors="backslashreplace")
     try:

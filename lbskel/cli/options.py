@@ -18,9 +18,11 @@ __all__ = [
 ]
 
 import argparse
+import os
 import textwrap
 from collections.abc import Collection, Iterable
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from lbskel.contraction.energies import ENERGIES
@@ -97,18 +99,23 @@ def add_force_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--force", action="store_true", help="replace files that exist")
 
 
-def refuse_unwritable(files: Iterable[tuple[str | Path | None, Collection[str]]], force: bool) -> None:
+def refuse_unwritable(
+    files: Iterable[tuple[str | Path | None, Collection[str]]], force: bool, inputs: Iterable[str | Path | None] = ()
+) -> None:
     """Raise FormatError if a file cannot be written, before anything is computed.
 
-    That is, if its name has none of the extensions beside it, if it exists, if it is named twice, or as
-    :func:`writable_target` does. None is no file.
+    That is, if its name has none of the extensions beside it, if it exists, if it is named twice or is one of the
+    inputs, or as :func:`writable_target` does. None is no file.
     """
     seen: set[Path] = set()
+    read = {os.path.realpath(path) for path in inputs if path}
     for path, extensions in [(Path(name), extensions) for name, extensions in files if name]:
         if path.suffix.lower().removeprefix(".") not in extensions and not path.is_dir():
             known = [f".{extension}" for extension in extensions]
             raise FormatError(f"{path}: the name must end in {'one of: ' if len(known) > 1 else ''}{', '.join(known)}")
         target = writable_target(path, force=True)
+        if str(target) in read:
+            raise FormatError(f"{path}: is an input, and would be lost; give the output another name")
         if target.exists() and not force:
             raise FormatError(f"{path} exists already; give --force to replace it")
         if target in seen:
@@ -121,8 +128,8 @@ def read_surface(path: str) -> Mesh:
     shape = as_shape(path)
     if isinstance(shape, PointCloud):
         raise MeshError(
-            f"{path}: is a point cloud, and this command needs a mesh; lbskel preprocess {path} "
-            f"-o {Path(path).stem}_surface.ply writes the surface through its points"
+            f"{path}: is a point cloud, and this command needs a mesh; lbskel preprocess {quote(path)} "
+            f"-o {quote(f'{Path(path).stem}_surface.ply')} writes the surface through its points"
         )
     return shape
 

@@ -21,6 +21,7 @@ from lbskel.cli.options import (
 from lbskel.cli.terminal import tell
 from lbskel.errors import MeshError, counted
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.scaling import unit_scale
 from lbskel.io import write_mesh
 
 TEXT = "error {relative_error:.2g} of the diagonal, normals off by {normals_error_deg:.2g} degrees"
@@ -53,12 +54,14 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Round, reconstruct, write and print the rate and the errors."""
     mesh = read_mesh_to_write(arguments)
-    if not mesh.area > 0:
+    scaled, exponent = unit_scale(mesh.vertices)  # areas of tiny meshes vanish
+    unit = mesh.with_vertices(scaled)
+    if not unit.area > 0:
         raise MeshError(f"{arguments.mesh}: the mesh has no area: every face is degenerate, so normals have no error")
     result = quantize_deltas(mesh, bits=arguments.bits, n_anchors=arguments.n_anchors, operator=arguments.operator)
     write_mesh(arguments.output, result.mesh, force=arguments.force)
-    errors = _errors(result.mesh, mesh)
-    rounded = _errors(mesh.with_vertices(round_to_bits(mesh.vertices, arguments.bits)[1]), mesh)
+    errors = _errors(unit.with_vertices(np.ldexp(result.mesh.vertices, -exponent)), unit)
+    rounded = _errors(unit.with_vertices(round_to_bits(scaled, arguments.bits)[1]), unit)
     text = (
         f"{arguments.mesh}: {counted(len(mesh.vertices), 'vertex')}, {counted(len(mesh.faces), 'face')}\n"
         f"{arguments.output}: {result.bits_per_vertex:.3g} bits per vertex, {counted(len(result.anchors), 'anchor')}, "

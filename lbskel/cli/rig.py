@@ -55,7 +55,7 @@ def add_parser(subparsers: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Rig and write."""
     output = Path(arguments.output)
-    refuse_unwritable([(output, ("glb",))], arguments.force)
+    refuse_unwritable([(output, ("glb",))], arguments.force, [arguments.mesh])
     refuse_page(arguments.html, arguments.force)
     mesh, skeleton = mesh_and_skeleton(arguments)
     rigged = rig(mesh, skeleton, max_bones=arguments.max_bones, max_influences=arguments.max_influences)

@@ -47,7 +47,11 @@ def add_parser(subparsers: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Divide and write."""
-    refuse_unwritable([(arguments.output, ("ply",)), (arguments.table, ("csv",))], arguments.force)
+    refuse_unwritable(
+        [(arguments.output, ("ply",)), (arguments.table, ("csv",))],
+        arguments.force,
+        [arguments.mesh, arguments.skeleton],
+    )
     refuse_page(arguments.html, arguments.force)
     mesh, skeleton = mesh_and_skeleton(arguments)
     parts = segment(mesh, skeleton, thickness=arguments.thickness)

@@ -7,12 +7,14 @@ __all__ = ["add_parser", "run"]
 import argparse
 import json
 import math
+import os
 import sys
 import time
 from collections import Counter
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from lbskel.cli.html_option import add_html_option, write_page
@@ -33,6 +35,7 @@ from lbskel.pipeline.cycles import cut_cycles
 from lbskel.pipeline.stages import skeletonize
 from lbskel.skeleton.skeleton import Skeleton
 
+SLASHES = tuple({"/", os.sep})  # at the end of the name of a folder
 MAX_BODIES = 5  # bodies with a line of their own in the summary, the rest share one; a guess at what a person reads
 # Share of the faces of all bodies below which a body has no line of its own in the summary. A guess.
 MIN_BODY_SHARE = 0.01
@@ -56,7 +59,7 @@ def add_parser(subparsers: Any) -> None:
         "--output",
         required=True,
         metavar="OUT",
-        help=f"skeleton to write ({', '.join(FORMATS)}); a folder gets a .swc for each input",
+        help=f"skeleton to write ({', '.join(FORMATS)}); a folder gets a .swc for each input; NAME/ is made",
     )
     parser.add_argument("--picture", metavar="PNG", help="draw mesh and skeleton; a folder if there are several inputs")
     add_html_option(parser, "; a folder if there are several inputs")
@@ -126,7 +129,9 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
     if n_times > 1:
         way_out = "give inputs of different names, or run them one by one" if are_several else "give another name"
         raise FormatError(f"{path}: two outputs have the same name; {way_out}")
-    refuse_unwritable(outputs, arguments.force)
+    for given in filter(None, (arguments.output, arguments.picture, arguments.html, arguments.report)):
+        _make_folder(given)
+    refuse_unwritable(outputs, arguments.force, inputs)
     for name in sorted({_format(job.skeleton) for job in jobs}):
         require_writable(name, scale=arguments.scale, units=arguments.units)
     if arguments.picture:
@@ -140,6 +145,15 @@ def _jobs(arguments: argparse.Namespace) -> list[_Job]:
     return jobs
 
 
+def _make_folder(given: str) -> None:
+    """Make the folder that a name with a slash at its end names, in a folder that exists."""
+    if given.endswith(SLASHES):
+        try:
+            Path(given).mkdir(exist_ok=True)
+        except OSError as error:
+            raise FormatError(f"{given}: the folder cannot be made: {error.strerror}; name another") from None
+
+
 def _format(path: Path) -> str:
     """Return the extension in lower case, without its dot."""
     return path.suffix.lower().removeprefix(".")
@@ -148,10 +162,10 @@ def _format(path: Path) -> str:
 def _output(given: str, mesh: Path, suffix: str, are_several: bool) -> Path:
     """Return the path given, or the file in the folder given."""
     path = Path(given)
-    if path.is_dir():
+    if path.is_dir() or given.endswith(SLASHES):
         return path / (mesh.stem + suffix)
     if are_several:
-        raise FormatError(f"{path} is not a folder; several inputs need one: make it first")
+        raise FormatError(f"{path} is not a folder; several inputs need one: make it first, or write {path}/")
     return path
 
 
@@ -209,9 +223,10 @@ def _summary(job: _Job, skeleton: Skeleton, report: dict[str, Any]) -> str:
     lines.append(f"  score     {scored['verdict']}{': ' if faults else ''}{', '.join(faults)}")
     if scored["verdict"] == "fail":
         has_map = "node_of_vertex" not in FORMATS[_format(job.skeleton)].loses
-        given, again = (f" --skeleton {job.skeleton}", "") if has_map else ("", " with the same options")
-        view = f"lbskel view {job.mesh}{given} -o {job.skeleton.with_suffix('.html')}{again}"
-        lines.append(f"  next      {view} shows where; lbskel check {job.mesh} tells whether the mesh is why")
+        mesh, made, page = (quote(str(path)) for path in (job.mesh, job.skeleton, job.skeleton.with_suffix(".html")))
+        given, again = (f" --skeleton {made}", "") if has_map else ("", " with the same options")
+        view = f"lbskel view {mesh}{given} -o {page}{again}"
+        lines.append(f"  next      {view} shows where; lbskel check {mesh} tells whether the mesh is why")
     if scored["verdict"] in ("warn", "fail") and size["faces"] and _was_smoothed_by_auto(report["preprocess"]):
         lines.append("  next      the surface is rough: --preprocess scan refines and smooths it in another way")
     for stage, seconds in report["seconds"].items() if "megabytes" in report else ():

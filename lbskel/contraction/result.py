@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.display import Displayed
+from lbskel.errors import counted
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.vertex_map import VertexMap
 
@@ -143,7 +144,7 @@ class Contraction(Displayed):
 
     def __repr__(self) -> str:
         left = f", {_remaining(self.steps[-1])}" if self.steps else ""
-        return f"Contraction({len(self.steps)} steps{left}: {self.status.value})"
+        return f"Contraction({counted(len(self.steps), 'step')}{left}: {self.status.value})"
 
     def __str__(self) -> str:
         """Show the steps as a table, then area and volume left and why the contraction ended."""

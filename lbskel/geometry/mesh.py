@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lbskel._kernels.connectivity import component_roots, count_umbrellas
 from lbskel._kernels.triangles import integrals
-from lbskel.errors import were
+from lbskel.errors import counted, were
 from lbskel.geometry.arrays import checked_points, checked_triangles, read_only
 from lbskel.geometry.bvh import AABBTree, build_aabb_tree
 from lbskel.geometry.conversion import arrays_of, triangulate
@@ -83,7 +83,7 @@ class Mesh(MeshExchange):
         object.__setattr__(self, "faces", checked_triangles(self.faces, len(self.vertices)))
 
     def __repr__(self) -> str:
-        return f"Mesh({len(self.vertices)} vertices, {len(self.faces)} faces)"
+        return f"Mesh({counted(len(self.vertices), 'vertex')}, {counted(len(self.faces), 'face')})"
 
     def with_vertices(self, vertices: ArrayLike) -> Mesh:
         """Make a mesh with the same faces and other positions; cached properties of the connectivity are kept.

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.errors import counted
 from lbskel.geometry.arrays import checked_points
 from lbskel.geometry.exchange import CloudExchange
 
@@ -40,4 +41,4 @@ class PointCloud(CloudExchange):
         object.__setattr__(self, "points", checked_points(self.points, "points"))
 
     def __repr__(self) -> str:
-        return f"PointCloud({len(self.points)} points)"
+        return f"PointCloud({counted(len(self.points), 'point')})"

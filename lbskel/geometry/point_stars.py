@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from lbskel.errors import counted
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.mesh import Mesh
 
@@ -27,7 +28,7 @@ class PointStars(Mesh):
     """
 
     def __repr__(self) -> str:
-        return f"PointStars({len(self.vertices)} points, {len(self.faces)} triangles)"
+        return f"PointStars({counted(len(self.vertices), 'point')}, {counted(len(self.faces), 'triangle')})"
 
     def with_vertices(self, vertices: ArrayLike) -> PointStars:
         """Make the same stars of points at other positions.

@@ -85,6 +85,8 @@ def writable_target(path: Path, force: bool) -> Path:
             raise FormatError(f"{path}: the folder {target.parent} does not exist; create it first")
         if target.exists() and not target.is_file():
             raise FormatError(f"{path}: is not a regular file")
+        if not os.access(target.parent, os.W_OK | os.X_OK):
+            raise FormatError(f"{path}: the folder {target.parent} cannot be written; name a file in another")
         if target.exists() and not force:
             raise FormatError(f"{path}: exists already; to replace it use force=True (--force on the command line)")
     except LbskelError:

@@ -1,6 +1,7 @@
 """OFF, the text format of Geomview, also with colors (COFF), normals (NOFF) or texture coordinates (STOFF).
 
-Each vertex line begins with the position; the rest of the line is ignored.
+Each vertex line begins with the position; the rest of the line is ignored. The counts may follow the header without a
+space, as in many files of ModelNet.
 Format: http://www.geomview.org/docs/html/OFF.html
 """
 
@@ -29,8 +30,8 @@ from lbskel.io.text import (
     read_bytes,
 )
 
-HEADER = re.compile(r"(ST)?C?N?OFF|off")
-HEADER_WITH_COUNTS = re.compile(rb"\s*(?:OFF|off)\s+(\d{1,15})\s+(\d{1,15})\s+\d+\s")  # numbers of vertices and faces
+HEADER = re.compile(r"((?:ST)?C?N?OFF|off)(\d*)")
+HEADER_WITH_COUNTS = re.compile(rb"\s*(?:OFF|off)\s*(\d{1,15})\s+(\d{1,15})\s+\d+\s")  # numbers of vertices and faces
 
 
 def read_off(path: Path) -> PolygonSoup:
@@ -82,9 +83,10 @@ def _parse_lines(text: str) -> PolygonSoup:
 def _skip_header(lines: Lines) -> Lines:
     """Drop the header; the counts may follow it on the same line."""
     header, rest = [*(lines.texts[0].split(None, 1) if len(lines) else ()), "", ""][:2]
-    if not HEADER.fullmatch(header):
+    if not (match := HEADER.fullmatch(header)):
         hint = "four or more dimensions" if re.fullmatch(r".*(4|n)OFF", header) else "it must begin with OFF"
         raise FormatError(f"not an OFF file of a surface: {hint}")
+    rest = f"{match[2]} {rest}".strip()
     if rest.upper().startswith("BINARY"):
         raise FormatError("binary OFF is not supported; save it as text, or as PLY")
     texts, numbers = (lines.texts, lines.numbers) if rest else (lines.texts[1:], lines.numbers[1:])

@@ -33,6 +33,8 @@ def read_ply(path: Path) -> PolygonSoup:
             return PolygonSoup(points, values, sizes)
     if "tristrips" in elements:
         raise FormatError("has triangle strips, which are not supported; save it with faces")
+    if lists := [name for name, values in face.items() if isinstance(values, Lists) and len(values.sizes)]:
+        raise FormatError(f"its faces have no list vertex_indices but {', '.join(lists)}; rename the list of corners")
     return PolygonSoup(points)
 
 

@@ -109,7 +109,7 @@ def write_skeleton(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     lbskel.write_skeleton(Path(folder) / "stick.swc", stick)
     ...     lbskel.read_skeleton(Path(folder) / "stick.swc")
-    Skeleton(2 nodes, 1 edges, 2 tips, 0 junctions, 0 cycles)
+    Skeleton(2 nodes, 1 edge, 2 tips, 0 junctions, 0 cycles)
     """
     entry = FORMATS[known_extension(path, FORMATS, "skeletons")]
     with prefix_errors(path):
@@ -149,7 +149,7 @@ def read_skeleton(path: str | os.PathLike[str]) -> Skeleton:
     1 0 0.0 0.0 0.0 0.1 -1
     2 0 1.0 0.0 0.0 0.2 1
     3 0 0.0 2.0 0.0 0.3 2
-     Skeleton(3 nodes, 3 edges, 0 tips, 0 junctions, 1 cycles)
+     Skeleton(3 nodes, 3 edges, 0 tips, 0 junctions, 1 cycle)
     """
     entry = FORMATS[known_extension(path, FORMATS, "skeletons")]
     with convert_errors(path):

@@ -29,17 +29,18 @@ def read_stl(path: Path) -> PolygonSoup:
     data = read_bytes(path)
     start = HEADER_BYTES + COUNT_BYTES
     declared = int.from_bytes(data[HEADER_BYTES:start], "little")
+    length = start + declared * TRIANGLE.itemsize
     is_text = data.removeprefix(BOM_UTF8)[:HEADER_BYTES].lstrip().lower().startswith(b"solid")
     is_text = is_text and b"\0" not in data.rstrip(b"\0")
-    if len(data) == start + declared * TRIANGLE.itemsize and (declared or not is_text):  # a text is so long by accident
+    if len(data) == length and (declared or not is_text):  # a text is so long by accident
         corners = np.frombuffer(data, TRIANGLE, declared, start)["corners"].reshape(-1, 3)
     elif is_text:
         corners = _parse_text(decode_text(data))
     else:
         raise FormatError(
             "neither STL text, which begins with solid and has no zero bytes, nor binary STL: its header declares "
-            f"{counted(declared, 'triangle')} in {start + declared * TRIANGLE.itemsize:,} bytes, but the file has "
-            f"{len(data):,}; was it cut off?"
+            f"{counted(declared, 'triangle')} in {length:,} bytes, but the file has "
+            f"{len(data):,}; {'was it cut off?' if len(data) < length else 'save it again'}"
         )
     points, index = _merge(corners.astype(np.float64))
     note = f"{len(corners):,} corners were merged into {counted(len(points), 'vertex')} at exactly equal positions"

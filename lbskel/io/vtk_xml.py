@@ -72,7 +72,9 @@ class VtkFile:
         if "compressor" not in self.root.attrib:
             count = int(np.frombuffer(_decode_bytes(data, start, head.itemsize, is_base64), head)[0])
             return _decode_bytes(data, start, head.itemsize + count, is_base64)[head.itemsize :]
-        decompressor = choose(DECOMPRESSORS, self.root.attrib["compressor"], "compressor")
+        if (compressor := self.root.attrib["compressor"]) not in DECOMPRESSORS:
+            raise FormatError(f"is compressed by {compressor}, which is not supported; save it with ZLib, or without")
+        decompressor = DECOMPRESSORS[compressor]
         n_blocks, size, _ = np.frombuffer(_decode_bytes(data, start, 3 * head.itemsize, is_base64), head).tolist()
         head_bytes = (3 + n_blocks) * head.itemsize
         sizes = np.frombuffer(_decode_bytes(data, start, head_bytes, is_base64), head)[3:].tolist()

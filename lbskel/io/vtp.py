@@ -62,15 +62,17 @@ def read_vtp(path: Path) -> Skeleton:
     nodes: list[NDArray[np.float64]] = []
     edges: list[NDArray[np.int64]] = []
     radii: list[NDArray[np.float64]] = []
+    first = 0
     for piece in pieces:
         points = find_array(file, piece.find("Points"), None)
         if points is None or points.size % 3:
             raise FormatError("the points do not have three coordinates each")
-        first, n = sum(map(len, nodes)), points.size // 3
+        n = points.size // 3
         point_data = [find_array(file, piece.find("PointData"), name) for name in RADIUS_NAMES]
         radii.append(next((values for values in point_data if values is not None), np.full(n, np.nan)))
         edges.append(_read_edges(file, piece.find("Lines"), n) + first)
         nodes.append(points.reshape(-1, 3))
+        first += n
     field = file.root.find("PolyData/FieldData")
     mapped, kind = find_array(file, field, "node_of_vertex"), find_array(file, field, "radius_kind")
     return Skeleton(

@@ -1,8 +1,9 @@
 """XYZ, one point per line: three coordinates separated by white space, commas or semicolons; also as TXT and CSV.
 
 The first point tells which of these separates the columns of all lines. Further columns, such as colors or normals, are
-ignored. A first line of names, or a comment that names every column, tells the columns if x, y and z are among them;
-else the coordinates come first.
+ignored. A first line of names, or a comment that names every column, tells the columns if x, y and z are among them,
+such as ``X [mm]``, or ParaView's ``Points:0`` to ``Points:2``. Else the coordinates come first; of more than three
+columns with other names nobody knows which they are.
 """
 
 from __future__ import annotations
@@ -17,19 +18,30 @@ from lbskel.io.polygon_soup import PolygonSoup
 from lbskel.io.text import content_lines, parse_columns, read_text
 
 NAMES = re.compile(r"[\s,;\"]*(//)?\"?([^\W\d]\w*)")  # the first word of a line of names; CloudCompare writes //X
+UNIT = re.compile(r"\s*[\[(].*")
+POINTS = ("points:0", "points:1", "points:2")  # names of the coordinates in tables of ParaView
 
 
 def read_xyz(path: Path) -> PolygonSoup:
     """Read the points of an XYZ file."""
     text = read_text(path)
-    lines, columns = content_lines(text), None
+    lines, columns, header = content_lines(text), None, None
     if len(lines) and (first := NAMES.match(lines.texts[0])) and first[2].lower() not in ("nan", "inf", "infinity"):
-        columns, lines = _columns(lines.texts[0]) or [0, 1, 2], lines[1:]
+        header, lines = lines[:1], lines[1:]
     if len(lines) > 1 and lines.texts[0] == str(len(lines) - 1):  # the number of points
         lines = lines[1:]
     if not len(lines):
         raise FormatError("the file has no points")
     delimiter = next((mark for mark in ";," if mark in lines.texts[0]), None)
+    if header is not None:
+        columns = _columns(header.texts[0])
+        n_names, n_columns = (len(_fields(each.texts[0].rstrip(" ,;"))) for each in (header, lines))
+        if columns is None and n_names == n_columns > 3:
+            raise FormatError(
+                f"line {header.numbers[0]}: none of more than three columns are named x, y and z; name those of the "
+                f"coordinates so, not {header.texts[0][:60]!r}"
+            )
+        columns = columns or [0, 1, 2]
     for line in text.splitlines()[: lines.numbers[0] - 1]:
         names = line.strip().removeprefix("#")
         if columns is None and names != line.strip() and len(_fields(names)) == len(_fields(lines.texts[0])):
@@ -45,5 +57,5 @@ def _fields(line: str) -> list[str]:
 
 def _columns(line: str) -> list[int] | None:
     """Find the columns of x, y and z in a line of names; None if it lacks one."""
-    names = [word.strip(' \t"/').lower() for word in _fields(line)]
-    return [names.index(axis) for axis in "xyz"] if {*"xyz"} <= set(names) else None
+    names = [UNIT.sub("", word.strip(' \t"/').lower()) for word in _fields(line)]
+    return next(([*map(names.index, axes)] for axes in ("xyz", POINTS) if {*axes} <= set(names)), None)

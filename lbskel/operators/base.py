@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array, diags_array
 
 from lbskel.display import Displayed
-from lbskel.errors import MeshError, UnknownChoice
+from lbskel.errors import MeshError, UnknownChoice, counted
 from lbskel.geometry.mesh import Mesh
 
 # S_ii A / M_ii of every operator where six equilateral triangles meet, with A a third of their area
@@ -75,7 +75,7 @@ class Laplacian(Displayed):
     def __repr__(self) -> str:
         n, total = self.stiffness.shape[0], float(self.mass.sum())
         treated = f", {len(self.treated_vertices)} treated" if len(self.treated_vertices) else ""
-        return f"Laplacian({n} vertices, {self.stiffness.nnz} entries, mass {total:.6g}{treated})"
+        return f"Laplacian({counted(n, 'vertex')}, {counted(self.stiffness.nnz, 'entry')}, mass {total:.6g}{treated})"
 
     def _drawings(self) -> list[tuple[str, csc_array]]:
         n, entries = self.stiffness.shape[0], self.stiffness.nnz

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csc_array
 
-from lbskel.errors import MeshError, first_few
+from lbskel.errors import MeshError, counted, first_few
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.mesh import PointCloud
 from lbskel.geometry.scaling import unit_scale
@@ -76,7 +76,7 @@ class PolygonMesh:
             )
 
     def __repr__(self) -> str:
-        return f"PolygonMesh({len(self.vertices)} vertices, {len(self.polygons)} polygons)"
+        return f"PolygonMesh({counted(len(self.vertices), 'vertex')}, {counted(len(self.polygons), 'polygon')})"
 
     @cached_property
     def corners(self) -> NDArray[np.int64]:

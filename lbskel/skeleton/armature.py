@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, counted
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.mesh import Mesh
 
@@ -78,7 +78,7 @@ class Rig:
             raise MeshError("the parent of a bone must come before it, or be -1")
 
     def __repr__(self) -> str:
-        return f"Rig({len(self.names)} bones, {self.mesh!r})"
+        return f"Rig({counted(len(self.names), 'bone')}, {self.mesh!r})"
 
     def posed(self, rotations: dict[str, NDArray[np.float64]]) -> Mesh:
         """Turn bones about their heads, with all that hangs on them, by linear blend skinning.

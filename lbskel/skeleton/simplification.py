@@ -49,7 +49,7 @@ def simplify_branches(skeleton: Skeleton, *, tolerance: float = 0.5) -> Skeleton
     >>> from lbskel.shapes import capsule
     >>> skeleton = lbskel.skeletonize(capsule(4.0, 0.5))
     >>> lbskel.simplify_branches(skeleton)
-    Skeleton(2 nodes, 1 edges, 2 tips, 0 junctions, 0 cycles)
+    Skeleton(2 nodes, 1 edge, 2 tips, 0 junctions, 0 cycles)
     """
     if not tolerance > 0:
         raise UnknownChoice(f"tolerance must be positive, in local radii, not {tolerance}")

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.traversal import walk_branches
-from lbskel.errors import MeshError
+from lbskel.errors import MeshError, counted
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.sorting import distinct, group_medians, stable_order
 from lbskel.skeleton.exchange import SkeletonExchange
@@ -132,10 +132,9 @@ class Skeleton(SkeletonExchange):
             object.__setattr__(self, name, read_only(value))
 
     def __repr__(self) -> str:
-        return (
-            f"Skeleton({len(self.nodes)} nodes, {len(self.edges)} edges, {len(self.tips)} tips, "
-            f"{len(self.junctions)} junctions, {self.cycle_rank} cycles)"
-        )
+        numbers = {"node": self.nodes, "edge": self.edges, "tip": self.tips, "junction": self.junctions}
+        counts = [counted(len(each), noun) for noun, each in numbers.items()]
+        return f"Skeleton({', '.join([*counts, counted(self.cycle_rank, 'cycle')])})"
 
     def __reduce__(self) -> tuple[type[Skeleton], tuple[Any, ...]]:
         """Copy and pickle the fields alone, so that the arrays of a copy are constant too."""

@@ -18,6 +18,7 @@ from typing import Any
 
 from lbskel.errors import MissingDependency, counted
 from lbskel.io.atomic_write import write_safely
+from lbskel.skeleton.skeleton import Skeleton
 from lbskel.visualization.html import document, paragraphs, script, table
 from lbskel.visualization.panel import Panel
 from lbskel.visualization.poster import poster
@@ -146,7 +147,7 @@ def _summary(scene: Scene) -> str:
     parts = []
     if scene.mesh is not None:
         sizes = repr(scene.mesh).partition("(")[2].rstrip(")")
-        parts.append(f"{'A point cloud' if 'points' in sizes else 'A mesh'} of {sizes.replace(', ', ' and ')}.")
+        parts.append(f"{'A point cloud' if 'point' in sizes else 'A mesh'} of {sizes.replace(', ', ' and ')}.")
     if scene.skeleton is not None:
         of = scene.skeleton
         parts.append(
@@ -170,13 +171,18 @@ def _layers(scene: Scene, data: dict[str, Any]) -> list[tuple[str, str, bool]]:
         ("skeleton", "skeleton, colored by radius", True, of is not None),
         ("tips", "tips (red)", True, of is not None and len(of.tips) > 0),
         ("junctions", "junctions (squares)", True, of is not None and len(of.junctions) > 0),
-        ("balls", "inscribed balls", False, bool(data.get("skeleton", {}).get("balls"))),
+        ("balls", _balls(of), False, bool(data.get("skeleton", {}).get("balls"))),
         ("parts", scene.parts_name, scene.parts_first, has_parts),
         ("contracted", "contracted mesh", False, "steps" in data),
         ("off_center", "nodes off their center (rings)", False, len(scene.off_center) > 0),
         ("mended", "where the surface was mended (diamonds)", False, "mended" in data),
     ]
     return [(name, label, shown) for name, label, shown, exists in layers if exists]
+
+
+def _balls(of: Skeleton | None) -> str:
+    """Name the balls by the kind of radii that they have."""
+    return "inscribed balls" if of is None or of.radius_kind == "inscribed" else f"balls of {of.radius_kind} radii"
 
 
 def _toggle(name: str, label: str, shown: bool) -> str:

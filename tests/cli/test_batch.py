@@ -55,6 +55,15 @@ def test_other_options_are_another_batch(here, folder):
     assert "  0 from earlier batches" in other[-1]
 
 
+def test_what_a_batch_has_written_matches_no_pattern_of_the_next(here, folder):
+    """Else skeletons would be taken for clouds, and the manifest for a mesh."""
+    (folder / "pipe.ply").unlink()
+    for n_earlier in (0, 2):
+        code, out, err = here("batch", "*", "-o", ".", "--format", "ply", "--workers", "1")
+        assert (code, err, out[0]) == (0, [], "2 inputs: 2 passed")
+        assert out[1].startswith(f"  {n_earlier} from earlier batches")
+
+
 def test_exit_codes(here, folder):
     (folder / "bad.off").write_text("OFF\n1 0 0\n0 0 0\n")
     assert here("batch", "rod.off", "bad.off", "-o", "out", "--workers", "1", "--quiet")[0] == 2

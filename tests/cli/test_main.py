@@ -52,6 +52,18 @@ def test_a_reader_that_goes_away_is_no_failure(folder, arguments):
     process.stderr.close()
 
 
+@pytest.mark.parametrize("closed", [1, 2])
+def test_a_stream_that_the_caller_has_closed_is_no_failure(folder, closed):
+    """As in a job of a daemon: the file is written, and the exit code tells so."""
+    code = (
+        f"import os, sys; os.close({closed}); os.execv(sys.executable, [sys.executable, '-m', 'lbskel', *sys.argv[1:]])"
+    )
+    command = [sys.executable, "-c", code, "smooth", "rod.off", "-o", "smooth.off"]
+    result = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    assert (result.returncode, result.stderr) == (0, "")
+    assert (folder / "smooth.off").exists()
+
+
 def test_a_name_that_the_terminal_cannot_show_is_no_failure(apart, folder, rod):
     write_mesh(folder / "棒.off", rod)
     code, out, err = apart("skeletonize", "棒.off", "-o", "bar.json", PYTHONIOENCODING="ascii")

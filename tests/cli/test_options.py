@@ -5,7 +5,7 @@ import inspect
 
 import pytest
 
-from lbskel import FormatError, read_skeleton, skeletonize
+from lbskel import FormatError, MeshError, read_skeleton, skeletonize
 from lbskel.cli.main import command_line_parser
 from lbskel.cli.options import add_skeleton_options, read_surface, refuse_unwritable, skeleton_options
 from lbskel.io import MESH_READERS
@@ -110,6 +110,15 @@ def test_files_that_exist_are_refused_before_anything_is_computed(tmp_path):
         refuse_unwritable([(missing, ("ply",)), (str(there), ("ply",))], force=False)
 
 
+def test_an_input_is_not_replaced_even_if_forced(tmp_path):
+    (tmp_path / "a.ply").touch()
+    (tmp_path / "link.ply").symlink_to("a.ply")
+    for name in ("a.ply", "link.ply"):
+        with pytest.raises(FormatError, match=rf"{name}: is an input, and would be lost; give the output another name"):
+            refuse_unwritable([(tmp_path / name, ("ply",))], force=True, inputs=[None, str(tmp_path / "a.ply")])
+    refuse_unwritable([(tmp_path / "b.ply", ("ply",))], force=True, inputs=[tmp_path / "a.ply"])
+
+
 @pytest.mark.parametrize(
     ("arguments", "extension"),
     [
@@ -134,3 +143,10 @@ def test_a_surface_is_read_once(folder, monkeypatch):
     monkeypatch.setitem(MESH_READERS, "ply", lambda path: times.append(path) or read_ply(path))
     assert len(read_surface("pipe.ply").faces)
     assert len(times) == 1
+
+
+def test_the_command_that_makes_a_surface_can_be_copied_whatever_the_name_of_the_cloud(folder):
+    (folder / "a cloud.xyz").write_text("0 0 0\n1 0 0\n")
+    expected = r"lbskel preprocess 'a cloud\.xyz' -o 'a cloud_surface\.ply' writes"
+    with pytest.raises(MeshError, match=expected):
+        read_surface("a cloud.xyz")

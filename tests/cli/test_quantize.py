@@ -1,6 +1,7 @@
 """``lbskel quantize``: the reconstructed mesh is written, and its rate and errors are printed."""
 
 import numpy as np
+import pytest
 
 import lbskel
 
@@ -21,6 +22,17 @@ def test_wrong_options_and_existing_files_are_refused(here):
         in here("quantize", "rod.off", "-o", "a.ply", "--anchors", "0")[2][0]
     )
     assert "exists already" in here("quantize", "rod.off", "-o", "ring.obj")[2][0]
+
+
+@pytest.mark.parametrize("exponent", [-600, -332, 0, 332])
+def test_the_unit_changes_neither_codes_nor_errors(here, folder, ring, exponent):
+    lbskel.write_mesh("a.ply", ring.with_vertices(np.ldexp(ring.vertices, exponent)))
+    code, [_, written, positions], err = here("quantize", "a.ply", "-o", "b.ply")
+    assert (code, err) == (0, [])
+    expected = lbskel.quantize_deltas(ring)
+    assert np.array_equal(np.ldexp(lbskel.read_mesh("b.ply").vertices, -exponent), expected.mesh.vertices)
+    _, [_, *of_ring], _ = here("quantize", "ring.obj", "-o", "c.ply")
+    assert [written.replace("b.ply", "c.ply"), positions] == of_ring
 
 
 def test_a_mesh_without_area_is_refused(here, folder):

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import struct
 import subprocess
 import sys
@@ -62,6 +63,16 @@ def test_a_result_that_fails_its_score_exits_with_one(folder, python):
     assert read_skeleton(folder / "rod.json").report["passed"] is False
 
 
+def test_commands_that_are_named_can_be_copied_whatever_the_names_of_files(here, folder):
+    (folder / "rod.off").rename(folder / "a rod.off")
+    code, out, _ = here("skeletonize", "a rod.off", "-o", "it's.json", "--time-limit", "1e-9")
+    [line] = [line for line in out if line.startswith("  next      lbskel view")]
+    view = shlex.split(line.split(" shows where")[0])[2:]
+    assert (code, view) == (1, ["view", "a rod.off", "--skeleton", "it's.json", "-o", "it's.html"])
+    assert here(*view)[0] == 0
+    assert "; lbskel check 'a rod.off' tells" in line
+
+
 def test_a_rough_surface_whose_skeleton_warns_names_the_pipeline_of_scans(here, folder):
     line = "  next      the surface is rough: --preprocess scan refines and smooths it in another way"
     rod = capsule(6.0, 0.5, 40)
@@ -88,6 +99,28 @@ def test_a_file_of_edges_that_exists_is_refused_before_any_work(here, folder):
     (folder / "rod_edges.csv").touch()
     code, out, err = here("skeletonize", "nosuch.off", "-o", "rod.csv")
     assert (code, out, err) == (2, [], ["lbskel: rod_edges.csv exists already; give --force to replace it"])
+
+
+def test_no_output_takes_the_place_of_an_input(here, folder):
+    inputs = {"skeletonize": "pipe.ply", "segment": "pipe.ply", "rig": "pipe.glb", "branches": "pipe.json"}
+    for command, name in inputs.items():
+        (folder / name).touch()
+        before = (folder / name).read_bytes()
+        given = ["pipe.ply", "--skeleton", name] if command == "branches" else [name]
+        expected = f"lbskel: {name}: is an input, and would be lost; give the output another name"
+        assert here(command, *given, "-o", name, "--force") == (2, [], [expected])
+        assert (folder / name).read_bytes() == before
+
+
+def test_a_folder_named_with_a_slash_is_made(here, folder):
+    arguments = ["skeletonize", "rod.off", "ring.obj", "-o", "new/", "--report", "told/", "--quiet"]
+    assert here(*arguments) == (0, [], [])
+    assert file_names(folder / "new") == ["ring.swc", "rod.swc"]
+    assert file_names(folder / "told") == ["ring.json", "rod.json"]
+    assert here("skeletonize", "rod.off", "-o", "one/", "--quiet") == (0, [], [])
+    assert file_names(folder / "one") == ["rod.swc"]
+    code, _, err = here("skeletonize", "rod.off", "-o", "no/where/")
+    assert (code, err) == (2, ["lbskel: no/where/: the folder cannot be made: No such file or directory; name another"])
 
 
 def test_nothing_is_overwritten_unasked(here, folder):

@@ -179,6 +179,9 @@ def test_points_are_read_only():
 
 def test_repr(tetrahedron):
     assert repr(tetrahedron) == "Mesh(4 vertices, 4 faces)"
+    assert repr(Mesh(np.eye(3), [[0, 1, 2]])) == "Mesh(3 vertices, 1 face)"
+    assert repr(Mesh(np.zeros((1234, 3)), [[0, 1, 2]])) == "Mesh(1,234 vertices, 1 face)"
+    assert repr(PointCloud(np.zeros((1, 3)))) == "PointCloud(1 point)"
     assert repr(PointCloud(SQUARE)) == "PointCloud(4 points)"
 
 

@@ -6,7 +6,7 @@ import stat
 import pytest
 
 from lbskel.errors import FormatError
-from lbskel.io.atomic_write import write_all_safely, write_safely
+from lbskel.io.atomic_write import writable_target, write_all_safely, write_safely
 
 
 def names(folder):
@@ -48,6 +48,13 @@ def test_nothing_partly_written_is_left(tmp_path, error, exists):
         write_safely(path, fail, force=True)
     assert names(tmp_path) == (["a.txt"] if exists else [])
     assert not exists or path.read_text() == "old"
+
+
+def test_a_folder_that_cannot_be_written_is_found_before_anything_is_made(tmp_path, monkeypatch):
+    """By what the system tells of the folder: it lets the superuser, who may run the tests, write everywhere."""
+    monkeypatch.setattr(os, "access", lambda folder, mode: (folder, mode) != (tmp_path, os.W_OK | os.X_OK))
+    with pytest.raises(FormatError, match=r"a\.txt: the folder .* cannot be written; name a file in another"):
+        writable_target(tmp_path / "a.txt", force=True)
 
 
 def test_a_full_disk_is_reported(tmp_path):

@@ -17,6 +17,8 @@ SQUARES = {
     "plain": PLAIN,
     "comments": "# c\n\nOFF # c\n# c\n5 1\n\n" + ROWS.replace("\n", " # c\n\n") + "4  0 1\t2 3 # c",
     "counts on the line of the header": "OFF 5 1 0\n" + ROWS + "4 0 1 2 3 1.0 0.5 0 1\n",
+    "counts without a space": "OFF5 1 0\n" + ROWS + "4 0 1 2 3\n",
+    "colors and counts without a space": "COFF5 1 0\n" + ROWS.replace("\n", " 9 9 9\n") + "4 0 1 2 3\n",
     "colors": "COFF\n5 1 0\n" + ROWS.replace("\n", " 255 0 0 255\n") + "4 0 1 2 3 255 0 0\n",
     "normals": "NOFF\n5 1 0\n" + ROWS.replace("\n", " 0 0 1\n") + "4 0 1 2 3\n",
     "texture coordinates": "STOFF\n5 1 0\n" + ROWS.replace("\n", " 0.5 0.25\n") + "4 0 1 2 3\n",
@@ -32,7 +34,7 @@ def test_polygons_of_several_sizes(read, check_polygons):
     check_polygons(read("a.off", "OFF\n5 4 0\n" + ROWS + "3 0 1 2\n4 0 1 2 3\n5 3 0 1 2 4\n3 2 1 0\n"))
 
 
-@pytest.mark.parametrize("layout", ["OFF\n{}", "\n OFF {}", "off\n\n{}"])
+@pytest.mark.parametrize("layout", ["OFF\n{}", "\n OFF {}", "off\n\n{}", "OFF{}"])
 def test_the_fast_path_reads_the_same_as_the_path_by_lines(tmp_path, layout):
     text = encode_off(torus(1.0, 0.3, 12, 8)).removeprefix("OFF\n")
     fast, by_lines = tmp_path / "fast.off", tmp_path / "by_lines.off"

@@ -86,6 +86,11 @@ def test_a_written_mesh_is_binary_in_double_precision(tmp_path, tetrahedron):
         (ply("ascii", VERTEX, ROWS), MeshError, "no faces"),
         (ply("ascii", VERTEX.replace("5", "0"), ""), MeshError, "empty"),
         (ply("ascii", VERTEX + FACE.replace("face", "tristrips"), ROWS + "3 0 1 2"), FormatError, "strips"),
+        (
+            ply("ascii", VERTEX + FACE.replace("vertex_indices", "corners"), ROWS + "3 0 1 2"),
+            FormatError,
+            "its faces have no list vertex_indices but corners; rename the list",
+        ),
     ],
 )
 def test_errors_of_a_mesh_name_the_place(rejects, content, error, message):

@@ -89,7 +89,7 @@ def arrays(points="0 0 0 1 0 0 0 1 0", connectivity="0 1 2", offsets="3", sectio
         (
             arrays().replace("<VTKFile", '<VTKFile compressor="vtkLZ4DataCompressor"').replace("ascii", "binary"),
             FormatError,
-            "unknown compressor 'vtkLZ4DataCompressor'",
+            "is compressed by vtkLZ4DataCompressor, which is not supported; save",
         ),
     ],
 )

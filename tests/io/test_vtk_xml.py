@@ -82,5 +82,5 @@ def test_errors_say_what_is_wrong(text, error, message):
 
 
 def test_a_file_of_lz4_is_rejected():
-    with pytest.raises(UnknownChoice, match="unknown compressor 'vtkLZ4"):
+    with pytest.raises(FormatError, match="compressed by vtkLZ4DataCompressor, which is not"):
         first_array('<DataArray type="Int8" format="binary">AAAA</DataArray>', compressor="vtkLZ4DataCompressor")

@@ -119,7 +119,7 @@ def test_consecutive_polylines_are_not_joined(read):
         (vtp().replace('"ascii"', '"morse"', 1), "unknown format 'morse'"),
         (
             vtp(compressor="vtkLZ4DataCompressor").replace('"ascii">0 0 0', '"binary">'),
-            "unknown compressor 'vtkLZ4",
+            "is compressed by vtkLZ4DataCompressor, which is not",
         ),
         (
             vtp(header_type="UInt64").replace('"ascii">0 0 0 1 1 1', '"binary">////fwAAAAA='),

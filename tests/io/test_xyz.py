@@ -35,6 +35,9 @@ def test_comments_commas_and_further_columns(read, content):
         ("1,2,3\n1,,2,3\n", FormatError, "line 2: three coordinates, with decimal points and separated by ','"),
         ("3\n1 2 3\n", FormatError, "line 1: three coordinates expected, found '3'"),
         ("1 2 3\n1 nan 3\n", MeshError, "points 1"),
+        ("\nid,px,py,pz\n7,1,2,3\n", FormatError, "line 2: none of more than three columns are named x, y and z; name"),
+        (",a,b,c\n0,1,2,3\n", FormatError, "line 1: none of more than three"),
+        ("a nx ny nz\n7 0 0 1\n", FormatError, "line 1: none of more than three .* not 'a nx ny nz'"),
     ],
 )
 def test_errors_name_the_place(rejects, content, error, message):
@@ -54,6 +57,8 @@ def test_a_first_point_that_is_not_finite_is_no_line_of_names(rejects):
 @pytest.mark.parametrize(
     "content",
     ["id,x,y,z\n7,1,2,3\n", '"Point ID";"Z";"Y";"X"\n7;3;2;1\n', "# c\n//r Y X Z\n9 2 1 3\n", "a b c\n1 2 3\n"]
+    + ['"r","Points:0","Points:1","Points:2"\n9,1,2,3\n', "id,X [mm],Y (mm),Z[mm]\n7,1,2,3\n"]
+    + ["Cut pipe 7 here\n1 2 3\n", "a;b;c;\n1;2;3;\n"]
     + ["name,x,y,z,r,g,b\n,1,2,3,255,0,0\n", ",x,y,z\n0,1,2,3\n", "# id x y z\n7 1 2 3\n", "#id;z;y;x\n;3;2;1\n"],
 )
 def test_names_tell_the_columns_of_the_coordinates(read, content):

@@ -99,7 +99,7 @@ def test_length_is_that_of_the_polyline():
 
 def test_repr():
     skeleton = skeleton_of(GRAPHS["loop with a tail"][0])
-    assert repr(skeleton) == "Skeleton(4 nodes, 4 edges, 1 tips, 1 junctions, 1 cycles)"
+    assert repr(skeleton) == "Skeleton(4 nodes, 4 edges, 1 tip, 1 junction, 1 cycle)"
 
 
 @st.composite

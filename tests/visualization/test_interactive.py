@@ -1,6 +1,7 @@
 """Interactive pages: what they contain, determinism, and what is refused."""
 
 import re
+from dataclasses import replace
 from importlib.util import find_spec
 
 import numpy as np
@@ -68,7 +69,7 @@ def test_a_page_needs_no_other_file_and_is_below_8_mb():
     assert len(content) < 8e6
     assert not re.search(rb'<(script|link|img|iframe)[^>]*(src|href)=(?!"data:)', content)
     assert b"The mesh is simplified for display: " in content
-    assert b"A mesh of 180000 vertices and 360000 faces. Its skeleton has 4 nodes" in content
+    assert b"A mesh of 180,000 vertices and 360,000 faces. Its skeleton has 4 nodes" in content
 
 
 def test_a_page_of_a_hundred_thousand_nodes_is_below_8_mb():
@@ -101,6 +102,13 @@ def test_only_what_there_is_can_be_shown():
     assert layers(text) == [*both, "parts", "contracted", "off_center", "mended"]
     assert "limbs &lt;and&gt; trunk" in text
     assert 'max="1"' in text
+
+
+def test_only_inscribed_balls_are_called_so():
+    assert "> inscribed balls<" in text_of(Scene(skeleton=planar_fork()))
+    text = text_of(Scene(skeleton=replace(planar_fork(), radius_kind="mean")))
+    assert "inscribed balls" not in text
+    assert "> balls of mean radii<" in text
 
 
 @pytest.mark.parametrize("parts_first", [False, True])

@@ -1,4 +1,8 @@
-"""Records of a batch: a line of JSON in the manifest for each input as it ends, and a table of all at the end."""
+"""Records of a batch: lines of JSON in the manifest for each input as it ends, and a table of all at the end.
+
+Before files are put in their places, a line without a key names them. So a batch that is killed meanwhile is known to
+have made them, and makes them again.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,9 @@ __all__ = [
     "hash_of",
     "is_final",
     "known",
+    "put_in_place",
     "summary",
+    "unwritable",
     "written",
 ]
 
@@ -19,8 +25,9 @@ import csv
 import hashlib
 import io
 import json
+import os
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -128,6 +135,39 @@ def append(folder: Path, record: Record) -> None:
             if file.read(1) != b"\n":
                 file.write(b"\n")
         file.write(json.dumps(asdict(record)).encode() + b"\n")
+
+
+def put_in_place(folder: Path, record: Record, made: str) -> Record:
+    """Move the files of an input from the folder where they were made, append its record, and return it.
+
+    Parameters
+    ----------
+    folder : Path
+        The output folder.
+    record : Record
+        Without its files.
+    made : str
+        What it holds is moved if there is a skeleton.
+    """
+    if record.outcome in (BatchStatus.PASSED, BatchStatus.FAILED_CHECKS):
+        target = Path(record.output).parent
+        paths = {(target / path.name).as_posix(): path for path in sorted(Path(made).iterdir())}
+        record = replace(record, files=tuple(paths))
+        append(folder, replace(record, key=""))
+        try:
+            for name, path in paths.items():
+                os.replace(path, folder / name)
+        except OSError as error:
+            record = unwritable(record, error)
+    append(folder, record)
+    return record
+
+
+def unwritable(record: Record, error: OSError) -> Record:
+    """Return the record of an input whose skeleton cannot be written; another run may write it."""
+    reason = f"{error.strerror or error}: {error.filename2 or error.filename}"
+    message = f"{record.output} cannot be written: {reason}; move away what is there, or name another folder"
+    return Record(record.input, record.output, BatchStatus.REFUSED, message, files=record.files)
 
 
 def is_final(record: Record | None, key: str, folder: Path) -> bool:

@@ -29,11 +29,12 @@ from lbskel.pipeline.batch.records import (
     SUMMARY,
     BatchStatus,
     Record,
-    append,
     hash_of,
     is_final,
     known,
+    put_in_place,
     summary,
+    unwritable,
     written,
 )
 from lbskel.pipeline.batch.worker import WorkerProcess
@@ -42,7 +43,7 @@ from lbskel.pipeline.stages import skeletonize
 CONNECT_SECONDS = 10  # wait for a Dask scheduler at most; a guess
 
 Job: TypeAlias = tuple[str, str, "Record | None"]  # mesh, name of the skeleton, and its record in the manifest
-Answer: TypeAlias = tuple[Record, bool]  # a record, and whether it is from an earlier batch
+Answer: TypeAlias = tuple[Record, bool, str]  # a record, whether it is from an earlier batch, and where its files are
 
 _thread_data = threading.local()  # on a worker of a cluster: the process of each of its threads
 
@@ -52,6 +53,7 @@ class _Task:
     """The options of every input, which can be pickled."""
 
     folder: str
+    unfinished: str  # folder of the files that are not in their places yet
     extension: str
     writing: Mapping[str, Any]  # what a worker does with each skeleton
     options: Mapping[str, Any]  # of skeletonize
@@ -117,7 +119,8 @@ def skeletonize_many(
     Raises
     ------
     FormatError
-        If there is no input or one is named twice, the folder cannot be made, or outputs exist that no batch has made.
+        If there is no input or one is named twice, the folder cannot be made or written, outputs exist that no batch
+        has made, or one has the name of an input.
     UnknownChoice
         If the format is unknown, a number is not positive, no scheduler answers, or an option is not text or numbers.
     MissingDependency
@@ -163,6 +166,9 @@ def skeletonize_many(
     suffixes = [".png"] * pictures + [".report.json"] * reports
     names = skeleton_names(paths, extension, suffixes)
     files = [file for name in names for file in files_of(name, suffixes)]
+    meshes = {path.resolve() for path in paths}
+    if replaced := [file for file in files if (folder / file).resolve() in meshes]:
+        raise FormatError(f"{folder / replaced[0]}: is a mesh of the batch, not to be replaced; name another folder")
     taken = [file for file in [*files, MANIFEST, SUMMARY] if file not in ours and (folder / file).exists()]
     if taken and not force:
         raise FormatError(
@@ -170,21 +176,27 @@ def skeletonize_many(
             "force=True (--force on the command line) to replace what is there, or name another folder"
         )
     writing = {"tree": tree, "scale": scale, "units": units, "picture": pictures, "report": reports}
-    task = _Task(str(folder.absolute()), extension, writing, options, time_limit, memory_limit)
     records: dict[str, Record] = {}
     jobs = [(str(path), name, earlier.get(name)) for path, name in zip(paths, names, strict=True)]
-    with closing(
-        _on_cluster(task, jobs, dask) if dask else _on_this_machine(task, jobs, workers or n_processors())
-    ) as answers:
-        for record, is_earlier in answers:
-            records[record.output] = record
-            if not is_earlier:
-                append(folder, record)
-            if on_record is not None:
-                on_record(record, is_earlier)
+    with _unfinished(folder) as unfinished:
+        task = _Task(str(folder.absolute()), unfinished, extension, writing, options, time_limit, memory_limit)
+        all_done = _on_cluster(task, jobs, dask) if dask else _on_this_machine(task, jobs, workers or n_processors())
+        with closing(all_done) as answers:
+            for record, is_earlier, made in answers:
+                records[record.output] = record if is_earlier else put_in_place(folder, record, made)
+                if on_record is not None:
+                    on_record(records[record.output], is_earlier)
     in_order = [records[name] for name in names]
     write_safely(folder / SUMMARY, summary(in_order), force=True)
     return in_order
+
+
+def _unfinished(folder: Path) -> tempfile.TemporaryDirectory[str]:
+    """Make the folder of the files that are not in their places yet; a FormatError if nothing can be written."""
+    try:
+        return tempfile.TemporaryDirectory(prefix=".unfinished-", dir=folder.absolute(), ignore_cleanup_errors=True)
+    except OSError as error:
+        raise FormatError(f"{folder}: cannot be written: {error.strerror}; name another folder") from None
 
 
 def _is_plain(option: Any) -> bool:
@@ -200,26 +212,18 @@ def _do(task: _Task, worker: WorkerProcess, job: Job) -> Answer:
     try:
         key = _key(Path(mesh), task)
     except OSError as error:
-        return Record(mesh, name, BatchStatus.REFUSED, f"cannot be read: {error.strerror or error}"), False
+        return Record(mesh, name, BatchStatus.REFUSED, f"cannot be read: {error.strerror or error}"), False, ""
     folder = Path(task.folder)
     if before is not None and is_final(before, key, folder):
-        return before, True
-    target = (folder / name).parent
-    files: list[str] = []
+        return before, True, ""
     try:
-        target.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=folder, ignore_cleanup_errors=True) as unfinished:
-            output = os.path.join(unfinished, Path(name).name)
-            reply = worker.run({"input": mesh, "output": output, "options": dict(task.options), **task.writing})
-            if reply["outcome"] in (BatchStatus.PASSED, BatchStatus.FAILED_CHECKS):
-                for path in sorted(Path(unfinished).iterdir()):
-                    os.replace(path, target / path.name)
-                    files.append((target / path.name).relative_to(folder).as_posix())
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        made = tempfile.mkdtemp(dir=task.unfinished)
+        output = os.path.join(made, Path(name).name)
+        reply = worker.run({"input": mesh, "output": output, "options": dict(task.options), **task.writing})
     except OSError as error:
-        reason = f"{error.strerror or error}: {error.filename2 or error.filename}"
-        message = f"{name} cannot be written: {reason}; move away what is there, or name another folder"
-        return Record(mesh, name, BatchStatus.REFUSED, message, files=tuple(files)), False
-    return Record(**{"input": mesh, "output": name, "key": key, "files": tuple(files), **reply}), False
+        return unwritable(Record(mesh, name, BatchStatus.REFUSED), error), False, ""
+    return Record(**{"input": mesh, "output": name, "key": key, **reply}), False, made
 
 
 def _key(mesh: Path, task: _Task) -> str:
@@ -275,10 +279,11 @@ def _on_cluster(task: _Task, jobs: Sequence[Job], address: str) -> Generator[Ans
             for future in cluster.as_completed(futures):
                 mesh, name, _ = job_of[future.key]
                 if future.status == "finished":
-                    record, is_earlier = future.result()
-                    yield replace(record, input=mesh), is_earlier
+                    record, is_earlier, made = future.result()
+                    yield replace(record, input=mesh), is_earlier, made
                 else:
-                    yield Record(mesh, name, BatchStatus.ENDED, f"the worker was lost: {future.exception()}"), False
+                    message = f"the worker was lost: {future.exception()}"
+                    yield Record(mesh, name, BatchStatus.ENDED, message), False, ""
         finally:
             client.cancel(futures)
 

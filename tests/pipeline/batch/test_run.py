@@ -167,6 +167,52 @@ def test_a_place_that_cannot_be_written_ends_one_input(no_processes, tmp_path, r
         skeletonize_many(paths, paths[0])
 
 
+class Killed(BaseException):
+    """Nothing that is done after this error counts."""
+
+
+@pytest.mark.parametrize("options", [{"n_nodes": 9}, {"reports": True}])
+def test_a_batch_that_is_killed_before_it_has_told_what_it_moved_does_it_again(
+    options, no_processes, tmp_path, rod, monkeypatch
+):
+    mesh, out = tmp_path / "rod.ply", tmp_path / "out"
+    write_mesh(mesh, rod)
+    if "n_nodes" in options:  # replaces files of an earlier batch, which are then not those of its record
+        skeletonize_many([mesh], out, workers=1)
+    move = os.replace
+
+    def kill(source, target):
+        move(source, target)
+        if os.path.dirname(target) == str(out):
+            raise Killed
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "replace", kill)
+        with pytest.raises(Killed):
+            skeletonize_many([mesh], out, workers=1, **options)
+    assert outcomes(skeletonize_many([mesh], out, workers=1)) == [BatchStatus.PASSED]
+    assert len(read_skeleton(out / "rod.json").nodes) == len(skeletonize(mesh).nodes) != 9
+
+
+def test_a_folder_that_cannot_be_written_is_named_before_any_work(tmp_path, rod, monkeypatch):
+    def refuse(*_, **__):
+        raise PermissionError(13, "Permission denied")
+
+    write_mesh(tmp_path / "rod.ply", rod)
+    monkeypatch.setattr(running.tempfile, "TemporaryDirectory", refuse)
+    with pytest.raises(FormatError, match=r"out: cannot be written: Permission denied; name another folder"):
+        skeletonize_many([tmp_path / "rod.ply"], tmp_path / "out")
+
+
+def test_no_skeleton_takes_the_place_of_a_mesh(no_processes, tmp_path, rod):
+    write_mesh(tmp_path / "rod.ply", rod)
+    (tmp_path / "link").symlink_to(tmp_path)
+    before = (tmp_path / "rod.ply").read_bytes()
+    with pytest.raises(FormatError, match=r"rod\.ply: is a mesh of the batch, not to be replaced; name another folder"):
+        skeletonize_many([tmp_path / "link" / "rod.ply"], tmp_path, extension="ply", force=True)
+    assert (tmp_path / "rod.ply").read_bytes() == before
+
+
 def test_a_mesh_that_needs_a_package_is_tried_again(no_processes, tmp_path, rod, monkeypatch):
     def read(path):
         raise MissingDependency("laspy", "las", "a compressed cloud")
