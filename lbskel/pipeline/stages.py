@@ -103,7 +103,8 @@ def skeletonize(
         ``inscribed``, the default, gives distances to the surface, ``mean`` the radii of the round tubes that fit it
         best, which noise hardly changes. The latter are in ``mean_radii`` in any case.
     anchors : sequence of int or (3,) array_like
-        Vertices, or points inside, at each of which there will be a node; they are in ``anchors`` of the result.
+        Vertices, or points inside, at each of which there will be a node; they are in ``anchors`` of the result. The
+        node of a vertex that preprocessing moves, as smoothing does, is at its new place.
     root : int or (3,) array_like, optional
         A vertex or a point: the node that represents it, or is nearest, comes first, and is the root in SWC. By
         default it is the soma of a neuron, else the thickest tip.
