@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["score", "score_prepared"]
+__all__ = ["joining_by_report", "score", "score_prepared"]
 
 from dataclasses import replace
 from typing import Any
@@ -83,7 +83,7 @@ def score_prepared(skeleton: Skeleton, prepared: PreparedMesh, *, deadline: Dead
     require_scorable(skeleton, len(prepared.source.vertices))
     n_opened = int(skeleton.report.get("loops_opened", 0))
     unit = prepared.skeleton_to_unit(skeleton)
-    is_joining = _joins_bodies_by_report(skeleton)
+    is_joining = joining_by_report(skeleton)
     if is_joining is None:
         is_joining = _joins_bodies(unit, prepared)
     unit = replace(unit, edges=unit.edges[~is_joining])
@@ -91,8 +91,13 @@ def score_prepared(skeleton: Skeleton, prepared: PreparedMesh, *, deadline: Dead
     return score_on(unit, replace(prepared.surface, deadline=deadline), n_loops_opened=n_opened)
 
 
-def _joins_bodies_by_report(skeleton: Skeleton) -> NDArray[np.bool_] | None:
-    """(e,) whether each edge was added to join bodies according to the report; None if it does not tell, or not all."""
+def joining_by_report(skeleton: Skeleton) -> NDArray[np.bool_] | None:
+    """(e,) whether each edge was added to join bodies according to the report; None if it does not tell, or not all.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    """
     added = np.reshape(skeleton.report.get("joining_edges", []), (-1, 2, 3))
     distances, ends = cKDTree(skeleton.nodes).query(added)
     numbers = np.array([len(skeleton.nodes), 1])
