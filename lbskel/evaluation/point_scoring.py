@@ -26,7 +26,7 @@ from lbskel.evaluation.point_sections import inside_fraction, section_errors, sp
 from lbskel.evaluation.skeleton_shape import mean_and_worst_branch, n_spurs, rms_curvature
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import PointCloud
-from lbskel.geometry.point_stars import distinct_points
+from lbskel.geometry.point_stars import distinct_points, surface_variation
 from lbskel.geometry.sorting import stable_order
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -35,8 +35,9 @@ MAX_POINTS, MAX_GRAPH_POINTS = 20_000, 3_000  # of a cloud for sections, and for
 # a guess
 SCORED_NEIGHBORS = 13
 # Share of the points below which a part of the cloud counts as outliers or a crumb, and ratio of the distance between
-# the points of a part to that of the whole cloud above which the part counts as outliers; guesses
+# the points of a part to that of the whole cloud above which the part counts as outliers if it fills space; guesses
 MIN_PART, MAX_SPACING = 0.01, 3.0
+MIN_VARIATION = 0.06  # of a part that fills space, no unit: as lbskel.preprocess.outliers tells outliers
 N_SCALES = 5  # nodes whose median radius is that of an end, so that one point inside does not matter; a guess
 N_SOURCES = 30  # points from which distances along the cloud are averaged; a guess
 MIN_END, MIN_LIMB = 3.0, 6.0  # length of an end, and of a limb that must have a tip, in local radii; guesses
@@ -123,13 +124,17 @@ def _without_outliers(
 ) -> tuple[NDArray[np.float64], PointTree, csr_array, int]:
     """Points of parts that are no crumbs, their tree, the graph of their neighbors, and the number of these parts."""
     tree = PointTree(points)
-    graph = _neighbor_graph(points, tree.neighbors(SCORED_NEIGHBORS)[1] if neighbors is None else neighbors)
+    neighbors = tree.neighbors(SCORED_NEIGHBORS)[1] if neighbors is None else neighbors
+    graph = _neighbor_graph(points, neighbors)
     part = connected_components(graph, directed=False)[1]
     count = np.bincount(part)
     is_part = count >= min(MIN_PART * len(points), count.max())
     for number in np.flatnonzero(is_part & (count < count.max())):
         lengths = graph[part == number].data  # none around a point alone
-        is_part[number] = len(lengths) and np.median(lengths) <= MAX_SPACING * np.median(graph.data)
+        is_part[number] = len(lengths) and (
+            np.median(lengths) <= MAX_SPACING * np.median(graph.data)
+            or np.median(surface_variation(points, neighbors[part == number])) <= MIN_VARIATION
+        )
     if is_part.all():
         return points, tree, graph, len(is_part)
     kept = np.flatnonzero(is_part[part])

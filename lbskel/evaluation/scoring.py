@@ -14,15 +14,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from lbskel.contraction.cycle_classes import tunnels_missed
 from lbskel.errors import MeshError, counted, first_few
+from lbskel.evaluation.handles import count_handles
 from lbskel.evaluation.measures import Score
 from lbskel.evaluation.medial_points import medial_distances
 from lbskel.evaluation.skeleton_shape import mean_and_worst_branch, n_spurs, negative_fraction, rms_curvature
 from lbskel.geometry.components import find_crumbs
-from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_queries import Surface
@@ -187,22 +186,7 @@ def _extra_cycles(skeleton: Skeleton, mesh: Mesh, n_loops_opened: int) -> int | 
     """
     if not mesh.is_edge_manifold:
         return None
-    edges, vertices = mesh.edges, mesh.used_vertices
-    component = mesh.component_of_vertex
-    euler = (
-        np.bincount(component[vertices], minlength=mesh.n_components)
-        - np.bincount(component[edges[:, 0]], minlength=mesh.n_components)
-        + np.bincount(component[mesh.faces[:, 0]], minlength=mesh.n_components)
-    )
-    boundary = edges[mesh.faces_per_edge == 1]
-    if len(boundary):
-        rim, ends = np.unique(boundary, return_inverse=True)
-        graph = weighted_graph(ends.reshape(-1, 2), np.ones(len(boundary), dtype=np.int8), len(rim))
-        first_of_rim = np.unique(connected_components(graph, directed=False)[1], return_index=True)[1]
-        # holes that touch at a vertex have one rim, with as many cycles as there are holes
-        for vertices_of, sign in ((rim[first_of_rim], 1), (boundary[:, 0], 1), (rim, -1)):
-            euler += sign * np.bincount(component[vertices_of], minlength=mesh.n_components)
-    handles = 1 - euler // 2
+    vertices, component, handles = mesh.used_vertices, mesh.component_of_vertex, count_handles(mesh)
     part = skeleton.component_of_node
     votes = part[skeleton.node_of_vertex[vertices]], component[vertices]
     shape = (skeleton.n_components, mesh.n_components)

@@ -68,13 +68,13 @@ def mean_and_worst_branch(skeleton: Skeleton, values: NDArray[np.float64]) -> tu
 
 
 def n_spurs(skeleton: Skeleton) -> int:
-    """Count the end branches whose balls stay within ``MAX_SPUR_REACH`` radii of their junction.
+    """Count the end branches whose balls stay within ``MAX_SPUR_REACH`` radii of their junction, but none to an anchor.
 
     Parameters
     ----------
     skeleton : Skeleton
     """
-    ends = skeleton.end_branches
+    ends = [branch for branch in skeleton.end_branches if branch[-1] not in skeleton.anchors]
     reaches = [np.linalg.norm(skeleton.nodes[b] - skeleton.nodes[b[0]], axis=1) + skeleton.radii[b] for b in ends]
     return sum(
         float(r.max()) < MAX_SPUR_REACH * float(skeleton.radii[b[0]]) for r, b in zip(reaches, ends, strict=True)

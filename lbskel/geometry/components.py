@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-__all__ = ["MIN_FACES", "Component", "components", "find_crumbs", "find_twigs"]
+__all__ = ["MIN_FACES", "Component", "components", "find_crumbs", "find_inner", "find_twigs"]
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,9 @@ MIN_SHARE = 0.002  # of the faces and of the area of the largest component: with
 # the neurons all but two are below 0.3 in the second
 MIN_ELONGATION, MIN_THICKNESS = 2.0, 0.5
 MIN_TWIG_FACES = 24  # of a tube of three sides and four rings, the coarsest that is told from a chip; a guess
+# Share of the faces of a surface inside another from which it is its inner wall, whose caps may lie in those of the
+# other, and number of faces that are tested, which bounds the time; guesses
+MIN_INNER, N_TESTED = 0.9, 500
 N_RAYS = 32  # vertices, the nearest to a twig, from which rays are cast: at an end, many go along the limb. A guess
 
 
@@ -102,6 +106,29 @@ def find_twigs(mesh: Mesh, is_small: NDArray[np.bool_]) -> NDArray[np.bool_]:
     number = label[touching]
     is_twig[number] = areas[number] / (2 * np.pi * lengths[number]) >= MIN_THICKNESS * radii
     return is_twig
+
+
+def find_inner(meshes: Sequence[Mesh]) -> NDArray[np.bool_]:
+    """(k,) whether each of some connected surfaces lies inside another that is closed.
+
+    Parameters
+    ----------
+    meshes : sequence of Mesh
+    """
+    is_inner = np.zeros(len(meshes), dtype=bool)
+    low, high = (np.array([extreme(mesh.vertices, axis=0) for mesh in meshes]) for extreme in (np.min, np.max))
+    middles = (low + high) / 2
+    near = cKDTree(middles).query_ball_point(middles, np.linalg.norm(high - low, axis=1) / 2)
+    for number, others in enumerate(near):
+        others = [other for other in others if other != number]
+        if others and meshes[number].is_closed:
+            faces = [meshes[other].faces[:: 1 + len(meshes[other].faces) // N_TESTED] for other in others]
+            centers = [meshes[other].vertices[F].mean(axis=1) for other, F in zip(others, faces, strict=True)]
+            is_inside = Surface(meshes[number]).contains(np.concatenate(centers))
+            sizes = np.array([len(each) for each in centers])
+            n_inside = np.add.reduceat(is_inside.astype(np.int64), np.append(0, np.cumsum(sizes)[:-1]))
+            is_inner[others] |= n_inside >= MIN_INNER * sizes
+    return is_inner
 
 
 def components(mesh: Mesh) -> list[Component]:

@@ -7,7 +7,7 @@ Olson, Zhang, Su 2010, https://doi.org/10.1109/SMI.2010.25.
 
 from __future__ import annotations
 
-__all__ = ["PointStars", "distinct_points", "ring_edges"]
+__all__ = ["PointStars", "distinct_points", "ring_edges", "surface_variation"]
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -82,3 +82,20 @@ def distinct_points(points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDA
     place = np.empty(len(first), dtype=np.int64)
     place[group[first]] = np.arange(len(first))
     return first, place[group]
+
+
+def surface_variation(points: NDArray[np.float64], neighbors: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(k,) smallest variance of each of some neighborhoods over the sum of all three: 0 if flat, at most 1/3.
+
+    Pauly, Gross, Kobbelt 2002, https://doi.org/10.1109/VISUAL.2002.1183771.
+
+    Parameters
+    ----------
+    points : (n, 3) array of float
+    neighbors : (k, m) array of int
+        The points of each neighborhood.
+    """
+    offsets = points[neighbors] - points[neighbors].mean(axis=1, keepdims=True)
+    variances = np.linalg.eigvalsh(np.einsum("nki,nkj->nij", offsets, offsets))
+    variation: NDArray[np.float64] = variances[:, 0] / variances.sum(axis=1)
+    return variation

@@ -83,7 +83,8 @@ def resolve_anchors(anchors: Iterable[Any], prepared: PreparedMesh) -> Anchors:
     Returns
     -------
     Anchors
-        One of those that are at the same point.
+        One of those that are at the same point. A vertex that preprocessing has moved, as smoothing does, is at its
+        place on the preprocessed surface: where the caller has it may be outside of that.
 
     Raises
     ------
@@ -94,5 +95,8 @@ def resolve_anchors(anchors: Iterable[Any], prepared: PreparedMesh) -> Anchors:
     points = np.array([point for _, point in resolved]).reshape(-1, 3)
     first = np.sort(np.unique(points, axis=0, return_index=True)[1])
     points = prepared.to_unit(points[first])
-    targets = prepared.vertex_map.indices[np.array([vertex for vertex, _ in resolved], dtype=np.int64)[first]]
+    vertices = np.array([vertex for vertex, _ in resolved], dtype=np.int64)[first]
+    targets = prepared.vertex_map.indices[vertices]
+    is_vertex = (points == prepared.to_unit(prepared.source.vertices[vertices])).all(axis=1) & (targets >= 0)
+    points[is_vertex] = prepared.mesh.vertices[targets[is_vertex]]
     return Anchors(VertexMap(targets).complete(points, prepared.mesh.vertices).indices, points, first)

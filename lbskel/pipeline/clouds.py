@@ -17,17 +17,19 @@ from scipy.sparse.csgraph import connected_components
 
 from lbskel.errors import MeshError
 from lbskel.evaluation.measures import NOT_SCORED, Score
-from lbskel.evaluation.point_scoring import SCORED_NEIGHBORS, score_points
+from lbskel.evaluation.point_scoring import SCORED_NEIGHBORS
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.sorting import is_among
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.anchoring import index_of_point, listed_anchors
 from lbskel.pipeline.assembly import skipped_notes
+from lbskel.pipeline.evaluation import score_cloud
 from lbskel.pipeline.profiling import StageTimer
 from lbskel.preprocess import Pipeline, PreprocessResult
 from lbskel.preprocess.point_cleaning import CleanedPoints
 from lbskel.preprocess.reconstruction import surface_and_points
+from lbskel.refinement.anchors import as_place
 from lbskel.refinement.radii import mean_axis_distances
 from lbskel.skeleton.joining import JOIN_ANGLE, JOIN_REACH, join_components
 from lbskel.skeleton.root import reroot_by_thickness
@@ -86,8 +88,8 @@ def skeletonize_cloud(
         surface, points = surface_and_points(cloud, "none" if preprocess is None else preprocess)  # type: ignore[arg-type]
     skeleton = skeletonize(
         surface.mesh,
-        anchors=[_on_surface(anchor, surface) for anchor in places],
-        root=_on_surface(root, surface),
+        anchors=[_on_surface(anchor, cloud, surface) for anchor in places],
+        root=_on_surface(root, cloud, surface),
         preprocess="none" if surface.mesh.is_closed_manifold else "auto",
         timer=timer,
     )
@@ -99,7 +101,7 @@ def skeletonize_cloud(
     means = mean_axis_distances(mapped, cloud.points)  # 0 in a component without points
     mapped = replace(mapped, mean_radii=np.where(means > 0, means, mapped.mean_radii))
     neighbors = points.source_neighbors(SCORED_NEIGHBORS)
-    scored = timer.optional("score points", lambda _: score_points(mapped, cloud, neighbors), None, is_needed=True)
+    scored = timer.optional("score points", lambda _: score_cloud(mapped, cloud, neighbors), None, is_needed=True)
     return replace(mapped, report=_report(mapped, cloud, surface, scored, timer, timer.skipped[n_skipped:]))
 
 
@@ -124,9 +126,15 @@ def _with_joined_pieces(skeleton: Skeleton, points: CleanedPoints, *, keeps_root
     return joined if keeps_root else reroot_by_thickness(joined)
 
 
-def _on_surface(place: Any, surface: PreprocessResult) -> Any:
-    """Return the vertex of the surface for the index of a point, and anything else unchanged."""
-    index = index_of_point(place, len(surface.vertex_map))
+def _on_surface(place: Any, cloud: PointCloud, surface: PreprocessResult) -> Any:
+    """Return the vertex of the surface for a point of the cloud, by its index or place, and anything else unchanged.
+
+    The surface passes beside the points, so that a place of one may be outside.
+    """
+    index = index_of_point(place, len(cloud.points))
+    given = as_place(place)
+    if index is None and given.shape == (3,):
+        index = next(iter(np.flatnonzero((cloud.points == given).all(axis=1)).tolist()), None)
     if index is None:
         return place
     vertex = int(surface.vertex_map.indices[index])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["score", "score_prepared"]
+__all__ = ["joining_by_report", "score", "score_cloud", "score_prepared"]
 
 from dataclasses import replace
 from typing import Any
@@ -65,8 +65,7 @@ def score(skeleton: Skeleton, mesh: Any, *, preprocess: str | Pipeline | None = 
         return score_prepared(skeleton, mesh)
     shape = as_shape(mesh)
     if isinstance(shape, PointCloud):
-        require_scorable(skeleton, len(shape.points))
-        return score_points(skeleton, shape)
+        return score_cloud(skeleton, shape)
     return score_prepared(skeleton, prepare(shape, preprocess=preprocess))
 
 
@@ -83,7 +82,7 @@ def score_prepared(skeleton: Skeleton, prepared: PreparedMesh, *, deadline: Dead
     require_scorable(skeleton, len(prepared.source.vertices))
     n_opened = int(skeleton.report.get("loops_opened", 0))
     unit = prepared.skeleton_to_unit(skeleton)
-    is_joining = _joins_bodies_by_report(skeleton)
+    is_joining = joining_by_report(skeleton)
     if is_joining is None:
         is_joining = _joins_bodies(unit, prepared)
     unit = replace(unit, edges=unit.edges[~is_joining])
@@ -91,8 +90,30 @@ def score_prepared(skeleton: Skeleton, prepared: PreparedMesh, *, deadline: Dead
     return score_on(unit, replace(prepared.surface, deadline=deadline), n_loops_opened=n_opened)
 
 
-def _joins_bodies_by_report(skeleton: Skeleton) -> NDArray[np.bool_] | None:
-    """(e,) whether each edge was added to join bodies according to the report; None if it does not tell, or not all."""
+def score_cloud(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.int64] | None = None) -> Score:
+    """Measure a skeleton on a cloud, without the edges that join bodies according to its report.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    cloud : PointCloud
+    neighbors : (n, k) array of int, optional
+        As for :func:`lbskel.evaluation.point_scoring.score_points`.
+    """
+    require_scorable(skeleton, len(cloud.points))
+    is_joining = joining_by_report(skeleton)
+    if is_joining is not None:
+        skeleton = replace(skeleton, edges=skeleton.edges[~is_joining])
+    return score_points(skeleton, cloud, neighbors)
+
+
+def joining_by_report(skeleton: Skeleton) -> NDArray[np.bool_] | None:
+    """(e,) whether each edge was added to join bodies according to the report; None if it does not tell, or not all.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    """
     added = np.reshape(skeleton.report.get("joining_edges", []), (-1, 2, 3))
     distances, ends = cKDTree(skeleton.nodes).query(added)
     numbers = np.array([len(skeleton.nodes), 1])

@@ -109,13 +109,14 @@ def skeletonize_points(
         skeleton = join_components(skeleton)
     if given.get("min_loop"):
         skeleton = open_short_loops(skeleton, given["min_loop"])
+    counts = {"pieces_joined": n_parts - skeleton.n_components, "loops_opened": n_cycles - skeleton.cycle_rank}
     skeleton = reroot_by_thickness(skeleton if n_nodes is None else resample(skeleton, n_nodes=n_nodes))
     if place is not None:
         skeleton = reroot(skeleton, _node_at(place, skeleton))
     if contraction.status is Status.TIME_LIMIT:
         timer.skip("contract")
     with timer("score"):
-        scored = score_points(skeleton, cloud) if timer.has_time_for("score") else None
+        scored = score_points(replace(skeleton, report=counts), cloud) if timer.has_time_for("score") else None
     body = {
         "vertices": len(cleaned.points),
         "faces": 0,
@@ -136,8 +137,7 @@ def skeletonize_points(
         "versions": dict(versions()),
         "kernels_compiled": are_kernels_compiled(),
         "preprocess": {"steps": [cleaned.report]},
-        "pieces_joined": n_parts - skeleton.n_components,
-        "loops_opened": n_cycles - skeleton.cycle_rank,
+        **counts,
     } | ({"megabytes": dict(timer.megabytes)} if timer.measures_memory else {})
     return replace(skeleton, report=report)
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 __all__ = ["SIMPLIFY", "Body", "PreparedMesh", "prepare"]
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from lbskel.errors import MeshError, choose, counted, first_few
 from lbskel.geometry.canonical_order import in_canonical_order
-from lbskel.geometry.components import MIN_FACES, components, find_crumbs
+from lbskel.geometry.components import MIN_FACES, components, find_crumbs, find_inner
 from lbskel.geometry.deadline import OutOfTime
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import has_local_radii, local_radii, set_local_radii
@@ -22,7 +24,16 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.io import as_mesh
 from lbskel.pipeline.profiling import StageTimer
-from lbskel.preprocess import Pipeline, preprocess_mesh, simplify_to_proxy, surface_with_proxy, why_no_inside
+from lbskel.preprocess import (
+    Pipeline,
+    is_flat_sheet,
+    is_sheet,
+    name_component,
+    preprocess_mesh,
+    simplify_to_proxy,
+    surface_with_proxy,
+    why_no_inside,
+)
 from lbskel.preprocess.proxy import MAX_FACES
 from lbskel.preprocess.result import PreprocessResult, identity_result
 from lbskel.refinement.region_map import complete_regions
@@ -54,6 +65,8 @@ class Body:
         The mesh simplified to the number of faces that its thickness needs, or the mesh itself.
     open_ends : (e, 4) array of float
         Center and mean radius of each boundary loop before it was closed, where branches may end; in unit coordinates.
+    is_inner : bool
+        Whether it lies inside another body.
 
     Examples
     --------
@@ -68,11 +81,13 @@ class Body:
     vertices: NDArray[np.int64]
     proxy: PreprocessResult
     open_ends: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 4)))
+    is_inner: bool = False
 
-    @property
+    @cached_property
     def is_piece(self) -> bool:
-        """Whether its surface was not a closed manifold, so that it may be a piece of a larger one."""
-        return len(self.open_ends) > 0 or not self.mesh.is_closed_manifold
+        """Whether its surface was no closed manifold, flat or inside another, so that it may be a piece of one."""
+        is_open = len(self.open_ends) > 0 or not self.mesh.is_closed_manifold
+        return is_open and not self.is_inner and not is_flat_sheet(self.mesh)
 
     @cached_property
     def surface(self) -> Surface:
@@ -200,9 +215,10 @@ def prepare(
         if unit.n_components == 1 and has_local_radii(preprocessed.mesh):  # rays may end at other components
             set_local_radii(unit, local_radii(preprocessed.mesh) / scale)
     bodies: list[Body] = []
-    open_ends = (np.array(preprocessed.report.get("open_ends", [])).reshape(-1, 4) - [*center, 0.0]) / scale
+    cuts = np.array(preprocessed.report.get("open_ends", [])).reshape(-1, 7)
+    open_ends = (cuts[:, :4] - [*center, 0.0]) / scale
     faults: list[str] = []
-    owner = _owners(open_ends[:, :3], unit)
+    owner = _owners((cuts[:, 4:] - center) / scale, unit)
     is_crumb, expected, n_left_out = find_crumbs(unit), SIMPLIFY_RATIO * timer.seconds["preprocess"], 0
     for number, part in enumerate(components(unit)):
         if is_crumb[number]:
@@ -222,9 +238,12 @@ def prepare(
             bodies.append(Body(part.mesh, part.vertices, proxy, open_ends[owner == number]))
     if not bodies:
         raise MeshError(_why_no_body(source, faults))
+    is_inner = find_inner([body.proxy.mesh for body in bodies])
+    bodies = [replace(body, is_inner=bool(inner)) for body, inner in zip(bodies, is_inner, strict=True)]
     notes = [*source.notes, *preprocessed.notes]
     if faults:
         notes.append(f"no skeleton could be made of {first_few(faults, 2)}")
+    notes += _notes_on_bodies(bodies, preprocessed.mesh)
     if is_crumb.any():
         notes.append(f"too small for a skeleton: {counted(is_crumb.sum(), 'component')}")
     if n_left_out:
@@ -233,12 +252,26 @@ def prepare(
     return PreparedMesh(source, unit, vertex_map, center, scale, tuple(bodies), tuple(notes), report, simplify)
 
 
-def _owners(cuts: NDArray[np.float64], mesh: Mesh) -> NDArray[np.int64]:
-    """(k,) component of the vertex nearest to the middle of each cut, which is on its rim or in what closes it."""
-    if len(cuts) == 0:
+def _notes_on_bodies(bodies: Sequence[Body], mesh: Mesh) -> list[str]:
+    """Tell which bodies are sheets and which lie inside others, by their place on the preprocessed mesh."""
+    kinds = {
+        "sheets enclose no volume, so their branches run along the surface; give them a thickness, or leave them out": [
+            is_sheet(body.mesh) for body in bodies
+        ],
+        "bodies inside others, as the inner wall of a pipe, have skeletons of their own; leave one surface of a wall "
+        "out": [body.is_inner for body in bodies],
+    }
+    vertex = np.array([body.vertices[0] for body in bodies])
+    names = [name_component(int(mesh.component_of_vertex[v]), mesh.vertices[v]) for v in vertex]
+    return [f"{what}: {first_few(compress(names, which), 2)}" for what, which in kinds.items() if any(which)]
+
+
+def _owners(rims: NDArray[np.float64], mesh: Mesh) -> NDArray[np.int64]:
+    """(k,) component of the vertex nearest to a point on the rim of each cut, in the middle of which may be another."""
+    if len(rims) == 0:
         return np.empty(0, dtype=np.int64)
     used = mesh.used_vertices
-    owners: NDArray[np.int64] = mesh.component_of_vertex[used[cKDTree(mesh.vertices[used]).query(cuts)[1]]]
+    owners: NDArray[np.int64] = mesh.component_of_vertex[used[cKDTree(mesh.vertices[used]).query(rims)[1]]]
     return owners
 
 

@@ -29,7 +29,7 @@ from lbskel.pipeline.anchoring import resolve_anchors
 from lbskel.pipeline.assembly import assemble, full_report
 from lbskel.pipeline.bodies import skeletonize_body
 from lbskel.pipeline.clouds import skeletonize_cloud
-from lbskel.pipeline.evaluation import score_prepared
+from lbskel.pipeline.evaluation import joining_by_report, score_prepared
 from lbskel.pipeline.grouping import skeletonize_bodies
 from lbskel.pipeline.memory import require_memory_options, simplify_within
 from lbskel.pipeline.options import resolve_options, resolve_settings
@@ -103,12 +103,13 @@ def skeletonize(
         ``inscribed``, the default, gives distances to the surface, ``mean`` the radii of the round tubes that fit it
         best, which noise hardly changes. The latter are in ``mean_radii`` in any case.
     anchors : sequence of int or (3,) array_like
-        Vertices, or points inside, at each of which there will be a node; they are in ``anchors`` of the result.
+        Vertices, or points inside, at each of which there will be a node; they are in ``anchors`` of the result. The
+        node of a vertex that preprocessing moves, as smoothing does, is at its new place.
     root : int or (3,) array_like, optional
         A vertex or a point: the node that represents it, or is nearest, comes first, and is the root in SWC. By
         default it is the soma of a neuron, else the thickest tip.
     n_nodes : int, optional
-        The number of nodes, evenly spaced, in place of two for each local radius.
+        The number of nodes, evenly spaced, in place of two for each local radius; none between bodies that are joined.
     preprocess : str, Pipeline or None
         ``auto`` does what the mesh needs, None nothing; else a pipeline, its text, or its name in PIPELINES. Of a
         point cloud ``auto`` leaves out what is far from all else, ``scan`` also what is less far, and both thin more
@@ -233,7 +234,7 @@ def _skeletonize_mesh(
         with timer("prune"):
             skeleton = prune(skeleton, prepared.source, min_branch_ratio=ratio)
     if n_nodes is not None:
-        skeleton = reroot_by_thickness(resample(skeleton, n_nodes=n_nodes))
+        skeleton = reroot_by_thickness(_resampled(replace(skeleton, report=counts), n_nodes))
     if root is not None:
         skeleton = reroot(skeleton, nearest_node(skeleton, root, prepared.source))
     counted = replace(skeleton, report=counts)
@@ -269,3 +270,16 @@ def _joined(
     i, j = joined.edges.T
     is_added = skeleton.component_of_node[i] != skeleton.component_of_node[j]
     return reroot_by_thickness(joined), joined.nodes[joined.edges[is_added]].tolist()
+
+
+def _resampled(skeleton: Skeleton, n_nodes: int) -> Skeleton:
+    """Space the nodes evenly, without nodes on the edges that joined bodies, which lie outside of the surface."""
+    is_joining = joining_by_report(skeleton)
+    if is_joining is None or not is_joining.any():
+        return resample(skeleton, n_nodes=n_nodes)
+    ends = skeleton.edges[is_joining]
+    held = replace(skeleton, edges=skeleton.edges[~is_joining], anchors=np.union1d(skeleton.anchors, ends))
+    resampled = resample(held, n_nodes=n_nodes)
+    number = np.zeros(len(skeleton.nodes), dtype=np.int64)
+    number[held.anchors] = resampled.anchors  # in the same order
+    return replace(resampled, edges=np.concatenate([resampled.edges, number[ends]]), anchors=number[skeleton.anchors])

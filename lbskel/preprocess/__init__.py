@@ -11,6 +11,9 @@ __all__ = [
     "PreprocessResult",
     "check",
     "face_budget",
+    "is_flat_sheet",
+    "is_sheet",
+    "name_component",
     "oriented_surface",
     "preprocess_mesh",
     "reconstruct_surface",
@@ -22,7 +25,7 @@ __all__ = [
 
 from lbskel.preprocess.automatic import PREPARATIONS, preprocess_mesh
 from lbskel.preprocess.diagnostics import MeshReport, check
-from lbskel.preprocess.orientability import why_no_inside
+from lbskel.preprocess.orientability import is_flat_sheet, is_sheet, name_component, why_no_inside
 from lbskel.preprocess.outward_faces import oriented_surface
 from lbskel.preprocess.pipelines import PIPELINES, STEPS, Pipeline
 from lbskel.preprocess.point_cleaning import CLOUD_PREPARATIONS

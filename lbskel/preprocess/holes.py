@@ -90,7 +90,7 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.33) -> PreprocessResult:
 
 
 def find_open_ends(mesh: Mesh) -> NDArray[np.float64]:
-    """(k, 4) center of each boundary loop (3), the centroid of its edges, and its mean distance from the center (1).
+    """(k, 7) center of each boundary loop (3), the centroid of its edges, its mean distance from that, a vertex (3).
 
     Parameters
     ----------
@@ -103,8 +103,8 @@ def find_open_ends(mesh: Mesh) -> NDArray[np.float64]:
         lengths = np.linalg.norm(np.roll(P, -1, axis=0) - P, axis=1)
         if lengths.sum() > 0:
             center = np.average((np.roll(P, -1, axis=0) + P) / 2, axis=0, weights=lengths)
-            ends.append([*center, np.linalg.norm(P - center, axis=1).mean()])
-    return np.array(ends).reshape(-1, 4)
+            ends.append([*center, np.linalg.norm(P - center, axis=1).mean(), *P[0]])
+    return np.array(ends).reshape(-1, 7)
 
 
 def boundary_loops(mesh: Mesh) -> list[NDArray[np.int64]]:

@@ -3,12 +3,12 @@
 Two kinds of surface have none. A flattened closed surface has both of its sides at the same position. A non-orientable
 surface, as a Moebius strip, has no inner side; but if the winding number shows that most of it separates an inside from
 an outside, it is taken for a body with a defect. An open sheet has no inside either, and is accepted all the same: a
-curve along it is of use.
+curve along it is of use. It is told, and a flat one is no piece of a limb.
 """
 
 from __future__ import annotations
 
-__all__ = ["no_inside", "why_no_inside"]
+__all__ = ["is_flat_sheet", "is_sheet", "name_component", "no_inside", "why_no_inside"]
 
 import igl
 import numpy as np
@@ -17,9 +17,11 @@ from numpy.typing import NDArray
 from lbskel.geometry.components import Component
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import normalized, triangle_normals
+from lbskel.preprocess.orientation import MIN_SHEET_VECTOR_AREA, relative_vector_area
 
 # Mean thickness, relative to the diameter bound, below which a closed surface counts as flat: rays start this far from
-# their face (RAY_OFFSET of lbskel.geometry.shape_diameter) and cannot measure less.
+# their face (RAY_OFFSET of lbskel.geometry.shape_diameter) and cannot measure less. Of an open one, the share of the
+# area that its normals lose by their directions; they are within 0.3 degrees.
 MIN_THICKNESS = 1e-5
 
 MAX_SAMPLES = 500  # faces, at most about this many, whose two sides are compared; a guess that bounds the time
@@ -48,8 +50,18 @@ def why_no_inside(number: int, part: Component, whole: Mesh) -> str:
     if found is None:
         return ""
     reason, vertex = found
-    position = ", ".join(f"{x:.6g}" for x in whole.vertices[part.vertices[vertex]])
-    return f"component {number}, at ({position}), {reason}"
+    return f"{name_component(number, whole.vertices[part.vertices[vertex]])}, {reason}"
+
+
+def name_component(number: int, position: NDArray[np.float64]) -> str:
+    """Name a component in a message, by its number and a (3,) position on it in the caller's coordinates.
+
+    Parameters
+    ----------
+    number : int
+    position : (3,) array of float
+    """
+    return f"component {number}, at ({', '.join(f'{x:.6g}' for x in position)})"
 
 
 def no_inside(mesh: Mesh) -> tuple[str, int] | None:
@@ -71,6 +83,28 @@ def no_inside(mesh: Mesh) -> tuple[str, int] | None:
         return None
     reason = f"is flat, its two sides only {thickness:.1g} of its diameter apart: give it a thickness"
     return reason, int(mesh.faces[0, 0])
+
+
+def is_sheet(mesh: Mesh) -> bool:
+    """Whether a connected surface is open and faces one way, so that it encloses no volume, as a hemisphere and more.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Consistently oriented.
+    """
+    return not mesh.is_closed and relative_vector_area(mesh) > MIN_SHEET_VECTOR_AREA
+
+
+def is_flat_sheet(mesh: Mesh) -> bool:
+    """Whether a connected surface is open and flat, as the ground that a scene stands on.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Consistently oriented.
+    """
+    return not mesh.is_closed and relative_vector_area(mesh) > 1 - MIN_THICKNESS
 
 
 def _in_unit_size(mesh: Mesh) -> Mesh:

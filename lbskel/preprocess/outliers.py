@@ -7,8 +7,7 @@ fifth of its neighbors, since the neighbors of an outlier may be outliers too.
 
 Where outliers are many, far from the surface all neighbors are outliers. The remaining points fall into groups, linked
 where two points are about as near as their neighbors. A group much sparser than the cloud consists of outliers if it
-fills space, and is a sparse part of the surface if its neighborhoods are flat. The measure is the smallest of the three
-variances of a neighborhood (Pauly, Gross, Kobbelt 2002, https://doi.org/10.1109/VISUAL.2002.1183771).
+fills space, and is a sparse part of the surface if its neighborhoods are flat.
 """
 
 from __future__ import annotations
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.point_stars import surface_variation
 from lbskel.preprocess.point_neighborhoods import Neighborhoods
 
 N_NEIGHBORS = 6  # the distance to this neighbor is the inverse density of a point; a guess
@@ -92,8 +92,6 @@ def _is_scattered(cloud: Neighborhoods, limit: float) -> NDArray[np.bool_]:
     order = np.argsort(group, kind="stable")
     for number, members in enumerate(np.split(order, np.cumsum(np.bincount(group))[:-1])):
         if np.median(reach[members]) > limit * typical:
-            offsets = points[neighbors[members]] - points[neighbors[members]].mean(axis=1, keepdims=True)
-            variances = np.linalg.eigvalsh(np.einsum("nki,nkj->nij", offsets, offsets))
-            is_scattered[number] = np.median(variances[:, 0] / variances.sum(axis=1)) > MIN_VARIATION
+            is_scattered[number] = np.median(surface_variation(points, neighbors[members])) > MIN_VARIATION
     answer: NDArray[np.bool_] = is_scattered[group]
     return answer

@@ -120,6 +120,17 @@ def test_many_outliers_that_are_neighbors_of_each_other_are_no_part():
     assert (score.verdict, score.extremities) == ("pass", 4)
 
 
+def test_a_sparse_part_of_the_surface_is_no_outlier():
+    """A ring as large with an eighteenth of the points, which are 4.2 times as far apart."""
+    dense, sparse = torus(1.0, 0.3, 170, 68).vertices, torus(1.0, 0.3, 40, 16).vertices + [4, 0, 0]
+    n, angle = 60, np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    circle = np.stack([np.cos(angle), np.sin(angle), np.zeros(n)], axis=1)
+    edges = np.stack([np.arange(n), np.roll(np.arange(n), -1)], axis=1)
+    both = Skeleton(np.concatenate([circle, circle + [4, 0, 0]]), np.concatenate([edges, edges + n]), np.ones(2 * n))
+    cloud = PointCloud(np.concatenate([dense, sparse]))
+    assert score_points(both, cloud).verdict == "pass"
+
+
 def test_a_loop_has_no_ends():
     cloud = PointCloud(torus(1.0, 0.2).vertices)
     score = lbskel.score(lbskel.skeletonize(cloud), cloud)

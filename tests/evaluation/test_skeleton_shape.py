@@ -1,5 +1,7 @@
 """Measures of a skeleton itself."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -40,3 +42,4 @@ def test_a_branch_within_its_junction_is_a_spur():
     nodes = np.array([[0.0, 0, 0], [5, 0, 0], [-5, 0, 0], [0, 0.5, 0]])
     skeleton = Skeleton(nodes, np.array([[0, 1], [0, 2], [0, 3]]), np.array([1.0, 1, 1, 0.5]))
     assert n_spurs(skeleton) == 1
+    assert n_spurs(replace(skeleton, anchors=[3])) == 0  # the caller asked for it

@@ -5,7 +5,7 @@ import pytest
 from helpers import joined, moved
 
 from lbskel import Mesh
-from lbskel.geometry.components import components, find_crumbs, find_twigs
+from lbskel.geometry.components import components, find_crumbs, find_inner, find_twigs
 from lbskel.shapes import capsule, sphere
 
 
@@ -34,6 +34,13 @@ def test_the_numbering_of_vertices_does_not_matter(ring, tetrahedron):
     assert sorted((len(part.mesh.vertices), part.mesh.genus) for part in parts) == [(4, 0), (128, 1)]
     assert sum(part.mesh.area for part in parts) == pytest.approx(whole.area)
     assert all((mixed.vertices[part.vertices] == part.mesh.vertices).all() for part in parts)
+
+
+def test_a_surface_is_inner_if_nearly_all_of_it_is_inside_another(rod):
+    around, beside, through = sphere(3), moved(sphere(2), 1.9), rod.with_vertices(rod.vertices * [0.3, 0.3, 1.0])
+    within = rod.with_vertices(0.3 * rod.vertices)
+    assert find_inner([around, beside, through, within]).tolist() == [False, False, False, True]
+    assert find_inner([within, Mesh(around.vertices, around.faces[1:])]).tolist() == [False, False]  # it is open
 
 
 def test_unused_vertices_are_in_no_component(tetrahedron):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lbskel.geometry.point_stars import PointStars, distinct_points, ring_edges
+from lbskel.geometry.point_stars import PointStars, distinct_points, ring_edges, surface_variation
 from lbskel.shapes import torus
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
@@ -39,3 +39,10 @@ def test_distinct_points_are_the_first_of_each_place_in_their_order():
     first, place = distinct_points(points)
     assert first.tolist() == [0, 1, 3, 6]
     assert place.tolist() == [0, 1, 0, 2, 1, 2, 3]
+
+
+def test_a_flat_neighborhood_has_no_variation_and_one_that_fills_space_a_third():
+    corners = np.array(np.meshgrid([0.0, 1], [0.0, 1], [0.0, 1])).reshape(3, -1).T
+    flat = np.flatnonzero(corners[:, 2] == 0)
+    assert surface_variation(corners, flat[None]).tolist() == [0]
+    assert np.allclose(surface_variation(corners, np.arange(8)[None]), 1 / 3)

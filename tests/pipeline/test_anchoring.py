@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from helpers import joined, moved
 
-from lbskel import MeshError, skeletonize
+from lbskel import Mesh, MeshError, skeletonize
 from lbskel.pipeline.anchoring import resolve_anchors
 from lbskel.pipeline.preparation import prepare
+from lbskel.shapes import torus
 
 
 def test_anchors_are_brought_to_unit_coordinates_and_to_their_body(rod, ring):
@@ -48,3 +49,16 @@ def test_an_error_names_the_anchor_by_its_place_in_the_list(rod, ring):
     outside = ring.vertices.max(axis=0) + 0.01
     with pytest.raises(MeshError, match="anchor 1 lies outside"):
         skeletonize(both, anchors=[0, outside])
+
+
+def test_a_vertex_that_smoothing_moves_is_an_anchor_at_its_new_place():
+    ring = torus(1.0, 0.25)
+    noise = np.random.default_rng(0).normal(0, 0.3 * ring.edge_lengths.mean(), ring.vertices.shape)
+    noisy = Mesh(ring.vertices + noise, ring.faces)
+    prepared = prepare(noisy)
+    outside = int(prepared.surface.distance(prepared.to_unit(noisy.vertices)).argmax())
+    by_index, by_place = (resolve_anchors([anchor], prepared) for anchor in (outside, noisy.vertices[outside]))
+    place = prepared.mesh.vertices[prepared.vertex_map.indices[outside]]
+    assert np.array_equal(by_index.points, [place])
+    assert np.array_equal(by_place.points, [place])
+    assert len(skeletonize(noisy, anchors=[int(v) for v in range(0, 1000, 150)]).anchors) == 7

@@ -1,6 +1,7 @@
 """Skeletons of point clouds by the call that makes those of meshes."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -56,6 +57,24 @@ def test_anchors_and_roots_are_points_of_the_cloud(cloud):
         lbskel.skeletonize(cloud, root=9999)
     with pytest.raises(MeshError, match="anchors must be a list of vertices or points"):
         lbskel.skeletonize(cloud, anchors=5)
+
+
+def test_an_anchor_may_be_the_place_of_a_point_beside_the_surface(cloud):
+    numbers = [0, 500, 1000, 1500, 2000]
+    by_number, by_place = (lbskel.skeletonize(cloud, anchors=a) for a in (numbers, cloud.points[numbers]))
+    assert len(by_place.anchors) == 5
+    assert np.array_equal(by_place.nodes[by_place.anchors], by_number.nodes[by_number.anchors])
+    with pytest.raises(MeshError, match="anchor 0 lies outside"):
+        lbskel.skeletonize(cloud, anchors=[[9.0, 9.0, 9.0]])
+
+
+def test_the_edges_that_join_all_parts_are_not_measured(cloud):
+    both = PointCloud(np.concatenate([cloud.points, cloud.points + [4, 0, 0]]))
+    skeleton = lbskel.skeletonize(both, join="all")
+    assert (skeleton.n_components, len(skeleton.report["joining_edges"])) == (1, 1)
+    assert skeleton.report["score"]["measures"]["inside_fraction"] == 1
+    assert lbskel.score(skeleton, both).report() == skeleton.report["score"]
+    assert lbskel.score(replace(skeleton, report={}), both).verdicts["inside_fraction"] != "pass"
 
 
 def test_the_report_says_what_was_given_and_what_could_not_be_checked(skeleton, cloud):

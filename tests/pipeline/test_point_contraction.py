@@ -95,6 +95,14 @@ def test_options_that_take_a_surface_are_refused(option):
         lbskel.skeletonize(torus(1.0, 0.2, 24, 8).vertices, preset="cao2010", **option)
 
 
+def test_loops_that_were_opened_on_purpose_are_not_missed():
+    cloud = PointCloud(torus(1.0, 0.3, 40, 20).vertices)
+    skeleton = lbskel.skeletonize(cloud, preset="cao2010", min_loop=1000.0)
+    assert (skeleton.cycle_rank, skeleton.report["loops_opened"]) == (0, 1)
+    assert skeleton.report["score"]["measures"]["tunnels_missed"] == 0
+    assert lbskel.score(skeleton, cloud).report() == skeleton.report["score"]
+
+
 def test_its_operator_is_none_of_meshes():
     mesh = torus(1.0, 0.2, 24, 8)
     with pytest.raises(lbskel.MeshError, match="give a PointCloud"):

@@ -9,7 +9,7 @@ from lbskel import Mesh, MeshError, Skeleton, UnknownChoice
 from lbskel.geometry import shape_diameter
 from lbskel.geometry.shape_diameter import thickness_along_normal
 from lbskel.pipeline.preparation import prepare
-from lbskel.shapes import sphere, torus
+from lbskel.shapes import capsule, cylinder, flat_grid, sphere, torus
 
 
 def test_the_mesh_is_at_unit_size_about_the_origin(tripod):
@@ -31,6 +31,35 @@ def test_each_part_with_an_inside_is_a_body(rod, ring):
     assert prepared.notes == ("too small for a skeleton: 1 component",)
     for body in prepared.bodies:
         assert np.array_equal(body.mesh.vertices, prepared.mesh.vertices[body.vertices])
+
+
+def test_the_cuts_of_a_tube_are_its_own_where_another_goes_through_them():
+    wide, narrow = cylinder(1.0, 10.0, 32, 60), cylinder(0.3, 10.0, 24, 100)
+    rod = capsule(14.0, 0.3, 24)
+    for inner, n_cuts in ((narrow, 2), (rod, 0)):
+        outer, other = sorted(prepare(joined(wide, inner)).bodies, key=lambda body: -np.ptp(body.mesh.vertices[:, 0]))
+        assert (len(outer.open_ends), outer.is_piece) == (2, True)
+        assert (len(other.open_ends), other.is_inner, other.is_piece) == (n_cuts, n_cuts > 0, False)
+
+
+def test_the_inner_wall_of_a_pipe_is_told_and_not_joined_to_the_outer():
+    mesh = joined(cylinder(1.0, 10.0, 32, 60), cylinder(0.8, 10.0, 32, 60))
+    skeleton = lbskel.skeletonize(mesh)
+    assert (skeleton.n_components, len(skeleton.tips), skeleton.report["pieces_joined"]) == (2, 4, 0)
+    (note,) = (note for note in skeleton.report["notes"] if "inside others" in note)
+    assert "leave one surface of a wall out: component 1, at (" in note
+    assert not prepare(joined(mesh, moved(mesh, 4.0))).bodies[0].is_inner
+
+
+def test_sheets_are_told_and_a_flat_one_is_no_piece(rod):
+    ground, hills = flat_grid(), flat_grid(20, 20)
+    hills = hills.with_vertices(hills.vertices + [3, 0, 0] + 0.1 * np.sin(6 * hills.vertices[:, :1]) * [0, 0, 1])
+    prepared = prepare(joined(rod, moved(ground, 1.0), hills))
+    assert [body.is_piece for body in prepared.bodies] == [False, False, True]
+    (note,) = prepared.notes
+    assert note.startswith("sheets enclose no volume")
+    assert note.endswith("leave them out: component 1, at (2, 0.933333, 0), component 2, at (4, 0.947368, -0.0279415)")
+    assert prepare(cylinder(1.0, 10.0, 32, 60)).notes == ("2 holes were closed with 60 faces",)
 
 
 def test_a_large_body_has_a_proxy_unless_it_is_not_wanted():

@@ -644,6 +644,17 @@ def test_an_asked_for_number_of_nodes(shape, skeleton_of):
         skeletonize(shape("two_rings"), n_nodes=2)
 
 
+def test_an_asked_for_number_of_nodes_puts_none_between_joined_bodies(rod, ring):
+    both = joined(rod, moved(ring, 4.0))
+    for n_nodes in (14, 50):
+        skeleton = skeletonize(both, join="all", n_nodes=n_nodes, anchors=[0])
+        assert (len(skeleton.nodes), skeleton.n_components, len(skeleton.anchors)) == (n_nodes, 1, 1)
+        assert skeleton.nodes[skeleton.anchors] == pytest.approx(both.vertices[:1])
+        (added,) = np.sort(skeleton.report["joining_edges"], axis=1)
+        assert (np.sort(skeleton.nodes[skeleton.edges], axis=1) == added).all(axis=(1, 2)).sum() == 1
+        assert skeleton.report["score"]["measures"]["inside_fraction"] == 1
+
+
 def test_the_root_comes_first_and_is_the_root_in_swc(tmp_path, shape, skeleton_of):
     mesh, usual = shape("rod"), skeleton_of("rod")
     for tip in usual.tips:

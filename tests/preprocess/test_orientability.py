@@ -7,9 +7,9 @@ from helpers import joined, moved
 
 from benchmarks.damage import damaged
 from lbskel import Mesh, MeshError, Skeleton, check, score, skeletonize
-from lbskel.preprocess.orientability import _orientation_seam, no_inside
+from lbskel.preprocess.orientability import _orientation_seam, is_flat_sheet, is_sheet, no_inside
 from lbskel.refinement.radii import own_radii
-from lbskel.shapes import capsule, flat_grid, sphere, torus
+from lbskel.shapes import capsule, cylinder, flat_grid, sphere, torus
 
 RING = torus(1.0, 0.3, 30, 16)
 BROKEN = damaged("Moebius strip", RING)
@@ -55,6 +55,13 @@ def test_a_vertex_of_the_orientation_seam_is_named():
 @pytest.mark.parametrize("mesh", [RING, flattened(1e-3), flat_grid(), Mesh(RING.vertices, RING.faces[9:])])
 def test_bodies_and_sheets_are_accepted(mesh):
     assert no_inside(mesh) is None
+
+
+def test_a_surface_that_faces_one_way_is_a_sheet_and_a_tube_is_none():
+    ground, tube = flat_grid(), cylinder(1.0, 4.0)
+    hills = ground.with_vertices(ground.vertices + 0.1 * np.sin(6 * ground.vertices[:, :1]) * [0, 0, 1])
+    assert [is_sheet(mesh) for mesh in (ground, hills, tube, RING)] == [True, True, False, False]
+    assert [is_flat_sheet(mesh) for mesh in (ground, hills, tube, RING)] == [True, False, False, False]
 
 
 def test_a_body_with_a_twisted_handle_is_contracted():
