@@ -31,6 +31,7 @@ from benchmarks.peers import PEERS
 from benchmarks.refinement_trials import TRIALS
 from benchmarks.summaries import MEASURES, means
 from lbskel.geometry.mirrors import Mirror
+from lbskel.geometry.normals import normalized
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.branch_lines import BranchLines, branch_lines
 from lbskel.refinement.centerlines import SectionCenters
@@ -269,7 +270,9 @@ def _ablation(
 ) -> dict[str, Any]:
     """Measure what is left without one pass; tips of the whole refinement with none near are lost.
 
-    On a mesh with planes of symmetry, a tip has a twin if its mirror image has a tip near.
+    On a mesh with planes of symmetry, a tip has a twin if its mirror image has a tip near. The turn of a mesh is the
+    95th percentile of the angles between successive edges of its branches; a mean over the meshes tells crooked paths,
+    and so does that of their distances from the medial points of the surface, in radii.
     """
     with replaced(name):
         on_tubes, on_hard = (
@@ -286,8 +289,19 @@ def _ablation(
         "tips lost": sum(map(n_tips_lost, skeletons, baseline)),
         "tips added": sum(map(n_tips_lost, baseline, skeletons)),
         "tips without a twin": sum(map(_n_without_twin, skeletons, planes)),
+        "turn, degrees": float(np.mean([_turn(skeleton) for skeleton in skeletons])),
+        "medial accuracy": float(np.mean([s.report["score"]["measures"]["medial_accuracy_95"] for s in skeletons])),
         **{verdict: sum(s.report["score"]["verdict"] == verdict for s in skeletons) for verdict in ("warn", "fail")},
     }
+
+
+def _turn(skeleton: lbskel.Skeleton) -> float:
+    """95th percentile of the angles between successive edges of branches, in degrees; 0 if there are none."""
+    before, at, after = skeleton.triples
+    if len(at) == 0:
+        return 0.0
+    first, second = (normalized(skeleton.nodes[j] - skeleton.nodes[i]) for i, j in ((before, at), (at, after)))
+    return float(np.percentile(np.degrees(np.arccos(np.clip((first * second).sum(axis=1), -1, 1))), 95))
 
 
 def n_tips_lost(skeleton: lbskel.Skeleton, reference: lbskel.Skeleton) -> int:

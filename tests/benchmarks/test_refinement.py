@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lbskel
-from benchmarks.refinement import HELD_OUT, PASSES, TUNED, measured, replaced
+from benchmarks.refinement import HELD_OUT, PASSES, TUNED, _turn, measured, replaced
 from lbskel.pipeline import passes
 from lbskel.shapes import make
 from lbskel.shapes.hard import HARD_SHAPES
@@ -51,3 +51,13 @@ def test_the_passes_call_what_is_left_out():
     assert (
         measured(raw, shape.truth)["accuracy"] > 2 * measured(lbskel.skeletonize(shape.mesh), shape.truth)["accuracy"]
     )
+
+
+@pytest.mark.parametrize("angle", [0, 40, 130])
+def test_the_turn_of_a_zigzag_is_its_angle(angle):
+    headings = np.radians(angle) * (np.arange(12) % 2)
+    steps = np.stack([np.cos(headings), np.sin(headings), 0 * headings], axis=1)
+    nodes = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+    zigzag = lbskel.Skeleton(nodes, np.stack([np.arange(12), np.arange(1, 13)], axis=1), np.ones(13))
+    assert _turn(zigzag) == pytest.approx(angle, abs=1e-5)
+    assert _turn(lbskel.Skeleton(nodes[:2], [[0, 1]], np.ones(2))) == 0
