@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema
 from lbskel.refinement.flat_ends import first_part, ways_from_nodes
@@ -67,7 +68,7 @@ def _blunt_ends(
     if not ends:
         return []
     widths, junctions = mean_axis_distances(skeleton, surface.mesh.vertices), np.array([end[0] for end in ends])
-    lengths = np.array([np.linalg.norm(np.diff(skeleton.nodes[end], axis=0), axis=1).sum() for end in ends])
+    lengths = np.array([vector_lengths(np.diff(skeleton.nodes[end], axis=0)).sum() for end in ends])
     ratios = lengths / np.maximum([np.median(widths[end[1:]]) for end in ends], TINY)
     is_kept = np.zeros(len(degrees), dtype=bool)
     is_kept[tips[cKDTree(skeleton.nodes[tips]).query(open_ends[:, :3])[1]]] = True

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.cross_sections import cross_sections
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import N_SAMPLES, moved_inside
@@ -74,7 +75,7 @@ def _is_corner(
         facing = [peaks[row_of_tip[tip]] if (tip := int(way[-1])) in row_of_tip else nodes[tip] for way in ways]
         sights += [(row, point) for point in facing]
         offsets = np.array([nodes[way[-1]] - nodes[end[0]] for way in ways])
-        cosines = offsets @ (peaks[row] - nodes[end[0]]) / np.maximum(np.linalg.norm(offsets, axis=1), 1e-300)
+        cosines = offsets @ (peaks[row] - nodes[end[0]]) / np.maximum(vector_lengths(offsets), 1e-300)
         opposite.append(nodes[ways[int(cosines.argmin())]])
     owner, points = np.array([row for row, _ in sights]), np.array([point for _, point in sights])
     is_hidden = ~_sees(peaks[owner], points, surface)
@@ -93,9 +94,9 @@ def _is_corner(
 
 def _extents(offsets: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray[np.float64]:
     """(e,) extent of each offset along its axis or across it, whichever is larger."""
-    axes = axes / np.maximum(np.linalg.norm(axes, axis=1, keepdims=True), 1e-300)
+    axes = axes / np.maximum(vector_lengths(axes)[:, None], 1e-300)
     along = np.einsum("ij,ij->i", offsets, axes)
-    across = np.linalg.norm(offsets - along[:, None] * axes, axis=1)
+    across = vector_lengths(offsets - along[:, None] * axes)
     return np.asarray(np.maximum(np.abs(along), across))
 
 
@@ -122,7 +123,7 @@ def first_part(nodes: NDArray[np.float64], way: NDArray[np.int64], reach: float)
     way : (m,) array of int
     reach : float
     """
-    beyond = np.flatnonzero(np.linalg.norm(nodes[way] - nodes[way[0]], axis=1) >= reach)
+    beyond = np.flatnonzero(vector_lengths(nodes[way] - nodes[way[0]]) >= reach)
     return way[: max(beyond[0], 1) + 1] if len(beyond) else way
 
 
@@ -130,7 +131,7 @@ def _half_widths(ways: list[NDArray[np.float64]], surface: Surface) -> NDArray[n
     """(w,) median half width of the cross-sections at the points of each path; 0 at a point outside its section."""
     points = np.concatenate(ways)
     tangents = np.concatenate([np.gradient(way, axis=0) for way in ways])
-    tangents /= np.maximum(np.linalg.norm(tangents, axis=1, keepdims=True), 1e-300)
+    tangents /= np.maximum(vector_lengths(tangents)[:, None], 1e-300)
     sections = cross_sections(surface.mesh, points, tangents, deadline=surface.deadline)
     mean = sections.lengths / 8
     widths = mean + np.sqrt(np.maximum(mean**2 - sections.areas / 4, 0))
@@ -143,7 +144,7 @@ def _sees(points: NDArray[np.float64], others: NDArray[np.float64], surface: Sur
     shares = ((np.arange(N_SAMPLES) + 0.5) / N_SAMPLES)[:, None, None]
     samples = ((1 - shares) * points + shares * others).reshape(-1, 3)
     is_outside = ~surface.contains(samples).reshape(N_SAMPLES, -1)
-    limits = MAX_GAP * np.linalg.norm(others - points, axis=1)
+    limits = MAX_GAP * vector_lengths(others - points)
     by_segment = samples.reshape(N_SAMPLES, -1, 3)
     sees = np.asarray(~is_outside.any(axis=0))
     # the outside sample nearest to the middle of each segment is tested first: it is usually too far out
