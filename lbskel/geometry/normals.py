@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["normalized", "triangle_normals", "vector_lengths"]
+__all__ = ["normalized", "row_dots", "triangle_normals", "vector_lengths"]
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,18 @@ def vector_lengths(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
     lengths: NDArray[np.float64] = np.sqrt(x * x + y * y + z * z)
     return lengths
+
+
+def row_dots(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(k,) dot products of the rows of two arrays, bit for bit those of ``(a * b).sum(axis=1)``, in less time.
+
+    Parameters
+    ----------
+    a, b : (k, 3) array of float
+    """
+    x, y, z = (a * b).T
+    dots: NDArray[np.float64] = x + y + z
+    return dots
 
 
 def normalized(vectors: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -80,7 +80,8 @@ def zero_degenerate(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], N
     degenerate : (m, 3) array of bool
         The same in all columns.
     """
-    is_degenerate = ~(np.abs(values) <= MAX_COTANGENT).all(axis=1, keepdims=True)
+    a, b, c = (np.abs(values) <= MAX_COTANGENT).T
+    is_degenerate = ~(a & b & c)[:, None]
     return np.where(is_degenerate, 0.0, values), np.broadcast_to(is_degenerate, values.shape)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lbskel.geometry.normals import normalized, triangle_normals, vector_lengths
+from lbskel.geometry.normals import normalized, row_dots, triangle_normals, vector_lengths
 
 
 def test_the_normal_is_right_handed_and_twice_the_area_long():
@@ -28,3 +28,8 @@ def test_vectors_are_scaled_to_length_1_and_zero_stays_zero():
 def test_lengths_are_bit_for_bit_those_of_numpy(shape):
     vectors = np.random.default_rng(0).normal(size=shape)
     assert (vector_lengths(vectors) == np.linalg.norm(vectors, axis=-1)).all()
+
+
+def test_dot_products_are_bit_for_bit_the_sums_of_rows():
+    a, b = np.random.default_rng(1).normal(size=(2, 1000, 3))
+    assert (row_dots(a, b) == (a * b).sum(axis=1)).all()
