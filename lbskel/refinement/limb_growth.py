@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
+from lbskel.geometry.sorting import distinct
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema, is_missed
 from lbskel.refinement.radii import inscribed_radii
@@ -57,7 +58,8 @@ def _nearest_nodes_beside(skeleton: Skeleton, limbs: Limbs, mesh: Mesh) -> NDArr
     i, j = mesh.edges.T
     limb = limbs.limb_of_vertex[np.concatenate([i, j, i, j])]
     node = skeleton.node_of_vertex[np.concatenate([i, j, j, i])]
-    limb, node = np.unique(np.stack([limb, node], axis=1)[limb >= 0], axis=0).T
+    k = len(skeleton.nodes)
+    limb, node = np.divmod(distinct((limb * k + node)[limb >= 0]), k)
     distances = vector_lengths(skeleton.nodes[node] - mesh.vertices[limbs.ends[limb]])
     order = np.lexsort((distances, limb))
     return np.asarray(node[order[np.unique(limb[order], return_index=True)[1]]])

@@ -70,7 +70,7 @@ def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     mesh : Mesh
         The mesh that ``node_of_vertex`` belongs to.
     """
-    distances = vector_lengths(mesh.vertices - skeleton.nodes[skeleton.node_of_vertex])
+    distances = vector_lengths(mesh.vertices - skeleton.nodes.take(skeleton.node_of_vertex, axis=0))
     return replace(skeleton, radii=_means(skeleton, distances), radius_kind="mean")
 
 
@@ -91,8 +91,8 @@ def mean_axis_distances(skeleton: Skeleton, points: NDArray[np.float64]) -> NDAr
     """
     nodes, node = skeleton.nodes, skeleton.node_of_vertex
     directions = axis_directions(skeleton)
-    offsets = points - nodes[node]
-    along = np.einsum("ni,ni->n", offsets, directions[node])
+    offsets = points - nodes.take(node, axis=0)
+    along = np.einsum("ni,ni->n", offsets, directions.take(node, axis=0))
     along = np.where(skeleton.degrees[node] == 1, np.minimum(along, 0.0), along)
     squared = np.einsum("ni,ni->n", offsets, offsets) - along**2
     return _means(skeleton, np.sqrt(np.maximum(squared, 0.0)))
