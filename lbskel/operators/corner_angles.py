@@ -40,7 +40,7 @@ MAX_HEIGHT = 4.0
 def edge_vectors(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return the (m, 3) vectors of the edges opposite the corners, scaled by :func:`unit_scale`; they sum to zero."""
     V = unit_scale(mesh.vertices)[0]
-    A, B, C = (V[mesh.faces[:, k]] for k in range(3))
+    A, B, C = V.take(mesh.faces.T, axis=0)
     return C - B, A - C, B - A
 
 

@@ -46,7 +46,7 @@ def fix_orientation(mesh: Mesh) -> PreprocessResult:
     is_reversed = (mesh.faces != F).any(axis=1)
     is_kept = _seam_edges(mesh, patch, np.zeros_like(is_reversed)) <= _seam_edges(mesh, patch, is_reversed)
     F, is_reversed = np.where(is_kept[patch, None], mesh.faces, F), is_reversed & ~is_kept[patch]
-    A, B, C = mesh.vertices[F].transpose(1, 0, 2)
+    A, B, C = mesh.vertices.take(F.T, axis=0)
     normals = triangle_normals(A, B, C) / 2
     areas = vector_lengths(normals)
     centers = (A + B + C) / 3

@@ -145,7 +145,7 @@ def segments_outside(nodes: NDArray[np.float64], edges: NDArray[np.int64], surfa
     """
     used, rows_of_used = np.unique(edges, return_inverse=True)
     nodes, edges = nodes[used], rows_of_used.reshape(-1, 2)
-    P, Q = nodes[edges].transpose(1, 0, 2)
+    P, Q = nodes.take(edges.T, axis=0)
     is_inside = surface.contains(nodes)
     is_outside = ~(is_inside[edges[:, 0]] & is_inside[edges[:, 1]])
     lengths, open_edges = vector_lengths(Q - P), np.flatnonzero(~is_outside)

@@ -216,10 +216,9 @@ def _patches_above(
     i, j = boundary.T
     i, j = np.where(is_above[i], [i, j], [j, i])  # boundary edges, from a vertex above the level
     to_j = np.where(is_above[j], 1.0, (heights[i] - level) / np.where(is_above[j], 1.0, heights[i] - heights[j]))
-    starts, stops = (
-        np.concatenate([V[p] + share[:, None] * (V[q] - V[p]), along])
-        for p, q, share, along in ((a, b, to_b, V[i]), (a, c, to_c, V[i] + to_j[:, None] * (V[j] - V[i])))
-    )
+    A, B, C, P, Q = (V.take(each, axis=0) for each in (a, b, c, i, j))
+    starts = np.concatenate([A + to_b[:, None] * (B - A), P])
+    stops = np.concatenate([A + to_c[:, None] * (C - A), P + to_j[:, None] * (Q - P)])
     rims, widths = _rims(starts, stops, np.concatenate([patch[is_cut], roots[i]]), n)
     area_of_patch = np.bincount(patch, areas, n)
     is_limb = is_disk & (rims > 0) & (area_of_patch > MIN_BULGE * rims * widths)
