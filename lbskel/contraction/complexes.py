@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel._kernels.connectivity import component_roots
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import distinct, is_among
 
 
@@ -81,7 +82,7 @@ def free_edges(remaining: Complex, n: int) -> NDArray[np.int64]:
 def remove_free_edges(remaining: Complex, free: NDArray[np.int64], P: NDArray[np.float64], n: int) -> Complex:
     """Remove the longest free edge of each face that has one, and the face, which neither opens nor closes a loop."""
     keys = _keys_at_sides(remaining, n).reshape(3, -1)
-    lengths = np.linalg.norm(P[keys // n] - P[keys % n], axis=2)
+    lengths = vector_lengths(P[keys // n] - P[keys % n])
     lengths[~is_among(keys, free)] = -1
     longest = np.argmax(lengths, axis=0)
     has_free_edge = lengths.max(axis=0) >= 0

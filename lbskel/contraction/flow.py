@@ -27,6 +27,7 @@ from lbskel.contraction.weights import ATTRACTIONS, INITIAL_WEIGHT_RULES, mean_r
 from lbskel.errors import MeshError, SolveError, UnknownChoice, choose
 from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.geometry.mesh import Mesh, PointCloud, as_mesh
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.point_stars import PointStars
 from lbskel.geometry.shape_diameter import local_radii, set_local_radii
 from lbskel.geometry.sorting import distinct
@@ -208,7 +209,7 @@ def _run_steps(
             n_clamped_angles=laplacian.n_clamped_angles,
             n_fallback_rows=len(touched),
             n_replaced_rows=len(system.replaced_rows),
-            max_displacement=float(np.linalg.norm(D[touched], axis=1).max(initial=0.0)),
+            max_displacement=float(vector_lengths(D[touched]).max(initial=0.0)),
             residual=relative_residual(system.A, D, system.B),
             seconds=time.perf_counter() - began,
         )

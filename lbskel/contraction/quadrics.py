@@ -22,7 +22,7 @@ def line_quadrics(P: NDArray[np.float64], edges: NDArray[np.int64]) -> NDArray[n
     edges : (k, 2) array of int
         An edge of no length has no line and adds nothing.
     """
-    start, end = P[edges].transpose(1, 0, 2)
+    start, end = P.take(edges.T, axis=0)
     vector = end - start
     length = np.linalg.norm(vector, axis=1, keepdims=True)
     direction = np.divide(vector, length, out=np.zeros_like(vector), where=length > 0)

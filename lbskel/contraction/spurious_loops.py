@@ -13,6 +13,7 @@ from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 from lbskel._kernels.linking import sums_from_root
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.normals import vector_lengths
 
 # Independence is tested modulo this prime, below 2^20. Sums of this many products of two remainders are then below
 # 2^52, so that they and their quotients by the prime are exact enough in double precision
@@ -72,7 +73,7 @@ def _loop_sums(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
     """Find the edges outside a minimum spanning tree, the lengths of all, and the sum of the loop that each closes."""
     k = len(P)
-    length = np.linalg.norm(P[edges[:, 0]] - P[edges[:, 1]], axis=1)
+    length = vector_lengths(P[edges[:, 0]] - P[edges[:, 1]])
     tree = minimum_spanning_tree(weighted_graph(edges, length + TREE_LENGTH_SHIFT, k))
     order, parent = breadth_first_order(tree, 0, directed=False)
     order, parent = order.astype(np.int64), parent.astype(np.int64)

@@ -38,6 +38,7 @@ from lbskel.contraction.spurious_loops import PRIME, null_loop_edges, spurious_l
 from lbskel.errors import MeshError
 from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.geometry.mesh import Mesh, as_mesh
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.point_stars import PointStars
 from lbskel.geometry.sorting import is_among, unique_inverse
 from lbskel.geometry.vertex_map import VertexMap
@@ -225,7 +226,7 @@ def _cheapest(
     remaining: Complex, candidates: NDArray[np.int64], P: NDArray[np.float64], Q: NDArray[np.float64], n: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """Select the candidates that are the cheapest at both ends: the vertex to remove, the one to keep, and the edge."""
-    length = np.linalg.norm(P[remaining.edges[:, 0]] - P[remaining.edges[:, 1]], axis=1) * ~remaining.is_removed
+    length = vector_lengths(P[remaining.edges[:, 0]] - P[remaining.edges[:, 1]]) * ~remaining.is_removed
     length_sum = np.bincount(remaining.edges.ravel(), weights=np.repeat(length, 2), minlength=n)
     i, j = remaining.edges[candidates].T
     both = Q[i] + Q[j]

@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.point_stars import ring_edges
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_queries import Surface
@@ -109,7 +110,7 @@ def _by_inverse_edge_in_box(mesh: Mesh, constant: float) -> float:
 def _ring_lengths(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """(r,) vertex and (r,) length of each edge of each ring."""
     pairs = ring_edges(mesh)
-    return pairs[:, 0], np.linalg.norm(mesh.vertices[pairs[:, 0]] - mesh.vertices[pairs[:, 1]], axis=1)
+    return pairs[:, 0], vector_lengths(mesh.vertices[pairs[:, 0]] - mesh.vertices[pairs[:, 1]])
 
 
 def shortest_ring_edges(mesh: Mesh) -> NDArray[np.float64]:

@@ -158,6 +158,6 @@ def _n_parts(
 
 def _area_vectors(mesh: Mesh) -> NDArray[np.float64]:
     """(n, 3) area of the surface at each vertex, a third of its faces', as a vector along the normal."""
-    thirds = triangle_normals(*mesh.vertices[mesh.faces].transpose(1, 0, 2)) / 6
+    thirds = triangle_normals(*mesh.vertices.take(mesh.faces.T, axis=0)) / 6
     corners = mesh.faces.ravel()
     return np.stack([np.bincount(corners, np.repeat(x, 3), len(mesh.vertices)) for x in thirds.T], axis=1)

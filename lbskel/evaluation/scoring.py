@@ -23,6 +23,7 @@ from lbskel.evaluation.medial_points import medial_distances
 from lbskel.evaluation.skeleton_shape import mean_and_worst_branch, n_spurs, negative_fraction, rms_curvature
 from lbskel.geometry.components import find_crumbs
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.centerlines import find_section_centers
@@ -66,7 +67,7 @@ def score_on(skeleton: Skeleton, surface: Surface, *, n_loops_opened: int = 0) -
     unit, has_map = surface.mesh, len(skeleton.node_of_vertex) > 0
     skeleton = _on_surface(skeleton, surface)
     node = skeleton.node_of_vertex
-    distances = np.linalg.norm(unit.vertices - skeleton.nodes[node], axis=1)
+    distances = vector_lengths(unit.vertices - skeleton.nodes[node])
     areas = unit.vertex_areas
     extrema = find_extrema(surface.proxy.mesh, deadline=surface.deadline)
     # the ball of a node outside a closed surface would be the larger, the farther the node is
@@ -174,7 +175,7 @@ def _section_errors(skeleton: Skeleton, widths: NDArray[np.float64], surface: Su
     if len(known):
         centers = sections.positions[known]
         radii = np.maximum(surface.distance(centers), widths[known])
-        errors[known] = np.linalg.norm(centers - skeleton.nodes[known], axis=1) / radii
+        errors[known] = vector_lengths(centers - skeleton.nodes[known]) / radii
     return errors
 
 
@@ -235,7 +236,7 @@ def _n_shortcut_edges(skeleton: Skeleton, mesh: Mesh, widths: NDArray[np.float64
     """
     node, reach = skeleton.node_of_vertex, np.array(widths)
     np.maximum.at(reach, node[mesh.edges.ravel()], np.repeat(mesh.edge_lengths, 2))
-    lengths = np.linalg.norm(skeleton.nodes[disjoint[:, 0]] - skeleton.nodes[disjoint[:, 1]], axis=1)
+    lengths = vector_lengths(skeleton.nodes[disjoint[:, 0]] - skeleton.nodes[disjoint[:, 1]])
     long = disjoint[lengths > reach[disjoint].sum(axis=1)]
     pairs = np.unique(np.concatenate([node[mesh.edges], node[mesh.edges[:, ::-1]]]), axis=0) if len(long) else long
     touching = {each: pairs[pairs[:, 0] == each, 1] for each in np.unique(long).tolist()}

@@ -7,6 +7,7 @@ __all__ = ["mean_and_worst_branch", "n_spurs", "negative_fraction", "rms_curvatu
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.geometry.normals import vector_lengths
 from lbskel.skeleton.skeleton import Skeleton
 
 # Known values that a branch needs for a median of its own. Of branches moved aside by 0.6 radii 0.75 fail; with 5
@@ -45,8 +46,8 @@ def rms_curvature(skeleton: Skeleton) -> float:
     previous, middle, following = skeleton.triples
     P = skeleton.nodes
     before, after = P[middle] - P[previous], P[following] - P[middle]
-    spacing = (np.linalg.norm(before, axis=1) + np.linalg.norm(after, axis=1)) / 2
-    angles = np.arctan2(np.linalg.norm(np.cross(after, before), axis=1), np.einsum("ij,ij->i", after, before))
+    spacing = (vector_lengths(before) + vector_lengths(after)) / 2
+    angles = np.arctan2(vector_lengths(np.cross(after, before)), np.einsum("ij,ij->i", after, before))
     is_long = spacing > 0
     curvatures = angles[is_long] * skeleton.radii[middle[is_long]] / spacing[is_long]
     return float(np.sqrt(np.average(curvatures**2, weights=spacing[is_long]))) if is_long.any() else 0.0
@@ -75,7 +76,7 @@ def n_spurs(skeleton: Skeleton) -> int:
     skeleton : Skeleton
     """
     ends = [branch for branch in skeleton.end_branches if branch[-1] not in skeleton.anchors]
-    reaches = [np.linalg.norm(skeleton.nodes[b] - skeleton.nodes[b[0]], axis=1) + skeleton.radii[b] for b in ends]
+    reaches = [vector_lengths(skeleton.nodes[b] - skeleton.nodes[b[0]]) + skeleton.radii[b] for b in ends]
     return sum(
         float(r.max()) < MAX_SPUR_REACH * float(skeleton.radii[b[0]]) for r, b in zip(reaches, ends, strict=True)
     )

@@ -19,6 +19,7 @@ from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.traversal import breadth_first_faces, pair_half_edges
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
@@ -109,9 +110,9 @@ def _by_position(mesh: Mesh, part: NDArray[np.int64]) -> NDArray[np.int64]:
     unit = (mesh.vertices - mesh.centroid) / max(mesh.diameter_bound, np.finfo(np.float64).tiny)
     start, end = mesh.half_edges.T
     candidates, owner = np.arange(len(start)), np.tile(part, 3)
-    distance = np.round(np.linalg.norm(unit, axis=1), DIGITS)[start]
+    distance = np.round(vector_lengths(unit), DIGITS)[start]
     candidates = candidates[_is_largest(distance, owner)]
-    length = np.round(np.linalg.norm(unit[end[candidates]] - unit[start[candidates]], axis=1), DIGITS)
+    length = np.round(vector_lengths(unit[end[candidates]] - unit[start[candidates]]), DIGITS)
     is_longest = _is_largest(length, owner[candidates])
     candidates = candidates[is_longest]
     places = np.round(np.hstack([unit[end[candidates]], unit[start[candidates]]]), DIGITS)

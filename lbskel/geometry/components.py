@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.normals import normalized, triangle_normals
+from lbskel.geometry.normals import normalized, triangle_normals, vector_lengths
 from lbskel.geometry.shape_diameter import RAY_OFFSET
 from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.surface_queries import Surface
@@ -85,7 +85,7 @@ def find_twigs(mesh: Mesh, is_small: NDArray[np.bool_]) -> NDArray[np.bool_]:
     count = np.bincount(label)
     middles = np.stack([np.bincount(label, column) / count for column in V.T], axis=1)
     lengths = np.zeros(len(count))
-    np.maximum.at(lengths, label, 2 * np.linalg.norm(V - middles[label], axis=1))
+    np.maximum.at(lengths, label, 2 * vector_lengths(V - middles[label]))
     of_face = mesh.component_of_vertex[mesh.faces[:, 0]]
     areas, n_faces = np.bincount(of_face, mesh.face_areas), np.bincount(of_face)
     is_long = is_small & (n_faces >= MIN_TWIG_FACES) & (areas > 0) & (np.pi * lengths**2 > MIN_ELONGATION * areas)

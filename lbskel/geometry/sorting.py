@@ -86,9 +86,10 @@ def unique_rows(rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.
     order = np.arange(len(rows))
     for column in rows.T[::-1]:
         order = order[stable_order(column[order])]
-    ascending = rows[order]
-    is_new = np.ones(len(rows), dtype=bool)
-    is_new[1:] = (ascending[1:] != ascending[:-1]).any(axis=1)
+    is_new = np.arange(len(rows)) == 0
+    for column in rows.T:
+        ascending = column[order]
+        is_new[1:] |= ascending[1:] != ascending[:-1]
     place = np.empty(len(rows), dtype=np.int64)
     place[order] = np.cumsum(is_new) - 1
     return order[is_new], place

@@ -256,5 +256,5 @@ class Surface:
             is_inside = self.mesh.aabb_tree.winding_numbers(points, deadline=self.deadline) != 0
         else:
             numbers: WindingNumbers = self.memoize("winding tree", self._winding_numbers)
-            is_inside = np.abs(numbers.around(points, deadline=self.deadline)) > 0.5
+            is_inside = numbers.contain(points, deadline=self.deadline)
         return is_inside

@@ -19,11 +19,13 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from lbskel.geometry.bvh import AABBTree, build_aabb_tree
 from lbskel.geometry.deadline import NEVER, Deadline, in_slices
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import triangle_normals, vector_lengths
 
 # Distance from a fan, relative to the diameter bound, within which its number is not taken: it jumps by one across the
 # fan, and libigl's tree places points in single precision, 1e-7 of the bound. A guess, well above that.
@@ -76,6 +78,35 @@ class WindingNumbers:
             if is_near.any():
                 numbers[is_near] = _numbers(self._of_faces, unit[is_near], deadline)
         return numbers
+
+    def contain(self, points: NDArray[np.float64], *, deadline: Deadline = NEVER) -> NDArray[np.bool_]:
+        """(k,) whether the absolute winding number around each point is above 1/2.
+
+        The number of faces with a total area A is at most A / (4 pi d^2) at a distance d from them. So from
+        sqrt(A / pi) on that of the fans is at most 1/4, and the integer of the closed surface decides alone.
+
+        Parameters
+        ----------
+        points : (k, 3) array of float
+        deadline : Deadline
+        """
+        if self.closed is None or self.fans is None:
+            return np.asarray(np.abs(self.around(points, deadline=deadline)) > 0.5)
+        is_inside: NDArray[np.bool_] = self.closed.winding_numbers(points, deadline=deadline) != 0
+        tree, reach = self._reach_of_fans
+        near = np.flatnonzero(np.isfinite(tree.query(points, distance_upper_bound=reach)[0]))
+        is_inside[near] = np.abs(self.around(points[near], deadline=deadline)) > 0.5
+        return is_inside
+
+    @cached_property
+    def _reach_of_fans(self) -> tuple[cKDTree, float]:
+        """The centers of the fans, and the distance from all of them beyond which the fans decide nothing."""
+        assert self.fans is not None
+        start, end, center = self.fans.corners.reshape(-1, 3, 3).transpose(1, 0, 2)
+        area = vector_lengths(triangle_normals(center, start, end)).sum() / 2
+        radius = max(vector_lengths(rim - center).max() for rim in (start, end))
+        reach = radius + max(np.sqrt(area / np.pi), NEAR_FAN * self.length)
+        return cKDTree(np.unique(center, axis=0)), float(reach)
 
     @cached_property
     def _of_faces(self) -> igl.FastWindingNumberBVH:

@@ -40,7 +40,7 @@ MAX_HEIGHT = 4.0
 def edge_vectors(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return the (m, 3) vectors of the edges opposite the corners, scaled by :func:`unit_scale`; they sum to zero."""
     V = unit_scale(mesh.vertices)[0]
-    A, B, C = (V[mesh.faces[:, k]] for k in range(3))
+    A, B, C = V.take(mesh.faces.T, axis=0)
     return C - B, A - C, B - A
 
 
@@ -80,7 +80,8 @@ def zero_degenerate(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], N
     degenerate : (m, 3) array of bool
         The same in all columns.
     """
-    is_degenerate = ~(np.abs(values) <= MAX_COTANGENT).all(axis=1, keepdims=True)
+    a, b, c = (np.abs(values) <= MAX_COTANGENT).T
+    is_degenerate = ~(a & b & c)[:, None]
     return np.where(is_degenerate, 0.0, values), np.broadcast_to(is_degenerate, values.shape)
 
 

@@ -57,13 +57,15 @@ def mollified_lengths(
     is_thin : (m,) array of bool
         The faces whose inequalities did not hold.
     """
-    excess = 2 * lengths.max(axis=1) - lengths.sum(axis=1)
+    a, b, c = lengths.T
+    sums = a + b + c
+    excess = 2 * np.maximum(np.maximum(a, b), c) - sums
     if not (excess + factor * lengths.max() > 0).any():
         return lengths, np.zeros(len(faces), dtype=bool)
     n = int(faces.max()) + 1
     edges = coo_array((np.ones(2 * len(faces)), (np.tile(faces[:, 0], 2), faces[:, 1:].T.ravel())), shape=(n, n))
     component = connected_components(edges, directed=False)[1][faces[:, 0]]
-    means = np.bincount(component, lengths.mean(axis=1)) / np.maximum(np.bincount(component), 1)
+    means = np.bincount(component, sums / 3) / np.maximum(np.bincount(component), 1)
     offsets = np.maximum(excess + factor * means[component], 0.0)
     largest = np.zeros(len(means))
     np.maximum.at(largest, component, offsets)

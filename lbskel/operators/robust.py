@@ -74,7 +74,10 @@ def tufted_delaunay(
         Vertices of the faces whose inequalities did not hold.
     """
     F = F[(F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])]
-    F = F[first_of_each(np.sort(F, axis=1))]  # the cover would glue copies to each other, and not to their neighbors
+    a, b, c = F.T
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    # the cover would glue copies to each other, and not to their neighbors
+    F = F[first_of_each(np.stack([low, a + b + c - low - high, high], axis=1))]
     lengths = igl.edge_lengths(V, F)
     if not lengths.any():
         empty = np.empty((0, 3))

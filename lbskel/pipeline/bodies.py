@@ -16,6 +16,7 @@ from lbskel.contraction.result import Contraction, Status
 from lbskel.contraction.settings import ContractionSettings
 from lbskel.contraction.surgery import collapse
 from lbskel.errors import counted
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.pipeline.assembly import body_report
 from lbskel.pipeline.preparation import Body
@@ -79,7 +80,7 @@ def _skeletonize_proxy(
 def _single_node(body: Body) -> Skeleton:
     """Make a skeleton of one node, at the centroid of a body for which no time was left."""
     center, n = body.mesh.centroid[None], len(body.mesh.vertices)
-    distances = np.linalg.norm(body.mesh.vertices - center, axis=1)
+    distances = vector_lengths(body.mesh.vertices - center)
     no_edges, of_vertex = np.empty((0, 2), dtype=np.int64), np.zeros(n, dtype=np.int64)
     single = Skeleton(center, no_edges, distances.min(keepdims=True), of_vertex)
     return replace(single, mean_radii=distances.mean(keepdims=True))

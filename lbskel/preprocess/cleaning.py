@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from lbskel.errors import UnknownChoice, first_few, were
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh, as_mesh
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import distinct, first_of_each
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
@@ -70,7 +71,7 @@ def merge_seams(mesh: Mesh) -> PreprocessResult:
     mesh : Mesh
     """
     start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
-    edge = float(np.median(np.linalg.norm(end - start, axis=1)))
+    edge = float(np.median(vector_lengths(end - start)))
     try:
         return merge_close(mesh, tolerance=min(TOLERANCE, MAX_EDGE_FRACTION * edge / (mesh.diameter_bound or 1.0)))
     except UnknownChoice:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lbskel.errors import UnknownChoice, were
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.normals import triangle_normals
+from lbskel.geometry.normals import triangle_normals, vector_lengths
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.cleaning import extract_faces
 from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
@@ -75,7 +75,7 @@ def corner_angles(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     sides = np.roll(corners, -1, axis=1) - corners
     back = -np.roll(sides, 1, axis=1)
-    sine = np.linalg.norm(np.cross(sides, back), axis=2)
+    sine = vector_lengths(np.cross(sides, back))
     angles: NDArray[np.float64] = np.arctan2(sine, (sides * back).sum(axis=2))
     return angles
 
@@ -114,7 +114,7 @@ class _EditableSurface:
             return False
         corners = self.faces[face]
         P = self.positions[corners]
-        lengths = np.linalg.norm(np.roll(P, 1, axis=0) - np.roll(P, -1, axis=0), axis=1)  # opposite each corner
+        lengths = vector_lengths(np.roll(P, 1, axis=0) - np.roll(P, -1, axis=0))  # opposite each corner
         order = np.argsort(lengths, kind="stable")
         if lengths[order[0]] <= NEEDLE_RATIO * lengths[order[2]]:
             i, j = (int(corners[k]) for k in range(3) if k != order[0])

@@ -13,6 +13,7 @@ import numpy as np
 from lbskel.errors import counted
 from lbskel.geometry.components import components
 from lbskel.geometry.mesh import as_mesh
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.roughness import roughness
 from lbskel.preprocess.automatic import COARSE_EDGE, preprocess_mesh
 from lbskel.preprocess.cleaning import clean
@@ -177,7 +178,7 @@ def check(mesh: Any) -> MeshReport:
     angles = np.degrees(corner_angles(mesh.vertices[F[is_distinct]])) if is_distinct.any() else np.zeros((1, 3))
     start, end = mesh.vertices[mesh.edges].transpose(1, 0, 2)
     bound = mesh.diameter_bound
-    lengths = np.linalg.norm(end - start, axis=1) / (bound or 1.0)
+    lengths = vector_lengths(end - start) / (bound or 1.0)
     is_cap = angles.max(axis=1) > 180 - DEGENERATE_ANGLE
     intersecting, tested = self_intersecting_faces(cleaned)
     directed = mesh.half_edges[:, 0] * len(mesh.vertices) + mesh.half_edges[:, 1]

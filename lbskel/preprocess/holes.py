@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lbskel.errors import UnknownChoice, counted, were
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.normals import normalized, triangle_normals
+from lbskel.geometry.normals import normalized, triangle_normals, vector_lengths
 from lbskel.geometry.polygon_triangulation import MAX_POLYGON_EDGES, min_area_triangulation
 from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
@@ -56,7 +56,7 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.33) -> PreprocessResult:
         if len(loop) - 2 >= n_faces_of[component]:
             n_open += 1
             continue
-        perimeter = np.linalg.norm(np.roll(boundary, -1, axis=0) - boundary, axis=1).sum()
+        perimeter = vector_lengths(np.roll(boundary, -1, axis=0) - boundary).sum()
         if len(loop) > 3 and perimeter > max_perimeter * mesh.diameter_bound:
             n_open += 1
             continue
@@ -72,7 +72,7 @@ def close_holes(mesh: Mesh, *, max_perimeter: float = 0.33) -> PreprocessResult:
             points, first = np.concatenate([boundary, [boundary.mean(axis=0)]]), np.arange(len(loop))
             triangles = np.stack([first, np.roll(first, -1), np.full(len(loop), len(loop))], axis=1)
         A, B, C = points[triangles].transpose(1, 0, 2)
-        if np.linalg.norm(triangle_normals(A, B, C), axis=1).sum() > area_of[component]:
+        if vector_lengths(triangle_normals(A, B, C)).sum() > area_of[component]:
             n_open += 1
             continue
         numbers = np.append(loop, len(V) + len(centers))
@@ -100,10 +100,10 @@ def find_open_ends(mesh: Mesh) -> NDArray[np.float64]:
     ends = []
     for loop in boundary_loops(mesh):
         P = mesh.vertices[loop]
-        lengths = np.linalg.norm(np.roll(P, -1, axis=0) - P, axis=1)
+        lengths = vector_lengths(np.roll(P, -1, axis=0) - P)
         if lengths.sum() > 0:
             center = np.average((np.roll(P, -1, axis=0) + P) / 2, axis=0, weights=lengths)
-            ends.append([*center, np.linalg.norm(P - center, axis=1).mean(), *P[0]])
+            ends.append([*center, vector_lengths(P - center).mean(), *P[0]])
     return np.array(ends).reshape(-1, 7)
 
 

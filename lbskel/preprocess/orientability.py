@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.components import Component
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.normals import normalized, triangle_normals
+from lbskel.geometry.normals import normalized, triangle_normals, vector_lengths
 from lbskel.preprocess.orientation import MIN_SHEET_VECTOR_AREA, relative_vector_area
 
 # Mean thickness, relative to the diameter bound, below which a closed surface counts as flat: rays start this far from
@@ -137,7 +137,7 @@ def _separating_fraction(mesh: Mesh) -> float:
     chosen = np.arange(0, len(mesh.faces), 1 + len(mesh.faces) // MAX_SAMPLES)
     A, B, C = mesh.vertices[mesh.faces[chosen]].transpose(1, 0, 2)
     normals = triangle_normals(A, B, C)
-    areas = np.linalg.norm(normals, axis=1)
+    areas = vector_lengths(normals)
     offsets = SIDE_OFFSET * mesh.diameter_bound * normalized(normals)
     centers = (A + B + C) / 3
     points = np.concatenate([centers - offsets, centers + offsets])

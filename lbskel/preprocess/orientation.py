@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lbskel.errors import were
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.normals import triangle_normals
+from lbskel.geometry.normals import triangle_normals, vector_lengths
 from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
@@ -46,9 +46,9 @@ def fix_orientation(mesh: Mesh) -> PreprocessResult:
     is_reversed = (mesh.faces != F).any(axis=1)
     is_kept = _seam_edges(mesh, patch, np.zeros_like(is_reversed)) <= _seam_edges(mesh, patch, is_reversed)
     F, is_reversed = np.where(is_kept[patch, None], mesh.faces, F), is_reversed & ~is_kept[patch]
-    A, B, C = mesh.vertices[F].transpose(1, 0, 2)
+    A, B, C = mesh.vertices.take(F.T, axis=0)
     normals = triangle_normals(A, B, C) / 2
-    areas = np.linalg.norm(normals, axis=1)
+    areas = vector_lengths(normals)
     centers = (A + B + C) / 3
     patch_area = np.bincount(patch, areas)
     positive_area = np.where(patch_area > 0, patch_area, 1.0)

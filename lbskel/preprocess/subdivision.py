@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from lbskel.errors import UnknownChoice, were
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
@@ -180,7 +181,7 @@ def _patterns(
     """
     if n_split != 2 or not shorter:
         return [(np.ones(len(points), dtype=bool), _PATTERNS[n_split])]
-    one, other = (np.linalg.norm(V[points[:, i]] - V[points[:, j]], axis=1) for i, j in ((1, 4), (2, 5)))
+    one, other = (vector_lengths(V[points[:, i]] - V[points[:, j]]) for i, j in ((1, 4), (2, 5)))
     is_shorter = other < (1 - TIE) * one
     return [(~is_shorter, _PATTERNS[2]), (is_shorter, _OTHER_DIAGONAL)]
 

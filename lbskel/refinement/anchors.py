@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lbskel.errors import MeshError
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import interior_paths
 from lbskel.skeleton.editing import append_paths, split_edge
@@ -63,7 +64,7 @@ def resolve_anchor(anchor: Any, mesh: Mesh, what: str = "anchor") -> tuple[int, 
     point = given.astype(np.float64)
     used = mesh.used_vertices
     with np.errstate(over="ignore"):  # a point so far away is refused where it is attached
-        distances = np.linalg.norm(V[used] - point, axis=1)
+        distances = vector_lengths(V[used] - point)
     return int(used[np.argmin(distances)]), point
 
 
@@ -112,7 +113,7 @@ def attach_anchors(
 
 def _is_outside_bounding_sphere(points: NDArray[np.float64], mesh: Mesh) -> NDArray[np.bool_]:
     """(k,) whether points lie outside the smallest sphere around the mesh's centroid that contains its vertices."""
-    distances = np.linalg.norm(points - mesh.centroid, axis=-1)
+    distances = vector_lengths(points - mesh.centroid)
     is_outside: NDArray[np.bool_] = distances > (0.5 + OUTSIDE_TOLERANCE) * mesh.diameter_bound
     return is_outside
 
@@ -142,12 +143,12 @@ def _with_anchor(skeleton: Skeleton, surface: Surface, node_of_anchor: int, poin
 def _nearest_edge(skeleton: Skeleton, point: NDArray[np.float64]) -> tuple[int, float, float]:
     """Find the edge nearest to a point, the position along it from 0 to 1, and the distance."""
     if len(skeleton.edges) == 0:
-        return 0, 0.0, float(np.linalg.norm(skeleton.nodes - point, axis=1).min())
+        return 0, 0.0, float(vector_lengths(skeleton.nodes - point).min())
     start, end = skeleton.nodes[skeleton.edges].transpose(1, 0, 2)
     along = end - start
     squared = np.einsum("ei,ei->e", along, along)
     share = np.clip(np.einsum("ei,ei->e", point - start, along) / np.where(squared > 0, squared, 1), 0, 1)
-    distances = np.linalg.norm(start + share[:, None] * along - point, axis=1)
+    distances = vector_lengths(start + share[:, None] * along - point)
     edge = int(np.argmin(distances))
     return edge, float(share[edge]), float(distances[edge])
 
@@ -190,4 +191,4 @@ def nearest_node(skeleton: Skeleton, root: Any, mesh: Mesh) -> int:
     vertex, point = resolve_root(root, mesh)
     if np.ndim(root) == 0:
         return int(skeleton.node_of_vertex[vertex])
-    return int(np.argmin(np.linalg.norm(skeleton.nodes - point, axis=1)))
+    return int(np.argmin(vector_lengths(skeleton.nodes - point)))

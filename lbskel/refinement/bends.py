@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.branch_lines import BranchLines, branch_lines
 from lbskel.refinement.centerlines import SectionCenters
@@ -56,7 +57,7 @@ def contract_corner_spurs(
     spurs, junctions, tips = spurs[has_two], junctions[has_two], tips[has_two]
     places, gaps = _meeting_places(first, second)
     corner_tips = contracted.nodes[tips]
-    distances, radii = np.linalg.norm(places - corner_tips, axis=1), surface.distance(corner_tips)
+    distances, radii = vector_lengths(places - corner_tips), surface.distance(corner_tips)
     is_corner = (distances <= radii) & (gaps <= radii) & (first.branches != second.branches)
     corners = np.flatnonzero(is_corner)[np.unique(junctions[is_corner], return_index=True)[1]]
     target, positions = np.arange(len(skeleton.nodes)), np.array(skeleton.nodes)
@@ -84,4 +85,4 @@ def _meeting_places(first: BranchLines, second: BranchLines) -> tuple[NDArray[np
     squared_sine[~has_place] = 1.0
     P = first.means + ((along_u - cosine * along_v) / squared_sine)[:, None] * u
     Q = second.means + ((cosine * along_u - along_v) / squared_sine)[:, None] * v
-    return (P + Q) / 2, np.where(has_place, np.linalg.norm(P - Q, axis=1), np.inf)
+    return (P + Q) / 2, np.where(has_place, vector_lengths(P - Q), np.inf)

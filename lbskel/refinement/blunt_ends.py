@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from lbskel.geometry.normals import vector_lengths
+from lbskel.geometry.sorting import group_medians
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema
 from lbskel.refinement.flat_ends import first_part, ways_from_nodes
@@ -67,13 +69,15 @@ def _blunt_ends(
     if not ends:
         return []
     widths, junctions = mean_axis_distances(skeleton, surface.mesh.vertices), np.array([end[0] for end in ends])
-    lengths = np.array([np.linalg.norm(np.diff(skeleton.nodes[end], axis=0), axis=1).sum() for end in ends])
-    ratios = lengths / np.maximum([np.median(widths[end[1:]]) for end in ends], TINY)
+    lengths = np.array([vector_lengths(np.diff(skeleton.nodes[end], axis=0)).sum() for end in ends])
+    outer = [end[1:] for end in ends]
+    medians = group_medians(widths[np.concatenate(outer)], np.cumsum([0, *map(len, outer)]))
+    ratios = lengths / np.maximum(medians, TINY)
     is_kept = np.zeros(len(degrees), dtype=bool)
     is_kept[tips[cKDTree(skeleton.nodes[tips]).query(open_ends[:, :3])[1]]] = True
     extrema = find_extrema(surface.proxy.mesh, deadline=surface.deadline)
     is_kept[surface.on_proxy(skeleton.node_of_vertex)[extrema.vertices]] = True
-    short = np.flatnonzero((ratios < min_length) & [not is_kept[end[1:]].any() for end in ends])
+    short = np.flatnonzero((ratios < min_length) & [not is_kept[each].any() for each in outer])
     short = short[np.lexsort((ratios[short], junctions[short]))]
     ways = ways_from_nodes(skeleton)
     turns = [_others_turn_back(skeleton, ends[row], ways[int(ends[row][0])], widths[junctions[row]]) for row in short]

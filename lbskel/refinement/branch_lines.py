@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.geometry.normals import vector_lengths
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -110,7 +111,7 @@ def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, with_single: bo
             rows = np.flatnonzero(sizes == size)
             points = P[place[nearest[rows, None] + step * np.arange(size)]]
             means[rows], directions[rows] = _tangents(points)
-        length = np.linalg.norm(directions, axis=1)
+        length = vector_lengths(directions)
         kept = length > 0
         directions = directions[kept] / length[kept, None]
         numbers = 2 * branch[has_line][kept] + (not is_forward)
@@ -134,7 +135,7 @@ def _tangents(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray
     directions : (l, 3) array of float
         From the last point to the first, of any length; zero where all points coincide.
     """
-    steps = np.linalg.norm(np.diff(points, axis=1, prepend=points[:, :1]), axis=-1)
+    steps = vector_lengths(np.diff(points, axis=1, prepend=points[:, :1]))
     t = np.cumsum(steps, axis=1)
     t /= np.maximum(t[:, -1:], TINY)
     t -= t.mean(axis=1, keepdims=True)
@@ -180,7 +181,7 @@ def nearest_points(
         Where the point of each group is expected: the contracted position of its junction.
     radii : (g,) array of float
     """
-    distances = np.linalg.norm(lines.starts - anchors[groups], axis=1)
+    distances = vector_lengths(lines.starts - anchors[groups])
     projections = np.eye(3) - lines.directions[:, :, None] * lines.directions[:, None, :]
     projections /= np.maximum(distances, radii[groups])[:, None, None] ** 2
     moments = np.einsum("lij,lj->li", projections, lines.means - anchors[groups])

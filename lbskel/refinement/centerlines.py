@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.traversal import sums_along_paths
 from lbskel.geometry.cross_sections import Sections, cross_sections
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -58,7 +59,7 @@ def find_section_centers(skeleton: Skeleton, surface: Surface) -> SectionCenters
     """
     branch_of = skeleton.branch_of_node
     tangents = _tangents(skeleton)
-    at = np.flatnonzero((branch_of >= 0) & (np.linalg.norm(tangents, axis=1) > 0) & (skeleton.degrees == 2))
+    at = np.flatnonzero((branch_of >= 0) & (vector_lengths(tangents) > 0) & (skeleton.degrees == 2))
     face_labels = branch_of[skeleton.node_of_vertex][surface.mesh.faces[:, 0]]
     sections = cross_sections(
         surface.mesh,
@@ -89,9 +90,7 @@ def _distances_to_farthest(skeleton: Skeleton, nodes: NDArray[np.int64], surface
     along, begins = skeleton.flat_branches
     low, high = np.minimum.reduceat(lows.T[along], begins[:-1]), np.maximum.reduceat(highs.T[along], begins[:-1])
     P, branch = skeleton.nodes[nodes], skeleton.branch_of_node[nodes]
-    distances: NDArray[np.float64] = np.linalg.norm(
-        np.maximum(np.maximum(high[branch] - P, P - low[branch]), 0.0), axis=1
-    )
+    distances: NDArray[np.float64] = vector_lengths(np.maximum(np.maximum(high[branch] - P, P - low[branch]), 0.0))
     return distances
 
 
@@ -108,7 +107,7 @@ def _tangents(skeleton: Skeleton) -> NDArray[np.float64]:
         chords = _chords(skeleton.nodes[around], reach, np.array([0, len(around)]))
         tangents[skeleton.branches[loop][:-1]] = np.split(chords, 3)[1]
     tangents[skeleton.degrees >= 3] = 0
-    length = np.linalg.norm(tangents, axis=1, keepdims=True)
+    length = vector_lengths(tangents)[:, None]
     unit: NDArray[np.float64] = np.divide(tangents, length, out=np.zeros_like(tangents), where=length > 0)
     return unit
 
@@ -119,7 +118,7 @@ def _chords(P: NDArray[np.float64], reach: NDArray[np.float64], begins: NDArray[
     The polylines are concatenated. A reach is at least the distance to the farther of the two neighbors, and ends at
     the end of the polyline.
     """
-    steps = np.linalg.norm(np.diff(P, axis=0, prepend=P[:1]), axis=1)
+    steps = vector_lengths(np.diff(P, axis=0, prepend=P[:1]))
     steps[begins[:-1]] = 0.0
     arc, number = sums_along_paths(steps, begins), np.repeat(np.arange(len(begins) - 1), np.diff(begins))
     before, after = steps, np.append(steps[1:], 0.0)
@@ -140,7 +139,7 @@ def _chords(P: NDArray[np.float64], reach: NDArray[np.float64], begins: NDArray[
 
 def _is_own(sections: Sections, nodes: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:
     """Which sections cut one branch only, lie around their node, and have their centroid inside the surface."""
-    offset = np.linalg.norm(sections.centroids - nodes, axis=1)
+    offset = vector_lengths(sections.centroids - nodes)
     is_own: NDArray[np.bool_] = (
         sections.is_cut & (sections.label_fractions >= MIN_OWN_SHARE) & (offset <= sections.radii)
     )

@@ -17,6 +17,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.offset_paths import paths_below_surface
 from lbskel.refinement.relaxation import relax_inside
@@ -49,7 +50,7 @@ def inside_fraction(skeleton: Skeleton, surface: Surface, tolerance: NDArray[np.
     share = ((np.arange(N_SAMPLES) + 0.5) / N_SAMPLES)[:, None]
     points = (P[:, None] + share * (Q - P)[:, None]).reshape(-1, 3)
     limits = np.repeat(allowed[leaving].min(axis=1), N_SAMPLES)
-    lengths, (first, last) = np.linalg.norm(Q - P, axis=1), surface.distance(skeleton.nodes)[leaving].T
+    lengths, (first, last) = vector_lengths(Q - P), surface.distance(skeleton.nodes)[leaving].T
     bounds = np.minimum(first + share * lengths, last + (1 - share) * lengths).T.ravel()  # on the distances of points
     is_outside = bounds >= limits
     is_outside[is_outside] = ~surface.contains(points[is_outside])
@@ -70,7 +71,7 @@ def moved_inside(points: NDArray[np.float64], surface: Surface) -> NDArray[np.fl
     outside = np.flatnonzero(~surface.contains(points))
     _, nearest = surface.closest(points[outside])
     inward = nearest - points[outside]
-    distance = np.linalg.norm(inward, axis=1, keepdims=True)
+    distance = vector_lengths(inward)[:, None]
     inward = np.divide(inward, distance, out=np.zeros_like(inward), where=distance > 0)
     entry = nearest + ENTRY_OFFSET * surface.mesh.diameter_bound * inward
     thickness = surface.ray_distance(entry, inward)
@@ -144,10 +145,10 @@ def segments_outside(nodes: NDArray[np.float64], edges: NDArray[np.int64], surfa
     """
     used, rows_of_used = np.unique(edges, return_inverse=True)
     nodes, edges = nodes[used], rows_of_used.reshape(-1, 2)
-    P, Q = nodes[edges].transpose(1, 0, 2)
+    P, Q = nodes.take(edges.T, axis=0)
     is_inside = surface.contains(nodes)
     is_outside = ~(is_inside[edges[:, 0]] & is_inside[edges[:, 1]])
-    lengths, open_edges = np.linalg.norm(Q - P, axis=1), np.flatnonzero(~is_outside)
+    lengths, open_edges = vector_lengths(Q - P), np.flatnonzero(~is_outside)
     reach, measured = np.zeros(len(nodes)), np.arange(len(nodes))
     for distance in (surface.clearance, surface.distance)[surface.simplified is None :]:
         reach[measured] = distance(nodes[measured])

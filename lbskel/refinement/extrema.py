@@ -198,9 +198,8 @@ def _counts_of_disks(cells: SurfaceCells, limb_of_cell: NDArray[np.int64], n_lim
     limb = limb_of_cell[cells.cell_of_vertex]
     total: NDArray[np.int64] = np.zeros(n_limbs, dtype=np.int64)
     for sign, simplices in ((1, np.arange(len(limb))[:, None]), (-1, cells.surface.edges), (1, cells.surface.faces)):
-        limbs = limb[simplices]
-        is_within = (limbs[:, 0] >= 0) & (limbs == limbs[:, :1]).all(axis=1)
-        total += sign * np.bincount(limbs[is_within, 0], minlength=n_limbs)
+        own = _limb_of_all_corners(limb, simplices)
+        total += sign * np.bincount(own[own >= 0], minlength=n_limbs)
     is_disk: NDArray[np.bool_] = total == 1
     return is_disk
 
@@ -244,18 +243,26 @@ def _is_solid(mesh: Mesh, limb_of_vertex: NDArray[np.int64], n_limbs: int) -> ND
     its limbs count.
     """
     component, n_components = mesh.component_of_vertex, mesh.n_components
-    (i, j), limbs = np.concatenate([mesh.edges, mesh.edges[:, ::-1]]).T, limb_of_vertex[mesh.faces]
+    (i, j), own = np.concatenate([mesh.edges, mesh.edges[:, ::-1]]).T, _limb_of_all_corners(limb_of_vertex, mesh.faces)
     rim = i[(limb_of_vertex[i] >= 0) & (limb_of_vertex[j] != limb_of_vertex[i])]
     counts = np.maximum(np.bincount(limb_of_vertex[rim], minlength=n_limbs), 1)
     middles = [np.bincount(limb_of_vertex[rim], x, n_limbs) / counts for x in mesh.vertices[rim].T]
-    is_within = (limbs[:, 0] >= 0) & (limbs == limbs[:, :1]).all(axis=1)
-    limb, corners = limbs[is_within, 0], mesh.vertices[mesh.faces[is_within]]
+    is_within = own >= 0
+    limb, corners = own[is_within], mesh.vertices.take(mesh.faces[is_within], axis=0)
     volumes = _volumes(corners - np.stack(middles, axis=1)[limb][:, None], limb, n_limbs)
-    wholes = _volumes(mesh.vertices[mesh.faces], component[mesh.faces[:, 0]], n_components)
+    wholes = _volumes(mesh.vertices.take(mesh.faces, axis=0), component[mesh.faces[:, 0]], n_components)
     is_open = np.bincount(component[mesh.edges[mesh.faces_per_edge == 1, 0]], minlength=n_components) > 0
-    own = np.zeros(n_limbs, dtype=np.int64)
-    own[limb] = component[mesh.faces[is_within, 0]]
-    return np.asarray(is_open[own] | (volumes * wholes[own] >= 0))
+    part = np.zeros(n_limbs, dtype=np.int64)
+    part[limb] = component[mesh.faces[is_within, 0]]
+    return np.asarray(is_open[part] | (volumes * wholes[part] >= 0))
+
+
+def _limb_of_all_corners(limb_of_vertex: NDArray[np.int64], simplices: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(s,) the limb that all corners of each simplex belong to, -1 for none."""
+    limb = np.array(limb_of_vertex[simplices[:, 0]])
+    for corner in simplices.T[1:]:
+        limb[limb_of_vertex[corner] != limb] = -1
+    return limb
 
 
 def _volumes(corners: NDArray[np.float64], part: NDArray[np.int64], n_parts: int) -> NDArray[np.float64]:

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.cross_sections import cross_sections
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import N_SAMPLES, moved_inside
@@ -47,8 +48,9 @@ def prune_flat_ends(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: f
         An end branch is kept where its surface reaches farther than this many half widths from its junction, along
         the part or across it.
     """
+    seen: dict[bytes, bool] = {}
     while ends := skeleton.end_branches:
-        corners = np.flatnonzero(_is_corner(skeleton, surface, ends, min_branch_ratio)).tolist()
+        corners = np.flatnonzero(_is_corner(skeleton, surface, ends, min_branch_ratio, seen)).tolist()
         if not corners:
             break
         skeleton = contract_branches(skeleton, [ends[row] for row in corners])
@@ -56,9 +58,16 @@ def prune_flat_ends(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: f
 
 
 def _is_corner(
-    skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], min_branch_ratio: float
+    skeleton: Skeleton,
+    surface: Surface,
+    ends: list[NDArray[np.int64]],
+    min_branch_ratio: float,
+    seen: dict[bytes, bool],
 ) -> NDArray[np.bool_]:
-    """(e,) whether each end branch is in a corner: short for its fork's half width, and in sight of its neighbors."""
+    """(e,) whether each end branch is in a corner: short for its fork's half width, and in sight of its neighbors.
+
+    The lines of sight that were tested before are in ``seen``, and those tested now are added.
+    """
     skeleton = replace(skeleton, nodes=moved_inside(skeleton.nodes, surface))
     nodes, junctions = skeleton.nodes, np.array([end[0] for end in ends])
     farthest, reaches = farthest_vertices(skeleton, surface.mesh, ends)
@@ -74,10 +83,14 @@ def _is_corner(
         facing = [peaks[row_of_tip[tip]] if (tip := int(way[-1])) in row_of_tip else nodes[tip] for way in ways]
         sights += [(row, point) for point in facing]
         offsets = np.array([nodes[way[-1]] - nodes[end[0]] for way in ways])
-        cosines = offsets @ (peaks[row] - nodes[end[0]]) / np.maximum(np.linalg.norm(offsets, axis=1), 1e-300)
+        cosines = offsets @ (peaks[row] - nodes[end[0]]) / np.maximum(vector_lengths(offsets), 1e-300)
         opposite.append(nodes[ways[int(cosines.argmin())]])
-    owner, points = np.array([row for row, _ in sights]), np.array([point for _, point in sights])
-    is_hidden = ~_sees(peaks[owner], points, surface)
+    owner = np.array([row for row, _ in sights])
+    lines = np.concatenate([peaks[owner], np.array([point for _, point in sights])], axis=1)
+    keys = [line.tobytes() for line in lines]
+    new = [row for row, key in enumerate(keys) if key not in seen]
+    seen |= zip([keys[row] for row in new], _sees(lines[new, :3], lines[new, 3:], surface).tolist(), strict=True)
+    is_hidden = np.array([not seen[key] for key in keys])
     sees = np.bincount(owner, is_hidden, len(ends)) == 0
     if not sees.any():
         return np.zeros(len(ends), dtype=bool)
@@ -93,9 +106,9 @@ def _is_corner(
 
 def _extents(offsets: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray[np.float64]:
     """(e,) extent of each offset along its axis or across it, whichever is larger."""
-    axes = axes / np.maximum(np.linalg.norm(axes, axis=1, keepdims=True), 1e-300)
+    axes = axes / np.maximum(vector_lengths(axes)[:, None], 1e-300)
     along = np.einsum("ij,ij->i", offsets, axes)
-    across = np.linalg.norm(offsets - along[:, None] * axes, axis=1)
+    across = vector_lengths(offsets - along[:, None] * axes)
     return np.asarray(np.maximum(np.abs(along), across))
 
 
@@ -122,7 +135,7 @@ def first_part(nodes: NDArray[np.float64], way: NDArray[np.int64], reach: float)
     way : (m,) array of int
     reach : float
     """
-    beyond = np.flatnonzero(np.linalg.norm(nodes[way] - nodes[way[0]], axis=1) >= reach)
+    beyond = np.flatnonzero(vector_lengths(nodes[way] - nodes[way[0]]) >= reach)
     return way[: max(beyond[0], 1) + 1] if len(beyond) else way
 
 
@@ -130,7 +143,7 @@ def _half_widths(ways: list[NDArray[np.float64]], surface: Surface) -> NDArray[n
     """(w,) median half width of the cross-sections at the points of each path; 0 at a point outside its section."""
     points = np.concatenate(ways)
     tangents = np.concatenate([np.gradient(way, axis=0) for way in ways])
-    tangents /= np.maximum(np.linalg.norm(tangents, axis=1, keepdims=True), 1e-300)
+    tangents /= np.maximum(vector_lengths(tangents)[:, None], 1e-300)
     sections = cross_sections(surface.mesh, points, tangents, deadline=surface.deadline)
     mean = sections.lengths / 8
     widths = mean + np.sqrt(np.maximum(mean**2 - sections.areas / 4, 0))
@@ -143,7 +156,7 @@ def _sees(points: NDArray[np.float64], others: NDArray[np.float64], surface: Sur
     shares = ((np.arange(N_SAMPLES) + 0.5) / N_SAMPLES)[:, None, None]
     samples = ((1 - shares) * points + shares * others).reshape(-1, 3)
     is_outside = ~surface.contains(samples).reshape(N_SAMPLES, -1)
-    limits = MAX_GAP * np.linalg.norm(others - points, axis=1)
+    limits = MAX_GAP * vector_lengths(others - points)
     by_segment = samples.reshape(N_SAMPLES, -1, 3)
     sees = np.asarray(~is_outside.any(axis=0))
     # the outside sample nearest to the middle of each segment is tested first: it is usually too far out

@@ -15,6 +15,7 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import Surface
 
 # Growth of the ball's radius by length of the way, below which a point stays: it is 1 from one side to the middle, 0.5
@@ -23,7 +24,7 @@ MIN_SLOPE = 0.5
 FIRST_STEP = 0.25  # in radii of the first ball
 N_STEPS = 12  # each moves or halves the step, so that the last is at most a thousandth of a radius where none moves
 DIRECTIONS = np.array([d for d in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(d)])
-DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)
+DIRECTIONS /= vector_lengths(DIRECTIONS)[:, None]
 
 
 def climb_to_middle(
@@ -52,7 +53,7 @@ def climb_to_middle(
         ahead = P[:, None] + steps[:, None, None] * directions
         targets = radii + MIN_SLOPE * steps
         # a ball grows no larger than the distance of the point of the surface that was nearest before
-        around = np.linalg.norm(ahead - nearest[:, None], axis=2)
+        around = vector_lengths(ahead - nearest[:, None])
         may_grow = around >= targets[:, None]
         around[~may_grow] = 0.0
         touched = np.zeros_like(ahead)

@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.branch_lines import BranchLines, branch_lines, nearest_points
 from lbskel.refinement.centerlines import SectionCenters
@@ -85,7 +86,7 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
 
 def _standard_errors(lines: BranchLines, groups: NDArray[np.int64], places: NDArray[np.float64]) -> NDArray[np.float64]:
     """(g,) standard error of the lines of each group, where three coordinates are fitted to two distances per line."""
-    misses = np.linalg.norm(np.cross(places[groups] - lines.means, lines.directions), axis=1)
+    misses = vector_lengths(np.cross(places[groups] - lines.means, lines.directions))
     n_free = np.maximum(2 * np.bincount(groups, minlength=len(places)) - 3, 1)
     errors: NDArray[np.float64] = np.sqrt(np.bincount(groups, misses**2, len(places)) / n_free)
     return errors
@@ -95,7 +96,7 @@ def _towards(
     points: NDArray[np.float64], targets: NDArray[np.float64], limits: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """(k, 3) points moved to targets, each by at most a limit."""
-    distances = np.linalg.norm(targets - points, axis=1)
+    distances = vector_lengths(targets - points)
     shares = np.divide(limits, distances, out=np.ones(len(limits)), where=distances > limits)
     moved: NDArray[np.float64] = points + shares[:, None] * (targets - points)
     return moved
@@ -236,7 +237,7 @@ def _common_places(
     starts, ways = skeleton.nodes[ends[:, 0]], skeleton.nodes[ends[:, 1]] - skeleton.nodes[ends[:, 0]]
     lengths = np.maximum(np.einsum("ij,ij->i", ways, ways), TINY)
     shares = np.clip(np.einsum("ij,ij->i", places - starts, ways) / lengths, 0, 1)
-    asides = np.linalg.norm(places - starts - shares[:, None] * ways, axis=1)
+    asides = vector_lengths(places - starts - shares[:, None] * ways)
     return np.where(asides <= skeleton.radii[ends].max(axis=1), sines, np.inf), places
 
 
@@ -247,7 +248,7 @@ def _largest_sines(lines: BranchLines, groups: NDArray[np.int64], places: NDArra
     narrow fork. The sine is infinite for fewer than three lines, since two nearly meet in any case.
     """
     to_place = places[groups] - lines.means
-    misses, distances = (np.linalg.norm(each, axis=1) for each in (np.cross(to_place, lines.directions), to_place))
+    misses, distances = (vector_lengths(each) for each in (np.cross(to_place, lines.directions), to_place))
     sines = np.divide(misses, distances, out=np.zeros_like(misses), where=distances > 0)
     largest = np.where(np.bincount(groups, minlength=len(places)) >= 3, 0.0, np.inf)
     np.maximum.at(largest, groups, np.where(sines > MAX_SINE, np.inf, sines))

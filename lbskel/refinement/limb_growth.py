@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import vector_lengths
+from lbskel.geometry.sorting import distinct
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema, is_missed
 from lbskel.refinement.radii import inscribed_radii
@@ -43,7 +45,7 @@ def grow_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
         return skeleton
     bases = _nearest_nodes_beside(on_proxy, limbs, mesh)
     ways = mesh.vertices[limbs.ends] - skeleton.nodes[bases]
-    lengths = np.linalg.norm(ways, axis=1)
+    lengths = vector_lengths(ways)
     shares = np.maximum(1 - limbs.radii / lengths, 0.5)  # the center of a round cap, or half the way to a flat one
     tips = skeleton.nodes[bases] + shares[:, None] * ways
     base_of_vertex = np.append(bases, -1)[surface.from_proxy(limbs.limb_of_vertex)]  # the last is for those of no limb
@@ -56,7 +58,8 @@ def _nearest_nodes_beside(skeleton: Skeleton, limbs: Limbs, mesh: Mesh) -> NDArr
     i, j = mesh.edges.T
     limb = limbs.limb_of_vertex[np.concatenate([i, j, i, j])]
     node = skeleton.node_of_vertex[np.concatenate([i, j, j, i])]
-    limb, node = np.unique(np.stack([limb, node], axis=1)[limb >= 0], axis=0).T
-    distances = np.linalg.norm(skeleton.nodes[node] - mesh.vertices[limbs.ends[limb]], axis=1)
+    k = len(skeleton.nodes)
+    limb, node = np.divmod(distinct((limb * k + node)[limb >= 0]), k)
+    distances = vector_lengths(skeleton.nodes[node] - mesh.vertices[limbs.ends[limb]])
     order = np.lexsort((distances, limb))
     return np.asarray(node[order[np.unique(limb[order], return_index=True)[1]]])

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.dijkstra import OffsetPaths
 from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import VERTEX_OFFSET, Surface
 
 MIN_EDGE_LENGTH = 1e-12  # added to every edge in the mesh's units, so that edges without length count
@@ -46,7 +47,7 @@ def _nearest_moved(points: NDArray[np.float64], depths: NDArray[np.float64], sur
     nearest = []
     for point, found, depth in zip(points, candidates, depths.tolist(), strict=True):
         vertices = np.sort(found)
-        nearest.append(int(vertices[np.linalg.norm(moved_inwards(vertices, depth, surface) - point, axis=1).argmin()]))
+        nearest.append(int(vertices[vector_lengths(moved_inwards(vertices, depth, surface) - point).argmin()]))
     return nearest
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import TIP_REACH
 from lbskel.refinement.radii import mean_radii
@@ -49,7 +50,7 @@ def extend_to_open_ends(skeleton: Skeleton, surface: Surface, open_ends: NDArray
     starts: dict[int, NDArray[np.float64]] = {}
     to_tip = cKDTree(skeleton.nodes[tips]).query(open_ends[:, :3])[0]
     for end in open_ends[np.argsort(to_tip, kind="stable")]:  # of the ends that one tip could have, the nearest
-        distances = np.linalg.norm(skeleton.nodes[tips] - end[:3], axis=1)
+        distances = vector_lengths(skeleton.nodes[tips] - end[:3])
         tip = int(tips[distances.argmin()])
         width = widths[_before_cut(skeleton, ways[tip], end)[-1]]  # a tip in the sharp edge of an oblique cut is thin
         is_as_thick = end[3] / MAX_CUT_RATIO <= width <= end[3] * MAX_CUT_RATIO
@@ -76,7 +77,7 @@ def _before_cut(skeleton: Skeleton, way: NDArray[np.int64], cut: NDArray[np.floa
     The outer halves of a branch with two tips, each of which may be at a cut, have no node in common.
     """
     n_inner = (len(way) + (1 if skeleton.degrees[way[0]] > 1 else 2)) // 2
-    is_near = np.linalg.norm(skeleton.nodes[way[n_inner:]] - cut[:3], axis=1) < cut[3]
+    is_near = vector_lengths(skeleton.nodes[way[n_inner:]] - cut[:3]) < cut[3]
     return way[: n_inner + int(is_near.argmax())] if is_near.any() else way
 
 

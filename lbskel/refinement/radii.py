@@ -12,6 +12,7 @@ from scipy.sparse import coo_array
 
 from lbskel.geometry.components import components
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -69,7 +70,7 @@ def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     mesh : Mesh
         The mesh that ``node_of_vertex`` belongs to.
     """
-    distances = np.linalg.norm(mesh.vertices - skeleton.nodes[skeleton.node_of_vertex], axis=1)
+    distances = vector_lengths(mesh.vertices - skeleton.nodes.take(skeleton.node_of_vertex, axis=0))
     return replace(skeleton, radii=_means(skeleton, distances), radius_kind="mean")
 
 
@@ -90,8 +91,8 @@ def mean_axis_distances(skeleton: Skeleton, points: NDArray[np.float64]) -> NDAr
     """
     nodes, node = skeleton.nodes, skeleton.node_of_vertex
     directions = axis_directions(skeleton)
-    offsets = points - nodes[node]
-    along = np.einsum("ni,ni->n", offsets, directions[node])
+    offsets = points - nodes.take(node, axis=0)
+    along = np.einsum("ni,ni->n", offsets, directions.take(node, axis=0))
     along = np.where(skeleton.degrees[node] == 1, np.minimum(along, 0.0), along)
     squared = np.einsum("ni,ni->n", offsets, offsets) - along**2
     return _means(skeleton, np.sqrt(np.maximum(squared, 0.0)))
@@ -111,7 +112,7 @@ def axis_directions(skeleton: Skeleton) -> NDArray[np.float64]:
     ends = np.concatenate([skeleton.edges, skeleton.edges[:, ::-1]])
     tips, inner = ends[skeleton.degrees[ends[:, 0]] == 1].T
     directions[tips] = nodes[tips] - nodes[inner]
-    lengths = np.linalg.norm(directions, axis=1, keepdims=True)
+    lengths = vector_lengths(directions)[:, None]
     np.divide(directions, lengths, out=directions, where=lengths > 0)
     return directions
 

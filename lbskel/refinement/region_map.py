@@ -31,6 +31,7 @@ from scipy.spatial.distance import cdist
 from lbskel._kernels.connectivity import component_roots, descend_to_nearest_node
 from lbskel.geometry.graphs import edge_length_graph, shortest_paths, weighted_graph
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import is_among, stable_order
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.skeleton.skeleton import Skeleton
@@ -199,7 +200,7 @@ def _grown(
         if len(vertex) == 0:
             return node_of_vertex
         node = node_of_vertex[adjacent]
-        distances = np.linalg.norm(mesh.vertices[vertex] - nodes[node], axis=1)
+        distances = vector_lengths(mesh.vertices[vertex] - nodes[node])
         order = np.lexsort((node, distances, vertex))
         reached, first = np.unique(vertex[order], return_index=True)
         node_of_vertex[reached] = node[order][first]

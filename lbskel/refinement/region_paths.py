@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from lbskel.contraction.cycle_classes import are_around_tunnels
 from lbskel.geometry.graphs import shortest_paths, weighted_graph
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import segments_outside
@@ -71,7 +72,7 @@ def reroute_through_regions(skeleton: Skeleton, surface: Surface, regions: NDArr
 def _nearest_of_region(skeleton: Skeleton, node_of_vertex: NDArray[np.int64], surface: Surface) -> NDArray[np.int64]:
     """(k,) the vertex of each node's region that is nearest to the node; -1 for a node without vertices."""
     mapped = np.flatnonzero(node_of_vertex >= 0)
-    distances = np.linalg.norm(surface.mesh.vertices[mapped] - skeleton.nodes[node_of_vertex[mapped]], axis=1)
+    distances = vector_lengths(surface.mesh.vertices[mapped] - skeleton.nodes[node_of_vertex[mapped]])
     order = mapped[np.lexsort((distances, node_of_vertex[mapped]))]
     nearest = np.full(len(skeleton.nodes), -1)
     nearest[node_of_vertex[order[::-1]]] = order[::-1]

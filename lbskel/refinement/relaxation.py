@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel._kernels.traversal import sums_along_paths
-from lbskel.geometry.normals import normalized
+from lbskel.geometry.normals import normalized, vector_lengths
 from lbskel.geometry.surface_queries import Surface
 
 # Distances of the points of a path in radii of their balls, for STEPS_BETWEEN steps each: below 1, each point lies
@@ -78,7 +78,7 @@ def relax_inside(paths: list[NDArray[np.float64]], surface: Surface) -> list[NDA
 
 def _lies_on_surface(path: NDArray[np.float64], surface: Surface) -> bool:
     """Whether no point between the ends of a path has a ball inside the surface; if there is none, neither end."""
-    length = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+    length = float(vector_lengths(np.diff(path, axis=0)).sum())
     return float(surface.distance(path[1:-1] if len(path) > 2 else path).max()) <= ON_SURFACE * length
 
 
@@ -95,7 +95,7 @@ def _spaced(
     largest = np.maximum.reduceat(radii, begins)[path_of]
     radii = np.maximum(radii, np.where(largest > 0, MIN_RATIO * largest, np.finfo(float).tiny))
     radii[on_surface[path_of]] = 1.0
-    steps = np.linalg.norm(np.diff(P, axis=0, prepend=P[:1]), axis=1)
+    steps = vector_lengths(np.diff(P, axis=0, prepend=P[:1]))
     steps[1:] /= (radii[1:] + radii[:-1]) / 2
     lengths = sums_along_paths(steps, np.append(begins, len(P)))
     totals = lengths[lasts]

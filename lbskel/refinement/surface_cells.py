@@ -83,9 +83,9 @@ def surface_cells(mesh: Mesh, deadline: Deadline) -> SurfaceCells:
     cell, k = np.where(source >= 0, np.searchsorted(seeds, source), -1), len(seeds)
 
     def between_cells(pairs: NDArray[np.int64], lengths: NDArray[np.float64]) -> csr_array:
-        ends = cell[pairs]
+        ends, (i, j) = cell[pairs], pairs.T
         is_crossing = (ends[:, 0] != ends[:, 1]) & (ends[:, 0] >= 0)
-        return shortest_edges(ends[is_crossing], (lengths + to_seed[pairs].sum(axis=1))[is_crossing], k)
+        return shortest_edges(ends[is_crossing], (lengths + (to_seed[i] + to_seed[j]))[is_crossing], k)
 
     adjacency = between_cells(surface.edges, surface.lengths)
     pairs = np.concatenate([surface.edges, surface.diagonals])
@@ -98,6 +98,7 @@ def surface_cells(mesh: Mesh, deadline: Deadline) -> SurfaceCells:
 
 def _n_cells(mesh: Mesh, deadline: Deadline) -> int:
     """Compute the number of cells from the area in squared local radii."""
-    squared = local_radii(mesh, deadline=deadline)[mesh.faces].mean(axis=1) ** 2
+    a, b, c = local_radii(mesh, deadline=deadline)[mesh.faces].T
+    squared = ((a + b + c) / 3) ** 2
     in_radii = np.divide(mesh.face_areas, squared, out=np.zeros_like(squared), where=squared > 0).sum()
     return int(max(in_radii / CELL_AREA, N_CELLS))

@@ -6,6 +6,7 @@ __all__ = ["tips_at_surface"]
 
 import numpy as np
 
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.tips import extend_ends
 from lbskel.skeleton.skeleton import Skeleton
@@ -28,7 +29,7 @@ def tips_at_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
         return skeleton
     P = skeleton.nodes[tips]
     directions = P - skeleton.nodes[[int(skeleton.neighbors[tip][0]) for tip in tips]]
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    directions /= vector_lengths(directions)[:, None]
     ahead, (radii, nearest) = surface.ray_distance(P, directions), surface.closest(P)
     is_near = ahead < MAX_TIP_DISTANCE * radii
     ends = np.where(is_near[:, None], P + np.where(is_near, ahead, 0)[:, None] * directions, nearest)

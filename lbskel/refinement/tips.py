@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.cross_sections import Sections, cross_sections
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.editing import append_paths
 from lbskel.skeleton.skeleton import Skeleton
@@ -48,7 +49,7 @@ def extend_tips(skeleton: Skeleton, surface: Surface, tips: NDArray[np.int64] | 
     if not ends:
         return skeleton
     directions = np.array([skeleton.nodes[end[-1]] - skeleton.nodes[end[-4:][0]] for end in ends])
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    directions /= vector_lengths(directions)[:, None]
     last = np.array([b[-1] for b in ends])
     skeleton = _with_centered_ends(skeleton, surface, ends, directions)
     return extend_ends(skeleton, surface, last, trace_centerline(surface, skeleton.nodes[last], directions))
@@ -60,7 +61,7 @@ def _with_centered_ends(
     """Move the tips to the centroids of their cross-sections, where the sections surround the tips."""
     nodes, first, last = np.array(skeleton.nodes), [end[0] for end in ends], [end[-1] for end in ends]
     section = cross_sections(surface.mesh, nodes[last], directions, deadline=surface.deadline)
-    offset, length = (np.linalg.norm(nodes[last] - other, axis=1) for other in (section.centroids, nodes[first]))
+    offset, length = (vector_lengths(nodes[last] - other) for other in (section.centroids, nodes[first]))
     is_own = section.surrounds & (offset <= section.radii)
     is_own &= (offset <= length) & surface.contains(section.centroids)
     nodes[np.array(last)[is_own]] = section.centroids[is_own]
@@ -86,7 +87,7 @@ def trace_centerline(
         The points after each start; none where the start is at the last inscribed ball.
     """
     P = np.array(starts)
-    T = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    T = directions / vector_lengths(directions)[:, None]
     first = np.array(T)
     paths: list[list[NDArray[np.float64]]] = [[] for _ in P]
     section = cross_sections(surface.mesh, P, T, deadline=surface.deadline)
@@ -106,11 +107,11 @@ def trace_centerline(
         forward = P[active] + step[:, None] * T[active]
         reach = step + MAX_REACH * width[active]
         section = cross_sections(surface.mesh, forward, T[active], max_reaches=reach, deadline=surface.deadline)
-        is_own = section.surrounds & (np.linalg.norm(section.centroids - forward, axis=1) <= step)
+        is_own = section.surrounds & (vector_lengths(section.centroids - forward) <= step)
         is_own &= surface.contains(section.centroids)
         active, moved = active[is_own], section.centroids[is_own]
         width[active], radii[active] = section.radii[is_own], _hydraulic_radii(section)[is_own]
-        T[active] = (moved - P[active]) / np.linalg.norm(moved - P[active], axis=1, keepdims=True)
+        T[active] = (moved - P[active]) / vector_lengths(moved - P[active])[:, None]
         P[active] = moved
         for end, point in zip(active, moved, strict=True):
             paths[end].append(point)
@@ -153,7 +154,7 @@ def extend_ends(
         is_mapped = is_mapped[node_of_vertex[is_mapped] == end]  # another path may have begun at the same node
         chain = np.concatenate([[end], first + np.arange(len(new))])
         candidates = np.concatenate([skeleton.nodes[[end]], new])
-        distances = np.linalg.norm(surface.mesh.vertices[is_mapped][:, None, :] - candidates, axis=2)
+        distances = vector_lengths(surface.mesh.vertices[is_mapped][:, None, :] - candidates)
         node_of_vertex[is_mapped] = chain[np.argmin(distances, axis=1)]
         first += len(new)
     extended = append_paths(skeleton, ends.tolist(), positions, radii)

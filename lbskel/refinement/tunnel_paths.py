@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.contraction.cycle_classes import tunnel_cochain
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.offset_paths import moved_inwards
 
@@ -48,7 +49,7 @@ def paths_on_side_of(paths: list[NDArray[np.float64]], surface: Surface) -> list
     found = []
     for path, depth in surface.deadline.until(zip(paths[:MAX_PATHS], depths, strict=True)):
         V = moved_inwards(np.arange(len(mesh.vertices)), depth, surface)
-        first, last = (int(np.linalg.norm(V - end, axis=1).argmin()) for end in (path[0], path[-1]))
+        first, last = (int(vector_lengths(V - end).argmin()) for end in (path[0], path[-1]))
         own = np.stack([path[:-1], path[1:]], axis=1)
         joins = np.stack([[path[0], V[first]], [V[last], path[-1]]])
         values = tunnel_cochain(np.concatenate([V[both], own, joins]), surface)
@@ -56,9 +57,9 @@ def paths_on_side_of(paths: list[NDArray[np.float64]], surface: Surface) -> list
             return paths
         n_edges, n_own = len(both), len(own)
         target = int(values[n_edges : n_edges + n_own].sum()) - int(values[n_edges + n_own :].sum())
-        lengths = np.linalg.norm(V[both[:, 0]] - V[both[:, 1]], axis=1)
+        lengths = vector_lengths(V[both[:, 0]] - V[both[:, 1]])
         graph = (begins, both[:, 1].tolist(), lengths.tolist(), values[:n_edges].tolist())
-        vertices = _search(graph, np.linalg.norm(V - V[last], axis=1).tolist(), first, last, target % WRAP)
+        vertices = _search(graph, vector_lengths(V - V[last]).tolist(), first, last, target % WRAP)
         found.append(np.concatenate([path[:1], V[vertices], path[-1:]]) if vertices else path)
     return [*found, *paths[MAX_PATHS:]]
 

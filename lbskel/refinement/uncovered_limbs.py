@@ -33,6 +33,7 @@ from scipy.spatial import cKDTree
 
 from lbskel._kernels.connectivity import component_roots
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.sorting import stable_order
 from lbskel.refinement.extrema import GeodesicExtrema
@@ -110,7 +111,7 @@ def ball_distances(skeleton: Skeleton, mesh: Mesh) -> BallDistances:
     counts = np.maximum(np.bincount(node_of_vertex, minlength=k), 1)
     local = np.bincount(node_of_vertex, local_radii(mesh), k) / counts
     radii, own, used = np.maximum(inscribed, local[node_of_vertex]), skeleton.node_of_vertex, mesh.used_vertices
-    own_distances = np.linalg.norm(mesh.vertices - skeleton.nodes[own], axis=1)
+    own_distances = vector_lengths(mesh.vertices - skeleton.nodes.take(own, axis=0))
     own_radii = np.maximum(skeleton.radii, local)[own]
     ratios = np.zeros(len(mesh.vertices))
     smaller = [each[used] / np.maximum(of[used], TINY) for each, of in ((distances, radii), (own_distances, own_radii))]
@@ -148,51 +149,74 @@ def find_limbs(balls: BallDistances, missed: GeodesicExtrema) -> Limbs:
 
 def _bulging_patches(mesh: Mesh, heights: NDArray[np.float64], levels: NDArray[np.float64]) -> Iterator[_Patches]:
     """Find the disks above each of the levels that bulge as much as limbs; heights are linear in each face."""
-    by_top = []
-    for cells in (mesh.faces, mesh.edges):
-        tops = heights[cells].max(axis=1)
-        order = np.argsort(-tops, kind="stable")
-        by_top.append((order, -tops[order]))
+    (a, b, c), (i, j) = (heights[cells].T for cells in (mesh.faces, mesh.edges))
+    tops_of_faces, tops_of_edges = np.maximum(np.maximum(a, b), c), np.maximum(i, j)
+    by_face, by_edge = (np.argsort(-tops, kind="stable") for tops in (tops_of_faces, tops_of_edges))
+    corners, edges = np.ascontiguousarray(mesh.faces[by_face].T), mesh.edges[by_edge]
+    areas, is_boundary = mesh.face_areas[by_face], mesh.faces_per_edge[by_edge] == 1
+    depths_of_faces, depths_of_edges = -tops_of_faces[by_face], -tops_of_edges[by_edge]
+    bottoms = np.minimum(i, j)[by_edge]
     for level in levels.tolist():
-        face, edge = (order[: np.searchsorted(depths, -level)] for order, depths in by_top)
-        yield _patches_above(mesh, heights, level, face, edge)
+        k, m = np.searchsorted(depths_of_faces, -level), np.searchsorted(depths_of_edges, -level)
+        inner, boundary = edges[:m].compress(bottoms[:m] > level, axis=0), edges[:m].compress(is_boundary[:m], axis=0)
+        yield _patches_above(mesh.vertices, heights, level, corners[:, :k], areas[:k], inner, boundary)
 
 
 def _patches_above(
-    mesh: Mesh, heights: NDArray[np.float64], level: float, face: NDArray[np.int64], edge: NDArray[np.int64]
+    V: NDArray[np.float64],
+    heights: NDArray[np.float64],
+    level: float,
+    corners: NDArray[np.int64],
+    areas: NDArray[np.float64],
+    inner: NDArray[np.int64],
+    boundary: NDArray[np.int64],
 ) -> _Patches:
-    """Find the disks above a level that bulge as much as limbs, from the faces and edges with a vertex above it."""
+    """Find the disks above a level that bulge as much as limbs.
+
+    Parameters
+    ----------
+    V : (n, 3) array of float
+    heights : (n,) array of float
+    level : float
+    corners : (3, k) array of int
+        Of the faces with a vertex above the level.
+    areas : (k,) array of float
+    inner : (e, 2) array of int
+        The edges between two vertices above the level.
+    boundary : (b, 2) array of int
+        The edges of one face with a vertex above the level.
+    """
     n, is_above = len(heights), heights > level
-    edges, faces = mesh.edges[edge], mesh.faces[face]
-    inner = edges[is_above[edges].all(axis=1)]
-    roots = component_roots(inner, np.zeros(n, dtype=np.int64))
-    n_above = is_above[faces].sum(axis=1)
-    is_cut, is_single = n_above < 3, n_above == 1
-    odd = (is_above[faces] == is_single[:, None]).argmax(axis=1)  # the corner that is alone on its side of the level
-    a, b, c = (faces[np.arange(len(faces)), (odd + k) % 3] for k in range(3))
-    patch, cut = roots[np.where(is_single, a, b)], np.stack([a, b, c])[:, is_cut]
-    to_b, to_c = ((heights[cut[0]] - level) / (heights[cut[0]] - heights[other]) for other in cut[1:])
-    areas = np.array(mesh.face_areas[face])
-    areas[is_cut] *= np.where(is_single[is_cut], to_b * to_c, 1 - to_b * to_c)
-    V, (i, j) = mesh.vertices, edges[mesh.faces_per_edge[edge] == 1].T
+    roots, vertices = component_roots(inner, np.zeros(n, dtype=np.int64)), np.flatnonzero(is_above)
+    x, y, z = is_above[corners]
+    patch, is_whole = roots[np.where(x, corners[0], np.where(y, corners[1], corners[2]))], x & y & z
+    root = roots[vertices]
+    n_vertices, n_edges, n_faces = (
+        np.bincount(each, minlength=n) for each in (root, roots[inner[:, 0]], patch[is_whole])
+    )
+    is_disk = n_vertices - n_edges + n_faces == 1
+    of_disk = np.flatnonzero(is_disk[patch])  # the rest of the body is no disk
+    patch, areas = patch[of_disk], areas[of_disk]
+    is_cut = np.flatnonzero(~is_whole[of_disk])
+    cut = corners.take(of_disk[is_cut], axis=1)
+    x, y, z = is_above[cut]
+    is_single = ~((x & y) | (y & z) | (z & x))
+    odd = np.where(x == is_single, 0, np.where(y == is_single, 1, 2))  # the corner alone on its side of the level
+    a, b, c = (cut[(odd + side) % 3, np.arange(len(odd))] for side in range(3))
+    to_b, to_c = ((heights[a] - level) / (heights[a] - heights[other]) for other in (b, c))
+    areas[is_cut] *= np.where(is_single, to_b * to_c, 1 - to_b * to_c)
+    i, j = boundary.T
     i, j = np.where(is_above[i], [i, j], [j, i])  # boundary edges, from a vertex above the level
     to_j = np.where(is_above[j], 1.0, (heights[i] - level) / np.where(is_above[j], 1.0, heights[i] - heights[j]))
-    starts, stops = (
-        np.concatenate([V[p] + share[:, None] * (V[q] - V[p]), along])
-        for p, q, share, along in (
-            (cut[0], cut[1], to_b, V[i]),
-            (cut[0], cut[2], to_c, V[i] + to_j[:, None] * (V[j] - V[i])),
-        )
-    )
+    A, B, C, P, Q = (V.take(each, axis=0) for each in (a, b, c, i, j))
+    starts = np.concatenate([A + to_b[:, None] * (B - A), P])
+    stops = np.concatenate([A + to_c[:, None] * (C - A), P + to_j[:, None] * (Q - P)])
     rims, widths = _rims(starts, stops, np.concatenate([patch[is_cut], roots[i]]), n)
-    area_of_patch, vertices = np.bincount(patch, areas, n), np.flatnonzero(is_above)
-    n_vertices, n_edges, n_faces = (
-        np.bincount(each, minlength=n) for each in (roots[vertices], roots[inner[:, 0]], patch[~is_cut])
-    )
-    is_limb = (n_vertices - n_edges + n_faces == 1) & (rims > 0) & (area_of_patch > MIN_BULGE * rims * widths)
-    vertices, chosen = vertices[is_limb[roots[vertices]]], np.flatnonzero(is_limb)
-    order = stable_order(roots[vertices])
-    parts = np.split(vertices[order], np.cumsum(n_vertices[chosen])[:-1]) if len(chosen) else []
+    area_of_patch = np.bincount(patch, areas, n)
+    is_limb = is_disk & (rims > 0) & (area_of_patch > MIN_BULGE * rims * widths)
+    is_chosen, chosen = is_limb[root], np.flatnonzero(is_limb)
+    vertices, root = vertices[is_chosen], root[is_chosen]
+    parts = np.split(vertices[stable_order(root)], np.cumsum(n_vertices[chosen])[:-1]) if len(chosen) else []
     return _Patches(parts, rims[chosen])
 
 
@@ -200,11 +224,11 @@ def _rims(
     starts: NDArray[np.float64], stops: NDArray[np.float64], patch: NDArray[np.int64], n: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Measure the rim of each of n patches: the length of its segments, and the largest distance from their mean."""
-    lengths = np.linalg.norm(stops - starts, axis=1)
+    lengths = vector_lengths(stops - starts)
     rims = np.bincount(patch, lengths, n).astype(np.float64)
     moments = np.stack([np.bincount(patch, x * lengths, n) for x in (starts + stops).T / 2], axis=1)
     means = moments / np.maximum(rims, TINY)[:, None]
     widths = np.zeros(n)
     for points in (starts, stops):
-        np.maximum.at(widths, patch, np.linalg.norm(points - means[patch], axis=1))
+        np.maximum.at(widths, patch, vector_lengths(points - means.take(patch, axis=0)))
     return rims, widths

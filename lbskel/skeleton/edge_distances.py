@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.geometry.bvh import build_aabb_tree
+from lbskel.geometry.normals import row_dots
 from lbskel.skeleton.skeleton import Skeleton
 
 
@@ -37,7 +38,8 @@ def nearest_on_edges(
     faces = np.stack([i, j, j], axis=1)  # an edge is a triangle without area
     distances, nearest, edge = build_aabb_tree(skeleton.nodes, faces).nearest_faces(points)
     i, j = i[edge], j[edge]
-    along = skeleton.nodes[j] - skeleton.nodes[i]
-    lengths = np.maximum((along**2).sum(axis=1), np.finfo(np.float64).tiny)
-    share = np.clip(((nearest - skeleton.nodes[i]) * along).sum(axis=1) / lengths, 0.0, 1.0)
+    starts = skeleton.nodes.take(i, axis=0)
+    along = skeleton.nodes.take(j, axis=0) - starts
+    lengths = np.maximum(row_dots(along, along), np.finfo(np.float64).tiny)
+    share = np.clip(row_dots(nearest - starts, along) / lengths, 0.0, 1.0)
     return distances, nearest, (1 - share) * skeleton.radii[i] + share * skeleton.radii[j]

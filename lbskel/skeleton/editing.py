@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.traversal import sums_along_paths
 from lbskel.errors import MeshError
+from lbskel.geometry.normals import vector_lengths
 from lbskel.skeleton.skeleton import Skeleton
 
 
@@ -182,7 +183,7 @@ def _at_same_share(
 
 def _places(points: NDArray[np.float64], begins: NDArray[np.int64]) -> NDArray[np.float64]:
     """(n,) place of each point of paths: the share of its path's length before it, plus twice the path's number."""
-    steps = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)
+    steps = vector_lengths(np.diff(points, axis=0, prepend=points[:1]))
     arc_lengths, sizes = sums_along_paths(steps, begins), np.diff(begins)
     lengths = np.repeat(arc_lengths[begins[1:] - 1], sizes)
     shares = np.divide(arc_lengths, lengths, out=np.zeros(len(points)), where=lengths > 0)

@@ -19,6 +19,7 @@ from scipy.spatial import Delaunay, cKDTree
 
 from lbskel.errors import UnknownChoice
 from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.normals import vector_lengths
 from lbskel.skeleton.skeleton import Skeleton
 
 # Upper bounds on an edge that joins pieces of one shape: its length, in sums of the radii of its ends, and its angle to
@@ -79,7 +80,7 @@ def join_components(
     if n <= 1:
         return skeleton
     i, j = _candidate_pairs(skeleton.nodes, component).T
-    lengths = np.linalg.norm(skeleton.nodes[i] - skeleton.nodes[j], axis=1)
+    lengths = vector_lengths(skeleton.nodes[i] - skeleton.nodes[j])
     is_allowed = component[i] != component[j]
     if is_joinable is not None:
         may_join = np.asarray(is_joinable, dtype=bool)
@@ -112,7 +113,7 @@ def _continues_branch(
                 direction[ordered[-1]] = skeleton.nodes[ordered[-1]] - skeleton.nodes[ordered[-N_NODES:][0]]
     across = skeleton.nodes[end] - skeleton.nodes[start]
     cosine = np.einsum("pi,pi->p", across, direction[start])
-    lengths = np.linalg.norm(across, axis=1) * np.linalg.norm(direction[start], axis=1)
+    lengths = vector_lengths(across) * vector_lengths(direction[start])
     continues: NDArray[np.bool_] = (cosine >= np.cos(np.radians(max_angle)) * lengths) & (lengths > 0)
     return continues
 

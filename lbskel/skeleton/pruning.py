@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.mesh import Mesh, as_mesh
+from lbskel.geometry.normals import vector_lengths
 from lbskel.skeleton.editing import contract_branches, contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -52,7 +53,7 @@ def farthest_vertices(
     on_branch = np.flatnonzero(branch_of_vertex >= 0)
     first = np.array([branch[0] for branch in branches], dtype=np.int64)
     offsets = mesh.vertices[on_branch] - skeleton.nodes[first[branch_of_vertex[on_branch]]]
-    distances = np.linalg.norm(offsets, axis=1)
+    distances = vector_lengths(offsets)
     ascending = on_branch[np.argsort(distances, kind="stable")]
     vertices, reaches = np.zeros(len(branches), dtype=np.int64), np.zeros(len(branches))
     vertices[branch_of_vertex[ascending]] = ascending  # the last assignment counts
@@ -177,7 +178,7 @@ def inner_branch_lengths(skeleton: Skeleton) -> tuple[NDArray[np.float64], NDArr
     """
     nodes, begins = skeleton.flat_branches
     ends = np.stack([nodes[begins[:-1]], nodes[begins[1:] - 1]], axis=1)
-    steps = np.linalg.norm(np.diff(skeleton.nodes[nodes], axis=0, append=skeleton.nodes[nodes[-1:]]), axis=1)
+    steps = vector_lengths(np.diff(skeleton.nodes[nodes], axis=0, append=skeleton.nodes[nodes[-1:]]))
     steps[begins[1:] - 1] = 0.0
     is_inner = (ends[:, 0] != ends[:, 1]) & (skeleton.degrees[ends] >= 3).all(axis=1)
     lengths = np.add.reduceat(steps, begins[:-1]) if len(ends) else np.empty(0)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.traversal import sums_along_paths
 from lbskel.errors import UnknownChoice
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import group_medians
 from lbskel.skeleton.editing import replace_paths
 from lbskel.skeleton.skeleton import Skeleton
@@ -142,7 +143,7 @@ def _paths(skeleton: Skeleton) -> _Paths:
     again = np.flatnonzero(is_split) + np.arange(1, 1 + np.count_nonzero(is_split))
     begins = np.sort(np.concatenate([begins + np.searchsorted(np.flatnonzero(is_split), begins), again]))
     nodes = nodes[rows]
-    steps = np.linalg.norm(np.diff(skeleton.nodes[nodes], axis=0, prepend=skeleton.nodes[nodes[:1]]), axis=1)
+    steps = vector_lengths(np.diff(skeleton.nodes[nodes], axis=0, prepend=skeleton.nodes[nodes[:1]]))
     arc_lengths, last = sums_along_paths(steps, begins), begins[1:] - 1
     ends = np.sort(np.stack([nodes[begins[:-1]], nodes[last]], axis=1), axis=1)
     is_first = np.zeros(len(ends), dtype=bool)
@@ -229,7 +230,7 @@ def _divided(
 
 def _on_chords(values: NDArray[np.float64], length: float) -> NDArray[np.float64]:
     """Values at the inner nodes of a path and at points between them, where they are farther apart than a length."""
-    steps = np.linalg.norm(np.diff(values[:, :3], axis=0), axis=1)
+    steps = vector_lengths(np.diff(values[:, :3], axis=0))
     n_pieces = np.maximum(np.rint(steps / length), 1).astype(np.int64) if length > 0 else np.ones(len(steps), np.int64)
     at = np.repeat(np.arange(len(steps)), n_pieces)
     share = ((np.arange(len(at)) - np.repeat(np.cumsum(n_pieces) - n_pieces, n_pieces)) / n_pieces[at])[:, None]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.normals import vector_lengths
 from lbskel.skeleton.editing import reroot
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -71,7 +72,7 @@ def find_soma(skeleton: Skeleton) -> int | None:
     if not radii.max(initial=0.0) > 0:
         return None
     center, k = int(np.argmax(radii)), len(radii)
-    is_near = np.linalg.norm(skeleton.nodes - skeleton.nodes[center], axis=1) / EXIT_DISTANCE <= radii[center]
+    is_near = vector_lengths(skeleton.nodes - skeleton.nodes[center]) / EXIT_DISTANCE <= radii[center]
     near_edges = skeleton.edges[is_near[skeleton.edges].all(axis=1)]
     graph = weighted_graph(near_edges, np.ones(len(near_edges), dtype=np.int8), k)
     label = connected_components(graph, directed=False)[1]

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import UnknownChoice
+from lbskel.geometry.normals import vector_lengths
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -96,7 +97,7 @@ def _lengths_in_radii(skeleton: Skeleton, branches: tuple[NDArray[np.int64], ...
     middles = ascending[[ends - 1 - n_known // 2, ends - 1 - np.maximum(n_known - 1, 0) // 2]]
     medians = np.where(n_known > 0, middles.mean(axis=0), 0.0)
     radii = np.maximum(known, MIN_RADIUS * medians[branch_of])
-    lengths = np.linalg.norm(np.diff(skeleton.nodes[nodes], axis=0), axis=1)
+    lengths = vector_lengths(np.diff(skeleton.nodes[nodes], axis=0))
     between = (radii[1:] + radii[:-1]) / 2
     in_radii = np.divide(lengths, between, out=np.full_like(lengths, np.inf), where=between > 0)
     is_within = branch_of[1:] == branch_of[:-1]
@@ -137,7 +138,7 @@ def _without_branches(skeleton: Skeleton, branches: list[NDArray[np.int64]]) -> 
     for branch in branches:
         path = branch[-2:] if branch[0] == branch[-1] else branch
         removed.append(np.sort(np.stack([path[:-1], path[1:]], axis=1), axis=1))
-        s = np.cumsum(np.linalg.norm(np.diff(skeleton.nodes[path], axis=0), axis=1))
+        s = np.cumsum(vector_lengths(np.diff(skeleton.nodes[path], axis=0)))
         half = 1 + int(np.searchsorted(s[:-1], s[-1] / 2))
         target[path[1:half]], target[path[half:-1]] = path[0], path[-1]
     is_kept = ~np.isin(skeleton.edges @ [k, 1], np.concatenate(removed) @ [k, 1])

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.errors import UnknownChoice
+from lbskel.geometry.normals import vector_lengths
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -62,7 +63,7 @@ def simplify_branches(skeleton: Skeleton, *, tolerance: float = 0.5) -> Skeleton
         tolerances = tolerance * np.where(np.isin(branch, skeleton.anchors), np.nan, skeleton.radii[branch])
         kept = _fewest_segments(skeleton.nodes[branch], tolerances, min_segments)
         edges.append(np.stack([branch[kept[:-1]], branch[kept[1:]]], axis=1))
-        lengths = np.linalg.norm(np.diff(skeleton.nodes[branch], axis=0), axis=1)
+        lengths = vector_lengths(np.diff(skeleton.nodes[branch], axis=0))
         arc_length = np.append(0.0, np.cumsum(lengths))
         middles = (arc_length[kept[:-1]] + arc_length[kept[1:]]) / 2
         nearest = kept[np.searchsorted(middles, arc_length)]

@@ -19,6 +19,7 @@ from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.traversal import walk_branches
 from lbskel.errors import MeshError, counted
 from lbskel.geometry.arrays import read_only
+from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import distinct, group_medians, stable_order
 from lbskel.skeleton.exchange import SkeletonExchange
 
@@ -159,7 +160,7 @@ class Skeleton(SkeletonExchange):
     def edge_lengths(self) -> NDArray[np.float64]:
         """(e,) length of each edge."""
         start, end = self.nodes[self.edges].transpose(1, 0, 2)
-        return read_only(np.linalg.norm(end - start, axis=1))
+        return read_only(vector_lengths(end - start))
 
     @property
     def length(self) -> float:

@@ -1,11 +1,13 @@
 """Winding numbers of closed, open and unconnected triangles, against the sum of their solid angles by libigl."""
 
+from unittest.mock import patch
+
 import igl
 import numpy as np
 import pytest
 
 from lbskel import Mesh
-from lbskel.geometry.winding import winding_numbers_of
+from lbskel.geometry.winding import WindingNumbers, winding_numbers_of
 from lbskel.shapes import sphere, torus, voxel_surface
 
 BALL = sphere(3)
@@ -36,6 +38,21 @@ SURFACES = {
 @pytest.mark.parametrize("name", SURFACES)
 def test_winding_numbers_are_the_sums_of_solid_angles(name):
     assert winding_numbers_of(SURFACES[name]).around(POINTS) == pytest.approx(exact(SURFACES[name]), abs=0.02)
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_a_point_is_inside_where_its_winding_number_is_above_a_half(name):
+    """Far from the fans that of the closed surface decides, and near them the angle of each."""
+    trees, fine = winding_numbers_of(SURFACES[name]), np.random.default_rng(6).uniform(-1.3, 1.3, (3000, 3))
+    assert (trees.contain(fine) == (np.abs(trees.around(fine)) > 0.5)).all()
+
+
+def test_far_from_the_fans_their_numbers_are_not_needed():
+    trees = winding_numbers_of(cut(BALL, below=0.8))
+    far = POINTS[(POINTS[:, 2] < -0.5)]
+    with patch.object(WindingNumbers, "around", lambda trees, points, deadline: np.zeros(len(points))):
+        assert (trees.contain(far) == (np.linalg.norm(far, axis=1) < 0.99)).mean() > 0.99
+        assert trees.contain(far).any()
 
 
 def test_closed_surfaces_have_integers_and_no_tree_of_libigl():
