@@ -1,4 +1,4 @@
-"""A neuron from a mesh in nanometers to SWC in micrometers, with its soma as the root."""
+"""A neuron from a mesh in nanometers to SWC in micrometers; it has no soma, so that its thickest tip is the root."""
 
 from pathlib import Path
 
