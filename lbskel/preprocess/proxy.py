@@ -1,6 +1,6 @@
 """The proxy of a surface: a simplified copy that is contracted in its place.
 
-It has MAX_FACES faces, but more where the shape is long and thin: their number follows from its area and mean radius.
+It has MAX_FACES faces, but more where the shape has many thin parts: their number follows from its local radii.
 """
 
 from __future__ import annotations
@@ -19,11 +19,13 @@ from lbskel.preprocess.simplification import simplify
 
 DEVIATION_MARGIN = 2.0  # safety factor on the proxy's measured deviation before it is trusted for inside tests; a guess
 
-MAX_FACES = 16_000  # faces contracted without a proxy, and of the proxy of a shape that is not long and thin;
+MAX_FACES = 16_000  # faces contracted without a proxy, and of the proxy of a shape with few thin parts;
 # benchmarks/results/resolution.md
-SLENDER_FACES = 8.0  # times area / radius^2: the number of faces with edges of half the mean radius
-MAX_SLENDER_FACES = 128_000  # upper bound on the faces of long, thin shapes; a guess that bounds the time
-# Faces of a long, thin shape for each face of its proxy, above which that bound is raised: upper bound on how coarse a
+# Faces of an area of one squared local radius: their edges are half the radius long. "Faces for each squared local
+# radius" in benchmarks/results/resolution.md
+FACES_PER_RADIUS = 8.0
+MAX_SLENDER_FACES = 128_000  # upper bound on the faces of shapes with many thin parts; a guess that bounds the time
+# Faces of such a shape for each face of its proxy, above which that bound is raised: upper bound on how coarse a
 # proxy is. A coarser one loses tips, and costs more than it saves, since its skeleton leaves the solid;
 # benchmarks/results/scaling.md, "Proxies of thin inputs"
 MAX_REDUCTION = 2
@@ -32,8 +34,7 @@ MAX_REDUCTION = 2
 def face_budget(mesh: Mesh, *, deadline: Deadline = NEVER) -> int:
     """Compute the largest number of faces with which a mesh is contracted.
 
-    It is MAX_FACES, or, for shapes that are long and thin all over, the number with which edges have half the mean
-    radius: twice the volume over the area, or the median local radius of a surface that is not closed.
+    It is MAX_FACES, or the number with which edges have half the local radius, if that is larger.
 
     Parameters
     ----------
@@ -43,14 +44,10 @@ def face_budget(mesh: Mesh, *, deadline: Deadline = NEVER) -> int:
     """
     if len(mesh.faces) <= MAX_FACES:
         return MAX_FACES
-    if mesh.is_closed:
-        radius = 2 * abs(mesh.volume) / mesh.area if mesh.area > 0 else 0.0
-    else:
-        radius = float(np.median(local_radii(mesh, deadline=deadline)[mesh.faces].mean(axis=1)))
-    if not radius > 0:
-        return MAX_FACES
-    upper = max(MAX_SLENDER_FACES, len(mesh.faces) // MAX_REDUCTION)
-    return int(np.clip(SLENDER_FACES * mesh.area / radius**2, MAX_FACES, upper))
+    has_area = mesh.face_areas > 0
+    radii = local_radii(mesh, deadline=deadline)[mesh.faces[has_area]].mean(axis=1)
+    needed = FACES_PER_RADIUS * float((mesh.face_areas[has_area] / radii**2).sum())
+    return int(np.clip(needed, MAX_FACES, max(MAX_SLENDER_FACES, len(mesh.faces) // MAX_REDUCTION)))
 
 
 def simplify_to_proxy(mesh: Mesh, *, deadline: Deadline = NEVER) -> PreprocessResult:

@@ -8,16 +8,26 @@ from lbskel.geometry.deadline import Deadline, OutOfTime
 from lbskel.geometry.surface_queries import Surface
 from lbskel.preprocess import proxy
 from lbskel.preprocess.proxy import face_budget, simplify_to_proxy, surface_with_proxy
-from lbskel.shapes import capsule, torus
+from lbskel.shapes import capsule, sphere, torus
 
 
 @pytest.mark.parametrize(("radius", "n_faces"), [(0.01, 31_600), (0.001, 128_000)])
 def test_long_thin_shapes_keep_more_faces(radius, n_faces):
-    """On a torus 2 volume / area is its radius, and area / radius^2 is 4 pi^2 / radius; flat faces take 1 % off."""
+    """On a torus area / radius^2 is 4 pi^2 / radius; flat faces take 1 % off."""
     mesh = torus(1.0, radius, 440, 20)
     assert face_budget(mesh) == pytest.approx(n_faces, rel=0.03)
-    opened = Mesh(mesh.vertices, mesh.faces[1:])  # has no volume; its radius is the median of the local ones
+    opened = Mesh(mesh.vertices, mesh.faces[1:])  # has no volume
     assert face_budget(opened) == pytest.approx(n_faces, rel=0.03)
+
+
+def test_the_thin_parts_of_a_thick_shape_count_by_their_own_radius():
+    """A ball has 32 pi faces, and a ring around it 96 pi^2 over its radius; the mean radius is the ball's."""
+    ball, ring = sphere(5), torus(3.0, 0.01, 1200, 20)
+    both = Mesh(
+        np.concatenate([ball.vertices, ring.vertices]), np.concatenate([ball.faces, ring.faces + len(ball.vertices)])
+    )
+    assert 2 * both.volume / both.area > 0.5
+    assert face_budget(both) == pytest.approx(32 * np.pi + 96 * np.pi**2 / 0.01, rel=0.03)
 
 
 def test_a_mesh_of_at_most_16_000_faces_is_contracted_whole():
@@ -25,8 +35,7 @@ def test_a_mesh_of_at_most_16_000_faces_is_contracted_whole():
     assert face_budget(torus(1.0, 0.01, 80, 20)) == 16_000
 
 
-def test_the_radii_of_a_shape_that_is_not_long_and_thin_are_not_measured(monkeypatch):
-    monkeypatch.setattr(proxy, "local_radii", None)
+def test_a_shape_with_few_thin_parts_has_a_proxy_of_16_000_faces():
     assert face_budget(torus(1.0, 0.3, 300, 60)) == 16_000
 
 
