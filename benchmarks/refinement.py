@@ -131,7 +131,6 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("deviations of", "mirror_symmetry.TYPICAL_DEVIATION", (0.05, 0.2)),
         ("bulge of", "uncovered_limbs.MIN_BULGE", (0.55, 0.7, 0.85)),
         ("shortest step of", "tips.MIN_STEP", (0.02, 0.125)),
-        ("reach of sections of", "tips.MAX_REACH", (2.0, 5.0)),
         ("reach of a tip", "extrema.TIP_REACH", (2.0, 2.5, 4.0)),
         ("on the plane below", "mirror_symmetry.ON_PLANE", (0.25, 1.0)),
         ("power of", "relaxation.POWER", (1.0, 3.0)),

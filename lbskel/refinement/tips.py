@@ -25,10 +25,6 @@ from lbskel.skeleton.skeleton import Skeleton
 # benchmarks/results/refinement.md: alike from 0.02 to 0.125; by hand, with 0.125 more ends are crooked
 MIN_STEP = 0.05
 MAX_STEPS = 60  # per end, which bounds the time
-# Upper bound on the reach of a section from the point where it is cut, beyond the step there, in mean distances of the
-# section before from its centroid: the ends of a slit have 2. It bounds the time. Rows "reach of sections of" in
-# benchmarks/results/refinement.md: alike from 2 to 5
-MAX_REACH = 3.0
 TINY = float(np.finfo(np.float64).tiny)
 
 
@@ -91,7 +87,7 @@ def trace_centerline(
     first = np.array(T)
     paths: list[list[NDArray[np.float64]]] = [[] for _ in P]
     section = cross_sections(surface.mesh, P, T, deadline=surface.deadline)
-    width, radii = section.radii, _hydraulic_radii(section)
+    radii = _hydraulic_radii(section)
     first_radii = np.array(radii)
     active = np.arange(len(P))
     for _ in range(MAX_STEPS):
@@ -105,12 +101,11 @@ def trace_centerline(
             break
         step = np.minimum(np.maximum(radius, shortest), ahead - radius)
         forward = P[active] + step[:, None] * T[active]
-        reach = step + MAX_REACH * width[active]
-        section = cross_sections(surface.mesh, forward, T[active], max_reaches=reach, deadline=surface.deadline)
+        section = cross_sections(surface.mesh, forward, T[active], deadline=surface.deadline)
         is_own = section.surrounds & (vector_lengths(section.centroids - forward) <= step)
         is_own &= surface.contains(section.centroids)
         active, moved = active[is_own], section.centroids[is_own]
-        width[active], radii[active] = section.radii[is_own], _hydraulic_radii(section)[is_own]
+        radii[active] = _hydraulic_radii(section)[is_own]
         T[active] = (moved - P[active]) / vector_lengths(moved - P[active])[:, None]
         P[active] = moved
         for end, point in zip(active, moved, strict=True):
