@@ -89,9 +89,7 @@ class _Lengths:
 
 
 class _End:
-    """A branch as seen from the junction at one of its ends: thickness, direction, first node outside the ball, and the
-    length of what hangs on the junction by it.
-    """
+    """A branch from the junction at one of its ends: thickness, direction, first node outside, length behind it."""
 
     def __init__(
         self,
