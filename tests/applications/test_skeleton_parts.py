@@ -70,6 +70,19 @@ def test_a_path_is_divided_where_its_thickness_jumps(ball, n_parts):
     assert len(np.unique(parts(cone))) == 1
 
 
+def test_a_claw_is_not_divided_where_it_begins_to_taper():
+    """A finger of radius 0.3 with a claw, whose sides have an angle of 29 degrees to the axis; and a thinner finger."""
+    x = np.linspace(0, 4, 81)
+    nodes, edges = np.stack([x, 0 * x, 0 * x], axis=1), np.stack([np.arange(80), np.arange(1, 81)], axis=1)
+    claw = Skeleton(nodes, edges, np.clip(0.55 * (4.0 - x), 0.01, 0.3))
+    assert len(np.unique(parts(claw))) == 1
+    longer = np.append(x, x[1:] + 4)
+    nodes = np.stack([longer, 0 * longer, 0 * longer], axis=1)
+    edges = np.stack([np.arange(160), np.arange(1, 161)], axis=1)
+    thin = Skeleton(nodes, edges, np.clip(0.55 * (4.0 - longer), 0.1, 0.3))
+    assert len(np.unique(parts(thin))) == 2
+
+
 def test_junctions_whose_balls_meet_are_one_and_single_nodes_are_parts():
     nodes = [[0, 0, 0], [0.5, 0, 0], [-2, 1, 0], [-2, -1, 0], [2.5, 1, 0], [2.5, -1, 0], [9, 9, 9]]
     edges = [[0, 1], [0, 2], [0, 3], [1, 4], [1, 5]]
