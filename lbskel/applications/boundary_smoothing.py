@@ -1,10 +1,12 @@
 """Smooth boundaries between labels of faces: the labels diffuse over the surface, and the largest share is taken.
 
 A few times, (M + t L) U = M P is solved, with the areas M of the faces, the indicators P of the labels and a Laplacian
-L of the faces, and each face then takes the label of its largest U. The weights of L are the lengths of the edges over
-the distances of the faces' centers, less where the surface is concave. That moves boundaries like mean curvature flow,
-and keeps them in creases: Merriman, Bence, Osher 1992, "Diffusion generated motion by mean curvature". The time t is
-the square of a share of the local radius. Last, a face with more of its edges' length at another label takes that one.
+L of the faces, and each face then takes the label of its largest U, of those that it can have. Labels that no face can
+both have are far from each other, and share a column of P, so that many parts need few columns. The weights of L are
+the lengths of the edges over the distances of the faces' centers, less where the surface is concave. That moves
+boundaries like mean curvature flow, and keeps them in creases: Merriman, Bence, Osher 1992, "Diffusion generated motion
+by mean curvature". The time t is the square of a share of the local radius. Last, a face with more of its edges' length
+at another label takes that one.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array, csr_array
 
-from lbskel.applications.face_graph import FaceGraph, connected_surfaces
+from lbskel.applications.face_graph import FaceGraph
 from lbskel.solvers import factorize
 
 # Local radii over which labels diffuse, and how often they do. Both, and those below, are swept in
@@ -44,7 +46,11 @@ def concavity(graph: FaceGraph, scale: NDArray[np.float64]) -> NDArray[np.float6
 
 
 def smooth_labels(
-    labels: NDArray[np.int64], graph: FaceGraph, areas: NDArray[np.float64], scale: NDArray[np.float64]
+    labels: NDArray[np.int64],
+    graph: FaceGraph,
+    areas: NDArray[np.float64],
+    scale: NDArray[np.float64],
+    choices: csr_array,
 ) -> NDArray[np.int64]:
     """Smooth the boundaries of labels; a label of few faces may vanish.
 
@@ -57,6 +63,8 @@ def smooth_labels(
         Of the faces, in squared units of the mesh.
     scale : (m,) array of float
         Local radius at each face, positive, in units of the mesh.
+    choices : (m, p) csr_array
+        Has an entry, of any value, for each label that a face can have; its first one is among them.
 
     Raises
     ------
@@ -76,21 +84,33 @@ def smooth_labels(
     values = np.concatenate([-conductance, -conductance, total + mass])
     rows, columns = np.concatenate([i, j, every]), np.concatenate([j, i, every])
     solver = factorize(csc_array(coo_array((values, (rows, columns)), shape=(m, m))))
-    # labels are numbered on each connected surface by itself, as many columns as the surface of most labels has
-    surface = connected_surfaces(graph, m)
-    numbered, kept = np.unique(surface * n_labels + labels, return_inverse=True)
-    first = np.searchsorted(numbered, np.arange(surface.max() + 1) * n_labels)
-    current, n_columns = kept.ravel() - first[surface], int(np.diff(first, append=len(numbered)).max())
+    face, label, column_of_label = np.repeat(every, np.diff(choices.indptr)), choices.indices, _columns(choices)
+    column, n_columns, share = column_of_label[label], int(column_of_label.max()) + 1, np.empty(len(label))
+    current = labels
     for _ in range(TURNS):
-        previous, largest = current, np.full(m, -np.inf)
-        current = np.zeros(m, dtype=np.int64)
+        own = column_of_label[current]
         for begin in range(0, n_columns, COLUMNS):
-            columns = np.arange(begin, min(begin + COLUMNS, n_columns))
-            shares = solver.solve(mass[:, None] * (previous[:, None] == columns))
-            best, most = shares.argmax(axis=1), shares.max(axis=1)
-            current[most > largest] = begin + best[most > largest]
-            largest = np.maximum(largest, most)
-    return _without_teeth(numbered[first[surface] + current] % n_labels, graph)
+            end = min(begin + COLUMNS, n_columns)
+            solved = solver.solve(mass[:, None] * (own[:, None] == np.arange(begin, end)))
+            here = np.flatnonzero((column >= begin) & (column < end))
+            share[here] = solved[face[here], column[here] - begin]
+        is_largest = share == np.maximum.reduceat(share, choices.indptr[:-1])[face]
+        current = label[is_largest][np.unique(face[is_largest], return_index=True)[1]].astype(np.int64)
+    return _without_teeth(current, graph)
+
+
+def _columns(choices: csr_array) -> NDArray[np.int64]:
+    """(p,) column of each label: labels that one face can have are in different ones, others may share one."""
+    pattern = csr_array((np.ones(choices.nnz), choices.indices, choices.indptr), shape=choices.shape)
+    together = (pattern.T @ pattern).tocsr()
+    found = np.full(choices.shape[1], -1)
+    for label in range(len(found)):
+        beside = together.indices[together.indptr[label] : together.indptr[label + 1]]
+        is_free = np.ones(len(beside) + 1, dtype=bool)
+        taken = found[beside]
+        is_free[taken[(taken >= 0) & (taken < len(is_free))]] = False
+        found[label] = is_free.argmax()
+    return found
 
 
 def _without_teeth(labels: NDArray[np.int64], graph: FaceGraph) -> NDArray[np.int64]:

@@ -5,7 +5,7 @@ Vertices at one place count as one, so that the faces of a soup of triangles hav
 
 from __future__ import annotations
 
-__all__ = ["FaceGraph", "connect_parts", "connected_surfaces", "face_graph"]
+__all__ = ["FaceGraph", "connect_parts", "face_graph"]
 
 from dataclasses import dataclass
 
@@ -87,7 +87,7 @@ def connect_parts(labels: NDArray[np.int64], graph: FaceGraph, areas: NDArray[np
         Areas of the faces.
     """
     m, (i, j) = len(labels), graph.pairs.T
-    surface = connected_surfaces(graph, m)
+    surface = _pieces(graph.pairs, m)
     current = labels.copy()
     while True:
         is_same = current[i] == current[j]
@@ -116,11 +116,6 @@ def connect_parts(labels: NDArray[np.int64], graph: FaceGraph, areas: NDArray[np
         new = np.full(len(area), -1)
         new[chosen] = np.asarray(border[chosen].argmax(axis=1)).ravel()
         current = np.where(new[piece] >= 0, new[piece], current)
-
-
-def connected_surfaces(graph: FaceGraph, m: int) -> NDArray[np.int64]:
-    """(m,) number of the connected surface of each of m faces, from 0 on."""
-    return _pieces(graph.pairs, m)
 
 
 def _pieces(pairs: NDArray[np.int64], m: int) -> NDArray[np.int64]:

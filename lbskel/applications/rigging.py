@@ -3,7 +3,7 @@
 Bones: :mod:`lbskel.applications.bones`; weights: :mod:`lbskel.applications.bone_heat`. Where the mesh is symmetric
 (:mod:`lbskel.applications.mirror`), so are bones and weights, and the names tell left from right: left is where the
 coordinate is larger, as of a character that faces +z with y up, or -y with z up. A root attracts vertices as the point
-of its head; its tail only shows where up is. Texture coordinates and materials are not read, so a rig has none.
+of its head; its tail only shows where up is.
 """
 
 from __future__ import annotations

@@ -144,11 +144,12 @@ def segment(mesh: Any, skeleton: Skeleton, *, thickness: str = "inscribed") -> S
     corners = nodes[surface.faces]
     scale = radii[corners].mean(axis=1)
     sizes = np.minimum(np.sqrt(surface.face_areas) / scale, MAX_SIZE) ** 2
-    labels, cost = _costs(distances, corners, sizes)
+    near = _near(distances, corners)
+    labels, cost = _costs(distances, near, corners, sizes)
     labels = expand_labels(labels, cost, graph.pairs, _edge_costs(graph, scale))
     # the region of a thin branch at its root, as of a tail, is wider than the branch
     widths = np.maximum(radii[nodes], np.linalg.norm(surface.vertices - skeleton.nodes[nodes], axis=1))
-    labels = smooth_labels(labels, graph, surface.face_areas, widths[surface.faces].mean(axis=1))
+    labels = smooth_labels(labels, graph, surface.face_areas, widths[surface.faces].mean(axis=1), near)
     labels = connect_parts(labels, graph, surface.face_areas)
     has_end = np.bincount(of_node, skeleton.degrees < 2) > 0
     labels = merge_flat_parts(labels, has_end, graph, surface)
@@ -200,8 +201,14 @@ def _distances_at(distances: csr_array, nodes: NDArray[np.int64], parts: NDArray
     return np.where(found > 0, found, REACH * MAX_SHIFT)
 
 
+def _near(distances: csr_array, corners: NDArray[np.int64]) -> csr_array:
+    """(m, p) array with an entry for each part within reach of a corner of each face."""
+    near: csr_array = sum((distances[each] for each in corners.T[1:]), distances[corners[:, 0]]).sorted_indices()
+    return near
+
+
 def _costs(
-    distances: csr_array, corners: NDArray[np.int64], sizes: NDArray[np.float64]
+    distances: csr_array, near: csr_array, corners: NDArray[np.int64], sizes: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], csr_array]:
     """(m,) nearest part of each face, and (m, p) costs of the parts within MAX_SHIFT or, if none is, of the nearest.
 
@@ -209,15 +216,14 @@ def _costs(
     ----------
     distances : (k, p) csr_array
         As of :func:`_distances`.
+    near : (m, p) csr_array
+        As of :func:`_near`.
     corners : (m, 3) array of int
         Nodes of the corners of the faces.
     sizes : (m,) array of float
         Areas of the faces, in squared local radii.
     """
-    near = sum((distances[each] for each in corners.T[1:]), distances[corners[:, 0]]).tocoo()  # parts near a corner
-    face, part = near.coords
-    order = np.lexsort((part, face))
-    face, part = face[order], part[order]
+    face, part = near.tocoo().coords
     cost = np.stack([_distances_at(distances, each[face], part) for each in corners.T], axis=1).mean(axis=1)
     first = np.flatnonzero(np.diff(face, prepend=-1))
     least = np.minimum.reduceat(cost, first)

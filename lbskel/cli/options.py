@@ -67,7 +67,8 @@ def _ignore(stage: str) -> None:
 def add_mesh_and_output(parser: argparse.ArgumentParser) -> None:
     """Add the mesh that is read, and ``-o`` for the one that is written."""
     parser.add_argument("mesh", metavar="MESH")
-    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=f"mesh: {', '.join(MESH_WRITERS)}")
+    formats = f"mesh, positions and faces without colors and texture: {', '.join(MESH_WRITERS)}"
+    parser.add_argument("-o", "--output", required=True, metavar="OUT", help=formats)
 
 
 def add_operator_option(

@@ -17,8 +17,9 @@ from lbskel.cli.html_option import add_html_option, refuse_page, write_page
 from lbskel.cli.mesh_and_skeleton import add_input, mesh_and_skeleton
 from lbskel.cli.options import add_command, add_force_option, refuse_unwritable
 from lbskel.cli.terminal import tell
-from lbskel.errors import counted, first_few
+from lbskel.errors import FormatError, counted, first_few
 from lbskel.io.gltf_skin import UP_AXES, write_rig
+from lbskel.io.obj import read_obj_texture
 from lbskel.skeleton.armature import Rig
 from lbskel.visualization import Table
 
@@ -29,7 +30,7 @@ def add_parser(subparsers: Any) -> None:
         subparsers,
         "rig",
         "make bones and weights for animation, as glTF",
-        details="Texture coordinates and materials of the mesh are not read, so the GLB has none.",
+        details="The GLB has the texture coordinates of an obj, and no images or materials.",
         example="lbskel rig meshes/dinosaur.ply -o dinosaur.glb --up z --preset character",
     )
     parser.add_argument("-o", "--output", required=True, metavar="GLB", help="binary glTF to write")
@@ -65,7 +66,13 @@ def run(arguments: argparse.Namespace) -> int:
             f"what follows it stays where it is when {roots[0]} moves; --join all makes one skeleton",
             file=sys.stderr,
         )
-    write_rig(output, rigged, up=arguments.up, force=arguments.force)
+    texture, notes = None, list(rigged.notes)
+    if Path(arguments.mesh).suffix.lower() == ".obj":
+        try:
+            texture = read_obj_texture(Path(arguments.mesh), mesh)
+        except FormatError as error:
+            notes.append(f"no texture coordinates were written: {error}")
+    write_rig(output, rigged, up=arguments.up, texture=texture, force=arguments.force)
     if arguments.html:
         bone_of_face = rigged.weights[mesh.faces].sum(axis=1).argmax(axis=1)
         shown = {"part_of_face": bone_of_face, "parts_name": "parts by strongest bone", "parts_first": True}
@@ -73,8 +80,8 @@ def run(arguments: argparse.Namespace) -> int:
         write_page(arguments.html, mesh, skeleton, arguments, title=title, tables=[_table(rigged)], **shown)
     bones = f"{output}: {counted(len(rigged.names), 'bone')}: {', '.join(rigged.names)}"
     facts = {"output": str(output), "bones": list(rigged.names), "parents": rigged.parents.tolist()}
-    facts["notes"] = list(rigged.notes)
-    tell(arguments, "\n".join([bones, *(f"  note      {note}" for note in rigged.notes)]), facts)
+    facts["notes"] = notes
+    tell(arguments, "\n".join([bones, *(f"  note      {note}" for note in notes)]), facts)
     return 0
 
 

@@ -19,7 +19,8 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.errors import FormatError, choose
+from lbskel.errors import FormatError, MeshError, choose
+from lbskel.geometry.mesh import Mesh
 from lbskel.io.atomic_write import write_safely
 from lbskel.skeleton.armature import Rig
 
@@ -36,7 +37,9 @@ FAR = 100  # largest coordinate, in diagonals, up to which single precision keep
 LARGEST = 1e30  # of a coordinate: its square is finite in single precision only below 1.8e19, but files hold the value
 
 
-def write_rig(path: str | os.PathLike[str], rig: Rig, *, up: str = "y", force: bool = False) -> None:
+def write_rig(
+    path: str | os.PathLike[str], rig: Rig, *, up: str = "y", texture: Any = None, force: bool = False
+) -> None:
     """Write a rig as binary glTF 2.0.
 
     Parameters
@@ -46,11 +49,16 @@ def write_rig(path: str | os.PathLike[str], rig: Rig, *, up: str = "y", force: b
     rig : Rig
     up : str
         The axis of the mesh that points up, ``y`` or ``z``; in glTF it is y. The mesh is turned, not scaled.
+    texture : (m, 3, 2) array_like of float, optional
+        Texture coordinates of the corners of each face: u, and v, which grows upwards. A vertex with several is written
+        several times. Images and materials are not written.
     force : bool
         Whether an existing file may be replaced.
 
     Raises
     ------
+    MeshError
+        If there is not one finite pair of texture coordinates for each corner.
     FormatError
         If the extension is another, a coordinate is too large for single precision, or the file exists or cannot be
         written.
@@ -71,10 +79,10 @@ def write_rig(path: str | os.PathLike[str], rig: Rig, *, up: str = "y", force: b
     """
     if not os.fspath(path).lower().endswith(".glb"):
         raise FormatError(f"{path}: the name must end in .glb")
-    write_safely(path, encode_rig(rig, up=up), force)
+    write_safely(path, encode_rig(rig, up=up, texture=texture), force)
 
 
-def encode_rig(rig: Rig, *, up: str = "y") -> bytes:
+def encode_rig(rig: Rig, *, up: str = "y", texture: Any = None) -> bytes:
     """Encode a rig as :func:`write_rig` writes it."""
     turn = choose(UP_AXES, up, "axis that points up")
     vertices, heads = rig.mesh.vertices @ turn.T, rig.heads @ turn.T
@@ -86,12 +94,15 @@ def encode_rig(rig: Rig, *, up: str = "y") -> bytes:
     if is_far:
         vertices, heads = (points - place["translation"] for points in (vertices, heads))
     file = _File()
-    attributes = {"POSITION": file.add(vertices.astype(np.float32), "VEC3", ARRAY_BUFFER, bounds=True)}
-    attributes["NORMAL"] = file.add(_normals(rig, turn), "VEC3", ARRAY_BUFFER)
-    for number, (joints, weights) in enumerate(_influences(rig.weights)):
+    row, corners, pairs = _split(rig.mesh, texture)
+    attributes = {"POSITION": file.add(vertices[row].astype(np.float32), "VEC3", ARRAY_BUFFER, bounds=True)}
+    attributes["NORMAL"] = file.add(_normals(rig, turn)[row], "VEC3", ARRAY_BUFFER)
+    if texture is not None:
+        attributes["TEXCOORD_0"] = file.add(pairs, "VEC2", ARRAY_BUFFER)
+    for number, (joints, weights) in enumerate(_influences(rig.weights[row])):
         attributes[f"JOINTS_{number}"] = file.add(joints, "VEC4", ARRAY_BUFFER)
         attributes[f"WEIGHTS_{number}"] = file.add(weights, "VEC4", ARRAY_BUFFER)
-    indices = file.add(rig.mesh.faces.astype(np.uint32).ravel(), "SCALAR", ELEMENT_ARRAY_BUFFER)
+    indices = file.add(corners.astype(np.uint32).ravel(), "SCALAR", ELEMENT_ARRAY_BUFFER)
     bind = np.tile(np.eye(4, dtype=np.float32), (len(heads), 1, 1))
     bind[:, 3, :3] = -heads  # in columns
     inverse_bind = file.add(bind.reshape(-1, 16), "MAT4")
@@ -145,6 +156,25 @@ class _File:
         self.accessors.append({**accessor, "type": kind, **limits})
         self.data += data + b"\0" * (-len(data) % 4)
         return len(self.accessors) - 1
+
+
+def _split(mesh: Mesh, texture: Any) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
+    """Rows of the mesh's vertices that are written, (m, 3) their places for each face, and their texture coordinates.
+
+    In glTF the coordinate v grows downwards.
+    """
+    if texture is None:
+        return np.arange(len(mesh.vertices)), mesh.faces, np.empty((0, 2), dtype=np.float32)
+    given = np.asarray(texture, dtype=np.float64)
+    if given.shape != (*mesh.faces.shape, 2) or not np.isfinite(given).all():
+        raise MeshError(
+            f"texture must have a finite pair for each corner, shape {(*mesh.faces.shape, 2)}; it has the shape "
+            f"{given.shape}"
+        )
+    table = np.concatenate([mesh.faces.reshape(-1, 1), given.reshape(-1, 2)], axis=1)
+    rows, place = np.unique(table, axis=0, return_inverse=True)
+    pairs = np.stack([rows[:, 1], 1 - rows[:, 2]], axis=1).astype(np.float32)
+    return rows[:, 0].astype(np.int64), place.reshape(mesh.faces.shape), pairs
 
 
 def _normals(rig: Rig, turn: NDArray[np.float64]) -> NDArray[np.float32]:

@@ -1,12 +1,13 @@
 """OBJ, the text format of Wavefront: vertices (v), polygons (f) and polylines (l), with 1-based indices.
 
-A negative index counts back from the last vertex defined before its line. Texture coordinates, normals, groups and
-materials are ignored: the vertices are all ``v`` lines in their order. A skeleton is one polyline per branch.
+A negative index counts back from the last vertex defined before its line. Normals, groups and materials are ignored,
+and texture coordinates are read apart: the vertices are all ``v`` lines in their order. A skeleton is one polyline per
+branch.
 """
 
 from __future__ import annotations
 
-__all__ = ["encode_obj", "encode_obj_skeleton", "read_obj", "read_obj_skeleton"]
+__all__ = ["encode_obj", "encode_obj_skeleton", "read_obj", "read_obj_skeleton", "read_obj_texture"]
 
 import re
 from collections import defaultdict
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from lbskel.errors import FormatError
 from lbskel.geometry.mesh import Mesh
-from lbskel.io.polygon_soup import PolygonSoup
+from lbskel.io.polygon_soup import PolygonSoup, mesh_from_polygons
 from lbskel.io.text import Lines, format_rows, parse_columns, parse_index_lists, read_text
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -26,6 +27,45 @@ def read_obj(path: Path) -> PolygonSoup:
     """Read the vertices and polygons of an OBJ file."""
     statements = _statements(read_text(path))
     return PolygonSoup(_points(statements), *_indices(statements, "f"), first_index=1)
+
+
+def read_obj_texture(path: Path, mesh: Mesh) -> NDArray[np.float64] | None:
+    """Read the texture coordinates of a mesh from the OBJ file that it was read from.
+
+    Parameters
+    ----------
+    path : Path
+    mesh : Mesh
+        As :func:`lbskel.read_mesh` returns it.
+
+    Returns
+    -------
+    (m, 3, 2) array of float, or None
+        u, and v, which grows upwards, of the corners of each face; None if the file has none.
+
+    Raises
+    ------
+    FormatError
+        If a corner has none, or one that does not exist or is no pair of numbers, or the faces are not the mesh's.
+    """
+    statements = _statements(read_text(path))
+    if "vt" not in statements or "f" not in statements:
+        return None
+    pairs = parse_columns(statements["vt"], range(2), "two texture coordinates")
+    corners, sizes = _indices(statements, "f")
+    names = [corner.split("/")[1:2] for line in statements["f"].texts for corner in line.split()]
+    numbers = np.array([int(name[0]) if name and re.fullmatch(r"-?\d+", name[0]) else 0 for name in names])
+    n_before = np.repeat(np.searchsorted(statements["vt"].numbers, statements["f"].numbers), sizes)
+    rows = np.where(numbers < 0, n_before + numbers, numbers - 1)
+    missing = (rows < 0) | (rows >= len(pairs))
+    if missing.any():
+        line = np.repeat(statements["f"].numbers, sizes)[missing.argmax()]
+        raise FormatError(f"line {line}: a corner has no texture coordinates, or some that do not exist")
+    # the polygons without common corners are cut alike, and tell which corners of the file those of the faces are
+    apart = mesh_from_polygons(PolygonSoup(_points(statements)[corners], np.arange(len(corners)), sizes))
+    if not np.array_equal(corners[apart.faces], mesh.faces):
+        raise FormatError("the faces of the file are not those of the mesh")
+    return pairs[rows[apart.faces]]
 
 
 def read_obj_skeleton(path: Path) -> Skeleton:

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_array
 
 from lbskel import Mesh
-from lbskel.applications.boundary_smoothing import _without_teeth, concavity, smooth_labels
+from lbskel.applications.boundary_smoothing import _columns, _without_teeth, concavity, smooth_labels
 from lbskel.applications.face_graph import FaceGraph, face_graph
 from lbskel.shapes import sphere
 
@@ -13,8 +14,10 @@ def boundary_length(labels, graph):
     return graph.lengths[labels[graph.pairs[:, 0]] != labels[graph.pairs[:, 1]]].sum()
 
 
-def smoothed(mesh, labels, radius):
-    return smooth_labels(labels, face_graph(mesh), mesh.face_areas, np.full(len(mesh.faces), radius))
+def smoothed(mesh, labels, radius, choices=None):
+    choices = np.ones((len(labels), labels.max() + 1)) if choices is None else choices
+    radii = np.full(len(mesh.faces), radius)
+    return smooth_labels(labels, face_graph(mesh), mesh.face_areas, radii, csr_array(choices))
 
 
 @pytest.fixture(scope="module")
@@ -33,6 +36,24 @@ def test_a_waving_boundary_becomes_the_equator(halves):
     assert np.abs(z[found != (z > 0)]).max(initial=0.0) < edge  # a face is one height or the other of its middle
     # 2 / sqrt(3): the shortest path along edges of equilateral triangles in the worst direction, over the straight line
     assert boundary_length(found, face_graph(mesh)) < 2 / np.sqrt(3) * 2 * np.pi
+
+
+def test_labels_of_distant_faces_share_a_column_and_keep_their_boundaries(halves, monkeypatch):
+    mesh, z, _ = halves
+    x, y, _ = mesh.vertices[mesh.faces].mean(axis=1).T
+    cap = (z > 0.7 + 0.1 * np.sin(11 * np.arctan2(y, x))).astype(np.int64) + 2 * (z < -0.7)
+    expected = smoothed(mesh, cap, 0.1)
+    choices = np.stack([np.ones(len(z)), z > 0.1, z < -0.1], axis=1)
+    assert _columns(csr_array(choices)).tolist() == [0, 1, 1]
+    assert smoothed(mesh, cap, 0.1, choices).tolist() == expected.tolist() != cap.tolist()
+    monkeypatch.setattr("lbskel.applications.boundary_smoothing.COLUMNS", 1)
+    assert smoothed(mesh, cap, 0.1, choices).tolist() == expected.tolist()
+
+
+def test_columns_differ_where_a_face_can_have_both_labels():
+    choices = csr_array(np.array([[1.0, 1, 0, 0], [0, 1, 1, 0], [0, 0, 1, 1], [0, 0, 1, 1]]))
+    choices.data[0] = 0.0  # an entry, of any value
+    assert _columns(choices).tolist() == [0, 1, 0, 1]
 
 
 def test_surfaces_are_smoothed_each_with_its_own_labels(halves):

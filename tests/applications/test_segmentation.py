@@ -12,7 +12,7 @@ import lbskel
 from lbskel import Mesh, MeshError, UnknownChoice, segment, skeletonize
 from lbskel.applications import boundary_smoothing, segmentation
 from lbskel.applications.face_graph import FaceGraph, face_graph
-from lbskel.applications.segmentation import MAX_SHIFT, REACH, _costs, _edge_costs, _nodes_of_vertices
+from lbskel.applications.segmentation import MAX_SHIFT, REACH, _costs, _edge_costs, _near, _nodes_of_vertices
 from lbskel.shapes import SHAPES, capsule, mesh_solid
 
 
@@ -85,9 +85,7 @@ def test_labels_diffuse_over_the_width_of_a_region_that_is_wider_than_its_branch
     region = np.searchsorted([-1.0, 0.0, 1.0], rod.vertices[:, 2])
     thin = lbskel.Skeleton(nodes, np.array([[0, 1], [1, 2], [2, 3]]), np.array([0.4, 0.4, 0.02, 0.02]), region)
     given = []
-    monkeypatch.setattr(
-        segmentation, "smooth_labels", lambda labels, graph, areas, scale: given.append(scale) or labels
-    )
+    monkeypatch.setattr(segmentation, "smooth_labels", lambda labels, *rest: given.append(rest[2]) or labels)
     segment(rod, thin)
     assert given[0].min() > 0.39  # of 0.4; the flat of a polygon's side is nearer to the axis by 0.2 %
 
@@ -123,7 +121,8 @@ def test_costs_are_those_of_all_parts_within_reach():
     near[near > REACH * MAX_SHIFT] = np.inf
     corners, sizes = rng.integers(30, size=(200, 3)), rng.random(200)
     cost = np.minimum(near, REACH * MAX_SHIFT)[corners].mean(axis=1)
-    labels, found = _costs(csr_array(np.where(np.isfinite(near), near, 0)), corners, sizes)
+    distances = csr_array(np.where(np.isfinite(near), near, 0))
+    labels, found = _costs(distances, _near(distances, corners), corners, sizes)
     assert labels.tolist() == cost.argmin(axis=1).tolist()
     expected = cost <= np.maximum(cost.min(axis=1), MAX_SHIFT)[:, None]
     assert found.nnz == expected.sum()

@@ -70,6 +70,19 @@ def test_a_path_is_divided_where_its_thickness_jumps(ball, n_parts):
     assert len(np.unique(parts(cone))) == 1
 
 
+def test_a_claw_is_not_divided_where_it_begins_to_taper():
+    """A finger of radius 0.3 with a claw, whose sides have an angle of 29 degrees to the axis; and a thinner finger."""
+    x = np.linspace(0, 4, 81)
+    nodes, edges = np.stack([x, 0 * x, 0 * x], axis=1), np.stack([np.arange(80), np.arange(1, 81)], axis=1)
+    claw = Skeleton(nodes, edges, np.clip(0.55 * (4.0 - x), 0.01, 0.3))
+    assert len(np.unique(parts(claw))) == 1
+    longer = np.append(x, x[1:] + 4)
+    nodes = np.stack([longer, 0 * longer, 0 * longer], axis=1)
+    edges = np.stack([np.arange(160), np.arange(1, 161)], axis=1)
+    thin = Skeleton(nodes, edges, np.clip(0.55 * (4.0 - longer), 0.1, 0.3))
+    assert len(np.unique(parts(thin))) == 2
+
+
 def test_junctions_whose_balls_meet_are_one_and_single_nodes_are_parts():
     nodes = [[0, 0, 0], [0.5, 0, 0], [-2, 1, 0], [-2, -1, 0], [2.5, 1, 0], [2.5, -1, 0], [9, 9, 9]]
     edges = [[0, 1], [0, 2], [0, 3], [1, 4], [1, 5]]
@@ -77,3 +90,31 @@ def test_junctions_whose_balls_meet_are_one_and_single_nodes_are_parts():
     assert found[0] == found[1]
     assert len(np.unique(found)) == 6
     assert parts(Skeleton(nodes[:1], [], [1.0])).tolist() == [0]
+
+
+def test_a_finger_is_compared_with_the_largest_of_the_balls_that_meet():
+    # a palm of two balls: wrist and thumb on the larger one, three fingers on the other, one almost as thick as that
+    palm, ends = [[0.0, 0, 0], [0.9, 0, 0]], [[-3, 0, 0], [0, 3, 0], [3, 1, 0], [3, 0, 0], [3, -1, 0]]
+    nodes, edges, radii = list(palm), [[0, 1]], [1.0, 0.6]
+    for begin, end, radius in zip((0, 0, 1, 1, 1), ends, (0.3, 0.3, 0.3, 0.5, 0.3), strict=True):
+        last = begin
+        for share in np.linspace(0, 1, 11)[1:]:
+            nodes.append(np.add(palm[begin], share * np.subtract(end, palm[begin])))
+            edges.append([last, len(nodes) - 1])
+            radii.append(radius)
+            last = len(nodes) - 1
+    found = parts(Skeleton(nodes, edges, radii))
+    tips = found[[11, 21, 31, 41, 51]]
+    assert len(np.unique(tips)) == 5
+    assert not np.isin(found[:2], tips).any()
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1), (1, 2, 0)])
+def test_a_pelvis_as_thick_as_legs_and_torso_belongs_to_the_torso(order):
+    legs_and_torso = [[1, 0, -3], [-1, 0, -3], [0, 0, 5]]
+    radii = [0.49, 0.48, 0.45]
+    ends = [legs_and_torso[each] for each in order]
+    skeleton, branch = star(ends, lambda k, s: 0.5 if s == 0 else radii[order[k]])
+    found = parts(skeleton)
+    assert len(np.unique(found)) == 3
+    assert found[0] == found[1:][branch[1:] == order.index(2)][-1]

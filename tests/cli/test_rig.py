@@ -1,5 +1,7 @@
 """``lbskel rig``: a glb with bones."""
 
+import re
+
 import trimesh
 from helpers import joined, moved
 
@@ -18,9 +20,21 @@ def test_rig(here, folder):
 
 
 def test_help_and_output_tell_what_a_rig_has_not(here, folder):
-    assert "exture coordinates and materials" in " ".join(here("rig", "--help")[1])
+    assert "no images or materials" in " ".join(here("rig", "--help")[1])
     out = here("rig", "rod.off", "-o", "rod.glb", "--max-bones", "1")[1]
     assert (out[0], "1 limb got no bone" in out[1]) == ("rod.glb: 1 bone: root", True)
+
+
+def test_texture_coordinates_of_an_obj_are_kept_or_told(here, folder, rod):
+    write_mesh(folder / "rod.obj", rod)
+    text = (folder / "rod.obj").read_text()
+    for corner, is_kept in ((r"f \1/1 \2/2 \3/2", True), (r"f \1/1 \2/1 \3", False)):
+        faces = re.sub(r"f (\d+) (\d+) (\d+)", corner, text)
+        (folder / "uv.obj").write_text("vt 0 0.25\nvt 1 0.5\n" + faces)
+        code, out, err = here("rig", "uv.obj", "-o", "uv.glb", "--force")
+        assert (code, err) == (0, [])
+        assert (b"TEXCOORD_0" in (folder / "uv.glb").read_bytes()) is is_kept
+        assert ("no texture coordinates were written: line" in " ".join(out)) is not is_kept
 
 
 def test_a_component_that_hangs_on_no_bone_is_told_and_join_hangs_it_on_one(here, folder, rod):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from lbskel import FormatError, Rig, UnknownChoice, read_mesh, write_rig
+from lbskel import FormatError, MeshError, Rig, UnknownChoice, read_mesh, write_rig
 from lbskel.io.gltf_skin import encode_rig
 from lbskel.shapes import tube
 
@@ -28,7 +28,7 @@ def parsed(data):
     assert (magic, version, length, kind) == (0x46546C67, 2, len(data), 0x4E4F534A)
     document, binary = json.loads(data[20 : 20 + size]), data[28 + size :]
     types = {5126: "<f4", 5123: "<u2", 5125: "<u4"}
-    widths = {"SCALAR": 1, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+    widths = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
     arrays = []
     for accessor in document["accessors"]:
         view = document["bufferViews"][accessor["bufferView"]]
@@ -128,3 +128,30 @@ def test_what_cannot_be_written_is_an_error(arm, tmp_path):
     with pytest.raises(FormatError, match="scale the mesh"):
         write_rig(tmp_path / "arm.glb", huge)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_vertices_at_seams_of_the_texture_are_written_once_for_each_place_in_it(arm):
+    faces = arm.mesh.faces
+    texture = np.round(arm.mesh.vertices[faces][:, :, [0, 2]], 1)
+    texture[: len(faces) // 2, :, 0] += 10.0  # a seam
+    document, arrays = parsed(encode_rig(arm, texture=texture))
+    primitive = document["meshes"][0]["primitives"][0]
+    position, pair, joints, weights = (
+        arrays[primitive["attributes"][name]] for name in ("POSITION", "TEXCOORD_0", "JOINTS_0", "WEIGHTS_0")
+    )
+    corners = arrays[primitive["indices"]].reshape(-1, 3)
+    assert len(arm.mesh.vertices) < len(position) == len(pair) < 2 * len(arm.mesh.vertices)
+    assert position[corners] == pytest.approx(arm.mesh.vertices[faces], abs=1e-6)
+    assert pair[corners] == pytest.approx(np.stack([texture[..., 0], 1 - texture[..., 1]], axis=2), abs=1e-5)
+    plain, without = parsed(encode_rig(arm))
+    names = plain["meshes"][0]["primitives"][0]["attributes"]
+    assert "TEXCOORD_0" not in names
+    assert (joints[corners] == without[names["JOINTS_0"]][faces]).all()
+    assert (weights[corners] == without[names["WEIGHTS_0"]][faces]).all()
+
+
+@pytest.mark.parametrize("texture", [np.zeros((4, 3, 2)), "nan"])
+def test_texture_coordinates_of_another_shape_or_not_finite_are_refused(arm, texture):
+    texture = np.full((*arm.mesh.faces.shape, 2), np.nan) if isinstance(texture, str) else texture
+    with pytest.raises(MeshError, match=rf"a finite pair for each corner, shape \({len(arm.mesh.faces)}, 3, 2\)"):
+        encode_rig(arm, texture=texture)

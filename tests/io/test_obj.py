@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from lbskel.errors import FormatError, MeshError
-from lbskel.io import read_skeleton, write_mesh, write_skeleton
+from lbskel.io import read_mesh, read_skeleton, write_mesh, write_skeleton
+from lbskel.io.obj import read_obj_texture
 
 VERTICES = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 9 9 9\n"
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -115,3 +116,35 @@ def test_errors_of_a_skeleton_name_the_place(rejects, content, message):
 def test_a_comment_that_ends_in_a_backslash_does_not_continue(read):
     text = "# C:\\models\\\n" + TRIANGLE + "f 1 \\\n2 \\\n3\\"
     np.testing.assert_array_equal(read("a.obj", text).faces, [[0, 1, 2]])
+
+
+TEXTURE = "vt 0 0\nvt 0.5 0 0\nvt 0.5 1\nvt 0 1\n"
+
+
+def textured(folder, text):
+    path = folder / "a.obj"
+    path.write_text(text)
+    return read_mesh(path), lambda mesh: read_obj_texture(path, mesh)
+
+
+@pytest.mark.parametrize("face", ["f 1/1 2/2/1 3/3 4/4\n", "f -5/-4 -4/-3 -3/-2/7 -2/-1\nvt 7 7\n"])
+def test_texture_coordinates_follow_the_corners_of_polygons(tmp_path, face):
+    """A square of which the texture has the left half."""
+    mesh, read = textured(tmp_path, TEXTURE + VERTICES + face)
+    assert len(mesh.faces) == 2
+    assert read(mesh) == pytest.approx(mesh.vertices[mesh.faces][:, :, :2] * [0.5, 1.0])
+
+
+def test_texture_coordinates_that_are_missing_are_told(tmp_path):
+    mesh, read = textured(tmp_path, TRIANGLE + "f 1 2 3\n")
+    assert read(mesh) is None
+    for corner in ("3", "3//1", "3/9", "3/0", "3/x", "3/-9"):
+        mesh, read = textured(tmp_path, TEXTURE + TRIANGLE + f"f 1/1 2/2 {corner}\n")
+        with pytest.raises(FormatError, match="line 8: a corner has no texture coordinates"):
+            read(mesh)
+    mesh, read = textured(tmp_path, "vt 1\n" + TRIANGLE + "f 1/1 2/1 3/1\n")
+    with pytest.raises(FormatError, match=r"line 1: .*two texture coordinates"):
+        read(mesh)
+    mesh, read = textured(tmp_path, TEXTURE + TRIANGLE + "f 1/1 2/2 3/3\n")
+    with pytest.raises(FormatError, match="not those of the mesh"):
+        read(type(mesh)(mesh.vertices, mesh.faces[:, ::-1]))
