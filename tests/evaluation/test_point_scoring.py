@@ -107,6 +107,24 @@ def test_a_skeleton_that_joins_two_parts_is_partly_outside():
     assert score.verdicts["inside_fraction"] == "fail"
 
 
+def test_a_part_of_the_cloud_without_a_skeleton_is_told():
+    """A ring, which has no ends, beside one with a skeleton."""
+    ring = torus(1.0, 0.3, 170, 68).vertices
+    skeleton = lbskel.skeletonize(ring)
+    alone = Skeleton(skeleton.nodes, skeleton.edges, skeleton.radii)
+    both = PointCloud(np.concatenate([ring, torus(0.5, 0.15, 40, 20).vertices + [3, 0, 0]]))
+    score = score_points(alone, both)
+    assert (score.extra_components, score.verdicts["extra_components"]) == (-1, "fail")
+
+
+def test_noise_makes_no_ends():
+    """Its deviation is 0.4 of the radius, so that the nearest points are half as far as the surface."""
+    noise = 0.024 * np.random.default_rng(3).normal(size=CLOUD.points.shape)
+    score = score_points(CROSS, PointCloud(CLOUD.points + noise))
+    assert (score.extremities, score.extremities_missed) == (4, 0)
+    assert score_points(_without(np.arange(1, 20)), PointCloud(CLOUD.points + noise)).extremities_missed == 1
+
+
 def test_outliers_change_nothing():
     rng = np.random.default_rng(1)
     far = PointCloud(np.concatenate([CLOUD.points, rng.uniform(-1, 1, (100, 3))]))
