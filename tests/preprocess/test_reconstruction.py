@@ -87,7 +87,7 @@ def test_outliers_are_on_no_surface():
     points = np.concatenate([TORUS.vertices, [[0, 0, 3.0]]])
     surface = reconstruct_surface(PointCloud(points))
     assert surface.vertex_map.indices[-1] == -1
-    assert surface.notes == ("1 outlier was left out, far from all other points",)
+    assert surface.notes == ("1 outlier was left out, where points are much farther apart than nearby",)
 
 
 @pytest.mark.parametrize("seed", range(5))
