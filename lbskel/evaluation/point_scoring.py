@@ -47,6 +47,7 @@ TIP_REACH, NODE_REACH = 3.0, 2.0  # of an end from its tip, and from any node, i
 SHELL = (5.0, 7.0)
 MIN_SHELL_SHARE = 0.1  # of the points between them, below which a part of them does not count; a guess
 MAX_COVERED_DISTANCE = 2.0  # in local radii, as on meshes
+MIN_COVERED = 0.5  # share of the points of a part without nodes below which it has no skeleton: most of them; a guess
 
 
 def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.int64] | None = None) -> Score:
@@ -69,7 +70,6 @@ def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.in
     neighbors = neighbors if len(distinct) == len(cloud.points) else None
     points, point_tree, graph, part = _without_outliers(distinct, neighbors)
     to_points, nearest = point_tree.nearest(skeleton.nodes, SCORED_NEIGHBORS)
-    n_parts, n_represented = int(part.max()) + 1, len(np.unique(part[nearest[:, 0]]))
     skeleton = replace(skeleton, radii=to_points[:, 0])
     is_among, errors = section_errors(skeleton, points, point_tree)
     inside = inside_fraction(skeleton, points, point_tree)
@@ -79,6 +79,7 @@ def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.in
     mean_error, worst_branch_error = mean_and_worst_branch(skeleton, errors)
     distances = np.linalg.norm(cloud.points - skeleton.nodes[node], axis=1)
     widths = _widths(skeleton, node, distances)
+    alone = _parts_alone(points, part, nearest[:, 0], MAX_COVERED_DISTANCE * widths, tree)
     # noise makes the distance to the nearest point small, and a limb without a branch makes the width large
     thick = np.where(is_among, np.minimum(widths, to_points[:, -1]), 0.0)
     ends, lengths, scales = _ends(points, graph, np.maximum(thick, skeleton.branch_medians(thick)), tree)
@@ -100,8 +101,8 @@ def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.in
         extremities_missed=int(missed.sum()),
         missed_limb_fraction=float(missed[is_limb].mean()) if is_limb.any() else 0.0,
         rms_curvature=rms_curvature(skeleton),
-        # a sparse limb may be in several parts, each of which has nodes
-        extra_components=n_represented - n_parts or max(0, skeleton.n_components - n_parts),
+        # a sparse limb may be in several parts
+        extra_components=-alone or max(0, skeleton.n_components - int(part.max()) - 1),
         extra_cycles=None,
         tunnels_missed=max(
             0, count_cut_loops(skeleton, points, graph, tree, point_tree) - int(skeleton.report.get("loops_opened", 0))
@@ -156,6 +157,23 @@ def _widths(skeleton: Skeleton, node: NDArray[np.int64], distances: NDArray[np.f
         if len(own):
             widths[branch] = np.maximum(widths[branch], np.median(own))
     return widths
+
+
+def _parts_alone(
+    points: NDArray[np.float64],
+    part: NDArray[np.int64],
+    nearest: NDArray[np.int64],
+    reach: NDArray[np.float64],
+    tree: PointTree,
+) -> int:
+    """Count the parts of a cloud without a skeleton: no node is nearest to them, and most points are far from nodes.
+
+    The second condition spares what is a part only because points lie on lines that are far apart, as those of a scan.
+    Each node has its nearest point, and the distance up to which it covers points.
+    """
+    distances, node = (column[:, 0] for column in tree.nearest(points))
+    covered = np.bincount(part, distances <= reach[node]) / np.bincount(part)
+    return int((covered[np.setdiff1d(part, part[nearest])] < MIN_COVERED).sum())
 
 
 def _ends(

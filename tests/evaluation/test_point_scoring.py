@@ -117,6 +117,14 @@ def test_a_part_of_the_cloud_without_a_skeleton_is_told():
     assert (score.extra_components, score.verdicts["extra_components"]) == (-1, "fail")
 
 
+def test_a_line_of_a_scan_is_no_part_of_the_cloud():
+    """A circle of points beyond the end of an arm, which are nearer to each other than to the arm."""
+    angle = np.linspace(0, 2 * np.pi, 150, endpoint=False)
+    line = np.stack([np.full(150, 1.05), 0.06 * np.cos(angle), 0.06 * np.sin(angle)], axis=1)
+    scan = PointCloud(np.concatenate([CLOUD.points, line]))
+    assert score_points(replace(CROSS, node_of_vertex=np.empty(0, dtype=np.int64)), scan).extra_components == 0
+
+
 def test_noise_makes_no_ends():
     """Its deviation is 0.4 of the radius, so that the nearest points are half as far as the surface."""
     noise = 0.024 * np.random.default_rng(3).normal(size=CLOUD.points.shape)
