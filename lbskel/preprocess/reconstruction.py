@@ -107,8 +107,8 @@ def surface_and_points(cloud: PointCloud, preprocess: str) -> tuple[PreprocessRe
         raise MeshError("no surface passes through the points: they are too few or too scattered for a shape")
     notes = [*cleaned.notes]
     if n_missed:
-        where = f"{counted(n_missed, 'point')} of limbs thinner than the points are apart"
-        notes.append(f"a tube was put around {where}, whose ends and joints are uncertain; give more points")
+        where = f"{counted(n_missed, 'point')} of limbs thinner than the points are apart or seen from one side"
+        notes.append(f"a tube was put around {where}, whose ends and joints are uncertain; give more points of them")
     vertex_map = cleaned.vertex_map.compose(VertexMap(nearest))
     report = {**cleaned.report, "points_in_tubes": n_missed, "spacing": spacing * scale}
     if "cell" in report:

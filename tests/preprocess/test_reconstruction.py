@@ -79,6 +79,7 @@ def test_a_twig_thinner_than_its_points_are_apart_gets_a_tube():
     twig = np.stack([np.linspace(0.98, 3, 60), *RNG.normal(size=(2, 60)) * 1e-3], axis=1)
     surface = reconstruct_surface(PointCloud(np.concatenate([sphere(4).vertices, twig])), preprocess="none")
     assert surface.report["steps"][0]["points_in_tubes"] > 40
+    assert any("or seen from one side, whose ends and joints are uncertain" in note for note in surface.notes)
     assert surface.mesh.vertices[:, 0].max() > 2.9
     assert surface.mesh.n_components == 1
 
