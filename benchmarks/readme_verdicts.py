@@ -27,7 +27,9 @@ LIMITS = """
   The score says so.
 - A curve skeleton has no sheets: a flat part gets a branch along its middle, and a plate without an inside gets none.
   The wall of a long pipe is a sheet, too, and the score says so; the outer surface alone has the axis of the pipe.
-- Limbs of a cloud that are about as near to each other as its points may grow together, and the score does not say so.
+- Limbs of a cloud that are nearer to each other than twice the distance between its points may grow together, and
+  noise joins more; a note tells the length, and the score does not see it. Limbs thinner than that distance have
+  rough ends.
 - On tubes around tracings of neurons, skeletor's waves find {waves_tips:.3f} of the tips and lbskel {own_tips:.3f}, but
   the waves have {extra:.0f} % more tips than there are; on neurons PyGEL3D is {pygel:.1f} times as fast, skeletor's
   waves {waves:.0f} times ([neurons](benchmarks/results/neurons.md)).

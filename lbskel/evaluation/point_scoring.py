@@ -47,6 +47,7 @@ TIP_REACH, NODE_REACH = 3.0, 2.0  # of an end from its tip, and from any node, i
 SHELL = (5.0, 7.0)
 MIN_SHELL_SHARE = 0.1  # of the points between them, below which a part of them does not count; a guess
 MAX_COVERED_DISTANCE = 2.0  # in local radii, as on meshes
+MIN_COVERED = 0.5  # share of the points of a part without nodes below which it has no skeleton: most of them; a guess
 
 
 def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.int64] | None = None) -> Score:
@@ -67,21 +68,25 @@ def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.in
     # copies of a point would be all of its nearest neighbors
     distinct = some[distinct_points(some)[0]]
     neighbors = neighbors if len(distinct) == len(cloud.points) else None
-    points, point_tree, graph, n_parts = _without_outliers(distinct, neighbors)
-    skeleton = replace(skeleton, radii=point_tree.nearest(skeleton.nodes)[0][:, 0])
+    points, point_tree, graph, part = _without_outliers(distinct, neighbors)
+    to_points, nearest = point_tree.nearest(skeleton.nodes, SCORED_NEIGHBORS)
+    skeleton = replace(skeleton, radii=to_points[:, 0])
     is_among, errors = section_errors(skeleton, points, point_tree)
     inside = inside_fraction(skeleton, points, point_tree)
     # the distance of a node outside to the points would be the larger, the farther the node is
     radii = np.where(is_among, skeleton.radii, 0.0)
     skeleton = replace(skeleton, radii=radii)
     mean_error, worst_branch_error = mean_and_worst_branch(skeleton, errors)
-    # a point inside, or few points, make the ball of a single node small
-    ends, lengths, scales = _ends(points, graph, np.maximum(radii, skeleton.branch_medians(radii)), tree)
+    distances = np.linalg.norm(cloud.points - skeleton.nodes[node], axis=1)
+    widths = _widths(skeleton, node, distances)
+    alone = _parts_alone(points, part, nearest[:, 0], MAX_COVERED_DISTANCE * widths, tree)
+    # noise makes the distance to the nearest point small, and a limb without a branch makes the width large
+    thick = np.where(is_among, np.minimum(widths, to_points[:, -1]), 0.0)
+    ends, lengths, scales = _ends(points, graph, np.maximum(thick, skeleton.branch_medians(thick)), tree)
     tips = skeleton.nodes[skeleton.degrees <= 1]
     to_tip = PointTree(tips).nearest(ends)[0][:, 0] if len(tips) else np.full(len(ends), np.inf)
     to_node = tree.nearest(ends)[0][:, 0]
     missed, is_limb = (to_tip > TIP_REACH * scales) & (to_node > NODE_REACH * scales), lengths > MIN_LIMB * scales
-    distances = np.linalg.norm(cloud.points - skeleton.nodes[node], axis=1)
     return Score(
         nodes_inside_fraction=float(is_among.mean()),
         inside_fraction=float(is_among.mean()) if inside is None else inside,
@@ -91,12 +96,13 @@ def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.in
         medial_coverage_98=None,
         uncovered_parts=None,
         near_surface_fraction=None,
-        coverage=float((distances <= MAX_COVERED_DISTANCE * _widths(skeleton, node, distances)[node]).mean()),
+        coverage=float((distances <= MAX_COVERED_DISTANCE * widths[node]).mean()),
         extremities=len(ends),
         extremities_missed=int(missed.sum()),
         missed_limb_fraction=float(missed[is_limb].mean()) if is_limb.any() else 0.0,
         rms_curvature=rms_curvature(skeleton),
-        extra_components=max(0, skeleton.n_components - n_parts),  # a sparse limb may be in several parts
+        # a sparse limb may be in several parts
+        extra_components=-alone or max(0, skeleton.n_components - int(part.max()) - 1),
         extra_cycles=None,
         tunnels_missed=max(
             0, count_cut_loops(skeleton, points, graph, tree, point_tree) - int(skeleton.report.get("loops_opened", 0))
@@ -121,8 +127,8 @@ def _neighbor_graph(points: NDArray[np.float64], neighbors: NDArray[np.int64]) -
 
 def _without_outliers(
     points: NDArray[np.float64], neighbors: NDArray[np.int64] | None
-) -> tuple[NDArray[np.float64], PointTree, csr_array, int]:
-    """Points of parts that are no crumbs, their tree, the graph of their neighbors, and the number of these parts."""
+) -> tuple[NDArray[np.float64], PointTree, csr_array, NDArray[np.int64]]:
+    """Points of parts that are no crumbs, their tree, the graph of their neighbors, and the part of each."""
     tree = PointTree(points)
     neighbors = tree.neighbors(SCORED_NEIGHBORS)[1] if neighbors is None else neighbors
     graph = _neighbor_graph(points, neighbors)
@@ -136,9 +142,9 @@ def _without_outliers(
             or np.median(surface_variation(points, neighbors[part == number])) <= MIN_VARIATION
         )
     if is_part.all():
-        return points, tree, graph, len(is_part)
+        return points, tree, graph, part
     kept = np.flatnonzero(is_part[part])
-    return points[kept], PointTree(points[kept]), graph[kept][:, kept], int(is_part.sum())
+    return points[kept], PointTree(points[kept]), graph[kept][:, kept], (np.cumsum(is_part) - 1)[part[kept]]
 
 
 def _widths(skeleton: Skeleton, node: NDArray[np.int64], distances: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -151,6 +157,23 @@ def _widths(skeleton: Skeleton, node: NDArray[np.int64], distances: NDArray[np.f
         if len(own):
             widths[branch] = np.maximum(widths[branch], np.median(own))
     return widths
+
+
+def _parts_alone(
+    points: NDArray[np.float64],
+    part: NDArray[np.int64],
+    nearest: NDArray[np.int64],
+    reach: NDArray[np.float64],
+    tree: PointTree,
+) -> int:
+    """Count the parts of a cloud without a skeleton: no node is nearest to them, and most points are far from nodes.
+
+    The second condition spares what is a part only because points lie on lines that are far apart, as those of a scan.
+    Each node has its nearest point, and the distance up to which it covers points.
+    """
+    distances, node = (column[:, 0] for column in tree.nearest(points))
+    covered = np.bincount(part, distances <= reach[node]) / np.bincount(part)
+    return int((covered[np.setdiff1d(part, part[nearest])] < MIN_COVERED).sum())
 
 
 def _ends(

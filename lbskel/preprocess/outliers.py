@@ -3,7 +3,8 @@
 A point is an outlier if its distance to its neighbors is several times their distance to their own: a local outlier
 factor (Breunig, Kriegel, Ng, Sander 2000, https://doi.org/10.1145/335191.335388) with the distance to one neighbor as
 inverse density, so that a cloud that is dense here and sparse there loses nothing. A point is compared with the densest
-fifth of its neighbors, since the neighbors of an outlier may be outliers too.
+fifth of its neighbors, since the neighbors of an outlier may be outliers too. A point with another beside it, as in two
+scans of one surface, is no outlier.
 
 Where outliers are many, far from the surface all neighbors are outliers. The remaining points fall into groups, linked
 where two points are about as near as their neighbors. A group much sparser than the cloud consists of outliers if it
@@ -66,13 +67,15 @@ def find_outliers(cloud: Neighborhoods, limit: float) -> tuple[NDArray[np.bool_]
 
 def _is_sparse(cloud: Neighborhoods, limit: float) -> NDArray[np.bool_]:
     """(n,) whether the distance to a neighbor is too large relative to that of the denser points nearby."""
-    reach = cloud.nearest(N_NEIGHBORS + 1)[0][:, N_NEIGHBORS]
+    distances = cloud.nearest(N_NEIGHBORS + 1)[0]
+    reach = distances[:, N_NEIGHBORS]
     rank = round(QUANTILE * (cloud.n_wide - 2))
     # as many of all points are as dense as those nearby that a point is compared with: it must be sparser than these
     (rows,) = np.nonzero(reach > limit * np.partition(reach, rank)[rank])
     nearby = reach[cloud.wide(rows)[:, 1:]]
     is_sparse = np.zeros(len(reach), dtype=bool)
-    is_sparse[rows] = reach[rows] > limit * np.partition(nearby, rank, axis=1)[:, rank]
+    dense = np.partition(nearby, rank, axis=1)[:, rank]
+    is_sparse[rows] = (reach[rows] > limit * dense) & (limit * distances[rows, 1] > dense)
     return is_sparse
 
 

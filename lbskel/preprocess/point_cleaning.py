@@ -106,7 +106,7 @@ def clean_points(points: NDArray[np.float64], preparation: str = "auto") -> Clea
     is_outlier, cloud = find_outliers(cloud, limit) if np.isfinite(limit) else (np.zeros(len(kept), dtype=bool), cloud)
     report["outliers"] = int(is_outlier[labels].sum())
     if report["outliers"]:
-        notes.append(f"{were(report['outliers'], 'outlier')} left out, far from all other points")
+        notes.append(f"{were(report['outliers'], 'outlier')} left out, where points are much farther apart than nearby")
         _require_many(cloud.points, "without the outliers", "preprocess='none' if the others are no outliers")
     _require_solid(cloud.points)  # without outliers: from one far away, all others lie on a line
     new = np.where(is_outlier, -1, np.cumsum(~is_outlier) - 1)

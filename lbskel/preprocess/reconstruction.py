@@ -102,14 +102,15 @@ def surface_and_points(cloud: PointCloud, preprocess: str) -> tuple[PreprocessRe
     center = cloud.points.mean(axis=0)
     scale = float(np.abs(cloud.points - center).max()) or 1.0
     cleaned = clean_points((cloud.points - center) / scale, preprocess)
-    V, F, nearest, n_missed = _surface_through(cleaned.cloud)
+    V, F, nearest, n_missed, spacing = _surface_through(cleaned.cloud)
     if len(F) == 0:
         raise MeshError("no surface passes through the points: they are too few or too scattered for a shape")
     notes = [*cleaned.notes]
     if n_missed:
-        notes.append(f"a tube was put around {counted(n_missed, 'point')} of limbs thinner than the points are apart")
+        where = f"{counted(n_missed, 'point')} of limbs thinner than the points are apart or seen from one side"
+        notes.append(f"a tube was put around {where}, whose ends and joints are uncertain; give more points of them")
     vertex_map = cleaned.vertex_map.compose(VertexMap(nearest))
-    report = {**cleaned.report, "points_in_tubes": n_missed}
+    report = {**cleaned.report, "points_in_tubes": n_missed, "spacing": spacing * scale}
     if "cell" in report:
         report["cell"] *= scale
     surface = PreprocessResult(Mesh(V * scale + center, F), vertex_map, tuple(notes), None, {"steps": [report]})
@@ -118,15 +119,16 @@ def surface_and_points(cloud: PointCloud, preprocess: str) -> tuple[PreprocessRe
 
 def _surface_through(
     nearby: Neighborhoods,
-) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64], int]:
-    """Make vertices and faces of a closed surface through points, their nearest vertices, and the number in tubes."""
+) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64], int, float]:
+    """Make vertices and faces of a closed surface, the vertices nearest to points, the number in tubes, the spacing."""
     cloud, points, tree = oriented(nearby), nearby.points, nearby.tree
     field = cloud.field(SURFACE_SMOOTHING)
     at_points = np.clip(field.values(), 0, 1)
     means = at_points[nearby.nearest(N_LEVELS)[1]].mean(axis=1)
     means[cloud.rough] = at_points[nearby.wide(cloud.rough)].mean(axis=1)
     levels = np.maximum(means, LEAST_LEVEL)
-    size = CELL * float(np.median(cloud.spacings))
+    spacing = float(np.median(cloud.spacings))
+    size = CELL * spacing
 
     def inside(positions: NDArray[np.float64]) -> NDArray[np.float64]:
         level = levels[tree.nearest(positions, N_BLENDED)[1]].mean(axis=1)
@@ -146,9 +148,9 @@ def _surface_through(
     if len(missed) >= MIN_MISSED:
         missed = missed[cKDTree(missed).query(missed, k=4)[0][:, -1] <= MAX_GAP * size]
     if len(missed) < MIN_MISSED:
-        return V, F, nearest, 0
+        return V, F, nearest, 0, spacing
     V, F = _simplest(_united(inside, missed, size), points, size)
-    return V, F, PointTree(V).nearest(points)[1][:, 0], len(missed)
+    return V, F, PointTree(V).nearest(points)[1][:, 0], len(missed), spacing
 
 
 def _simplest(inside: Field, points: NDArray[np.float64], size: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

@@ -107,6 +107,32 @@ def test_a_skeleton_that_joins_two_parts_is_partly_outside():
     assert score.verdicts["inside_fraction"] == "fail"
 
 
+def test_a_part_of_the_cloud_without_a_skeleton_is_told():
+    """A ring, which has no ends, beside one with a skeleton."""
+    ring = torus(1.0, 0.3, 170, 68).vertices
+    skeleton = lbskel.skeletonize(ring)
+    alone = Skeleton(skeleton.nodes, skeleton.edges, skeleton.radii)
+    both = PointCloud(np.concatenate([ring, torus(0.5, 0.15, 40, 20).vertices + [3, 0, 0]]))
+    score = score_points(alone, both)
+    assert (score.extra_components, score.verdicts["extra_components"]) == (-1, "fail")
+
+
+def test_a_line_of_a_scan_is_no_part_of_the_cloud():
+    """A circle of points beyond the end of an arm, which are nearer to each other than to the arm."""
+    angle = np.linspace(0, 2 * np.pi, 150, endpoint=False)
+    line = np.stack([np.full(150, 1.05), 0.06 * np.cos(angle), 0.06 * np.sin(angle)], axis=1)
+    scan = PointCloud(np.concatenate([CLOUD.points, line]))
+    assert score_points(replace(CROSS, node_of_vertex=np.empty(0, dtype=np.int64)), scan).extra_components == 0
+
+
+def test_noise_makes_no_ends():
+    """Its deviation is 0.4 of the radius, so that the nearest points are half as far as the surface."""
+    noise = 0.024 * np.random.default_rng(3).normal(size=CLOUD.points.shape)
+    score = score_points(CROSS, PointCloud(CLOUD.points + noise))
+    assert (score.extremities, score.extremities_missed) == (4, 0)
+    assert score_points(_without(np.arange(1, 20)), PointCloud(CLOUD.points + noise)).extremities_missed == 1
+
+
 def test_outliers_change_nothing():
     rng = np.random.default_rng(1)
     far = PointCloud(np.concatenate([CLOUD.points, rng.uniform(-1, 1, (100, 3))]))

@@ -1,5 +1,6 @@
 """Skeletons of point clouds by the call that makes those of meshes."""
 
+import re
 import time
 from dataclasses import replace
 
@@ -11,7 +12,7 @@ from lbskel import MeshError, PointCloud, Skeleton, UnknownChoice
 from lbskel.pipeline import profiling, stages
 from lbskel.pipeline.clouds import _with_joined_pieces
 from lbskel.preprocess.point_cleaning import clean_points
-from lbskel.shapes import make, torus
+from lbskel.shapes import capsule, make, torus
 
 
 @pytest.fixture(scope="module")
@@ -84,6 +85,27 @@ def test_the_report_says_what_was_given_and_what_could_not_be_checked(skeleton, 
     assert report["reconstruction"]["kept"] == len(cloud.points)
     assert "reconstruct" in report["seconds"]
     assert "score" not in report["seconds"]  # of the surface, which is none that was given
+
+
+def test_the_length_below_which_limbs_grow_together_is_told():
+    """In the units of the cloud: 10,000 points on an area of 8,000."""
+    rng = np.random.default_rng(0)
+    points = np.column_stack([200 * rng.random(10_000), np.zeros((10_000, 2))])
+    angle, radius = rng.uniform(0, 2 * np.pi, 10_000), 20 / np.pi
+    points[:, 1:] = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    report = lbskel.skeletonize(PointCloud(points)).report
+    assert report["reconstruction"]["spacing"] == pytest.approx(np.sqrt(0.8), rel=0.05)
+    (told,) = re.findall("nearer to each other than about ([0-9.]+), twice", " ".join(report["notes"]))
+    assert float(told) == pytest.approx(2 * np.sqrt(0.8), rel=0.1)
+
+
+def test_a_ball_in_a_tube_around_few_points_is_no_larger_than_the_limb():
+    """By the distances to the surface of the tube, the radii were 2.4 of the true one."""
+    corners = capsule(4.0, 0.5)
+    points = corners.vertices[np.random.default_rng(0).permutation(len(corners.vertices))[:50]]
+    skeleton = lbskel.skeletonize(PointCloud(points))
+    assert skeleton.report["reconstruction"]["points_in_tubes"] > 30
+    assert np.median(skeleton.radii) < 0.55
 
 
 def test_a_loop_is_kept():

@@ -41,5 +41,16 @@ def test_noise_makes_no_outliers():
     assert not _outliers(SPHERE * (1 + 0.05 * rng.normal(size=(len(SPHERE), 1)))).any()
 
 
+@pytest.mark.parametrize("between", [1e-9, 1e-3])
+def test_two_scans_of_a_surface_have_no_outliers(between):
+    """Of 16,000 points, each a deviation from its copy, that are 0.04 apart, some would be outliers without."""
+    rng = np.random.default_rng(0)
+    once = rng.normal(size=(8000, 3))
+    once /= np.linalg.norm(once, axis=1, keepdims=True)
+    twice = np.concatenate([once, once + between * rng.normal(size=once.shape)])
+    assert not _outliers(twice).any()
+    assert _outliers(np.concatenate([twice, [[3.0, 0, 0]]]))[-1]
+
+
 def test_few_points_are_no_outliers():
     assert not _outliers(SPHERE[:5]).any()
