@@ -160,11 +160,11 @@ def _report(
     given = {"vertices": len(cloud.points), "faces": 0, "components": report["input"]["components"]}
     steps = surface.report["steps"][0]
     gap = f"about {LEAST_GAP * steps['spacing']:.2g}, twice the distance between points"
-    grown = f"limbs nearer to each other than {gap}, or joined by noise, may have grown together"
+    grown = f"limbs nearer to each other than {gap}, may have grown together, and so may limbs that noise joins"
     return {
         **report,
         "input": given,
-        "notes": [*surface.notes, *report["notes"], f"{UNCHECKED}: {grown}", *skipped_notes(skipped)],
+        "notes": [*surface.notes, *report["notes"], f"{UNCHECKED}; {grown}", *skipped_notes(skipped)],
         "passed": scored is not None and scored.passed,
         "score": NOT_SCORED if scored is None else scored.report(),
         "reconstruction": {"faces": len(surface.mesh.faces), **steps},
