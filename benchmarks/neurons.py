@@ -42,8 +42,7 @@ SPACING = 5.0  # of the samples along skeletons, in the same units
 MEANS = ("F", "recall", "precision", "to axis", "to axis, median", "tips found", "tip precision", "cpu seconds")
 
 PART_TIPS, QUICK_TIPS = 60, 4  # at most so many tips in a part of a tracing
-# Swept: lower bounds on the bulge of a limb without a branch, where a hemisphere has 1, and on that of a limb shorter
-# than what is pruned
+# Swept: lower bounds on the bulge of a limb without a branch, where a hemisphere has 1
 BULGES = (0.55, 0.6, 0.62, 0.65, 0.7, 0.85)
 # Swept: faces that refinement of coarse meshes aims at, area of the cells in which ends are found
 FACES = (20_000, 22_000, 23_000, 24_000, 26_000, 28_000, 32_000, 40_000, 80_000)

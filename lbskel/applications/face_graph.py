@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.graphs import connected_labels
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import unique_inverse
 
@@ -87,11 +86,11 @@ def connect_parts(labels: NDArray[np.int64], graph: FaceGraph, areas: NDArray[np
         Areas of the faces.
     """
     m, (i, j) = len(labels), graph.pairs.T
-    surface = _pieces(graph.pairs, m)
+    surface = connected_labels(graph.pairs, m)
     current = labels.copy()
     while True:
         is_same = current[i] == current[j]
-        piece = _pieces(graph.pairs[is_same], m)
+        piece = connected_labels(graph.pairs[is_same], m)
         area = np.bincount(piece, areas)
         first = np.unique(piece, return_index=True)[1]
         part = surface[first] * (current.max() + 1) + current[first]
@@ -116,10 +115,3 @@ def connect_parts(labels: NDArray[np.int64], graph: FaceGraph, areas: NDArray[np
         new = np.full(len(area), -1)
         new[chosen] = np.asarray(border[chosen].argmax(axis=1)).ravel()
         current = np.where(new[piece] >= 0, new[piece], current)
-
-
-def _pieces(pairs: NDArray[np.int64], m: int) -> NDArray[np.int64]:
-    """(m,) number of the connected component of each face."""
-    graph = weighted_graph(pairs, np.ones(len(pairs), dtype=np.int8), m)
-    pieces: NDArray[np.int64] = connected_components(graph, directed=False)[1].astype(np.int64)
-    return pieces

@@ -10,9 +10,8 @@ __all__ = ["part_volumes"]
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
-from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.graphs import connected_labels
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.point_stars import distinct_points
 from lbskel.geometry.sorting import unique_inverse
@@ -40,7 +39,7 @@ def part_volumes(mesh: Mesh, part_of_face: NDArray[np.int64], n_parts: int) -> N
     ends = np.stack(np.divmod(edges, n), axis=1)
     is_rim = np.zeros(len(edges), dtype=bool)
     is_rim[rim] = True
-    group = connected_components(weighted_graph(ends[is_rim], np.ones(is_rim.sum()), n), directed=False)[1]
+    group = connected_labels(ends[is_rim], n)
     a, b = points[ends].transpose(1, 0, 2)
     length = np.where(is_rim, np.linalg.norm(b - a, axis=1), 0.0)
     weight = np.bincount(group[ends[:, 0]], length)

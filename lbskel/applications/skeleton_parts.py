@@ -17,9 +17,9 @@ from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import breadth_first_order, connected_components
+from scipy.sparse.csgraph import breadth_first_order
 
-from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.graphs import connected_labels, weighted_graph
 from lbskel.skeleton.skeleton import Skeleton
 
 # Ratio of the radius of a branch to that of its junction, or of another branch, from which the two count as equally
@@ -50,7 +50,7 @@ def parts_of_nodes(skeleton: Skeleton, radii: NDArray[np.float64]) -> NDArray[np
     joined = [pair for stretch in stretches for pair in stretch.pairs_inside()]
     meeting = [stretch.path[[0, -1]] for stretch in stretches if all(stretch.is_junction) and not len(stretch.inner)]
     meet = np.array(meeting, dtype=np.int64).reshape(-1, 2)
-    group = connected_components(weighted_graph(meet, np.ones(len(meet)), k), directed=False)[1]
+    group = connected_labels(meet, k)
     at_group: dict[int, list[_End]] = {}
     lengths = _Lengths(skeleton)
     for stretch in stretches:
@@ -60,7 +60,7 @@ def parts_of_nodes(skeleton: Skeleton, radii: NDArray[np.float64]) -> NDArray[np
     for junction in order[np.unique(group[order], return_index=True)[1]].tolist():
         joined += _joined_at(junction, at_group.get(int(group[junction]), []), float(radii[junction]))
     edges = np.array(joined, dtype=np.int64).reshape(-1, 2)
-    label = connected_components(weighted_graph(edges, np.ones(len(edges)), k), directed=False)[1]
+    label = connected_labels(edges, k)
     _, first, number = np.unique(label, return_index=True, return_inverse=True)
     rank = np.empty(len(first), dtype=np.int64)
     rank[np.argsort(first)] = np.arange(len(first))

@@ -243,7 +243,7 @@ def _edits(report: dict[str, Any]) -> list[str]:
         notes.append(f"{were(n_opened, 'short loop')} opened; --min-loop 0 keeps them")
     if n_joined := report["pieces_joined"]:
         gaps = [math.dist(*ends) for ends in report.get("joining_edges", ())]
-        longest = f", by edges of at most {max(gaps):.4g} in the units of the mesh" if gaps else ""
+        longest = f", by edges of at most {max(gaps):.4g} in the units of the mesh" if len(gaps) == n_joined else ""
         notes.append(f"{were(n_joined, 'gap')} closed between components{longest}; --join none keeps them")
     return notes
 

@@ -11,9 +11,8 @@ __all__ = ["count_handles"]
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
-from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.graphs import connected_labels
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import stable_order
 
@@ -33,11 +32,11 @@ def count_handles(mesh: Mesh) -> NDArray[np.int64]:
     start, end = ((np.arange(3 * m) + k * m) % (3 * m) for k in (1, 2))  # corners of each half-edge
     is_opposite = corner_vertex[start[a]] == corner_vertex[end[b]]
     links = [(start[a], np.where(is_opposite, end[b], start[b])), (end[a], np.where(is_opposite, start[b], end[b]))]
-    umbrella = _labels(np.concatenate([np.stack(link, axis=1) for link in links]), 3 * m)
-    part = _labels(np.stack([a % m, b % m], axis=1), m)
+    umbrella = connected_labels(np.concatenate([np.stack(link, axis=1) for link in links]), 3 * m)
+    part = connected_labels(np.stack([a % m, b % m], axis=1), m)
     free = mesh.faces_per_edge[mesh.edge_of_half_edge] == 1
     rims = np.stack([umbrella[start[free]], umbrella[end[free]]], axis=1)
-    loop = _labels(rims, int(umbrella.max()) + 1)[rims[:, 0]]
+    loop = connected_labels(rims, int(umbrella.max()) + 1)[rims[:, 0]]
     component_of_face = mesh.component_of_vertex[mesh.faces[:, 0]]
 
     def count(labels: NDArray[np.int64], face: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -48,10 +47,3 @@ def count_handles(mesh: Mesh) -> NDArray[np.int64]:
     euler = count(umbrella, np.tile(faces, 3)) - count(mesh.edge_of_half_edge, np.tile(faces, 3)) + count(faces, faces)
     handles: NDArray[np.int64] = count(part, faces) - (euler + count(loop, np.tile(faces, 3)[free])) // 2
     return handles
-
-
-def _labels(pairs: NDArray[np.int64], n: int) -> NDArray[np.int64]:
-    """(n,) number of the connected part of each node of a graph."""
-    graph = weighted_graph(pairs, np.ones(len(pairs), dtype=np.int8), n)
-    labels: NDArray[np.int64] = connected_components(graph, directed=False)[1].astype(np.int64)
-    return labels

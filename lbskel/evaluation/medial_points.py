@@ -16,13 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import diags_array, eye_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from lbskel.geometry.bvh import build_aabb_tree
 from lbskel.geometry.components import find_crumbs
 from lbskel.geometry.deadline import Deadline
-from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.graphs import connected_labels, weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import normalized, triangle_normals
 from lbskel.geometry.shape_diameter import local_radii
@@ -149,7 +148,7 @@ def _n_parts(
         return 0
     areas, row = mesh.vertex_areas[own], np.cumsum(is_uncovered) - 1
     edges = row[mesh.edges[is_uncovered[mesh.edges].all(axis=1)]]
-    part = connected_components(weighted_graph(edges, np.ones(len(edges)), len(own)), directed=False)[1]
+    part = connected_labels(edges, len(own))
     in_squared_radii = np.bincount(part, areas / np.maximum(radii[own], TINY) ** 2)
     flux = np.linalg.norm([np.bincount(part, x[own]) for x in area_vectors.T], axis=0)
     is_part = (in_squared_radii >= MIN_PART) & (flux <= MAX_FLUX * np.bincount(part, areas))

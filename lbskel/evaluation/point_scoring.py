@@ -50,7 +50,12 @@ MAX_COVERED_DISTANCE = 2.0  # in local radii, as on meshes
 MIN_COVERED = 0.5  # share of the points of a part without nodes below which it has no skeleton: most of them; a guess
 
 
-def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.int64] | None = None) -> Score:
+def score_points(
+    skeleton: Skeleton,
+    cloud: PointCloud,
+    neighbors: NDArray[np.int64] | None = None,
+    is_joining: NDArray[np.bool_] | None = None,
+) -> Score:
     """Measure a skeleton on a cloud.
 
     Parameters
@@ -60,6 +65,8 @@ def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.in
     cloud : PointCloud
     neighbors : (n, SCORED_NEIGHBORS) array of int, optional
         The nearest points of each point, itself first, where they are known.
+    is_joining : (e,) array of bool, optional
+        Edges that joined bodies. They are left out where they join different parts of the cloud.
     """
     has_map = len(skeleton.node_of_vertex) > 0
     tree = PointTree(skeleton.nodes)
@@ -70,6 +77,9 @@ def score_points(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.in
     neighbors = neighbors if len(distinct) == len(cloud.points) else None
     points, point_tree, graph, part = _without_outliers(distinct, neighbors)
     to_points, nearest = point_tree.nearest(skeleton.nodes, SCORED_NEIGHBORS)
+    if is_joining is not None:
+        i, j = part[nearest[skeleton.edges, 0]].T
+        skeleton = replace(skeleton, edges=skeleton.edges[~is_joining | (i == j)])
     skeleton = replace(skeleton, radii=to_points[:, 0])
     is_among, errors = section_errors(skeleton, points, point_tree)
     inside = inside_fraction(skeleton, points, point_tree)

@@ -116,16 +116,18 @@ def find_inner(meshes: Sequence[Mesh]) -> NDArray[np.bool_]:
     meshes : sequence of Mesh
     """
     is_inner = np.zeros(len(meshes), dtype=bool)
+    centers = [mesh.vertices[mesh.faces[:: 1 + len(mesh.faces) // N_TESTED]].mean(axis=1) for mesh in meshes]
     low, high = (np.array([extreme(mesh.vertices, axis=0) for mesh in meshes]) for extreme in (np.min, np.max))
-    middles = (low + high) / 2
-    near = cKDTree(middles).query_ball_point(middles, np.linalg.norm(high - low, axis=1) / 2)
-    for number, others in enumerate(near):
-        others = [other for other in others if other != number]
-        if others and meshes[number].is_closed:
-            faces = [meshes[other].faces[:: 1 + len(meshes[other].faces) // N_TESTED] for other in others]
-            centers = [meshes[other].vertices[F].mean(axis=1) for other, F in zip(others, faces, strict=True)]
-            is_inside = Surface(meshes[number]).contains(np.concatenate(centers))
-            sizes = np.array([len(each) for each in centers])
+    # a box that does not reach to these places on each side holds fewer than MIN_INNER of the centers
+    inner_low, inner_high = np.transpose(
+        [np.quantile(each, (1 - MIN_INNER, MIN_INNER), axis=0, method="nearest") for each in centers], (1, 0, 2)
+    )
+    for number, mesh in enumerate(meshes):
+        is_within = ((inner_low >= low[number]) & (inner_high <= high[number])).all(axis=1)
+        others = np.flatnonzero(is_within & (np.arange(len(meshes)) != number))
+        if len(others) and mesh.is_closed:
+            is_inside = Surface(mesh).contains(np.concatenate([centers[other] for other in others]))
+            sizes = np.array([len(centers[other]) for other in others])
             n_inside = np.add.reduceat(is_inside.astype(np.int64), np.append(0, np.cumsum(sizes)[:-1]))
             is_inner[others] |= n_inside >= MIN_INNER * sizes
     return is_inner

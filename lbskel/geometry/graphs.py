@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-__all__ = ["edge_length_graph", "positive_edge_lengths", "shortest_edges", "shortest_paths", "weighted_graph"]
+__all__ = [
+    "connected_labels",
+    "edge_length_graph",
+    "positive_edge_lengths",
+    "shortest_edges",
+    "shortest_paths",
+    "weighted_graph",
+]
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
 
 from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.mesh import Mesh
@@ -30,6 +38,20 @@ def weighted_graph(edges: NDArray[np.int64], weights: NDArray[Any], n_nodes: int
     """
     rows, columns = edges.T.astype(np.int32)
     return coo_array((weights, (rows, columns)), shape=(n_nodes, n_nodes)).tocsr()
+
+
+def connected_labels(edges: NDArray[np.int64], n_nodes: int) -> NDArray[np.int64]:
+    """(n,) number of the connected component of each node.
+
+    Parameters
+    ----------
+    edges : (e, 2) array of int
+        In either direction.
+    n_nodes : int
+    """
+    graph = weighted_graph(edges, np.ones(len(edges)), n_nodes)
+    labels: NDArray[np.int64] = connected_components(graph, directed=False)[1].astype(np.int64)
+    return labels
 
 
 def positive_edge_lengths(mesh: Mesh) -> NDArray[np.float64]:

@@ -94,7 +94,8 @@ class WindingNumbers:
             return np.asarray(np.abs(self.around(points, deadline=deadline)) > 0.5)
         is_inside: NDArray[np.bool_] = self.closed.winding_numbers(points, deadline=deadline) != 0
         tree, reach = self._reach_of_fans
-        near = np.flatnonzero(np.isfinite(tree.query(points, distance_upper_bound=reach)[0]))
+        to_fans = tree.query(np.nan_to_num(points), distance_upper_bound=reach)[0]  # which refuses NaN
+        near = np.flatnonzero(np.isfinite(to_fans))
         is_inside[near] = np.abs(self.around(points[near], deadline=deadline)) > 0.5
         return is_inside
 

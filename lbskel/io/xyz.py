@@ -18,7 +18,7 @@ from lbskel.io.polygon_soup import PolygonSoup
 from lbskel.io.text import content_lines, parse_columns, read_text
 
 NAMES = re.compile(r"[\s,;\"]*(//)?\"?([^\W\d]\w*)")  # the first word of a line of names; CloudCompare writes //X
-UNIT = re.compile(r"\s*[\[(].*")
+UNIT = re.compile(r"\s*(\[[^\]]*\]|\([^)]*\))")
 POINTS = ("points:0", "points:1", "points:2")  # names of the coordinates in tables of ParaView
 
 
@@ -51,11 +51,12 @@ def read_xyz(path: Path) -> PolygonSoup:
 
 
 def _fields(line: str) -> list[str]:
-    """Split a line at its semicolons, or else its commas, or else its white space."""
+    """Split a line, without units in brackets, at its semicolons, or else its commas, or else its white space."""
+    line = UNIT.sub("", line)
     return line.split(next((mark for mark in ";," if mark in line), None))
 
 
 def _columns(line: str) -> list[int] | None:
     """Find the columns of x, y and z in a line of names; None if it lacks one."""
-    names = [UNIT.sub("", word.strip(' \t"/').lower()) for word in _fields(line)]
+    names = [word.strip(' \t"/').lower() for word in _fields(line)]
     return next(([*map(names.index, axes)] for axes in ("xyz", POINTS) if {*axes} <= set(names)), None)

@@ -83,8 +83,8 @@ def resolve_anchors(anchors: Iterable[Any], prepared: PreparedMesh) -> Anchors:
     Returns
     -------
     Anchors
-        One of those that are at the same point. A vertex that preprocessing has moved, as smoothing does, is at its
-        place on the preprocessed surface: where the caller has it may be outside of that.
+        One of those that are at the same point. A vertex that preprocessing has moved, as smoothing does, or joined to
+        others, is at its place on the preprocessed surface: where the caller has it may be outside of that.
 
     Raises
     ------
@@ -92,11 +92,11 @@ def resolve_anchors(anchors: Iterable[Any], prepared: PreparedMesh) -> Anchors:
         If the anchors are not a list, or one is neither a vertex of the source nor a point.
     """
     resolved = [resolve_anchor(anchor, prepared.source) for anchor in listed_anchors(anchors)]
-    points = np.array([point for _, point in resolved]).reshape(-1, 3)
-    first = np.sort(np.unique(points, axis=0, return_index=True)[1])
-    points = prepared.to_unit(points[first])
-    vertices = np.array([vertex for vertex, _ in resolved], dtype=np.int64)[first]
+    points = prepared.to_unit(np.array([point for _, point in resolved]).reshape(-1, 3))
+    vertices = np.array([vertex for vertex, _ in resolved], dtype=np.int64)
     targets = prepared.vertex_map.indices[vertices]
     is_vertex = (points == prepared.to_unit(prepared.source.vertices[vertices])).all(axis=1) & (targets >= 0)
     points[is_vertex] = prepared.mesh.vertices[targets[is_vertex]]
+    first = np.sort(np.unique(points, axis=0, return_index=True)[1])
+    points, targets = points[first], targets[first]
     return Anchors(VertexMap(targets).complete(points, prepared.mesh.vertices).indices, points, first)

@@ -13,12 +13,11 @@ from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 
 from lbskel.errors import MeshError
 from lbskel.evaluation.measures import NOT_SCORED, Score
 from lbskel.evaluation.point_scoring import SCORED_NEIGHBORS
-from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.graphs import connected_labels
 from lbskel.geometry.mesh import Mesh, PointCloud
 from lbskel.geometry.sorting import is_among
 from lbskel.geometry.vertex_map import VertexMap
@@ -121,7 +120,7 @@ def _with_joined_pieces(skeleton: Skeleton, points: CleanedPoints, *, keeps_root
     links = links[component[links[:, 0]] != component[links[:, 1]]]
     is_mutual = is_among(links @ [len(neighbors), 1], links @ [1, len(neighbors)])
     pairs = component[links[is_mutual]]
-    part = connected_components(weighted_graph(pairs, np.ones(len(pairs)), k), directed=False)[1]
+    part = connected_labels(pairs, k)
     joined, first = skeleton, np.unique(skeleton.component_of_node, return_index=True)[1]  # a node of each component
     for number in np.flatnonzero(np.bincount(part) > 1):
         is_joinable = np.isin(np.arange(joined.n_components), joined.component_of_node[first[part == number]])
@@ -161,11 +160,11 @@ def _report(
     given = {"vertices": len(cloud.points), "faces": 0, "components": report["input"]["components"]}
     steps = surface.report["steps"][0]
     gap = f"about {LEAST_GAP * steps['spacing']:.2g}, twice the distance between points"
-    grown = f"limbs nearer to each other than {gap}, or joined by noise, may have grown together"
+    grown = f"limbs nearer to each other than {gap}, may have grown together, and so may limbs that noise joins"
     return {
         **report,
         "input": given,
-        "notes": [*surface.notes, *report["notes"], f"{UNCHECKED}: {grown}", *skipped_notes(skipped)],
+        "notes": [*surface.notes, *report["notes"], f"{UNCHECKED}; {grown}", *skipped_notes(skipped)],
         "passed": scored is not None and scored.passed,
         "score": NOT_SCORED if scored is None else scored.report(),
         "reconstruction": {"faces": len(surface.mesh.faces), **steps},

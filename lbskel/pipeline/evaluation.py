@@ -91,7 +91,7 @@ def score_prepared(skeleton: Skeleton, prepared: PreparedMesh, *, deadline: Dead
 
 
 def score_cloud(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.int64] | None = None) -> Score:
-    """Measure a skeleton on a cloud, without the edges that join bodies according to its report.
+    """Measure a skeleton on a cloud, without the edges between its parts that join bodies according to the report.
 
     Parameters
     ----------
@@ -101,10 +101,7 @@ def score_cloud(skeleton: Skeleton, cloud: PointCloud, neighbors: NDArray[np.int
         As for :func:`lbskel.evaluation.point_scoring.score_points`.
     """
     require_scorable(skeleton, len(cloud.points))
-    is_joining = joining_by_report(skeleton)
-    if is_joining is not None:
-        skeleton = replace(skeleton, edges=skeleton.edges[~is_joining])
-    return score_points(skeleton, cloud, neighbors)
+    return score_points(skeleton, cloud, neighbors, joining_by_report(skeleton))
 
 
 def joining_by_report(skeleton: Skeleton) -> NDArray[np.bool_] | None:

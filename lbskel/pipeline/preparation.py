@@ -85,7 +85,7 @@ class Body:
 
     @cached_property
     def is_piece(self) -> bool:
-        """Whether its surface was no closed manifold, flat or inside another, so that it may be a piece of one."""
+        """Whether its surface was open or non-manifold, and neither flat nor inside another: maybe a piece of one."""
         is_open = len(self.open_ends) > 0 or not self.mesh.is_closed_manifold
         return is_open and not self.is_inner and not is_flat_sheet(self.mesh)
 

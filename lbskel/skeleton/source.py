@@ -16,9 +16,9 @@ ELSEWHERE = "the skeleton is not in the shape: give the mesh or cloud that it wa
 def require_map(skeleton: Skeleton, points: NDArray[np.float64]) -> None:
     """Raise MeshError unless a skeleton maps as many vertices as there are points, to nodes near them.
 
-    Half of all distances must be at most half of the diagonal of the points' bounding box, as in every shape: those of
-    a sphere from its center are 0.29 of it. A skeleton in larger units is farther, also around the same origin; one in
-    smaller units is not told.
+    Half of all distances must be at most the diagonal of the points' bounding box, as those from any place in the box
+    are. A skeleton in units that are ten times larger is farther, also around the same origin; one in smaller units is
+    not told.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def require_map(skeleton: Skeleton, points: NDArray[np.float64]) -> None:
         )
     if len(points) and len(skeleton.nodes):
         distances = np.linalg.norm(points - skeleton.nodes[skeleton.node_of_vertex], axis=1)
-        if np.median(distances) > np.linalg.norm(np.ptp(points, axis=0)) / 2:
+        if np.median(distances) > np.linalg.norm(np.ptp(points, axis=0)):
             raise MeshError(ELSEWHERE)
 
 

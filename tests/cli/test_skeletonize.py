@@ -14,6 +14,7 @@ from helpers import file_names, joined, moved
 
 import lbskel
 from lbskel import read_skeleton, write_mesh
+from lbskel.cli.skeletonize import _edits
 from lbskel.io import FORMATS
 from lbskel.shapes import capsule, torus, with_local_noise
 
@@ -167,6 +168,14 @@ def test_loops_that_are_opened_and_gaps_that_are_closed_are_told(here, rod):
         more = ("--min-loop", "0", "--join", "none", "--force")
         out = here("skeletonize", name, "-o", "a.json", "--preset", "neuron", *more)[1]
         assert not any(line.startswith("  note      1") for line in out)
+
+
+def test_the_longest_gap_is_told_only_if_all_are_known():
+    """Those that were closed where the points of a cloud go on are not listed."""
+    edge = [[0, 0, 0], [0, 0, 2]]
+    for n_joined, told in ((1, "1 gap was closed between components, by edges of at most 2 in"), (2, "components; --")):
+        [note] = _edits({"loops_opened": 0, "pieces_joined": n_joined, "joining_edges": [edge]})
+        assert told in note
 
 
 def test_a_scale_and_units_are_those_of_the_file_and_not_of_the_skeleton(here, folder):

@@ -107,6 +107,15 @@ def test_a_skeleton_that_joins_two_parts_is_partly_outside():
     assert score.verdicts["inside_fraction"] == "fail"
 
 
+def test_an_edge_that_joins_two_bodies_of_one_part_is_measured():
+    """The surface through the points may break where they go on."""
+    is_joining = np.arange(len(CROSS.edges)) == 5
+    joined = score_points(CROSS, CLOUD, is_joining=is_joining)
+    assert (joined.extra_components, joined.verdict) == (0, "pass")
+    cut = replace(CROSS, edges=CROSS.edges[~is_joining])
+    assert score_points(cut, CLOUD).extra_components == 1
+
+
 def test_a_part_of_the_cloud_without_a_skeleton_is_told():
     """A ring, which has no ends, beside one with a skeleton."""
     ring = torus(1.0, 0.3, 170, 68).vertices

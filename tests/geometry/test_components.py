@@ -1,11 +1,14 @@
 """Connected components: each as a mesh of its own, with the vertices of the whole."""
 
+from unittest.mock import patch
+
 import numpy as np
 import pytest
 from helpers import joined, moved
 
 from lbskel import Mesh
 from lbskel.geometry.components import components, find_crumbs, find_inner, find_twigs
+from lbskel.geometry.surface_queries import Surface
 from lbskel.shapes import capsule, sphere
 
 
@@ -41,6 +44,13 @@ def test_a_surface_is_inner_if_nearly_all_of_it_is_inside_another(rod):
     within = rod.with_vertices(0.3 * rod.vertices)
     assert find_inner([around, beside, through, within]).tolist() == [False, False, False, True]
     assert find_inner([within, Mesh(around.vertices, around.faces[1:])]).tolist() == [False, False]  # it is open
+
+
+def test_surfaces_that_cross_are_not_tested_point_by_point(rod):
+    """Else hundreds of branches that cross, as of a bush, would take minutes."""
+    crossing = [rod.with_vertices(np.roll(rod.vertices, shift, axis=1)) for shift in range(3)]
+    with patch.object(Surface, "contains", side_effect=AssertionError):
+        assert not find_inner(crossing).any()
 
 
 def test_unused_vertices_are_in_no_component(tetrahedron):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lbskel import Mesh
-from lbskel.geometry.graphs import edge_length_graph, shortest_edges, shortest_paths, weighted_graph
+from lbskel.geometry.graphs import connected_labels, edge_length_graph, shortest_edges, shortest_paths, weighted_graph
 
 
 def test_indices_are_those_that_every_scipy_takes():
@@ -12,6 +12,12 @@ def test_indices_are_those_that_every_scipy_takes():
     graph = weighted_graph(edges, np.array([3.0, 4.0]), 4)
     assert graph.indices.dtype == graph.indptr.dtype == np.int32
     assert graph.toarray().tolist() == [[0, 0, 3, 0], [0, 0, 4, 0], [0, 0, 0, 0], [0, 0, 0, 0]]
+
+
+def test_nodes_that_edges_of_any_direction_connect_have_one_label():
+    repeated = np.repeat([[2, 0], [2, 3]], 256, axis=0)
+    assert connected_labels(repeated, 5).tolist() == [0, 1, 0, 0, 2]
+    assert connected_labels(np.empty((0, 2), dtype=np.int64), 2).tolist() == [0, 1]
 
 
 def test_an_edge_without_length_is_an_edge():

@@ -47,6 +47,14 @@ def test_a_point_is_inside_where_its_winding_number_is_above_a_half(name):
     assert (trees.contain(fine) == (np.abs(trees.around(fine)) > 0.5)).all()
 
 
+@pytest.mark.parametrize("name", SURFACES)
+def test_points_that_are_not_finite_are_not_inside(name):
+    points = np.array([[np.nan, 0, 0], [0, np.inf, 0], [0, 0, 0]])
+    trees = winding_numbers_of(SURFACES[name])
+    assert not trees.contain(points)[:2].any()
+    assert trees.contain(points[:0]).tolist() == []
+
+
 def test_far_from_the_fans_their_numbers_are_not_needed():
     trees = winding_numbers_of(cut(BALL, below=0.8))
     far = POINTS[(POINTS[:, 2] < -0.5)]

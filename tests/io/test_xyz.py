@@ -58,6 +58,8 @@ def test_a_first_point_that_is_not_finite_is_no_line_of_names(rejects):
     "content",
     ["id,x,y,z\n7,1,2,3\n", '"Point ID";"Z";"Y";"X"\n7;3;2;1\n', "# c\n//r Y X Z\n9 2 1 3\n", "a b c\n1 2 3\n"]
     + ['"r","Points:0","Points:1","Points:2"\n9,1,2,3\n', "id,X [mm],Y (mm),Z[mm]\n7,1,2,3\n"]
+    + ["X [mm] Y [mm] Z [mm] R G\n1 2 3 4 5\n", "# r X (mm) Y (mm) Z (mm)\n9 1 2 3\n"]
+    + ['"r [1/m, 1/s]","X [m]","Y [m]","Z [m]"\n9,1,2,3\n']
     + ["Cut pipe 7 here\n1 2 3\n", "a;b;c;\n1;2;3;\n"]
     + ["name,x,y,z,r,g,b\n,1,2,3,255,0,0\n", ",x,y,z\n0,1,2,3\n", "# id x y z\n7 1 2 3\n", "#id;z;y;x\n;3;2;1\n"],
 )

@@ -62,3 +62,12 @@ def test_a_vertex_that_smoothing_moves_is_an_anchor_at_its_new_place():
     assert np.array_equal(by_index.points, [place])
     assert np.array_equal(by_place.points, [place])
     assert len(skeletonize(noisy, anchors=[int(v) for v in range(0, 1000, 150)]).anchors) == 7
+
+
+def test_vertices_that_preprocessing_joins_are_one_anchor(rod):
+    """The corners of triangles without common vertices, as in STL, that lie at almost one place."""
+    corners = rod.vertices[rod.faces].reshape(-1, 3)
+    corners = corners + 1e-9 * np.random.default_rng(0).normal(size=corners.shape)
+    soup = Mesh(corners, np.arange(len(corners)).reshape(-1, 3))
+    at_one_place = np.flatnonzero(rod.faces.ravel() == rod.faces[0, 0])
+    assert len(resolve_anchors(at_one_place.tolist(), prepare(soup)).points) == 1

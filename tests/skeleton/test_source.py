@@ -21,6 +21,19 @@ def test_a_mesh_in_other_units_is_an_error(measure):
             measure(other)
 
 
+def test_a_node_in_the_middle_of_a_box_is_in_it():
+    """All eight vertices are half a diagonal away, up to rounding: as after a time limit."""
+    for seed in range(30):
+        size, place = np.random.default_rng(seed).uniform(1, 2, (2, 3))
+        corners = np.indices((2, 2, 2)).reshape(3, -1).T * size + place
+        require_map(Skeleton([corners.mean(axis=0)], [], [0.5], np.zeros(8, dtype=np.int64)), corners)
+
+
+def test_larger_units_around_the_same_origin_are_an_error():
+    with pytest.raises(MeshError, match="not in the shape"):
+        require_map(OWN, 0.1 * ROD.vertices)
+
+
 def test_a_map_of_another_mesh_is_an_error():
     with pytest.raises(MeshError, match="maps 0 vertices to its nodes, and the mesh has"):
         require_map(Skeleton([[0, 0, 0]], [], [1.0]), ROD.vertices)
