@@ -87,7 +87,7 @@ def _row(name: str, shape: Shape, simplify: str) -> dict[str, Any]:
 
 def _row_of_factor(trees: list[Shape], factor: float) -> dict[str, Any]:
     """Trees of vessels, with proxies of so many faces for each squared local radius."""
-    with mock.patch.object(proxy, "FACES_PER_RADIUS", factor):
+    with mock.patch.object(proxy, "FACES_PER_SQUARED_RADIUS", factor):
         sizes = [min(proxy.face_budget(tree.mesh), len(tree.mesh.faces)) for tree in trees]
         began = time.process_time()
         skeletons = [lbskel.skeletonize(tree.mesh) for tree in trees]

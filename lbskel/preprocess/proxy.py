@@ -23,7 +23,7 @@ MAX_FACES = 16_000  # faces contracted without a proxy, and of the proxy of a sh
 # benchmarks/results/resolution.md
 # Faces of an area of one squared local radius: their edges are half the radius long. "Faces for each squared local
 # radius" in benchmarks/results/resolution.md
-FACES_PER_RADIUS = 8.0
+FACES_PER_SQUARED_RADIUS = 8.0
 MAX_SLENDER_FACES = 128_000  # upper bound on the faces of shapes with many thin parts; a guess that bounds the time
 # Faces of such a shape for each face of its proxy, above which that bound is raised: upper bound on how coarse a
 # proxy is. A coarser one loses tips, and costs more than it saves, since its skeleton leaves the solid;
@@ -46,7 +46,7 @@ def face_budget(mesh: Mesh, *, deadline: Deadline = NEVER) -> int:
         return MAX_FACES
     has_area = mesh.face_areas > 0
     radii = local_radii(mesh, deadline=deadline)[mesh.faces[has_area]].mean(axis=1)
-    needed = FACES_PER_RADIUS * float((mesh.face_areas[has_area] / radii**2).sum())
+    needed = FACES_PER_SQUARED_RADIUS * float((mesh.face_areas[has_area] / radii**2).sum())
     return int(np.clip(needed, MAX_FACES, max(MAX_SLENDER_FACES, len(mesh.faces) // MAX_REDUCTION)))
 
 
