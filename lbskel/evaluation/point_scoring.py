@@ -26,7 +26,7 @@ from lbskel.evaluation.point_sections import inside_fraction, section_errors, sp
 from lbskel.evaluation.skeleton_shape import mean_and_worst_branch, n_spurs, rms_curvature
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import PointCloud
-from lbskel.geometry.point_stars import distinct_points, surface_variation
+from lbskel.geometry.point_stars import MIN_VARIATION, distinct_points, surface_variation
 from lbskel.geometry.sorting import stable_order
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -37,7 +37,6 @@ SCORED_NEIGHBORS = 13
 # Share of the points below which a part of the cloud counts as outliers or a crumb, and ratio of the distance between
 # the points of a part to that of the whole cloud above which the part counts as outliers if it fills space; guesses
 MIN_PART, MAX_SPACING = 0.01, 3.0
-MIN_VARIATION = 0.06  # of a part that fills space, no unit: as lbskel.preprocess.outliers tells outliers
 N_SCALES = 5  # nodes whose median radius is that of an end, so that one point inside does not matter; a guess
 N_SOURCES = 30  # points from which distances along the cloud are averaged; a guess
 MIN_END, MIN_LIMB = 3.0, 6.0  # length of an end, and of a limb that must have a tip, in local radii; guesses

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from lbskel.geometry.graphs import weighted_graph
-from lbskel.geometry.point_stars import surface_variation
+from lbskel.geometry.point_stars import MIN_VARIATION, surface_variation
 from lbskel.preprocess.point_neighborhoods import Neighborhoods
 
 N_NEIGHBORS = 6  # the distance to this neighbor is the inverse density of a point; a guess
@@ -30,9 +30,6 @@ N_NEIGHBORS = 6  # the distance to this neighbor is the inverse density of a poi
 QUANTILE = 0.2
 N_PASSES = 2  # the second finds the few outliers that the first has left alone, whose neighbors were outliers; a guess
 N_LINKS = 12  # neighbors that a point may be linked with, and whose plane is that of its group; a guess
-# Smallest variance over the sum of all three from which on a group fills space. Groups of uniform outliers had 0.127 to
-# 0.179, sparse parts of surfaces at most 0.02 (measured by hand); the bound is near their geometric mean.
-MIN_VARIATION = 0.06
 
 
 def find_outliers(cloud: Neighborhoods, limit: float) -> tuple[NDArray[np.bool_], Neighborhoods]:
