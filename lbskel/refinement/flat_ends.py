@@ -48,9 +48,8 @@ def prune_flat_ends(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: f
         An end branch is kept where its surface reaches farther than this many half widths from its junction, along
         the part or across it.
     """
-    seen: dict[bytes, bool] = {}
     while ends := skeleton.end_branches:
-        corners = np.flatnonzero(_is_corner(skeleton, surface, ends, min_branch_ratio, seen)).tolist()
+        corners = np.flatnonzero(_is_corner(skeleton, surface, ends, min_branch_ratio)).tolist()
         if not corners:
             break
         skeleton = contract_branches(skeleton, [ends[row] for row in corners])
@@ -58,16 +57,9 @@ def prune_flat_ends(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: f
 
 
 def _is_corner(
-    skeleton: Skeleton,
-    surface: Surface,
-    ends: list[NDArray[np.int64]],
-    min_branch_ratio: float,
-    seen: dict[bytes, bool],
+    skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], min_branch_ratio: float
 ) -> NDArray[np.bool_]:
-    """(e,) whether each end branch is in a corner: short for its fork's half width, and in sight of its neighbors.
-
-    The lines of sight that were tested before are in ``seen``, and those tested now are added.
-    """
+    """(e,) whether each end branch is in a corner: short for its fork's half width, and in sight of its neighbors."""
     skeleton = replace(skeleton, nodes=moved_inside(skeleton.nodes, surface))
     nodes, junctions = skeleton.nodes, np.array([end[0] for end in ends])
     farthest, reaches = farthest_vertices(skeleton, surface.mesh, ends)
@@ -85,12 +77,8 @@ def _is_corner(
         offsets = np.array([nodes[way[-1]] - nodes[end[0]] for way in ways])
         cosines = offsets @ (peaks[row] - nodes[end[0]]) / np.maximum(vector_lengths(offsets), 1e-300)
         opposite.append(nodes[ways[int(cosines.argmin())]])
-    owner = np.array([row for row, _ in sights])
-    lines = np.concatenate([peaks[owner], np.array([point for _, point in sights])], axis=1)
-    keys = [line.tobytes() for line in lines]
-    new = [row for row, key in enumerate(keys) if key not in seen]
-    seen |= zip([keys[row] for row in new], _sees(lines[new, :3], lines[new, 3:], surface).tolist(), strict=True)
-    is_hidden = np.array([not seen[key] for key in keys])
+    owner, points = np.array([row for row, _ in sights]), np.array([point for _, point in sights])
+    is_hidden = ~_sees(peaks[owner], points, surface)
     sees = np.bincount(owner, is_hidden, len(ends)) == 0
     if not sees.any():
         return np.zeros(len(ends), dtype=bool)

@@ -1,16 +1,14 @@
 """Flat ends: forks in the corners of a slab are removed, limbs with a gap between them are kept."""
 
 from dataclasses import replace
-from unittest.mock import patch
 
 import numpy as np
 import pytest
 import trimesh
 from helpers import nearest_rows, slab
 
-from lbskel import Mesh, Skeleton, ground_truth_distances, skeletonize
+from lbskel import Skeleton, ground_truth_distances, skeletonize
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement import flat_ends
 from lbskel.refinement.flat_ends import prune_flat_ends
 from lbskel.shapes import make, with_local_noise
 from lbskel.shapes.hard import HARD_SHAPES
@@ -44,25 +42,6 @@ def test_a_gap_separates_limbs(notch, n_tips):
     mesh = slab(8.0, 4.0, 0.4, notch)
     skeleton = forked(mesh, -3.0, 1.0, [(3.6, 1.6), (3.6, -1.6)])
     assert len(prune_flat_ends(skeleton, Surface(mesh), min_branch_ratio=2.0).tips) == n_tips
-
-
-def test_each_line_of_sight_is_tested_once():
-    """The fork of one slab is gone in the second round, that of the other is as it was."""
-    slabs = [slab(8.0, 4.0, 0.4, notch) for notch in (0.0, 2.0)]
-    slabs[1] = slabs[1].with_vertices(slabs[1].vertices + [0, 9, 0])
-    mesh = Mesh(
-        np.concatenate([each.vertices for each in slabs]),
-        np.concatenate([slabs[0].faces, slabs[1].faces + len(slabs[0].vertices)]),
-    )
-    one = forked(mesh, -3.0, 1.0, [(3.6, 1.6), (3.6, -1.6)])
-    nodes = np.concatenate([one.nodes, one.nodes + [0, 9, 0]])
-    edges = np.concatenate([one.edges, one.edges + len(one.nodes)])
-    both = Skeleton(nodes, edges, np.ones(len(nodes)), nearest_rows(mesh.vertices, nodes))
-    with patch.object(flat_ends, "_sees", side_effect=flat_ends._sees) as sees:
-        assert len(prune_flat_ends(both, Surface(mesh), min_branch_ratio=2.0).tips) == 5
-    tested = [len(call.args[0]) for call in sees.call_args_list]
-    assert tested[0] > 0
-    assert sum(tested[1:]) == 0
 
 
 def test_a_branch_to_the_side_of_a_flat_part_is_a_corner_too():
