@@ -11,7 +11,7 @@ from __future__ import annotations
 __all__ = ["EXTENSIONS", "PASSES", "means_and_graphs", "measured", "n_tips_lost", "run"]
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
@@ -127,6 +127,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("growth of", "centerlines.MAX_GROWTH", (1.1, 1.5)),
         ("merge length of", "junctions.MAX_MERGE_LENGTH", (2.0, 3.0, 6.0)),
         ("merged up to a sine of", "junctions.MAX_SINE", (0.3, 0.33, 0.4, 0.44)),
+        ("growth of balls", "junctions.MIN_BALL_GROWTH", (-1.0, 0.05, 0.06, 0.07, 0.087)),
         ("ball ratio of", "junctions.MIN_BALL_RATIO tube_fit.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("deviations of", "mirror_symmetry.TYPICAL_DEVIATION", (0.05, 0.2)),
         ("bulge of", "uncovered_limbs.MIN_BULGE", (0.55, 0.7, 0.85)),
@@ -191,7 +192,12 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
         [symmetry.plane for symmetry in find_symmetries(skeleton, Surface(lbskel.Mesh(mesh.vertices, mesh.faces)))]
         for skeleton, mesh in zip(baseline, real, strict=True)
     ]  # of copies: a surface is kept with its mesh, and is not sent to other processes
-    replacing = partial(_ablation, tubes=tubes, hard=list(shapes.values()), real=real, baseline=baseline, planes=planes)
+    sets = {
+        "tubes": tubes,
+        "hard": list(shapes.values()),
+        "mirrored": [_mirrored(shape) for (part, _), shape in shapes.items() if part == "held out"],
+    }
+    replacing = partial(_ablation, sets=sets, real=real, baseline=baseline, planes=planes)
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         ablation = list(pool.map(replacing, ("none", *PASSES, *BOUNDS)))
         noise = list(pool.map(partial(_noise_row, meshes=real), *zip(*itertools.product(NOISES, BULGES), strict=True)))
@@ -207,7 +213,8 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
         {
             "Hard shapes, means": markdown_table(summary),
             "Each hard shape": markdown_table(rows),
-            f"Passes left out or bounds replaced: {len(tubes)} tubes, {len(shapes)} hard shapes, {len(real)} meshes, "
+            f"Passes left out or bounds replaced: {len(tubes)} tubes, {len(shapes)} hard shapes, mirror images "
+            f"of {len(sets['mirrored'])}, {len(real)} meshes, "
             f"{sum(map(bool, planes))} with a plane of symmetry": markdown_table(ablation),
             f"Noise on real meshes, by the bulge of a limb: {len(real)} meshes": markdown_table(noise),
             "Tried and not kept, by hand": markdown_table(TRIALS),
@@ -259,10 +266,16 @@ def _summary(rows: Sequence[dict[str, Any]], part: str, tool: str) -> dict[str, 
     )
 
 
+def _mirrored(shape: Shape) -> Shape:
+    """Mirror a shape and its axis: nothing but rounding and the turning sense of its faces changes."""
+    mirror = np.array([-1.0, 1, 1])
+    mesh = lbskel.Mesh(shape.mesh.vertices * mirror, shape.mesh.faces[:, ::-1])
+    return replace(shape, mesh=mesh, truth=replace(shape.truth, nodes=shape.truth.nodes * mirror))
+
+
 def _ablation(
     name: str,
-    tubes: Sequence[Shape],
-    hard: Sequence[Shape],
+    sets: Mapping[str, Sequence[Shape]],
     real: Sequence[lbskel.Mesh],
     baseline: Sequence[lbskel.Skeleton],
     planes: Sequence[Sequence[Mirror]],
@@ -274,15 +287,14 @@ def _ablation(
     and so does that of their distances from the medial points of the surface, in radii.
     """
     with replaced(name):
-        on_tubes, on_hard = (
-            means_and_graphs([measured(lbskel.skeletonize(shape.mesh), shape.truth) for shape in shapes])
-            for shapes in (tubes, hard)
-        )
+        found = {
+            part: means_and_graphs([measured(lbskel.skeletonize(shape.mesh), shape.truth) for shape in shapes])
+            for part, shapes in sets.items()
+        }
         skeletons = [lbskel.skeletonize(mesh) for mesh in real]
     return {
         "replaced": name,
-        **{f"tubes, {key}": on_tubes[key] for key in ("accuracy", "coverage", "graphs right")},
-        **{f"hard, {key}": on_hard[key] for key in ("accuracy", "coverage", "graphs right")},
+        **{f"{part}, {key}": of[key] for part, of in found.items() for key in ("accuracy", "coverage", "graphs right")},
         "extremities missed": sum(s.report["score"]["measures"]["extremities_missed"] for s in skeletons),
         "tunnels missed": sum(s.report["score"]["measures"]["tunnels_missed"] or 0 for s in skeletons),
         "tips lost": sum(map(n_tips_lost, skeletons, baseline)),

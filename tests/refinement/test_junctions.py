@@ -21,7 +21,7 @@ from lbskel.refinement.junctions import (
 )
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.shapes import SHAPES, capsule, chain_of_tori, make, mesh_solid, sphere
-from lbskel.shapes.hard import acute_fork, oblique_cross, prongs
+from lbskel.shapes.hard import acute_fork, oblique_cross, prongs, torso
 from lbskel.skeleton.editing import contract_nodes
 
 
@@ -214,11 +214,32 @@ def test_a_junction_goes_to_the_middle_where_its_branches_meet_near_the_surface(
     assert abs(placed[2]) < 0.1
 
 
-def test_a_junction_moves_farther_where_three_branches_agree(rod_along_z):
+@pytest.mark.parametrize(("growth", "z"), [(0.0, 0.5), (0.05, 0.5), (0.08, 1.0)])
+def test_a_junction_leaves_its_ball_where_three_branches_agree_and_balls_grow(growth, z):
+    """The branches meet one unit above the junction, in a cone whose ball at the junction has a radius of 0.5."""
+    cone = Surface(mesh_of_branches([([[0, 0, -4], [0, 0, 4]], [0.5 - 4 * growth, 0.5 + 4 * growth])]))
     arms = [ray([0.2 * np.cos(a), 0.2 * np.sin(a), 1.2], [np.cos(a), np.sin(a), 1], n=3) for a in (0, 2, 4)]
-    skeleton, centers = synthetic(arms, rod_along_z)
-    placed = place_junctions(skeleton, centers, rod_along_z).positions[0]
-    assert placed == pytest.approx([0, 0, 1], abs=0.01)
+    skeleton, centers = synthetic(arms, cone)
+    placed = place_junctions(skeleton, centers, cone).positions[0]
+    assert placed == pytest.approx([0, 0, z], abs=0.02)
+
+
+def test_a_junction_stops_where_balls_grow_no_more():
+    """The branches meet two units above it, beyond a cone that widens for one unit to a rod."""
+    solid = mesh_of_branches([([[0, 0, -2], [0, 0, 1], [0, 0, 4]], [0.2, 0.5, 0.5])])
+    arms = [ray([0.2 * np.cos(a), 0.2 * np.sin(a), 2.2], [np.cos(a), np.sin(a), 1], n=3) for a in (0, 2, 4)]
+    skeleton, centers = synthetic(arms, Surface(solid))
+    placed = place_junctions(skeleton, centers, Surface(solid)).positions[0]
+    assert placed == pytest.approx([0, 0, 1], abs=0.1)  # its stops are 0.1 apart
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_legs_of_a_torso_and_of_its_mirror_image_have_a_pelvis(sign):
+    """Nearly parallel legs, bent where they join the trunk, seem to meet in the head."""
+    shape = torso(degrees=12.0)
+    mesh = Mesh(shape.mesh.vertices * [sign, 1, 1], shape.mesh.faces[:, ::sign])
+    distances = ground_truth_distances(skeletonize(mesh), shape.truth)  # of which both halves are the same
+    assert distances.accuracy < 0.04
 
 
 @pytest.mark.parametrize(("x", "is_followed"), [(0.04, True), (0.3, False)])
