@@ -72,7 +72,10 @@ def _is_corner(
     opposite = []
     for row, (end, reach) in enumerate(zip(ends, reaches.tolist(), strict=True)):
         ways = [first_part(nodes, way, reach) for way in ways_from[int(end[0])] if way[-1] != end[-1]]
-        facing = [peaks[row_of_tip[tip]] if (tip := int(way[-1])) in row_of_tip else nodes[tip] for way in ways]
+        facing = [
+            peaks[row_of_tip[tip]] if (tip := int(way[-1])) in row_of_tip else _at_reach(nodes, way, reach)
+            for way in ways
+        ]
         sights += [(row, point) for point in facing]
         offsets = np.array([nodes[way[-1]] - nodes[end[0]] for way in ways])
         cosines = offsets @ (peaks[row] - nodes[end[0]]) / np.maximum(vector_lengths(offsets), 1e-300)
@@ -125,6 +128,14 @@ def first_part(nodes: NDArray[np.float64], way: NDArray[np.int64], reach: float)
     """
     beyond = np.flatnonzero(vector_lengths(nodes[way] - nodes[way[0]]) >= reach)
     return way[: max(beyond[0], 1) + 1] if len(beyond) else way
+
+
+def _at_reach(nodes: NDArray[np.float64], way: NDArray[np.int64], reach: float) -> NDArray[np.float64]:
+    """(3,) point of the last edge of a path at a reach from its start, or the end of the path if that is nearer."""
+    before, last = nodes[way[-2:]]
+    near, far = vector_lengths(nodes[way[-2:]] - nodes[way[0]])
+    share = np.clip((reach - near) / max(far - near, 1e-300), 0, 1)
+    return np.asarray(before + share * (last - before))
 
 
 def _half_widths(ways: list[NDArray[np.float64]], surface: Surface) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 from helpers import nearest_rows, slab
 
-from lbskel import Skeleton, ground_truth_distances, skeletonize
+from lbskel import ContractionSettings, Mesh, Skeleton, ground_truth_distances, skeletonize
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.flat_ends import prune_flat_ends
 from lbskel.shapes import make, with_local_noise
@@ -76,6 +76,13 @@ def test_a_bent_ribbon_has_two_ends():
     assert (len(skeleton.tips), len(skeleton.junctions)) == (2, 0)
     # the axis of a section is its center; most of what is left is the end, where a branch stops half a width early
     assert ground_truth_distances(skeleton, shape.truth).accuracy < 0.05
+
+
+def test_the_mirror_image_of_a_bent_ribbon_has_two_ends():
+    """In these steps, contraction leaves a fork whose next node is 1.2 times as far away as its corners reach."""
+    shape = HARD_SHAPES["ribbon"](ratio=7.0, length=3.0)
+    mirrored = Mesh(shape.mesh.vertices * [-1, 1, 1], shape.mesh.faces[:, ::-1])
+    assert len(skeletonize(mirrored, preset=ContractionSettings(contraction_growth=1.5)).tips) == 2
 
 
 @pytest.mark.parametrize(("given", "seed"), [({"ratio": 3.0, "twist": 2.0}, 0), ({}, 1)])
