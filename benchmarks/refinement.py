@@ -1,9 +1,9 @@
 """Refinement: accuracy on shapes that are not tubes, beside other tools, and what each pass contributes.
 
 Distances are exact, from points along one graph to the segments of the other, in true local radii. A graph is right if
-its tips, cycles and components are those of the axis, and so are its junctions after those nearer than a radius are
-merged. The second set of shapes has parameters at which nothing was tuned. In the ablation each pass is left out in
-turn, or one of its bounds is replaced.
+its tips, cycles and components are those of the axis, and so are its junctions after those are merged whose limbs have
+no room beside each other. The second set of shapes has parameters at which nothing was tuned. In the ablation each pass
+is left out in turn, or one of its bounds is replaced.
 """
 
 from __future__ import annotations
@@ -247,7 +247,7 @@ def measured(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> dict[str, Any
 
 
 def _n_junctions(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> int:
-    """Count junctions after those closer than the true radius there are merged."""
+    """Count junctions after those whose limbs have no room beside each other are merged, by true radii."""
     radii = nearest_on_edges(truth, skeleton.nodes)[2]
     return len(merge_junctions(lbskel.Skeleton(skeleton.nodes, skeleton.edges, radii)).junctions)
 

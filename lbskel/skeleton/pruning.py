@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.normals import vector_lengths
+from lbskel.geometry.sorting import group_medians
 from lbskel.skeleton.editing import contract_branches, contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -120,16 +121,19 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
 
 
 def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
-    """Merge pairs of junctions that are joined by a branch shorter than their radius.
+    """Merge pairs of junctions that are joined by a branch shorter than their radius and than the room of their limbs.
 
-    The junction with the larger radius keeps its position. The shortest branch goes first, unless that would remove a
-    cycle: the three junctions of a triangle are never merged.
+    Two limbs have room beside each other on a thicker one where their junctions are farther apart than the sum of their
+    radii. The thinnest branch at each junction counts, outside of the junction's ball. The junction with the larger
+    radius keeps its position. The shortest branch goes first, unless that would remove a cycle: the three junctions of
+    a triangle are never merged.
 
     Parameters
     ----------
     skeleton : Skeleton
     ratio : float
-        Length of the branch below which its junctions are merged, as a multiple of the larger of their radii.
+        Length of the branch below which its junctions are merged, as a multiple of the larger of their radii, and of
+        the sum of the radii of their thinnest branches.
 
     Raises
     ------
@@ -150,8 +154,8 @@ def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
         is_anchor = np.zeros(len(skeleton.nodes), dtype=bool)
         is_anchor[skeleton.anchors] = True
         lengths, ends = inner_branch_lengths(skeleton)
-        is_short = lengths < ratio * skeleton.radii[ends].max(axis=1)
-        short = np.flatnonzero(is_short)
+        limits = np.minimum(skeleton.radii[ends].max(axis=1), _thinnest_branches(skeleton)[ends].sum(axis=1))
+        short = np.flatnonzero(lengths < ratio * limits)
         short = short[np.argsort(lengths[short], kind="stable")]
         first, beside = adjacent_junctions(skeleton)
         target, is_touched = np.arange(len(skeleton.nodes)), np.zeros(len(skeleton.nodes), dtype=bool)
@@ -167,6 +171,24 @@ def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
         if not is_touched.any():
             return skeleton
         skeleton = contract_nodes(skeleton, target)
+
+
+def _thinnest_branches(skeleton: Skeleton) -> NDArray[np.float64]:
+    """(k,) radius of the thinnest branch at each junction and tip, infinite at other nodes.
+
+    The radius of a branch is the median of its nodes outside of the junction's ball; of all, where none is outside.
+    """
+    nodes, begins = skeleton.flat_branches
+    number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
+    thinnest = np.full(len(skeleton.nodes), np.inf)
+    for end in (nodes[begins[:-1]], nodes[begins[1:] - 1]):
+        center = end[number]
+        is_used = vector_lengths(skeleton.nodes[nodes] - skeleton.nodes[center]) > skeleton.radii[center]
+        is_used |= np.bincount(number[is_used], minlength=len(end))[number] == 0
+        counts = np.bincount(number[is_used], minlength=len(end))
+        medians = group_medians(skeleton.radii[nodes[is_used]], np.append(0, np.cumsum(counts)))
+        np.minimum.at(thinnest, end, medians)
+    return thinnest
 
 
 def inner_branch_lengths(skeleton: Skeleton) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

@@ -37,13 +37,23 @@ def test_pruning_never_cuts_a_cycle():
 def test_close_junctions_are_merged():
     nodes = np.array([[0.0, 0, 0], [0.3, 0, 0], [-1, 1, 0], [-1, -1, 0], [1.3, 1, 0], [1.3, -1, 0]])
     skeleton = Skeleton(
-        nodes, [[0, 1], [0, 2], [0, 3], [1, 4], [1, 5]], np.array([0.5, 0.4, 0.1, 0.1, 0.1, 0.1]), [0, 1]
+        nodes, [[0, 1], [0, 2], [0, 3], [1, 4], [1, 5]], np.array([0.5, 0.4, 0.2, 0.3, 0.4, 0.2]), [0, 1]
     )
     merged = merge_junctions(skeleton, ratio=1.0)
     assert len(merged.junctions) == 1
     assert np.array_equal(merged.nodes[merged.junctions[0]], [0, 0, 0])
     assert len(set(merged.node_of_vertex)) == 1
     assert len(merge_junctions(skeleton, ratio=0.5).junctions) == 2
+
+
+@pytest.mark.parametrize(("thin", "n_junctions"), [(0.1, 2), (0.2, 1), (0.5, 1)])
+def test_junctions_stay_where_thin_limbs_have_room_beside_each_other(thin, n_junctions):
+    """Two limbs leave a trunk of radius 0.5 at a distance of 0.3; within its ball, their nodes are as thick as it."""
+    trunk = [[x, 0, 0] for x in (-2, -1, 0, 0.3, 1.3, 2.3)]
+    limbs = [[x, y, 0] for x, sign in ((0, 1), (0.3, -1)) for y in sign * np.array([0.2, 0.4, 0.6, 0.9, 1.2])]
+    edges = [[k, k + 1] for k in (0, 1, 2, 3, 4, 6, 7, 8, 9, 11, 12, 13, 14)] + [[2, 6], [3, 11]]
+    skeleton = Skeleton(trunk + limbs, edges, [0.5] * 6 + [0.5, 0.5, thin, thin, thin] * 2)
+    assert len(merge_junctions(skeleton).junctions) == n_junctions
 
 
 @pytest.mark.parametrize("lengths", [(1, 2, 3), (1, 4, 4), (2, 2, 2), (1, 3, 2)])
