@@ -17,8 +17,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.geometry.normals import vector_lengths
-from lbskel.geometry.surface_queries import Surface
+from lbskel.geometry.normals import normalized, vector_lengths
+from lbskel.geometry.surface_queries import VERTEX_OFFSET, Surface
 from lbskel.refinement.offset_paths import paths_below_surface
 from lbskel.refinement.relaxation import relax_inside
 from lbskel.refinement.tunnel_paths import paths_on_side_of
@@ -28,8 +28,6 @@ from lbskel.skeleton.skeleton import Skeleton
 
 N_SAMPLES = 12  # parts of a segment, of which each that is not in a ball is tested; a guess,
 # benchmarks/results/constants.md
-ENTRY_OFFSET = 1e-6  # distance below the surface at which rays to the opposite side start, relative to the diameter
-# bound; a guess
 
 
 def inside_fraction(skeleton: Skeleton, surface: Surface, tolerance: NDArray[np.float64] | float = 0.0) -> float:
@@ -70,13 +68,12 @@ def moved_inside(points: NDArray[np.float64], surface: Surface) -> NDArray[np.fl
     """
     outside = np.flatnonzero(~surface.contains(points))
     _, nearest = surface.closest(points[outside])
-    inward = nearest - points[outside]
-    distance = vector_lengths(inward)[:, None]
-    inward = np.divide(inward, distance, out=np.zeros_like(inward), where=distance > 0)
-    entry = nearest + ENTRY_OFFSET * surface.mesh.diameter_bound * inward
+    way = nearest - points[outside]
+    inward = normalized(way)
+    entry = nearest + VERTEX_OFFSET * surface.mesh.diameter_bound * inward
     thickness = surface.ray_distance(entry, inward)
     thickness = np.where(np.isfinite(thickness), thickness, 0.0)
-    depth = np.minimum(0.5 * thickness, distance[:, 0])
+    depth = np.minimum(0.5 * thickness, vector_lengths(way))
     moved: NDArray[np.float64] = np.array(points)
     moved[outside] = entry + depth[:, None] * inward
     return moved

@@ -11,11 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel._kernels.dijkstra import OffsetPaths
-from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.graphs import edge_length_graph
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import VERTEX_OFFSET, Surface
-
-MIN_EDGE_LENGTH = 1e-12  # added to every edge in the mesh's units, so that edges without length count
 
 
 def paths_below_surface(
@@ -69,8 +67,5 @@ def moved_inwards(
 
 def _search(surface: Surface) -> OffsetPaths:
     """Make the search along the edges of the mesh, whose thickness is known at all vertices."""
-    edges = surface.mesh.edges
-    both = np.concatenate([edges, edges[:, ::-1]])
-    graph = weighted_graph(both, np.ones(len(both), dtype=np.int8), len(surface.mesh.vertices))
-    first, neighbors = graph.indptr.astype(np.int64), graph.indices.astype(np.int64)
-    return OffsetPaths(first, neighbors, *surface.inward_rays, MIN_EDGE_LENGTH)
+    graph = edge_length_graph(surface.mesh)
+    return OffsetPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), *surface.inward_rays, 0.0)

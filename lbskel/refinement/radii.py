@@ -12,7 +12,7 @@ from scipy.sparse import coo_array
 
 from lbskel.geometry.components import components
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.normals import vector_lengths
+from lbskel.geometry.normals import normalized, vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -112,9 +112,7 @@ def axis_directions(skeleton: Skeleton) -> NDArray[np.float64]:
     ends = np.concatenate([skeleton.edges, skeleton.edges[:, ::-1]])
     tips, inner = ends[skeleton.degrees[ends[:, 0]] == 1].T
     directions[tips] = nodes[tips] - nodes[inner]
-    lengths = vector_lengths(directions)[:, None]
-    np.divide(directions, lengths, out=directions, where=lengths > 0)
-    return directions
+    return normalized(directions)
 
 
 def _means(skeleton: Skeleton, distances: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -29,6 +29,7 @@ from scipy.sparse import csr_array
 from scipy.spatial.distance import cdist
 
 from lbskel._kernels.connectivity import component_roots, descend_to_nearest_node
+from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.graphs import edge_length_graph, shortest_paths, weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
@@ -36,7 +37,6 @@ from lbskel.geometry.sorting import is_among, stable_order
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.skeleton.skeleton import Skeleton
 
-MAX_ROUNDS = 4  # of connecting disjoint regions; measured: the number of such edges hardly falls after them
 MAX_DISTANCES = 4_000_000  # held in memory at a time, which is 32 MB
 N_RINGS = 3  # edges of the skeleton from its two nodes within which the path between two regions is searched; a guess,
 # benchmarks/results/constants.md
@@ -163,19 +163,17 @@ def make_regions_connected(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     disjoint = edges_with_disjoint_regions(skeleton, mesh)
     if len(disjoint) == 0:
         return skeleton
-    graph = edge_length_graph(mesh)
-    graph = graph + graph.T
-    for _ in range(MAX_ROUNDS):
-        candidate = _with_connecting_paths(skeleton, graph, disjoint)
+    search = shortest_paths(edge_length_graph(mesh))
+    while True:
+        candidate = _with_connecting_paths(skeleton, search, disjoint)
         both = np.stack([skeleton.node_of_vertex, candidate.node_of_vertex])
         candidate = _with_connected_regions(candidate, mesh, np.unique(both[:, both[0] != both[1]]))
         still_disjoint = edges_with_disjoint_regions(candidate, mesh)
         if len(still_disjoint) >= len(disjoint):
-            break
+            return skeleton
         skeleton, disjoint = candidate, still_disjoint
         if len(disjoint) == 0:
-            break
-    return skeleton
+            return skeleton
 
 
 def _with_connected_regions(skeleton: Skeleton, mesh: Mesh, nodes: NDArray[np.int64] | None = None) -> Skeleton:
@@ -208,10 +206,9 @@ def _grown(
         open_edges = open_edges[~is_fixed[open_edges[:, 0]]]
 
 
-def _with_connecting_paths(skeleton: Skeleton, graph: csr_array, disjoint: NDArray[np.int64]) -> Skeleton:
+def _with_connecting_paths(skeleton: Skeleton, search: ShortestPaths, disjoint: NDArray[np.int64]) -> Skeleton:
     """Divide the shortest path between the two regions of each disjoint edge between its nodes, half to each."""
     node_of_vertex = np.array(skeleton.node_of_vertex)
-    search = shortest_paths(graph)
     nodes, vertices = _around(skeleton, disjoint)
     kinds, is_near = np.zeros(len(node_of_vertex), dtype=np.int8), np.zeros(len(skeleton.nodes), dtype=bool)
     for (first, last), near, local in zip(disjoint.tolist(), nodes, vertices, strict=True):
