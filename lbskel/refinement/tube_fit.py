@@ -15,7 +15,6 @@ from __future__ import annotations
 
 __all__ = ["fit_tubes", "tube_radii"]
 
-import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -143,16 +142,11 @@ def _along_gaps(skeleton: Skeleton, values: NDArray[np.float64], is_known: NDArr
 
     A branch without known values keeps its own.
     """
-    nodes, begins = skeleton.flat_branches
-    filled = np.array(values[nodes])
-    for begin, end in itertools.pairwise(begins.tolist()):
-        branch = nodes[begin:end]
+    interpolated = np.where(skeleton.degrees == 0, values, -np.inf)
+    for branch in skeleton.branches:
         known = np.flatnonzero(is_known[branch])
-        if len(known):
-            filled[begin:end] = np.interp(np.arange(len(branch)), known, values[branch[known]])
-    interpolated = np.array(values)
-    interpolated[nodes] = -np.inf
-    np.maximum.at(interpolated, nodes, filled)
+        filled = np.interp(np.arange(len(branch)), known, values[branch[known]]) if len(known) else values[branch]
+        np.maximum.at(interpolated, branch, filled)  # a loop has its first node twice
     return interpolated
 
 
