@@ -15,7 +15,6 @@ from __future__ import annotations
 __all__ = [
     "complete_regions",
     "edges_with_disjoint_regions",
-    "is_in_largest_piece",
     "make_regions_connected",
     "nearest_balls",
     "reassign_to_nearest_node",
@@ -28,13 +27,13 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial.distance import cdist
 
-from lbskel._kernels.connectivity import component_roots, descend_to_nearest_node
+from lbskel._kernels.connectivity import descend_to_nearest_node
 from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.graphs import edge_length_graph, shortest_paths, weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import is_among, stable_order
-from lbskel.geometry.vertex_map import VertexMap
+from lbskel.geometry.vertex_map import VertexMap, is_in_largest_piece
 from lbskel.skeleton.skeleton import Skeleton
 
 MAX_DISTANCES = 4_000_000  # held in memory at a time, which is 32 MB
@@ -96,39 +95,6 @@ def reassign_to_nearest_node(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
         mesh.vertices, skeleton.node_of_vertex, skeleton.nodes, *skeleton.adjacency
     )
     return replace(skeleton, node_of_vertex=node_of_vertex)
-
-
-def is_in_largest_piece(
-    node_of_vertex: NDArray[np.int64], mesh: Mesh, nodes: NDArray[np.int64] | None = None
-) -> NDArray[np.bool_]:
-    """(n,) whether a vertex belongs to the connected piece of its region that has the most vertices.
-
-    Of equal pieces, the one with the smallest vertex index counts.
-
-    Parameters
-    ----------
-    node_of_vertex : (n,) array of int
-    mesh : Mesh
-    nodes : array of int, optional
-        The nodes to test; the regions of all others are taken to be connected. All by default.
-
-    Raises
-    ------
-    ValueError
-        If there is not one node for each vertex.
-    """
-    if len(node_of_vertex) != len(mesh.vertices):
-        raise ValueError("there must be a node for each vertex")
-    tested = node_of_vertex if nodes is None else np.where(np.isin(node_of_vertex, nodes), node_of_vertex, -1)
-    piece = component_roots(mesh.edges, tested)
-    size = np.bincount(piece)
-    first = np.flatnonzero(size)
-    node = node_of_vertex[first]
-    order = np.lexsort((first, -size[first], node))
-    is_largest = np.zeros(len(size), dtype=bool)
-    is_largest[first[order[np.diff(node[order], prepend=-1) > 0]]] = True
-    result: NDArray[np.bool_] = is_largest[piece] | (tested < 0)
-    return result
 
 
 def edges_with_disjoint_regions(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
