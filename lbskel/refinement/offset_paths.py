@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from lbskel._kernels.dijkstra import OffsetPaths
 from lbskel.geometry.graphs import edge_length_graph
 from lbskel.geometry.normals import vector_lengths
-from lbskel.geometry.surface_queries import VERTEX_OFFSET, Surface
+from lbskel.geometry.surface_queries import Surface
 
 
 def paths_below_surface(
@@ -28,25 +28,16 @@ def paths_below_surface(
         Upper bound on how far the vertices of each path are moved inwards.
     surface : Surface
     """
-    surface.inner_offset(surface.mesh.used_vertices)  # measures the thickness at all of them, which the search needs
+    used = surface.mesh.used_vertices
+    surface.inner_offset(used)  # measures the thickness at all of them, which the search needs
     search = surface.memoize("offset paths", lambda: _search(surface))
-    firsts, lasts = (_nearest_moved(points, depths, surface) for points in (starts, ends))
     paths: list[NDArray[np.float64]] = []
-    for first, last, depth in zip(firsts, lasts, depths.tolist(), strict=True):
+    for start, end, depth in zip(starts, ends, depths.tolist(), strict=True):
+        moved = moved_inwards(used, depth, surface)
+        first, last = (int(used[vector_lengths(moved - point).argmin()]) for point in (start, end))
         path = search.path(first, last, depth)
         paths.append(moved_inwards(path if len(path) else np.array([last]), depth, surface))
     return paths
-
-
-def _nearest_moved(points: NDArray[np.float64], depths: NDArray[np.float64], surface: Surface) -> list[int]:
-    """Find, for each point, the vertex that is nearest to it once the vertices are moved inwards."""
-    tree, margin = surface.vertex_tree, VERTEX_OFFSET * surface.mesh.diameter_bound
-    candidates = tree.query_ball_point(points, tree.query(points)[0] + 2 * (depths + margin))
-    nearest = []
-    for point, found, depth in zip(points, candidates, depths.tolist(), strict=True):
-        vertices = np.sort(found)
-        nearest.append(int(vertices[vector_lengths(moved_inwards(vertices, depth, surface) - point).argmin()]))
-    return nearest
 
 
 def moved_inwards(
