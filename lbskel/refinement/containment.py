@@ -240,13 +240,14 @@ def interior_paths(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Su
         Rows of P.
     surface : Surface
     """
-    is_outside = segments_outside(P, pairs, surface)
-    if not is_outside.any():
-        return list(P[pairs].mean(axis=1, keepdims=True))
-    starts, ends = P[pairs[is_outside]].transpose(1, 0, 2)
+    paths = list(P[pairs].mean(axis=1, keepdims=True))
+    outside = np.flatnonzero(segments_outside(P, pairs, surface))
+    if len(outside) == 0:
+        return paths
+    starts, ends = P[pairs[outside]].transpose(1, 0, 2)
     depths = np.maximum(surface.distance(starts), surface.distance(ends))
     below = paths_below_surface(starts, ends, depths, surface.proxy)
-    paths = [np.concatenate([[p], path, [q]]) for p, path, q in zip(starts, below, ends, strict=True)]
-    relaxed = iter(relax_inside(paths, surface))
-    straight = P[pairs].mean(axis=1, keepdims=True)
-    return [next(relaxed)[1:-1] if is_outside[row] else straight[row] for row in range(len(pairs))]
+    whole = [np.concatenate([[p], path, [q]]) for p, path, q in zip(starts, below, ends, strict=True)]
+    for row, path in zip(outside.tolist(), relax_inside(whole, surface), strict=True):
+        paths[row] = path[1:-1]
+    return paths
