@@ -130,16 +130,15 @@ def make_regions_connected(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     if len(disjoint) == 0:
         return skeleton
     search = shortest_paths(edge_length_graph(mesh))
-    while True:
+    while len(disjoint):
         candidate = _with_connecting_paths(skeleton, search, disjoint)
         both = np.stack([skeleton.node_of_vertex, candidate.node_of_vertex])
         candidate = _with_connected_regions(candidate, mesh, np.unique(both[:, both[0] != both[1]]))
         still_disjoint = edges_with_disjoint_regions(candidate, mesh)
         if len(still_disjoint) >= len(disjoint):
-            return skeleton
+            break
         skeleton, disjoint = candidate, still_disjoint
-        if len(disjoint) == 0:
-            return skeleton
+    return skeleton
 
 
 def _with_connected_regions(skeleton: Skeleton, mesh: Mesh, nodes: NDArray[np.int64] | None = None) -> Skeleton:
