@@ -26,11 +26,12 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_queries import Surface
+from lbskel.geometry.vertex_map import is_in_largest_piece
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import inside_fraction
 from lbskel.refinement.extrema import find_extrema, is_missed
 from lbskel.refinement.radii import inscribed_radii, mean_radii, own_radii
-from lbskel.refinement.region_map import edges_with_disjoint_regions, is_in_largest_piece, nearest_balls
+from lbskel.refinement.region_map import edges_with_disjoint_regions, nearest_balls
 from lbskel.skeleton.skeleton import Skeleton
 
 # benchmarks/results/constants.md has how scores change with each of these constants moved by -30 and +40 %

@@ -64,17 +64,15 @@ def positive_edge_lengths(mesh: Mesh) -> NDArray[np.float64]:
     return np.asarray(mesh.edge_lengths + MIN_EDGE_LENGTH * mesh.diameter_bound)
 
 
-def edge_length_graph(mesh: Mesh, is_used: NDArray[np.bool_] | None = None) -> csr_array:
-    """(n, n) adjacency matrix of the vertices of a mesh with :func:`positive_edge_lengths`, each in one direction.
+def edge_length_graph(mesh: Mesh) -> csr_array:
+    """(n, n) symmetric adjacency matrix of the vertices of a mesh with :func:`positive_edge_lengths`.
 
     Parameters
     ----------
     mesh : Mesh
-    is_used : (k,) array of bool, optional
-        Which of the mesh's edges to use; all by default.
     """
-    used = slice(None) if is_used is None else is_used
-    return weighted_graph(mesh.edges[used], positive_edge_lengths(mesh)[used], len(mesh.vertices))
+    graph = weighted_graph(mesh.edges, positive_edge_lengths(mesh), len(mesh.vertices))
+    return graph + graph.T
 
 
 def shortest_edges(edges: NDArray[np.int64], lengths: NDArray[np.float64], n_nodes: int) -> csr_array:

@@ -30,7 +30,7 @@ from lbskel.geometry.winding import WindingNumbers, winding_numbers_of
 
 MAX_CACHED_RESULTS = 16  # recent results of each query that a mesh keeps; a guess that bounds the memory
 
-VERTEX_OFFSET = 1e-6  # distance under a vertex, relative to the diameter bound, at which inward rays start; a guess
+VERTEX_OFFSET = 1e-6  # distance under the surface, relative to the diameter bound, at which inward rays start; a guess
 
 
 Result = TypeVar("Result")

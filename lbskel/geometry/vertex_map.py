@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["VertexMap"]
+__all__ = ["VertexMap", "is_in_largest_piece"]
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from lbskel._kernels.connectivity import component_roots
 from lbskel.geometry.arrays import read_only
+from lbskel.geometry.mesh import Mesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,3 +120,36 @@ class VertexMap:
         indices, missing = np.array(self.indices), ~self.is_mapped
         indices[missing] = cKDTree(targets).query(sources[missing])[1]
         return VertexMap(indices)
+
+
+def is_in_largest_piece(
+    targets: NDArray[np.int64], mesh: Mesh, tested: NDArray[np.int64] | None = None
+) -> NDArray[np.bool_]:
+    """(n,) whether a vertex belongs to the largest connected piece of the vertices that have its target.
+
+    Of pieces with as many vertices, the one with the smallest vertex index counts.
+
+    Parameters
+    ----------
+    targets : (n,) array of int
+    mesh : Mesh
+        Whose edges connect the vertices.
+    tested : array of int, optional
+        The targets to test; the vertices of each other target are taken to be connected. All by default.
+
+    Raises
+    ------
+    ValueError
+        If there is not one target for each vertex.
+    """
+    if len(targets) != len(mesh.vertices):
+        raise ValueError("there must be a target for each vertex")
+    labels = targets if tested is None else np.where(np.isin(targets, tested), targets, -1)
+    piece = component_roots(mesh.edges, labels)
+    size = np.bincount(piece)
+    first = np.flatnonzero(size)
+    order = np.lexsort((first, -size[first], targets[first]))
+    is_largest = np.zeros(len(size), dtype=bool)
+    is_largest[first[order[np.diff(targets[first[order]], prepend=-1) > 0]]] = True
+    result: NDArray[np.bool_] = is_largest[piece] | (labels < 0)
+    return result

@@ -12,14 +12,12 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import triangle_normals
 from lbskel.geometry.scaling import unit_scale
-from lbskel.geometry.vertex_map import VertexMap
+from lbskel.geometry.vertex_map import VertexMap, is_in_largest_piece
 from lbskel.preprocess.result import PreprocessResult
 
 N_CANDIDATES = 32  # nearest vertices searched for one with a similar normal; a guess
@@ -81,24 +79,15 @@ def _nearest_with_similar_normal(
 
 
 def _make_patches_connected(mesh: Mesh, target: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(n,) targets of vertices, changed so that the vertices of each target are connected by edges of the mesh."""
+    """(n,) targets of vertices, changed so that the vertices of each target are connected by edges of the mesh.
+
+    A vertex outside the largest piece of its target takes the target of a neighbor inside one.
+    """
     target = np.array(target)
-    i, j = mesh.edges.T
-    n = len(target)
+    vertex, neighbor = np.concatenate([mesh.edges, mesh.edges[:, ::-1]]).T
     for _ in range(MAX_ROUNDS):
-        has_same_target = target[i] == target[j]
-        graph = weighted_graph(mesh.edges[has_same_target], np.ones(has_same_target.sum(), dtype=np.int8), n)
-        n_patches, patch = connected_components(graph, directed=False)
-        size = np.bincount(patch)
-        target_of_patch = np.zeros(n_patches, dtype=np.int64)
-        target_of_patch[patch] = target
-        order = np.lexsort((np.arange(n_patches), -size, target_of_patch))
-        is_largest = np.zeros(n_patches, dtype=bool)
-        is_largest[order[np.unique(target_of_patch[order], return_index=True)[1]]] = True
-        # a vertex outside the largest patch of its target takes the target of a neighbor inside one
-        is_outside = ~is_largest[patch]
-        vertex, neighbor = np.concatenate([i, j]), np.concatenate([j, i])
-        is_changed = is_outside[vertex] & ~is_outside[neighbor]
+        is_inside = is_in_largest_piece(target, mesh)
+        is_changed = ~is_inside[vertex] & is_inside[neighbor]
         if not is_changed.any():
             break
         target[vertex[is_changed][::-1]] = target[neighbor[is_changed][::-1]]

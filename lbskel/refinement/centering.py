@@ -10,6 +10,7 @@ from __future__ import annotations
 
 __all__ = ["fit_to_centerlines", "recenter", "second_differences"]
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -80,13 +81,10 @@ def fit_to_centerlines(skeleton: Skeleton, centers: SectionCenters, surface: Sur
 
 def _on_loops_without_sections(skeleton: Skeleton, centers: SectionCenters) -> NDArray[np.bool_]:
     """(n,) whether a node is on a branch that ends where it begins, and of which no section is known."""
-    nodes, begins = skeleton.flat_branches
-    is_loop = nodes[begins[:-1]] == nodes[begins[1:] - 1]
-    number = np.repeat(np.arange(len(is_loop)), np.diff(begins))
-    is_own = skeleton.degrees[nodes] == 2
-    is_loop[number[is_own & centers.is_known[nodes]]] = False
     is_on_loop = np.zeros(len(skeleton.nodes), dtype=bool)
-    is_on_loop[nodes[is_own & is_loop[number]]] = True
+    for branch in skeleton.branches:
+        own = branch[skeleton.degrees[branch] == 2]
+        is_on_loop[own] = branch[0] == branch[-1] and not centers.is_known[own].any()
     return is_on_loop
 
 
@@ -97,20 +95,16 @@ def _across_gaps(
 
     A gap whose line passes a tunnel on another side than its nodes keeps its positions.
     """
-    nodes, begins = skeleton.flat_branches
-    number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
-    around = np.flatnonzero(~is_gap[nodes])
-    has_gap = (np.diff(around) > 1) & (np.diff(number[around]) == 0)
-    firsts, lasts = around[:-1][has_gap], around[1:][has_gap]
-    ends = np.stack([nodes[firsts], nodes[lasts]], axis=1)
-    olds = [skeleton.nodes[nodes[first : last + 1]] for first, last in zip(firsts, lasts, strict=True)]
-    may = ~paths_that_pass(olds, list(positions[ends]), surface)
-    firsts, sizes = firsts[may], (lasts - firsts)[may]
-    gap = np.repeat(np.arange(len(firsts)), sizes - 1)
-    step = np.arange(len(gap)) + (1 - np.cumsum(sizes - 1) + sizes - 1)[gap]
-    begin, end = positions[nodes[firsts]][gap], positions[nodes[firsts + sizes]][gap]
+    gaps = []
+    for branch in skeleton.branches:
+        around = np.flatnonzero(~is_gap[branch]).tolist()
+        gaps += [branch[first : last + 1] for first, last in itertools.pairwise(around) if last - first > 1]
+    olds, lines = [skeleton.nodes[gap] for gap in gaps], [positions[gap[[0, -1]]] for gap in gaps]
     straight = np.array(positions)
-    straight[nodes[firsts[gap] + step]] = begin + (step / sizes[gap])[:, None] * (end - begin)
+    for gap, (begin, end), passes in zip(gaps, lines, paths_that_pass(olds, lines, surface), strict=True):
+        if not passes:
+            share = np.arange(1, len(gap) - 1)[:, None] / (len(gap) - 1)
+            straight[gap[1:-1]] = begin + share * (end - begin)
     return straight
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.traversal import sums_along_paths
 from lbskel.geometry.cross_sections import Sections, cross_sections
-from lbskel.geometry.normals import vector_lengths
+from lbskel.geometry.normals import normalized, vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -59,7 +59,7 @@ def find_section_centers(skeleton: Skeleton, surface: Surface) -> SectionCenters
     """
     branch_of = skeleton.branch_of_node
     tangents = _tangents(skeleton)
-    at = np.flatnonzero((branch_of >= 0) & (vector_lengths(tangents) > 0) & (skeleton.degrees == 2))
+    at = np.flatnonzero((vector_lengths(tangents) > 0) & (skeleton.degrees == 2))
     face_labels = branch_of[skeleton.node_of_vertex][surface.mesh.faces[:, 0]]
     sections = cross_sections(
         surface.mesh,
@@ -70,14 +70,12 @@ def find_section_centers(skeleton: Skeleton, surface: Surface) -> SectionCenters
         max_reaches=_distances_to_farthest(skeleton, at, surface),  # farther away, nothing is their own
         deadline=surface.deadline,
     )
-    is_known = np.zeros(len(skeleton.nodes), dtype=bool)
-    is_known[at] = _is_own(sections, skeleton.nodes[at], surface)
-    radii = np.zeros(len(skeleton.nodes))
-    radii[at] = sections.radii
-    centroids = np.array(skeleton.nodes)
-    centroids[at] = sections.centroids
-    is_known &= _is_continuous(skeleton, is_known, radii)
-    return SectionCenters(is_known, np.where(is_known[:, None], centroids, skeleton.nodes))
+    is_own, radii = np.zeros(len(skeleton.nodes), dtype=bool), np.zeros(len(skeleton.nodes))
+    is_own[at], radii[at] = _is_own(sections, skeleton.nodes[at], surface), sections.radii
+    is_known = _is_continuous(skeleton, is_own, radii)
+    positions = np.array(skeleton.nodes)
+    positions[at] = np.where(is_known[at, None], sections.centroids, skeleton.nodes[at])
+    return SectionCenters(is_known, positions)
 
 
 def _distances_to_farthest(skeleton: Skeleton, nodes: NDArray[np.int64], surface: Surface) -> NDArray[np.float64]:
@@ -95,7 +93,7 @@ def _distances_to_farthest(skeleton: Skeleton, nodes: NDArray[np.int64], surface
 
 
 def _tangents(skeleton: Skeleton) -> NDArray[np.float64]:
-    """(k, 3) unit tangents of the branches, over TANGENT_REACH radii to both sides; zero at junctions."""
+    """(k, 3) unit tangents of the branches, over TANGENT_REACH radii to both sides; of any branch at junctions."""
     nodes, begins = skeleton.flat_branches
     if len(nodes) == 0:
         return np.zeros_like(skeleton.nodes)
@@ -106,10 +104,7 @@ def _tangents(skeleton: Skeleton) -> NDArray[np.float64]:
         reach = TANGENT_REACH * skeleton.radii[around]
         chords = _chords(skeleton.nodes[around], reach, np.array([0, len(around)]))
         tangents[skeleton.branches[loop][:-1]] = np.split(chords, 3)[1]
-    tangents[skeleton.degrees >= 3] = 0
-    length = vector_lengths(tangents)[:, None]
-    unit: NDArray[np.float64] = np.divide(tangents, length, out=np.zeros_like(tangents), where=length > 0)
-    return unit
+    return normalized(tangents)
 
 
 def _chords(P: NDArray[np.float64], reach: NDArray[np.float64], begins: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -154,38 +149,11 @@ def _is_continuous(skeleton: Skeleton, is_own: NDArray[np.bool_], radii: NDArray
     So in the half of a branch next to a junction, no section may be much larger than the largest before it there.
     """
     is_continuous = np.array(is_own)
-    nodes, begins = skeleton.flat_branches
-    number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
-    kept = is_own[nodes]
-    own, number = nodes[kept], number[kept]
-    count = np.bincount(number, minlength=len(begins) - 1)
-    rank = np.arange(len(own)) - (np.cumsum(count) - count)[number]
-    is_step = number[1:] == number[:-1]
-    place, n_steps = rank[:-1], count[number[:-1]] - 1
-    for is_forward, end in ((True, nodes[begins[1:] - 1]), (False, nodes[begins[:-1]])):
-        to_junction = (skeleton.degrees[end] >= 3)[number[:-1]]
-        here, there = (own[:-1], own[1:]) if is_forward else (own[1:], own[:-1])
-        order = place if is_forward else n_steps - 1 - place
-        is_counted = is_step & to_junction & (order >= n_steps / 2)
-        counted = np.where(is_counted, radii[here], 0.0)
-        largest = _running_maxima(counted, number[:-1], is_forward=is_forward)
-        is_jump = is_counted & (radii[there] > MAX_GROWTH * largest)
-        earliest = np.full(len(count), len(own))
-        np.minimum.at(earliest, number[:-1][is_jump], order[is_jump])
-        is_beyond = (rank if is_forward else count[number] - 1 - rank) > earliest[number]
-        is_continuous[own[is_beyond]] = False
+    for branch in skeleton.branches:
+        own = branch[is_own[branch]]
+        for path, end in ((own, branch[-1]), (own[::-1], branch[0])):
+            half = path[len(path) // 2 :]
+            if skeleton.degrees[end] >= 3 and len(half):
+                is_jump = radii[half[1:]] > MAX_GROWTH * np.maximum.accumulate(radii[half])[:-1]
+                is_continuous[half[1:][np.logical_or.accumulate(is_jump)]] = False
     return is_continuous
-
-
-def _running_maxima(values: NDArray[np.float64], groups: NDArray[np.int64], *, is_forward: bool) -> NDArray[np.float64]:
-    """(n,) largest value so far in each group of consecutive rows, from its first row or from its last one.
-
-    Ranks stand for the values, so that one running maximum of integers serves all groups.
-    """
-    order = np.argsort(values, kind="stable")
-    ranks = np.empty_like(order)
-    ranks[order] = np.arange(len(order))
-    way = slice(None, None, 1 if is_forward else -1)
-    begins = len(order) * np.abs(groups - groups[way][:1])
-    largest: NDArray[np.float64] = values[order[np.maximum.accumulate((begins + ranks)[way])[way] - begins]]
-    return largest

@@ -17,8 +17,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.geometry.normals import vector_lengths
-from lbskel.geometry.surface_queries import Surface
+from lbskel.geometry.normals import normalized, vector_lengths
+from lbskel.geometry.surface_queries import VERTEX_OFFSET, Surface
 from lbskel.refinement.offset_paths import paths_below_surface
 from lbskel.refinement.relaxation import relax_inside
 from lbskel.refinement.tunnel_paths import paths_on_side_of
@@ -28,8 +28,6 @@ from lbskel.skeleton.skeleton import Skeleton
 
 N_SAMPLES = 12  # parts of a segment, of which each that is not in a ball is tested; a guess,
 # benchmarks/results/constants.md
-ENTRY_OFFSET = 1e-6  # distance below the surface at which rays to the opposite side start, relative to the diameter
-# bound; a guess
 
 
 def inside_fraction(skeleton: Skeleton, surface: Surface, tolerance: NDArray[np.float64] | float = 0.0) -> float:
@@ -70,13 +68,12 @@ def moved_inside(points: NDArray[np.float64], surface: Surface) -> NDArray[np.fl
     """
     outside = np.flatnonzero(~surface.contains(points))
     _, nearest = surface.closest(points[outside])
-    inward = nearest - points[outside]
-    distance = vector_lengths(inward)[:, None]
-    inward = np.divide(inward, distance, out=np.zeros_like(inward), where=distance > 0)
-    entry = nearest + ENTRY_OFFSET * surface.mesh.diameter_bound * inward
+    way = nearest - points[outside]
+    inward = normalized(way)
+    entry = nearest + VERTEX_OFFSET * surface.mesh.diameter_bound * inward
     thickness = surface.ray_distance(entry, inward)
     thickness = np.where(np.isfinite(thickness), thickness, 0.0)
-    depth = np.minimum(0.5 * thickness, distance[:, 0])
+    depth = np.minimum(0.5 * thickness, vector_lengths(way))
     moved: NDArray[np.float64] = np.array(points)
     moved[outside] = entry + depth[:, None] * inward
     return moved
@@ -243,13 +240,14 @@ def interior_paths(P: NDArray[np.float64], pairs: NDArray[np.int64], surface: Su
         Rows of P.
     surface : Surface
     """
-    is_outside = segments_outside(P, pairs, surface)
-    if not is_outside.any():
-        return list(P[pairs].mean(axis=1, keepdims=True))
-    starts, ends = P[pairs[is_outside]].transpose(1, 0, 2)
+    paths = list(P[pairs].mean(axis=1, keepdims=True))
+    outside = np.flatnonzero(segments_outside(P, pairs, surface))
+    if len(outside) == 0:
+        return paths
+    starts, ends = P[pairs[outside]].transpose(1, 0, 2)
     depths = np.maximum(surface.distance(starts), surface.distance(ends))
     below = paths_below_surface(starts, ends, depths, surface.proxy)
-    paths = [np.concatenate([[p], path, [q]]) for p, path, q in zip(starts, below, ends, strict=True)]
-    relaxed = iter(relax_inside(paths, surface))
-    straight = P[pairs].mean(axis=1, keepdims=True)
-    return [next(relaxed)[1:-1] if is_outside[row] else straight[row] for row in range(len(pairs))]
+    whole = [np.concatenate([[p], path, [q]]) for p, path, q in zip(starts, below, ends, strict=True)]
+    for row, path in zip(outside.tolist(), relax_inside(whole, surface), strict=True):
+        paths[row] = path[1:-1]
+    return paths

@@ -99,20 +99,15 @@ def _find_extrema(mesh: Mesh, deadline: Deadline) -> GeodesicExtrema:
     distances = cells.shortest_paths.distances(sources)
     is_reached = np.isfinite(distances)
     height = np.where(is_reached, distances, 0).sum(axis=0) / np.maximum(is_reached.sum(axis=0), 1)
-    component = component_roots(cells.pairs, np.zeros(k, dtype=np.int64))
     limbs = _grow_limbs(cells, height)
-    limb_of_cell = _limb_of_cell(limbs, k)
-    is_disk = _counts_of_disks(cells, limb_of_cell, len(limbs))
-    cuts = np.flatnonzero(~_leaves_rest_connected(cells, limb_of_cell[:-1], len(limbs)))
-    is_disk[cuts] = [_is_disk(cells, component, limbs[number][0]) for number in cuts.tolist()]
-    is_kept = is_disk & _is_solid(mesh, limb_of_cell[cells.cell_of_vertex], len(limbs))
-    limbs = [limb for limb, is_end in zip(limbs, is_kept.tolist(), strict=True) if is_end]
-    limb_of_cell = _limb_of_cell(limbs, k)
+    members = [inner for inner, *_ in limbs]
+    is_end = _are_disks(members, cells) & _is_solid(mesh, _limb_of_vertex(members, cells), len(limbs))
+    limbs = [limbs[number] for number in np.flatnonzero(is_end)]
     return GeodesicExtrema(
         vertices=cells.seeds[[limb[0][0] for limb in limbs]] if limbs else np.empty(0, dtype=np.int64),
         lengths=np.array([length for _, length, _ in limbs]),
         radii=np.array([area / (2 * np.pi * length) for _, length, area in limbs]),
-        limb_of_vertex=limb_of_cell[cells.cell_of_vertex],
+        limb_of_vertex=_limb_of_vertex([inner for inner, *_ in limbs], cells),
     )
 
 
@@ -185,55 +180,35 @@ def _as_limb(cells: SurfaceCells, members: list[int]) -> _Limb | None:
     return (inner, length, area) if 2 * np.pi * length**2 > MIN_ELONGATION * area else None
 
 
-def _limb_of_cell(limbs: list[_Limb], n_cells: int) -> NDArray[np.int64]:
-    """(n_cells + 1,) the limb of each cell, -1 for none and for the last entry, for vertices without a cell."""
-    limb_of_cell = np.full(n_cells + 1, -1)
-    for number, (inner, *_) in enumerate(limbs):
+def _limb_of_vertex(limbs: list[NDArray[np.int64]], cells: SurfaceCells) -> NDArray[np.int64]:
+    """(n,) the limb of each vertex, from the cells of each limb; -1 for none."""
+    limb_of_cell = np.full(len(cells.seeds) + 1, -1)  # the last entry is for vertices without a cell
+    for number, inner in enumerate(limbs):
         limb_of_cell[inner] = number
-    return limb_of_cell
+    return limb_of_cell[cells.cell_of_vertex]
 
 
-def _counts_of_disks(cells: SurfaceCells, limb_of_cell: NDArray[np.int64], n_limbs: int) -> NDArray[np.bool_]:
+def _are_disks(limbs: list[NDArray[np.int64]], cells: SurfaceCells) -> NDArray[np.bool_]:
+    """Whether the cells of each limb, with the cells that they cut off from the rest, form a disk."""
+    component = component_roots(cells.pairs, np.zeros(len(cells.seeds), dtype=np.int64))
+    are_disks = _count_as_disks(limbs, cells)
+    for number, limb in enumerate(limbs):
+        is_outside = component == component[limb[0]]
+        is_outside[limb] = False
+        piece = component_roots(cells.pairs, is_outside.astype(np.int64))
+        is_cut_off = is_outside & (piece != np.bincount(piece[is_outside]).argmax())
+        if is_cut_off.any():
+            [are_disks[number]] = _count_as_disks([np.append(limb, np.flatnonzero(is_cut_off))], cells)
+    return are_disks
+
+
+def _count_as_disks(limbs: list[NDArray[np.int64]], cells: SurfaceCells) -> NDArray[np.bool_]:
     """Whether the vertices of each limb's cells have the Euler characteristic of a disk."""
-    limb = limb_of_cell[cells.cell_of_vertex]
-    total: NDArray[np.int64] = np.zeros(n_limbs, dtype=np.int64)
-    for sign, simplices in ((1, np.arange(len(limb))[:, None]), (-1, cells.surface.edges), (1, cells.surface.faces)):
-        own = _limb_of_all_corners(limb, simplices)
-        total += sign * np.bincount(own[own >= 0], minlength=n_limbs)
-    is_disk: NDArray[np.bool_] = total == 1
-    return is_disk
-
-
-def _leaves_rest_connected(cells: SurfaceCells, limb_of_cell: NDArray[np.int64], n_limbs: int) -> NDArray[np.bool_]:
-    """Whether the cells around each limb are connected to each other, so that it cuts nothing off from the rest."""
-    first, neighbors = cells.adjacency.indptr.astype(np.int64), cells.adjacency.indices.astype(np.int64)
-    i, j = cells.pairs.T
-    is_border, k = (limb_of_cell[i] >= 0) & (limb_of_cell[j] != limb_of_cell[i]), len(limb_of_cell)
-    around = np.unique(limb_of_cell[i[is_border]] * k + j[is_border])
-    limb, cell = around // k, around % k
-    counts = first[cell + 1] - first[cell]
-    start = np.repeat(np.arange(len(around)), counts)
-    ends = neighbors[np.arange(len(start)) - np.repeat(np.cumsum(counts) - counts, counts) + first[cell[start]]]
-    key = limb[start] * k + ends
-    stop = np.minimum(np.searchsorted(around, key), len(around) - 1)
-    edges = np.stack([start, stop], axis=1)[around[stop] == key]
-    roots = np.unique(component_roots(edges, np.zeros(len(around), dtype=np.int64)))
-    is_connected: NDArray[np.bool_] = np.bincount(limb[roots], minlength=n_limbs) == 1
-    return is_connected
-
-
-def _is_disk(cells: SurfaceCells, component: NDArray[np.int64], limb: NDArray[np.int64]) -> bool:
-    """Whether the vertices of a limb's cells, with the cells that they cut off from the rest, form a disk."""
-    is_in_component = component == component[limb[0]]
-    is_outside = np.array(is_in_component)
-    is_outside[limb] = False
-    piece = component_roots(cells.pairs, is_outside.astype(np.int64))
-    is_in_limb = is_in_component & (piece != np.bincount(piece[is_outside]).argmax())
-    is_within = np.append(is_in_limb, False)[cells.cell_of_vertex]  # the last entry is for vertices without a cell
-    (i, j), (a, b, c) = cells.surface.edges.T, cells.surface.faces.T
-    n_edges = np.count_nonzero(is_within[i] & is_within[j])
-    n_faces = np.count_nonzero(is_within[a] & is_within[b] & is_within[c])
-    return bool(np.count_nonzero(is_within) - n_edges + n_faces == 1)
+    limb_of_vertex = _limb_of_vertex(limbs, cells)
+    vertices, edges, faces = np.arange(len(limb_of_vertex))[:, None], cells.surface.edges, cells.surface.faces
+    owners = [_limb_of_all_corners(limb_of_vertex, simplices) for simplices in (vertices, edges, faces)]
+    n_vertices, n_edges, n_faces = (np.bincount(own[own >= 0], minlength=len(limbs)) for own in owners)
+    return np.asarray(n_vertices - n_edges + n_faces == 1)
 
 
 def _is_solid(mesh: Mesh, limb_of_vertex: NDArray[np.int64], n_limbs: int) -> NDArray[np.bool_]:

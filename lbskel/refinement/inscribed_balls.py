@@ -15,7 +15,7 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.geometry.normals import vector_lengths
+from lbskel.geometry.normals import normalized, vector_lengths
 from lbskel.geometry.surface_queries import Surface
 
 # Growth of the ball's radius by length of the way, below which a point stays: it is 1 from one side to the middle, 0.5
@@ -23,8 +23,7 @@ from lbskel.geometry.surface_queries import Surface
 MIN_SLOPE = 0.5
 FIRST_STEP = 0.25  # in radii of the first ball
 N_STEPS = 12  # each moves or halves the step, so that the last is at most a thousandth of a radius where none moves
-DIRECTIONS = np.array([d for d in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(d)])
-DIRECTIONS /= vector_lengths(DIRECTIONS)[:, None]
+DIRECTIONS = normalized(np.array([d for d in itertools.product((-1.0, 0.0, 1.0), repeat=3) if any(d)]))
 
 
 def climb_to_middle(

@@ -24,7 +24,7 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema, is_missed
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.refinement.tips import extend_ends
-from lbskel.refinement.uncovered_limbs import Limbs, ball_distances, find_limbs
+from lbskel.refinement.uncovered_limbs import Limbs, find_limbs
 from lbskel.skeleton.skeleton import Skeleton
 
 
@@ -40,7 +40,7 @@ def grow_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
     on_proxy = replace(skeleton, node_of_vertex=surface.on_proxy(skeleton.node_of_vertex))
     balls, extrema = inscribed_radii(on_proxy, surface.proxy), find_extrema(mesh, deadline=surface.deadline)
     missed = extrema.take(is_missed(extrema, mesh, balls))
-    limbs = find_limbs(ball_distances(balls, mesh), missed)
+    limbs = find_limbs(balls, mesh, missed)
     if len(limbs.ends) == 0:
         return skeleton
     bases = _nearest_nodes_beside(on_proxy, limbs, mesh)

@@ -11,11 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel._kernels.dijkstra import OffsetPaths
-from lbskel.geometry.graphs import weighted_graph
+from lbskel.geometry.graphs import edge_length_graph
 from lbskel.geometry.normals import vector_lengths
-from lbskel.geometry.surface_queries import VERTEX_OFFSET, Surface
-
-MIN_EDGE_LENGTH = 1e-12  # added to every edge in the mesh's units, so that edges without length count
+from lbskel.geometry.surface_queries import Surface
 
 
 def paths_below_surface(
@@ -30,25 +28,16 @@ def paths_below_surface(
         Upper bound on how far the vertices of each path are moved inwards.
     surface : Surface
     """
-    surface.inner_offset(surface.mesh.used_vertices)  # measures the thickness at all of them, which the search needs
+    used = surface.mesh.used_vertices
+    surface.inner_offset(used)  # measures the thickness at all of them, which the search needs
     search = surface.memoize("offset paths", lambda: _search(surface))
-    firsts, lasts = (_nearest_moved(points, depths, surface) for points in (starts, ends))
     paths: list[NDArray[np.float64]] = []
-    for first, last, depth in zip(firsts, lasts, depths.tolist(), strict=True):
+    for start, end, depth in zip(starts, ends, depths.tolist(), strict=True):
+        moved = moved_inwards(used, depth, surface)
+        first, last = (int(used[vector_lengths(moved - point).argmin()]) for point in (start, end))
         path = search.path(first, last, depth)
         paths.append(moved_inwards(path if len(path) else np.array([last]), depth, surface))
     return paths
-
-
-def _nearest_moved(points: NDArray[np.float64], depths: NDArray[np.float64], surface: Surface) -> list[int]:
-    """Find, for each point, the vertex that is nearest to it once the vertices are moved inwards."""
-    tree, margin = surface.vertex_tree, VERTEX_OFFSET * surface.mesh.diameter_bound
-    candidates = tree.query_ball_point(points, tree.query(points)[0] + 2 * (depths + margin))
-    nearest = []
-    for point, found, depth in zip(points, candidates, depths.tolist(), strict=True):
-        vertices = np.sort(found)
-        nearest.append(int(vertices[vector_lengths(moved_inwards(vertices, depth, surface) - point).argmin()]))
-    return nearest
 
 
 def moved_inwards(
@@ -69,8 +58,5 @@ def moved_inwards(
 
 def _search(surface: Surface) -> OffsetPaths:
     """Make the search along the edges of the mesh, whose thickness is known at all vertices."""
-    edges = surface.mesh.edges
-    both = np.concatenate([edges, edges[:, ::-1]])
-    graph = weighted_graph(both, np.ones(len(both), dtype=np.int8), len(surface.mesh.vertices))
-    first, neighbors = graph.indptr.astype(np.int64), graph.indices.astype(np.int64)
-    return OffsetPaths(first, neighbors, *surface.inward_rays, MIN_EDGE_LENGTH)
+    graph = edge_length_graph(surface.mesh)
+    return OffsetPaths(graph.indptr.astype(np.int64), graph.indices.astype(np.int64), *surface.inward_rays, 0.0)

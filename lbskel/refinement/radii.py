@@ -12,7 +12,7 @@ from scipy.sparse import coo_array
 
 from lbskel.geometry.components import components
 from lbskel.geometry.mesh import Mesh
-from lbskel.geometry.normals import vector_lengths
+from lbskel.geometry.normals import normalized, vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -49,11 +49,10 @@ def own_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     most_votes = np.asarray(count.tocsr().argmax(axis=1)).ravel()  # a column in older versions of scipy
     body_of_graph = np.where(count.sum(axis=1) > 0, most_votes, -1)
     body_of_node, radii = body_of_graph[graph_of_node], np.array(skeleton.radii)
-    ends = np.searchsorted(np.sort(body_of_node), np.arange(mesh.n_components + 1))
-    nodes_of_body = np.split(np.argsort(body_of_node, kind="stable"), ends)[1:-1]
-    for part, nodes in zip(components(mesh), nodes_of_body, strict=True):
-        if len(nodes):
-            radii[nodes] = Surface(part.mesh).distance(skeleton.nodes[nodes])
+    for body, part in enumerate(components(mesh)):
+        is_own = body_of_node == body
+        if is_own.any():
+            radii[is_own] = Surface(part.mesh).distance(skeleton.nodes[is_own])
     return replace(skeleton, radii=radii)
 
 
@@ -112,9 +111,7 @@ def axis_directions(skeleton: Skeleton) -> NDArray[np.float64]:
     ends = np.concatenate([skeleton.edges, skeleton.edges[:, ::-1]])
     tips, inner = ends[skeleton.degrees[ends[:, 0]] == 1].T
     directions[tips] = nodes[tips] - nodes[inner]
-    lengths = vector_lengths(directions)[:, None]
-    np.divide(directions, lengths, out=directions, where=lengths > 0)
-    return directions
+    return normalized(directions)
 
 
 def _means(skeleton: Skeleton, distances: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -15,7 +15,6 @@ from __future__ import annotations
 __all__ = [
     "complete_regions",
     "edges_with_disjoint_regions",
-    "is_in_largest_piece",
     "make_regions_connected",
     "nearest_balls",
     "reassign_to_nearest_node",
@@ -28,15 +27,15 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.spatial.distance import cdist
 
-from lbskel._kernels.connectivity import component_roots, descend_to_nearest_node
+from lbskel._kernels.connectivity import descend_to_nearest_node
+from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.graphs import edge_length_graph, shortest_paths, weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import is_among, stable_order
-from lbskel.geometry.vertex_map import VertexMap
+from lbskel.geometry.vertex_map import VertexMap, is_in_largest_piece
 from lbskel.skeleton.skeleton import Skeleton
 
-MAX_ROUNDS = 4  # of connecting disjoint regions; measured: the number of such edges hardly falls after them
 MAX_DISTANCES = 4_000_000  # held in memory at a time, which is 32 MB
 N_RINGS = 3  # edges of the skeleton from its two nodes within which the path between two regions is searched; a guess,
 # benchmarks/results/constants.md
@@ -98,39 +97,6 @@ def reassign_to_nearest_node(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     return replace(skeleton, node_of_vertex=node_of_vertex)
 
 
-def is_in_largest_piece(
-    node_of_vertex: NDArray[np.int64], mesh: Mesh, nodes: NDArray[np.int64] | None = None
-) -> NDArray[np.bool_]:
-    """(n,) whether a vertex belongs to the connected piece of its region that has the most vertices.
-
-    Of equal pieces, the one with the smallest vertex index counts.
-
-    Parameters
-    ----------
-    node_of_vertex : (n,) array of int
-    mesh : Mesh
-    nodes : array of int, optional
-        The nodes to test; the regions of all others are taken to be connected. All by default.
-
-    Raises
-    ------
-    ValueError
-        If there is not one node for each vertex.
-    """
-    if len(node_of_vertex) != len(mesh.vertices):
-        raise ValueError("there must be a node for each vertex")
-    tested = node_of_vertex if nodes is None else np.where(np.isin(node_of_vertex, nodes), node_of_vertex, -1)
-    piece = component_roots(mesh.edges, tested)
-    size = np.bincount(piece)
-    first = np.flatnonzero(size)
-    node = node_of_vertex[first]
-    order = np.lexsort((first, -size[first], node))
-    is_largest = np.zeros(len(size), dtype=bool)
-    is_largest[first[order[np.diff(node[order], prepend=-1) > 0]]] = True
-    result: NDArray[np.bool_] = is_largest[piece] | (tested < 0)
-    return result
-
-
 def edges_with_disjoint_regions(skeleton: Skeleton, mesh: Mesh) -> NDArray[np.int64]:
     """(p, 2) edges of the skeleton whose nodes both have vertices, but none that are adjacent on the mesh.
 
@@ -163,18 +129,15 @@ def make_regions_connected(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     disjoint = edges_with_disjoint_regions(skeleton, mesh)
     if len(disjoint) == 0:
         return skeleton
-    graph = edge_length_graph(mesh)
-    graph = graph + graph.T
-    for _ in range(MAX_ROUNDS):
-        candidate = _with_connecting_paths(skeleton, graph, disjoint)
+    search = shortest_paths(edge_length_graph(mesh))
+    while len(disjoint):
+        candidate = _with_connecting_paths(skeleton, search, disjoint)
         both = np.stack([skeleton.node_of_vertex, candidate.node_of_vertex])
         candidate = _with_connected_regions(candidate, mesh, np.unique(both[:, both[0] != both[1]]))
         still_disjoint = edges_with_disjoint_regions(candidate, mesh)
         if len(still_disjoint) >= len(disjoint):
             break
         skeleton, disjoint = candidate, still_disjoint
-        if len(disjoint) == 0:
-            break
     return skeleton
 
 
@@ -208,10 +171,9 @@ def _grown(
         open_edges = open_edges[~is_fixed[open_edges[:, 0]]]
 
 
-def _with_connecting_paths(skeleton: Skeleton, graph: csr_array, disjoint: NDArray[np.int64]) -> Skeleton:
+def _with_connecting_paths(skeleton: Skeleton, search: ShortestPaths, disjoint: NDArray[np.int64]) -> Skeleton:
     """Divide the shortest path between the two regions of each disjoint edge between its nodes, half to each."""
     node_of_vertex = np.array(skeleton.node_of_vertex)
-    search = shortest_paths(graph)
     nodes, vertices = _around(skeleton, disjoint)
     kinds, is_near = np.zeros(len(node_of_vertex), dtype=np.int8), np.zeros(len(skeleton.nodes), dtype=bool)
     for (first, last), near, local in zip(disjoint.tolist(), nodes, vertices, strict=True):

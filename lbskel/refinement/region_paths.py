@@ -91,13 +91,12 @@ def _region_paths(
     Where the edges of the mesh are short relative to the depth, or the path turns, the moved path can pass a tunnel on
     another side than the path on the surface; the path then stays at the surface.
     """
-    mesh, n_vertices = surface.mesh, len(surface.mesh.vertices)
+    mesh = surface.mesh
     both = np.concatenate([mesh.edges, mesh.edges[:, ::-1]])
-    graph = weighted_graph(both, np.tile(mesh.edge_lengths, 2), n_vertices)
-    search = shortest_paths(graph)
+    search = shortest_paths(weighted_graph(both, np.tile(mesh.edge_lengths, 2), len(mesh.vertices)))
     order = stable_order(regions + 1)  # -1 is for vertices in no region
     begins = np.searchsorted(regions[order], np.arange(len(skeleton.nodes) + 1))
-    kinds = np.zeros(n_vertices, dtype=np.int8)
+    kinds = np.zeros(len(regions), dtype=np.int8)
     found = []
     for u, v in edges.tolist():
         region = np.concatenate([order[begins[node] : begins[node + 1]] for node in (u, v)])

@@ -6,8 +6,8 @@ __all__ = ["tips_at_surface"]
 
 import numpy as np
 
-from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement.radii import axis_directions
 from lbskel.refinement.tips import extend_ends
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -28,8 +28,7 @@ def tips_at_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
     if len(tips) == 0:
         return skeleton
     P = skeleton.nodes[tips]
-    directions = P - skeleton.nodes[[int(skeleton.neighbors[tip][0]) for tip in tips]]
-    directions /= vector_lengths(directions)[:, None]
+    directions = axis_directions(skeleton)[tips]
     ahead, (radii, nearest) = surface.ray_distance(P, directions), surface.closest(P)
     is_near = ahead < MAX_TIP_DISTANCE * radii
     ends = np.where(is_near[:, None], P + np.where(is_near, ahead, 0)[:, None] * directions, nearest)

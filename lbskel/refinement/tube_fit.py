@@ -15,8 +15,7 @@ from __future__ import annotations
 
 __all__ = ["fit_tubes", "tube_radii"]
 
-import itertools
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,24 +42,6 @@ MAX_DEVIATION = 0.2
 COURSE_WEIGHT = 0.25
 # Gauss-Newton steps, which bound the time. Rows "tube steps of" there: more are alike
 N_STEPS = 3
-
-
-@dataclass(frozen=True, eq=False)
-class _Prior:
-    """What is expected of the 4 k unknowns without the surface, as a quadratic function.
-
-    Parameters
-    ----------
-    hessian : (4 k, 4 k) coo_array
-    unknowns : (4 k,) array of float
-        At the start.
-    gradient : (4 k,) array of float
-        There.
-    """
-
-    hessian: coo_array
-    unknowns: NDArray[np.float64]
-    gradient: NDArray[np.float64]
 
 
 def fit_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
@@ -93,10 +74,11 @@ def fit_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
     start = tubes_around(skeleton, radii, surface.mesh.diameter_bound)
     balls = nearest_balls_by_power(start, points)
     shares = _roundness(skeleton, feet_on_tubes(start, points, balls), areas, is_known)
-    prior, tubes = _prior(skeleton, start, shares), start
+    (hessian, gradient), tubes = _prior(skeleton, start, shares), start
     for _ in range(N_STEPS):
         surface.deadline.check()
-        tubes = _step(tubes, feet_on_tubes(tubes, points, balls), areas, shares, prior)
+        pull = -(hessian @ (tubes.unknowns - start.unknowns) + gradient)
+        tubes = _step(tubes, feet_on_tubes(tubes, points, balls), areas, shares, hessian, pull)
     moves, tips = tubes.positions - skeleton.nodes, skeleton.tips
     along = axis_directions(skeleton)[tips]
     moves[tips] -= np.einsum("ki,ki->k", moves[tips], along)[:, None] * along
@@ -143,16 +125,11 @@ def _along_gaps(skeleton: Skeleton, values: NDArray[np.float64], is_known: NDArr
 
     A branch without known values keeps its own.
     """
-    nodes, begins = skeleton.flat_branches
-    filled = np.array(values[nodes])
-    for begin, end in itertools.pairwise(begins.tolist()):
-        branch = nodes[begin:end]
+    interpolated = np.where(skeleton.degrees == 0, values, -np.inf)
+    for branch in skeleton.branches:
         known = np.flatnonzero(is_known[branch])
-        if len(known):
-            filled[begin:end] = np.interp(np.arange(len(branch)), known, values[branch[known]])
-    interpolated = np.array(values)
-    interpolated[nodes] = -np.inf
-    np.maximum.at(interpolated, nodes, filled)
+        filled = np.interp(np.arange(len(branch)), known, values[branch[known]]) if len(known) else values[branch]
+        np.maximum.at(interpolated, branch, filled)  # a loop has its first node twice
     return interpolated
 
 
@@ -173,16 +150,18 @@ def _roundness(
     return shares
 
 
-def _prior(skeleton: Skeleton, start: Tubes, shares: NDArray[np.float64]) -> _Prior:
-    """Bending along the branches, and the places and radii of the nodes at the start, relative to the radii there."""
+def _prior(skeleton: Skeleton, start: Tubes, shares: NDArray[np.float64]) -> tuple[coo_array, NDArray[np.float64]]:
+    """(4 k, 4 k) Hessian and (4 k,) gradient, at the start, of what is expected of the unknowns without the surface.
+
+    Branches bend little, and nodes keep their places and radii, relative to the radii at the start.
+    """
     bending = COURSE_WEIGHT * _bending(skeleton, start.radii)
     held = np.tile(((1 - shares) ** 2 + POSITION_WEIGHT)[:, None], 4)
     held[:, 3] = POSITION_WEIGHT
     held /= start.radii[:, None] ** 2
-    unknowns = start.unknowns
     hessian = (kron(bending, np.eye(4)) + diags_array(held.ravel())).tocoo()
     hessian.coords = tuple(each.astype(np.int32) for each in hessian.coords)
-    return _Prior(hessian, unknowns, (bending @ unknowns.reshape(-1, 4)).ravel())
+    return hessian, (bending @ start.unknowns.reshape(-1, 4)).ravel()
 
 
 def _bending(skeleton: Skeleton, radii: NDArray[np.float64]) -> csr_array:
@@ -206,11 +185,13 @@ def _step(
     feet: Feet,
     areas: NDArray[np.float64],
     shares: NDArray[np.float64],
-    prior: _Prior,
+    hessian: coo_array,
+    pull: NDArray[np.float64],
 ) -> Tubes:
     """Make one Gauss-Newton step; radii stay positive, since none falls by more than half.
 
-    A vertex counts less where it is far from all tubes.
+    The Hessian and the pull, its negative gradient, are those of the prior. A vertex counts less where it is far from
+    all tubes.
     """
     r, edges = tubes.radii, tubes.edges
     near, far = edges[feet.edges].T
@@ -223,12 +204,11 @@ def _step(
     blocks = of_edge @ (gradients[:, :, None] * gradients[:, None, :]).reshape(-1, 64)
     places = (4 * edges[:, :, None] + np.arange(4)).reshape(-1, 8).astype(np.int32)  # int64 takes three times as long
     rows, columns = np.repeat(places, 8, axis=1).ravel(), np.tile(places, 8).ravel()
-    fixed = prior.hessian
-    entries = np.concatenate([blocks.ravel(), fixed.data])
-    at = np.concatenate([rows, fixed.coords[0]]), np.concatenate([columns, fixed.coords[1]])
-    b = -(fixed @ (tubes.unknowns - prior.unknowns) + prior.gradient)
+    entries = np.concatenate([blocks.ravel(), hessian.data])
+    at = np.concatenate([rows, hessian.coords[0]]), np.concatenate([columns, hessian.coords[1]])
+    b = np.array(pull)
     np.add.at(b, places, of_edge @ (feet.distances[:, None] * gradients))
-    step = factorize(coo_array((entries, at), shape=fixed.shape).tocsc()).solve(b, refined=False).reshape(-1, 4)
+    step = factorize(coo_array((entries, at), shape=hessian.shape).tocsc()).solve(b, refined=False).reshape(-1, 4)
     return replace(tubes, positions=tubes.positions + step[:, :3], radii=np.maximum(r + step[:, 3], r / 2))
 
 

@@ -22,7 +22,7 @@ Limbs whose end has no tip near it (:mod:`lbskel.refinement.extrema`) come first
 
 from __future__ import annotations
 
-__all__ = ["BallDistances", "Limbs", "ball_distances", "find_limbs"]
+__all__ = ["Limbs", "find_limbs"]
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -71,40 +71,44 @@ class Limbs:
     limb_of_vertex: NDArray[np.int64]
 
 
-@dataclass(frozen=True, eq=False)
-class BallDistances:
-    """Distances of the vertices of a mesh from a skeleton, and the radii that they are compared with.
-
-    Parameters
-    ----------
-    mesh : Mesh
-    distances : (n,) array of float
-        From the nearest point of the skeleton.
-    ratios : (n,) array of float
-        Distance over radius, the smaller of that there and that at the vertex's own node; 0 without a face.
-    """
-
-    mesh: Mesh
-    distances: NDArray[np.float64]
-    ratios: NDArray[np.float64]
+_Patches = tuple[list[NDArray[np.int64]], NDArray[np.float64]]  # vertices of each, and lengths of the rims
 
 
-@dataclass(frozen=True, eq=False)
-class _Patches:
-    """The parts of a surface above a level that bulge as limbs: vertices, and the lengths of the rims."""
-
-    vertices: list[NDArray[np.int64]]
-    rims: NDArray[np.float64]
-
-
-def ball_distances(skeleton: Skeleton, mesh: Mesh) -> BallDistances:
-    """Measure how far the vertices of a mesh are from the balls of a skeleton.
+def find_limbs(skeleton: Skeleton, mesh: Mesh, missed: GeodesicExtrema) -> Limbs:
+    """Find the limbs of a mesh that bulge out of the balls of a skeleton, after those that are known to be missed.
 
     Parameters
     ----------
     skeleton : Skeleton
         With inscribed radii, in the coordinates of the mesh, and with a node for each of its vertices.
     mesh : Mesh
+    missed : GeodesicExtrema
+        The ends without a tip, whose limbs come first. A limb that contains a vertex of one of these is left out.
+    """
+    distances, ratios = _ball_distances(skeleton, mesh)
+    limb_of_vertex = np.array(missed.limb_of_vertex)
+    ends, radii = missed.vertices.tolist(), missed.radii.tolist()
+    for patches in _bulging_patches(mesh, ratios, LEVELS):
+        for vertices, rim in zip(*patches, strict=True):
+            limbs = {*limb_of_vertex[vertices].tolist()} - {-1}
+            end = int(vertices[distances[vertices].argmax()])
+            if len(limbs) > 1 or ratios[end] < MIN_BRANCH_RATIO:
+                continue
+            if not limbs:
+                limbs = {len(ends)}
+                ends.append(-1)
+                radii.append(rim / (2 * np.pi))
+            limb = limbs.pop()
+            if limb >= len(missed.vertices):
+                limb_of_vertex[vertices] = limb
+                ends[limb] = end
+    return Limbs(np.array(ends, dtype=np.int64), np.array(radii, dtype=np.float64), limb_of_vertex)
+
+
+def _ball_distances(skeleton: Skeleton, mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(n,) distances of the vertices from the skeleton, and (n,) distances over radii, 0 for vertices without a face.
+
+    Of the ratios at the nearest point of the skeleton and at the vertex's own node, the smaller one counts.
     """
     distances, nearest, inscribed = nearest_on_edges(skeleton, mesh.vertices)
     node_of_vertex, k = cKDTree(skeleton.nodes).query(nearest)[1], len(skeleton.nodes)
@@ -116,35 +120,7 @@ def ball_distances(skeleton: Skeleton, mesh: Mesh) -> BallDistances:
     ratios = np.zeros(len(mesh.vertices))
     smaller = [each[used] / np.maximum(of[used], TINY) for each, of in ((distances, radii), (own_distances, own_radii))]
     ratios[used] = np.minimum(*smaller)
-    return BallDistances(mesh, distances, ratios)
-
-
-def find_limbs(balls: BallDistances, missed: GeodesicExtrema) -> Limbs:
-    """Find the limbs of a mesh that bulge out of the balls of a skeleton, after those that are known to be missed.
-
-    Parameters
-    ----------
-    balls : BallDistances
-    missed : GeodesicExtrema
-        The ends without a tip, whose limbs come first. A limb that contains a vertex of one of these is left out.
-    """
-    limb_of_vertex = np.array(missed.limb_of_vertex)
-    ends, radii = missed.vertices.tolist(), missed.radii.tolist()
-    for patches in _bulging_patches(balls.mesh, balls.ratios, LEVELS):
-        for vertices, rim in zip(patches.vertices, patches.rims, strict=True):
-            limbs = {*limb_of_vertex[vertices].tolist()} - {-1}
-            end = int(vertices[balls.distances[vertices].argmax()])
-            if len(limbs) > 1 or balls.ratios[end] < MIN_BRANCH_RATIO:
-                continue
-            if not limbs:
-                limbs = {len(ends)}
-                ends.append(-1)
-                radii.append(rim / (2 * np.pi))
-            limb = limbs.pop()
-            if limb >= len(missed.vertices):
-                limb_of_vertex[vertices] = limb
-                ends[limb] = end
-    return Limbs(np.array(ends, dtype=np.int64), np.array(radii, dtype=np.float64), limb_of_vertex)
+    return distances, ratios
 
 
 def _bulging_patches(mesh: Mesh, heights: NDArray[np.float64], levels: NDArray[np.float64]) -> Iterator[_Patches]:
@@ -217,7 +193,7 @@ def _patches_above(
     is_chosen, chosen = is_limb[root], np.flatnonzero(is_limb)
     vertices, root = vertices[is_chosen], root[is_chosen]
     parts = np.split(vertices[stable_order(root)], np.cumsum(n_vertices[chosen])[:-1]) if len(chosen) else []
-    return _Patches(parts, rims[chosen])
+    return parts, rims[chosen]
 
 
 def _rims(

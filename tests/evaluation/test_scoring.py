@@ -9,7 +9,7 @@ from helpers import joined, moved, nearest_rows, slab
 
 from lbskel import Mesh, MeshError, Skeleton, resample, score, skeletonize
 from lbskel.evaluation.measures import MEASURES
-from lbskel.refinement.region_map import is_in_largest_piece
+from lbskel.geometry.vertex_map import is_in_largest_piece
 from lbskel.shapes import capsule, chain_of_tori, cylinder, make, mesh_solid, solid_of, sphere, torus, tube
 
 

@@ -7,7 +7,7 @@ from helpers import STAR_RADIUS, graph_of_star, joined, loop_in, moved, nearest_
 
 from lbskel import Skeleton, ground_truth_distances, skeletonize
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.centerlines import _is_continuous, _running_maxima, _tangents, find_section_centers
+from lbskel.refinement.centerlines import _is_continuous, _tangents, find_section_centers
 from lbskel.shapes import capsule, make, torus
 
 
@@ -39,13 +39,6 @@ def test_sections_of_a_rough_branch_are_no_jumps_in_size():
     for radii, first in ((wide_at_2, 3), (rough, 1)):
         known = np.flatnonzero(_is_continuous(skeleton, skeleton.degrees == 2, radii))
         assert known.tolist() == [*range(first, 11)]
-
-
-def test_running_maxima_start_anew_in_each_group():
-    values, groups = np.array([2.0, 1, 3, 2, 0, 1]), np.array([0, 0, 0, 4, 4, 4])
-    assert _running_maxima(values, groups, is_forward=True).tolist() == [2, 2, 3, 2, 2, 2]
-    assert _running_maxima(values, groups, is_forward=False).tolist() == [3, 3, 3, 2, 1, 1]
-    assert _running_maxima(values[:0], groups[:0], is_forward=True).tolist() == []
 
 
 def test_the_centers_of_a_rod_are_on_its_axis_and_ends_have_none():

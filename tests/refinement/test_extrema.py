@@ -9,7 +9,7 @@ from lbskel import Mesh, skeletonize
 from lbskel.geometry.deadline import Deadline, OutOfTime
 from lbskel.refinement import extrema
 from lbskel.refinement.extrema import GeodesicExtrema, find_extrema, is_missed
-from lbskel.shapes import capsule, chain_of_tori, make, porous_block, sphere, torus, tube, voxel_tree
+from lbskel.shapes import capsule, chain_of_tori, make, sphere, torus, tube
 
 
 def test_the_vertices_of_a_limb_lie_about_its_end(tripod):
@@ -134,19 +134,6 @@ def test_an_inner_node_near_an_end_is_no_tip():
     bent = path_in(rod, [[0, 0, -2], [0, 0, 1.5], [0, 0, -1.9]], radius=0.1)
     assert is_missed(one_end(rod, top, 0.4), rod, bent).tolist() == [True]
     assert is_missed(one_end(rod, top, 0.4), rod, path_in(rod, bent.nodes[:2], radius=0.1)).tolist() == [False]
-
-
-@pytest.mark.parametrize(
-    "mesh", [porous_block(14), voxel_tree(5), make("spiked_ring").mesh], ids=["porous", "tree", "ring"]
-)
-def test_limbs_that_cut_nothing_off_are_disks_or_not_as_those_that_do(monkeypatch, mesh):
-    """All limbs at once, and one by one with the cells that each cuts off."""
-    found = find_extrema(mesh)
-    monkeypatch.setattr(extrema, "_leaves_rest_connected", lambda cells, limb_of_cell, n: np.zeros(n, dtype=bool))
-    again = find_extrema(mesh.with_vertices(mesh.vertices))
-    assert len(found.vertices) > 0
-    assert np.array_equal(found.vertices, again.vertices)
-    assert np.array_equal(found.limb_of_vertex, again.limb_of_vertex)
 
 
 def test_after_a_deadline_ends_are_not_looked_for():

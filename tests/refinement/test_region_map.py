@@ -5,10 +5,10 @@ import pytest
 from helpers import joined, moved, path_in
 
 from lbskel import Skeleton, skeletonize
+from lbskel.geometry.vertex_map import is_in_largest_piece
 from lbskel.refinement.region_map import (
     complete_regions,
     edges_with_disjoint_regions,
-    is_in_largest_piece,
     make_regions_connected,
     nearest_balls,
     reassign_to_nearest_node,

@@ -10,16 +10,16 @@ from helpers import path_in
 
 from lbskel import Mesh, skeletonize
 from lbskel.refinement.extrema import GeodesicExtrema
-from lbskel.refinement.uncovered_limbs import MIN_BULGE, _bulging_patches, ball_distances, find_limbs
+from lbskel.refinement.uncovered_limbs import MIN_BULGE, _ball_distances, _bulging_patches, find_limbs
 from lbskel.shapes import capsule, make, sphere
 from lbskel.skeleton.editing import contract_nodes
 
 
-def uncovered(balls):
+def uncovered(skeleton, mesh):
     """The limbs where no end is known to be missed."""
-    n_vertices = len(balls.mesh.vertices)
+    n_vertices = len(mesh.vertices)
     none = GeodesicExtrema(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), np.full(n_vertices, -1))
-    return find_limbs(balls, none)
+    return find_limbs(skeleton, mesh, none)
 
 
 def drawn_out(ball, stretch):
@@ -41,7 +41,7 @@ def test_a_limb_without_a_branch_is_found_with_its_end_its_radius_and_its_vertic
     branch = whole.end_branches[number]
     target = np.arange(len(whole.nodes))
     target[branch[1:]] = branch[0]
-    limbs = uncovered(ball_distances(contract_nodes(whole, target), tripod))
+    limbs = uncovered(contract_nodes(whole, target), tripod)
     [end] = limbs.ends
     tip, radius = whole.nodes[branch[-1]], whole.radii[branch[-1]]
     assert np.linalg.norm(tripod.vertices[end] - tip) < 1.5 * radius  # the tip is about a radius inside
@@ -53,7 +53,7 @@ def test_a_limb_without_a_branch_is_found_with_its_end_its_radius_and_its_vertic
 @pytest.mark.parametrize("name", ["octopus", "spiked_ring", "dumbbell", "knot"])
 def test_a_whole_skeleton_leaves_nothing_uncovered(name):
     shape = make(name, n_vertices=2500)
-    assert len(uncovered(ball_distances(skeletonize(shape.mesh), shape.mesh)).ends) == 0
+    assert len(uncovered(skeletonize(shape.mesh), shape.mesh).ends) == 0
 
 
 def test_a_limb_with_few_faces_is_covered_by_its_branch():
@@ -63,7 +63,7 @@ def test_a_limb_with_few_faces_is_covered_by_its_branch():
     coarse = Mesh(V, F)
     skeleton = skeletonize(coarse)
     assert len(skeleton.tips) == 5
-    assert len(uncovered(ball_distances(skeleton, coarse)).ends) == 0
+    assert len(uncovered(skeleton, coarse).ends) == 0
 
 
 def test_the_rim_of_a_flat_part_is_no_limb():
@@ -71,15 +71,15 @@ def test_the_rim_of_a_flat_part_is_no_limb():
     round_bar = capsule(32.0, 0.5)
     plate = round_bar.with_vertices(round_bar.vertices * [1, 10, 1])
     skeleton = path_in(plate, [[0, 0, z] for z in np.linspace(-16, 16, 65)], radius=0.5)
-    assert len(uncovered(ball_distances(skeleton, plate)).ends) == 0
-    assert len(uncovered(ball_distances(path_in(plate, [[0, -4, 0], [0, -3, 0]], radius=0.5), plate)).ends) > 0
+    assert len(uncovered(skeleton, plate).ends) == 0
+    assert len(uncovered(path_in(plate, [[0, -4, 0], [0, -3, 0]], radius=0.5), plate).ends) > 0
 
 
 def patches_that_bulge(mesh, heights, level, least=MIN_BULGE):
     """The vertices of the disks above a level whose bulge is over a bound, and the lengths of their rims."""
     with patch("lbskel.refinement.uncovered_limbs.MIN_BULGE", least):
         [patches] = _bulging_patches(mesh, heights, np.array([level]))
-    return patches.vertices, patches.rims
+    return patches
 
 
 @pytest.mark.parametrize("length", [0.0, 1.0, 3.0])
@@ -128,7 +128,7 @@ def test_a_sharp_cone_is_a_limb_and_a_blunt_one_is_not(top, n_limbs):
     inside = np.linalg.norm(ball.vertices[:, :2], axis=1)
     height = np.where(z > 0, np.maximum(z, top - (top - np.sqrt(1 - radius**2)) * inside / radius), z)
     cone = ball.with_vertices(np.stack([*ball.vertices[:, :2].T, height], axis=1))
-    limbs = uncovered(ball_distances(at_center(cone), cone))
+    limbs = uncovered(at_center(cone), cone)
     assert len(limbs.ends) == n_limbs
     assert (limbs.radii < radius / 2).all()  # of the cap, not of the base
 
@@ -139,7 +139,7 @@ def test_of_two_limbs_on_a_longer_limb_each_is_found():
     x, y, z = ball.vertices.T
     near = np.hypot(np.abs(x) - 0.2, y) < 0.1
     drawn = drawn_out(ball, np.where(near & (z > 0), 4.6, np.where(z > 0.9, 4.0, 1.0)))
-    limbs = uncovered(ball_distances(at_center(drawn), drawn))
+    limbs = uncovered(at_center(drawn), drawn)
     assert len(limbs.ends) == 2
     assert np.sign(drawn.vertices[limbs.ends, 0]).sum() == 0
     for limb, end in enumerate(limbs.ends):
@@ -153,15 +153,14 @@ def test_a_limb_of_a_missed_end_is_the_first_and_is_not_found_again():
     top = drawn.vertices[:, 2] > 0.99 * drawn.vertices[:, 2].max()  # less than the patch that bulges
     ends = np.array([drawn.vertices[:, 2].argmax(), 0])
     known = GeodesicExtrema(ends, np.array([2.0, 1.0]), np.array([0.2, 0.1]), np.where(top, 0, -1))
-    balls = ball_distances(at_center(drawn), drawn)
-    limbs = find_limbs(balls, known.take(np.array([True, False])))
+    limbs = find_limbs(at_center(drawn), drawn, known.take(np.array([True, False])))
     assert limbs.ends.tolist() == [ends[0], drawn.vertices[:, 2].argmin()]
     assert limbs.radii[0] == 0.2
     assert np.array_equal(limbs.limb_of_vertex == 0, top)
     none = known.take(np.zeros(2, dtype=bool))
     assert len(none.vertices) == 0
     assert (none.limb_of_vertex == -1).all()
-    assert len(find_limbs(balls, none).ends) == 2
+    assert len(find_limbs(at_center(drawn), drawn, none).ends) == 2
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -173,8 +172,8 @@ def test_vertices_far_out_are_no_limbs(seed):
         ball.vertices * (1 + length * np.isin(np.arange(len(ball.vertices)), far)[:, None]) for length in (0.2, 1)
     ]
     near, farther = (ball.with_vertices(vertices) for vertices in balls_of)
-    assert len(uncovered(ball_distances(at_center(near), near)).ends) == 0
-    assert set(uncovered(ball_distances(at_center(farther), farther)).ends) == set(far)
+    assert len(uncovered(at_center(near), near).ends) == 0
+    assert set(uncovered(at_center(farther), farther).ends) == set(far)
 
 
 @pytest.mark.parametrize(("last", "n_limbs"), [(3.3, 0), (2.5, 1)])
@@ -182,7 +181,7 @@ def test_a_flat_end_with_a_tip_near_it_is_no_limb(last, n_limbs):
     round_bar = capsule(8.0, 0.5, 64)
     bar = round_bar.with_vertices(np.clip(round_bar.vertices, [-1, -1, -4], [1, 1, 4]))
     skeleton = path_in(bar, np.linspace([0, 0, -3.5], [0, 0, last], 30), radius=0.5)
-    assert len(uncovered(ball_distances(skeleton, bar)).ends) == n_limbs
+    assert len(uncovered(skeleton, bar).ends) == n_limbs
 
 
 def test_where_noise_makes_a_ball_small_the_local_radius_counts():
@@ -190,17 +189,16 @@ def test_where_noise_makes_a_ball_small_the_local_radius_counts():
     rod = capsule(8.0, 0.5, 32)
     skeleton = path_in(rod, np.linspace([0, 0, -4], [0, 0, 4], 33), radius=0.5)
     radii = np.where(np.abs(skeleton.nodes[:, 2]) < 1, 0.05, 0.5)
-    balls = ball_distances(replace(skeleton, radii=radii), rod)
-    assert balls.ratios.max() < 1.2
-    assert len(uncovered(balls).ends) == 0
+    uneven = replace(skeleton, radii=radii)
+    assert _ball_distances(uneven, rod)[1].max() < 1.2
+    assert len(uncovered(uneven, rod).ends) == 0
 
 
 def test_vertices_of_no_face_are_no_limb():
     ball = sphere(2)
     stray = Mesh(np.concatenate([ball.vertices, [[9.0, 0, 0]]]), ball.faces)
-    balls = ball_distances(at_center(stray), stray)
-    assert balls.ratios[-1] == 0
-    assert len(uncovered(balls).ends) == 0
+    assert _ball_distances(at_center(stray), stray)[1][-1] == 0
+    assert len(uncovered(at_center(stray), stray).ends) == 0
 
 
 def test_a_thin_branch_across_a_gap_does_not_uncover_what_the_own_ball_covers():
@@ -214,6 +212,6 @@ def test_a_thin_branch_across_a_gap_does_not_uncover_what_the_own_ball_covers():
     skeleton = path_in(mesh, [[-0.01, 0, 0], [0.01, 0, 0], *([x, 0, 1.9] for x in np.linspace(-1, 1, 41))])
     skeleton = replace(skeleton, edges=np.delete(skeleton.edges, 1, axis=0), radii=np.repeat([1.7, 0.05], [2, 41]))
     in_ball = np.arange(len(mesh.vertices)) < len(drawn)
-    assert len(uncovered(ball_distances(skeleton, mesh)).ends) == 1
+    assert len(uncovered(skeleton, mesh).ends) == 1
     own = replace(skeleton, node_of_vertex=np.where(in_ball, 0, skeleton.node_of_vertex))
-    assert len(uncovered(ball_distances(own, mesh)).ends) == 0
+    assert len(uncovered(own, mesh).ends) == 0

@@ -7,8 +7,8 @@ import pytest
 
 from lbskel import Skeleton, UnknownChoice, simplify_branches, skeletonize
 from lbskel.geometry.surface_queries import Surface
+from lbskel.geometry.vertex_map import is_in_largest_piece
 from lbskel.refinement.containment import inside_fraction
-from lbskel.refinement.region_map import is_in_largest_piece
 from lbskel.shapes import make
 
 
