@@ -35,7 +35,8 @@ def geodesic_distance(
     Returns
     -------
     (n,) array of float
-        In the units of the mesh; infinite in components without a source and at vertices that no face uses.
+        In the units of the mesh; infinite in components without a source and at vertices that no face uses, and as in
+        the paper also where the operator couples a vertex with no source.
 
     Raises
     ------

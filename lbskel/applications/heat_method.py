@@ -109,7 +109,8 @@ class HeatMethod:
         Returns
         -------
         (n,) array of float
-            In the units of the mesh; infinite in components without a source and at vertices that no face uses.
+            In the units of the mesh; infinite in components without a source and at vertices that no face uses, and
+            as in the paper also where the operator couples a vertex with no source.
 
         Raises
         ------
@@ -119,16 +120,15 @@ class HeatMethod:
             If the operator is not positive semidefinite, or heat does not reach every vertex of a component.
         """
         vertices = self._checked(sources)
-        active = self._active
-        distances = np.full(len(self._component), np.inf)
+        active, used = self._active, self.mesh.used_vertices
+        heat = (np.bincount(vertices, minlength=len(self._component)) > 0).astype(np.float64)
+        distances = np.full(len(heat), np.inf)
         if len(active):
-            heat = np.zeros(len(distances))
-            heat[vertices] = 1.0
             heat[active] = self._heat.solve(heat[active], refined=False)
-            if unfolded:
-                distances = self._surface.distance(vertices, active[np.argsort(-heat[active])])
-            else:
-                distances = self._integrated(vertices, heat)
+        if unfolded:  # last to vertices without heat, which the operator couples with no other
+            distances = self._surface.distance(vertices, used[np.argsort(-heat[used])])
+        elif len(active):
+            distances = self._integrated(vertices, heat)
         distances[vertices] = 0.0
         scaled: NDArray[np.float64] = np.ldexp(distances, self._exponent)
         return scaled

@@ -141,6 +141,24 @@ def test_an_operator_that_connects_components_leaves_them_apart():
         assert np.abs(found[:n] - alone).max() < 0.1
 
 
+def test_vertices_that_the_operator_couples_with_no_other_are_reached_too():
+    """``heat_kernel`` has the radius of the fine part of a mesh; an operator without couplings has no heat at all."""
+    fine = flat_grid(9, 8)
+    n, side = len(fine.vertices), np.flatnonzero(fine.vertices[:, 0] > 1 - 1e-9)
+    wing = [[side[0], n, side[-1]], [n, n + 1, side[-1]], [n, n + 2, n + 1]]
+    corners = [[3, 0, 0], [3, 1, 0], [6, 0.5, 0]]
+    mesh = Mesh(np.concatenate([fine.vertices, corners]), np.concatenate([fine.faces, wing]))
+
+    def uncoupled(given):
+        return lbskel.Laplacian(0.0 * lbskel.laplacian(given).stiffness, lbskel.laplacian(given).mass)
+
+    for operator in ("heat_kernel", uncoupled):
+        for source in (0, n + 2):
+            assert np.abs(HeatMethod(mesh, operator).distance(source) - HeatMethod(mesh).distance(source)).max() < 1e-9
+    assert np.isinf(HeatMethod(mesh, "heat_kernel").distance(0, unfolded=False)[n:]).all()
+    assert np.isinf(HeatMethod(mesh, uncoupled).distance(0, unfolded=False)[1:]).all()
+
+
 def test_long_shapes_do_not_underflow():
     """3,000 edges from end to end: exp(-3000) is zero, so the time has to grow."""
     n = 3000
