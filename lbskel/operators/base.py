@@ -148,9 +148,14 @@ class Laplacian(Displayed):
 
         Raises
         ------
+        MeshError
+            If there is not one row of values for each vertex.
         UnknownChoice
             If the mass is not diagonal.
         """
+        shape, n = np.shape(values), self.stiffness.shape[0]
+        if len(shape) not in (1, 2) or shape[0] != n:
+            raise MeshError(f"there must be one row of values for each of {n} vertices, not shape {shape}")
         result: NDArray[np.float64] = self.strong() @ values
         return result
 
@@ -166,6 +171,8 @@ class Laplacian(Displayed):
 
         Raises
         ------
+        MeshError
+            If there is not one position for each vertex.
         UnknownChoice
             If the mass is not diagonal, or the masses are degrees.
         """
