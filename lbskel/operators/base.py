@@ -18,7 +18,7 @@ from scipy.sparse import csc_array, diags_array
 
 from lbskel.display import Displayed
 from lbskel.errors import MeshError, UnknownChoice, counted
-from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.mesh import as_mesh
 
 # S_ii A / M_ii of every operator where six equilateral triangles meet, with A a third of their area
 REGULAR_RATIO = 2 * np.sqrt(3)
@@ -81,12 +81,12 @@ class Laplacian(Displayed):
         n, entries = self.stiffness.shape[0], self.stiffness.nnz
         return [(f"stiffness: {n:,} vertices, {entries:,} entries", self.stiffness)]
 
-    def plot(self, mesh: Mesh) -> Any:
+    def plot(self, mesh: Any) -> Any:
         """Show an interactive page: the mesh, colored by the mean curvature that the operator computes.
 
         Parameters
         ----------
-        mesh : Mesh
+        mesh : Mesh, or what :func:`lbskel.as_mesh` takes
             The mesh of the operator.
 
         Returns
@@ -111,6 +111,7 @@ class Laplacian(Displayed):
         >>> lbskel.laplacian(mesh).plot(mesh)
         InlinePage(show it in a notebook, or save(path))
         """
+        mesh = as_mesh(mesh)
         if len(mesh.vertices) != self.stiffness.shape[0]:
             raise MeshError(f"the mesh has {len(mesh.vertices)} vertices, and the operator {self.stiffness.shape[0]}")
         curvature = np.linalg.norm(self.mean_curvature_normals(mesh.vertices), axis=1)
