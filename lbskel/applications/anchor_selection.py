@@ -24,6 +24,7 @@ from lbskel.applications.differential_coordinates import (
 )
 from lbskel.errors import MeshError, UnknownChoice, checked_count
 from lbskel.geometry.mesh import Mesh, as_mesh
+from lbskel.geometry.scaling import unit_scale
 from lbskel.operators import Operator, apply_operator
 
 
@@ -163,13 +164,14 @@ def least_squares_mesh(
     """
     given: Mesh = as_mesh(mesh)
     laplacian = apply_operator(operator, given)
-    center = given.centroid
+    scaled, exponent = unit_scale(given.vertices)  # squares of distances in huge units overflow
+    center = given.with_vertices(scaled).centroid
     anchors, X = greedy_anchors(
         laplacian.stiffness / laplacian.weight_unit,
-        np.zeros_like(given.vertices),
-        given.vertices - center,
+        np.zeros_like(scaled),
+        scaled - center,
         n_anchors,
         weight=anchor_weight,
         solver=solver,
     )
-    return given.with_vertices(X + center), anchors
+    return given.with_vertices(np.ldexp(X + center, exponent)), anchors

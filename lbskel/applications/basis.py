@@ -30,9 +30,9 @@ class SpectralBasis:
     Parameters
     ----------
     values : (k,) array of float
-        Eigenvalues, ascending, in 1 / length^2 for operators with an area mass.
+        Eigenvalues, ascending, in 1 / length^2, but without a unit where masses are degrees.
     functions : (n, k) array of float
-        Eigenfunctions, in 1 / length.
+        Eigenfunctions, in 1 / length where masses are areas: one over the root of a mass.
     laplacian : Laplacian
         The operator that they belong to, of n vertices.
 

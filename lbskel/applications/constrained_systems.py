@@ -43,7 +43,7 @@ def factorize_square(A: csc_array, *, solver: str = "cholmod") -> Factorization:
     return GeneralLU(A)
 
 
-def checked_indices(indices: ArrayLike, n: int, what: str) -> NDArray[np.int64]:
+def checked_indices(indices: ArrayLike, n: int, what: str, *, distinct: bool = True) -> NDArray[np.int64]:
     """Copy vertex indices to a (k,) int64 array.
 
     Parameters
@@ -54,11 +54,13 @@ def checked_indices(indices: ArrayLike, n: int, what: str) -> NDArray[np.int64]:
         Number of vertices.
     what : str
         Their name in messages, in the plural.
+    distinct : bool
+        Whether an index may be there only once.
 
     Raises
     ------
     MeshError
-        If an index is out of range, no whole number, or there twice.
+        If an index is out of range, no whole number, or there twice and may not.
     """
     try:
         given = np.asarray(indices)
@@ -76,7 +78,7 @@ def checked_indices(indices: ArrayLike, n: int, what: str) -> NDArray[np.int64]:
     if outside.size:
         raise MeshError(f"{what} {first_few(outside)} are no vertices of the mesh, which has 0..{n - 1}")
     values, counts = np.unique(numbers, return_counts=True)
-    if (counts > 1).any():
+    if distinct and (counts > 1).any():
         raise MeshError(f"{what} {first_few(values[counts > 1])} are given twice")
     return numbers
 

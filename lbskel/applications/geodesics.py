@@ -24,8 +24,8 @@ def geodesic_distance(
     Parameters
     ----------
     mesh : Mesh, or what :func:`lbskel.as_mesh` takes
-    sources : int or (s,) array_like of int
-        Vertices.
+    sources : int, (s,) array_like of int, or (n,) array_like of bool
+        Vertices; a mask stands for those where it is true.
     operator : str or callable
         A name in OPERATORS or a function from a Mesh to a Laplacian: symmetric.
     unfolded : bool
@@ -35,7 +35,8 @@ def geodesic_distance(
     Returns
     -------
     (n,) array of float
-        In the units of the mesh; infinite in components without a source and at vertices that no face uses.
+        In the units of the mesh; infinite in components without a source and at vertices that no face uses, and as in
+        the paper also where the operator couples a vertex with no source.
 
     Raises
     ------

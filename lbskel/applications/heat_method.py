@@ -25,9 +25,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.csgraph import connected_components
 
+from lbskel.applications.constrained_systems import checked_indices
 from lbskel.applications.symmetric import require_symmetric
 from lbskel.applications.unfolded_distances import UnfoldedSurface
-from lbskel.errors import MeshError, SolveError, first_few
+from lbskel.errors import MeshError, SolveError
 from lbskel.geometry.arrays import finite_numbers
 from lbskel.geometry.intrinsic_triangulation import IntrinsicTriangulation, delaunay, half_edge_twins
 from lbskel.geometry.mesh import Mesh, as_mesh
@@ -42,6 +43,9 @@ from lbskel.solvers import Factorization, factorize
 # Time of the flow, in squared mean edge lengths, as in the paper. Shorter times are better on irregular meshes, worse
 # on regular grids, where the heat prefers the directions of edges: benchmarks/results/applications_geodesics.md.
 TIME = 1.0
+# A squared edge where masses are degrees, no unit: D + 4 (D - A) is a multiple of M + h^2 S, M and S of areas and
+# cotangents, where six equilateral triangles of edge h meet.
+SQUARED_EDGE = 4.0
 # Least share of the heat that has to arrive at the farthest vertex; below about 1e-308 it is zero, without a gradient.
 # A vertex may be twice as far from a source as from the vertex that is tried; the share there is the square.
 MIN_HEAT = 1e-140
@@ -95,8 +99,8 @@ class HeatMethod:
 
         Parameters
         ----------
-        sources : int or (s,) array_like of int
-            Vertices.
+        sources : int, (s,) array_like of int, or (n,) array_like of bool
+            Vertices; a mask stands for those where it is true.
         unfolded : bool
             Whether distances are propagated across unfolded triangles in the order of the heat, where the operator
             hardly matters. If not, they are those of the paper: less accurate, smooth where two paths are equally
@@ -105,7 +109,8 @@ class HeatMethod:
         Returns
         -------
         (n,) array of float
-            In the units of the mesh; infinite in components without a source and at vertices that no face uses.
+            In the units of the mesh; infinite in components without a source and at vertices that no face uses, and
+            as in the paper also where the operator couples a vertex with no source.
 
         Raises
         ------
@@ -115,16 +120,15 @@ class HeatMethod:
             If the operator is not positive semidefinite, or heat does not reach every vertex of a component.
         """
         vertices = self._checked(sources)
-        active = self._active
-        distances = np.full(len(self._component), np.inf)
+        active, used = self._active, self.mesh.used_vertices
+        heat = (np.bincount(vertices, minlength=len(self._component)) > 0).astype(np.float64)
+        distances = np.full(len(heat), np.inf)
         if len(active):
-            heat = np.zeros(len(distances))
-            heat[vertices] = 1.0
             heat[active] = self._heat.solve(heat[active], refined=False)
-            if unfolded:
-                distances = self._surface.distance(vertices, active[np.argsort(-heat[active])])
-            else:
-                distances = self._integrated(vertices, heat)
+        if unfolded:  # last to vertices without heat, which the operator couples with no other
+            distances = self._surface.distance(vertices, used[np.argsort(-heat[used])])
+        elif len(active):
+            distances = self._integrated(vertices, heat)
         distances[vertices] = 0.0
         scaled: NDArray[np.float64] = np.ldexp(distances, self._exponent)
         return scaled
@@ -208,17 +212,11 @@ class HeatMethod:
 
     def _checked(self, sources: Sources) -> NDArray[np.int64]:
         """Return the sources as a vector of vertices."""
-        n = len(self.mesh.vertices)
-        try:
-            given = np.atleast_1d(np.asarray(sources))
-        except ValueError:  # rows of different lengths
-            given = np.empty(0)
-        if given.ndim != 1 or not len(given) or given.dtype.kind not in "iu":
-            raise MeshError("the sources must be indices of vertices, at least one")
-        wrong = given[(given < 0) | (given >= n)]
-        if len(wrong):
-            raise MeshError(f"sources {first_few(wrong)} are not vertices; indices go from 0 to {n - 1}")
-        return given.astype(np.int64)
+        given: ArrayLike = sources if np.iterable(sources) else np.array([sources])
+        vertices = checked_indices(given, len(self.mesh.vertices), "sources", distinct=False)
+        if not len(vertices):
+            raise MeshError("there is no source: give at least one vertex")
+        return vertices
 
     @cached_property
     def _component(self) -> NDArray[np.int64]:
@@ -281,6 +279,8 @@ class HeatMethod:
         n = len(self._pinned)
         edges = np.bincount(corners[inside], triangulation.lengths[inside].mean(axis=1), n)
         times = TIME * (edges / np.maximum(np.bincount(corners[inside], minlength=n), 1)) ** 2
+        if self._laplacian.mass_unit == "number":
+            times[:] = TIME * SQUARED_EDGE
         right = np.zeros(len(self._active))
         right[self._pinned] = 1.0
         for _ in range(MAX_GROWTHS):

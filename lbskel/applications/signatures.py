@@ -10,6 +10,8 @@ from __future__ import annotations
 
 __all__ = ["heat_kernel_signature", "wave_kernel_signature"]
 
+from numbers import Real
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -28,13 +30,14 @@ def heat_kernel_signature(basis: SpectralBasis, times: ArrayLike | None = None) 
     ----------
     basis : SpectralBasis
     times : (t,) array_like of float, optional
-        In length^2, not negative. By default 100, in equal ratios, from 4 log 10 over the largest eigenvalue to
-        4 log 10 over the smallest positive one.
+        One over the unit of eigenvalues, length^2 but for degrees; not negative. By default 100, in equal ratios, from
+        4 log 10 over the largest eigenvalue to 4 log 10 over the smallest positive one.
 
     Returns
     -------
     (n, t) array of float
-        In 1 / length^2: under a scaling by s, the signature at the time s^2 t is divided by s^2.
+        In 1 / length^2 where masses are areas: under a scaling by s, the signature at the time s^2 t is divided by s^2.
+        Where they are lengths, in 1 / length, and where they are degrees, without a unit, as is the time.
 
     Raises
     ------
@@ -78,7 +81,7 @@ def wave_kernel_signature(
     Returns
     -------
     (n, e) array of float
-        In 1 / length^2.
+        In 1 / mass, as :func:`heat_kernel_signature`.
 
     Raises
     ------
@@ -97,7 +100,7 @@ def wave_kernel_signature(
     e = np.linspace(levels[0], levels[-1], N_SCALES) if energies is None else _scales(energies, "energies")
     if width is None:
         width = WIDTH * float(np.ptp(e)) / max(len(e) - 1, 1)
-    if not (np.isfinite(width) and width > 0):
+    if not (isinstance(width, Real) and np.isfinite(width) and width > 0):
         raise MeshError(
             "the width of an energy must be positive; give one where there is a single energy or eigenvalue"
         )
@@ -120,7 +123,10 @@ def _positive_values(basis: SpectralBasis) -> NDArray[np.float64]:
 
 def _scales(given: ArrayLike, what: str) -> NDArray[np.float64]:
     """Return times or energies as a vector."""
-    scales = np.asarray(given, dtype=np.float64)
+    try:
+        scales = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        scales = np.empty(0)
     if scales.ndim != 1 or not len(scales) or not np.isfinite(scales).all():
         raise MeshError(f"the {what} must be a list of finite numbers")
     return scales

@@ -28,7 +28,7 @@ def eigenpairs(laplacian: Laplacian, k: int, *, solver: str = "cholmod") -> Eige
     Returns
     -------
     values : (k,) array of float
-        Ascending, in 1 / length^2 for operators with an area mass.
+        Ascending, in 1 / length^2, but without a unit where masses are degrees.
     functions : (n, k) array of float
         Columns with X^T M X = I; the value of largest magnitude of each is positive.
 

@@ -27,6 +27,7 @@ from lbskel.geometry.exchange import MeshExchange
 from lbskel.geometry.normals import normalized, triangle_normals, vector_lengths
 from lbskel.geometry.point_cloud import PointCloud
 from lbskel.geometry.polygon_triangulation import retriangulate_nonconvex
+from lbskel.geometry.scaling import unit_scale
 from lbskel.geometry.sorting import unique_inverse
 
 # Cached properties that depend on the faces alone
@@ -146,8 +147,10 @@ class Mesh(MeshExchange):
     @cached_property
     def _integrals(self) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
         """Area of each face, centroid of the surface, and volume."""
-        values: tuple[NDArray[np.float64], NDArray[np.float64], float] = integrals(self.vertices, self.faces)
-        return values
+        unit, k = unit_scale(self.vertices)  # squares of areas would overflow beyond 1e76, and vanish below 1e-80
+        areas, centroid, volume = integrals(unit, self.faces)
+        with np.errstate(over="ignore", under="ignore"):
+            return np.ldexp(areas, 2 * k), np.ldexp(centroid, k), float(np.ldexp(volume, 3 * k))
 
     @property
     def face_areas(self) -> NDArray[np.float64]:
@@ -206,9 +209,7 @@ class Mesh(MeshExchange):
         Unlike the bounding box, it does not change when the mesh is rotated.
         """
         offsets = self.vertices.take(self.used_vertices, axis=0) - self.centroid
-        largest = float(np.abs(offsets).max())
-        if not largest > 0:
-            return 0.0
+        largest = float(np.abs(offsets).max()) or 1.0
         offsets /= largest
         return 2 * largest * math.sqrt(np.einsum("ni,ni->n", offsets, offsets).max())
 

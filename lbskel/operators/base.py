@@ -18,7 +18,7 @@ from scipy.sparse import csc_array, diags_array
 
 from lbskel.display import Displayed
 from lbskel.errors import MeshError, UnknownChoice, counted
-from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.mesh import as_mesh
 
 # S_ii A / M_ii of every operator where six equilateral triangles meet, with A a third of their area
 REGULAR_RATIO = 2 * np.sqrt(3)
@@ -81,12 +81,12 @@ class Laplacian(Displayed):
         n, entries = self.stiffness.shape[0], self.stiffness.nnz
         return [(f"stiffness: {n:,} vertices, {entries:,} entries", self.stiffness)]
 
-    def plot(self, mesh: Mesh) -> Any:
+    def plot(self, mesh: Any) -> Any:
         """Show an interactive page: the mesh, colored by the mean curvature that the operator computes.
 
         Parameters
         ----------
-        mesh : Mesh
+        mesh : Mesh, or what :func:`lbskel.as_mesh` takes
             The mesh of the operator.
 
         Returns
@@ -111,6 +111,7 @@ class Laplacian(Displayed):
         >>> lbskel.laplacian(mesh).plot(mesh)
         InlinePage(show it in a notebook, or save(path))
         """
+        mesh = as_mesh(mesh)
         if len(mesh.vertices) != self.stiffness.shape[0]:
             raise MeshError(f"the mesh has {len(mesh.vertices)} vertices, and the operator {self.stiffness.shape[0]}")
         curvature = np.linalg.norm(self.mean_curvature_normals(mesh.vertices), axis=1)
@@ -148,9 +149,14 @@ class Laplacian(Displayed):
 
         Raises
         ------
+        MeshError
+            If there is not one row of values for each vertex.
         UnknownChoice
             If the mass is not diagonal.
         """
+        shape, n = np.shape(values), self.stiffness.shape[0]
+        if len(shape) not in (1, 2) or shape[0] != n:
+            raise MeshError(f"there must be one row of values for each of {n} vertices, not shape {shape}")
         result: NDArray[np.float64] = self.strong() @ values
         return result
 
@@ -166,6 +172,8 @@ class Laplacian(Displayed):
 
         Raises
         ------
+        MeshError
+            If there is not one position for each vertex.
         UnknownChoice
             If the mass is not diagonal, or the masses are degrees.
         """

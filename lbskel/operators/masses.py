@@ -59,10 +59,10 @@ def full_mass(mesh: Mesh) -> csc_array:
 
 
 def moment_mass(mesh: Mesh, stiffness: csc_array) -> csc_array:
-    """Build the diagonal mass of sums of w_ij |e_ij|^2 / 4, with which M^-1 S is exact for |x|^2 on a plane.
+    """Build the diagonal mass of sums of w_ij |e_ij|^2 / 4, with which M^-1 S of |x - x_i|^2 is -4 at x_i.
 
-    For cotangent weights this is the Voronoi area, without the rule for obtuse triangles. It gives weights of any unit
-    the scale of a Laplacian.
+    So M^-1 S is exact for |x|^2 on a plane where its row is linearly precise too. For cotangent weights this is the
+    Voronoi area, without the rule for obtuse triangles. It gives weights of any unit the scale of a Laplacian.
 
     Parameters
     ----------

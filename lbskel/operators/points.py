@@ -181,7 +181,7 @@ def heat_kernel(cloud: PointCloud, *, time: float = TIME, cut_off: float = CUT_O
     ----------
     cloud : PointCloud
     time : float
-        t, in units of the squared median length of the edges from the centers of the stars.
+        t, in units of the squared median length of the two edges from the center in each triangle of the stars.
     cut_off : float
         Radius of the kernel, in sqrt(2t).
 
@@ -195,7 +195,8 @@ def heat_kernel(cloud: PointCloud, *, time: float = TIME, cut_off: float = CUT_O
         return _zero_laplacian(len(cloud.points))
     points, k = unit_scale(cloud.points)
     areas = _star_areas(cloud, stars)
-    length = median_length(np.linalg.norm(points[stars[:, 1]] - points[stars[:, 0]], axis=1))
+    # both neighbors: which is the last of an open star depends on the side from which it is seen
+    length = median_length(np.linalg.norm(points[stars[:, 1:]] - points[stars[:, :1]], axis=2).ravel())
     stiffness = heat_kernel_stiffness(points, np.ldexp(areas, -2 * k), time * length**2, cut_off)
     treated = np.flatnonzero(stiffness.diagonal() == 0)
     return Laplacian(stiffness, diagonal_matrix(areas), treated_vertices=treated)

@@ -31,6 +31,9 @@ MOLLIFY_FACTOR = 1e-5  # slack of the triangle inequalities, relative to the mea
 def robust(mesh: Mesh, *, mollify_factor: float = MOLLIFY_FACTOR) -> Laplacian:
     """Build the tufted Laplacian with the lumped mass of its cover; several faces on the same vertices count once.
 
+    Where four vertices of the flipped triangles are on a circle, as on symmetric meshes, either diagonal gives the same
+    stiffness. The order of the faces decides between them, and may change the mass there.
+
     Parameters
     ----------
     mesh : Mesh

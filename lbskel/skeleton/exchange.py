@@ -10,6 +10,7 @@ import numpy as np
 
 from lbskel.display import Displayed
 from lbskel.errors import MissingDependency
+from lbskel.geometry.mesh import PointCloud, as_mesh
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -25,15 +26,18 @@ class SkeletonExchange(Displayed):
 
         Parameters
         ----------
-        mesh : Mesh or PointCloud, optional
+        mesh : PointCloud, Mesh, or what :func:`lbskel.as_mesh` takes, optional
             What the skeleton was made from. :func:`lbskel.view` shows the contraction and the score too.
 
         Raises
         ------
+        MeshError
+            If the mesh is not one.
         MissingDependency
             If plotly is not installed.
         """
-        return self._plot(mesh=mesh, skeleton=self, title=repr(self))
+        shape = mesh if mesh is None or isinstance(mesh, PointCloud) else as_mesh(mesh)
+        return self._plot(mesh=shape, skeleton=self, title=repr(self))
 
     def branch_of_edge(self) -> NDArray[np.int64]:
         """Return the (e,) branch of each edge, as numbered in ``branches``."""

@@ -17,7 +17,7 @@ def test_one_call_is_a_query_of_the_heat_method(ring):
 
 
 def test_errors_are_those_of_the_heat_method(ring):
-    with pytest.raises(MeshError, match="not vertices"):
+    with pytest.raises(MeshError, match="no vertices of the mesh"):
         geodesic_distance(ring, 10**6)
     with pytest.raises(UnknownChoice, match="operator 'smooth'"):
         extend_values(ring, [0], [1.0], operator="smooth")

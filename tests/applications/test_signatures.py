@@ -82,3 +82,16 @@ def test_what_cannot_be_is_refused(ring_basis):
         wave_kernel_signature(ring_basis, [1.0])
     with pytest.raises(MeshError, match="more than there are components"):
         heat_kernel_signature(spectral_basis(sphere(2), 1))
+    for wrong in (["a"], [1j]):
+        with pytest.raises(MeshError, match="list of finite numbers"):
+            heat_kernel_signature(ring_basis, wrong)
+    with pytest.raises(MeshError, match="width"):
+        wave_kernel_signature(ring_basis, width="wide")
+
+
+@pytest.mark.parametrize(("operator", "power"), [("robust", 2), ("inverse_distance", 1), ("random_walk", 0)])
+def test_signatures_are_in_units_of_one_over_a_mass(operator, power):
+    mesh = torus(1.0, 0.3, 24, 12)
+    one, other = (spectral_basis(each, 9, operator=operator) for each in (mesh, mesh.with_vertices(4 * mesh.vertices)))
+    for signature in (heat_kernel_signature, wave_kernel_signature):
+        assert np.abs(4.0**power * signature(other) - signature(one)).max() < 1e-9 * signature(one).max()

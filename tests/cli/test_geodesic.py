@@ -42,7 +42,7 @@ def test_distances_are_printed_written_and_drawn(tmp_path, capsys):
     assert picture.read_bytes()[:4] == b"\x89PNG"
     with pytest.raises(FormatError, match="exists"):
         run_command(path, "--source", 3, "-o", table)
-    with pytest.raises(MeshError, match="not vertices"):
+    with pytest.raises(MeshError, match="no vertices of the mesh"):
         run_command(path, "--source", 10**6)
 
 

@@ -569,6 +569,19 @@ def test_centroid_is_weighted_by_area():
     assert both.vertices[:, 2].mean() < 0.2
 
 
+@pytest.mark.parametrize("exponent", [-320, 280, 480])  # units of 5e-97, 2e84 and 3e144: squares of areas overflow
+def test_measures_are_exact_in_every_unit_that_holds_them(exponent):
+    mesh = torus(1.0, 0.3, 12, 8)
+    mesh = mesh.with_vertices(mesh.vertices + 0.5)
+    there = mesh.with_vertices(np.ldexp(mesh.vertices, exponent))
+    assert np.array_equal(there.face_areas, np.ldexp(mesh.face_areas, 2 * exponent))
+    assert there.area == np.ldexp(mesh.area, 2 * exponent)
+    assert np.array_equal(there.centroid, np.ldexp(mesh.centroid, exponent))
+    assert there.diameter_bound == np.ldexp(mesh.diameter_bound, exponent)
+    with np.errstate(over="ignore"):
+        assert there.volume == np.ldexp(mesh.volume, 3 * exponent)  # infinite from 1e103 on
+
+
 def test_diameter_bound_is_twice_the_largest_distance_from_the_centroid():
     mesh = sphere(3)
     assert mesh.diameter_bound == pytest.approx(2.0)

@@ -76,3 +76,12 @@ def test_the_strong_form_divides_rows_by_the_mass_and_leaves_rows_without_mass_z
     S = csc_array([[2.0, -2.0, 0.0], [-2.0, 3.0, -1.0], [0.0, -1.0, 1.0]])
     strong = Laplacian(S, csc_array(np.diag([4.0, 0.5, 0.0]))).strong().toarray()
     assert (strong == [[0.5, -0.5, 0], [-4, 6, -2], [0, 0, 0]]).all()
+
+
+def test_values_of_another_number_of_vertices_are_refused(tetrahedron):
+    L = laplacian(tetrahedron)
+    for wrong in (np.zeros(3), np.zeros((3, 4)), 1.0):
+        with pytest.raises(MeshError, match="each of 4 vertices"):
+            L.delta(wrong)
+    with pytest.raises(MeshError, match="each of 4 vertices"):
+        L.mean_curvature_normals(np.zeros((3, 3)))

@@ -10,6 +10,7 @@ from operator_shapes import (
 
 from lbskel import Mesh, laplacian
 from lbskel.operators.masses import MASSES, barycentric_mass, full_mass, moment_mass, voronoi_mass
+from lbskel.shapes import flat_grid
 
 
 @pytest.mark.parametrize(
@@ -69,3 +70,16 @@ def test_barycentric_and_full_masses_of_one_triangle():
 def test_the_moment_mass_of_cotangent_weights_is_the_voronoi_area():
     mesh = triangle((0, 0), (4, 0), (1, 3))
     assert moment_mass(mesh, laplacian(mesh).stiffness).diagonal() == pytest.approx(voronoi_mass(mesh).diagonal())
+
+
+@pytest.mark.parametrize("operator", ["inverse_distance", "mean_value", "mean_value_symmetric"])
+def test_the_moment_mass_is_exact_for_the_squared_distance_from_a_vertex(operator):
+    """Of |x|^2 itself only where rows are linearly precise, as those of ``mean_value`` inside a plane."""
+    V = flat_grid(7, 6).vertices + [0.03, 0.03, 0] * np.random.default_rng(0).standard_normal((42, 3))
+    mesh = Mesh(V, flat_grid(7, 6).faces)
+    L = laplacian(mesh, operator=operator)
+    squares = ((V[:, None] - V) ** 2).sum(axis=2)
+    assert np.diagonal(L.delta(squares)) == pytest.approx(-4.0, rel=1e-9)
+    inside = np.setdiff1d(np.arange(42), mesh.edges[mesh.faces_per_edge == 1])
+    is_exact = np.abs(L.delta((V**2).sum(axis=1))[inside] + 4).max() < 1e-9
+    assert is_exact == (operator == "mean_value")

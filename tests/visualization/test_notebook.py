@@ -65,3 +65,13 @@ def test_a_skeleton_is_plotted_in_its_mesh():
     assert 'data-layer="mesh"' in text
     assert 'data-layer="skeleton"' in text
     assert repr(InlinePage(skeleton=planar_fork())).startswith("InlinePage(")
+
+
+def test_a_mesh_to_plot_may_be_a_pair_of_arrays_or_a_cloud(rod):
+    pair, laplacian = (rod.vertices, rod.faces), lbskel.laplacian(rod)
+    assert laplacian.plot(pair)._content == laplacian.plot(rod)._content
+    tube, fork = flat_tube(), planar_fork()
+    assert fork.plot((tube.vertices, tube.faces))._content == fork.plot(tube)._content
+    assert fork.plot(PointCloud(tube.vertices))._content != fork.plot(tube)._content
+    with pytest.raises(MeshError, match="mesh"):
+        fork.plot(3)
