@@ -70,5 +70,31 @@ _ROWS = (
         "2230f06",
         "tubes 12 of 13 graphs; verdicts fail on CGAL's meshes 30 -> 31",
     ),
+    (
+        "junctions whose branches agree on places of their own a ball apart are not merged by axes",
+        "bb199fa",
+        "95 random creatures: junctions missed 70 -> 63; a figure eight has two junctions",
+    ),
+    (
+        "lines point to one place if they miss it by the radius of their branch",
+        "bb199fa",
+        "creatures: 48 graphs, right 17 -> 23; bent hands of 13 graphs 11 -> 0",
+    ),
+    ("no merging of junctions", "bb199fa", "creatures: 48 graphs, right 17 -> 26; bent hands have two or three palms"),
+    (
+        "junctions merged by distance after they are placed, not before",
+        "149073e",
+        "hard shapes in ten variants 280 -> 278 graphs of 280; tubes 0.0084 -> 0.0083",
+    ),
+    (
+        "junctions free to go to the middle where their lines leave them open",
+        "149073e",
+        "hard shapes and tubes in ten variants the same",
+    ),
+    (
+        "corners of a flat end kept where another end of its fork is none",
+        "bb199fa",
+        "hard shapes in ten variants 280 -> 275 graphs of 280; creatures the same",
+    ),
 )
 TRIALS = [dict(zip(_COLUMNS, row, strict=True)) for row in _ROWS]
