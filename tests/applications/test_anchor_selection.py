@@ -34,6 +34,15 @@ def test_a_least_squares_mesh_approaches_the_surface(tripod):
     assert errors[-1] < 0.2 * errors[0]
 
 
+@pytest.mark.parametrize("exponent", [-600, 510])  # units of 2e-181 and 3e153: squares vanish, and their sums overflow
+def test_anchors_do_not_depend_on_the_unit(exponent):
+    mesh = joined(sphere(1), moved(sphere(2), 4.0))
+    surface, anchors = least_squares_mesh(mesh, 7)
+    there, chosen = least_squares_mesh(mesh.with_vertices(np.ldexp(mesh.vertices, exponent)), 7)
+    assert chosen.tolist() == anchors.tolist()
+    assert np.array_equal(there.vertices, np.ldexp(surface.vertices, exponent))
+
+
 def test_each_component_gets_an_anchor_and_isolated_vertices_stay():
     both = joined(sphere(1), moved(sphere(2), 4.0))
     mesh = Mesh([*both.vertices, [9.0, 9, 9]], both.faces)
