@@ -55,12 +55,12 @@ def checked_indices(indices: ArrayLike, n: int, what: str, *, distinct: bool = T
     what : str
         Their name in messages, in the plural.
     distinct : bool
-        Whether an index may be there only once.
+        Whether no index may be given twice.
 
     Raises
     ------
     MeshError
-        If an index is out of range, no whole number, or there twice and may not.
+        If an index is out of range, no whole number, or given twice where they have to be distinct.
     """
     try:
         given = np.asarray(indices)

@@ -69,5 +69,9 @@ def test_wrong_indices_are_named(indices, message):
     assert checked_indices([], 9, "anchors").shape == (0,)
 
 
+def test_indices_may_be_given_twice_where_they_need_not_be_distinct():
+    assert checked_indices([5, 2, 5], 9, "sources", distinct=False).tolist() == [5, 2, 5]
+
+
 def test_a_mask_stands_for_its_vertices():
     assert checked_indices(np.arange(9) % 4 == 1, 9, "anchors").tolist() == [1, 5]

@@ -89,6 +89,13 @@ def test_a_mask_stands_for_its_vertices_as_sources(ring):
     vertices = np.flatnonzero(mask)
     assert np.array_equal(method.distance(mask), method.distance(vertices))
     assert np.array_equal(method.extend(mask, vertices), method.extend(vertices, vertices))
+    assert np.array_equal(method.distances(mask), method.distances(vertices))
+
+
+def test_a_source_that_is_given_twice_has_the_mean_of_its_values(ring):
+    method = HeatMethod(ring)
+    assert np.array_equal(method.distance([3, 3, 40]), method.distance([3, 40]))
+    assert method.extend([3, 3], [1.0, 2.0]) == pytest.approx(1.5)
 
 
 def test_components_without_a_source_are_infinitely_far(ring):

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from lbskel.geometry.vertex_map import VertexMap
+from lbskel import Mesh
+from lbskel.geometry.vertex_map import VertexMap, is_in_largest_piece
 
 MAP = VertexMap([2, 0, -1, 2])
 
@@ -59,3 +60,12 @@ def test_completion_takes_the_nearest_target():
     assert MAP.complete(sources, targets).indices.tolist() == [2, 0, 2, 2]
     whole = VertexMap([0, 0])
     assert whole.complete(sources[:2], targets) is whole
+
+
+def test_the_largest_piece_of_a_target_has_the_most_vertices_and_of_equal_ones_the_smallest_vertex():
+    strip = Mesh([[k, k % 2, 0] for k in range(10)], [[k, k + 1, k + 2] for k in range(8)])  # edges span 1 or 2
+    targets = np.array([0, 1, 1, 0, 0, 1, 1, -1, -1, 0])
+    assert np.flatnonzero(~is_in_largest_piece(targets, strip)).tolist() == [0, 5, 6, 9]
+    assert np.flatnonzero(~is_in_largest_piece(targets, strip, np.array([1]))).tolist() == [5, 6]
+    with pytest.raises(ValueError, match="a target for each vertex"):
+        is_in_largest_piece(targets[:-1], strip)
