@@ -265,6 +265,6 @@ def _known(value: float) -> float | None:
 
 
 def _sections(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> int:
-    """Count branches after junctions whose limbs have no room beside each other are merged, by true radii."""
+    """Count branches, once junctions are merged whose limbs overlap by the true radii."""
     radii = nearest_on_edges(truth, skeleton.nodes)[2]
     return len(merge_junctions(lbskel.Skeleton(skeleton.nodes, skeleton.edges, radii)).branches)

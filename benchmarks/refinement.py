@@ -1,9 +1,9 @@
 """Refinement: accuracy on shapes that are not tubes, beside other tools, and what each pass contributes.
 
 Distances are exact, from points along one graph to the segments of the other, in true local radii. A graph is right if
-its tips, cycles and components are those of the axis, and so are its junctions after those are merged whose limbs have
-no room beside each other. The second set of shapes has parameters at which nothing was tuned. In the ablation each pass
-is left out in turn, or one of its bounds is replaced.
+its tips, cycles and components are those of the axis, and so are its junctions, once those are merged whose limbs
+overlap. The second set of shapes has parameters at which nothing was tuned. In the ablation each pass is left out in
+turn, or one of its bounds is replaced.
 """
 
 from __future__ import annotations
@@ -247,7 +247,7 @@ def measured(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> dict[str, Any
 
 
 def _n_junctions(skeleton: lbskel.Skeleton, truth: lbskel.Skeleton) -> int:
-    """Count junctions after those whose limbs have no room beside each other are merged, by true radii."""
+    """Count junctions, once those are merged whose limbs overlap by the true radii."""
     radii = nearest_on_edges(truth, skeleton.nodes)[2]
     return len(merge_junctions(lbskel.Skeleton(skeleton.nodes, skeleton.edges, radii)).junctions)
 
@@ -267,7 +267,7 @@ def _summary(rows: Sequence[dict[str, Any]], part: str, tool: str) -> dict[str, 
 
 
 def _mirrored(shape: Shape) -> Shape:
-    """Mirror a shape and its axis: nothing but rounding and the turning sense of its faces changes."""
+    """Mirror a shape and its axis; the corners of faces change their order, so that these stay oriented outwards."""
     mirror = np.array([-1.0, 1, 1])
     mesh = lbskel.Mesh(shape.mesh.vertices * mirror, shape.mesh.faces[:, ::-1])
     return replace(shape, mesh=mesh, truth=replace(shape.truth, nodes=shape.truth.nodes * mirror))

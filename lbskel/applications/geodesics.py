@@ -35,8 +35,8 @@ def geodesic_distance(
     Returns
     -------
     (n,) array of float
-        In the units of the mesh; infinite in components without a source and at vertices that no face uses, and as in
-        the paper also where the operator couples a vertex with no source.
+        In the units of the mesh; infinite in components without a source and at vertices that no face uses. If not
+        unfolded, also infinite at vertices that the operator does not connect to a source.
 
     Raises
     ------
@@ -64,8 +64,8 @@ def extend_values(
     Parameters
     ----------
     mesh : Mesh, or what :func:`lbskel.as_mesh` takes
-    sources : (s,) array_like of int
-        Vertices.
+    sources : (s,) array_like of int, or (n,) array_like of bool
+        Vertices; a mask stands for those where it is true, in ascending order.
     values : (s,) or (s, c) array_like of float
     operator : str or callable
         As in :func:`geodesic_distance`.

@@ -43,8 +43,8 @@ from lbskel.solvers import Factorization, factorize
 # Time of the flow, in squared mean edge lengths, as in the paper. Shorter times are better on irregular meshes, worse
 # on regular grids, where the heat prefers the directions of edges: benchmarks/results/applications_geodesics.md.
 TIME = 1.0
-# A squared edge where masses are degrees, no unit: D + 4 (D - A) is a multiple of M + h^2 S, M and S of areas and
-# cotangents, where six equilateral triangles of edge h meet.
+# What takes the place of the squared edge length where masses are degrees, so that the time has no unit: where six
+# equilateral triangles of edge h meet, D + 4 (D - A) is a multiple of M + h^2 S with areas and cotangents.
 SQUARED_EDGE = 4.0
 # Least share of the heat that has to arrive at the farthest vertex; below about 1e-308 it is zero, without a gradient.
 # A vertex may be twice as far from a source as from the vertex that is tried; the share there is the square.
@@ -109,8 +109,8 @@ class HeatMethod:
         Returns
         -------
         (n,) array of float
-            In the units of the mesh; infinite in components without a source and at vertices that no face uses, and
-            as in the paper also where the operator couples a vertex with no source.
+            In the units of the mesh; infinite in components without a source and at vertices that no face uses. If not
+            unfolded, also infinite at vertices that the operator does not connect to a source.
 
         Raises
         ------
@@ -150,7 +150,7 @@ class HeatMethod:
 
         Parameters
         ----------
-        sources : (s,) array_like of int
+        sources : (s,) array_like of int, or (n,) array_like of bool
         unfolded : bool
             As for :meth:`distance`.
 
@@ -166,8 +166,8 @@ class HeatMethod:
 
         Parameters
         ----------
-        sources : (s,) array_like of int
-            Vertices.
+        sources : (s,) array_like of int, or (n,) array_like of bool
+            Vertices; a mask stands for those where it is true, in ascending order.
         values : (s,) or (s, c) array_like of float
 
         Returns

@@ -30,7 +30,7 @@ def heat_kernel_signature(basis: SpectralBasis, times: ArrayLike | None = None) 
     ----------
     basis : SpectralBasis
     times : (t,) array_like of float, optional
-        One over the unit of eigenvalues, length^2 but for degrees; not negative. By default 100, in equal ratios, from
+        In length^2, but without a unit where masses are degrees; not negative. By default 100, in equal ratios, from
         4 log 10 over the largest eigenvalue to 4 log 10 over the smallest positive one.
 
     Returns
@@ -81,7 +81,7 @@ def wave_kernel_signature(
     Returns
     -------
     (n, e) array of float
-        In 1 / mass, as :func:`heat_kernel_signature`.
+        In 1 / length^2 where masses are areas, else as for :func:`heat_kernel_signature`.
 
     Raises
     ------

@@ -131,7 +131,7 @@ def first_part(nodes: NDArray[np.float64], way: NDArray[np.int64], reach: float)
 
 
 def _at_reach(nodes: NDArray[np.float64], way: NDArray[np.int64], reach: float) -> NDArray[np.float64]:
-    """(3,) point of the last edge of a path at a reach from its start, or the end of the path if that is nearer."""
+    """(3,) point on the last edge of a path, about a reach from its start; the end of the path if that is nearer."""
     before, last = nodes[way[-2:]]
     near, far = vector_lengths(nodes[way[-2:]] - nodes[way[0]])
     share = np.clip((reach - near) / max(far - near, 1e-300), 0, 1)

@@ -1,10 +1,10 @@
 """Junctions, placed by the centerlines of the branches that meet there.
 
 A junction has no cross-section of its own. It is placed at the point nearest to the tangents of its branches at their
-sections next to it, and moved from there towards the middle of the solid by at most the standard error of that fit.
-It stops on the way where the balls around it grow no more. Where the lines do not agree, or agree on a place with a
+sections next to it, or where inscribed balls grow no more on the way to that point. From there it is moved towards the
+middle of the solid by at most the standard error of that fit. Where the lines do not agree, or agree on a place with a
 smaller ball, it is placed in the middle. Two junctions are merged where all branches that leave the pair point to one
-place, or as near to it as the ball is about as large.
+place, there or as near to it as the ball is about as large as theirs.
 """
 
 from __future__ import annotations
@@ -96,10 +96,10 @@ def place_junctions(skeleton: Skeleton, centers: SectionCenters, surface: Surfac
 def _where_balls_stop_growing(
     starts: NDArray[np.float64], targets: NDArray[np.float64], radii: NDArray[np.float64], surface: Surface
 ) -> NDArray[np.float64]:
-    """(k, 3) targets, or places on the straight way to those out of the balls around the starts, of (k,) radii.
+    """(k, 3) targets; in place of one outside of the ball around its start, the best of N_STOPS places on the way.
 
-    Nearly parallel lines meet anywhere along a tube. So a junction leaves its ball only for one that is larger, by
-    MIN_BALL_GROWTH of the way at least.
+    Nearly parallel lines meet anywhere along a tube. So a junction goes beyond the rim of its ball, whose radius is
+    given, only to a ball that is larger than that at the rim by MIN_BALL_GROWTH of the way between them at least.
     """
     ways = vector_lengths(targets - starts)
     places, far = np.array(targets), np.flatnonzero(ways > radii)

@@ -190,8 +190,8 @@ def _step(
 ) -> Tubes:
     """Make one Gauss-Newton step; radii stay positive, since none falls by more than half.
 
-    The Hessian and the pull, its negative gradient, are those of the prior. A vertex counts less where it is far from
-    all tubes.
+    The Hessian and the pull, the negative gradient at these tubes, are those of the prior. A vertex counts less where
+    it is far from all tubes.
     """
     r, edges = tubes.radii, tubes.edges
     near, far = edges[feet.edges].T

@@ -121,19 +121,20 @@ def prune(skeleton: Skeleton, mesh: Any, *, min_branch_ratio: float = MIN_BRANCH
 
 
 def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
-    """Merge pairs of junctions that are joined by a branch shorter than their radius and than the room of their limbs.
+    """Merge pairs of junctions that are joined by a branch shorter than their radius, and whose limbs overlap there.
 
-    Two limbs have room beside each other on a thicker one where their junctions are farther apart than the sum of their
-    radii. The thinnest branch at each junction counts, outside of the junction's ball. The junction with the larger
-    radius keeps its position. The shortest branch goes first, unless that would remove a cycle: the three junctions of
-    a triangle are never merged.
+    Two thin limbs on a thick one have room beside each other, and do not overlap, where the branch between their
+    junctions is at least as long as the sum of their radii. The radius of a limb is the median of its nodes outside of
+    the junction's ball. At each junction the thinnest branch counts, that between the two included. The junction with
+    the larger radius keeps its position. The shortest branch goes first, unless that would remove a cycle: the three
+    junctions of a triangle are never merged.
 
     Parameters
     ----------
     skeleton : Skeleton
     ratio : float
-        Length of the branch below which its junctions are merged, as a multiple of the larger of their radii, and of
-        the sum of the radii of their thinnest branches.
+        Length of the branch below which its junctions are merged, as a multiple of the smaller of two lengths: the
+        larger radius of the two junctions, and the sum of the radii of the thinnest branches at them.
 
     Raises
     ------
@@ -174,9 +175,9 @@ def merge_junctions(skeleton: Skeleton, *, ratio: float = 1.0) -> Skeleton:
 
 
 def _thinnest_branches(skeleton: Skeleton) -> NDArray[np.float64]:
-    """(k,) radius of the thinnest branch at each junction and tip, infinite at other nodes.
+    """(k,) radius of the thinnest branch that ends at each node, infinite where none ends.
 
-    The radius of a branch is the median of its nodes outside of the junction's ball; of all, where none is outside.
+    The radius of a branch is the median of its nodes outside of the ball at that end; of all, where none is outside.
     """
     nodes, begins = skeleton.flat_branches
     number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
