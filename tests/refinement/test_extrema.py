@@ -6,9 +6,10 @@ import pytest
 from helpers import joined, moved, path_in
 
 from lbskel import Mesh, skeletonize
-from lbskel.geometry.deadline import Deadline, OutOfTime
+from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.refinement import extrema
-from lbskel.refinement.extrema import GeodesicExtrema, find_extrema, is_missed
+from lbskel.refinement.extrema import GeodesicExtrema, _are_disks, find_extrema, is_missed
+from lbskel.refinement.surface_cells import surface_cells
 from lbskel.shapes import capsule, chain_of_tori, make, sphere, torus, tube
 
 
@@ -134,6 +135,16 @@ def test_an_inner_node_near_an_end_is_no_tip():
     bent = path_in(rod, [[0, 0, -2], [0, 0, 1.5], [0, 0, -1.9]], radius=0.1)
     assert is_missed(one_end(rod, top, 0.4), rod, bent).tolist() == [True]
     assert is_missed(one_end(rod, top, 0.4), rod, path_in(rod, bent.nodes[:2], radius=0.1)).tolist() == [False]
+
+
+def test_a_limb_around_cells_that_it_cuts_off_is_a_disk_and_a_belt_of_a_ring_is_none():
+    """Without its cap, a band around a pole of a ball has two rims, as a belt of a torus has."""
+    ball, ring = (surface_cells(mesh, NEVER) for mesh in (sphere(4), torus(1.0, 0.3, 64, 32)))
+    z = sphere(4).vertices[ball.seeds, 2]
+    bands = [np.flatnonzero((z > 0.4) & (z < 0.8)), np.flatnonzero(z < -0.4)]
+    assert _are_disks(bands, ball).tolist() == [True, True]
+    x, y, _ = torus(1.0, 0.3, 64, 32).vertices[ring.seeds].T
+    assert _are_disks([np.flatnonzero(np.abs(np.arctan2(y, x)) < 1)], ring).tolist() == [False]
 
 
 def test_after_a_deadline_ends_are_not_looked_for():

@@ -15,6 +15,7 @@ from lbskel.refinement.centerlines import SectionCenters, find_section_centers
 from lbskel.refinement.junctions import (
     MIN_BALL_RATIO,
     _largest_sines,
+    _where_balls_stop_growing,
     _with_ball,
     merge_junctions_by_axes,
     place_junctions,
@@ -222,6 +223,12 @@ def test_a_junction_leaves_its_ball_where_three_branches_agree_and_balls_grow(gr
     skeleton, centers = synthetic(arms, cone)
     placed = place_junctions(skeleton, centers, cone).positions[0]
     assert placed == pytest.approx([0, 0, z], abs=0.02)
+
+
+def test_a_junction_stops_inside_before_a_larger_ball_outside():
+    """Beyond the surface of a ball of radius 1, distances from it grow too."""
+    [place] = _where_balls_stop_growing(*np.array([[[0.5, 0, 0]], [[3.0, 0, 0]]]), np.array([0.3]), Surface(sphere(3)))
+    assert place == pytest.approx([0.8, 0, 0])
 
 
 def test_a_junction_stops_where_balls_grow_no_more():

@@ -5,6 +5,7 @@ import pytest
 from helpers import joined, moved
 from scipy.sparse.csgraph import dijkstra
 
+from lbskel import Mesh
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.offset_paths import paths_below_surface
@@ -42,6 +43,14 @@ def test_paths_are_the_shortest_along_the_offset_edges(ring, depth):
         assert np.array_equal(path[[0, -1]], expected[[0, -1]])
         assert np.linalg.norm(np.diff(path, axis=0), axis=1).sum() == pytest.approx(length, rel=1e-12)
     assert len(found[0]) > 60  # all around, though its ends are a tenth of the ring apart
+
+
+def test_vertices_that_no_face_uses_are_passed_over():
+    """One lies where the path begins."""
+    ball, ends = sphere(2), [[[0.9, 0, 0]], [[0, 0.9, 0]]]
+    strewn = Mesh(np.concatenate([ends[0], ball.vertices]), ball.faces + 1)
+    one, other = (paths_below_surface(*np.array(ends), np.array([0.1]), Surface(mesh))[0] for mesh in (ball, strewn))
+    assert other == pytest.approx(one, abs=1e-5)  # rays start a millionth of the diameter bound below the surface
 
 
 def test_where_there_is_no_path_the_end_is_left():

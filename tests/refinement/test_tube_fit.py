@@ -15,7 +15,7 @@ from lbskel.refinement.containment import segments_outside
 from lbskel.refinement.junctions import MIN_BALL_RATIO
 from lbskel.refinement.radii import mean_axis_distances
 from lbskel.refinement.region_map import nearest_balls
-from lbskel.refinement.tube_fit import fit_tubes, tube_radii
+from lbskel.refinement.tube_fit import _along_gaps, fit_tubes, tube_radii
 from lbskel.shapes import capsule, make, mesh_solid, solid_of, torus, with_local_noise
 from lbskel.shapes.hard import HARD_SHAPES
 
@@ -23,6 +23,15 @@ from lbskel.shapes.hard import HARD_SHAPES
 def bent_path(z, offsets):
     """Points along the z axis, off it by offsets along x."""
     return np.stack([offsets, 0 * z, z], axis=1)
+
+
+def test_values_are_interpolated_along_branches_and_the_largest_counts_where_these_meet():
+    """A loop of nodes 0 to 3 with a tail to 6, a path of two nodes, and a node without edges."""
+    edges = [[0, 1], [1, 2], [2, 3], [3, 0], [0, 4], [4, 5], [5, 6], [7, 8]]
+    skeleton = Skeleton(np.random.default_rng(0).random((10, 3)), edges, np.ones(10))
+    values = np.array([9.0, 2, 9, 5, 8, 3, 0, 3, 1, 6])
+    found = _along_gaps(skeleton, values, np.isin(np.arange(10), [1, 3, 5, 6, 9]))
+    assert found.tolist() == [5, 2, 3.5, 5, 3, 3, 0, 3, 1, 6]  # at 0 the loop has 2 and 5, and the tail 3
 
 
 def test_a_path_beside_the_axis_of_a_capsule_goes_to_it():
