@@ -6,7 +6,7 @@ from helpers import loop_in, path_in
 
 from lbskel import Skeleton, collapse_mesh, contract
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.centering import fit_to_centerlines, recenter
+from lbskel.refinement.centering import _on_loops_without_sections, fit_to_centerlines, recenter
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.shapes import capsule, torus
 
@@ -81,6 +81,15 @@ def test_a_loop_without_sections_keeps_its_positions():
     looped = Skeleton(nodes, edges, np.full(12, 0.5), rod.node_of_vertex)
     fitted = fit_to_centerlines(looped, SectionCenters(np.arange(12) < 9, nodes), Surface(mesh))
     assert fitted.edge_lengths.min() > 0.05
+
+
+def test_only_loops_without_any_section_keep_their_positions():
+    """Two loops at the ends of a path, nodes 0 to 3 and 5 to 8; a section of the second is known."""
+    edges = [[0, 1], [1, 2], [2, 3], [3, 0], [0, 4], [4, 5], [5, 6], [6, 7], [7, 8], [8, 5]]
+    nodes = np.random.default_rng(0).random((9, 3))
+    centers = SectionCenters(np.arange(9) == 7, nodes)
+    is_on_loop = _on_loops_without_sections(Skeleton(nodes, edges, np.ones(9)), centers)
+    assert np.flatnonzero(is_on_loop).tolist() == [1, 2, 3]
 
 
 def test_a_gap_does_not_take_a_short_cut_past_its_tunnel():
