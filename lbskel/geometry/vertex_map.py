@@ -127,7 +127,7 @@ def is_in_largest_piece(
 ) -> NDArray[np.bool_]:
     """(n,) whether a vertex belongs to the largest connected piece of the vertices that have its target.
 
-    Of pieces with as many vertices, the one with the smallest vertex index counts. Vertices without a target, -1, do.
+    Of pieces with as many vertices, the one with the smallest vertex index counts. Vertices of target -1 always belong.
 
     Parameters
     ----------
