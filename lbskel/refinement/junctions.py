@@ -43,6 +43,7 @@ MIN_BALL_RATIO = 0.9
 # Rows "growth of balls" in benchmarks/results/refinement.md; by hand, on hard shapes in ten variants of steps and
 # mirror images, 0.06 to 0.07 are alike, with less a pelvis enters a chest, with 0.087 crossing limbs meet twice
 MIN_BALL_GROWTH = 0.065
+# A guess: on a way of ten radii, stops are half a radius apart
 N_STOPS = 17  # places on that way, of up to ten radii, at which a junction may stop
 TINY = float(np.finfo(np.float64).tiny)
 
