@@ -189,10 +189,11 @@ def _limb_of_vertex(limbs: list[NDArray[np.int64]], cells: SurfaceCells) -> NDAr
 
 
 def _are_disks(limbs: list[NDArray[np.int64]], cells: SurfaceCells) -> NDArray[np.bool_]:
-    """Whether the cells of each limb, with the cells that they cut off from the rest, form a disk."""
+    """Whether the cells of each limb, alone or with the cells that they cut off from the rest, form a disk."""
     component = component_roots(cells.pairs, np.zeros(len(cells.seeds), dtype=np.int64))
     are_disks = _count_as_disks(limbs, cells)
-    for number, limb in enumerate(limbs):
+    for number in np.flatnonzero(~are_disks).tolist():
+        limb = limbs[number]
         is_outside = component == component[limb[0]]
         is_outside[limb] = False
         piece = component_roots(cells.pairs, is_outside.astype(np.int64))
