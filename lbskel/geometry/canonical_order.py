@@ -3,7 +3,8 @@
 Simplification, seeds and ties between equal lengths depend on the numbering. The canonical one is that of a
 breadth-first traversal of the faces across their edges: it begins at the corner farthest from the centroid, and enters
 each face's other neighbors in the sense of its orientation. So it does not change with the order of vertices and faces,
-nor with rotation, except for shapes with several such corners.
+nor with rotation, except for shapes with several such corners. Of a mesh and its mirror image, which have opposite
+senses, one is numbered for both.
 """
 
 from __future__ import annotations
@@ -27,11 +28,12 @@ from lbskel.geometry.vertex_map import VertexMap
 # What does not change with the numbering
 _KEPT_PROPERTIES = ("n_components", "is_edge_manifold", "is_closed", "is_closed_manifold", "euler_characteristic")
 
+MIRROR = read_only(np.array([-1.0, 1.0, 1.0]))  # factors on coordinates
 DIGITS = 9  # decimals of lengths, in diameter bounds, that are compared: rounding of sums must not decide
 
 
-def in_canonical_order(mesh: Mesh) -> tuple[Mesh, VertexMap]:
-    """Renumber a mesh in its canonical order; the result is cached in the mesh.
+def in_canonical_order(mesh: Mesh) -> tuple[Mesh, VertexMap, NDArray[np.float64]]:
+    """Renumber a mesh, or its mirror image, in its canonical order; the result is cached in the mesh.
 
     Components stay in their order. The traversal crosses only edges of exactly two faces, and each part of the surface
     between the other edges has a first corner of its own. Vertices without a face come last, in their given order.
@@ -43,18 +45,24 @@ def in_canonical_order(mesh: Mesh) -> tuple[Mesh, VertexMap]:
     Returns
     -------
     mesh : Mesh
-        The same surface.
+        The same surface, or its mirror image, whichever is the canonical one of the two.
     vertex_map : VertexMap
         From the vertices of the given mesh to those of the returned one.
+    mirror : (3,) array of float
+        Factors on the coordinates of the given mesh, 1 or -1.
     """
-    ordered: tuple[Mesh, VertexMap] = Surface(mesh).memoize("canonical order", lambda: _in_canonical_order(mesh))
+    ordered: tuple[Mesh, VertexMap, NDArray[np.float64]] = Surface(mesh).memoize(
+        "canonical order", lambda: _in_canonical_order(mesh)
+    )
     return ordered
 
 
-def _in_canonical_order(mesh: Mesh) -> tuple[Mesh, VertexMap]:
+def _in_canonical_order(mesh: Mesh) -> tuple[Mesh, VertexMap, NDArray[np.float64]]:
     n, m = len(mesh.vertices), len(mesh.faces)
     if m == 0:
-        return mesh, VertexMap.identity(n)
+        return mesh, VertexMap.identity(n), np.ones(3)
+    mirror = MIRROR if _comes_after_its_mirror_image(mesh) else np.ones(3)
+    mesh = _mirrored(mesh) if mirror is MIRROR else mesh
     corners = _traversal(mesh)
     component = mesh.component_of_vertex
     corners = corners[stable_order(component[mesh.faces[corners % m, 0]])]
@@ -67,12 +75,44 @@ def _in_canonical_order(mesh: Mesh) -> tuple[Mesh, VertexMap]:
     new_index = np.empty(n, dtype=np.int64)
     new_index[order] = np.arange(n)
     ordered = replace(mesh, vertices=mesh.vertices[order], faces=new_index[turned])
-    ordered.__dict__.update({name: mesh.__dict__[name] for name in _KEPT_PROPERTIES if name in mesh.__dict__})
+    _keep_properties(mesh, ordered)
     ordered.__dict__["component_of_vertex"] = read_only(component[order])
     ordered.__dict__["_edge_table"] = _edge_table(
         mesh, new_index, ((entry + np.arange(3)[:, None]) % 3 * m + faces).ravel()
     )
-    return ordered, VertexMap(new_index)
+    return ordered, VertexMap(new_index), mirror
+
+
+def _keep_properties(mesh: Mesh, other: Mesh) -> None:
+    """Copy what is known of a mesh and does not change with the numbering, nor in its mirror image."""
+    other.__dict__.update({name: mesh.__dict__[name] for name in _KEPT_PROPERTIES if name in mesh.__dict__})
+
+
+def _comes_after_its_mirror_image(mesh: Mesh) -> bool:
+    """Compare a mesh with its mirror image by their first half-edges and the corners opposite these.
+
+    A half-edge has its face on its left, and in the mirror image on its right. So the image has another first one.
+    """
+    unit, distance = _from_centroid(mesh)
+    start, end = mesh.half_edges.T
+    opposite = mesh.faces.T.ravel()
+
+    def first(corner: NDArray[np.int64], other: NDArray[np.int64]) -> tuple[float, float]:
+        rows = np.flatnonzero(distance[corner] == distance[corner].max())
+        length = np.round(vector_lengths(unit[other[rows]] - unit[corner[rows]]), DIGITS)
+        return float(length.max()), float(distance[opposite[rows[length == length.max()]]].max())
+
+    return first(end, start) < first(start, end)
+
+
+def _mirrored(mesh: Mesh) -> Mesh:
+    """Mirror a mesh; its faces stay oriented outwards."""
+    image = replace(mesh, vertices=mesh.vertices * MIRROR, faces=mesh.faces[:, [0, 2, 1]])
+    _keep_properties(mesh, image)
+    image.__dict__["component_of_vertex"] = mesh.component_of_vertex
+    half_edges = mesh.edge_of_half_edge.reshape(3, -1)[[0, 2, 1]].ravel()
+    image.__dict__["_edge_table"] = mesh.edges, read_only(half_edges)
+    return image
 
 
 def _edge_table(
@@ -107,10 +147,9 @@ def _by_position(mesh: Mesh, part: NDArray[np.int64]) -> NDArray[np.int64]:
     Of the half-edges of a part, those that start farthest from the centroid, and of these the longest. ``part`` has the
     number of the part of each face.
     """
-    unit = (mesh.vertices - mesh.centroid) / max(mesh.diameter_bound, np.finfo(np.float64).tiny)
+    unit, distance = _from_centroid(mesh)
     start, end = mesh.half_edges.T
-    candidates, owner = np.arange(len(start)), np.tile(part, 3)
-    distance = np.round(vector_lengths(unit), DIGITS)[start]
+    candidates, owner, distance = np.arange(len(start)), np.tile(part, 3), distance[start]
     candidates = candidates[_is_largest(distance, owner)]
     length = np.round(vector_lengths(unit[end[candidates]] - unit[start[candidates]]), DIGITS)
     is_longest = _is_largest(length, owner[candidates])
@@ -118,6 +157,12 @@ def _by_position(mesh: Mesh, part: NDArray[np.int64]) -> NDArray[np.int64]:
     places = np.round(np.hstack([unit[end[candidates]], unit[start[candidates]]]), DIGITS)
     order = np.lexsort((*places.T, -length[is_longest], -distance[candidates]))
     return np.asarray(candidates[order])
+
+
+def _from_centroid(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(n, 3) vertices about the centroid, in diameter bounds, and (n,) their rounded distances from it."""
+    unit = (mesh.vertices - mesh.centroid) / max(mesh.diameter_bound, np.finfo(np.float64).tiny)
+    return unit, np.round(vector_lengths(unit), DIGITS)
 
 
 def _is_largest(values: NDArray[np.float64], owner: NDArray[np.int64]) -> NDArray[np.bool_]:

@@ -92,10 +92,10 @@ def resolve_anchors(anchors: Iterable[Any], prepared: PreparedMesh) -> Anchors:
         If the anchors are not a list, or one is neither a vertex of the source nor a point.
     """
     resolved = [resolve_anchor(anchor, prepared.source) for anchor in listed_anchors(anchors)]
-    points = prepared.to_unit(np.array([point for _, point in resolved]).reshape(-1, 3))
+    points = prepared.frame.to_unit(np.array([point for _, point in resolved]).reshape(-1, 3))
     vertices = np.array([vertex for vertex, _ in resolved], dtype=np.int64)
     targets = prepared.vertex_map.indices[vertices]
-    is_vertex = (points == prepared.to_unit(prepared.source.vertices[vertices])).all(axis=1) & (targets >= 0)
+    is_vertex = (points == prepared.frame.to_unit(prepared.source.vertices[vertices])).all(axis=1) & (targets >= 0)
     points[is_vertex] = prepared.mesh.vertices[targets[is_vertex]]
     first = np.sort(np.unique(points, axis=0, return_index=True)[1])
     points, targets = points[first], targets[first]

@@ -80,7 +80,7 @@ def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
         first += len(skeleton.nodes)
     to_node = VertexMap(node_of_vertex).complete(prepared.mesh.vertices, whole.nodes)
     from_source = prepared.vertex_map.compose(to_node)
-    nodes, radii = whole.nodes * prepared.scale + prepared.center, whole.radii * prepared.scale
+    nodes, radii = prepared.frame.from_unit(whole.nodes), whole.radii * prepared.frame.scale
     is_open = np.repeat([len(body.open_ends) > 0 for body in prepared.bodies], [len(each.nodes) for each in skeletons])
     if is_open.any():  # neither what closes a cut is surface, nor what preprocessing removed
         radii[is_open] = np.maximum(radii[is_open], Surface(prepared.source).distance(nodes[is_open]))
@@ -88,8 +88,8 @@ def assemble(skeletons: Sequence[Skeleton], prepared: PreparedMesh) -> Skeleton:
         whole,
         nodes=nodes,
         radii=radii,
-        mean_radii=whole.mean_radii * prepared.scale,
-        node_of_vertex=from_source.complete(prepared.to_unit(prepared.source.vertices), whole.nodes).indices,
+        mean_radii=whole.mean_radii * prepared.frame.scale,
+        node_of_vertex=from_source.complete(prepared.frame.to_unit(prepared.source.vertices), whole.nodes).indices,
     )
     return reroot_by_thickness(joined)
 

@@ -21,6 +21,7 @@ from lbskel.geometry.deadline import OutOfTime
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import has_local_radii, local_radii, set_local_radii
 from lbskel.geometry.surface_queries import Surface
+from lbskel.geometry.unit_frame import UnitFrame
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.io import as_mesh
 from lbskel.pipeline.profiling import StageTimer
@@ -104,12 +105,12 @@ class PreparedMesh:
     source : Mesh
         What the caller gave.
     mesh : Mesh
-        The preprocessed mesh, with its centroid at the origin and a diameter bound of 1.
+        The preprocessed mesh in its canonical order, in unit coordinates: its centroid is at the origin, its diameter
+        bound is 1, and it is mirrored where that makes it the same as for the mirror image of the source.
     vertex_map : VertexMap
         From the vertices of the source to those of ``mesh``.
-    center : (3,) array of float
-    scale : float
-        ``mesh.vertices * scale + center`` are the caller's coordinates.
+    frame : UnitFrame
+        From the caller's coordinates to unit coordinates and back.
     bodies : tuple of Body
     notes : tuple of str
         What was done to the mesh, and which parts get no skeleton, a sentence each.
@@ -123,15 +124,14 @@ class PreparedMesh:
     >>> import lbskel
     >>> from lbskel.shapes import torus
     >>> prepared = lbskel.prepare(torus(5.0, 1.0))
-    >>> round(prepared.scale), len(prepared.bodies)
+    >>> round(prepared.frame.scale), len(prepared.bodies)
     (12, 1)
     """
 
     source: Mesh
     mesh: Mesh
     vertex_map: VertexMap
-    center: NDArray[np.float64]
-    scale: float
+    frame: UnitFrame
     bodies: tuple[Body, ...]
     notes: tuple[str, ...]
     preprocessing: dict[str, Any] = field(repr=False)
@@ -146,10 +146,6 @@ class PreparedMesh:
             return surface_with_proxy(self.mesh, simplify_to_proxy(self.mesh))
         return Surface(self.mesh)
 
-    def to_unit(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Convert (k, 3) points in the caller's coordinates to those of ``mesh``."""
-        return (points - self.center) / self.scale
-
     def skeleton_to_unit(self, skeleton: Skeleton) -> Skeleton:
         """Convert a skeleton of the source to the coordinates and vertices of ``mesh``.
 
@@ -158,9 +154,9 @@ class PreparedMesh:
         """
         local = replace(
             skeleton,
-            nodes=self.to_unit(skeleton.nodes),
-            radii=skeleton.radii / self.scale,
-            mean_radii=skeleton.mean_radii / self.scale,
+            nodes=self.frame.to_unit(skeleton.nodes),
+            radii=skeleton.radii / self.frame.scale,
+            mean_radii=skeleton.mean_radii / self.frame.scale,
         )
         if len(skeleton.node_of_vertex) == 0:
             return local
@@ -206,19 +202,22 @@ def prepare(
         source = as_mesh(mesh)
     with timer("preprocess"):
         preprocessed = preprocess_mesh(source, preprocess, deadline=timer.deadline)
-        center, scale = preprocessed.mesh.centroid, preprocessed.mesh.diameter_bound
+        ordered, new_index, mirror = preprocessed.mesh, VertexMap.identity(len(preprocessed.mesh.vertices)), np.ones(3)
         if timer.has_time_for("canonical order"):
-            preprocessed = _in_canonical_order(preprocessed)
+            ordered, new_index, mirror = in_canonical_order(preprocessed.mesh)
+        scale = ordered.diameter_bound
         if not scale > 0:
             raise MeshError("all vertices of the mesh lie at one point")
-        unit = preprocessed.mesh.with_vertices((preprocessed.mesh.vertices - center) / scale)
-        if unit.n_components == 1 and has_local_radii(preprocessed.mesh):  # rays may end at other components
-            set_local_radii(unit, local_radii(preprocessed.mesh) / scale)
+        unit = ordered.with_vertices((ordered.vertices - ordered.centroid) / scale)
+        if unit.n_components == 1 and has_local_radii(ordered):  # rays may end at other components
+            set_local_radii(unit, local_radii(ordered) / scale)
+    frame = UnitFrame(ordered.centroid * mirror, scale, mirror)
+    in_place = ordered.with_vertices(ordered.vertices * mirror)
     bodies: list[Body] = []
     cuts = np.array(preprocessed.report.get("open_ends", [])).reshape(-1, 7)
-    open_ends = (cuts[:, :4] - [*center, 0.0]) / scale
+    open_ends = np.column_stack([frame.to_unit(cuts[:, :3]), cuts[:, 3] / scale])
     faults: list[str] = []
-    owner = _owners((cuts[:, 4:] - center) / scale, unit)
+    owner = _owners(frame.to_unit(cuts[:, 4:]), unit)
     is_crumb, expected, n_left_out = find_crumbs(unit), SIMPLIFY_RATIO * timer.seconds["preprocess"], 0
     for number, part in enumerate(components(unit)):
         if is_crumb[number]:
@@ -227,7 +226,7 @@ def prepare(
             timer.skip("prepare bodies")
             n_left_out += 1
             continue
-        if fault := why_no_inside(number, part, preprocessed.mesh):
+        if fault := why_no_inside(number, part, in_place):
             faults.append(fault)
         else:
             proxy = identity_result(part.mesh)
@@ -243,13 +242,13 @@ def prepare(
     notes = [*source.notes, *preprocessed.notes]
     if faults:
         notes.append(f"no skeleton could be made of {first_few(faults, 2)}")
-    notes += _notes_on_bodies(bodies, preprocessed.mesh)
+    notes += _notes_on_bodies(bodies, in_place)
     if is_crumb.any():
         notes.append(f"too small for a skeleton: {counted(is_crumb.sum(), 'component')}")
     if n_left_out:
         notes.append(f"no time was left for {counted(n_left_out, 'component')}")
-    vertex_map, report = preprocessed.vertex_map, preprocessed.report
-    return PreparedMesh(source, unit, vertex_map, center, scale, tuple(bodies), tuple(notes), report, simplify)
+    vertex_map, report = preprocessed.vertex_map.compose(new_index), preprocessed.report
+    return PreparedMesh(source, unit, vertex_map, frame, tuple(bodies), tuple(notes), report, simplify)
 
 
 def _notes_on_bodies(bodies: Sequence[Body], mesh: Mesh) -> list[str]:
@@ -282,12 +281,6 @@ def _proxy_in_time(mesh: Mesh, unchanged: PreprocessResult, timer: StageTimer) -
     except OutOfTime:
         timer.skip("simplify")
         return unchanged
-
-
-def _in_canonical_order(preprocessed: PreprocessResult) -> PreprocessResult:
-    """Renumber the preprocessed mesh, so that the order of the input does not decide anything."""
-    mesh, vertex_map = in_canonical_order(preprocessed.mesh)
-    return replace(preprocessed, mesh=mesh, vertex_map=preprocessed.vertex_map.compose(vertex_map))
 
 
 def _why_no_body(source: Mesh, faults: list[str]) -> str:

@@ -54,7 +54,7 @@ def replay(
 
     def joined(number: int) -> NDArray[np.float64]:
         parts = [([mesh.vertices, *states])[min(number, len(states))] for mesh, states, _ in replayed]
-        return np.concatenate(parts) * prepared.scale + prepared.center
+        return prepared.frame.from_unit(np.concatenate(parts))
 
     offsets = np.cumsum([0, *(len(mesh.vertices) for mesh, _, _ in replayed)])
     faces = np.concatenate([mesh.faces + offset for (mesh, _, _), offset in zip(replayed, offsets[:-1], strict=True)])
@@ -66,7 +66,8 @@ def replay(
         [[step.volume_ratio for step in steps] for *_, steps in replayed],
         n_steps,
     )
-    return Mesh(joined(0), faces), [joined(number) for number in range(1, n_steps + 1)], areas, volumes
+    outward = faces[:, :: round(prepared.frame.mirror.prod())]
+    return Mesh(joined(0), outward), [joined(number) for number in range(1, n_steps + 1)], areas, volumes
 
 
 def _settings_and_steps(report: dict[str, Any]) -> tuple[ContractionSettings, list[tuple[int, int]]]:

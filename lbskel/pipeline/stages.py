@@ -263,7 +263,7 @@ def _joined(
     if join == "all":
         joined = join_components(skeleton)
     else:
-        first = np.array([part.nodes[0] for part in parts]) * prepared.scale + prepared.center
+        first = prepared.frame.from_unit(np.array([part.nodes[0] for part in parts]))
         is_joinable = np.zeros(skeleton.n_components, dtype=bool)
         is_joinable[skeleton.component_of_node[cKDTree(skeleton.nodes).query(first)[1]]] = is_piece
         joined = join_components(skeleton, reach=JOIN_REACH, max_angle=JOIN_ANGLE, is_joinable=is_joinable)

@@ -178,9 +178,9 @@ def _branch_of_face(mesh: Mesh, skeleton: Skeleton) -> NDArray[np.int64]:
 
 def _mended(prepared: PreparedMesh) -> NDArray[np.float64]:
     """(p, 3) centers of the faces of the prepared mesh that are not on the given surface."""
-    centers = prepared.mesh.vertices[prepared.mesh.faces].mean(axis=1) * prepared.scale + prepared.center
+    centers = prepared.frame.from_unit(prepared.mesh.vertices[prepared.mesh.faces].mean(axis=1))
     distances = Surface(prepared.source).distance(centers)
-    mended: NDArray[np.float64] = centers[distances > MENDED_DISTANCE * prepared.scale]
+    mended: NDArray[np.float64] = centers[distances > MENDED_DISTANCE * prepared.frame.scale]
     return mended
 
 

@@ -28,6 +28,7 @@ from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.roughness import ROUGHNESS_LIMIT, roughness
 from lbskel.geometry.shape_diameter import local_radii, set_local_radii
+from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.cleaning import clean, extract_faces, merge_seams, remove_duplicates
 from lbskel.preprocess.degenerate_faces import remove_degenerate
 from lbskel.preprocess.holes import close_holes, find_open_ends
@@ -173,11 +174,16 @@ def _refine_if_coarse(mesh: Mesh) -> PreprocessResult:
     is_refinable = len(mesh.faces) <= MAX_FACES_TO_REFINE and not find_crumbs(mesh).all()
     if not is_refinable:
         return identity_result(mesh)
-    ordered, vertex_map = in_canonical_order(mesh)  # which is contracted next, if it is not refined
+    ordered, vertex_map, mirror = in_canonical_order(mesh)  # which is contracted next, if it is not refined
     set_local_radii(mesh, local_radii(ordered)[vertex_map.indices])
     if coarse_fraction(mesh, COARSE_EDGE) <= MAX_COARSE_FRACTION:
         return identity_result(mesh)
-    return refine(mesh, max_edge_length=COARSE_EDGE)
+    refined = refine(ordered, max_edge_length=COARSE_EDGE)  # which divides faces in the sense of their orientation
+    n, n_refined = len(mesh.vertices), len(refined.mesh.vertices)
+    old_index = np.concatenate([np.argsort(vertex_map.indices), np.arange(n, n_refined)])
+    vertices = np.concatenate([mesh.vertices, refined.mesh.vertices[n:] * mirror])
+    outward = old_index[refined.mesh.faces[:, :: int(mirror.prod())]]
+    return replace(refined, mesh=Mesh(vertices, outward, mesh.notes), vertex_map=VertexMap.identity(n))
 
 
 def _component_areas(mesh: Mesh) -> NDArray[np.float64]:

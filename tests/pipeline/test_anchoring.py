@@ -18,7 +18,9 @@ def test_anchors_are_brought_to_unit_coordinates_and_to_their_body(rod, ring):
     point = mesh.vertices[3] * 0.5 + mesh.vertices[7] * 0.5
     anchors = resolve_anchors([on_ring, point, 3], prepared)
     assert (
-        np.abs(anchors.points - prepared.to_unit(np.stack([mesh.vertices[on_ring], point, mesh.vertices[3]]))).max()
+        np.abs(
+            anchors.points - prepared.frame.to_unit(np.stack([mesh.vertices[on_ring], point, mesh.vertices[3]]))
+        ).max()
         == 0
     )
     rod_body, ring_body = sorted(prepared.bodies, key=lambda body: body.mesh.genus)
@@ -56,7 +58,7 @@ def test_a_vertex_that_smoothing_moves_is_an_anchor_at_its_new_place():
     noise = np.random.default_rng(0).normal(0, 0.3 * ring.edge_lengths.mean(), ring.vertices.shape)
     noisy = Mesh(ring.vertices + noise, ring.faces)
     prepared = prepare(noisy)
-    outside = int(prepared.surface.distance(prepared.to_unit(noisy.vertices)).argmax())
+    outside = int(prepared.surface.distance(prepared.frame.to_unit(noisy.vertices)).argmax())
     by_index, by_place = (resolve_anchors([anchor], prepared) for anchor in (outside, noisy.vertices[outside]))
     place = prepared.mesh.vertices[prepared.vertex_map.indices[outside]]
     assert np.array_equal(by_index.points, [place])

@@ -28,8 +28,8 @@ def test_the_caller_s_units_come_back(rod):
     assert np.abs(large.nodes - 8 * small.nodes).max() < 1e-13
     assert large.radii == pytest.approx(8 * small.radii, rel=1e-14)
     assert large.mean_radii == pytest.approx(8 * small.mean_radii, rel=1e-14)
-    assert small.radii == pytest.approx(0.1 * one.scale)
-    assert small.mean_radii == pytest.approx(0.2 * one.scale)
+    assert small.radii == pytest.approx(0.1 * one.frame.scale)
+    assert small.mean_radii == pytest.approx(0.2 * one.frame.scale)
 
 
 def test_bodies_follow_one_another(rod, ring):

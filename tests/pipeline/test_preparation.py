@@ -17,11 +17,11 @@ def test_the_mesh_is_at_unit_size_about_the_origin(tripod):
     prepared = prepare(mesh)
     assert prepared.mesh.diameter_bound == pytest.approx(1.0, rel=1e-12)
     assert np.abs(prepared.mesh.centroid).max() < 1e-12
-    assert prepared.scale == mesh.diameter_bound
+    assert prepared.frame.scale == pytest.approx(mesh.diameter_bound, rel=1e-15)
     assert prepared.source is mesh
-    back = (prepared.mesh.vertices * prepared.scale + prepared.center)[prepared.vertex_map.indices]
+    back = prepared.frame.from_unit(prepared.mesh.vertices)[prepared.vertex_map.indices]
     assert np.abs(back - mesh.vertices).max() < 1e-12 * mesh.diameter_bound
-    assert np.abs(prepared.to_unit(back) - prepared.mesh.vertices[prepared.vertex_map.indices]).max() < 1e-14
+    assert np.abs(prepared.frame.to_unit(back) - prepared.mesh.vertices[prepared.vertex_map.indices]).max() < 1e-14
 
 
 def test_each_part_with_an_inside_is_a_body(rod, ring):
@@ -58,7 +58,7 @@ def test_sheets_are_told_and_a_flat_one_is_no_piece(rod):
     assert [body.is_piece for body in prepared.bodies] == [False, False, True]
     (note,) = prepared.notes
     assert note.startswith("sheets enclose no volume")
-    assert note.endswith("leave them out: component 1, at (2, 0.933333, 0), component 2, at (4, 0.947368, -0.0279415)")
+    assert note.endswith("leave them out: component 1, at (1.93333, 1, 0), component 2, at (3.94737, 1, -0.0563796)")
     assert prepare(cylinder(1.0, 10.0, 32, 60)).notes == ("2 holes were closed with 60 faces",)
 
 
@@ -79,10 +79,10 @@ def test_a_skeleton_is_brought_to_the_vertices_of_the_prepared_mesh(rod):
     node_of_vertex = (soup.vertices[:, 2] > 0).astype(int)
     skeleton = Skeleton(nodes, [[0, 1]], [0.4, 0.4], node_of_vertex, mean_radii=[0.5, 0.5])
     local = prepared.skeleton_to_unit(skeleton)
-    assert np.abs(local.nodes - prepared.to_unit(nodes)).max() == 0
-    assert local.radii * prepared.scale == pytest.approx([0.4, 0.4])
-    assert local.mean_radii * prepared.scale == pytest.approx([0.5, 0.5])
-    height = prepared.mesh.vertices[:, 2] * prepared.scale + prepared.center[2]
+    assert np.abs(local.nodes - prepared.frame.to_unit(nodes)).max() == 0
+    assert local.radii * prepared.frame.scale == pytest.approx([0.4, 0.4])
+    assert local.mean_radii * prepared.frame.scale == pytest.approx([0.5, 0.5])
+    height = prepared.frame.from_unit(prepared.mesh.vertices)[:, 2]
     assert np.array_equal(local.node_of_vertex, (height > 0).astype(int))
 
 
@@ -102,9 +102,9 @@ def test_vertices_that_preprocessing_adds_are_mapped_to_nodes_near_them():
     prepared = prepare(tower)
     assert len(prepared.mesh.vertices) > 100
     local = prepared.skeleton_to_unit(skeleton)
-    distance = np.linalg.norm(prepared.mesh.vertices - local.nodes[local.node_of_vertex], axis=1)
-    assert np.abs(prepared.mesh.vertices[:, 2] - local.nodes[local.node_of_vertex][:, 2]).max() < 2 / prepared.scale
-    assert distance.max() < 2 / prepared.scale
+    ways, bound = prepared.mesh.vertices - local.nodes[local.node_of_vertex], 2 / prepared.frame.scale
+    assert np.abs(ways[:, 2]).max() < bound
+    assert np.linalg.norm(ways, axis=1).max() < bound
     assert skeleton.report["score"]["measures"]["coverage"] > 0.5
 
 
@@ -118,6 +118,19 @@ def test_the_order_of_vertices_and_faces_does_not_change_the_skeleton(tripod):
     # the centroid is summed in another order, which ten linear systems amplify
     assert np.abs(first.nodes - second.nodes).max() < 1e-6 * mesh.diagonal
     assert first.node_of_vertex[order].tolist() == second.node_of_vertex.tolist()
+
+
+@pytest.mark.parametrize("n_faces", [None, 150])
+def test_a_mirror_image_has_the_mirror_image_of_the_skeleton(tripod, n_faces):
+    """The coarse one is refined, which divides faces in the sense of their orientation."""
+    mesh = tripod if n_faces is None else lbskel.preprocess.simplify(tripod, target_faces=n_faces).mesh
+    mirror = np.array([1.0, -1, 1])
+    first, second = (
+        lbskel.skeletonize(given) for given in (mesh, Mesh(mesh.vertices * mirror, mesh.faces[:, [1, 0, 2]]))
+    )
+    assert first.edges.tolist() == second.edges.tolist()
+    assert np.abs(first.nodes - second.nodes * mirror).max() < 1e-6 * mesh.diagonal  # of the rounding of ten systems
+    assert first.node_of_vertex.tolist() == second.node_of_vertex.tolist()
 
 
 def test_the_radii_that_show_that_a_mesh_is_fine_are_those_of_its_body(tripod, monkeypatch):

@@ -79,6 +79,7 @@ def test_a_branch_leads_straight_to_the_center_of_the_cap_or_half_the_way(monkey
     lower = path_in(rod, np.linspace([0, 0, -4], [0, 0, 0], 9), radius=0.5)
     z = rod.vertices[:, 2]
     limbs = Limbs(np.array([z.argmax()]), np.array([radius]), np.where(z > 0.5, 0, -1))
+    monkeypatch.setattr(limb_growth, "is_missed", lambda extrema, *_: np.zeros(len(extrema.vertices), dtype=bool))
     monkeypatch.setattr(limb_growth, "find_limbs", lambda *_: limbs)
     grown = grow_limbs(lower, Surface(rod))
     assert np.array_equal(grown.nodes[:9], lower.nodes)
