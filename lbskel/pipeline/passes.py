@@ -44,6 +44,7 @@ from lbskel.refinement.region_map import make_regions_connected, reassign_to_nea
 from lbskel.refinement.region_paths import reroute_through_regions
 from lbskel.refinement.surface_tips import tips_at_surface
 from lbskel.refinement.tips import extend_tips
+from lbskel.refinement.trunks import split_junctions_along_trunks
 from lbskel.refinement.tube_fit import fit_tubes, tube_radii
 from lbskel.refinement.tunnel_sides import n_tunnels_missed, paths_that_pass
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO, merge_junctions, prune
@@ -180,13 +181,14 @@ def _with_own_regions(skeleton: Skeleton, surface: Surface) -> Skeleton:
 
 
 def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Merge junctions whose branches point to one place, and move nodes to the axes of their branches."""
+    """Merge junctions whose branches point to one place, split those along trunks, and move nodes to the axes."""
     centers = find_section_centers(skeleton, surface)
     merged = merge_junctions_by_axes(inscribed_radii(skeleton, surface), centers, surface)
     if len(merged.nodes) < len(skeleton.nodes):
         skeleton = mean_radii(merged, surface.mesh)
         centers = find_section_centers(skeleton, surface)
-    return fit_to_centerlines(skeleton, centers, surface)
+    split, centers = split_junctions_along_trunks(inscribed_radii(skeleton, surface), centers, surface)
+    return fit_to_centerlines(mean_radii(split, surface.mesh), centers, surface)
 
 
 def _rerouted_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:

@@ -45,7 +45,7 @@ def contract_corner_spurs(
     """
     nodes, begins = skeleton.flat_branches
     degrees, ends = skeleton.degrees, np.stack([nodes[begins[:-1]], nodes[begins[1:] - 1]], axis=1)
-    is_spur = ((degrees[ends] == [3, 1]) | (degrees[ends] == [1, 3])).all(axis=1)
+    is_spur = (np.sort(degrees[ends], axis=1) == [1, 3]).all(axis=1)
     spurs = np.flatnonzero(is_spur & ~np.isin(ends, skeleton.anchors).any(axis=1))
     junctions, tips = np.take_along_axis(ends[spurs], np.argsort(-degrees[ends[spurs]], axis=1), axis=1).T
     lines = branch_lines(skeleton, centers)

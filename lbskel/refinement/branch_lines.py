@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["BranchLines", "branch_lines", "nearest_points"]
+__all__ = ["MAX_SINE", "BranchLines", "branch_lines", "nearest_points", "with_chords"]
 
 from dataclasses import dataclass
 from typing import Literal
@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.geometry.normals import vector_lengths
+from lbskel.geometry.normals import normalized, vector_lengths
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -22,6 +22,12 @@ N_SECTIONS = 5
 # and two limbs, each at an angle to it, is a third of the squared sine: 5 degrees. "Junctions placed" in
 # benchmarks/refinement_trials.py: with 5.6 degrees an acute fork is not extended
 MIN_SHARE = 0.0025
+
+# Upper bound on the sine of the angle between a line and the direction to a place that it points to, or another line
+# that it continues. "Merged up to a sine of" and "along trunks up to a sine of" in refinement.md, and rows in
+# robustness.md: with 0.3 the palm of a hand has two junctions; by hand, from 0.44 on a coarse star of limbs has one for
+# two, and prongs side by side have a trunk
+MAX_SINE = 0.36
 
 EPSILON, TINY = float(np.finfo(np.float64).eps), float(np.finfo(np.float64).tiny)
 
@@ -120,6 +126,31 @@ def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, with_single: bo
     order = np.argsort(numbers)
     branches, is_last = np.divmod(numbers[order], 2)
     return BranchLines(junctions[order], branches, is_last == 0, starts[order], means[order], directions[order])
+
+
+def with_chords(lines: BranchLines, skeleton: Skeleton) -> BranchLines:
+    """Add a line for each branch between two junctions that has none: from one of them to the other.
+
+    Parameters
+    ----------
+    lines : BranchLines
+    skeleton : Skeleton
+    """
+    nodes, begins = skeleton.flat_branches
+    ends = np.stack([nodes[begins[:-1]], nodes[begins[1:] - 1]], axis=1)
+    is_missing = np.repeat((skeleton.degrees[ends] >= 3).all(axis=1) & (ends[:, 0] != ends[:, 1]), 2)
+    is_missing[2 * lines.branches + ~lines.is_first] = False
+    branches, is_last = np.divmod(np.flatnonzero(is_missing), 2)
+    at, beyond = ends[branches, is_last], ends[branches, 1 - is_last]
+    starts = skeleton.nodes[beyond]
+    return BranchLines(
+        np.concatenate([lines.junctions, at]),
+        np.concatenate([lines.branches, branches]),
+        np.concatenate([lines.is_first, is_last == 0]),
+        np.concatenate([lines.starts, starts]),
+        np.concatenate([lines.means, starts]),
+        np.concatenate([lines.directions, normalized(skeleton.nodes[at] - starts)]),
+    )
 
 
 def _tangents(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

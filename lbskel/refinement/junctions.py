@@ -4,7 +4,8 @@ A junction has no cross-section of its own. It is placed at the point nearest to
 sections next to it, or where inscribed balls grow no more on the way to that point. From there it is moved towards the
 middle of the solid by at most the standard error of that fit. Where the lines do not agree, or agree on a place with a
 smaller ball, it is placed in the middle. Two junctions are merged where all branches that leave the pair point to one
-place, there or as near to it as the ball is about as large as theirs.
+place, there or as near to it as the ball is about as large as theirs. Along a trunk (:mod:`lbskel.refinement.trunks`)
+they are merged where their limbs overlap, and where contraction has joined these in the wrong order.
 """
 
 from __future__ import annotations
@@ -18,9 +19,10 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.branch_lines import BranchLines, branch_lines, nearest_points
+from lbskel.refinement.branch_lines import MAX_SINE, BranchLines, branch_lines, nearest_points
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.refinement.inscribed_balls import climb_to_middle
+from lbskel.refinement.trunks import judge_pairs
 from lbskel.refinement.tunnel_sides import edges_that_pass, n_tunnels_missed
 from lbskel.skeleton.editing import contract_nodes
 from lbskel.skeleton.pruning import adjacent_junctions, closes_a_cycle, inner_branch_lengths
@@ -30,10 +32,9 @@ from lbskel.skeleton.skeleton import Skeleton
 # benchmarks/results/robustness.md: with 2 palms of bent hands have two junctions, 3 to 6 are alike; "merge length"
 # in refinement.md: with 3 a tube has a wrong graph; by hand, the pelvis of a human is 4.6 from its chest
 MAX_MERGE_LENGTH = 4.0
-# Upper bound on the sine of the angle between a line and the direction to the common place: else a line may pass beside
-# it. "Merged up to a sine of" in refinement.md, and rows in robustness.md: with 0.3 the palm of a hand has two
-# junctions; by hand, from 0.44 on a coarse star of limbs has one for two
-MAX_SINE = 0.36
+# The same, where a trunk passes through both. Rows "length of trunks" in refinement.md: with 4 limbs that cross a thick
+# bar at 40 degrees meet in two junctions
+MAX_TRUNK_LENGTH = 6.0
 # Lower bound on the ball at a new place of a junction, as a share of that in the middle nearby or at the old place.
 # Rows "ball ratio of" in benchmarks/results/refinement.md, of the middle: with 0 the error of hard shapes is larger by
 # a third, with 0.95 that of tubes by a twentieth. At the old place it is a requirement: no pass may take more of a ball
@@ -184,6 +185,7 @@ def _merged(skeleton: Skeleton, centers: SectionCenters, surface: Surface, *, ke
     while len(inner := _short_branches(skeleton)):
         lines = branch_lines(skeleton, centers)
         sines, places = _common_places(skeleton, lines, inner)
+        sines = judge_pairs(skeleton, lines, inner, sines, surface)
         fitting = [row for row in np.argsort(sines, kind="stable").tolist() if np.isfinite(sines[row])]
         touched, target = np.zeros(len(skeleton.nodes), dtype=bool), np.arange(len(skeleton.nodes))
         nodes, radii, positions = np.array(skeleton.nodes), np.array(skeleton.radii), np.array(centers.positions)
@@ -233,12 +235,12 @@ def _passes_a_tunnel(
 
 
 def _short_branches(skeleton: Skeleton) -> NDArray[np.int64]:
-    """Find the branches between two junctions that are short enough for them to be merged.
+    """Find the branches between two junctions that are short enough for these to be merged on a trunk.
 
     Two short branches between the same junctions have a tunnel between them, so neither of them counts.
     """
     lengths, ends = inner_branch_lengths(skeleton)
-    short = np.flatnonzero(lengths <= MAX_MERGE_LENGTH * skeleton.radii[ends].max(axis=1))
+    short = np.flatnonzero(lengths <= MAX_TRUNK_LENGTH * skeleton.radii[ends].max(axis=1))
     pairs = np.sort(ends[short], axis=1)
     _, pair, counts = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
     single: NDArray[np.int64] = short[counts[pair.ravel()] == 1]
@@ -251,7 +253,8 @@ def _common_places(
     """(i,) largest sine by which a line of the other branches at an inner branch misses their place, and (i, 3) places.
 
     The place is the point nearest to these lines. The sine is infinite where it is farther from the way between the two
-    junctions than the ball of the larger one: legs that point to a chest have a pelvis of their own.
+    junctions than the ball of the larger one: legs that point to a chest have a pelvis of their own. So it is where
+    the inner branch is longer than MAX_MERGE_LENGTH.
     """
     nodes, begins = skeleton.flat_branches
     ends = np.stack([nodes[begins[inner]], nodes[begins[inner + 1] - 1]], axis=1)
@@ -267,7 +270,9 @@ def _common_places(
     lengths = np.maximum(np.einsum("ij,ij->i", ways, ways), TINY)
     shares = np.clip(np.einsum("ij,ij->i", places - starts, ways) / lengths, 0, 1)
     asides = vector_lengths(places - starts - shares[:, None] * ways)
-    return np.where(asides <= skeleton.radii[ends].max(axis=1), sines, np.inf), places
+    balls, all_lengths = skeleton.radii[ends].max(axis=1), inner_branch_lengths(skeleton)[0]
+    is_near = (asides <= balls) & (all_lengths[inner] <= MAX_MERGE_LENGTH * balls)
+    return np.where(is_near, sines, np.inf), places
 
 
 def _largest_sines(lines: BranchLines, groups: NDArray[np.int64], places: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -27,6 +27,13 @@ def test_the_contraction_is_replayed_with_the_steps_that_were_reported():
     np.testing.assert_allclose(scene.contracted.centroid, mesh.centroid, atol=1e-9)
 
 
+def test_the_surface_that_is_contracted_is_oriented_as_the_given_one_and_as_its_mirror_image():
+    mesh = make("tripod", n_vertices=800).mesh
+    for given in (mesh, lbskel.Mesh(mesh.vertices * [1, -1, 1], mesh.faces[:, ::-1])):
+        contracted = view_scene(given, lbskel.skeletonize(given)).contracted
+        assert contracted.volume == pytest.approx(mesh.volume)
+
+
 def test_several_bodies_are_replayed_as_one():
     ring = torus(1.0, 0.3, 24, 12)
     both = joined(ring, moved(ring, 4.0))

@@ -44,6 +44,19 @@ def test_a_limb_whose_tip_is_not_where_the_others_meet_is_kept(height, is_kept, 
     assert (contract_corner_spurs(graph, graph, centers, rod_along_z) is graph) == is_kept
 
 
+def test_a_branch_between_two_junctions_is_no_spur(rod_along_z):
+    """Two branches leave from where the tip of a spur would be, a hair beside each other."""
+    graph, centers = graph_of_bend()
+    n = len(graph.nodes)
+    forked = Skeleton(
+        np.concatenate([graph.nodes, [[0.1, 0, 0.1], [-0.1, 0, 0.1]]]),
+        [*graph.edges.tolist(), [2, n], [2, n + 1]],
+        np.full(n + 2, RADIUS),
+    )
+    known = SectionCenters(np.append(centers.is_known, [False, False]), forked.nodes)
+    assert contract_corner_spurs(forked, forked, known, rod_along_z) is forked
+
+
 def test_limbs_that_pass_each_other_have_no_corner(rod_along_z):
     graph, centers = graph_of_bend()
     shifted = centers.positions + np.where(np.arange(len(graph.nodes)) >= 9, 1.01 * RADIUS, 0.0)[:, None] * [0, 1, 0]

@@ -5,7 +5,7 @@ import pytest
 
 from lbskel import Skeleton
 from lbskel.refinement import branch_lines as module
-from lbskel.refinement.branch_lines import N_SECTIONS, branch_lines, nearest_points
+from lbskel.refinement.branch_lines import N_SECTIONS, branch_lines, nearest_points, with_chords
 from lbskel.refinement.centerlines import SectionCenters
 
 
@@ -140,3 +140,26 @@ def test_lines_that_meet_have_one_nearest_point(cross):
     meeting = nearest_points(lines, np.zeros(3, dtype=int), np.array([[0.2, 0.1, 0.3]]), np.array([0.5]))
     # the weight of the anchor is a fiftieth squared, relative to about a third squared
     assert np.abs(meeting).max() < 0.3 * (0.02 / 0.3) ** 2 * 3
+
+
+def test_branches_between_junctions_that_have_no_line_get_their_chord():
+    """Two junctions with two arms each; the branch between them is bent, and only one arm has sections."""
+    arms = [[0, 1, 0], [0, -1, 0], [3, 1, 0], [3, -1, 0]]
+    sections = np.array([0, 1, 0]) + np.arange(1, 5)[:, None] * [0, 0.3, 0]
+    nodes = np.array([[0, 0, 0], [3, 0, 0], [1.5, 0.5, 0], *arms, *sections], dtype=float)
+    edges = [[0, 2], [2, 1], [0, 3], [0, 4], [1, 5], [1, 6], [3, 7], [7, 8], [8, 9], [9, 10]]
+    skeleton = Skeleton(nodes, edges, np.ones(len(nodes)))
+    lines = branch_lines(skeleton, SectionCenters(np.isin(np.arange(len(nodes)), [3, 7, 8, 9]), nodes))
+    assert lines.junctions.tolist() == [0]
+    more = with_chords(lines, skeleton)
+    assert more.junctions[0] == 0
+    assert np.array_equal(more.directions[0], lines.directions[0])
+    assert sorted(more.junctions[1:].tolist()) == [0, 1]
+    for junction, other in ((0, 1), (1, 0)):
+        [row] = 1 + np.flatnonzero(more.junctions[1:] == junction)
+        assert np.array_equal(more.starts[row], nodes[other])
+        assert np.array_equal(more.means[row], nodes[other])
+        assert np.allclose(more.directions[row], [np.sign(nodes[junction, 0] - nodes[other, 0]), 0, 0])
+        assert skeleton.branches[more.branches[row]][0 if more.is_first[row] else -1] == junction
+    # a branch with lines at both ends gets none: a second call adds nothing
+    assert len(with_chords(more, skeleton).junctions) == len(more.junctions)

@@ -9,10 +9,13 @@ from helpers import STAR_RADIUS, graph_of_star, mesh_of_branches, nearest_rows, 
 
 from lbskel import Mesh, Skeleton, ground_truth_distances, skeletonize
 from lbskel.geometry.surface_queries import Surface
+from lbskel.refinement import junctions
 from lbskel.refinement.branch_lines import MIN_SHARE, BranchLines
 from lbskel.refinement.centering import recenter
 from lbskel.refinement.centerlines import SectionCenters, find_section_centers
 from lbskel.refinement.junctions import (
+    MAX_MERGE_LENGTH,
+    MAX_TRUNK_LENGTH,
     MIN_BALL_RATIO,
     _largest_sines,
     _where_balls_stop_growing,
@@ -286,12 +289,15 @@ def test_a_junction_with_one_known_branch_keeps_its_position(rod_along_z):
     assert np.array_equal(place_junctions(skeleton, centers, rod_along_z).positions[0], np.zeros(3))
 
 
-def test_junctions_farther_apart_than_four_radii_are_not_merged(star):
-    """The same lines as where they are merged, but with inscribed radii below a quarter of the branch between them."""
+@pytest.mark.parametrize(("on_trunk", "limit"), [(False, MAX_MERGE_LENGTH), (True, MAX_TRUNK_LENGTH)])
+def test_junctions_that_are_far_apart_are_not_merged(star, monkeypatch, on_trunk, limit):
+    """The same lines as where they are merged, but with smaller inscribed radii."""
+    if not on_trunk:
+        monkeypatch.setattr(junctions, "judge_pairs", lambda skeleton, lines, inner, sines, surface: sines)
     near = graph_of_star(star, np.array([0.07, 0.07, 0.02]), np.array([-0.07, -0.07, 0.02]))
     length = np.linalg.norm(np.diff(near.nodes[near.junctions], axis=0))
-    thin = replace(near, radii=np.full(len(near.nodes), 0.24 * length))
-    thick = replace(near, radii=np.full(len(near.nodes), 0.26 * length))
+    thin = replace(near, radii=np.full(len(near.nodes), 0.98 * length / limit))
+    thick = replace(near, radii=np.full(len(near.nodes), 1.02 * length / limit))
     centers = find_section_centers(near, Surface(star))
     assert len(merge_junctions_by_axes(thin, centers, Surface(star)).junctions) == 2
     assert len(merge_junctions_by_axes(thick, centers, Surface(star)).junctions) == 1
