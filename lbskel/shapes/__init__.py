@@ -2,9 +2,9 @@
 
 ``make(name)`` returns a :class:`Shape`, a mesh with the skeleton that it was built around, for any name in SHAPES;
 ``make(name, **VARIANTS["noisy"])`` returns a variant of it. ``mesh_solid(solid_of(branches))`` meshes a solid around
-other polylines. These two need pymeshlab. The others do not: the meshes in closed form (:func:`sphere`, :func:`torus`,
-...), :func:`chain_of_tori`, the tubes (:func:`coil`, :func:`vessel_tree`, ...) and the surfaces of voxels
-(:func:`lattice`, :func:`porous_block`, ...).
+other polylines, and :func:`creature` returns a shape with limbs at random places. These three need pymeshlab. The
+others do not: the meshes in closed form (:func:`sphere`, :func:`torus`, ...), :func:`chain_of_tori`, the tubes
+(:func:`coil`, :func:`vessel_tree`, ...) and the surfaces of voxels (:func:`lattice`, :func:`porous_block`, ...).
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ __all__ = [
     "capsule",
     "chain_of_tori",
     "coil",
+    "creature",
     "cylinder",
     "flat_grid",
     "lattice",
@@ -42,6 +43,7 @@ __all__ = [
 ]
 
 from lbskel.shapes.catalog import SHAPES, VARIANTS, chain_of_tori, make, mesh_solid
+from lbskel.shapes.creatures import creature
 from lbskel.shapes.isosurface import marching_cubes, project
 from lbskel.shapes.primitives import capsule, cylinder, flat_grid, schwarz_lantern, sphere, torus, tube
 from lbskel.shapes.restricted_delaunay import mesh_tubes
