@@ -84,7 +84,7 @@ def _skeletons(results: Path) -> list[dict[str, Any]]:
 
 
 def _hard(results: Path) -> list[dict[str, Any]]:
-    """List the means over shapes that are no round tubes."""
+    """List the means over hard shapes and creatures."""
     shown = {
         "accuracy": "accuracy",
         "accuracy_95": "its worst 5 %",
@@ -93,7 +93,7 @@ def _hard(results: Path) -> list[dict[str, Any]]:
     }
     return [
         {
-            "": f"{row['set']} parameters",
+            "": row["set"] if row["set"] == "creatures" else f"{row['set']} parameters",
             "tool": row["tool"],
             **{title: "-" if row[key] is None else f"{row[key]:.3f}" for key, title in shown.items()},
             "graphs right": row["graphs right"],

@@ -2,8 +2,8 @@
 
 Distances are exact, from points along one graph to the segments of the other, in true local radii. A graph is right if
 its tips, cycles and components are those of the axis, and so are its junctions, once those are merged whose limbs
-overlap. The second set of shapes has parameters at which nothing was tuned. In the ablation each pass is left out in
-turn, or one of its bounds is replaced.
+overlap. Nothing was tuned at the parameters of the second set of shapes, nor on the third one, of random creatures. In
+the ablation each pass is left out in turn, or one of its bounds is replaced.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from lbskel.refinement.branch_lines import BranchLines, branch_lines
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.refinement.extrema import GeodesicExtrema
 from lbskel.refinement.mirror_symmetry import find_symmetries
-from lbskel.shapes import SHAPES, Shape, make, with_local_noise
+from lbskel.shapes import SHAPES, Shape, creature, make, with_local_noise
 from lbskel.shapes.hard import HARD_SHAPES
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.pruning import merge_junctions
@@ -63,7 +63,8 @@ HELD_OUT: dict[str, dict[str, Any]] = {
     "lattice": {"n": 4},
     "spring": {"gap": 0.8},
 }
-QUICK, QUICK_TUBES = ("zigzag", "tee"), ("tripod",)
+CREATURES = range(24)  # seeds; nothing was tuned on them
+QUICK, QUICK_TUBES, QUICK_CREATURES = ("zigzag", "tee"), ("tripod",), range(1)
 EXTENSIONS = ("off", "obj", "ply", "stl")
 TIP_DISTANCE = 3.0  # within which two tips are the same, in the larger of their mean radii, since that of a sharp tip
 # is nearly zero; a guess: an end has a cap of one radius
@@ -88,6 +89,25 @@ def _none_missed(extrema: GeodesicExtrema, *_: Any) -> NDArray[np.bool_]:
     return np.zeros(len(extrema.vertices), dtype=bool)
 
 
+def _not_split(
+    skeleton: lbskel.Skeleton, centers: SectionCenters, surface: Surface
+) -> tuple[lbskel.Skeleton, SectionCenters]:
+    """Stand in for the split of junctions along trunks: they stay as they are."""
+    return skeleton, centers
+
+
+def _not_judged(
+    skeleton: lbskel.Skeleton,
+    lines: BranchLines,
+    inner: NDArray[np.int64],
+    sines: NDArray[np.float64],
+    places: NDArray[np.float64],
+    surface: Surface,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Stand in for the judgement of pairs of junctions by trunks: it stays that without a trunk."""
+    return sines, places
+
+
 # For each pass, what stands in for its function.
 PASSES: dict[str, dict[str, Any]] = {
     "prune": {f"{PIPELINE_PASSES}.prune": _unchanged},
@@ -95,6 +115,8 @@ PASSES: dict[str, dict[str, Any]] = {
     "reroute through regions": {f"{PIPELINE_PASSES}.reroute_through_regions": _unchanged},
     "merge junctions by distance": {f"{PIPELINE_PASSES}.merge_junctions": _unchanged},
     "merge junctions by axes": {f"{PIPELINE_PASSES}._with_merged_junctions": _unchanged},
+    "split junctions along trunks": {f"{PIPELINE_PASSES}.split_junctions_along_trunks": _not_split},
+    "pairs judged by trunks": {"lbskel.refinement.junctions.judge_pairs": _not_judged},
     "recenter": {f"{PIPELINE_PASSES}.recenter": _unchanged},
     "place junctions": {"lbskel.refinement.centering.place_junctions": lambda skeleton, centers, surface: centers},
     "lines of single sections": {"lbskel.refinement.junctions.branch_lines": _without_single_sections},
@@ -115,8 +137,8 @@ PASSES: dict[str, dict[str, Any]] = {
     "relax paths": {"lbskel.refinement.containment.relax_inside": lambda paths, surface: paths},
     "fit tubes": {f"{PIPELINE_PASSES}.fit_tubes": _unchanged},
 }
-# Bounds in place of those of the code: on gaps of lines of sight in flat ends, on places of junctions, on symmetry, and
-# in the relaxation of paths that left the solid
+# Bounds in place of those of the code: on gaps of lines of sight in flat ends, on places of junctions and on trunks, on
+# symmetry, and in the relaxation of paths that left the solid
 BOUNDS: dict[str, dict[str, Any]] = {
     f"{name} {value}": {f"lbskel.refinement.{target}": value for target in targets.split()}
     for name, targets, values in (
@@ -127,6 +149,10 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("growth of", "centerlines.MAX_GROWTH", (1.1, 1.5)),
         ("merge length of", "junctions.MAX_MERGE_LENGTH", (2.0, 3.0, 6.0)),
         ("merged up to a sine of", "junctions.MAX_SINE", (0.3, 0.33, 0.4, 0.44)),
+        ("thickness of trunks", "trunks.MIN_THICKNESS", (0.4, 0.8, 0.9)),
+        ("reach of limbs", "trunks.MAX_REACH", (0.0, 1.0, 4.0)),
+        ("along trunks up to a sine of", "trunks.MAX_SINE", (0.3, 0.44, 0.5)),
+        ("length of trunks", "junctions.MAX_TRUNK_LENGTH", (4.0, 8.0)),
         ("growth of balls", "junctions.MIN_BALL_GROWTH", (-1.0, 0.05, 0.06, 0.07, 0.087)),
         ("ball ratio of", "junctions.MIN_BALL_RATIO tube_fit.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("deviations of", "mirror_symmetry.TYPICAL_DEVIATION", (0.05, 0.2)),
@@ -171,19 +197,20 @@ def replaced(name: str) -> Iterator[None]:
 
 def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] = ()) -> None:
     """Measure, and write refinement.json and refinement.md; ``meshes`` are more real ones for the ablation."""
-    shapes = {
+    hard = {
         (part, name): HARD_SHAPES[name](**given)
         for part, parameters in (("tuned", TUNED), ("held out", HELD_OUT))
         for name, given in parameters.items()
         if not quick or name in QUICK
     }
+    creatures = {("creatures", str(seed)): creature(seed) for seed in (QUICK_CREATURES if quick else CREATURES)}
     tools = TOOLS if peers else TOOLS[:1]
     rows = [
         {"set": part, "shape": name, "tool": tool, **_row(tool, shape)}
-        for (part, name), shape in shapes.items()
+        for (part, name), shape in (hard | creatures).items()
         for tool in tools
     ]
-    summary = [_summary(rows, part, tool) for part in ("tuned", "held out") for tool in tools]
+    summary = [_summary(rows, part, tool) for part in ("tuned", "held out", "creatures") for tool in tools]
     tubes = [make(name) for name in (QUICK_TUBES if quick else SHAPES)]
     paths = [path for path in (*sorted(MESHES.iterdir()), *meshes) if path.suffix.lstrip(".") in EXTENSIONS]
     real = [lbskel.read_mesh(path) for path in paths[: 1 if quick else None]]
@@ -192,11 +219,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
         [symmetry.plane for symmetry in find_symmetries(skeleton, Surface(lbskel.Mesh(mesh.vertices, mesh.faces)))]
         for skeleton, mesh in zip(baseline, real, strict=True)
     ]  # of copies: a surface is kept with its mesh, and is not sent to other processes
-    sets = {
-        "tubes": tubes,
-        "hard": list(shapes.values()),
-        "mirrored": [_mirrored(shape) for (part, _), shape in shapes.items() if part == "held out"],
-    }
+    sets = {"tubes": tubes, "hard": list(hard.values()), "creatures": list(creatures.values())}
     replacing = partial(_ablation, sets=sets, real=real, baseline=baseline, planes=planes)
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         ablation = list(pool.map(replacing, ("none", *PASSES, *BOUNDS)))
@@ -211,10 +234,10 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
         results / "refinement.md",
         "Refinement",
         {
-            "Hard shapes, means": markdown_table(summary),
-            "Each hard shape": markdown_table(rows),
-            f"Passes left out or bounds replaced: {len(tubes)} tubes, {len(shapes)} hard shapes, mirror images "
-            f"of {len(sets['mirrored'])}, {len(real)} meshes, "
+            "Hard shapes and creatures, means": markdown_table(summary),
+            "Each hard shape and creature": markdown_table(rows),
+            f"Passes left out or bounds replaced: {len(tubes)} tubes, {len(hard)} hard shapes, "
+            f"{len(creatures)} creatures, {len(real)} meshes, "
             f"{sum(map(bool, planes))} with a plane of symmetry": markdown_table(ablation),
             f"Noise on real meshes, by the bulge of a limb: {len(real)} meshes": markdown_table(noise),
             "Tried and not kept, by hand": markdown_table(TRIALS),
@@ -264,13 +287,6 @@ def _summary(rows: Sequence[dict[str, Any]], part: str, tool: str) -> dict[str, 
     return {"set": part, "tool": tool} | means_and_graphs(
         [row for row in rows if (row["set"], row["tool"]) == (part, tool)]
     )
-
-
-def _mirrored(shape: Shape) -> Shape:
-    """Mirror a shape and its axis; the corners of faces change their order, so that these stay oriented outwards."""
-    mirror = np.array([-1.0, 1, 1])
-    mesh = lbskel.Mesh(shape.mesh.vertices * mirror, shape.mesh.faces[:, ::-1])
-    return replace(shape, mesh=mesh, truth=replace(shape.truth, nodes=shape.truth.nodes * mirror))
 
 
 def _ablation(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lbskel
-from benchmarks.refinement import HELD_OUT, PASSES, TUNED, _turn, measured, replaced
+from benchmarks.refinement import BOUNDS, HELD_OUT, PASSES, TUNED, _turn, measured, replaced
 from lbskel.pipeline import passes
 from lbskel.shapes import make
 from lbskel.shapes.hard import HARD_SHAPES
@@ -35,6 +35,14 @@ def test_a_pass_is_left_out_only_inside_the_block(name):
     with replaced(name):
         assert all(_value(target) is not before[target] for target in before)
     assert {target: _value(target) for target in before} == before
+
+
+@pytest.mark.parametrize("name", BOUNDS)
+def test_a_bound_is_not_that_of_the_code(name):
+    before = {target: _value(target) for target in BOUNDS[name]}
+    with replaced(name):
+        assert any(not np.array_equal(_value(target), before[target]) for target in before)
+    assert all(_value(target) is before[target] for target in before)
 
 
 def _value(target):
