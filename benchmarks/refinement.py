@@ -154,7 +154,7 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("along trunks up to a sine of", "trunks.MAX_SINE", (0.3, 0.44, 0.5)),
         ("length of trunks", "junctions.MAX_TRUNK_LENGTH", (4.0, 8.0)),
         ("growth of balls", "junctions.MIN_BALL_GROWTH", (-1.0, 0.05, 0.06, 0.07, 0.087)),
-        ("ball ratio of", "junctions.MIN_BALL_RATIO tube_fit.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
+        ("ball ratio of", "junctions.MIN_BALL_RATIO trunks.MIN_BALL_RATIO tube_fit.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("deviations of", "mirror_symmetry.TYPICAL_DEVIATION", (0.05, 0.2)),
         ("bulge of", "uncovered_limbs.MIN_BULGE", (0.55, 0.7, 0.85)),
         ("shortest step of", "tips.MIN_STEP", (0.02, 0.125)),

@@ -21,7 +21,7 @@ from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.branch_lines import MAX_SINE, BranchLines, branch_lines, nearest_points
 from lbskel.refinement.centerlines import SectionCenters
-from lbskel.refinement.inscribed_balls import climb_to_middle
+from lbskel.refinement.inscribed_balls import MIN_BALL_RATIO, climb_to_middle
 from lbskel.refinement.trunks import judge_pairs
 from lbskel.refinement.tunnel_sides import edges_that_pass, n_tunnels_missed
 from lbskel.skeleton.editing import contract_nodes
@@ -35,10 +35,6 @@ MAX_MERGE_LENGTH = 4.0
 # The same, where a trunk passes through both. Rows "length of trunks" in refinement.md: with 4 limbs that cross a thick
 # bar at 40 degrees meet in two junctions
 MAX_TRUNK_LENGTH = 6.0
-# Lower bound on the ball at a new place of a junction, as a share of that in the middle nearby or at the old place.
-# Rows "ball ratio of" in benchmarks/results/refinement.md, of the middle: with 0 the error of hard shapes is larger by
-# a third, with 0.95 that of tubes by a twentieth. At the old place it is a requirement: no pass may take more of a ball
-MIN_BALL_RATIO = 0.9
 # Growth of a junction's ball by length of its way out of that ball, below which the junction goes no farther to where
 # its branches seem to meet. It is 0 along a tube, and the sine of half the angle on the bisector of two equal tubes.
 # Rows "growth of balls" in benchmarks/results/refinement.md; by hand, on hard shapes in ten variants of steps and

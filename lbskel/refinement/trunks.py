@@ -21,6 +21,7 @@ from lbskel.geometry.normals import normalized, vector_lengths
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.branch_lines import MAX_SINE, BranchLines, branch_lines, with_chords
 from lbskel.refinement.centerlines import SectionCenters
+from lbskel.refinement.inscribed_balls import MIN_BALL_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
 # Lower bound on the radius of a trunk over that of the ball at its junction, and on that of a tube that crosses it over
@@ -156,7 +157,7 @@ def judge_pairs(
 def split_junctions_along_trunks(
     skeleton: Skeleton, centers: SectionCenters, surface: Surface
 ) -> tuple[Skeleton, SectionCenters]:
-    """Give limbs that leave a trunk at several places junctions of their own.
+    """Give limbs that leave a trunk at several places junctions of their own, unless one would have a smaller ball.
 
     Parameters
     ----------
@@ -181,6 +182,9 @@ def split_junctions_along_trunks(
         junction, own = int(junctions[number]), lines.take(rows[begins[number] : begins[number + 1]])
         trunk = find_trunk(own, float(skeleton.radii[junction]), surface)
         if trunk is None or len(trunk.places) == 1:
+            continue
+        balls = surface.distance(trunk.places)
+        if balls.min() < MIN_BALL_RATIO * skeleton.radii[junction]:
             continue
         chain = np.append(junction, n_nodes + np.arange(len(trunk.places) - 1))
         n_nodes += len(chain) - 1

@@ -25,7 +25,7 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.centering import BENDING_WEIGHT, POSITION_WEIGHT, second_differences
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import segments_outside
-from lbskel.refinement.junctions import MIN_BALL_RATIO
+from lbskel.refinement.inscribed_balls import MIN_BALL_RATIO
 from lbskel.refinement.radii import axis_directions, mean_axis_distances
 from lbskel.refinement.tubes import Feet, Tubes, feet_on_tubes, nearest_balls_by_power, tubes_around
 from lbskel.refinement.tunnel_sides import keep_sides

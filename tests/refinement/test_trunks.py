@@ -10,6 +10,7 @@ from lbskel import Skeleton, ground_truth_distances, skeletonize
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.branch_lines import BranchLines, branch_lines
 from lbskel.refinement.centerlines import SectionCenters
+from lbskel.refinement.inscribed_balls import MIN_BALL_RATIO
 from lbskel.refinement.junctions import merge_junctions_by_axes
 from lbskel.refinement.trunks import find_trunk, judge_pairs, split_junctions_along_trunks
 from lbskel.shapes import Shape, make, mesh_solid, solid_of
@@ -152,6 +153,14 @@ def test_a_junction_whose_limbs_overlap_is_not_split(surface):
     assert split_junctions_along_trunks(skeleton, centers, surface)[0] is skeleton
     alone = junction_with((1,), surface)  # no junction of three branches is split
     assert split_junctions_along_trunks(*alone, surface)[0] is alone[0]
+
+
+@pytest.mark.parametrize("ball", [1.05, 1.15])
+def test_a_junction_is_not_split_where_it_would_go_to_a_much_smaller_ball(surface, ball):
+    """The balls on the axis have the radius 1 of the trunk."""
+    skeleton, centers = junction_with((0, 1), surface)
+    wide = replace(skeleton, radii=np.full(len(skeleton.nodes), ball))
+    assert (split_junctions_along_trunks(wide, centers, surface)[0] is wide) == (ball > 1 / MIN_BALL_RATIO)
 
 
 def test_a_branch_without_a_line_stays_with_the_nearest_place(surface):
