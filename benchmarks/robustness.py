@@ -10,7 +10,7 @@ the surface by a tenth, and in another pose it may be a quarter from the true ax
 must stay. The 95th percentile is reported without a limit.
 
 Bounds of refinement are swept on shapes that the ablation of ``refinement`` does not have: hands in other poses, and
-one with so few vertices that its fingers are fused; beside them, the hard shapes.
+one with so few vertices that its fingers are fused; beside them, the hard shapes and the creatures.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from numpy.typing import NDArray
 
 import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
-from benchmarks.refinement import HELD_OUT, TUNED, measured
-from lbskel.shapes import SHAPES, Shape, Solid, make, mesh_solid
+from benchmarks.refinement import CREATURES, HELD_OUT, TUNED, measured
+from lbskel.shapes import SHAPES, Shape, Solid, creature, make, mesh_solid
 from lbskel.shapes.hard import HARD_SHAPES
 from lbskel.visualization import Panel, render
 
@@ -45,6 +45,10 @@ POSES = [(degrees, n) for degrees in (30.0, 45.0, 60.0, 75.0) for n in (2500, 39
 SWEPT = {
     "junctions.MAX_MERGE_LENGTH": (2.0, 3.0, 4.0, 6.0),
     "junctions.MAX_SINE": (0.2, 0.3, 0.36, 0.44, 0.7),
+    "junctions.MAX_TRUNK_LENGTH": (4.0, 6.0, 8.0, 100.0),
+    "trunks.MAX_SINE": (0.3, 0.36, 0.44, 0.5),
+    "trunks.MIN_THICKNESS": (0.4, 0.6, 0.8),
+    "trunks.MAX_REACH": (0.0, 1.0, 2.0, 4.0, 100.0),
 }
 
 MIN_VISIBLE = 0.01  # distance in radii that a picture shows; a guess
@@ -97,36 +101,30 @@ def run(quick: bool, results: Path) -> None:
         render([panel], results / f"robustness_{kind}.png", force=True)
 
 
-def _swept_shapes(quick: bool) -> tuple[Shape, list[Shape], list[Shape]]:
-    """Make a hand with few vertices, hands in other poses, and the hard shapes."""
+def _swept_shapes(quick: bool) -> tuple[Shape, dict[str, list[Shape]]]:
+    """Make a hand with few vertices; and hands in other poses, the hard shapes and the creatures, by name."""
     solid = SHAPES["hand"]()
     bent = [(replace(solid, centers=_bent(solid.centers, np.radians(degrees))), n) for degrees, n in POSES]
     poses = [Shape(mesh_solid(each, n_vertices=n), each.truth, "hand") for each, n in (bent[:1] if quick else bent)]
     named = [(name, kwargs) for shapes in (TUNED, HELD_OUT) for name, kwargs in shapes.items()]
     hard = [HARD_SHAPES[name](**kwargs) for name, kwargs in (named[:1] if quick else named)]
-    return make("hand", n_vertices=FUSED), poses, hard
+    creatures = [creature(seed) for seed in (CREATURES[:1] if quick else CREATURES)]
+    return make("hand", n_vertices=FUSED), {"bent hands": poses, "hard shapes": hard, "creatures": creatures}
 
 
-def _swept_row(shapes: tuple[Shape, list[Shape], list[Shape]], name: str, value: float) -> dict[str, Any]:
+def _swept_row(shapes: tuple[Shape, dict[str, list[Shape]]], name: str, value: float) -> dict[str, Any]:
     """Measure skeletons with another value of a bound of refinement."""
+    fused, others = shapes
     with mock.patch(f"lbskel.refinement.{name}", value):
-        [fused], poses, hard = (
-            [measured(lbskel.skeletonize(shape.mesh), shape.truth) for shape in each]
-            for each in ([shapes[0]], *shapes[1:])
-        )
-    right = {
-        of: f"{sum(row['graph right'] for row in rows)}/{len(rows)}"
-        for of, rows in (("bent hands", poses), ("hard shapes", hard))
-    }
-    return {
-        "bound": name,
-        "value": value,
-        "hand of few vertices, accuracy": fused["accuracy"],
-        "bent hands, accuracy": float(np.mean([row["accuracy"] for row in poses])),
-        "bent hands, graphs right": right["bent hands"],
-        "hard shapes, accuracy": float(np.mean([row["accuracy"] for row in hard])),
-        "hard shapes, graphs right": right["hard shapes"],
-    }
+        hand = measured(lbskel.skeletonize(fused.mesh), fused.truth)
+        rows = {
+            of: [measured(lbskel.skeletonize(shape.mesh), shape.truth) for shape in each] for of, each in others.items()
+        }
+    row: dict[str, Any] = {"bound": name, "value": value, "hand of few vertices, accuracy": hand["accuracy"]}
+    for of, own in rows.items():
+        row[f"{of}, accuracy"] = float(np.mean([each["accuracy"] for each in own]))
+        row[f"{of}, graphs right"] = f"{sum(each['graph right'] for each in own)}/{len(own)}"
+    return row
 
 
 def _cases(solid: Solid, mesh: lbskel.Mesh) -> Iterator[Case]:

@@ -25,10 +25,10 @@ from lbskel.refinement.inscribed_balls import MIN_BALL_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
 # Lower bound on the radius of a trunk over that of the ball at its junction, and on that of a tube that crosses it over
-# that of the trunk. Rows "thickness of trunks" in benchmarks/results/refinement.md: 0.5 to 0.7 are alike
+# that of the trunk. Rows in benchmarks/results/robustness.md; by hand, of other creatures, 0.5 to 0.7 are alike
 MIN_THICKNESS = 0.6
 # Upper bound on the distance of a limb's place from the gap between the trunk's sections on both sides, in radii of the
-# trunk: a section beside the foot of a limb may be the trunk's own. Rows "reach of limbs" in the same table
+# trunk: a section beside the foot of a limb may be the trunk's own. Rows in the same table
 MAX_REACH = 2.0
 
 
