@@ -24,8 +24,8 @@ N_SECTIONS = 5
 MIN_SHARE = 0.0025
 
 # Upper bound on the sine of the angle between a line and the direction to a place that it points to, or another line
-# that it continues. "Merged up to a sine of" in refinement.md, and rows in robustness.md: with 0.3 the palm of a hand has
-# two junctions; by hand, from 0.44 on a coarse star of limbs has one for two, and prongs side by side have a trunk
+# that it continues. "Merged up to a sine of" in refinement.md, and rows in robustness.md: with 0.3 the palm of a hand
+# has two junctions; by hand, from 0.44 on a coarse star of limbs has one for two, and prongs side by side have a trunk
 MAX_SINE = 0.36
 
 EPSILON, TINY = float(np.finfo(np.float64).eps), float(np.finfo(np.float64).tiny)
