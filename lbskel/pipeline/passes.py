@@ -187,8 +187,10 @@ def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
     if len(merged.nodes) < len(skeleton.nodes):
         skeleton = mean_radii(merged, surface.mesh)
         centers = find_section_centers(skeleton, surface)
-    split, centers = split_junctions_along_trunks(inscribed_radii(skeleton, surface), centers, surface)
-    return fit_to_centerlines(mean_radii(split, surface.mesh), centers, surface)
+    split, centers = split_junctions_along_trunks(skeleton, centers, surface)
+    if split is not skeleton:
+        skeleton = mean_radii(split, surface.mesh)
+    return fit_to_centerlines(skeleton, centers, surface)
 
 
 def _rerouted_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:

@@ -14,7 +14,7 @@ The half width a >= b is that of the rectangle with the area A and the perimeter
 
 from __future__ import annotations
 
-__all__ = ["first_part", "prune_flat_ends", "ways_from_nodes"]
+__all__ = ["first_part", "is_corner", "prune_flat_ends", "ways_from_nodes"]
 
 from dataclasses import replace
 
@@ -49,17 +49,29 @@ def prune_flat_ends(skeleton: Skeleton, surface: Surface, *, min_branch_ratio: f
         the part or across it.
     """
     while ends := skeleton.end_branches:
-        corners = np.flatnonzero(_is_corner(skeleton, surface, ends, min_branch_ratio)).tolist()
+        corners = np.flatnonzero(is_corner(skeleton, surface, ends, min_branch_ratio)).tolist()
         if not corners:
             break
         skeleton = contract_branches(skeleton, [ends[row] for row in corners])
     return skeleton
 
 
-def _is_corner(
+def is_corner(
     skeleton: Skeleton, surface: Surface, ends: list[NDArray[np.int64]], min_branch_ratio: float
 ) -> NDArray[np.bool_]:
-    """(e,) whether each end branch is in a corner: short for its fork's half width, and in sight of its neighbors."""
+    """(e,) whether each end branch is in a corner: short for its fork's half width, and in sight of its neighbors.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With ``node_of_vertex``.
+    surface : Surface
+        Of the mesh that ``node_of_vertex`` belongs to.
+    ends : list of (k,) arrays of int
+        Some of the end branches, the junction first.
+    min_branch_ratio : float
+        As for :func:`prune_flat_ends`.
+    """
     skeleton = replace(skeleton, nodes=moved_inside(skeleton.nodes, surface))
     nodes, junctions = skeleton.nodes, np.array([end[0] for end in ends])
     farthest, reaches = farthest_vertices(skeleton, surface.mesh, ends)

@@ -3,10 +3,10 @@
 A limb that is short, or thin relative to the contracted faces, may be pulled into the body before it becomes a line.
 Its end is an extremum of the geodesic distance to which no tip is near (:mod:`lbskel.refinement.extrema`): so the short
 ends of thick bodies are found, and now and then a corner of a plate, which is pruned as a flat end. Or the limb stands
-out of the balls that the skeleton then has (:mod:`lbskel.refinement.uncovered_limbs`): so limbs too short for the
-extrema are found. The branch leads straight to the center of the limb's cap, from the node nearest to the limb's end,
-among those of the limb's vertices and of the vertices beside it. Later passes reroute a branch where it is outside a
-closed surface, and fit it to the limb.
+out of the skeleton's balls (:mod:`lbskel.refinement.uncovered_limbs`): so limbs too short for the extrema are found.
+The branch leads straight to the center of the limb's cap, from the node nearest to the limb's end, among those of the
+limb's vertices and of the vertices beside it. Later passes reroute a branch where it is outside a closed surface, and
+fit it to the limb.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from __future__ import annotations
 __all__ = ["grow_limbs"]
 
 from dataclasses import replace
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +24,11 @@ from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import distinct
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema, is_missed
-from lbskel.refinement.flat_ends import prune_flat_ends
+from lbskel.refinement.flat_ends import is_corner
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.refinement.tips import extend_ends
 from lbskel.refinement.uncovered_limbs import Limbs, find_limbs
+from lbskel.skeleton.editing import contract_branches
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -40,43 +42,34 @@ def grow_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
     surface : Surface
     """
     mesh = surface.proxy.mesh
-    extrema = find_extrema(mesh, deadline=surface.deadline)
-    missed = extrema.take(is_missed(extrema, mesh, _on_proxy(skeleton, surface)))
-    if len(missed.vertices):
-        grown = _grown(skeleton, Limbs(missed.vertices, missed.radii, missed.limb_of_vertex), surface)
-        skeleton = prune_flat_ends(grown, surface, min_branch_ratio=MIN_BRANCH_RATIO)
-    limbs = find_limbs(_on_proxy(skeleton, surface), mesh, missed.limb_of_vertex >= 0)
-    return _grown(skeleton, limbs, surface) if len(limbs.ends) else skeleton
-
-
-def _on_proxy(skeleton: Skeleton, surface: Surface) -> Skeleton:
-    """Map the vertices of the proxy to the nodes, and measure inscribed radii in it."""
     on_proxy = replace(skeleton, node_of_vertex=surface.on_proxy(skeleton.node_of_vertex))
-    return inscribed_radii(on_proxy, surface.proxy)
-
-
-def _grown(skeleton: Skeleton, limbs: Limbs, surface: Surface) -> Skeleton:
-    """Grow a branch along each of the limbs of a proxy."""
-    mesh = surface.proxy.mesh
-    bases = _nearest_nodes_beside(skeleton.nodes, surface.on_proxy(skeleton.node_of_vertex), limbs, mesh)
+    balls, extrema = inscribed_radii(on_proxy, surface.proxy), find_extrema(mesh, deadline=surface.deadline)
+    missed = extrema.take(is_missed(extrema, mesh, balls))
+    limbs = find_limbs(balls, mesh, missed)
+    if len(limbs.ends) == 0:
+        return skeleton
+    bases = _nearest_nodes_beside(on_proxy, limbs, mesh)
     ways = mesh.vertices[limbs.ends] - skeleton.nodes[bases]
     lengths = vector_lengths(ways)
     shares = np.maximum(1 - limbs.radii / lengths, 0.5)  # the center of a round cap, or half the way to a flat one
     tips = skeleton.nodes[bases] + shares[:, None] * ways
     base_of_vertex = np.append(bases, -1)[surface.from_proxy(limbs.limb_of_vertex)]  # the last is for those of no limb
     node_of_vertex = np.where(base_of_vertex < 0, skeleton.node_of_vertex, base_of_vertex)
-    return extend_ends(replace(skeleton, node_of_vertex=node_of_vertex), surface, bases, [[tip] for tip in tips])
+    grown = extend_ends(replace(skeleton, node_of_vertex=node_of_vertex), surface, bases, [[tip] for tip in tips])
+    number = np.array([end[-1] for end in grown.end_branches]) - len(skeleton.nodes)  # of the limb, as tips are added
+    at_missed = list(compress(grown.end_branches, (number >= 0) & (number < len(missed.vertices))))
+    if not at_missed:
+        return grown
+    return contract_branches(grown, list(compress(at_missed, is_corner(grown, surface, at_missed, MIN_BRANCH_RATIO))))
 
 
-def _nearest_nodes_beside(
-    nodes: NDArray[np.float64], node_of_vertex: NDArray[np.int64], limbs: Limbs, mesh: Mesh
-) -> NDArray[np.int64]:
+def _nearest_nodes_beside(skeleton: Skeleton, limbs: Limbs, mesh: Mesh) -> NDArray[np.int64]:
     """(u,) for each limb: of the nodes of its vertices and of those adjacent to them, the one nearest to its end."""
     i, j = mesh.edges.T
     limb = limbs.limb_of_vertex[np.concatenate([i, j, i, j])]
-    node = node_of_vertex[np.concatenate([i, j, j, i])]
-    k = len(nodes)
+    node = skeleton.node_of_vertex[np.concatenate([i, j, j, i])]
+    k = len(skeleton.nodes)
     limb, node = np.divmod(distinct((limb * k + node)[limb >= 0]), k)
-    distances = vector_lengths(nodes[node] - mesh.vertices[limbs.ends[limb]])
+    distances = vector_lengths(skeleton.nodes[node] - mesh.vertices[limbs.ends[limb]])
     order = np.lexsort((distances, limb))
     return np.asarray(node[order[np.unique(limb[order], return_index=True)[1]]])

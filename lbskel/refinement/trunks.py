@@ -64,12 +64,13 @@ def find_trunk(lines: BranchLines, ball: float, surface: Surface) -> Trunk | Non
         Radius of the ball at the junction, or of the larger one of two.
     surface : Surface
     """
-    M, D, radii = lines.means, lines.directions, surface.distance(lines.starts)
+    M, D = lines.means, lines.directions
     ways = normalized((M[None] - M[:, None]).reshape(-1, 3)).reshape(len(M), len(M), 3)
     cosines = np.einsum("abi,ai->ab", ways, D)
     continues = np.minimum(cosines, cosines.T) >= np.sqrt(1 - MAX_SINE**2)
     if len(M) < 3 or not continues.any():
         return None
+    radii = surface.distance(lines.starts)
     thickness = np.where(continues, np.minimum(radii[:, None], radii), 0.0)
     first, last = np.unravel_index(thickness.argmax(), thickness.shape)
     origin, axis, thick = M[first], ways[first, last], thickness[first, last]
@@ -162,7 +163,6 @@ def split_junctions_along_trunks(
     Parameters
     ----------
     skeleton : Skeleton
-        With inscribed radii.
     centers : SectionCenters
         Of the same nodes.
     surface : Surface
@@ -170,7 +170,7 @@ def split_junctions_along_trunks(
     Returns
     -------
     skeleton : Skeleton
-        The same one, or without mean radii; new junctions come last.
+        The same one; or one with new junctions, which come last, and without mean radii.
     centers : SectionCenters
     """
     lines, junctions = with_chords(branch_lines(skeleton, centers), skeleton), skeleton.junctions
@@ -180,11 +180,9 @@ def split_junctions_along_trunks(
     n_nodes = len(nodes)
     for number in np.flatnonzero(np.diff(begins) >= 4).tolist():
         junction, own = int(junctions[number]), lines.take(rows[begins[number] : begins[number + 1]])
-        trunk = find_trunk(own, float(skeleton.radii[junction]), surface)
-        if trunk is None or len(trunk.places) == 1:
-            continue
-        balls = surface.distance(trunk.places)
-        if balls.min() < MIN_BALL_RATIO * skeleton.radii[junction]:
+        [ball] = surface.distance(nodes[[junction]]).tolist()
+        trunk = find_trunk(own, ball, surface)
+        if trunk is None or len(trunk.places) == 1 or surface.distance(trunk.places).min() < MIN_BALL_RATIO * ball:
             continue
         chain = np.append(junction, n_nodes + np.arange(len(trunk.places) - 1))
         n_nodes += len(chain) - 1

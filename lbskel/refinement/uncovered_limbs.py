@@ -16,6 +16,8 @@ Patches grow as the level descends. Of the patches around one end, the limb is t
 cap, whose rim tells the limb's radius; a patch around two limbs is their body. Across a gap, a thin branch may be
 nearer than the thick branch that the vertex belongs to: d / R is the smaller one of that at the nearest point and that
 at the vertex's own node.
+
+Limbs whose end has no tip near it (:mod:`lbskel.refinement.extrema`) come first, and are not found twice.
 """
 
 from __future__ import annotations
@@ -34,6 +36,7 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.sorting import stable_order
+from lbskel.refinement.extrema import GeodesicExtrema
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
@@ -71,34 +74,34 @@ class Limbs:
 _Patches = tuple[list[NDArray[np.int64]], NDArray[np.float64]]  # vertices of each, and lengths of the rims
 
 
-def find_limbs(skeleton: Skeleton, mesh: Mesh, is_known: NDArray[np.bool_]) -> Limbs:
-    """Find the limbs of a mesh that bulge out of the balls of a skeleton, but for those that are known.
+def find_limbs(skeleton: Skeleton, mesh: Mesh, missed: GeodesicExtrema) -> Limbs:
+    """Find the limbs of a mesh that bulge out of the balls of a skeleton, after those that are known to be missed.
 
     Parameters
     ----------
     skeleton : Skeleton
         With inscribed radii, in the coordinates of the mesh, and with a node for each of its vertices.
     mesh : Mesh
-    is_known : (n,) array of bool
-        Whether each vertex belongs to a limb that is known. A limb that contains one of these vertices is left out.
+    missed : GeodesicExtrema
+        The ends without a tip, whose limbs come first. A limb that contains a vertex of one of these is left out.
     """
     distances, ratios = _ball_distances(skeleton, mesh)
-    limb_of_vertex = np.full(len(mesh.vertices), -1)
-    ends: list[int] = []
-    radii: list[float] = []
+    limb_of_vertex = np.array(missed.limb_of_vertex)
+    ends, radii = missed.vertices.tolist(), missed.radii.tolist()
     for patches in _bulging_patches(mesh, ratios, LEVELS):
         for vertices, rim in zip(*patches, strict=True):
             limbs = {*limb_of_vertex[vertices].tolist()} - {-1}
             end = int(vertices[distances[vertices].argmax()])
-            if len(limbs) > 1 or is_known[vertices].any() or ratios[end] < MIN_BRANCH_RATIO:
+            if len(limbs) > 1 or ratios[end] < MIN_BRANCH_RATIO:
                 continue
             if not limbs:
                 limbs = {len(ends)}
                 ends.append(-1)
                 radii.append(rim / (2 * np.pi))
             limb = limbs.pop()
-            limb_of_vertex[vertices] = limb
-            ends[limb] = end
+            if limb >= len(missed.vertices):
+                limb_of_vertex[vertices] = limb
+                ends[limb] = end
     return Limbs(np.array(ends, dtype=np.int64), np.array(radii, dtype=np.float64), limb_of_vertex)
 
 

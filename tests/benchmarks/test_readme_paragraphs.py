@@ -109,7 +109,14 @@ CLAIMS = [  # what README.md says, and a result that says otherwise
     ("limits", "speed", "ratios", {"reference": "lbskel"}, {"CGAL medial": 2.0}, "CGAL is faster on small meshes"),
     ("limits", "speed", "ratios", {"reference": "lbskel full"}, {"CGAL medial": 2.0}, "at full resolution"),
     ("limits", "vessels", "rows", {"tool": "lbskel"}, {"accuracy": 0.0}, "is nearer to the axes of coils"),
-    ("limits", "stability", "rows", {"variant": "turned"}, {"meshes with other tips": 1}, "rotation and a reflection change no tips"),
+    (
+        "limits",
+        "stability",
+        "rows",
+        {"variant": "turned"},
+        {"meshes with other tips": 1},
+        "rotation and a reflection change no tips",
+    ),
     ("limits", "applications_geodesics", "several", {}, {"lbskel, s": 0.0}, "are faster in potpourri3d and libigl"),
     ("limits", "applications_geodesics", "several", {}, {"lbskel, mean error": 1.0}, "have larger errors of geodesics"),
 ]

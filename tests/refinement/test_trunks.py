@@ -155,12 +155,15 @@ def test_a_junction_whose_limbs_overlap_is_not_split(surface):
     assert split_junctions_along_trunks(*alone, surface)[0] is alone[0]
 
 
-@pytest.mark.parametrize("ball", [1.05, 1.15])
-def test_a_junction_is_not_split_where_it_would_go_to_a_much_smaller_ball(surface, ball):
-    """The balls on the axis have the radius 1 of the trunk."""
+@pytest.mark.parametrize("radius", [1.05, 1.2])
+def test_a_junction_is_not_split_where_it_would_go_to_a_much_smaller_ball(radius):
+    """The trunk is thicker at the junction than where its limbs leave."""
+    ends = [[-1, 0, 3], [1, 0, -3]]
+    trunk = ([[-6, 0, 0], [-1, 0, 0], [0, 0, 0], [1, 0, 0], [6, 0, 0]], [THICK, THICK, radius, THICK, THICK])
+    surface = Surface(mesh_of_branches([trunk, *(([[end[0], 0, 0], end], THIN) for end in ends)]))
     skeleton, centers = junction_with((0, 1), surface)
-    wide = replace(skeleton, radii=np.full(len(skeleton.nodes), ball))
-    assert (split_junctions_along_trunks(wide, centers, surface)[0] is wide) == (ball > 1 / MIN_BALL_RATIO)
+    is_whole = split_junctions_along_trunks(skeleton, centers, surface)[0] is skeleton
+    assert is_whole == (radius > 1 / MIN_BALL_RATIO)
 
 
 def test_a_branch_without_a_line_stays_with_the_nearest_place(surface):

@@ -9,14 +9,17 @@ import pytest
 from helpers import path_in
 
 from lbskel import Mesh, skeletonize
+from lbskel.refinement.extrema import GeodesicExtrema
 from lbskel.refinement.uncovered_limbs import MIN_BULGE, _ball_distances, _bulging_patches, find_limbs
 from lbskel.shapes import capsule, make, sphere
 from lbskel.skeleton.editing import contract_nodes
 
 
 def uncovered(skeleton, mesh):
-    """The limbs where none is known."""
-    return find_limbs(skeleton, mesh, np.zeros(len(mesh.vertices), dtype=bool))
+    """The limbs where no end is known to be missed."""
+    n_vertices = len(mesh.vertices)
+    none = GeodesicExtrema(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), np.full(n_vertices, -1))
+    return find_limbs(skeleton, mesh, none)
 
 
 def drawn_out(ball, stretch):
@@ -144,14 +147,20 @@ def test_of_two_limbs_on_a_longer_limb_each_is_found():
         assert set(np.sign(x[limbs.limb_of_vertex == limb])) == {np.sign(x[end])}
 
 
-def test_a_limb_that_is_known_is_not_found_again():
+def test_a_limb_of_a_missed_end_is_the_first_and_is_not_found_again():
     ball = sphere(4)
-    z = ball.vertices[:, 2]
-    drawn = drawn_out(ball, np.where(z > 0.95, 4.0, np.where(z < -0.97, 3.0, 1.0)))
-    height = drawn.vertices[:, 2]
-    top = height > 0.99 * height.max()  # less than the patch that bulges
-    assert sorted(uncovered(at_center(drawn), drawn).ends) == sorted([height.argmax(), height.argmin()])
-    assert find_limbs(at_center(drawn), drawn, top).ends.tolist() == [height.argmin()]
+    drawn = drawn_out(ball, np.where(ball.vertices[:, 2] > 0.95, 4.0, np.where(ball.vertices[:, 2] < -0.97, 3.0, 1.0)))
+    top = drawn.vertices[:, 2] > 0.99 * drawn.vertices[:, 2].max()  # less than the patch that bulges
+    ends = np.array([drawn.vertices[:, 2].argmax(), 0])
+    known = GeodesicExtrema(ends, np.array([2.0, 1.0]), np.array([0.2, 0.1]), np.where(top, 0, -1))
+    limbs = find_limbs(at_center(drawn), drawn, known.take(np.array([True, False])))
+    assert limbs.ends.tolist() == [ends[0], drawn.vertices[:, 2].argmin()]
+    assert limbs.radii[0] == 0.2
+    assert np.array_equal(limbs.limb_of_vertex == 0, top)
+    none = known.take(np.zeros(2, dtype=bool))
+    assert len(none.vertices) == 0
+    assert (none.limb_of_vertex == -1).all()
+    assert len(find_limbs(at_center(drawn), drawn, none).ends) == 2
 
 
 @pytest.mark.parametrize("seed", range(4))
