@@ -56,11 +56,17 @@ def grow_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
     base_of_vertex = np.append(bases, -1)[surface.from_proxy(limbs.limb_of_vertex)]  # the last is for those of no limb
     node_of_vertex = np.where(base_of_vertex < 0, skeleton.node_of_vertex, base_of_vertex)
     grown = extend_ends(replace(skeleton, node_of_vertex=node_of_vertex), surface, bases, [[tip] for tip in tips])
-    number = np.array([end[-1] for end in grown.end_branches]) - len(skeleton.nodes)  # of the limb, as tips are added
-    at_missed = list(compress(grown.end_branches, (number >= 0) & (number < len(missed.vertices))))
-    if not at_missed:
-        return grown
-    return contract_branches(grown, list(compress(at_missed, is_corner(grown, surface, at_missed, MIN_BRANCH_RATIO))))
+    return _without_corners(grown, surface, len(skeleton.nodes) + np.arange(len(missed.vertices)))
+
+
+def _without_corners(skeleton: Skeleton, surface: Surface, tips: NDArray[np.int64]) -> Skeleton:
+    """Contract those of the branches to some tips that are in corners of flat parts."""
+    at_tips = {int(end[0]) for end in skeleton.end_branches if end[-1] in tips}
+    around = [end for end in skeleton.end_branches if int(end[0]) in at_tips]  # which may be in sight of each other
+    if not around:
+        return skeleton
+    corners = compress(around, is_corner(skeleton, surface, around, MIN_BRANCH_RATIO))
+    return contract_branches(skeleton, [end for end in corners if end[-1] in tips])
 
 
 def _nearest_nodes_beside(skeleton: Skeleton, limbs: Limbs, mesh: Mesh) -> NDArray[np.int64]:
