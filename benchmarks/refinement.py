@@ -101,11 +101,10 @@ def _not_judged(
     lines: BranchLines,
     inner: NDArray[np.int64],
     sines: NDArray[np.float64],
-    places: NDArray[np.float64],
     surface: Surface,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> NDArray[np.float64]:
     """Stand in for the judgement of pairs of junctions by trunks: it stays that without a trunk."""
-    return sines, places
+    return sines
 
 
 # For each pass, what stands in for its function.
@@ -137,8 +136,8 @@ PASSES: dict[str, dict[str, Any]] = {
     "relax paths": {"lbskel.refinement.containment.relax_inside": lambda paths, surface: paths},
     "fit tubes": {f"{PIPELINE_PASSES}.fit_tubes": _unchanged},
 }
-# Bounds in place of those of the code: on gaps of lines of sight in flat ends, on places of junctions and on trunks, on
-# symmetry, and in the relaxation of paths that left the solid
+# Bounds in place of those of the code: on gaps of lines of sight in flat ends, on places of junctions, on symmetry, and
+# in the relaxation of paths that left the solid
 BOUNDS: dict[str, dict[str, Any]] = {
     f"{name} {value}": {f"lbskel.refinement.{target}": value for target in targets.split()}
     for name, targets, values in (

@@ -101,5 +101,30 @@ _ROWS = (
         "bb199fa",
         "hard shapes in ten variants 280 -> 275 graphs of 280; creatures the same",
     ),
+    (
+        "pairs of junctions not judged by trunks, and merged up to 4.5 radii",
+        "f0c786f",
+        "99 random creatures: graphs right 81 -> 79; a human's pelvis is merged into its chest",
+    ),
+    (
+        "junctions merged by distance after recentering, not before, and no pairs judged by trunks",
+        "f0c786f",
+        "creatures: graphs right 81 -> 72 of 99",
+    ),
+    (
+        "the ratio of balls in place of the thickness of trunks",
+        "f0c786f",
+        "creatures: graphs right 81 -> 72 of 99",
+    ),
+    (
+        "all grown limbs pruned as flat ends",
+        "d961f8a",
+        "a cow misses an end, a human loses two toes",
+    ),
+    (
+        "limbs grown that reach 1.3 radii",
+        "f0c786f",
+        "tips of a tracing 0.79 -> 0.84; noise of 0.3 edges adds 10 tips to 25 meshes, not 8",
+    ),
 )
 TRIALS = [dict(zip(_COLUMNS, row, strict=True)) for row in _ROWS]

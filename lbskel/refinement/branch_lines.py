@@ -24,8 +24,9 @@ N_SECTIONS = 5
 MIN_SHARE = 0.0025
 
 # Upper bound on the sine of the angle between a line and the direction to a place that it points to, or another line
-# that it continues. "Merged up to a sine of" in refinement.md, and rows in robustness.md: with 0.3 the palm of a hand
-# has two junctions; by hand, from 0.44 on a coarse star of limbs has one for two, and prongs side by side have a trunk
+# that it continues. Rows of it, for junctions and for trunks, in benchmarks/results/robustness.md: 0.3 to 0.44 are
+# alike, with 0.2 palms of hands have two junctions, with 0.5 one creature more has a wrong graph; by hand, from 0.44 on
+# a coarse star of limbs has one junction for two
 MAX_SINE = 0.36
 
 EPSILON, TINY = float(np.finfo(np.float64).eps), float(np.finfo(np.float64).tiny)

@@ -32,8 +32,8 @@ from lbskel.skeleton.skeleton import Skeleton
 # benchmarks/results/robustness.md: with 2 palms of bent hands have two junctions, 3 to 6 are alike; "merge length"
 # in refinement.md: with 3 a tube has a wrong graph; by hand, the pelvis of a human is 4.6 from its chest
 MAX_MERGE_LENGTH = 4.0
-# The same, where a trunk passes through both. Rows in robustness.md: with 4 limbs that cross a thick bar at 40 degrees
-# meet in two junctions
+# The same, where a trunk passes through both. Rows in robustness.md: 6 and more are alike, with 4 the error of hard
+# shapes is larger by 3 %, as limbs that cross a thick bar at 40 degrees meet in two junctions
 MAX_TRUNK_LENGTH = 6.0
 # Growth of a junction's ball by length of its way out of that ball, below which the junction goes no farther to where
 # its branches seem to meet. It is 0 along a tube, and the sine of half the angle on the bisector of two equal tubes.

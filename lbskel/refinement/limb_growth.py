@@ -61,8 +61,8 @@ def grow_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
 
 def _without_corners(skeleton: Skeleton, surface: Surface, tips: NDArray[np.int64]) -> Skeleton:
     """Contract those of the branches to some tips that are in corners of flat parts."""
-    at_tips = {int(end[0]) for end in skeleton.end_branches if end[-1] in tips}
-    around = [end for end in skeleton.end_branches if int(end[0]) in at_tips]  # which may be in sight of each other
+    junctions = {int(end[0]) for end in skeleton.end_branches if end[-1] in tips}
+    around = [end for end in skeleton.end_branches if int(end[0]) in junctions]  # which may be in sight of each other
     if not around:
         return skeleton
     corners = compress(around, is_corner(skeleton, surface, around, MIN_BRANCH_RATIO))

@@ -1,5 +1,7 @@
 """The benchmark of refinement: a graph is judged by its tips, junctions and cycles, and each pass can be left out."""
 
+from inspect import Parameter, signature
+
 import numpy as np
 import pytest
 
@@ -35,6 +37,16 @@ def test_a_pass_is_left_out_only_inside_the_block(name):
     with replaced(name):
         assert all(_value(target) is not before[target] for target in before)
     assert {target: _value(target) for target in before} == before
+
+
+STAND_INS = [each for stand_ins in PASSES.values() for each in stand_ins.items() if callable(each[1])]
+
+
+@pytest.mark.parametrize(("target", "stand_in"), STAND_INS, ids=[target for target, _ in STAND_INS])
+def test_what_stands_in_for_a_pass_takes_its_arguments(target, stand_in):
+    parameters = signature(_value(target)).parameters.values()
+    named = {each.name: None for each in parameters if each.kind is Parameter.KEYWORD_ONLY}
+    signature(stand_in).bind(*[None] * (len(parameters) - len(named)), **named)
 
 
 @pytest.mark.parametrize("name", BOUNDS)
