@@ -22,7 +22,7 @@ from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import group_medians
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema
-from lbskel.refinement.flat_ends import first_part, ways_from_nodes
+from lbskel.refinement.flat_ends import first_parts, ways_from_nodes
 from lbskel.refinement.radii import mean_axis_distances
 from lbskel.refinement.tips import extend_tips
 from lbskel.skeleton.editing import contract_branches
@@ -90,6 +90,7 @@ def _blunt_ends(
 
 def _others_turn_back(skeleton: Skeleton, end: NDArray[np.int64], ways: list[NDArray[np.int64]], reach: float) -> bool:
     """Whether the ways from the junction of an end branch, but for this, leave at acute angles, over a reach."""
-    parts = [first_part(skeleton.nodes, way, reach) for way in ways if way[-1] != end[-1]]
+    others = [way for way in ways if way[-1] != end[-1]]
+    parts = first_parts(skeleton.nodes, others, np.full(len(others), reach))
     chords = np.array([skeleton.nodes[part[-1]] - skeleton.nodes[part[0]] for part in parts])
     return bool((chords @ chords.T > 0).all())

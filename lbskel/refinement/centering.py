@@ -10,7 +10,6 @@ from __future__ import annotations
 
 __all__ = ["fit_to_centerlines", "recenter", "second_differences"]
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -95,10 +94,11 @@ def _across_gaps(
 
     A gap whose line passes a tunnel on another side than its nodes keeps its positions.
     """
-    gaps = []
-    for branch in skeleton.branches:
-        around = np.flatnonzero(~is_gap[branch]).tolist()
-        gaps += [branch[first : last + 1] for first, last in itertools.pairwise(around) if last - first > 1]
+    along, begins = skeleton.flat_branches
+    held = np.flatnonzero(~is_gap[along])
+    branch = np.searchsorted(begins, held, "right")
+    first, last = np.stack([held[:-1], held[1:]])[:, (np.diff(held) > 1) & (np.diff(branch) == 0)]
+    gaps = [along[begin : end + 1] for begin, end in zip(first.tolist(), last.tolist(), strict=True)]
     olds, lines = [skeleton.nodes[gap] for gap in gaps], [positions[gap[[0, -1]]] for gap in gaps]
     straight = np.array(positions)
     for gap, (begin, end), passes in zip(gaps, lines, paths_that_pass(olds, lines, surface), strict=True):

@@ -14,7 +14,7 @@ The half width a >= b is that of the rectangle with the area A and the perimeter
 
 from __future__ import annotations
 
-__all__ = ["first_part", "is_corner", "prune_flat_ends", "ways_from_nodes"]
+__all__ = ["first_parts", "is_corner", "prune_flat_ends", "ways_from_nodes"]
 
 from dataclasses import replace
 
@@ -78,21 +78,20 @@ def is_corner(
     entry, inward, _ = surface.inner_offset(farthest)
     depths = local_radii(surface.mesh, deadline=surface.deadline)[farthest]
     peaks = moved_inside(entry + depths[:, None] * inward, surface)
-    row_of_tip = {int(end[-1]): row for row, end in enumerate(ends)}
     ways_from = ways_from_nodes(skeleton)
-    sights: list[tuple[int, NDArray[np.float64]]] = []
-    opposite = []
-    for row, (end, reach) in enumerate(zip(ends, reaches.tolist(), strict=True)):
-        ways = [first_part(nodes, way, reach) for way in ways_from[int(end[0])] if way[-1] != end[-1]]
-        facing = [
-            peaks[row_of_tip[tip]] if (tip := int(way[-1])) in row_of_tip else _at_reach(nodes, way, reach)
-            for way in ways
-        ]
-        sights += [(row, point) for point in facing]
-        offsets = np.array([nodes[way[-1]] - nodes[end[0]] for way in ways])
-        cosines = offsets @ (peaks[row] - nodes[end[0]]) / np.maximum(vector_lengths(offsets), 1e-300)
-        opposite.append(nodes[ways[int(cosines.argmin())]])
-    owner, points = np.array([row for row, _ in sights]), np.array([point for _, point in sights])
+    pairs = [(row, way) for row, end in enumerate(ends) for way in ways_from[int(end[0])] if way[-1] != end[-1]]
+    owner = np.array([row for row, _ in pairs])
+    ways = first_parts(nodes, [way for _, way in pairs], reaches[owner])
+    last = np.array([way[-1] for way in ways])
+    row_of_tip = np.full(len(nodes), -1)
+    row_of_tip[[end[-1] for end in ends]] = np.arange(len(ends))
+    is_facing_tip = (row_of_tip[last] >= 0)[:, None]
+    points = np.where(is_facing_tip, peaks[row_of_tip[last]], nodes[last])
+    starts = nodes[junctions[owner]]
+    offsets = nodes[last] - starts
+    cosines = np.einsum("ij,ij->i", offsets, peaks[owner] - starts) / np.maximum(vector_lengths(offsets), 1e-300)
+    most_opposite = np.lexsort((cosines, owner))[np.searchsorted(owner, np.arange(len(ends)))]
+    opposite = [nodes[ways[pair]] for pair in most_opposite.tolist()]
     is_hidden = ~_sees(peaks[owner], points, surface)
     sees = np.bincount(owner, is_hidden, len(ends)) == 0
     if not sees.any():
@@ -129,25 +128,24 @@ def ways_from_nodes(skeleton: Skeleton) -> dict[int, list[NDArray[np.int64]]]:
     return ways
 
 
-def first_part(nodes: NDArray[np.float64], way: NDArray[np.int64], reach: float) -> NDArray[np.int64]:
-    """Cut a path off after its first node that is at least a reach away from its start.
+def first_parts(
+    nodes: NDArray[np.float64], ways: list[NDArray[np.int64]], reaches: NDArray[np.float64]
+) -> list[NDArray[np.int64]]:
+    """Cut each path off after its first node that is at least a reach away from its start.
 
     Parameters
     ----------
     nodes : (k, 3) array of float
-    way : (m,) array of int
-    reach : float
+    ways : list of w arrays of int
+        At least one, of two nodes or more.
+    reaches : (w,) array of float
     """
-    beyond = np.flatnonzero(vector_lengths(nodes[way] - nodes[way[0]]) >= reach)
-    return way[: max(beyond[0], 1) + 1] if len(beyond) else way
-
-
-def _at_reach(nodes: NDArray[np.float64], way: NDArray[np.int64], reach: float) -> NDArray[np.float64]:
-    """(3,) point on the last edge of a path, about a reach from its start; the end of the path if that is nearer."""
-    before, last = nodes[way[-2:]]
-    near, far = vector_lengths(nodes[way[-2:]] - nodes[way[0]])
-    share = np.clip((reach - near) / max(far - near, 1e-300), 0, 1)
-    return np.asarray(before + share * (last - before))
+    along, begins = np.concatenate(ways), np.cumsum([0, *map(len, ways)])
+    way_of, firsts = np.repeat(np.arange(len(ways)), np.diff(begins)), begins[:-1]
+    is_beyond = vector_lengths(nodes[along] - nodes[along[firsts]][way_of]) >= reaches[way_of]
+    beyond = np.append(np.flatnonzero(is_beyond), len(along))
+    cuts = np.maximum(beyond[np.searchsorted(beyond, firsts)] - firsts, 1)
+    return [way[: cut + 1] for way, cut in zip(ways, cuts.tolist(), strict=True)]
 
 
 def _half_widths(ways: list[NDArray[np.float64]], surface: Surface) -> NDArray[np.float64]:
@@ -165,18 +163,13 @@ def _half_widths(ways: list[NDArray[np.float64]], surface: Surface) -> NDArray[n
 def _sees(points: NDArray[np.float64], others: NDArray[np.float64], surface: Surface) -> NDArray[np.bool_]:
     """(s,) whether each segment stays inside, or leaves the surface by at most MAX_GAP of its length."""
     shares = ((np.arange(N_SAMPLES) + 0.5) / N_SAMPLES)[:, None, None]
-    samples = ((1 - shares) * points + shares * others).reshape(-1, 3)
-    is_outside = ~surface.contains(samples).reshape(N_SAMPLES, -1)
-    limits = MAX_GAP * vector_lengths(others - points)
-    by_segment = samples.reshape(N_SAMPLES, -1, 3)
-    sees = np.asarray(~is_outside.any(axis=0))
-    # the outside sample nearest to the middle of each segment is tested first: it is usually too far out
-    rows = np.flatnonzero(~sees)
-    inward = np.argsort(np.abs(np.arange(N_SAMPLES) - (N_SAMPLES - 1) / 2), kind="stable")
-    middle = inward[is_outside[inward][:, rows].argmax(axis=0)]
-    rows = rows[surface.distance(by_segment[middle, rows]) <= limits[rows]]
-    gaps = np.zeros((N_SAMPLES, len(rows)))
-    left = is_outside[:, rows]
-    gaps[left] = surface.distance(by_segment[:, rows][left])
-    sees[rows] = gaps.max(axis=0, initial=0.0) <= limits[rows]
+    samples, limits = (1 - shares) * points + shares * others, MAX_GAP * vector_lengths(others - points)
+    sees = np.ones(len(points), dtype=bool)
+    middle = N_SAMPLES // 2
+    for tested in (samples[[middle]], np.delete(samples, middle, axis=0)):  # most that leave are outside in the middle
+        rows = np.flatnonzero(sees)
+        rest = tested[:, rows].reshape(-1, 3)
+        gaps, is_outside = np.zeros(len(rest)), ~surface.contains(rest)
+        gaps[is_outside] = surface.distance(rest[is_outside])
+        sees[rows] = gaps.reshape(len(tested), -1).max(axis=0) <= limits[rows]
     return sees

@@ -23,6 +23,9 @@ N_NEAREST = 4
 # Lower bound on radii, in medians over the branch: zero, where the only vertex of a node is on the axis, makes the
 # systems of a fit singular. Rows "smallest radius of" there
 MIN_RADIUS = 0.01
+# Radius, in medians, above which balls have a search tree of their own: a tree of lifted centers separates no balls
+# nearer than its largest radius. For speed: five neurons with somas take 0.24 s in one tree, 0.10 s with 3, 2 is slower
+LARGE_RADIUS = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,11 +92,23 @@ def nearest_balls_by_power(tubes: Tubes, points: NDArray[np.float64]) -> NDArray
     """
     used = np.unique(tubes.edges)
     P, r = tubes.positions[used], tubes.radii[used]
-    lifted = np.column_stack([P, np.sqrt(np.maximum(r.max() ** 2 - r**2, 0.0))])  # distances there are powers
-    n_nearest = min(N_NEAREST, len(P))
-    nearest = cKDTree(lifted).query(np.column_stack([points, np.zeros(len(points))]), k=n_nearest)[1]
-    balls: NDArray[np.int64] = used[nearest.reshape(len(points), n_nearest)]
+    is_large = r > LARGE_RADIUS * np.median(r)
+    found = [_least_powers(P, r, group, points) for group in map(np.flatnonzero, (~is_large, is_large)) if len(group)]
+    powers, numbers = (np.concatenate(each, axis=1) for each in zip(*found, strict=True))
+    order = np.argsort(powers, axis=1, kind="stable")[:, :N_NEAREST]
+    balls: NDArray[np.int64] = used[np.take_along_axis(numbers, order, axis=1)]
     return balls
+
+
+def _least_powers(
+    P: NDArray[np.float64], r: NDArray[np.float64], group: NDArray[np.int64], points: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """(n, k) powers of each point for the k of some balls where they are least, and (n, k) their numbers."""
+    largest = r[group].max()
+    lifted = np.column_stack([P[group], np.sqrt(largest**2 - r[group] ** 2)])  # squared distances are powers, shifted
+    ranks = np.arange(1, min(N_NEAREST, len(group)) + 1)
+    distances, rows = cKDTree(lifted).query(np.column_stack([points, np.zeros(len(points))]), k=ranks)
+    return distances**2 - largest**2, group[rows]
 
 
 def feet_on_tubes(tubes: Tubes, points: NDArray[np.float64], balls: NDArray[np.int64]) -> Feet:

@@ -9,7 +9,7 @@ from helpers import nearest_rows, slab
 
 from lbskel import ContractionSettings, Mesh, Skeleton, ground_truth_distances, skeletonize
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.flat_ends import prune_flat_ends
+from lbskel.refinement.flat_ends import _sees, first_parts, prune_flat_ends
 from lbskel.shapes import make, with_local_noise
 from lbskel.shapes.hard import HARD_SHAPES
 
@@ -42,6 +42,23 @@ def test_a_gap_separates_limbs(notch, n_tips):
     mesh = slab(8.0, 4.0, 0.4, notch)
     skeleton = forked(mesh, -3.0, 1.0, [(3.6, 1.6), (3.6, -1.6)])
     assert len(prune_flat_ends(skeleton, Surface(mesh), min_branch_ratio=2.0).tips) == n_tips
+
+
+@pytest.mark.parametrize(
+    ("begin", "end"),
+    [((2.18, 1.625, 0), (2.18, -1.375, 0)), ((3.5, 1.55, 0), (1, -1.9, 0)), ((1, -1.9, 0), (3.5, 1.55, 0))],
+)
+def test_a_line_of_sight_ends_at_a_gap_in_its_middle_or_elsewhere(begin, end):
+    """A wedge |y| < x - 2 is cut out. The first line is outside at one sample, next to its middle, the others aside."""
+    surface = Surface(slab(8.0, 4.0, 0.4, 2.0))
+    assert not _sees(np.array([begin], dtype=float), np.array([end], dtype=float), surface)[0]
+    assert _sees(np.array([begin], dtype=float), np.array([[-3.0, begin[1], 0]]), surface)[0]
+
+
+def test_a_path_ends_at_its_first_node_beyond_the_reach():
+    nodes, way = np.arange(6.0)[:, None] * [1, 0, 0], np.arange(6)
+    parts = first_parts(nodes, [way, way[::-1], way, way[2:]], np.array([2.5, 2.0, 0.0, 9.0]))
+    assert [part.tolist() for part in parts] == [[0, 1, 2, 3], [5, 4, 3], [0, 1], [2, 3, 4, 5]]
 
 
 def test_a_branch_to_the_side_of_a_flat_part_is_a_corner_too():

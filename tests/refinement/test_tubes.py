@@ -32,6 +32,17 @@ def test_the_nearest_cone_is_that_of_all_cones():
     assert foot + middle == pytest.approx(points, abs=1e-12)
 
 
+def test_the_balls_of_least_power_are_those_of_all_balls_large_and_small():
+    """A soma is 50 times as thick as its neurite: both are found, though a search tree of their own holds the large."""
+    random = np.random.default_rng(0)
+    centers, radii = random.uniform(-1, 1, (60, 3)), np.append(np.full(58, 0.01), [0.5, 0.3])
+    tubes = Tubes(np.array([np.arange(59), np.arange(1, 60)]).T, centers, radii)
+    points = random.uniform(-1, 1, (500, 3))
+    powers = ((points[:, None] - centers) ** 2).sum(axis=2) - radii**2
+    found = np.take_along_axis(powers, nearest_balls_by_power(tubes, points), axis=1)
+    assert found == pytest.approx(np.sort(powers, axis=1)[:, : found.shape[1]], abs=1e-12)
+
+
 def test_a_ball_inside_the_next_has_feet_on_the_other_and_overflows_nowhere():
     tubes = Tubes(np.array([[0, 1]]), np.array([[0.0, 0, 0], [0, 0, 1e-200]]), np.array([1.0, 0.5]))
     feet = feet_on_tubes(tubes, np.array([[2.0, 0, 0]]), np.array([[0]]))
