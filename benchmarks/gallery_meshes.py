@@ -1,9 +1,11 @@
 """Skeletons of real meshes from two sides, beside those of CGAL and PyGEL3D: pictures, and counts in a table.
 
 ``--meshes FOLDER`` gives the meshes; only pictures and numbers of them are kept. ``--peers`` adds the other tools.
-Radii are distances to the surface. An end is crooked if it turns near its tip: if the chord of its last piece, of
-END_SHARE of the mesh's diagonal, is at over CROOKED degrees to that of the piece of the same length before it. Curled
-fingers are crooked, too; ends shorter than both pieces do not count.
+Radii are distances to the surface. An end is crooked if it turns near its tip and its limb does not: if the chord of
+its last piece, of END_SHARE of the mesh's diagonal, is at over CROOKED degrees to that of the piece of the same length
+before it. It is curled if its limb turns by over CROOKED degrees, too, by the surface alone: between the centroids of
+three bands of geodesic distance from the vertex ahead of the tip, as far apart as the ends of the pieces, each within
+one piece of its centroid. Ends shorter than both pieces do not count.
 """
 
 from __future__ import annotations
@@ -16,10 +18,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import dijkstra
 
 import lbskel
 from benchmarks.harness import markdown_table, run_in_subprocess, save_json, save_markdown
 from benchmarks.peers import PEERS
+from lbskel.geometry.graphs import edge_length_graph
 from lbskel.geometry.normals import normalized
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import inside_fraction
@@ -64,22 +68,49 @@ def _row(tool: str, name: str, mesh: lbskel.Mesh) -> tuple[dict[str, Any], lbske
     surface = Surface(mesh)
     skeleton = lbskel.Skeleton(nodes, edges, surface.distance(nodes))
     counts = {"tips": len(skeleton.tips), "junctions": len(skeleton.junctions), "cycles": skeleton.cycle_rank}
-    turns = _turns_at_tips(skeleton, END_SHARE * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))))
-    counts |= {"ends": len(turns), "crooked": int((turns > CROOKED).sum())}
+    length = END_SHARE * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+    ends = _last_pieces(skeleton, length)
+    turning = [end for end in ends if _turn(end) > CROOKED]
+    n_curled = sum(_turn_of_limb(end, mesh, length) > CROOKED for end in turning)
+    counts |= {"ends": len(ends), "crooked": len(turning) - n_curled, "curled": n_curled}
     return {**row, **counts, "length inside": inside_fraction(skeleton, surface)}, skeleton
 
 
-def _turns_at_tips(skeleton: lbskel.Skeleton, length: float) -> NDArray[np.float64]:
-    """(e,) angle, in degrees, between the last two pieces of each end branch that is long enough for both."""
-    turns = []
+def _last_pieces(skeleton: lbskel.Skeleton, length: float) -> list[NDArray[np.float64]]:
+    """(3, 3) tip, end of the last piece and of the piece before, for each end branch that is long enough for both."""
+    ends = []
     for branch in skeleton.end_branches:
         path = skeleton.nodes[branch[::-1]]
         along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
         if along[-1] >= 2 * length:
-            points = np.stack([np.interp([0, length, 2 * length], along, x) for x in path.T], axis=1)
-            chords = normalized(np.diff(points, axis=0))
-            turns.append(np.degrees(np.arccos(np.clip(chords[0] @ chords[1], -1, 1))))
-    return np.array(turns)
+            ends.append(np.stack([np.interp([0, length, 2 * length], along, x) for x in path.T], axis=1))
+    return ends
+
+
+def _turn(points: NDArray[np.float64]) -> float:
+    """Angle, in degrees, between the chords of three points."""
+    first, second = normalized(np.diff(points, axis=0))
+    return float(np.degrees(np.arccos(np.clip(first @ second, -1, 1))))
+
+
+def _turn_of_limb(end: NDArray[np.float64], mesh: lbskel.Mesh, length: float) -> float:
+    """Turn of the surface around the last pieces of an end; 0 where its bands are no rings thinner than a piece."""
+    [direction] = normalized(end[:1] - end[1])
+    [ahead] = Surface(mesh).ray_distance(end[:1], direction[None])
+    if not np.isfinite(ahead):
+        return 0.0
+    vertex = Surface(mesh).vertex_tree.query(end[0] + ahead * direction)[1]
+    distances = dijkstra(edge_length_graph(mesh), indices=vertex, limit=ahead + 2.5 * length)
+    areas = np.bincount(mesh.faces.ravel(), np.repeat(mesh.face_areas, 3), len(mesh.vertices))
+    centroids = []
+    for k in range(3):
+        band = np.flatnonzero(np.abs(distances - ahead - k * length) < length / 4)
+        if not areas[band].any():
+            return 0.0
+        centroids.append(np.average(mesh.vertices[band], axis=0, weights=areas[band]))
+        if np.linalg.norm(mesh.vertices[band] - centroids[-1], axis=1).max() > length:
+            return 0.0
+    return _turn(np.array(centroids))
 
 
 def _from_two_sides(mesh: lbskel.Mesh, measured: list[tuple[dict[str, Any], lbskel.Skeleton | None]]) -> bytes:

@@ -8,6 +8,7 @@ from helpers import flat_tube, png_pixels
 
 import lbskel
 from benchmarks import gallery_meshes
+from lbskel.shapes import tube_mesh
 
 RESULTS = gallery_meshes.Path(gallery_meshes.__file__).parent / "results"
 
@@ -34,7 +35,32 @@ def test_an_end_turns_by_the_angle_between_its_last_two_pieces(angle):
     turn = np.radians(angle)
     nodes = [[0, 0, 0], [3, 0, 0], [3 + np.cos(turn), np.sin(turn), 0], [-5, 0, 0], [0, 1, 0], [0.5, 1, 0]]
     skeleton = lbskel.Skeleton(nodes, [[0, 1], [1, 2], [0, 3], [0, 4], [4, 5]], np.ones(6))
-    assert gallery_meshes._turns_at_tips(skeleton, 1.0) == pytest.approx([angle, 0], abs=1e-5)
+    turns = [gallery_meshes._turn(end) for end in gallery_meshes._last_pieces(skeleton, 1.0)]
+    assert turns == pytest.approx([angle, 0], abs=1e-5)
+
+
+@pytest.mark.parametrize("angle", [0, 50])
+def test_a_limb_turns_by_the_angle_of_its_tube_however_its_skeleton_ends(angle):
+    """Bands are shells around the end of a limb, so that their centroids are within a tenth of a piece of the axis."""
+    turn = np.radians(angle)
+    mesh, tip = _bent_tube(turn, 0.4), 4 * np.array([np.cos(turn), np.sin(turn), 0])
+    straight, crooked = np.array([tip, [0, 0, 0], [-4, 0, 0]]), np.array([tip, [0, 0, 0], [0, -4, 0]])
+    for end in (straight, crooked):
+        assert gallery_meshes._turn_of_limb(end, mesh, 4.0) == pytest.approx(angle, abs=10)
+
+
+def test_a_thick_limb_excuses_no_crooked_end():
+    """Bands on the cap of a limb that is as thick as a piece is long are no rings: their centroids tell no turn."""
+    end = np.array([[2.0, 3.46, 0], [0, 0, 0], [-4, 0, 0]])
+    assert gallery_meshes._turn_of_limb(end, _bent_tube(np.pi / 3, 3.0), 4.0) == 0
+
+
+def _bent_tube(turn, radius):
+    """A tube along x to the origin, and on for four units at an angle."""
+    along = 4.0 * np.linspace(0, 1, 9)[1:, None] * [np.cos(turn), np.sin(turn), 0]
+    nodes = np.concatenate([[[-8.0, 0, 0], [0, 0, 0]], along])
+    edges = np.stack([np.arange(9), np.arange(1, 10)], axis=1)
+    return tube_mesh(lbskel.Skeleton(nodes, edges, np.full(10, radius))).mesh
 
 
 def test_a_tool_that_fails_is_told(monkeypatch):
