@@ -148,8 +148,11 @@ def _is_continuous(skeleton: Skeleton, is_own: NDArray[np.bool_], radii: NDArray
     Where a branch enters another one at a junction, its section becomes that of the other, or of both, within one step.
     So in the half of a branch next to a junction, no section may be much larger than the largest before it there.
     """
-    is_continuous = np.array(is_own)
-    for branch in skeleton.branches:
+    is_continuous, (along, begins) = np.array(is_own), skeleton.flat_branches
+    number, r = np.repeat(np.arange(len(begins) - 1), np.diff(begins))[is_own[along]], radii[along[is_own[along]]]
+    is_step = np.maximum(r[1:], r[:-1]) > MAX_GROWTH * np.minimum(r[1:], r[:-1])  # no jump is smaller
+    for stepped in np.unique(number[1:][is_step & (number[1:] == number[:-1])]).tolist():
+        branch = skeleton.branches[stepped]
         own = branch[is_own[branch]]
         for path, end in ((own, branch[-1]), (own[::-1], branch[0])):
             half = path[len(path) // 2 :]

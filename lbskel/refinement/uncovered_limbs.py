@@ -90,9 +90,11 @@ def find_limbs(skeleton: Skeleton, mesh: Mesh, missed: GeodesicExtrema) -> Limbs
     ends, radii = missed.vertices.tolist(), missed.radii.tolist()
     for patches in _bulging_patches(mesh, ratios, LEVELS):
         for vertices, rim in zip(*patches, strict=True):
-            limbs = {*limb_of_vertex[vertices].tolist()} - {-1}
             end = int(vertices[distances[vertices].argmax()])
-            if len(limbs) > 1 or ratios[end] < MIN_BRANCH_RATIO:
+            if ratios[end] < MIN_BRANCH_RATIO:
+                continue
+            limbs = {*limb_of_vertex[vertices].tolist()} - {-1}
+            if len(limbs) > 1:
                 continue
             if not limbs:
                 limbs = {len(ends)}
