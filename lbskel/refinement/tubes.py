@@ -104,11 +104,11 @@ def _least_powers(
     P: NDArray[np.float64], r: NDArray[np.float64], group: NDArray[np.int64], points: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """(n, k) powers of each point for the k of some balls where they are least, and (n, k) their numbers."""
-    largest = r[group].max()
-    lifted = np.column_stack([P[group], np.sqrt(largest**2 - r[group] ** 2)])  # squared distances are powers, shifted
+    squares = r[group] ** 2
+    tree = cKDTree(np.column_stack([P[group], np.sqrt(squares.max() - squares)]))  # squared distances: shifted powers
     ranks = np.arange(1, min(N_NEAREST, len(group)) + 1)
-    distances, rows = cKDTree(lifted).query(np.column_stack([points, np.zeros(len(points))]), k=ranks)
-    return distances**2 - largest**2, group[rows]
+    distances, rows = tree.query(np.column_stack([points, np.zeros(len(points))]), k=ranks)
+    return distances**2 - squares.max(), group[rows]
 
 
 def feet_on_tubes(tubes: Tubes, points: NDArray[np.float64], balls: NDArray[np.int64]) -> Feet:

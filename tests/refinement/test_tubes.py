@@ -43,6 +43,14 @@ def test_the_balls_of_least_power_are_those_of_all_balls_large_and_small():
     assert found == pytest.approx(np.sort(powers, axis=1)[:, : found.shape[1]], abs=1e-12)
 
 
+def test_balls_of_one_radius_have_no_heights_whatever_the_radius():
+    """The square of a number is rounded differently in an array, for one radius in a thousand."""
+    centers = np.array([[0.0, 0, 0], [0, 0, 1]])
+    for radius in np.random.default_rng(0).uniform(0.001, 1, 4000):
+        tubes = Tubes(np.array([[0, 1]]), centers, np.full(2, radius))
+        assert nearest_balls_by_power(tubes, centers[1:]).tolist() == [[1, 0]]
+
+
 def test_a_ball_inside_the_next_has_feet_on_the_other_and_overflows_nowhere():
     tubes = Tubes(np.array([[0, 1]]), np.array([[0.0, 0, 0], [0, 0, 1e-200]]), np.array([1.0, 0.5]))
     feet = feet_on_tubes(tubes, np.array([[2.0, 0, 0]]), np.array([[0]]))
