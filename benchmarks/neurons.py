@@ -1,8 +1,10 @@
 """Skeletons of neurons: hemibrain meshes against their tracings, and tubes made of the tracings, with noise, remeshed.
 
 The five meshes and tracings are those that navis ships, in units of 8 nm; the tracings were made of voxels, by others.
-``--meshes FOLDER`` takes more tracings (SWC), such as Neuron.swc of NeuroM's repository: functional_tests of the source
-distribution of morph-tool 2.9.1 has it, too.
+``--meshes FOLDER`` takes more tracings (SWC), for lbskel alone: the committed ones are all of over 30 kB in the source
+distributions of bmtk 1.1.0, morphology-workflows 0.12.1 (examples/morphologies), pyneuroml 1.3.22 and tmd 2.4.3, and
+NeuroM's Neuron.swc, which morph-tool 2.9.1 has. Where such an axis turns back within its tube, the tube has a bump and
+the truth no tip.
 Cable counts as found within 400 nm, a tip within 800 nm. The tubes are of parts of the same tracings, so their truth is
 exact: a tip is found within two local radii.
 """
@@ -42,6 +44,7 @@ SPACING = 5.0  # of the samples along skeletons, in the same units
 MEANS = ("F", "recall", "precision", "to axis", "to axis, median", "tips found", "tip precision", "cpu seconds")
 
 PART_TIPS, QUICK_TIPS = 60, 4  # at most so many tips in a part of a tracing
+MAX_LENGTH = 3000.0  # of a part, in its radii: thinner neurites than those of navis take minutes to mesh
 # Swept: lower bounds on the bulge of a limb without a branch, where a hemisphere has 1
 BULGES = (0.55, 0.6, 0.62, 0.65, 0.7, 0.85)
 # Swept: faces that refinement of coarse meshes aims at, area of the cells in which ends are found
@@ -63,9 +66,10 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
     others = [(path.stem, remeshed(_tubes(lbskel.read_skeleton(path), PART_TIPS))) for path in meshes]
     tubes = [
         tube_row(name, tool, shape, ask(tool, shape.mesh))
-        for name, shape in (*((name, shape) for (name, _, _), shape in zip(neurons, shapes, strict=True)), *others)
+        for (name, _, _), shape in zip(neurons, shapes, strict=True)
         for tool in tools
     ]
+    tubes += [tube_row(name, tool, shape, ask(tool, shape.mesh)) for name, shape in others for tool in OURS]
     last = 1 if quick else None
     limbs = [limb_row(neurons, shapes, bulge) for bulge in BULGES[:last]]
     sizes = [setting_row(neurons, subdivision, "MAX_FACES", n_faces) for n_faces in FACES[:last]]
@@ -196,15 +200,17 @@ def _tubes(tracing: lbskel.Skeleton, n_tips: int) -> Shape:
 
 
 def part_of(tracing: lbskel.Skeleton, n_tips: int) -> lbskel.Skeleton:
-    """Cut out the subtree with the most tips that are no more than so many; the root is the thickest node."""
+    """Cut out the subtree with the most tips, up to so many and up to MAX_LENGTH; the root is the thickest node."""
     graph = weighted_graph(tracing.edges, np.ones(len(tracing.edges)), len(tracing.nodes))
     order, parents = depth_first_order(graph, int(np.argmax(tracing.radii)), directed=False)
-    tips = np.zeros(len(tracing.nodes), dtype=np.int64)
+    tips, lengths = np.zeros(len(tracing.nodes), dtype=np.int64), np.zeros(len(tracing.nodes))
     for node in order[::-1].tolist():
         tips[node] += tracing.degrees[node] == 1
-        if parents[node] >= 0:
-            tips[parents[node]] += tips[node]
-    allowed = np.where(tips <= n_tips, tips, -1)
+        if (parent := parents[node]) >= 0:
+            step = np.linalg.norm(tracing.nodes[node] - tracing.nodes[parent])
+            tips[parent] += tips[node]
+            lengths[parent] += lengths[node] + step / tracing.radii[[node, parent]].mean()
+    allowed = np.where((tips <= n_tips) & (lengths <= MAX_LENGTH), tips, -1)
     top = next(node for node in order.tolist() if allowed[node] == allowed.max())
     below = np.zeros(len(tracing.nodes), dtype=bool)
     for node in order.tolist():

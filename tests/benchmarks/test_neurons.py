@@ -58,6 +58,13 @@ def test_a_part_is_the_largest_subtree_of_so_many_tips(n_tips, nodes):
     assert len(part_of(fork(), n_tips).nodes) == nodes
 
 
+@pytest.mark.parametrize(("max_length", "nodes"), [(73, 7), (72, 6), (66, 4), (47, 1)])
+def test_a_part_is_no_longer_than_so_many_of_its_radii(monkeypatch, max_length, nodes):
+    """The ends of the fork are 15.8 radii from it each, which is 12.2 from the next node, the twig 6.7, the root 6."""
+    monkeypatch.setattr(neurons, "MAX_LENGTH", max_length)
+    assert len(part_of(fork(), 5).nodes) == nodes
+
+
 def test_tubes_are_rough_and_coarse_and_give_the_tracing_back():
     shape = tube_mesh(fork())
     coarse = remeshed(shape)
