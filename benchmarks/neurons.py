@@ -63,13 +63,15 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
         for tool in tools
     ]
     shapes = [remeshed(_tubes(tracing, QUICK_TIPS if quick else PART_TIPS)) for _, _, tracing in neurons]
-    others = [(path.stem, remeshed(_tubes(lbskel.read_skeleton(path), PART_TIPS))) for path in meshes]
     tubes = [
         tube_row(name, tool, shape, ask(tool, shape.mesh))
         for (name, _, _), shape in zip(neurons, shapes, strict=True)
         for tool in tools
     ]
-    tubes += [tube_row(name, tool, shape, ask(tool, shape.mesh)) for name, shape in others for tool in OURS]
+    others = []
+    for path in meshes:
+        shape = remeshed(_tubes(lbskel.read_skeleton(path), PART_TIPS))
+        others += [tube_row(path.stem, tool, shape, ask(tool, shape.mesh)) for tool in OURS]
     last = 1 if quick else None
     limbs = [limb_row(neurons, shapes, bulge) for bulge in BULGES[:last]]
     sizes = [setting_row(neurons, subdivision, "MAX_FACES", n_faces) for n_faces in FACES[:last]]
@@ -81,6 +83,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
             "summary": summary,
             "hemibrain": rows,
             "tubes": tubes,
+            "other tubes": others,
             "limbs": limbs,
             "refined to": sizes,
             "cells": cells,
@@ -95,6 +98,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
             "Hemibrain neurons, means": markdown_table(summary),
             "Each neuron": markdown_table(rows),
             "Tubes around parts of the tracings": markdown_table(tubes),
+            **({"Tubes around parts of other tracings": markdown_table(others)} if others else {}),
             "Bulge of limbs that are grown, means of the neurons and of the tubes": markdown_table(limbs),
             "Faces that the refinement of coarse meshes aims at, means": markdown_table(sizes),
             "Cells of a surface, area in squared local radii, means": markdown_table(cells),
