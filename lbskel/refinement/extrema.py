@@ -41,8 +41,8 @@ N_SOURCES = 40  # cells to which the mean distance is taken; a guess, benchmarks
 MIN_CELLS = 6  # of a limb whose length and area can be measured; a guess, benchmarks/results/constants.md
 MIN_ELONGATION = 2.8  # of a limb; a hemisphere has 2.5, a ball on a stalk half its radius long 2.9, and our shapes
 # without ends have up to 2.7; a guess between
-TIP_REACH = 3.0  # distance from the end of a limb within which a tip reaches it, in radii of the limb: up to 2.5 one
-# more end counts as missed, 4 is alike; rows "reach of a tip" in benchmarks/results/refinement.md
+TIP_REACH = 3.0  # distance from the end of a limb within which a tip reaches it, in radii of the limb: 2 to 4 are
+# alike, rows "reach of a tip" in benchmarks/results/refinement.md
 
 
 @dataclass(frozen=True, eq=False)

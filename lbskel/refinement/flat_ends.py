@@ -31,7 +31,7 @@ from lbskel.skeleton.pruning import farthest_vertices
 from lbskel.skeleton.skeleton import Skeleton
 
 # Distance by which a line of sight may leave the surface, in lengths of the line. Rows "gap of" in
-# benchmarks/results/refinement.md: from 0.08 on ears count as corners of a head; by hand, bent ribbons need 0.02
+# benchmarks/results/refinement.md: from 0.04 on ends are missed; by hand, bent ribbons need 0.02
 MAX_GAP = 0.02
 
 

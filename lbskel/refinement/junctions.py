@@ -29,8 +29,8 @@ from lbskel.skeleton.pruning import adjacent_junctions, closes_a_cycle, inner_br
 from lbskel.skeleton.skeleton import Skeleton
 
 # Upper bound on the branch between two junctions that are merged, in radii of the larger. Rows in
-# benchmarks/results/robustness.md: with 2 palms of bent hands have two junctions, 3 to 6 are alike; "merge length"
-# in refinement.md: with 3 a tube has a wrong graph; by hand, the pelvis of a human is 4.6 from its chest
+# benchmarks/results/robustness.md: with 2 palms of bent hands have two junctions, 3 to 6 are alike, as are 2 to
+# 6 in "merge length" in refinement.md; by hand, the pelvis of a human is 4.6 from its chest
 MAX_MERGE_LENGTH = 4.0
 # The same, where a trunk passes through both. Rows in robustness.md: 6 and more are alike, with 4 the error of hard
 # shapes is larger by 3 %, as limbs that cross a thick bar at 40 degrees meet in two junctions
