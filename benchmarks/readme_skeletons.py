@@ -33,9 +33,11 @@ the diagonal. On the neurons ([results](benchmarks/results/neurons.md)) the F-sc
 {cable_pygel}, skeletor's waves {cable_waves}), and {tips} of the tips are found ({tips_pygel}, {tips_waves}), in
 {times:.1f} times PyGEL3D's time. Of the tips of the tubes lbskel finds {tubes}, PyGEL3D {tubes_pygel} and
 skeletor's waves {tubes_waves}. The tubes are rough: their mean radii are {mean_radii} off, inscribed ones
-{inscribed}. On coils and trees ([results](benchmarks/results/vessels.md)) accuracy is at most {accuracy} and
-coverage {coverage} radii, with {found} tips for {true}. PyGEL3D's accuracy is at most {coil} on coils and {tree} on
-trees, and CGAL's coverage of the two longest coils {long:.0f} and {longest:.0f}.
+{inscribed}. On tubes around parts of {others} other public tracings, thinner and with fewer tips, lbskel finds
+{others_found} of {others_true} tips, and lengths are {others_length:.1f} % off on average. On coils and trees
+([results](benchmarks/results/vessels.md)) accuracy is at most {accuracy} and coverage {coverage} radii, with {found}
+tips for {true}. PyGEL3D's accuracy is at most {coil} on coils and {tree} on trees, and CGAL's coverage of the two
+longest coils {long:.0f} and {longest:.0f}.
 """
 CLOUDS = """
 Point clouds: `python -m benchmarks points --peers` measures 10,000 points of each of the thirteen shapes
@@ -87,7 +89,13 @@ def _thin(results: Path) -> Figures:
     tubes, vessels = read(results, "neurons", "tubes"), read(results, "vessels")
     own, pygel = of(vessels, tool=OURS), of(vessels, tool=PYGEL)
     tips = np.array([row["tips"].split("/") for row in own]).astype(int).sum(axis=0)
+    others = of(read(results, "neurons", "other tubes"), tool=OURS)
+    true = np.array([row["tips"].split("/")[1] for row in others]).astype(int)
     figures: dict[str, Any] = {
+        "others": len(others),
+        "others_found": round(float(np.array(values(others, "tips found")) @ true)),
+        "others_true": true.sum(),
+        "others_length": 100 * float(np.abs(values(others, "length error")).mean()),
         "thinnest": span(values(own, "thinnest / diagonal")),
         "times": means[OURS]["cpu seconds"] / means[PYGEL]["cpu seconds"],
         "accuracy": bound(values(own, "accuracy"), 3),
