@@ -30,9 +30,9 @@ LIMITS = """
 - Limbs of a cloud that are nearer to each other than twice the distance between its points may grow together, and
   noise joins more; a note tells the length, and the score does not see it. Limbs thinner than that distance have
   rough ends.
-- On tubes around tracings of neurons, skeletor's waves find {waves_tips:.3f} of the tips and lbskel {own_tips:.3f}, but
-  the waves have {extra:.0f} % more tips than there are; on neurons PyGEL3D is {pygel:.1f} times as fast, skeletor's
-  waves {waves:.0f} times ([neurons](benchmarks/results/neurons.md)).
+- On tubes around tracings of neurons, skeletor's waves find {waves_tips:.3f} of the tips, PyGEL3D {pygel_tips:.3f} and
+  lbskel {own_tips:.3f}, but the waves have {extra:.0f} % more tips than there are; on neurons PyGEL3D is {pygel:.1f}
+  times as fast, skeletor's waves {waves:.0f} times ([neurons](benchmarks/results/neurons.md)).
 - On meshes of up to {small:,} faces CGAL takes {cgal} of lbskel's time, which includes the score; it is faster on some
   larger ones too, if lbskel contracts them at full resolution ([speed](benchmarks/results/speed.md)).
 - On tubes made of regular rings of vertices, such as the coils, PyGEL3D's nodes are the centers of the rings: it is at
@@ -137,6 +137,7 @@ def _limits(results: Path) -> Figures:
     return {
         "own_tips": found[0],
         "waves_tips": found[1],
+        "pygel_tips": mean(of(tubes, tool=PYGEL), "tips found"),
         "extra": extra,
         "pygel": seconds[OURS] / seconds[PYGEL],
         "waves": seconds[OURS] / seconds[WAVES],

@@ -63,14 +63,10 @@ def is_corner(
 
     Parameters
     ----------
-    skeleton : Skeleton
-        With ``node_of_vertex``.
-    surface : Surface
-        Of the mesh that ``node_of_vertex`` belongs to.
+    skeleton, surface, min_branch_ratio
+        As for :func:`prune_flat_ends`.
     ends : list of (k,) arrays of int
         Some of the end branches, the junction first.
-    min_branch_ratio : float
-        As for :func:`prune_flat_ends`.
     """
     skeleton = replace(skeleton, nodes=moved_inside(skeleton.nodes, surface))
     nodes, junctions = skeleton.nodes, np.array([end[0] for end in ends])
