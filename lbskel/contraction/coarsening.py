@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from lbskel._kernels.edge_collapse import independent_collapses, short_edges
 from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.vertex_map import VertexMap
 
 MAX_ROUNDS = 6  # rounds of collapses between two steps; a guess: edges still short collapse after the next step
@@ -112,6 +113,6 @@ def _choose_collapses(
     # all of its neighbors
     hashed = edge_numbers * 2654435761 % 2**32
     rank = np.rint(lengths * 10**LENGTH_DIGITS).astype(np.int64) << 32 | hashed  # one integer, fast to sort
-    target, removed = edges[np.argsort(rank)].T.copy()
+    target, removed = edges[stable_order(rank)].T.copy()
     is_chosen = independent_collapses(F, len(V), target, removed, N_SELECTIONS)
     return removed[is_chosen], target[is_chosen]

@@ -128,12 +128,10 @@ def centeredness_errors(skeleton: Skeleton, surface: Surface) -> NDArray[np.floa
 
 def _on_surface(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Return the skeleton with inscribed radii in its own bodies, and with a map if it has none."""
-    skeleton = inscribed_radii(skeleton, surface)
     if len(skeleton.node_of_vertex) == 0:
-        skeleton = replace(skeleton, node_of_vertex=nearest_balls(skeleton, surface.mesh.vertices))
-    if surface.mesh.n_components > 1:
-        skeleton = own_radii(skeleton, surface.mesh)
-    return skeleton
+        balls = inscribed_radii(skeleton, surface)
+        skeleton = replace(skeleton, node_of_vertex=nearest_balls(balls, surface.mesh.vertices))
+    return own_radii(skeleton, surface.mesh) if surface.mesh.n_components > 1 else inscribed_radii(skeleton, surface)
 
 
 def require_scorable(skeleton: Skeleton, n_vertices: int) -> None:

@@ -133,15 +133,20 @@ def find_inner(meshes: Sequence[Mesh]) -> NDArray[np.bool_]:
     return is_inner
 
 
-def components(mesh: Mesh) -> list[Component]:
-    """Split a mesh into its connected components, in the order of ``mesh.component_of_vertex``.
+def components(mesh: Mesh) -> Sequence[Component]:
+    """Split a mesh into its connected components, in the order of ``mesh.component_of_vertex``; computed once per mesh.
 
     Parameters
     ----------
     mesh : Mesh
     """
     if mesh.n_components == 1 and len(mesh.used_vertices) == len(mesh.vertices):
-        return [Component(mesh, mesh.used_vertices)]
+        return (Component(mesh, mesh.used_vertices),)
+    found: Sequence[Component] = Surface(mesh).memoize("components", lambda: _split(mesh))
+    return found
+
+
+def _split(mesh: Mesh) -> tuple[Component, ...]:
     n = mesh.n_components
     label = np.minimum(mesh.component_of_vertex, n)  # vertices that no face uses have label n
     vertices, faces = stable_order(label), stable_order(label[mesh.faces[:, 0]])
@@ -149,7 +154,7 @@ def components(mesh: Mesh) -> list[Component]:
     face_ends = np.cumsum(np.bincount(label[mesh.faces[:, 0]]))
     number = np.empty(len(label), dtype=np.int64)
     number[vertices] = np.arange(len(label)) - np.append(0, ends)[label[vertices]]
-    return [
+    return tuple(
         Component(Mesh(mesh.vertices[part], number[mesh.faces[part_faces]]), part)
         for part, part_faces in zip(np.split(vertices, ends)[:n], np.split(faces, face_ends)[:n], strict=True)
-    ]
+    )

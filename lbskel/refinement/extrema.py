@@ -28,11 +28,12 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lbskel._kernels.connectivity import component_roots
+from lbskel.geometry.components import components
 from lbskel.geometry.deadline import NEVER, Deadline
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.surface_queries import Surface
-from lbskel.refinement.surface_cells import SurfaceCells, surface_cells
+from lbskel.refinement.surface_cells import N_CELLS, SurfaceCells, surface_cells
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
@@ -80,6 +81,8 @@ _Limb = tuple[NDArray[np.int64], float, float]  # the cells of a limb, its end f
 def find_extrema(mesh: Mesh, *, deadline: Deadline = NEVER) -> GeodesicExtrema:
     """Find the ends of the limbs of a mesh; computed once per mesh.
 
+    A component with as many vertices as a surface has cells at least is measured alone, as that of its body is.
+
     Parameters
     ----------
     mesh : Mesh
@@ -87,11 +90,36 @@ def find_extrema(mesh: Mesh, *, deadline: Deadline = NEVER) -> GeodesicExtrema:
     deadline : Deadline
         After it, OutOfTime is raised.
     """
-    found: GeodesicExtrema = Surface(mesh).memoize("find_extrema", lambda: _find_extrema(mesh, deadline))
+    find = _find_extrema if mesh.n_components == 1 else _find_on_components
+    found: GeodesicExtrema = Surface(mesh).memoize("find_extrema", lambda: find(mesh, deadline))
     return found
 
 
+def _find_on_components(mesh: Mesh, deadline: Deadline) -> GeodesicExtrema:
+    """Find the ends of each large component, and those of the others, which share their cells."""
+    large = [part for part in components(mesh) if len(part.vertices) >= N_CELLS]
+    is_small = np.ones(len(mesh.vertices), dtype=bool)
+    for part in large:
+        is_small[part.vertices] = False
+    found = [(part.vertices, find_extrema(part.mesh, deadline=deadline)) for part in large]
+    if len(faces := mesh.faces[is_small[mesh.faces[:, 0]]]):
+        others = Mesh(mesh.vertices, faces) if large else mesh
+        found.append((np.arange(len(mesh.vertices)), _find_extrema(others, deadline)))
+    limb_of_vertex, n_limbs = np.full(len(mesh.vertices), -1), 0
+    for vertices, own in found:
+        is_limb = own.limb_of_vertex >= 0
+        limb_of_vertex[vertices[is_limb]] = own.limb_of_vertex[is_limb] + n_limbs
+        n_limbs += len(own.vertices)
+    return GeodesicExtrema(
+        vertices=np.concatenate([vertices[own.vertices] for vertices, own in found]),
+        lengths=np.concatenate([own.lengths for _, own in found]),
+        radii=np.concatenate([own.radii for _, own in found]),
+        limb_of_vertex=limb_of_vertex,
+    )
+
+
 def _find_extrema(mesh: Mesh, deadline: Deadline) -> GeodesicExtrema:
+    """Find the ends of a surface whose components share its cells."""
     cells = surface_cells(mesh, deadline)
     deadline.check()
     k = len(cells.seeds)

@@ -33,8 +33,8 @@ def own_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     """Set radii to the distance of each node from the mesh component that the node's graph component represents.
 
     That is the mesh component to which most vertices of the graph component belong. So the surfaces of other
-    components, which may intersect it or lie inside it, do not count. A graph component without vertices keeps its
-    radii.
+    components, which may intersect it or lie inside it, do not count. For a graph component without vertices, all
+    surfaces do.
 
     Parameters
     ----------
@@ -48,12 +48,12 @@ def own_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:
     count = coo_array((np.ones(len(used), dtype=np.int64), votes), shape=(skeleton.n_components, mesh.n_components))
     most_votes = np.asarray(count.tocsr().argmax(axis=1)).ravel()  # a column in older versions of scipy
     body_of_graph = np.where(count.sum(axis=1) > 0, most_votes, -1)
-    body_of_node, radii = body_of_graph[graph_of_node], np.array(skeleton.radii)
-    for body, part in enumerate(components(mesh)):
+    body_of_node, radii = body_of_graph[graph_of_node], np.empty(len(skeleton.nodes))
+    for body, part in [(-1, mesh), *enumerate(part.mesh for part in components(mesh))]:
         is_own = body_of_node == body
         if is_own.any():
-            radii[is_own] = Surface(part.mesh).distance(skeleton.nodes[is_own])
-    return replace(skeleton, radii=radii)
+            radii[is_own] = Surface(part).distance(skeleton.nodes[is_own])
+    return replace(skeleton, radii=radii, radius_kind="inscribed")
 
 
 def mean_radii(skeleton: Skeleton, mesh: Mesh) -> Skeleton:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from lbskel.geometry.cross_sections import Sections, cross_sections
 from lbskel.geometry.normals import vector_lengths
+from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.surface_queries import Surface
 from lbskel.skeleton.editing import append_paths
 from lbskel.skeleton.skeleton import Skeleton
@@ -140,7 +141,7 @@ def extend_ends(
     positions = [np.array(path).reshape(-1, 3) for path in paths]
     radii = surface.distance(np.concatenate([np.empty((0, 3)), *positions]))
     node_of_vertex, first = np.array(skeleton.node_of_vertex), len(skeleton.nodes)
-    order = np.argsort(node_of_vertex, kind="stable")
+    order = stable_order(node_of_vertex)
     begin, stop = (np.searchsorted(node_of_vertex, ends, side, sorter=order) for side in ("left", "right"))
     for row, (end, new) in enumerate(zip(ends, positions, strict=True)):
         if len(new) == 0:

@@ -35,7 +35,7 @@ from lbskel._kernels.connectivity import component_roots
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
-from lbskel.geometry.sorting import stable_order
+from lbskel.geometry.sorting import stable_float_order, stable_order
 from lbskel.refinement.extrema import GeodesicExtrema
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
@@ -129,7 +129,7 @@ def _bulging_patches(mesh: Mesh, heights: NDArray[np.float64], levels: NDArray[n
     """Find the disks above each of the levels that bulge as much as limbs; heights are linear in each face."""
     (a, b, c), (i, j) = (heights[cells].T for cells in (mesh.faces, mesh.edges))
     tops_of_faces, tops_of_edges = np.maximum(np.maximum(a, b), c), np.maximum(i, j)
-    by_face, by_edge = (np.argsort(-tops, kind="stable") for tops in (tops_of_faces, tops_of_edges))
+    by_face, by_edge = (stable_float_order(tops, descending=True) for tops in (tops_of_faces, tops_of_edges))
     corners, edges = np.ascontiguousarray(mesh.faces[by_face].T), mesh.edges[by_edge]
     areas, is_boundary = mesh.face_areas[by_face], mesh.faces_per_edge[by_edge] == 1
     depths_of_faces, depths_of_edges = -tops_of_faces[by_face], -tops_of_edges[by_edge]

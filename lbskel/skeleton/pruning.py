@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from lbskel.errors import MeshError, UnknownChoice
 from lbskel.geometry.mesh import Mesh, as_mesh
 from lbskel.geometry.normals import vector_lengths
-from lbskel.geometry.sorting import group_medians
+from lbskel.geometry.sorting import group_medians, stable_float_order
 from lbskel.skeleton.editing import contract_branches, contract_nodes
 from lbskel.skeleton.skeleton import Skeleton
 
@@ -55,7 +55,7 @@ def farthest_vertices(
     first = np.array([branch[0] for branch in branches], dtype=np.int64)
     offsets = mesh.vertices[on_branch] - skeleton.nodes[first[branch_of_vertex[on_branch]]]
     distances = vector_lengths(offsets)
-    ascending = on_branch[np.argsort(distances, kind="stable")]
+    ascending = on_branch[stable_float_order(distances)]
     vertices, reaches = np.zeros(len(branches), dtype=np.int64), np.zeros(len(branches))
     vertices[branch_of_vertex[ascending]] = ascending  # the last assignment counts
     np.maximum.at(reaches, branch_of_vertex[on_branch], distances)

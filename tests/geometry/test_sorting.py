@@ -1,4 +1,4 @@
-"""Stable sorting of integers, compared with numpy."""
+"""Stable sorting of numbers, compared with numpy."""
 
 import numpy as np
 import pytest
@@ -8,6 +8,7 @@ from lbskel.geometry.sorting import (
     first_of_each,
     group_medians,
     is_among,
+    stable_float_order,
     stable_order,
     unique_inverse,
     unique_rows,
@@ -26,6 +27,13 @@ def test_orders_and_unique_numbers_are_those_of_numpy(n, largest):
     unique, which = np.unique(numbers, return_inverse=True)
     for ours, theirs in zip(unique_inverse(numbers), (unique, which), strict=True):
         assert np.array_equal(ours, theirs)
+
+
+def test_orders_of_floats_are_those_of_numpy():
+    values = np.concatenate([[0.0, -0.0, np.inf, 5e-324, 1e300, 0.0], np.random.default_rng(0).random(1000).round(2)])
+    assert np.array_equal(stable_float_order(values), np.argsort(values, kind="stable"))
+    assert np.array_equal(stable_float_order(values, descending=True), np.argsort(-values, kind="stable"))
+    assert np.array_equal(stable_float_order(values[::2]), np.argsort(values[::2], kind="stable"))
 
 
 @pytest.mark.parametrize("n", [0, 1, 200])

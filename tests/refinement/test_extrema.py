@@ -1,15 +1,18 @@
 """Geodesic extrema: the ends of limbs, and the ends that no tip reaches."""
 
+from unittest.mock import patch
+
 import igl
 import numpy as np
 import pytest
 from helpers import joined, moved, path_in
 
 from lbskel import Mesh, skeletonize
+from lbskel.geometry.components import components
 from lbskel.geometry.deadline import NEVER, Deadline, OutOfTime
 from lbskel.refinement import extrema
 from lbskel.refinement.extrema import GeodesicExtrema, _are_disks, find_extrema, is_missed
-from lbskel.refinement.surface_cells import surface_cells
+from lbskel.refinement.surface_cells import N_CELLS, surface_cells
 from lbskel.shapes import capsule, chain_of_tori, make, sphere, torus, tube
 
 
@@ -118,6 +121,32 @@ def test_limbs_of_every_component_are_found():
     ends = two.vertices[find_extrema(two).vertices]
     assert sorted(np.round(ends[:, 0])) == [0, 0, 3, 3]
     assert np.abs(ends[:, 2]) == pytest.approx(2.5, abs=0.15)
+
+
+def test_large_components_have_the_ends_that_they_have_alone_and_small_ones_share_their_cells():
+    """The two rods would share 2000 cells, of which each has as many alone."""
+    large, ring, small = capsule(4.0, 0.5, 48), torus(1.0, 0.3, 64, 40), capsule(2.0, 0.3, 8)
+    assert len(small.vertices) < N_CELLS <= len(ring.vertices) < len(large.vertices)
+    whole = joined(small, ring, moved(large, 9.0), moved(small, 6.0))
+    found, alone = find_extrema(whole), find_extrema(moved(large, 9.0))
+    first = len(small.vertices) + len(ring.vertices)
+    assert found.vertices[:2].tolist() == (alone.vertices + first).tolist()
+    assert found.lengths[:2].tolist() == alone.lengths.tolist()
+    assert found.radii[:2].tolist() == alone.radii.tolist()
+    assert sorted(np.round(whole.vertices[found.vertices[2:], 0])) == [0, 0, 6, 6]
+    stop = first + len(large.vertices)
+    assert found.limb_of_vertex[first:stop].tolist() == alone.limb_of_vertex.tolist()
+    assert found.limb_of_vertex[found.vertices].tolist() == [0, 1, 2, 3, 4, 5]
+    assert (found.limb_of_vertex[len(small.vertices) : first] == -1).all()
+
+
+def test_the_ends_of_a_component_are_found_once():
+    one, other = capsule(4.0, 0.5, 48), moved(capsule(4.0, 0.5, 48), 3.0)
+    parts = components(both := joined(one, other))
+    assert components(both) is parts
+    ends = [find_extrema(part.mesh) for part in parts]
+    with patch.object(extrema, "surface_cells", side_effect=AssertionError):
+        assert len(find_extrema(both).vertices) == sum(len(each.vertices) for each in ends) == 4
 
 
 def one_end(mesh, vertex, radius):
