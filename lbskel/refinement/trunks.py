@@ -5,7 +5,8 @@ ball of the junction is not much larger than they are. Of several such tubes the
 joins the other branches to it in any order, several at one place or far from where they leave. Each leaves where its
 line passes the axis of the trunk; a tube that crosses the trunk has one line. Limbs that are nearer to each other than
 the sum of their radii, or than the radius of the junction, share a junction, and others have one each. A palm, whose
-ball is larger than every limb, has no trunk.
+ball is larger than every limb, has no trunk. Where a limb as thick as the ball leaves at each of two junctions, these
+are on one tube that bends between them, and no palm.
 """
 
 from __future__ import annotations
@@ -136,7 +137,7 @@ def judge_pairs(
     -------
     sines : (i,) array of float
         Zero for a pair whose limbs overlap, or leave the trunk in another order than that of the junctions; infinite
-        for a pair that is right.
+        for a pair that is right, as on a tube that bends between its junctions.
     """
     sines = np.array(sines)
     nodes, begins = skeleton.flat_branches
@@ -149,12 +150,15 @@ def judge_pairs(
     for pair, ball in enumerate(skeleton.radii[ends].max(axis=1).tolist()):
         outer = lines.take(rows[begins[pair] : begins[pair + 1]])
         trunk = find_trunk(outer, ball, surface)
-        if trunk is None:
-            continue
-        is_at_first = outer.junctions == outer.junctions[trunk.ends[0]]
-        near, far = trunk.numbers[is_at_first[trunk.limbs]], trunk.numbers[~is_at_first[trunk.limbs]]
-        if not is_at_first[trunk.ends[1]] and len(near) and len(far):
-            sines[pair] = np.inf if near.max() < far.min() else 0.0
+        if trunk is not None:
+            is_at_first = outer.junctions == outer.junctions[trunk.ends[0]]
+            near, far = trunk.numbers[is_at_first[trunk.limbs]], trunk.numbers[~is_at_first[trunk.limbs]]
+            if not is_at_first[trunk.ends[1]] and len(near) and len(far):
+                sines[pair] = np.inf if near.max() < far.min() else 0.0
+                continue
+        with_thick_limb = outer.junctions[surface.distance(outer.starts) >= MIN_BALL_RATIO * ball]
+        if np.isin(ends[pair], with_thick_limb).all():
+            sines[pair] = np.inf
     return sines
 
 

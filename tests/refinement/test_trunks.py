@@ -213,6 +213,22 @@ def test_a_pair_without_a_trunk_is_judged_as_before(surface):
     assert judge_pairs(thick, lines, np.array([inner]), np.array([0.2]), surface).tolist() == [0.2]
 
 
+@pytest.mark.parametrize(("ball", "sine"), [(1.0, np.inf), (1.15, 0.2)])
+def test_a_pair_on_a_tube_that_bends_between_its_junctions_is_right(surface, ball, sine):
+    skeleton, centers = pair_with((0,), (1,), surface)
+    lines = branch_lines(skeleton, centers)
+    [inner] = [k for k, branch in enumerate(skeleton.branches) if set(branch[[0, -1]].tolist()) == {0, 1}]
+    directions, tilt = np.array(lines.directions), np.radians(40)
+    of_trunk = np.flatnonzero(np.abs(directions[:, 0]) > 0.9)
+    directions[of_trunk] = np.cos(tilt) * directions[of_trunk] + [0, 0, np.sin(tilt)]
+    bent = replace(lines, directions=directions)
+    assert find_trunk(bent, ball, surface) is None
+    around = replace(skeleton, radii=np.full(len(skeleton.nodes), ball))
+    assert judge_pairs(around, bent, np.array([inner]), np.array([0.2]), surface).tolist() == [sine]
+    single = bent.take(np.arange(len(directions)) != of_trunk[1])  # a tube that ends at the second junction
+    assert judge_pairs(around, single, np.array([inner]), np.array([0.2]), surface).tolist() == [0.2]
+
+
 @pytest.mark.parametrize("apart", [1.0, 1.6])
 def test_limbs_along_a_trunk_have_junctions_of_their_own(apart):
     """Four limbs of 0.45 trunk radii, neighbors on opposite sides of it, are farther apart than the radius."""
