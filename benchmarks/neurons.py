@@ -1,12 +1,13 @@
 """Skeletons of neurons: hemibrain meshes against their tracings, and tubes made of the tracings, with noise, remeshed.
 
 The five meshes and tracings are those that navis ships, in units of 8 nm; the tracings were made of voxels, by others.
+Cable counts as found within 400 nm, a tip within 800 nm. The tubes are of parts of the same tracings, so their truth is
+exact: a tip is found within two local radii. The voxels in these tubes, of half a median radius, are meshed as those of
+a segmented image volume are; tips thinner than a voxel are lost.
 ``--meshes FOLDER`` takes more tracings (SWC), for lbskel alone: the committed ones are all of over 30 kB in the source
 distributions of bmtk 1.1.0, morphology-workflows 0.12.1 (examples/morphologies), pyneuroml 1.3.22 and tmd 2.4.3, and
 NeuroM's Neuron.swc, which morph-tool 2.9.1 has. Where such an axis turns back within its tube, the tube has a bump and
 the truth no tip.
-Cable counts as found within 400 nm, a tip within 800 nm. The tubes are of parts of the same tracings, so their truth is
-exact: a tip is found within two local radii.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ import lbskel
 from benchmarks.harness import markdown_table, save_json, save_markdown
 from benchmarks.thin_tools import OURS, TOOLS, Answer, ask
 from benchmarks.vessels import tips_found
+from benchmarks.voxels import voxel_body
 from lbskel.geometry.graphs import weighted_graph
 from lbskel.geometry.surface_queries import Surface
 from lbskel.preprocess import simplify, subdivision
@@ -50,6 +52,7 @@ BULGES = (0.55, 0.6, 0.62, 0.65, 0.7, 0.85)
 # Swept: faces that refinement of coarse meshes aims at, area of the cells in which ends are found
 FACES = (20_000, 22_000, 23_000, 24_000, 26_000, 28_000, 32_000, 40_000, 80_000)
 CELL_AREAS = (4.0, 8.0, 12.0, 16.0, 24.0, 32.0, 64.0)
+VOXEL = 0.5  # in median radii
 EDGE_LENGTH, NOISE, KEPT = 0.6, 0.1, 0.5  # of tubes: edges in radii, noise in edges, share of faces after remeshing
 
 
@@ -68,6 +71,12 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
         for (name, _, _), shape in zip(neurons, shapes, strict=True)
         for tool in tools
     ]
+    bodies = [voxel_body(shape, VOXEL) for shape in shapes]
+    voxels = [
+        tube_row(name, tool, body, ask(tool, body.mesh))
+        for (name, _, _), body in zip(neurons, bodies, strict=True)
+        for tool in tools
+    ]
     others = []
     for path in meshes:
         shape = remeshed(_tubes(lbskel.read_skeleton(path), PART_TIPS))
@@ -83,6 +92,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
             "summary": summary,
             "hemibrain": rows,
             "tubes": tubes,
+            "voxels": voxels,
             "other tubes": others,
             "limbs": limbs,
             "refined to": sizes,
@@ -98,6 +108,7 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
             "Hemibrain neurons, means": markdown_table(summary),
             "Each neuron": markdown_table(rows),
             "Tubes around parts of the tracings": markdown_table(tubes),
+            "Voxels in the same tubes": markdown_table(voxels),
             **({"Tubes around parts of other tracings": markdown_table(others)} if others else {}),
             "Bulge of limbs that are grown, means of the neurons and of the tubes": markdown_table(limbs),
             "Faces that the refinement of coarse meshes aims at, means": markdown_table(sizes),

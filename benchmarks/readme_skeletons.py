@@ -33,7 +33,10 @@ the diagonal. On the neurons ([results](benchmarks/results/neurons.md)) the F-sc
 {cable_pygel}, skeletor's waves {cable_waves}), and {tips} of the tips are found ({tips_pygel}, {tips_waves}), in
 {times:.1f} times PyGEL3D's time. Of the tips of the tubes lbskel finds {tubes}, PyGEL3D {tubes_pygel} and
 skeletor's waves {tubes_waves}. The tubes are rough: their mean radii are {mean_radii} off, inscribed ones
-{inscribed}. On tubes around parts of {others} other public tracings, thinner and with fewer tips, lbskel finds
+{inscribed}. On meshes of the voxels in these tubes, of half a median radius, as a segmented image volume has them, lbskel
+finds {voxel_tips} of the tips, its accuracy is {voxel_accuracy} radii, lengths are {voxel_length} % and sections
+{voxel_sections} % off (PyGEL3D: {voxel_tips_pygel}, {voxel_accuracy_pygel}, {voxel_length_pygel} %,
+{voxel_sections_pygel} %, in {voxel_times:.0f} times the processor time). On tubes around parts of {others} other public tracings, thinner and with fewer tips, lbskel finds
 {others_found} of {others_true} tips, and lengths are {others_length:.1f} % off on average. On coils and trees
 ([results](benchmarks/results/vessels.md)) accuracy is at most {accuracy} and coverage {coverage} radii, with {found}
 tips for {true}. PyGEL3D's accuracy is at most {coil} on coils and {tree} on trees, and CGAL's coverage of the two
@@ -86,7 +89,8 @@ def _resolution(results: Path) -> Figures:
 
 def _thin(results: Path) -> Figures:
     means = {row["tool"]: row for row in read(results, "neurons", "summary")}
-    tubes, vessels = read(results, "neurons", "tubes"), read(results, "vessels")
+    tubes, voxels = read(results, "neurons", "tubes"), read(results, "neurons", "voxels")
+    vessels = read(results, "vessels")
     own, pygel = of(vessels, tool=OURS), of(vessels, tool=PYGEL)
     tips = np.array([row["tips"].split("/") for row in own]).astype(int).sum(axis=0)
     others = of(read(results, "neurons", "other tubes"), tool=OURS)
@@ -109,6 +113,14 @@ def _thin(results: Path) -> Figures:
         figures[f"cable{end}"] = f"{means[tool]['F']:.2f}"
         figures[f"tips{end}"] = f"{means[tool]['tips found']:.2f}"
         figures[f"tubes{end}"] = f"{mean(of(tubes, tool=tool), 'tips found'):.2f}"
+        own_voxels = of(voxels, tool=tool)
+        figures[f"voxel_tips{end}"] = f"{mean(own_voxels, 'tips found'):.2f}"
+        figures[f"voxel_accuracy{end}"] = f"{mean(own_voxels, 'accuracy'):.2f}"
+        figures[f"voxel_length{end}"] = f"{100 * float(np.abs(values(own_voxels, 'length error')).mean()):.0f}"
+        sections = np.array([row["sections"].split("/") for row in own_voxels]).astype(int)
+        figures[f"voxel_sections{end}"] = f"{100 * float(np.abs(sections[:, 0] / sections[:, 1] - 1).mean()):.0f}"
+    seconds = [mean(of(voxels, tool=tool), "cpu seconds") for tool in (PYGEL, OURS)]
+    figures["voxel_times"] = seconds[0] / seconds[1]
     for what in ("coil", "tree"):
         figures[what] = bound([row["accuracy"] for row in pygel if row["shape"].startswith(what)], 4)
     coils = [row["coverage"] for row in of(vessels, tool="CGAL") if row["shape"].startswith("coil")]

@@ -106,7 +106,9 @@ def test_the_benchmark_writes_its_tables(tmp_path, monkeypatch):
     assert [row["tool"] for row in document["summary"]] == list(thin_tools.TOOLS)
     assert {row["F"] for row in document["summary"]} == {1.0}
     assert [row["neuron"] for row in document["tubes"]] == ["x"] * len(thin_tools.TOOLS)
+    assert [row["neuron"] for row in document["voxels"]] == ["x"] * len(thin_tools.TOOLS)
     assert [row["neuron"] for row in document["other tubes"]] == ["other"]
     headings = (tmp_path / "neurons.md").read_text()
     assert "## Tubes around parts of the tracings" in headings
+    assert "## Voxels in the same tubes" in headings
     assert "## Tubes around parts of other tracings" in headings
