@@ -27,20 +27,20 @@ the axis on average, and full resolution {full:.4f}; on no shape is it worse by 
 ([resolution](benchmarks/results/resolution.md)).
 """
 THIN = """
-Thin and long shapes: `python -m benchmarks neurons vessels --peers` measures hemibrain neurons against their
-tracings, tubes around parts of the tracings, and coils and trees of vessels whose thinnest radius is {thinnest} of
-the diagonal. On the neurons ([results](benchmarks/results/neurons.md)) the F-score of the cable is {cable} (PyGEL3D
-{cable_pygel}, skeletor's waves {cable_waves}), and {tips} of the tips are found ({tips_pygel}, {tips_waves}), in
-{times:.1f} times PyGEL3D's time. Of the tips of the tubes lbskel finds {tubes}, PyGEL3D {tubes_pygel} and
-skeletor's waves {tubes_waves}. The tubes are rough: their mean radii are {mean_radii} off, inscribed ones
-{inscribed}. On meshes of the voxels in these tubes, of half a median radius, as a segmented image volume has them, lbskel
-finds {voxel_tips} of the tips, its accuracy is {voxel_accuracy} radii, lengths are {voxel_length} % and sections
-{voxel_sections} % off (PyGEL3D: {voxel_tips_pygel}, {voxel_accuracy_pygel}, {voxel_length_pygel} %,
-{voxel_sections_pygel} %, in {voxel_times:.0f} times the processor time). On tubes around parts of {others} other public tracings, thinner and with fewer tips, lbskel finds
-{others_found} of {others_true} tips, and lengths are {others_length:.1f} % off on average. On coils and trees
-([results](benchmarks/results/vessels.md)) accuracy is at most {accuracy} and coverage {coverage} radii, with {found}
-tips for {true}. PyGEL3D's accuracy is at most {coil} on coils and {tree} on trees, and CGAL's coverage of the two
-longest coils {long:.0f} and {longest:.0f}.
+Thin and long shapes: `python -m benchmarks neurons vessels --peers` measures hemibrain neurons against their tracings,
+tubes around parts of the tracings, and coils and trees of vessels whose thinnest radius is {thinnest} of the diagonal.
+On the neurons ([results](benchmarks/results/neurons.md)) the F-score of the cable is {cable} (PyGEL3D {cable_pygel},
+skeletor's waves {cable_waves}), and {tips} of the tips are found ({tips_pygel}, {tips_waves}), in {times:.1f} times
+PyGEL3D's time. Of the tips of the tubes lbskel finds {tubes}, PyGEL3D {tubes_pygel} and skeletor's waves
+{tubes_waves}. The tubes are rough: their mean radii are {mean_radii} off, inscribed ones {inscribed}. On meshes of the
+voxels in these tubes, of half a median radius, as a segmented image volume has them, lbskel finds {voxel_tips} of the
+tips, its accuracy is {voxel_accuracy} radii, lengths are {voxel_length} % and sections {voxel_sections} % off
+(PyGEL3D: {voxel_tips_pygel}, {voxel_accuracy_pygel}, {voxel_length_pygel} %, {voxel_sections_pygel} %, in
+{voxel_times:.0f} times the processor time). On tubes around parts of {others} other public tracings, thinner and with
+fewer tips, lbskel finds {others_found} of {others_true} tips, and lengths are {others_length:.1f} % off on average. On
+coils and trees ([results](benchmarks/results/vessels.md)) accuracy is at most {accuracy} and coverage {coverage}
+radii, with {found} tips for {true}. PyGEL3D's accuracy is at most {coil} on coils and {tree} on trees, and CGAL's
+coverage of the two longest coils {long:.0f} and {longest:.0f}.
 """
 CLOUDS = """
 Point clouds: `python -m benchmarks points --peers` measures 10,000 points of each of the thirteen shapes
