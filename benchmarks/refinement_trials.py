@@ -183,5 +183,10 @@ _ROWS = (
         "21522b6",
         "creatures 80 -> 77 of 99; sections of five neurons' voxels 470 -> 474 of 510",
     ),
+    (
+        "and where their own lines meet at places farther apart than their limbs overlap",
+        "2db4c71",
+        "creatures 81 -> 79 of 99; sections of five neurons' voxels 476 -> 481 of 510",
+    ),
 )
 TRIALS = [dict(zip(_COLUMNS, row, strict=True)) for row in _ROWS]
