@@ -34,7 +34,8 @@ MAX_REDUCTION = 2
 def face_budget(mesh: Mesh, *, deadline: Deadline = NEVER) -> int:
     """Compute the largest number of faces with which a mesh is contracted.
 
-    It is MAX_FACES, or the number with which edges have half the local radius, if that is larger.
+    It is MAX_FACES, or the number with which edges have half the local radius, if that is larger, to two digits: rays
+    along the edges of a mesh of voxels may hit one face or another, so that its local radii depend on rounding errors.
 
     Parameters
     ----------
@@ -47,7 +48,8 @@ def face_budget(mesh: Mesh, *, deadline: Deadline = NEVER) -> int:
     has_area = mesh.face_areas > 0
     radii = local_radii(mesh, deadline=deadline)[mesh.faces[has_area]].mean(axis=1)
     needed = FACES_PER_SQUARED_RADIUS * float((mesh.face_areas[has_area] / radii**2).sum())
-    return int(np.clip(needed, MAX_FACES, max(MAX_SLENDER_FACES, len(mesh.faces) // MAX_REDUCTION)))
+    rounded = float(f"{needed:.1e}")
+    return int(np.clip(rounded, MAX_FACES, max(MAX_SLENDER_FACES, len(mesh.faces) // MAX_REDUCTION)))
 
 
 def simplify_to_proxy(mesh: Mesh, *, deadline: Deadline = NEVER) -> PreprocessResult:

@@ -41,6 +41,11 @@ AGGRESSIVENESS = (4.0, 2.0)
 
 TARGET_TOLERANCE = 1.1  # faces that still meet the target, relative to it; a guess
 
+# Coordinates are rounded to multiples of this share of half the diameter bound, far above their rounding errors, which
+# decide between equal collapses else, and those of a mesh of voxels are nearly all equal. By hand, four such meshes in
+# four units and places: with 2^-30 each has one graph, with 2^-34 one of them two, with 2^-40 four of them
+ROUNDING = 2.0**-30
+
 # Number of faces of the next attempt, relative to the last, while the error bound is met. A guess.
 REDUCTION = 0.7
 
@@ -129,12 +134,12 @@ def fewest_faces(genus: int) -> int:
 
 def _candidates(mesh: Mesh, target: int) -> Iterator[PreprocessResult]:
     """Generate simplified meshes, each made only when it is asked for."""
-    # fast-simplification has single precision and thresholds without a unit: the smaller a mesh is, the more edges it
-    # collapses at once. By hand, errors of the 28 hard shapes with a half, a third and a quarter of the bound for unit:
+    # fast-simplification has thresholds without a unit: the smaller a mesh is, the more edges it collapses at once. By
+    # hand, errors of the 28 hard shapes with a half, a third and a quarter of the bound for unit:
     # 0.0078, 0.0081, 0.0091. The bound does not change when the mesh is rotated, as the bounding box does
     center, length = mesh.centroid, mesh.diameter_bound / 2 or 1.0
     unit = (mesh.vertices - center) / length
-    near = np.clip(unit, -1.0, 1.0)  # a vertex without a face may lie anywhere
+    near = np.rint(np.clip(unit, -1.0, 1.0) / ROUNDING) * ROUNDING  # a vertex without a face may lie anywhere
 
     def in_caller_units(V: NDArray[np.float64], F: NDArray[np.int64]) -> Mesh:
         return Mesh(length * V + center, F, mesh.notes)
