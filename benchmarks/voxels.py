@@ -1,14 +1,28 @@
-"""Bodies of voxels, as the segmentation of an image volume has them, around the axes of a shape."""
+"""Bodies of voxels, as the segmentation of an image volume has them: whether they have one skeleton in any unit.
+
+The edges of such a mesh are alike, so that rounding errors may choose among them when it is simplified. Trees of
+vessels as voxels are measured in four units and places, with other values of ``ROUNDING``.
+"""
 
 from __future__ import annotations
 
-__all__ = ["voxel_body"]
+__all__ = ["run", "voxel_body"]
+
+from pathlib import Path
+from typing import Any
+from unittest import mock
 
 import numpy as np
 
 import lbskel
-from lbskel.shapes import Shape, solid_of
+from benchmarks.harness import markdown_table, save_json, save_markdown
+from lbskel.preprocess import simplification
+from lbskel.shapes import Shape, solid_of, vessel_tree
 from lbskel.shapes.isosurface import GRID_OFFSET, marching_cubes
+
+EXPONENTS = (-60, -40, -34, -30, -24)  # swept: of two, in ROUNDING; the first rounds nothing
+N_TREES, N_FORKS, SIZE = 4, 12, 0.4  # trees with so many forks, and the size of voxels in median radii
+PLACES = ((1.0, 0.0), (1.7, 0.0), (1 / 3.3, 0.0), (1.0, 100.1))  # scales and offsets
 
 BLEND = 1e-3  # of the tubes where they meet, in their radii: nearly none
 
@@ -36,3 +50,32 @@ def voxel_body(shape: Shape, size: float) -> Shape:
     middles = np.rint(places)
     middles[rows, between] = np.floor(places[rows, between]) + 0.5
     return Shape(mesh.with_vertices(origin + step * middles), truth, shape.name)
+
+
+def run(quick: bool, results: Path) -> None:
+    """Measure, and write voxels.json and voxels.md."""
+    trees = [voxel_body(vessel_tree(3 if quick else N_FORKS, seed=seed), SIZE) for seed in range(N_TREES)]
+    rows = [_row(trees[: 1 if quick else None], exponent) for exponent in EXPONENTS]
+    save_json(results / "voxels.json", {"rounding": rows})
+    save_markdown(results / "voxels.md", "Voxels", {"Rounding of coordinates, in four places": markdown_table(rows)})
+
+
+def _row(bodies: list[Shape], exponent: int) -> dict[str, Any]:
+    """Count the proxies and graphs that bodies have in all places, with coordinates rounded to a power of two."""
+    proxies, graphs, accuracies = [], [], []
+    with mock.patch.object(simplification, "ROUNDING", 2.0**exponent):
+        for body in bodies:
+            placed = [lbskel.Mesh(scale * body.mesh.vertices + at, body.mesh.faces) for scale, at in PLACES]
+            prepared = [lbskel.prepare(mesh) for mesh in placed]
+            proxies.append(len({each.bodies[0].proxy.mesh.faces.tobytes() for each in prepared}))
+            skeletons = [lbskel.skeletonize(mesh) for mesh in placed]
+            graphs.append(len({(len(each.nodes), each.edges.tobytes()) for each in skeletons}))
+            accuracies.append(lbskel.ground_truth_distances(skeletons[0], body.truth).accuracy)
+    return {
+        "ROUNDING": f"2^{exponent}",
+        "bodies": len(bodies),
+        "faces": int(np.mean([len(body.mesh.faces) for body in bodies])),
+        "proxies": sum(proxies),
+        "graphs": sum(graphs),
+        "accuracy": float(np.mean(accuracies)),
+    }

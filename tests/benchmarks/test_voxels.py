@@ -1,8 +1,11 @@
 """Bodies of voxels: which voxels they consist of, and where their surface lies."""
 
+import json
+
 import numpy as np
 import pytest
 
+from benchmarks import voxels
 from benchmarks.voxels import voxel_body
 from lbskel import Mesh, Skeleton, prepare
 from lbskel.preprocess.proxy import MAX_FACES, face_budget
@@ -37,3 +40,12 @@ def test_a_mesh_of_voxels_has_the_same_proxy_in_any_unit_and_place(scale, offset
     assert len(one.faces) < len(mesh.faces)
     assert np.array_equal(one.faces, other.faces)
     assert other.vertices == pytest.approx(one.vertices, abs=1e-12)
+
+
+def test_the_benchmark_counts_proxies_and_graphs_in_all_places(tmp_path, monkeypatch):
+    monkeypatch.setattr(voxels, "EXPONENTS", (-30,))
+    voxels.run(True, tmp_path)
+    [row] = json.loads((tmp_path / "voxels.json").read_text())["rounding"]
+    assert (row["ROUNDING"], row["bodies"], row["proxies"], row["graphs"]) == ("2^-30", 1, 1, 1)
+    assert 0 < row["accuracy"] < 0.2
+    assert "## Rounding of coordinates, in four places" in (tmp_path / "voxels.md").read_text()
