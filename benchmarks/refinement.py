@@ -37,6 +37,7 @@ from lbskel.refinement.branch_lines import BranchLines, branch_lines
 from lbskel.refinement.centerlines import SectionCenters
 from lbskel.refinement.extrema import GeodesicExtrema
 from lbskel.refinement.mirror_symmetry import find_symmetries
+from lbskel.refinement.uncovered_limbs import Limbs
 from lbskel.shapes import SHAPES, Shape, creature, make, with_local_noise
 from lbskel.shapes.hard import HARD_SHAPES
 from lbskel.skeleton.edge_distances import nearest_on_edges
@@ -89,6 +90,11 @@ def _none_missed(extrema: GeodesicExtrema, *_: Any) -> NDArray[np.bool_]:
     return np.zeros(len(extrema.vertices), dtype=bool)
 
 
+def _without_centerlines(mesh: lbskel.Mesh, limbs: Limbs) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Stand in for the centerlines of limbs: there are none, so that branches lead straight to the caps."""
+    return [(np.empty((0, 3)), np.empty(0)) for _ in limbs.ends]
+
+
 def _not_split(
     skeleton: lbskel.Skeleton, centers: SectionCenters, surface: Surface
 ) -> tuple[lbskel.Skeleton, SectionCenters]:
@@ -130,6 +136,7 @@ PASSES: dict[str, dict[str, Any]] = {
     "grow limbs": {f"{PIPELINE_PASSES}.grow_limbs": _unchanged},
     "limbs at missed ends": {"lbskel.refinement.limb_growth.is_missed": _none_missed},
     "limbs out of the balls": {"lbskel.refinement.uncovered_limbs.MIN_BULGE": 1e9},
+    "centerlines of limbs": {"lbskel.refinement.limb_growth.trace_limbs": _without_centerlines},
     "prune blunt ends": {f"{PIPELINE_PASSES}.prune_blunt_ends": _unchanged},
     "make mirror symmetric": {f"{PIPELINE_PASSES}.make_mirror_symmetric": _unchanged},
     "reroute inside": {f"{PIPELINE_PASSES}._rerouted_inside": _unchanged},
@@ -152,6 +159,8 @@ BOUNDS: dict[str, dict[str, Any]] = {
         ("ball ratio of", "junctions.MIN_BALL_RATIO trunks.MIN_BALL_RATIO tube_fit.MIN_BALL_RATIO", (0.0, 0.8, 0.95)),
         ("deviations of", "mirror_symmetry.TYPICAL_DEVIATION", (0.05, 0.2)),
         ("bulge of", "uncovered_limbs.MIN_BULGE", (0.55, 0.7, 0.85)),
+        ("growth of rings", "limb_centerlines.MAX_GROWTH", (0.3, 0.7)),
+        ("distance of rings", "limb_centerlines.SPACING", (0.25, 1.0)),
         ("shortest step of", "tips.MIN_STEP", (0.02, 0.125)),
         ("reach of a tip", "extrema.TIP_REACH", (2.0, 2.5, 4.0)),
         ("on the plane below", "mirror_symmetry.ON_PLANE", (0.25, 1.0)),

@@ -4,9 +4,10 @@ A limb that is short, or thin relative to the contracted faces, may be pulled in
 Its end is an extremum of the geodesic distance to which no tip is near (:mod:`lbskel.refinement.extrema`): so the short
 ends of thick bodies are found, and now and then a corner of a plate, which is pruned as a flat end. Or the limb stands
 out of the skeleton's balls (:mod:`lbskel.refinement.uncovered_limbs`): so limbs too short for the extrema are found.
-The branch leads straight to the center of the limb's cap, from the node nearest to the limb's end, among those of the
-limb's vertices and of the vertices beside it. Later passes reroute a branch where it is outside a closed surface, and
-fit it to the limb.
+The branch follows the limb's centerline (:mod:`lbskel.refinement.limb_centerlines`) to the center of its cap. It begins
+at a node of the limb's vertices or of the vertices beside it: at the one that is farthest along the centerline, within
+the radius of a ring of its center, or at the one nearest to the centerline's beginning. A limb with such a node in its
+cap gets no branch. Later passes reroute a branch where it is outside a closed surface, and fit it to the limb.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from lbskel.geometry.sorting import distinct
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.extrema import find_extrema, is_missed
 from lbskel.refinement.flat_ends import is_corner
+from lbskel.refinement.limb_centerlines import trace_limbs
 from lbskel.refinement.radii import inscribed_radii
 from lbskel.refinement.tips import extend_ends
 from lbskel.refinement.uncovered_limbs import Limbs, find_limbs
@@ -48,15 +50,48 @@ def grow_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
     limbs = find_limbs(balls, mesh, missed)
     if len(limbs.ends) == 0:
         return skeleton
-    bases = _nearest_nodes_beside(on_proxy, limbs, mesh)
-    ways = mesh.vertices[limbs.ends] - skeleton.nodes[bases]
-    lengths = vector_lengths(ways)
-    shares = np.maximum(1 - limbs.radii / lengths, 0.5)  # the center of a round cap, or half the way to a flat one
-    tips = skeleton.nodes[bases] + shares[:, None] * ways
-    base_of_vertex = np.append(bases, -1)[surface.from_proxy(limbs.limb_of_vertex)]  # the last is for those of no limb
+    bases, paths = _paths(on_proxy, limbs, surface)
+    lengths = np.array([len(path) for path in paths])
+    base_of_vertex = np.append(np.where(lengths > 0, bases, -1), -1)[surface.from_proxy(limbs.limb_of_vertex)]
     node_of_vertex = np.where(base_of_vertex < 0, skeleton.node_of_vertex, base_of_vertex)
-    grown = extend_ends(replace(skeleton, node_of_vertex=node_of_vertex), surface, bases, [[tip] for tip in tips])
-    return _without_corners(grown, surface, len(skeleton.nodes) + np.arange(len(missed.vertices)))
+    grown = extend_ends(replace(skeleton, node_of_vertex=node_of_vertex), surface, bases, paths)
+    tips = (len(skeleton.nodes) - 1 + np.cumsum(lengths))[: len(missed.vertices)]
+    return _without_corners(grown, surface, tips[lengths[: len(tips)] > 0])
+
+
+def _paths(
+    skeleton: Skeleton, limbs: Limbs, surface: Surface
+) -> tuple[NDArray[np.int64], list[list[NDArray[np.float64]]]]:
+    """Find the base of a branch along each limb, and the positions of its other nodes; none where there is a branch.
+
+    Without a centerline inside, a branch leads straight from the node nearest to the end of its limb, to the center of
+    a round cap or half the way.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        With a node for each vertex of the surface's proxy.
+    limbs : Limbs
+    surface : Surface
+    """
+    mesh = surface.proxy.mesh
+    lines, nodes_beside = trace_limbs(mesh, limbs), _nodes_beside(skeleton, limbs, mesh)
+    is_inside = surface.contains(np.concatenate([points for points, _ in lines]))
+    insides = np.split(is_inside, np.cumsum([len(points) for points, _ in lines])[:-1])
+    bases, paths = np.empty(len(lines), dtype=np.int64), list[list[NDArray[np.float64]]]()
+    for row, ((points, radii), inside, beside) in enumerate(zip(lines, insides, nodes_beside, strict=True)):
+        nodes = skeleton.nodes[beside]
+        if len(points) and inside.all():
+            distances = np.linalg.norm(nodes[:, None] - points, axis=2)
+            n_reached = int(np.flatnonzero(np.append(True, (distances < radii).any(axis=0)))[-1])
+            bases[row] = beside[distances[:, max(n_reached - 1, 0)].argmin()]
+            paths.append([*points[n_reached:]])
+        else:
+            end = mesh.vertices[limbs.ends[row]]
+            nearest = vector_lengths(nodes - end).argmin()
+            bases[row], way = beside[nearest], end - nodes[nearest]
+            paths.append([nodes[nearest] + max(1 - limbs.radii[row] / np.linalg.norm(way), 0.5) * way])
+    return bases, paths
 
 
 def _without_corners(skeleton: Skeleton, surface: Surface, tips: NDArray[np.int64]) -> Skeleton:
@@ -69,13 +104,11 @@ def _without_corners(skeleton: Skeleton, surface: Surface, tips: NDArray[np.int6
     return contract_branches(skeleton, [end for end in corners if end[-1] in tips])
 
 
-def _nearest_nodes_beside(skeleton: Skeleton, limbs: Limbs, mesh: Mesh) -> NDArray[np.int64]:
-    """(u,) for each limb: of the nodes of its vertices and of those adjacent to them, the one nearest to its end."""
+def _nodes_beside(skeleton: Skeleton, limbs: Limbs, mesh: Mesh) -> list[NDArray[np.int64]]:
+    """(u,) for each limb: the nodes of its vertices and of those adjacent to them."""
     i, j = mesh.edges.T
     limb = limbs.limb_of_vertex[np.concatenate([i, j, i, j])]
     node = skeleton.node_of_vertex[np.concatenate([i, j, j, i])]
     k = len(skeleton.nodes)
     limb, node = np.divmod(distinct((limb * k + node)[limb >= 0]), k)
-    distances = vector_lengths(skeleton.nodes[node] - mesh.vertices[limbs.ends[limb]])
-    order = np.lexsort((distances, limb))
-    return np.asarray(node[order[np.unique(limb[order], return_index=True)[1]]])
+    return np.split(node, np.searchsorted(limb, np.arange(1, len(limbs.ends))))

@@ -1,0 +1,139 @@
+"""Centerlines of limbs: the centroids of rings around each limb, all points of which are equally far from its end.
+
+The end of a limb is the vertex farthest from its rim, along the edges of the surface: in a limb that bends, the vertex
+farthest from the body may be at the bend. The rings are level sets of the distance from that end along the edges. The
+limb goes on, beyond its rim too, as long as its rings grow by less than they would in a wide cone. Its centerline
+begins at the center of its cap: where it is as far from the end, along the centroids, as the rings are thick.
+
+Lazarus and Verroust 1999, "Level set diagrams of polyhedral objects", https://doi.org/10.1145/304012.304025, join such
+centroids to skeletons.
+"""
+
+from __future__ import annotations
+
+__all__ = ["trace_limbs"]
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import dijkstra
+
+from lbskel.geometry.graphs import positive_edge_lengths, weighted_graph
+from lbskel.geometry.mesh import Mesh
+from lbskel.geometry.normals import vector_lengths
+from lbskel.refinement.uncovered_limbs import Limbs
+
+# Distance of the rings, in radii of the limb: about that of the nodes of the skeleton. Rows "distance of rings" in
+# benchmarks/results/refinement.md
+SPACING = 0.5
+# Upper bound on the growth of the radius of a ring by its distance from the one before, below the cap: half of that on
+# a flat surface, and that of a cone with an angle of 30 degrees between axis and side. Rows "growth of rings" in the
+# same table
+MAX_GROWTH = 0.5
+MAX_RINGS = 64  # of a limb, which bounds the time; a guess
+TINY = float(np.finfo(np.float64).tiny)
+
+
+def trace_limbs(mesh: Mesh, limbs: Limbs) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Trace the centerline of each of u limbs, from the body to the center of its cap.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    limbs : Limbs
+
+    Returns
+    -------
+    list of u pairs
+        The (k, 3) points, and the (k,) radii of circles as long as the rings around them; k is 0 for a limb that has no
+        ring as far from its end as it is thick.
+    """
+    ends, distances, limb_of_vertex, reaches = _distances_from_ends(mesh, limbs)
+    n_rings = np.ceil(reaches / np.maximum(SPACING * limbs.radii, TINY)).clip(0, MAX_RINGS).astype(np.int64)
+    centers, radii = _rings(mesh, limb_of_vertex, distances, reaches, n_rings)
+    begins = np.cumsum(n_rings) - n_rings
+    steps = reaches / np.maximum(n_rings, 1)
+    return [
+        _from_cap(mesh.vertices[end], centers[begin : begin + n], radii[begin : begin + n], MAX_GROWTH * step)
+        for end, begin, n, step in zip(ends.tolist(), begins.tolist(), n_rings.tolist(), steps.tolist(), strict=True)
+    ]
+
+
+def _from_cap(
+    end: NDArray[np.float64], centers: NDArray[np.float64], radii: NDArray[np.float64], max_growth: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Take the rings, the first of which is nearest to the end, from the body to the center of the cap."""
+    depths = np.cumsum(vector_lengths(np.diff(centers, axis=0, prepend=end[None]))) - radii
+    is_below_cap = np.logical_or.accumulate(depths > 0)
+    is_body = is_below_cap & (np.diff(radii, prepend=0.0) > max_growth)
+    n = int(np.append(is_body, True).argmax())
+    first = int(np.append(is_below_cap[:n], True).argmax())
+    line = np.column_stack([centers[:n], radii[:n]])[first:]
+    if len(line) and first > 0:  # the center of the cap is between two rings
+        share = depths[first] / (depths[first] - depths[first - 1])
+        before = np.append(centers[first - 1], radii[first - 1])
+        line = np.concatenate([line[:1] + share * (before - line[:1]), line])
+    return line[::-1, :3], line[::-1, 3]
+
+
+def _distances_from_ends(
+    mesh: Mesh, limbs: Limbs
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
+    """Find the end of each limb, the distance of each vertex from the nearest end, whose it is, and how far it counts.
+
+    The distances of a limb count up to its farthest vertex, and up to the nearest vertex beside those of another limb.
+    """
+    limb, lengths = limbs.limb_of_vertex, positive_edge_lengths(mesh)
+    i, j = mesh.edges.T
+    is_inner = (limb[i] == limb[j]) & (limb[i] >= 0)
+    rim = np.unique(mesh.edges[~is_inner])
+    within = weighted_graph(mesh.edges[is_inner], lengths[is_inner], len(limb))
+    depths = dijkstra(within, directed=False, indices=rim[limb[rim] >= 0], min_only=True)
+    inner = np.flatnonzero(limb >= 0)
+    ascending = inner[np.argsort(depths[inner], kind="stable")]
+    ends = np.array(limbs.ends)
+    ends[limb[ascending]] = ascending  # the last assignment counts
+    whole = weighted_graph(mesh.edges, lengths, len(limb))
+    distances, _, sources = dijkstra(whole, directed=False, indices=ends, min_only=True, return_predecessors=True)
+    limb_of_end = np.full(len(limb) + 1, -1)  # the last is for vertices that no end reaches
+    limb_of_end[ends] = np.arange(len(ends))
+    nearest = limb_of_end[np.where(sources >= 0, sources, -1)]
+    reaches, own = np.zeros(len(ends)), inner[nearest[inner] == limb[inner]]
+    np.maximum.at(reaches, limb[own], distances[own])
+    beside = mesh.edges[(nearest[i] != nearest[j]) & (nearest[i] >= 0) & (nearest[j] >= 0)]
+    np.minimum.at(reaches, nearest[beside], distances[beside])
+    return ends, distances, nearest, reaches
+
+
+def _rings(
+    mesh: Mesh,
+    limb_of_vertex: NDArray[np.int64],
+    distances: NDArray[np.float64],
+    reaches: NDArray[np.float64],
+    n_rings: NDArray[np.int64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(r, 3) centroids of the rings of all limbs, from their ends on, and (r,) radii of circles as long."""
+    limb = limb_of_vertex[mesh.faces]
+    is_inner = (limb[:, 0] >= 0) & (limb == limb[:, :1]).all(axis=1) & (n_rings[limb[:, 0]] > 0)
+    corners, limb = mesh.faces[is_inner], limb[is_inner, 0]
+    # rings have whole numbers; the last is half a step before the rim, which may be a level set itself
+    numbers = distances[corners] * (n_rings / np.maximum(reaches, TINY))[limb, None] + 0.5
+    beyond = n_rings[limb] + 1
+    first, last = (np.ceil(np.minimum(each, beyond)).astype(np.int64) for each in (numbers.min(1), numbers.max(1)))
+    first, last = np.maximum(first, 1), np.minimum(last, beyond)
+    counts = np.maximum(last - first, 0)
+    face = np.repeat(np.arange(len(corners)), counts)
+    ring = np.arange(len(face)) - np.repeat(np.cumsum(counts) - counts, counts) + first[face]
+    above = numbers[face] - ring[:, None]
+    is_above = above > 0
+    odd = (is_above == (is_above.sum(axis=1) == 1)[:, None]).argmax(axis=1)  # the corner alone on its side of the ring
+    rows, ends = np.arange(len(face)), []
+    for side in (1, 2):
+        other = (odd + side) % 3
+        share = above[rows, odd] / (above[rows, odd] - above[rows, other])
+        start, stop = (mesh.vertices[corners[face, corner]] for corner in (odd, other))
+        ends.append(start + share[:, None] * (stop - start))
+    lengths = vector_lengths(ends[1] - ends[0])
+    row, r = (np.cumsum(n_rings) - n_rings)[limb[face]] + ring - 1, int(n_rings.sum())
+    totals = np.bincount(row, lengths, r)
+    moments = np.stack([np.bincount(row, x * lengths, r) for x in (ends[0] + ends[1]).T / 2], axis=1)
+    return moments / np.maximum(totals, TINY)[:, None], totals / (2 * np.pi)
