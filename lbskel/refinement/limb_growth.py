@@ -84,7 +84,10 @@ def _paths(
         if len(points) and inside.all():
             distances = np.linalg.norm(nodes[:, None] - points, axis=2)
             n_reached = int(np.flatnonzero(np.append(True, (distances < radii).any(axis=0)))[-1])
-            bases[row] = beside[distances[:, max(n_reached - 1, 0)].argmin()]
+            base = beside[distances[:, max(n_reached - 1, 0)].argmin()]
+            if n_reached == len(points) > 1 and skeleton.degrees[base] == 1:  # a tip may be short of the center
+                n_reached -= (points[-1] - skeleton.nodes[base]) @ (points[-1] - points[-2]) > 0
+            bases[row] = base
             paths.append([*points[n_reached:]])
         else:
             end = mesh.vertices[limbs.ends[row]]

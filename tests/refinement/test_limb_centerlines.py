@@ -59,7 +59,7 @@ def test_the_centerline_ends_where_the_body_begins():
     """The limb's vertices include some of the body, whose radius is five times that of the limb."""
     axis, twig = np.array([[-2.0, 0, 0], [2, 0, 0]]), np.array([[0.0, 0, 0], [0, 0, 2.5]])
     mesh = mesh_of_branches([(axis, 1.0), (twig, 0.2)], step=0.08)
-    [(line, _)] = trace_limbs(mesh, limb_of(mesh, np.linalg.norm(mesh.vertices - [0, 0, 2], axis=1) < 1.2, 0.2))
+    [(line, _)] = trace_limbs(mesh, limb_of(mesh, np.linalg.norm(mesh.vertices - [0, 0, 2], axis=1) < 1.9, 0.2))
     assert line[0] == pytest.approx([0, 0, 1], abs=0.15)
     assert line[-1] == pytest.approx([0, 0, 2.5], abs=0.1)
 

@@ -106,10 +106,20 @@ def test_a_branch_follows_the_centerline_to_the_center_of_the_cap(rod, limbs_are
 def test_a_limb_whose_cap_has_a_node_gets_no_branch(rod, limbs_are):
     z = rod.vertices[:, 2]
     limbs_are(Limbs(np.array([z.argmax()]), np.array([0.5]), np.where(z > 0.5, 0, -1)))
-    whole = path_in(rod, np.linspace([0, 0, -4], [0, 0, 4], 17), radius=0.5)
+    whole = path_in(rod, np.linspace([0, 0, -4], [0, 0, 4.1], 17), radius=0.5)
     grown = grow_limbs(whole, Surface(rod))
     assert np.array_equal(grown.nodes, whole.nodes)
     assert np.array_equal(grown.node_of_vertex, whole.node_of_vertex)
+
+
+def test_a_tip_in_the_cap_is_extended_to_its_center(rod, limbs_are):
+    z = rod.vertices[:, 2]
+    limbs_are(Limbs(np.array([z.argmax()]), np.array([0.5]), np.where(z > 0.5, 0, -1)))
+    short = path_in(rod, np.linspace([0, 0, -4], [0, 0, 3.75], 17), radius=0.5)
+    grown = grow_limbs(short, Surface(rod))
+    assert len(grown.nodes) == 18
+    assert grown.edges[-1].tolist() == [16, 17]
+    assert grown.nodes[17] == pytest.approx([0, 0, 4], abs=0.05)
 
 
 def test_a_branch_does_not_follow_a_centerline_outside(rod, limbs_are, monkeypatch):
