@@ -191,7 +191,7 @@ _ROWS = (
         "limbs that bulge and have no branch grown before nodes are centered too",
         "9e9c116",
         "neurons' F 0.890 -> 0.897, tips 0.446 -> 0.476; tips of tracings 0.933 -> 0.951, sections 440 -> 454 of 510; "
-        "creatures 80 -> 83 of 99; error to the medial axis of 25 meshes 0.152 -> 0.140; a seventh more time on neurons",
+        "creatures 80 -> 83; error to the medial axis of 25 meshes 0.152 -> 0.140; neurons take a seventh more time",
     ),
     (
         "and coarse meshes refined to 20,000 faces, not 23,000",
