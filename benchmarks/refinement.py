@@ -199,15 +199,29 @@ def replaced(name: str) -> Iterator[None]:
             patch.stop()
 
 
-def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] = ()) -> None:
-    """Measure, and write refinement.json and refinement.md; ``meshes`` are more real ones for the ablation."""
-    hard = {
+def hard_shapes(quick: bool) -> dict[tuple[str, str], Shape]:
+    """Build the hard shapes of both parts."""
+    return {
         (part, name): HARD_SHAPES[name](**given)
         for part, parameters in (("tuned", TUNED), ("held out", HELD_OUT))
         for name, given in parameters.items()
         if not quick or name in QUICK
     }
-    creatures = {("creatures", str(seed)): creature(seed) for seed in (QUICK_CREATURES if quick else CREATURES)}
+
+
+def real_meshes(more: Sequence[Path]) -> list[Path]:
+    """List the files of meshes in the repository, and those of further ones."""
+    return [path for path in (*sorted(MESHES.iterdir()), *more) if path.suffix.lstrip(".") in EXTENSIONS]
+
+
+def creatures_of(quick: bool) -> dict[tuple[str, str], Shape]:
+    """Build the random creatures."""
+    return {("creatures", str(seed)): creature(seed) for seed in (QUICK_CREATURES if quick else CREATURES)}
+
+
+def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] = ()) -> None:
+    """Measure, and write refinement.json and refinement.md; ``meshes`` are more real ones for the ablation."""
+    hard, creatures = hard_shapes(quick), creatures_of(quick)
     tools = TOOLS if peers else TOOLS[:1]
     rows = [
         {"set": part, "shape": name, "tool": tool, **_row(tool, shape)}
@@ -215,18 +229,10 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
         for tool in tools
     ]
     summary = [_summary(rows, part, tool) for part in ("tuned", "held out", "creatures") for tool in tools]
-    tubes = [make(name) for name in (QUICK_TUBES if quick else SHAPES)]
-    paths = [path for path in (*sorted(MESHES.iterdir()), *meshes) if path.suffix.lstrip(".") in EXTENSIONS]
+    paths = real_meshes(meshes)
     real = [lbskel.read_mesh(path) for path in paths[: 1 if quick else None]]
-    baseline = [lbskel.skeletonize(lbskel.Mesh(mesh.vertices, mesh.faces)) for mesh in real]
-    planes = [
-        [symmetry.plane for symmetry in find_symmetries(skeleton, Surface(lbskel.Mesh(mesh.vertices, mesh.faces)))]
-        for skeleton, mesh in zip(baseline, real, strict=True)
-    ]  # of copies: a surface is kept with its mesh, and is not sent to other processes
-    sets = {"tubes": tubes, "hard": list(hard.values()), "creatures": list(creatures.values())}
-    replacing = partial(_ablation, sets=sets, real=real, baseline=baseline, planes=planes)
+    title, ablation = replace_each(("none", *PASSES, *BOUNDS), quick, [*hard.values()], [*creatures.values()], real)
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
-        ablation = list(pool.map(replacing, ("none", *PASSES, *BOUNDS)))
         noise = list(pool.map(partial(_noise_row, meshes=real), *zip(*itertools.product(NOISES, BULGES), strict=True)))
     save_json(
         results / "refinement.json",
@@ -240,13 +246,40 @@ def run(quick: bool, results: Path, peers: bool = False, meshes: Sequence[Path] 
         {
             "Hard shapes and creatures, means": markdown_table(summary),
             "Each hard shape and creature": markdown_table(rows),
-            f"Passes left out or bounds replaced: {len(tubes)} tubes, {len(hard)} hard shapes, "
-            f"{len(creatures)} creatures, {len(real)} meshes, "
-            f"{sum(map(bool, planes))} with a plane of symmetry": markdown_table(ablation),
+            title: markdown_table(ablation),
             f"Noise on real meshes, by the bulge of a limb: {len(real)} meshes": markdown_table(noise),
             "Tried and not kept, by hand": markdown_table(TRIALS),
         },
     )
+
+
+def replace_each(
+    names: Sequence[str], quick: bool, hard: Sequence[Shape], creatures: Sequence[Shape], real: Sequence[lbskel.Mesh]
+) -> tuple[str, list[dict[str, Any]]]:
+    """Measure with the stand-ins of each name in place.
+
+    Returns
+    -------
+    str
+        A title that says what was measured.
+    list of dict
+        A row for each name.
+    """
+    tubes = [make(name) for name in (QUICK_TUBES if quick else SHAPES)]
+    baseline = [lbskel.skeletonize(lbskel.Mesh(mesh.vertices, mesh.faces)) for mesh in real]
+    planes = [
+        [symmetry.plane for symmetry in find_symmetries(skeleton, Surface(lbskel.Mesh(mesh.vertices, mesh.faces)))]
+        for skeleton, mesh in zip(baseline, real, strict=True)
+    ]  # of copies: a surface is kept with its mesh, and is not sent to other processes
+    sets = {"tubes": tubes, "hard": hard, "creatures": creatures}
+    replacing = partial(_ablation, sets=sets, real=real, baseline=baseline, planes=planes)
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        rows = list(pool.map(replacing, names))
+    title = (
+        f"Passes left out or bounds replaced: {len(tubes)} tubes, {len(hard)} hard shapes, {len(creatures)} creatures, "
+        f"{len(real)} meshes, {sum(map(bool, planes))} with a plane of symmetry"
+    )
+    return title, rows
 
 
 def _row(tool: str, shape: Shape) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from lbskel.geometry.normals import vector_lengths
 from lbskel.refinement.uncovered_limbs import Limbs
 
 # Distance of the rings, in radii of the limb: about that of the nodes of the skeleton. Rows "distance of rings" in
-# benchmarks/results/refinement.md
+# benchmarks/results/limbs.md
 SPACING = 0.5
 # Upper bound on the growth of the radius of a ring by its distance from the one before, below the cap: half of that on
 # a flat surface, and that of a cone with an angle of 30 degrees between axis and side. Rows "growth of rings" in the

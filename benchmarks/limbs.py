@@ -1,0 +1,26 @@
+"""Growth of limbs: what is left without a part of it, or with other bounds; these rows of ``refinement`` alone."""
+
+from __future__ import annotations
+
+__all__ = ["run"]
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import lbskel
+from benchmarks import refinement
+from benchmarks.harness import markdown_table, save_json, save_markdown
+
+NAMES = ("none", *(name for name in refinement.PASSES | refinement.BOUNDS if "limbs" in name or "rings" in name))
+
+
+def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
+    """Measure, and write limbs.json and limbs.md; ``meshes`` are more real ones."""
+    paths = refinement.real_meshes(meshes)
+    real = [lbskel.read_mesh(path) for path in paths[: 1 if quick else None]]
+    hard, creatures = refinement.hard_shapes(quick), refinement.creatures_of(quick)
+    title, rows = refinement.replace_each(
+        NAMES[:2] if quick else NAMES, quick, [*hard.values()], [*creatures.values()], real
+    )
+    save_json(results / "limbs.json", {"ablation": rows}, meshes=paths)
+    save_markdown(results / "limbs.md", "Growth of limbs", {title: markdown_table(rows)})
