@@ -25,7 +25,6 @@ def test_the_rows_are_written(tmp_path, monkeypatch):
     monkeypatch.setattr(refinement, "replace_each", replace_each)
     limbs.run(True, tmp_path)
     assert asked == [(limbs.NAMES[:2], 1)]
-    assert [row["replaced"] for row in json.loads((tmp_path / "limbs.json").read_text())["ablation"]] == [
-        *limbs.NAMES[:2]
-    ]
+    rows = json.loads((tmp_path / "limbs.json").read_text())["ablation"]
+    assert [row["replaced"] for row in rows] == [*limbs.NAMES[:2]]
     assert "## What was measured" in (tmp_path / "limbs.md").read_text()
