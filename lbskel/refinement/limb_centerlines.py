@@ -3,7 +3,7 @@
 The end of a limb is the vertex farthest from its rim, along the edges of the surface: in a limb that bends, the vertex
 farthest from the body may be at the bend. The rings are level sets of the distance from that end along the edges. The
 limb goes on, beyond its rim too, as long as its rings grow by less than they would in a wide cone. Its centerline
-begins at the center of its cap: where it is as far from the end, along the centroids, as the rings are thick.
+ends at the center of its cap: where it is as far from the end, along the centroids, as the rings are thick.
 
 Lazarus and Verroust 1999, "Level set diagrams of polyhedral objects", https://doi.org/10.1145/304012.304025, join such
 centroids to skeletons.
