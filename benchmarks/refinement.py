@@ -134,6 +134,7 @@ PASSES: dict[str, dict[str, Any]] = {
     "extend tips": {f"{PIPELINE_PASSES}.extend_tips": _unchanged},
     "centers of the ends of branches": {"lbskel.refinement.tips._with_centered_ends": _unchanged},
     "grow limbs": {f"{PIPELINE_PASSES}.grow_limbs": _unchanged},
+    "limbs without tip, before centering": {f"{PIPELINE_PASSES}.grow_limbs_without_tip": _unchanged},
     "limbs at missed ends": {"lbskel.refinement.limb_growth.is_missed": _none_missed},
     "limbs out of the balls": {"lbskel.refinement.uncovered_limbs.MIN_BULGE": 1e9},
     "centerlines of limbs": {"lbskel.refinement.limb_growth.trace_limbs": _without_centerlines},

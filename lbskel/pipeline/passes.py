@@ -2,8 +2,9 @@
 
 ::
 
-    prune spurs -> merge junctions -> recenter -> extend tips -> grow limbs -> prune blunt ends -> mirror
-                -> reroute inside -> fit tubes (-> tips at surface) -> attach open ends and anchors -> map vertices
+    prune spurs -> merge junctions -> grow limbs -> recenter -> extend tips -> grow limbs -> prune blunt ends
+                -> mirror -> reroute inside -> fit tubes (-> tips at surface) -> attach open ends and anchors
+                -> map vertices
 
 :func:`refine` runs these passes. Each makes a complete skeleton of a complete skeleton, so that any pass but the one of
 open ends and anchors can be left out where no time is left for it, or where it moves a cycle off its tunnel.
@@ -36,7 +37,7 @@ from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import paths_outside, reroute_inside
 from lbskel.refinement.flat_ends import prune_flat_ends
 from lbskel.refinement.junctions import merge_junctions_by_axes
-from lbskel.refinement.limb_growth import grow_limbs
+from lbskel.refinement.limb_growth import grow_limbs, grow_limbs_without_tip
 from lbskel.refinement.mirror_symmetry import keep_mirror_symmetry, make_mirror_symmetric
 from lbskel.refinement.open_ends import extend_to_open_ends
 from lbskel.refinement.radii import inscribed_radii, mean_radii
@@ -127,6 +128,7 @@ def refine(
     skeleton = replace(skeleton, node_of_vertex=body.proxy.vertex_map.pull_back(skeleton.node_of_vertex))
     prune_blunt = partial(prune_blunt_ends, min_branch_ratio=min_branch_ratio, open_ends=body.open_ends)
     passes: list[tuple[str, Pass]] = [
+        ("grow limbs", _with_limbs_without_tip),
         ("recenter", recenter),
         ("extend tips", extend_tips),
         ("grow limbs", grow_limbs),
@@ -191,6 +193,12 @@ def _with_merged_junctions(skeleton: Skeleton, surface: Surface) -> Skeleton:
     if split is not skeleton:
         skeleton = mean_radii(split, surface.mesh)
     return fit_to_centerlines(skeleton, centers, surface)
+
+
+def _with_limbs_without_tip(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Grow limbs that have no tip, so that they are centered as the others are, and twigs on them are found later."""
+    grown = grow_limbs_without_tip(skeleton, surface)
+    return grown if grown is skeleton else _evenly_spaced(grown, surface)
 
 
 def _rerouted_inside(skeleton: Skeleton, surface: Surface) -> Skeleton:

@@ -67,13 +67,6 @@ class GeodesicExtrema:
     radii: NDArray[np.float64]
     limb_of_vertex: NDArray[np.int64]
 
-    def take(self, chosen: NDArray[np.bool_]) -> GeodesicExtrema:
-        """Select some of the ends; the limbs of the others have no vertices."""
-        number = np.append(np.where(chosen, np.cumsum(chosen) - 1, -1), -1)  # the last is for vertices of no limb
-        return GeodesicExtrema(
-            self.vertices[chosen], self.lengths[chosen], self.radii[chosen], number[self.limb_of_vertex]
-        )
-
 
 _Limb = tuple[NDArray[np.int64], float, float]  # the cells of a limb, its end first, its length and its area
 

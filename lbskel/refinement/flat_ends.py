@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from lbskel.geometry.cross_sections import cross_sections
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
+from lbskel.geometry.sorting import distinct
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import N_SAMPLES, moved_inside
 from lbskel.skeleton.editing import contract_branches
@@ -68,14 +69,15 @@ def is_corner(
     ends : list of (k,) arrays of int
         Some of the end branches, the junction first.
     """
-    skeleton = replace(skeleton, nodes=moved_inside(skeleton.nodes, surface))
-    nodes, junctions = skeleton.nodes, np.array([end[0] for end in ends])
-    farthest, reaches = farthest_vertices(skeleton, surface.mesh, ends)
+    ways_from = ways_from_nodes(skeleton)
+    pairs = [(row, way) for row, end in enumerate(ends) for way in ways_from[int(end[0])] if way[-1] != end[-1]]
+    around, nodes = distinct(np.concatenate([way for _, way in pairs])), np.array(skeleton.nodes)
+    nodes[around] = moved_inside(nodes[around], surface)
+    junctions = np.array([end[0] for end in ends])
+    farthest, reaches = farthest_vertices(replace(skeleton, nodes=nodes), surface.mesh, ends)
     entry, inward, _ = surface.inner_offset(farthest)
     depths = local_radii(surface.mesh, deadline=surface.deadline)[farthest]
     peaks = moved_inside(entry + depths[:, None] * inward, surface)
-    ways_from = ways_from_nodes(skeleton)
-    pairs = [(row, way) for row, end in enumerate(ends) for way in ways_from[int(end[0])] if way[-1] != end[-1]]
     owner = np.array([row for row, _ in pairs])
     ways = first_parts(nodes, [way for _, way in pairs], reaches[owner])
     last = np.array([way[-1] for way in ways])

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import dijkstra
 
+from lbskel._kernels.traversal import sums_along_paths
 from lbskel.geometry.graphs import positive_edge_lengths, weighted_graph
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
@@ -50,29 +51,40 @@ def trace_limbs(mesh: Mesh, limbs: Limbs) -> list[tuple[NDArray[np.float64], NDA
     ends, distances, limb_of_vertex, reaches = _distances_from_ends(mesh, limbs)
     n_rings = np.ceil(reaches / np.maximum(SPACING * limbs.radii, TINY)).clip(0, MAX_RINGS).astype(np.int64)
     centers, radii = _rings(mesh, limb_of_vertex, distances, reaches, n_rings)
-    begins = np.cumsum(n_rings) - n_rings
-    steps = reaches / np.maximum(n_rings, 1)
-    return [
-        _from_cap(mesh.vertices[end], centers[begin : begin + n], radii[begin : begin + n], MAX_GROWTH * step)
-        for end, begin, n, step in zip(ends.tolist(), begins.tolist(), n_rings.tolist(), steps.tolist(), strict=True)
-    ]
+    max_growths = MAX_GROWTH * reaches / np.maximum(n_rings, 1)
+    return _from_caps(mesh.vertices[ends], centers, radii, np.append(0, np.cumsum(n_rings)), max_growths)
 
 
-def _from_cap(
-    end: NDArray[np.float64], centers: NDArray[np.float64], radii: NDArray[np.float64], max_growth: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Take the rings, the first of which is nearest to the end, from the body to the center of the cap."""
-    depths = np.cumsum(vector_lengths(np.diff(centers, axis=0, prepend=end[None]))) - radii
-    is_below_cap = np.logical_or.accumulate(depths > 0)
-    is_body = is_below_cap & (np.diff(radii, prepend=0.0) > max_growth)
-    n = int(np.append(is_body, True).argmax())
-    first = int(np.append(is_below_cap[:n], True).argmax())
-    line = np.column_stack([centers[:n], radii[:n]])[first:]
-    if len(line) and first > 0:  # the center of the cap is between two rings
-        share = depths[first] / (depths[first] - depths[first - 1])
-        before = np.append(centers[first - 1], radii[first - 1])
-        line = np.concatenate([line[:1] + share * (before - line[:1]), line])
-    return line[::-1, :3], line[::-1, 3]
+def _from_caps(
+    ends: NDArray[np.float64],
+    centers: NDArray[np.float64],
+    radii: NDArray[np.float64],
+    begins: NDArray[np.int64],
+    max_growths: NDArray[np.float64],
+) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Take the rings of each limb from the body to the center of its cap; the first is the nearest to the end."""
+    rings, limb = np.column_stack([centers, radii]), np.repeat(np.arange(len(ends)), np.diff(begins))
+    before = np.roll(rings, 1, axis=0)
+    is_first = np.append(True, limb[1:] != limb[:-1])[: len(limb)]
+    before[is_first] = np.column_stack([ends, np.zeros(len(ends))])[limb[is_first]]
+    steps = vector_lengths(rings[:, :3] - before[:, :3])
+    depths = sums_along_paths(steps, begins) + steps[begins[limb]] - radii
+    firsts = _first_of_each(depths > 0, begins)  # below the cap
+    is_body = (np.arange(len(limb)) >= firsts[limb]) & (radii - before[:, 3] > max_growths[limb])
+    stops = _first_of_each(is_body, begins)
+    is_between = (begins[:-1] < firsts) & (firsts < stops)  # the center of the cap is between two rings
+    below, above = firsts[is_between], firsts[is_between] - 1
+    share = depths[below] / (depths[below] - depths[above])
+    rings[above] = rings[below] + share[:, None] * (rings[above] - rings[below])
+    lines = [rings[first:stop][::-1] for first, stop in zip(firsts - is_between, stops, strict=True)]
+    return [(line[:, :3], line[:, 3]) for line in lines]
+
+
+def _first_of_each(is_met: NDArray[np.bool_], begins: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(u,) the first row that meets a condition in each of u ranges, or the end of the range."""
+    rows = np.append(np.flatnonzero(is_met), len(is_met))
+    firsts: NDArray[np.int64] = np.minimum(rows[np.searchsorted(rows, begins[:-1])], begins[1:])
+    return firsts
 
 
 def _distances_from_ends(

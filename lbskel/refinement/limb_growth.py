@@ -12,7 +12,7 @@ cap gets no branch. Later passes reroute a branch where it is outside a closed s
 
 from __future__ import annotations
 
-__all__ = ["grow_limbs"]
+__all__ = ["grow_limbs", "grow_limbs_without_tip"]
 
 from dataclasses import replace
 from itertools import compress
@@ -43,20 +43,57 @@ def grow_limbs(skeleton: Skeleton, surface: Surface) -> Skeleton:
     skeleton : Skeleton
     surface : Surface
     """
-    mesh = surface.proxy.mesh
+    mesh, balls = surface.proxy.mesh, _balls(skeleton, surface)
+    extrema = find_extrema(mesh, deadline=surface.deadline)
+    limbs = Limbs(extrema.vertices, extrema.radii, extrema.limb_of_vertex)
+    missed = limbs.take(is_missed(extrema, mesh, balls))
+    grown, ends = _grown(skeleton, balls, find_limbs(balls, mesh, missed), surface)
+    tips = ends[: len(missed.ends)]
+    return _without_corners(grown, surface, tips[tips >= 0])
+
+
+def grow_limbs_without_tip(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Grow a branch along each limb that stands out of the skeleton's balls and whose vertices are mapped to no tip.
+
+    Where nodes are not centered yet, tips end far before the ends of their limbs, and so no end tells of a lost limb.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    surface : Surface
+    """
+    balls = _balls(skeleton, surface)
+    limbs = find_limbs(balls, surface.proxy.mesh)
+    has_tip = np.zeros(len(limbs.ends) + 1, dtype=bool)  # the last is for vertices of no limb
+    has_tip[limbs.limb_of_vertex[balls.degrees[balls.node_of_vertex] <= 1]] = True
+    return _grown(skeleton, balls, limbs.take(~has_tip[:-1]), surface)[0]
+
+
+def _balls(skeleton: Skeleton, surface: Surface) -> Skeleton:
+    """Return the skeleton with inscribed radii in the surface's proxy, and a node for each of its vertices."""
     on_proxy = replace(skeleton, node_of_vertex=surface.on_proxy(skeleton.node_of_vertex))
-    balls, extrema = inscribed_radii(on_proxy, surface.proxy), find_extrema(mesh, deadline=surface.deadline)
-    missed = extrema.take(is_missed(extrema, mesh, balls))
-    limbs = find_limbs(balls, mesh, missed)
+    return inscribed_radii(on_proxy, surface.proxy)
+
+
+def _grown(skeleton: Skeleton, balls: Skeleton, limbs: Limbs, surface: Surface) -> tuple[Skeleton, NDArray[np.int64]]:
+    """Grow a branch along each of u limbs; return the skeleton and (u,) its new tips, -1 where there is a branch.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    balls : Skeleton
+        With a node for each vertex of the surface's proxy.
+    limbs : Limbs
+    surface : Surface
+    """
     if len(limbs.ends) == 0:
-        return skeleton
-    bases, paths = _paths(on_proxy, limbs, surface)
+        return skeleton, limbs.ends
+    bases, paths = _paths(balls, limbs, surface)
     lengths = np.array([len(path) for path in paths])
     base_of_vertex = np.append(np.where(lengths > 0, bases, -1), -1)[surface.from_proxy(limbs.limb_of_vertex)]
     node_of_vertex = np.where(base_of_vertex < 0, skeleton.node_of_vertex, base_of_vertex)
     grown = extend_ends(replace(skeleton, node_of_vertex=node_of_vertex), surface, bases, paths)
-    tips = (len(skeleton.nodes) - 1 + np.cumsum(lengths))[: len(missed.vertices)]
-    return _without_corners(grown, surface, tips[lengths[: len(tips)] > 0])
+    return grown, np.where(lengths > 0, len(skeleton.nodes) - 1 + np.cumsum(lengths), -1)
 
 
 def _paths(

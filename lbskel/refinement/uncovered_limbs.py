@@ -36,7 +36,6 @@ from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
 from lbskel.geometry.sorting import stable_float_order, stable_order
-from lbskel.refinement.extrema import GeodesicExtrema
 from lbskel.skeleton.edge_distances import nearest_on_edges
 from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
@@ -70,24 +69,30 @@ class Limbs:
     radii: NDArray[np.float64]
     limb_of_vertex: NDArray[np.int64]
 
+    def take(self, chosen: NDArray[np.bool_]) -> Limbs:
+        """Select some of the limbs; the others have no vertices."""
+        number = np.append(np.where(chosen, np.cumsum(chosen) - 1, -1), -1)  # the last is for vertices of no limb
+        return Limbs(self.ends[chosen], self.radii[chosen], number[self.limb_of_vertex])
+
 
 _Patches = tuple[list[NDArray[np.int64]], NDArray[np.float64]]  # vertices of each, and lengths of the rims
 
 
-def find_limbs(skeleton: Skeleton, mesh: Mesh, missed: GeodesicExtrema) -> Limbs:
-    """Find the limbs of a mesh that bulge out of the balls of a skeleton, after those that are known to be missed.
+def find_limbs(skeleton: Skeleton, mesh: Mesh, known: Limbs | None = None) -> Limbs:
+    """Find the limbs of a mesh that bulge out of the balls of a skeleton, after those that are known.
 
     Parameters
     ----------
     skeleton : Skeleton
         With inscribed radii, in the coordinates of the mesh, and with a node for each of its vertices.
     mesh : Mesh
-    missed : GeodesicExtrema
-        The ends without a tip, whose limbs come first. A limb that contains a vertex of one of these is left out.
+    known : Limbs, optional
+        Those whose ends have no tip, which come first. A limb that contains a vertex of one of these is left out.
     """
     distances, ratios = _ball_distances(skeleton, mesh)
-    limb_of_vertex = np.array(missed.limb_of_vertex)
-    ends, radii = missed.vertices.tolist(), missed.radii.tolist()
+    limb_of_vertex = np.full(len(mesh.vertices), -1) if known is None else np.array(known.limb_of_vertex)
+    ends, radii = ([], []) if known is None else (known.ends.tolist(), known.radii.tolist())
+    n_known = len(ends)
     for patches in _bulging_patches(mesh, ratios, LEVELS):
         for vertices, rim in zip(*patches, strict=True):
             end = int(vertices[distances[vertices].argmax()])
@@ -101,7 +106,7 @@ def find_limbs(skeleton: Skeleton, mesh: Mesh, missed: GeodesicExtrema) -> Limbs
                 ends.append(-1)
                 radii.append(rim / (2 * np.pi))
             limb = limbs.pop()
-            if limb >= len(missed.vertices):
+            if limb >= n_known:
                 limb_of_vertex[vertices] = limb
                 ends[limb] = end
     return Limbs(np.array(ends, dtype=np.int64), np.array(radii, dtype=np.float64), limb_of_vertex)

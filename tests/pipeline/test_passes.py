@@ -15,6 +15,7 @@ from lbskel.pipeline.assembly import MISSING
 from lbskel.refinement.containment import segments_outside
 from lbskel.shapes import porous_block, tube
 from lbskel.shapes.hard import oblique_cross
+from lbskel.skeleton.editing import contract_branches
 from lbskel.skeleton.resampling import space_evenly
 
 STAGES = ["prune spurs", "merge junctions", "recenter", "extend tips", "reroute inside", "map vertices", "score"]
@@ -100,6 +101,22 @@ def test_evenly_spaced_nodes_stay_inside_a_bent_tube():
     spaced = space_evenly(curve, 1.0, partial(passes._must_stay, surface=surface))
     assert len(cut.nodes) < len(spaced.nodes)
     assert not segments_outside(spaced.nodes, spaced.edges, surface).any()
+
+
+def test_a_lost_limb_is_grown_with_even_spacing_before_nodes_are_centered(tripod, monkeypatch):
+    seen, merged = [], passes._with_merged_junctions
+    monkeypatch.setattr(
+        passes,
+        "_with_merged_junctions",
+        lambda skeleton, surface: contract_branches(whole := merged(skeleton, surface), whole.end_branches[:1]),
+    )
+    monkeypatch.setattr(passes, "recenter", lambda skeleton, _: seen.append(skeleton) or skeleton)
+    skeletonize(tripod)
+    (given,) = seen
+    assert (len(given.tips), len(given.junctions)) == (3, 1)
+    for branch in given.end_branches:  # pieces of a path are alike but for rounding their number
+        lengths = np.linalg.norm(np.diff(given.nodes[branch], axis=0), axis=1)
+        assert lengths.max() < 1.5 * lengths.min()
 
 
 def test_junctions_that_are_moved_to_one_place_are_one():

@@ -102,19 +102,6 @@ def test_a_pit_has_no_end_where_a_limb_has_one(height, n_ends):
         assert np.isin(ends, np.flatnonzero(is_top)).sum() == n_ends
 
 
-def test_of_the_ends_some_can_be_taken_with_the_vertices_of_their_limbs(tripod):
-    extrema = find_extrema(tripod)
-    chosen = np.array([True, False, True])
-    taken = extrema.take(chosen)
-    assert np.array_equal(taken.vertices, extrema.vertices[chosen])
-    for limb, old in enumerate(np.flatnonzero(chosen)):
-        assert np.array_equal(taken.limb_of_vertex == limb, extrema.limb_of_vertex == old)
-    assert set(taken.limb_of_vertex[extrema.limb_of_vertex == 1]) == {-1}
-    none = extrema.take(np.zeros(3, dtype=bool))
-    assert len(none.vertices) == 0
-    assert (none.limb_of_vertex == -1).all()
-
-
 def test_limbs_of_every_component_are_found():
     rod = capsule(4.0, 0.5, 12)
     two = joined(rod, moved(rod, 3.0))

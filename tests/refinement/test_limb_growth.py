@@ -8,7 +8,7 @@ from helpers import box_mesh, mesh_of_branches, nearest_rows, path_in, reversed_
 from lbskel import Mesh, Skeleton, skeletonize
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement import limb_growth, uncovered_limbs
-from lbskel.refinement.limb_growth import grow_limbs
+from lbskel.refinement.limb_growth import grow_limbs, grow_limbs_without_tip
 from lbskel.refinement.uncovered_limbs import Limbs
 from lbskel.shapes import capsule, make, mesh_solid, solid_of, sphere
 from lbskel.skeleton.editing import contract_branches
@@ -150,6 +150,21 @@ def test_a_complete_skeleton_is_returned_unchanged(whole, tripod):
     ball = sphere(3)
     skeleton = skeletonize(ball)
     assert grow_limbs(skeleton, Surface(ball)) is skeleton
+
+
+def test_a_limb_without_a_tip_gets_a_branch_and_one_with_a_tip_gets_none(whole, tripod):
+    """Before nodes are centered, all tips are short of the ends of their limbs."""
+    surface, branches = Surface(tripod), whole.end_branches
+    short = contract_branches(whole, [branch[len(branch) // 3 :] for branch in branches])
+    assert grow_limbs_without_tip(short, surface) is short
+    assert len(grow_limbs(short, surface).nodes) > len(short.nodes)
+    gone = contract_branches(short, [short.end_branches[1]])
+    grown = grow_limbs_without_tip(gone, surface)
+    assert (len(gone.tips), len(grown.tips)) == (2, 3)
+    ends = np.array([whole.nodes[branch[-1]] for branch in branches])
+    new = [tip for tip in grown.nodes[grown.tips] if not (gone.nodes == tip).all(axis=1).any()]
+    assert len(new) == 1
+    assert np.linalg.norm(ends - new[0], axis=1).min() < whole.radii[branches[0][-1]]
 
 
 def test_a_short_limb_of_a_thick_body_gets_a_branch():

@@ -9,17 +9,14 @@ import pytest
 from helpers import path_in
 
 from lbskel import Mesh, skeletonize
-from lbskel.refinement.extrema import GeodesicExtrema
-from lbskel.refinement.uncovered_limbs import MIN_BULGE, _ball_distances, _bulging_patches, find_limbs
+from lbskel.refinement.uncovered_limbs import MIN_BULGE, Limbs, _ball_distances, _bulging_patches, find_limbs
 from lbskel.shapes import capsule, make, sphere
 from lbskel.skeleton.editing import contract_nodes
 
 
 def uncovered(skeleton, mesh):
-    """The limbs where no end is known to be missed."""
-    n_vertices = len(mesh.vertices)
-    none = GeodesicExtrema(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0), np.full(n_vertices, -1))
-    return find_limbs(skeleton, mesh, none)
+    """The limbs where none are known."""
+    return find_limbs(skeleton, mesh)
 
 
 def drawn_out(ball, stretch):
@@ -152,15 +149,22 @@ def test_a_limb_of_a_missed_end_is_the_first_and_is_not_found_again():
     drawn = drawn_out(ball, np.where(ball.vertices[:, 2] > 0.95, 4.0, np.where(ball.vertices[:, 2] < -0.97, 3.0, 1.0)))
     top = drawn.vertices[:, 2] > 0.99 * drawn.vertices[:, 2].max()  # less than the patch that bulges
     ends = np.array([drawn.vertices[:, 2].argmax(), 0])
-    known = GeodesicExtrema(ends, np.array([2.0, 1.0]), np.array([0.2, 0.1]), np.where(top, 0, -1))
+    known = Limbs(ends, np.array([0.2, 0.1]), np.where(top, 0, -1))
     limbs = find_limbs(at_center(drawn), drawn, known.take(np.array([True, False])))
     assert limbs.ends.tolist() == [ends[0], drawn.vertices[:, 2].argmin()]
     assert limbs.radii[0] == 0.2
     assert np.array_equal(limbs.limb_of_vertex == 0, top)
-    none = known.take(np.zeros(2, dtype=bool))
-    assert len(none.vertices) == 0
-    assert (none.limb_of_vertex == -1).all()
-    assert len(find_limbs(at_center(drawn), drawn, none).ends) == 2
+
+
+def test_of_the_limbs_some_can_be_taken_with_their_vertices():
+    limbs = Limbs(np.array([5, 3, 4]), np.array([0.5, 0.3, 0.4]), np.array([-1, 2, 2, 1, 2, 0]))
+    taken = limbs.take(np.array([True, False, True]))
+    assert taken.ends.tolist() == [5, 4]
+    assert taken.radii.tolist() == [0.5, 0.4]
+    assert taken.limb_of_vertex.tolist() == [-1, 1, 1, -1, 1, 0]
+    none = limbs.take(np.zeros(3, dtype=bool))
+    assert len(none.ends) == 0
+    assert none.limb_of_vertex.tolist() == [-1] * 6
 
 
 @pytest.mark.parametrize("seed", range(4))
