@@ -36,7 +36,7 @@ from lbskel.preprocess.orientation import fix_orientation, split_nonmanifold
 from lbskel.preprocess.pipelines import PIPELINES, STEPS, Pipeline
 from lbskel.preprocess.remeshing import smooth_noise
 from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
-from lbskel.preprocess.subdivision import coarse_fraction, refine
+from lbskel.preprocess.subdivision import MAX_FACES, coarse_fraction, refine
 
 AUTOMATIC = "auto"
 PREPARATIONS = (AUTOMATIC, "none", *PIPELINES)
@@ -66,9 +66,6 @@ MAX_FRAGMENT_AREA = 0.5
 
 # Corner angle, in degrees, up to which a face counts as collinear, as those that close T-junctions do. A guess.
 COLLINEAR_ANGLE = 0.01
-
-# Number of faces above which a mesh is not tested for coarse faces: it is fine enough. A guess.
-MAX_FACES_TO_REFINE = 20_000
 
 # Iterations of smoothing of a rough surface; they bound the time. 20 and 60 are alike in benchmarks/results/noise.md
 N_SMOOTHING_ITERATIONS = 60
@@ -171,7 +168,7 @@ def _smooth_if_rough(mesh: Mesh) -> PreprocessResult:
 
 def _refine_if_coarse(mesh: Mesh) -> PreprocessResult:
     """Refine a coarse mesh; faces that are not connected have no thickness."""
-    is_refinable = len(mesh.faces) <= MAX_FACES_TO_REFINE and not find_crumbs(mesh).all()
+    is_refinable = len(mesh.faces) <= MAX_FACES and not find_crumbs(mesh).all()
     if not is_refinable:
         return identity_result(mesh)
     ordered, vertex_map, mirror = in_canonical_order(mesh)  # which is contracted next, if it is not refined

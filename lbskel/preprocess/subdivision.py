@@ -15,7 +15,7 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.geometry.vertex_map import VertexMap
 from lbskel.preprocess.result import PreprocessResult, identity_result, preprocess_step
 
-MAX_FACES = 23_000  # faces that refinement aims at where the limit on edges would take more; bounds the time.
+MAX_FACES = 20_000  # faces that refinement aims at where the limit on edges would take more; bounds the time.
 # benchmarks/results/neurons.md has accuracy and time with other numbers
 
 MAX_ROUNDS = 8  # each round halves the longest edges; a guess
@@ -27,7 +27,7 @@ FACTOR_STEP = 1.1  # by which the limit is raised until there are few enough fac
 
 @preprocess_step
 def refine(mesh: Mesh, *, max_edge_length: float = 0.5) -> PreprocessResult:
-    """Split edges that are long relative to the local thickness, until none is or there are about 23,000 faces.
+    """Split edges that are long relative to the local thickness, until none is or there are about 20,000 faces.
 
     Where the limit would take more faces, it is raised by one factor everywhere, so that thick and thin parts stay
     equally fine, and faces are divided by their shorter diagonals, which need fewer faces for the same edges. A mesh
