@@ -8,6 +8,9 @@ The branch follows the limb's centerline (:mod:`lbskel.refinement.limb_centerlin
 at a node of the limb's vertices or of the vertices beside it: at the one that is farthest along the centerline, within
 the radius of a ring of its center, or at the one nearest to the centerline's beginning. A limb with such a node in its
 cap gets no branch. Later passes reroute a branch where it is outside a closed surface, and fit it to the limb.
+
+Limbs that stand out and have no tip at all are grown before nodes are centered too: their nodes are centered with the
+others, and limbs that leave them are found by the second growth.
 """
 
 from __future__ import annotations
