@@ -19,6 +19,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from lbskel._kernels.traversal import sums_along_paths
 from lbskel.geometry.graphs import positive_edge_lengths, weighted_graph
+from lbskel.geometry.level_segments import level_segments
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
 from lbskel.refinement.uncovered_limbs import Limbs
@@ -135,17 +136,9 @@ def _rings(
     counts = np.maximum(last - first, 0)
     face = np.repeat(np.arange(len(corners)), counts)
     ring = np.arange(len(face)) - np.repeat(np.cumsum(counts) - counts, counts) + first[face]
-    above = numbers[face] - ring[:, None]
-    is_above = above > 0
-    odd = (is_above == (is_above.sum(axis=1) == 1)[:, None]).argmax(axis=1)  # the corner alone on its side of the ring
-    rows, ends = np.arange(len(face)), []
-    for side in (1, 2):
-        other = (odd + side) % 3
-        share = above[rows, odd] / (above[rows, odd] - above[rows, other])
-        start, stop = (mesh.vertices[corners[face, corner]] for corner in (odd, other))
-        ends.append(start + share[:, None] * (stop - start))
-    lengths = vector_lengths(ends[1] - ends[0])
+    segments = level_segments(mesh.vertices, corners[face].T, numbers[face].T - ring)
+    lengths = vector_lengths(segments.stops - segments.starts)
     row, r = (np.cumsum(n_rings) - n_rings)[limb[face]] + ring - 1, int(n_rings.sum())
     totals = np.bincount(row, lengths, r)
-    moments = np.stack([np.bincount(row, x * lengths, r) for x in (ends[0] + ends[1]).T / 2], axis=1)
+    moments = np.stack([np.bincount(row, x * lengths, r) for x in (segments.starts + segments.stops).T / 2], axis=1)
     return moments / np.maximum(totals, TINY)[:, None], totals / (2 * np.pi)

@@ -32,6 +32,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lbskel._kernels.connectivity import component_roots
+from lbskel.geometry.level_segments import level_segments
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
@@ -182,18 +183,14 @@ def _patches_above(
     patch, areas = patch[of_disk], areas[of_disk]
     is_cut = np.flatnonzero(~is_whole[of_disk])
     cut = corners.take(of_disk[is_cut], axis=1)
-    x, y, z = is_above[cut]
-    is_single = ~((x & y) | (y & z) | (z & x))
-    odd = np.where(x == is_single, 0, np.where(y == is_single, 1, 2))  # the corner alone on its side of the level
-    a, b, c = (cut[(odd + side) % 3, np.arange(len(odd))] for side in range(3))
-    to_b, to_c = ((heights[a] - level) / (heights[a] - heights[other]) for other in (b, c))
-    areas[is_cut] *= np.where(is_single, to_b * to_c, 1 - to_b * to_c)
+    segments = level_segments(V, cut, heights[cut] - level)
+    areas[is_cut] *= segments.shares_above
     i, j = boundary.T
     i, j = np.where(is_above[i], [i, j], [j, i])  # boundary edges, from a vertex above the level
     to_j = np.where(is_above[j], 1.0, (heights[i] - level) / np.where(is_above[j], 1.0, heights[i] - heights[j]))
-    A, B, C, P, Q = (V.take(each, axis=0) for each in (a, b, c, i, j))
-    starts = np.concatenate([A + to_b[:, None] * (B - A), P])
-    stops = np.concatenate([A + to_c[:, None] * (C - A), P + to_j[:, None] * (Q - P)])
+    P, Q = (V.take(each, axis=0) for each in (i, j))
+    starts = np.concatenate([segments.starts, P])
+    stops = np.concatenate([segments.stops, P + to_j[:, None] * (Q - P)])
     rims, widths = _rims(starts, stops, np.concatenate([patch[is_cut], roots[i]]), n)
     area_of_patch = np.bincount(patch, areas, n)
     is_limb = is_disk & (rims > 0) & (area_of_patch > MIN_BULGE * rims * widths)
