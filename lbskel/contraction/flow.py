@@ -284,4 +284,5 @@ def _step_system(
 
 def _is_symmetric(system: LinearSystem) -> bool:
     """Whether the system is symmetric up to rounding, as it is if its operator is."""
-    return bool(abs(system.A - system.A.T).max() <= MAX_ASYMMETRY * abs(system.A).max())
+    largest, difference = (np.abs(each.data).max(initial=0.0) for each in (system.A, system.A - system.A.T))
+    return bool(difference <= MAX_ASYMMETRY * largest)

@@ -194,9 +194,10 @@ def _around(skeleton: Skeleton, edges: NDArray[np.int64]) -> tuple[list[NDArray[
     """For each edge, the nodes within N_RINGS edges of it, and the vertices of their regions."""
     k = len(skeleton.nodes)
     graph = weighted_graph(skeleton.edges, np.ones(len(skeleton.edges)), k)
+    graph = graph + graph.T
     reached = csr_array((np.ones(edges.size), edges.ravel(), 2 * np.arange(len(edges) + 1)), shape=(len(edges), k))
     for _ in range(N_RINGS):
-        reached = reached + reached @ (graph + graph.T)
+        reached = reached + reached @ graph
     nodes, cuts = reached.indices.astype(np.int64), reached.indptr
     by_node = stable_order(skeleton.node_of_vertex)
     begins = np.searchsorted(skeleton.node_of_vertex[by_node], np.arange(k + 1))
