@@ -1,4 +1,4 @@
-"""Sorting of integers that are not negative and of rows of them, by their digits, and medians of groups.
+"""Sorting of integers that are not negative and of rows of them, by their digits, and groups laid end to end.
 
 For 78,000 half-edges, sorting takes a quarter of the time of ``numpy.sort``, as measured on an AMD EPYC.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 __all__ = [
     "distinct",
+    "first_in_groups",
     "first_of_each",
     "group_medians",
     "is_among",
@@ -146,3 +147,18 @@ def group_medians(values: NDArray[np.float64], begins: NDArray[np.int64]) -> NDA
     ascending = values[np.lexsort((values, np.repeat(np.arange(len(sizes)), sizes)))]
     medians: NDArray[np.float64] = (ascending[begin + (sizes - 1) // 2] + ascending[begin + sizes // 2]) / 2
     return medians
+
+
+def first_in_groups(is_met: NDArray[np.bool_], begins: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(g,) row of the first member of each group that meets a condition, or the end of the group if none does.
+
+    Parameters
+    ----------
+    is_met : (n,) array of bool
+        Of groups that are laid end to end.
+    begins : (g + 1,) array of int
+        Where each group begins and the last ends.
+    """
+    rows = np.append(np.flatnonzero(is_met), len(is_met))
+    firsts: NDArray[np.int64] = np.minimum(rows[np.searchsorted(rows, begins[:-1])], begins[1:])
+    return firsts

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from lbskel.geometry.cross_sections import cross_sections
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.shape_diameter import local_radii
-from lbskel.geometry.sorting import distinct
+from lbskel.geometry.sorting import distinct, first_in_groups
 from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.containment import N_SAMPLES, moved_inside
 from lbskel.skeleton.editing import contract_branches
@@ -141,8 +141,7 @@ def first_parts(
     along, begins = np.concatenate(ways), np.cumsum([0, *map(len, ways)])
     way_of, firsts = np.repeat(np.arange(len(ways)), np.diff(begins)), begins[:-1]
     is_beyond = vector_lengths(nodes[along] - nodes[along[firsts]][way_of]) >= reaches[way_of]
-    beyond = np.append(np.flatnonzero(is_beyond), len(along))
-    cuts = np.maximum(beyond[np.searchsorted(beyond, firsts)] - firsts, 1)
+    cuts = np.maximum(first_in_groups(is_beyond, begins) - firsts, 1)
     return [way[: cut + 1] for way, cut in zip(ways, cuts.tolist(), strict=True)]
 
 

@@ -22,6 +22,7 @@ from lbskel.geometry.graphs import positive_edge_lengths, weighted_graph
 from lbskel.geometry.level_segments import level_segments
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.normals import vector_lengths
+from lbskel.geometry.sorting import first_in_groups
 from lbskel.refinement.uncovered_limbs import Limbs
 
 # Distance of the rings, in radii of the limb: about that of the nodes of the skeleton. Rows "distance of rings" in
@@ -70,22 +71,15 @@ def _from_caps(
     before[is_first] = np.column_stack([ends, np.zeros(len(ends))])[limb[is_first]]
     steps = vector_lengths(rings[:, :3] - before[:, :3])
     depths = sums_along_paths(steps, begins) + steps[begins[limb]] - radii
-    firsts = _first_of_each(depths > 0, begins)  # below the cap
+    firsts = first_in_groups(depths > 0, begins)  # below the cap
     is_body = (np.arange(len(limb)) >= firsts[limb]) & (radii - before[:, 3] > max_growths[limb])
-    stops = _first_of_each(is_body, begins)
+    stops = first_in_groups(is_body, begins)
     is_between = (begins[:-1] < firsts) & (firsts < stops)  # the center of the cap is between two rings
     below, above = firsts[is_between], firsts[is_between] - 1
     share = depths[below] / (depths[below] - depths[above])
     rings[above] = rings[below] + share[:, None] * (rings[above] - rings[below])
     lines = [rings[first:stop][::-1] for first, stop in zip(firsts - is_between, stops, strict=True)]
     return [(line[:, :3], line[:, 3]) for line in lines]
-
-
-def _first_of_each(is_met: NDArray[np.bool_], begins: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(u,) the first row that meets a condition in each of u ranges, or the end of the range."""
-    rows = np.append(np.flatnonzero(is_met), len(is_met))
-    firsts: NDArray[np.int64] = np.minimum(rows[np.searchsorted(rows, begins[:-1])], begins[1:])
-    return firsts
 
 
 def _distances_from_ends(

@@ -5,6 +5,7 @@ import pytest
 
 from lbskel.geometry.sorting import (
     distinct,
+    first_in_groups,
     first_of_each,
     group_medians,
     is_among,
@@ -51,3 +52,10 @@ def test_medians_of_groups_are_those_of_numpy():
     medians = [np.median(group) for group in np.split(values, begins[1:-1])]
     assert np.array_equal(group_medians(values, begins), medians)
     assert group_medians(values[:0], begins[:1]).shape == (0,)
+
+
+def test_the_first_member_of_each_group_that_meets_a_condition_or_its_end():
+    is_met = np.array([0, 1, 1, 0, 0, 0, 1], dtype=bool)
+    begins = np.array([0, 2, 2, 3, 5, 7])
+    assert first_in_groups(is_met, begins).tolist() == [1, 2, 2, 5, 6]
+    assert first_in_groups(is_met[:0], np.array([0, 0])).tolist() == [0]
