@@ -25,7 +25,6 @@ from lbskel.geometry.surface_queries import Surface
 from lbskel.refinement.centering import BENDING_WEIGHT, POSITION_WEIGHT, second_differences
 from lbskel.refinement.centerlines import find_section_centers
 from lbskel.refinement.containment import segments_outside
-from lbskel.refinement.inscribed_balls import MIN_BALL_RATIO
 from lbskel.refinement.radii import axis_directions, mean_axis_distances
 from lbskel.refinement.tubes import Feet, Tubes, feet_on_tubes, nearest_balls_by_power, tubes_around
 from lbskel.refinement.tunnel_sides import keep_sides
@@ -40,6 +39,10 @@ MAX_DEVIATION = 0.2
 # tubes are 0.0228 off with 0.5, 0.0233 with 0.25, 0.0244 with 0.125. Where only radii are fitted, which cut no bend, it
 # is BENDING_WEIGHT
 COURSE_WEIGHT = 0.25
+# Lower bound on the ball at the new place of a node inside, as a share of that at its old one. Rows "ball share of
+# tubes" there: with less, tips and nodes beside other branches are drawn aside; with 0.9, branches have kinks, since
+# only some of their nodes are moved
+MIN_BALL_SHARE = 0.8
 # Gauss-Newton steps, which bound the time. Rows "tube steps of" there: more are alike
 N_STEPS = 3
 
@@ -48,8 +51,8 @@ def fit_tubes(skeleton: Skeleton, surface: Surface) -> Skeleton:
     """Move the nodes to the axes of round tubes that are fitted to the surface.
 
     Tips move across their branches only, since a cone around the last edge fits the surface as well if it is shorter.
-    No node inside leaves the surface, no edge inside leaves a closed one, none passes a tunnel on another side, and no
-    junction goes to a ball of less than MIN_BALL_RATIO of its own.
+    No node inside leaves the surface, no edge inside leaves a closed one, and none passes a tunnel on another side. No
+    node inside goes to a ball of less than MIN_BALL_SHARE of its own, as a tip would that a tube draws aside.
 
     Parameters
     ----------
@@ -215,11 +218,10 @@ def _step(
 def _kept_inside(skeleton: Skeleton, nodes: NDArray[np.float64], surface: Surface) -> NDArray[np.float64]:
     """(k, 3) new positions, or the old ones of nodes, and of edges of a closed surface, that would leave it.
 
-    Junctions whose balls would shrink keep their places, too.
+    Nodes inside whose balls would shrink keep their places, too.
     """
-    is_kept, junctions = ~surface.contains(nodes) & surface.contains(skeleton.nodes), skeleton.junctions
-    before, after = (surface.distance(places[junctions]) for places in (skeleton.nodes, nodes))
-    is_kept[junctions] |= after < MIN_BALL_RATIO * before
+    is_shallow = surface.distance(nodes) < MIN_BALL_SHARE * surface.distance(skeleton.nodes)
+    is_kept = surface.contains(skeleton.nodes) & (~surface.contains(nodes) | is_shallow)
     kept = np.where(is_kept[:, None], skeleton.nodes, nodes)
     if surface.mesh.is_closed:
         may_leave = segments_outside(skeleton.nodes, skeleton.edges, surface)
