@@ -1,4 +1,4 @@
-"""Growth of limbs: what is left without a part of it, or with other bounds; these rows of ``refinement`` alone."""
+"""Growth of limbs, and balls in fitted tubes: without a part of it or with other bounds; rows of ``refinement``."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ import lbskel
 from benchmarks import refinement
 from benchmarks.harness import markdown_table, save_json, save_markdown
 
-NAMES = ("none", *(name for name in refinement.PASSES | refinement.BOUNDS if "limbs" in name or "rings" in name))
+PARTS = ("limbs", "rings", "ball share")
+NAMES = ("none", *(name for name in refinement.PASSES | refinement.BOUNDS if any(part in name for part in PARTS)))
 
 
 def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
@@ -23,4 +24,4 @@ def run(quick: bool, results: Path, meshes: Sequence[Path] = ()) -> None:
         NAMES[:2] if quick else NAMES, quick, [*hard.values()], [*creatures.values()], real
     )
     save_json(results / "limbs.json", {"ablation": rows}, meshes=paths)
-    save_markdown(results / "limbs.md", "Growth of limbs", {title: markdown_table(rows)})
+    save_markdown(results / "limbs.md", "Growth of limbs, and balls in fitted tubes", {title: markdown_table(rows)})

@@ -8,6 +8,7 @@ from benchmarks import limbs, refinement
 def test_every_part_of_the_growth_of_limbs_is_measured():
     assert limbs.NAMES[0] == "none"
     assert {"grow limbs", "limbs at missed ends", "limbs out of the balls", "centerlines of limbs"} < {*limbs.NAMES}
+    assert {"ball share of tubes 0.0", "ball share of tubes 0.9"} < {*limbs.NAMES}
     assert {"growth of rings 0.3", "growth of rings 0.7", "distance of rings 0.25"} < {*limbs.NAMES}
     assert {*limbs.NAMES} < {"none", *refinement.PASSES, *refinement.BOUNDS}
 
