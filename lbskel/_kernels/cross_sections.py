@@ -44,17 +44,6 @@ ANGLE = cython.declare(cython.Py_ssize_t, 12)  # by which it turns around the qu
 N_SUMS = cython.declare(cython.Py_ssize_t, 13)
 
 
-@cython.cfunc
-@cython.nogil
-@cython.inline
-@cython.exceptval(check=False)
-def _doubled_gap(x: cython.double, low: cython.double, high: cython.double) -> cython.double:
-    """Twice the distance from a number to an interval, exactly; absolute values in place of branches, for speed."""
-    below: cython.double = low - x
-    above: cython.double = x - high
-    return (below + fabs(below)) + (above + fabs(above))
-
-
 @cython.final
 @cython.cclass
 class SectionCurves:
@@ -66,10 +55,8 @@ class SectionCurves:
     corners: cython.const[cython.double][:, ::1]
     boxes: cython.const[cython.double][:, ::1]
     labels: cython.const[cython.longlong][::1]
-    x: cython.double  # the query point, the normal (a, b, c), and two unit vectors in the plane
-    y: cython.double
-    z: cython.double
-    a: cython.double
+    point: cython.const[cython.double][::1]  # the query point
+    a: cython.double  # the normal (a, b, c), and below two unit vectors in the plane
     b: cython.double
     c: cython.double
     offset: cython.double
@@ -132,10 +119,9 @@ class SectionCurves:
         measures: cython.double[:, ::1] = measures_array
         with cython.nogil:
             for i in range(k):
-                self.x, self.y, self.z = points[i, 0], points[i, 1], points[i, 2]
+                self.point, self.frame = points[i], frames[i]
                 self.a, self.b, self.c = frames[i, 2, 0], frames[i, 2, 1], frames[i, 2, 2]
-                self.offset = self.a * self.x + self.b * self.y + self.c * self.z
-                self.frame = frames[i]
+                self.offset = self.a * points[i, 0] + self.b * points[i, 1] + self.c * points[i, 2]
                 reach = FIRST_REACH * self._distance_to_nearby_vertex() or INFINITY  # 0 at a vertex
                 self.n_segments, self.n_points, searched = 0, 0, -1.0
                 while True:
@@ -154,12 +140,15 @@ class SectionCurves:
     @cython.cfunc
     @cython.nogil
     @cython.exceptval(check=False)
+    @cython.locals(axis=cython.Py_ssize_t, below=cython.double, above=cython.double, doubled=cython.double)
     def _box_distance(self, node: cython.Py_ssize_t) -> cython.double:
-        """Squared distance from the query point to a box."""
-        dx: cython.double = _doubled_gap(self.x, self.boxes[node, 0], self.boxes[node, 3])
-        dy: cython.double = _doubled_gap(self.y, self.boxes[node, 1], self.boxes[node, 4])
-        dz: cython.double = _doubled_gap(self.z, self.boxes[node, 2], self.boxes[node, 5])
-        return 0.25 * (dx * dx + dy * dy + dz * dz)
+        """Squared distance from the query point to a box; absolute values in place of branches, for speed."""
+        total: cython.double = 0.0
+        for axis in range(3):
+            below, above = self.boxes[node, axis] - self.point[axis], self.point[axis] - self.boxes[node, axis + 3]
+            doubled = (below + fabs(below)) + (above + fabs(above))
+            total += doubled * doubled
+        return 0.25 * total
 
     @cython.cfunc
     @cython.nogil
@@ -187,9 +176,9 @@ class SectionCurves:
             if self.boxes[node + 1, 0] < EMPTY and self._box_distance(node + 1) < self._box_distance(node):
                 node += 1
         row: cython.Py_ssize_t = (node - p) * LEAF
-        dx: cython.double = self.corners[row, 0] - self.x
-        dy: cython.double = self.corners[row, 1] - self.y
-        dz: cython.double = self.corners[row, 2] - self.z
+        dx: cython.double = self.corners[row, 0] - self.point[0]
+        dy: cython.double = self.corners[row, 1] - self.point[1]
+        dz: cython.double = self.corners[row, 2] - self.point[2]
         return sqrt(dx * dx + dy * dy + dz * dz)
 
     @cython.cfunc
@@ -270,9 +259,9 @@ class SectionCurves:
         low, high = 3 * low, 3 * high
         height: cython.double = self._height(row, low)
         t: cython.double = height / (height - self._height(row, high))
-        x: cython.double = (1 - t) * self.corners[row, low] + t * self.corners[row, high] - self.x
-        y: cython.double = (1 - t) * self.corners[row, low + 1] + t * self.corners[row, high + 1] - self.y
-        z: cython.double = (1 - t) * self.corners[row, low + 2] + t * self.corners[row, high + 2] - self.z
+        x: cython.double = (1 - t) * self.corners[row, low] + t * self.corners[row, high] - self.point[0]
+        y: cython.double = (1 - t) * self.corners[row, low + 1] + t * self.corners[row, high + 1] - self.point[1]
+        z: cython.double = (1 - t) * self.corners[row, low + 2] + t * self.corners[row, high + 2] - self.point[2]
         self.points_2d[point, 0] = self.frame[0, 0] * x + self.frame[0, 1] * y + self.frame[0, 2] * z
         self.points_2d[point, 1] = self.frame[1, 0] * x + self.frame[1, 1] * y + self.frame[1, 2] * z
         return point
