@@ -13,13 +13,13 @@ from lbskel.applications.face_graph import face_graph
 EDGES = 1.0  # mean edge lengths over which the labels diffuse for the smooth curves
 
 
-def boundary_measures(mesh: lbskel.Mesh, part: NDArray[np.int64]) -> dict[str, float]:
+def boundary_measures(mesh: lbskel.Mesh, part: NDArray[np.int64]) -> dict[str, float | None]:
     """Measure the boundaries of parts, by names of columns.
 
     "raggedness": the length of the boundaries along edges over that of the curves where the labels, diffused over an
     edge, are one half. A shortest path along the edges of equilateral triangles is 1 to 1.155 times its straight line,
-    1.10 on average. "turn, degrees": mean turn of the surface at the boundaries, inward positive, weighted by lengths;
-    "of all edges": the same for the whole mesh.
+    1.10 on average. It is None where a part is so small that it diffuses away. "turn, degrees": mean turn of the
+    surface at the boundaries, inward positive, weighted by lengths; "of all edges": the same for the whole mesh.
 
     Parameters
     ----------
@@ -31,9 +31,9 @@ def boundary_measures(mesh: lbskel.Mesh, part: NDArray[np.int64]) -> dict[str, f
     cut = part[graph.pairs[:, 0]] != part[graph.pairs[:, 1]]
     if not cut.any():
         return {}
-    degrees, lengths = np.degrees(graph.turns), graph.lengths
+    degrees, lengths, of_curves = np.degrees(graph.turns), graph.lengths, _length_of_curves(mesh, part)
     return {
-        "raggedness": 2 * float(lengths[cut].sum()) / _length_of_curves(mesh, part),
+        "raggedness": 2 * float(lengths[cut].sum()) / of_curves if of_curves > 0 else None,
         "turn, degrees": float(np.average(degrees[cut], weights=lengths[cut])),
         "of all edges": float(np.average(degrees, weights=lengths)),
     }

@@ -25,3 +25,10 @@ def test_turns_are_negative_on_a_ball_and_positive_inside_a_ring():
     found = boundary_measures(ring, (angle > 0.01).astype(np.int64))
     assert found["turn, degrees"] == pytest.approx(0, abs=2.0)  # around the tube: inwards at the hole, outwards outside
     assert boundary_measures(ball, np.zeros(len(ball.faces), dtype=np.int64)) == {}
+
+
+def test_a_part_of_one_face_has_no_curve_around_it():
+    ball = sphere(3)
+    found = boundary_measures(ball, (np.arange(len(ball.faces)) == 0).astype(np.int64))
+    assert found["raggedness"] is None
+    assert found["turn, degrees"] < 0
