@@ -188,9 +188,10 @@ def _run_steps(
                 like = factorization if is_same_size else None
                 factorization = factorize(system.A, settings.solver, like=like)
                 # the first-order system is well conditioned: without refinement, skeletons of 25 meshes moved by 1e-13
-                D = factorization.solve(system.B, refined=settings.energy != "curvature_flow")
+                D, residual = factorization.solve_with_residual(system.B, refined=settings.energy != "curvature_flow")
             else:
                 D = solve_once(system.A, system.positions) - mesh.vertices
+                residual = relative_residual(system.A, D, system.B)
         except SolveError:
             return result(Status.NOT_SOLVED)
         moved = mesh.vertices + D
@@ -210,7 +211,7 @@ def _run_steps(
             n_fallback_rows=len(touched),
             n_replaced_rows=len(system.replaced_rows),
             max_displacement=float(vector_lengths(D[touched]).max(initial=0.0)),
-            residual=relative_residual(system.A, D, system.B),
+            residual=residual,
             seconds=time.perf_counter() - began,
         )
         previous = steps[-1] if steps else None

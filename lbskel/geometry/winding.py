@@ -68,16 +68,10 @@ class WindingNumbers:
         points : (k, 3) array of float
         deadline : Deadline
         """
-        unit = (points - self.center) / self.length
         if self.closed is None:
-            return _numbers(self._of_faces, unit, deadline)
-        numbers = self.closed.winding_numbers(points, deadline=deadline).astype(np.float64)
-        if self.fans is not None:
-            numbers -= _numbers(self.others, unit, deadline)
-            is_near = self.fans.nearest(points, deadline=deadline)[0] < NEAR_FAN * self.length
-            if is_near.any():
-                numbers[is_near] = _numbers(self._of_faces, unit[is_near], deadline)
-        return numbers
+            return _numbers(self._of_faces, self._to_unit(points), deadline)
+        numbers = self.closed.winding_numbers(points, deadline=deadline)
+        return numbers.astype(np.float64) if self.fans is None else self._without_fans(numbers, points, deadline)
 
     def contain(self, points: NDArray[np.float64], *, deadline: Deadline = NEVER) -> NDArray[np.bool_]:
         """(k,) whether the absolute winding number around each point is above 1/2.
@@ -92,12 +86,29 @@ class WindingNumbers:
         """
         if self.closed is None or self.fans is None:
             return np.asarray(np.abs(self.around(points, deadline=deadline)) > 0.5)
-        is_inside: NDArray[np.bool_] = self.closed.winding_numbers(points, deadline=deadline) != 0
+        numbers = self.closed.winding_numbers(points, deadline=deadline)
+        is_inside: NDArray[np.bool_] = numbers != 0
         tree, reach = self._reach_of_fans
         to_fans = tree.query(np.nan_to_num(points), distance_upper_bound=reach)[0]  # which refuses NaN
         near = np.flatnonzero(np.isfinite(to_fans))
-        is_inside[near] = np.abs(self.around(points[near], deadline=deadline)) > 0.5
+        is_inside[near] = np.abs(self._without_fans(numbers[near], points[near], deadline)) > 0.5
         return is_inside
+
+    def _to_unit(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(k, 3) points in the coordinates of libigl's trees."""
+        return np.asarray((points - self.center) / self.length)
+
+    def _without_fans(
+        self, numbers: NDArray[np.int64], points: NDArray[np.float64], deadline: Deadline
+    ) -> NDArray[np.float64]:
+        """(k,) winding numbers of the faces around points, from those of the closed surface."""
+        assert self.fans is not None
+        unit = self._to_unit(points)
+        without: NDArray[np.float64] = numbers - _numbers(self.others, unit, deadline)
+        is_near = self.fans.nearest(points, deadline=deadline)[0] < NEAR_FAN * self.length
+        if is_near.any():
+            without[is_near] = _numbers(self._of_faces, unit[is_near], deadline)
+        return without
 
     @cached_property
     def _reach_of_fans(self) -> tuple[cKDTree, float]:

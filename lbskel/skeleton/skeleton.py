@@ -103,8 +103,9 @@ class Skeleton(SkeletonExchange):
 
     def __post_init__(self) -> None:
         nodes = _rows(self.nodes, "nodes", 3, np.float64)
-        i, j = _rows(self.edges, "edges", 2, np.int64).T
-        edges = np.stack([np.minimum(i, j), np.maximum(i, j)], axis=1)
+        edges = _rows(self.edges, "edges", 2, np.int64)
+        if not (is_ascending := (edges[:, 0] < edges[:, 1]).all()):
+            edges = np.sort(edges, axis=1)
         radii = _numbers(self.radii, "radii", np.float64).reshape(-1)
         mean_radii = _numbers(self.mean_radii, "mean_radii", np.float64).reshape(-1)
         node_of_vertex = _numbers(self.node_of_vertex, "node_of_vertex", np.int64).reshape(-1)
@@ -118,8 +119,8 @@ class Skeleton(SkeletonExchange):
         for field_name, indices in (("edges", edges), ("node_of_vertex", node_of_vertex), ("anchors", anchors)):
             if indices.size and (indices.min() < 0 or indices.max() >= len(nodes)):
                 raise MeshError(f"{field_name} of the skeleton name a node outside 0..{len(nodes) - 1}")
-        key = edges @ [len(nodes), 1]
-        if (edges[:, 0] == edges[:, 1]).any() or (key[1:] <= key[:-1]).any():
+        key = edges[:, 0] * len(nodes) + edges[:, 1]
+        if not is_ascending or (key[1:] <= key[:-1]).any():
             key = distinct(key[edges[:, 0] != edges[:, 1]])
             edges = np.stack(np.divmod(key, max(len(nodes), 1)), axis=1)
         for name, value in {

@@ -131,6 +131,16 @@ class Factorization(ABC):
             If B has another number of rows or is complex, or the result is not finite or its residual is large: A is
             singular to working accuracy, or not symmetric.
         """
+        return self.solve_with_residual(B, refined=refined)[0]
+
+    def solve_with_residual(self, B: NDArray[np.float64], *, refined: bool = True) -> tuple[NDArray[np.float64], float]:
+        """Solve A X = B as :meth:`solve` does, and return the residual too, as :meth:`residual` computes it.
+
+        Parameters
+        ----------
+        B, refined
+            As for :meth:`solve`.
+        """
         n = self._matrix.shape[0]
         columns = real_rows(B, n).reshape(n, -1)
         X = self._solve_unrefined(columns)
@@ -145,7 +155,7 @@ class Factorization(ABC):
                 "or it is not symmetric",
                 residual,
             )
-        return X.reshape(np.shape(B))
+        return X.reshape(np.shape(B)), residual
 
     def residual(self, X: NDArray[np.float64], B: NDArray[np.float64]) -> float:
         """Compute the largest |B - A X| of a column relative to its largest |B|, both (n, k) arrays."""

@@ -105,6 +105,9 @@ def test_ill_conditioned_systems_are_solved_backward_stably(solver):
     terms = abs(A) @ np.abs(X) + np.abs(B)
     assert (np.abs(B - A @ X) <= 4 * EPSILON * terms).all()
     assert factorization.residual(X, B) < 1e-13
+    again, residual = factorization.solve_with_residual(B)
+    assert np.array_equal(again, X)
+    assert residual == factorization.residual(X, B)
 
 
 class Inexact(Factorization):
