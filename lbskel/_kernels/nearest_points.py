@@ -116,7 +116,7 @@ def _nearest_on_face(
     nz: cython.double = px * qy - py * qx
     squared: cython.double = nx * nx + ny * ny + nz * nz
     height: cython.double = ax * nx + ay * ny + az * nz
-    if squared > 0 and height * height > (1 + BOUND_MARGIN) * best * squared:  # the plane is farther, without a root
+    if squared > 0 and height * (height / squared) > (1 + BOUND_MARGIN) * best:  # the plane is farther, without a root
         return best
     area: cython.double = sqrt(squared)  # double area
     u: cython.double = 0.0
