@@ -18,7 +18,7 @@ from lbskel.preprocess.result import PreprocessResult, identity_result, preproce
 # Number of faces that refinement aims at where the limit on edges would take more, and above which no mesh is refined;
 # it bounds the time. "Faces that the refinement of coarse meshes aims at" in benchmarks/results/neurons.md: with 22,000
 # neurons take an eighth longer, and 0.477 of their tips are found in place of 0.464
-MAX_FACES = 20_000
+MAX_FACES = 19_000
 
 MAX_ROUNDS = 8  # each round halves the longest edges; a guess
 
@@ -29,7 +29,7 @@ FACTOR_STEP = 1.1  # by which the limit is raised until there are few enough fac
 
 @preprocess_step
 def refine(mesh: Mesh, *, max_edge_length: float = 0.5) -> PreprocessResult:
-    """Split edges that are long relative to the local thickness, until none is or there are about 20,000 faces.
+    """Split edges that are long relative to the local thickness, until none is or there are about 19,000 faces.
 
     Where the limit would take more faces, it is raised by one factor everywhere, so that thick and thin parts stay
     equally fine, and faces are divided by their shorter diagonals, which need fewer faces for the same edges. A mesh
