@@ -10,9 +10,9 @@ from pathlib import Path
 from benchmarks.readme_figures import Figures, bound, claim, of, read, span, values
 
 PYMESHLAB = """
-`lbskel check` names the defects of a file and what happens to each; holes are closed without being asked. Remeshing,
-which `--preprocess cad` has, needs pymeshlab, {megabytes:.0f} MB that the first command leaves out:
-`pip install '.[preprocess]'`.
+`lbskel check` names the defects of a file and what happens to each by default; holes are closed without being asked.
+Remeshing, which `--preprocess cad` has, needs pymeshlab, {megabytes:.0f} MB that the first command leaves out: `pip
+install '.[preprocess]'`.
 """
 PAGE = """
 A picture of the first view is there {picture} s after the page is opened, and the view of {faces:,} faces, drawn by

@@ -29,18 +29,20 @@ the axis on average, and full resolution {full:.4f}; on no shape is it worse by 
 THIN = """
 Thin and long shapes: `python -m benchmarks neurons vessels --peers` measures hemibrain neurons against their tracings,
 tubes around parts of the tracings, and coils and trees of vessels whose thinnest radius is {thinnest} of the diagonal.
-On the neurons ([results](benchmarks/results/neurons.md)) the F-score of the cable is {cable} (PyGEL3D {cable_pygel},
-skeletor's waves {cable_waves}), and {tips} of the tips are found ({tips_pygel}, {tips_waves}), in {times:.1f} times
-PyGEL3D's time. Of the tips of the tubes lbskel finds {tubes}, PyGEL3D {tubes_pygel} and skeletor's waves
-{tubes_waves}. The tubes are rough: their mean radii are {mean_radii} off, inscribed ones {inscribed}. On meshes of the
-voxels in these tubes, of half a median radius, as a segmented image volume has them, lbskel finds {voxel_tips} of the
-tips, its accuracy is {voxel_accuracy} radii, lengths are {voxel_length} % and sections {voxel_sections} % off
-(PyGEL3D: {voxel_tips_pygel}, {voxel_accuracy_pygel}, {voxel_length_pygel} %, {voxel_sections_pygel} %, in
-{voxel_times:.0f} times the processor time). On tubes around parts of {others} other public tracings, thinner and with
-fewer tips, lbskel finds {others_found} of {others_true} tips, and lengths are {others_length:.1f} % off on average. On
-coils and trees ([results](benchmarks/results/vessels.md)) accuracy is at most {accuracy} and coverage {coverage}
-radii, with {found} tips for {true}. PyGEL3D's accuracy is at most {coil} on coils and {tree} on trees, and CGAL's
-coverage of the two longest coils {long:.0f} and {longest:.0f}.
+On the neurons ([results](benchmarks/results/neurons.md)) the F-score of the cable, which counts within 400 nm, is
+{cable} (PyGEL3D {cable_pygel}, skeletor's waves {cable_waves}), and {tips} of the tips are found ({tips_pygel},
+{tips_waves}), in {times:.1f} times PyGEL3D's time. The skeletons are {length} of the length of the tracings, and have
+{loops} loops each, where neurites touch; SWC cuts them. Of the tips of the tubes lbskel finds {tubes}, PyGEL3D
+{tubes_pygel} and skeletor's waves {tubes_waves}. The tubes are rough: their mean radii are {mean_radii} off, inscribed
+ones {inscribed}. On meshes of the voxels in these tubes, of half a median radius, as a segmented image volume has
+them, lbskel finds {voxel_tips} of the tips, its accuracy is {voxel_accuracy} radii, lengths are {voxel_length} % and
+sections {voxel_sections} % off (PyGEL3D: {voxel_tips_pygel}, {voxel_accuracy_pygel}, {voxel_length_pygel} %,
+{voxel_sections_pygel} %, in {voxel_times:.0f} times the processor time), and {voxel_right} of {voxel_graphs} graphs
+have the right topology ({voxel_right_pygel}). On tubes around parts of {others} other public tracings, thinner and
+with fewer tips, lbskel finds {others_found} of {others_true} tips, and lengths are {others_length:.1f} % off on
+average. On coils and trees ([results](benchmarks/results/vessels.md)) accuracy is at most {accuracy} and coverage
+{coverage} radii, with {found} tips for {true}. PyGEL3D's accuracy is at most {coil} on coils and {tree} on trees, and
+CGAL's coverage of the two longest coils {long:.0f} and {longest:.0f}.
 """
 CLOUDS = """
 Point clouds: `python -m benchmarks points --peers` measures 10,000 points of each of the thirteen shapes
@@ -94,6 +96,7 @@ def _thin(results: Path) -> Figures:
     own, pygel = of(vessels, tool=OURS), of(vessels, tool=PYGEL)
     tips = np.array([row["tips"].split("/") for row in own]).astype(int).sum(axis=0)
     others = of(read(results, "neurons", "other tubes"), tool=OURS)
+    hemibrain = of(read(results, "neurons", "hemibrain"), tool=OURS)
     true = np.array([row["tips"].split("/")[1] for row in others]).astype(int)
     figures: dict[str, Any] = {
         "others": len(others),
@@ -106,6 +109,9 @@ def _thin(results: Path) -> Figures:
         "coverage": bound(values(own, "coverage"), 3),
         "found": tips[0],
         "true": tips[1],
+        "length": span(values(hemibrain, "length / true length")),
+        "loops": span(values(hemibrain, "cycles")),
+        "voxel_graphs": len(of(voxels, tool=OURS)),
         "mean_radii": f"{100 * mean(of(tubes, tool=OURS), 'mean radius error'):.0f} %",
         "inscribed": f"{100 * mean(of(tubes, tool=OURS), 'radius error'):.0f} %",
     }
@@ -115,6 +121,7 @@ def _thin(results: Path) -> Figures:
         figures[f"tubes{end}"] = f"{mean(of(tubes, tool=tool), 'tips found'):.2f}"
         own_voxels = of(voxels, tool=tool)
         figures[f"voxel_tips{end}"] = f"{mean(own_voxels, 'tips found'):.2f}"
+        figures[f"voxel_right{end}"] = sum(row["topology right"] for row in own_voxels)
         figures[f"voxel_accuracy{end}"] = f"{mean(own_voxels, 'accuracy'):.2f}"
         figures[f"voxel_length{end}"] = f"{100 * float(np.abs(values(own_voxels, 'length error')).mean()):.0f}"
         sections = np.array([row["sections"].split("/") for row in own_voxels]).astype(int)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.judge import BAD, GOOD
-from benchmarks.readme_figures import Figures, bound, claim, lower_bound, mean, of, read, span
+from benchmarks.readme_figures import Figures, bound, claim, lower_bound, mean, named, of, read, span
 from benchmarks.readme_skeletons import OURS, PYGEL, WAVES
 from lbskel.evaluation.medial_points import MAX_FLUX, MAX_UNCOVERED
 
@@ -33,6 +33,11 @@ LIMITS = """
 - On neurons PyGEL3D is {pygel:.1f} times as fast as lbskel, skeletor's waves {waves:.0f} times. On coarse tubes around
   their tracings lbskel finds {own_tips:.3f} of the tips, and its skeletons have {fewer:.0f} % fewer sections than the
   tracings ([neurons](benchmarks/results/neurons.md)).
+- Of {creatures} random bodies with limbs lbskel makes the right graph of {creatures_right}
+  ([refinement](benchmarks/results/refinement.md)).
+- With Blender's automatic weights bent limbs keep more of their volume: at the worst joint of {posed} meshes {blender},
+  with lbskel's {least}. Lbskel's change less from vertex to vertex on {even} of these
+  ([rigs](benchmarks/results/rig.md)).
 - On meshes of up to {small:,} faces CGAL takes {cgal} of lbskel's time, which includes the score; it is faster on some
   larger ones too, if lbskel contracts them at full resolution ([speed](benchmarks/results/speed.md)).
 - On tubes made of regular rings of vertices, such as the coils, PyGEL3D's nodes are the centers of the rings: it is at
@@ -47,10 +52,10 @@ LIMITS = """
 """
 JUDGE = """
 Medial points lie one local radius under each vertex; refinement does not use them, so that the score is no echo of it.
-{tools} tools made skeletons of {shapes} shapes with known axes: of the {bad} whose worst 5 % is over {limit} radii off,
-{passed} pass in every measure, and {without} would without the medial ones; of the {good} below {best} radii, {failed}
-fail. {found} of {cut} limbs cut off the true axes are told, and {untrue} parts of whole ones
-([judge](benchmarks/results/judge.md)).
+{tools} tools made skeletons of {shapes} shapes with known axes: of the {bad} whose worst 5 % is over {limit} radii
+off, {passed} pass in every measure, and {without} would without the medial ones; of the {good} below {best} radii,
+{good_passed} pass, {good_warned} warn and {failed} fail. {found} of {cut} limbs cut off the true axes are told, and
+{untrue} parts of whole ones ([judge](benchmarks/results/judge.md)).
 """
 SMALL = 10_000  # faces below which README.md compares the times of small meshes
 SECOND_ORDER = 1.9  # fitted order of convergence from which README.md tells of second order
@@ -98,6 +103,8 @@ def _judge(results: Path) -> Figures:
         "without": every[f"{high}, pass without medial"],
         "good": every[low],
         "best": GOOD,
+        "good_passed": every[f"{low}, pass"],
+        "good_warned": every[low] - every[f"{low}, pass"] - every[f"{low}, fail"],
         "failed": every[f"{low}, fail"],
         "found": sum(int(found) for found, _ in counts),
         "cut": sum(int(cut) for _, cut in counts),
@@ -128,10 +135,23 @@ def _limits(results: Path) -> Figures:
     errors = [row["potpourri3d, mean error"] / row["lbskel, mean error"] for row in several]
     claim(max(later) > 1 and max(times) > 1, "geodesic queries are faster in potpourri3d and libigl")
     claim(min(errors + [1 / each for each in single]) > 1, "potpourri3d and libigl have larger errors of geodesics")
+    [creatures] = of(read(results, "refinement", "summary"), set="creatures", tool=OURS)
+    right, n_creatures = map(int, creatures["graphs right"].split("/"))
+    pairs = [(row, of(read(results, "rig"), mesh=row["mesh"])[0]) for row in read(results, "rig", "weights")]
+    pairs = [(blender, own) for blender, own in pairs if blender.get("Blender: least volume kept")]
+    least = [(blender["Blender: least volume kept"], own["least"]) for blender, own in pairs]
+    claim(all(blender > own for blender, own in least), "limbs keep more of their volume with Blender's weights")
+    jumps = [(blender["Blender: jump"], own["largest jump of a weight"]) for blender, own in pairs]
     stability = read(results, "stability")
     others = {row["variant"]: row["meshes with other tips"] for row in stability}
     claim(others["turned"] == others["mirrored"] == 0, "a rotation and a reflection change no tips")
     return {
+        "creatures": n_creatures,
+        "creatures_right": right,
+        "posed": named(len(pairs)),
+        "blender": span((blender for blender, _ in least), ".2f"),
+        "least": span((own for _, own in least), ".2f"),
+        "even": named(sum(own < blender for blender, own in jumps)),
         "own_tips": mean(of_tubes, "tips found"),
         "fewer": 100 * (1 - sections[0] / sections[1]),
         "pygel": seconds[OURS] / seconds[PYGEL],
