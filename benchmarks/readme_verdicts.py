@@ -45,7 +45,8 @@ LIMITS = """
   ([vessels](benchmarks/results/vessels.md)).
 - Contraction in other steps changes the tips of up to {steps} of {n_meshes} meshes
   ([stability](benchmarks/results/stability.md)). A rotation or a reflection changes none of these, but may change the
-  graph of a shape with several corners that are equally far from its centroid, such as a box.
+  graph of a shape with several corners that are equally far from its centroid, such as a box, or with several equally
+  long edges at the farthest one, such as a body of voxels.
 - Later geodesic queries are up to {later:.1f} times as fast in potpourri3d and libigl, and those from several sources
   up to {several:.1f} times, with {error} and more times the error
   ([geodesics](benchmarks/results/applications_geodesics.md)).

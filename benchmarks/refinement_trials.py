@@ -27,7 +27,7 @@ _ROWS = (
     ("bending weight from the noise of the centers", "b9532e7", "clean tubes 0.0143 -> 0.0132, noisy 0.0280 -> 0.03"),
     ("junctions merged up to a sine of 0.5, for a figure eight", "c582cf3", "nine other graphs of 130 wrong"),
     ("limbs grown by bulges alone, without extrema", "6017e6b", "ends missed on CGAL's meshes 10 -> 121"),
-    ("limbs grown before nodes are centered", "6017e6b", "ends missed on CGAL's meshes 10 -> 26"),
+    ("all limbs grown before nodes are centered", "6017e6b", "ends missed on CGAL's meshes 10 -> 26"),
     ("nodes centered again after limbs are grown", "6017e6b", "hard shapes 0.0105 -> 0.0266"),
     ("limbs grown before tips are extended", "6017e6b", "tips of tracings 0.930 -> 0.912"),
     ("ends of branches grown as limbs, not traced by sections", "ed6b5b3", "coverage of hard shapes 0.0104 -> 0.0218"),

@@ -4,7 +4,8 @@ Simplification, seeds and ties between equal lengths depend on the numbering. Th
 breadth-first traversal of the faces across their edges: it begins at the corner farthest from the centroid, and enters
 each face's other neighbors in the sense of its orientation. So it does not change with the order of vertices and faces,
 nor with rotation, except for shapes with several such corners. Of a mesh and its mirror image, which have opposite
-senses, one is numbered for both.
+senses, one is numbered for both. Where edges at that corner are equally long, as on a mesh of voxels, their coordinates
+decide, so that a rotated mesh may be numbered otherwise.
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ __all__ = [
     "weighted_graph",
 ]
 
+import math
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,10 @@ from lbskel._kernels.dijkstra import ShortestPaths
 from lbskel.geometry.mesh import Mesh
 from lbskel.geometry.sorting import unique_inverse
 
-MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound: sums of sparse arrays drop length 0
+# Lengths of edges are multiples of this power of two, relative to that nearest to the diameter bound: sums of them are
+# exact, so that no rounding error chooses between paths of equal length, as there are on a mesh of voxels
+LENGTH_EXPONENT = -30
+TINY = float(np.finfo(np.float64).tiny)
 
 
 def weighted_graph(edges: NDArray[np.int64], weights: NDArray[Any], n_nodes: int) -> csr_array:
@@ -55,13 +59,15 @@ def connected_labels(edges: NDArray[np.int64], n_nodes: int) -> NDArray[np.int64
 
 
 def positive_edge_lengths(mesh: Mesh) -> NDArray[np.float64]:
-    """(k,) length of each edge of a mesh, and a little more, so that none is 0.
+    """(k,) length of each edge of a mesh, rounded to a multiple of one length, at least that: graphs drop length 0.
 
     Parameters
     ----------
     mesh : Mesh
     """
-    return np.asarray(mesh.edge_lengths + MIN_EDGE_LENGTH * mesh.diameter_bound)
+    exponent = round(math.log2(max(mesh.diameter_bound, TINY))) + LENGTH_EXPONENT
+    step = max(math.ldexp(1.0, exponent), TINY)
+    return np.asarray(np.maximum(np.rint(mesh.edge_lengths / step), 1.0) * step)
 
 
 def edge_length_graph(mesh: Mesh) -> csr_array:

@@ -15,7 +15,7 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from lbskel.geometry.graphs import MIN_EDGE_LENGTH, positive_edge_lengths
+from lbskel.geometry.graphs import positive_edge_lengths
 from lbskel.geometry.intrinsic_triangulation import (
     IntrinsicTriangulation,
     cotangents_of_lengths,
@@ -23,6 +23,8 @@ from lbskel.geometry.intrinsic_triangulation import (
     half_edge_twins,
 )
 from lbskel.geometry.mesh import Mesh
+
+MIN_EDGE_LENGTH = 1e-12  # added to every edge, relative to the diameter bound: graphs drop length 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,8 @@ MIN_SHARE = 0.0025
 
 # Upper bound on the sine of the angle between a line and the direction to a place that it points to, or another line
 # that it continues. Rows of it, for junctions and for trunks, in benchmarks/results/robustness.md: 0.3 to 0.44 are
-# alike, with 0.2 palms of hands have two junctions, with 0.5 one creature more has a wrong graph; by hand, from 0.44 on
+# alike there, and 0.33 to 0.44 in the rows "merged up to a sine" in refinement.md, where with 0.3 a tube has a wrong
+# graph; with 0.2 palms of hands have two junctions, with 0.5 one creature more has a wrong graph; by hand, from 0.44 on
 # a coarse star of limbs has one junction for two
 MAX_SINE = 0.36
 
@@ -129,7 +130,7 @@ def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, with_single: bo
 
 
 def with_chords(lines: BranchLines, skeleton: Skeleton) -> BranchLines:
-    """Add a line for each branch between two junctions that has none: from one of them to the other.
+    """Add a line at each end without one of the branches between two junctions: the chord from the other junction.
 
     Parameters
     ----------

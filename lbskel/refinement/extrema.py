@@ -42,8 +42,8 @@ N_SOURCES = 40  # cells to which the mean distance is taken; a guess, benchmarks
 MIN_CELLS = 6  # of a limb whose length and area can be measured; a guess, benchmarks/results/constants.md
 MIN_ELONGATION = 2.8  # of a limb; a hemisphere has 2.5, a ball on a stalk half its radius long 2.9, and our shapes
 # without ends have up to 2.7; a guess between
-TIP_REACH = 3.0  # distance from the end of a limb within which a tip reaches it, in radii of the limb: 2 to 4 are
-# alike, rows "reach of a tip" in benchmarks/results/refinement.md
+TIP_REACH = 3.0  # distance from the end of a limb within which a tip reaches it, in radii of the limb: 2 to 3 are
+# alike, with 4 a limb of a creature is missed, rows "reach of a tip" in benchmarks/results/refinement.md
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +74,8 @@ _Limb = tuple[NDArray[np.int64], float, float]  # the cells of a limb, its end f
 def find_extrema(mesh: Mesh, *, deadline: Deadline = NEVER) -> GeodesicExtrema:
     """Find the ends of the limbs of a mesh; computed once per mesh.
 
-    A component with as many vertices as a surface has cells at least is measured alone, as that of its body is.
+    A component with at least N_CELLS vertices is measured by itself, so that its ends are those that its own body has;
+    the smaller ones share one set of cells.
 
     Parameters
     ----------

@@ -43,6 +43,7 @@ def trace_limbs(mesh: Mesh, limbs: Limbs) -> list[tuple[NDArray[np.float64], NDA
     ----------
     mesh : Mesh
     limbs : Limbs
+        At least one.
 
     Returns
     -------

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lbskel.contraction.cycle_classes import are_around_tunnels
-from lbskel.geometry.graphs import shortest_paths, weighted_graph
+from lbskel.geometry.graphs import edge_length_graph, shortest_paths
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import stable_order
 from lbskel.geometry.surface_queries import Surface
@@ -92,8 +92,7 @@ def _region_paths(
     another side than the path on the surface; the path then stays at the surface.
     """
     mesh = surface.mesh
-    both = np.concatenate([mesh.edges, mesh.edges[:, ::-1]])
-    search = shortest_paths(weighted_graph(both, np.tile(mesh.edge_lengths, 2), len(mesh.vertices)))
+    search = shortest_paths(edge_length_graph(mesh))
     order = stable_order(regions + 1)  # -1 is for vertices in no region
     begins = np.searchsorted(regions[order], np.arange(len(skeleton.nodes) + 1))
     kinds = np.zeros(len(regions), dtype=np.int8)

@@ -4,7 +4,7 @@ Two branches that meet in a junction may be one tube that passes through it: the
 ball of the junction is not much larger than they are. Of several such tubes the thickest is the trunk. Contraction
 joins the other branches to it in any order, several at one place or far from where they leave. Each leaves where its
 line passes the axis of the trunk; a tube that crosses the trunk has one line. Limbs that are nearer to each other than
-the sum of their radii, or than the radius of the junction, share a junction, and others have one each. A palm, whose
+both the sum of their radii and the radius of the junction share a junction, and others have one each. A palm, whose
 ball is larger than every limb, has no trunk. Where a limb as thick as the ball leaves at each of two junctions, these
 are on one tube that bends between them, and no palm.
 """
@@ -177,7 +177,7 @@ def split_junctions_along_trunks(
     Returns
     -------
     skeleton : Skeleton
-        The same one; or one with new junctions, which come last, and without mean radii.
+        The same one; or one with new junctions, which come last, with inscribed radii alone.
     centers : SectionCenters
     """
     lines, junctions = with_chords(branch_lines(skeleton, centers), skeleton), skeleton.junctions
@@ -200,18 +200,18 @@ def split_junctions_along_trunks(
         node_of_line = np.empty(len(beside), dtype=np.int64)
         node_of_line[trunk.ends], node_of_line[trunk.limbs] = chain[[0, -1]], chain[trunk.numbers]
         for row in np.flatnonzero((edges == junction).any(axis=1)).tolist():
-            other = edges[row].sum() - junction
+            other = skeleton.edges[row].sum() - junction  # which may be split too
             nearest = chain[vector_lengths(trunk.places - skeleton.nodes[other]).argmin()]
-            edges[row] = other, node_of_line[beside.index(other)] if other in beside else nearest
+            edges[row, edges[row] == junction] = node_of_line[beside.index(other)] if other in beside else nearest
         edges = np.concatenate([edges, np.stack([chain[:-1], chain[1:]], axis=1)])
         nodes[junction] = trunk.places[0]
         added.append(trunk.places[1:])
     if not added:
         return skeleton, centers
     new = np.concatenate(added)
-    radii, nodes = np.concatenate([skeleton.radii, surface.distance(new)]), np.concatenate([nodes, new])
+    nodes = np.concatenate([nodes, new])
     is_known = np.concatenate([centers.is_known, np.zeros(len(new), dtype=bool)])
     positions = np.concatenate([centers.positions, new])
     positions[junctions] = nodes[junctions]
-    whole = replace(skeleton, nodes=nodes, edges=edges, radii=radii, mean_radii=np.empty(0))
-    return whole, SectionCenters(is_known, positions)
+    bare = replace(skeleton, nodes=nodes, edges=edges, radii=surface.distance(nodes), mean_radii=np.empty(0))
+    return replace(bare, radius_kind="inscribed"), SectionCenters(is_known, positions)

@@ -40,8 +40,8 @@ MAX_DEVIATION = 0.2
 # is BENDING_WEIGHT
 COURSE_WEIGHT = 0.25
 # Lower bound on the ball at the new place of a node inside, as a share of that at its old one. Rows "ball share of
-# tubes" in benchmarks/results/limbs.md: with less, tips and nodes beside other branches are drawn aside; with 0.9,
-# branches have kinks, since only some of their nodes are moved
+# tubes" in benchmarks/results/limbs.md: with 0.9, branches have kinks, since only some of their nodes are moved; with
+# less than 0.8 tubes and creatures are alike, and by hand tips and nodes beside other branches are drawn aside
 MIN_BALL_SHARE = 0.8
 # Gauss-Newton steps, which bound the time. Rows "tube steps of" in refinement.md: more are alike
 N_STEPS = 3

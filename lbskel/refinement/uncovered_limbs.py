@@ -42,8 +42,8 @@ from lbskel.skeleton.pruning import MIN_BRANCH_RATIO
 from lbskel.skeleton.skeleton import Skeleton
 
 # Lower bound on the bulge of a limb, that of a cone with an angle of 54 degrees between axis and side. "Bulge of limbs"
-# in benchmarks/results/neurons.md and "Noise on real meshes" in refinement.md: with less, noise makes limbs, and with
-# more, short limbs are missed
+# in benchmarks/results/neurons.md and "Noise on real meshes" in refinement.md: with more, short limbs are missed; with
+# 0.55, by hand, heels and hooves of real meshes have stubs ("limbs grown from a bulge of 0.55 on", tried by hand there)
 MIN_BULGE = 0.62
 # Levels of d / R at which patches are measured, each a tenth below the one before; they bound the time. Rows "levels of
 # limbs" in benchmarks/results/refinement.md: alike from 10 on; by hand, 12 find 0.940 of the tips of tracings, 18 find

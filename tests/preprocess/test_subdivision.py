@@ -83,7 +83,7 @@ def test_the_faces_of_needles_are_predicted():
     pipe = tube([[0, 0, 0], [0, 0, 50]], 1.0, sides=100)
     assert subdivision._predicted_faces(subdivision._length_ratios(pipe, 0.8)) == 200 + 200 * 3**5
     fine = refine(pipe, max_edge_length=0.8).mesh
-    assert len(fine.faces) == 200 + 200 * 3**4  # one round fewer, for no more than 20,000
+    assert len(fine.faces) == 200 + 200 * 3**4  # one round fewer, for no more than the bound
     assert fine.edge_lengths.max() == pytest.approx(50 / 2**4, rel=0.01)
     thick = tube([[0, 0, 0], [0, 0, 50]], 1.0, sides=16)
     assert refine(thick, max_edge_length=0.8).mesh.edge_lengths.max() < 1.6

@@ -148,6 +148,40 @@ def test_a_junction_is_split_along_its_trunk_in_the_order_of_its_limbs(surface):
     assert len(split.mean_radii) == 0
 
 
+def test_a_junction_that_moves_to_its_first_place_has_the_ball_there():
+    """The trunk tapers, so that the ball at the junction is not that at the places of its limbs."""
+    trunk = ([[-6, 0, 0], [6, 0, 0]], [1.3, 0.9])
+    limbs = [([[x, 0, 0], [x, 0, z]], THIN) for x, z in ((-1, 4), (1, -4))]
+    surface = Surface(mesh_of_branches([trunk, *limbs]))
+    skeleton, centers = junction_with((0, 1), surface)
+    split = split_junctions_along_trunks(replace(skeleton, radius_kind="mean"), centers, surface)[0]
+    assert len(split.junctions) == 2
+    assert (split.radii, split.radius_kind) == (pytest.approx(surface.distance(split.nodes)), "inscribed")
+
+
+def test_two_junctions_side_by_side_are_both_split():
+    """The one edge between them then leads from a new junction of the one to a new junction of the other."""
+    ways = {-1.6: [0, 0, 1], -0.2: [0, 0, -1], 0.4: [0, 1, 0], 1.8: [0, -1, 0]}
+    limbs = [(np.array([x, 0.0, 0]), np.array(way)) for x, way in ways.items()]
+    surface = Surface(
+        mesh_of_branches(
+            [([[-7, 0, 0], [7, 0, 0]], THICK), *(([at.tolist(), (at + 4 * way).tolist()], THIN) for at, way in limbs)]
+        )
+    )
+    arms = [[[x, 0, 0] for x in -np.arange(1, 6.5, 0.5)], [[x, 0, 0] for x in np.arange(1, 6.5, 0.5)]]
+    arms += [[at + t * way for t in np.arange(1.2, 3.8, 0.25)] for at, way in limbs]
+    nodes, edges = [[-0.3, 0, 0], [0.3, 0, 0]], [(0, 1)]
+    for junction, arm in zip((0, 1, 0, 0, 1, 1), arms, strict=True):
+        first = len(nodes)
+        edges += [(junction, first), *((first + k, first + k + 1) for k in range(len(arm) - 1))]
+        nodes += np.array(arm).tolist()
+    skeleton = Skeleton(nodes, edges, surface.distance(np.array(nodes)), np.zeros(len(surface.mesh.vertices)))
+    split = split_junctions_along_trunks(skeleton, SectionCenters(skeleton.degrees == 2, skeleton.nodes), surface)[0]
+    assert (len(split.tips), split.n_components, split.cycle_rank) == (6, 1, 0)
+    assert split.degrees[split.junctions].tolist() == [3, 3, 3, 3]
+    assert sorted(split.nodes[split.junctions, 0]) == pytest.approx(list(ways), abs=1e-6)
+
+
 def test_a_junction_whose_limbs_overlap_is_not_split(surface):
     skeleton, centers = junction_with((1, 2), surface)
     assert split_junctions_along_trunks(skeleton, centers, surface)[0] is skeleton
