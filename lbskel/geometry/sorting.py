@@ -38,9 +38,10 @@ def stable_order(numbers: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def stable_float_order(values: NDArray[np.float64], *, descending: bool = False) -> NDArray[np.int64]:
-    """(n,) indices that sort values; equal values keep their order. Numpy's stable sort takes longer for unordered ones.
+    """(n,) indices that sort values; equal values keep their order.
 
-    The bits of doubles that are not negative, read as integers, have the order of the doubles (IEEE 754).
+    Numpy's stable sort takes longer on unordered values. The bits of doubles that are not negative, read as integers,
+    have the order of the doubles (IEEE 754).
 
     Parameters
     ----------

@@ -43,8 +43,7 @@ def contract_corner_spurs(
         The junction of each contracted branch lies where the two lines are nearest to each other, and both branches
         lead straight there from their own section nearest to it.
     """
-    nodes, begins = skeleton.flat_branches
-    degrees, ends = skeleton.degrees, np.stack([nodes[begins[:-1]], nodes[begins[1:] - 1]], axis=1)
+    degrees, ends = skeleton.degrees, skeleton.branch_ends
     is_spur = (np.sort(degrees[ends], axis=1) == [1, 3]).all(axis=1)
     spurs = np.flatnonzero(is_spur & ~np.isin(ends, skeleton.anchors).any(axis=1))
     junctions, tips = np.take_along_axis(ends[spurs], np.argsort(-degrees[ends[spurs]], axis=1), axis=1).T

@@ -102,8 +102,8 @@ def branch_lines(skeleton: Skeleton, centers: SectionCenters, *, with_single: bo
     count = np.bincount(number, minlength=len(begins) - 1)
     first = np.cumsum(count) - count
     used = np.minimum(count, N_SECTIONS)
-    P, branch, ends = centers.positions[nodes], np.arange(len(count)), (nodes[begins[:-1]], nodes[begins[1:] - 1])
-    is_inner = (skeleton.degrees[np.stack(ends)] >= 3).all(axis=0) & (ends[0] != ends[1])
+    P, branch, ends = centers.positions[nodes], np.arange(len(count)), skeleton.branch_ends.T
+    is_inner = (skeleton.degrees[ends] >= 3).all(axis=0) & (ends[0] != ends[1])
     is_line = used >= np.where(is_inner & with_single, 1, 2)
     parts = []
     for is_forward, junction in zip((True, False), ends, strict=True):
@@ -137,8 +137,7 @@ def with_chords(lines: BranchLines, skeleton: Skeleton) -> BranchLines:
     lines : BranchLines
     skeleton : Skeleton
     """
-    nodes, begins = skeleton.flat_branches
-    ends = np.stack([nodes[begins[:-1]], nodes[begins[1:] - 1]], axis=1)
+    ends = skeleton.branch_ends
     is_missing = np.repeat((skeleton.degrees[ends] >= 3).all(axis=1) & (ends[:, 0] != ends[:, 1]), 2)
     is_missing[2 * lines.branches + ~lines.is_first] = False
     branches, is_last = np.divmod(np.flatnonzero(is_missing), 2)

@@ -252,8 +252,7 @@ def _common_places(
     junctions than the ball of the larger one: legs that point to a chest have a pelvis of their own. So it is where
     the inner branch is longer than MAX_MERGE_LENGTH.
     """
-    nodes, begins = skeleton.flat_branches
-    ends = np.stack([nodes[begins[inner]], nodes[begins[inner + 1] - 1]], axis=1)
+    ends = skeleton.branch_ends[inner]
     rows, groups = lines.at(ends)
     is_outer = lines.branches[rows] != inner[groups]
     rows, groups = rows[is_outer], groups[is_outer]

@@ -140,9 +140,7 @@ def judge_pairs(
         for a pair that is right, as on a tube that bends between its junctions.
     """
     sines = np.array(sines)
-    nodes, begins = skeleton.flat_branches
-    ends = np.stack([nodes[begins[inner]], nodes[begins[inner + 1] - 1]], axis=1)
-    lines = with_chords(lines, skeleton)
+    ends, lines = skeleton.branch_ends[inner], with_chords(lines, skeleton)
     rows, groups = lines.at(ends)
     is_outer = lines.branches[rows] != inner[groups]
     rows, groups = rows[is_outer], groups[is_outer]

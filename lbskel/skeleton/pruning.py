@@ -182,7 +182,7 @@ def _thinnest_branches(skeleton: Skeleton) -> NDArray[np.float64]:
     nodes, begins = skeleton.flat_branches
     number = np.repeat(np.arange(len(begins) - 1), np.diff(begins))
     thinnest = np.full(len(skeleton.nodes), np.inf)
-    for end in (nodes[begins[:-1]], nodes[begins[1:] - 1]):
+    for end in skeleton.branch_ends.T:
         center = end[number]
         is_used = vector_lengths(skeleton.nodes[nodes] - skeleton.nodes[center]) > skeleton.radii[center]
         is_used |= np.bincount(number[is_used], minlength=len(end))[number] == 0
@@ -199,8 +199,7 @@ def inner_branch_lengths(skeleton: Skeleton) -> tuple[NDArray[np.float64], NDArr
     ----------
     skeleton : Skeleton
     """
-    nodes, begins = skeleton.flat_branches
-    ends = np.stack([nodes[begins[:-1]], nodes[begins[1:] - 1]], axis=1)
+    (nodes, begins), ends = skeleton.flat_branches, skeleton.branch_ends
     steps = vector_lengths(np.diff(skeleton.nodes[nodes], axis=0, append=skeleton.nodes[nodes[-1:]]))
     steps[begins[1:] - 1] = 0.0
     is_inner = (ends[:, 0] != ends[:, 1]) & (skeleton.degrees[ends] >= 3).all(axis=1)
@@ -230,8 +229,6 @@ def adjacent_junctions(skeleton: Skeleton) -> tuple[NDArray[np.int64], NDArray[n
     ----------
     skeleton : Skeleton
     """
-    nodes, begins = skeleton.flat_branches
-    ends = np.stack([nodes[begins[:-1]], nodes[begins[1:] - 1]], axis=1)
-    both = np.concatenate([ends, ends[:, ::-1]])
+    both = np.concatenate([skeleton.branch_ends, skeleton.branch_ends[:, ::-1]])
     order = np.argsort(both[:, 0], kind="stable")
     return np.searchsorted(both[order, 0], np.arange(len(skeleton.nodes) + 1)), both[order, 1]

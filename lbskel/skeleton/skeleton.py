@@ -204,6 +204,12 @@ class Skeleton(SkeletonExchange):
         return read_only(nodes), read_only(begins)
 
     @cached_property
+    def branch_ends(self) -> NDArray[np.int64]:
+        """(b, 2) first and last node of each of the :attr:`branches`."""
+        nodes, begins = self.flat_branches
+        return read_only(np.stack([nodes[begins[:-1]], nodes[begins[1:] - 1]], axis=1))
+
+    @cached_property
     def branches(self) -> tuple[NDArray[np.int64], ...]:
         """Polylines of node indices, from one tip or junction to the next; a loop without any repeats its first node.
 
@@ -229,7 +235,8 @@ class Skeleton(SkeletonExchange):
         is_inner = np.ones(len(nodes), dtype=bool)
         is_inner[np.concatenate([begins[:-1], begins[1:] - 1])] = False
         inner = np.flatnonzero(is_inner)
-        is_loop = (nodes[begins[:-1]] == nodes[begins[1:] - 1]) & (self.degrees[nodes[begins[:-1]]] == 2)
+        starts, stops = self.branch_ends.T
+        is_loop = (starts == stops) & (self.degrees[starts] == 2)
         first, last = begins[:-1][is_loop], begins[1:][is_loop] - 1
         runs = ((inner - 1, last - 1), (inner, first), (inner + 1, first + 1))
         previous, middle, following = (nodes[np.concatenate(run)] for run in runs)

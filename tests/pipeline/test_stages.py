@@ -28,7 +28,7 @@ from lbskel.contraction.flow import Step
 from lbskel.operators.cotangent import cotangent
 from lbskel.pipeline import stages
 from lbskel.pipeline.assembly import MISSING
-from lbskel.shapes import chain_of_tori, coil, cylinder, flat_grid, make, sphere, torus, tube
+from lbskel.shapes import chain_of_tori, coil, cylinder, flat_grid, make, sphere, torus, tube, voxel_surface
 from lbskel.solvers import ALL_SOLVERS
 
 T = np.linspace(0, 6, 40)
@@ -168,6 +168,24 @@ def test_a_turned_shape_has_the_turned_skeleton(name, how, shape, skeleton_of):
 def test_a_symmetric_shape_moved_has_the_moved_skeleton(shape, skeleton_of):
     """Vertices that are as near to one node as to another may go to either."""
     agrees_with_the_one_elsewhere(shape("sphere"), skeleton_of("sphere"), np.eye(3), 1.0, [-5.5, 3.3, 1.1])
+
+
+@pytest.mark.parametrize("seed", [1, 2, 5])
+def test_a_body_of_voxels_has_the_turned_skeleton_in_any_pose(seed):
+    """Paths along its edges, which are alike, are equally long: no rounding error may choose between them."""
+    rng = np.random.default_rng(seed)
+    place, filled = np.array([3, 3, 3]), np.zeros((8, 8, 8), dtype=bool)
+    for _ in range(61):  # a walk at random
+        filled[tuple(place)] = True
+        step = np.array(place)
+        step[rng.integers(3)] += rng.choice([-1, 1])
+        place = step if (step >= 1).all() and (step < 7).all() else place
+    mesh = voxel_surface(np.kron(filled, np.ones((2, 2, 2), dtype=bool)))
+    turn = Rotation.random(random_state=seed).as_matrix()
+    own = skeletonize(mesh)
+    turned = skeletonize(Mesh(mesh.vertices @ turn.T, mesh.faces))
+    assert np.array_equal(turned.edges, own.edges)
+    assert turned.nodes == pytest.approx(own.nodes @ turn.T, abs=1e-9 * mesh.diameter_bound)
 
 
 @pytest.mark.parametrize("name", WITHOUT_SYMMETRY)

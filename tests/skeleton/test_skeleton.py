@@ -69,6 +69,13 @@ def test_an_isolated_node_is_a_component_and_no_branch():
     assert [near.tolist() for near in skeleton.neighbors] == [[1], [0], []]
 
 
+def test_branches_have_ends_of_their_own():
+    nodes = np.eye(3)[[0, 1, 2, 0]] * [[1], [1], [1], [2]]
+    ring_on_a_stalk = Skeleton(nodes, [[0, 1], [1, 2], [0, 2], [0, 3]], [1] * 4)
+    assert sorted(ring_on_a_stalk.branch_ends.tolist()) == [[0, 0], [0, 3]]
+    assert Skeleton(np.eye(3), [], [1] * 3).branch_ends.shape == (0, 2)
+
+
 def test_end_branches_lead_from_a_junction_to_a_tip():
     forward = skeleton_of([(0, 1), (1, 2), (2, 0), (2, 3), (3, 4)])  # a loop with a tail
     assert [branch.tolist() for branch in forward.end_branches] == [[2, 3, 4]]
