@@ -17,7 +17,7 @@ from lbskel.preprocess.result import PreprocessResult, identity_result, preproce
 
 # Number of faces that refinement aims at where the limit on edges would take more, and above which no mesh is refined;
 # it bounds the time. "Faces that the refinement of coarse meshes aims at" in benchmarks/results/neurons.md: with 22,000
-# neurons take an eighth longer, and 0.477 of their tips are found in place of 0.464
+# neurons take a sixth longer, and 0.477 of their tips are found in place of 0.465; with 18,000, 0.457 are
 MAX_FACES = 19_000
 
 MAX_ROUNDS = 8  # each round halves the longest edges; a guess
