@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from lbskel.applications.branch_measures import N_PROFILE, Polyline, section_areas, shared_among_branches
 from lbskel.applications.branch_tree import branch_order
-from lbskel.errors import MeshError, MissingDependency
+from lbskel.errors import MeshError, MissingDependency, UnknownChoice
 from lbskel.geometry.arrays import read_only, to_builtin
 from lbskel.geometry.mesh import as_mesh
 from lbskel.geometry.scaling import require_scale
@@ -185,7 +185,7 @@ def branch_table(skeleton: Skeleton, mesh: Any = None, *, scale: float = 1.0, un
         If the first argument is no skeleton, or one that maps another number of vertices than the mesh has or lies
         elsewhere, as in other units.
     UnknownChoice
-        If the scale is not a positive number.
+        If the scale is not a positive number, or its cube is none.
 
     Examples
     --------
@@ -240,7 +240,11 @@ def branch_table(skeleton: Skeleton, mesh: Any = None, *, scale: float = 1.0, un
         "radius_profile": profile,
         "section_area_profile": section_profile,
     }
-    scaled = {name: column * scale ** _POWERS[name] if name in _POWERS else column for name, column in values.items()}
+    with np.errstate(over="ignore", under="ignore"):
+        factors = {name: np.float64(scale) ** power for name, power in _POWERS.items()}
+    if not (np.isfinite(list(factors.values())).all() and min(factors.values()) > 0):
+        raise UnknownChoice(f"a scale of {scale:g} is too large or too small for areas and volumes")
+    scaled = {name: column * factors[name] if name in factors else column for name, column in values.items()}
     return BranchTable(**{name: read_only(column) for name, column in scaled.items()}, units=units)
 
 

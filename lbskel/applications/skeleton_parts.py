@@ -116,8 +116,8 @@ class _Stretch:
         self.s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(self.nodes, axis=0), axis=1)))
         self.is_junction = (skeleton.degrees[path[[0, -1]]] > 2).tolist()
         length = self.s[-1]
-        begin = self.radii[0] if self.is_junction[0] else -1.0
-        end = length - self.radii[-1] if self.is_junction[1] else length + 1.0
+        begin = self.radii[0] if self.is_junction[0] else -np.inf
+        end = length - self.radii[-1] if self.is_junction[1] else np.inf
         self.inner = np.flatnonzero((self.s > begin) & (self.s < end))
         is_end = any(self.is_junction) and not all(self.is_junction)
         if len(self.inner) and is_end:

@@ -81,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
     result = editor.edit([np.eye(4), motion], iterations=arguments.iterations)
     write_mesh(arguments.output, result, force=arguments.force)
     before, after = (each.edge_lengths for each in (mesh, result))
-    change = np.abs(after / np.where(before > 0, before, 1.0) - 1)[before > 0]
+    change = np.abs(np.divide(after, before, out=np.ones_like(after), where=before > 0) - 1)
     text = (
         f"{arguments.mesh}: {counted(len(mesh.vertices), 'vertex')}, {counted(len(mesh.faces), 'face')}\n"
         f"{arguments.output}: {counted(len(fixed), 'vertex')} fixed, {len(moved):,} moved; edge lengths changed by "

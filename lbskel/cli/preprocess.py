@@ -64,6 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
     writers: dict[str, Any] = POINT_WRITERS if is_thinned else MESH_WRITERS
     files = (arguments.output, writers), (arguments.map, ("npy",)), (arguments.report, ("json",))
     refuse_unwritable(files, arguments.force)
+    refuse_unwritable(files[1:], arguments.force, [arguments.mesh])  # the mesh itself may be replaced by the new one
     shape = as_shape(arguments.mesh)
     result: PreprocessResult | CleanedPoints
     if is_thinned:

@@ -72,13 +72,27 @@ def checked_points(values: ArrayLike, what: str) -> NDArray[np.float64]:
     return read_only(points)
 
 
+def refuse_masked(values: ArrayLike, what: str) -> None:
+    """Raise MeshError for an array with masked entries, which would count as numbers.
+
+    Parameters
+    ----------
+    values : array_like
+    what : str
+        Their name in messages, in the plural.
+    """
+    if np.ma.is_masked(values):
+        raise MeshError(f"{what} have masked entries; leave these out, or give them numbers")
+
+
 def _real_numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
     """Return real numbers as a float64 array, without a copy if they are one; raise MeshError if they are not real."""
+    refuse_masked(values, what)
     try:
         given = np.asarray(values)
         if given.dtype.kind != "c":  # whose imaginary parts would be dropped
             return given.astype(np.float64, copy=False)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise MeshError(f"{what} must be an array of numbers: {error}") from None
     raise MeshError(f"{what} must be real numbers, not complex ones")
 
@@ -111,6 +125,7 @@ def checked_triangles(values: ArrayLike, n_vertices: int) -> NDArray[np.int64]:
     MeshError
         If there are none, the shape is another, or an index is not whole or out of range; the message names the faces.
     """
+    refuse_masked(values, "faces")
     try:
         given = np.asarray(values)
     except ValueError:  # rows of different lengths

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-__all__ = ["CloudExchange", "MeshExchange"]
+__all__ = ["CloudExchange", "CopiedByFields", "MeshExchange"]
 
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +24,17 @@ def _pyvista() -> Any:
     return pyvista
 
 
-class MeshExchange(Displayed):
+class CopiedByFields:
+    """A dataclass of which copies and pickles hold the fields alone.
+
+    So arrays of a copy are constant too, and what is cached, such as search trees, is computed anew.
+    """
+
+    def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
+        return type(self), tuple(getattr(self, each.name) for each in fields(self))  # type: ignore[arg-type]
+
+
+class MeshExchange(CopiedByFields, Displayed):
     """Conversion of a mesh to objects of other packages, and its interactive view."""
 
     vertices: NDArray[np.float64]
@@ -56,7 +67,7 @@ class MeshExchange(Displayed):
         return _pyvista().PolyData.from_regular_faces(self.vertices.copy(), self.faces.copy())
 
 
-class CloudExchange(Displayed):
+class CloudExchange(CopiedByFields, Displayed):
     """Conversion of a point cloud to objects of other packages, and its interactive view."""
 
     points: NDArray[np.float64]

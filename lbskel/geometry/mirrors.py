@@ -84,9 +84,9 @@ def principal_axes(mesh: Mesh) -> NDArray[np.float64]:
     mesh : Mesh
         With a positive area.
     """
-    offsets = mesh.vertices - mesh.centroid
+    offsets = (mesh.vertices - mesh.centroid) / mesh.diameter_bound  # squares of tiny lengths would vanish
     sums = offsets[mesh.faces[:, 0]] + offsets[mesh.faces[:, 1]] + offsets[mesh.faces[:, 2]]
-    of_corners = (offsets * (3 * mesh.vertex_areas)[:, None]).T @ offsets
-    of_sums = (sums * mesh.face_areas[:, None]).T @ sums
-    axes: NDArray[np.float64] = np.linalg.eigh((of_corners + of_sums) / (mesh.diameter_bound**2 * mesh.area))[1].T
+    of_corners = (offsets * (3 * mesh.vertex_areas / mesh.area)[:, None]).T @ offsets
+    of_sums = (sums * (mesh.face_areas / mesh.area)[:, None]).T @ sums
+    axes: NDArray[np.float64] = np.linalg.eigh(of_corners + of_sums)[1].T
     return axes

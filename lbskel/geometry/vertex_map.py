@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from lbskel._kernels.connectivity import component_roots
+from lbskel.errors import MeshError
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.mesh import Mesh
 
@@ -37,7 +38,11 @@ class VertexMap:
     indices: NDArray[np.int64]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "indices", read_only(np.array(self.indices, dtype=np.int64).reshape(-1)))
+        with np.errstate(invalid="ignore"):  # of NaN, which is no whole number
+            indices = np.array(self.indices, dtype=np.int64).reshape(-1)
+        if not np.array_equal(indices, np.ravel(self.indices)):
+            raise MeshError("indices of a vertex map must be whole numbers")
+        object.__setattr__(self, "indices", read_only(indices))
 
     def __len__(self) -> int:
         return len(self.indices)

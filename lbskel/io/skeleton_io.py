@@ -181,9 +181,11 @@ def require_writable(name: str, *, scale: float = 1.0, units: str | None = None)
 
 
 def _tree_options(entry: Format, root: int | None, scale: float, units: str | None) -> dict[str, Any]:
-    """Return the options of a format of trees; a scale and units are an error with any other."""
+    """Return the options of a format of trees; a root, a scale and units are an error with any other."""
     if entry.only_trees:
         return {"root": root, "scale": scale, "units": units}
+    if root is not None:
+        raise FormatError("a root is for swc; other formats keep the order of the nodes: give it to skeletonize")
     if scale != 1 or units is not None:
         trees = ", ".join(name for name, other in FORMATS.items() if other.only_trees)
         raise FormatError(

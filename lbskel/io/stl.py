@@ -21,6 +21,8 @@ from lbskel.io.text import content_lines, decode_text, parse_columns, read_bytes
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 HEADER_BYTES, COUNT_BYTES = 80, 4  # of binary STL: free text, then the number of triangles as a little-endian uint32
+# Size of a mesh below which positions have fewer than seven digits in single precision, whose numbers end there
+SMALLEST_SIZE = 1e7 * float(np.finfo(np.float32).tiny)
 FACET = ("facet", "outer", "vertex", "vertex", "vertex", "endloop", "endfacet")
 
 
@@ -80,6 +82,8 @@ def encode_stl(mesh: Mesh) -> bytes:
     if not np.isfinite(rows["corners"]).all():
         raise FormatError("coordinates overflow the single precision of STL; write obj, off or ply")
     used = mesh.vertices[mesh.used_vertices]
+    if np.ptp(used, axis=0).max() < SMALLEST_SIZE:
+        raise FormatError("coordinates underflow the single precision of STL; write obj, off or ply")
     n_here, n_there = (len(_merge(V.astype("<f4").astype(np.float64))[0]) for V in (used - used.mean(axis=0), used))
     if (n_lost := n_here - n_there) > 0:
         raise FormatError(

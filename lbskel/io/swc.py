@@ -18,6 +18,7 @@ __all__ = ["encode_swc", "read_swc"]
 import json
 import math
 import re
+from numbers import Integral
 from pathlib import Path
 
 import numpy as np
@@ -64,7 +65,7 @@ def encode_swc(
     if not (scale > 0 and math.isfinite(scale)):
         raise FormatError(f"the scale must be a positive number, not {scale}")
     k = len(skeleton.nodes)
-    if root is not None and not 0 <= root < k:
+    if root is not None and (isinstance(root, bool) or not isinstance(root, Integral) or not 0 <= int(root) < k):
         raise FormatError(f"the root {root} is not a node; the nodes are 0 to {k - 1}")
     is_cut, root = cycle_edges(skeleton), root or 0
     order, parents = _depth_first(skeleton, skeleton.edges[~is_cut], root)

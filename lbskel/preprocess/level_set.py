@@ -17,6 +17,7 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
+from lbskel.errors import MeshError
 from lbskel.geometry.sorting import distinct
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
@@ -25,6 +26,7 @@ FACES = [([0, 3, 4, 7], [-1, 0, 0]), ([1, 2, 5, 6], [1, 0, 0]), ([0, 1, 4, 5], [
 FACES += [([2, 3, 6, 7], [0, 1, 0]), ([0, 1, 2, 3], [0, 0, -1]), ([4, 5, 6, 7], [0, 0, 1])]
 BITS = 21  # of each coordinate of a cell in its key
 MAX_ROUNDS = 400  # rings of cells added to close holes: more than the surface has cells across; a guess
+MAX_ACROSS = (1 << BITS - 1) - MAX_ROUNDS  # cells between the points, so that added ones have keys too
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +106,18 @@ def level_sets(
     function, points, size
         As for :func:`level_set`.
     levels : sequence of float
+
+    Raises
+    ------
+    MeshError
+        If the points are so far apart that the cells between them cannot be numbered.
     """
+    across = np.ptp(points, axis=0).max() / size
+    if across >= MAX_ACROSS:
+        raise MeshError(
+            f"the points are {across:.2g} cells of a grid apart, and at most {MAX_ACROSS:,} are possible: leave stray "
+            "points out, as preprocess='auto' does"
+        )
     origin = points.min(axis=0) - (0.5 + 2 ** (BITS - 1)) * size
     sorted_levels = np.sort(levels)
     cells = new = distinct(_keys(((points - origin) / size).astype(np.int64)))

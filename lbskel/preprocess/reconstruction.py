@@ -150,7 +150,8 @@ def _surface_through(
     if len(missed) < MIN_MISSED:
         return V, F, nearest, 0, spacing
     V, F = _simplest(_united(inside, missed, size), points, size)
-    return V, F, PointTree(V).nearest(points)[1][:, 0], len(missed), spacing
+    nearest = PointTree(V).nearest(points)[1][:, 0] if len(V) else nearest
+    return V, F, nearest, len(missed), spacing
 
 
 def _simplest(inside: Field, points: NDArray[np.float64], size: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

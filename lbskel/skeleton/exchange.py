@@ -10,6 +10,7 @@ import numpy as np
 
 from lbskel.display import Displayed
 from lbskel.errors import MissingDependency
+from lbskel.geometry.exchange import CopiedByFields
 from lbskel.geometry.mesh import PointCloud, as_mesh
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from lbskel.skeleton.skeleton import Skeleton
 
 
-class SkeletonExchange(Displayed):
+class SkeletonExchange(CopiedByFields, Displayed):
     """Conversion of a skeleton to objects of other packages, and its interactive view."""
 
     def plot(self, mesh: Any = None) -> Any:

@@ -8,7 +8,7 @@ from __future__ import annotations
 __all__ = ["Skeleton"]
 
 import itertools
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from lbskel._kernels.connectivity import component_roots
 from lbskel._kernels.traversal import walk_branches
 from lbskel.errors import MeshError, counted
-from lbskel.geometry.arrays import read_only
+from lbskel.geometry.arrays import read_only, refuse_masked
 from lbskel.geometry.normals import vector_lengths
 from lbskel.geometry.sorting import distinct, group_medians, stable_order
 from lbskel.skeleton.exchange import SkeletonExchange
@@ -28,11 +28,14 @@ def _numbers(values: ArrayLike, name: str, dtype: type) -> NDArray[Any]:
     """Copy the values unless they are constant; a MeshError if they are not numbers, or not whole for an int dtype."""
     if isinstance(values, np.ndarray) and values.dtype == dtype and _is_constant(values):
         return values
+    refuse_masked(values, f"{name} of a skeleton")
     try:
         given = np.asarray(values)
+        if given.dtype.kind == "c":
+            raise TypeError("not of complex ones")
         with np.errstate(invalid="ignore"):  # of NaN as an index, which is no whole number
             numbers: NDArray[Any] = np.array(given, dtype=dtype, order="C")
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise MeshError(f"{name} of a skeleton must be an array of numbers: {error}") from None
     if dtype is np.int64 and (numbers != given).any():
         raise MeshError(f"{name} of a skeleton must be whole numbers")
@@ -137,10 +140,6 @@ class Skeleton(SkeletonExchange):
         numbers = {"node": self.nodes, "edge": self.edges, "tip": self.tips, "junction": self.junctions}
         counts = [counted(len(each), noun) for noun, each in numbers.items()]
         return f"Skeleton({', '.join([*counts, counted(self.cycle_rank, 'cycle')])})"
-
-    def __reduce__(self) -> tuple[type[Skeleton], tuple[Any, ...]]:
-        """Copy and pickle the fields alone, so that the arrays of a copy are constant too."""
-        return type(self), tuple(getattr(self, each.name) for each in fields(self))
 
     @cached_property
     def degrees(self) -> NDArray[np.int64]:

@@ -31,6 +31,9 @@ def real_matrix(A: Any) -> csc_array:
     """
     try:
         matrix = csc_array(A)
+        if not matrix.has_canonical_format:  # sorting its entries would change those of the caller
+            matrix = matrix.copy()
+            matrix.sum_duplicates()
         real = matrix.astype(np.float64, copy=False) if matrix.dtype.kind != "c" else None
     except (TypeError, ValueError) as error:
         raise SolveError(f"the matrix must be a sparse matrix of numbers: {error}") from None

@@ -132,6 +132,12 @@ def test_what_is_no_skeleton_is_an_error():
         branch_table("fork.swc")
 
 
+@pytest.mark.parametrize("scale", [1e103, 1e-110])
+def test_a_scale_whose_cube_is_no_number_is_refused(scale):
+    with pytest.raises(lbskel.UnknownChoice, match="too large or too small for areas and volumes"):
+        branch_table(Skeleton([[0, 0, 0], [1, 0, 0]], [[0, 1]], [1, 1]), scale=scale)
+
+
 def test_a_scale_that_is_not_positive_is_an_error():
     with pytest.raises(lbskel.UnknownChoice, match="scale must be a positive number"):
         branch_table(FORK, scale=-1)

@@ -13,7 +13,7 @@ from lbskel import Mesh, MeshError, UnknownChoice, segment, skeletonize
 from lbskel.applications import boundary_smoothing, segmentation
 from lbskel.applications.face_graph import FaceGraph, face_graph
 from lbskel.applications.segmentation import MAX_SHIFT, REACH, _costs, _edge_costs, _near, _nodes_of_vertices
-from lbskel.shapes import SHAPES, capsule, mesh_solid
+from lbskel.shapes import SHAPES, capsule, make, mesh_solid
 
 
 def rand_index(a, b):
@@ -183,6 +183,14 @@ def test_unknown_radii_degenerate_faces_and_wrong_input(rod):
         segment(capsule(3.0, 0.4, 12), skeleton)
     with pytest.raises(UnknownChoice, match="inscribed, shape_diameter"):
         segment(rod, skeleton, thickness="mean")
+
+
+def test_a_tip_is_no_part_in_large_units():
+    """Above 2^53, adding one changes no length."""
+    mesh = make("octopus", n_vertices=1500).mesh
+    large = mesh.with_vertices(mesh.vertices * 2.0**60)
+    parts = [segment(each, skeletonize(each)).part_of_face for each in (mesh, large)]
+    assert np.array_equal(*parts)
 
 
 def test_roots_of_fingers_belong_to_the_nearest_of_them():

@@ -56,3 +56,11 @@ def test_the_iterations_are_those_of_the_editor(here, folder):
     default, ten, one = written.values()
     assert np.array_equal(default, ten)
     assert not np.array_equal(default, one)
+
+
+def test_edges_without_length_change_by_nothing(here, folder):
+    (folder / "point.off").write_text("OFF\n4 2 0\n0 0 0\n0 0 0\n0 0 0\n0 0 0\n3 0 1 2\n3 1 2 3\n")
+    move = ("--move", "x:0:1", "--translate", "1,0,0", "--method", "similarity")
+    code, out, err = here("edit", "point.off", "-o", "out.ply", *move)
+    assert (code, err) == (0, [])
+    assert "edge lengths changed by 0 % on average, 0 % at most" in out[1]

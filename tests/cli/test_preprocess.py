@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 
 import lbskel
 from lbskel.shapes import torus
@@ -44,6 +45,19 @@ def test_two_outputs_of_one_name_are_refused(here, folder):
     code, _, [line] = here("preprocess", *arguments)
     assert (code, line) == (2, "lbskel: a.npy: is named for two outputs; give each a name of its own")
     assert not (folder / "a.npy").exists()
+
+
+@pytest.mark.parametrize("option", ["--map", "--report"])
+def test_the_input_is_no_output_beside_the_mesh(here, folder, option):
+    name = {"--map": "points.npy", "--report": "rod.json"}[option]
+    np.save(folder / "points.npy", torus(1.0, 0.3).vertices)
+    before = (folder / "points.npy").read_bytes()
+    (folder / "rod.json").symlink_to(folder / "rod.off")
+    mesh = {"--map": "points.npy", "--report": "rod.off"}[option]
+    code, _, [line] = here("preprocess", mesh, "-o", "out.ply", option, name, "--force")
+    assert (code, line) == (2, f"lbskel: {name}: is an input, and would be lost; give the output another name")
+    assert (folder / "points.npy").read_bytes() == before
+    assert not (folder / "out.ply").exists()
 
 
 def test_an_unknown_step_is_named(here):

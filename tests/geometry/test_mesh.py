@@ -1,5 +1,7 @@
 """Meshes and point clouds: validation, conversion from other types, connectivity and measures."""
 
+import copy
+import pickle
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,6 +16,7 @@ from lbskel import LbskelError, Mesh, MeshError, PointCloud
 from lbskel.errors import were
 from lbskel.geometry.arrays import read_only
 from lbskel.geometry.mesh import as_mesh
+from lbskel.geometry.surface_queries import Surface
 from lbskel.shapes import capsule, chain_of_tori, cylinder, flat_grid, sphere, torus
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
@@ -597,3 +600,32 @@ def test_the_diameter_bound_does_not_change_under_rotation(seed):
     mesh = capsule(3.0, 0.4, 8)
     rotated = mesh.with_vertices(Rotation.random(random_state=seed).apply(np.array(mesh.vertices)))
     assert rotated.diameter_bound == pytest.approx(mesh.diameter_bound)
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda shape: pickle.loads(pickle.dumps(shape))])
+def test_copies_are_constant_and_measure_anew(copied):
+    """What a mesh caches, such as search trees, stays with it; those of libigl cannot be pickled."""
+    whole = torus(1.0, 0.3)
+    open_mesh = Mesh(whole.vertices, whole.faces[1:], notes=("cut",))
+    Surface(open_mesh).contains(np.zeros((1, 3)))
+    again = copied(open_mesh)
+    assert (again.notes, again.area) == (("cut",), open_mesh.area)
+    assert np.array_equal(again.vertices, open_mesh.vertices)
+    assert not again.vertices.flags.writeable
+    assert "_searches" not in vars(copied(open_mesh))
+    cloud = copied(PointCloud(whole.vertices))
+    assert not cloud.points.flags.writeable
+
+
+def test_masked_coordinates_and_faces_are_refused():
+    masked = np.ma.masked_equal([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [-9999, 0, 0]], -9999)
+    with pytest.raises(MeshError, match="vertices have masked entries"):
+        Mesh(masked, [[0, 1, 2]])
+    with pytest.raises(MeshError, match="faces have masked entries"):
+        Mesh(np.eye(3), np.ma.masked_equal([[0, 1, 2], [0, 1, -1]], -1))
+    assert len(PointCloud(masked[:3]).points) == 3  # nothing masked
+
+
+def test_numbers_too_large_for_a_float_are_refused():
+    with pytest.raises(MeshError, match="vertices must be an array of numbers"):
+        Mesh([[10**400, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])

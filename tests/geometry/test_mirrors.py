@@ -41,3 +41,9 @@ def test_the_mirror_between_points_and_their_images_is_found_whatever_has_no_wei
     found = mirror_between(points, images, np.repeat([0.0, 1.0, 2.0], [5, 10, 5]))
     assert found.normal == pytest.approx(mirror.normal)
     assert found.heights(mirror.point[None]) == pytest.approx(0, abs=1e-12)
+
+
+def test_the_axes_of_a_mesh_in_tiny_units_are_the_same():
+    box = box_mesh([1, 2, 3])
+    tiny = box.with_vertices(1e-90 * box.vertices)
+    assert np.abs(principal_axes(tiny)) == pytest.approx(np.abs(principal_axes(box)), abs=1e-12)

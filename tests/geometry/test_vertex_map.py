@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lbskel import Mesh
+from lbskel import Mesh, MeshError
 from lbskel.geometry.vertex_map import VertexMap, is_in_largest_piece
 
 MAP = VertexMap([2, 0, -1, 2])
@@ -69,3 +69,10 @@ def test_the_largest_piece_of_a_target_has_the_most_vertices_and_of_equal_ones_t
     assert np.flatnonzero(~is_in_largest_piece(targets, strip, np.array([1]))).tolist() == [5, 6]
     with pytest.raises(ValueError, match="a target for each vertex"):
         is_in_largest_piece(targets[:-1], strip)
+
+
+@pytest.mark.parametrize("indices", [[0.7, 1.9], np.array([0.0, np.nan])])
+def test_a_map_has_whole_numbers(indices):
+    with pytest.raises(MeshError, match="indices of a vertex map must be whole numbers"):
+        VertexMap(indices)
+    assert VertexMap([0.0, 1.0]).indices.tolist() == [0, 1]

@@ -97,3 +97,15 @@ def test_skeletons_without_nodes_or_with_infinite_positions_are_not_written(tmp_
     with pytest.raises(FormatError, match="nodes 1 of the skeleton have NaN"):
         write_skeleton(tmp_path / f"a.{name}", Skeleton([[0, 0, 0], [0, np.inf, 0]], [[0, 1]], [1, 1]))
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("root", [1.5, True, 2, -1])
+def test_a_root_of_swc_is_a_node(tmp_path, root):
+    with pytest.raises(FormatError, match=rf"the root {root} is not a node; the nodes are 0 to 1"):
+        write_skeleton(tmp_path / "a.swc", Skeleton([[0, 0, 0], [1, 0, 0]], [[0, 1]], [1, 1]), root=root)
+    assert not any(tmp_path.iterdir())
+
+
+def test_a_root_is_for_swc(tmp_path):
+    with pytest.raises(FormatError, match="a root is for swc"):
+        write_skeleton(tmp_path / "a.json", Skeleton([[0, 0, 0], [1, 0, 0]], [[0, 1]], [1, 1]), root=1)

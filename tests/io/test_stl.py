@@ -124,3 +124,10 @@ def test_declared_gigabytes_are_not_allocated(rejects_without_allocating):
 
 def test_a_binary_file_of_no_triangles_is_an_empty_mesh(rejects):
     rejects("a.stl", bytes(84), MeshError, "the mesh is empty")
+
+
+def test_a_mesh_too_small_for_single_precision_is_refused(tetrahedron):
+    for unit in (1e-44, 1e-50):
+        with pytest.raises(FormatError, match="underflow the single precision of STL"):
+            encode_stl(Mesh(unit * tetrahedron.vertices, tetrahedron.faces))
+    assert encode_stl(Mesh(1e-29 * tetrahedron.vertices, tetrahedron.faces))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lbskel import Mesh
+from lbskel import Mesh, MeshError
 from lbskel.preprocess.level_set import level_set, level_sets
 
 
@@ -61,3 +61,10 @@ def test_handles_are_counted_without_triangles():
         assert level.least_handles == Mesh(*level.triangles()).genus == genus
     (empty,) = level_sets(lambda positions: -np.ones(len(positions)), point, 0.1, [0.0])
     assert empty.least_handles == np.inf
+
+
+@pytest.mark.parametrize("far", [1e6, -1e6])
+def test_points_too_far_apart_for_the_grid_are_refused(far):
+    """The keys of their cells would be those of others."""
+    with pytest.raises(MeshError, match=r"cells of a grid apart.*leave stray points out"):
+        level_set(ball, np.array([[1.0, 0, 0], [0, far, 0]]), 0.5)

@@ -189,3 +189,16 @@ def test_copies_are_constant_and_measure_anew(copied):
         assert np.array_equal(before, after) if isinstance(before, np.ndarray) else before == after
         assert not isinstance(after, np.ndarray) or not after.flags.writeable
     assert "edge_lengths" not in vars(again)
+
+
+@pytest.mark.parametrize(
+    ("nodes", "edges", "message"),
+    [
+        (np.ma.masked_equal([[0.0, 0, 0], [1, 0, -9]], -9), [[0, 1]], "nodes of a skeleton have masked entries"),
+        ([[0, 0, 0], [1, 0, 1j]], [[0, 1]], "nodes of a skeleton must be an array of numbers: not of complex ones"),
+        ([[0, 0, 0], [1, 0, 0]], [[0, 2**70]], "edges of a skeleton must be an array of numbers"),
+    ],
+)
+def test_what_are_no_numbers_is_refused(nodes, edges, message):
+    with pytest.raises(MeshError, match=message):
+        Skeleton(nodes, edges, [1, 1])

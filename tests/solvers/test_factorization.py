@@ -261,3 +261,15 @@ def test_matrices_of_other_kinds_are_converted(solver):
 def test_what_is_no_system_is_refused(solver, A, B, message):
     with pytest.raises(SolveError, match=message):
         factorize(A, solver).solve(B)
+
+
+@pytest.mark.parametrize("solver", ALL_SOLVERS)
+@pytest.mark.parametrize("is_writeable", [True, False])
+def test_the_matrix_of_the_caller_stays_as_it_is(solver, is_writeable):
+    """Its entries are not sorted, and one is given in two parts."""
+    data, rows, begins = np.array([-1.0, 1.0, 1.0, 2.0, -1.0]), np.array([1, 0, 0, 1, 0]), np.array([0, 3, 5])
+    A = csc_array((data.copy(), rows.copy(), begins), shape=(2, 2))
+    for array in (A.data, A.indices, A.indptr):
+        array.flags.writeable = is_writeable
+    assert factorize(A, solver).solve(np.array([1.0, 1.0])) == pytest.approx([1.0, 1.0], rel=1e-6)  # of iterations
+    assert (A.data.tolist(), A.indices.tolist()) == (data.tolist(), rows.tolist())
